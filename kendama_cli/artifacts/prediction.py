@@ -1,0 +1,30 @@
+"""Predictions: how well free flights were foreseen."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from kendama_cli.artifacts.checks import Array, array
+
+
+@dataclass(frozen=True)
+class PredictionStudy:
+    """Errors of the predicted catch over n flights, each told after h parts of the flight.
+
+    ``seen_fraction`` (h,) is the part of the flight that was seen, ``horizon_ms`` (n, h) the time then left to the
+    catch; ``position_error_mm`` and ``time_error_ms`` (n, h) are the absolute errors of the crossing of the rim
+    plane, nan where no prediction was made.
+    """
+
+    seen_fraction: Array
+    horizon_ms: Array
+    position_error_mm: Array
+    time_error_ms: Array
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "seen_fraction", array("seen_fraction", self.seen_fraction, (None,)))
+        shape = (None, len(self.seen_fraction))
+        object.__setattr__(self, "horizon_ms", array("horizon_ms", self.horizon_ms, shape))
+        shape = self.horizon_ms.shape
+        for name in ("position_error_mm", "time_error_ms"):
+            object.__setattr__(self, name, array(name, getattr(self, name), shape, finite=False))

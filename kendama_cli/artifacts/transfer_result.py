@@ -1,0 +1,19 @@
+"""Transfers: what the hardware made of the policy and the primitive."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from kendama_cli.artifacts.policy import Policy
+
+
+@dataclass(frozen=True)
+class TransferResult:
+    """The policy as it stands after learning on the hardware, with what was counted there."""
+
+    policy: Policy
+    rollouts: int
+    imitation_caught: bool | None
+    """None where no imitation motion was handed over."""
+    games: int
+    caught: int

@@ -1,0 +1,76 @@
+"""The errors a user can meet: one line that says what, where, what is allowed and what to do next.
+
+Every error derives from KendamaError, keeps its facts as attributes, and names the exit code that the command line
+returns: 1 where a stage failed, 2 where the request itself was wrong.
+"""
+
+from __future__ import annotations
+
+
+class KendamaError(Exception):
+    """A failure with a message made for the user; ``exit_code`` is what the command line returns."""
+
+    exit_code = 1
+
+
+class UsageError(KendamaError):
+    """The request cannot be carried out as it was written."""
+
+    exit_code = 2
+
+
+class ConfigError(UsageError):
+    """A key or value of the configuration is wrong; ``key`` is its dotted name."""
+
+    def __init__(self, key: str, message: str) -> None:
+        super().__init__(message)
+        self.key = key
+
+
+class InputError(KendamaError):
+    """A file that was given as input cannot be used; ``path`` is the file, ``where`` the row, column or sample."""
+
+    exit_code = 2
+
+    def __init__(self, path: str, problem: str, *, where: str = "", remedy: str = "") -> None:
+        place = f"{path}, {where}" if where else path
+        super().__init__(f"{place}: {problem}" + (f"; {remedy}" if remedy else ""))
+        self.path = path
+        self.problem = problem
+        self.where = where
+        self.remedy = remedy
+
+
+class MissingPartError(KendamaError):
+    """A device, program or library that the chosen block needs is not there; ``part`` names it."""
+
+    exit_code = 2
+
+    def __init__(self, part: str, message: str) -> None:
+        super().__init__(message)
+        self.part = part
+
+
+class StageError(KendamaError):
+    """A stage could not do its work with valid input; nothing that was finished is lost."""
+
+
+class SimulationError(StageError):
+    """The simulation met a value that is not finite or left its domain; ``quantity`` names it, ``t_s`` says when."""
+
+    def __init__(self, quantity: str, t_s: float, message: str) -> None:
+        super().__init__(message)
+        self.quantity = quantity
+        self.t_s = t_s
+
+
+class HardwareError(StageError):
+    """The line to the robot failed, or the robot stopped; the robot is in its latched stop."""
+
+
+class StoreError(KendamaError):
+    """The store cannot be read or written (a full disk, a damaged object); ``path`` is the place."""
+
+    def __init__(self, path: str, message: str) -> None:
+        super().__init__(message)
+        self.path = path

@@ -1,0 +1,208 @@
+"""How settings are declared and how plain configuration becomes settings.
+
+Settings are frozen dataclasses without defaults: the values live in ``conf/`` alone. ``setting()`` declares what a
+field means and allows; ``build()`` turns nested dicts into the dataclass and names the key of whatever does not fit.
+Standard library only: the command line reads settings before anything heavy is imported.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import difflib
+import math
+import operator
+import types
+import typing
+from collections.abc import Iterable, Mapping
+from typing import Any, Literal, TypeVar
+
+from kendama_cli.errors import ConfigError
+
+T = TypeVar("T")
+
+
+def setting(
+    doc: str,
+    *,
+    above: float | None = None,
+    at_least: float | None = None,
+    below: float | None = None,
+    at_most: float | None = None,
+    file: bool = False,
+) -> Any:
+    """Declare one field: its meaning with the unit, its range, and whether it names input files.
+
+    A ``file`` field enters a stage's key by the content of the files, never by their path.
+    """
+    facts = {"doc": doc, "above": above, "at_least": at_least, "below": below, "at_most": at_most, "file": file}
+    return dataclasses.field(
+        metadata={name: value for name, value in facts.items() if value is not None and value is not False}
+    )
+
+
+def nearest(word: str, candidates: Iterable[str]) -> str:
+    """``, did you mean '...'?`` for the closest candidate, or an empty string."""
+    close = difflib.get_close_matches(word, list(candidates), n=1, cutoff=0.6)
+    return f", did you mean '{close[0]}'?" if close else ""
+
+
+def unknown_key(key: str, siblings: Iterable[str]) -> ConfigError:
+    """The error for a key that the schema does not have."""
+    prefix, _, name = key.rpartition(".")
+    place = f"{prefix}." if prefix else ""
+    known = sorted(siblings)
+    # the last word is what was mistyped: comparing whole paths would find every sibling alike
+    close = difflib.get_close_matches(name, known, n=1, cutoff=0.6)
+    hint = (
+        f", did you mean '{place}{close[0]}'?"
+        if close
+        else "; allowed here: " + ", ".join(place + word for word in known)
+    )
+    return ConfigError(key, f"unknown key '{key}'{hint}")
+
+
+def build(schema: type[T], data: Any, key: str = "") -> T:
+    """Build the dataclass ``schema`` from nested plain ``data``; ``key`` is where ``data`` stands.
+
+    Raises ConfigError, naming the dotted key, for an unknown or missing key, a wrong type or a value out of range.
+    """
+    if not isinstance(data, Mapping):
+        raise ConfigError(key, f"'{key}' must be a group of keys, not {data!r}")
+    hints = typing.get_type_hints(schema)
+    fields = {field.name: field for field in dataclasses.fields(schema)}  # type: ignore[arg-type]
+    for name in data:
+        if name not in fields:
+            raise unknown_key(_join(key, str(name)), fields)
+    values = {}
+    for name, field in fields.items():
+        path = _join(key, name)
+        if name not in data:
+            raise ConfigError(path, f"missing key '{path}': {field.metadata.get('doc', 'it has no value in conf/')}")
+        values[name] = _value(hints[name], data[name], path, field.metadata)
+    try:
+        return schema(**values)
+    except ConfigError as error:  # a rule across fields knows its own names, not where it stands
+        full = _join(key, error.key)
+        raise ConfigError(full, str(error).replace(f"'{error.key}'", f"'{full}'")) from None
+
+
+def build_value(annotation: Any, data: Any, key: str) -> Any:
+    """Like ``build`` for any annotation that a field may have: a dataclass or a union of them told apart by kind."""
+    return _value(annotation, data, key, {})
+
+
+def variants(annotation: Any) -> dict[str, type]:
+    """The dataclasses of a union by their ``kind``, or of one dataclass; empty for anything else."""
+    members = typing.get_args(annotation) if _is_union(annotation) else (annotation,)
+    found = {}
+    for member in members:
+        if dataclasses.is_dataclass(member) and isinstance(member, type):
+            kind = typing.get_type_hints(member).get("kind")
+            for name in typing.get_args(kind) if kind else (member.__name__,):
+                found[str(name)] = member
+    return found
+
+
+def input_files(settings: Any, key: str = "") -> dict[str, tuple[str, ...]]:
+    """The values of every ``file`` field below ``settings``, by dotted key."""
+    found: dict[str, tuple[str, ...]] = {}
+    if not dataclasses.is_dataclass(settings):
+        return found
+    for field in dataclasses.fields(settings):
+        value = getattr(settings, field.name)
+        path = _join(key, field.name)
+        if field.metadata.get("file"):
+            found[path] = () if value is None else (value,) if isinstance(value, str) else tuple(value)
+        else:
+            found |= input_files(value, path)
+    return found
+
+
+def _join(key: str, name: str) -> str:
+    return f"{key}.{name}" if key else name
+
+
+def _is_union(annotation: Any) -> bool:
+    return typing.get_origin(annotation) in (typing.Union, types.UnionType)
+
+
+def _value(annotation: Any, value: Any, key: str, facts: Mapping[str, Any]) -> Any:
+    if _is_union(annotation):
+        return _union(annotation, value, key, facts)
+    origin = typing.get_origin(annotation)
+    if origin is Literal:
+        choices = typing.get_args(annotation)
+        if value not in choices:
+            names = [str(choice) for choice in choices]
+            hint = nearest(str(value), names)
+            raise ConfigError(key, f"'{key}' is {value!r}; allowed: {', '.join(names)}{hint}")
+        return value
+    if origin is tuple:
+        return _tuple(annotation, value, key, facts)
+    if dataclasses.is_dataclass(annotation):
+        return build(typing.cast(type, annotation), value, key)
+    return _scalar(annotation, value, key, facts)
+
+
+def _union(annotation: Any, value: Any, key: str, facts: Mapping[str, Any]) -> Any:
+    members = typing.get_args(annotation)
+    if value is None and type(None) in members:
+        return None
+    schemas = variants(annotation)
+    if schemas:
+        kind = value.get("kind") if isinstance(value, Mapping) else value
+        if kind not in schemas:
+            hint = nearest(str(kind), schemas)
+            raise ConfigError(key, f"'{key}.kind' is {kind!r}; allowed: {', '.join(sorted(schemas))}{hint}")
+        return build(schemas[str(kind)], value, key)
+    errors = []
+    for member in members:
+        if member is type(None):
+            continue
+        try:
+            return _value(member, value, key, facts)
+        except ConfigError as error:
+            errors.append(error)
+    raise errors[0]
+
+
+def _tuple(annotation: Any, value: Any, key: str, facts: Mapping[str, Any]) -> tuple[Any, ...]:
+    members = typing.get_args(annotation)
+    if isinstance(value, str) or not isinstance(value, (list, tuple)):
+        raise ConfigError(key, f"'{key}' must be a list like [a, b], not {value!r}")
+    if len(members) == 2 and members[1] is Ellipsis:
+        members = (members[0],) * len(value)
+    elif len(members) != len(value):
+        raise ConfigError(key, f"'{key}' must have {len(members)} values, not {len(value)}")
+    return tuple(
+        _value(member, item, f"{key}[{i}]", facts) for i, (member, item) in enumerate(zip(members, value, strict=True))
+    )
+
+
+def _scalar(annotation: Any, value: Any, key: str, facts: Mapping[str, Any]) -> Any:
+    wanted = {bool: "true or false", int: "a whole number", float: "a number", str: "text"}.get(annotation)
+    if wanted is None:
+        raise TypeError(f"{key}: settings cannot hold {annotation!r}")
+    fits = isinstance(value, annotation) and not (annotation is int and isinstance(value, bool))
+    if annotation is float and isinstance(value, int) and not isinstance(value, bool):
+        value, fits = float(value), True
+    if not fits:
+        raise ConfigError(key, f"'{key}' must be {wanted}, not {value!r}")
+    if annotation in (int, float):
+        _check_range(value, key, facts)
+    return value
+
+
+def _check_range(value: float, key: str, facts: Mapping[str, Any]) -> None:
+    if not math.isfinite(value):
+        raise ConfigError(key, f"'{key}' must be a finite number, not {value!r}")
+    rules = (
+        ("above", "above", operator.gt),
+        ("at_least", "at least", operator.ge),
+        ("below", "below", operator.lt),
+        ("at_most", "at most", operator.le),
+    )
+    for name, _, holds in rules:
+        if name in facts and not holds(value, facts[name]):
+            allowed = " and ".join(f"{text} {facts[fact]}" for fact, text, _ in rules if fact in facts)
+            raise ConfigError(key, f"'{key}' is {value!r}; allowed: {allowed}")

@@ -1,0 +1,58 @@
+"""What a stage is given and what it gives back.
+
+A stage is a class whose constructor takes its settings by keyword (the names in the pipeline's ``config``) and whose
+``run`` takes the artifacts of the stages it needs, computes, and gives one artifact with metrics. It reaches files,
+clocks and processes only through its context and its blocks.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Any, Protocol
+
+import numpy as np
+
+Metric = float | int | bool | str | None
+State = Mapping[str, Any]
+"""What a checkpoint holds: numpy arrays and JSON values by name."""
+
+
+class LogWriter(Protocol):
+    """The stage's MCAP log; topics and schemas are those of ``kendama_cli.log.channels``."""
+
+    def write(self, topic: str, t_s: float, message: Mapping[str, Any]) -> None:
+        """Append one message at simulated (or recorded) time ``t_s``."""
+
+
+class StageContext(Protocol):
+    """What the caretaker lends a stage while it runs."""
+
+    log: LogWriter
+
+    def rng(self, purpose: str) -> np.random.Generator:
+        """The random stream for ``purpose``, derived from the top-level seed; its state travels with checkpoints."""
+
+    def restore(self) -> State | None:
+        """The newest intact checkpoint of this very computation, or None; log and random streams are restored too."""
+
+    def checkpoint(self, state: Callable[[], State], *, force: bool = False) -> None:
+        """Save what ``state()`` returns, durably on return; called often, it saves only when one is due (or forced)."""
+
+    def progress(self, done: int, total: int | None, **figures: float | int | str) -> None:
+        """Tell the progress view where the work stands, with a few named figures."""
+
+
+@dataclass(frozen=True)
+class Made:
+    """What a stage gives: an artifact (a noun of ``kendama_cli.artifacts``) and its metrics."""
+
+    artifact: Any
+    metrics: Mapping[str, Metric] = field(default_factory=dict)
+
+
+class Stage(Protocol):
+    """One step of a pipeline."""
+
+    def run(self, given: Mapping[str, Any], ctx: StageContext) -> Made:
+        """Compute from ``given`` (artifacts by the names in the pipeline's ``needs``)."""

@@ -1,0 +1,45 @@
+"""Wrong learning settings are told in one line that names the key and what is allowed."""
+
+from __future__ import annotations
+
+import pytest
+
+from kendama_cli.errors import ConfigError
+from tests.learning.settings_files import learn_settings
+
+WRONG = [
+    ({"gamma": 1.1}, "'learn.gamma' is 1.1; allowed: at least 0 and at most 1"),
+    ({"alpha": 0.0}, "'learn.alpha' is 0.0; allowed: above 0 and at most 1"),
+    ({"grid__velocity_edges_m_s": [0.7, -0.7]}, "'learn.grid.velocity_edges_m_s' must rise from value to value"),
+    ({"grid__rate_edges_rad_s": [0.5, 0.5]}, "'learn.grid.rate_edges_rad_s' must rise from value to value"),
+    ({"grid__angle_bins": 0}, "'learn.grid.angle_bins' is 0; allowed: above 0"),
+    ({"actions_m_s2": [8.0, 4.0, -8.0]}, "'learn.actions_m_s2' must rise from value to value"),
+    ({"actions_m_s2": [0.0, 4.0]}, "'learn.actions_m_s2' is [0.0, 4.0]; allowed: at least one negative and one posit"),
+    ({"workspace__half_width_m": 0.0}, "'learn.workspace.half_width_m' is 0.0; allowed: above 0"),
+    ({"workspace__max_speed_m_s": 0.0}, "'learn.workspace.max_speed_m_s' is 0.0; allowed: above 0"),
+    ({"workspace__braking_m_s2": 9.0}, "'learn.workspace.braking_m_s2' is 9.0; allowed: at most the largest action"),
+    ({"workspace__kind": "limt"}, "allowed: limit, terminate, did you mean 'limit'?"),
+    ({"exploration__band_rad_s": [8.0, 3.0]}, "'learn.exploration.band_rad_s' is [8.0, 3.0]; allowed: [low, high]"),
+    ({"goal__fastest_rad_s": 0.5}, "'learn.goal.fastest_rad_s' is 0.5; allowed: above slowest_rad_s, which is 1.0"),
+    ({"decision__longest_s": 0.01}, "'learn.decision.longest_s' is 0.01; allowed: at least shortest_s"),
+    ({"step_s": 0.05}, "'learn.step_s' is 0.05; allowed: at most decision.shortest_s, 0.02"),
+    ({"rollout_s": 0.05}, "'learn.rollout_s' is 0.05; allowed: at least decision.longest_s, 0.1"),
+    ({"count__cap": 5}, "'learn.count.cap' is 5; allowed: at least streak, which is 10"),
+    ({"count__settled": 5}, "'learn.count.settled' is 5; allowed: at least streak, which is 10"),
+    ({"traces": "replaced"}, "'learn.traces' is 'replaced'; allowed: replacing, accumulating, dutch"),
+    ({"alph": 0.5}, "unknown key 'learn.alph', did you mean 'learn.alpha'?"),
+]
+
+
+@pytest.mark.parametrize(("replaced", "message"), WRONG, ids=[next(iter(replaced)) for replaced, _ in WRONG])
+def test_a_wrong_value_is_told_with_its_key_and_what_is_allowed(replaced, message):
+    with pytest.raises(ConfigError) as told:
+        learn_settings(**replaced)
+    assert message in str(told.value)
+    assert "\n" not in str(told.value)
+    assert told.value.key.startswith("learn.")
+
+
+@pytest.mark.parametrize("name", ["sarsa", "terminate", "paper"])
+def test_the_shipped_settings_are_sound(name):
+    assert len(learn_settings(name).actions_m_s2) == 5
