@@ -1,0 +1,57 @@
+"""The closed table of log channels: which schema each topic has."""
+
+from __future__ import annotations
+
+from kendama_cli.log.schemas import LogSchemaError
+
+FRAME = "foxglove.FrameTransform"
+JOINTS = "foxglove.JointStates"
+IMAGE = "foxglove.CompressedImage"
+
+CHANNELS: dict[str, str] = {
+    "/capture/cup": FRAME,
+    "/encode/demonstrated": FRAME,
+    "/encode/reproduced": FRAME,
+    "/adapt/rollout": "kendama.AdaptRollout",
+    "/adapt/repeat": "kendama.AdaptRepeat",
+    "/adapt/joints": JOINTS,
+    "/adapt/cup": FRAME,
+    "/adapt/ball": FRAME,
+    "/adapt/reference": FRAME,
+    "/learn/rollout": "kendama.Rollout",
+    "/learn/table": "kendama.QTable",
+    "/learn/step": "kendama.SwingState",
+    "/learn/cup": FRAME,
+    "/learn/ball": FRAME,
+    "/predict/detection": "kendama.Detection",
+    "/predict/estimate": "kendama.CatchEstimate",
+    "/predict/error": "kendama.PredictionError",
+    "/predict/ball": FRAME,
+    "/transfer/step": "kendama.TransferStep",
+    "/transfer/rollout": "kendama.Rollout",
+    "/transfer/joints": JOINTS,
+    "/transfer/cup": FRAME,
+    "/transfer/ball": FRAME,
+    "/transfer/estimate": "kendama.CatchEstimate",
+    "/transfer/game": "kendama.Game",
+    "/transfer/imitation/cup": FRAME,
+    "/transfer/imitation/ball": FRAME,
+}
+"""Topic -> schema."""
+
+FAMILIES: dict[str, str] = {
+    "/predict/image/": IMAGE,
+}
+"""Topic prefix -> schema of all topics one level below it (one per camera)."""
+
+
+def schema_of(topic: str) -> str:
+    """The schema of ``topic``; LogSchemaError, naming it, where the tables do not have it."""
+    if topic in CHANNELS:
+        return CHANNELS[topic]
+    for prefix, schema in FAMILIES.items():
+        name = topic.removeprefix(prefix)
+        if name != topic and name and "/" not in name:
+            return schema
+    known = ", ".join([*CHANNELS, *(f"{prefix}<name>" for prefix in FAMILIES)])
+    raise LogSchemaError(f"unknown log topic '{topic}'; kendama_cli/log/channels.py has {known}")

@@ -1,0 +1,174 @@
+"""Turns a channel's messages into a flat table, by the schema embedded in the file: protobuf or JSON."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Iterable
+from operator import attrgetter
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from google.protobuf.descriptor_pb2 import FileDescriptorProto, FileDescriptorSet
+from google.protobuf.descriptor_pool import Default, DescriptorPool
+from google.protobuf.message import DecodeError, Message
+from google.protobuf.message_factory import GetMessageClass
+
+from kendama_cli.log.container import ChannelContent
+
+_MESSAGE_TYPES = {10, 11}
+
+
+class UndecodableError(ValueError):
+    """A channel's messages cannot be read; the text says why, without the file's name."""
+
+
+def decode(channel: ChannelContent) -> pd.DataFrame:
+    """The messages of ``channel`` in order of time: ``t_s``, then one column per field.
+
+    Nested fields are joined with dots. A foxglove.FrameTransform becomes parent, child, x_m, y_m, z_m, qw, qx, qy,
+    qz; a foxglove.JointStates becomes ``<joint>.position_rad`` and so on. Raises UndecodableError.
+    """
+    messages = sorted(channel.messages, key=lambda message: message[0])
+    if channel.encoding == "protobuf" and channel.schema_encoding == "protobuf":
+        frame = _protobuf(channel, [data for _, data in messages])
+    elif channel.encoding == "json":
+        frame = _json(channel, [data for _, data in messages])
+    else:
+        raise UndecodableError(
+            f"topic '{channel.topic}' is encoded as '{channel.encoding}', only protobuf and json can be read"
+        )
+    t_s = np.array([t_ns for t_ns, _ in messages], dtype=np.int64) / 1e9
+    if "t_s" in frame:
+        frame = frame.rename(columns={"t_s": "message.t_s"})
+    frame.insert(0, "t_s", t_s)
+    return frame
+
+
+def message_class(name: str, descriptor_set: bytes) -> type[Message]:
+    """The class of message ``name`` from a serialized FileDescriptorSet; UndecodableError where it does not hold it."""
+    files = FileDescriptorSet()
+    pool = DescriptorPool()
+    try:
+        files.ParseFromString(descriptor_set)
+        by_name = {file.name: file for file in files.file}
+        added: set[str] = set()
+        for file in files.file:
+            _add(pool, file, by_name, added)
+        made: type[Message] = GetMessageClass(pool.FindMessageTypeByName(name))
+        return made
+    except (DecodeError, KeyError, TypeError, RecursionError) as wrong:
+        raise UndecodableError(f"the schema '{name}' cannot be read ({wrong})") from None
+
+
+def _add(
+    pool: DescriptorPool, file: FileDescriptorProto, by_name: dict[str, FileDescriptorProto], added: set[str]
+) -> None:
+    """Add ``file`` to the pool after its dependencies; Google's own may be missing from the set."""
+    if file.name in added:
+        return
+    added.add(file.name)
+    for name in file.dependency:
+        if name in by_name:
+            _add(pool, by_name[name], by_name, added)
+        elif name not in added:
+            known = FileDescriptorProto()
+            Default().FindFileByName(name).CopyToProto(known)
+            _add(pool, known, by_name, added)
+    pool.Add(file)
+
+
+def _protobuf(channel: ChannelContent, messages: list[bytes]) -> pd.DataFrame:
+    made = message_class(channel.schema_name, channel.schema_data)
+    parsed = []
+    for number, data in enumerate(messages):
+        try:
+            parsed.append(made.FromString(data))
+        except DecodeError:
+            raise UndecodableError(f"message {number} of topic '{channel.topic}' is no {channel.schema_name}") from None
+    special = _SPECIAL.get(channel.schema_name)
+    if special is not None:
+        return special(parsed)
+    fields = made.DESCRIPTOR.fields
+    if not any(field.is_repeated or field.type in _MESSAGE_TYPES or field.has_presence for field in fields):
+        return _columns([field.name for field in fields], [field.name for field in fields], parsed)
+    return pd.DataFrame([_flat_message(message, "") for message in parsed])
+
+
+def _columns(names: list[str], paths: list[str], parsed: list[Any]) -> pd.DataFrame:
+    """One column per path, read attribute by attribute: ten times as fast as walking each message."""
+    return pd.DataFrame(
+        {name: [get(message) for message in parsed] for name, get in zip(names, map(attrgetter, paths), strict=True)}
+    )
+
+
+def _frame_transforms(parsed: list[Any]) -> pd.DataFrame:
+    rotation = [f"rotation.{axis}" for axis in "wxyz"]
+    paths = ["parent_frame_id", "child_frame_id", *(f"translation.{axis}" for axis in "xyz"), *rotation]
+    return _columns(["parent", "child", "x_m", "y_m", "z_m", "qw", "qx", "qy", "qz"], paths, parsed)
+
+
+def _joint_states(parsed: list[Any]) -> pd.DataFrame:
+    units = {"position": "position_rad", "velocity": "velocity_rad_s", "effort": "effort_nm"}
+    return pd.DataFrame(
+        [
+            {
+                f"{joint.name}.{unit}": getattr(joint, part)
+                for joint in message.joints
+                for part, unit in units.items()
+                if joint.HasField(part)
+            }
+            for message in parsed
+        ]
+    )
+
+
+_SPECIAL: dict[str, Callable[[list[Any]], pd.DataFrame]] = {
+    "foxglove.FrameTransform": _frame_transforms,
+    "foxglove.JointStates": _joint_states,
+}
+
+
+def _flat_message(message: Any, prefix: str) -> dict[str, Any]:
+    """Field values by dotted name; a time stamp in seconds, an absent optional field left out."""
+    if message.DESCRIPTOR.full_name in {"google.protobuf.Timestamp", "google.protobuf.Duration"}:
+        return {f"{prefix.removesuffix('.')}_s": message.seconds + message.nanos * 1e-9}
+    flat: dict[str, Any] = {}
+    for field in message.DESCRIPTOR.fields:
+        name = prefix + field.name
+        if field.is_repeated:
+            flat[name] = _repeated(field, getattr(message, field.name))
+        elif field.type in _MESSAGE_TYPES:
+            if message.HasField(field.name):
+                flat |= _flat_message(getattr(message, field.name), f"{name}.")
+        elif not field.has_presence or message.HasField(field.name):
+            flat[name] = getattr(message, field.name)
+    return flat
+
+
+def _repeated(field: Any, values: Any) -> Any:
+    if field.type not in _MESSAGE_TYPES:
+        return list(values)
+    if field.message_type.GetOptions().map_entry:
+        held = field.message_type.fields_by_name["value"].type in _MESSAGE_TYPES
+        return {str(key): _flat_message(value, "") if held else value for key, value in values.items()}
+    return [_flat_message(value, "") for value in values]
+
+
+def _json(channel: ChannelContent, messages: list[bytes]) -> pd.DataFrame:
+    rows = []
+    for number, data in enumerate(messages):
+        try:
+            value = json.loads(data)
+        except ValueError as wrong:
+            raise UndecodableError(f"message {number} of topic '{channel.topic}' is no JSON ({wrong})") from None
+        rows.append(dict(_flat_json(value, "")) if isinstance(value, dict) else {"value": value})
+    return pd.DataFrame(rows)
+
+
+def _flat_json(value: dict[str, Any], prefix: str) -> Iterable[tuple[str, Any]]:
+    for key, item in value.items():
+        if isinstance(item, dict):
+            yield from _flat_json(item, f"{prefix}{key}.")
+        else:
+            yield f"{prefix}{key}", item

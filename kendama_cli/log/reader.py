@@ -1,0 +1,114 @@
+"""Reads MCAP logs, our own and foreign ones, into tables."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Collection, Mapping
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+
+from kendama_cli.errors import InputError
+from kendama_cli.log.container import ChannelContent, read_container
+from kendama_cli.log.decode import UndecodableError, decode
+from kendama_cli.log.writer import STAGE_METADATA
+
+
+class LogFile:
+    """One MCAP file, read and checked whole on opening.
+
+    ``topics`` limits what is kept in memory (None: all); every message is checked and counted nevertheless. Raises
+    InputError for a file that is absent, cut short, damaged or no MCAP.
+    """
+
+    def __init__(self, path: Path | str, topics: Collection[str] | None = None) -> None:
+        self.path = Path(path)
+        self._content = read_container(path, topics)
+        self._kept = topics
+
+    @property
+    def topics(self) -> tuple[str, ...]:
+        """The topics that have a channel, sorted."""
+        return tuple(sorted({channel.topic for channel in self._content.channels.values()}))
+
+    @property
+    def metadata(self) -> dict[str, dict[str, str]]:
+        """The metadata records by name."""
+        return dict(self._content.metadata)
+
+    @property
+    def stage(self) -> Mapping[str, Any]:
+        """Stage, settings and metrics of a log of ours; empty for a foreign file."""
+        facts = self.metadata.get(STAGE_METADATA, {})
+        if not facts.keys() >= {"stage", "settings", "metrics"}:
+            return {}
+        try:
+            return {
+                "stage": facts["stage"],
+                "settings": json.loads(facts["settings"]),
+                "metrics": json.loads(facts["metrics"]),
+            }
+        except ValueError as wrong:
+            raise InputError(str(self.path), f"its metadata '{STAGE_METADATA}' is no JSON ({wrong})") from None
+
+    @property
+    def time_range_s(self) -> tuple[float, float] | None:
+        """The first and last log time in seconds; None without messages."""
+        channels = [channel for channel in self._content.channels.values() if channel.count]
+        if not channels:
+            return None
+        first = min(channel.first_ns or 0 for channel in channels)
+        return first / 1e9, max(channel.last_ns or 0 for channel in channels) / 1e9
+
+    def channel(self, topic: str) -> ChannelContent:
+        """The channel of ``topic``; InputError, naming the topics that exist, where there is none."""
+        found = [channel for channel in self._content.channels.values() if channel.topic == topic]
+        if not found:
+            there = ", ".join(self.topics) or "none at all"
+            raise InputError(str(self.path), f"it has no topic '{topic}'", remedy=f"it has {there}")
+        if self._kept is not None and topic not in self._kept:
+            raise ValueError(f"topic '{topic}' was not among those kept on opening")
+        first, *others = found
+        if not others:
+            return first
+        messages = [message for channel in found for message in channel.messages]
+        return ChannelContent(
+            first.topic, first.encoding, first.schema_name, first.schema_encoding, first.schema_data, messages=messages
+        )
+
+    def table(self, topic: str) -> pd.DataFrame:
+        """The messages of ``topic`` in order of time, one row each: ``t_s`` and the flattened fields.
+
+        Raises InputError for a topic that is absent or whose messages cannot be decoded.
+        """
+        try:
+            return decode(self.channel(topic))
+        except UndecodableError as wrong:
+            raise InputError(str(self.path), str(wrong)) from None
+
+    def describe(self) -> dict[str, Any]:
+        """Plain facts: size, stage, metrics, time range, and per channel schema, encoding, count, times and bytes."""
+        span = self.time_range_s
+        return {
+            "path": str(self.path),
+            "size_bytes": self.path.stat().st_size,
+            "messages": self._content.messages_n,
+            "chunks": self._content.chunks,
+            "time_range_s": span,
+            "duration_s": 0.0 if span is None else span[1] - span[0],
+            **({"stage": self.stage["stage"], "metrics": self.stage["metrics"]} if self.stage else {}),
+            "metadata": sorted(self.metadata),
+            "channels": [
+                {
+                    "topic": channel.topic,
+                    "schema": channel.schema_name,
+                    "encoding": channel.encoding,
+                    "messages": channel.count,
+                    "first_s": None if channel.first_ns is None else channel.first_ns / 1e9,
+                    "last_s": None if channel.last_ns is None else channel.last_ns / 1e9,
+                    "bytes": channel.bytes_n,
+                }
+                for channel in sorted(self._content.channels.values(), key=lambda channel: channel.topic)
+            ],
+        }
