@@ -1,0 +1,98 @@
+import dataclasses
+
+import numpy as np
+import pytest
+
+from kendama_cli.artifacts.demonstration import Demonstration
+from kendama_cli.motion.averaging import average, deviation, encode_demonstrations, encode_swing, prepare
+from kendama_cli.motion.dmp import play
+from tests.motion.swings import demonstration, path, settings
+
+
+def test_the_average_of_one_is_itself():
+    swing = prepare(demonstration(), settings())
+    alone = encode_swing(swing, settings())
+    both = average([alone])
+    assert np.array_equal(both.weights, alone.weights)
+    assert both.duration_s == alone.duration_s
+
+
+def test_the_average_plays_the_average_of_the_motions():
+    """y is linear in goal, start rate and weights, so averaging parameters averages the paths at equal shares."""
+    made = [demonstration(1.8), demonstration(2.3), demonstration(2.0)]
+    t = np.arange(0.5, 1.5, 0.01)
+    made.append(Demonstration("moving", t, path(t)))
+    plans = [encode_swing(prepare(one, settings()), settings()) for one in made]
+    mean = average(plans)
+    share = np.linspace(0, 1, 50)
+    paths = [play(plan, share * plan.duration_s).position_m for plan in plans]
+    assert np.abs(play(mean, share * mean.duration_s).position_m - np.mean(paths, axis=0)).max() < 1e-12
+
+
+def test_demonstrations_of_other_place_rate_duration_and_rest_average_to_the_same_swing():
+    shifted = demonstration(rate_hz=250, head_s=0.7, tail_s=1.1)
+    shifted = dataclasses.replace(shifted, position_m=shifted.position_m + np.array([3.0, -1.0, 0.2]))
+    mean = encode_demonstrations([demonstration(1.8, rate_hz=120), shifted, demonstration(2.2, head_s=0.4)], settings())
+    alone = encode_demonstrations([demonstration(2.0, head_s=0.3, tail_s=0.3)], settings())
+    share = np.linspace(0, 1, 100)
+    difference = play(mean, share * mean.duration_s).position_m - play(alone, share * alone.duration_s).position_m
+    # onset and end are found to a sample (10 ms at 1 m/s^2 near rest) and margins do not scale with the duration
+    assert np.abs(difference).max() < 4e-3
+
+
+def test_averaging_takes_out_what_is_not_common():
+    """Ten swings with independent errors of 5 mm: the average is nearer to the truth than every one of them."""
+    rng = np.random.default_rng(11)
+    truth = demonstration()
+    share = truth.t_s / 2.0
+    noisy = []
+    for i in range(10):
+        error = sum(
+            rng.normal(0, 5e-3, 3) * np.sin(np.pi * share[:, None]) * np.sin(np.pi * k * share[:, None])
+            for k in (1, 2, 3)
+        )
+        noisy.append(Demonstration(f"n{i}", truth.t_s, truth.position_m + error))
+    chosen = settings(trim="none")
+    swing = prepare(truth, chosen)
+    single = [deviation(encode_swing(prepare(one, chosen), chosen), swing).rms_m for one in noisy]
+    assert deviation(encode_demonstrations(noisy, chosen), swing).rms_m < min(single)
+
+
+def test_there_are_22_parameters_per_coordinate():
+    assert encode_demonstrations([demonstration()], settings()).n_parameters == 22
+
+
+def test_resting_ends_are_cut_to_the_margin():
+    swing = prepare(demonstration(head_s=1.0, tail_s=2.0), settings(margin_s=0.1))
+    # the formula itself rests for the first 0.1 and the last 0.1 of its 2 s, and starts slowly
+    assert 1.5 < swing.duration_s < 2.0
+    assert 1.1 < swing.onset_s < 1.25
+
+
+def test_without_trimming_all_rows_stay():
+    swing = prepare(demonstration(head_s=1.0, tail_s=2.0), settings(trim="none"))
+    assert swing.duration_s == pytest.approx(5.0)
+
+
+def test_a_hand_that_never_moves_is_named():
+    still = Demonstration("nap", np.arange(50) / 100, np.zeros((50, 3)))
+    with pytest.raises(ValueError, match=r"demonstration 'nap': the hand never moves faster than 0.02 m/s"):
+        prepare(still, settings())
+
+
+def test_a_swing_of_too_few_samples_is_named():
+    short = Demonstration("blink", np.arange(4) / 100, np.arange(12.0).reshape(4, 3))
+    with pytest.raises(ValueError, match=r"demonstration 'blink': a swing needs at least 5 samples, not 4"):
+        prepare(short, settings())
+
+
+def test_noise_does_not_hide_where_the_motion_begins():
+    """1 mm of white noise at 100 Hz is 0.14 m/s from sample to sample; rest is still told from motion."""
+    clean = demonstration(head_s=1.5, tail_s=1.5)
+    rng = np.random.default_rng(8)
+    for _ in range(10):
+        noisy = Demonstration("noisy", clean.t_s, clean.position_m + rng.normal(0, 1e-3, clean.position_m.shape))
+        swing = prepare(noisy, settings())
+        assert abs(swing.onset_s - prepare(clean, settings()).onset_s) < 0.05
+        assert abs(swing.duration_s - prepare(clean, settings()).duration_s) < 0.08
+        assert not swing.start_rate.any()
