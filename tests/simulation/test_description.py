@@ -1,0 +1,114 @@
+from __future__ import annotations
+
+import dataclasses
+from pathlib import Path
+
+import pytest
+
+from kendama_cli.errors import ConfigError, InputError
+from kendama_cli.simulation.arm import Arm
+from kendama_cli.simulation.description import read_description
+from tests.simulation.bench_robot import kendama_game, pa10
+
+GOOD = Path(pa10().urdf).read_text()
+
+
+def _refusal(tmp_path: Path, text: str, tip_link: str = "flange") -> InputError:
+    file = tmp_path / "robot.urdf"
+    file.write_text(text)
+    with pytest.raises(InputError) as caught:
+        read_description(str(file), tip_link)
+    assert str(caught.value).startswith(str(file))
+    assert "\n" not in str(caught.value)
+    return caught.value
+
+
+def test_the_shipped_arm_has_seven_joints_with_the_published_speeds() -> None:
+    arm = Arm(pa10(), kendama_game().cup)
+    assert arm.joint_names == ("s1", "s2", "s3", "e1", "e2", "w1", "w2")
+    degrees = arm.velocity_rad_s * 180 / 3.141592653589793
+    assert degrees == pytest.approx([57, 57, 114, 114, 360, 360, 360], rel=1e-5)
+
+
+def test_a_file_that_is_no_xml_is_refused_with_its_line(tmp_path: Path) -> None:
+    assert "line 3: is not well-formed XML" in str(_refusal(tmp_path, "<robot>\n<link name='a'/>\n<link"))
+
+
+@pytest.mark.parametrize("rubbish", [b"\x00\xff\xfe\x01", b"", b"\x93NUMPY"])
+def test_binary_rubbish_is_refused(tmp_path: Path, rubbish: bytes) -> None:
+    file = tmp_path / "robot.urdf"
+    file.write_bytes(rubbish)
+    with pytest.raises(InputError, match=r"robot\.urdf"):
+        read_description(str(file), "flange")
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ('<robot name="pa10">', '<sdf name="pa10">', "not well-formed"),
+        ('<child link="link_e1"/>', '<child link="elbow"/>', "joint 'e1': has no link 'elbow' for the child"),
+        ('<mass value="3.51"/>', '<mass value="0"/>', "link 'link_s3': has no mass"),
+        ('velocity="0.994838" effort="232"', 'effort="232"', "joint 's1': has no usable velocity limit"),
+        ('lower="-2.391101"', 'lower="3"', "joint 'e1': has a lower limit that is not below"),
+        ('<joint name="w1" type="revolute">', '<joint name="w1" type="planar">', "joint 'w1': is of type 'planar'"),
+        (
+            '<link name="flange">',
+            '<link name="flange"><visual><geometry><mesh filename="flange.stl"/></geometry></visual>',
+            "names the mesh 'flange.stl', which is not there",
+        ),
+    ],
+)
+def test_a_flaw_in_a_urdf_is_named(tmp_path: Path, old: str, new: str, words: str) -> None:
+    assert old in GOOD
+    assert words in str(_refusal(tmp_path, GOOD.replace(old, new, 1)))
+
+
+def test_a_file_of_another_kind_is_refused(tmp_path: Path) -> None:
+    assert "its root is <html>, not <robot>" in str(_refusal(tmp_path, "<html/>"))
+
+
+def test_a_tip_that_does_not_exist_is_refused_with_those_that_do(tmp_path: Path) -> None:
+    message = str(_refusal(tmp_path, GOOD, "tool0"))
+    assert "has no link 'tool0'" in message
+    assert "flange" in message
+
+
+def test_a_tip_that_nothing_moves_is_refused(tmp_path: Path) -> None:
+    assert "no moving joint on the way to 'base'" in str(_refusal(tmp_path, GOOD, "base"))
+
+
+def test_joints_off_the_chain_are_held_fixed(tmp_path: Path) -> None:
+    finger = (
+        '<joint name="finger" type="prismatic"><parent link="flange"/><child link="tip"/></joint>'
+        '<link name="tip"><inertial><mass value="0.1"/>'
+        '<inertia ixx="1e-5" ixy="0" ixz="0" iyy="1e-5" iyz="0" izz="1e-5"/></inertial></link></robot>'
+    )
+    file = tmp_path / "robot.urdf"
+    file.write_text(GOOD.replace("</robot>", finger))
+    arm = Arm(dataclasses.replace(pa10(), urdf=str(file)), kendama_game().cup)
+    assert arm.joint_names == ("s1", "s2", "s3", "e1", "e2", "w1", "w2")
+    assert arm.skeleton.getNumDofs() == 7
+
+
+def test_the_number_of_home_angles_must_fit_the_arm() -> None:
+    six = (0.0,) * 6
+    short = dataclasses.replace(
+        pa10(),
+        home_rad=six,
+        acceleration_rad_s2=(1.0,) * 6,
+        rotor_inertia_kg_m2=six,
+        coulomb_nm=six,
+        viscous_nm_s=six,
+    )
+    with pytest.raises(InputError, match=r"has 7 moving joints on the way to 'flange', robot\.home_rad has 6"):
+        Arm(short, kendama_game().cup)
+
+
+def test_joint_lists_of_different_lengths_are_refused() -> None:
+    with pytest.raises(ConfigError, match="'coulomb_nm' has 2 values; allowed: 7"):
+        dataclasses.replace(pa10(), coulomb_nm=(1.0, 1.0))
+
+
+def test_a_cup_axis_of_zero_is_refused() -> None:
+    with pytest.raises(ConfigError, match="'cup_axis'"):
+        dataclasses.replace(pa10().tool, cup_axis=(0.0, 0.0, 0.0))

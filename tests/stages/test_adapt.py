@@ -1,0 +1,174 @@
+from __future__ import annotations
+
+import dataclasses
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import yaml
+
+from kendama_cli.artifacts.demonstration import Demonstration
+from kendama_cli.artifacts.motion_plan import CatchMotion, MotionPlan
+from kendama_cli.errors import ConfigError, StageError
+from kendama_cli.motion.averaging import encode_swing, prepare
+from kendama_cli.settings.adapt import AdaptSettings
+from kendama_cli.settings.schema import build
+from kendama_cli.simulation.arm import Arm
+from kendama_cli.simulation.swing import Swing, scaled_plan
+from kendama_cli.stages.adapt import Adapt
+from kendama_cli.stages.interface import Made
+from tests.memory_context import MemoryContext
+from tests.motion.swings import settings as encode_settings
+from tests.simulation.bench_robot import ROOT, kendama_game, pa10
+
+SHIPPED = build(AdaptSettings, yaml.safe_load((ROOT / "conf/adapt/catch.yaml").read_text()), "adapt")
+QUICK = dataclasses.replace(SHIPPED, tau_range=(0.96, 1.04), amplitudes=(), judge_repeats=2, repeats=3)
+
+
+def _plan(t_s: Any, position_m: Any) -> MotionPlan:
+    swing = prepare(Demonstration("swing", t_s, np.asarray(position_m) - position_m[0]), encode_settings())
+    return encode_swing(swing, encode_settings())
+
+
+@pytest.fixture(scope="module")
+def bundled() -> MotionPlan:
+    rows = np.loadtxt(ROOT / "data/demonstrations/swing-04.csv", delimiter=",", skiprows=3)
+    return _plan(rows[:, 0], rows[:, 1:4])
+
+
+@pytest.fixture(scope="module")
+def recorded(recordings: Path) -> tuple[Any, Any]:
+    file = recordings / "li-kendama" / "kendama1-20.txt"
+    if not file.is_file():
+        pytest.skip(f"{file} is not there")
+    rows = np.loadtxt(file)[:350]
+    return np.arange(350) * 0.01, np.column_stack([-rows[:, 1], 0 * rows[:, 1], rows[:, 3]]) / 1000
+
+
+def _run(plan: MotionPlan, settings: AdaptSettings = QUICK, ctx: MemoryContext | None = None) -> Made:
+    return Adapt(adapt=settings, robot=pa10(), game=kendama_game()).run({"encode": plan}, ctx or MemoryContext(1))
+
+
+def _content(motion: CatchMotion) -> list[bytes]:
+    arrays = (motion.plan.weights, motion.joints.t_s, motion.joints.position_rad, motion.joints.acceleration_rad_s2)
+    return [array.tobytes() for array in arrays]
+
+
+def test_a_bundled_demonstration_is_caught_and_the_log_tells_how(bundled: MotionPlan) -> None:
+    ctx = MemoryContext(1)
+    made = _run(bundled, ctx=ctx)
+    metrics = made.metrics
+    assert metrics["caught"] is True
+    assert metrics["success_rate"] == 1.0
+    assert 0.96 <= float(metrics["tau_scale"] or 0) <= 1.04
+    assert made.artifact.plan.tau_scale == metrics["tau_scale"]
+    assert made.artifact.caught
+    rollouts = [message for topic, _, message in ctx.log.messages if topic == "/adapt/rollout"]
+    repeats = [message for topic, _, message in ctx.log.messages if topic == "/adapt/repeat"]
+    assert len(rollouts) <= int(metrics["rollouts"] or 0)
+    assert [message["index"] for message in rollouts] == list(range(len(rollouts)))
+    assert len(repeats) == 3
+    topics = {topic for topic, _, _ in ctx.log.messages}
+    assert topics == {f"/adapt/{name}" for name in ("rollout", "repeat", "joints", "cup", "ball", "reference")}
+    ball = [message["position_m"] for topic, _, message in ctx.log.messages if topic == "/adapt/ball"]
+    cup = [message["position_m"] for topic, _, message in ctx.log.messages if topic == "/adapt/cup"]
+    assert np.linalg.norm(np.array(ball[-1]) - cup[-1]) < 0.07
+
+
+def test_a_killed_and_resumed_search_ends_as_an_uninterrupted_one(bundled: MotionPlan) -> None:
+    whole_ctx = MemoryContext(1)
+    whole = _run(bundled, ctx=whole_ctx)
+    assert whole_ctx.checkpoints == int(whole.metrics["rollouts"] or 0) + 3
+    for stop_after in (1, 3, whole_ctx.checkpoints - 4, whole_ctx.checkpoints):
+        killed = MemoryContext(1, stop_after=stop_after)
+        with pytest.raises(KeyboardInterrupt):
+            _run(bundled, ctx=killed)
+        resumed_ctx = MemoryContext(1, resume_from=killed)
+        resumed = _run(bundled, ctx=resumed_ctx)
+        assert resumed.metrics == whole.metrics
+        assert _content(resumed.artifact) == _content(whole.artifact)
+        assert len(resumed_ctx.log.messages) == len(whole_ctx.log.messages)
+
+
+def test_where_no_tau_catches_the_stage_ends_and_says_how_near_it_came(bundled: MotionPlan) -> None:
+    slow = dataclasses.replace(QUICK, tau_range=(1.6, 1.64), tau_start=1.6)
+    made = _run(bundled, slow)
+    assert made.metrics["caught"] is False
+    assert made.metrics["success_rate"] == 0.0
+    assert made.metrics["rollouts"] == 3
+    assert made.metrics["rollouts_to_first_catch"] is None
+    assert made.metrics["apex_mm"] is not None
+    assert not made.artifact.caught
+
+
+def test_if_tau_alone_fails_the_size_of_the_motion_is_searched(bundled: MotionPlan) -> None:
+    small = scaled_plan(bundled, 0.8, 1.0)
+    only = dataclasses.replace(QUICK, tau_range=(0.98, 1.02), amplitudes=(1.25,))
+    made = _run(small, only)
+    assert made.metrics["amplitude"] == 1.25
+    assert made.metrics["caught"] is True
+    assert made.artifact.plan.weights == pytest.approx(bundled.weights)
+
+
+def test_a_motion_too_fast_for_the_arm_names_the_joint_and_its_limit(bundled: MotionPlan) -> None:
+    hasty = dataclasses.replace(bundled, duration_s=bundled.duration_s / 4)
+    with pytest.raises(
+        StageError, match=r"pa10, whose joint '\w+' with its \w+ limit of [\d.]+ rad/s.* stands in the way"
+    ):
+        _run(hasty)
+
+
+def test_a_start_outside_the_range_is_refused() -> None:
+    with pytest.raises(ConfigError, match=r"'tau_start' is 2.0; allowed: 0.8 to 1.25"):
+        dataclasses.replace(SHIPPED, tau_start=2.0)
+
+
+def test_a_coordinate_that_is_not_in_space_is_refused(bundled: MotionPlan) -> None:
+    odd = dataclasses.replace(bundled, coordinates=("x", "y", "roll"))
+    with pytest.raises(StageError, match=r"coordinate 'roll'; allowed: x, y, z"):
+        _run(odd)
+
+
+def test_slower_play_runs_through_the_same_places(bundled: MotionPlan) -> None:
+    swing = Swing(Arm(pa10(), kendama_game().cup), bundled, 5.0)
+    one, two = swing.joints(1.0, 0.5), swing.joints(2.0, 1.0)
+    assert two.position_rad[::2][: len(one.t_s)] == pytest.approx(one.position_rad, abs=1e-12)
+    assert 2 * two.velocity_rad_s[::2][: len(one.t_s)] == pytest.approx(one.velocity_rad_s, abs=1e-12)
+    assert 4 * two.acceleration_rad_s2[::2][: len(one.t_s)] == pytest.approx(one.acceleration_rad_s2, abs=1e-12)
+    assert math.isclose(
+        swing.least_tau_scale(), Swing(swing.arm, scaled_plan(bundled, 1.0, 3.0), 5.0).least_tau_scale()
+    )
+
+
+def test_a_motion_that_begins_moving_gets_a_lead_in_from_rest(bundled: MotionPlan) -> None:
+    moving = dataclasses.replace(bundled, start_velocity_m_s=np.array([0.5, 0.0, 0.2]))
+    swing = Swing(Arm(pa10(), kendama_game().cup), moving, 5.0)
+    cup_m = swing.cup_reference_m(1.0, np.arange(0.0, swing.lead_in_s + 0.1, 0.001))
+    steps = np.diff(cup_m, axis=0) / 0.001
+    assert swing.lead_in_s == pytest.approx(2 * math.hypot(0.5, 0.2) / 5.0)
+    assert np.abs(steps[0]).max() < 1e-2
+    assert steps[round(swing.lead_in_s / 0.001)] == pytest.approx([0.5, 0.0, 0.2], abs=0.03)
+    # no jump anywhere: one step changes the speed by no more than 40 m/s^2 would
+    assert np.abs(np.diff(steps, axis=0)).max() < 0.04
+
+
+@pytest.mark.recording
+def test_a_persons_recorded_swing_is_caught(recorded: tuple[Any, Any]) -> None:
+    made = _run(_plan(*recorded), dataclasses.replace(SHIPPED, judge_repeats=3, repeats=10))
+    assert made.metrics["caught"] is True
+    assert float(made.metrics["success_rate"] or 0) >= 0.9
+    assert int(made.metrics["rollouts_to_first_catch"] or 99) <= 6
+
+
+@pytest.mark.recording
+@pytest.mark.slow
+@pytest.mark.parametrize("size", [0.95, 1.05])
+@pytest.mark.parametrize("seed", [11, 12])
+def test_a_recorded_swing_of_other_size_with_noise_is_caught(recorded: tuple[Any, Any], size: float, seed: int) -> None:
+    t_s, position_m = recorded
+    noisy = size * position_m + np.random.default_rng(seed).normal(0.0, 0.0005, position_m.shape)
+    made = _run(_plan(t_s, noisy), dataclasses.replace(SHIPPED, judge_repeats=6, repeats=20))
+    assert made.metrics["caught"] is True
+    assert float(made.metrics["success_rate"] or 0) >= 0.9
