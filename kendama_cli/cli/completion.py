@@ -1,0 +1,53 @@
+"""Shell completion for stages, pipelines, runs, groups and keys. Never fails: at worst it offers nothing."""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Callable
+
+from kendama_cli.config import compose
+from kendama_cli.config.site import find_site
+from kendama_cli.errors import KendamaError
+from kendama_cli.pipeline.catalogue import load_pipeline, pipeline_names
+from kendama_cli.pipeline.record import past_runs
+
+
+def _quietly(offer: Callable[[str], list[str]]) -> Callable[[str], list[str]]:
+    @functools.wraps(offer)
+    def complete(incomplete: str) -> list[str]:
+        try:
+            return [word for word in offer(incomplete) if word.startswith(incomplete)]
+        except (KendamaError, OSError):
+            return []
+
+    return complete
+
+
+@_quietly
+def pipelines(incomplete: str) -> list[str]:
+    """Names of pipelines."""
+    return pipeline_names(find_site().pipeline_folders)
+
+
+@_quietly
+def stages(incomplete: str) -> list[str]:
+    """Names of the stages of all pipelines."""
+    folders = find_site().pipeline_folders
+    return sorted({spec.name for name in pipeline_names(folders) for spec in load_pipeline(name, folders).stages})
+
+
+@_quietly
+def runs(incomplete: str) -> list[str]:
+    """Ids of past runs, newest first."""
+    return [str(record["run"]) for record in reversed(past_runs(find_site().home))]
+
+
+@_quietly
+def overrides(incomplete: str) -> list[str]:
+    """Groups, keys, and the options of a group after its ``=``."""
+    site = find_site()
+    group, equals, _ = incomplete.partition("=")
+    if equals:
+        return [f"{group}={option}" for option in compose.group_options(site, group)]
+    names = compose.groups(site)
+    return [*(f"{name}=" for name in names), *(f"{key}=" for key in compose.keys(site) if key not in names)]

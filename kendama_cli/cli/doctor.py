@@ -1,0 +1,63 @@
+"""What is installed, what is missing, and what each optional part would need."""
+
+from __future__ import annotations
+
+import importlib
+import importlib.metadata
+import os
+import platform
+import subprocess
+import sys
+from dataclasses import dataclass
+
+import kendama_cli
+
+
+@dataclass(frozen=True)
+class Part:
+    """One thing that kendama needs or can use; ``state`` is ok, missing or optional."""
+
+    name: str
+    state: str
+    detail: str
+
+
+REQUIRED = {
+    "dartpy": "dartpy",
+    "numpy": "numpy",
+    "scipy": "scipy",
+    "opencv-python-headless": "cv2",
+    "pandas": "pandas",
+    "pyarrow": "pyarrow",
+    "mcap": "mcap",
+    "foxglove-schemas-protobuf": "foxglove_schemas_protobuf",
+    "hydra-core": "hydra",
+    "matplotlib": "matplotlib",
+}
+DEVICES = {
+    "capture=mocap": "a motion capture system that streams rigid bodies",
+    "capture=haptic": "a haptic device and its driver",
+    "camera=device": "a camera that OpenCV can open",
+    "hardware=udp": "a controller that speaks kendama's UDP protocol",
+}
+
+
+def examine() -> list[Part]:
+    """Try every part; an import that fails is told with what brings it."""
+    cores = os.cpu_count() or 1
+    found = [Part("kendama", "ok", f"{kendama_cli.__version__}, Python {platform.python_version()}, {cores} cores")]
+    found += [_library(name, module) for name, module in REQUIRED.items()]
+    found += [Part(name, "optional", f"needs {needs}") for name, needs in DEVICES.items()]
+    return found
+
+
+def _library(name: str, module: str) -> Part:
+    # a process of its own: a broken native library may take its process down
+    probe = subprocess.run([sys.executable, "-c", f"import {module}"], capture_output=True, text=True, check=False)
+    if probe.returncode == 0:
+        return Part(name, "ok", importlib.metadata.version(name))
+    lines = probe.stderr.strip().splitlines()
+    reason = lines[-1] if lines else f"exit code {probe.returncode}"
+    if "libGL.so.1" in reason:
+        return Part(name, "missing", "the system library libGL.so.1 is missing: apt-get install libgl1")
+    return Part(name, "missing", f"{reason}; pip install {name}")

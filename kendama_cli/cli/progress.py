@@ -1,0 +1,132 @@
+"""How a run is watched: a live view on a terminal, plain lines elsewhere."""
+
+from __future__ import annotations
+
+import sys
+import time
+from collections.abc import Mapping
+from types import TracebackType
+from typing import Any, Self
+
+from rich.console import Console
+from rich.progress import BarColumn, Progress, ProgressColumn, Task, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+from rich.text import Text
+
+from kendama_cli.cli import render
+from kendama_cli.pipeline.record import StageOutcome
+
+LINE_PERIOD_S = 5.0
+
+
+class PlainLines:
+    """One line when a stage starts and ends, and one every few seconds between."""
+
+    def __init__(self, prefix: str = "") -> None:
+        """``prefix`` tells runs of a sweep apart."""
+        self._prefix = prefix
+        self._told_s: dict[str, float] = {}
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        """Nothing to put back."""
+
+    def stage_waits(self, name: str) -> None:
+        """Another run on this home is computing the stage."""
+        self._say(f"{name}: waits for another run that is computing it")
+
+    def stage_starts(self, name: str, reasons: tuple[str, ...]) -> None:
+        """A worker for the stage has started."""
+        self._told_s[name] = time.monotonic()
+        self._say(f"{name}: starts ({'; '.join(reasons) or 'goes on'})")
+
+    def stage_progress(self, name: str, done: int, total: int | None, figures: Mapping[str, Any]) -> None:
+        """The stage tells where its work stands."""
+        now = time.monotonic()
+        if now - self._told_s.get(name, 0.0) >= LINE_PERIOD_S:
+            self._told_s[name] = now
+            of = "" if total is None else f"/{total}"
+            shown = render.figures(figures)
+            self._say(f"{name}: {done}{of}{', ' + shown if shown else ''}")
+
+    def stage_ends(self, outcome: StageOutcome) -> None:
+        """The stage ran, was cached, or failed."""
+        if outcome.status == "failed":
+            self._say(f"{outcome.name}: failed: {outcome.error}")
+        elif outcome.status == "ran":
+            self._say(f"{outcome.name}: done in {outcome.seconds:.1f} s; {render.figures(outcome.metrics, 4)}")
+        else:
+            self._say(f"{outcome.name}: cached")
+
+    def _say(self, line: str) -> None:
+        render.note(self._prefix + line)
+
+
+class _Figures(ProgressColumn):
+    """The stage's own figures."""
+
+    def render(self, task: Task) -> Text:
+        return Text(str(task.fields.get("shown", "")), style="dim")
+
+
+class LiveView:
+    """A row per stage: state, bar, time spent and left, figures."""
+
+    def __init__(self) -> None:
+        self._console = Console(stderr=True)
+        self._progress = Progress(
+            TextColumn("{task.fields[mark]} {task.description:<9}"),
+            BarColumn(bar_width=24),
+            TimeElapsedColumn(),
+            TimeRemainingColumn(),
+            _Figures(),
+            console=self._console,
+        )
+        self._tasks: dict[str, Any] = {}
+
+    def __enter__(self) -> Self:
+        self._progress.start()
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self._progress.stop()
+
+    def stage_waits(self, name: str) -> None:
+        """Another run on this home is computing the stage."""
+        self._progress.update(self._row(name), mark="…", shown="another run is computing it")
+
+    def stage_starts(self, name: str, reasons: tuple[str, ...]) -> None:
+        """A worker for the stage has started."""
+        self._progress.update(self._row(name), mark="▸", shown="; ".join(reasons))
+
+    def stage_progress(self, name: str, done: int, total: int | None, figures: Mapping[str, Any]) -> None:
+        """The stage tells where its work stands."""
+        of = "" if total is None else f"/{total}"
+        shown = f"{done}{of}  {render.figures(figures)}"
+        self._progress.update(self._row(name), completed=done, total=total, shown=shown)
+
+    def stage_ends(self, outcome: StageOutcome) -> None:
+        """The stage ran, was cached, or failed."""
+        mark = {"ran": "✓", "cached": "=", "failed": "✗"}[outcome.status]
+        shown = outcome.error or ("cached" if outcome.status == "cached" else render.figures(outcome.metrics, 4))
+        row = self._row(outcome.name)
+        if outcome.status == "failed":
+            self._progress.update(row, mark=mark, shown=shown)
+        else:
+            self._progress.update(row, mark=mark, completed=1, total=1, shown=shown)
+        self._progress.stop_task(row)
+
+    def _row(self, name: str) -> Any:
+        if name not in self._tasks:
+            self._tasks[name] = self._progress.add_task(name, total=None, mark=" ", shown="")
+        return self._tasks[name]
+
+
+def observer() -> LiveView | PlainLines:
+    """The live view where standard error is a terminal, else plain lines."""
+    return LiveView() if sys.stderr.isatty() else PlainLines()

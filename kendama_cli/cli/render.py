@@ -1,0 +1,89 @@
+"""Everything a user reads: plans, tables, errors and results as text. The only place that prints."""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
+
+from kendama_cli.pipeline.plan import StagePlan
+from kendama_cli.pipeline.record import RunRecord
+
+
+def error(message: str) -> None:
+    """One line on standard error."""
+    print(f"kendama: {' '.join(message.split())}", file=sys.stderr)
+
+
+def note(message: str) -> None:
+    """A line beside the result, on standard error."""
+    print(message, file=sys.stderr, flush=True)
+
+
+def text(message: str) -> None:
+    """A result, on standard output."""
+    print(message)
+
+
+def document(value: Any) -> None:
+    """One JSON document on standard output."""
+    print(json.dumps(value, indent=2, ensure_ascii=False))
+
+
+def table(rows: Iterable[Sequence[str]], *, head: Sequence[str] = ()) -> None:
+    """Rows in aligned columns on standard output; the last column runs free."""
+    lines = [*([head] if head else []), *rows]
+    if not lines:
+        return
+    widths = [max(len(row[i]) for row in lines) for i in range(len(lines[0]) - 1)]
+    for row in lines:
+        print("  ".join([*(cell.ljust(width) for cell, width in zip(row[:-1], widths, strict=True)), row[-1]]).rstrip())
+
+
+def plan(stages: Sequence[StagePlan]) -> None:
+    """One line per stage: cached, or run with the reasons."""
+    table(
+        [
+            (item.spec.name, "cached", (item.key or "")[:12])
+            if item.result is not None
+            else (item.spec.name, "run", "; ".join(item.reasons))
+            for item in stages
+        ]
+    )
+
+
+def plan_document(pipeline: str, overrides: Sequence[str], stages: Sequence[StagePlan]) -> dict[str, Any]:
+    """What ``plan --json`` prints."""
+    return {
+        "pipeline": pipeline,
+        "overrides": list(overrides),
+        "stages": [
+            {
+                "name": item.spec.name,
+                "key": item.key,
+                "status": "run" if item.result is None else "cached",
+                "reasons": list(item.reasons),
+            }
+            for item in stages
+        ],
+    }
+
+
+def figure(value: Any) -> str:
+    """A number as a person would write it."""
+    if isinstance(value, bool) or value is None:
+        return {True: "yes", False: "no", None: "-"}[value]
+    return f"{value:.4g}" if isinstance(value, float) else str(value)
+
+
+def figures(values: Mapping[str, Any], most: int | None = None) -> str:
+    """``name value`` pairs in one line, the first ``most`` of them."""
+    return ", ".join(f"{name} {figure(value)}" for name, value in list(values.items())[:most])
+
+
+def summary(record: RunRecord, next_step: str) -> None:
+    """How a run ended, in a few lines."""
+    for stage in record.stages:
+        print(f"{stage.name:<9} {stage.status:<6} {stage.error or figures(stage.metrics, 6)}")
+    print(f"run {record.run} {record.outcome}; {next_step}")

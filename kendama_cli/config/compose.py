@@ -1,0 +1,187 @@
+"""Configuration from ``conf/`` and overrides, by Hydra's compose API. The only place that imports Hydra.
+
+What was composed is remembered by the state of every file on the search path, so that a run with nothing to do
+never loads Hydra; validation by the settings' schema follows in any case.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from kendama_cli.config.site import Site
+from kendama_cli.errors import ConfigError
+from kendama_cli.settings.schema import nearest, unknown_key
+from kendama_cli.store import durable
+
+
+def composed(site: Site, overrides: Sequence[str]) -> dict[str, Any]:
+    """The plain configuration for ``overrides``; raises ConfigError for what does not compose."""
+    stamps = {str(file): _stamp(file) for folder in site.conf_folders for file in sorted(folder.rglob("*.yaml"))}
+    question = {"overrides": list(overrides), "folders": [str(folder) for folder in site.conf_folders]}
+    name = hashlib.sha256(durable.canonical_json(question)).hexdigest()[:32]
+    path = site.home / "index" / "compose" / f"{name}.json"
+    known = durable.read_index(path)
+    if known is not None and known["question"] == question and known["stamps"] == stamps:
+        return dict(known["answer"])
+    answer = _compose(site, list(overrides))
+    durable.write_index(path, {"question": question, "stamps": stamps, "answer": answer})
+    return answer
+
+
+def expand_sweep(site: Site, overrides: Sequence[str]) -> list[list[str]]:
+    """Every combination of sweep overrides (lists, ``range()``, ``choice()``, ``glob()``), in the order given."""
+    from hydra.core.override_parser.types import Override  # noqa: PLC0415
+
+    choices: list[list[str]] = []
+    for text, override in zip(overrides, _parse(list(overrides)), strict=True):
+        assert isinstance(override, Override)
+        if not override.is_sweep_override():
+            choices.append([text])
+            continue
+        options = group_options(site, override.key_or_group)
+        names = _sweep_values(override, options)
+        head = text.partition("=")[0]
+        values = [f"{head}={value}" for value in names]
+        if not values:
+            raise ConfigError(
+                override.key_or_group, f"'{text}' names no value; available: {', '.join(options) or 'none'}"
+            )
+        choices.append(list(dict.fromkeys(values)))
+    combinations: list[list[str]] = [[]]
+    for values in choices:
+        combinations = [[*before, value] for before in combinations for value in values]
+    return combinations
+
+
+def group_options(site: Site, group: str) -> list[str]:
+    """The names that a configuration group offers on the search path."""
+    return sorted({file.stem for folder in site.conf_folders for file in (folder / group).glob("*.yaml")})
+
+
+def groups(site: Site) -> list[str]:
+    """The configuration groups on the search path."""
+    return sorted({item.name for folder in site.conf_folders for item in folder.iterdir() if item.is_dir()})
+
+
+def _sweep_values(override: Any, options: list[str]) -> list[str]:
+    from hydra.core.override_parser.types import Glob  # noqa: PLC0415
+
+    if isinstance(override.value(), Glob):
+        return list(override.value().filter(options))
+    return list(override.sweep_string_iterator())
+
+
+def _stamp(file: Path) -> list[int]:
+    status = file.stat()
+    return [status.st_size, status.st_mtime_ns, status.st_ino]
+
+
+def _parse(overrides: list[str]) -> list[Any]:
+    from hydra.core.override_parser.overrides_parser import OverridesParser  # noqa: PLC0415
+    from hydra.errors import OverrideParseException  # noqa: PLC0415
+
+    parsed = []
+    for text in overrides:
+        try:
+            parsed += OverridesParser.create().parse_overrides([text])
+        except OverrideParseException as error:
+            if "=" not in text:
+                raise ConfigError(
+                    text, f"'{text}' is not an override; write KEY=VALUE, as in seed=1 or capture=file"
+                ) from error
+            key = text.partition("=")[0]
+            raise ConfigError(
+                key, f"'{text}' cannot be read as KEY=VALUE; quote a value with special characters: {key}='\"...\"'"
+            ) from error
+    return parsed
+
+
+def _compose(site: Site, overrides: list[str]) -> dict[str, Any]:
+    from hydra import version  # noqa: PLC0415
+    from hydra._internal.hydra import Hydra  # noqa: PLC0415
+    from hydra._internal.utils import create_config_search_path  # noqa: PLC0415
+    from hydra.compose import compose  # noqa: PLC0415
+    from hydra.core.config_search_path import SearchPathQuery  # noqa: PLC0415
+    from hydra.core.global_hydra import GlobalHydra  # noqa: PLC0415
+    from hydra.errors import HydraException  # noqa: PLC0415
+    from omegaconf import OmegaConf  # noqa: PLC0415
+    from omegaconf.errors import OmegaConfBaseException  # noqa: PLC0415
+    from yaml import YAMLError  # noqa: PLC0415
+
+    for text, override in zip(overrides, _parse(overrides), strict=True):
+        if override.is_sweep_override():
+            raise ConfigError(
+                override.key_or_group,
+                f"'{text}' gives several values; use 'kendama sweep' for one run each, or [a,b] for a list",
+            )
+        if override.key_or_group.partition(".")[0].partition("/")[0] == "hydra":
+            raise ConfigError(
+                override.key_or_group, f"'{text}' would change Hydra itself, which kendama does not offer"
+            )
+    version.setbase("1.3")
+    GlobalHydra.instance().clear()
+    first, *others = site.conf_folders
+    path = create_config_search_path(str(first))
+    for folder in reversed(others):
+        path.append("kendama", f"file://{folder}", anchor=SearchPathQuery(provider="main"))
+    Hydra.create_main_hydra2(task_name="kendama", config_search_path=path)
+    try:
+        config = OmegaConf.to_container(compose("config", overrides=overrides), resolve=True)
+    except (HydraException, OmegaConfBaseException, YAMLError) as error:
+        raise _plain_error(site, overrides, error) from error
+    finally:
+        GlobalHydra.instance().clear()
+    assert isinstance(config, dict)
+    return {str(key): value for key, value in config.items()}
+
+
+def _plain_error(site: Site, overrides: list[str], error: Exception) -> ConfigError:
+    """One line for whatever Hydra could not compose: the first override that does not fit, or Hydra's own words."""
+    names = groups(site)
+    choices = [item for item in _parse(overrides) if item.key_or_group in names and isinstance(item.value(), str)]
+    for override in choices:
+        options = group_options(site, override.key_or_group)
+        if override.value() not in options:
+            key = override.key_or_group
+            return ConfigError(
+                key,
+                f"'{key}' is '{override.value()}'; allowed: {', '.join(options)}{nearest(override.value(), options)}",
+            )
+    valid = [item.input_line for item in choices]
+    if len(valid) < len(overrides):
+        config = _compose(site, [text for text in valid if text is not None])
+        for override in _parse(overrides):
+            problem = _missing(config, override.key_or_group, names)
+            if problem is not None and not override.is_add() and not override.is_force_add():
+                return problem
+    return ConfigError("conf", "configuration: " + " ".join(str(error).split()))
+
+
+def _missing(config: dict[str, Any], key: str, names: list[str]) -> ConfigError | None:
+    """The error for the first part of ``key`` that ``config`` does not have; None where it has them all."""
+    node: Any = config
+    walked = ""
+    for part in key.split("."):
+        path = f"{walked}.{part}" if walked else part
+        if not isinstance(node, dict):
+            return ConfigError(key, f"unknown key '{key}': '{walked}' is a value and has no keys below it")
+        if part not in node and (walked or part not in names):
+            return unknown_key(path, node)
+        node, walked = node.get(part, {}), path
+    return None
+
+
+def _leaves(config: dict[str, Any], prefix: str = "") -> list[str]:
+    found = []
+    for name, value in config.items():
+        path = f"{prefix}{name}"
+        found += [path, *_leaves(value, f"{path}.")] if isinstance(value, dict) else [path]
+    return found
+
+
+def keys(site: Site) -> list[str]:
+    """Every dotted key of the default configuration, for completion."""
+    return _leaves(composed(site, []))

@@ -1,0 +1,64 @@
+"""WHERE things are: the home folder and the search path of conf/, pipelines/ and data/. Never part of a key."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass
+from pathlib import Path
+
+import kendama_cli
+from kendama_cli.errors import UsageError
+
+
+@dataclass(frozen=True)
+class Site:
+    """The folders of one invocation; in each search path the first folder that has a file wins."""
+
+    home: Path
+    conf_folders: tuple[Path, ...]
+    pipeline_folders: tuple[Path, ...]
+    data_roots: tuple[Path, ...]
+
+
+def bundled_root() -> Path:
+    """The folder that holds the ``conf/``, ``pipelines/`` and ``data/`` that came with this installation."""
+    package = Path(kendama_cli.__file__).parent
+    in_wheel = package / "bundled"
+    return in_wheel if in_wheel.is_dir() else package.parent
+
+
+def find_site(home: Path | None = None, config_dir: Path | None = None) -> Site:
+    """The site for the current folder, ``KENDAMA_HOME``, ``KENDAMA_CONFIG_DIR`` and the command line's options.
+
+    ``config_dir`` may be a folder that holds ``conf/`` (and ``pipelines/``), or a ``conf`` folder itself. Raises
+    UsageError where it does not exist.
+    """
+    here = Path.cwd()
+    roots = [here]
+    conf: list[Path] = []
+    if config_dir is None and os.environ.get("KENDAMA_CONFIG_DIR"):
+        config_dir = Path(os.environ["KENDAMA_CONFIG_DIR"])
+    if config_dir is not None:
+        chosen = config_dir.expanduser().resolve()
+        if not chosen.is_dir():
+            raise UsageError(f"--config-dir {config_dir}: no such folder; name one that holds conf/ or YAML groups")
+        if (chosen / "conf").is_dir() or (chosen / "pipelines").is_dir():
+            roots.insert(0, chosen)
+        else:
+            conf.append(chosen)
+            roots.insert(0, chosen.parent)
+    roots.append(bundled_root())
+    home = home or Path(os.environ.get("KENDAMA_HOME") or ".kendama")
+    return Site(
+        home=home.expanduser().absolute(),
+        conf_folders=_existing([*conf, *(root / "conf" for root in roots)]),
+        pipeline_folders=_existing(
+            [*(folder / "pipelines" for folder in conf), *(root / "pipelines" for root in roots)]
+        ),
+        data_roots=_existing([here, *roots]),
+    )
+
+
+def _existing(folders: list[Path]) -> tuple[Path, ...]:
+    resolved = [folder.resolve() for folder in folders if folder.is_dir()]
+    return tuple(dict.fromkeys(resolved))

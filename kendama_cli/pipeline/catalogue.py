@@ -1,0 +1,161 @@
+"""Which stages and pipelines there are, by name; nothing here imports a stage.
+
+A project adds stages of its own by entry points: group ``kendama.stages``, value ``module:Class``; and the settings
+of their configuration nodes by group ``kendama.settings``.
+"""
+
+from __future__ import annotations
+
+import importlib.metadata
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from kendama_cli.errors import ConfigError, UsageError
+from kendama_cli.settings.schema import nearest
+
+STAGES = {
+    "capture": "kendama_cli.stages.capture:Capture",
+    "encode": "kendama_cli.stages.encode:Encode",
+    "adapt": "kendama_cli.stages.adapt:Adapt",
+    "learn": "kendama_cli.stages.learn:Learn",
+    "predict": "kendama_cli.stages.predict:Predict",
+    "transfer": "kendama_cli.stages.transfer:Transfer",
+}
+
+
+@dataclass(frozen=True)
+class StageSpec:
+    """One entry of a pipeline: which stage, which artifacts it needs and which configuration nodes feed it.
+
+    ``needs`` and ``config`` map the stage's own names to the pipeline's stages and nodes; ``seeded`` stages draw
+    random numbers, and the top-level seed enters their key.
+    """
+
+    name: str
+    target: str
+    needs: Mapping[str, str]
+    config: Mapping[str, str]
+    seeded: bool
+
+
+@dataclass(frozen=True)
+class Pipeline:
+    """A declared pipeline: stages in an order in which each comes after what it needs, and its own overrides."""
+
+    name: str
+    overrides: tuple[str, ...]
+    stages: tuple[StageSpec, ...]
+
+    def stage(self, name: str, option: str) -> StageSpec:
+        """The stage called ``name``; raises UsageError naming ``option`` otherwise."""
+        for spec in self.stages:
+            if spec.name == name:
+                return spec
+        names = [spec.name for spec in self.stages]
+        known = f"it has {', '.join(names)}{nearest(name, names)}"
+        raise UsageError(f"{option} {name}: pipeline '{self.name}' has no such stage; {known}")
+
+    def until(self, name: str) -> Pipeline:
+        """The part of the pipeline that ``name`` needs, with itself."""
+        wanted = {self.stage(name, "--until").name}
+        for spec in reversed(self.stages):
+            if spec.name in wanted:
+                wanted |= set(spec.needs.values())
+        return Pipeline(self.name, self.overrides, tuple(spec for spec in self.stages if spec.name in wanted))
+
+
+def pipeline_names(folders: Sequence[Path]) -> list[str]:
+    """The names of all pipelines on the search path."""
+    return sorted({file.stem for folder in folders for file in folder.glob("*.yaml")})
+
+
+def load_pipeline(name: str, folders: Sequence[Path]) -> Pipeline:
+    """The pipeline ``name``, or the one in the YAML file that ``name`` points to.
+
+    Raises UsageError where there is none, ConfigError where its declaration is wrong.
+    """
+    given = Path(name)
+    candidates = [given] if given.suffix in (".yaml", ".yml") else [folder / f"{name}.yaml" for folder in folders]
+    for path in candidates:
+        if path.is_file():
+            return _parse(given.stem, path)
+    known = pipeline_names(folders)
+    raise UsageError(f"no pipeline '{name}'; there are {', '.join(known)}{nearest(name, known)}")
+
+
+def stage_target(name: str) -> str | None:
+    """``module:Class`` of the stage ``name``, built in or registered; None where there is none."""
+    if name in STAGES:
+        return STAGES[name]
+    for point in importlib.metadata.entry_points(group="kendama.stages"):
+        if point.name == name:
+            return point.value
+    return None
+
+
+def _parse(name: str, path: Path) -> Pipeline:
+    try:
+        document = yaml.safe_load(path.read_text(encoding="utf-8"))
+    except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
+        raise ConfigError(str(path), f"{path}: not a pipeline: {' '.join(str(error).split())}") from error
+    if not isinstance(document, dict) or not isinstance(document.get("stages"), dict) or not document["stages"]:
+        raise ConfigError(str(path), f"{path}: a pipeline needs 'stages:' with at least one stage")
+    for key in document:
+        if key not in ("stages", "overrides"):
+            raise ConfigError(str(path), f"{path}: unknown key '{key}'; allowed: overrides, stages")
+    specs = {entry: _spec(path, str(entry), body or {}) for entry, body in document["stages"].items()}
+    return Pipeline(name, _strings(path, "overrides", document.get("overrides") or []), _sorted(path, specs))
+
+
+def _spec(path: Path, name: str, body: Any) -> StageSpec:
+    if not isinstance(body, dict):
+        raise ConfigError(name, f"{path}: stage '{name}' must be a group of keys, not {body!r}")
+    for key in body:
+        if key not in ("stage", "needs", "config"):
+            raise ConfigError(name, f"{path}: stage '{name}' has an unknown key '{key}'; allowed: config, needs, stage")
+    target = stage_target(str(body.get("stage", name)))
+    if target is None:
+        known = sorted(STAGES)
+        raise ConfigError(
+            name,
+            f"{path}: no stage '{body.get('stage', name)}'; built in are {', '.join(known)}, others come by "
+            f"entry point group kendama.stages{nearest(name, known)}",
+        )
+    config = _mapping(path, name, "config", body.get("config") or [])
+    seeded = config.pop("seed", None) is not None
+    return StageSpec(name, target, _mapping(path, name, "needs", body.get("needs") or []), config, seeded)
+
+
+def _mapping(path: Path, stage: str, key: str, value: Any) -> dict[str, str]:
+    if isinstance(value, dict):
+        return {str(own): str(theirs) for own, theirs in value.items()}
+    return {name: name for name in _strings(path, f"{stage}.{key}", value)}
+
+
+def _strings(path: Path, key: str, value: Any) -> tuple[str, ...]:
+    if not isinstance(value, list) or not all(isinstance(item, str) for item in value):
+        raise ConfigError(key, f"{path}: '{key}' must be a list of names, not {value!r}")
+    return tuple(value)
+
+
+def _sorted(path: Path, specs: Mapping[str, StageSpec]) -> tuple[StageSpec, ...]:
+    placed: dict[str, StageSpec] = {}
+    waiting = dict(specs)
+    while waiting:
+        for name, spec in waiting.items():
+            for needed in spec.needs.values():
+                if needed not in specs:
+                    hint = nearest(needed, specs)
+                    raise ConfigError(
+                        name, f"{path}: stage '{name}' needs '{needed}', which is not in this pipeline{hint}"
+                    )
+            if all(needed in placed for needed in spec.needs.values()):
+                placed[name] = waiting.pop(name)
+                break
+        else:
+            raise ConfigError(str(path), f"{path}: these stages need each other in a circle: {', '.join(waiting)}")
+    return tuple(placed.values())

@@ -1,0 +1,118 @@
+"""The digest of a stage's code: every module it imports within its package, compared by syntax tree.
+
+Comments, blank lines and docstrings do not count, so that mending a sentence reruns nothing.
+"""
+
+from __future__ import annotations
+
+import ast
+import functools
+import hashlib
+import importlib.util
+import time
+from pathlib import Path
+from typing import Any
+
+from kendama_cli.errors import UsageError
+from kendama_cli.store import durable
+
+SETTLED_S = 2.0
+"""A file changed more recently than this could change again within one tick of its time stamp: not indexed."""
+
+
+class FileIndex:
+    """Facts about files (digests, imports), remembered by size, time and inode; a cache that may be deleted."""
+
+    def __init__(self, path: Path) -> None:
+        self._path = path
+        self._known: dict[str, Any] = durable.read_index(path) or {}
+        self._changed = False
+
+    def facts(self, file: Path, kind: str, compute: Any) -> Any:
+        """``compute(file)``, remembered while the file stays the same."""
+        status = file.stat()
+        stamp = [status.st_size, status.st_mtime_ns, status.st_ino]
+        name = f"{kind}:{file}"
+        known = self._known.get(name)
+        if known is not None and known[0] == stamp:
+            return known[1]
+        made = compute(file)
+        if time.time() - status.st_mtime > SETTLED_S:
+            self._known[name] = [stamp, made]
+            self._changed = True
+        return made
+
+    def save(self) -> None:
+        """Keep what was learned for the next invocation."""
+        if self._changed:
+            durable.write_index(self._path, self._known)
+            self._changed = False
+
+
+def code_digests(target: str, index: FileIndex) -> dict[str, str]:
+    """Digest of each module in the import closure of ``module:Class``, by its path from the package's parent.
+
+    Raises UsageError where the module cannot be found.
+    """
+    module = target.partition(":")[0]
+    package = module.partition(".")[0]
+    root = _package_folder(package)
+    if root is None or _module_file(root, module) is None:
+        raise UsageError(f"stage module '{module}' is not installed; check the entry point that names it")
+    digests: dict[str, str] = {}
+    waiting = [module]
+    while waiting:
+        name = waiting.pop()
+        file = _module_file(root, name)
+        if file is None:
+            continue
+        place = str(file.relative_to(root.parent))
+        if place in digests:
+            continue
+        digest, imports = index.facts(file, f"code {package} {name}", functools.partial(_read_module, package, name))
+        digests[place] = digest
+        parents = name.split(".")[:-1]
+        waiting += [*imports, *(".".join(parents[: i + 1]) for i in range(len(parents)))]
+    return dict(sorted(digests.items()))
+
+
+def _read_module(package: str, name: str, file: Path) -> list[Any]:
+    tree = ast.parse(file.read_bytes(), filename=str(file))
+    imports = sorted(_imports(tree, package, name, is_package=file.name == "__init__.py"))
+    for node in ast.walk(tree):
+        if isinstance(node, (ast.Module, ast.ClassDef, ast.FunctionDef, ast.AsyncFunctionDef)):
+            # bare strings do nothing wherever they stand: docstrings of modules, classes, functions and fields
+            node.body = [item for item in node.body if not _is_bare_string(item)]
+    return [hashlib.sha256(ast.dump(tree).encode()).hexdigest(), imports]
+
+
+def _is_bare_string(node: ast.stmt) -> bool:
+    return isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant) and isinstance(node.value.value, str)
+
+
+def _imports(tree: ast.Module, package: str, name: str, *, is_package: bool) -> set[str]:
+    found: set[str] = set()
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Import):
+            found |= {alias.name for alias in node.names}
+        elif isinstance(node, ast.ImportFrom):
+            base = node.module or ""
+            if node.level:
+                here = name.split(".") if is_package else name.split(".")[:-1]
+                here = here[: len(here) - node.level + 1]
+                base = ".".join([*here, base] if base else here)
+            found |= {base, *(f"{base}.{alias.name}" for alias in node.names)}
+    return {item for item in found if item == package or item.startswith(package + ".")}
+
+
+def _package_folder(package: str) -> Path | None:
+    spec = importlib.util.find_spec(package)
+    return Path(spec.origin).parent if spec is not None and spec.origin else None
+
+
+def _module_file(root: Path, module: str) -> Path | None:
+    base = root.parent.joinpath(*module.split("."))
+    for file in (base.with_suffix(".py"), base / "__init__.py"):
+        if file.is_file():
+            return file
+    return None

@@ -1,0 +1,72 @@
+"""What the caretaker lends a running stage: log, random streams, checkpoints, progress."""
+
+from __future__ import annotations
+
+import time
+import zlib
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import numpy as np
+
+from kendama_cli.log.writer import McapLog
+from kendama_cli.stages.interface import State
+from kendama_cli.store.checkpoint import CheckpointFolder
+
+CHECKPOINT_PERIOD_S = 1.0
+PROGRESS_PERIOD_S = 0.1
+
+
+class WorkerContext:
+    """The StageContext of one computation."""
+
+    def __init__(
+        self,
+        *,
+        seed: int | None,
+        checkpoints: CheckpointFolder,
+        log: McapLog,
+        tell: Callable[[Mapping[str, Any]], None],
+    ) -> None:
+        """``seed`` is None for a stage whose pipeline entry does not list it; ``tell`` passes progress on."""
+        self.log = log
+        self._seed = seed
+        self._checkpoints = checkpoints
+        self._tell = tell
+        self._streams: dict[str, np.random.Generator] = {}
+        self._saved_s = time.monotonic()
+        self._told_s = 0.0
+
+    def rng(self, purpose: str) -> np.random.Generator:
+        """The random stream for ``purpose``; raises RuntimeError where the pipeline does not feed ``seed``."""
+        if self._seed is None:
+            raise RuntimeError("a stage that draws random numbers must list 'seed' in its pipeline's config")
+        if purpose not in self._streams:
+            self._streams[purpose] = np.random.default_rng([self._seed, zlib.crc32(purpose.encode())])
+        return self._streams[purpose]
+
+    def restore(self) -> State | None:
+        """The newest intact checkpoint, with the log and every random stream brought to where they were."""
+        found = self._checkpoints.newest()
+        if found is None:
+            return None
+        for purpose, state in found.streams.items():
+            self.rng(purpose).bit_generator.state = state
+        for segment in found.segments:
+            self.log.load_segment(segment)
+        return found.state
+
+    def checkpoint(self, state: Callable[[], State], *, force: bool = False) -> None:
+        """Save now if the last one is old enough or ``force`` is set."""
+        if not force and time.monotonic() - self._saved_s < CHECKPOINT_PERIOD_S:
+            return
+        streams = {purpose: stream.bit_generator.state for purpose, stream in self._streams.items()}
+        self._checkpoints.save(state(), streams, self.log.segment())
+        self._saved_s = time.monotonic()
+
+    def progress(self, done: int, total: int | None, **figures: float | int | str) -> None:
+        """Pass on where the work stands, at most ten times a second."""
+        now = time.monotonic()
+        if done == total or now - self._told_s >= PROGRESS_PERIOD_S:
+            self._told_s = now
+            self._tell({"event": "progress", "done": done, "total": total, "figures": figures})

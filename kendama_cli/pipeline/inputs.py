@@ -1,0 +1,73 @@
+"""Input files that the configuration names: found on the data search path, digested for the key."""
+
+from __future__ import annotations
+
+import dataclasses
+import glob
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from kendama_cli.errors import ConfigError
+from kendama_cli.pipeline.code import FileIndex
+from kendama_cli.store import durable
+
+
+def resolve_files(settings: Any, key: str, roots: Sequence[Path]) -> Any:
+    """``settings`` with every ``file`` field as absolute paths of existing files, globs expanded and sorted.
+
+    A relative path is looked for below each of ``roots`` in turn. Raises ConfigError that names the key, the value
+    and the folders searched.
+    """
+    if not dataclasses.is_dataclass(settings) or isinstance(settings, type):
+        return settings
+    changed: dict[str, Any] = {}
+    for field in dataclasses.fields(settings):
+        value = getattr(settings, field.name)
+        path = f"{key}.{field.name}"
+        if not field.metadata.get("file"):
+            changed[field.name] = resolve_files(value, path, roots)
+        elif isinstance(value, str):
+            found = _find(value, path, roots)
+            plural = "tuple" in str(field.type) or len(found) > 1
+            changed[field.name] = found if plural else found[0]
+        elif value is not None:
+            changed[field.name] = tuple(name for item in value for name in _find(item, path, roots))
+    return dataclasses.replace(settings, **changed)
+
+
+def describe(settings: Any, index: FileIndex) -> Any:
+    """``settings`` as plain data for a key: files by name and content digest instead of by path."""
+    if dataclasses.is_dataclass(settings) and not isinstance(settings, type):
+        return {
+            field.name: _contents(getattr(settings, field.name), index)
+            if field.metadata.get("file")
+            else describe(getattr(settings, field.name), index)
+            for field in dataclasses.fields(settings)
+        }
+    if isinstance(settings, tuple):
+        return [describe(item, index) for item in settings]
+    return settings
+
+
+def _contents(value: str | tuple[str, ...] | None, index: FileIndex) -> list[str]:
+    paths = [] if value is None else [value] if isinstance(value, str) else list(value)
+    # the name counts beside the content: demonstrations are called by their files
+    return [f"{Path(path).name} {index.facts(Path(path), 'content', durable.file_sha256)}" for path in paths]
+
+
+def _find(pattern: str, key: str, roots: Sequence[Path]) -> tuple[str, ...]:
+    expanded = Path(pattern).expanduser()
+    for root in [Path("/")] if expanded.is_absolute() else roots:
+        plain = root / expanded
+        if plain.is_file():
+            return (str(plain.resolve()),)
+        if plain.is_dir():
+            raise ConfigError(
+                key, f"{key}: '{pattern}' is a folder; name a file, or a glob like '{pattern.rstrip('/')}/*.csv'"
+            )
+        found = sorted(name for name in glob.glob(str(plain), recursive=True) if Path(name).is_file())
+        if found:
+            return tuple(str(Path(name).resolve()) for name in found)
+    looked = "" if expanded.is_absolute() else f" (looked in {', '.join(str(root) for root in roots)})"
+    raise ConfigError(key, f"{key}: no such file '{pattern}'{looked}")

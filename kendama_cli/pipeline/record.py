@@ -1,0 +1,115 @@
+"""The record of a run: what was asked, what came of it, when, where and with which versions. Never part of a key."""
+
+from __future__ import annotations
+
+import datetime
+import importlib.metadata
+import platform
+import uuid
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import kendama_cli
+from kendama_cli.errors import UsageError
+from kendama_cli.settings.schema import nearest
+from kendama_cli.store import durable
+
+LIBRARIES = ("dartpy", "numpy", "scipy", "opencv-python-headless", "pandas", "mcap", "hydra-core")
+
+
+@dataclass(frozen=True)
+class StageOutcome:
+    """How one stage of a run ended; ``artifact`` is the artifact's folder."""
+
+    name: str
+    key: str | None
+    status: str
+    seconds: float
+    artifact: str | None
+    metrics: dict[str, Any]
+    error: str | None = None
+
+    def document(self) -> dict[str, Any]:
+        """The entry of ``run --json``."""
+        entry = {
+            "name": self.name,
+            "key": self.key,
+            "status": self.status,
+            "seconds": round(self.seconds, 3),
+            "artifact": self.artifact,
+            "metrics": self.metrics,
+        }
+        return entry if self.error is None else {**entry, "error": self.error}
+
+
+@dataclass
+class RunRecord:
+    """One run while it goes on; ``save`` makes what is known so far durable."""
+
+    home: Path
+    run: str
+    pipeline: str
+    overrides: list[str]
+    started: str
+    outcome: str = "running"
+    stages: list[StageOutcome] = field(default_factory=list)
+
+    @property
+    def folder(self) -> Path:
+        """The run's own folder."""
+        return self.home / "runs" / self.run
+
+    def document(self) -> dict[str, Any]:
+        """The document that ``run --json`` prints."""
+        return {
+            "run": self.run,
+            "pipeline": self.pipeline,
+            "overrides": self.overrides,
+            "outcome": self.outcome,
+            "stages": [stage.document() for stage in self.stages],
+        }
+
+    def save(self) -> None:
+        """Write the record, durably."""
+        beside = {"started": self.started, "host": platform.node(), "versions": versions()}
+        durable.write_sealed(self.folder / "run.json", {**self.document(), **beside})
+
+
+def begin(home: Path, pipeline: str, overrides: list[str]) -> RunRecord:
+    """A new record; ids sort by time."""
+    now = datetime.datetime.now(datetime.UTC)
+    run = f"{now:%Y%m%d-%H%M%S}-{uuid.uuid4().hex[:6]}"
+    return RunRecord(home, run, pipeline, overrides, now.isoformat(timespec="seconds"))
+
+
+def past_runs(home: Path) -> list[dict[str, Any]]:
+    """All readable records, oldest first."""
+    found = [durable.read_sealed(path) for path in sorted((home / "runs").glob("*/run.json"))]
+    return [record for record in found if record is not None]
+
+
+def find_run(home: Path, run: str | None) -> dict[str, Any]:
+    """The record called ``run`` (a unique beginning will do), or the newest; raises UsageError for none."""
+    records = past_runs(home)
+    if not records:
+        raise UsageError(f"no runs in {home} yet; 'kendama run' makes one, --home names another folder")
+    if run is None:
+        return records[-1]
+    matching = [record for record in records if str(record["run"]).startswith(run)]
+    names = [str(record["run"]) for record in records]
+    if len(matching) != 1:
+        problem = "no run" if not matching else "several runs begin with"
+        raise UsageError(f"{problem} '{run}'; 'kendama runs' lists them{nearest(run, names)}")
+    return matching[0]
+
+
+def versions() -> dict[str, str]:
+    """Versions of Python, kendama and the libraries that results depend on."""
+    found = {"python": platform.python_version(), "kendama": kendama_cli.__version__}
+    for name in LIBRARIES:
+        try:
+            found[name] = importlib.metadata.version(name)
+        except importlib.metadata.PackageNotFoundError:
+            found[name] = "missing"
+    return found

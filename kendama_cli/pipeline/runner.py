@@ -1,0 +1,281 @@
+"""Runs a pipeline: looks up what is there, starts one worker process for each stage that is not, keeps the record.
+
+Stages that do not wait for each other run side by side. A lock per key lets two runs on one home compute a shared
+stage once; it is held by the worker too, so it outlives a killed parent.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import fcntl
+import json
+import os
+import selectors
+import signal
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Mapping
+from pathlib import Path
+from typing import IO, Any, Protocol
+
+from kendama_cli.errors import KendamaError
+from kendama_cli.pipeline.catalogue import StageSpec
+from kendama_cli.pipeline.plan import Planner, StagePlan
+from kendama_cli.pipeline.record import RunRecord, StageOutcome
+from kendama_cli.store import durable
+
+POLL_S = 0.1
+GRACE_S = 10.0
+
+
+class Observer(Protocol):
+    """Who watches a run: a live view, plain lines, or nobody."""
+
+    def stage_waits(self, name: str) -> None:
+        """Another run on this home is computing the stage."""
+
+    def stage_starts(self, name: str, reasons: tuple[str, ...]) -> None:
+        """A worker for the stage has started."""
+
+    def stage_progress(self, name: str, done: int, total: int | None, figures: Mapping[str, Any]) -> None:
+        """The stage tells where its work stands."""
+
+    def stage_ends(self, outcome: StageOutcome) -> None:
+        """The stage ran, was cached, or failed."""
+
+
+@dataclasses.dataclass
+class _Job:
+    plan: StagePlan
+    process: subprocess.Popen[bytes]
+    events: IO[bytes]
+    lock: int
+    started_s: float
+    pending: bytes = b""
+    done: dict[str, Any] | None = None
+    failed: dict[str, Any] | None = None
+
+
+class Runner:
+    """One run of one pipeline."""
+
+    def __init__(
+        self,
+        planner: Planner,
+        record: RunRecord,
+        observer: Observer,
+        *,
+        forced: frozenset[str] = frozenset(),
+        workers: int | None = None,
+        stop: threading.Event | None = None,
+    ) -> None:
+        """``workers``: how many stages may compute at once, None for one per core; ``stop`` interrupts from outside."""
+        self._planner = planner
+        self._record = record
+        self._observer = observer
+        self._forced = set(forced)
+        self._workers = workers or os.cpu_count() or 1
+        self._stop = stop or threading.Event()
+        self._plans: dict[str, StagePlan] = {}
+        self._failed: set[str] = set()
+        self._waiting: dict[str, StageSpec] = {spec.name: spec for spec in planner.pipeline.stages}
+        self._jobs: dict[str, _Job] = {}
+        self._told: set[str] = set()
+        self._selector = selectors.DefaultSelector()
+
+    def run(self) -> RunRecord:
+        """Run to the end; ``outcome`` is then done or failed, or interrupted before KeyboardInterrupt is raised."""
+        with self._planner.store.in_use():
+            return self._run()
+
+    def _run(self) -> RunRecord:
+        self._record.save()
+        try:
+            while self._waiting or self._jobs:
+                if self._stop.is_set():
+                    raise KeyboardInterrupt
+                self._start_ready()
+                if self._jobs:
+                    self._listen()
+                elif self._waiting:
+                    if not self._startable():
+                        break
+                    time.sleep(POLL_S)
+        except KeyboardInterrupt:
+            self._stop_workers()
+            self._record.outcome = "interrupted"
+            self._record.save()
+            raise
+        except KendamaError:
+            self._stop_workers()
+            raise
+        finally:
+            self._selector.close()
+        order = [spec.name for spec in self._planner.pipeline.stages]
+        self._record.stages.sort(key=lambda outcome: order.index(outcome.name))
+        self._record.outcome = "failed" if self._failed else "done"
+        self._record.save()
+        return self._record
+
+    def _startable(self) -> list[StageSpec]:
+        return [
+            spec
+            for spec in self._waiting.values()
+            if all(self._plans.get(needed) is not None for needed in spec.needs.values())
+        ]
+
+    def _start_ready(self) -> None:
+        for spec in self._startable():
+            inputs = {own: self._result(needed).noun_digest for own, needed in spec.needs.items()}
+            plan = self._planner.look_up(spec, inputs, forced=spec.name in self._forced)
+            if plan.result is not None:
+                self._finish_cached(plan)
+            elif len(self._jobs) < self._workers:
+                self._start_locked(plan, inputs)
+
+    def _start_locked(self, plan: StagePlan, inputs: Mapping[str, str]) -> None:
+        """Start a worker, or leave the stage waiting while another run holds its key."""
+        name = plan.spec.name
+        path = durable.make_folder(self._planner.store.home / "locks") / f"{name}-{plan.key}.lock"
+        with durable.told_plainly(path):
+            lock = os.open(path, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o644)
+        try:
+            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            os.close(lock)
+            if name not in self._told:
+                self._told.add(name)
+                self._observer.stage_waits(name)
+            return
+        # whoever held the lock may have finished between our look and the lock
+        again = self._planner.look_up(plan.spec, inputs, forced=name in self._forced)
+        if again.result is not None:
+            os.close(lock)
+            self._finish_cached(again)
+            return
+        self._start(plan, lock)
+
+    def _start(self, plan: StagePlan, lock: int) -> None:
+        spec = plan.spec
+        read, write = os.pipe()
+        request = {
+            "target": spec.target,
+            "stage": spec.name,
+            "key": plan.key,
+            "parts": plan.parts,
+            "settings": {
+                own: {"name": node, "value": dataclasses.asdict(self._planner.settings[spec.name][own])}
+                for own, node in spec.config.items()
+            },
+            "given": {own: str(self._result(needed).artifact) for own, needed in spec.needs.items()},
+            "seed": self._planner.seed if spec.seeded else None,
+            "home": str(self._planner.store.home),
+            "events": write,
+            "fresh": spec.name in self._forced,
+        }
+        output = durable.make_folder(self._record.folder) / f"{spec.name}.txt"
+        with durable.told_plainly(output), output.open("wb") as printed:
+            process = subprocess.Popen(
+                [sys.executable, "-m", "kendama_cli.pipeline.worker"],
+                stdin=subprocess.PIPE,
+                stdout=printed,
+                stderr=subprocess.STDOUT,
+                pass_fds=(write, lock),
+            )
+        os.close(write)
+        assert process.stdin is not None
+        try:
+            process.stdin.write(json.dumps(request).encode())
+            process.stdin.close()
+        except BrokenPipeError:
+            pass  # it died at once: told when its end of the pipe closes
+        events = os.fdopen(read, "rb", buffering=0)
+        os.set_blocking(read, False)
+        self._waiting.pop(spec.name)
+        self._forced.discard(spec.name)
+        self._jobs[spec.name] = _Job(plan, process, events, lock, time.monotonic())
+        self._selector.register(events, selectors.EVENT_READ, spec.name)
+        self._observer.stage_starts(spec.name, plan.reasons)
+
+    def _listen(self) -> None:
+        for ready, _ in self._selector.select(POLL_S):
+            job = self._jobs[ready.data]
+            data = job.events.read()
+            if data:
+                *lines, job.pending = (job.pending + data).split(b"\n")
+                for line in lines:
+                    self._hear(job, json.loads(line))
+            elif data == b"":
+                self._finish(job)
+
+    def _hear(self, job: _Job, event: dict[str, Any]) -> None:
+        if event["event"] == "progress":
+            self._observer.stage_progress(job.plan.spec.name, event["done"], event["total"], event["figures"])
+        elif event["event"] == "done":
+            job.done = event
+        elif event["event"] == "failed":
+            job.failed = event
+
+    def _finish(self, job: _Job) -> None:
+        name = job.plan.spec.name
+        self._selector.unregister(job.events)
+        job.events.close()
+        code = job.process.wait()
+        os.close(job.lock)
+        del self._jobs[name]
+        seconds = time.monotonic() - job.started_s
+        result = None if job.done is None or job.plan.key is None else self._planner.store.find(name, job.plan.key)
+        if result is not None:
+            self._plans[name] = dataclasses.replace(job.plan, result=result)
+            self._planner.remember(job.plan)
+            outcome = StageOutcome(name, job.plan.key, "ran", seconds, str(result.artifact), result.metrics)
+        else:
+            self._failed.add(name)
+            message = _failure(name, job.failed, code, self._record.folder / f"{name}.txt")
+            outcome = StageOutcome(name, job.plan.key, "failed", seconds, None, {}, message)
+        self._end(outcome)
+
+    def _finish_cached(self, plan: StagePlan) -> None:
+        assert plan.result is not None
+        self._waiting.pop(plan.spec.name)
+        self._plans[plan.spec.name] = plan
+        self._planner.remember(plan)
+        self._end(StageOutcome(plan.spec.name, plan.key, "cached", 0.0, str(plan.result.artifact), plan.result.metrics))
+
+    def _end(self, outcome: StageOutcome) -> None:
+        self._record.stages.append(outcome)
+        self._observer.stage_ends(outcome)
+        if outcome.status != "cached":
+            self._record.save()
+
+    def _result(self, name: str) -> Any:
+        result = self._plans[name].result
+        assert result is not None
+        return result
+
+    def _stop_workers(self) -> None:
+        for job in self._jobs.values():
+            job.process.send_signal(signal.SIGTERM)
+        deadline = time.monotonic() + GRACE_S
+        for job in self._jobs.values():
+            try:
+                job.process.wait(max(0.0, deadline - time.monotonic()))
+            except subprocess.TimeoutExpired:
+                job.process.kill()
+                job.process.wait()
+            os.close(job.lock)
+            job.events.close()
+
+
+def _failure(name: str, failed: Mapping[str, Any] | None, code: int, printed: Path) -> str:
+    if failed is not None and not failed["unexpected"]:
+        return str(failed["message"])
+    if failed is not None:
+        return f"{failed['message']} (not foreseen; its traceback is in {printed})"
+    if code < 0:
+        return (
+            f"its worker was ended by {signal.Signals(-code).name}; the same command goes on from the last checkpoint"
+        )
+    return f"its worker ended with code {code}; what it printed is in {printed}"

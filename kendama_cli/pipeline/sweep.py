@@ -1,0 +1,56 @@
+"""Sweeps: one run for each distinct combination of overrides, several at a time, sharing stages through the store."""
+
+from __future__ import annotations
+
+import concurrent.futures
+import threading
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+from kendama_cli.errors import KendamaError
+from kendama_cli.pipeline.plan import Planner
+from kendama_cli.pipeline.record import RunRecord, begin
+from kendama_cli.pipeline.runner import Observer, Runner
+from kendama_cli.store.durable import canonical_json
+
+
+@dataclass(frozen=True)
+class SweepJob:
+    """One combination: its overrides and its planner."""
+
+    overrides: list[str]
+    planner: Planner
+
+
+def distinct(jobs: Sequence[SweepJob]) -> list[SweepJob]:
+    """``jobs`` without those whose stages would all have the same settings as an earlier one's."""
+    seen: dict[bytes, SweepJob] = {}
+    for job in jobs:
+        stages = job.planner.pipeline.stages
+        parts = [job.planner.parts(spec, {}) for spec in stages]
+        seen.setdefault(canonical_json(parts), job)
+    return list(seen.values())
+
+
+def run_sweep(
+    jobs: Sequence[SweepJob], observe: Callable[[SweepJob, RunRecord], Observer], *, at_once: int
+) -> list[RunRecord]:
+    """Run every job, ``at_once`` together; a failed one does not stop the others. Records in the order of ``jobs``.
+
+    A KendamaError other than a failed stage (a full disk) stops the sweep and is raised, as KeyboardInterrupt is.
+    """
+    stop = threading.Event()
+
+    def run(job: SweepJob) -> RunRecord:
+        record = begin(job.planner.store.home, job.planner.pipeline.name, job.overrides)
+        return Runner(job.planner, record, observe(job, record), workers=1, stop=stop).run()
+
+    with concurrent.futures.ThreadPoolExecutor(at_once) as pool:
+        futures = [pool.submit(run, job) for job in jobs]
+        try:
+            return [future.result() for future in futures]
+        except (KeyboardInterrupt, KendamaError):
+            stop.set()
+            for future in futures:
+                future.cancel()
+            raise

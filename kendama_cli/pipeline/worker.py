@@ -1,0 +1,112 @@
+"""The process that runs one stage: ``python -m kendama_cli.pipeline.worker``, a request on its standard input.
+
+Only here are stages and blocks imported. It tells its parent what happens as JSON lines on the file descriptor that
+the request names; what the stage or a library prints goes wherever standard output and error point. The request's
+lock stays held until this process ends, even where the parent was killed.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import dataclasses
+import importlib
+import json
+import math
+import os
+import signal
+import sys
+import traceback
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from kendama_cli.errors import KendamaError, StageError
+from kendama_cli.log.writer import McapLog
+from kendama_cli.pipeline.context import WorkerContext
+from kendama_cli.settings.nodes import node_schemas
+from kendama_cli.settings.schema import build_value
+from kendama_cli.stages.interface import Made
+from kendama_cli.store.checkpoint import CheckpointFolder
+from kendama_cli.store.codecs import load_artifact, save_artifact
+from kendama_cli.store.durable import canonical_json
+from kendama_cli.store.store import Store
+
+LOG = "log.mcap"
+PR_SET_PDEATHSIG = 1
+
+
+def main() -> int:
+    """Run the stage that standard input asks for; 0 where its artifact is in the store."""
+    _stop_with_parent()
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C reaches the whole group; the parent decides
+    signal.signal(signal.SIGTERM, _interrupt)
+    request = json.loads(sys.stdin.buffer.read())
+    channel = os.fdopen(request["events"], "w", encoding="utf-8", buffering=1)
+
+    def tell(event: Mapping[str, Any]) -> None:
+        channel.write(json.dumps(event) + "\n")
+
+    try:
+        tell(run_stage(request, tell))
+    except KeyboardInterrupt:
+        return 130
+    except KendamaError as error:
+        traceback.print_exc()
+        tell({"event": "failed", "message": str(error), "unexpected": False})
+        return 1
+    except Exception as error:
+        traceback.print_exc()
+        message = f"{type(error).__name__}: {error}".splitlines()[0]
+        tell({"event": "failed", "message": message, "unexpected": True})
+        return 1
+    return 0
+
+
+def run_stage(request: Mapping[str, Any], tell: Any) -> dict[str, Any]:
+    """Carry out ``request``: import the stage, feed it, keep what it made; the event that tells of it."""
+    module, _, name = str(request["target"]).partition(":")
+    stage_class = getattr(importlib.import_module(module), name)
+    settings = {
+        own: build_value(node_schemas()[node["name"]], node["value"], node["name"])
+        for own, node in request["settings"].items()
+    }
+    stage = stage_class(**settings)
+    given = {own: load_artifact(Path(folder)) for own, folder in request["given"].items()}
+    store = Store(Path(request["home"]))
+    log = McapLog()
+    checkpoints = CheckpointFolder(store.checkpoint_folder(request["stage"], request["key"]))
+    if request["fresh"]:
+        checkpoints.discard()
+    context = WorkerContext(seed=request["seed"], checkpoints=checkpoints, log=log, tell=tell)
+    made = stage.run(given, context)
+    if not isinstance(made, Made):
+        raise StageError(
+            f"stage '{request['stage']}' gave a {type(made).__name__}; a stage gives Made(artifact, metrics)"
+        )
+    metrics = {key: _plain(value) for key, value in made.metrics.items()}
+    with store.scratch_folder() as folder:
+        save_artifact(made.artifact, folder)
+        (folder / "metrics.json").write_bytes(canonical_json(metrics) + b"\n")
+        plain = {own: dataclasses.asdict(value) for own, value in settings.items()}
+        log.finish(folder / LOG, stage=request["stage"], settings=plain, metrics=metrics)
+        result = store.put(folder, request["stage"], request["key"], metrics, request["parts"])
+    return {"event": "done", "artifact": str(result.artifact), "metrics": metrics}
+
+
+def _plain(value: Any) -> Any:
+    value = value.item() if hasattr(value, "item") else value
+    return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
+def _interrupt(signum: int, frame: Any) -> None:
+    raise KeyboardInterrupt
+
+
+def _stop_with_parent() -> None:
+    """Ask Linux to end this process with its parent, so that ``kill -9`` of the pipeline leaves nothing running."""
+    if sys.platform == "linux":
+        ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGTERM)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,49 @@
+"""A numbered figure of the page: panels with letters, and the caption that says what is seen."""
+
+from __future__ import annotations
+
+import html
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Panel:
+    """One part of a figure: a short title and its inline SVG or HTML."""
+
+    title: str
+    body: str
+
+
+@dataclass(frozen=True)
+class Figure:
+    """Panels in ``columns`` columns (their width stays where fewer are there) under one caption (plain text)."""
+
+    caption: str
+    panels: tuple[Panel, ...]
+    columns: int = 2
+
+    def html(self, number: int) -> str:
+        """The figure as HTML, with its number."""
+        one = len(self.panels) == 1
+        parts = []
+        for letter, panel in zip("abcdefgh", self.panels, strict=False):
+            mark = "" if one else f"<b>{letter}</b>"
+            parts.append(f'<div class="panel"><h3>{mark}{html.escape(panel.title)}</h3>{panel.body}</div>')
+        return (
+            f'<figure id="figure-{number}"><div class="panels cols-{self.columns}">{"".join(parts)}</div>'
+            f"<figcaption><b>Figure {number}.</b> {html.escape(self.caption)}</figcaption></figure>"
+        )
+
+
+def figure(caption: list[str], panels: list[Panel | None], columns: int = 2) -> list[Figure]:
+    """A figure of the panels that could be drawn, with the caption's sentences; none where none could."""
+    drawn = tuple(panel for panel in panels if panel is not None)
+    return [Figure(" ".join(sentence for sentence in caption if sentence), drawn, columns)] if drawn else []
+
+
+def lettered(panels: list[Panel | None], sentences: list[str]) -> list[str]:
+    """The sentence of each panel that could be drawn, after its letter."""
+    drawn = [text for panel, text in zip(panels, sentences, strict=True) if panel is not None]
+    if len(drawn) == 1:
+        return drawn
+    return [f"({letter}) {text}" for letter, text in zip("abcdefgh", drawn, strict=False)]

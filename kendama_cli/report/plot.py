@@ -1,0 +1,114 @@
+"""Plots as inline SVG: one style, the page's colours, the same bytes in every process."""
+
+from __future__ import annotations
+
+import html
+import io
+import re
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from typing import Any
+
+import matplotlib as mpl
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_svg import FigureCanvasSVG
+from matplotlib.figure import Figure as Canvas
+from matplotlib.layout_engine import ConstrainedLayoutEngine
+
+from kendama_cli.report.style import INK, LINE, MUTED, PAPER, VARIABLES
+
+_STYLE: dict[str, Any] = {
+    "svg.fonttype": "none",
+    "font.family": ["DejaVu Sans"],  # comes with matplotlib, so the layout is the same everywhere
+    "font.size": 8.4,
+    "axes.edgecolor": MUTED,
+    "axes.labelcolor": INK,
+    "axes.linewidth": 0.7,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.grid": True,
+    "axes.axisbelow": True,
+    "axes.facecolor": "none",
+    "figure.facecolor": "none",
+    "grid.color": LINE,
+    "grid.linewidth": 0.5,
+    "xtick.color": MUTED,
+    "ytick.color": MUTED,
+    "xtick.labelcolor": INK,
+    "ytick.labelcolor": INK,
+    "xtick.major.size": 3.0,
+    "ytick.major.size": 3.0,
+    "xtick.major.width": 0.7,
+    "ytick.major.width": 0.7,
+    "text.color": INK,
+    "lines.linewidth": 1.5,
+    "lines.solid_capstyle": "round",
+    "legend.frameon": False,
+    "legend.handlelength": 1.4,
+    "legend.columnspacing": 1.3,
+    "legend.borderaxespad": 0.1,
+    "image.composite_image": False,
+}
+
+
+@dataclass
+class Drawing:
+    """A canvas that is being drawn on, and the SVG once it is done."""
+
+    canvas: Canvas
+    svg: str = ""
+
+    def axes(self, rows: int = 1, *, share_x: bool = False) -> list[Axes]:
+        """``rows`` axes under one another."""
+        grid = self.canvas.subplots(rows, 1, sharex=share_x, squeeze=False)
+        return [row[0] for row in grid]
+
+
+@contextmanager
+def drawing(name: str, alternative: str, *, height_in: float = 3.0, width_in: float = 4.7) -> Iterator[Drawing]:
+    """Draw on ``drawing.canvas`` inside the block; afterwards ``drawing.svg`` holds the inline SVG.
+
+    ``name`` must be unique on the page: it salts and prefixes every id. ``alternative`` is read to those who cannot
+    see the figure.
+    """
+    with mpl.rc_context():
+        mpl.rcdefaults()
+        parameters: Any = mpl.rcParams
+        parameters.update({**_STYLE, "svg.hashsalt": name})
+        canvas = Canvas(figsize=(width_in, height_in), layout=ConstrainedLayoutEngine(w_pad=0.03, h_pad=0.03))
+        made = Drawing(canvas)
+        yield made
+        made.svg = _svg(canvas, name, alternative)
+
+
+def legend_above(axes: Axes, columns: int = 3) -> None:
+    """A legend over the axes, at their left."""
+    axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=columns)
+
+
+def _svg(canvas: Canvas, name: str, alternative: str) -> str:
+    """The canvas as an SVG element without header, metadata or fixed size, in the page's colours."""
+    buffer = io.StringIO()
+    backend: Any = FigureCanvasSVG(canvas)
+    backend.print_svg(buffer, metadata={"Date": None, "Creator": None, "Format": None, "Type": None})
+    text = buffer.getvalue()
+    text = text[text.index("<svg") :]
+    text = re.sub(r"\s*<metadata>.*?</metadata>", "", text, flags=re.DOTALL)
+    text = re.sub(r"<!--.*?-->\s*", "", text, flags=re.DOTALL)
+    box = re.search(r'viewBox="([^"]*)"', text)
+    assert box is not None
+    head = f'<svg class="plot" role="img" aria-label="{html.escape(alternative)}" viewBox="{box[1]}"'
+    text = re.sub(r"<svg[^>]*>", f'{head} xmlns:xlink="http://www.w3.org/1999/xlink">', text, count=1)
+    text = re.sub(r'\bid="', f'id="{name}-', text)
+    text = re.sub(r'(href="|url\()#', rf"\g<1>#{name}-", text)
+    text = re.sub(r"-?\d+\.\d{3,}", lambda number: f"{float(number[0]):.2f}".rstrip("0").rstrip("."), text)
+    text = re.sub(r"font: [\d.]+px[^;\"]*", lambda font: font[0].split("'")[0] + "sans-serif", text)
+    for colour, variable in VARIABLES.items():
+        text = text.replace(colour, f"var({variable})")
+    return re.sub(r"\n\s*", "\n", text).strip()
+
+
+def halo() -> dict[str, Any]:
+    """Keyword arguments for text that must stay readable over lines."""
+    return {"bbox": {"facecolor": PAPER, "edgecolor": "none", "pad": 1.2}}

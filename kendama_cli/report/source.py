@@ -1,0 +1,49 @@
+"""What a report is made from: the log of one stage, with whatever of its topics is there."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+
+from kendama_cli.log.reader import LogFile
+
+
+class StageLog:
+    """The tables, settings and metrics of one stage's log; a topic without messages is an empty table."""
+
+    def __init__(self, path: Path | str) -> None:
+        self._file = LogFile(path)
+        facts = self._file.stage
+        self.settings: Mapping[str, Any] = facts.get("settings", {})
+        self.metrics: Mapping[str, Any] = facts.get("metrics", {})
+
+    def table(self, topic: str) -> pd.DataFrame:
+        """The messages of ``topic``; empty where the log has none."""
+        return self._file.table(topic) if topic in self._file.topics else pd.DataFrame()
+
+    def topics_under(self, prefix: str) -> list[str]:
+        """The topics that begin with ``prefix``, sorted."""
+        return [topic for topic in self._file.topics if topic.startswith(prefix)]
+
+    def setting(self, *names: str, default: float) -> float:
+        """A number in the settings by the last parts of its name (``rope``, ``length_m``), wherever it stands."""
+        found = _find(self.settings, names)
+        return float(found) if isinstance(found, int | float) else default
+
+
+def _find(settings: Any, names: tuple[str, ...]) -> Any:
+    if not isinstance(settings, Mapping):
+        return None
+    value: Any = settings
+    for name in names:
+        value = value.get(name) if isinstance(value, Mapping) else None
+    if value is not None:
+        return value
+    for nested in settings.values():
+        value = _find(nested, names)
+        if value is not None:
+            return value
+    return None

@@ -1,0 +1,131 @@
+"""Paths of cup and ball as arrays in the swing plane, and the few numbers that captions tell."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+import pandas as pd
+
+from kendama_cli.report.source import StageLog
+
+Array = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Track:
+    """A path in the swing plane: ``t_s``, ``x_m``, ``z_m`` (n,) and the tilt of the body's axis to x (n,) [rad]."""
+
+    t_s: Array
+    x_m: Array
+    z_m: Array
+    tilt_rad: Array
+
+    def between(self, start_s: float, end_s: float) -> Track:
+        """The part from ``start_s`` to ``end_s``."""
+        keep = (self.t_s >= start_s) & (self.t_s <= end_s)
+        return Track(self.t_s[keep], self.x_m[keep], self.z_m[keep], self.tilt_rad[keep])
+
+    def at(self, t_s: Array) -> Track:
+        """The path at other times, by linear interpolation."""
+        x, z, tilt = (np.interp(t_s, self.t_s, values) for values in (self.x_m, self.z_m, self.tilt_rad))
+        return Track(t_s, x, z, tilt)
+
+    def moved(self, x_m: float, z_m: float) -> Track:
+        """The path shifted."""
+        return Track(self.t_s, self.x_m + x_m, self.z_m + z_m, self.tilt_rad)
+
+
+@dataclass(frozen=True)
+class Geometry:
+    """The game's sizes [m], from the settings in the log."""
+
+    rope_m: float
+    ball_m: float
+    cup_radius_m: float
+    cup_depth_m: float
+
+    @staticmethod
+    def of(log: StageLog) -> Geometry:
+        """The sizes that the stage was run with; those of conf/game/kendama.yaml where the log has none."""
+        return Geometry(
+            rope_m=log.setting("rope", "length_m", default=0.40),
+            ball_m=log.setting("ball", "radius_m", default=0.020),
+            cup_radius_m=log.setting("cup", "radius_m", default=0.045),
+            cup_depth_m=log.setting("cup", "depth_m", default=0.070),
+        )
+
+
+def direction(frame: pd.DataFrame) -> tuple[float, float]:
+    """The horizontal unit vector (x, y) along which a path extends most; exactly x where it is within 3 degrees."""
+    points = frame[["x_m", "y_m"]].to_numpy(np.float64)
+    spread = np.cov((points - points.mean(axis=0)).T)
+    _, vectors = np.linalg.eigh(spread)
+    x, y = vectors[:, -1] * (-1.0 if vectors[0, -1] < 0 else 1.0)
+    return (1.0, 0.0) if abs(y) < 0.05 or not spread.any() else (float(x), float(y))
+
+
+def track(frame: pd.DataFrame, along: tuple[float, float] = (1.0, 0.0)) -> Track:
+    """A FrameTransform table as a path in the plane of ``along`` and z, at most 1500 points of it."""
+    frame = frame.iloc[:: max(1, len(frame) // 1500)]
+    x, y = along
+    w, qx, qy, qz = (frame[name].to_numpy(np.float64) for name in ("qw", "qx", "qy", "qz"))
+    axis_x, axis_y, axis_z = 2 * (qx * qz + w * qy), 2 * (qy * qz - w * qx), 1 - 2 * (qx**2 + qy**2)
+    return Track(
+        t_s=frame["t_s"].to_numpy(np.float64),
+        x_m=x * frame["x_m"].to_numpy(np.float64) + y * frame["y_m"].to_numpy(np.float64),
+        z_m=frame["z_m"].to_numpy(np.float64),
+        tilt_rad=np.arctan2(x * axis_x + y * axis_y, axis_z),
+    )
+
+
+def pair(log: StageLog, prefix: str, start_s: float = -math.inf, end_s: float = math.inf) -> tuple[Track, Track] | None:
+    """The paths of ``prefix``/cup and ``prefix``/ball after ``start_s`` up to ``end_s``, in one plane.
+
+    Positions are relative to where the cup begins. None where there are no paths.
+    """
+    cup, ball = (_within(log.table(f"{prefix}/{body}"), start_s, end_s) for body in ("cup", "ball"))
+    if len(cup) < 2 or len(ball) < 2:
+        return None
+    along = direction(ball)
+    cup_track, ball_track = track(cup, along), track(ball, along)
+    x0, z0 = cup_track.x_m[0], cup_track.z_m[0]
+    return cup_track.moved(-x0, -z0), ball_track.moved(-x0, -z0)
+
+
+def _within(frame: pd.DataFrame, start_s: float, end_s: float) -> pd.DataFrame:
+    return frame[(frame["t_s"] > start_s) & (frame["t_s"] <= end_s)] if len(frame) else frame
+
+
+def last_start_s(frame: pd.DataFrame) -> float:
+    """The time before the last stretch of a path: several attempts in one topic are parted by a jump."""
+    if len(frame) < 2:
+        return -math.inf
+    jump = np.linalg.norm(np.diff(frame[["x_m", "y_m", "z_m"]].to_numpy(np.float64), axis=0), axis=1)
+    parted = np.flatnonzero((jump > 0.15) | (np.diff(frame["t_s"].to_numpy(np.float64)) > 0.25))
+    return float(frame["t_s"].iloc[parted[-1]]) if len(parted) else -math.inf
+
+
+def catch_time_s(cup: Track, ball: Track, depth_m: float) -> float | None:
+    """When the ball last comes down through the rim plane within reach of the cup; None if it never does."""
+    held = cup.at(ball.t_s)
+    height = ball.z_m - held.z_m - depth_m
+    down = np.flatnonzero((height[:-1] > 0) & (height[1:] <= 0))
+    near = [i for i in down if abs(ball.x_m[i] - held.x_m[i]) < 0.1]
+    return float(ball.t_s[near[-1]]) if near else None
+
+
+def wilson(successes: int, n: int) -> tuple[float, float]:
+    """The 95 % interval of a proportion (Wilson 1927)."""
+    z = 1.959964
+    center = (successes + z * z / 2) / (n + z * z)
+    half = z / (n + z * z) * math.sqrt(successes * (n - successes) / n + z * z / 4)
+    return max(0.0, center - half), min(1.0, center + half)
+
+
+def running_median(values: Array, half_width: int) -> Array:
+    """The median over a centred window that shrinks at the ends."""
+    n = len(values)
+    return np.array([np.median(values[max(0, i - half_width) : min(n, i + half_width + 1)]) for i in range(n)])

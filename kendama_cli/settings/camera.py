@@ -1,0 +1,120 @@
+"""Cameras: their calibration, where their images come from, and the light on the scene."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+from kendama_cli.errors import ConfigError
+from kendama_cli.settings.schema import setting
+
+Triple = tuple[float, float, float]
+
+
+@dataclass(frozen=True)
+class CameraModelSettings:
+    """One camera's calibration, in OpenCV's convention (x right, y down, z forward)."""
+
+    name: str = setting("name, as in the log's topics")
+    width_px: int = setting("image width [px]", at_least=16)
+    height_px: int = setting("image height [px]", at_least=16)
+    focal_px: tuple[float, float] = setting("fx, fy [px]", above=0)
+    center_px: tuple[float, float] = setting("principal point cx, cy [px]")
+    distortion: tuple[float, float, float, float, float] = setting("k1, k2, p1, p2, k3 of OpenCV")
+    position_m: Triple = setting("optical centre in the world [m]")
+    look_at_m: Triple | None = setting(
+        "point that a level camera looks at [m]; null where rotation_wxyz tells the pose"
+    )
+    rotation_wxyz: tuple[float, float, float, float] | None = setting(
+        "camera axes in the world, unit quaternion, or null"
+    )
+
+    def __post_init__(self) -> None:
+        if (self.look_at_m is None) == (self.rotation_wxyz is None):
+            raise ConfigError(
+                "look_at_m", "'look_at_m' or 'rotation_wxyz' must tell the camera's pose: give one of them"
+            )
+
+
+@dataclass(frozen=True)
+class SensorSettings:
+    """How light becomes numbers."""
+
+    exposure_s: float = setting("exposure time, global shutter [s]", above=0, at_most=0.1)
+    gain: float = setting("part of the full well that a white surface under irradiance 1 fills", above=0)
+    full_well_e: float = setting("electrons at full scale; shot noise follows", above=0)
+    read_noise_e: float = setting("read noise rms [electrons]", at_least=0)
+    gamma: float = setting("encoding exponent: value = light^(1/gamma)", at_least=1, at_most=3)
+
+
+@dataclass(frozen=True)
+class AppearanceSettings:
+    """What the virtual camera paints; reflectances are linear red, green, blue in 0..1."""
+
+    ball_rgb: Triple = setting("reflectance of the ball", at_least=0, at_most=1)
+    cup_rgb: Triple = setting("reflectance of the cup", at_least=0, at_most=1)
+    arm_rgb: Triple = setting("reflectance of the arm", at_least=0, at_most=1)
+    rope_rgb: Triple = setting("reflectance of the rope", at_least=0, at_most=1)
+    wall_rgb: Triple = setting("reflectance of the wall behind the scene", at_least=0, at_most=1)
+    table_rgb: Triple = setting("reflectance of the table", at_least=0, at_most=1)
+    rope_radius_m: float = setting("radius of the rope [m]", above=0)
+    arm_radius_m: float = setting("radius of the arm's links [m]", above=0)
+    wall_y_m: float = setting("y of the wall's plane [m]")
+    table_z_m: float = setting("z of the table's plane [m]")
+
+
+@dataclass(frozen=True)
+class VirtualCamera:
+    """Ray-cast images of the scene's poses."""
+
+    kind: Literal["virtual"]
+    rate_hz: float = setting("frames per second of every camera", above=0, at_most=1000)
+    stagger_s: float = setting("each camera exposes this much after the one before [s]", at_least=0)
+    sensor: SensorSettings = setting("the sensor, the same in every camera")
+    appearance: AppearanceSettings = setting("colours of the scene")
+    cameras: tuple[CameraModelSettings, ...] = setting("calibration of every camera")
+
+
+@dataclass(frozen=True)
+class FileCamera:
+    """Recorded images: a video, or a folder of images with times.csv, per camera."""
+
+    kind: Literal["file"]
+    paths: tuple[str, ...] = setting("one video file, or times.csv of an image folder, per camera", file=True)
+    rate_hz: float | None = setting(
+        "frames per second, where a video does not tell [Hz]; null believes the file", above=0
+    )
+    cameras: tuple[CameraModelSettings, ...] = setting("calibration of every camera")
+
+
+@dataclass(frozen=True)
+class DeviceCamera:
+    """Live cameras through OpenCV."""
+
+    kind: Literal["device"]
+    indices: tuple[int, ...] = setting("OpenCV device index of every camera", at_least=0)
+    rate_hz: float = setting("frames per second to ask for [Hz]", above=0)
+    latency_s: float = setting("from mid-exposure to the image's arrival [s]", at_least=0)
+    cameras: tuple[CameraModelSettings, ...] = setting("calibration of every camera")
+
+
+CameraSettings = VirtualCamera | FileCamera | DeviceCamera
+
+
+@dataclass(frozen=True)
+class LightSettings:
+    """One lamp; it throws shadows."""
+
+    position_m: Triple = setting("where the lamp stands [m]")
+    irradiance: float = setting("what it gives a surface that faces it; 1 with gain 1 fills the sensor", at_least=0)
+
+
+@dataclass(frozen=True)
+class LightingSettings:
+    """The light on a virtual scene."""
+
+    ambient: float = setting("irradiance from everywhere", at_least=0)
+    lamps: tuple[LightSettings, ...] = setting("lamps")
+    wall_glow: float = setting("light that the wall itself sends: a window or screen behind the scene", at_least=0)
+    flicker_hz: float = setting("frequency of the lamps' flicker [Hz]", at_least=0)
+    flicker_depth: float = setting("flicker's amplitude over the mean: 0 steady, 1 full", at_least=0, at_most=1)

@@ -1,0 +1,41 @@
+"""The robot that the transfer stage plays with: a twin process of our own, or a robot that already listens."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar, Literal
+
+from kendama_cli.settings.robot import Imperfection
+from kendama_cli.settings.schema import setting
+
+
+@dataclass(frozen=True)
+class TwinHardware:
+    """The simulated robot as a process of its own behind UDP on loopback, a little different from the model."""
+
+    kind: Literal["twin"]
+    realtime: bool = setting("false: lockstep, as fast as it computes, reproducible; true: paced by the wall clock")
+    control_period_s: float = setting(
+        "one command and one answer per period; whole milliseconds [s]", above=0, at_most=0.02
+    )
+    watchdog_s: float = setting("in real time: silence after which the moving robot stops for good [s]", above=0)
+    silence_s: float = setting(
+        "in lockstep, and for every answer: silence that is a broken line (wall clock) [s]", above=0
+    )
+    imperfection: Imperfection = setting("how the twin differs from the model")
+
+
+@dataclass(frozen=True)
+class UdpHardware:
+    """A robot, or its controller, that already runs and speaks the protocol of kendama_cli/blocks/robot/protocol.py."""
+
+    moves: ClassVar[bool] = True
+    """It may be real: it moves only when armed, and no cached result stands in for it."""
+
+    kind: Literal["udp"]
+    host: str = setting("name or address of the robot's controller")
+    port: int = setting("UDP port on which it listens", above=0, at_most=65535)
+    silence_s: float = setting("an answer that takes longer is a broken line (wall clock) [s]", above=0)
+
+
+HardwareSettings = TwinHardware | UdpHardware

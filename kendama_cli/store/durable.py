@@ -1,0 +1,144 @@
+"""Writes that survive a crash: temporary file, fsync, rename, fsync of the folder. The only place that renames.
+
+After a power cut or ``kill -9`` a name holds either its old content or the new content, whole.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import errno
+import hashlib
+import json
+import os
+import shutil
+import uuid
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+from kendama_cli.errors import StoreError
+
+SCRATCH = ".scratch"
+"""Prefix of names that are not finished; whoever finds one without its writer may delete it."""
+
+
+@contextlib.contextmanager
+def told_plainly(path: Path) -> Iterator[None]:
+    """Turn an operating-system error on ``path`` into one line with a next step."""
+    try:
+        yield
+    except OSError as error:
+        reason = {
+            errno.ENOSPC: "the disk is full; free some space or choose another folder with --home",
+            errno.EDQUOT: "the disk quota is used up; free some space or choose another folder with --home",
+            errno.EROFS: "the file system is read-only; choose another folder with --home",
+            errno.EACCES: "permission denied; choose another folder with --home",
+        }.get(error.errno or 0, error.strerror or str(error))
+        raise StoreError(str(path), f"cannot write {path}: {reason} (what was finished is kept)") from error
+
+
+def canonical_json(value: Any) -> bytes:
+    """The one JSON text of a value: sorted keys, no spaces, no NaN."""
+    return json.dumps(value, sort_keys=True, separators=(",", ":"), allow_nan=False, ensure_ascii=False).encode()
+
+
+def sha256(data: bytes) -> str:
+    """Hexadecimal SHA-256."""
+    return hashlib.sha256(data).hexdigest()
+
+
+def file_sha256(path: Path) -> str:
+    """Hexadecimal SHA-256 of a file's content."""
+    with path.open("rb") as stream:
+        return hashlib.file_digest(stream, "sha256").hexdigest()
+
+
+def make_folder(path: Path) -> Path:
+    """Create ``path`` with its parents, durably."""
+    with told_plainly(path):
+        missing = [folder for folder in (path, *path.parents) if not folder.exists()]
+        path.mkdir(parents=True, exist_ok=True)
+        for folder in missing:
+            _sync(folder.parent)
+    return path
+
+
+def write_file(path: Path, data: bytes) -> None:
+    """Replace ``path`` by ``data``, durably."""
+    make_folder(path.parent)
+    scratch = path.parent / f"{SCRATCH}-{uuid.uuid4().hex}"
+    with told_plainly(path):
+        try:
+            with scratch.open("wb") as stream:
+                stream.write(data)
+                stream.flush()
+                os.fsync(stream.fileno())
+            os.replace(scratch, path)
+            _sync(path.parent)
+        finally:
+            scratch.unlink(missing_ok=True)
+
+
+def write_index(path: Path, value: Any) -> None:
+    """Replace a rebuildable index: whole or absent, not worth an fsync, silently lost where it cannot be kept."""
+    scratch = path.parent / f"{SCRATCH}-{uuid.uuid4().hex}"
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        scratch.write_bytes(canonical_json(value))
+        os.replace(scratch, path)
+    except OSError:
+        with contextlib.suppress(OSError):
+            scratch.unlink(missing_ok=True)
+
+
+def read_index(path: Path) -> Any:
+    """What ``write_index`` kept, or None."""
+    try:
+        return json.loads(path.read_bytes())
+    except (OSError, ValueError):
+        return None
+
+
+def publish_folder(scratch: Path, target: Path) -> None:
+    """Move the finished folder ``scratch`` to ``target``, durably; a ``target`` that exists is replaced."""
+    with told_plainly(target):
+        for file in sorted(scratch.iterdir()):
+            _sync(file)
+        _sync(scratch)
+        make_folder(target.parent)
+        if target.exists():
+            retired = target.parent / f"{SCRATCH}-{uuid.uuid4().hex}"
+            os.replace(target, retired)
+            shutil.rmtree(retired, ignore_errors=True)
+        os.replace(scratch, target)
+        _sync(target.parent)
+
+
+def write_sealed(path: Path, record: dict[str, Any]) -> None:
+    """Write a JSON record with a digest over itself, durably."""
+    write_file(path, _sealed(record))
+
+
+def read_sealed(path: Path) -> dict[str, Any] | None:
+    """The record of ``write_sealed``; None where it is missing or any byte of it differs."""
+    try:
+        data = path.read_bytes()
+        record = dict(json.loads(data)["record"])
+        whole = _sealed(record)
+    except (OSError, ValueError, KeyError, TypeError):
+        return None
+    return record if data == whole else None
+
+
+def _sealed(record: dict[str, Any]) -> bytes:
+    # in the order given: metrics are shown in the order in which a stage told them
+    body = json.dumps(record, allow_nan=False, ensure_ascii=False)
+    return f'{{"record": {body}, "seal": "{sha256(body.encode())}"}}\n'.encode()
+
+
+def _sync(path: Path) -> None:
+    handle = os.open(path, os.O_RDONLY)
+    try:
+        os.fsync(handle)
+    finally:
+        os.close(handle)

@@ -1,0 +1,132 @@
+"""Wrong usage: one line, the right exit code, never a traceback."""
+
+from __future__ import annotations
+
+import subprocess
+
+import pytest
+
+from tests.toy_project import ToyProject
+
+
+def complaint(toy: ToyProject, *arguments: str) -> str:
+    done = toy.kendama(*arguments, expect=2)
+    lines = done.stderr.splitlines()
+    assert len(lines) == 1, done.stderr
+    assert lines[0].startswith("kendama: ")
+    assert done.stdout == ""
+    return lines[0].removeprefix("kendama: ")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["run", "learn.alph=0.5"], "unknown key 'learn.alph', did you mean 'learn.alpha'?"),
+        (["run", "+learn.alph=0.5"], "unknown key 'learn.alph', did you mean 'learn.alpha'?"),
+        (["run", "++learn.alph=0.5"], "unknown key 'learn.alph', did you mean 'learn.alpha'?"),
+        (["run", "+alpha=0.5"], "unknown key 'alpha'"),
+        (["run", "sed=3"], "unknown key 'sed', did you mean 'seed'?"),
+        (["run", "learn.alpha=many"], "'learn.alpha' must be a number, not 'many'"),
+        (["run", "learn.alpha=-1"], "'learn.alpha' is -1"),
+        (["run", "seed=-1"], "'seed' is -1; allowed: a whole number, 0 or more"),
+        (["run", "seed=1.5"], "'seed' is 1.5"),
+        (["run", "seed=1,2"], "use 'kendama sweep'"),
+        (["run", "seed"], "'seed' is not an override; write KEY=VALUE"),
+        (["run", "seed=[1"], "cannot be read as KEY=VALUE"),
+        (["run", "hydra.verbose=true"], "would change Hydra itself"),
+        (["run", "~learn"], "learn"),
+        (
+            ["run", "capture=fil"],
+            "'capture' is 'fil'; allowed: file, haptic, iiwa_kendama, mocap, did you mean 'file'?",
+        ),
+        (["run", "capture.path=nowhere.csv"], "capture.path: no such file 'nowhere.csv'"),
+        (["run", "-p", "kendma"], "no pipeline 'kendma'"),
+        (["run", "--until", "lern"], "--until lern: pipeline 'kendama' has no such stage"),
+        (["run", "--force", "lern"], "--force lern: pipeline 'kendama' has no such stage"),
+        (["run", "--frce", "learn"], "No such option: --frce"),
+        (["rum"], "No such command 'rum'"),
+        (["sweep", "learn.alph=1,2"], "unknown key 'learn.alph', did you mean 'learn.alpha'?"),
+        (["config", "learn.alph=1"], "unknown key 'learn.alph', did you mean 'learn.alpha'?"),
+        (["report", "2020"], "no runs in"),
+        (["run", "--config-dir", "nowhere"], "--config-dir nowhere: no such folder"),
+        (["log", "info", "nowhere.mcap"], "nowhere.mcap"),
+    ],
+)
+def test_wrong_usage_is_one_line_with_exit_code_2(toy: ToyProject, arguments: list[str], message: str) -> None:
+    assert message in complaint(toy, *arguments)
+
+
+def test_a_users_conf_and_pipelines_come_before_the_bundled(toy: ToyProject) -> None:
+    (toy.folder / "conf/learn").mkdir()
+    (toy.folder / "conf/learn/mine.yaml").write_text("defaults: [sarsa]\nalpha: 0.123\n")
+    assert "alpha: 0.123" in toy.kendama("config", "learn=mine").stdout
+    elsewhere = toy.folder / "elsewhere/conf/learn"
+    elsewhere.mkdir(parents=True)
+    (elsewhere / "mine.yaml").write_text("defaults: [sarsa]\nalpha: 0.321\n")
+    named = toy.kendama("config", "learn=mine", "--config-dir", "elsewhere").stdout
+    assert "alpha: 0.321" in named
+    assert "alpha: 0.321" in toy.kendama("config", "learn=mine", "--config-dir", "elsewhere/conf").stdout
+    assert "alpha: 0.321" in toy.kendama("--config-dir", "elsewhere", "config", "learn=mine").stdout
+
+
+def test_home_is_taken_before_or_after_the_command_or_from_the_environment(toy: ToyProject) -> None:
+    toy.kendama("--home", "one", "run", "-p", "toy", "--until", "roll")
+    toy.kendama("run", "-p", "toy", "--until", "roll", "--home", "two")
+    environment = {**toy.environment(), "KENDAMA_HOME": "three"}
+    subprocess.run(toy.command("run", "-p", "toy", "--until", "roll"), cwd=toy.folder, env=environment, check=True)
+    for home in ("one", "two", "three"):
+        assert list((toy.folder / home).glob("runs/*/run.json")), home
+    assert not toy.home.exists()
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("stages: [roll]\n", "a pipeline needs 'stages:' with at least one stage"),
+        ("stages: {roll: {stage: rol}}\n", "no stage 'rol'"),
+        (
+            "stages: {roll: {stage: toy_roll, needs: [dice]}}\n",
+            "stage 'roll' needs 'dice', which is not in this pipeline",
+        ),
+        ("stages: {a: {stage: toy_roll, needs: [b]}, b: {stage: toy_roll, needs: [a]}}\n", "in a circle: a, b"),
+        ("stages: {roll: {stage: toy_roll, confg: [toy]}}\n", "stage 'roll' has an unknown key 'confg'"),
+        ("stages: {roll: {stage: toy_roll, config: [toys]}}\n", "reads node 'toys'"),
+        ("stages: {roll: [\n", "not a pipeline"),
+        ("\0", "not a pipeline"),
+    ],
+)
+def test_a_wrong_pipeline_is_one_line_that_names_the_file(toy: ToyProject, text: str, message: str) -> None:
+    (toy.folder / "pipelines/wrong.yaml").write_text(text)
+    told = complaint(toy, "plan", "-p", "wrong")
+    assert message in told
+    assert "wrong" in told
+
+
+def test_debug_shows_the_traceback(toy: ToyProject, monkeypatch: pytest.MonkeyPatch) -> None:
+    environment = {**toy.environment(), "KENDAMA_DEBUG": "1"}
+    done = subprocess.run(
+        toy.command("run", "learn.alph=1"), cwd=toy.folder, env=environment, capture_output=True, text=True, check=False
+    )
+    assert "Traceback" in done.stderr
+    assert "ConfigError" in done.stderr
+
+
+@pytest.mark.parametrize(
+    ("words", "offered"),
+    [
+        ("kendama run -p im", "imitation"),
+        ("kendama run --until tra", "transfer"),
+        ("kendama run capture=ii", "capture=iiwa_kendama"),
+        ("kendama run learn.alp", "learn.alpha="),
+        ("kendama plan --force le", "learn"),
+    ],
+)
+def test_completion_offers_stages_pipelines_groups_and_keys(toy: ToyProject, words: str, offered: str) -> None:
+    environment = {
+        **toy.environment(),
+        "_KENDAMA_COMPLETE": "complete_bash",
+        "COMP_WORDS": words,
+        "COMP_CWORD": str(len(words.split()) - 1),
+    }
+    done = subprocess.run(toy.command(), cwd=toy.folder, env=environment, capture_output=True, text=True, check=False)
+    assert offered in done.stdout.split(), (done.stdout, done.stderr)

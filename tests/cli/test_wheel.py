@@ -1,0 +1,81 @@
+"""The wheel alone, in a new virtual environment and an empty folder, does the work: conf, pipelines and data travel."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+import sysconfig
+import zipfile
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+
+
+@pytest.fixture(scope="module")
+def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("wheel")
+    # no isolation: the test's own environment has the build backend, so nothing is fetched
+    command = [
+        sys.executable,
+        "-m",
+        "pip",
+        "wheel",
+        "-q",
+        "--no-deps",
+        "--no-build-isolation",
+        "-w",
+        str(folder),
+        str(ROOT),
+    ]
+    subprocess.run(command, check=True, capture_output=True)
+    return next(folder.glob("*.whl"))
+
+
+@pytest.fixture(scope="module")
+def installed(wheel: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A new environment with the wheel; the libraries come from the test's own, our package does not."""
+    folder = tmp_path_factory.mktemp("venv")
+    subprocess.run([sys.executable, "-m", "venv", str(folder)], check=True)
+    python = folder / "bin" / "python"
+    subprocess.run([python, "-m", "pip", "install", "-q", "--no-deps", "--no-index", str(wheel)], check=True)
+    own = Path(
+        subprocess.check_output(
+            [python, "-c", "import sysconfig; print(sysconfig.get_path('purelib'))"], text=True
+        ).strip()
+    )
+    (own / "libraries.pth").write_text(sysconfig.get_path("purelib") + "\n")
+    return folder / "bin" / "kendama"
+
+
+def test_conf_pipelines_and_data_are_in_the_wheel_and_tests_are_not(wheel: Path) -> None:
+    names = zipfile.ZipFile(wheel).namelist()
+    for wanted in ("conf/config.yaml", "pipelines/kendama.yaml", "data/robots/pa10.urdf", "data/demonstrations/"):
+        assert any(name.startswith(f"kendama_cli/bundled/{wanted}") for name in names), wanted
+    assert not [name for name in names if "test" in name.lower()]
+    assert any(name.endswith("licenses/LICENSE") for name in names)
+
+
+def test_the_installed_command_runs_on_the_bundled_demonstrations_from_an_empty_folder(
+    installed: Path, tmp_path: Path
+) -> None:
+    environment = {key: value for key, value in os.environ.items() if key not in ("PYTHONPATH", "KENDAMA_HOME")}
+    done = subprocess.run(
+        [installed, "run", "-p", "imitation", "--until", "encode", "--json"],
+        cwd=tmp_path,
+        env=environment,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    stages = {stage["name"]: stage for stage in json.loads(done.stdout)["stages"]}
+    assert stages["capture"]["metrics"]["n_demonstrations"] >= 10
+    assert stages["encode"]["metrics"]["n_parameters"] == 22
+    where = subprocess.check_output(
+        [installed.parent / "python", "-c", "import kendama_cli; print(kendama_cli.__file__)"], cwd=tmp_path, text=True
+    )
+    assert str(installed.parent.parent) in where

@@ -1,0 +1,25 @@
+"""Fixtures that every test may use."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from tests.toy_project import ToyProject
+
+RECORDINGS = Path(__file__).resolve().parents[2] / "shared" / "data"
+
+
+@pytest.fixture
+def toy(tmp_path: Path) -> ToyProject:
+    """A project with stages of its own, in an otherwise empty folder."""
+    return ToyProject(tmp_path)
+
+
+@pytest.fixture(scope="session")
+def recordings() -> Path:
+    """The folder of real recordings beside the repository; the test is skipped where it is absent."""
+    if not RECORDINGS.is_dir():
+        pytest.skip(f"real recordings are not at {RECORDINGS}")
+    return RECORDINGS

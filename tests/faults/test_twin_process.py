@@ -1,0 +1,224 @@
+"""The twin as a process: reproducible, never an orphan, and clear when it cannot start."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import os
+import signal
+import subprocess
+import sys
+import textwrap
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import yaml
+
+from kendama_cli.blocks.rig.robot_rig import open_robot
+from kendama_cli.blocks.robot.conformance import CHECKS
+from kendama_cli.blocks.robot.interface import Exchange, JointCommand
+from kendama_cli.blocks.robot.remote import UdpRobot
+from kendama_cli.blocks.robot.twin import serve_twin
+from kendama_cli.blocks.robot.twin_process import settings_document
+from kendama_cli.errors import HardwareError
+from kendama_cli.settings.game import GameSettings
+from kendama_cli.settings.hardware import HardwareSettings, TwinHardware, UdpHardware
+from kendama_cli.settings.robot import RobotSettings
+from kendama_cli.settings.schema import build_value
+
+ROOT = Path(__file__).resolve().parents[2]
+
+
+def configured(schema: Any, group: str, name: str) -> Any:
+    document = yaml.safe_load((ROOT / "conf" / group / f"{name}.yaml").read_text())
+    if group == "robot":
+        document["urdf"] = str(ROOT / document["urdf"])
+    return build_value(schema, document, group)
+
+
+GAME: GameSettings = configured(GameSettings, "game", "kendama")
+ROBOT: RobotSettings = configured(RobotSettings, "robot", "pa10")
+TWIN: TwinHardware = configured(HardwareSettings, "hardware", "twin")
+
+
+def alive(pid: int) -> bool:
+    try:
+        return Path(f"/proc/{pid}/stat").read_text().rsplit(")", 1)[1].split()[0] != "Z"
+    except FileNotFoundError:
+        return False
+
+
+def gone(pid: int, within_s: float = 10.0) -> bool:
+    until = time.monotonic() + within_s
+    while alive(pid) and time.monotonic() < until:
+        time.sleep(0.02)
+    return not alive(pid)
+
+
+@pytest.fixture
+def twin() -> Iterator[tuple[subprocess.Popen[bytes], tuple[str, int]]]:
+    process = subprocess.Popen(
+        [sys.executable, "-m", "kendama_cli.blocks.robot.twin_process"], stdin=subprocess.PIPE, stdout=subprocess.PIPE
+    )
+    assert process.stdin is not None
+    assert process.stdout is not None
+    process.stdin.write(settings_document(ROBOT, GAME, TWIN).encode() + b"\n")
+    process.stdin.flush()
+    ready = json.loads(process.stdout.readline())
+    try:
+        yield process, (ready["host"], ready["port"])
+    finally:
+        process.kill()
+        process.wait()
+        process.stdout.close()
+        process.stdin.close()
+
+
+def session(robot: UdpRobot, seed: int) -> list[Exchange]:
+    home = np.array(ROBOT.home_rad)
+    told = [robot.reset(home, seed)]
+    for k in range(100):
+        sway = 0.05 * np.sin(0.05 * k) * np.ones(len(home))
+        told.append(robot.exchange(JointCommand(home + sway, np.zeros(len(home)), np.zeros(len(home)))))
+    return told
+
+
+def as_bytes(told: list[Exchange]) -> bytes:
+    parts = []
+    for one in told:
+        state = one.state
+        parts += [one.sent.position_rad, state.position_rad, state.velocity_rad_s, state.effort_nm]
+        parts += [state.cup_in_world_m, state.ball_in_world_m, np.array([one.t_s])]
+    return np.concatenate(parts).tobytes()
+
+
+def test_two_processes_and_a_second_session_tell_the_same_bytes() -> None:
+    told = []
+    for _ in range(2):
+        with open_robot(TWIN, ROBOT, GAME) as robot:
+            told += [as_bytes(session(robot, 5)), as_bytes(session(robot, 6)), as_bytes(session(robot, 5))]
+    assert told[0] == told[2] == told[3] == told[5]
+    assert told[1] == told[4] != told[0]
+
+
+def test_the_twin_listens_on_loopback_only(twin: tuple[subprocess.Popen[bytes], tuple[str, int]]) -> None:
+    assert twin[1][0] == "127.0.0.1"
+
+
+def test_a_new_session_follows_a_stopped_one_on_the_same_twin(
+    twin: tuple[subprocess.Popen[bytes], tuple[str, int]],
+) -> None:
+    first = UdpRobot(*twin[1], silence_s=10.0)
+    before = as_bytes(session(first, 5))
+    first.close()
+    second = UdpRobot(*twin[1], silence_s=10.0)
+    assert as_bytes(session(second, 5)) == before
+    second.close()
+
+
+def test_the_twin_ends_when_its_input_closes(twin: tuple[subprocess.Popen[bytes], tuple[str, int]]) -> None:
+    process, _ = twin
+    assert process.stdin is not None
+    process.stdin.close()
+    assert process.wait(10.0) == 0
+
+
+def test_kill_9_of_the_commander_leaves_no_orphan(tmp_path: Path) -> None:
+    script = tmp_path / "commander.py"
+    script.write_text(
+        textwrap.dedent("""
+        import sys, time
+        from pathlib import Path
+        from kendama_cli.blocks.rig.robot_rig import open_robot
+        from tests.faults.test_twin_process import GAME, ROBOT, TWIN, session
+        with open_robot(TWIN, ROBOT, GAME) as robot:
+            session(robot, 1)
+            children = [int(p) for f in Path("/proc/self/task").glob("*/children") for p in f.read_text().split()]
+            print(*children, flush=True)
+            time.sleep(60)
+        """)
+    )
+    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
+    commander = subprocess.Popen([sys.executable, str(script)], stdout=subprocess.PIPE, env=environment)
+    assert commander.stdout is not None
+    (pid,) = [int(word) for word in commander.stdout.readline().split()]
+    assert alive(pid)
+    commander.send_signal(signal.SIGKILL)
+    commander.wait()
+    commander.stdout.close()
+    assert gone(pid)
+
+
+def test_kill_9_of_the_twin_while_it_is_commanded_is_one_clear_error() -> None:
+    with open_robot(TWIN, ROBOT, GAME) as robot:
+        session(robot, 1)
+        (pid,) = [int(p) for f in Path("/proc/self/task").glob("*/children") for p in f.read_text().split()]
+        os.kill(pid, signal.SIGKILL)
+        with pytest.raises(HardwareError, match="the twin's process was killed by signal 9") as caught:
+            session(robot, 2)
+        assert "\n" not in str(caught.value)
+
+
+def test_a_twin_that_cannot_start_says_why(tmp_path: Path) -> None:
+    broken = tmp_path / "broken.urdf"
+    broken.write_text("<robot")
+    robot = dataclasses.replace(ROBOT, urdf=str(broken))
+    with (
+        pytest.raises(HardwareError, match="the twin did not start: the twin's process ended with exit code") as caught,
+        open_robot(TWIN, robot, GAME),
+    ):
+        pass
+    assert "broken.urdf" in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+def test_without_settings_the_process_says_what_it_needs() -> None:
+    done = subprocess.run(
+        [sys.executable, "-m", "kendama_cli.blocks.robot.twin_process"], input=b"", capture_output=True, check=False
+    )
+    assert done.returncode == 2
+    assert b"needs its settings as one JSON line on standard input" in done.stderr
+
+
+def test_a_port_that_is_taken_is_one_clear_error(twin: tuple[subprocess.Popen[bytes], tuple[str, int]]) -> None:
+    host, port = twin[1]
+    with pytest.raises(HardwareError, match=f"the twin cannot listen on {host}:{port}: .*; choose another port"):
+        serve_twin(ROBOT, GAME, TWIN, host=host, port=port, on_ready=lambda ready: None)
+
+
+def test_in_real_time_the_twin_runs_by_the_wall_clock() -> None:
+    hardware = dataclasses.replace(TWIN, realtime=True, watchdog_s=5.0)
+    with open_robot(hardware, ROBOT, GAME) as robot:
+        assert robot.realtime
+        begin = time.monotonic()
+        told = session(robot, 1)
+        took_s = time.monotonic() - begin
+        missed = robot.missed
+    assert took_s >= 0.9 * 100 * TWIN.control_period_s
+    assert told[-1].t_s == pytest.approx((100 + missed) * TWIN.control_period_s, abs=0.01)
+
+
+def test_a_robot_that_already_listens_is_played_through_its_address(
+    twin: tuple[subprocess.Popen[bytes], tuple[str, int]],
+) -> None:
+    host, port = twin[1]
+    with open_robot(UdpHardware("udp", host, port, 10.0), ROBOT, GAME) as robot:
+        assert len(session(robot, 3)) == 101
+    assert UdpHardware.moves
+    assert not getattr(TwinHardware, "moves", False)
+
+
+@pytest.mark.parametrize("check", CHECKS, ids=lambda check: check.__name__)
+def test_the_robot_behind_udp_keeps_the_laws_of_its_interface(
+    check: Any, twin: tuple[subprocess.Popen[bytes], tuple[str, int]]
+) -> None:
+    def begun() -> UdpRobot:
+        robot = UdpRobot(*twin[1], silence_s=10.0)
+        robot.reset(np.array(ROBOT.home_rad), 0)
+        return robot
+
+    check(begun)

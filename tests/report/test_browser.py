@@ -1,0 +1,87 @@
+"""The report in a real browser: it renders, moves, reports no error and fits a phone."""
+
+import json
+import re
+import shutil
+import subprocess
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from kendama_cli.report.page import make_report
+
+CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
+pytestmark = pytest.mark.skipif(
+    CHROMIUM is None, reason="needs the program chromium (Debian: apt-get install chromium)"
+)
+
+PROBE = """
+<pre id="probe"></pre><script>
+const errors = [];
+addEventListener('error', event => errors.push(String(event.message)));
+addEventListener('load', () => setTimeout(() => {
+  const sizes = [...document.querySelectorAll('figure svg, .hero svg')].map(svg => svg.getBoundingClientRect());
+  const players = [...document.querySelectorAll('.player')];
+  const before = players.map(player => player.querySelector('.ball').getAttribute('cx'));
+  for (const player of players) {
+    const slider = player.querySelector('input');
+    slider.value = 3; slider.dispatchEvent(new Event('input'));
+  }
+  document.getElementById('probe').textContent = JSON.stringify({
+    errors, svgs: sizes.length, empty: sizes.filter(size => size.width < 100 || size.height < 40).length,
+    moved: players.filter((player, n) => player.querySelector('.ball').getAttribute('cx') !== before[n]).length,
+    players: players.length, wide: document.documentElement.scrollWidth, window: innerWidth,
+    loaded: performance.getEntriesByType('resource').map(one => one.name).filter(name => !name.startsWith('data:')),
+  });
+}, 300));
+</script>
+"""
+
+
+def _chromium(tmp_path, page, *options):
+    """Run headless Chromium with a profile of its own on ``page``; its standard output and error."""
+    done = subprocess.run(
+        [
+            str(CHROMIUM),
+            *("--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--hide-scrollbars"),
+            *("--disable-background-networking", "--disable-component-update", "--disable-sync"),
+            *("--force-prefers-reduced-motion", "--enable-logging=stderr", "--virtual-time-budget=4000"),
+            f"--user-data-dir={tmp_path / 'profile'}",
+            *options,
+            page.as_uri(),
+        ],
+        capture_output=True,
+        text=True,
+        timeout=120,
+        check=True,
+    )
+    return done.stdout, done.stderr
+
+
+@pytest.mark.parametrize("width", [1200, 500])
+def test_the_page_renders_moves_and_loads_nothing(tmp_path, run, logs, width):
+    html = make_report(run, logs)
+    page = tmp_path / "report.html"
+    page.write_text(html.replace("<main>", PROBE.replace("\n", " ") + "<main>", 1), encoding="utf-8")
+    out, err = _chromium(tmp_path, page, "--dump-dom", f"--window-size={width},900")
+    found = re.search(r'<pre id="probe">(.*?)</pre>', out)
+    assert found is not None
+    seen = json.loads(found[1].replace("&amp;", "&"))
+    assert seen["errors"] == []
+    assert "CONSOLE" not in err
+    assert seen["svgs"] >= 25
+    assert seen["empty"] == 0
+    assert seen["moved"] == seen["players"] == 3
+    assert seen["wide"] <= seen["window"]  # no sideways scrolling of the page
+    assert seen["loaded"] == []
+
+
+def test_the_picture_shows_cup_blue_and_ball_vermilion(tmp_path, run, logs):
+    page = tmp_path / "report.html"
+    page.write_text(make_report(run, logs), encoding="utf-8")
+    _chromium(tmp_path, page, f"--screenshot={tmp_path / 'page.png'}", "--window-size=1200,1000")
+    with Image.open(tmp_path / "page.png") as opened:
+        pixels = np.asarray(opened.convert("RGB")).astype(int)
+    for colour in ((0x00, 0x72, 0xB2), (0xD5, 0x5E, 0x00)):
+        assert (np.abs(pixels - colour).max(axis=-1) < 12).sum() > 200
