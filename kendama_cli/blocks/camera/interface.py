@@ -1,0 +1,63 @@
+"""What every camera offers, virtual, recorded or live."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kendama_cli.errors import HardwareError
+from kendama_cli.vision.camera_model import CameraModel
+from kendama_cli.vision.region import Region
+
+
+class StaleFrame(HardwareError):  # noqa: N818 - the name that callers know from the interface
+    """No frame is young enough; ``camera`` names who is late, ``age_s`` by how much (inf: nothing came at all)."""
+
+    def __init__(self, camera: str, age_s: float, message: str) -> None:
+        super().__init__(message)
+        self.camera = camera
+        self.age_s = age_s
+
+
+@dataclass(frozen=True)
+class Frame:
+    """One image, or the watched part of it.
+
+    ``t_s`` is mid-exposure; ``pixels`` (h, w, 3) uint8 in OpenCV's order blue, green, red; ``origin_px`` is the
+    column and row of ``pixels[0, 0]`` in the whole image.
+    """
+
+    t_s: float
+    pixels: NDArray[np.uint8]
+    origin_px: tuple[int, int]
+
+
+class Camera(Protocol):
+    """A calibrated camera that always holds its newest frame."""
+
+    model: CameraModel
+
+    def latest(self, *, max_age_s: float) -> Frame:
+        """The newest frame; raises StaleFrame where it is older than ``max_age_s``, or where there is none."""
+
+    def watch(self, region: Region | None) -> None:
+        """From the next frame on only ``region`` is wanted (None: the whole image); a frame may still show more."""
+
+    def restart(self) -> None:
+        """Forget the newest frame where the clock was set back (a simulated scene begins anew); live cameras go on."""
+
+    def close(self) -> None:
+        """Let go of the device or file; idempotent."""
+
+
+def too_old(camera: str, age_s: float, max_age_s: float) -> StaleFrame:
+    """The error for a newest frame of ``age_s`` where ``max_age_s`` is allowed."""
+    return StaleFrame(
+        camera,
+        age_s,
+        f"camera '{camera}': the newest frame is {age_s * 1e3:.0f} ms old, allowed are {max_age_s * 1e3:.0f} ms; "
+        "check that the camera still delivers, or lower its rate",
+    )

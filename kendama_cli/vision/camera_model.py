@@ -1,0 +1,121 @@
+"""The calibrated camera: pinhole, OpenCV's lens distortion, pose in the world."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import ArrayLike
+
+from kendama_cli.artifacts.checks import Array, array
+
+
+@dataclass(frozen=True)
+class CameraModel:
+    """A camera whose axes are x right, y down, z forward; pixel centres lie at whole numbers.
+
+    A world point p becomes c = R (p - o); with (x, y) = c_xy / c_z distorted by OpenCV's
+    (k1, k2, p1, p2, k3), the pixel is (fx x + cx, fy y + cy).
+    """
+
+    name: str
+    width_px: int
+    height_px: int
+    focal_px: Array
+    """(fx, fy)"""
+    center_px: Array
+    """(cx, cy)"""
+    distortion: Array
+    """(k1, k2, p1, p2, k3)"""
+    world_to_camera: Array
+    """R (3, 3)"""
+    position_in_world_m: Array
+    """o (3,)"""
+
+    def __post_init__(self) -> None:
+        for name, shape in (
+            ("focal_px", (2,)),
+            ("center_px", (2,)),
+            ("distortion", (5,)),
+            ("world_to_camera", (3, 3)),
+            ("position_in_world_m", (3,)),
+        ):
+            object.__setattr__(self, name, array(name, getattr(self, name), shape))
+        if (
+            not np.allclose(self.world_to_camera @ self.world_to_camera.T, np.eye(3), atol=1e-9)
+            or np.linalg.det(self.world_to_camera) < 0
+        ):
+            raise ValueError(f"camera '{self.name}': world_to_camera is not a rotation")
+
+    @property
+    def matrix(self) -> Array:
+        """OpenCV's camera matrix (3, 3)."""
+        (fx, fy), (cx, cy) = self.focal_px, self.center_px
+        return np.array([[fx, 0.0, cx], [0.0, fy, cy], [0.0, 0.0, 1.0]])
+
+    def depth_m(self, points_m: ArrayLike) -> Array:
+        """Distance (n,) of ``points_m`` (n, 3) in front of the image plane; negative behind it."""
+        return np.asarray((np.asarray(points_m) - self.position_in_world_m) @ self.world_to_camera[2])
+
+    def project(self, points_m: ArrayLike) -> Array:
+        """Pixels (n, 2) of world ``points_m`` (n, 3); nan for a point that is not in front of the camera."""
+        points = (
+            np.atleast_2d(np.asarray(points_m, dtype=np.float64)) - self.position_in_world_m
+        ) @ self.world_to_camera.T
+        ahead = points[:, 2] > 1e-6
+        pixels = np.full((len(points), 2), np.nan)
+        if ahead.any():
+            found, _ = cv2.projectPoints(points[ahead], np.zeros(3), np.zeros(3), self.matrix, self.distortion)
+            pixels[ahead] = found.reshape(-1, 2)
+        return pixels
+
+    def undistort(self, pixels: ArrayLike) -> Array:
+        """Normalised image coordinates (x, y) (n, 2) of ``pixels`` (n, 2), distortion taken out."""
+        pixels = np.atleast_2d(np.asarray(pixels, dtype=np.float64))
+        if not self.distortion.any():
+            return np.asarray((pixels - self.center_px) / self.focal_px)
+        stop = (cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, 40, 1e-12)
+        found = cv2.undistortPoints(pixels.reshape(-1, 1, 2), self.matrix, self.distortion, criteria=stop)
+        return np.asarray(found, dtype=np.float64).reshape(-1, 2)
+
+    def pixel_jacobian(self, normalised: ArrayLike) -> Array:
+        """d(pixel) / d(normalised coordinates) (2, 2) at one undistorted point (x, y), distortion included."""
+        x, y = np.asarray(normalised, dtype=np.float64)
+        k1, k2, p1, p2, k3 = self.distortion
+        r2 = x * x + y * y
+        radial = 1 + r2 * (k1 + r2 * (k2 + r2 * k3))
+        slope = k1 + r2 * (2 * k2 + 3 * k3 * r2)  # d(radial) / d(r2)
+        cross = 2 * x * y * slope + 2 * p1 * x + 2 * p2 * y
+        jacobian = np.array(
+            [
+                [radial + 2 * x * x * slope + 2 * p1 * y + 6 * p2 * x, cross],
+                [cross, radial + 2 * y * y * slope + 6 * p1 * y + 2 * p2 * x],
+            ]
+        )
+        return np.asarray(self.focal_px[:, None] * jacobian)
+
+    def rays(self, pixels: ArrayLike) -> Array:
+        """Directions (n, 3) in the world through ``pixels`` (n, 2), of length 1 along the optical axis."""
+        flat = self.undistort(pixels)
+        return np.asarray(np.column_stack([flat, np.ones(len(flat))]) @ self.world_to_camera)
+
+    def sees(self, pixel: ArrayLike, margin_px: float = 0.0) -> bool:
+        """Whether ``pixel`` (2,) lies in the image, at least ``margin_px`` from its border."""
+        u, v = np.asarray(pixel, dtype=np.float64)
+        return bool(
+            margin_px <= u <= self.width_px - 1 - margin_px and margin_px <= v <= self.height_px - 1 - margin_px
+        )
+
+
+def looking_at(position_m: ArrayLike, target_m: ArrayLike) -> Array:
+    """World-to-camera rotation (3, 3) of a level camera at ``position_m`` that looks at ``target_m``.
+
+    Raises ValueError where the view is straight up or down, for then "level" says nothing.
+    """
+    forward = np.asarray(target_m, dtype=np.float64) - np.asarray(position_m, dtype=np.float64)
+    right = np.cross(forward, [0.0, 0.0, 1.0])
+    if np.linalg.norm(right) < 1e-6 * max(float(np.linalg.norm(forward)), 1e-12):
+        raise ValueError("a camera cannot look straight up or down, nor at its own position")
+    forward, right = forward / np.linalg.norm(forward), right / np.linalg.norm(right)
+    return np.array([right, np.cross(forward, right), forward])

@@ -1,0 +1,146 @@
+"""Random releases: a ball swings on a taut rope, the cup gives way, the ball flies free."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kendama_cli.artifacts.checks import Array
+from kendama_cli.errors import ConfigError
+from kendama_cli.settings.game import GameSettings
+from kendama_cli.settings.predict import ReleaseSettings
+from kendama_cli.vision.free_flight import FreeFlight
+
+TAUT_STEP_S = 1e-3
+CHECKED_STEP_S = 2e-3
+TRIES = 10_000
+
+
+@dataclass(frozen=True)
+class Release:
+    """One flight: the ball swings until time 0 and then falls free until it crosses the rim plane at ``crossing_s``.
+
+    ``taut_s`` (n,) and ``taut_ball_m``, ``taut_cup_m`` (n, 3) are the swing before, ``taut_s`` ending at 0.
+    """
+
+    flight: FreeFlight
+    start_m: Array
+    velocity_m_s: Array
+    crossing_s: float
+    cup_m: Array
+    cup_velocity_m_s: Array
+    cup_acceleration_m_s2: Array
+    taut_s: Array
+    taut_ball_m: Array
+    taut_cup_m: Array
+
+    def ball_m(self, t_s: float) -> Array:
+        """The ball's centre (3,)."""
+        if t_s < 0:
+            return _interpolate(t_s, self.taut_s, self.taut_ball_m)
+        return self.flight.position_m(self.start_m, self.velocity_m_s, t_s)
+
+    def tie_m(self, t_s: float) -> Array:
+        """The rope's tie point (3,): the cup."""
+        if t_s < 0:
+            return _interpolate(t_s, self.taut_s, self.taut_cup_m)
+        return _cup_after(self.cup_m, self.cup_velocity_m_s, self.cup_acceleration_m_s2, np.array(t_s))
+
+    @property
+    def crossing_m(self) -> Array:
+        """Where the ball's centre crosses the rim plane (3,)."""
+        return self.flight.position_m(self.start_m, self.velocity_m_s, self.crossing_s)
+
+
+def draw_release(
+    rng: np.random.Generator, settings: ReleaseSettings, game: GameSettings, taut_duration_s: float
+) -> Release:
+    """One release of the kind that ends a swing-up, the cup at rest height with its tie point at z = 0.
+
+    Drawn uniformly, and again until all hold: ball angle 100..150 deg and rate 2..7 rad/s at the release, the cup
+    pulled sideways at 2..8 m/s^2 (the rope's pull on the ball then is at least 6 m/s^2) and then pushed the other
+    way to follow the ball, apex within the settings' limits, rope slack until the crossing, and the crossing within
+    0.25 m of the cup.
+    """
+    flight = FreeFlight(np.array([0.0, 0.0, -game.gravity_m_s2]), game.ball.drag_n_s_m / game.ball.mass_kg)
+    rope, g = game.rope.length_m, game.gravity_m_s2
+    for _ in range(TRIES):
+        side = float(rng.choice([-1.0, 1.0]))
+        phi, rate = side * np.deg2rad(rng.uniform(100, 150)), side * rng.uniform(2.0, 7.0)
+        pull, cup_x = -side * rng.uniform(2.0, 8.0), rng.uniform(-1, 1) * settings.cup_travel_m
+        cup_speed, lateral = rng.uniform(-0.5, 0.5), rng.uniform(-1, 1) * settings.lateral_m_s
+        ball_angle = np.array([np.sin(phi), 0.0, -np.cos(phi)])
+        cup, cup_velocity = np.array([cup_x, 0.0, 0.0]), np.array([cup_speed, 0.0, 0.0])
+        start = cup + rope * ball_angle
+        velocity = cup_velocity + rope * rate * np.array([np.cos(phi), 0.0, np.sin(phi)]) + [0.0, lateral, 0.0]
+        along_rope = rope * rate**2 + g * np.cos(phi) - pull * np.sin(phi)
+        apex = start[2] + max(velocity[2], 0.0) ** 2 / (2 * g) - game.cup.depth_m
+        if along_rope < 6.0 or velocity[2] <= 0 or not settings.apex_low_m <= apex <= settings.apex_high_m:
+            continue
+        crossing_s = flight.descent_s(start, velocity, game.cup.depth_m)
+        if crossing_s is None:
+            continue
+        meeting = flight.position_m(start, velocity, crossing_s)
+        follow = 2 * (meeting - cup - cup_velocity * crossing_s) / crossing_s**2 * [1.0, 0.0, 0.0]
+        t = np.arange(0.0, crossing_s, CHECKED_STEP_S)
+        rope_needed = np.linalg.norm(
+            flight.position_m(start, velocity, t) - _cup_after(cup, cup_velocity, follow, t), axis=1
+        )
+        if (rope_needed > rope + 1e-9).any() or abs(meeting[0] - cup_x) > 0.25 or abs(follow[0]) > 8.0:
+            continue
+        swing = _Swing(cup, cup_velocity, np.array([pull, 0.0, 0.0]), phi, rate, lateral)
+        taut_s, ball, tie = swing.before(game, taut_duration_s)
+        return Release(flight, start, velocity, crossing_s, cup, cup_velocity, follow, taut_s, ball, tie)
+    raise ConfigError(
+        "predict.release.apex_low_m",
+        f"'predict.release': an apex {settings.apex_low_m}..{settings.apex_high_m} m over the rim is out of reach of a "
+        f"rope of {rope} m ({TRIES} draws); widen predict.release.apex_low_m and apex_high_m",
+    )
+
+
+@dataclass(frozen=True)
+class _Swing:
+    """The taut rope at the release: the cup's motion, the ball's angle and rate, its sideways speed."""
+
+    cup_m: Array
+    cup_velocity_m_s: Array
+    cup_acceleration_m_s2: Array
+    angle_rad: float
+    rate_rad_s: float
+    lateral_m_s: float
+
+    def before(self, game: GameSettings, duration_s: float) -> tuple[Array, Array, Array]:
+        """Times (n,) up to 0, ball and tie point (n, 3) during ``duration_s`` before the release.
+
+        The pendulum l phi'' = -g sin(phi) - x'' cos(phi), backward by RK4; sideways the ball drifts.
+        """
+        rope, g, pull = game.rope.length_m, game.gravity_m_s2, float(self.cup_acceleration_m_s2[0])
+        n = max(int(np.ceil(duration_s / TAUT_STEP_S)), 1)
+
+        def slope(state: Array) -> Array:
+            return np.array([state[1], (-g * np.sin(state[0]) - pull * np.cos(state[0])) / rope])
+
+        states, h = [np.array([self.angle_rad, self.rate_rad_s])], -TAUT_STEP_S
+        for _ in range(n):
+            y = states[-1]
+            k1 = slope(y)
+            k2 = slope(y + h / 2 * k1)
+            k3 = slope(y + h / 2 * k2)
+            k4 = slope(y + h * k3)
+            states.append(y + h / 6 * (k1 + 2 * k2 + 2 * k3 + k4))
+        angle = np.array(states)[::-1, 0]
+        t = np.arange(-n, 1, dtype=np.float64) * TAUT_STEP_S
+        tie = _cup_after(self.cup_m, self.cup_velocity_m_s, self.cup_acceleration_m_s2, t)
+        ball = tie + rope * np.column_stack([np.sin(angle), np.zeros(n + 1), -np.cos(angle)])
+        ball[:, 1] += self.lateral_m_s * t
+        return t, ball, tie
+
+
+def _cup_after(cup: Array, velocity: Array, acceleration: Array, t: NDArray[np.float64]) -> Array:
+    return np.asarray(cup + t[..., None] * velocity + t[..., None] ** 2 / 2 * acceleration)
+
+
+def _interpolate(t_s: float, t: Array, values: Array) -> Array:
+    return np.array([np.interp(t_s, t, values[:, axis]) for axis in range(values.shape[1])])

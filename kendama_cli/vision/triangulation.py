@@ -1,0 +1,74 @@
+"""A point in space from its pixels in several cameras, and the equations behind it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from kendama_cli.artifacts.checks import Array
+from kendama_cli.vision.camera_model import CameraModel
+
+NEAREST_DEPTH_M = 0.05
+
+
+@dataclass(frozen=True)
+class SightRows:
+    """Equations ``rows`` p = ``right`` (k of them) for a point p (3,), whitened but for its depth.
+
+    Each has the noise of unit variance times the depth ``depth_row`` . p + ``depth_right``.
+    """
+
+    rows: Array
+    right: Array
+    depth_row: Array
+    depth_right: float
+
+
+def sight_rows(camera: CameraModel, centre_px: ArrayLike, covariance_px2: ArrayLike) -> SightRows:
+    """What one pixel (2,) with covariance (2, 2) says of a point.
+
+    With (x, y) the undistorted pixel, r1, r2, r3 the rows of R and o the optical centre:
+    (r1 - x r3) . (p - o) = 0 and (r2 - y r3) . (p - o) = 0, with the pixel's noise times the depth r3 . (p - o).
+    """
+    flat = camera.undistort(centre_px)[0]
+    to_flat = np.linalg.inv(camera.pixel_jacobian(flat))
+    covariance = to_flat @ np.asarray(covariance_px2, dtype=np.float64) @ to_flat.T
+    r, origin = camera.world_to_camera, camera.position_in_world_m
+    rows = np.asarray(np.linalg.inv(np.linalg.cholesky(covariance)) @ (r[:2] - flat[:, None] * r[2]), dtype=np.float64)
+    return SightRows(rows, rows @ origin, r[2], -float(r[2] @ origin))
+
+
+@dataclass(frozen=True)
+class Located:
+    """A point in the world and its covariance (3, 3)."""
+
+    position_m: Array
+    covariance_m2: Array
+
+
+def triangulate(sights: Sequence[SightRows]) -> Located | None:
+    """The point that fits all ``sights`` best, by least squares weighted with the inverse depth.
+
+    None with fewer than two sights, or where the point would lie behind a camera.
+    """
+    if len(sights) < 2:
+        return None
+    rows, right = np.vstack([sight.rows for sight in sights]), np.concatenate([sight.right for sight in sights])
+    weight = np.ones(len(rows))
+    for _ in range(2):
+        weighted = rows * weight[:, None]
+        information = weighted.T @ weighted
+        try:
+            covariance = np.asarray(np.linalg.inv(information), dtype=np.float64)
+        except np.linalg.LinAlgError:
+            return None
+        point = covariance @ (weighted.T @ (right * weight))
+        depths = np.array([sight.depth_row @ point + sight.depth_right for sight in sights])
+        if not (depths > NEAREST_DEPTH_M).all():
+            return None
+        weight = np.repeat(1.0 / depths, [len(sight.rows) for sight in sights])
+    weighted = rows * weight[:, None]
+    return Located(point, np.asarray(np.linalg.inv(weighted.T @ weighted), dtype=np.float64))

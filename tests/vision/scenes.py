@@ -1,0 +1,59 @@
+"""Settings as shipped, and cameras to look through."""
+
+from pathlib import Path
+
+import numpy as np
+import yaml
+
+from kendama_cli.blocks.camera.calibration import camera_model
+from kendama_cli.settings.camera import LightingSettings, VirtualCamera
+from kendama_cli.settings.game import GameSettings
+from kendama_cli.settings.predict import PredictSettings
+from kendama_cli.settings.schema import build
+from kendama_cli.vision.camera_model import CameraModel, looking_at
+
+CONF = Path(__file__).parents[2] / "conf"
+
+
+def plain(group: str, name: str):
+    return yaml.safe_load((CONF / group / f"{name}.yaml").read_text())
+
+
+def virtual() -> VirtualCamera:
+    return build(VirtualCamera, plain("camera", "virtual"), "camera")
+
+
+def lighting(name: str) -> LightingSettings:
+    return build(LightingSettings, plain("lighting", name), "lighting")
+
+
+def game() -> GameSettings:
+    return build(GameSettings, plain("game", "kendama"), "game")
+
+
+def predict() -> PredictSettings:
+    return build(PredictSettings, plain("predict", "flights"), "predict")
+
+
+def shipped_models() -> list[CameraModel]:
+    return [camera_model(one) for one in virtual().cameras]
+
+
+def stereo(distortion=(-0.1, 0.02, 0.001, -0.0005, 0.0)) -> list[CameraModel]:
+    """The stereo pair of FACTS: f = 600 px, 0.5 m baseline, 1.5 m away."""
+    made = []
+    for name, x in (("left", -0.25), ("right", 0.25)):
+        position = np.array([x, -1.5, 0.25])
+        made.append(
+            CameraModel(
+                name=name,
+                width_px=640,
+                height_px=480,
+                focal_px=np.array([600.0, 600.0]),
+                center_px=np.array([319.5, 239.5]),
+                distortion=np.array(distortion),
+                world_to_camera=looking_at(position, (0.0, 0.0, 0.2)),
+                position_in_world_m=position,
+            )
+        )
+    return made

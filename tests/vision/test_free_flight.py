@@ -1,0 +1,41 @@
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from kendama_cli.vision.free_flight import FreeFlight
+
+G = np.array([0.1, -0.05, -9.81])
+START, VELOCITY = np.array([0.1, 0.0, 0.3]), np.array([-0.8, 0.1, 1.6])
+
+
+@pytest.mark.parametrize("drag_per_s", [0.0, 1e-9, 0.04, 0.3, 5.0])
+def test_closed_form_agrees_with_integration_of_the_equation(drag_per_s):
+    flight = FreeFlight(G, drag_per_s)
+    ends = np.array([0.01, 0.2, 0.7])
+    found = solve_ivp(
+        lambda _, y: np.concatenate([y[3:], G - drag_per_s * y[3:]]),
+        (0, 0.7), np.concatenate([START, VELOCITY]), t_eval=ends, rtol=1e-12, atol=1e-13,
+    )  # fmt: skip
+    assert np.abs(flight.position_m(START, VELOCITY, ends) - found.y[:3].T).max() < 1e-10
+    assert np.abs(flight.velocity_m_s(VELOCITY, ends) - found.y[3:].T).max() < 1e-10
+
+
+@pytest.mark.parametrize("drag_per_s", [0.0, 0.04, 2.0])
+def test_descent_is_on_the_plane_and_downward(drag_per_s):
+    flight = FreeFlight(G, drag_per_s)
+    s = flight.descent_s(START, VELOCITY, 0.25)
+    assert s is not None
+    assert abs(flight.position_m(START, VELOCITY, s)[2] - 0.25) < 1e-12
+    assert flight.velocity_m_s(VELOCITY, s)[2] < 0
+
+
+def test_a_plane_above_the_apex_is_never_crossed():
+    assert FreeFlight(G, 0.0).descent_s(START, VELOCITY, 0.3 + 1.6**2 / 19.62 + 1e-6) is None
+    near = 0.3 + 1.6**2 / 19.62 - 1e-3  # within reach without drag, out of reach with it
+    assert FreeFlight(G, 0.0).descent_s(START, VELOCITY, near) is not None
+    assert FreeFlight(G, 1.0).descent_s(START, VELOCITY, near) is None
+
+
+def test_negative_drag_is_refused():
+    with pytest.raises(ValueError, match="drag_per_s must not be negative"):
+        FreeFlight(G, -0.1)
