@@ -1,0 +1,93 @@
+"""Exploration: when a rollout explores, and what it tries instead of the greedy action."""
+
+from __future__ import annotations
+
+import math
+from typing import Protocol
+
+from numpy.random import Generator
+
+from kendama_cli.learning.state import SwingState
+from kendama_cli.settings.learn import (
+    EpsilonGreedyExploration,
+    HarmonicExploration,
+    LearnSettings,
+    ScheduleSettings,
+)
+
+FOLLOWING_PER_S = 8.0
+"""c of the law by which the cup follows a harmonic place: within about 1 / c."""
+
+
+class Explorer(Protocol):
+    """What one exploring rollout tries."""
+
+    def action(self, t_s: float, state: SwingState, greedy: int) -> int:
+        """The column to choose at ``t_s`` into the rollout, where the table itself would choose ``greedy``."""
+
+
+def explores(settings: ScheduleSettings, *, succeeded_ever: bool, greedy_failed: bool, rng: Generator) -> bool:
+    """Whether the next rollout explores.
+
+    Until any rollout has succeeded there is nothing to be greedy about; from then on only a greedy rollout that
+    failed gives reason to, with the probability ``after_failure``.
+    """
+    if not succeeded_ever:
+        return True
+    return greedy_failed and rng.random() < settings.after_failure
+
+
+class Harmonic:
+    """A harmonic drives the cup over a whole rollout (PAPER.md, Reinforcement).
+
+    Either its acceleration a = A cos(w t + phase) itself, or its place x = A cos(w t + phase), which the acceleration
+    x'' + 2 c (x' - v) + c^2 (x - x_cup) follows; the action nearest to that acceleration is chosen.
+    """
+
+    def __init__(self, settings: HarmonicExploration, learn: LearnSettings, rng: Generator) -> None:
+        self._actions = learn.actions_m_s2
+        self._largest = learn.largest_action_m_s2
+        self._follows_place = settings.drives == "position"
+        scale = learn.workspace.half_width_m if self._follows_place else self._largest
+        self._frequency = rng.uniform(*settings.band_rad_s)
+        self._amplitude = scale * rng.uniform(*settings.amplitude)
+        turn = rng.random()
+        if settings.phase == "quarter":
+            self._phase = math.copysign(0.5 * math.pi, turn - 0.5)
+        else:
+            self._phase = 2.0 * math.pi * turn
+        self._bang_bang = settings.bang_bang
+
+    def action(self, t_s: float, state: SwingState, greedy: int) -> int:
+        """The action nearest to what the harmonic asks for at ``t_s``; the greedy one plays no part."""
+        w = self._frequency
+        wanted = self._amplitude * math.cos(w * t_s + self._phase)
+        if self._follows_place:
+            speed = -w * self._amplitude * math.sin(w * t_s + self._phase)
+            ahead = wanted - state.x_m
+            wanted = -w * w * wanted + 2.0 * FOLLOWING_PER_S * (speed - state.velocity_m_s) + FOLLOWING_PER_S**2 * ahead
+        if self._bang_bang:
+            wanted = math.copysign(self._largest, wanted)
+        return min(range(len(self._actions)), key=lambda column: abs(self._actions[column] - wanted))
+
+
+class EpsilonGreedy:
+    """The greedy action, but with probability epsilon / (1 + k / decay) any of the actions."""
+
+    def __init__(self, settings: EpsilonGreedyExploration, learn: LearnSettings, rollout: int, rng: Generator) -> None:
+        self._epsilon = settings.epsilon / (1.0 + rollout / settings.decay_rollouts)
+        self._n = len(learn.actions_m_s2)
+        self._rng = rng
+
+    def action(self, t_s: float, state: SwingState, greedy: int) -> int:
+        """The greedy column or, now and then, a random one; time and state play no part."""
+        if self._rng.random() < self._epsilon:
+            return int(self._rng.integers(self._n))
+        return greedy
+
+
+def explorer(learn: LearnSettings, rollout: int, rng: Generator) -> Explorer:
+    """A newly drawn explorer for rollout number ``rollout``, of the kind that the settings name."""
+    if isinstance(learn.exploration, HarmonicExploration):
+        return Harmonic(learn.exploration, learn, rng)
+    return EpsilonGreedy(learn.exploration, learn, rollout, rng)

@@ -1,0 +1,112 @@
+"""The goal of the swing-up and the rewards on the way, from plain states."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Literal, NamedTuple
+
+from kendama_cli.learning.state import SwingState
+from kendama_cli.settings.learn import GoalSettings, RewardSettings
+
+Outcome = Literal["goal", "timeout", "outside"]
+"""How a rollout ends: at the goal, with time up, or (where that ends it) outside the workspace."""
+
+
+@dataclass(frozen=True)
+class Landing:
+    """Where the ball comes down through the rim plane, when, and the constant acceleration that takes the cup there."""
+
+    time_s: float
+    x_m: float
+    acceleration_m_s2: float
+
+
+class Ball(NamedTuple):
+    """The ball's place and velocity relative to the tie point, along x and z."""
+
+    across_m: float
+    above_m: float
+    across_m_s: float
+    above_m_s: float
+
+
+@dataclass(frozen=True)
+class Flight:
+    """Free flight from a state with the rope just slack: tie point on z = 0, rim ``rim_m`` above it."""
+
+    rope_m: float
+    rim_m: float
+    gravity_m_s2: float
+
+    def landing(self, state: SwingState) -> Landing | None:
+        """The landing predicted from ``state``, or None where the ball does not rise over the rim.
+
+        The ball starts at l (sin phi, -cos phi) from the tie point with l phi' (cos phi, sin phi) plus the cup's
+        velocity, and falls freely.
+        """
+        x_m, velocity_m_s, angle_rad, rate_rad_s = state
+        sine, cosine = math.sin(angle_rad), math.cos(angle_rad)
+        speed = self.rope_m * rate_rad_s
+        ball = Ball(self.rope_m * sine, -self.rope_m * cosine, speed * cosine, speed * sine)
+        return self.fall(x_m, velocity_m_s, ball)
+
+    def fall(self, x_m: float, velocity_m_s: float, ball: Ball) -> Landing | None:
+        """The landing of a ball that is wherever ``ball`` says from a cup at ``x_m``."""
+        across_m, above_m, across_m_s, above_m_s = ball
+        root = above_m_s * above_m_s + 2.0 * self.gravity_m_s2 * (above_m - self.rim_m)
+        if root <= 0.0:
+            return None
+        time_s = (above_m_s + math.sqrt(root)) / self.gravity_m_s2
+        if time_s <= 0.0:
+            return None
+        apart = across_m + across_m_s * time_s
+        return Landing(
+            time_s=time_s,
+            x_m=x_m + velocity_m_s * time_s + apart,
+            acceleration_m_s2=2.0 * apart / (time_s * time_s),
+        )
+
+
+class Goal:
+    """The wanted angle and angular velocity on either side, and a catch within reach from there if so wanted."""
+
+    def __init__(self, settings: GoalSettings, flight: Flight) -> None:
+        self._settings = settings
+        self._flight = flight
+        self._nearest = math.radians(settings.angle_deg - settings.tolerance_deg)
+        self._farthest = math.radians(settings.angle_deg + settings.tolerance_deg)
+
+    @property
+    def nearest_rad(self) -> float:
+        """Smallest |angle| that can be the goal [rad]."""
+        return self._nearest
+
+    def reached(self, state: SwingState) -> bool:
+        """Whether ``state`` is the goal; a ball that moves away from hanging has angle and rate of one sign."""
+        angle, rate = state.angle_rad, state.rate_rad_s
+        if angle < 0.0:
+            angle, rate = -angle, -rate
+        wanted = self._settings
+        if not self._nearest <= angle <= self._farthest:
+            return False
+        if not wanted.slowest_rad_s <= rate <= wanted.fastest_rad_s:
+            return False
+        if not wanted.catchable:
+            return True
+        landing = self._flight.landing(state)
+        return (
+            landing is not None
+            and abs(landing.x_m) <= wanted.landing_limit_m
+            and abs(landing.acceleration_m_s2) <= wanted.catch_acceleration_m_s2
+        )
+
+
+def step_reward(settings: RewardSettings, x_m: float) -> float:
+    """Reward of one action that has led to the cup's position ``x_m``."""
+    return settings.step - settings.displacement_per_m * max(0.0, abs(x_m) - settings.displacement_free_m)
+
+
+def final_reward(settings: RewardSettings, outcome: Outcome) -> float:
+    """Reward of the state that ends a rollout."""
+    return {"goal": settings.goal, "timeout": settings.timeout, "outside": settings.outside}[outcome]

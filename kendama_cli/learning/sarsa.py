@@ -1,0 +1,152 @@
+"""The swing-up's learner, driven from outside: the same object learns in DART and on hardware."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from numpy.random import Generator
+from numpy.typing import NDArray
+
+from kendama_cli.artifacts.policy import Policy
+from kendama_cli.learning.decision import HeldAction, greedy_column, resting_column
+from kendama_cli.learning.discretisation import StateGrid
+from kendama_cli.learning.exploration import Explorer, explorer, explores
+from kendama_cli.learning.policy import learning_json
+from kendama_cli.learning.reward import Outcome, final_reward, step_reward
+from kendama_cli.learning.state import SwingState
+from kendama_cli.learning.statistics import LearningCount
+from kendama_cli.learning.temporal_difference import SarsaTable, Transition
+from kendama_cli.settings.learn import LearnSettings
+
+
+@dataclasses.dataclass(frozen=True)
+class FinishedRollout:
+    """What the learner knows of a rollout at its end; ``index`` counts from 1."""
+
+    index: int
+    explored: bool
+    success: bool
+    reward: float
+    actions: int
+
+
+class SarsaLearner:
+    """SARSA(lambda) with decisions in time: ``begin_rollout``, ``act`` as often as there are readings, ``end_rollout``.
+
+    An action is held until the binned state changes, at least ``decision.shortest_s`` and at most
+    ``decision.longest_s``; only these decisions are learned from. Between rollouts ``state()`` is all there is to
+    save, and ``from_state`` goes on from it bit for bit.
+    """
+
+    def __init__(self, settings: LearnSettings, *, q: NDArray[np.float64] | None = None) -> None:
+        self._settings = settings
+        self._grid = StateGrid(settings.grid)
+        shape = (self._grid.n_states, len(settings.actions_m_s2))
+        start = np.full(shape, settings.initial_q) if q is None else np.asarray(q, dtype=np.float64)
+        if start.shape != shape:
+            raise ValueError(f"the table has shape {start.shape}; the settings need {shape}")
+        self._table = SarsaTable(start, gamma=settings.gamma, trace_decay=settings.trace_decay, traces=settings.traces)
+        self.count = LearningCount()
+        self._succeeded_ever = q is not None
+        self._greedy_failed = False
+        self._explorer: Explorer | None = None
+        self._alpha = settings.alpha
+        self._resting = resting_column(settings.actions_m_s2)
+        self._held = HeldAction(settings.decision, self._resting)
+        self._reward = 0.0
+        self._transitions: list[Transition] = []
+
+    @classmethod
+    def from_state(cls, settings: LearnSettings, state: Mapping[str, Any]) -> SarsaLearner:
+        """The learner that ``state()`` described, between the same two rollouts."""
+        learner = cls(settings, q=state["q"])
+        learner.count = LearningCount(**state["count"])
+        learner._succeeded_ever = bool(state["succeeded_ever"])
+        learner._greedy_failed = bool(state["greedy_failed"])
+        return learner
+
+    def state(self) -> dict[str, Any]:
+        """The learner between two rollouts: the table and JSON values."""
+        return {
+            "q": self.q,
+            "count": dataclasses.asdict(self.count),
+            "succeeded_ever": self._succeeded_ever,
+            "greedy_failed": self._greedy_failed,
+        }
+
+    @property
+    def q(self) -> NDArray[np.float64]:
+        """A copy of the table (states, actions)."""
+        return self._table.q.copy()
+
+    @property
+    def rollouts(self) -> int:
+        """Rollouts finished so far."""
+        return self.count.rollouts
+
+    @property
+    def explored(self) -> bool:
+        """Whether the present rollout explores, or the last one did."""
+        return self._explorer is not None
+
+    @property
+    def policy(self) -> Policy:
+        """The table as it stands, sealed with the settings that give it its meaning."""
+        return Policy.seal(self._table.q, learning_json(self._settings))
+
+    def begin_rollout(self, rng: Generator) -> None:
+        """Decide whether this rollout explores and draw what it tries; ``rng`` serves until the rollout ends."""
+        settings = self._settings.exploration
+        explore = explores(
+            settings.schedule, succeeded_ever=self._succeeded_ever, greedy_failed=self._greedy_failed, rng=rng
+        )
+        self._explorer = explorer(self._settings, self.rollouts, rng) if explore else None
+        self._alpha = self._settings.alpha / (1.0 + self.rollouts / self._settings.alpha_decay_rollouts)
+        self._table.begin()
+        self._held = HeldAction(self._settings.decision, self._resting)
+        self._reward = 0.0
+        self._transitions = []
+
+    @property
+    def next_look_s(self) -> float:
+        """``act`` changes nothing before this time into the rollout, so no reading is needed before it [s]."""
+        return self._held.next_look_s
+
+    def act(self, state: SwingState, t_s: float) -> float:
+        """The cup's acceleration [m/s^2] at ``t_s`` into the rollout."""
+        held = self._held
+        if t_s >= held.next_look_s:
+            row = self._grid.row(state)
+            if held.due(row, t_s):
+                column = greedy_column(self._table.q[row].tolist(), held.column)
+                if self._explorer is not None:
+                    column = self._explorer.action(t_s, state, column)
+                if held.row >= 0:
+                    self._learn(step_reward(self._settings.reward, state.x_m), row, column)
+                held.hold(row, column, t_s)
+        return self._settings.actions_m_s2[held.column]
+
+    def end_rollout(self, outcome: Outcome, state: SwingState) -> FinishedRollout:
+        """Learn from the end of the rollout and count it; ``state`` is the last reading."""
+        if self._held.row >= 0:
+            rewards = self._settings.reward
+            self._learn(step_reward(rewards, state.x_m) + final_reward(rewards, outcome), None, None)
+        actions = len(self._transitions)
+        for _ in range(self._settings.replay_passes):
+            self._table.begin()
+            for transition in self._transitions:
+                self._table.update(transition, self._alpha)
+        success = outcome == "goal"
+        self.count = self.count.after(explored=self.explored, success=success, settings=self._settings.count)
+        self._succeeded_ever = self._succeeded_ever or success
+        self._greedy_failed = not success and not self.explored
+        return FinishedRollout(self.count.rollouts, self.explored, success, self._reward, actions)
+
+    def _learn(self, reward: float, next_row: int | None, next_column: int | None) -> None:
+        transition = Transition(self._held.row, self._held.column, reward, next_row, next_column)
+        self._table.update(transition, self._alpha)
+        self._transitions.append(transition)
+        self._reward += reward

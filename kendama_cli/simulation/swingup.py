@@ -1,0 +1,228 @@
+"""The learning environment of the swing-up: rollouts of anything that acts, with noise and a bounded workspace."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+from numpy.random import Generator
+
+from kendama_cli.errors import ConfigError
+from kendama_cli.learning.limiter import BrakingLimiter
+from kendama_cli.learning.reward import Ball, Flight, Goal, Landing, Outcome
+from kendama_cli.learning.state import SwingState
+from kendama_cli.settings.game import GameSettings
+from kendama_cli.settings.learn import LearnSettings, LimitedWorkspace
+from kendama_cli.simulation.swing_dart import DartSwing
+
+TURN_RAD_S = 0.5
+"""The ball's angular velocity from which it counts as swinging one way: a half-swing begins there."""
+FURTHEST_ERROR = 3.0
+"""Errors of the acceleration are cut at this many standard deviations: an actuator does not brake by chance alone."""
+
+
+class Actor(Protocol):
+    """Chooses the cup's acceleration from readings; a learner or a frozen policy."""
+
+    @property
+    def next_look_s(self) -> float:
+        """No reading is needed before this time into the rollout."""
+
+    def act(self, state: SwingState, t_s: float) -> float:
+        """The cup's acceleration [m/s^2]."""
+
+
+class Swing(Protocol):
+    """An engine of the swing's dynamics (``learn.engine``), see DartSwing for the meaning of the numbers."""
+
+    x_m: float
+    velocity_m_s: float
+    across_m: float
+    above_m: float
+    across_m_s: float
+    above_m_s: float
+
+    @property
+    def tension_n(self) -> float:
+        """The rope's pull in the last step."""
+
+    def start(self, state: SwingState) -> None:
+        """Begin at ``state``."""
+
+    def step(self, acceleration_m_s2: float) -> None:
+        """Advance by one time step."""
+
+    def check_finite(self, t_s: float) -> None:
+        """Raises SimulationError where the numbers have left their domain."""
+
+
+ENGINES: dict[str, Callable[[GameSettings, float], Swing]] = {"dart": DartSwing}
+Watch = Callable[[float, Swing, float], None]
+"""Called with the time, the engine and the cup's acceleration after every step that is watched."""
+
+
+@dataclass(frozen=True)
+class RolloutNoise:
+    """All that chance adds to one rollout, drawn beforehand: what is learned meanwhile does not change it."""
+
+    start_angle_rad: float
+    start_position_m: float
+    angle_rad: Sequence[float]
+    """Error of the angle's reading in each step."""
+    rate_rad_s: Sequence[float]
+    """Error of the rate's reading in each step."""
+    gain: Sequence[float]
+    """Factor on the acceleration of each action."""
+
+
+@dataclass(frozen=True)
+class SwingUpRollout:
+    """How a rollout went; ``final`` is the true state at its end.
+
+    ``half_swings`` counts the stretches in which the ball swings one way faster than 0.5 rad/s, the last one, which
+    reaches the goal, included.
+    """
+
+    outcome: Outcome
+    duration_s: float
+    peak_displacement_m: float
+    half_swings: int
+    final: SwingState
+
+
+@dataclass(frozen=True)
+class Catch:
+    """How the free flight after the goal went, without contact: distance of ball and cup at the rim plane."""
+
+    miss_m: float
+    duration_s: float
+
+
+class SwingUpEnvironment:
+    """Cup, ball and rope in the engine that the settings name; rollouts start hanging at rest, but for the noise.
+
+    Each step: a reading (noisy angle and rate; the cup's own state is known), the actor's acceleration, the
+    workspace's limiter, the acceleration's error, the dynamics. The simulator judges the goal by the true state.
+    """
+
+    def __init__(self, settings: LearnSettings, game: GameSettings) -> None:
+        """Raises ConfigError where the time step is too long for the rope."""
+        longest_s = math.sqrt(game.ball.mass_kg / game.rope.stiffness_n_m)
+        if settings.step_s > longest_s:  # beyond it even the damped rope gives the ball more energy than it took
+            raise ConfigError(
+                "learn.step_s",
+                f"'learn.step_s' is {settings.step_s}; allowed: at most {longest_s:.6f} s for a rope of "
+                f"{game.rope.stiffness_n_m:g} N/m and a ball of {game.ball.mass_kg:g} kg",
+            )
+        self._settings = settings
+        self._step_s = settings.step_s
+        self.n_steps = max(1, round(settings.rollout_s / settings.step_s))
+        self.flight = Flight(game.rope.length_m, game.cup.depth_m, game.gravity_m_s2)
+        self._goal = Goal(settings.goal, self.flight)
+        self._swing = ENGINES[settings.engine](game, settings.step_s)
+        workspace = settings.workspace
+        limited = isinstance(workspace, LimitedWorkspace)
+        largest = max(settings.largest_action_m_s2, settings.goal.catch_acceleration_m_s2)
+        self._limiter = BrakingLimiter(
+            half_width_m=workspace.half_width_m if limited else math.inf,
+            max_speed_m_s=workspace.max_speed_m_s,
+            braking_m_s2=workspace.braking_m_s2 if isinstance(workspace, LimitedWorkspace) else largest,
+            largest_m_s2=largest,
+            period_s=settings.step_s,
+        )
+
+    def noise(self, rng: Generator) -> RolloutNoise:
+        """Draw one rollout's noise at the levels of ``learn.noise``."""
+        levels, n = self._settings.noise, self.n_steps
+        start = rng.standard_normal(2).tolist()
+        readings = rng.standard_normal((2, n))
+        errors = rng.standard_normal(n).clip(-FURTHEST_ERROR, FURTHEST_ERROR)
+        return RolloutNoise(
+            start_angle_rad=math.radians(levels.start_angle_deg) * start[0],
+            start_position_m=levels.start_position_m * start[1],
+            angle_rad=(math.radians(levels.angle_reading_deg) * readings[0]).tolist(),
+            rate_rad_s=(levels.rate_reading_rad_s * readings[1]).tolist(),
+            gain=(1.0 + levels.acceleration * errors).tolist(),
+        )
+
+    def silence(self) -> RolloutNoise:
+        """No noise: the nominal rollout."""
+        none = (0.0,) * self.n_steps
+        return RolloutNoise(0.0, 0.0, none, none, (1.0,) * self.n_steps)
+
+    def roll_out(self, actor: Actor, noise: RolloutNoise, watch: Watch | None = None) -> SwingUpRollout:
+        """Let ``actor`` swing until the goal, the end of time or, where that ends it, the edge of the workspace."""
+        swing, step_s, limit, act = self._swing, self._step_s, self._limiter.limit, actor.act
+        edge = self._settings.workspace.half_width_m
+        ends_outside = self._settings.workspace.kind == "terminate"
+        lowest = 0.0 if self._goal.nearest_rad >= 0.5 * math.pi else -math.inf
+        swing.start(SwingState(noise.start_position_m, 0.0, noise.start_angle_rad, 0.0))
+        outcome: Outcome = "timeout"
+        look_s, peak_m, wanted, gain, decisions = -math.inf, 0.0, 0.0, 1.0, 0
+        half_swings, towards, k = 0, 0, 0
+        for k in range(self.n_steps):
+            t_s = k * step_s
+            if t_s >= look_s:
+                angle = math.atan2(swing.across_m, -swing.above_m) + noise.angle_rad[k]
+                reading = SwingState(swing.x_m, swing.velocity_m_s, angle, rate(swing) + noise.rate_rad_s[k])
+                wanted = act(reading, t_s)
+                if actor.next_look_s != look_s:
+                    look_s, gain, decisions = actor.next_look_s, noise.gain[decisions], decisions + 1
+            sent = limit(wanted, swing.x_m, swing.velocity_m_s) * gain
+            swing.step(sent)
+            if watch is not None:
+                watch(t_s + step_s, swing, sent)
+            x_m = abs(swing.x_m)
+            if x_m > peak_m:
+                peak_m = x_m
+                if ends_outside and x_m > edge:
+                    outcome = "outside"
+                    break
+            turning = rate(swing)
+            if turning * towards < TURN_RAD_S and abs(turning) > TURN_RAD_S:
+                towards = 1 if turning > 0.0 else -1
+                half_swings += 1
+            if swing.above_m >= lowest and self._goal.reached(self.state()):
+                outcome = "goal"
+                break
+        duration_s = (k + 1) * step_s
+        swing.check_finite(duration_s)
+        return SwingUpRollout(outcome, duration_s, peak_m, half_swings, self.state())
+
+    def state(self) -> SwingState:
+        """The true plain state now."""
+        swing = self._swing
+        angle = math.atan2(swing.across_m, -swing.above_m)
+        return SwingState(swing.x_m, swing.velocity_m_s, angle, rate(swing))
+
+    def catch(self, since_s: float, watch: Watch | None = None) -> Catch:
+        """Fly on from the goal: the cup heads for the landing until the ball is down at the rim again.
+
+        The acceleration is planned anew in every step, within what the goal calls catchable and the workspace allows.
+        """
+        swing, step_s = self._swing, self._step_s
+        largest = self._settings.goal.catch_acceleration_m_s2
+        landing = self._fall()
+        steps = 0
+        while landing is not None and landing.time_s > 0.5 * step_s and steps < self.n_steps:
+            wanted = max(-largest, min(largest, landing.acceleration_m_s2))
+            sent = self._limiter.limit(wanted, swing.x_m, swing.velocity_m_s)
+            swing.step(sent)
+            steps += 1
+            if watch is not None:
+                watch(since_s + steps * step_s, swing, sent)
+            landing = self._fall()
+        return Catch(miss_m=abs(swing.across_m), duration_s=steps * step_s)
+
+    def _fall(self) -> Landing | None:
+        swing = self._swing
+        ball = Ball(swing.across_m, swing.above_m, swing.across_m_s, swing.above_m_s)
+        return self.flight.fall(swing.x_m, swing.velocity_m_s, ball)
+
+
+def rate(swing: Swing) -> float:
+    """The ball's angular velocity about the tie point [rad/s]."""
+    across, above = swing.across_m, swing.above_m
+    return (above * -swing.across_m_s + across * swing.above_m_s) / (across * across + above * above)

@@ -1,0 +1,78 @@
+"""The goal: angle, rate, and a catch within reach."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from kendama_cli.learning.reward import Ball, Flight, Goal, final_reward, step_reward
+from kendama_cli.learning.state import SwingState
+from tests.learning.settings_files import learn_settings
+
+FLIGHT = Flight(0.40, 0.07, 9.81)
+
+
+def goal(**replaced: object) -> Goal:
+    return Goal(learn_settings(**{f"goal__{key}": value for key, value in replaced.items()}).goal, FLIGHT)
+
+
+STATE = st.builds(SwingState, st.floats(-0.4, 0.4), st.floats(-2, 2), st.floats(-3.1, 3.1), st.floats(-10, 10))
+
+
+@given(STATE)
+def test_left_and_right_are_alike(state):
+    assert goal().reached(state) == goal().reached(SwingState(*(-part for part in state)))
+
+
+@given(STATE)
+def test_a_catchable_state_has_the_wanted_angle_and_rate_too(state):
+    assert goal(catchable=False).reached(state) or not goal().reached(state)
+
+
+def test_the_angle_and_rate_count_to_their_limits_and_not_beyond():
+    plain = goal(catchable=False)
+    at = lambda angle, rate: plain.reached(SwingState(0.0, 0.0, math.radians(angle), rate))  # noqa: E731
+    assert at(110.01, 3.0)
+    assert at(149.99, 3.0)
+    assert not at(109.9, 3.0)
+    assert not at(150.1, 3.0)
+    assert not at(130.0, 0.99)
+    assert not at(130.0, 6.01)
+    assert not at(130.0, -3.0)
+
+
+def test_a_landing_outside_or_a_cup_too_slow_is_not_catchable():
+    state = SwingState(0.0, 0.0, math.radians(130), 4.0)
+    assert goal().reached(state)
+    assert not goal(landing_limit_m=0.01).reached(state)
+    assert not goal(catch_acceleration_m_s2=0.5).reached(state)
+
+
+@given(STATE)
+def test_the_landing_is_where_the_parabola_meets_the_rim(state):
+    landing = FLIGHT.landing(state)
+    if landing is None:
+        return
+    x, v, angle, rate = state
+    t = landing.time_s
+    z = -0.4 * math.cos(angle) + 0.4 * rate * math.sin(angle) * t - 0.5 * 9.81 * t * t
+    ball_x = x + 0.4 * math.sin(angle) + (v + 0.4 * rate * math.cos(angle)) * t
+    assert z == pytest.approx(0.07, abs=1e-9)
+    assert 0.4 * rate * math.sin(angle) - 9.81 * t < 0  # on the way down
+    assert landing.x_m == pytest.approx(ball_x, abs=1e-12)
+    assert x + v * t + 0.5 * landing.acceleration_m_s2 * t * t == pytest.approx(ball_x, abs=1e-9)
+
+
+def test_a_ball_that_stays_below_the_rim_lands_nowhere():
+    assert FLIGHT.landing(SwingState(0, 0, math.radians(60), 0.5)) is None
+    assert FLIGHT.fall(0.0, 0.0, Ball(0.0, 0.0, 0.0, 0.5)) is None
+
+
+def test_displacement_costs_beyond_the_free_range_only():
+    rewards = learn_settings("terminate", reward__step=-0.2, reward__displacement_per_m=100.0).reward
+    assert step_reward(rewards, 0.29) == -0.2
+    assert step_reward(rewards, -0.35) == pytest.approx(-0.2 - 5.0)
+    assert [final_reward(rewards, outcome) for outcome in ("goal", "timeout", "outside")] == [100.0, -5.0, -30.0]

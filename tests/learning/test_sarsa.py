@@ -1,0 +1,209 @@
+"""The learner as it is driven from outside: decisions in time, counting, saving, policies."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+
+from kendama_cli.artifacts.policy import Policy
+from kendama_cli.learning.policy import GreedyPolicy, learning_json
+from kendama_cli.learning.sarsa import SarsaLearner
+from kendama_cli.learning.state import SwingState
+from kendama_cli.learning.statistics import LearningCount
+from tests.learning.settings_files import learn_settings
+
+HANGING = SwingState(0.0, 0.0, 0.0, 0.0)
+SWUNG = SwingState(0.0, 0.0, 1.0, 0.0)
+SETTINGS = learn_settings()
+
+
+def preferring(*columns: int) -> np.ndarray:
+    """A table that prefers columns[0] hanging and columns[1] swung out."""
+    q = np.zeros((324, 5))
+    policy = SarsaLearner(SETTINGS)._grid
+    for state, column in zip((HANGING, SWUNG), columns, strict=False):
+        q[policy.row(state), column] = 1.0
+    return q
+
+
+def test_an_action_is_held_for_the_shortest_time_even_if_the_state_changes():
+    policy = GreedyPolicy(Policy.seal(preferring(0, 4), learning_json(SETTINGS)), SETTINGS)
+    assert policy.act(HANGING, 0.0) == -8.0
+    assert policy.act(SWUNG, 0.018) == -8.0
+    assert policy.act(SWUNG, 0.020) == 8.0
+
+
+def test_the_learner_and_the_frozen_policy_of_its_table_act_alike():
+    q = preferring(1, 3)
+    learner = SarsaLearner(SETTINGS, q=q)
+    learner.begin_rollout(np.random.default_rng(0))
+    policy = GreedyPolicy(Policy.seal(q, learning_json(SETTINGS)), SETTINGS)
+    assert not learner.explored
+    for k in range(30):
+        state = HANGING if k // 7 % 2 else SWUNG
+        assert learner.act(state, k * 0.002) == policy.act(state, k * 0.002)
+        assert learner.next_look_s == policy.next_look_s
+
+
+def test_in_the_same_state_a_new_choice_comes_after_the_longest_time():
+    learner = SarsaLearner(SETTINGS, q=np.zeros((324, 5)))
+    learner.begin_rollout(np.random.default_rng(0))
+    chosen = []
+    for k in range(101):
+        learner.act(HANGING, k * 0.002)
+        if not chosen or learner.next_look_s != chosen[-1]:
+            chosen.append(learner.next_look_s)
+    assert [round(look_s - 0.02, 6) for look_s in chosen] == [0.0, 0.1, 0.2]
+
+
+def test_ties_keep_the_previous_action_and_the_first_is_to_rest():
+    policy = GreedyPolicy(Policy.seal(np.zeros((324, 5)), learning_json(SETTINGS)), SETTINGS)
+    assert policy.act(HANGING, 0.0) == 0.0
+
+
+def test_success_raises_and_timeout_lowers_what_was_tried():
+    for outcome, sign in (("goal", 1), ("timeout", -1)):
+        learner = SarsaLearner(SETTINGS, q=np.full((324, 5), 5.0))
+        learner.begin_rollout(np.random.default_rng(0))
+        learner.act(HANGING, 0.0)
+        learner.end_rollout(outcome, HANGING)
+        change = learner.q - 5.0
+        assert np.count_nonzero(change) == 1
+        assert np.sign(change.sum()) == sign
+
+
+def test_the_reward_of_a_rollout_is_that_of_its_actions_and_its_end():
+    settings = learn_settings("terminate", reward__step=-0.2, reward__displacement_per_m=100.0)
+    learner = SarsaLearner(settings, q=np.zeros((324, 5)))
+    learner.begin_rollout(np.random.default_rng(0))
+    far = SwingState(0.35, 0.0, 0.0, 0.0)
+    for k in range(3):
+        learner.act(far, 0.1 * k)
+    finished = learner.end_rollout("outside", far)
+    assert finished.actions == 3
+    assert finished.reward == pytest.approx(3 * (-0.2 - 100.0 * 0.05) - 30.0)
+
+
+def test_it_explores_until_the_first_success_and_then_only_after_greedy_failures():
+    learner = SarsaLearner(learn_settings(exploration__schedule__after_failure=1.0))
+    rng = np.random.default_rng(0)
+    explored = []
+    for outcome in ("timeout", "timeout", "goal", "goal", "timeout", "goal"):
+        learner.begin_rollout(rng)
+        explored.append(learner.explored)
+        learner.act(HANGING, 0.0)
+        learner.end_rollout(outcome, HANGING)
+    assert explored == [True, True, True, False, False, True]
+
+
+def test_a_harmonic_rollout_follows_a_cosine_within_the_band():
+    learner = SarsaLearner(SETTINGS)
+    learner.begin_rollout(np.random.default_rng(5))
+    sent = np.array([learner.act(SWUNG if k // 11 % 2 else HANGING, 0.002 * k) for k in range(2000)])
+    assert set(sent) <= set(SETTINGS.actions_m_s2)
+    reversals = np.count_nonzero(np.diff(np.sign(sent[sent != 0.0])))
+    assert 3.0 * 4.0 / np.pi - 1 <= reversals <= 8.0 * 4.0 / np.pi + 1  # w t / pi over 4 s
+
+
+def test_epsilon_greedy_takes_other_than_greedy_actions_as_often_as_told():
+    exploration = {
+        "kind": "epsilon_greedy",
+        "schedule": {"after_failure": 0.6},
+        "epsilon": 0.5,
+        "decay_rollouts": 100.0,
+    }
+    learner = SarsaLearner(learn_settings(exploration=exploration, initial_q=0.0, alpha=1e-9))
+    learner.begin_rollout(np.random.default_rng(2))
+    rest = sum(learner.act(HANGING, 0.1 * k) != 0.0 for k in range(1000))
+    assert learner.explored
+    # ties keep the previous action, so that the action changes with probability 0.5 * 4 / 5 and is uniform
+    assert 700 < rest < 900
+
+
+def test_from_state_goes_on_bit_for_bit():
+    def rollouts(learner: SarsaLearner, rng: np.random.Generator, n: int) -> None:
+        for k in range(n):
+            learner.begin_rollout(rng)
+            for step in range(20):
+                learner.act(SwingState(0.1 * step, 0.0, rng.normal(), 0.0), 0.1 * step)
+            learner.end_rollout("goal" if k % 3 else "timeout", HANGING)
+
+    whole, rng = SarsaLearner(SETTINGS), np.random.default_rng(1)
+    rollouts(whole, rng, 8)
+    half, rng = SarsaLearner(SETTINGS), np.random.default_rng(1)
+    rollouts(half, rng, 3)
+    saved = half.state()
+    table = saved.pop("q")
+    resumed = SarsaLearner.from_state(SETTINGS, {"q": table, **json.loads(json.dumps(saved))})
+    for k in range(3, 8):
+        resumed.begin_rollout(rng)
+        for step in range(20):
+            resumed.act(SwingState(0.1 * step, 0.0, rng.normal(), 0.0), 0.1 * step)
+        resumed.end_rollout("goal" if k % 3 else "timeout", HANGING)
+    np.testing.assert_array_equal(resumed.q, whole.q)
+    assert resumed.count == whole.count
+
+
+def test_replay_changes_the_table_but_not_the_count():
+    tables = []
+    for passes in (0, 4):
+        learner = SarsaLearner(learn_settings(replay_passes=passes))
+        learner.begin_rollout(np.random.default_rng(0))
+        learner.act(HANGING, 0.0)
+        learner.act(SWUNG, 0.1)
+        learner.end_rollout("goal", SWUNG)
+        tables.append(learner.q)
+        assert learner.rollouts == 1
+    assert (tables[1] >= tables[0]).all()
+    assert (tables[1] > tables[0]).any()
+
+
+def test_a_table_of_another_shape_is_refused():
+    with pytest.raises(ValueError, match=r"the table has shape \(3, 5\); the settings need \(324, 5\)"):
+        SarsaLearner(SETTINGS, q=np.zeros((3, 5)))
+    with pytest.raises(ValueError, match=r"the table has shape \(324, 4\)"):
+        GreedyPolicy(Policy.seal(np.zeros((324, 4)), "{}"), SETTINGS)
+
+
+def test_the_policy_is_sealed_with_what_gives_it_its_meaning_and_with_nothing_else():
+    sealed = SarsaLearner(SETTINGS).policy
+    assert sealed.digest == Policy.seal(sealed.q, sealed.learning).digest
+    assert set(json.loads(sealed.learning)) == {"grid", "decision", "goal", "actions_m_s2"}
+    assert learning_json(learn_settings(alpha=0.1)) == sealed.learning
+    assert learning_json(learn_settings(grid__rate_edges_rad_s=[-1.0, 1.0])) != sealed.learning
+
+
+def counted(results: str) -> LearningCount:
+    """The count after ``results``: g greedy success, f greedy failure, e exploring rollout."""
+    count = LearningCount()
+    for result in results:
+        count = count.after(explored=result == "e", success=result != "f", settings=SETTINGS.count)
+    return count
+
+
+def test_rollouts_to_learn_is_the_first_of_ten_greedy_successes_in_a_row():
+    assert counted("eef" + "g" * 10).learned_at == 4
+    assert not counted("eef" + "g" * 9).learned
+    assert counted("gggggf" + "g" * 10).learned_at == 7
+
+
+def test_exploring_rollouts_are_counted_but_neither_add_to_a_row_nor_break_it():
+    assert counted("ggggg" + "e" + "ggggg").learned_at == 1
+    assert counted("e" * 20).learned_at is None
+    assert counted("e" * 20).rollouts == 20
+
+
+def test_the_figure_stands_whatever_comes_later():
+    assert counted("f" + "g" * 10 + "fff" + "g" * 12).learned_at == 2
+
+
+def test_a_failure_counts_as_the_cap():
+    assert counted("f" * 1000).rollouts_to_learn(SETTINGS.count) == 1000
+
+
+def test_learning_ends_with_the_settled_row_or_at_the_cap():
+    assert not counted("g" * 29).finished(SETTINGS.count)
+    assert counted("g" * 30).finished(SETTINGS.count)
+    assert counted("f" * 1000).finished(SETTINGS.count)
