@@ -1,0 +1,97 @@
+"""The cup as a cart on a line: what the policy accelerates, whatever arm carries it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol
+
+from kendama_cli.artifacts.checks import Array
+from kendama_cli.blocks.rig.swing_watch import SwingWatch
+from kendama_cli.blocks.robot.interface import Exchange, JointCommand, Robot
+from kendama_cli.learning.limiter import BrakingLimiter
+from kendama_cli.learning.state import SwingState
+
+
+class Point(Protocol):
+    """Joint angles, speeds and accelerations (n,) at one instant."""
+
+    @property
+    def position_rad(self) -> Array:
+        """Angles."""
+
+    @property
+    def velocity_rad_s(self) -> Array:
+        """Speeds."""
+
+    @property
+    def acceleration_rad_s2(self) -> Array:
+        """Accelerations."""
+
+
+class Line(Protocol):
+    """The upright cup on a straight line; x is 0 in its middle (kendama_cli/simulation/placement.py: CupLine)."""
+
+    def at(self, x_m: float, velocity_m_s: float, acceleration_m_s2: float) -> Point:
+        """The joints' motion for the cup's motion along the line."""
+
+
+@dataclass(frozen=True)
+class CartStep:
+    """One control period: what was asked for, what was seen after it."""
+
+    t_s: float
+    state: SwingState
+    acceleration_m_s2: float
+    exchange: Exchange
+
+
+class CupCart:
+    """Integrates accelerations to a reference along ``line``, kept inside by a limiter, and watches the swing.
+
+    The reference is exact, so the limiter needs no lag of the actuator; the arm follows it later by ``lag_s``, which
+    is estimated from the rollout itself: the slope of (reference - seen position) over the reference's velocity.
+    """
+
+    def __init__(self, robot: Robot, line: Line, watch: SwingWatch) -> None:
+        self.period_s = robot.period_s
+        self._robot = robot
+        self._line = line
+        self._watch = watch
+        self._clear(0.0)
+
+    def begin(self, seed: int, x_m: float = 0.0) -> CartStep:
+        """Come to rest at ``x_m`` with the ball hanging, and read the state there."""
+        self._clear(x_m)
+        self._watch.begin()
+        exchange = self._robot.reset(self._line.at(x_m, 0.0, 0.0).position_rad, seed)
+        self._start_s = exchange.t_s
+        return CartStep(0.0, self._watch.see(exchange.state), 0.0, exchange)
+
+    def step(self, acceleration_m_s2: float, limiter: BrakingLimiter) -> CartStep:
+        """One control period under the acceleration nearest to the wanted one that ``limiter`` allows."""
+        h = self.period_s
+        a = limiter.limit(acceleration_m_s2, self.x_m, self.velocity_m_s)
+        self.x_m += self.velocity_m_s * h + 0.5 * a * h * h
+        self.velocity_m_s += a * h
+        point = self._line.at(self.x_m, self.velocity_m_s, a)
+        exchange = self._robot.exchange(
+            JointCommand(point.position_rad, point.velocity_rad_s, point.acceleration_rad_s2)
+        )
+        state = self._watch.see(exchange.state)
+        self.t_s = exchange.t_s - self._start_s
+        self._behind += self.velocity_m_s * (self.x_m - state.x_m)
+        self._moved += self.velocity_m_s**2
+        return CartStep(self.t_s, state, a, exchange)
+
+    @property
+    def lag_s(self) -> float:
+        """How far the arm is behind the reference, in [0, 0.1]; 0 before it has moved [s]."""
+        return min(max(self._behind / self._moved, 0.0), 0.1) if self._moved > 1e-3 else 0.0
+
+    def _clear(self, x_m: float) -> None:
+        self.x_m = x_m
+        self.velocity_m_s = 0.0
+        self.t_s = 0.0
+        self._start_s = 0.0
+        self._behind = 0.0
+        self._moved = 0.0

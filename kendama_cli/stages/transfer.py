@@ -1,0 +1,211 @@
+"""Transfer: the policy and the primitive on the hardware, learned on, and full games played there."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from kendama_cli.artifacts.motion_plan import CatchMotion
+from kendama_cli.artifacts.policy import Policy
+from kendama_cli.artifacts.transfer_result import TransferResult
+from kendama_cli.blocks.rig import trace
+from kendama_cli.blocks.rig.imitation import play_motion, tempos
+from kendama_cli.blocks.rig.playground import Playground
+from kendama_cli.blocks.rig.robot_rig import open_robot
+from kendama_cli.blocks.rig.rope_fit import fitted
+from kendama_cli.blocks.rig.stored_policy import load_policy
+from kendama_cli.blocks.rig.transfer_progress import Progress
+from kendama_cli.errors import HardwareError
+from kendama_cli.learning.policy import GreedyPolicy
+from kendama_cli.learning.verification import verify_policy
+from kendama_cli.settings.game import GameSettings
+from kendama_cli.settings.hardware import HardwareSettings
+from kendama_cli.settings.learn import LearnSettings
+from kendama_cli.settings.robot import RobotSettings
+from kendama_cli.settings.transfer import TransferSettings
+from kendama_cli.simulation.arm import Arm
+from kendama_cli.simulation.placement import cup_line
+from kendama_cli.stages.interface import Made, Metric, StageContext
+
+HORIZON_S = 0.1
+"""The prediction error of a game is that of the estimate this long before the catch."""
+
+
+class Transfer:
+    """Takes the Policy of ``learn`` and, if there is one, the CatchMotion of ``adapt``; gives a TransferResult."""
+
+    def __init__(
+        self,
+        *,
+        transfer: TransferSettings,
+        hardware: HardwareSettings,
+        robot: RobotSettings,
+        game: GameSettings,
+        learn: LearnSettings,
+    ) -> None:
+        self._settings = transfer
+        self._hardware = hardware
+        self._robot = robot
+        self._game = game
+        self._learn = learn
+
+    def run(self, given: Mapping[str, Any], ctx: StageContext) -> Made:
+        """Evaluate, learn on, evaluate again, imitate, play; what was learned survives whatever goes wrong.
+
+        Raises StageError before anything moves where the Q-table does not fit, HardwareError where the line or the
+        robot fails: the finished rollouts are kept, and the next run goes on from them.
+        """
+        settings = self._settings
+        policy: Policy = load_policy(settings.policy) if settings.policy else given["learn"]
+        verify_policy(policy, self._learn, settings.policy or "the stage 'learn'")
+        progress = Progress.resumed(ctx.restore(), policy, self._learn, ctx.rng("transfer"))
+        line = cup_line(self._robot, self._game, max(self._learn.workspace.half_width_m, settings.catch.half_width_m))
+        with open_robot(self._hardware, self._robot, self._game) as robot:
+            ground = Playground(
+                robot,
+                line,
+                middle_m=line.home_m,
+                direction=np.array([1.0, 0.0, 0.0]),
+                game=self._game,
+                learn=self._learn,
+                settings=settings,
+            )
+            visit = _Visit(ground, progress, ctx, settings=settings, learn=self._learn)
+            try:
+                visit.evaluate(progress.before, policy, "before")
+                visit.learn()
+                visit.evaluate(progress.after, progress.policy, "after")
+                visit.imitate(given.get("adapt"), Arm(self._robot, self._game.cup), self._game)
+                visit.play()
+            except HardwareError:
+                ctx.checkpoint(progress.saved, force=True)
+                raise
+        games = progress.games
+        result = TransferResult(
+            policy=progress.policy,
+            rollouts=progress.rollouts(settings.cap),
+            imitation_caught=any(progress.imitation) if progress.imitation else None,
+            games=len(games),
+            caught=sum(bool(game["caught"]) for game in games),
+        )
+        return Made(result, _metrics(result, progress))
+
+
+class _Visit:
+    """The steps of one visit to the robot; each begins where ``progress`` stands."""
+
+    def __init__(
+        self,
+        ground: Playground,
+        progress: Progress,
+        ctx: StageContext,
+        *,
+        settings: TransferSettings,
+        learn: LearnSettings,
+    ) -> None:
+        self._ground = ground
+        self._progress = progress
+        self._ctx = ctx
+        self._settings = settings
+        self._learn = learn
+        self._every = max(1, round(settings.log_period_s / ground.robot.period_s))
+
+    def evaluate(self, results: list[bool], policy: Policy, name: str) -> None:
+        """Rollouts of the frozen policy; appends whether each reached the goal."""
+        while len(results) < self._settings.evaluation_n:
+            rng = self._progress.rng(name, len(results))
+            actor = GreedyPolicy(policy, self._learn)
+            swing = self._ground.swing_up(actor, seed=int(rng.integers(2**63)))
+            messages = trace.step_messages(swing.steps, 0, self._progress.clock_s, self._every)
+            results.append(swing.outcome == "goal")
+            self._finish(messages, swing.duration_s, phase=name, success_rate=float(np.mean(results)))
+
+    def learn(self) -> None:
+        """Learn on from the table until the row of greedy successes, or the cap."""
+        progress = self._progress
+        while not progress.learned(self._settings.cap):
+            learner = progress.learner()
+            rng = progress.rng("learn", learner.rollouts)
+            seed = int(rng.integers(2**63))
+            learner.begin_rollout(rng)
+            swing = self._ground.swing_up(learner, seed=seed)
+            finished = learner.end_rollout(swing.outcome, swing.last)
+            progress.keep(learner)
+            start_s = progress.clock_s
+            messages = [
+                *trace.step_messages(swing.steps, finished.index, start_s, self._every),
+                trace.rollout_message(swing, finished, start_s),
+            ]
+            self._finish(messages, swing.duration_s, phase="learn", rollouts=finished.index, row=learner.count.row)
+
+    def imitate(self, motion: CatchMotion | None, arm: Arm, game: GameSettings) -> None:
+        """Play the imitation motion, fitted to the rope, until it catches; at slightly other tempos after a miss."""
+        tried = self._progress.imitation
+        wanted = tempos(self._settings.imitation_tempo_step, self._settings.imitation_tries)
+        if motion is None or any(tried) or len(tried) == len(wanted):
+            return
+        robot = self._ground.robot
+        seed = int(self._progress.rng("rope", 0).integers(2**63))
+        fit = fitted(robot, arm, motion.joints, game, seed)
+        self._progress.imitation_fit = {"imitation_rope_scale": fit.rope_scale, "imitation_resized": fit.resized}
+        while not any(tried) and len(tried) < len(wanted):
+            seed = int(self._progress.rng("imitation", len(tried)).integers(2**63))
+            played = play_motion(robot, fit.joints, tempo=wanted[len(tried)], seed=seed)
+            start_s = self._progress.clock_s
+            timed = [(start_s + exchange.t_s, exchange) for exchange in played.exchanges]
+            messages = trace.scene_messages(timed, robot.joint_names, self._every, under="/transfer/imitation")
+            tried.append(played.caught)
+            self._finish(messages, played.exchanges[-1].t_s, phase="imitation", caught=int(played.caught))
+
+    def play(self) -> None:
+        """Full games with the policy as it stands."""
+        progress = self._progress
+        while len(progress.games) < self._settings.games:
+            index = len(progress.games)
+            seed = int(progress.rng("game", index).integers(2**63))
+            game = self._ground.play(GreedyPolicy(progress.policy, self._learn), seed=seed)
+            steps = [*game.swing.steps, *game.steps]
+            start_s = progress.clock_s
+            timed = [(start_s + step.t_s, step.exchange) for step in steps]
+            messages = [
+                *trace.step_messages(steps, -1 - index, start_s, self._every),
+                *trace.scene_messages(timed, self._ground.robot.joint_names, self._every),
+                *trace.game_messages(game, index, start_s, 1, HORIZON_S),
+            ]
+            error_m = game.prediction_error_m(HORIZON_S)
+            progress.games.append(
+                {
+                    "swung_up": game.swung_up,
+                    "caught": game.caught,
+                    "error_mm": None if error_m is None else 1e3 * error_m,
+                }
+            )
+            self._finish(messages, steps[-1].t_s, phase="games", caught=sum(one["caught"] for one in progress.games))
+
+    def _finish(self, messages: Any, duration_s: float, **figures: float | int | str) -> None:
+        """Log a whole rollout at once and save: nothing of an unfinished rollout is ever kept."""
+        for topic, t_s, message in sorted(messages, key=lambda item: item[1]):
+            self._ctx.log.write(topic, t_s, message)
+        self._progress.finished(duration_s, self._ground.robot.missed)
+        self._ctx.progress(self._progress.count, None, **figures)
+        self._ctx.checkpoint(self._progress.saved)
+
+
+def _metrics(result: TransferResult, progress: Progress) -> dict[str, Metric]:
+    errors = [game["error_mm"] for game in progress.games if game["error_mm"] is not None]
+    return {
+        "rollouts": result.rollouts,
+        "learned": progress.learned_at is not None,
+        "success_rate_before": float(np.mean(progress.before)),
+        "success_rate_after": float(np.mean(progress.after)),
+        "imitation_caught": result.imitation_caught,
+        "imitation_tries": len(progress.imitation),
+        **progress.imitation_fit,
+        "games": result.games,
+        "caught_rate": result.caught / result.games,
+        "swung_up_rate": float(np.mean([game["swung_up"] for game in progress.games])),
+        "prediction_error_mm_p50": float(np.median(errors)) if errors else None,
+        "missed_packets": progress.missed,
+    }
