@@ -11,10 +11,10 @@ import typer
 
 import kendama_cli
 from kendama_cli.cli import completion, render
-from kendama_cli.config.compose import composed, expand_sweep
+from kendama_cli.config.compose import composed, composed_each, expand_sweep
 from kendama_cli.config.site import Site, find_site
 from kendama_cli.errors import UsageError
-from kendama_cli.pipeline.catalogue import load_pipeline
+from kendama_cli.pipeline.catalogue import Pipeline, load_pipeline
 from kendama_cli.pipeline.plan import Planner, check_armed, check_forced
 from kendama_cli.pipeline.record import RunRecord, begin, find_run, past_runs
 from kendama_cli.pipeline.runner import Runner
@@ -193,7 +193,11 @@ def sweep(
 
     site = find_site(home, config_dir)
     combinations = expand_sweep(site, overrides or [])
-    wanted = distinct([SweepJob(texts, _planner(site, pipeline, until, texts)) for texts in combinations])
+    declared = _declared(site, pipeline, until)
+    configs = composed_each(site, [[*declared.overrides, *texts] for texts in combinations])
+    store = Store(site.home)
+    planners = (Planner(store, declared, build_settings(config), site.data_roots) for config in configs)
+    wanted = distinct([SweepJob(texts, planner) for texts, planner in zip(combinations, planners, strict=True)])
     for job in wanted:
         check_armed(job.planner, armed=False)
     number = {id(job): f"[{i}/{len(wanted)} {' '.join(job.overrides)}] " for i, job in enumerate(wanted, 1)}
@@ -305,10 +309,13 @@ def doctor(as_json: Json = False) -> int:
     return 1 if any(part.state == "missing" for part in parts) else 0
 
 
-def _planner(site: Site, pipeline: str, until: str | None, overrides: list[str]) -> Planner:
+def _declared(site: Site, pipeline: str, until: str | None) -> Pipeline:
     declared = load_pipeline(pipeline, site.pipeline_folders)
-    if until is not None:
-        declared = declared.until(until)
+    return declared if until is None else declared.until(until)
+
+
+def _planner(site: Site, pipeline: str, until: str | None, overrides: list[str]) -> Planner:
+    declared = _declared(site, pipeline, until)
     settings = build_settings(composed(site, [*declared.overrides, *overrides]))
     return Planner(Store(site.home), declared, settings, site.data_roots)
 

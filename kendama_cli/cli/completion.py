@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+import contextlib
 import functools
+import io
+import os
+import shlex
 from collections.abc import Callable
 
 from kendama_cli.config import compose
@@ -10,6 +14,28 @@ from kendama_cli.config.site import find_site
 from kendama_cli.errors import KendamaError
 from kendama_cli.pipeline.catalogue import load_pipeline, pipeline_names
 from kendama_cli.pipeline.record import past_runs
+
+
+def in_bash(answer: Callable[[], object]) -> str:
+    """What ``answer`` prints for the word under bash's cursor, as bash wants it.
+
+    Bash cuts words at ``=``: ``capture=ii`` comes as three words, and only what follows the last ``=`` is replaced.
+    """
+    try:
+        words, cursor = shlex.split(os.environ["COMP_WORDS"]), int(os.environ["COMP_CWORD"])
+    except (KeyError, ValueError):  # ValueError: a quote that is still open
+        return ""
+    joined: list[str] = []
+    for i, word in enumerate([*words, ""][: cursor + 1]):
+        glued = joined and i > 1 and (word == "=" or words[i - 1] == "=")
+        joined[-1:] = [joined[-1] + word] if glued else [*joined[-1:], word]
+    os.environ.update(COMP_WORDS=shlex.join(joined), COMP_CWORD=str(len(joined) - 1))
+    known = joined[-1].rpartition("=")
+    printed = io.StringIO()
+    with contextlib.redirect_stdout(printed), contextlib.suppress(SystemExit):
+        answer()
+    cut = len(known[0] + known[1]) if "=" in words[max(cursor - 1, 0) : cursor + 1] else 0
+    return "\n".join(line[cut:] for line in printed.getvalue().splitlines())
 
 
 def _quietly(offer: Callable[[str], list[str]]) -> Callable[[str], list[str]]:

@@ -53,7 +53,9 @@ def examine() -> list[Part]:
 
 def _library(name: str, module: str) -> Part:
     # a process of its own: a broken native library may take its process down
-    probe = subprocess.run([sys.executable, "-c", f"import {module}"], capture_output=True, text=True, check=False)
+    probe = subprocess.run(
+        [sys.executable, "-P", "-c", f"import {module}"], capture_output=True, text=True, check=False
+    )
     if probe.returncode == 0:
         return Part(name, "ok", importlib.metadata.version(name))
     lines = probe.stderr.strip().splitlines()

@@ -9,7 +9,7 @@ from types import FrameType
 
 import typer
 
-from kendama_cli.cli import render
+from kendama_cli.cli import completion, render
 from kendama_cli.cli.app import app
 from kendama_cli.errors import KendamaError
 
@@ -20,6 +20,9 @@ INTERRUPTED = 130
 def main(arguments: list[str] | None = None) -> int:
     """Run the command line; 0 done, 1 a stage failed, 2 wrong usage or configuration, 130 interrupted."""
     signal.signal(signal.SIGTERM, _interrupt)
+    if os.environ.get("_KENDAMA_COMPLETE") == "complete_bash":
+        render.text(completion.in_bash(lambda: app(args=[], standalone_mode=False, prog_name="kendama")))
+        return 0
     try:
         code = app(args=arguments, standalone_mode=False, prog_name="kendama")
     except KendamaError as error:
@@ -40,7 +43,12 @@ def main(arguments: list[str] | None = None) -> int:
     except BrokenPipeError:
         # the reader of our output (head, less) has left: nobody to tell, and nothing to flush at exit
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        return 1
+        code = 1
+    except Exception as error:
+        if os.environ.get("KENDAMA_DEBUG"):
+            raise
+        render.error(f"{type(error).__name__}: {error} (not foreseen; KENDAMA_DEBUG=1 shows its traceback)")
+        code = 1
     if code == INTERRUPTED:  # typer itself turns Ctrl-C inside a command into this code
         render.error("interrupted; what was finished is kept, the same command goes on from there")
     return code if isinstance(code, int) else 0

@@ -7,6 +7,7 @@ of their configuration nodes by group ``kendama.settings``.
 from __future__ import annotations
 
 import importlib.metadata
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -70,7 +71,7 @@ class Pipeline:
 
 def pipeline_names(folders: Sequence[Path]) -> list[str]:
     """The names of all pipelines on the search path."""
-    return sorted({file.stem for folder in folders for file in folder.glob("*.yaml")})
+    return sorted({file.stem for folder in folders for file in folder.glob("*.yaml") if file.is_file()})
 
 
 def load_pipeline(name: str, folders: Sequence[Path]) -> Pipeline:
@@ -112,6 +113,8 @@ def _parse(name: str, path: Path) -> Pipeline:
 
 
 def _spec(path: Path, name: str, body: Any) -> StageSpec:
+    if not re.fullmatch(r"[\w-]+", name):  # it becomes the name of files and folders
+        raise ConfigError(name, f"{path}: stage '{name}' has a name with other signs than letters, digits, _ and -")
     if not isinstance(body, dict):
         raise ConfigError(name, f"{path}: stage '{name}' must be a group of keys, not {body!r}")
     for key in body:

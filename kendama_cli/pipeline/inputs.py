@@ -28,11 +28,11 @@ def resolve_files(settings: Any, key: str, roots: Sequence[Path]) -> Any:
         if not field.metadata.get("file"):
             changed[field.name] = resolve_files(value, path, roots)
         elif isinstance(value, str):
-            found = _find(value, path, roots)
-            plural = "tuple" in str(field.type) or len(found) > 1
-            changed[field.name] = found if plural else found[0]
+            several = "tuple" in str(field.type)
+            found = _find(value, path, roots, several=several)
+            changed[field.name] = found if several or len(found) > 1 else found[0]
         elif value is not None:
-            changed[field.name] = tuple(name for item in value for name in _find(item, path, roots))
+            changed[field.name] = tuple(name for item in value for name in _find(item, path, roots, several=True))
     return dataclasses.replace(settings, **changed)
 
 
@@ -56,17 +56,19 @@ def _contents(value: str | tuple[str, ...] | None, index: FileIndex) -> list[str
     return [f"{Path(path).name} {index.facts(Path(path), 'content', durable.file_sha256)}" for path in paths]
 
 
-def _find(pattern: str, key: str, roots: Sequence[Path]) -> tuple[str, ...]:
+def _find(pattern: str, key: str, roots: Sequence[Path], *, several: bool) -> tuple[str, ...]:
     expanded = Path(pattern).expanduser()
     for root in [Path("/")] if expanded.is_absolute() else roots:
         plain = root / expanded
         if plain.is_file():
             return (str(plain.resolve()),)
         if plain.is_dir():
-            raise ConfigError(
-                key, f"{key}: '{pattern}' is a folder; name a file, or a glob like '{pattern.rstrip('/')}/*.csv'"
-            )
+            glob_like = f", or a glob like '{pattern.rstrip('/')}/*.csv'" if several else ""
+            raise ConfigError(key, f"{key}: '{pattern}' is a folder; name a file{glob_like}")
         found = sorted(name for name in glob.glob(str(plain), recursive=True) if Path(name).is_file())
+        for name in found:
+            if not durable.is_text(name):
+                raise ConfigError(key, f"{key}: the file name {name!a} is not UTF-8 text; rename the file")
         if found:
             return tuple(str(Path(name).resolve()) for name in found)
     looked = "" if expanded.is_absolute() else f" (looked in {', '.join(str(root) for root in roots)})"

@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+import contextlib
 import datetime
+import fcntl
 import importlib.metadata
+import os
 import platform
 import uuid
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -70,6 +74,16 @@ class RunRecord:
             "stages": [stage.document() for stage in self.stages],
         }
 
+    @contextlib.contextmanager
+    def going_on(self) -> Iterator[None]:
+        """Lock the run's folder meanwhile: by that others tell a run that goes on from one that was killed."""
+        with contextlib.ExitStack() as held:
+            with contextlib.suppress(OSError):  # a file system without locks
+                handle = os.open(self.folder, os.O_RDONLY | os.O_CLOEXEC)
+                held.callback(os.close, handle)
+                fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            yield
+
     def save(self) -> None:
         """Write the record, durably."""
         beside = {"started": self.started, "host": platform.node(), "versions": versions()}
@@ -85,8 +99,27 @@ def begin(home: Path, pipeline: str, overrides: list[str]) -> RunRecord:
 
 def past_runs(home: Path) -> list[dict[str, Any]]:
     """All readable records, oldest first."""
-    found = [durable.read_sealed(path) for path in sorted((home / "runs").glob("*/run.json"))]
-    return [record for record in found if record is not None]
+    found = []
+    for path in sorted((home / "runs").glob("*/run.json")):
+        record = durable.read_sealed(path)
+        if record is not None:
+            killed = record["outcome"] == "running" and not _goes_on(path.parent)
+            found.append({**record, "outcome": "killed"} if killed else record)
+    return found
+
+
+def _goes_on(folder: Path) -> bool:
+    try:
+        handle = os.open(folder, os.O_RDONLY | os.O_CLOEXEC)
+    except OSError:
+        return True
+    try:
+        fcntl.flock(handle, fcntl.LOCK_SH | fcntl.LOCK_NB)
+    except OSError:
+        return True
+    finally:
+        os.close(handle)
+    return False
 
 
 def find_run(home: Path, run: str | None) -> dict[str, Any]:

@@ -6,6 +6,7 @@ stage once; it is held by the worker too, so it outlives a killed parent.
 
 from __future__ import annotations
 
+import contextlib
 import dataclasses
 import fcntl
 import json
@@ -13,7 +14,6 @@ import os
 import selectors
 import signal
 import subprocess
-import sys
 import threading
 import time
 from collections.abc import Mapping
@@ -23,6 +23,7 @@ from typing import IO, Any, Protocol
 from kendama_cli.errors import KendamaError
 from kendama_cli.pipeline.catalogue import StageSpec
 from kendama_cli.pipeline.plan import Planner, StagePlan
+from kendama_cli.pipeline.process import Interpreters, Nursery, Worker
 from kendama_cli.pipeline.record import RunRecord, StageOutcome
 from kendama_cli.store import durable
 
@@ -49,7 +50,7 @@ class Observer(Protocol):
 @dataclasses.dataclass
 class _Job:
     plan: StagePlan
-    process: subprocess.Popen[bytes]
+    process: Worker
     events: IO[bytes]
     lock: int
     started_s: float
@@ -69,14 +70,19 @@ class Runner:
         *,
         forced: frozenset[str] = frozenset(),
         workers: int | None = None,
+        starter: Interpreters | Nursery | None = None,
         stop: threading.Event | None = None,
     ) -> None:
-        """``workers``: how many stages may compute at once, None for one per core; ``stop`` interrupts from outside."""
+        """``workers``: how many stages may compute at once, None for one per core; ``stop`` interrupts from outside.
+
+        ``starter`` makes the worker processes, by default an interpreter each; a nursery serves one at a time.
+        """
         self._planner = planner
         self._record = record
         self._observer = observer
         self._forced = set(forced)
         self._workers = workers or os.cpu_count() or 1
+        self._starter = starter or Interpreters()
         self._stop = stop or threading.Event()
         self._plans: dict[str, StagePlan] = {}
         self._failed: set[str] = set()
@@ -88,10 +94,11 @@ class Runner:
     def run(self) -> RunRecord:
         """Run to the end; ``outcome`` is then done or failed, or interrupted before KeyboardInterrupt is raised."""
         with self._planner.store.in_use():
-            return self._run()
+            self._record.save()
+            with self._record.going_on():
+                return self._run()
 
     def _run(self) -> RunRecord:
-        self._record.save()
         try:
             while self._waiting or self._jobs:
                 if self._stop.is_set():
@@ -110,6 +117,9 @@ class Runner:
             raise
         except KendamaError:
             self._stop_workers()
+            self._record.outcome = "failed"
+            with contextlib.suppress(KendamaError):  # a full disk may not take this either
+                self._record.save()
             raise
         finally:
             self._selector.close()
@@ -172,25 +182,12 @@ class Runner:
             "given": {own: str(self._result(needed).artifact) for own, needed in spec.needs.items()},
             "seed": self._planner.seed if spec.seeded else None,
             "home": str(self._planner.store.home),
-            "events": write,
             "fresh": spec.name in self._forced,
         }
         output = durable.make_folder(self._record.folder) / f"{spec.name}.txt"
         with durable.told_plainly(output), output.open("wb") as printed:
-            process = subprocess.Popen(
-                [sys.executable, "-m", "kendama_cli.pipeline.worker"],
-                stdin=subprocess.PIPE,
-                stdout=printed,
-                stderr=subprocess.STDOUT,
-                pass_fds=(write, lock),
-            )
+            process = self._starter.start(request, events=write, lock=lock, printed=printed.fileno())
         os.close(write)
-        assert process.stdin is not None
-        try:
-            process.stdin.write(json.dumps(request).encode())
-            process.stdin.close()
-        except BrokenPipeError:
-            pass  # it died at once: told when its end of the pipe closes
         events = os.fdopen(read, "rb", buffering=0)
         os.set_blocking(read, False)
         self._waiting.pop(spec.name)

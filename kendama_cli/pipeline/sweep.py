@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import concurrent.futures
+import contextlib
+import queue
 import threading
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 from kendama_cli.errors import KendamaError
 from kendama_cli.pipeline.plan import Planner
+from kendama_cli.pipeline.process import Nursery
 from kendama_cli.pipeline.record import RunRecord, begin
 from kendama_cli.pipeline.runner import Observer, Runner
 from kendama_cli.store.durable import canonical_json
@@ -40,12 +43,19 @@ def run_sweep(
     A KendamaError other than a failed stage (a full disk) stops the sweep and is raised, as KeyboardInterrupt is.
     """
     stop = threading.Event()
+    nurseries: queue.SimpleQueue[Nursery] = queue.SimpleQueue()
 
     def run(job: SweepJob) -> RunRecord:
         record = begin(job.planner.store.home, job.planner.pipeline.name, job.overrides)
-        return Runner(job.planner, record, observe(job, record), workers=1, stop=stop).run()
+        nursery = nurseries.get()
+        try:
+            return Runner(job.planner, record, observe(job, record), workers=1, starter=nursery, stop=stop).run()
+        finally:
+            nurseries.put(nursery)
 
-    with concurrent.futures.ThreadPoolExecutor(at_once) as pool:
+    with contextlib.ExitStack() as stack, concurrent.futures.ThreadPoolExecutor(at_once) as pool:
+        for _ in range(min(at_once, len(jobs))):
+            nurseries.put(stack.enter_context(contextlib.closing(Nursery())))
         futures = [pool.submit(run, job) for job in jobs]
         try:
             return [future.result() for future in futures]

@@ -7,9 +7,11 @@ lock stays held until this process ends, even where the parent was killed.
 
 from __future__ import annotations
 
+import contextlib
 import ctypes
 import dataclasses
 import importlib
+import inspect
 import json
 import math
 import os
@@ -28,7 +30,7 @@ from kendama_cli.settings.schema import build_value
 from kendama_cli.stages.interface import Made
 from kendama_cli.store.checkpoint import CheckpointFolder
 from kendama_cli.store.codecs import load_artifact, save_artifact
-from kendama_cli.store.durable import canonical_json
+from kendama_cli.store.durable import canonical_json, told_plainly
 from kendama_cli.store.store import Store
 
 LOG = "log.mcap"
@@ -37,10 +39,14 @@ PR_SET_PDEATHSIG = 1
 
 def main() -> int:
     """Run the stage that standard input asks for; 0 where its artifact is in the store."""
-    _stop_with_parent()
+    return work(json.loads(sys.stdin.buffer.read()))
+
+
+def work(request: Mapping[str, Any]) -> int:
+    """Be the worker for ``request``; the exit code."""
+    end_with_parent(signal.SIGTERM)
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C reaches the whole group; the parent decides
     signal.signal(signal.SIGTERM, _interrupt)
-    request = json.loads(sys.stdin.buffer.read())
     channel = os.fdopen(request["events"], "w", encoding="utf-8", buffering=1)
 
     def tell(event: Mapping[str, Any]) -> None:
@@ -51,11 +57,11 @@ def main() -> int:
     except KeyboardInterrupt:
         return 130
     except KendamaError as error:
-        traceback.print_exc()
+        _print_traceback()
         tell({"event": "failed", "message": str(error), "unexpected": False})
         return 1
     except Exception as error:
-        traceback.print_exc()
+        _print_traceback()
         message = f"{type(error).__name__}: {error}".splitlines()[0]
         tell({"event": "failed", "message": message, "unexpected": True})
         return 1
@@ -70,8 +76,16 @@ def run_stage(request: Mapping[str, Any], tell: Any) -> dict[str, Any]:
         own: build_value(node_schemas()[node["name"]], node["value"], node["name"])
         for own, node in request["settings"].items()
     }
+    try:
+        inspect.signature(stage_class).bind(**settings)
+    except TypeError as error:
+        fed = ", ".join(settings) or "none"
+        raise StageError(
+            f"stage '{request['stage']}' does not take the nodes that its pipeline entry lists under 'config' ({fed}): "
+            f"{error}"
+        ) from error
     stage = stage_class(**settings)
-    given = {own: load_artifact(Path(folder)) for own, folder in request["given"].items()}
+    given = _Given({own: load_artifact(Path(folder)) for own, folder in request["given"].items()})
     store = Store(Path(request["home"]))
     log = McapLog()
     checkpoints = CheckpointFolder(store.checkpoint_folder(request["stage"], request["key"]))
@@ -84,13 +98,26 @@ def run_stage(request: Mapping[str, Any], tell: Any) -> dict[str, Any]:
             f"stage '{request['stage']}' gave a {type(made).__name__}; a stage gives Made(artifact, metrics)"
         )
     metrics = {key: _plain(value) for key, value in made.metrics.items()}
-    with store.scratch_folder() as folder:
+    with store.scratch_folder() as folder, told_plainly(folder):
         save_artifact(made.artifact, folder)
         (folder / "metrics.json").write_bytes(canonical_json(metrics) + b"\n")
         plain = {own: dataclasses.asdict(value) for own, value in settings.items()}
         log.finish(folder / LOG, stage=request["stage"], settings=plain, metrics=metrics)
         result = store.put(folder, request["stage"], request["key"], metrics, request["parts"])
     return {"event": "done", "artifact": str(result.artifact), "metrics": metrics}
+
+
+def _print_traceback() -> None:
+    with contextlib.suppress(OSError):  # a full disk takes no traceback either; the message goes through the pipe
+        traceback.print_exc()
+
+
+class _Given(dict[str, Any]):
+    """Artifacts by the stage's own names for them."""
+
+    def __missing__(self, name: str) -> Any:
+        listed = ", ".join(self) or "nothing"
+        raise StageError(f"the stage takes '{name}', but its pipeline entry lists {listed} under 'needs'; add it there")
 
 
 def _plain(value: Any) -> Any:
@@ -102,10 +129,10 @@ def _interrupt(signum: int, frame: Any) -> None:
     raise KeyboardInterrupt
 
 
-def _stop_with_parent() -> None:
-    """Ask Linux to end this process with its parent, so that ``kill -9`` of the pipeline leaves nothing running."""
+def end_with_parent(number: int) -> None:
+    """Have Linux send this process ``number`` when its parent ends, so that ``kill -9`` leaves nothing running."""
     if sys.platform == "linux":
-        ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGTERM)
+        ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, number)
 
 
 if __name__ == "__main__":

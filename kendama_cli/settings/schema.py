@@ -132,7 +132,8 @@ def _value(annotation: Any, value: Any, key: str, facts: Mapping[str, Any]) -> A
     origin = typing.get_origin(annotation)
     if origin is Literal:
         choices = typing.get_args(annotation)
-        if value not in choices:
+        # True == 1 in Python, so the types count too
+        if not any(type(value) is type(choice) and value == choice for choice in choices):
             names = [str(choice) for choice in choices]
             hint = nearest(str(value), names)
             raise ConfigError(key, f"'{key}' is {value!r}; allowed: {', '.join(names)}{hint}")
@@ -151,10 +152,10 @@ def _union(annotation: Any, value: Any, key: str, facts: Mapping[str, Any]) -> A
     schemas = variants(annotation)
     if schemas:
         kind = value.get("kind") if isinstance(value, Mapping) else value
-        if kind not in schemas:
+        if not isinstance(kind, str) or kind not in schemas:
             hint = nearest(str(kind), schemas)
             raise ConfigError(key, f"'{key}.kind' is {kind!r}; allowed: {', '.join(sorted(schemas))}{hint}")
-        return build(schemas[str(kind)], value, key)
+        return build(schemas[kind], value, key)
     errors = []
     for member in members:
         if member is type(None):

@@ -5,11 +5,14 @@ from __future__ import annotations
 import math
 import os
 import xml.etree.ElementTree as ET
+from collections import Counter
 from dataclasses import dataclass
 
 from kendama_cli.errors import InputError
 
 MOVING = ("revolute", "continuous")
+PRINCIPAL = ("ixx", "iyy", "izz")
+INERTIA = (*PRINCIPAL, "ixy", "ixz", "iyz")
 FRAME_MASS_KG = 1e-6
 """Links without inertia that are fixed to another are frames; DART would give them 1 kg."""
 
@@ -26,12 +29,16 @@ class Description:
 def read_description(path: str, tip_link: str) -> Description:
     """Read the URDF at ``path``, keep links, joints and inertias, and hold every joint off the chain fixed.
 
-    Raises InputError where it does not parse, a link or a mesh beside the file is missing, a moving link has no mass
-    or a joint of the chain has no limits.
+    Raises InputError where it does not parse, a link or a mesh beside the file is missing, a name is missing or
+    repeated, a moving link has no mass or inertia, or a joint of the chain has no limits.
     """
     root = _parse(path)
+    _check_names(path, root, "link")
+    _check_names(path, root, "joint")
     links = {link.get("name", ""): link for link in root.iter("link")}
     parents = _parents(path, root, links)
+    if not links:
+        raise InputError(path, "has no links", remedy="set robot.urdf to a URDF that describes an arm")
     if tip_link not in links:
         known = ", ".join(sorted(links))
         raise InputError(path, f"has no link '{tip_link}'", remedy=f"set robot.tip_link to one of: {known}")
@@ -75,6 +82,28 @@ def _parse(path: str) -> ET.Element:
     return root
 
 
+def _check_names(path: str, root: ET.Element, tag: str) -> None:
+    counts = Counter(element.get("name", "") for element in root.findall(tag))
+    for name, count in counts.items():
+        if not name or count > 1:
+            problem = f"has {count} {tag}s called '{name}'" if name else f"has a {tag} without a name"
+            raise InputError(path, problem, remedy=f"give every {tag} a name of its own")
+
+
+def _check_numbers(path: str, where: str, element: ET.Element) -> None:
+    """Raise InputError for a place, a direction or an inertia below ``element`` that is not made of numbers."""
+    for tag, names, count in (("origin", ("xyz", "rpy"), 3), ("axis", ("xyz",), 3), ("inertia", INERTIA, 1)):
+        part = element.find(tag)
+        for name in names if part is not None else ():
+            text = part.get(name) if part is not None else None
+            values = [_number(word) for word in (text or "").split()]
+            if text is not None and (len(values) != count or None in values):
+                wanted = "one number" if count == 1 else f"{count} numbers"
+                raise InputError(path, f"has <{tag} {name}='{text}'>", where=where, remedy=f"give {wanted}")
+            if tag == "axis" and text is not None and not any(values):
+                raise InputError(path, "has an axis without direction", where=where, remedy="give a unit vector")
+
+
 def _parents(path: str, root: ET.Element, links: dict[str, ET.Element]) -> dict[str, ET.Element]:
     parents: dict[str, ET.Element] = {}
     for joint in root.findall("joint"):
@@ -110,6 +139,7 @@ def _chain(path: str, parents: dict[str, ET.Element], tip_link: str) -> list[ET.
 def _check_joint(path: str, joint: ET.Element) -> None:
     name, kind = joint.get("name"), joint.get("type")
     where = f"joint '{name}'"
+    _check_numbers(path, where, joint)
     if kind not in (*MOVING, "fixed"):
         raise InputError(path, f"is of type '{kind}'", where=where, remedy="allowed: revolute, continuous, fixed")
     if kind == "fixed":
@@ -141,12 +171,18 @@ def _bare_link(path: str, name: str, link: ET.Element, *, moved: bool) -> ET.Ele
     if inertial is None and not moved:
         inertial = ET.Element("inertial")
         ET.SubElement(inertial, "mass", {"value": str(FRAME_MASS_KG)})
-        tiny = dict.fromkeys(("ixy", "ixz", "iyz"), "0") | dict.fromkeys(("ixx", "iyy", "izz"), "1e-9")
+        tiny = dict.fromkeys(INERTIA, "0") | dict.fromkeys(PRINCIPAL, "1e-9")
         ET.SubElement(inertial, "inertia", tiny)
     elif inertial is None or not (_number(None if mass is None else mass.get("value")) or 0.0) > 0:
         raise InputError(
             path, "has no mass", where=f"link '{name}'", remedy="give it an <inertial> with a positive mass"
         )
+    where = f"link '{name}'"
+    _check_numbers(path, where, inertial)
+    inertia = inertial.find("inertia")
+    for moment in PRINCIPAL if moved else ():
+        if not (_number(None if inertia is None else inertia.get(moment)) or 0.0) > 0:
+            raise InputError(path, f"has no positive {moment}", where=where, remedy="give it in <inertia .../>")
     bare.append(inertial)
     return bare
 

@@ -42,6 +42,15 @@ def canonical_json(value: Any) -> bytes:
     return json.dumps(value, sort_keys=True, separators=(",", ":"), allow_nan=False, ensure_ascii=False).encode()
 
 
+def is_text(value: str) -> bool:
+    """Whether ``value`` can be kept as UTF-8; a file name that is not UTF-8 reaches Python as a string that cannot."""
+    try:
+        value.encode()
+    except UnicodeEncodeError:
+        return False
+    return True
+
+
 def sha256(data: bytes) -> str:
     """Hexadecimal SHA-256."""
     return hashlib.sha256(data).hexdigest()
@@ -86,7 +95,7 @@ def write_index(path: Path, value: Any) -> None:
         path.parent.mkdir(parents=True, exist_ok=True)
         scratch.write_bytes(canonical_json(value))
         os.replace(scratch, path)
-    except OSError:
+    except (OSError, ValueError):  # ValueError: a value that JSON cannot hold, such as NaN
         with contextlib.suppress(OSError):
             scratch.unlink(missing_ok=True)
 

@@ -31,7 +31,7 @@ def test_imports_go_down_the_floors_only() -> None:
         ("rich", {"cli"}),
         ("cv2", {"vision", "blocks", "stages"}),
         ("matplotlib", {"report"}),
-        ("socket", {"blocks"}),
+        ("socket", {"blocks", "pipeline"}),
         ("subprocess", {"blocks", "pipeline", "cli"}),
     ],
 )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import subprocess
+import sys
 
 import pytest
 
@@ -30,6 +31,14 @@ def complaint(toy: ToyProject, *arguments: str) -> str:
         (["run", "learn.alpha=-1"], "'learn.alpha' is -1"),
         (["run", "seed=-1"], "'seed' is -1; allowed: a whole number, 0 or more"),
         (["run", "seed=1.5"], "'seed' is 1.5"),
+        (["run", "=3"], "'=3' has no key; write KEY=VALUE"),
+        (["run", "learn.alpha=nan"], "'learn.alpha' must be a finite number, not nan"),
+        (["run", "learn.alpha=1e400"], "'learn.alpha' must be a finite number, not inf"),
+        (["run", "learn=null"], "'learn=null' must name one choice of the group 'learn'; allowed: paper"),
+        (["run", "capture=[file]"], "'capture=[file]' must name one choice of the group 'capture'"),
+        (["run", "capture.path=\udcff.csv"], "is not UTF-8 text; rename"),
+        (["run", "robot.urdf=conf"], "robot.urdf: 'conf' is a folder; name a file"),
+        (["sweep", "capture.path=glob(*.csv)"], "glob() picks options of a group, and 'capture.path' is none"),
         (["run", "seed=1,2"], "use 'kendama sweep'"),
         (["run", "seed"], "'seed' is not an override; write KEY=VALUE"),
         (["run", "seed=[1"], "cannot be read as KEY=VALUE"),
@@ -91,6 +100,7 @@ def test_home_is_taken_before_or_after_the_command_or_from_the_environment(toy: 
         ("stages: {a: {stage: toy_roll, needs: [b]}, b: {stage: toy_roll, needs: [a]}}\n", "in a circle: a, b"),
         ("stages: {roll: {stage: toy_roll, confg: [toy]}}\n", "stage 'roll' has an unknown key 'confg'"),
         ("stages: {roll: {stage: toy_roll, config: [toys]}}\n", "reads node 'toys'"),
+        ("stages: {../roll: {stage: toy_roll}}\n", "stage '../roll' has a name with other signs than letters"),
         ("stages: {roll: [\n", "not a pipeline"),
         ("\0", "not a pipeline"),
     ],
@@ -100,6 +110,29 @@ def test_a_wrong_pipeline_is_one_line_that_names_the_file(toy: ToyProject, text:
     told = complaint(toy, "plan", "-p", "wrong")
     assert message in told
     assert "wrong" in told
+
+
+@pytest.mark.parametrize(
+    ("content", "message"),
+    [
+        (b"kind: [file\n", "mine.yaml"),
+        (b"- a\n", "'learn' "),
+        (b"\xff\xfe", "can't decode byte 0xff"),
+        (b"defaults: 3\n", "Invalid defaults list in 'learn/mine'"),
+        (b"alpha: .nan\ndefaults: [sarsa, _self_]\n", "'learn.alpha' must be a finite number"),
+        (b"kind: ${oc.env:NOWHERE}\n", "Environment variable 'NOWHERE' not found"),
+        (None, "Could not find 'learn/mine'"),
+    ],
+)
+def test_a_wrong_file_in_a_users_conf_is_one_line(toy: ToyProject, content: bytes | None, message: str) -> None:
+    (toy.folder / "conf/learn").mkdir()
+    mine = toy.folder / "conf/learn/mine.yaml"
+    if content is None:
+        mine.symlink_to("nowhere.yaml")
+    else:
+        mine.write_bytes(content)
+    assert message in complaint(toy, "config", "learn=mine")
+    toy.kendama("config")
 
 
 def test_debug_shows_the_traceback(toy: ToyProject, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -130,3 +163,30 @@ def test_completion_offers_stages_pipelines_groups_and_keys(toy: ToyProject, wor
     }
     done = subprocess.run(toy.command(), cwd=toy.folder, env=environment, capture_output=True, text=True, check=False)
     assert offered in done.stdout.split(), (done.stdout, done.stderr)
+
+
+@pytest.mark.parametrize(
+    ("line", "replies"),
+    [
+        ("kendama run capture=ii", ["iiwa_kendama"]),
+        ("kendama run encode=", ["dmp", "paper"]),
+        ("kendama run encode=paper capture=moc", ["mocap"]),
+        ("kendama plan -p im", ["imitation"]),
+        ("kendama run capture.path='", []),
+    ],
+)
+def test_bash_which_cuts_words_at_equals_signs_is_answered_with_what_follows(
+    toy: ToyProject, line: str, replies: list[str]
+) -> None:
+    words = " ".join(f'"{word}"' for word in line.replace("=", " = ").split())
+    script = f"""
+        kendama() {{ :; }}
+        eval "$({sys.executable} -m kendama_cli.cli.main --show-completion bash)"
+        function env() {{ command env "${{@:1:3}}" {sys.executable} -m kendama_cli.cli.main; }}
+        COMP_WORDS=({words}); COMP_CWORD=$(( ${{#COMP_WORDS[@]}} - 1 ))
+        _kendama_completion kendama; printf '%s\\n' "${{COMPREPLY[@]}}"
+    """
+    done = subprocess.run(
+        ["bash", "-c", script], cwd=toy.folder, env=toy.environment(), capture_output=True, text=True, check=False
+    )
+    assert done.stdout.split() == replies, done.stderr

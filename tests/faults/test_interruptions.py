@@ -80,6 +80,15 @@ def test_a_damaged_newest_checkpoint_is_passed_over_for_the_one_before(toy: ToyP
     assert artifact_bytes(resumed) == artifact_bytes(toy.run_json(*options, "--home", "other"))
 
 
+def test_a_killed_run_is_listed_as_killed_and_one_that_goes_on_as_running(toy: ToyProject) -> None:
+    process = toy.start("run", "-p", "toy", *SLOW)
+    wait_for(lambda: checkpoints(toy))
+    assert json.loads(toy.kendama("runs", "--json").stdout)[0]["outcome"] == "running"
+    process.kill()
+    process.wait()
+    assert json.loads(toy.kendama("runs", "--json").stdout)[0]["outcome"] == "killed"
+
+
 def test_ctrl_c_ends_with_130_and_one_line_and_keeps_what_was_done(toy: ToyProject) -> None:
     process = toy.start("run", "-p", "toy", *SLOW)
     wait_for(lambda: len(checkpoints(toy)) > 1)
@@ -151,6 +160,19 @@ def test_a_full_disk_is_one_line_and_loses_nothing_finished(toy: ToyProject, sma
     filler.unlink()
     assert statuses(toy.run_json(*home)) == {"roll": "cached", "total": "ran"}
     toy.kendama("cache", "verify", *home)
+
+
+@pytest.mark.parametrize("free_kb", [16, 24, 32])
+def test_a_disk_that_fills_at_any_write_of_a_stage_is_told_as_full(
+    toy: ToyProject, small_disk: Path, free_kb: int
+) -> None:
+    home = ("--home", str(small_disk / "home"))
+    toy.kendama("plan", "-p", "toy", *home)
+    free = os.statvfs(small_disk)
+    (small_disk / "filler").write_bytes(b"0" * (free.f_bavail * free.f_bsize - free_kb * 1024))
+    done = toy.kendama("run", "-p", "toy", *home, expect=1)
+    assert "the disk is full" in done.stderr
+    assert "not foreseen" not in done.stderr
 
 
 def test_a_home_that_cannot_be_written_is_one_line(toy: ToyProject) -> None:

@@ -73,6 +73,31 @@ def test_a_stage_whose_input_came_out_the_same_is_not_run_again(toy: ToyProject)
     assert statuses(document) == {"roll": "ran", "total": "cached"}
 
 
+def test_a_users_file_with_a_librarys_name_is_not_imported_by_the_worker(toy: ToyProject) -> None:
+    for name in ("numpy", "json", "random"):
+        (toy.folder / f"{name}.py").write_text("raise RuntimeError('a file of the user')\n")
+    # unlike python -m, the installed command does not look for modules in the current folder
+    command = [toy.command()[0], "-P", *toy.command("run", "-p", "toy")[1:]]
+    subprocess.run(command, cwd=toy.folder, env=toy.environment(), check=True)
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        (
+            "overrides: [+toy=default]\nstages: {total: {stage: toy_total, config: [toy]}}\n",
+            "takes 'roll', but its pipeline",
+        ),
+        ("stages: {roll: {stage: toy_roll, config: [learn, seed]}}\n", "does not take the nodes that its pipeline"),
+    ],
+)
+def test_a_pipeline_that_does_not_fit_its_stage_is_told_as_such(toy: ToyProject, text: str, message: str) -> None:
+    (toy.folder / "pipelines/odd.yaml").write_text(text)
+    told = toy.kendama("run", "-p", "odd", expect=1).stderr
+    assert message in told
+    assert "not foreseen" not in told
+
+
 def test_force_runs_a_cached_stage_to_the_same_bytes(toy: ToyProject) -> None:
     before = toy.run_json()
     after = toy.run_json("--force", "roll")

@@ -3,9 +3,13 @@
 from __future__ import annotations
 
 import json
+import os
+import signal
+import time
+from pathlib import Path
 from typing import Any
 
-from tests.toy_project import ToyProject
+from tests.toy_project import ToyProject, artifact_bytes
 
 
 def sweep(toy: ToyProject, *overrides: str, expect: int = 0) -> list[dict[str, Any]]:
@@ -60,3 +64,54 @@ def test_a_wrong_value_is_told_before_anything_runs(toy: ToyProject) -> None:
     done = toy.kendama("sweep", "-p", "toy", "toy.steps=2,0", expect=2)
     assert done.stderr == "kendama: 'toy.steps' is 0; allowed: at least 1\n"
     assert not (toy.home / "runs").exists()
+
+
+def test_kill_9_of_a_sweep_leaves_nothing_running_and_the_next_does_what_is_missing(toy: ToyProject) -> None:
+    overrides = ("seed=range(0,4)", "toy.steps=20", "toy.pause_s=0.05")
+    process = toy.start("sweep", "-p", "toy", "-j", "2", *overrides)
+    deadline = time.monotonic() + 30
+    while len(list(toy.home.glob("results/toy_total/*"))) + len(list(toy.home.glob("results/total/*"))) < 1:
+        assert time.monotonic() < deadline
+        time.sleep(0.05)
+    family = descendants(process.pid)
+    assert len(family) >= 2, "two nurseries at least"
+    process.kill()
+    process.wait()
+    while any(Path(f"/proc/{pid}").exists() and "Z" not in state(pid) for pid in family):
+        assert time.monotonic() < deadline + 10, "an orphan"
+        time.sleep(0.05)
+    runs = sweep(toy, *overrides)
+    assert [run["outcome"] for run in runs] == ["done"] * 4
+    assert "cached" in {stage["status"] for run in runs for stage in run["stages"]}
+    alone = [toy.run_json(f"seed={seed}", *overrides[1:], "--home", "other") for seed in range(4)]
+    assert [artifact_bytes(run) for run in runs] == [artifact_bytes(run) for run in alone]
+
+
+def test_a_killed_nursery_fails_one_job_at_most_and_the_sweep_goes_on(toy: ToyProject) -> None:
+    process = toy.start(
+        "sweep", "-p", "toy", "-j", "1", "--json", "seed=range(0,4)", "toy.steps=10", "toy.pause_s=0.05"
+    )
+    deadline = time.monotonic() + 30
+    while not list(toy.home.glob("results/total/*")):
+        assert time.monotonic() < deadline
+        time.sleep(0.05)
+    nurseries = [pid for pid in descendants(process.pid) if b"nursery" in Path(f"/proc/{pid}/cmdline").read_bytes()]
+    os.kill(nurseries[0], signal.SIGKILL)
+    outcomes = [run["outcome"] for run in json.loads(process.communicate(timeout=60)[0])["runs"]]
+    assert outcomes.count("done") >= 3
+    assert len(outcomes) == 4
+
+
+def descendants(pid: int) -> list[int]:
+    found: list[int] = []
+    for task in Path(f"/proc/{pid}/task").glob("*/children"):
+        for child in map(int, task.read_text().split()):
+            found += [child, *descendants(child)]
+    return found
+
+
+def state(pid: int) -> str:
+    try:
+        return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0]
+    except OSError:
+        return "Z"

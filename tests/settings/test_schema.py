@@ -29,6 +29,7 @@ class Outer:
     name: str = setting("what it is called")
     flag: bool = setting("whether")
     mode: Literal["fast", "exact"] = setting("which way")
+    sign: Literal[1, -1] = setting("which sign")
     edges: tuple[float, ...] = setting("edges, rising", above=0)
     pair: tuple[int, int] = setting("two of them")
     shape: Round | Square = setting("its shape")
@@ -44,6 +45,7 @@ GOOD: dict[str, Any] = {
     "name": "cup",
     "flag": True,
     "mode": "fast",
+    "sign": -1,
     "edges": [1, 2.5],
     "pair": [3, 4],
     "shape": {"kind": "round", "radius_m": 1},
@@ -70,6 +72,7 @@ def test_whole_numbers_become_floats_and_lists_tuples() -> None:
         ({"name": 3}, "'outer.name' must be text, not 3"),
         ({"flag": 1}, "'outer.flag' must be true or false, not 1"),
         ({"mode": "fst"}, "'outer.mode' is 'fst'; allowed: fast, exact, did you mean 'fast'?"),
+        ({"sign": True}, "'outer.sign' is True; allowed: 1, -1"),
         ({"edges": [2, 1]}, "'outer.edges' must rise, not [2.0, 1.0]"),
         ({"edges": [1, -1]}, "'outer.edges[1]' is -1.0; allowed: above 0"),
         ({"edges": 3}, "'outer.edges' must be a list like [a, b], not 3"),
@@ -81,6 +84,7 @@ def test_whole_numbers_become_floats_and_lists_tuples() -> None:
         ({"shape": {"kind": "round"}}, "missing key 'outer.shape.radius_m': radius [m]"),
         ({"shape": {"kind": "round", "radius_m": 0}}, "'outer.shape.radius_m' is 0.0; allowed: above 0 and at most 2"),
         ({"shape": 3}, "'outer.shape.kind' is 3"),
+        ({"shape": ["round"]}, "'outer.shape.kind' is ['round']; allowed: round, square"),
     ],
 )
 def test_what_does_not_fit_is_named_with_what_is_allowed(change: dict[str, Any], message: str) -> None:

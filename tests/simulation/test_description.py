@@ -51,6 +51,14 @@ def test_binary_rubbish_is_refused(tmp_path: Path, rubbish: bytes) -> None:
         ('velocity="0.994838" effort="232"', 'effort="232"', "joint 's1': has no usable velocity limit"),
         ('lower="-2.391101"', 'lower="3"', "joint 'e1': has a lower limit that is not below"),
         ('<joint name="w1" type="revolute">', '<joint name="w1" type="planar">', "joint 'w1': is of type 'planar'"),
+        ('<joint name="s2"', '<joint name="s1"', "has 2 joints called 's1'"),
+        ('<joint name="s2"', "<joint", "has a joint without a name"),
+        ('<link name="link_s2">', '<link name="link_s1">', "has 2 links called 'link_s1'"),
+        ('<origin xyz="0 0 0.317"/>', '<origin xyz="a b c"/>', "joint 's1': has <origin xyz='a b c'>; give 3 numbers"),
+        ('<origin xyz="0 0 0.317"/>', '<origin rpy="0 0"/>', "joint 's1': has <origin rpy='0 0'>; give 3 numbers"),
+        ('<axis xyz="0 0 1"/>', '<axis xyz="0 0 0"/>', "joint 's1': has an axis without direction"),
+        ('ixx="0.057050"', 'ixx="many"', "link 'link_s1': has <inertia ixx='many'>; give one number"),
+        ('ixx="0.057050"', 'ixx="-1"', "link 'link_s1': has no positive ixx"),
         (
             '<link name="flange">',
             '<link name="flange"><visual><geometry><mesh filename="flange.stl"/></geometry></visual>',
@@ -71,6 +79,10 @@ def test_a_tip_that_does_not_exist_is_refused_with_those_that_do(tmp_path: Path)
     message = str(_refusal(tmp_path, GOOD, "tool0"))
     assert "has no link 'tool0'" in message
     assert "flange" in message
+
+
+def test_a_urdf_without_links_is_refused(tmp_path: Path) -> None:
+    assert "has no links" in str(_refusal(tmp_path, '<robot name="nothing"/>'))
 
 
 def test_a_tip_that_nothing_moves_is_refused(tmp_path: Path) -> None:

@@ -14,6 +14,9 @@ from kendama_cli.settings.capture import FileCapture, PlausibleSettings
 MIN_SAMPLES = 10
 """Fewer cannot show a swing."""
 
+MAX_SAMPLES = 100_000
+"""More than a minute at 1 kHz is a whole session, or a wrong time unit, and would be smoothed for minutes."""
+
 
 @dataclass(frozen=True)
 class Recording:
@@ -48,6 +51,13 @@ def _check_length(recording: Recording) -> None:
             recording.path,
             f"{rows}; a demonstration needs at least {MIN_SAMPLES}",
             remedy="give a file that holds a whole swing, and look at capture.first_row and capture.last_row",
+        )
+
+    if count > MAX_SAMPLES:
+        raise InputError(
+            recording.path,
+            f"{count} samples; a demonstration is one swing of at most {MAX_SAMPLES}",
+            remedy="cut the swing out with capture.first_row and capture.last_row, or record at a lower rate",
         )
 
 

@@ -81,7 +81,7 @@ def _split(text: str, settings: FileCapture) -> list[Row]:
     ]
     lines = list(itertools.dropwhile(lambda numbered: not numbered[1].strip(), lines))
     delimiter = _delimiter(lines, settings.delimiter)
-    return [Row(number, tuple(line.split(delimiter))) for number, line in lines]
+    return [Row(number, tuple(cell.strip().strip('"') for cell in line.split(delimiter))) for number, line in lines]
 
 
 def _delimiter(lines: Sequence[tuple[int, str]], declared: str) -> str | None:
@@ -102,6 +102,13 @@ def _rows(path: str, rows: Sequence[Row], settings: FileCapture) -> Rows:
     if header is None:
         first = next((i for i, row in enumerate(rows) if _all_numbers(row)), len(rows))
         header = next((i + 1 for i in range(first - 1, -1, -1) if _no_number(rows[i])), 0)
+        if header == len(rows) > 1:
+            raise InputError(
+                path,
+                f"none of its {header} rows holds a number",
+                where=f"line {rows[-1].line} has the cells {', '.join(repr(cell) for cell in rows[-1].cells)[:80]}",
+                remedy="look at capture.delimiter; decimals are written with a point",
+            )
     data = list(rows[header:])
     while data and not any(cell.strip() for cell in data[-1].cells):
         data.pop()
@@ -139,7 +146,7 @@ def _index(path: str, header: Sequence[Row], axis: str, column: int | str, base:
     key = f"capture.columns.{axis}"
     if not header:
         raise InputError(path, f"no header row, but {key} is the name '{column}'", remedy=f"set {key} to a number")
-    names = [cell.strip().strip('"') for cell in header[-1].cells]
+    names = [cell.strip() for cell in header[-1].cells]
     if names.count(column) != 1:
         found = f"{names.count(column)} columns" if column in names else "no column"
         listed = ", ".join(name for name in names if name)
@@ -170,7 +177,7 @@ def _numbers(path: str, rows: Rows, axis: str, column: int | str, settings: File
                 where=where,
                 remedy=f"look at capture.columns.{axis} and capture.delimiter",
             )
-        cell = row.cells[index].strip().strip('"')
+        cell = row.cells[index].strip()
         value = _number(cell)
         if value is None or not np.isfinite(value):
             shown = "is empty" if not cell else f"'{cell[:40]}' is not a finite number"

@@ -103,7 +103,7 @@ class _Twin:
 def _twin_process(hardware: TwinHardware, robot: RobotSettings, game: GameSettings) -> Iterator[_Twin]:
     with tempfile.TemporaryFile() as complaints:
         process = subprocess.Popen(
-            [sys.executable, "-m", "kendama_cli.blocks.robot.twin_process"],
+            [sys.executable, "-P", "-m", "kendama_cli.blocks.robot.twin_process"],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=complaints,

@@ -77,6 +77,21 @@ def test_a_missing_column(tmp_path):
     assert "capture.columns.z" in message
 
 
+def test_a_recording_of_hours_is_refused_before_the_work_of_smoothing_it(tmp_path):
+    rows = [f"{i * 0.01:.2f},0.1,0.0,0.1" for i in range(100_001)]
+    message = refusal(write(tmp_path / "a.csv", [csv_lines()[0], *rows]))
+    assert "100001 samples; a demonstration is one swing of at most 100000" in message
+    assert "capture.first_row" in message
+
+
+def test_decimal_commas_are_told_by_the_cells_that_are_no_numbers(tmp_path):
+    lines = [line.replace(",", ";").replace(".", ",") for line in csv_lines()]
+    message = refusal(write(tmp_path / "a.csv", lines))
+    assert "line 202 has the cells '2,000', " in message
+    assert "none of its 202 rows holds a number" in message
+    assert "decimals are written with a point" in message
+
+
 def test_a_row_cut_short(tmp_path):
     assert "line 30, column z_m: missing: the row has 3 cells" in refusal(edited(tmp_path, 30, "0.280,0.1,0.0"))
 

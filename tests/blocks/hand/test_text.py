@@ -82,6 +82,11 @@ def test_comments_bom_crlf_quotes_and_trailing_blank_lines(tmp_path):
     assert same(read(file))
 
 
+def test_numbers_in_quotes_as_spreadsheets_write_them(tmp_path):
+    quoted = [",".join(f'"{cell}"' for cell in line.split(",")) for line in csv_lines()]
+    assert same(read(write(tmp_path / "a.csv", quoted)))
+
+
 def test_several_header_rows_are_found_as_motion_capture_writes_them(tmp_path):
     lines = ["NO_OF_FRAMES,201", "FREQUENCY,100", "", "MARKERS,a,b", *csv_lines()]
     assert same(read(write(tmp_path / "a.csv", lines)))

@@ -1,0 +1,153 @@
+"""The main job as a user runs it: from an empty folder, on the bundled demonstrations, to a report."""
+
+from __future__ import annotations
+
+import json
+import re
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from tests.toy_project import artifact_bytes, statuses
+
+ROOT = Path(__file__).resolve().parents[1]
+
+METRICS = {
+    "capture": {"n_demonstrations", "sample_rate_hz", "duration_s", "peak_speed_m_s"},
+    "encode": {"n_parameters", "rmse_mm", "max_error_mm"},
+    "adapt": {"caught", "tau_scale", "rollouts", "success_rate"},
+    "learn": {"learned", "rollouts_to_learn", "frozen_success_rate", "swings"},
+    "predict": {"position_error_mm_p50", "position_error_mm_p95", "time_error_ms_p50", "horizon_ms"},
+    "transfer": {
+        "rollouts",
+        "success_rate_before",
+        "success_rate_after",
+        "imitation_caught",
+        "games",
+        "caught_rate",
+        "missed_packets",
+    },
+}
+
+
+def command(*arguments: str) -> list[str]:
+    return [sys.executable, "-m", "kendama_cli.cli.main", *arguments]
+
+
+def kendama(folder: Path, *arguments: str) -> str:
+    done = subprocess.run(command(*arguments), cwd=folder, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    return done.stdout
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return tmp_path_factory.mktemp("game")
+
+
+@pytest.fixture(scope="module")
+def whole(folder: Path) -> dict[str, Any]:
+    """The document of the main job."""
+    return dict(json.loads(kendama(folder, "run", "--json")))
+
+
+def metrics(document: dict[str, Any], stage: str) -> dict[str, Any]:
+    return next(item["metrics"] for item in document["stages"] if item["name"] == stage)
+
+
+@pytest.mark.timeout(600)
+def test_all_six_stages_run_and_tell_the_promised_metrics(whole: dict[str, Any]) -> None:
+    assert statuses(whole) == dict.fromkeys(METRICS, "ran")
+    for stage, names in METRICS.items():
+        assert names <= set(metrics(whole, stage)), stage
+
+
+def test_the_arm_catches_and_the_swing_up_is_learned_and_played(whole: dict[str, Any]) -> None:
+    assert metrics(whole, "capture")["n_demonstrations"] >= 10
+    assert metrics(whole, "encode")["n_parameters"] == 22
+    assert metrics(whole, "adapt")["caught"] is True
+    assert metrics(whole, "adapt")["success_rate"] >= 0.9
+    assert metrics(whole, "learn")["learned"] is True
+    assert metrics(whole, "transfer")["imitation_caught"] is True
+    assert metrics(whole, "transfer")["games"] >= 10
+    assert metrics(whole, "transfer")["caught_rate"] >= 0.8
+    assert metrics(whole, "transfer")["missed_packets"] == 0
+
+
+def test_with_nothing_to_do_everything_is_cached_and_nothing_heavy_is_imported(
+    whole: dict[str, Any], folder: Path
+) -> None:
+    probe = (
+        "import sys; from kendama_cli.cli.main import main; code = main(['run', '--json']);"
+        "heavy = {'hydra', 'omegaconf', 'pandas', 'cv2', 'dartpy', 'numba', 'numpy', 'scipy'} & set(sys.modules);"
+        "print(code, sorted(heavy), file=sys.stderr)"
+    )
+    done = subprocess.run([sys.executable, "-c", probe], cwd=folder, capture_output=True, text=True, check=True)
+    assert set(statuses(json.loads(done.stdout)).values()) == {"cached"}
+    assert done.stderr.splitlines()[-1] == "0 []"
+
+
+def test_two_reports_of_one_run_are_the_same_and_load_nothing(whole: dict[str, Any], folder: Path) -> None:
+    for name in ("one.html", "two.html"):
+        kendama(folder, "report", whole["run"], "-o", name)
+    page = (folder / "one.html").read_bytes()
+    assert page == (folder / "two.html").read_bytes()
+    text = page.decode()
+    for heading in ("Demonstration", "Movement primitive", "Adaptation", "Reward per rollout", "Catch prediction"):
+        assert heading in text
+    assert not re.findall(r"(?:src|href)=[\"']https?://", text)
+
+
+def test_the_readme_documents_every_channel_that_is_logged(whole: dict[str, Any], folder: Path) -> None:
+    documented = set(re.findall(r"`(/[a-z_/<>]+)`", (ROOT / "README.md").read_text()))
+    logged = set()
+    for stage in whole["stages"]:
+        facts = json.loads(kendama(folder, "log", "info", "--json", f"{stage['artifact']}/log.mcap"))
+        logged |= {re.sub(r"^(/predict/image/).+", r"\1<camera>", channel["topic"]) for channel in facts["channels"]}
+    assert len(logged) > 20
+    assert logged == documented
+
+
+def test_a_log_becomes_a_table(whole: dict[str, Any], folder: Path) -> None:
+    import pandas as pd  # noqa: PLC0415
+
+    log = next(stage["artifact"] for stage in whole["stages"] if stage["name"] == "learn") + "/log.mcap"
+    for name in ("rollouts.parquet", "rollouts.csv"):
+        kendama(folder, "log", "export", log, "-o", name, "--topic", "/learn/rollout")
+    tables = [pd.read_parquet(folder / "rollouts.parquet"), pd.read_csv(folder / "rollouts.csv")]
+    assert len(tables[0]) == len(tables[1]) == metrics(whole, "learn")["rollouts"]
+    assert tables[0]["reward"].tolist() == pytest.approx(tables[1]["reward"].tolist())
+
+
+@pytest.mark.timeout(600)
+def test_killed_in_adapt_and_again_in_transfer_it_ends_in_the_same_bytes(
+    whole: dict[str, Any], folder: Path, tmp_path: Path
+) -> None:
+    for stage in ("adapt", "transfer"):
+        process = subprocess.Popen(command("run"), cwd=tmp_path, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        deadline = time.monotonic() + 300
+        while not list(tmp_path.glob(f".kendama/checkpoints/{stage}/*/*.ckpt")):
+            assert process.poll() is None, f"ended before {stage} could be killed"
+            assert time.monotonic() < deadline
+            time.sleep(0.05)
+        process.send_signal(signal.SIGKILL)
+        process.wait()
+    resumed = json.loads(kendama(tmp_path, "run", "--json"))
+    assert statuses(resumed)["transfer"] == "ran"
+    assert artifact_bytes(resumed) == artifact_bytes(whole)
+    kendama(tmp_path, "cache", "verify")
+
+
+@pytest.mark.recording
+@pytest.mark.timeout(600)
+def test_a_persons_recorded_swing_ends_in_a_caught_ball(recordings: Path, tmp_path: Path) -> None:
+    path = recordings / "li-kendama" / "kendama1-20.txt"
+    arguments = ("run", "-p", "imitation", "--json", "capture=iiwa_kendama", f"capture.path={path}")
+    document = json.loads(kendama(tmp_path, *arguments))
+    assert metrics(document, "capture")["n_demonstrations"] == 1
+    assert metrics(document, "adapt")["caught"] is True
