@@ -3,35 +3,27 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
-from typing import Protocol
+from collections.abc import Callable, Generator
+from typing import TYPE_CHECKING, Protocol, cast
 
-from numpy.random import Generator
+import numpy as np
 
 from kendama_cli.errors import ConfigError
-from kendama_cli.learning.limiter import BrakingLimiter
+from kendama_cli.learning.policy import GreedyPolicy
 from kendama_cli.learning.reward import Ball, Flight, Goal, Landing, Outcome
+from kendama_cli.learning.sarsa import SarsaLearner
 from kendama_cli.learning.state import SwingState
 from kendama_cli.settings.game import GameSettings
-from kendama_cli.settings.learn import LearnSettings, LimitedWorkspace
+from kendama_cli.settings.learn import LearnSettings
 from kendama_cli.simulation.swing_dart import DartSwing
+from kendama_cli.simulation.swingup_rollout import TURN_RAD_S, Actor, Catch, RolloutNoise, SwingUpRollout
+from kendama_cli.simulation.workspace import limiter
 
-TURN_RAD_S = 0.5
-"""The ball's angular velocity from which it counts as swinging one way: a half-swing begins there."""
+if TYPE_CHECKING:
+    from kendama_cli.simulation.swing_stretches import Stretches
+
 FURTHEST_ERROR = 3.0
 """Errors of the acceleration are cut at this many standard deviations: an actuator does not brake by chance alone."""
-
-
-class Actor(Protocol):
-    """Chooses the cup's acceleration from readings; a learner or a frozen policy."""
-
-    @property
-    def next_look_s(self) -> float:
-        """No reading is needed before this time into the rollout."""
-
-    def act(self, state: SwingState, t_s: float) -> float:
-        """The cup's acceleration [m/s^2]."""
 
 
 class Swing(Protocol):
@@ -58,46 +50,10 @@ class Swing(Protocol):
         """Raises SimulationError where the numbers have left their domain."""
 
 
-ENGINES: dict[str, Callable[[GameSettings, float], Swing]] = {"dart": DartSwing}
 Watch = Callable[[float, Swing, float], None]
 """Called with the time, the engine and the cup's acceleration after every step that is watched."""
-
-
-@dataclass(frozen=True)
-class RolloutNoise:
-    """All that chance adds to one rollout, drawn beforehand: what is learned meanwhile does not change it."""
-
-    start_angle_rad: float
-    start_position_m: float
-    angle_rad: Sequence[float]
-    """Error of the angle's reading in each step."""
-    rate_rad_s: Sequence[float]
-    """Error of the rate's reading in each step."""
-    gain: Sequence[float]
-    """Factor on the acceleration of each action."""
-
-
-@dataclass(frozen=True)
-class SwingUpRollout:
-    """How a rollout went; ``final`` is the true state at its end.
-
-    ``half_swings`` counts the stretches in which the ball swings one way faster than 0.5 rad/s, the last one, which
-    reaches the goal, included.
-    """
-
-    outcome: Outcome
-    duration_s: float
-    peak_displacement_m: float
-    half_swings: int
-    final: SwingState
-
-
-@dataclass(frozen=True)
-class Catch:
-    """How the free flight after the goal went, without contact: distance of ball and cup at the rim plane."""
-
-    miss_m: float
-    duration_s: float
+Rolling = Generator[tuple[SwingState, float], tuple[float, float], SwingUpRollout]
+"""A rollout under way, see SwingUpEnvironment.rolling."""
 
 
 class SwingUpEnvironment:
@@ -121,30 +77,33 @@ class SwingUpEnvironment:
         self.n_steps = max(1, round(settings.rollout_s / settings.step_s))
         self.flight = Flight(game.rope.length_m, game.cup.depth_m, game.gravity_m_s2)
         self._goal = Goal(settings.goal, self.flight)
-        self._swing = ENGINES[settings.engine](game, settings.step_s)
-        workspace = settings.workspace
-        limited = isinstance(workspace, LimitedWorkspace)
-        largest = max(settings.largest_action_m_s2, settings.goal.catch_acceleration_m_s2)
-        self._limiter = BrakingLimiter(
-            half_width_m=workspace.half_width_m if limited else math.inf,
-            max_speed_m_s=workspace.max_speed_m_s,
-            braking_m_s2=workspace.braking_m_s2 if isinstance(workspace, LimitedWorkspace) else largest,
-            largest_m_s2=largest,
-            period_s=settings.step_s,
-        )
+        self._limiter = limiter(settings)
+        self._swing, self._stretches = self._engine(settings, game)
 
-    def noise(self, rng: Generator) -> RolloutNoise:
+    def _engine(self, settings: LearnSettings, game: GameSettings) -> tuple[Swing, Stretches | None]:
+        if settings.engine == "dart":
+            return DartSwing(game, settings.step_s), None
+        from kendama_cli.simulation.swing_stretches import Stretches  # noqa: PLC0415 - numba loads only where wanted
+
+        stretches = Stretches(settings, game, self._limiter)
+        return stretches.swing, stretches
+
+    def noise(self, rng: np.random.Generator) -> RolloutNoise:
         """Draw one rollout's noise at the levels of ``learn.noise``."""
         levels, n = self._settings.noise, self.n_steps
         start = rng.standard_normal(2).tolist()
         readings = rng.standard_normal((2, n))
         errors = rng.standard_normal(n).clip(-FURTHEST_ERROR, FURTHEST_ERROR)
+        angle_rad = math.radians(levels.angle_reading_deg) * readings[0]
+        rate_rad_s = levels.rate_reading_rad_s * readings[1]
+        gain = 1.0 + levels.acceleration * errors
+        compiled = self._stretches is not None  # compiled code reads arrays, a loop in Python lists, sooner
         return RolloutNoise(
             start_angle_rad=math.radians(levels.start_angle_deg) * start[0],
             start_position_m=levels.start_position_m * start[1],
-            angle_rad=(math.radians(levels.angle_reading_deg) * readings[0]).tolist(),
-            rate_rad_s=(levels.rate_reading_rad_s * readings[1]).tolist(),
-            gain=(1.0 + levels.acceleration * errors).tolist(),
+            angle_rad=angle_rad if compiled else angle_rad.tolist(),
+            rate_rad_s=rate_rad_s if compiled else rate_rad_s.tolist(),
+            gain=gain if compiled else gain.tolist(),
         )
 
     def silence(self) -> RolloutNoise:
@@ -154,7 +113,23 @@ class SwingUpEnvironment:
 
     def roll_out(self, actor: Actor, noise: RolloutNoise, watch: Watch | None = None) -> SwingUpRollout:
         """Let ``actor`` swing until the goal, the end of time or, where that ends it, the edge of the workspace."""
-        swing, step_s, limit, act = self._swing, self._step_s, self._limiter.limit, actor.act
+        if self._stretches is not None and watch is None and isinstance(actor, (SarsaLearner, GreedyPolicy)):
+            return self._stretches.roll_out(actor, noise)
+        rolling = self.rolling(noise, watch)
+        reading, t_s = next(rolling)
+        while True:
+            answer = (actor.act(reading, t_s), actor.next_look_s)
+            try:
+                reading, t_s = rolling.send(answer)
+            except StopIteration as end:
+                return cast(SwingUpRollout, end.value)
+
+    def rolling(self, noise: RolloutNoise, watch: Watch | None = None) -> Rolling:
+        """The same from inside out: yields each reading and its time, and is sent the answer.
+
+        The answer is the wanted acceleration and the time before which no further reading is needed.
+        """
+        swing, step_s, limit = self._swing, self._step_s, self._limiter.limit
         edge = self._settings.workspace.half_width_m
         ends_outside = self._settings.workspace.kind == "terminate"
         lowest = 0.0 if self._goal.nearest_rad >= 0.5 * math.pi else -math.inf
@@ -167,9 +142,9 @@ class SwingUpEnvironment:
             if t_s >= look_s:
                 angle = math.atan2(swing.across_m, -swing.above_m) + noise.angle_rad[k]
                 reading = SwingState(swing.x_m, swing.velocity_m_s, angle, rate(swing) + noise.rate_rad_s[k])
-                wanted = act(reading, t_s)
-                if actor.next_look_s != look_s:
-                    look_s, gain, decisions = actor.next_look_s, noise.gain[decisions], decisions + 1
+                wanted, next_look_s = yield reading, t_s
+                if next_look_s != look_s:
+                    look_s, gain, decisions = next_look_s, noise.gain[decisions], decisions + 1
             sent = limit(wanted, swing.x_m, swing.velocity_m_s) * gain
             swing.step(sent)
             if watch is not None:
@@ -202,6 +177,8 @@ class SwingUpEnvironment:
 
         The acceleration is planned anew in every step, within what the goal calls catchable and the workspace allows.
         """
+        if self._stretches is not None and watch is None:
+            return self._stretches.catch()
         swing, step_s = self._swing, self._step_s
         largest = self._settings.goal.catch_acceleration_m_s2
         landing = self._fall()

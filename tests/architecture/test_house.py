@@ -31,6 +31,8 @@ def test_imports_go_down_the_floors_only() -> None:
         ("rich", {"cli"}),
         ("cv2", {"vision", "blocks", "stages"}),
         ("matplotlib", {"report"}),
+        ("numba", {"simulation"}),
+        ("gymnasium", {"gym.py"}),
         ("socket", {"blocks", "pipeline"}),
         ("subprocess", {"blocks", "pipeline", "cli"}),
     ],

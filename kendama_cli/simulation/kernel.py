@@ -1,0 +1,321 @@
+"""The swing's dynamics, limiter, goal and bins as compiled code: the same operations in the same order as in DART.
+
+A swing is an array of eight numbers: places of cup x, ball x, ball z; their rates; the rope's last force on the ball
+along x and z. Nothing here is an idea of its own: ``step`` is DartSwing, ``limit`` BrakingLimiter, ``reached`` Goal,
+``row`` StateGrid, ``hold`` and ``fly`` the loops of SwingUpEnvironment; the tests hold each pair together bit for bit.
+All compiled code lives in this one file, because numba's cache of a function notices changes in its own file only.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+from numba import njit
+
+compiled = njit(cache=True, error_model="numpy")
+"""numba's cache lies beside this file or, where that cannot be written, in the user's cache folder."""
+Array = Any
+"""A numpy array of float64; compiled code takes no finer annotation."""
+
+DUE, GOAL, OUTSIDE, TIMEOUT = 0, 1, 2, 3
+"""How ``hold`` ends: a decision is due, or the rollout is over."""
+PEAK, HALF_SWINGS, TOWARDS = 0, 1, 2
+"""Places in a rollout's tally: largest |x|, half-swings, the direction (-1, 0, 1) of the present one."""
+
+
+class Physics(NamedTuple):
+    """Constants of the dynamics."""
+
+    step_s: float
+    weight_n: float
+    per_mass: float
+    length_m: float
+    stiffness_n_m: float
+    damping_n_s_m: float
+    drag_n_s_m: float
+    gravity_m_s2: float
+    rim_m: float
+
+
+class Limits(NamedTuple):
+    """What the cup may do, and where a rollout ends."""
+
+    half_width_m: float
+    max_speed_m_s: float
+    braking_m_s2: float
+    largest_m_s2: float
+    edge_m: float
+
+
+class Aim(NamedTuple):
+    """The goal."""
+
+    nearest_rad: float
+    farthest_rad: float
+    slowest_rad_s: float
+    fastest_rad_s: float
+    catchable: bool
+    landing_limit_m: float
+    catch_acceleration_m_s2: float
+    lowest_m: float
+    turn_rad_s: float
+
+
+class Bins(NamedTuple):
+    """The state's bins and the times between decisions."""
+
+    distance: bool
+    mirrored: bool
+    position: Array
+    velocity: Array
+    rate: Array
+    angles: int
+    per_rad: float
+    longest_s: float
+
+
+Moment = tuple[float, float, float, float, float, float, float, float]
+
+
+@compiled
+def _moved(s: Moment, command: float, p: Physics) -> Moment:
+    """One time step: v += h a, q += h v with the forces of the old state (semi-implicit Euler)."""
+    cup_x, ball_x, ball_z, cup_v, ball_vx, ball_vz, _, _ = s
+    across, across_rate = ball_x - cup_x, ball_vx - cup_v
+    push_x = -p.drag_n_s_m * (cup_v + across_rate)
+    push_z = -p.drag_n_s_m * ball_vz
+    square = across * across + ball_z * ball_z
+    length = math.sqrt(square)
+    pull = (
+        p.stiffness_n_m * (length - p.length_m) + p.damping_n_s_m * (across * across_rate + ball_z * ball_vz) / length
+    )
+    k = -pull / length if (square > p.length_m * p.length_m) & (pull > 0.0) else 0.0  # no branch: many at once
+    rope_x, rope_z = k * across, k * ball_z
+    push_x += rope_x
+    push_z += rope_z
+    cup_v += command * p.step_s
+    ball_vx += p.per_mass * push_x * p.step_s
+    ball_vz += p.per_mass * (push_z - p.weight_n) * p.step_s
+    cup_x += cup_v * p.step_s
+    ball_x += ball_vx * p.step_s
+    ball_z += ball_vz * p.step_s
+    return cup_x, ball_x, ball_z, cup_v, ball_vx, ball_vz, rope_x, rope_z
+
+
+@compiled
+def step(s: Array, command: float, p: Physics) -> None:
+    """Advance ``s`` by one time step."""
+    moved = _moved((s[0], s[1], s[2], s[3], s[4], s[5], s[6], s[7]), command, p)
+    s[0], s[1], s[2], s[3], s[4], s[5], s[6], s[7] = moved
+
+
+@compiled
+def turning(s: Array) -> float:
+    """The ball's angular velocity about the tie point [rad/s]."""
+    across, above = s[1] - s[0], s[2]
+    return float((above * -(s[4] - s[3]) + across * s[5]) / (across * across + above * above))
+
+
+@compiled
+def _highest(x_m: float, stop_m_s: float, h: float, w: Limits) -> float:
+    b = w.braking_m_s2
+    room = w.half_width_m - x_m - 0.5 * b * h * h
+    reach = b * h * b * h + 2.0 * b * room
+    if reach <= 0.0:
+        return -w.largest_m_s2
+    return (math.sqrt(reach) - b * h - stop_m_s) / h
+
+
+@compiled
+def limit(command: float, x_m: float, velocity_m_s: float, h: float, w: Limits) -> float:
+    """The acceleration nearest to ``command`` that keeps the cup inside (BrakingLimiter without a lag)."""
+    highest = min(_highest(x_m, velocity_m_s, h, w), (w.max_speed_m_s - velocity_m_s) / h)
+    lowest = -min(_highest(-x_m, -velocity_m_s, h, w), (w.max_speed_m_s + velocity_m_s) / h)
+    if command > highest:
+        return max(highest, -w.largest_m_s2)
+    return min(lowest, w.largest_m_s2) if command < lowest else command
+
+
+@compiled
+def reached(s: Array, p: Physics, aim: Aim) -> bool:  # noqa: PLR0911 - returns early, for it runs in every step
+    """Whether ``s`` is the goal."""
+    if s[2] < aim.lowest_m:
+        return False
+    phi, rate = math.atan2(s[1] - s[0], -s[2]), turning(s)
+    angle, away = (-phi, -rate) if phi < 0.0 else (phi, rate)
+    if not aim.nearest_rad <= angle <= aim.farthest_rad:
+        return False
+    if not aim.slowest_rad_s <= away <= aim.fastest_rad_s:
+        return False
+    if not aim.catchable:
+        return True
+    sine, cosine, speed = math.sin(phi), math.cos(phi), p.length_m * rate
+    time_s = _fall_s(-p.length_m * cosine, speed * sine, p)
+    if time_s <= 0.0:
+        return False
+    apart = p.length_m * sine + speed * cosine * time_s
+    landing = s[0] + s[3] * time_s + apart
+    if abs(landing) > aim.landing_limit_m:
+        return False
+    return abs(2.0 * apart / (time_s * time_s)) <= aim.catch_acceleration_m_s2
+
+
+@compiled
+def _fall_s(above_m: float, above_m_s: float, p: Physics) -> float:
+    root = above_m_s * above_m_s + 2.0 * p.gravity_m_s2 * (above_m - p.rim_m)
+    return -1.0 if root <= 0.0 else (above_m_s + math.sqrt(root)) / p.gravity_m_s2
+
+
+@compiled
+def _bin(edges: Array, value: float) -> int:
+    n = 0
+    while n < edges.size and edges[n] <= value:
+        n += 1
+    return n
+
+
+@compiled
+def row(x_m: float, velocity_m_s: float, angle_rad: float, rate_rad_s: float, bins: Bins) -> int:
+    """Row and side of the table for a reading (StateGrid.place)."""
+    place = 0
+    if bins.mirrored and x_m < 0.0:
+        x_m, velocity_m_s, angle_rad, rate_rad_s = -x_m, -velocity_m_s, -angle_rad, -rate_rad_s
+        place = bins.position.size + 1
+    place += _bin(bins.position, abs(x_m) if bins.distance else x_m)
+    place = place * (bins.velocity.size + 1) + _bin(bins.velocity, velocity_m_s)
+    place = place * bins.angles + math.floor(angle_rad * bins.per_rad + 0.5) % bins.angles
+    return int(place * (bins.rate.size + 1) + _bin(bins.rate, rate_rad_s))
+
+
+@compiled
+def _advance(  # noqa: PLR0917
+    s: Array, tally: Array, command: float, gain: float, p: Physics, w: Limits, aim: Aim
+) -> int:
+    step(s, limit(command, s[0], s[3], p.step_s, w) * gain, p)
+    x_m = abs(s[0])
+    if x_m > tally[PEAK]:
+        tally[PEAK] = x_m
+        if x_m > w.edge_m:
+            return OUTSIDE
+    rate = turning(s)
+    if rate * tally[TOWARDS] < aim.turn_rad_s and abs(rate) > aim.turn_rad_s:
+        tally[TOWARDS] = 1.0 if rate > 0.0 else -1.0
+        tally[HALF_SWINGS] += 1.0
+    return GOAL if reached(s, p, aim) else DUE
+
+
+@compiled
+def hold(  # noqa: PLR0917
+    s: Array,
+    tally: Array,
+    reading: Array,
+    errors: Array,
+    k: int,
+    command: float,
+    gain: float,
+    look_s: float,
+    constants: Array,
+    edges: Array,
+) -> tuple[int, int]:
+    """Hold ``command``, decided in step ``k`` on ``reading``, until the next decision is due; its step, and the end.
+
+    ``reading`` (cup x, its velocity, angle, rate) is overwritten by the one that makes the decision due: not before
+    ``look_s`` the first in another bin, or after the longest time. ``errors`` (2, steps) are those of angle and rate;
+    ``constants`` and ``edges`` are ``packed``, because tuples take longer to hand over than the steps take.
+    """
+    c = constants
+    p = Physics(c[0], c[1], c[2], c[3], c[4], c[5], c[6], c[7], c[8])
+    w = Limits(c[9], c[10], c[11], c[12], c[13])
+    aim = Aim(c[14], c[15], c[16], c[17], c[18] > 0.0, c[19], c[20], c[21], c[22])
+    n, m = int(c[25]), int(c[25]) + int(c[26])
+    bins = Bins(c[23] > 0.0, c[24] > 0.0, edges[:n], edges[n:m], edges[m:], int(c[27]), c[28], c[29])
+    angle_errors, rate_errors = errors
+    here = row(reading[0], reading[1], reading[2], reading[3], bins)
+    chosen_s = k * p.step_s
+    while True:
+        end = _advance(s, tally, command, gain, p, w, aim)
+        k += 1
+        if end != DUE:
+            return k, end
+        if k == angle_errors.size:
+            return k, TIMEOUT
+        t_s = k * p.step_s
+        if t_s >= look_s:
+            reading[0], reading[1] = s[0], s[3]
+            reading[2] = math.atan2(s[1] - s[0], -s[2]) + angle_errors[k]
+            reading[3] = turning(s) + rate_errors[k]
+            late = t_s - chosen_s >= bins.longest_s
+            if late or row(reading[0], reading[1], reading[2], reading[3], bins) != here:
+                return k, DUE
+
+
+@compiled
+def fly(s: Array, at_most: int, largest_m_s2: float, p: Physics, w: Limits) -> int:
+    """The free flight after the goal, the cup heading for the landing; the number of steps it took."""
+    steps = 0
+    while steps < at_most:
+        across, across_rate = s[1] - s[0], s[4] - s[3]
+        time_s = _fall_s(s[2], s[5], p)
+        if time_s <= 0.5 * p.step_s:
+            break
+        wanted = 2.0 * (across + across_rate * time_s) / (time_s * time_s)
+        wanted = max(-largest_m_s2, min(largest_m_s2, wanted))
+        step(s, limit(wanted, s[0], s[3], p.step_s, w), p)
+        steps += 1
+    return steps
+
+
+@compiled
+def play(swings: Array, commands: Array, steps: int, p: Physics) -> None:
+    """The bare dynamics of many swings (8, n), in place: hold each row of ``commands`` (m, n) for ``steps``."""
+    x, bx, bz, v, bvx, bvz, fx, fz = swings
+    for row in commands:
+        for _ in range(steps):
+            for i in range(row.size):
+                now = (x[i], bx[i], bz[i], v[i], bvx[i], bvz[i], fx[i], fz[i])
+                x[i], bx[i], bz[i], v[i], bvx[i], bvz[i], fx[i], fz[i] = _moved(now, row[i], p)
+
+
+@compiled
+def spread(  # noqa: PLR0917 - plain arrays, as compiled code takes them
+    swings: Array, tallies: Array, commands: Array, steps: Array, p: Physics, w: Limits, aim: Aim
+) -> tuple[Array, Array]:
+    """Hold commands[i] from swings[i] for steps[i], in place; for each how it ended and after how many steps."""
+    ends = np.zeros(len(swings), np.int64)
+    taken = steps.copy()
+    for i in range(len(swings)):
+        for k in range(steps[i]):
+            ends[i] = _advance(swings[i], tallies[i], commands[i], 1.0, p, w, aim)
+            if ends[i] != DUE:
+                taken[i] = k + 1
+                break
+    return ends, taken
+
+
+def packed(p: Physics, w: Limits, aim: Aim, bins: Bins) -> tuple[Array, Array]:
+    """All constants as ``hold`` takes them: one array of numbers, one of the bins' edges."""
+    sizes = (bins.distance, bins.mirrored, bins.position.size, bins.velocity.size)
+    numbers = np.array([*p, *w, *aim, *sizes, bins.angles, bins.per_rad, bins.longest_s], dtype=np.float64)
+    return numbers, np.concatenate([bins.position, bins.velocity, bins.rate])
+
+
+def _load() -> None:
+    """Compile, or read from numba's cache, all that a learning environment calls.
+
+    It happens on import, so that processes forked from one that has imported this module need not do it each.
+    """
+    p = Physics(0.002, 0.5, 20.0, 0.4, 2000.0, 2.0, 0.002, 9.81, 0.07)
+    w = Limits(0.4, 2.0, 7.0, 8.0, math.inf)
+    aim = Aim(2.0, 2.5, 1.0, 6.0, True, 0.4, 9.0, 0.0, 0.5)
+    bins = Bins(False, False, np.zeros(1), np.zeros(1), np.zeros(1), 18, 3.0, 0.1)
+    s, tally = np.array([0.0, 0.0, -0.4, 0.0, 0.0, 0.0, 0.0, 0.0]), np.zeros(3)
+    step(s, 0.0, p)
+    turning(s)
+    hold(s, tally, np.zeros(4), np.zeros((2, 2)), 0, 0.0, 1.0, 0.02, *packed(p, w, aim, bins))
+    fly(s, 1, 9.0, p, w)
+    spread(s[None].copy(), tally[None].copy(), np.zeros(1), np.ones(1, np.int64), p, w, aim)
+
+
+_load()
