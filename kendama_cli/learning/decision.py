@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-from kendama_cli.settings.learn import DecisionSettings
+from kendama_cli.learning.discretisation import StateGrid
+from kendama_cli.learning.state import SwingState
+from kendama_cli.settings.learn import LearnSettings
 
 NEVER_S = float("-inf")
 ROUNDING_S = 1e-9
 """Slack in comparing times, so that a period that is not a binary fraction does not cost a step."""
-
-
-def resting_column(actions_m_s2: tuple[float, ...]) -> int:
-    """The column of the smallest acceleration: what counts as the action before the first."""
-    return min(range(len(actions_m_s2)), key=lambda column: abs(actions_m_s2[column]))
 
 
 def greedy_column(values: list[float], previous: int) -> int:
@@ -21,25 +18,53 @@ def greedy_column(values: list[float], previous: int) -> int:
 
 
 class HeldAction:
-    """The action being held: its state's ``row`` (-1 before the first), its ``column``, and when to look again."""
+    """The action being held and when to look again.
 
-    __slots__ = ("_chosen_s", "_longest_s", "_shortest_s", "column", "next_look_s", "row")
+    ``action`` counts the cup's accelerations; ``row`` (-1 before the first choice) and ``column`` say where the value
+    of the choice stands in the table. Before the first choice the smallest acceleration counts as held.
+    """
 
-    def __init__(self, settings: DecisionSettings, column: int) -> None:
-        self._shortest_s = settings.shortest_s - ROUNDING_S
-        self._longest_s = settings.longest_s - ROUNDING_S
+    __slots__ = (
+        "_chosen_s",
+        "_grid",
+        "_last",
+        "_longest_s",
+        "_place",
+        "_shortest_s",
+        "action",
+        "column",
+        "next_look_s",
+        "row",
+    )
+
+    def __init__(self, settings: LearnSettings, grid: StateGrid) -> None:
+        actions = settings.actions_m_s2
+        self._grid = grid
+        self._last = len(actions) - 1
+        self._shortest_s = settings.decision.shortest_s - ROUNDING_S
+        self._longest_s = settings.decision.longest_s - ROUNDING_S
         self._chosen_s = NEVER_S
-        self.row = -1
-        self.column = column
+        self._place = -1
         self.next_look_s = NEVER_S
+        self.row = -1
+        self.action = self.column = min(range(len(actions)), key=lambda action: abs(actions[action]))
 
-    def due(self, row: int, t_s: float) -> bool:
-        """Whether a new action must be chosen in state ``row`` at ``t_s`` (not before ``next_look_s``)."""
-        return row != self.row or t_s - self._chosen_s >= self._longest_s
+    def due(self, state: SwingState, t_s: float) -> int | None:
+        """The row in which to choose anew at ``t_s`` (not before ``next_look_s``), or None to go on."""
+        place = self._grid.place(state)
+        if place == self._place and t_s - self._chosen_s < self._longest_s:
+            return None
+        self._place = place
+        return place % self._grid.n_states
 
-    def hold(self, row: int, column: int, t_s: float) -> None:
-        """Hold ``column``, chosen in ``row`` at ``t_s``."""
+    def mirrored(self, action: int) -> int:
+        """The column of ``action`` in the row that is due, or the action of a column: they mirror each other."""
+        return self._last - action if self._place >= self._grid.n_states else action
+
+    def hold(self, row: int, action: int, t_s: float) -> None:
+        """Hold ``action``, chosen in ``row`` at ``t_s``."""
         self.row = row
-        self.column = column
+        self.action = action
+        self.column = self.mirrored(action)
         self._chosen_s = t_s
         self.next_look_s = t_s + self._shortest_s

@@ -12,6 +12,7 @@ from kendama_cli.settings.learn import (
     EpsilonGreedyExploration,
     HarmonicExploration,
     LearnSettings,
+    LimitedWorkspace,
     ScheduleSettings,
 )
 
@@ -23,7 +24,10 @@ class Explorer(Protocol):
     """What one exploring rollout tries."""
 
     def action(self, t_s: float, state: SwingState, greedy: int) -> int:
-        """The column to choose at ``t_s`` into the rollout, where the table itself would choose ``greedy``."""
+        """The action to choose at ``t_s`` into the rollout, where the table itself would choose ``greedy``."""
+
+    def chances(self, greedy: int) -> list[float] | None:
+        """The probability of each action where the table would choose ``greedy``; None where chance plays no part."""
 
 
 def explores(settings: ScheduleSettings, *, succeeded_ever: bool, greedy_failed: bool, rng: Generator) -> bool:
@@ -41,13 +45,15 @@ class Harmonic:
     """A harmonic drives the cup over a whole rollout (PAPER.md, Reinforcement).
 
     Either its acceleration a = A cos(w t + phase) itself, or its place x = A cos(w t + phase), which the acceleration
-    x'' + 2 c (x' - v) + c^2 (x - x_cup) follows; the action nearest to that acceleration is chosen.
+    x'' + 2 c (x' - v) + c^2 (x - x_cup) follows; the action nearest to that acceleration is chosen. A harmonic
+    acceleration drifts out of a workspace that has no limiter, a harmonic place does not.
     """
 
     def __init__(self, settings: HarmonicExploration, learn: LearnSettings, rng: Generator) -> None:
         self._actions = learn.actions_m_s2
         self._largest = learn.largest_action_m_s2
-        self._follows_place = settings.drives == "position"
+        limited = isinstance(learn.workspace, LimitedWorkspace)
+        self._follows_place = not limited if settings.drives == "suited" else settings.drives == "position"
         scale = learn.workspace.half_width_m if self._follows_place else self._largest
         self._frequency = rng.uniform(*settings.band_rad_s)
         self._amplitude = scale * rng.uniform(*settings.amplitude)
@@ -68,7 +74,11 @@ class Harmonic:
             wanted = -w * w * wanted + 2.0 * FOLLOWING_PER_S * (speed - state.velocity_m_s) + FOLLOWING_PER_S**2 * ahead
         if self._bang_bang:
             wanted = math.copysign(self._largest, wanted)
-        return min(range(len(self._actions)), key=lambda column: abs(self._actions[column] - wanted))
+        return min(range(len(self._actions)), key=lambda action: abs(self._actions[action] - wanted))
+
+    def chances(self, greedy: int) -> None:
+        """Once it is drawn, a harmonic leaves nothing to chance."""
+        return
 
 
 class EpsilonGreedy:
@@ -80,10 +90,16 @@ class EpsilonGreedy:
         self._rng = rng
 
     def action(self, t_s: float, state: SwingState, greedy: int) -> int:
-        """The greedy column or, now and then, a random one; time and state play no part."""
+        """The greedy action or, now and then, a random one; time and state play no part."""
         if self._rng.random() < self._epsilon:
             return int(self._rng.integers(self._n))
         return greedy
+
+    def chances(self, greedy: int) -> list[float]:
+        """epsilon / n for each action, and 1 - epsilon more for the greedy one."""
+        chances = [self._epsilon / self._n] * self._n
+        chances[greedy] += 1.0 - self._epsilon
+        return chances
 
 
 def explorer(learn: LearnSettings, rollout: int, rng: Generator) -> Explorer:

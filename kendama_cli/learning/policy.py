@@ -8,7 +8,7 @@ import json
 import numpy as np
 
 from kendama_cli.artifacts.policy import Policy
-from kendama_cli.learning.decision import HeldAction, greedy_column, resting_column
+from kendama_cli.learning.decision import HeldAction, greedy_column
 from kendama_cli.learning.discretisation import StateGrid
 from kendama_cli.learning.state import SwingState
 from kendama_cli.settings.learn import LearnSettings
@@ -31,14 +31,12 @@ class GreedyPolicy:
         if policy.q.shape != wanted:
             raise ValueError(f"the table has shape {policy.q.shape}; the settings need {wanted}")
         self._table = np.asarray(policy.q).tolist()
-        self._actions = settings.actions_m_s2
-        self._decision = settings.decision
-        self._resting = resting_column(settings.actions_m_s2)
-        self._held = HeldAction(self._decision, self._resting)
+        self._settings = settings
+        self.begin_rollout()
 
     def begin_rollout(self) -> None:
         """Forget the last action; the next call of ``act`` chooses at once."""
-        self._held = HeldAction(self._decision, self._resting)
+        self._held = HeldAction(self._settings, self._grid)
 
     @property
     def next_look_s(self) -> float:
@@ -49,7 +47,8 @@ class GreedyPolicy:
         """The cup's acceleration [m/s^2] at ``t_s`` into the rollout."""
         held = self._held
         if t_s >= held.next_look_s:
-            row = self._grid.row(state)
-            if held.due(row, t_s):
-                held.hold(row, greedy_column(self._table[row], held.column), t_s)
-        return self._actions[held.column]
+            row = held.due(state, t_s)
+            if row is not None:
+                column = greedy_column(self._table[row], held.mirrored(held.action))
+                held.hold(row, held.mirrored(column), t_s)
+        return self._settings.actions_m_s2[held.action]

@@ -11,14 +11,15 @@ from numpy.random import Generator
 from numpy.typing import NDArray
 
 from kendama_cli.artifacts.policy import Policy
-from kendama_cli.learning.decision import HeldAction, greedy_column, resting_column
+from kendama_cli.learning.decision import HeldAction, greedy_column
 from kendama_cli.learning.discretisation import StateGrid
 from kendama_cli.learning.exploration import Explorer, explorer, explores
 from kendama_cli.learning.policy import learning_json
 from kendama_cli.learning.reward import Outcome, final_reward, step_reward
 from kendama_cli.learning.state import SwingState
 from kendama_cli.learning.statistics import LearningCount
-from kendama_cli.learning.temporal_difference import SarsaTable, Transition
+from kendama_cli.learning.temporal_difference import ValueTable
+from kendama_cli.learning.updates import Transition
 from kendama_cli.settings.learn import LearnSettings
 
 
@@ -34,7 +35,7 @@ class FinishedRollout:
 
 
 class SarsaLearner:
-    """SARSA(lambda) with decisions in time: ``begin_rollout``, ``act`` as often as there are readings, ``end_rollout``.
+    """SARSA(lambda) or another update: ``begin_rollout``, ``act`` as often as there are readings, ``end_rollout``.
 
     An action is held until the binned state changes, at least ``decision.shortest_s`` and at most
     ``decision.longest_s``; only these decisions are learned from. Between rollouts ``state()`` is all there is to
@@ -46,16 +47,22 @@ class SarsaLearner:
         self._grid = StateGrid(settings.grid)
         shape = (self._grid.n_states, len(settings.actions_m_s2))
         start = np.full(shape, settings.initial_q) if q is None else np.asarray(q, dtype=np.float64)
-        if start.shape != shape:
+        if start.shape[-2:] != shape:
             raise ValueError(f"the table has shape {start.shape}; the settings need {shape}")
-        self._table = SarsaTable(start, gamma=settings.gamma, trace_decay=settings.trace_decay, traces=settings.traces)
+        self._table = ValueTable(
+            start,
+            gamma=settings.gamma,
+            trace_decay=settings.trace_decay,
+            traces=settings.traces,
+            update=settings.update,
+        )
         self.count = LearningCount()
         self._succeeded_ever = q is not None
         self._greedy_failed = False
         self._explorer: Explorer | None = None
         self._alpha = settings.alpha
-        self._resting = resting_column(settings.actions_m_s2)
-        self._held = HeldAction(settings.decision, self._resting)
+        self._held = HeldAction(settings, self._grid)
+        self._chance: Generator | None = None
         self._reward = 0.0
         self._transitions: list[Transition] = []
 
@@ -69,9 +76,9 @@ class SarsaLearner:
         return learner
 
     def state(self) -> dict[str, Any]:
-        """The learner between two rollouts: the table and JSON values."""
+        """The learner between two rollouts: the table (both of them for double_sarsa) and JSON values."""
         return {
-            "q": self.q,
+            "q": self._table.tables,
             "count": dataclasses.asdict(self.count),
             "succeeded_ever": self._succeeded_ever,
             "greedy_failed": self._greedy_failed,
@@ -80,7 +87,7 @@ class SarsaLearner:
     @property
     def q(self) -> NDArray[np.float64]:
         """A copy of the table (states, actions)."""
-        return self._table.q.copy()
+        return np.array(self._table.q)
 
     @property
     def rollouts(self) -> int:
@@ -104,9 +111,11 @@ class SarsaLearner:
             settings.schedule, succeeded_ever=self._succeeded_ever, greedy_failed=self._greedy_failed, rng=rng
         )
         self._explorer = explorer(self._settings, self.rollouts, rng) if explore else None
-        self._alpha = self._settings.alpha / (1.0 + self.rollouts / self._settings.alpha_decay_rollouts)
+        fading = 1.0 + self.rollouts / self._settings.alpha_decay_rollouts
+        self._alpha = 0.0 if self.count.resting(self._settings.count) else self._settings.alpha / fading
+        self._chance = rng if self._settings.update == "double_sarsa" else None
         self._table.begin()
-        self._held = HeldAction(self._settings.decision, self._resting)
+        self._held = HeldAction(self._settings, self._grid)
         self._reward = 0.0
         self._transitions = []
 
@@ -119,34 +128,46 @@ class SarsaLearner:
         """The cup's acceleration [m/s^2] at ``t_s`` into the rollout."""
         held = self._held
         if t_s >= held.next_look_s:
-            row = self._grid.row(state)
-            if held.due(row, t_s):
-                column = greedy_column(self._table.q[row].tolist(), held.column)
-                if self._explorer is not None:
-                    column = self._explorer.action(t_s, state, column)
-                if held.row >= 0:
-                    self._learn(step_reward(self._settings.reward, state.x_m), row, column)
-                held.hold(row, column, t_s)
-        return self._settings.actions_m_s2[held.column]
+            row = held.due(state, t_s)
+            if row is not None:
+                self._choose(held, row, state, t_s)
+        return self._settings.actions_m_s2[held.action]
+
+    def _choose(self, held: HeldAction, row: int, state: SwingState, t_s: float) -> None:
+        action = held.mirrored(greedy_column(self._table.values(row), held.mirrored(held.action)))
+        chances = None
+        if self._explorer is not None:
+            chances = self._explorer.chances(action)
+            action = self._explorer.action(t_s, state, action)
+        if chances is not None and held.mirrored(0) != 0:
+            chances.reverse()
+        if held.row >= 0:
+            reward = step_reward(self._settings.reward, state.x_m)
+            self._learn(Transition(held.row, held.column, reward, row, held.mirrored(action), chances))
+        held.hold(row, action, t_s)
 
     def end_rollout(self, outcome: Outcome, state: SwingState) -> FinishedRollout:
         """Learn from the end of the rollout and count it; ``state`` is the last reading."""
         if self._held.row >= 0:
             rewards = self._settings.reward
-            self._learn(step_reward(rewards, state.x_m) + final_reward(rewards, outcome), None, None)
+            reward = step_reward(rewards, state.x_m) + final_reward(rewards, outcome)
+            self._learn(Transition(self._held.row, self._held.column, reward, None, None))
         actions = len(self._transitions)
-        for _ in range(self._settings.replay_passes):
+        for _ in range(self._settings.replay_passes if self._alpha else 0):
             self._table.begin()
             for transition in self._transitions:
-                self._table.update(transition, self._alpha)
+                self._table.update(transition, self._alpha, self._coin())
         success = outcome == "goal"
         self.count = self.count.after(explored=self.explored, success=success, settings=self._settings.count)
         self._succeeded_ever = self._succeeded_ever or success
         self._greedy_failed = not success and not self.explored
         return FinishedRollout(self.count.rollouts, self.explored, success, self._reward, actions)
 
-    def _learn(self, reward: float, next_row: int | None, next_column: int | None) -> None:
-        transition = Transition(self._held.row, self._held.column, reward, next_row, next_column)
-        self._table.update(transition, self._alpha)
+    def _learn(self, transition: Transition) -> None:
+        if self._alpha:
+            self._table.update(transition, self._alpha, self._coin())
         self._transitions.append(transition)
-        self._reward += reward
+        self._reward += transition.reward
+
+    def _coin(self) -> float:
+        return 0.0 if self._chance is None else self._chance.random()

@@ -3,8 +3,9 @@
 *Rollouts to learn* is the number of the first of ``streak`` (10) successes in a row by the greedy policy. Rollouts
 are counted from 1 and every rollout counts, exploring ones too; an exploring rollout neither adds to the row nor
 breaks it. After ``cap`` (1000) rollouts without such a row learning has failed, and the failure counts as the cap.
-Learning goes on up to ``settled`` successes in a row (or the cap) before the table is frozen; that does not change
-the figure.
+From the tenth success on the table rests: what it does without learning on the way is what it will do once frozen.
+Only after ``settled`` successes in a row (or at the cap) it is frozen; a failure before that wakes the learning again.
+That does not change the figure.
 """
 
 from __future__ import annotations
@@ -33,6 +34,10 @@ class LearningCount:
         row, began = count.row + 1, count.row_began or count.rollouts
         learned_at = began if count.learned_at is None and row >= settings.streak else count.learned_at
         return replace(count, row=row, row_began=began, learned_at=learned_at)
+
+    def resting(self, settings: CountSettings) -> bool:
+        """Whether the next rollout tests the table as it stands instead of teaching it."""
+        return self.row >= settings.streak
 
     def finished(self, settings: CountSettings) -> bool:
         """Whether there is nothing left to learn for: the row is long enough to settle, or the cap is reached."""

@@ -2,28 +2,54 @@
 
 Every law first fades all traces by gamma lambda, then marks the visited entry: *replacing* sets it to 1 (Singh and
 Sutton 1996; the paper's choice), *accumulating* adds 1, *dutch* adds 1 after shrinking it by 1 - alpha (van Seijen
-and Sutton 2014).
+and Sutton 2014), which together with a correction of the update makes it the online lambda-return exactly.
 """
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import Literal, Protocol
 
-import numpy as np
-from numpy.typing import NDArray
-
-Traces = Literal["replacing", "accumulating", "dutch"]
+TraceName = Literal["replacing", "accumulating", "dutch"]
 
 
-def visited(
-    traces: NDArray[np.float64], row: int, column: int, *, law: Traces, fading: float, alpha: float
-) -> NDArray[np.float64]:
-    """The traces (states, actions) after a visit of (row, column), with ``fading`` = gamma lambda."""
-    faded = traces * fading
-    if law == "replacing":
-        faded[row, column] = 1.0
-    elif law == "accumulating":
-        faded[row, column] += 1.0
-    else:
-        faded[row, column] += 1.0 - alpha * faded[row, column]
-    return faded
+class TraceLaw(Protocol):
+    """One of the laws."""
+
+    exact: bool
+    """Whether the update is corrected for how the visited value has changed since it was looked ahead to."""
+
+    def marked(self, faded: float, alpha: float) -> float:
+        """The trace of the visited entry, ``faded`` just now."""
+
+
+class Replacing:
+    """e = 1."""
+
+    exact = False
+
+    def marked(self, faded: float, alpha: float) -> float:
+        """1, however often it was visited before."""
+        return 1.0
+
+
+class Accumulating:
+    """e = e + 1."""
+
+    exact = False
+
+    def marked(self, faded: float, alpha: float) -> float:
+        """One more."""
+        return faded + 1.0
+
+
+class Dutch:
+    """e = (1 - alpha) e + 1."""
+
+    exact = True
+
+    def marked(self, faded: float, alpha: float) -> float:
+        """One more, less what the visit itself will teach."""
+        return faded + (1.0 - alpha * faded)
+
+
+TRACES: dict[TraceName, TraceLaw] = {"replacing": Replacing(), "accumulating": Accumulating(), "dutch": Dutch()}

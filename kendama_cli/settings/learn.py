@@ -21,8 +21,9 @@ def _check_rising(key: str, edges: Sequence[float]) -> None:
 class GridSettings:
     """How the plain state falls into bins: n edges cut a line into n + 1 bins, n equal bins cut the circle."""
 
-    position: Literal["side", "distance"] = setting(
-        "'side' bins the cup's position x, 'distance' bins |x| from the middle of the workspace"
+    position: Literal["side", "distance", "mirrored"] = setting(
+        "'side' bins the cup's position x, 'distance' bins |x| from the middle of the workspace, 'mirrored' bins |x| "
+        "and turns left and right about where x < 0"
     )
     position_edges_m: tuple[float, ...] = setting("edges between the bins of the cup's position [m]")
     velocity_edges_m_s: tuple[float, ...] = setting("edges between the bins of the cup's velocity [m/s]")
@@ -106,7 +107,10 @@ class HarmonicExploration:
     amplitude: tuple[float, float] = setting(
         "range of A as a fraction of the largest action, or of the workspace's half width", above=0
     )
-    drives: Literal["acceleration", "position"] = setting("what of the cup is the harmonic")
+    drives: Literal["acceleration", "position", "suited"] = setting(
+        "what of the cup is the harmonic; 'suited': the acceleration where a limiter keeps the cup inside, else the "
+        "position"
+    )
     phase: Literal["quarter", "any"] = setting("'quarter': +-pi/2, it starts from zero; 'any': uniform")
     bang_bang: bool = setting("whether only the sign of the wanted acceleration is kept, at the largest action")
 
@@ -194,11 +198,14 @@ class LearnSettings:
     workspace: WorkspaceSettings
     noise: NoiseSettings
     count: CountSettings
-    engine: Literal["dart"] = setting("what computes the dynamics")
+    engine: Literal["dart", "kernel"] = setting(
+        "what computes the dynamics: DART, or compiled code that gives the same numbers much faster"
+    )
     alpha: float = setting("learning rate of the first rollout", above=0, at_most=1)
     alpha_decay_rollouts: float = setting("rollouts after which the learning rate is halved", above=0)
     gamma: float = setting("discount from action to action", at_least=0, at_most=1)
     trace_decay: float = setting("lambda of the eligibility traces", at_least=0, at_most=1)
+    update: Literal["sarsa", "expected_sarsa", "q", "double_sarsa"] = setting("what a choice is told to be worth")
     traces: Literal["replacing", "accumulating", "dutch"] = setting("what a visit makes of a trace")
     initial_q: float = setting("value of every entry of the table before learning")
     replay_passes: int = setting("times that a finished rollout is gone through again", at_least=0)
@@ -212,6 +219,18 @@ class LearnSettings:
             raise ConfigError(
                 "actions_m_s2",
                 f"'actions_m_s2' is {list(self.actions_m_s2)}; allowed: at least one negative and one positive value",
+            )
+        if self.grid.position == "mirrored" and any(
+            low != -high for low, high in zip(self.actions_m_s2, reversed(self.actions_m_s2), strict=True)
+        ):
+            raise ConfigError(
+                "actions_m_s2",
+                f"'actions_m_s2' is {list(self.actions_m_s2)}; allowed where 'grid.position' is mirrored: with each "
+                "value its negative",
+            )
+        if self.update == "double_sarsa" and self.traces == "dutch":
+            raise ConfigError(
+                "traces", "'traces' is 'dutch'; allowed with update double_sarsa: replacing, accumulating"
             )
         weaker = min(-self.actions_m_s2[0], self.actions_m_s2[-1])
         if isinstance(self.workspace, LimitedWorkspace) and self.workspace.braking_m_s2 > weaker:

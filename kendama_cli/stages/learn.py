@@ -6,10 +6,13 @@ import statistics
 from collections.abc import Mapping
 from typing import Any
 
+import numpy as np
+
 from kendama_cli.learning.policy import GreedyPolicy
 from kendama_cli.learning.sarsa import SarsaLearner
 from kendama_cli.settings.game import GameSettings
 from kendama_cli.settings.learn import LearnSettings
+from kendama_cli.simulation.swing_bound import SwingBound, swing_bound
 from kendama_cli.simulation.swingup import Swing, SwingUpEnvironment
 from kendama_cli.stages.interface import Made, Metric, StageContext
 
@@ -25,21 +28,33 @@ class Learn:
         self._settings = learn
         self._game = game
 
+    def prepare(self) -> None:
+        """Search the bound, which is the same for every seed, and load the compiled code of the engine."""
+        swing_bound(self._settings, self._game)
+        environment = SwingUpEnvironment(self._settings, self._game)
+        learner = SarsaLearner(self._settings)
+        rng = np.random.default_rng(0)
+        learner.begin_rollout(rng)
+        environment.roll_out(learner, environment.noise(rng))
+        environment.catch(0.0)
+
     def run(self, given: Mapping[str, Any], ctx: StageContext) -> Made:
         """Learn by the counting rule of kendama_cli/learning/statistics.py, then evaluate the frozen table.
 
         ``rollouts_to_learn`` follows that rule. Over the evaluation's noisy rollouts ``frozen_success_rate`` is the
         share that reaches the goal, ``frozen_caught_rate`` the share whose flight also ends within the cup's mouth;
         ``swings`` (half-swings up to the goal) and ``time_to_goal_s`` are medians over the successes, and
-        ``peak_displacement_m`` is the largest of all. ``learned`` is false where the cap was reached; nothing is
-        raised then.
+        ``peak_displacement_m`` is the largest of all. ``time_to_goal_bound_s`` and ``swings_bound`` are what optimal
+        control needs without noise; ConfigError is raised where even that does not reach the goal. ``learned`` is
+        false where the cap was reached; nothing is raised then.
         """
+        bound = swing_bound(self._settings, self._game)
         environment = SwingUpEnvironment(self._settings, self._game)
         learner, tally = self._begin(ctx)
         self._train(environment, learner, tally, ctx)
         self._evaluate(environment, learner, tally, ctx)
         self._log_nominal(environment, learner, ctx)
-        return Made(learner.policy, self._metrics(learner, tally))
+        return Made(learner.policy, self._metrics(learner, tally, bound))
 
     def _begin(self, ctx: StageContext) -> tuple[SarsaLearner, dict[str, Any]]:
         saved = ctx.restore()
@@ -119,7 +134,7 @@ class Learn:
         if rollout.outcome == "goal":
             environment.catch(rollout.duration_s, watch)
 
-    def _metrics(self, learner: SarsaLearner, tally: Mapping[str, Any]) -> dict[str, Metric]:
+    def _metrics(self, learner: SarsaLearner, tally: Mapping[str, Any], bound: SwingBound) -> dict[str, Metric]:
         goals = tally["goals"]
         return {
             "learned": learner.count.learned,
@@ -129,6 +144,8 @@ class Learn:
             "frozen_caught_rate": tally["caught"] / tally["tried"],
             "swings": statistics.median(half_swings for half_swings, _ in goals) if goals else None,
             "time_to_goal_s": statistics.median(duration_s for _, duration_s in goals) if goals else None,
+            "time_to_goal_bound_s": bound.time_to_goal_s,
+            "swings_bound": bound.half_swings,
             "peak_displacement_m": tally["peak_m"],
             "simulated_s": tally["simulated_s"],
         }

@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+import copy
+import functools
 from pathlib import Path
 from typing import Any
 
 import yaml
+from hydra import compose, initialize_config_dir
+from omegaconf import OmegaConf
 
 from kendama_cli.settings.game import GameSettings
 from kendama_cli.settings.learn import LearnSettings
@@ -14,9 +18,16 @@ from kendama_cli.settings.schema import build
 CONF = Path(__file__).parents[2] / "conf"
 
 
-def learn_settings(name: str = "sarsa", **replaced: Any) -> LearnSettings:
-    """``conf/learn/<name>.yaml`` with ``grid__angle_bins=9`` standing for learn.grid.angle_bins=9."""
-    plain = yaml.safe_load((CONF / "learn" / f"{name}.yaml").read_text())
+@functools.cache
+def _composed(choices: tuple[str, ...]) -> dict[str, Any]:
+    with initialize_config_dir(str(CONF), version_base="1.3"):
+        plain: dict[str, Any] = OmegaConf.to_container(compose("config", overrides=list(choices)).learn, resolve=True)
+    return plain
+
+
+def learn_settings(name: str = "sarsa", *choices: str, **replaced: Any) -> LearnSettings:
+    """``learn=<name>`` and further ``choices``, with ``grid__angle_bins=9`` standing for learn.grid.angle_bins=9."""
+    plain = copy.deepcopy(_composed((f"learn={name}", *choices)))
     for key, value in replaced.items():
         *groups, last = key.split("__")
         place = plain

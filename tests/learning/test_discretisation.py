@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 import numpy as np
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -22,9 +23,13 @@ def test_the_default_grid_has_the_papers_324_states():
     assert grid.n_states == 324
 
 
-@given(STATE)
-def test_every_state_falls_into_exactly_one_row_and_the_row_tells_the_cell(state):
-    grid = StateGrid(learn_settings().grid)
+GRIDS = {name: StateGrid(learn_settings(name).grid) for name in ("sarsa", "terminate", "paper")}
+
+
+@pytest.mark.parametrize("name", GRIDS)
+@given(state=STATE)
+def test_every_state_falls_into_exactly_one_row_and_the_row_tells_the_cell(name, state):
+    grid = GRIDS[name]
     cell = grid.cell(state)
     assert all(0 <= bin_ < n for bin_, n in zip(cell, grid.shape, strict=True))
     assert grid.row(state) == np.ravel_multi_index(cell, grid.shape)
@@ -69,3 +74,18 @@ def test_distance_does_not_tell_the_sides_apart_and_side_does():
     left, right = SwingState(-0.3, 0, 0, 0), SwingState(0.3, 0, 0, 0)
     assert distance.row(left) == distance.row(right)
     assert side.row(left) != side.row(right)
+
+
+@given(STATE.filter(lambda state: state.x_m != 0.0))
+def test_a_mirrored_grid_gives_a_state_and_its_mirror_image_one_row_but_two_places(state):
+    grid = GRIDS["terminate"]
+    image = SwingState(*(-part for part in state))
+    assert grid.row(image) == grid.row(state)
+    assert abs(grid.place(image) - grid.place(state)) == grid.n_states
+
+
+def test_a_mirrored_grid_tells_outward_from_inward_and_far_from_near():
+    grid = StateGrid(learn_settings("terminate").grid)
+    outward, inward, near = (SwingState(x, v, 0.5, 2.0) for x, v in ((0.3, 0.9), (0.3, -0.9), (0.1, 0.9)))
+    assert len({grid.row(state) for state in (outward, inward, near)}) == 3
+    assert [grid.cell(state)[:2] for state in (outward, inward, near)] == [(1, 2), (1, 0), (0, 2)]

@@ -122,7 +122,10 @@ def test_epsilon_greedy_takes_other_than_greedy_actions_as_often_as_told():
     assert 700 < rest < 900
 
 
-def test_from_state_goes_on_bit_for_bit():
+@pytest.mark.parametrize("update", ["sarsa", "expected_sarsa", "q", "double_sarsa"])
+def test_from_state_goes_on_bit_for_bit(update):
+    settings = learn_settings(update=update)
+
     def rollouts(learner: SarsaLearner, rng: np.random.Generator, n: int) -> None:
         for k in range(n):
             learner.begin_rollout(rng)
@@ -130,13 +133,13 @@ def test_from_state_goes_on_bit_for_bit():
                 learner.act(SwingState(0.1 * step, 0.0, rng.normal(), 0.0), 0.1 * step)
             learner.end_rollout("goal" if k % 3 else "timeout", HANGING)
 
-    whole, rng = SarsaLearner(SETTINGS), np.random.default_rng(1)
+    whole, rng = SarsaLearner(settings), np.random.default_rng(1)
     rollouts(whole, rng, 8)
-    half, rng = SarsaLearner(SETTINGS), np.random.default_rng(1)
+    half, rng = SarsaLearner(settings), np.random.default_rng(1)
     rollouts(half, rng, 3)
     saved = half.state()
     table = saved.pop("q")
-    resumed = SarsaLearner.from_state(SETTINGS, {"q": table, **json.loads(json.dumps(saved))})
+    resumed = SarsaLearner.from_state(settings, {"q": table, **json.loads(json.dumps(saved))})
     for k in range(3, 8):
         resumed.begin_rollout(rng)
         for step in range(20):
@@ -144,6 +147,50 @@ def test_from_state_goes_on_bit_for_bit():
         resumed.end_rollout("goal" if k % 3 else "timeout", HANGING)
     np.testing.assert_array_equal(resumed.q, whole.q)
     assert resumed.count == whole.count
+
+
+def mirror(state: SwingState) -> SwingState:
+    return SwingState(*(-part for part in state))
+
+
+def test_on_a_mirrored_grid_the_mirror_image_is_answered_by_the_opposite_and_teaches_the_same():
+    settings = learn_settings("terminate", alpha=0.5)
+    rng = np.random.default_rng(4)
+    states = [SwingState(*rng.normal(0.0, (0.2, 0.5, 1.5, 3.0))) for _ in range(60)]
+    q = rng.normal(size=(324, 5))
+    here, there = SarsaLearner(settings, q=q), SarsaLearner(settings, q=q)
+    for learner in (here, there):
+        learner.begin_rollout(np.random.default_rng(0))
+    actions = [here.act(state, 0.02 * k) for k, state in enumerate(states)]
+    assert [there.act(mirror(state), 0.02 * k) for k, state in enumerate(states)] == [-action for action in actions]
+    assert len(set(actions)) == 5
+    here.end_rollout("goal", states[-1])
+    there.end_rollout("goal", mirror(states[-1]))
+    np.testing.assert_array_equal(there.q, here.q)
+    assert (here.q != q).any()
+
+
+def test_from_the_tenth_success_on_the_table_rests_until_a_failure_wakes_it():
+    learner = SarsaLearner(SETTINGS, q=np.zeros((324, 5)))
+    changed = []
+    for outcome in ["goal"] * 12 + ["timeout"] * 2:
+        before = learner.q
+        learner.begin_rollout(np.random.default_rng(0))
+        learner.act(HANGING, 0.0)
+        learner.end_rollout(outcome, HANGING)
+        changed.append(bool((learner.q != before).any()))
+    assert changed == [True] * 10 + [False] * 3 + [True]
+
+
+@pytest.mark.parametrize(("name", "driven"), [("sarsa", "acceleration"), ("terminate", "position")])
+def test_what_a_harmonic_drives_suits_the_workspace(name, driven):
+    def actions(drives: str) -> list[float]:
+        learner = SarsaLearner(learn_settings(name, exploration__drives=drives))
+        learner.begin_rollout(np.random.default_rng(3))
+        return [learner.act(SWUNG if k % 2 else HANGING, 0.02 * k) for k in range(100)]
+
+    other = {"acceleration": "position", "position": "acceleration"}[driven]
+    assert actions("suited") == actions(driven) != actions(other)
 
 
 def test_replay_changes_the_table_but_not_the_count():
@@ -204,6 +251,6 @@ def test_a_failure_counts_as_the_cap():
 
 
 def test_learning_ends_with_the_settled_row_or_at_the_cap():
-    assert not counted("g" * 29).finished(SETTINGS.count)
-    assert counted("g" * 30).finished(SETTINGS.count)
+    assert not counted("g" * 49).finished(SETTINGS.count)
+    assert counted("g" * 50).finished(SETTINGS.count)
     assert counted("f" * 1000).finished(SETTINGS.count)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import dataclasses
+
 import pytest
 
 from kendama_cli.errors import ConfigError
@@ -27,6 +29,15 @@ WRONG = [
     ({"count__cap": 5}, "'learn.count.cap' is 5; allowed: at least streak, which is 10"),
     ({"count__settled": 5}, "'learn.count.settled' is 5; allowed: at least streak, which is 10"),
     ({"traces": "replaced"}, "'learn.traces' is 'replaced'; allowed: replacing, accumulating, dutch"),
+    ({"update": "sarsaa"}, "'learn.update' is 'sarsaa'; allowed: sarsa, expected_sarsa, q, double_sarsa, did you mean"),
+    (
+        {"update": "double_sarsa", "traces": "dutch"},
+        "'learn.traces' is 'dutch'; allowed with update double_sarsa: replacing, accumulating",
+    ),
+    (
+        {"grid__position": "mirrored", "actions_m_s2": [-8.0, -4.0, 0.0, 4.0, 7.0]},
+        "'learn.actions_m_s2' is [-8.0, -4.0, 0.0, 4.0, 7.0]; allowed where 'grid.position' is mirrored: with each",
+    ),
     ({"alph": 0.5}, "unknown key 'learn.alph', did you mean 'learn.alpha'?"),
 ]
 
@@ -43,3 +54,16 @@ def test_a_wrong_value_is_told_with_its_key_and_what_is_allowed(replaced, messag
 @pytest.mark.parametrize("name", ["sarsa", "terminate", "paper"])
 def test_the_shipped_settings_are_sound(name):
     assert len(learn_settings(name).actions_m_s2) == 5
+
+
+def test_the_workspace_is_a_choice_of_its_own_that_brings_its_bins_along():
+    assert learn_settings("sarsa", "learn/workspace=terminate") == learn_settings("terminate")
+    assert learn_settings("terminate", "learn/workspace=limit") == learn_settings("sarsa")
+
+
+def test_the_exploration_is_a_choice_of_its_own_in_either_workspace():
+    for name in ("sarsa", "terminate"):
+        plain, other = learn_settings(name), learn_settings(name, "learn/exploration=epsilon_greedy")
+        assert plain.exploration.kind == "harmonic"
+        assert other.exploration.kind == "epsilon_greedy"
+        assert dataclasses.replace(other, exploration=plain.exploration) == plain

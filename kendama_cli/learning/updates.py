@@ -1,0 +1,100 @@
+"""Updates: what a choice is told to be worth, once it is known where it led and what is chosen there.
+
+Every update moves Q(s, a) toward r + gamma V, and they differ in V alone (Sutton and Barto, 2nd edition, chapter 6):
+
+    sarsa           V = Q(s', a')                     the action chosen there
+    expected_sarsa  V = sum_b pi(b | s') Q(s', b)     what the behaviour chooses on average
+    q               V = max_b Q(s', b)                Watkins: traces end where the choice is not the best
+    double_sarsa    V = Q2(s', a')                    a coin draws which of two tables learns from the other
+
+A drawn harmonic chooses without chance, and so does the greedy policy: there expected_sarsa is sarsa.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Literal, NamedTuple, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+UpdateName = Literal["sarsa", "expected_sarsa", "q", "double_sarsa"]
+
+
+class Transition(NamedTuple):
+    """One choice and what came of it; ``next_row`` is None where the rollout ended.
+
+    ``chances`` are the probabilities of the next columns; None where ``next_column`` was certain.
+    """
+
+    row: int
+    column: int
+    reward: float
+    next_row: int | None
+    next_column: int | None
+    chances: Sequence[float] | None = None
+
+
+class Update(Protocol):
+    """One line of the table above."""
+
+    tables: int
+
+    def ahead(self, q: NDArray[np.float64], transition: Transition) -> float:
+        """V from the table ``q`` for a transition that has a next row."""
+
+    def goes_on(self, q: NDArray[np.float64], transition: Transition) -> bool:
+        """Whether earlier choices have a share in what comes after this transition."""
+
+
+class Sarsa:
+    """V = Q(s', a')."""
+
+    tables = 1
+
+    def ahead(self, q: NDArray[np.float64], transition: Transition) -> float:
+        """The value of the action chosen next."""
+        return float(q[transition.next_row, transition.next_column])
+
+    def goes_on(self, q: NDArray[np.float64], transition: Transition) -> bool:
+        """On-policy: always."""
+        return True
+
+
+class DoubleSarsa(Sarsa):
+    """V = Q2(s', a'): ``ahead`` is given the other of two tables."""
+
+    tables = 2
+
+
+class ExpectedSarsa(Sarsa):
+    """V = sum_b pi(b | s') Q(s', b)."""
+
+    def ahead(self, q: NDArray[np.float64], transition: Transition) -> float:
+        """The mean value of the next action."""
+        if transition.chances is None:
+            return super().ahead(q, transition)
+        return float(np.dot(transition.chances, q[transition.next_row]))
+
+
+class WatkinsQ:
+    """V = max_b Q(s', b)."""
+
+    tables = 1
+
+    def ahead(self, q: NDArray[np.float64], transition: Transition) -> float:
+        """The largest value in the next row."""
+        return float(q[transition.next_row].max())
+
+    def goes_on(self, q: NDArray[np.float64], transition: Transition) -> bool:
+        """Only along greedy choices."""
+        row = q[transition.next_row]
+        return bool(row[transition.next_column] == row.max())
+
+
+UPDATES: dict[UpdateName, Update] = {
+    "sarsa": Sarsa(),
+    "expected_sarsa": ExpectedSarsa(),
+    "q": WatkinsQ(),
+    "double_sarsa": DoubleSarsa(),
+}
