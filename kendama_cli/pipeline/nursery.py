@@ -8,7 +8,6 @@ as good as a new interpreter.
 from __future__ import annotations
 
 import contextlib
-import importlib
 import json
 import os
 import signal
@@ -16,7 +15,7 @@ import socket
 import sys
 
 from kendama_cli.errors import KendamaError
-from kendama_cli.pipeline.worker import end_with_parent, work
+from kendama_cli.pipeline.worker import end_with_parent, make_stage, work
 
 REQUEST_BYTES = 1 << 20
 
@@ -33,7 +32,9 @@ def main() -> int:
             return 0
         request = json.loads(data)
         with contextlib.suppress(ImportError, KendamaError):  # the worker meets it again, and tells
-            importlib.import_module(str(request["target"]).partition(":")[0])
+            stage, _ = make_stage(request)
+            if hasattr(stage, "prepare"):
+                stage.prepare()
         pid = os.fork()
         if pid == 0:
             os._exit(_be_worker(line, request, handles))

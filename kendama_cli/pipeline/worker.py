@@ -68,8 +68,8 @@ def work(request: Mapping[str, Any]) -> int:
     return 0
 
 
-def run_stage(request: Mapping[str, Any], tell: Any) -> dict[str, Any]:
-    """Carry out ``request``: import the stage, feed it, keep what it made; the event that tells of it."""
+def make_stage(request: Mapping[str, Any]) -> tuple[Any, dict[str, Any]]:
+    """The stage that ``request`` names, imported and constructed, and its settings by its own names for them."""
     module, _, name = str(request["target"]).partition(":")
     stage_class = getattr(importlib.import_module(module), name)
     settings = {
@@ -84,7 +84,12 @@ def run_stage(request: Mapping[str, Any], tell: Any) -> dict[str, Any]:
             f"stage '{request['stage']}' does not take the nodes that its pipeline entry lists under 'config' ({fed}): "
             f"{error}"
         ) from error
-    stage = stage_class(**settings)
+    return stage_class(**settings), settings
+
+
+def run_stage(request: Mapping[str, Any], tell: Any) -> dict[str, Any]:
+    """Carry out ``request``: make the stage, feed it, keep what it made; the event that tells of it."""
+    stage, settings = make_stage(request)
     given = _Given({own: load_artifact(Path(folder)) for own, folder in request["given"].items()})
     store = Store(Path(request["home"]))
     log = McapLog()

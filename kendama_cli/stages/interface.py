@@ -52,7 +52,11 @@ class Made:
 
 
 class Stage(Protocol):
-    """One step of a pipeline."""
+    """One step of a pipeline.
+
+    A stage may also have ``prepare() -> None``: load what ``run`` will need (compiled code, say), changing nothing
+    that a result depends on. A sweep calls it in the process from which its workers are forked.
+    """
 
     def run(self, given: Mapping[str, Any], ctx: StageContext) -> Made:
         """Compute from ``given`` (artifacts by the names in the pipeline's ``needs``)."""
