@@ -160,19 +160,26 @@ def runs(as_json: Json = False, home: Home = None) -> None:
 
 @app.command()
 def report(
-    run: Annotated[
-        str | None,
-        typer.Argument(metavar="[RUN]", help="A run's id; the newest if left out.", autocompletion=completion.runs),
+    runs: Annotated[
+        list[str] | None,
+        typer.Argument(
+            metavar="[RUN]...",
+            help="Ids of runs; the newest if left out. Several are compared in one page.",
+            autocompletion=completion.runs,
+        ),
     ] = None,
     output: Annotated[
         Path | None, typer.Option("-o", "--output", metavar="FILE", help="Where to write the page.")
     ] = None,
     home: Home = None,
 ) -> None:
-    """Make a self-contained HTML page from a run's logs."""
+    """Make a self-contained HTML page from the logs of a run, or of several beside each other."""
     from kendama_cli.pipeline.report import write_report  # noqa: PLC0415  (matplotlib and pandas)
 
-    render.text(str(write_report(find_run(find_site(home).home, run), output)))
+    folder = find_site(home).home
+    names: list[str | None] = [*dict.fromkeys(runs)] if runs else [None]
+    records = [find_run(folder, name) for name in names]
+    render.text(str(write_report(records, output)))
 
 
 @app.command()
@@ -182,6 +189,9 @@ def sweep(
     until: Until = None,
     jobs: Annotated[
         int | None, typer.Option("-j", "--jobs", metavar="N", min=1, help="Runs at once [one per core].")
+    ] = None,
+    report: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Write one page that compares all runs, when they have ended.")
     ] = None,
     as_json: Json = False,
     home: Home = None,
@@ -203,6 +213,10 @@ def sweep(
     number = {id(job): f"[{i}/{len(wanted)} {' '.join(job.overrides)}] " for i, job in enumerate(wanted, 1)}
     records = run_sweep(wanted, lambda job, record: PlainLines(number[id(job)]), at_once=jobs or os.cpu_count() or 1)
     _show_sweep(records, as_json=as_json)
+    if report is not None:
+        from kendama_cli.pipeline.report import write_report  # noqa: PLC0415
+
+        render.note(f"report: {write_report([record.document() for record in records], report)}")
     return 0 if all(record.outcome == "done" for record in records) else 1
 
 

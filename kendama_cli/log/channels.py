@@ -29,6 +29,7 @@ CHANNELS: dict[str, str] = {
     "/predict/ball": FRAME,
     "/transfer/step": "kendama.TransferStep",
     "/transfer/rollout": "kendama.Rollout",
+    "/transfer/scratch/rollout": "kendama.Rollout",
     "/transfer/joints": JOINTS,
     "/transfer/cup": FRAME,
     "/transfer/ball": FRAME,

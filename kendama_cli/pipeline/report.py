@@ -1,23 +1,34 @@
-"""A run's report: finds the logs of its stages and has the page made from them alone."""
+"""Reports: finds the logs of one run's or many runs' stages and has the page made from them alone."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from kendama_cli.report.page import make_report
+from kendama_cli.report.sweep_page import make_sweep_report
 from kendama_cli.store import durable
 
 
-def write_report(record: Mapping[str, Any], output: Path | None) -> Path:
-    """Write the page for a run's ``record``; returns where it is (by default beside the record of the run)."""
-    logs = {
+def write_report(records: Sequence[Mapping[str, Any]], output: Path | None) -> Path:
+    """Write the page for one run, or for several beside each other; where it is (by default in the current folder)."""
+    names = [str(record["run"]) for record in records]
+    if len(records) == 1:
+        path = output or Path(f"kendama-{names[0]}.html")
+        page = make_report(records[0], _logs(records[0]))
+    else:
+        path = output or Path(f"kendama-{min(names)}-and-{len(names) - 1}-more.html")
+        pipelines = " and ".join(sorted({str(record["pipeline"]) for record in records}))
+        page = make_sweep_report(f"{pipelines}: {len(names)} runs", [(record, _logs(record)) for record in records])
+    durable.write_file(path.absolute(), page.encode())
+    return path
+
+
+def _logs(record: Mapping[str, Any]) -> dict[str, Path]:
+    """The log of each stage that ended."""
+    return {
         str(stage["name"]): Path(stage["artifact"]) / "log.mcap"
         for stage in record["stages"]
         if stage["artifact"] is not None
     }
-    page = make_report(record, logs)
-    path = output or Path(f"kendama-{record['run']}.html")
-    durable.write_file(path.absolute(), page.encode())
-    return path

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -12,10 +12,13 @@ from kendama_cli.log.reader import LogFile
 
 
 class StageLog:
-    """The tables, settings and metrics of one stage's log; a topic without messages is an empty table."""
+    """The tables, settings and metrics of one stage's log; a topic without messages is an empty table.
 
-    def __init__(self, path: Path | str) -> None:
-        self._file = LogFile(path)
+    ``topics`` limits what is kept in memory (None: all).
+    """
+
+    def __init__(self, path: Path | str, topics: Collection[str] | None = None) -> None:
+        self._file = LogFile(path, topics)
         facts = self._file.stage
         self.settings: Mapping[str, Any] = facts.get("settings", {})
         self.metrics: Mapping[str, Any] = facts.get("metrics", {})

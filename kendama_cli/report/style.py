@@ -12,6 +12,9 @@ GOOD = "#009e73"
 EXPLORED = "#e69f00"
 OTHER = "#8a5fa8"
 
+SERIES = (CUP, BALL, GOOD, OTHER, EXPLORED, MUTED)
+"""Groups that stand side by side, in this order."""
+
 VARIABLES = {
     INK: "--ink",
     MUTED: "--muted",
@@ -104,6 +107,17 @@ summary{cursor:pointer;color:var(--muted)}
 .settings div{break-inside:avoid;display:flex;justify-content:space-between;gap:12px;
  border-bottom:1px solid var(--line);padding:3px 0}
 .settings dt{color:var(--muted);overflow-wrap:anywhere}.settings dd{margin:0;text-align:right;overflow-wrap:anywhere}
+.wide{overflow-x:auto;margin:10px 0 6px}
+.grid{border-collapse:collapse;width:100%;font:14px/1.35 var(--sans);font-variant-numeric:tabular-nums}
+.grid th,.grid td{padding:7px 14px 7px 0;text-align:right;vertical-align:top;border-bottom:1px solid var(--line)}
+.grid th:first-child{text-align:left}.grid tr>:last-child{padding-right:0}
+.grid thead th{font-weight:500;color:var(--muted);font-size:12.5px;vertical-align:bottom;
+ border-bottom:1px solid var(--ink)}
+.grid tbody th,.grid tfoot th{font-weight:500;white-space:nowrap}
+.grid tfoot th,.grid tfoot td{border-bottom:0;border-top:1px solid var(--ink);font-weight:600}
+.grid small{display:block;font-size:12px;font-weight:400;color:var(--muted);white-space:nowrap}
+section>h3{font:600 15px/1.4 var(--sans);margin:26px 0 0}
+.note{font:14px/1.5 var(--sans);color:var(--muted);max-width:62em;margin:8px 0 0}
 .player{margin:0}
 .controls{display:flex;align-items:center;gap:10px;font:13px var(--sans);color:var(--muted);margin-top:6px}
 .controls button{font:inherit;color:var(--ink);background:none;border:1px solid var(--line);border-radius:4px;

@@ -22,7 +22,10 @@ _PARTS = (("swung_up", "swung up"), ("predicted", "catch predicted"), ("caught",
 
 def transfer_figures(log: StageLog) -> list[Figure]:
     """Rollouts on the hardware; the games; one game in detail; the imitated swing."""
-    rewards = reward_panel(log.table("/transfer/rollout"), "transfer-reward", "rollout on the hardware")
+    rewards = [
+        reward_panel(log.table("/transfer/rollout"), "transfer-reward", "rollout on the hardware"),
+        reward_panel(log.table("/transfer/scratch/rollout"), "transfer-scratch", "rollout from scratch"),
+    ]
     outcomes, told = _games(log.table("/transfer/game"))
     number, start_s, end_s = _shown_game(log)
     paths = pair(log, "/transfer", start_s, end_s)
@@ -37,11 +40,17 @@ def transfer_figures(log: StageLog) -> list[Figure]:
     return [
         *figure(
             [
-                "Reward of every rollout on the hardware, going on from the table learned in simulation."
-                " Filled: the goal was reached.",
+                *lettered(
+                    rewards,
+                    [
+                        "Reward of every rollout on the hardware, going on from the table learned in simulation.",
+                        "The same hardware, learning from an empty table.",
+                    ],
+                ),
+                "Filled: the goal was reached.",
                 rates,
             ],
-            [rewards],
+            rewards,
             columns=1,
         ),
         *figure([told], [outcomes], columns=1),

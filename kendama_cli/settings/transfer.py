@@ -43,6 +43,12 @@ class TransferSettings:
         "rollouts of the frozen policy, before and again after learning on the hardware", above=0
     )
     cap: int = setting("rollouts after which learning on the hardware ends without its row of successes", above=0)
+    settled: int = setting(
+        "greedy successes in a row at which the table is frozen; until then learning goes on "
+        "(never fewer than learn.count.streak)",
+        above=0,
+    )
+    baseline: bool = setting("whether the same robot also learns from an empty table, to compare with")
     imitation_tries: int = setting("plays of the imitation motion at most; after a miss its tempo is varied", above=0)
     imitation_tempo_step: float = setting("step of that variation, as a fraction of tau", above=0, below=0.1)
     games: int = setting("full games: swing-up, flight, catch", above=0)

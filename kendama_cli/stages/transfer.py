@@ -14,9 +14,9 @@ from kendama_cli.blocks.rig import trace
 from kendama_cli.blocks.rig.imitation import play_motion, tempos
 from kendama_cli.blocks.rig.playground import Playground
 from kendama_cli.blocks.rig.robot_rig import open_robot
-from kendama_cli.blocks.rig.rope_fit import fitted
+from kendama_cli.blocks.rig.rope_fit import fitted, measured_rope_m
 from kendama_cli.blocks.rig.stored_policy import load_policy
-from kendama_cli.blocks.rig.transfer_progress import Progress
+from kendama_cli.blocks.rig.transfer_progress import Progress, Start
 from kendama_cli.errors import HardwareError
 from kendama_cli.learning.policy import GreedyPolicy
 from kendama_cli.learning.verification import verify_policy
@@ -29,6 +29,11 @@ from kendama_cli.simulation.arm import Arm
 from kendama_cli.simulation.placement import cup_line
 from kendama_cli.stages.interface import Made, Metric, StageContext
 
+_LEARNING: dict[Start, tuple[str, str]] = {
+    "table": ("learn", "/transfer/rollout"),
+    "scratch": ("scratch", "/transfer/scratch/rollout"),
+}
+"""Name and topic of the two ways to learn on the hardware."""
 HORIZON_S = 0.1
 """The prediction error of a game is that of the estimate this long before the catch."""
 
@@ -60,9 +65,11 @@ class Transfer:
         settings = self._settings
         policy: Policy = load_policy(settings.policy) if settings.policy else given["learn"]
         verify_policy(policy, self._learn, settings.policy or "the stage 'learn'")
-        progress = Progress.resumed(ctx.restore(), policy, self._learn, ctx.rng("transfer"))
+        progress = Progress.resumed(ctx.restore(), policy, self._learn, settings, ctx.rng("transfer"))
         line = cup_line(self._robot, self._game, max(self._learn.workspace.half_width_m, settings.catch.half_width_m))
         with open_robot(self._hardware, self._robot, self._game) as robot:
+            seed = int(progress.rng("body", 0).integers(2**63))
+            rope_m = measured_rope_m(robot, line.home_rad, self._game, seed)
             ground = Playground(
                 robot,
                 line,
@@ -71,12 +78,15 @@ class Transfer:
                 game=self._game,
                 learn=self._learn,
                 settings=settings,
+                rope_scale=rope_m / self._game.rope.length_m,
             )
             visit = _Visit(ground, progress, ctx, settings=settings, learn=self._learn)
             try:
                 visit.evaluate(progress.before, policy, "before")
-                visit.learn()
+                visit.learn("table")
                 visit.evaluate(progress.after, progress.policy, "after")
+                if settings.baseline:
+                    visit.learn("scratch")
                 visit.imitate(given.get("adapt"), Arm(self._robot, self._game.cup), self._game)
                 visit.play()
             except HardwareError:
@@ -85,12 +95,12 @@ class Transfer:
         games = progress.games
         result = TransferResult(
             policy=progress.policy,
-            rollouts=progress.rollouts(settings.cap),
+            rollouts=progress.rollouts(),
             imitation_caught=any(progress.imitation) if progress.imitation else None,
             games=len(games),
             caught=sum(bool(game["caught"]) for game in games),
         )
-        return Made(result, _metrics(result, progress))
+        return Made(result, _metrics(result, progress, baseline=settings.baseline))
 
 
 class _Visit:
@@ -122,23 +132,23 @@ class _Visit:
             results.append(swing.outcome == "goal")
             self._finish(messages, swing.duration_s, phase=name, success_rate=float(np.mean(results)))
 
-    def learn(self) -> None:
-        """Learn on from the table until the row of greedy successes, or the cap."""
+    def learn(self, start: Start) -> None:
+        """Learn, from the table or from scratch, until the row of greedy successes, or the cap."""
         progress = self._progress
-        while not progress.learned(self._settings.cap):
-            learner = progress.learner()
-            rng = progress.rng("learn", learner.rollouts)
+        phase, topic = _LEARNING[start]
+        while not progress.settled(start):
+            learner = progress.learner(start)
+            rng = progress.rng(phase, learner.rollouts)
             seed = int(rng.integers(2**63))
             learner.begin_rollout(rng)
             swing = self._ground.swing_up(learner, seed=seed)
             finished = learner.end_rollout(swing.outcome, swing.last)
-            progress.keep(learner)
+            progress.keep(learner, start)
             start_s = progress.clock_s
-            messages = [
-                *trace.step_messages(swing.steps, finished.index, start_s, self._every),
-                trace.rollout_message(swing, finished, start_s),
-            ]
-            self._finish(messages, swing.duration_s, phase="learn", rollouts=finished.index, row=learner.count.row)
+            messages = [trace.rollout_message(topic, swing, finished, start_s)]
+            if start == "table":
+                messages += trace.step_messages(swing.steps, finished.index, start_s, self._every)
+            self._finish(messages, swing.duration_s, phase=phase, rollouts=finished.index, row=learner.count.row)
 
     def imitate(self, motion: CatchMotion | None, arm: Arm, game: GameSettings) -> None:
         """Play the imitation motion, fitted to the rope, until it catches; at slightly other tempos after a miss."""
@@ -193,11 +203,16 @@ class _Visit:
         self._ctx.checkpoint(self._progress.saved)
 
 
-def _metrics(result: TransferResult, progress: Progress) -> dict[str, Metric]:
+def _metrics(result: TransferResult, progress: Progress, *, baseline: bool) -> dict[str, Metric]:
     errors = [game["error_mm"] for game in progress.games if game["error_mm"] is not None]
+    compared = {
+        "rollouts_from_scratch": progress.rollouts("scratch"),
+        "learned_from_scratch": progress.learned("scratch"),
+    }
     return {
         "rollouts": result.rollouts,
-        "learned": progress.learned_at is not None,
+        "learned": progress.learned(),
+        **(compared if baseline else {}),
         "success_rate_before": float(np.mean(progress.before)),
         "success_rate_after": float(np.mean(progress.after)),
         "imitation_caught": result.imitation_caught,

@@ -203,6 +203,7 @@ def _predict(log: McapLog, rng: np.random.Generator) -> tuple[dict[str, Any], di
 
 def _transfer(log: McapLog, rng: np.random.Generator) -> tuple[dict[str, Any], dict[str, Any]]:
     _rollouts(log, "/transfer/rollout", rng, 25)
+    _rollouts(log, "/transfer/scratch/rollout", rng, 40)
     t = np.arange(0, 2.5, 0.01)
     cup, ball = _swing(t)
     for attempt in range(2):

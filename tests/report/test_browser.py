@@ -10,6 +10,8 @@ import pytest
 from PIL import Image
 
 from kendama_cli.report.page import make_report
+from kendama_cli.report.sweep_page import make_sweep_report
+from tests.report.synthetic_sweep import write_explorations, write_transfers
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
 pytestmark = pytest.mark.skipif(
@@ -74,6 +76,22 @@ def test_the_page_renders_moves_and_loads_nothing(tmp_path, run, logs, width):
     assert seen["empty"] == 0
     assert seen["moved"] == seen["players"] == 3
     assert seen["wide"] <= seen["window"]  # no sideways scrolling of the page
+    assert seen["loaded"] == []
+
+
+@pytest.mark.parametrize("width", [1200, 500])
+def test_the_page_over_many_runs_renders_and_fits(tmp_path, width):
+    html = make_sweep_report("made up", [*write_explorations(tmp_path, 5), *write_transfers(tmp_path)])
+    page = tmp_path / "report.html"
+    page.write_text(html.replace("<main>", PROBE.replace("\n", " ") + "<main>", 1), encoding="utf-8")
+    out, _ = _chromium(tmp_path, page, "--dump-dom", f"--window-size={width},900")
+    found = re.search(r'<pre id="probe">(.*?)</pre>', out)
+    assert found is not None
+    seen = json.loads(found[1].replace("&amp;", "&"))
+    assert seen["errors"] == []
+    assert seen["svgs"] == 6
+    assert seen["empty"] == 0
+    assert seen["wide"] <= seen["window"]
     assert seen["loaded"] == []
 
 

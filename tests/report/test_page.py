@@ -110,6 +110,7 @@ def test_the_page_is_well_formed_and_its_ids_are_unique(page):
         "40 flights",
         "Camera “left”",
         "rollout on the hardware",
+        "The same hardware, learning from an empty table.",
         "Greedy trials that reached the goal: 70% before this learning, 95% after it.",
         "6 full games: 5 swung up, 5 catch predicted, 4 caught.",
         "The imitated swing",

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Protocol
 
 from kendama_cli.artifacts.checks import Array
+from kendama_cli.blocks.rig.foresight import foreseen, on_the_models_rope
 from kendama_cli.blocks.rig.swing_watch import SwingWatch
 from kendama_cli.blocks.robot.interface import Exchange, JointCommand, Robot
 from kendama_cli.learning.limiter import BrakingLimiter
 from kendama_cli.learning.state import SwingState
+from kendama_cli.settings.game import GameSettings
 
 
 class Point(Protocol):
@@ -48,12 +51,19 @@ class CartStep:
 class CupCart:
     """Integrates accelerations to a reference along ``line``, kept inside by a limiter, and watches the swing.
 
-    The reference is exact, so the limiter needs no lag of the actuator; the arm follows it later by ``lag_s``, which
-    is estimated from the rollout itself: the slope of (reference - seen position) over the reference's velocity.
+    The limiter keeps the reference itself inside, which is exact: whatever lag or latency the arm has, the cup runs
+    through places where the reference was before, so that the limiter needs to know neither. The arm's total delay
+    ``lag_s`` is estimated from the rollout itself: the slope of (reference - seen position) over the reference's
+    velocity.
     """
 
-    def __init__(self, robot: Robot, line: Line, watch: SwingWatch) -> None:
+    def __init__(self, robot: Robot, line: Line, watch: SwingWatch, game: GameSettings, rope_scale: float) -> None:
         self.period_s = robot.period_s
+        self.tempo = math.sqrt(rope_scale)
+        """Times on this rope over times on the model's."""
+        self._rope_scale = rope_scale
+        self._rope_m = rope_scale * game.rope.length_m
+        self._gravity_m_s2 = game.gravity_m_s2
         self._robot = robot
         self._line = line
         self._watch = watch
@@ -81,12 +91,26 @@ class CupCart:
         self.t_s = exchange.t_s - self._start_s
         self._behind += self.velocity_m_s * (self.x_m - state.x_m)
         self._moved += self.velocity_m_s**2
+        self._sent.append(a)
         return CartStep(self.t_s, state, a, exchange)
 
     @property
     def lag_s(self) -> float:
         """How far the arm is behind the reference, in [0, 0.1]; 0 before it has moved [s]."""
         return min(max(self._behind / self._moved, 0.0), 0.1) if self._moved > 1e-3 else 0.0
+
+    def foreseen(self, state: SwingState) -> SwingState:
+        """The state in which the next command will act, on the model's rope, where ``state`` is the newest reading."""
+        late = round(self.lag_s / self.period_s)
+        coming = foreseen(
+            state,
+            (self.x_m, self.velocity_m_s),
+            self._sent[-late:] if late else (),
+            period_s=self.period_s,
+            rope_m=self._rope_m,
+            gravity_m_s2=self._gravity_m_s2,
+        )
+        return on_the_models_rope(coming, self._rope_scale)
 
     def _clear(self, x_m: float) -> None:
         self.x_m = x_m
@@ -95,3 +119,4 @@ class CupCart:
         self._start_s = 0.0
         self._behind = 0.0
         self._moved = 0.0
+        self._sent: list[float] = []

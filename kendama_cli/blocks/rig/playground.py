@@ -24,8 +24,8 @@ RESERVE = 0.9
 class Playground:
     """A robot with the cup on a line, the swing-up's goal, and what watches the flight.
 
-    ``middle_m`` and ``direction`` (3,) place the line in the world: the rope's tie point where the cup's x is 0, and
-    the unit vector of x.
+    ``rope_scale`` is the real rope's length over the model's. ``middle_m`` and ``direction`` (3,) place the line in
+    the world: the rope's tie point where the cup's x is 0, and the unit vector of x.
     """
 
     def __init__(
@@ -38,13 +38,14 @@ class Playground:
         game: GameSettings,
         learn: LearnSettings,
         settings: TransferSettings,
+        rope_scale: float = 1.0,
     ) -> None:
         self.robot = robot
         self._game = game
         self._settings = settings
         self._rollout_s = learn.rollout_s
         watch = SwingWatch(robot.period_s, settings.observation.samples_n, middle_m, direction)
-        self._cart = CupCart(robot, line, watch)
+        self._cart = CupCart(robot, line, watch, game, rope_scale)
         room, strongest = learn.workspace, learn.largest_action_m_s2
         braking = room.braking_m_s2 if isinstance(room, LimitedWorkspace) else RESERVE * strongest
         self._swing_limiter = BrakingLimiter(
@@ -62,7 +63,7 @@ class Playground:
             largest_m_s2=catch.acceleration_m_s2,
             period_s=robot.period_s,
         )
-        flight = Flight(game.rope.length_m, game.cup.depth_m, game.gravity_m_s2)
+        flight = Flight(rope_scale * game.rope.length_m, game.cup.depth_m, game.gravity_m_s2)
         self._goal = Goal(learn.goal, flight)
         rim_m = float(middle_m[2]) + game.cup.depth_m
         self._court = Court(

@@ -49,12 +49,16 @@ class Swing:
 
 
 def swing_up(cart: CupCart, actor: Actor, goal: Goal, limiter: BrakingLimiter, *, rollout_s: float, seed: int) -> Swing:
-    """Swing from rest until ``goal`` is seen to be reached, or for ``rollout_s``; raises HardwareError of the line."""
+    """Swing from rest until ``goal`` is seen to be reached, or for ``rollout_s``; raises HardwareError of the line.
+
+    The actor is given the state in which its action will be carried out, on the model's rope and in the model's time,
+    so that neither a delay of the arm nor another rope is seen by it.
+    """
     step = cart.begin(seed)
     steps = [step]
     while not goal.reached(step.state):
         if step.t_s >= rollout_s:
             return Swing("timeout", tuple(steps))
-        step = cart.step(actor.act(step.state, step.t_s), limiter)
+        step = cart.step(actor.act(cart.foreseen(step.state), step.t_s / cart.tempo), limiter)
         steps.append(step)
     return Swing("goal", tuple(steps))

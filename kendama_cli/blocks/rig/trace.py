@@ -23,8 +23,8 @@ def step_messages(steps: Sequence[CartStep], rollout: int, start_s: float, every
         yield "/transfer/step", start_s + step.t_s, {"rollout": rollout, **state, "action_m_s2": step.acceleration_m_s2}
 
 
-def rollout_message(swing: Swing, finished: FinishedRollout, start_s: float) -> Message:
-    """/transfer/rollout at the end of one rollout."""
+def rollout_message(topic: str, swing: Swing, finished: FinishedRollout, start_s: float) -> Message:
+    """A learning rollout under ``topic``, at its end."""
     message = {
         "index": finished.index,
         "explored": finished.explored,
@@ -34,7 +34,7 @@ def rollout_message(swing: Swing, finished: FinishedRollout, start_s: float) -> 
         "peak_displacement_m": swing.peak_displacement_m,
         "half_swings": swing.half_swings,
     }
-    return "/transfer/rollout", start_s + swing.duration_s, message
+    return topic, start_s + swing.duration_s, message
 
 
 def scene_messages(

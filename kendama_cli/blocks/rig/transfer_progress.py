@@ -4,22 +4,28 @@ from __future__ import annotations
 
 import zlib
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
 from kendama_cli.artifacts.policy import Policy
 from kendama_cli.learning.sarsa import SarsaLearner
 from kendama_cli.settings.learn import LearnSettings
+from kendama_cli.settings.transfer import TransferSettings
+
+Start = Literal["table", "scratch"]
+"""What a learner on the hardware began with: the table that was handed over, or an empty one."""
+STARTS: tuple[Start, ...] = ("table", "scratch")
+_RESULTS = ("before", "after", "imitation", "games")
 
 
 class Progress:
-    """Results by step, the learner between two rollouts, the simulated clock of the log, and the seed of it all.
+    """Results by step, the learners between two rollouts, the simulated clock of the log, and the seed of it all.
 
     Every rollout draws from a stream of its own (step, number), so that nothing depends on a rollout that broke off.
     """
 
-    def __init__(self, state: Mapping[str, Any], settings: LearnSettings) -> None:
+    def __init__(self, state: Mapping[str, Any], learn: LearnSettings, transfer: TransferSettings) -> None:
         self.before: list[bool] = list(state["before"])
         self.after: list[bool] = list(state["after"])
         self.imitation: list[bool] = list(state["imitation"])
@@ -28,36 +34,33 @@ class Progress:
         self.clock_s = float(state["clock_s"])
         self.missed = int(state["missed"])
         self._seed = int(state["seed"])
-        self._settings = settings
-        self._learner = {**state["learner"], "q": state["q"]}
+        self._learn = learn
+        self._cap = transfer.cap
+        self._settled = max(transfer.settled, learn.count.streak)
+        self._learners: dict[str, dict[str, Any]] = {start: _joined(state, start) for start in STARTS}
         self._missed_here = 0
 
     @classmethod
     def resumed(
-        cls, state: Mapping[str, Any] | None, policy: Policy, settings: LearnSettings, rng: np.random.Generator
+        cls,
+        state: Mapping[str, Any] | None,
+        policy: Policy,
+        learn: LearnSettings,
+        transfer: TransferSettings,
+        rng: np.random.Generator,
     ) -> Progress:
         """Where ``state`` stands, or the beginning with ``policy``'s table."""
         if state is not None:
-            return cls(state, settings)
-        learner = SarsaLearner(settings, q=policy.q).state()
-        table = learner.pop("q")
-        empty: dict[str, Any] = {name: [] for name in ("before", "after", "imitation", "games")}
-        fresh = {
-            **empty,
-            "imitation_fit": {},
-            "clock_s": 0.0,
-            "missed": 0,
-            "seed": int(rng.integers(2**63)),
-            "learner": learner,
-            "q": table,
-        }
-        return cls(fresh, settings)
+            return cls(state, learn, transfer)
+        fresh: dict[str, Any] = {name: [] for name in _RESULTS}
+        fresh |= {"imitation_fit": {}, "clock_s": 0.0, "missed": 0, "seed": int(rng.integers(2**63))}
+        fresh |= _parted(SarsaLearner(learn, q=policy.q).state(), "table")
+        fresh |= _parted(SarsaLearner(learn).state(), "scratch")
+        return cls(fresh, learn, transfer)
 
     def saved(self) -> dict[str, Any]:
-        """The state to checkpoint: one array and JSON values."""
-        learner = dict(self._learner)
-        table = learner.pop("q")
-        return {
+        """The state to checkpoint: arrays and JSON values."""
+        saved: dict[str, Any] = {
             "before": list(self.before),
             "after": list(self.after),
             "imitation": list(self.imitation),
@@ -66,49 +69,62 @@ class Progress:
             "clock_s": self.clock_s,
             "missed": self.missed,
             "seed": self._seed,
-            "learner": learner,
-            "q": table,
         }
+        for start, learner in self._learners.items():
+            saved |= _parted(learner, start)
+        return saved
 
     def rng(self, step: str, number: int) -> np.random.Generator:
         """The random stream of one rollout."""
         return np.random.default_rng([self._seed, zlib.crc32(step.encode()), number])
 
-    def learner(self) -> SarsaLearner:
-        """A learner that goes on from the last finished rollout."""
-        return SarsaLearner.from_state(self._settings, self._learner)
+    def learner(self, start: Start = "table") -> SarsaLearner:
+        """A learner that goes on from its last finished rollout."""
+        return SarsaLearner.from_state(self._learn, self._learners[start])
 
-    def keep(self, learner: SarsaLearner) -> None:
+    def keep(self, learner: SarsaLearner, start: Start = "table") -> None:
         """The rollout is finished: this is what the next one goes on from."""
-        self._learner = learner.state()
+        self._learners[start] = learner.state()
 
     @property
     def policy(self) -> Policy:
-        """The table as it stands, sealed."""
+        """The table that was handed over as it stands, sealed."""
         return self.learner().policy
 
-    @property
-    def learned_at(self) -> int | None:
-        """The counting rule's number of rollouts, None before the row of greedy successes."""
-        return self.learner().count.learned_at
+    def learned(self, start: Start = "table") -> bool:
+        """Whether the counting rule's row of greedy successes has been reached."""
+        return self.learner(start).count.learned
 
-    def learned(self, cap: int) -> bool:
-        """Whether learning on the hardware is over."""
-        count = self.learner().count
-        return count.learned or count.rollouts >= cap
+    def settled(self, start: Start) -> bool:
+        """Whether learning is over: at the row that freezes the table (from scratch: that counts), or at the cap."""
+        count = self.learner(start).count
+        enough = count.row >= self._settled if start == "table" else count.learned
+        return enough or count.rollouts >= self._cap
 
-    def rollouts(self, cap: int) -> int:
-        """Rollouts to learn on the hardware; the cap where that failed."""
-        return cap if self.learned_at is None else self.learned_at
+    def rollouts(self, start: Start = "table") -> int:
+        """Rollouts to learn on the hardware by the counting rule; the cap where that failed."""
+        learned_at = self.learner(start).count.learned_at
+        return self._cap if learned_at is None else learned_at
 
     @property
     def count(self) -> int:
         """All rollouts, plays and games so far."""
         frozen = len(self.before) + len(self.after) + len(self.imitation) + len(self.games)
-        return frozen + self.learner().rollouts
+        return frozen + sum(self.learner(start).rollouts for start in STARTS)
 
     def finished(self, duration_s: float, missed: int) -> None:
         """One rollout more: the log's clock moves on; ``missed`` counts since this process opened the line."""
         self.clock_s += duration_s
         self.missed += missed - self._missed_here
         self._missed_here = missed
+
+
+def _parted(learner: Mapping[str, Any], start: str) -> dict[str, Any]:
+    """A learner's state with its arrays at the top, as a checkpoint wants them: ``table/q`` beside ``table``."""
+    arrays = {f"{start}/{name}": value for name, value in learner.items() if isinstance(value, np.ndarray)}
+    return {**arrays, start: {name: value for name, value in learner.items() if not isinstance(value, np.ndarray)}}
+
+
+def _joined(state: Mapping[str, Any], start: str) -> dict[str, Any]:
+    arrays = {name.removeprefix(f"{start}/"): value for name, value in state.items() if name.startswith(f"{start}/")}
+    return {**state[start], **arrays}

@@ -21,6 +21,7 @@ from kendama_cli.settings.learn import LearnSettings
 from kendama_cli.settings.schema import build
 from kendama_cli.settings.transfer import TransferSettings
 from tests.blocks.rig.cart_robot import DIRECTION, MIDDLE_M, CartRobot, Straight
+from tests.learning.settings_files import learn_settings
 
 CONF = Path(__file__).resolve().parents[3] / "conf"
 
@@ -30,7 +31,7 @@ def configured(schema: Any, group: str, name: str) -> Any:
 
 
 GAME: GameSettings = configured(GameSettings, "game", "kendama")
-LEARN: LearnSettings = configured(LearnSettings, "learn", "sarsa")
+LEARN: LearnSettings = learn_settings()
 TRANSFER: TransferSettings = configured(TransferSettings, "transfer", "default")
 
 
@@ -71,12 +72,16 @@ def test_the_cup_stays_inside_while_it_swings(policy: Policy) -> None:
 
 
 @pytest.mark.parametrize(("rope_scale", "delay_n"), [(1.0, 0), (1.05, 6), (0.95, 3)])
-def test_games_are_caught_in_spite_of_rope_delay_and_noise(policy: Policy, rope_scale: float, delay_n: int) -> None:
+def test_games_are_caught_in_spite_of_rope_delay_and_noise(rope_scale: float, delay_n: int) -> None:
+    """Four tables learned on that body, four games each; a table may have learned a goal that is hard to catch."""
     place = ground(noise_m=0.0005, rope_scale=rope_scale, delay_n=delay_n)
-    games = [place.play(GreedyPolicy(policy, LEARN), seed=seed) for seed in range(12)]
+    games = []
+    for seed in range(4):
+        table = learned(place, seed).policy
+        games += [place.play(GreedyPolicy(table, LEARN), seed=number) for number in range(4)]
     played = [game for game in games if game.swung_up]
-    assert len(played) >= 8
-    assert sum(game.caught for game in played) >= 0.75 * len(played)
+    assert len(played) >= 12
+    assert sum(game.caught for game in played) >= 0.6 * len(played)
     errors = [game.prediction_error_m(0.1) for game in played]
     assert np.median([error for error in errors if error is not None]) < 0.004
 

@@ -1,0 +1,108 @@
+"""Several runs as groups of seeds: which overrides tell them apart, and the logs of one stage over all of them."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from kendama_cli.report.source import StageLog
+from kendama_cli.report.tracks import Array
+
+Run = tuple[Mapping[str, Any], Mapping[str, Path]]
+"""A run's document (``run``, ``pipeline``, ``overrides``, ``stages``) and its logs by stage."""
+_DEFAULT = "as configured"
+_SEED = "seed"
+
+
+@dataclass(frozen=True)
+class Member:
+    """One distinct log, with the seed of the runs that have it."""
+
+    seed: str
+    log: StageLog
+
+    def figure(self, metric: str) -> float | None:
+        """A metric as a number; None where the log has none."""
+        value = self.log.metrics.get(metric)
+        return float(value) if isinstance(value, int | float) else None
+
+
+@dataclass(frozen=True)
+class Group:
+    """All members whose runs were made with the same overrides but for the seed."""
+
+    label: str
+    members: tuple[Member, ...]
+
+    def figures(self, metric: str) -> Array:
+        """The metric of every member that has it, in order."""
+        found = (member.figure(metric) for member in self.members)
+        return np.array([value for value in found if value is not None])
+
+
+@dataclass(frozen=True)
+class Ensemble:
+    """A stage's logs over all runs; ``differs`` names the overrides that tell the groups apart."""
+
+    differs: str
+    groups: tuple[Group, ...]
+    failed: tuple[str, ...]
+    """Runs in which the stage did not end, in words."""
+
+    @property
+    def members(self) -> int:
+        """How many distinct logs there are."""
+        return sum(len(group.members) for group in self.groups)
+
+
+def ensemble(runs: Sequence[Run], stage: str, topics: Collection[str]) -> Ensemble:
+    """The logs of ``stage`` in groups, in the order of ``runs``; only ``topics`` are kept in memory.
+
+    A log that several runs share counts once, under the overrides on which those runs agree. Raises InputError for a
+    log that cannot be read.
+    """
+    sharing: dict[Path, list[Run]] = {}
+    for run in runs:
+        if stage in run[1]:
+            sharing.setdefault(run[1][stage], []).append(run)
+    failed = []
+    for document, logs in runs:
+        told = [entry for entry in document.get("stages", ()) if entry.get("name") == stage]
+        if stage not in logs and told:
+            failed.append(_sentence(document, str(told[0].get("status", "")), told[0].get("error")))
+    common = {path: _common(_overrides(document) for document, _ in owners) for path, owners in sharing.items()}
+    names = list(dict.fromkeys(name for values in common.values() for name in values if name != _SEED))
+    differing = [name for name in names if len({values.get(name) for values in common.values()}) > 1]
+    members: dict[str, list[Member]] = {}
+    for path, values in common.items():
+        label = _label(values, differing)
+        members.setdefault(label, []).append(Member(values.get(_SEED, ""), StageLog(path, topics)))
+    groups = tuple(Group(label, tuple(found)) for label, found in members.items())
+    return Ensemble(", ".join(differing), groups, tuple(failed))
+
+
+def _overrides(document: Mapping[str, Any]) -> dict[str, str]:
+    parts = (str(text).partition("=") for text in document.get("overrides", ()))
+    return {key.lstrip("+~"): value for key, _, value in parts}
+
+
+def _common(overrides: Iterable[Mapping[str, str]]) -> dict[str, str]:
+    first, *others = overrides
+    return {name: value for name, value in first.items() if all(other.get(name) == value for other in others)}
+
+
+def _label(values: Mapping[str, str], differing: Sequence[str]) -> str:
+    if not differing:
+        return "all runs"
+    if len(differing) == 1:
+        return values.get(differing[0], _DEFAULT)
+    return ", ".join(f"{name}={values[name]}" for name in differing if name in values) or _DEFAULT
+
+
+def _sentence(document: Mapping[str, Any], status: str, error: Any) -> str:
+    made = " ".join(map(str, document.get("overrides", ()))) or str(document.get("run", "a run"))
+    return f"{made}: {error or status or 'did not end'}"

@@ -1,0 +1,289 @@
+"""Learning over many seeds: reward, rollouts to learn with intervals, and what the frozen tables do."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.ticker import MaxNLocator, MultipleLocator, PercentFormatter
+
+from kendama_cli.report.bootstrap import Statistic, bootstrap, bootstrap_ratio, p90
+from kendama_cli.report.ensemble import Ensemble, Group
+from kendama_cli.report.figure import Figure, Panel, figure, lettered
+from kendama_cli.report.grid import EMPTY, Cell, grid, percent, quantity, with_interval
+from kendama_cli.report.plot import drawing, legend_above
+from kendama_cli.report.source import StageLog
+from kendama_cli.report.style import INK, SERIES
+from kendama_cli.report.tracks import Array
+
+TOPICS = ("/learn/rollout",)
+_TAIL = 10
+"""A run that has ended is carried on with the median reward of its last greedy rollouts."""
+_LONG = 100
+"""Beyond so many rollouts the axis is logarithmic."""
+_STATISTICS: tuple[tuple[str, Statistic], ...] = (("mean", np.mean), ("median", np.median), ("90 %", p90))
+
+
+def learning_figures(runs: Ensemble) -> list[Figure]:
+    """Reward per rollout and rollouts to learn; then the frozen tables."""
+    groups = [group for group in runs.groups if len(group.figures("rollouts_to_learn"))]
+    learning = [_rewards(groups), _learned(groups)]
+    frozen = [_frozen(groups), _swings(groups), _times(groups)]
+    return [
+        *figure(
+            lettered(
+                learning,
+                [
+                    "Reward of every rollout: median over the seeds, and the band between the 10 % and the 90 %"
+                    f" quantile. A run that has ended goes on with the median of its last {_TAIL} greedy rollouts.",
+                    "Share of seeds that have learned after so many rollouts; a seed that failed stays at the cap.",
+                ],
+            ),
+            learning,
+        ),
+        *figure(
+            lettered(
+                frozen,
+                [
+                    "Share of fresh noisy rollouts in which the frozen greedy table reaches the goal, over all seeds"
+                    " from the worst to the best.",
+                    "Half-swings to the goal: median of the frozen table's rollouts, over the seeds.",
+                    "Time to the goal in the same way. Dashed: the least time that the limits allow.",
+                ],
+            ),
+            frozen,
+            columns=3,
+        ),
+    ]
+
+
+def learning_tables(runs: Ensemble) -> str:
+    """Figures by group with bootstrap intervals, ratios to the first group, and the failures by seed."""
+    groups = [group for group in runs.groups if len(group.figures("rollouts_to_learn"))]
+    if not groups:
+        return ""
+    head = [runs.differs or "", "seeds", "failed", *(f"rollouts, {name}" for name, _ in _STATISTICS)]
+    rows = [_counts(group) for group in groups]
+    parts = ["<h3>Rollouts to learn</h3>", grid(head, rows)]
+    told = [sentence for group in groups if (sentence := _failures(group, runs.differs))]
+    parts.append(f'<p class="note">{" ".join(told) or "No seed failed."} {_RULE}</p>')
+    if len(groups) > 1:
+        reference, *others = groups
+        names = [f"ratio of {name}s" if name != "90 %" else "ratio of 90 % quantiles" for name, _ in _STATISTICS]
+        parts.append(f"<h3>Against {_plain(reference.label)}</h3>")
+        parts.append(grid([runs.differs, *names], [_ratios(group, reference) for group in others]))
+    head = [runs.differs or "", "reached the goal", "worst seed", "and caught", "half-swings", "time to goal"]
+    head += ["least time possible", "peak displacement"]
+    parts += ["<h3>The frozen tables</h3>", grid(head, [_quality(group) for group in groups])]
+    return "".join(parts)
+
+
+_RULE = (
+    "Counted up to the first of ten greedy successes in a row, exploring rollouts included; a failure counts as the"
+    " cap. Below each figure its 95 % interval (bootstrap over the seeds)."
+)
+
+
+def _plain(label: str) -> str:
+    return label.replace("&", "&amp;").replace("<", "&lt;")
+
+
+def _counts(group: Group) -> list[Cell]:
+    values = group.figures("rollouts_to_learn")
+    failed = len(_failed(group))
+    cells = [with_interval(float(figure(values, axis=0)), bootstrap(values, figure)) for _, figure in _STATISTICS]
+    return [Cell(group.label), Cell(str(len(values))), Cell(str(failed)), *cells]
+
+
+def _ratios(group: Group, reference: Group) -> list[Cell]:
+    values, others = group.figures("rollouts_to_learn"), reference.figures("rollouts_to_learn")
+    cells = []
+    for _, statistic in _STATISTICS:
+        ratio = float(statistic(values, axis=0)) / float(statistic(others, axis=0))
+        cells.append(with_interval(ratio, bootstrap_ratio(values, others, statistic)))
+    return [Cell(group.label), *cells]
+
+
+def _failed(group: Group) -> list[str]:
+    return [member.seed for member in group.members if member.log.metrics.get("learned") is False]
+
+
+def _failures(group: Group, differs: str) -> str:
+    failed = _failed(group)
+    if not failed:
+        return ""
+    of = f" ({_plain(group.label)})" if differs else ""
+    return f"Failed{of}: seed {', '.join(_plain(seed or 'as configured') for seed in failed)}."
+
+
+def _quality(group: Group) -> list[Cell]:
+    success = group.figures("frozen_success_rate")
+    rates = ((member.figure("frozen_success_rate"), member.seed) for member in group.members)
+    worst = min(((rate, seed) for rate, seed in rates if rate is not None), default=None)
+    least, peak = group.figures("time_to_goal_bound_s"), group.figures("peak_displacement_m")
+    caught = group.figures("frozen_caught_rate")
+    middle = {name: _median(group.figures(name)) for name in ("swings", "time_to_goal_s")}
+    return [
+        Cell(group.label),
+        percent(float(success.mean()), _span(bootstrap(success, np.mean))) if len(success) else EMPTY,
+        EMPTY if worst is None else percent(worst[0], f"seed {worst[1]}" if worst[1] else ""),
+        percent(float(caught.mean())) if len(caught) else EMPTY,
+        Cell(quantity(middle["swings"])),
+        Cell(quantity(middle["time_to_goal_s"], unit="s")),
+        Cell(quantity(_median(least), unit="s")),
+        Cell(quantity(float(peak.max()) if len(peak) else None, unit="m")),
+    ]
+
+
+def _span(low_high: tuple[float, float] | None) -> str:
+    return "" if low_high is None else f"{100 * low_high[0]:.1f} … {100 * low_high[1]:.1f}"
+
+
+def _median(values: Array) -> float | None:
+    return float(np.median(values)) if len(values) else None
+
+
+def _rewards(groups: Sequence[Group]) -> Panel | None:
+    curves = [[rewards for member in group.members if len(rewards := _reward(member.log))] for group in groups]
+    lengths = [len(rewards) for found in curves for rewards in found]
+    if not lengths:
+        return None
+    slowest = max(float(np.quantile(group.figures("rollouts_to_learn"), 0.95)) for group in groups)
+    shown = max(2, min(max(lengths) - 1, int(1.5 * slowest) + 10))
+    with drawing("sweep-reward", "Reward per rollout over the seeds", height_in=3.2) as made:
+        axes = made.axes()[0]
+        for found, group, colour in zip(curves, groups, _colours(groups), strict=True):
+            if found:
+                matrix = np.array([_carried_on(reward, shown) for reward in found])
+                low, middle, high = np.quantile(matrix, [0.1, 0.5, 0.9], axis=0)
+                index = np.arange(1, shown + 1)
+                axes.fill_between(index, low, high, color=colour, alpha=0.16, lw=0)
+                axes.plot(index, middle, color=colour, lw=1.5, label=group.label)
+        axes.set_xlabel("rollout")
+        axes.set_ylabel("reward")
+        if shown > _LONG:
+            axes.set_xscale("log")
+            axes.xaxis.set_major_formatter("{x:g}")
+            axes.xaxis.set_minor_formatter("")
+        else:
+            axes.xaxis.set_major_locator(MaxNLocator(integer=True))
+        axes.set_xlim(1, shown)
+        _legend(axes, groups)
+    return Panel("Reward per rollout", made.svg)
+
+
+def _reward(log: StageLog) -> Array:
+    """The rewards of a run, and after its last one the reward that it goes on with; empty without rollouts."""
+    rollouts = log.table("/learn/rollout")
+    if rollouts.empty:
+        return np.empty(0)
+    reward = rollouts["reward"].to_numpy(np.float64)
+    greedy = reward[~rollouts["explored"].to_numpy(bool)]
+    return np.append(reward, np.median(greedy[-_TAIL:]) if len(greedy) else reward[-1])
+
+
+def _carried_on(reward: Array, n: int) -> Array:
+    return np.concatenate([reward[:-1], np.full(max(0, n - len(reward) + 1), reward[-1])])[:n]
+
+
+def _learned(groups: Sequence[Group]) -> Panel | None:
+    if not groups:
+        return None
+    with drawing("sweep-learned", "Share of seeds that have learned over rollouts", height_in=3.2) as made:
+        axes = made.axes()[0]
+        most = max(float(group.figures("rollouts_to_learn").max()) for group in groups)
+        for group, colour in zip(groups, _colours(groups), strict=True):
+            values = np.sort(
+                [
+                    value
+                    for member in group.members
+                    if member.log.metrics.get("learned") is not False
+                    and (value := member.figure("rollouts_to_learn")) is not None
+                ]
+            )
+            share = np.arange(1, len(values) + 1) / len(group.members)
+            end = share[-1] if len(share) else 0.0
+            at, height = [0, *values, most * 1.04], [0, *share, end]
+            axes.step(at, height, where="post", color=colour, lw=1.5, label=group.label)
+        smallest = min(float(group.figures("rollouts_to_learn").min()) for group in groups)
+        if most > 30 * max(1.0, smallest):
+            axes.set_xscale("symlog", linthresh=10)
+            axes.xaxis.set_major_formatter("{x:g}")
+        else:
+            axes.xaxis.set_major_locator(MaxNLocator(integer=True))
+        axes.set_xlim(0, most * 1.04)
+        axes.set_ylim(0, 1.02)
+        axes.yaxis.set_major_formatter(PercentFormatter(1.0, decimals=0))
+        axes.set_xlabel("rollouts to learn")
+        axes.set_ylabel("seeds that have learned")
+        _legend(axes, groups)
+    return Panel("Rollouts to learn", made.svg)
+
+
+def _frozen(groups: Sequence[Group]) -> Panel | None:
+    found = [np.sort(group.figures("frozen_success_rate")) for group in groups]
+    if not any(len(rates) for rates in found):
+        return None
+    with drawing("sweep-frozen", "Success of the frozen tables", height_in=2.6, width_in=3.4) as made:
+        axes = made.axes()[0]
+        for rates, colour in zip(found, _colours(groups), strict=True):
+            share = (np.arange(len(rates)) + 0.5) / max(1, len(rates))
+            axes.plot(share, rates, ".-", color=colour, lw=1.0, ms=3.5)
+        lowest = min(float(rates.min()) for rates in found if len(rates))
+        axes.set_ylim(min(0.9, lowest - 0.02), 1.005)
+        for axis in (axes.xaxis, axes.yaxis):
+            axis.set_major_formatter(PercentFormatter(1.0, decimals=0))
+        axes.set_xlabel("seeds")
+        axes.set_ylabel("reached the goal")
+    return Panel("Frozen success", made.svg)
+
+
+def _swings(groups: Sequence[Group]) -> Panel | None:
+    found = [group.figures("swings") for group in groups]
+    if not any(len(swings) for swings in found):
+        return None
+    with drawing("sweep-swings", "Half-swings to the goal", height_in=2.6, width_in=3.4) as made:
+        axes = made.axes()[0]
+        width = 0.8 / len(groups)
+        for place, (swings, colour) in enumerate(zip(found, _colours(groups), strict=True)):
+            kinds, counts = np.unique(np.round(swings), return_counts=True)
+            axes.bar(kinds + width * (place - (len(groups) - 1) / 2), counts, 0.9 * width, color=colour, lw=0)
+        rounded = np.round(np.concatenate(found))
+        axes.set_xlim(rounded.min() - 1.5, rounded.max() + 1.5)
+        axes.xaxis.set_major_locator(MultipleLocator(1))
+        axes.yaxis.set_major_locator(MaxNLocator(integer=True))
+        axes.grid(visible=False, axis="x")
+        axes.set_xlabel("half-swings")
+        axes.set_ylabel("seeds")
+    return Panel("Half-swings to the goal", made.svg)
+
+
+def _times(groups: Sequence[Group]) -> Panel | None:
+    found = [group.figures("time_to_goal_s") for group in groups]
+    known = [times for times in found if len(times)]
+    if not known:
+        return None
+    bounds = [value for group in groups for value in group.figures("time_to_goal_bound_s")]
+    low, high = min([*bounds, *(float(times.min()) for times in known)]), max(float(times.max()) for times in known)
+    edges = np.linspace(low - 0.02, high + 0.02, 25).tolist()
+    with drawing("sweep-times", "Time to the goal", height_in=2.6, width_in=3.4) as made:
+        axes = made.axes()[0]
+        for times, colour in zip(found, _colours(groups), strict=True):
+            axes.hist(times, edges, color=colour, alpha=0.25 if len(groups) > 1 else 0.75, lw=0)
+            axes.hist(times, edges, color=colour, histtype="step", lw=1.1)
+        for bound in sorted(set(bounds)):
+            axes.axvline(bound, color=INK, lw=0.9, ls=(0, (4, 3)))
+        axes.yaxis.set_major_locator(MaxNLocator(integer=True))
+        axes.set_xlabel("time to the goal [s]")
+        axes.set_ylabel("seeds")
+    return Panel("Time to the goal", made.svg)
+
+
+def _colours(groups: Sequence[Group]) -> list[str]:
+    return [SERIES[place % len(SERIES)] for place in range(len(groups))]
+
+
+def _legend(axes: Axes, groups: Sequence[Group]) -> None:
+    if len(groups) > 1:
+        legend_above(axes, columns=min(3, len(groups)))

@@ -1,0 +1,152 @@
+"""Transfer over several bodies and seeds: what the table is worth there, against learning from scratch."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from kendama_cli.report.bootstrap import bootstrap, bootstrap_ratio
+from kendama_cli.report.ensemble import Ensemble, Group
+from kendama_cli.report.figure import Figure, Panel, figure
+from kendama_cli.report.grid import EMPTY, Cell, grid, percent, quantity, with_interval
+from kendama_cli.report.plot import drawing, legend_above
+from kendama_cli.report.style import BALL, CUP, INK, PAPER
+from kendama_cli.report.tracks import Array, wilson
+
+TOPICS: tuple[str, ...] = ()
+_HEAD = ("body", "seeds", "from Q", "from scratch", "ratio", "frozen, before", "frozen, after", "games caught")
+_TWIN: tuple[tuple[str, str, Callable[[float], str]], ...] = (
+    ("rope_scale", "rope", lambda value: f"{100 * (value - 1):+.0f} %".replace("-", "−")),
+    ("lag_s", "lag", lambda value: f"{1e3 * value:.0f} ms"),
+    ("latency_s", "latency", lambda value: f"{1e3 * value:.0f} ms"),
+    ("ball_noise_m", "marker", lambda value: f"{1e3 * value:g} mm"),
+)
+
+
+def transfer_sweep_figures(runs: Ensemble) -> list[Figure]:
+    """Further rollouts of every seed, from the table and from scratch, for each group."""
+    groups = [group for group in runs.groups if len(group.figures("rollouts"))]
+    compared = any(len(group.figures("rollouts_from_scratch")) for group in groups)
+    told = "Further rollouts needed on the hardware, a mark for each seed and a bar for their mean: from the table"
+    told += " learned in simulation, and from an empty table on the same body." if compared else "."
+    return figure([told], [_further(groups)], columns=1)
+
+
+def transfer_table(runs: Ensemble) -> str:
+    """From Q, from scratch, and the frozen table before and after, for each group; the last line is the mean of all."""
+    groups = [group for group in runs.groups if len(group.figures("rollouts"))]
+    if not groups:
+        return ""
+    rows = [_row(group) for group in groups]
+    foot = _foot(groups) if len(groups) > 1 else []
+    failed = [
+        f"{group.label} {what}: seed {', '.join(seeds)}"
+        for group in groups
+        for metric, what in (("learned", "from Q"), ("learned_from_scratch", "from scratch"))
+        if (seeds := [member.seed or "–" for member in group.members if member.log.metrics.get(metric) is False])
+    ]
+    note = (
+        "Rollouts on the hardware up to the first of ten greedy successes in a row; a failure counts as the cap. Below"
+        " means and ratios their 95 % bootstrap intervals, below success rates the 95 % interval (Wilson) over all"
+        " trials."
+    )
+    note = (f"Not learned: {'; '.join(failed)}. " if failed else "") + note
+    note = note.replace("&", "&amp;").replace("<", "&lt;")
+    return f'<h3>Further rollouts on each body</h3>{grid(_HEAD, rows, foot=foot)}<p class="note">{note}</p>'
+
+
+def _row(group: Group) -> list[Cell]:
+    given, scratch = group.figures("rollouts"), group.figures("rollouts_from_scratch")
+    ratio = EMPTY
+    if len(scratch):
+        ratio = with_interval(float(given.mean() / scratch.mean()), bootstrap_ratio(given, scratch, np.mean))
+    return [
+        Cell(group.label, _body(group.members[0].log.settings)),
+        Cell(str(len(given))),
+        with_interval(float(given.mean()), bootstrap(given, np.mean)),
+        with_interval(float(scratch.mean()), bootstrap(scratch, np.mean)) if len(scratch) else EMPTY,
+        ratio,
+        _rate(group, "success_rate_before", "evaluation_n"),
+        _rate(group, "success_rate_after", "evaluation_n"),
+        _rate(group, "caught_rate", "games"),
+    ]
+
+
+def _foot(groups: Sequence[Group]) -> list[Cell]:
+    def mean(metric: str) -> float | None:
+        means = [float(found.mean()) for group in groups if len(found := group.figures(metric))]
+        return float(np.mean(means)) if means else None
+
+    def worst(metric: str) -> str:
+        means = [float(found.mean()) for group in groups if len(found := group.figures(metric))]
+        return f"worst {percent(min(means)).text}" if means else ""
+
+    given, scratch = mean("rollouts"), mean("rollouts_from_scratch")
+    ratio = given / scratch if given is not None and scratch else None
+    return [
+        Cell("mean"),
+        Cell(""),
+        Cell(quantity(given)),
+        Cell(quantity(scratch)),
+        Cell(quantity(ratio)),
+        *(percent(mean(metric), worst(metric)) for metric in ("success_rate_before", "success_rate_after")),
+        percent(mean("caught_rate"), worst("caught_rate")),
+    ]
+
+
+def _rate(group: Group, metric: str, trials: str) -> Cell:
+    rates = group.figures(metric)
+    if not len(rates):
+        return EMPTY
+    each = int(group.members[0].log.setting("transfer", trials, default=0))
+    if not each:
+        return percent(float(rates.mean()))
+    n = each * len(rates)
+    low, high = wilson(round(float(rates.sum()) * each), n)
+    return percent(float(rates.mean()), f"{100 * low:.0f} … {100 * high:.0f}")
+
+
+def _body(settings: Mapping[str, Any]) -> str:
+    """What the twin is like, in a few words."""
+    made = settings.get("hardware", {}).get("imperfection", {})
+    known = ((made.get(name), word, show) for name, word, show in _TWIN)
+    return ", ".join(f"{word} {show(value)}" for value, word, show in known if isinstance(value, int | float))
+
+
+def _further(groups: Sequence[Group]) -> Panel | None:
+    if not groups:
+        return None
+    height_in = 1.2 + 0.36 * len(groups)
+    with drawing("sweep-transfer", "Further rollouts for each body", height_in=height_in, width_in=9.0) as made:
+        axes = made.axes()[0]
+        kinds = (("rollouts_from_scratch", BALL, 0.14, "from scratch"), ("rollouts", CUP, -0.14, "from Q"))
+        for metric, colour, shift, label in kinds:
+            for row, group in enumerate(groups):
+                values = group.figures(metric)
+                if len(values):
+                    axes.plot(values, row + shift + _spread(values), "o", color=colour, mfc=PAPER, ms=4, mew=0.9)
+                    mean = float(values.mean())
+                    axes.plot([mean, mean], [row + shift - 0.13, row + shift + 0.13], color=colour, lw=2.6)
+            if any(len(group.figures(metric)) for group in groups):
+                axes.plot([], [], "o", color=colour, mfc=PAPER, ms=4, mew=0.9, label=label)
+        axes.set_yticks(range(len(groups)), [group.label for group in groups])
+        axes.set_ylim(len(groups) - 0.5, -0.5)
+        axes.tick_params(axis="y", labelcolor=INK, length=0)
+        axes.grid(visible=False, axis="y")
+        axes.set_xlim(left=0)
+        axes.set_xlabel("further rollouts")
+        legend_above(axes)
+    return Panel("Further rollouts on the hardware", made.svg)
+
+
+def _spread(values: Array) -> Array:
+    """Small shifts that keep equal marks apart: the k-th of equal values lies k steps to one side."""
+    seen: dict[float, int] = {}
+    shifts = []
+    for value in values.tolist():
+        seen[value] = seen.get(value, 0) + 1
+        k = seen[value]
+        shifts.append(0.02 * (k // 2) * (1 if k % 2 else -1))
+    return np.clip(shifts, -0.12, 0.12)

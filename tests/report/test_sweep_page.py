@@ -1,0 +1,149 @@
+"""The report over several runs: groups, intervals, failures by seed, and the table over bodies, from logs alone."""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from kendama_cli.errors import InputError
+from kendama_cli.log.writer import McapLog
+from kendama_cli.report.ensemble import ensemble
+from kendama_cli.report.sweep_page import make_sweep_report
+from tests.report.synthetic_sweep import TWINS, write_explorations, write_transfers
+from tests.report.test_page import _Balance
+
+
+@pytest.fixture(scope="module")
+def explorations(tmp_path_factory):
+    return write_explorations(tmp_path_factory.mktemp("explorations"))
+
+
+@pytest.fixture(scope="module")
+def transfers(tmp_path_factory):
+    return write_transfers(tmp_path_factory.mktemp("transfers"))
+
+
+@pytest.fixture(scope="module")
+def exploration_page(explorations):
+    return make_sweep_report("made up", explorations)
+
+
+@pytest.fixture(scope="module")
+def transfer_page(transfers):
+    return make_sweep_report("made up", transfers)
+
+
+def _text(page: str) -> str:
+    page = re.sub(r"<(style|svg).*?</\1>", " ", page, flags=re.DOTALL)
+    return " ".join(re.sub(r"<[^>]+>", " ", page).split())
+
+
+def test_runs_are_grouped_by_what_differs_but_the_seed(explorations):
+    found = ensemble(explorations, "learn", ())
+    assert found.differs == "learn/exploration"
+    assert [group.label for group in found.groups] == ["harmonic", "epsilon_greedy"]
+    assert [[member.seed for member in group.members] for group in found.groups] == [[str(n) for n in range(20)]] * 2
+
+
+def test_an_override_that_only_some_runs_have_parts_them(explorations):
+    runs = [
+        ({**document, "overrides": [*document["overrides"], *(["learn.alpha=0.3"] if place % 2 else [])]}, logs)
+        for place, (document, logs) in enumerate(explorations[:4])
+    ]
+    assert [group.label for group in ensemble(runs, "learn", ()).groups] == ["as configured", "0.3"]
+
+
+def test_a_log_that_runs_share_counts_once_under_what_they_agree_on(transfers):
+    found = ensemble(transfers, "learn", ())
+    assert [len(group.members) for group in found.groups] == [3]
+    assert found.differs == ""
+    assert [len(group.members) for group in ensemble(transfers, "transfer", ()).groups] == [3] * len(TWINS)
+
+
+def test_figures_intervals_and_ratios_are_told(exploration_page, explorations):
+    text = _text(exploration_page)
+    values = [group.figures("rollouts_to_learn") for group in ensemble(explorations, "learn", ()).groups]
+    for group in values:
+        assert f"{group.mean():.3g}" in text
+    assert f"{values[1].mean() / values[0].mean():.3g}" in text
+    for title in ("rollouts, mean", "rollouts, median", "rollouts, 90 %", "ratio of means", "least time possible"):
+        assert title in text
+    assert "1.31 s" in text
+    assert "Against harmonic" in text
+
+
+def test_failures_are_listed_by_seed(exploration_page):
+    assert "Failed (epsilon_greedy): seed 3." in _text(exploration_page)
+
+
+def test_every_body_has_its_line_and_the_last_line_is_the_mean(transfer_page):
+    text = _text(transfer_page)
+    for twin in TWINS:
+        assert twin in text
+    assert "rope −10 %, lag 15 ms" in text
+    assert "mean 2 15 0.133 85 % worst 85 % 97.5 % worst 97.5 % 75 % worst 75 %" in text
+    assert "Not learned: twin_rope_short from scratch: seed 2" in text
+
+
+def test_a_run_that_failed_is_told_in_plain_text(transfer_page):
+    assert "hardware=twin_lag_40 seed=3: the line is &lt;cut&gt;" in transfer_page
+
+
+def test_two_processes_make_the_same_bytes(transfers, tmp_path):
+    listed = [(document, {name: str(path) for name, path in logs.items()}) for document, logs in transfers]
+    (tmp_path / "runs.json").write_text(json.dumps(listed))
+    page = make_sweep_report("made up", transfers)
+    for seed in ("1", "2"):
+        made = subprocess.run(
+            [sys.executable, "-m", "tests.report.synthetic_sweep", str(tmp_path / "runs.json")],
+            check=True,
+            cwd=Path(__file__).parents[2],
+            capture_output=True,
+            env={**os.environ, "PYTHONHASHSEED": seed, "PYTHONIOENCODING": "utf-8", "TZ": f"UTC+{seed}"},
+        )
+        assert made.stdout.decode() == page
+
+
+def test_the_page_is_well_formed_and_asks_nothing_of_the_network(exploration_page, transfer_page):
+    for page in (exploration_page, transfer_page):
+        balance = _Balance()
+        balance.feed(page)
+        assert balance.open == []
+        assert len(balance.ids) == len(set(balance.ids))
+        for target in set(re.findall(r"""(?:href="|url\()#([^")]+)""", page)):
+            assert target in balance.ids
+        addresses = re.findall(r"""(?:src|href|url)\s*[=(]\s*["']?([^"')\s>]+)""", page)
+        assert [one for one in addresses if not one.startswith(("#", "data:"))] == []
+
+
+def test_a_stage_of_the_users_own_has_its_metrics_over_the_runs(tmp_path):
+    runs = []
+    for width in (3, 5):
+        log = McapLog()
+        path = tmp_path / f"{width}.mcap"
+        log.finish(
+            path, stage="smooth", settings={}, metrics={"n_kept": 10 * width, "rmse_mm": 0.5 * width, "kind": "a"}
+        )
+        document = {"overrides": [f"smooth.width={width}"], "stages": [{"name": "smooth", "status": "ran"}]}
+        runs.append((document, {"smooth": path}))
+    text = _text(make_sweep_report("", runs))
+    assert "smooth.width logs number of kept rmse [mm] 3 1 30 1.5 5 1 50 2.5" in text
+
+
+def test_one_run_alone_and_no_run_at_all_make_a_page(explorations):
+    assert "all runs" in make_sweep_report("", explorations[:1])
+    assert "0 runs" in make_sweep_report("", [])
+
+
+def test_a_damaged_log_is_named(explorations, tmp_path):
+    document, logs = explorations[0]
+    broken = tmp_path / "broken.mcap"
+    broken.write_bytes(logs["learn"].read_bytes()[:-300])
+    with pytest.raises(InputError, match=r"broken\.mcap"):
+        make_sweep_report("", [(document, {"learn": broken})])
