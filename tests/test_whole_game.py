@@ -110,7 +110,8 @@ def test_the_readme_documents_every_channel_that_is_logged(whole: dict[str, Any]
         facts = json.loads(kendama(folder, "log", "info", "--json", f"{stage['artifact']}/log.mcap"))
         logged |= {re.sub(r"^(/predict/image/).+", r"\1<camera>", channel["topic"]) for channel in facts["channels"]}
     assert len(logged) > 20
-    assert logged == documented
+    assert documented - logged == {"/transfer/scratch/rollout"}, "the main job does not learn from scratch on hardware"
+    assert logged <= documented
 
 
 def test_a_log_becomes_a_table(whole: dict[str, Any], folder: Path) -> None:
