@@ -116,7 +116,7 @@ def test_a_wrong_pipeline_is_one_line_that_names_the_file(toy: ToyProject, text:
     ("content", "message"),
     [
         (b"kind: [file\n", "mine.yaml"),
-        (b"- a\n", "'learn' "),
+        (b"- a\n", "'learn/mine'"),
         (b"\xff\xfe", "can't decode byte 0xff"),
         (b"defaults: 3\n", "Invalid defaults list in 'learn/mine'"),
         (b"alpha: .nan\ndefaults: [sarsa, _self_]\n", "'learn.alpha' must be a finite number"),
