@@ -15,6 +15,7 @@ from kendama_cli.config.compose import composed, composed_each, expand_sweep
 from kendama_cli.config.site import Site, find_site
 from kendama_cli.errors import UsageError
 from kendama_cli.pipeline.catalogue import Pipeline, load_pipeline
+from kendama_cli.pipeline.inputs import resolve_files
 from kendama_cli.pipeline.plan import Planner, check_armed, check_forced
 from kendama_cli.pipeline.record import RunRecord, begin, find_run, past_runs
 from kendama_cli.pipeline.runner import Runner
@@ -302,12 +303,12 @@ def robot_twin(
     """Run the simulated robot as a process of its own, behind UDP, until it is stopped."""
     from kendama_cli.blocks.robot.twin import serve_twin  # noqa: PLC0415  (dartpy)
 
-    settings = build_settings(composed(find_site(home, config_dir), overrides or []))
+    site = find_site(home, config_dir)
+    settings = build_settings(composed(site, overrides or []))
     if settings["hardware"].kind != "twin":
         raise UsageError(f"hardware is '{settings['hardware'].kind}'; a twin needs hardware=twin")
-    serve_twin(
-        settings["robot"], settings["game"], settings["hardware"], host=host, port=port, on_ready=render.document
-    )
+    robot = resolve_files(settings["robot"], "robot", site.data_roots)
+    serve_twin(robot, settings["game"], settings["hardware"], host=host, port=port, on_ready=render.line)
 
 
 @app.command()

@@ -31,6 +31,11 @@ def document(value: Any) -> None:
     print(json.dumps(value, indent=2, ensure_ascii=False))
 
 
+def line(value: Any) -> None:
+    """One JSON document in one line on standard output, at once: for a program that waits for it."""
+    print(json.dumps(value, ensure_ascii=False), flush=True)
+
+
 def table(rows: Iterable[Sequence[str]], *, head: Sequence[str] = ()) -> None:
     """Rows in aligned columns on standard output; the last column runs free."""
     lines = [*([head] if head else []), *rows]

@@ -1,0 +1,44 @@
+"""The twin as a user starts it: a process of its own, with which another run plays when it is armed."""
+
+from __future__ import annotations
+
+import json
+import signal
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+COMMAND = [sys.executable, "-m", "kendama_cli.cli.main"]
+SHORT = ["transfer.games=1", "transfer.evaluation_n=1", "transfer.cap=1"]
+
+
+@pytest.fixture
+def twin(tmp_path: Path) -> Iterator[dict[str, Any]]:
+    """A running twin: what it said of itself."""
+    process = subprocess.Popen([*COMMAND, "robot", "twin"], cwd=tmp_path, stdout=subprocess.PIPE, text=True)
+    assert process.stdout is not None
+    yield json.loads(process.stdout.readline())
+    process.send_signal(signal.SIGINT)
+    assert process.wait(timeout=20) == 130
+
+
+def play(twin: dict[str, Any], folder: Path, *options: str) -> subprocess.CompletedProcess[str]:
+    command = [*COMMAND, "run", "-p", "swingup", "hardware=udp", f"hardware.port={twin['port']}", *SHORT, *options]
+    return subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
+
+
+def test_the_twin_serves_on_loopback_and_plays_only_with_who_is_armed(twin: dict[str, Any], tmp_path: Path) -> None:
+    assert twin["host"] == "127.0.0.1"
+    refused = play(twin, tmp_path)
+    assert refused.returncode == 2
+    assert "add --arm" in refused.stderr
+    for _ in range(2):  # every run is a new attempt, and the twin takes one session after another
+        played = play(twin, tmp_path, "--arm", "--json")
+        assert played.returncode == 0, played.stderr
+        stages = {stage["name"]: stage for stage in json.loads(played.stdout)["stages"]}
+        assert stages["transfer"]["status"] == "ran"
+        assert stages["transfer"]["metrics"]["games"] == 1
