@@ -66,7 +66,7 @@ def composed_each(site: Site, combinations: Sequence[Sequence[str]]) -> Iterator
 
 def expand_sweep(site: Site, overrides: Sequence[str]) -> list[list[str]]:
     """Every combination of sweep overrides (lists, ``range()``, ``choice()``, ``glob()``), in the order given."""
-    from hydra.core.override_parser.types import Glob, Override  # noqa: PLC0415
+    from hydra.core.override_parser.types import Glob, Override
 
     choices: list[list[str]] = []
     for text, override in zip(overrides, _parse(list(overrides)), strict=True):
@@ -122,7 +122,7 @@ def _refers(site: Site) -> bool:
 
 
 def _sweep_values(override: Any, options: list[str]) -> list[str]:
-    from hydra.core.override_parser.types import Glob  # noqa: PLC0415
+    from hydra.core.override_parser.types import Glob
 
     if isinstance(override.value(), Glob):
         return list(override.value().filter(options))
@@ -138,8 +138,8 @@ def _stamp(file: Path) -> list[int]:
 
 
 def _parse(overrides: list[str]) -> list[Any]:
-    from hydra.core.override_parser.overrides_parser import OverridesParser  # noqa: PLC0415
-    from hydra.errors import OverrideParseException  # noqa: PLC0415
+    from hydra.core.override_parser.overrides_parser import OverridesParser
+    from hydra.errors import OverrideParseException
 
     parsed = []
     for text in overrides:
@@ -158,16 +158,16 @@ def _parse(overrides: list[str]) -> list[Any]:
 
 
 def _compose(site: Site, overrides: list[str]) -> dict[str, Any]:
-    from hydra import version  # noqa: PLC0415
-    from hydra._internal.hydra import Hydra  # noqa: PLC0415
-    from hydra._internal.utils import create_config_search_path  # noqa: PLC0415
-    from hydra.compose import compose  # noqa: PLC0415
-    from hydra.core.config_search_path import SearchPathQuery  # noqa: PLC0415
-    from hydra.core.global_hydra import GlobalHydra  # noqa: PLC0415
-    from hydra.errors import HydraException  # noqa: PLC0415
-    from omegaconf import OmegaConf  # noqa: PLC0415
-    from omegaconf.errors import OmegaConfBaseException  # noqa: PLC0415
-    from yaml import YAMLError  # noqa: PLC0415
+    from hydra import version
+    from hydra._internal.hydra import Hydra
+    from hydra._internal.utils import create_config_search_path
+    from hydra.compose import compose
+    from hydra.core.config_search_path import SearchPathQuery
+    from hydra.core.global_hydra import GlobalHydra
+    from hydra.errors import HydraException
+    from omegaconf import OmegaConf
+    from omegaconf.errors import OmegaConfBaseException
+    from yaml import YAMLError
 
     names = groups(site)
     for text, override in zip(overrides, _parse(overrides), strict=True):

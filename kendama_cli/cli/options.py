@@ -1,0 +1,39 @@
+"""The options and arguments that several commands share."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from kendama_cli.cli import completion
+
+Home = Annotated[
+    Path | None, typer.Option("--home", metavar="DIR", help="Store, runs and logs [KENDAMA_HOME, else .kendama].")
+]
+ConfigDir = Annotated[
+    Path | None, typer.Option("--config-dir", metavar="DIR", help="A folder with conf/ and pipelines/ of your own.")
+]
+PipelineName = Annotated[
+    str,
+    typer.Option("-p", "--pipeline", metavar="PIPELINE", help="Pipeline to run.", autocompletion=completion.pipelines),
+]
+Until = Annotated[
+    str | None,
+    typer.Option(metavar="STAGE", help="Stop after this stage.", autocompletion=completion.stages),
+]
+Force = Annotated[
+    list[str] | None,
+    typer.Option(
+        metavar="STAGE", help="Compute this stage again even where it is cached.", autocompletion=completion.stages
+    ),
+]
+Json = Annotated[bool, typer.Option("--json", help="Print one JSON document.")]
+Arm = Annotated[bool, typer.Option("--arm", help="Allow stages that move real hardware.")]
+Overrides = Annotated[
+    list[str] | None,
+    typer.Argument(
+        metavar="[OVERRIDE]...", help="KEY=VALUE of the configuration.", autocompletion=completion.overrides
+    ),
+]

@@ -1,0 +1,123 @@
+"""The commands beside the pipeline's own: the store, logs, and robots as processes."""
+
+from __future__ import annotations
+
+import dataclasses
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from kendama_cli.cli import render
+from kendama_cli.cli.options import ConfigDir, Home, Json, Overrides
+from kendama_cli.config.compose import composed
+from kendama_cli.config.site import find_site
+from kendama_cli.errors import UsageError
+from kendama_cli.pipeline.inputs import resolve_files
+from kendama_cli.settings.nodes import build_settings
+from kendama_cli.store.store import Store
+
+cache_app = typer.Typer(help="Look after the store of finished work.", no_args_is_help=True)
+log_app = typer.Typer(help="Look into MCAP logs.", no_args_is_help=True)
+robot_app = typer.Typer(help="Robots as processes of their own.", no_args_is_help=True)
+
+
+@cache_app.command("ls")
+def cache_ls(as_json: Json = False, home: Home = None) -> None:
+    """List what is stored: stage, key, size, artifact, metrics."""
+    entries = Store(find_site(home).home).entries()
+    if as_json:
+        render.document([{**dataclasses.asdict(item), "artifact": str(item.artifact)} for item in entries])
+        return
+    rows = [
+        (item.stage, item.key[:12], _size(item.artifact), item.artifact.name[:12], render.figures(item.metrics, 3))
+        for item in entries
+    ]
+    render.table(rows, head=("stage", "key", "size", "artifact", "metrics"))
+
+
+@cache_app.command("verify")
+def cache_verify(as_json: Json = False, home: Home = None) -> int:
+    """Read every stored byte and name what is damaged; damaged work is computed again when it is next needed."""
+    damage = Store(find_site(home).home).verify()
+    if as_json:
+        render.document({"damaged": [{"path": str(item.path), "problem": item.problem} for item in damage]})
+    elif damage:
+        for item in damage:
+            render.text(f"{item.path}: {item.problem}")
+        render.error(f"{len(damage)} damaged; 'kendama cache gc' removes them, 'kendama run' computes them again")
+    else:
+        render.text("every byte is as it was written")
+    return 1 if damage else 0
+
+
+@cache_app.command("gc")
+def cache_gc(
+    keep_runs: Annotated[
+        int | None, typer.Option(metavar="N", min=0, help="Forget all but the newest N runs and what only they used.")
+    ] = None,
+    home: Home = None,
+) -> None:
+    """Delete damaged entries, artifacts that nothing names, and what killed runs left behind."""
+    gone = Store(find_site(home).home).collect_garbage(keep_runs)
+    for path in gone:
+        render.text(f"deleted {path}")
+    render.text(f"{len(gone)} deleted")
+
+
+@log_app.command("info")
+def log_info(file: Annotated[Path, typer.Argument(metavar="FILE")], as_json: Json = False) -> None:
+    """Say what an MCAP log holds."""
+    from kendama_cli.log.export import describe  # pandas
+
+    facts = describe(file)
+    if as_json:
+        render.document(facts)
+    else:
+        _show_log(facts)
+
+
+@log_app.command("export")
+def log_export(
+    file: Annotated[Path, typer.Argument(metavar="FILE")],
+    output: Annotated[
+        Path | None,
+        typer.Option("-o", "--output", metavar="FILE", help="FILE.parquet or FILE.csv [FILE's name .parquet]."),
+    ] = None,
+    topic: Annotated[str | None, typer.Option(metavar="TOPIC", help="Only this topic.")] = None,
+) -> None:
+    """Export an MCAP log to Parquet or CSV."""
+    from kendama_cli.log.export import export  # pandas and pyarrow
+
+    for path in export(file, output or Path(file.name).with_suffix(".parquet"), topic):
+        render.text(str(path))
+
+
+@robot_app.command("twin")
+def robot_twin(
+    overrides: Overrides = None,
+    host: Annotated[str, typer.Option(help="Address to bind; loopback unless you say otherwise.")] = "127.0.0.1",
+    port: Annotated[int, typer.Option(min=0, max=65535, help="UDP port; 0 takes a free one.")] = 0,
+    home: Home = None,
+    config_dir: ConfigDir = None,
+) -> None:
+    """Run the simulated robot as a process of its own, behind UDP, until it is stopped."""
+    from kendama_cli.blocks.robot.twin import serve_twin  # dartpy
+
+    site = find_site(home, config_dir)
+    settings = build_settings(composed(site, overrides or []))
+    if settings["hardware"].kind != "twin":
+        raise UsageError(f"hardware is '{settings['hardware'].kind}'; a twin needs hardware=twin")
+    robot = resolve_files(settings["robot"], "robot", site.data_roots)
+    serve_twin(robot, settings["game"], settings["hardware"], host=host, port=port, on_ready=render.line)
+
+
+def _show_log(facts: dict[str, Any]) -> None:
+    render.text(f"{facts['path']}: {facts['messages']} messages, {facts['duration_s']:.3f} s")
+    rows = [(item["topic"], item["schema"], str(item["messages"])) for item in facts["channels"]]
+    render.table(rows, head=("topic", "schema", "messages"))
+
+
+def _size(folder: Path) -> str:
+    size = sum(file.stat().st_size for file in folder.iterdir())
+    return f"{size / 1e6:.2f} MB" if size >= 1e5 else f"{size / 1e3:.1f} kB"
