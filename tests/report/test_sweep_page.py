@@ -72,7 +72,7 @@ def test_figures_intervals_and_ratios_are_told(exploration_page, explorations):
     for group in values:
         assert f"{group.mean():.3g}" in text
     assert f"{values[1].mean() / values[0].mean():.3g}" in text
-    for title in ("rollouts, mean", "rollouts, median", "rollouts, 90 %", "ratio of means", "least time possible"):
+    for title in ("rollouts, mean", "rollouts, median", "rollouts, 90 %", "ratio of means", "soonest found by search"):
         assert title in text
     assert "1.31 s" in text
     assert "Against harmonic" in text
