@@ -168,6 +168,15 @@ class NoiseSettings:
 
 
 @dataclass(frozen=True)
+class ProofSettings:
+    """What differs while the learned table is put to the proof, as another body would: drawn anew for each rollout."""
+
+    noise: float = setting("factor on all noise", above=0)
+    acceleration: float = setting("uniform +- relative error of all accelerations of a rollout", at_least=0, below=0.5)
+    angle_deg: float = setting("uniform +- offset of all readings of the ball's angle in a rollout [deg]", at_least=0)
+
+
+@dataclass(frozen=True)
 class CountSettings:
     """When the swing-up counts as learned, and how long is tried (kendama_cli/learning/statistics.py)."""
 
@@ -197,6 +206,7 @@ class LearnSettings:
     exploration: ExplorationSettings
     workspace: WorkspaceSettings
     noise: NoiseSettings
+    proof: ProofSettings
     count: CountSettings
     engine: Literal["dart", "kernel"] = setting(
         "what computes the dynamics: DART, or compiled code that gives the same numbers much faster"

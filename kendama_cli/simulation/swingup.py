@@ -88,8 +88,8 @@ class SwingUpEnvironment:
         stretches = Stretches(settings, game, self._limiter)
         return stretches.swing, stretches
 
-    def noise(self, rng: np.random.Generator) -> RolloutNoise:
-        """Draw one rollout's noise at the levels of ``learn.noise``."""
+    def noise(self, rng: np.random.Generator, *, proof: bool = False) -> RolloutNoise:
+        """Draw one rollout's noise at the levels of ``learn.noise``, or for a ``proof`` at those of ``learn.proof``."""
         levels, n = self._settings.noise, self.n_steps
         start = rng.standard_normal(2).tolist()
         readings = rng.standard_normal((2, n))
@@ -97,6 +97,13 @@ class SwingUpEnvironment:
         angle_rad = math.radians(levels.angle_reading_deg) * readings[0]
         rate_rad_s = levels.rate_reading_rad_s * readings[1]
         gain = 1.0 + levels.acceleration * errors
+        if proof:
+            body = self._settings.proof
+            strength, offset = rng.uniform(-1.0, 1.0, 2).tolist()
+            start = [body.noise * value for value in start]
+            angle_rad = body.noise * angle_rad + math.radians(body.angle_deg) * offset
+            rate_rad_s = body.noise * rate_rad_s
+            gain = (1.0 + body.noise * (gain - 1.0)) * (1.0 + body.acceleration * strength)
         compiled = self._stretches is not None  # compiled code reads arrays, a loop in Python lists, sooner
         return RolloutNoise(
             start_angle_rad=math.radians(levels.start_angle_deg) * start[0],

@@ -69,7 +69,8 @@ class Learn:
         chance, whim = ctx.rng("rollouts"), ctx.rng("exploration")
         while not learner.count.finished(self._settings.count):
             learner.begin_rollout(whim)
-            rollout = environment.roll_out(learner, environment.noise(chance))
+            proof = learner.count.resting(self._settings.count)
+            rollout = environment.roll_out(learner, environment.noise(chance, proof=proof))
             finished = learner.end_rollout(rollout.outcome, rollout.final)
             tally["simulated_s"] += rollout.duration_s
             tally["recent"] = [*tally["recent"], finished.success][-RECENT:]

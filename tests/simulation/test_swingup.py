@@ -188,6 +188,25 @@ def test_the_noise_has_the_configured_spread():
     assert 0.91 - 1e-12 <= min(noise.gain) <= max(noise.gain) <= 1.09 + 1e-12
 
 
+def test_a_proof_adds_another_body_to_the_same_noise():
+    environment = SwingUpEnvironment(learn_settings(), GAME)
+    proof = environment._settings.proof
+    offsets, gains = [], []
+    for seed in range(60):
+        usual = environment.noise(np.random.default_rng(seed))
+        other = environment.noise(np.random.default_rng(seed), proof=True)
+        assert other.start_angle_rad == proof.noise * usual.start_angle_rad
+        rest = np.array(other.angle_rad) - proof.noise * np.array(usual.angle_rad)
+        assert np.ptp(rest) < 1e-12, "one offset for the whole rollout"
+        offsets.append(math.degrees(rest[0]))
+        ratio = np.array(other.gain) / (1.0 + proof.noise * (np.array(usual.gain) - 1.0))
+        assert np.ptp(ratio) < 1e-12
+        gains.append(ratio[0] - 1.0)
+    # the largest of 60 uniform draws falls short of the end by more than a tenth with a probability of 0.9^60 = 0.2 %
+    for drawn, most in ((offsets, proof.angle_deg), (gains, proof.acceleration)):
+        assert 0.9 * most < max(map(abs, drawn)) <= most
+
+
 @pytest.mark.parametrize("stiffness_n_m", [2000.0, 12500.0])
 def test_the_damped_rope_is_passive_up_to_the_stiffness_that_is_allowed(stiffness_n_m):
     rope = dataclasses.replace(GAME.rope, stiffness_n_m=stiffness_n_m)
