@@ -14,6 +14,8 @@ from kendama_cli.stages.interface import State
 from kendama_cli.store.checkpoint import CheckpointFolder
 
 CHECKPOINT_PERIOD_S = 1.0
+CHECKPOINT_SHARE = 0.01
+"""Largest part of a stage's time that goes into checkpoints: on a slow disk they are made less often."""
 PROGRESS_PERIOD_S = 0.1
 
 
@@ -34,7 +36,7 @@ class WorkerContext:
         self._checkpoints = checkpoints
         self._tell = tell
         self._streams: dict[str, np.random.Generator] = {}
-        self._saved_s = time.monotonic()
+        self._due_s = time.monotonic() + CHECKPOINT_PERIOD_S
         self._told_s = 0.0
 
     def rng(self, purpose: str) -> np.random.Generator:
@@ -58,11 +60,13 @@ class WorkerContext:
 
     def checkpoint(self, state: Callable[[], State], *, force: bool = False) -> None:
         """Save now if the last one is old enough or ``force`` is set."""
-        if not force and time.monotonic() - self._saved_s < CHECKPOINT_PERIOD_S:
+        began_s = time.monotonic()
+        if not force and began_s < self._due_s:
             return
         streams = {purpose: stream.bit_generator.state for purpose, stream in self._streams.items()}
         self._checkpoints.save(state(), streams, self.log.segment())
-        self._saved_s = time.monotonic()
+        now_s = time.monotonic()
+        self._due_s = now_s + max(CHECKPOINT_PERIOD_S, (now_s - began_s) / CHECKPOINT_SHARE)
 
     def progress(self, done: int, total: int | None, **figures: float | int | str) -> None:
         """Pass on where the work stands, at most ten times a second."""
