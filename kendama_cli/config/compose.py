@@ -227,6 +227,8 @@ def _plain_error(site: Site, overrides: list[str], error: Exception) -> ConfigEr
 
 def _missing(config: dict[str, Any], key: str, names: list[str]) -> ConfigError | None:
     """The error for the first part of ``key`` that ``config`` does not have; None where it has them all."""
+    if "/" in key and key not in names:
+        return ConfigError(key, f"unknown group '{key}'; available: {', '.join(names)}{nearest(key, names)}")
     node: Any = config
     walked = ""
     for part in key.split("."):
