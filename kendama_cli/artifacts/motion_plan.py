@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 from kendama_cli.artifacts.checks import Array, array, rising
+from kendama_cli.settings.placement import Placement
 
 
 @dataclass(frozen=True)
@@ -12,7 +14,8 @@ class MotionPlan:
     """A dynamic movement primitive of c coordinates with m basis functions (PAPER.md eq. 3-5).
 
     K = ``stiffness``, D = 2 sqrt K, alpha = ``phase_decay``; ``duration_s`` (T) is the demonstration's length, and
-    the motion played lasts tau = ``tau_scale`` T. Positions are relative to the start of the swing.
+    the motion played lasts tau = ``tau_scale`` T. Positions are relative to the start of the swing; where a coordinate
+    is a rotation (``PosePlan``), read rad for m.
     """
 
     coordinates: tuple[str, ...]
@@ -25,13 +28,19 @@ class MotionPlan:
     start_velocity_m_s: Array
     """(c,) at tau_scale 1"""
     goal_m: Array
-    """(c,)"""
+    """(c,) where the motion is at tau"""
+    goal_velocity_m_s: Array
+    """(c,) how fast it passes its goal, at tau_scale 1; zero for a motion that ends at rest"""
     weights: Array
     """(c, m)"""
     centers: Array
     """(m,) in phase x, falling from 1"""
     widths: Array
     """(m,) s_j of eq. 5"""
+    variation: Array
+    """(r, 1 + c (3 + m)) V, so that V^T V is the covariance of the parameters over the demonstrations; no rows where
+    there was one. Columns: log T, then start rate, goal - start and goal rate (a rate is velocity x T), then the
+    weights of the first coordinate, of the second, ..."""
 
     def __post_init__(self) -> None:
         c = len(self.coordinates)
@@ -41,18 +50,41 @@ class MotionPlan:
             ("start_m", (c,)),
             ("start_velocity_m_s", (c,)),
             ("goal_m", (c,)),
+            ("goal_velocity_m_s", (c,)),
             ("weights", (c, m)),
             ("widths", (m,)),
+            ("variation", (None, 1 + c * (3 + m))),
         ):
             object.__setattr__(self, name, array(name, getattr(self, name), shape))
         for name in ("duration_s", "tau_scale", "stiffness", "phase_decay"):
-            if not getattr(self, name) > 0:
-                raise ValueError(f"{name} must be positive, not {getattr(self, name)!r}")
+            if not 0 < getattr(self, name) < math.inf:
+                raise ValueError(f"{name} must be positive and finite, not {getattr(self, name)!r}")
+        if not (self.widths > 0).all():
+            raise ValueError(f"widths must be positive; the smallest is {self.widths.min():g}")
 
     @property
     def n_parameters(self) -> int:
         """Goal, duration and weights of one coordinate: the paper's 22 for 20 basis functions."""
         return len(self.centers) + 2
+
+
+@dataclass(frozen=True)
+class PosePlan:
+    """A primitive of position and orientation: six coordinates x, y, z [m], rx, ry, rz [rad].
+
+    The last three are the rotation vector of q ``start_wxyz``^-1 (see ``kendama_cli.motion.cartesian``).
+    """
+
+    motion: MotionPlan
+    start_wxyz: Array
+    """(4,) unit quaternion of the orientation at the start"""
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "start_wxyz", array("start_wxyz", self.start_wxyz, (4,)))
+        if len(self.motion.coordinates) != 6:
+            raise ValueError(f"a pose has 6 coordinates, not {len(self.motion.coordinates)}")
+        if abs(math.hypot(*self.start_wxyz) - 1) > 1e-9:
+            raise ValueError(f"start_wxyz must be a unit quaternion; its norm is {math.hypot(*self.start_wxyz):g}")
 
 
 @dataclass(frozen=True)
@@ -76,10 +108,11 @@ class JointTrajectory:
 class CatchMotion:
     """The adapted primitive and the arm's motion for it: what the hardware is handed.
 
-    ``success_rate`` is that of the perturbed repeats in simulation; ``caught`` is the nominal outcome.
+    ``placement`` is where the arm stands and how it holds the cup for it. ``success_rate`` is that of the perturbed repeats in simulation; ``caught`` is the nominal outcome.
     """
 
     plan: MotionPlan
     joints: JointTrajectory
+    placement: Placement
     caught: bool
     success_rate: float

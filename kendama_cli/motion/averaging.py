@@ -1,4 +1,4 @@
-"""From demonstrations to one movement primitive: encode each, average the parameters, measure what was lost."""
+"""From demonstrations to one movement primitive: align, encode each, average the parameters, measure what was lost."""
 
 from __future__ import annotations
 
@@ -10,10 +10,11 @@ import numpy as np
 from kendama_cli.artifacts.checks import Array
 from kendama_cli.artifacts.demonstration import Demonstration
 from kendama_cli.artifacts.motion_plan import MotionPlan
-from kendama_cli.motion.basis import centers_equal_in_time, widths_by_spacing
+from kendama_cli.motion.basis import Basis
 from kendama_cli.motion.dmp import play
-from kendama_cli.motion.regression import least_squares_on_position, locally_weighted, ridge_on_force
-from kendama_cli.motion.resampling import Swing, swing
+from kendama_cli.motion.encoding import Parameters, fit_swings
+from kendama_cli.motion.onset import Moving, moving_part
+from kendama_cli.motion.resampling import MIN_SAMPLES, Swing, common_margins, cut
 from kendama_cli.settings.encode import EncodeSettings
 
 COORDINATES = ("x", "y", "z")
@@ -29,62 +30,84 @@ class Deviation:
     samples: int
 
 
-def prepare(demonstration: Demonstration, settings: EncodeSettings) -> Swing:
-    """The demonstration as the regression reads it; raises ValueError, naming it, where it cannot be encoded."""
-    try:
-        return swing(
-            demonstration.t_s,
-            demonstration.position_m,
-            smoothing_s=settings.smoothing_s,
-            rest_speed_m_s=settings.rest_speed_m_s,
-            rest_share=settings.rest_share,
-            margin_s=settings.margin_s if settings.trim == "rest" else None,
+@dataclass(frozen=True)
+class Encoding:
+    """The primitives of several demonstrations over one basis."""
+
+    swings: tuple[Swing, ...]
+    parameters: Parameters
+    basis: Basis
+    coordinates: tuple[str, ...] = COORDINATES
+
+    def __len__(self) -> int:
+        return len(self.swings)
+
+    def plan(self, i: int) -> MotionPlan:
+        """The primitive of the i-th demonstration."""
+        return self.average([i])
+
+    def average(self, members: Sequence[int] | None = None) -> MotionPlan:
+        """The primitive whose duration, goal, end rates and weights are the means over ``members`` (all by default).
+
+        End velocities are averaged as rates (dy/ds = velocity x duration), as the weights are: so the average
+        primitive's path is the average of the paths at equal shares of their durations. ``variation`` keeps how the
+        members differ.
+        """
+        chosen = list(range(len(self))) if members is None else list(members)
+        p = self.parameters
+        duration = float(p.duration_s[chosen].mean())
+        start_rate, goal, goal_rate, weights = (
+            values[chosen].mean(axis=0) for values in (p.start_rate, p.goal_m, p.goal_rate, p.weights)
         )
-    except ValueError as error:
-        raise ValueError(f"demonstration '{demonstration.name}': {error}") from None
+        return MotionPlan(
+            coordinates=self.coordinates,
+            duration_s=duration,
+            tau_scale=1.0,
+            stiffness=self.basis.stiffness,
+            phase_decay=self.basis.decay,
+            start_m=np.zeros(len(goal)),
+            start_velocity_m_s=start_rate / duration,
+            goal_m=goal,
+            goal_velocity_m_s=goal_rate / duration,
+            weights=weights,
+            centers=self.basis.centers,
+            widths=self.basis.widths,
+            variation=_variation(p.vectors()[chosen]),
+        )
+
+    def deviation(self, plan: MotionPlan, i: int) -> Deviation:
+        """How far ``plan``, played at the i-th demonstration's duration, is from its samples."""
+        swing = self.swings[i]
+        made = play(plan, swing.share * plan.duration_s * plan.tau_scale).position_m
+        distance = np.linalg.norm(made - (swing.position_m - self.parameters.origin_m[i]), axis=1)
+        return Deviation(
+            rms_m=float(np.sqrt(np.mean(distance**2))),
+            max_m=float(distance.max()),
+            final_m=float(distance[-1]),
+            samples=len(distance),
+        )
 
 
-def encode_swing(prepared: Swing, settings: EncodeSettings) -> MotionPlan:
-    """The primitive of one swing; its duration, goal and weights are the paper's 22 parameters per coordinate."""
-    centers = centers_equal_in_time(settings.functions, settings.phase_decay)
-    widths = widths_by_spacing(centers, settings.width)
-    return MotionPlan(
-        coordinates=COORDINATES,
-        duration_s=prepared.duration_s,
-        tau_scale=1.0,
-        stiffness=settings.stiffness,
-        phase_decay=settings.phase_decay,
-        start_m=np.zeros(len(COORDINATES)),
-        start_velocity_m_s=prepared.start_rate / prepared.duration_s,
-        goal_m=prepared.goal_m,
-        weights=_weights(prepared, centers, widths, settings),
-        centers=centers,
-        widths=widths,
+def prepare(demonstrations: Sequence[Demonstration], settings: EncodeSettings) -> tuple[Swing, ...]:
+    """The motions of all ``demonstrations``, aligned; raises ValueError, naming the one that cannot be encoded."""
+    trim = settings.trim == "rest"
+    moving = [_moving(one, settings) for one in demonstrations]
+    head, tail = (
+        common_margins([one.t_s for one in demonstrations], moving, settings.margin_share) if trim else (None, None)
     )
+    swings = []
+    for one, part in zip(demonstrations, moving, strict=True):
+        try:
+            swings.append(cut(one.t_s, one.position_m, part, head, tail))
+        except ValueError as error:
+            raise ValueError(f"demonstration '{one.name}': {error}") from None
+    return tuple(swings)
 
 
-def average(plans: Sequence[MotionPlan]) -> MotionPlan:
-    """The primitive whose goal, duration, weights and start rate are the means over ``plans`` of one basis.
-
-    The start velocity is averaged per motion (dy/ds = velocity x duration), as the weights are: so the average
-    primitive's path is the average of the paths at equal shares of their durations.
-    """
-    first = plans[0]
-    duration = float(np.mean([plan.duration_s for plan in plans]))
-    rate = np.mean([plan.start_velocity_m_s * plan.duration_s for plan in plans], axis=0)
-    return MotionPlan(
-        coordinates=first.coordinates,
-        duration_s=duration,
-        tau_scale=1.0,
-        stiffness=first.stiffness,
-        phase_decay=first.phase_decay,
-        start_m=np.mean([plan.start_m for plan in plans], axis=0),
-        start_velocity_m_s=rate / duration,
-        goal_m=np.mean([plan.goal_m for plan in plans], axis=0),
-        weights=np.mean([plan.weights for plan in plans], axis=0),
-        centers=first.centers,
-        widths=first.widths,
-    )
+def encode(swings: Sequence[Swing], settings: EncodeSettings) -> Encoding:
+    """The primitives of ``swings``; goal, duration and weights are the paper's 22 parameters per coordinate."""
+    parameters, basis = fit_swings(swings, settings)
+    return Encoding(tuple(swings), parameters, basis)
 
 
 def encode_demonstrations(demonstrations: Sequence[Demonstration], settings: EncodeSettings) -> MotionPlan:
@@ -92,24 +115,23 @@ def encode_demonstrations(demonstrations: Sequence[Demonstration], settings: Enc
 
     Raises ValueError where a demonstration does not move or is too short.
     """
-    return average([encode_swing(prepare(demonstration, settings), settings) for demonstration in demonstrations])
+    return encode(prepare(demonstrations, settings), settings).average()
 
 
-def deviation(plan: MotionPlan, prepared: Swing) -> Deviation:
-    """How far ``plan``, played at the swing's own duration, is from its samples."""
-    t_s = prepared.share * plan.duration_s * plan.tau_scale
-    distance = np.linalg.norm(play(plan, t_s).position_m - prepared.position_m, axis=1)
-    return Deviation(
-        rms_m=float(np.sqrt(np.mean(distance**2))),
-        max_m=float(distance.max()),
-        final_m=float(distance[-1]),
-        samples=len(distance),
-    )
+def _moving(demonstration: Demonstration, settings: EncodeSettings) -> Moving:
+    name, t_s = demonstration.name, demonstration.t_s
+    if len(t_s) < MIN_SAMPLES:
+        raise ValueError(f"demonstration '{name}': a swing needs at least {MIN_SAMPLES} samples, not {len(t_s)}")
+    try:
+        return moving_part(
+            t_s, demonstration.position_m, rest_speed_m_s=settings.rest_speed_m_s, rest_share=settings.rest_share
+        )
+    except ValueError as error:
+        raise ValueError(f"demonstration '{name}': {error}") from None
 
 
-def _weights(prepared: Swing, centers: Array, widths: Array, settings: EncodeSettings) -> Array:
-    stiffness, decay = settings.stiffness, settings.phase_decay
-    if settings.regression == "lwr":
-        return locally_weighted(prepared, centers, widths, stiffness=stiffness, decay=decay, passes=settings.passes)
-    fit = ridge_on_force if settings.regression == "ridge" else least_squares_on_position
-    return fit(prepared, centers, widths, stiffness=stiffness, decay=decay, penalty=settings.ridge)
+def _variation(vectors: Array) -> Array:
+    """Rows V with V^T V the covariance of ``vectors`` (N, p); none for one vector."""
+    n = len(vectors)
+    made: Array = (vectors - vectors.mean(axis=0)) / np.sqrt(max(n - 1, 1))
+    return made if n > 1 else made[:0]

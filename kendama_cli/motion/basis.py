@@ -2,10 +2,51 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from kendama_cli.artifacts.checks import Array
 from kendama_cli.motion.phase import phase
+
+
+@dataclass(frozen=True)
+class Basis:
+    """What a primitive shares with those it is averaged with: M ``functions``, K, alpha, ``width`` over spacing."""
+
+    functions: int
+    stiffness: float
+    decay: float
+    width: float
+
+    @property
+    def frequency(self) -> float:
+        """w = sqrt K, in units of 1 / tau."""
+        return float(np.sqrt(self.stiffness))
+
+    @property
+    def centers(self) -> Array:
+        """c_j (m,)."""
+        return centers_equal_in_time(self.functions, self.decay)
+
+    @property
+    def widths(self) -> Array:
+        """s_j (m,)."""
+        return widths_by_spacing(self.centers, self.width)
+
+    def features(self, share: Array) -> Array:
+        """The features at shares s of the motion (n,); (n, m)."""
+        return features(phase(share, self.decay), self.centers, self.widths)
+
+    def feature_rates(self, share: Array) -> Array:
+        """d features / ds at shares s (n,); (n, m)."""
+        x = phase(share, self.decay)[:, None]
+        centers, widths = self.centers, self.widths
+        psi = activations(x[:, 0], centers, widths)
+        total = psi.sum(axis=1, keepdims=True)
+        slope = (centers - x) / widths**2 * psi
+        by_x = (psi + x * slope) / total - x * psi * slope.sum(axis=1, keepdims=True) / total**2
+        return np.asarray(-self.decay * x * by_x)
 
 
 def centers_equal_in_time(count: int, decay: float) -> Array:

@@ -1,9 +1,30 @@
-"""Playing a movement primitive (PAPER.md eq. 3-5).
+"""Dynamic movement primitives, and playing them (PAPER.md eq. 3-5).
 
-    v' = (K (g - y) - D v + f(x)) / tau,   y' = v / tau,   x' = -alpha x / tau,   D = 2 sqrt K
+    v' = (K (g - y) - D v + f(x)) / tau,   y' = v / tau,   D = 2 sqrt K                          (3)
+    x' = -alpha x / tau,   x(0) = 1                                                             (4)
+    f(x) = x sum_j w_j psi_j(x) / sum_j psi_j(x),   psi_j = exp(-(x - c_j)^2 / (2 s_j^2))       (5)
 
-tau = ``tau_scale`` x ``duration_s`` is the time that the motion takes. After tau the forcing term is zero and the
-motion settles on its goal.
+A motion that does not end at rest has a goal that moves with it (``moving_goal``): K (g(s) - y) + D (tau g' - v) stands
+for K (g - y) - D v in eq. 3; where the goal velocity is zero this is eq. 3. After tau, f = 0 and the motion stays on
+its goal, which comes to rest if it still moves.
+
+Notation, and the names in code (a ``MotionPlan`` holds all of them):
+
+    y, v        position and scaled velocity tau y' of one coordinate; c coordinates share x and tau   position_m
+    g, g'       goal, and the velocity with which the motion passes it at tau              goal_m, goal_velocity_m_s
+    y(0), y'(0) start, and the velocity with which the motion begins                    start_m, start_velocity_m_s
+    K, D        stiffness and critical damping, in units of 1 / tau^2 and 1 / tau                         stiffness
+    tau         time that the motion takes: T of the demonstration times a scale             duration_s, tau_scale
+    s           share t / tau of the motion that has passed                                                   share
+    x, alpha    phase exp(-alpha s), and its decay                                                      phase_decay
+    f           forcing term                                                                                forcing
+    w_j         weights, (c, m)                                                                             weights
+    psi_j, c_j, s_j   basis functions, their centres in x (equal in time), their widths             centers, widths
+
+Where things are: ``phase`` (eq. 4), ``basis`` (eq. 5), ``integration`` (eq. 3), ``regression`` and ``position_fit``
+(weights from a demonstration), ``resampling`` and ``onset`` (what a demonstration's motion is), ``averaging`` and
+``variation`` (many demonstrations), ``agreement`` (which of them stand apart), ``player`` (step by step, with changes
+on the fly), ``rotation`` and ``cartesian`` (orientation), ``plan_text`` (JSON and YAML).
 """
 
 from __future__ import annotations
@@ -16,6 +37,7 @@ from kendama_cli.artifacts.checks import Array
 from kendama_cli.artifacts.motion_plan import MotionPlan
 from kendama_cli.motion.basis import features
 from kendama_cli.motion.integration import Solution, settle, solve
+from kendama_cli.motion.moving_goal import goal_path
 from kendama_cli.motion.phase import phase
 
 STEPS = 1000
@@ -40,27 +62,30 @@ def play(plan: MotionPlan, t_s: Array, *, steps: int = STEPS) -> DmpMotion:
     """The motion at the instants ``t_s`` (n,) after its start, in any order and spacing.
 
     Before the start the motion rests; at the start it takes the demonstration's own velocity; after
-    ``tau_scale * duration_s`` it settles on the goal with f = 0. ``steps`` is the number of integration steps.
+    ``tau_scale * duration_s`` it stays on its goal with f = 0. ``steps`` is the number of integration steps.
     """
     tau_s = plan.tau_scale * plan.duration_s
     share = np.asarray(t_s, dtype=np.float64) / tau_s
-    solution = _solution(plan, steps)
+    goal = goal_path(np.maximum(share, 0.0), plan.goal_m, plan.goal_velocity_m_s * plan.duration_s)
+    # what is integrated is the distance to the goal: e'' + D e' + K e = f, the goal moves evenly or f = 0
+    solution = _to_goal(plan, steps)
     inside = solution.at(np.clip(share, 0.0, 1.0))
     end = solution.at(np.ones(1))
-    after = settle(end.position[0], end.rate[0], plan.goal_m, solution.frequency, np.maximum(share - 1.0, 0.0))
+    after = settle(end.position[0], end.rate[0], solution.frequency, np.maximum(share - 1.0, 0.0))
     past = (share > 1.0)[:, None]
     ahead = (share < 0.0)[:, None]
-    rate = np.where(ahead, 0.0, np.where(past, after.rate, inside.rate))
-    second = np.where(ahead, 0.0, np.where(past, after.second, inside.second))
-    return DmpMotion(np.where(past, after.position, inside.position), rate / tau_s, second / tau_s**2)
+    position = goal.position + np.where(past, after.position, inside.position)
+    rate = np.where(ahead, 0.0, goal.rate + np.where(past, after.rate, inside.rate))
+    second = np.where(ahead, 0.0, goal.second + np.where(past, after.second, inside.second))
+    return DmpMotion(np.where(ahead, plan.start_m, position), rate / tau_s, second / tau_s**2)
 
 
-def _solution(plan: MotionPlan, steps: int) -> Solution:
-    pull = plan.stiffness * plan.goal_m
+def _to_goal(plan: MotionPlan, steps: int) -> Solution:
+    rate = plan.goal_velocity_m_s * plan.duration_s
     return solve(
-        lambda share: pull + forcing(plan, share),
-        plan.start_m,
-        plan.start_velocity_m_s * plan.duration_s,
+        lambda share: forcing(plan, share),
+        plan.start_m - (plan.goal_m - rate),
+        plan.start_velocity_m_s * plan.duration_s - rate,
         float(np.sqrt(plan.stiffness)),
         steps,
     )

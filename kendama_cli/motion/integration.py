@@ -1,7 +1,7 @@
 """Runge-Kutta integration of the critically damped spring that every movement primitive is.
 
-In the motion's own time s = t / tau, eq. 3 reads y'' + 2 w y' + w^2 y = r(s) with w = sqrt K and r = K g + f. Critical
-damping lets it fall into two first-order lags, u = y' + w y:
+In the motion's own time s = t / tau, eq. 3 reads y'' + 2 w y' + w^2 y = r(s) with w = sqrt K; for the distance to the
+goal, y - g, the drive r is f alone. Critical damping lets it fall into two first-order lags, u = y' + w y:
 
     u' = -w u + r,    y' = -w y + u                                                      (linear, triangular)
 
@@ -71,15 +71,14 @@ def solve(drive: Drive, start: Array, start_rate: Array, frequency: float, steps
     return Solution(drive, frequency, np.stack((y, u), axis=1))
 
 
-def settle(start: Array, start_rate: Array, goal: Array, frequency: float, since: Array) -> State:
-    """The exact free motion to ``goal``: y = g + (a + (v + w a) s) exp(-w s), a = y(0) - g, s = ``since`` (n,)."""
+def settle(start: Array, start_rate: Array, frequency: float, since: Array) -> State:
+    """The exact free motion to zero: e = (e0 + (e0' + w e0) s) exp(-w s), s = ``since`` (n,); starts are (k,)."""
     s = np.asarray(since, dtype=np.float64)[:, None]
-    offset = start - goal
-    slope = start_rate + frequency * offset
+    slope = start_rate + frequency * start
     fade = np.exp(-frequency * s)
-    displacement = (offset + slope * s) * fade
-    rate = slope * fade - frequency * displacement
-    return State(goal + displacement, rate, -2 * frequency * rate - frequency**2 * displacement)
+    position = (start + slope * s) * fade
+    rate = slope * fade - frequency * position
+    return State(position, rate, -2 * frequency * rate - frequency**2 * position)
 
 
 def _recur(gain: float, push: Array, start: Array) -> Array:

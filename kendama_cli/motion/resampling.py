@@ -1,120 +1,131 @@
-"""From recorded samples to what the regression reads: even spacing, the moving part, derivatives, ends."""
+"""From recorded samples to what the regression reads: the moving part, aligned with the others, and its derivatives."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from scipy.interpolate import CubicSpline
-from scipy.signal import savgol_filter
+from scipy.signal import fftconvolve, savgol_coeffs
 
 from kendama_cli.artifacts.checks import Array
+from kendama_cli.motion.onset import Moving
 
-REST_WINDOW_S = 0.2
-"""Long enough to tell rest from noise, shorter than the margins that are kept on both sides together."""
+MIN_SAMPLES = 5
+
+LONGEST_GAP = 0.1
+"""Share of the motion that may be missing in one piece: two basis functions of twenty still see its ends."""
 
 
 @dataclass(frozen=True)
 class Swing:
-    """A demonstration evenly sampled over its own duration, relative to its start.
+    """The samples of one demonstration's motion.
 
-    ``share`` (n,) is s = t / T from 0 to 1; ``position_m`` (n, 3) starts at zero; ``rate`` and ``second`` (n, 3) are
-    derivatives by s [m]; ``goal_m`` (3,) is its end. ``onset_s`` is where it begins in the recording's own time.
+    ``position_m`` (n, k) is relative to the first sample; ``uneven_share`` (n,) is s = t / T from 0 to 1, None where
+    the samples come at equal steps. ``onset_s`` is where it begins in the recording's own time.
+    ``starts_still`` and ``ends_still`` say that it certainly rests there, ``starts_fast`` and ``ends_fast`` that it
+    certainly moves; between, the fit must tell.
     """
 
-    share: Array
     position_m: Array
-    rate: Array
-    second: Array
-    goal_m: Array
-    start_rate: Array
+    uneven_share: Array | None
     duration_s: float
     onset_s: float
+    starts_still: bool
+    ends_still: bool
+    starts_fast: bool
+    ends_fast: bool
+
+    @property
+    def even(self) -> bool:
+        """Whether the samples come at equal steps."""
+        return self.uneven_share is None
+
+    @property
+    def share(self) -> Array:
+        """s (n,) of every sample."""
+        return np.linspace(0.0, 1.0, len(self.position_m)) if self.uneven_share is None else self.uneven_share
 
 
-def even(t_s: Array, position_m: Array) -> tuple[Array, Array]:
-    """The samples (n,), (n, 3) at even steps, as many as there were, by cubic splines; even ones stay as they are."""
-    steps = np.diff(t_s)
-    grid = np.linspace(t_s[0], t_s[-1], len(t_s))
-    if np.ptp(steps) <= 1e-6 * steps.mean():
-        return grid, np.array(position_m)
-    return grid, np.asarray(CubicSpline(t_s, position_m, axis=0)(grid))
+@dataclass(frozen=True)
+class Derivatives:
+    """Smoothed positions, and derivatives by s, at even shares (n,); arrays are (n, k) [m]."""
+
+    share: Array
+    position: Array
+    rate: Array
+    second: Array
 
 
-def derivative(position: Array, step: float, order: int, window: int) -> Array:
-    """The ``order``-th derivative of even samples (n, k) by local cubics over ``window`` samples (Savitzky-Golay)."""
-    return np.asarray(savgol_filter(position, window, 3, deriv=order, delta=step, axis=0, mode="interp"))
+def cut(t_s: Array, position_m: Array, moving: Moving, head: float | None, tail: float | None) -> Swing:
+    """The moving part with ``head`` and ``tail`` of its duration before and after it; None keeps all samples.
 
-
-def smooth_speed(position: Array, step_s: float) -> Array:
-    """Speed (n,) by local lines over ``REST_WINDOW_S``: 1 mm of noise at 100 Hz leaves less than 0.01 m/s of it."""
-    window = window_samples(REST_WINDOW_S, step_s, len(position))
-    velocity = savgol_filter(position, window, 1, deriv=1, delta=step_s, axis=0, mode="interp")
-    return np.asarray(np.linalg.norm(velocity, axis=1))
-
-
-def window_samples(smoothing_s: float, step_s: float, count: int) -> int:
-    """The odd number of samples nearest to ``smoothing_s``, at least 5 and at most ``count``."""
-    wanted = max(5, 2 * round(smoothing_s / step_s / 2) + 1)
-    return min(wanted, count if count % 2 else count - 1)
-
-
-def moving_part(t_s: Array, speed_m_s: Array, rest_speed_m_s: float, margin_s: float) -> slice:
-    """The samples from ``margin_s`` before the first to ``margin_s`` after the last that is faster than rest.
-
-    Raises ValueError where nothing moves.
+    Raises ValueError where fewer than 5 samples are left, and naming the sample before a gap that is too long.
     """
-    fast = np.flatnonzero(speed_m_s > rest_speed_m_s)
-    if not len(fast):
-        raise ValueError(
-            f"the hand never moves faster than {rest_speed_m_s} m/s (peak {speed_m_s.max():.4g}); "
-            "lower encode.rest_speed_m_s or record the swing again"
-        )
-    first = int(np.searchsorted(t_s, t_s[fast[0]] - margin_s - 1e-9))
-    last = int(np.searchsorted(t_s, t_s[fast[-1]] + margin_s + 1e-9))
-    return slice(first, last)
-
-
-def swing(
-    t_s: Array,
-    position_m: Array,
-    *,
-    smoothing_s: float,
-    rest_speed_m_s: float,
-    rest_share: float,
-    margin_s: float | None,
-) -> Swing:
-    """Prepare samples (n,), (n, 3): even spacing, resting ends cut (``margin_s`` None: kept), relative to the start.
-
-    The hand rests below ``rest_speed_m_s`` and below ``rest_share`` of its peak speed. Start, end and their velocities
-    are those of the local cubics; a start at rest has none. Raises ValueError where nothing moves or fewer than 5
-    samples are left.
-    """
-    t, p = even(t_s, position_m)
-    if len(t) < 5:
-        raise ValueError(f"a swing needs at least 5 samples, not {len(t)}")
-    step_s = float(t[1] - t[0])
-    window = window_samples(smoothing_s, step_s, len(t))
-    velocity = derivative(p, step_s, 1, window)
-    speed = smooth_speed(p, step_s)
-    rest = max(rest_speed_m_s, rest_share * float(speed.max()))
-    part = slice(0, len(t)) if margin_s is None else moving_part(t, speed, rest, margin_s)
-    t, p, velocity, speed = t[part], p[part], velocity[part], speed[part]
-    if len(t) < 5:
-        raise ValueError(f"only {len(t)} samples move; a swing needs at least 5")
+    onset_s, end_s = t_s[moving.first], t_s[moving.last]
+    slack = 1e-9 * (end_s - onset_s)
+    first = 0 if head is None else int(np.searchsorted(t_s, onset_s - head * (end_s - onset_s) - slack))
+    last = len(t_s) if tail is None else int(np.searchsorted(t_s, end_s + tail * (end_s - onset_s) + slack))
+    t, p = t_s[first:last], position_m[first:last]
+    if len(t) < MIN_SAMPLES:
+        raise ValueError(f"only {len(t)} samples move; a swing needs at least {MIN_SAMPLES}")
     duration = float(t[-1] - t[0])
-    window = window_samples(smoothing_s, step_s, len(t))
-    smooth = derivative(p, step_s, 0, window)
-    # the wide window sees motion that only begins soon, the narrow one sees noise: both must see it move
-    starts_moving = min(speed[0], float(np.linalg.norm(velocity[0]))) > rest
-    start_velocity = velocity[0] if starts_moving else np.zeros(p.shape[1])
+    if not moving.even:
+        steps = np.diff(t)
+        longest = int(steps.argmax())
+        # few samples are a low rate, not a gap
+        if steps[longest] > max(LONGEST_GAP * duration, 2 * duration / len(t)):
+            raise ValueError(
+                f"after sample {first + longest + 1} nothing is known for {steps[longest]:.3g} s of a motion of "
+                f"{duration:.3g} s; allowed: {LONGEST_GAP:.0%} of it; fill the gap or record the swing again"
+            )
     return Swing(
-        share=(t - t[0]) / duration,
-        position_m=p - smooth[0],
-        rate=velocity * duration,
-        second=derivative(p, step_s, 2, window) * duration**2,
-        goal_m=smooth[-1] - smooth[0],
-        start_rate=start_velocity * duration,
+        position_m=p - p[0],
+        uneven_share=None if moving.even else (t - t[0]) / duration,
         duration_s=duration,
         onset_s=float(t[0]),
+        starts_still=moving.still_at(first),
+        ends_still=moving.still_at(last - 1),
+        starts_fast=bool(moving.speed_m_s[first] > moving.rest_m_s),
+        ends_fast=bool(moving.speed_m_s[last - 1] > moving.rest_m_s),
     )
+
+
+def common_margins(t_s: Sequence[Array], moving: Sequence[Moving], wanted: float) -> tuple[float, float]:
+    """The shares of rest that all demonstrations have before and after their motion, at most ``wanted`` each.
+
+    The same share for all: so their motions begin and end at the same shares and can be averaged.
+    """
+    heads, tails = [wanted], [wanted]
+    for t, one in zip(t_s, moving, strict=True):
+        length = t[one.last] - t[one.first]
+        heads.append((t[one.first] - t[0]) / length)
+        tails.append((t[-1] - t[one.last]) / length)
+    return min(heads), min(tails)
+
+
+def derivatives(swing: Swing, smoothing_s: float) -> Derivatives:
+    """Position and its derivatives by s, by local cubics (Savitzky-Golay) over ``smoothing_s`` of even samples."""
+    n = len(swing.position_m)
+    grid = np.linspace(0.0, 1.0, n)
+    even = swing.position_m if swing.even else np.asarray(CubicSpline(swing.share, swing.position_m, axis=0)(grid))
+    wanted = max(MIN_SAMPLES, 2 * round(smoothing_s / swing.duration_s * (n - 1) / 2) + 1)
+    window = min(wanted, n if n % 2 else n - 1)
+    return Derivatives(grid, *(_local_cubic(even, window, order, 1.0 / (n - 1)) for order in range(3)))
+
+
+def _local_cubic(position: Array, window: int, order: int, step: float) -> Array:
+    """The ``order``-th derivative of even samples (n, k); at the ends that of the first and last window's cubic.
+
+    By fast convolution, so that the effort grows with the samples and hardly with the window.
+    """
+    kernel = savgol_coeffs(window, 3, deriv=order, delta=step)[:, None]
+    made = fftconvolve(position, kernel, mode="same", axes=0)
+    half = window // 2
+    at = (np.arange(window) - half) * step
+    for samples, ends in ((slice(0, window), slice(0, half)), (slice(-window, None), slice(-half, None))):
+        cubic = np.polynomial.polynomial.polyfit(at, position[samples], 3)
+        slope = np.polynomial.polynomial.polyder(cubic, order)
+        made[samples][ends] = np.polynomial.polynomial.polyval(at[ends], slope).T
+    return np.asarray(made)

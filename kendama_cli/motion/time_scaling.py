@@ -7,6 +7,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
+import numpy as np
+from scipy.interpolate import Akima1DInterpolator
+
 PLAUSIBLE_JUMP_M = 0.5
 """Neighbours whose signed misses differ by more do not enclose a catch: the ball came down in another way."""
 
@@ -15,6 +18,12 @@ NEIGHBOUR_STEPS = 4.0
 
 EDGE_SHARE = 0.1
 """A bracket is never cut nearer to its ends than this share of it."""
+
+CENTRED_M = 0.006
+"""A window with a trial whose miss is below this is centred well enough."""
+
+MOST_IN_WINDOW = 4
+"""A stretch with so many trials in it is left as it is."""
 
 
 @dataclass(frozen=True)
@@ -81,17 +90,89 @@ def bracket_tau(trials: Sequence[Trial], where: TauRange) -> float | None:
     return None if best is None else best[1]
 
 
-def catch_windows(trials: Sequence[Trial]) -> list[list[Trial]]:
-    """Runs of neighbouring tau that all catch, widest run first."""
-    windows: list[list[Trial]] = []
-    joined = False
-    for trial in sorted(trials, key=lambda trial: trial.tau_scale):
-        if trial.caught and joined:
-            windows[-1].append(trial)
-        elif trial.caught:
-            windows.append([trial])
-        joined = trial.caught
-    return sorted(windows, key=lambda window: window[0].tau_scale - window[-1].tau_scale)
+@dataclass(frozen=True)
+class Window:
+    """A stretch of tau that is thought to catch, from ``low`` to ``high``; ``best`` is its trial nearest the middle."""
+
+    low: float
+    high: float
+    best: Trial
+
+
+def catch_windows(trials: Sequence[Trial], where: TauRange, mouth_m: float) -> tuple[Window, ...]:
+    """The windows found so far, widest first: stretches with a catch in them where |miss| is below ``mouth_m``."""
+    windows = []
+    for low, high, _ in _promising(trials, where, mouth_m):
+        inside = [trial for trial in trials if trial.caught and low <= trial.tau_scale <= high]
+        if inside:
+            windows.append(Window(low, high, min(inside, key=_off)))
+    return tuple(sorted(windows, key=lambda window: (window.low - window.high, window.low)))
+
+
+def next_window_tau(trials: Sequence[Trial], where: TauRange, mouth_m: float) -> float | None:
+    """The next tau by which all windows of the range become known, each with a trial in its middle; None at the end.
+
+    First the middle of every promising stretch, as the curve through the misses predicts it; then the grid.
+    """
+    for low, high, middle in _promising(trials, where, mouth_m):
+        inside = [trial for trial in trials if low - where.resolution <= trial.tau_scale <= high + where.resolution]
+        known = any(_off(trial) < CENTRED_M or abs(trial.tau_scale - middle) < where.resolution for trial in inside)
+        if not known and len(inside) < MOST_IN_WINDOW and high - low >= where.resolution:
+            return middle
+    return next_grid_tau(trials, where)
+
+
+def _promising(trials: Sequence[Trial], where: TauRange, mouth_m: float) -> list[tuple[float, float, float]]:
+    """Stretches (low, high, middle) of tau where the curve through the misses stays within ``mouth_m`` of zero."""
+    ranked = sorted(trials, key=lambda trial: trial.tau_scale)
+    count = max(round(2 * (where.high - where.low) / where.resolution), 1) + 1
+    tau = np.linspace(where.low, where.high, count)
+    miss = np.full(count, np.inf)
+    for run in _smooth_runs(ranked, where):
+        known = np.array([trial.tau_scale for trial in run])
+        inside = (tau >= known[0]) & (tau <= known[-1])
+        values = np.array([trial.signed_miss_m for trial in run], dtype=np.float64)
+        if len(run) > 2:
+            miss[inside] = Akima1DInterpolator(known, values, method="makima")(tau[inside])
+        else:
+            miss[inside] = np.interp(tau[inside], known, values)
+    hopeful = np.abs(miss) < mouth_m
+    for trial in ranked:
+        nearest = int(np.abs(tau - trial.tau_scale).argmin())
+        miss[nearest] = np.inf if trial.signed_miss_m is None else trial.signed_miss_m
+        hopeful[nearest] = trial.caught
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], hopeful, [False]]).astype(int)))
+    found: list[tuple[int, int]] = []
+    lost = np.array([trial.tau_scale for trial in ranked if not trial.caught])
+    for first, after in zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True):
+        if found and not ((lost > tau[found[-1][1] - 1]) & (lost < tau[first])).any():
+            found[-1] = (found[-1][0], after)  # no miss was seen between the two: one stretch
+        else:
+            found.append((first, after))
+    return [(float(tau[a]), float(tau[b - 1]), float(tau[a + int(np.abs(miss[a:b]).argmin())])) for a, b in found]
+
+
+def _smooth_runs(ranked: Sequence[Trial], where: TauRange) -> list[list[Trial]]:
+    """Runs of neighbours that came down in the same way: near each other, and without a jump of the miss."""
+    runs: list[list[Trial]] = []
+    for trial in ranked:
+        if trial.signed_miss_m is None:
+            runs.append([])
+            continue
+        last = runs[-1][-1] if runs and runs[-1] else None
+        if (
+            last is None
+            or last.signed_miss_m is None
+            or abs(last.signed_miss_m - trial.signed_miss_m) > PLAUSIBLE_JUMP_M
+            or trial.tau_scale - last.tau_scale > NEIGHBOUR_STEPS * where.step
+        ):
+            runs.append([])
+        runs[-1].append(trial)
+    return [run for run in runs if len(run) > 1]
+
+
+def _off(trial: Trial) -> float:
+    return math.inf if trial.signed_miss_m is None else abs(trial.signed_miss_m)
 
 
 def _between(left: Trial, right: Trial, where: TauRange) -> float | None:

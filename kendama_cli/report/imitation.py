@@ -7,6 +7,7 @@ from collections.abc import Iterable
 import pandas as pd
 from matplotlib.axes import Axes
 
+from kendama_cli.report.encoding import reproduction_figures, weight_figures
 from kendama_cli.report.figure import Figure, Panel, figure, lettered
 from kendama_cli.report.plot import drawing, legend_above
 from kendama_cli.report.source import StageLog
@@ -48,7 +49,24 @@ def capture_figures(log: StageLog) -> list[Figure]:
 
 
 def encode_figures(log: StageLog) -> list[Figure]:
-    """The paper's Fig. 4: demonstrated and reproduced path of the cup."""
+    """The paper's Fig. 4: demonstrated and reproduced path of the cup; each demonstration by itself; the weights."""
+    return [*_average_figures(log), *_own_figures(log), *weight_figures(log)]
+
+
+def _own_figures(log: StageLog) -> list[Figure]:
+    shown, made = log.table("/encode/demonstrated"), log.table("/encode/own")
+    if len(shown) < 3 or len(made) < 3:
+        return []
+    along = direction(shown)
+    one, other = (
+        {str(name): track(part, along) for name, part in frame.groupby("child", sort=True) if len(part) > 1}
+        for frame in (shown, made)
+    )
+    alike = {name for name in one if name in other and len(one[name].t_s) == len(other[name].t_s)}
+    return reproduction_figures({n: one[n] for n in one if n in alike}, {n: other[n] for n in other if n in alike})
+
+
+def _average_figures(log: StageLog) -> list[Figure]:
     shown = log.table("/encode/demonstrated")
     made = log.table("/encode/reproduced")
     along = direction(shown) if len(shown) > 2 else (1.0, 0.0)

@@ -4,11 +4,13 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
+from kendama_cli.artifacts.demonstration import Demonstration
 from kendama_cli.motion.averaging import encode_demonstrations
 from kendama_cli.motion.basis import activations, centers_equal_in_time, features, widths_by_spacing
 from kendama_cli.motion.dmp import forcing, play
+from kendama_cli.motion.moving_goal import ROLL_OUT
 from kendama_cli.motion.phase import phase
-from tests.motion.swings import demonstration, settings
+from tests.motion.swings import demonstration, path, settings
 
 
 @pytest.fixture(scope="module")
@@ -19,6 +21,13 @@ def plan():
 @pytest.fixture(scope="module")
 def moving_plan(plan):
     return dataclasses.replace(plan, start_velocity_m_s=np.array([0.4, -0.1, 0.2]))
+
+
+@pytest.fixture(scope="module")
+def hitting_plan():
+    """A swing cut while it moves at both ends."""
+    t = np.arange(0.5, 1.2, 0.01)
+    return encode_demonstrations([Demonstration("cut", t, path(t))], settings())
 
 
 def test_playing_solves_the_papers_equations(moving_plan):
@@ -86,11 +95,56 @@ def test_the_hold_after_the_end_does_not_drift(plan):
     assert distance[-1] < 1e-15
 
 
+def test_a_goal_that_moves_is_met_with_its_velocity(hitting_plan):
+    """The equations with a moving goal, integrated by another library, and where they lead."""
+    plan = hitting_plan
+    tau, damping = plan.duration_s, 2 * np.sqrt(plan.stiffness)
+    goal_rate = plan.goal_velocity_m_s * tau
+
+    def slope(s, state):
+        y, v = state[:3], state[3:]
+        goal = plan.goal_m + goal_rate * (s - 1)
+        f = forcing(plan, np.array([s]))[0]
+        return np.concatenate((v, plan.stiffness * (goal - y) + damping * (goal_rate - v) + f))
+
+    start = np.concatenate((plan.start_m, plan.start_velocity_m_s * tau))
+    share = np.linspace(0, 1, 51)
+    exact = solve_ivp(slope, (0, 1), start, t_eval=share, rtol=1e-11, atol=1e-12, method="DOP853").y.T
+    made = play(plan, share * tau)
+    assert np.abs(made.position_m - exact[:, :3]).max() < 1e-8
+    assert np.abs(made.velocity_m_s - exact[:, 3:] / tau).max() < 1e-7
+    assert np.abs(made.position_m[-1] - plan.goal_m).max() < 1e-5
+    assert np.abs(made.velocity_m_s[-1] - plan.goal_velocity_m_s).max() < 1e-3
+
+
+def test_a_motion_that_ends_moving_comes_to_rest_smoothly_and_stays(hitting_plan):
+    tau = hitting_plan.duration_s
+    t_s = tau * (1 + np.linspace(0, 1, 2001))
+    made = play(hitting_plan, t_s)
+    speed = np.linalg.norm(made.velocity_m_s, axis=1)
+    end_speed = np.linalg.norm(hitting_plan.goal_velocity_m_s)
+    assert speed.max() < 1.02 * end_speed
+    # the roll-out's own deceleration is 1.5 v / its time; what is left of the motion's end adds little
+    assert np.linalg.norm(made.acceleration_m_s2, axis=1)[50:].max() < 2 * 1.5 * end_speed / (ROLL_OUT * tau)
+    rest = hitting_plan.goal_m + hitting_plan.goal_velocity_m_s * tau * ROLL_OUT / 2
+    late = play(hitting_plan, tau * np.array([2.0, 10.0, 1e4])).position_m
+    assert np.abs(late - rest).max() < 1e-9
+
+
 def test_position_and_velocity_do_not_jump_at_the_end(moving_plan):
     end = moving_plan.duration_s
     made = play(moving_plan, np.array([end - 1e-9, end + 1e-9]))
     assert np.abs(np.diff(made.position_m, axis=0)).max() < 1e-8
     assert np.abs(np.diff(made.velocity_m_s, axis=0)).max() < 1e-6
+
+
+def test_halving_the_step_divides_the_error_of_the_motion_by_sixteen(hitting_plan):
+    t_s = hitting_plan.duration_s * np.linspace(0, 1.2, 25)
+    exact = play(hitting_plan, t_s, steps=8192).position_m
+    errors = [np.abs(play(hitting_plan, t_s, steps=steps).position_m - exact).max() for steps in (80, 160, 320, 640)]
+    orders = np.log2(np.array(errors[:-1]) / errors[1:])
+    # the steps are 0.4 to 0.05 of the spring's own time; the order settles as they fall
+    assert np.all(np.abs(orders - 4) < [0.6, 0.35, 0.25])
 
 
 def test_more_integration_steps_change_nothing_that_matters(plan):

@@ -1,11 +1,21 @@
 from __future__ import annotations
 
+import dataclasses
 import math
 from collections.abc import Callable
 
 import pytest
 
-from kendama_cli.motion.time_scaling import TauRange, Trial, bracket_tau, catch_windows, next_grid_tau, next_tau
+from kendama_cli.motion.time_scaling import (
+    CENTRED_M,
+    TauRange,
+    Trial,
+    bracket_tau,
+    catch_windows,
+    next_grid_tau,
+    next_tau,
+    next_window_tau,
+)
 
 WHERE = TauRange(low=0.8, high=1.2, start=1.0, step=0.02, resolution=0.0005)
 
@@ -68,7 +78,62 @@ def test_the_grid_is_visited_from_the_start_outwards() -> None:
         trials.append(Trial(expected, None, False))
 
 
-def test_windows_are_runs_of_neighbours_that_catch_widest_first() -> None:
-    caught = {0.88: False, 0.9: True, 0.92: False, 1.0: True, 1.02: True, 1.04: True, 1.06: False}
-    windows = catch_windows([Trial(tau, 0.0, hit) for tau, hit in caught.items()])
-    assert [[trial.tau_scale for trial in window] for window in windows] == [[1.0, 1.02, 1.04], [0.9]]
+def _explore(miss: Miss, mouth_m: float = 0.035, step: float = 0.03) -> list[Trial]:
+    where = dataclasses.replace(WHERE, step=step)
+    trials: list[Trial] = []
+    while len(trials) < 60:
+        found = any(trial.caught for trial in trials)
+        tau = next_window_tau(trials, where, mouth_m) if found else next_tau(trials, where)
+        if tau is None:
+            break
+        value = miss(tau)
+        trials.append(Trial(tau, value, value is not None and abs(value) < mouth_m))
+    return trials
+
+
+@pytest.mark.parametrize("shift", [-0.02, -0.01, 0.0, 0.007, 0.015])
+def test_both_windows_of_a_valley_are_found_and_centred_in_few_rollouts(shift: float) -> None:
+    def miss(tau: float) -> float:
+        return -0.15 + 28 * (tau - 0.97 - shift) ** 2
+
+    where = dataclasses.replace(WHERE, step=0.03)
+    trials = _explore(miss)
+    windows = catch_windows(trials, where, 0.035)
+    assert len(windows) == 2
+    for window, sign in zip(sorted(windows, key=lambda one: one.low), (-1, 1), strict=True):
+        root = 0.97 + shift + sign * math.sqrt(0.15 / 28)
+        edges = sorted(0.97 + shift + sign * math.sqrt((0.15 + edge) / 28) for edge in (-0.035, 0.035))
+        assert abs(window.best.tau_scale - root) < CENTRED_M / 4
+        # the curve through a parabola's points 0.03 apart is 0.002 off in tau at its edges
+        assert [window.low, window.high] == pytest.approx(edges, abs=0.003)
+    assert len(trials) <= 14 + 3 * 2
+
+
+def test_a_window_where_the_miss_only_touches_zero_is_found_between_the_points_of_the_grid() -> None:
+    """No change of sign tells of it: the curve through the misses does."""
+    trials = _explore(lambda tau: 0.01 + 60 * (tau - 1.075) ** 2 if tau > 1.02 else 0.19 + 2 * (1.02 - tau))
+    windows = catch_windows(trials, dataclasses.replace(WHERE, step=0.03), 0.035)
+    assert len(windows) == 1
+    assert windows[0].best.tau_scale == pytest.approx(1.075, abs=0.004)
+
+
+def test_a_missed_rollout_parts_two_windows_and_a_window_without_a_catch_is_none() -> None:
+    def trials(middle: bool) -> list[Trial]:
+        misses = {0.97: -0.08, 0.99: -0.02, 1.0: 0.0, 1.01: 0.02, 1.03: 0.08}
+        return [Trial(tau, miss, abs(miss) < 0.03 and (tau != 1.0 or middle)) for tau, miss in misses.items()]
+
+    assert len(catch_windows(trials(True), WHERE, 0.03)) == 1
+    assert len(catch_windows(trials(False), WHERE, 0.03)) == 2
+    assert catch_windows([Trial(0.99, -0.02, False), Trial(1.01, 0.02, False)], WHERE, 0.03) == ()
+
+
+def test_windows_come_widest_first() -> None:
+    windows = catch_windows(_explore(lambda tau: 40 * (tau - 0.85) * (tau - 1.0)), WHERE, 0.035)
+    widths = [window.high - window.low for window in windows]
+    assert len(windows) == 2
+    assert widths == sorted(widths, reverse=True)
+
+
+def test_a_jump_between_two_ways_of_coming_down_is_no_window() -> None:
+    trials = _explore(lambda tau: 0.3 if tau < 1.007 else -0.3)
+    assert catch_windows(trials, WHERE, 0.035) == ()

@@ -1,0 +1,141 @@
+"""The commands for movement primitives: look at one, take it out of the store, draw swings from its distribution."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from kendama_cli.cli import completion, render
+from kendama_cli.cli.options import Home, Json
+from kendama_cli.config.site import find_site
+from kendama_cli.errors import UsageError
+from kendama_cli.pipeline.record import find_run
+
+if TYPE_CHECKING:
+    from kendama_cli.artifacts.motion_plan import MotionPlan
+
+motion_app = typer.Typer(help="Movement primitives: show, export, draw from.", no_args_is_help=True)
+
+Source = Annotated[
+    str | None,
+    typer.Argument(
+        metavar="[SOURCE]",
+        help="A run's id, an artifact's folder, or FILE.yaml|.json; the newest run if left out.",
+        autocompletion=completion.runs,
+    ),
+]
+Stage = Annotated[
+    str, typer.Option(metavar="STAGE", help="encode: the average primitive; adapt: the one adapted to the arm.")
+]
+
+
+@motion_app.command("show")
+def motion_show(source: Source = None, stage: Stage = "encode", as_json: Json = False, home: Home = None) -> None:
+    """Say what a primitive is: duration, start, goal, weights, and how its demonstrations differed."""
+    from kendama_cli.motion.variation import covariance  # numpy and what it brings
+
+    plan = _plan(source, stage, home)
+    deviations = covariance(plan).diagonal() ** 0.5
+    facts: dict[str, Any] = {
+        "duration_s": plan.duration_s,
+        "tau_scale": plan.tau_scale,
+        "stiffness": plan.stiffness,
+        "phase_decay": plan.phase_decay,
+        "n_parameters": plan.n_parameters,
+        "demonstrations_vary": bool(len(plan.variation)),
+        "duration_deviation_s": float(deviations[0] * plan.duration_s),
+    }
+    c = len(plan.coordinates)
+    rows = [
+        {
+            "coordinate": name,
+            "start_velocity_m_s": float(plan.start_velocity_m_s[i]),
+            "goal_m": float(plan.goal_m[i]),
+            "goal_deviation_m": float(deviations[1 + c + i]),
+            "goal_velocity_m_s": float(plan.goal_velocity_m_s[i]),
+            "largest_weight": float(abs(plan.weights[i]).max()),
+        }
+        for i, name in enumerate(plan.coordinates)
+    ]
+    if as_json:
+        render.document({**facts, "coordinates": rows})
+        return
+    render.text(render.figures(facts))
+    render.table([[render.figure(value) for value in row.values()] for row in rows], head=list(rows[0]))
+
+
+@motion_app.command("export")
+def motion_export(
+    source: Source = None,
+    output: Annotated[Path, typer.Option("-o", "--output", metavar="FILE", help="FILE.yaml or FILE.json.")] = Path(
+        "motion.yaml"
+    ),
+    stage: Stage = "encode",
+    home: Home = None,
+) -> None:
+    """Write a primitive as YAML or JSON, exact to the last bit; encode.plan=FILE takes it up again."""
+    _write(_plan(source, stage, home), output)
+
+
+@motion_app.command("sample")
+def motion_sample(
+    source: Source = None,
+    count: Annotated[int, typer.Option("-n", "--count", metavar="N", min=1, help="How many swings to draw.")] = 1,
+    output: Annotated[
+        Path, typer.Option("-o", "--output", metavar="FILE", help="FILE.yaml or .json; numbered where N > 1.")
+    ] = Path("sample.yaml"),
+    scale: Annotated[float, typer.Option(metavar="S", min=0.0, help="Standard deviations are S times as large.")] = 1.0,
+    seed: Annotated[int, typer.Option(metavar="SEED", min=0, help="The same seed draws the same swings.")] = 0,
+    stage: Stage = "encode",
+    home: Home = None,
+) -> None:
+    """Draw perturbed swings from the distribution that the demonstrations spanned."""
+    import numpy as np
+
+    from kendama_cli.motion.variation import sample_plan
+
+    plan = _plan(source, stage, home)
+    if not len(plan.variation):
+        raise UsageError("this primitive comes from one demonstration, so nothing varies; encode several to draw from")
+    rng = np.random.default_rng(seed)
+    for i in range(count):
+        name = output if count == 1 else output.with_stem(f"{output.stem}-{i + 1}")
+        _write(sample_plan(plan, rng, scale), name)
+
+
+def _write(plan: MotionPlan, output: Path) -> None:
+    from kendama_cli.blocks.hand.plan_file import text_format
+    from kendama_cli.motion.plan_text import plan_text
+    from kendama_cli.store import durable
+
+    form = text_format(output)
+    durable.write_file(output.absolute(), plan_text(plan, form).encode())
+    render.text(str(output))
+
+
+def _plan(source: str | None, stage: str, home: Path | None) -> MotionPlan:
+    from kendama_cli.artifacts.motion_plan import CatchMotion, MotionPlan
+    from kendama_cli.blocks.hand.plan_file import read_plan
+    from kendama_cli.store.codecs import load_artifact
+
+    if source is not None and Path(source).suffix.lower() in (".yaml", ".yml", ".json"):
+        return read_plan(source)
+    folder = Path(source) if source is not None and Path(source).is_dir() else _of_run(source, stage, home)
+    artifact = load_artifact(folder)
+    if isinstance(artifact, CatchMotion):
+        return artifact.plan
+    if not isinstance(artifact, MotionPlan):
+        raise UsageError(f"{folder} holds a {type(artifact).__name__}, no primitive; name what encode or adapt gave")
+    return artifact
+
+
+def _of_run(run: str | None, stage: str, home: Path | None) -> Path:
+    if stage not in ("encode", "adapt"):
+        raise UsageError(f"--stage is '{stage}'; allowed: encode, adapt")
+    record = find_run(find_site(home).home, run)
+    for made in record["stages"]:
+        if made["name"] == stage and made["artifact"] is not None:
+            return Path(made["artifact"])
+    raise UsageError(f"the run {record['run']} has no result of '{stage}'; name another run or --stage")

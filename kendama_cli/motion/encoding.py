@@ -1,0 +1,132 @@
+"""From the samples of motions to the parameters of primitives over one basis."""
+
+from __future__ import annotations
+
+from collections.abc import Hashable, Sequence
+from dataclasses import dataclass
+from itertools import product
+
+import numpy as np
+
+from kendama_cli.artifacts.checks import Array
+from kendama_cli.motion.basis import Basis
+from kendama_cli.motion.position_fit import Ends, Operator, even_operator, operator, project, solve_positions
+from kendama_cli.motion.regression import locally_weighted, ridge_on_force, target_force
+from kendama_cli.motion.resampling import Swing, derivatives
+from kendama_cli.settings.encode import EncodeSettings
+
+THINNED = 120
+"""Samples at which widths and ends are compared: plenty for 20 functions."""
+
+SURE = 9.0
+"""An end moves where that betters n log score by so much: a thousand to one against chance."""
+
+
+@dataclass(frozen=True)
+class Parameters:
+    """What distinguishes N primitives of c coordinates over one basis of m functions, in their own time s = t / T.
+
+    ``origin_m`` (N, c) is where each starts relative to its first sample; positions are relative to that start.
+    """
+
+    duration_s: Array
+    """(N,)"""
+    origin_m: Array
+    """(N, c)"""
+    start_rate: Array
+    """(N, c)"""
+    goal_m: Array
+    """(N, c)"""
+    goal_rate: Array
+    """(N, c)"""
+    weights: Array
+    """(N, c, m)"""
+
+    def vectors(self) -> Array:
+        """The columns of ``MotionPlan.variation``: log T, start rate, goal, goal rate, weights; (N, 1 + c (3 + m))."""
+        n = len(self.duration_s)
+        log_t = np.log(self.duration_s)[:, None]
+        return np.hstack((log_t, self.start_rate, self.goal_m, self.goal_rate, self.weights.reshape(n, -1)))
+
+
+def fit_swings(swings: Sequence[Swing], settings: EncodeSettings) -> tuple[Parameters, Basis]:
+    """The parameters of all ``swings``, and the basis that is best for all of them together."""
+    bases = tuple(
+        Basis(settings.functions, settings.stiffness, settings.phase_decay, width) for width in settings.width
+    )
+    if settings.regression == "position":
+        ends, basis = _ends_and_basis(swings, bases)
+        rows = _fit_positions(swings, ends, basis)
+    else:
+        fits = [[_fit_force(swing, basis, settings) for swing in swings] for basis in bases]
+        best = int(np.argmin([sum(one.misfit for one in row) for row in fits]))
+        basis, rows = bases[best], np.array([one.parameters for one in fits[best]])
+    duration = np.array([swing.duration_s for swing in swings])
+    goal = rows[:, 2] - rows[:, 0]
+    return Parameters(duration, rows[:, 0], rows[:, 1], goal, rows[:, 3], rows[:, 4:].transpose(0, 2, 1)), basis
+
+
+def _ends_and_basis(swings: Sequence[Swing], bases: tuple[Basis, ...]) -> tuple[list[Ends], Basis]:
+    """Whether each swing's ends move, and the basis with the least product of scores."""
+    found: dict[int, Ends] = {}
+    totals = np.zeros(len(bases))
+    for members in _alike(swings, [(one.starts_still, one.ends_still) for one in swings]):
+        first = swings[members[0]]
+        starts = (False,) if first.starts_still else (False, True)
+        stops = (False,) if first.ends_still else (False, True)
+        candidates = [Ends(*pair) for pair in product(starts, stops)]
+        stride = -(-len(first.position_m) // THINNED)
+        thin = np.array([swings[i].position_m[::stride].T for i in members])
+        table = np.array([project(_operator(first, stride, bases, e), thin).score.min(axis=1) for e in candidates])
+        # more freedom must pay, or chance would give resting hands a velocity
+        price = np.array([SURE * (len(ends.columns) - 2) / thin.shape[2] for ends in candidates])
+        best = np.argmin(np.log(table.min(axis=1)) + price[:, None], axis=0)
+        found |= {i: candidates[b] for i, b in zip(members, best, strict=True)}
+        # logarithms: metres and radians count alike, and so do swings of any size
+        totals += np.log(table[best, :, np.arange(len(members))]).sum(axis=0)
+    return [found[i] for i in range(len(swings))], bases[int(totals.argmin())]
+
+
+def _fit_positions(swings: Sequence[Swing], ends: Sequence[Ends], basis: Basis) -> Array:
+    """y0, y0', g, g' and weights of every swing; (N, 4 + m, c)."""
+    made: dict[int, Array] = {}
+    for members in _alike(swings, ends):
+        position = np.array([swings[i].position_m.T for i in members])
+        solved = solve_positions(_operator(swings[members[0]], 1, (basis,), ends[members[0]]), position)
+        made |= dict(zip(members, solved, strict=True))
+    return np.array([made[i].T for i in range(len(swings))])
+
+
+def _alike(swings: Sequence[Swing], marks: Sequence[Hashable]) -> list[list[int]]:
+    """The numbers of the swings whose samples have the same shares and whose marks agree: solved in one go."""
+    groups: dict[Hashable, list[int]] = {}
+    for i, (swing, mark) in enumerate(zip(swings, marks, strict=True)):
+        groups.setdefault((len(swing.position_m), None if swing.even else i, mark), []).append(i)
+    return list(groups.values())
+
+
+def _operator(swing: Swing, stride: int, bases: tuple[Basis, ...], ends: Ends) -> Operator:
+    if swing.even:
+        return even_operator(len(swing.position_m), stride, bases, ends)
+    return operator(swing.share[::stride], bases, ends)
+
+
+@dataclass(frozen=True)
+class _ForceFit:
+    parameters: Array
+    misfit: float
+
+
+def _fit_force(swing: Swing, basis: Basis, settings: EncodeSettings) -> _ForceFit:
+    """y0, y0', g, g' from the local cubics at the ends, weights from f; (4 + m, c)."""
+    motion = derivatives(swing, settings.smoothing_s)
+    nothing = np.zeros(motion.position.shape[1])
+    start_rate = motion.rate[0] if swing.starts_fast else nothing
+    goal_rate = motion.rate[-1] if swing.ends_fast else nothing
+    force = target_force(motion, motion.position[-1], goal_rate, basis)
+    if settings.regression == "lwr":
+        weights = locally_weighted(motion.share, force, basis, passes=settings.passes)
+    else:
+        weights = ridge_on_force(motion.share, force, basis, penalty=settings.ridge)
+    misfit = float(np.sum((force - basis.features(motion.share) @ weights) ** 2))
+    return _ForceFit(np.vstack((motion.position[0], start_rate, motion.position[-1], goal_rate, weights)), misfit)

@@ -1,0 +1,202 @@
+"""Least squares on the positions: the motion is linear in its start, goal, end velocities and weights.
+
+    y(s) = g + g' (s - 1) + e(s),   e = (y0 - g + g') a(s) + (y0' - g') b(s) + sum_j w_j B_j(s)
+
+a, b and B_j are the responses of eq. 3 to a unit distance, a unit rate and one basis function, so no derivative of
+the samples is needed. The motion is to reach its goal: e(1) = e'(1) = 0. Among such motions
+
+    min  sum_i |y(s_i) - p_i|^2 + lambda n int |y'''|^2 ds
+
+and lambda, the price of jerk, by generalised cross-validation (G. Wahba, "Spline models for observational data", 1990):
+the least n RSS / (n - dof)^2, with RSS and degrees of freedom from a factorisation that is kept for the next
+demonstration of as many samples.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+
+from kendama_cli.artifacts.checks import Array
+from kendama_cli.motion.basis import Basis
+from kendama_cli.motion.integration import Solution, settle, solve
+
+STEPS = 1000
+"""Integration steps for the responses to single functions; their error is far below a recording's noise."""
+
+JERK_SAMPLES = 400
+"""Instants at which the jerk of 20 functions is summed up."""
+
+PRICES = 10.0 ** np.arange(-16.0, -5.5, 0.5)
+"""lambda: from a price that only holds what no sample holds to one that leaves a single bend."""
+
+LEAST_FREEDOM = 0.2
+"""Share of the samples that must be left when the degrees of freedom are taken: fewer cannot tell noise from motion."""
+
+ONE_THREAD = 250_000
+"""Products of fewer multiplications stay on one thread in BLAS, which here is faster and never waits for a core."""
+
+QR_ROWS = 256
+"""Rows that LAPACK factorises on one thread."""
+
+END_WEIGHT = 10.0
+"""The motion's miss of its goal counts as so many times the samples' own: enough that it is met to a micrometre."""
+
+LEAST_COLUMN = 1e-6
+"""Directions in which the motion does not change, relative to the others, are held at zero by this much."""
+
+NONE = 1e-6
+"""Freedom of a price that is out of the question."""
+
+RESOLUTION_M = 1e-7
+"""No recording is finer; residuals below it are rounding."""
+
+
+@dataclass(frozen=True)
+class Ends:
+    """Whether the motion may have a velocity at its start and at its end."""
+
+    start_moves: bool
+    end_moves: bool
+
+    @property
+    def columns(self) -> list[int]:
+        """Which of the columns y0, y0', g, g' are free."""
+        return [0, *([1] if self.start_moves else []), 2, *([3] if self.end_moves else [])]
+
+
+@dataclass(frozen=True)
+class Operator:
+    """The factorised least squares for one set of n shares and W bases, with p free parameters.
+
+    Parameters = ``lift`` (shrink * (``project`` positions)); lambda is one of L ``PRICES``.
+    """
+
+    project: Array
+    """(W, p, n), orthonormal rows"""
+    lift: Array
+    """(W, 4 + m, p): y0, y0', g, g' and the weights"""
+    shrink: Array
+    """(W, L, p): 1 / (1 + lambda n jerk)"""
+    kept: Array
+    """(W, L, p): 2 shrink - shrink^2, the share of a component's square that leaves the residual"""
+    freedom: Array
+    """(W, L): n - dof"""
+
+
+@dataclass(frozen=True)
+class Projection:
+    """What an operator sees of N swings: ``components`` (N, k, W, p), cross-validated variances ``score`` (W, L, N)."""
+
+    components: Array
+    score: Array
+
+
+def project(operator: Operator, position: Array) -> Projection:
+    """The swings ``position`` (N, k, n) at the operator's shares, with the score of every lambda [m^2]."""
+    count, axes, n = position.shape
+    bases, free, _ = operator.project.shape
+    rows, columns = position.reshape(-1, n), operator.project.reshape(-1, n).T
+    at_once = max(1, ONE_THREAD // columns.size)
+    parts = [rows[i : i + at_once] @ columns for i in range(0, len(rows), at_once)]
+    z = np.concatenate(parts).reshape(count, axes, bases, free)
+    total = (position**2).reshape(count, -1).sum(axis=1)
+    rss = total - operator.kept @ np.einsum("nkwp,nkwp->wpn", z, z)
+    return Projection(z, n * np.maximum(rss, n * axes * RESOLUTION_M**2) / operator.freedom[:, :, None] ** 2)
+
+
+def solve_positions(operator: Operator, position: Array) -> Array:
+    """y0, y0', g, g' and weights (N, k, 4 + m) of swings (N, k, n), each with its best lambda, on the first basis."""
+    seen = project(operator, position)
+    best = operator.shrink[0][seen.score[0].argmin(axis=0)]
+    return np.asarray((best[:, None] * seen.components[:, :, 0]) @ operator.lift[0].T)
+
+
+@lru_cache(maxsize=128)
+def even_operator(count: int, stride: int, bases: tuple[Basis, ...], ends: Ends) -> Operator:
+    """The operator for every ``stride``-th of ``count`` even samples."""
+    return operator(np.linspace(0.0, 1.0, count)[::stride], bases, ends)
+
+
+def operator(share: Array, bases: tuple[Basis, ...], ends: Ends) -> Operator:
+    """Factorise the least squares for ``share`` (n,), for each of ``bases``."""
+    parts = [_factorised(share, basis, ends) for basis in bases]
+    project, lift, shrink = (np.array(part) for part in zip(*parts, strict=True))
+    freedom = len(share) - shrink.sum(axis=2)
+    # a score from hardly any freedom would praise a motion that runs through every sample; the smoothest always counts
+    freedom = np.where(freedom < LEAST_FREEDOM * len(share), NONE, freedom)
+    freedom[:, -1] = np.maximum(freedom[:, -1], 0.5)
+    return Operator(project, lift, shrink, 2 * shrink - shrink**2, freedom)
+
+
+def _factorised(share: Array, basis: Basis, ends: Ends) -> tuple[Array, Array, Array]:
+    n, free = len(share), ends.columns + list(range(4, 4 + basis.functions))
+    position = _columns(basis, share)[0][:, free]
+    whole = _whole_motion(basis)
+    jerk, miss = whole.jerk[:, free], whole.miss[:, free]
+    rows = np.vstack((position, END_WEIGHT * np.sqrt(n) * miss))
+    size = np.linalg.norm(rows, axis=0)
+    orthonormal, triangle = _tall_qr(np.vstack((rows / size, LEAST_COLUMN * np.eye(len(free)))))
+    inverse = np.linalg.inv(triangle)
+    _, bend, turn = np.linalg.svd((jerk / size) @ inverse, full_matrices=False)
+    lift = np.zeros((4 + basis.functions, len(free)))
+    lift[free] = (inverse @ turn.T) / size[:, None]
+    return (orthonormal @ turn.T)[:n].T, lift, 1.0 / (1.0 + PRICES[:, None] * n * bend**2)
+
+
+def _columns(basis: Basis, share: Array) -> tuple[Array, Array, Array]:
+    """What a unit of y0, y0', g, g' and each weight adds to y, y' and y''' at ``share`` (n,); each (n, 4 + m)."""
+    w = basis.frequency
+    unit, none = np.ones(1), np.zeros(1)
+    made = _responses(basis).at(share)
+    place, speed = settle(unit, none, w, share), settle(none, unit, w, share)
+    bend = basis.feature_rates(share) - 2 * w * made.second - w**2 * made.rate
+    place_bend, speed_bend = (-2 * w * one.second - w**2 * one.rate for one in (place, speed))
+    s = share[:, None]
+    position = (place.position, speed.position, 1 - place.position, s - 1 + place.position - speed.position)
+    rate = (place.rate, speed.rate, -place.rate, 1 + place.rate - speed.rate)
+    third = (place_bend, speed_bend, -place_bend, place_bend - speed_bend)
+    return (
+        np.hstack((*position, made.position)),
+        np.hstack((*rate, made.rate)),
+        np.hstack((*third, bend)),
+    )
+
+
+def _tall_qr(rows: Array) -> tuple[Array, Array]:
+    """Q and R of a tall matrix, block by block: blocks are small enough for LAPACK to stay on one thread.
+
+    On a busy machine threads that wait for a core make a factorisation a hundred times slower.
+    """
+    count, columns = rows.shape
+    blocks = np.zeros((-(-count // QR_ROWS) * QR_ROWS, columns))
+    blocks[:count] = rows
+    within, triangles = np.linalg.qr(blocks.reshape(-1, QR_ROWS, columns))
+    across, triangle = np.linalg.qr(triangles.reshape(-1, columns))
+    return (within @ across.reshape(-1, columns, columns)).reshape(-1, columns)[:count], triangle
+
+
+@dataclass(frozen=True)
+class _Whole:
+    """``jerk`` (4 + m, 4 + m), whose square is the integral of the jerk's; ``miss`` (2, 4 + m) of g and g' at s = 1."""
+
+    jerk: Array
+    miss: Array
+
+
+@lru_cache(maxsize=64)
+def _whole_motion(basis: Basis) -> _Whole:
+    jerk = _columns(basis, np.linspace(0.0, 1.0, JERK_SAMPLES))[2] / np.sqrt(JERK_SAMPLES)
+    position, rate, _ = _columns(basis, np.ones(1))
+    # the goal's own columns read g and g' there; what is left of them is the miss
+    position[0, 2] -= 1.0
+    rate[0, 3] -= 1.0
+    return _Whole(_tall_qr(jerk)[1], np.vstack((position, rate / basis.frequency)))
+
+
+@lru_cache(maxsize=64)
+def _responses(basis: Basis) -> Solution:
+    nothing = np.zeros(basis.functions)
+    return solve(basis.features, nothing, nothing, basis.frequency, STEPS)

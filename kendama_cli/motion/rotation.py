@@ -1,0 +1,89 @@
+"""Unit quaternions wxyz and rotation vectors, n at once: product, inverse, exponential and logarithm maps."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from kendama_cli.artifacts.checks import Array
+
+_SMALL = 1e-6
+"""Below this angle [rad] the series of second order is exact to the last digit."""
+
+
+def multiply(first: Array, second: Array) -> Array:
+    """The Hamilton product (..., 4): the rotation ``second``, then ``first``."""
+    w1, x1, y1, z1 = np.moveaxis(np.asarray(first), -1, 0)
+    w2, x2, y2, z2 = np.moveaxis(np.asarray(second), -1, 0)
+    made: Array = np.stack(
+        (
+            w1 * w2 - x1 * x2 - y1 * y2 - z1 * z2,
+            w1 * x2 + x1 * w2 + y1 * z2 - z1 * y2,
+            w1 * y2 - x1 * z2 + y1 * w2 + z1 * x2,
+            w1 * z2 + x1 * y2 - y1 * x2 + z1 * w2,
+        ),
+        axis=-1,
+    )
+    return made
+
+
+def inverse(rotation_wxyz: Array) -> Array:
+    """The inverse of unit quaternions (..., 4)."""
+    made: Array = np.asarray(rotation_wxyz) * np.array([1.0, -1.0, -1.0, -1.0])
+    return made
+
+
+def exponential(vector_rad: Array) -> Array:
+    """The rotation about ``vector_rad`` (..., 3) by its length, as a unit quaternion (..., 4)."""
+    vector = np.asarray(vector_rad, dtype=np.float64)
+    angle = np.linalg.norm(vector, axis=-1, keepdims=True)
+    half = np.where(angle < _SMALL, 0.5 - angle**2 / 48, np.sin(angle / 2) / np.maximum(angle, _SMALL))
+    made: Array = np.concatenate((np.cos(angle / 2), half * vector), axis=-1)
+    return made
+
+
+def logarithm(rotation_wxyz: Array) -> Array:
+    """The rotation vector (..., 3) of unit quaternions (..., 4), at most pi long: q and -q give the same."""
+    q = np.asarray(rotation_wxyz, dtype=np.float64)
+    q = np.where(q[..., :1] < 0, -q, q)
+    sine = np.linalg.norm(q[..., 1:], axis=-1, keepdims=True)
+    angle = 2 * np.arctan2(sine, q[..., :1])
+    factor = np.where(sine < _SMALL, 2.0 + sine**2 / 3, angle / np.maximum(sine, _SMALL))
+    return np.asarray(factor * q[..., 1:])
+
+
+def continuous_logarithm(rotation_wxyz: Array) -> Array:
+    """The rotation vectors (n, 3) of successive orientations (n, 4), each on the branch nearest to the one before.
+
+    So neither a flip of the quaternion's sign nor a turn beyond pi makes a jump.
+    """
+    vectors = logarithm(rotation_wxyz)
+    made = vectors.copy()
+    for i in range(1, len(made)):
+        angle = float(np.linalg.norm(vectors[i]))
+        before = float(np.linalg.norm(made[i - 1]))
+        axis = vectors[i] / angle if angle > _SMALL else made[i - 1] / max(before, _SMALL)
+        turns = np.round((made[i - 1] @ axis - angle) / (2 * np.pi))
+        made[i] = vectors[i] + 2 * np.pi * turns * axis
+    return made
+
+
+def angular_velocity(vector_rad: Array, rate_rad_s: Array) -> Array:
+    """w (n, 3) in the world while the rotation vector r (n, 3) changes at r' (n, 3): the left Jacobian of SO(3).
+
+    w = r' + (1 - cos a) / a^2 r x r' + (a - sin a) / a^3 r x (r x r'), a = |r|.
+    """
+    r, rate = np.asarray(vector_rad, dtype=np.float64), np.asarray(rate_rad_s, dtype=np.float64)
+    a = np.linalg.norm(r, axis=-1, keepdims=True)
+    safe = np.maximum(a, 1e-3)
+    first = np.where(a < 1e-3, 0.5 - a**2 / 24, (1 - np.cos(safe)) / safe**2)
+    second = np.where(a < 1e-3, 1 / 6 - a**2 / 120, (safe - np.sin(safe)) / safe**3)
+    turned = np.cross(r, rate)
+    return np.asarray(rate + first * turned + second * np.cross(r, turned))
+
+
+def from_euler_xyz(angles_rad: Array) -> Array:
+    """Quaternions (n, 4) of fixed-axis angles (n, 3): about x, then y, then z of the world, as KUKA's C, B, A."""
+    x, y, z = (
+        exponential(column[:, None] * axis) for column, axis in zip(np.asarray(angles_rad).T, np.eye(3), strict=True)
+    )
+    return multiply(z, multiply(y, x))

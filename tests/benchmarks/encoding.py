@@ -1,0 +1,98 @@
+"""Speed of encoding, and of movement_primitives beside it where it is installed (``pip install '.[benchmarks]'``).
+
+``python -m tests.benchmarks.encoding`` prints name, value, unit and ratio; all of it in one process, seeded, warmed up,
+the best of many: on a busy machine the peer's threads wait for each other, which is not its fault. Ten demonstrations
+of three coordinates and 1500 samples, 20 functions.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from kendama_cli.artifacts.demonstration import Demonstration
+from kendama_cli.motion.averaging import encode, encode_demonstrations, prepare
+from kendama_cli.motion.dmp import play
+from kendama_cli.motion.position_fit import even_operator
+from tests.motion.swings import path, settings
+
+COUNT, SAMPLES, RATE_HZ, SEED = 10, 1500, 1000.0, 7
+
+
+def demonstrations(spread_samples: int = 0) -> list[Demonstration]:
+    """Swings of one kind with 0.1 mm of noise; ``spread_samples`` makes their lengths differ."""
+    rng = np.random.default_rng(SEED)
+    made = []
+    for i in range(COUNT):
+        t = np.arange(SAMPLES + i * spread_samples) / RATE_HZ
+        place = (1 + 0.05 * rng.standard_normal()) * path(t, t[-1])
+        made.append(Demonstration(f"swing-{i}", t, place + rng.normal(0, 1e-4, place.shape)))
+    return made
+
+
+def best_ms(work: Callable[[], object], repeats: int) -> float:
+    """Milliseconds of the fastest of ``repeats``, after one that does not count."""
+    work()
+    spent = []
+    for _ in range(repeats):
+        began = time.perf_counter()
+        work()
+        spent.append(time.perf_counter() - began)
+    return 1e3 * min(spent)
+
+
+def without_cache(swings: Sequence[Demonstration]) -> Callable[[], object]:
+    """The same when no demonstration of these lengths was encoded before."""
+
+    def work() -> object:
+        even_operator.cache_clear()
+        return encode_demonstrations(swings, settings())
+
+    return work
+
+
+def imitated(swing: Demonstration) -> float | None:
+    """Milliseconds of the peer's ``imitate`` for one demonstration; None where it is not installed."""
+    try:
+        from movement_primitives.dmp import DMP  # noqa: PLC0415 - optional
+    except ImportError:
+        return None
+    dt = 1 / RATE_HZ
+
+    def work() -> object:
+        primitive = DMP(n_dims=3, execution_time=swing.t_s[-1], dt=dt, n_weights_per_dim=20)
+        return primitive.imitate(swing.t_s, swing.position_m)
+
+    return best_ms(work, 100)
+
+
+def main() -> None:
+    """Print the table."""
+    chosen, swings, uneven = settings(), demonstrations(), demonstrations(spread_samples=7)
+    prepared = prepare(swings, chosen)
+    plan = encode_demonstrations(swings, chosen)
+    rows = {
+        "encode 10: weights, end velocities, width": best_ms(lambda: encode(prepared, chosen), 200),
+        "encode 10: the same, aligned and averaged": best_ms(lambda: encode_demonstrations(swings, chosen), 200),
+        "encode 10 of ten lengths": best_ms(lambda: encode_demonstrations(uneven, chosen), 100),
+        "encode 10, nothing kept from before": best_ms(without_cache(swings), 10),
+        "play 1500 instants": best_ms(lambda: play(plan, swings[0].t_s), 100),
+    }
+    peer = imitated(swings[0])
+    if peer is None:
+        print("movement_primitives is not installed: no peer")
+    else:
+        print(f"{'movement_primitives, imitate 1':44s} {peer:8.3f} ms")
+    for name, value in rows.items():
+        ratio = (
+            ""
+            if peer is None or not name.startswith("encode")
+            else f"{COUNT * peer / value:7.1f} x movement_primitives, each"
+        )
+        print(f"{name:44s} {value:8.3f} ms {ratio}")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,80 @@
+"""Quaternions and rotation vectors: the laws of the group, and the maps between them."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from kendama_cli.motion.rotation import (
+    angular_velocity,
+    continuous_logarithm,
+    exponential,
+    from_euler_xyz,
+    inverse,
+    logarithm,
+    multiply,
+)
+
+RNG = np.random.default_rng(9)
+A, B, C = (q / np.linalg.norm(q, axis=1, keepdims=True) for q in RNG.normal(size=(3, 50, 4)))
+ONE = np.array([1.0, 0.0, 0.0, 0.0])
+
+
+def test_the_product_is_associative_with_one_and_inverses() -> None:
+    assert np.allclose(multiply(multiply(A, B), C), multiply(A, multiply(B, C)), atol=1e-14)
+    assert np.allclose(multiply(A, ONE), A, atol=0)
+    assert np.allclose(multiply(A, inverse(A)), ONE, atol=1e-15)
+    assert np.allclose(inverse(multiply(A, B)), multiply(inverse(B), inverse(A)), atol=1e-15)
+
+
+def test_products_stay_of_unit_length() -> None:
+    assert np.allclose(np.linalg.norm(multiply(A, B), axis=1), 1, atol=1e-15)
+
+
+def test_exponential_and_logarithm_undo_each_other() -> None:
+    vectors = RNG.normal(size=(50, 3))
+    vectors *= RNG.uniform(0, np.pi - 1e-6, (50, 1)) / np.linalg.norm(vectors, axis=1, keepdims=True)
+    assert np.allclose(logarithm(exponential(vectors)), vectors, atol=1e-9)
+    back = exponential(logarithm(A))
+    assert np.allclose(back * np.sign(np.sum(back * A, axis=1, keepdims=True)), A, atol=1e-12)
+
+
+@pytest.mark.parametrize("angle", [0.0, 1e-12, 1e-7, 1e-6, 1e-4])
+def test_small_rotations_keep_their_digits(angle: float) -> None:
+    vector = angle * np.array([[0.6, 0.0, 0.8]])
+    assert np.allclose(logarithm(exponential(vector)), vector, rtol=1e-10, atol=1e-22)
+
+
+def test_a_quaternion_and_its_negative_are_one_rotation() -> None:
+    assert np.allclose(logarithm(A), logarithm(-A), atol=1e-15)
+
+
+def test_rotations_about_one_axis_add_up() -> None:
+    axis = np.array([[0.0, 0.6, 0.8]])
+    assert np.allclose(multiply(exponential(0.7 * axis), exponential(0.5 * axis)), exponential(1.2 * axis), atol=1e-15)
+
+
+def test_a_turn_beyond_half_a_revolution_makes_no_jump() -> None:
+    angles = np.linspace(0, 1.8 * np.pi, 100)[:, None]
+    axis = np.array([[0.0, 0.6, 0.8]])
+    flips = RNG.choice([-1.0, 1.0], (100, 1))
+    made = continuous_logarithm(flips * exponential(angles * axis))
+    assert np.allclose(made, angles * axis, atol=1e-9)
+
+
+def test_the_angular_velocity_is_that_of_the_quaternion() -> None:
+    """w = 2 (dq/dt) q^-1, by differences."""
+    vectors, rates = RNG.normal(size=(2, 50, 3))
+    vectors[0] = 0.0
+    h = 1e-6
+    slope = (exponential(vectors + h * rates) - exponential(vectors - h * rates)) / (2 * h)
+    truth = 2 * multiply(slope, inverse(exponential(vectors)))[:, 1:]
+    assert np.allclose(angular_velocity(vectors, rates), truth, atol=1e-8)
+
+
+def test_fixed_axis_angles_turn_about_the_worlds_axes_in_order() -> None:
+    quarter = np.pi / 2
+    point = np.array([[0.0, 1.0, 0.0, 0.0]])  # x, as a pure quaternion
+    q = from_euler_xyz(np.array([[0.0, quarter, quarter]]))
+    # x turns about y to -z, which the turn about z leaves
+    assert np.allclose(multiply(multiply(q, point), inverse(q)), [[0, 0, 0, -1]], atol=1e-15)
