@@ -4,19 +4,25 @@ from __future__ import annotations
 
 import dataclasses
 import glob
+import importlib.metadata
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from kendama_cli.errors import ConfigError
+from kendama_cli.errors import ConfigError, MissingPartError
 from kendama_cli.pipeline.code import FileIndex
 from kendama_cli.store import durable
+
+PACKAGE = "package://"
+ROBOTS = "example-robot-data"
+"""The distribution of robot descriptions that the extra ``robots`` brings."""
 
 
 def resolve_files(settings: Any, key: str, roots: Sequence[Path]) -> Any:
     """``settings`` with every ``file`` field as absolute paths of existing files, globs expanded and sorted.
 
-    A relative path is looked for below each of ``roots`` in turn. Raises ConfigError that names the key, the value
+    A relative path is looked for below each of ``roots`` in turn, package://example-robot-data/... where that package
+    is installed; MissingPartError says how to get it. Raises ConfigError that names the key, the value
     and the folders searched.
     """
     if not dataclasses.is_dataclass(settings) or isinstance(settings, type):
@@ -57,7 +63,7 @@ def _contents(value: str | tuple[str, ...] | None, index: FileIndex) -> list[str
 
 
 def _find(pattern: str, key: str, roots: Sequence[Path], *, several: bool) -> tuple[str, ...]:
-    expanded = Path(pattern).expanduser()
+    expanded = Path(_in_package(pattern, key) if pattern.startswith(PACKAGE) else pattern).expanduser()
     for root in [Path("/")] if expanded.is_absolute() else roots:
         plain = root / expanded
         if plain.is_file():
@@ -73,3 +79,16 @@ def _find(pattern: str, key: str, roots: Sequence[Path], *, several: bool) -> tu
             return tuple(str(Path(name).resolve()) for name in found)
     looked = "" if expanded.is_absolute() else f" (looked in {', '.join(str(root) for root in roots)})"
     raise ConfigError(key, f"{key}: no such file '{pattern}'{looked}")
+
+
+def _in_package(pattern: str, key: str) -> str:
+    package, _, inside = pattern.removeprefix(PACKAGE).partition("/")
+    if package != ROBOTS:
+        raise ConfigError(key, f"{key}: '{pattern}' is in the package '{package}'; allowed: {PACKAGE}{ROBOTS}/...")
+    try:
+        installed = importlib.metadata.distribution(ROBOTS)
+    except importlib.metadata.PackageNotFoundError:
+        message = f"{key}: '{pattern}' needs the package {ROBOTS}: pip install 'kendama[robots]'"
+        raise MissingPartError(ROBOTS, message) from None
+    # the wheel keeps its files below cmeel's own prefix
+    return str(installed.locate_file(f"cmeel.prefix/share/{ROBOTS}/robots/{inside}"))

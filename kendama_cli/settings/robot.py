@@ -21,29 +21,79 @@ class ToolSettings:
             raise ConfigError("cup_axis", f"'cup_axis' is {list(self.cup_axis)}; allowed: any direction but zero")
 
 
+PER_JOINT = (
+    "home_rad",
+    "acceleration_rad_s2",
+    "rotor_inertia_kg_m2",
+    "coulomb_nm",
+    "viscous_nm_s",
+    "stribeck_nm",
+    "stribeck_rad_s",
+    "redundancy_weights",
+    "link_radius_m",
+)
+"""The fields of RobotSettings with one value per moving joint."""
+
+
 @dataclass(frozen=True)
 class RobotSettings:
-    """An arm from a URDF, placed in the world, holding the cup; per-joint lists run from base to tip."""
+    """An arm from a URDF, placed in the world, holding the cup; per-joint lists run from base to tip.
+
+    Where null is allowed the arm finds a value of its own: see simulation.arm, whose attributes hold what counts.
+    """
 
     tool: ToolSettings
     name: str = setting("name in messages and logs")
-    urdf: str = setting("robot description; position, speed and effort limits come from it", file=True)
-    tip_link: str = setting("link that holds the handle")
-    base_position_m: tuple[float, float, float] = setting("where the root link stands in the world [m]")
-    base_heading_rad: float = setting("turn of the root link about the world's z; the swing plane is x-z [rad]")
-    home_rad: tuple[float, ...] = setting("posture with the cup upright where a swing starts [rad]")
-    acceleration_rad_s2: tuple[float, ...] = setting("acceleration limits; a URDF has none [rad/s^2]", above=0)
-    rotor_inertia_kg_m2: tuple[float, ...] = setting("motor inertia seen at the joint [kg m^2]", at_least=0)
-    coulomb_nm: tuple[float, ...] = setting("Coulomb friction, known to the controller [Nm]", at_least=0)
-    viscous_nm_s: tuple[float, ...] = setting("viscous friction, known to the controller [Nm s/rad]", at_least=0)
+    path: str = setting(
+        "robot description (URDF), or package://example-robot-data/...; position, speed and effort limits are its own",
+        file=True,
+    )
+    base_link: str | None = setting(
+        "link that stands at the base pose, what is before it left out; null: the root link"
+    )
+    tip_link: str | None = setting("link that holds the handle; null: the end of the longest chain")
+    held_joints: tuple[str, ...] = setting("joints on the way to the tip that are held where they are, as a lift is")
+    base_position_m: tuple[float, float, float] = setting("where the base link stands in the world [m]")
+    base_heading_rad: float = setting("turn of the base link about the world's z; the swing plane is x-z [rad]")
+    home_rad: tuple[float, ...] | None = setting(
+        "posture with the cup upright where a swing starts; null: the middle of the joints' ranges [rad]"
+    )
+    acceleration_rad_s2: tuple[float, ...] | None = setting(
+        "acceleration limits, which a URDF has not; null: top speed within 0.15 s [rad/s^2]", above=0
+    )
+    rotor_inertia_kg_m2: tuple[float, ...] | None = setting(
+        "motor inertia seen at the joint; null: none [kg m^2]", at_least=0
+    )
+    coulomb_nm: tuple[float, ...] | None = setting(
+        "Coulomb friction Fc, known to the controller; null: none [Nm]", at_least=0
+    )
+    viscous_nm_s: tuple[float, ...] | None = setting(
+        "viscous friction b, known to the controller; null: none [Nm s/rad]", at_least=0
+    )
+    stribeck_nm: tuple[float, ...] | None = setting(
+        "friction Fs at standstill beyond Fc, known to the controller; null: none [Nm]", at_least=0
+    )
+    stribeck_rad_s: tuple[float, ...] | None = setting(
+        "speed vs over which Fs fades; null: 0.05 of the speed limit [rad/s]", above=0
+    )
+    redundancy_weights: tuple[float, ...] | None = setting(
+        "how unwillingly a joint moves where there are more than needed; null: inverse square of its speed limit",
+        above=0,
+    )
+    link_radius_m: tuple[float, ...] | None = setting(
+        "radius of the capsule from a joint's origin to the next one's, for clearances; null: 0.06 [m]", above=0
+    )
     stiffness_1_s2: float = setting("computed torque: Kp of the joint error; Kd = 2 sqrt Kp [1/s^2]", above=0)
 
     def __post_init__(self) -> None:
-        n = len(self.home_rad)
-        for name in ("acceleration_rad_s2", "rotor_inertia_kg_m2", "coulomb_nm", "viscous_nm_s"):
-            if len(getattr(self, name)) != n:
-                found = len(getattr(self, name))
-                raise ConfigError(name, f"'{name}' has {found} values; allowed: {n}, one per joint as home_rad has")
+        if not self.path:
+            raise ConfigError("path", "'path' is empty; set it to a robot description, as in robot.path=my_arm.urdf")
+        lengths = {name: len(values) for name in PER_JOINT if (values := getattr(self, name)) is not None}
+        first = next(iter(lengths), "")
+        for name, found in lengths.items():
+            if found != lengths[first]:
+                message = f"'{name}' has {found} values; allowed: {lengths[first]}, one per joint as {first} has"
+                raise ConfigError(name, message)
 
 
 @dataclass(frozen=True)
@@ -54,6 +104,7 @@ class Imperfection:
     rope_scale_spread: float = setting("uniform +- spread of that factor, drawn at every reset", at_least=0, below=1)
     ball_start_m: float = setting("uniform +- offset of the ball's start along x, drawn at every reset [m]", at_least=0)
     joint_friction_nm: float = setting("Coulomb friction of every joint that nobody models [Nm]", at_least=0)
+    joint_friction_share: float = setting("share of each joint's known friction that comes on top of it", at_least=0)
     lag_s: float = setting("first-order lag of the reference [s]", at_least=0)
     latency_s: float = setting("pure delay of the command [s]", at_least=0)
     joint_noise_rad: float = setting("standard deviation of the joint angle readings [rad]", at_least=0)

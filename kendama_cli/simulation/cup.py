@@ -39,6 +39,12 @@ def attach_cup(skeleton: Any, holder: Any, place: Any, cup: CupSettings) -> tupl
     return body, tie
 
 
+def set_restitution(cup: Any, restitution: float) -> None:
+    """Give every part of the cup ``restitution``; the ball's is 1, and DART takes the product of both."""
+    for node in cup.getShapeNodes():
+        node.getDynamicsAspect().setRestitutionCoeff(restitution)
+
+
 def _inertia(cup: CupSettings) -> Any:
     across = cup.mass_kg * (cup.radius_m**2 / 2 + cup.depth_m**2 / 12)
     along = cup.mass_kg * cup.radius_m**2

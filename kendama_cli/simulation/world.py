@@ -14,15 +14,16 @@ from kendama_cli.settings.game import GameSettings
 from kendama_cli.settings.robot import RobotSettings
 from kendama_cli.simulation.arm import Arm
 from kendama_cli.simulation.ball import make_ball
+from kendama_cli.simulation.cup import set_restitution
 from kendama_cli.simulation.dart import dartpy
+from kendama_cli.simulation.drive import Drive
+from kendama_cli.simulation.friction import JointFriction
 from kendama_cli.simulation.rope import rope_force
 
 STEP_S = 0.001
 """Step of simulation and control: at 1 ms nothing tunnels up to 8 m/s and the rope is far from its stability limit."""
-
-FRICTION_SPEED_RAD_S = 0.02
-"""The controller's compensation of Coulomb friction turns its sign over about this speed."""
-
+MAY_STOP_STEPS = 2.0
+"""A joint that its acceleration limit could stop within this many steps is left to DART's friction constraint."""
 
 FAR = 1e4
 """A ball farther away or faster than this, in m and m/s, has left the domain of the model."""
@@ -30,11 +31,17 @@ FAR = 1e4
 
 @dataclass(frozen=True)
 class WorldErrors:
-    """How one world differs from what its controller believes (see settings.robot.Imperfection)."""
+    """How one world differs from what its controller believes (see settings.robot.Imperfection).
+
+    ``joint_friction_nm`` is Coulomb friction of every joint beyond the known one, ``joint_friction_share`` the share of
+    each joint's known friction that comes on top of it; ``restitution`` that of ball and cup, None as in the game.
+    """
 
     rope_scale: float = 1.0
     ball_start_m: float = 0.0
     joint_friction_nm: float = 0.0
+    joint_friction_share: float = 0.0
+    restitution: float | None = None
 
 
 NO_ERRORS = WorldErrors()
@@ -47,6 +54,8 @@ class ArmWorld:
     with the rope's reaction on the cup. The controller is computed torque:
 
         tau = H (q_ref'' + Kd (q_ref' - q') + Kp (q_ref - q)) + C q' + g + xi,   Kd = 2 sqrt Kp
+
+    with the errors of this instant and the mean acceleration that takes the reference to the next one.
     """
 
     def __init__(self, robot: RobotSettings, game: GameSettings) -> None:
@@ -64,9 +73,20 @@ class ArmWorld:
         self._world.getConstraintSolver().setCollisionDetector(dartpy.collision.BulletCollisionDetector())
         self._world.addSkeleton(self._skeleton)
         self._world.addSkeleton(self._ball)
-        self._compensation = np.array(robot.coulomb_nm)
+        arm = self.arm
+        self._friction = JointFriction(
+            arm.joints,
+            coulomb_nm=arm.coulomb_nm,
+            stribeck_nm=arm.stribeck_nm,
+            stribeck_rad_s=arm.stribeck_rad_s,
+            viscous_nm_s=arm.viscous_nm_s,
+            slow_rad_s=MAY_STOP_STEPS * STEP_S * arm.acceleration_rad_s2,
+            change_rad_s=STEP_S * arm.mobility(),
+        )
+        self._drive = Drive(arm.lower_rad, arm.upper_rad, arm.velocity_rad_s, arm.acceleration_rad_s2, STEP_S)
         self._kp = robot.stiffness_1_s2
         self._kd = 2.0 * math.sqrt(robot.stiffness_1_s2)
+        self._least_nm = -arm.effort_nm
         self._ones = np.ones(len(self.arm.joint_names))
         self.perturb(NO_ERRORS)
         self.reset(self.arm.home_rad)
@@ -76,8 +96,8 @@ class ArmWorld:
         rope = self.game.rope
         self._errors = errors
         self._rope = (rope.length_m * errors.rope_scale, rope.stiffness_n_m, rope.damping_n_s_m)
-        for joint, known in zip(self.arm.joints, self.arm.settings.coulomb_nm, strict=True):
-            joint.setCoulombFriction(0, known + errors.joint_friction_nm)
+        self._friction.set_unknown(errors.joint_friction_nm, errors.joint_friction_share)
+        set_restitution(self.arm.cup, self.game.cup.restitution if errors.restitution is None else errors.restitution)
 
     def reset(self, position_rad: Array) -> None:
         """The arm at rest in ``position_rad`` (n,), the ball hanging still, the clock at 0."""
@@ -93,11 +113,13 @@ class ArmWorld:
         self._ball.setPositions([x + aside, y, z - math.sqrt(length**2 - aside**2)])
         self._ball.resetVelocities()
         self._ball.resetAccelerations()
+        self._drive.reset(position_rad)
         self._world.setTime(0.0)
         self._steps = 0
         self.t_s = 0.0
         self.effort_nm = np.zeros(len(self._ones))
-        self.tension_n = 0.0
+        self.tension_n = self.game.ball.mass_kg * self.game.gravity_m_s2
+        self._pull: tuple[float, float, float] | None = (0.0, 0.0, self.tension_n)
         self._observe()
 
     def put_ball(self, place_m: Sequence[float], velocity_m_s: Sequence[float]) -> None:
@@ -107,24 +129,34 @@ class ArmWorld:
         self._observe()
 
     def step(
-        self, position_rad: Array, velocity_rad_s: Array, acceleration_rad_s2: Array, noise_rad: Array | float = 0.0
+        self,
+        position_rad: Array,
+        velocity_rad_s: Array,
+        acceleration_rad_s2: Array,
+        noise_rad: Array | float = 0.0,
+        feedforward_nm: Array | float = 0.0,
     ) -> None:
-        """Advance by STEP_S toward the reference (n,) for this instant; ``noise_rad`` is added to the angles read.
+        """Advance by STEP_S toward the reference (n,) for this instant, after the drive has held it to the limits.
 
-        Raises SimulationError, naming the joint, where a torque would not be finite.
+        ``noise_rad`` is added to the angles read, ``feedforward_nm`` to the torque commanded; the motors clip the sum
+        to their limits. Raises SimulationError, naming the joint, where a torque would not be finite.
         """
         skeleton = self._skeleton
-        wanted = acceleration_rad_s2 + self._kd * (velocity_rad_s - self.velocity_rad_s)
-        wanted += self._kp * (position_rad - self.position_rad - noise_rad)
+        drive = self._drive
+        wanted = self._kd * (drive.mean_rad_s - self.velocity_rad_s)
+        wanted += self._kp * (drive.position_rad - self.position_rad - noise_rad)
+        wanted += drive.follow(position_rad, velocity_rad_s, acceleration_rad_s2)
         if not math.isfinite(wanted.dot(self._ones)):
             self._abort(wanted)
         skeleton.setAccelerations(wanted)
-        skeleton.computeInverseDynamics(False, True, False)
-        effort = skeleton.getForces() + self._compensation * np.tanh(velocity_rad_s / FRICTION_SPEED_RAD_S)
+        skeleton.computeInverseDynamics(False, False, False)
+        effort = (
+            skeleton.getForces() + self._friction.compensation(drive.mean_rad_s, self.velocity_rad_s) + feedforward_nm
+        )
         if not math.isfinite(effort.dot(self._ones)):
             self._abort(effort)
-        skeleton.setCommands(effort)  # clips to the effort limits, setForces would not
-        self.effort_nm = skeleton.getCommands()
+        self.effort_nm = np.minimum(np.maximum(effort, self._least_nm), self.arm.effort_nm)
+        skeleton.setForces(self.effort_nm + self._friction.torque(self.velocity_rad_s))
         tie = self.arm.tie
         bx, by, bz = self.ball_m
         cx, cy, cz = self.tie_m
@@ -133,7 +165,7 @@ class ArmWorld:
             self._abort_ball()
         ux, uy, uz = self.tie_m_s
         drag = -self.game.ball.drag_n_s_m
-        pull = rope_force(bx - cx, by - cy, bz - cz, vx - ux, vy - uy, vz - uz, *self._rope)
+        self._pull = pull = rope_force(bx - cx, by - cy, bz - cz, vx - ux, vy - uy, vz - uz, *self._rope)
         if pull is None:
             self.tension_n = 0.0
             self._ball.setForces([drag * vx, drag * vy, drag * vz])
@@ -146,6 +178,32 @@ class ArmWorld:
         self._steps += 1
         self.t_s = self._steps * STEP_S
         self._observe()
+
+    def wrist_wrench(self) -> Array:
+        """What a sensor between the tip link and the handle feels after the last step: (6,), force [N], torque [Nm].
+
+        It is what handle, cup, rope and ball exert on the tip link, in the tip link's frame at its origin: the weight
+        of the tool at rest, its inertia in motion, the pull of the rope and the blow of the ball.
+        """
+        arm, skeleton = self.arm, self._skeleton
+        if self._pull is not None:
+            arm.tie.addExtForce([-one for one in self._pull])
+        for contact in self._world.getLastCollisionResult().getContacts():
+            if contact.collisionObject1.getShapeFrame().asShapeNode().getBodyNodePtr() == arm.cup:
+                arm.cup.addExtForce(contact.force, contact.point, False, False)
+            elif contact.collisionObject2.getShapeFrame().asShapeNode().getBodyNodePtr() == arm.cup:
+                arm.cup.addExtForce(-contact.force, contact.point, False, False)
+        skeleton.computeInverseDynamics(True, False, False)
+        held = np.array(arm.cup.getBodyForce())
+        skeleton.clearExternalForces()
+        turn, at = arm.cup_in_tip.rotation(), arm.cup_in_tip.translation()
+        force = turn @ held[3:]
+        return -np.concatenate([force, turn @ held[:3] + np.cross(at, force)])
+
+    @property
+    def limited(self) -> bool:
+        """Whether the drive had to change the last reference to keep to the joints' limits."""
+        return self._drive.limited
 
     def ball_in_cup_m(self) -> Array:
         """The ball's centre in the cup's frame (3,): z along the axis from the tie point."""

@@ -17,13 +17,13 @@ ROOT = Path(__file__).resolve().parents[2]
 def pa10() -> RobotSettings:
     """The shipped PA10."""
     values = yaml.safe_load((ROOT / "conf/robot/pa10.yaml").read_text())
-    return build(RobotSettings, values | {"urdf": str(ROOT / values["urdf"])}, "robot")
+    return build(RobotSettings, values | {"path": str(ROOT / values["path"])}, "robot")
 
 
 def frictionless_pa10() -> RobotSettings:
     """The shipped PA10 without any joint friction."""
     none = (0.0,) * 7
-    return dataclasses.replace(pa10(), coulomb_nm=none, viscous_nm_s=none)
+    return dataclasses.replace(pa10(), coulomb_nm=none, viscous_nm_s=none, stribeck_nm=none)
 
 
 def kendama_game() -> GameSettings:

@@ -6,18 +6,19 @@ from pathlib import Path
 import pytest
 
 from kendama_cli.errors import ConfigError, InputError
+from kendama_cli.settings.robot import PER_JOINT
 from kendama_cli.simulation.arm import Arm
 from kendama_cli.simulation.description import read_description
 from tests.simulation.bench_robot import kendama_game, pa10
 
-GOOD = Path(pa10().urdf).read_text()
+GOOD = Path(pa10().path).read_text()
 
 
-def _refusal(tmp_path: Path, text: str, tip_link: str = "flange") -> InputError:
+def _refusal(tmp_path: Path, text: str, tip_link: str = "flange", base_link: str | None = None) -> InputError:
     file = tmp_path / "robot.urdf"
     file.write_text(text)
     with pytest.raises(InputError) as caught:
-        read_description(str(file), tip_link)
+        read_description(str(file), base_link, tip_link)
     assert str(caught.value).startswith(str(file))
     assert "\n" not in str(caught.value)
     return caught.value
@@ -39,7 +40,7 @@ def test_binary_rubbish_is_refused(tmp_path: Path, rubbish: bytes) -> None:
     file = tmp_path / "robot.urdf"
     file.write_bytes(rubbish)
     with pytest.raises(InputError, match=r"robot\.urdf"):
-        read_description(str(file), "flange")
+        read_description(str(file), None, "flange")
 
 
 @pytest.mark.parametrize(
@@ -62,8 +63,22 @@ def test_binary_rubbish_is_refused(tmp_path: Path, rubbish: bytes) -> None:
         (
             '<link name="flange">',
             '<link name="flange"><visual><geometry><mesh filename="flange.stl"/></geometry></visual>',
-            "names the mesh 'flange.stl', which is not there",
+            "link 'flange': names the mesh 'flange.stl', which is not there",
         ),
+        (
+            '<joint name="w2" type="revolute">',
+            '<joint name="w2" type="revolute"><mimic joint="w1"/>',
+            "joint 'w2': mimics joint 'w1'; choose a robot.tip_link before it or hold it: robot.held_joints=[w2]",
+        ),
+        (
+            '<joint name="s2" type="revolute">',
+            '<joint name="s2" type="prismatic">',
+            "joint 's2': is of type 'prismatic'; allowed on the way to the tip: revolute, continuous, fixed; "
+            "or hold it: robot.held_joints=[s2]",
+        ),
+        ('<mass value="9.29"/>', '<mass value="-9.29"/>', "link 'base': has the mass '-9.29'"),
+        ('<mass value="3.51"/>', '<mass value="nan"/>', "link 'link_s3': has the mass 'nan'"),
+        ('<link name="base">', '<link name="base"><xacro:box/>', "not well-formed"),
     ],
 )
 def test_a_flaw_in_a_urdf_is_named(tmp_path: Path, old: str, new: str, words: str) -> None:
@@ -79,6 +94,85 @@ def test_a_tip_that_does_not_exist_is_refused_with_those_that_do(tmp_path: Path)
     message = str(_refusal(tmp_path, GOOD, "tool0"))
     assert "has no link 'tool0'" in message
     assert "flange" in message
+
+
+def test_a_xacro_file_is_refused_with_the_command_that_expands_it(tmp_path: Path) -> None:
+    text = (
+        '<robot name="arm" xmlns:xacro="http://www.ros.org/wiki/xacro"><xacro:include filename="parts.xacro"/></robot>'
+    )
+    assert "is a xacro file, not a URDF yet; expand it first: xacro robot.urdf > robot_plain.urdf" in str(
+        _refusal(tmp_path, text)
+    )
+
+
+def test_meshes_of_a_ros_package_are_missed_only_where_that_package_is(tmp_path: Path) -> None:
+    mesh = (
+        '<link name="flange"><visual><geometry><mesh filename="package://my_arm/meshes/hand.stl"/></geometry></visual>'
+    )
+    text = GOOD.replace('<link name="flange">', mesh)
+    elsewhere = tmp_path / "robot.urdf"
+    elsewhere.write_text(text)
+    assert read_description(str(elsewhere), None, "flange").joint_names[0] == "s1"
+    inside = tmp_path / "my_arm" / "urdf"
+    inside.mkdir(parents=True)
+    assert "link 'flange': names the mesh 'package://my_arm/meshes/hand.stl'" in str(_refusal(inside, text))
+
+
+def test_a_ring_of_joints_is_refused_wherever_it_is(tmp_path: Path) -> None:
+    ring = '<link name="x"/><link name="y"/><joint name="xy" type="fixed"><parent link="x"/><child link="y"/></joint>'
+    ring += '<joint name="yx" type="fixed"><parent link="y"/><child link="x"/></joint></robot>'
+    assert "has a ring of joints through" in str(_refusal(tmp_path, GOOD.replace("</robot>", ring)))
+
+
+def test_a_held_joint_must_exist(tmp_path: Path) -> None:
+    file = tmp_path / "robot.urdf"
+    file.write_text(GOOD)
+    with pytest.raises(InputError, match=r"has no joint 'lift'; set robot\.held_joints to some of: s1, s2"):
+        read_description(str(file), None, "flange", ("lift",))
+
+
+def test_a_moving_frame_without_mass_is_fine_where_it_carries_some(tmp_path: Path) -> None:
+    """Some makers put a joint's link and its body in two links, the second fixed to the first."""
+    file = tmp_path / "robot.urdf"
+    inertial = GOOD[GOOD.index('<link name="link_w2">') + len('<link name="link_w2">') :]
+    inertial = inertial[: inertial.index("</link>")]
+    body = '<link name="body">' + inertial + '</link><joint name="holds" type="fixed"><parent link="link_w2"/>'
+    body += '<child link="body"/><axis xyz="0 0 0"/></joint></robot>'
+    file.write_text(GOOD.replace(inertial, "", 1).replace("</robot>", body))
+    split = Arm(dataclasses.replace(pa10(), path=str(file)), kendama_game().cup)
+    whole = Arm(pa10(), kendama_game().cup)
+    assert split.skeleton.getMass() == pytest.approx(whole.skeleton.getMass(), abs=1e-5)
+
+
+def test_of_two_arms_the_user_must_choose_one(tmp_path: Path) -> None:
+    second = GOOD[GOOD.index('  <joint name="s1"') : GOOD.index("</robot>")]
+    for name in ("s1", "s2", "s3", "e1", "e2", "w1", "w2", "flange_mount"):
+        second = second.replace(f'"{name}"', f'"left_{name}"').replace(f'"link_{name}"', f'"left_link_{name}"')
+    second = second.replace('"flange"', '"left_flange"')
+    file = tmp_path / "robot.urdf"
+    file.write_text(GOOD.replace("</robot>", second + "</robot>"))
+    with pytest.raises(InputError, match=r"has 2 chains of 7 moving joints; set robot\.tip_link to one of: ") as caught:
+        read_description(str(file), None, None)
+    assert "left_flange" in str(caught.value)
+    assert read_description(str(file), None, "left_flange").joint_names[0] == "left_s1"
+
+
+def test_a_base_that_does_not_exist_is_refused_with_those_that_do(tmp_path: Path) -> None:
+    message = str(_refusal(tmp_path, GOOD, base_link="pelvis"))
+    assert "has no link 'pelvis'; set robot.base_link to one of: base, flange" in message
+
+
+def test_a_tip_that_is_not_beyond_the_base_is_refused(tmp_path: Path) -> None:
+    message = str(_refusal(tmp_path, GOOD, tip_link="link_s2", base_link="link_e1"))
+    assert "has no link 'link_s2' beyond 'link_e1'; set robot.tip_link to one of: flange, link_e1" in message
+
+
+def test_a_chain_may_start_anywhere(tmp_path: Path) -> None:
+    """What is before the base link is left out, and the base pose is that link's."""
+    arm = Arm(dataclasses.replace(pa10(), base_link="link_s3", **dict.fromkeys(PER_JOINT)), kendama_game().cup)
+    assert arm.joint_names == ("e1", "e2", "w1", "w2")
+    place = arm.skeleton.getBodyNode("link_s3").getWorldTransform().translation()
+    assert place == pytest.approx(pa10().base_position_m)
 
 
 def test_a_urdf_without_links_is_refused(tmp_path: Path) -> None:
@@ -97,21 +191,15 @@ def test_joints_off_the_chain_are_held_fixed(tmp_path: Path) -> None:
     )
     file = tmp_path / "robot.urdf"
     file.write_text(GOOD.replace("</robot>", finger))
-    arm = Arm(dataclasses.replace(pa10(), urdf=str(file)), kendama_game().cup)
+    arm = Arm(dataclasses.replace(pa10(), path=str(file)), kendama_game().cup)
     assert arm.joint_names == ("s1", "s2", "s3", "e1", "e2", "w1", "w2")
     assert arm.skeleton.getNumDofs() == 7
 
 
 def test_the_number_of_home_angles_must_fit_the_arm() -> None:
     six = (0.0,) * 6
-    short = dataclasses.replace(
-        pa10(),
-        home_rad=six,
-        acceleration_rad_s2=(1.0,) * 6,
-        rotor_inertia_kg_m2=six,
-        coulomb_nm=six,
-        viscous_nm_s=six,
-    )
+    none = dict.fromkeys(PER_JOINT)
+    short = dataclasses.replace(pa10(), **{**none, "home_rad": six})
     with pytest.raises(InputError, match=r"has 7 moving joints on the way to 'flange', robot\.home_rad has 6"):
         Arm(short, kendama_game().cup)
 

@@ -98,6 +98,106 @@ def test_efforts_and_positions_keep_to_their_limits_whatever_is_asked() -> None:
         assert (world.position_rad >= world.arm.lower_rad - most).all()
 
 
+@pytest.mark.parametrize("joint", range(7))
+def test_a_joint_that_is_driven_into_its_stop_stays_there(joint: int) -> None:
+    """Full torque past a drive that does not ask for it: what a wrong feedforward would do."""
+    world = ArmWorld(pa10(), kendama_game())
+    push = np.zeros(7)
+    push[joint] = 1e9
+    for _ in range(3500):
+        world.step(world.position_rad, STILL, STILL, feedforward_nm=push)
+        assert world.effort_nm[joint] == world.arm.effort_nm[joint]
+        most = world.arm.velocity_rad_s * STEP_S + 1e-3
+        assert (world.position_rad <= world.arm.upper_rad + most).all()
+    assert world.position_rad[joint] == pytest.approx(world.arm.upper_rad[joint], abs=1e-2)
+    assert abs(world.velocity_rad_s[joint]) < 1e-2
+
+
+def test_speeds_keep_to_their_limits_under_any_reference() -> None:
+    world = ArmWorld(pa10(), kendama_game())
+    fastest = np.zeros(7)
+    for _ in range(800):
+        world.step(world.arm.home_rad + 1.0, STILL + 50.0, STILL)
+        fastest = np.maximum(fastest, np.abs(world.velocity_rad_s))
+    share = fastest / world.arm.velocity_rad_s
+    assert share.max() > 0.9
+    # the reference keeps to the limits exactly; with motors at their torque limits the loop swings, and DART holds a
+    # joint at its top speed one step late
+    assert (share < 1.1).all()
+
+
+def test_accelerations_keep_to_their_limits_under_a_jump_of_the_reference() -> None:
+    world = ArmWorld(frictionless_pa10(), kendama_game())
+    speeds, jump = [world.velocity_rad_s], np.array([0.0, 0.0, 0.0, 0.0, 0.2, 0.2, 0.2])
+    for _ in range(300):
+        world.step(world.arm.home_rad + jump, STILL, STILL)
+        assert (np.abs(world.effort_nm) < world.arm.effort_nm).all()
+        speeds.append(world.velocity_rad_s)
+    share = np.abs(np.diff(speeds, axis=0)).max(axis=0) / STEP_S / world.arm.acceleration_rad_s2
+    assert (share[4:] > 0.9).all()
+    assert (share < 1.05).all()  # the ball's pull, which the controller does not know
+    # without the drive the same jump would ask for this much
+    assert 0.2 * world.arm.settings.stiffness_1_s2 > 5 * world.arm.acceleration_rad_s2.max()
+
+
+def test_the_arm_follows_within_what_the_ball_s_pull_costs() -> None:
+    """Nothing leads or lags: with a rope that does not pull the discrete loop is exact but for the start."""
+    game = kendama_game()
+    limp = dataclasses.replace(game, rope=dataclasses.replace(game.rope, stiffness_n_m=1e-6, damping_n_s_m=0.0))
+    worst = {}
+    for name, each in (("ball", game), ("none", limp)):
+        world = ArmWorld(frictionless_pa10(), each)
+        world.put_ball([world.tie_m[0], world.tie_m[1], world.tie_m[2] - 0.4], [0.0, 0.0, 0.0])
+        errors = []
+        for k in range(1, 1500):
+            t = k * STEP_S
+            reference = world.arm.home_rad + 0.05 * (1 - math.cos(6 * t))
+            world.step(reference, STILL + 0.3 * math.sin(6 * t), STILL + 1.8 * math.cos(6 * t))
+            errors.append(np.abs(world.position_rad - reference).max())
+        worst[name] = max(errors[500:])
+    assert worst["none"] < 2e-5
+    assert worst["ball"] < 2e-3
+
+
+def test_a_jump_that_the_drive_tames_is_told() -> None:
+    world = ArmWorld(pa10(), kendama_game())
+    _sway(world, 20)
+    assert not world.limited
+    world.step(world.arm.home_rad + 0.2, STILL, STILL)
+    assert world.limited
+
+
+def test_feedforward_is_added_to_the_torque_and_clipped_with_it() -> None:
+    plain, pushed = ArmWorld(pa10(), kendama_game()), ArmWorld(pa10(), kendama_game())
+    extra = np.array([1.0, -2.0, 0.5, 0.0, 0.1, 0.2, -0.3])
+    plain.step(plain.arm.home_rad, STILL, STILL)
+    pushed.step(pushed.arm.home_rad, STILL, STILL, feedforward_nm=extra)
+    assert pushed.effort_nm - plain.effort_nm == pytest.approx(extra, abs=1e-9)
+    pushed.step(pushed.arm.home_rad, STILL, STILL, feedforward_nm=STILL + 1e6)
+    assert (pushed.effort_nm == pushed.arm.effort_nm).all()
+
+
+def test_a_feedforward_that_is_not_finite_stops_the_simulation() -> None:
+    world = ArmWorld(pa10(), kendama_game())
+    with pytest.raises(SimulationError, match=r"the torque of joint 's2' of pa10 is inf at 0\.000 s"):
+        world.step(world.arm.home_rad, STILL, STILL, feedforward_nm=np.array([0, np.inf, 0, 0, 0, 0, 0.0]))
+
+
+@pytest.mark.parametrize("restitution", [0.1, 0.6])
+def test_a_ball_leaves_the_cup_s_floor_with_the_share_of_its_speed_that_restitution_says(restitution: float) -> None:
+    world = ArmWorld(pa10(), kendama_game())
+    world.perturb(WorldErrors(restitution=restitution))
+    world.reset(world.arm.home_rad)
+    x, y, z = world.tie_m
+    world.put_ball([x, y, z + 0.1], [0.0, 0.0, -1.5])
+    before = after = 0.0
+    for _ in range(200):
+        _hold(world, 1)
+        speed = world.ball_m_s[2] - world.tie_m_s[2]
+        before, after = min(before, speed), max(after, speed)
+    assert after / -before == pytest.approx(restitution, abs=0.02)
+
+
 def test_a_torque_that_is_not_finite_stops_the_simulation_and_names_the_joint() -> None:
     world = ArmWorld(pa10(), kendama_game())
     reference = world.arm.home_rad.copy()

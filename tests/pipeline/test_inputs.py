@@ -1,0 +1,50 @@
+from __future__ import annotations
+
+import importlib.metadata
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+
+from kendama_cli.errors import ConfigError, MissingPartError
+from kendama_cli.pipeline.inputs import resolve_files
+from kendama_cli.settings.schema import setting
+
+
+@dataclass(frozen=True)
+class Described:
+    path: str = setting("a file", file=True)
+
+
+def resolved(path: str) -> str:
+    found: Described = resolve_files(Described(path), "robot", [Path("/nowhere")])
+    return found.path
+
+
+def test_a_robot_of_the_extra_is_found_where_it_is_installed() -> None:
+    pytest.importorskip("cmeel", reason="example-robot-data (the extra 'robots') is not installed")
+    found = Path(resolved("package://example-robot-data/ur_description/urdf/ur10_robot.urdf"))
+    assert found.is_file()
+    assert found.name == "ur10_robot.urdf"
+
+
+def test_without_the_extra_one_line_names_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    def missing(name: str) -> None:
+        raise importlib.metadata.PackageNotFoundError(name)
+
+    monkeypatch.setattr(importlib.metadata, "distribution", missing)
+    with pytest.raises(MissingPartError, match=r"robot\.path: .* pip install 'kendama\[robots\]'$") as caught:
+        resolved("package://example-robot-data/ur_description/urdf/ur10_robot.urdf")
+    assert caught.value.part == "example-robot-data"
+    assert "\n" not in str(caught.value)
+
+
+def test_other_packages_are_refused_with_the_one_that_is_known() -> None:
+    with pytest.raises(ConfigError, match=r"in the package 'my_arm'; allowed: package://example-robot-data/\.\.\."):
+        resolved("package://my_arm/urdf/arm.urdf")
+
+
+def test_a_robot_that_the_extra_does_not_have_is_named() -> None:
+    pytest.importorskip("cmeel", reason="example-robot-data (the extra 'robots') is not installed")
+    with pytest.raises(ConfigError, match=r"robot\.path: no such file 'package://example-robot-data/r2d2\.urdf'"):
+        resolved("package://example-robot-data/r2d2.urdf")
