@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
@@ -9,16 +11,17 @@ from matplotlib.axes import Axes
 from kendama_cli.report.figure import Figure, Panel, figure, lettered
 from kendama_cli.report.plot import drawing, legend_above
 from kendama_cli.report.source import StageLog
-from kendama_cli.report.style import BALL, CUP, GOOD, INK, MUTED, OTHER, PAPER
-from kendama_cli.report.tracks import Array, Geometry, Track, catch_time_s, pair, wilson
+from kendama_cli.report.style import BALL, CUP, GOOD, INK, LINE, MUTED, OTHER, PAPER
+from kendama_cli.report.tracks import Array, Geometry, Track, catch_time_s, pair
 
 _MOST_MISS_MM = 300.0
+_JUMP_MM = 500.0
 
 
 def adaptation_figures(log: StageLog) -> list[Figure]:
     """The search and the catch; then tracking, joint speeds and the perturbed repeats."""
     search = [_search(log), _catch(log)]
-    repeats, told = _repeats(log.table("/adapt/repeat"))
+    repeats, told = _repeats(log)
     execution = [_tracking(log), _joint_speeds(log.table("/adapt/joints")), repeats]
     return [
         *figure(
@@ -26,9 +29,11 @@ def adaptation_figures(log: StageLog) -> list[Figure]:
                 search,
                 [
                     "How far the ball crosses the rim plane from the cup's middle, over the time scale tau of the"
-                    " movement primitive; one mark per simulated rollout. Shaded: where all neighbouring rollouts"
-                    " caught; dashed: the tau that was chosen. Misses beyond the frame stand at its"
-                    " edge; crosses: the ball never rose above the rim.",
+                    " movement primitive; one mark per simulated rollout. Shaded: the windows that were found;"
+                    " bars: the middle of a window in the extremes of the declared uncertainties; dashed: the tau that"
+                    " was chosen, with its perturbed repeats as dots; squares: rollouts in which the goal was moved"
+                    " while the ball flew. Misses beyond the frame stand at its edge; crosses: the ball never rose"
+                    " above the rim.",
                     "The chosen rollout in the swing plane, from 0.9 s before the catch to shortly after it: path of"
                     " the cup's tie point and of the ball, both every 60 ms, and the cup at the catch.",
                 ],
@@ -82,25 +87,48 @@ def _search(log: StageLog) -> Panel | None:
     if rollouts.empty:
         return None
     rollouts = rollouts.sort_values(["tau_scale", "index"])
-    miss_mm = 1e3 * rollouts["signed_miss_m"].to_numpy(np.float64)
+    moved = (rollouts[["shift_x_m", "shift_y_m"]].to_numpy(np.float64) != 0.0).any(axis=1)
+    same = rollouts["amplitude"].to_numpy(np.float64) == log.metrics.get("amplitude", 1.0)
     tau = rollouts["tau_scale"].to_numpy(np.float64)
+    miss_mm = 1e3 * rollouts["signed_miss_m"].to_numpy(np.float64)
     caught = rollouts["caught"].to_numpy(bool)
     known = np.isfinite(miss_mm)
     edge = min(_MOST_MISS_MM, 1.15 * float(np.abs(miss_mm[known]).max(initial=10.0)))
     shown = np.clip(np.where(known, miss_mm, -edge), -edge, edge)
+    corners, repeats, windows = (log.table(f"/adapt/{name}") for name in ("corner", "repeat", "window"))
     with drawing("adapt-search", "Miss over time scale", height_in=3.6) as made:
         axes = made.axes()[0]
-        for start, end in _windows(tau, caught):
-            axes.axvspan(start, end, color=GOOD, alpha=0.15, lw=0)
+        for low, high in windows[["low", "high"]].to_numpy(np.float64) if len(windows) else ():
+            axes.axvspan(low, high, color=GOOD, alpha=0.18, lw=0)
         axes.axhline(0, color=MUTED, lw=0.7)
-        if not known.all():
-            axes.plot(tau[~known], shown[~known], "x", color=MUTED, ms=4, label="too low")
-        missed = known & ~caught
-        axes.plot(tau[missed], shown[missed], "o", color=MUTED, ms=4.5, mfc=PAPER, label="missed")
-        axes.plot(tau[caught], shown[caught], "o", color=GOOD, ms=5, label="caught")
+        plain = same & ~moved
+        for run in _unbroken(miss_mm[plain]):
+            axes.plot(tau[plain][run], shown[plain][run], color=MUTED, lw=0.8, zorder=1)
+        marks: tuple[tuple[Any, dict[str, Any]], ...] = (
+            (plain & ~known, {"marker": "x", "color": MUTED, "ms": 4, "label": "too low"}),
+            (known & plain & ~caught, {"marker": "o", "color": MUTED, "ms": 4.5, "mfc": PAPER, "label": "missed"}),
+            (known & plain & caught, {"marker": "o", "color": GOOD, "ms": 5, "label": "caught"}),
+            (known & moved & same, {"marker": "s", "color": OTHER, "ms": 4.5, "mfc": PAPER, "label": "goal moved"}),
+            (known & ~same, {"marker": ".", "color": LINE, "ms": 5, "label": "other size"}),
+        )
+        for which, look in marks:
+            if which.any():
+                axes.plot(tau[which], shown[which], ls="none", **look)
+        if len(corners):
+            axes.plot(
+                corners["tau_scale"],
+                np.clip(1e3 * corners["signed_miss_m"], -edge, edge),
+                "_",
+                color=BALL,
+                ms=9,
+                label="extreme worlds",
+            )
         chosen = log.metrics.get("tau_scale")
         if isinstance(chosen, int | float):
             axes.axvline(chosen, color=INK, lw=0.9, ls=(0, (4, 3)), label=f"chosen, {chosen:.4g}")
+            if len(repeats):
+                at = np.full(len(repeats), float(chosen))
+                axes.plot(at, np.clip(1e3 * repeats["miss_m"], -edge, edge), ".", color=INK, ms=2.5, alpha=0.5)
         axes.set_ylim(-edge * 1.08, edge * 1.08)
         axes.set_xlabel("time scale tau")
         axes.set_ylabel("signed miss [mm]")
@@ -108,15 +136,11 @@ def _search(log: StageLog) -> Panel | None:
     return Panel("The search for the time scale", made.svg)
 
 
-def _windows(tau: Array, caught: np.ndarray) -> list[tuple[float, float]]:
-    """Stretches of neighbouring rollouts that all caught, up to half way to the neighbours that missed."""
-    windows = []
-    edges = np.flatnonzero(np.diff(np.concatenate([[0], caught.astype(int), [0]])))
-    for first, after in zip(edges[::2], edges[1::2], strict=True):
-        start = tau[first] if first == 0 else (tau[first - 1] + tau[first]) / 2
-        end = tau[after - 1] if after == len(tau) else (tau[after - 1] + tau[after]) / 2
-        windows.append((float(start), float(end)))
-    return windows
+def _unbroken(miss_mm: Array) -> list[slice]:
+    """Stretches of neighbouring rollouts whose ball came down in the same way: the miss has no gap and no jump."""
+    joined = np.abs(np.diff(miss_mm)) < _JUMP_MM
+    ends = np.flatnonzero(~joined) + 1
+    return [slice(a, b) for a, b in zip([0, *ends.tolist()], [*ends.tolist(), len(miss_mm)], strict=True) if b - a > 1]
 
 
 def _catch(log: StageLog) -> Panel | None:
@@ -169,8 +193,9 @@ def _joint_speeds(joints: pd.DataFrame) -> Panel | None:
     return Panel("Joint velocities", made.svg)
 
 
-def _repeats(repeats: pd.DataFrame) -> tuple[Panel | None, str]:
+def _repeats(log: StageLog) -> tuple[Panel | None, str]:
     """The perturbed repeats sorted by miss, and the sentence that tells of them."""
+    repeats = log.table("/adapt/repeat")
     if repeats.empty:
         return None, ""
     repeats = repeats.sort_values(["miss_m", "index"], na_position="last").reset_index(drop=True)
@@ -186,8 +211,8 @@ def _repeats(repeats: pd.DataFrame) -> tuple[Panel | None, str]:
         axes.set_ylabel("miss [mm]")
         legend_above(axes)
     n, k = len(caught), int(caught.sum())
-    low, high = wilson(k, n)
+    low, high = (log.metrics.get(f"success_rate_{end}", float("nan")) for end in ("low", "high"))
     return (
         Panel("Perturbed repeats", made.svg),
-        f"Repeats with a perturbed rope, ball and arm: {k} of {n} caught (95 % interval {low:.2f} to {high:.2f}).",
+        f"Repeats with a perturbed rope, ball and arm: {k} of {n} caught (95 % interval {low:.3f} to {high:.3f}).",
     )

@@ -5,65 +5,107 @@ Nothing is remembered but the results, so that a search that was cut off goes on
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass
-from itertools import pairwise
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, replace
+from math import hypot
 from typing import Any
 
-from kendama_cli.motion.time_scaling import TauRange, Trial, bracket_tau, catch_windows, next_grid_tau, next_tau
+from kendama_cli.motion.time_scaling import (
+    CENTRED_M,
+    TauRange,
+    Trial,
+    Window,
+    catch_windows,
+    next_tau,
+    next_window_tau,
+)
 from kendama_cli.settings.adapt import AdaptSettings
+from kendama_cli.simulation.uncertainty import CORNERS, Repeat, predicted_success
 
-MOST_JUDGED = 4
-"""At most so many windows are judged by repeats, the widest first."""
+MOST_JUDGED = 3
+"""At most so many windows are judged in perturbed worlds, the widest first."""
 
-CENTRED_M = 0.003
-"""A window's candidate whose nominal miss is below this is centred well enough."""
+BUDGET = 40
+"""Rollouts in all for the windows over tau: what the attempts leave of it decides how many windows are judged."""
 
-MOST_CENTRINGS = 2
+ENOUGH = 0.98
+"""Predicted success from which on nothing but tau is changed."""
+
+TAU_FIRST = 3
+"""So many tau are tried before the place of the catch is moved for a first catch."""
+
+EARLY_SHIFTS = 2
+"""A ball in free flight comes down where it is awaited at the first or second try."""
+
+MOST_BASES = 3
+"""At most so many rollouts are taken as starts for moving the place of the catch."""
+
+MOST_SHIFTS = 4
+"""Moving the catch by the miss is Newton's method with a slope of one: it has come down or it never will."""
+
+LEAST_APEX_M = 0.03
+"""A ball that rises less over the rim is not in flight long enough to be waited for elsewhere."""
+
+
+@dataclass(frozen=True)
+class Knobs:
+    """What is adapted: ``shift_m`` moves the goal along x and y within the share ``flight`` of the motion."""
+
+    tau_scale: float
+    amplitude: float = 1.0
+    shift_m: tuple[float, float] = (0.0, 0.0)
+    flight: tuple[float, float] = (0.0, 1.0)
+
+    @property
+    def shifted(self) -> bool:
+        """Whether the goal is moved at all."""
+        return self.shift_m != (0.0, 0.0)
 
 
 @dataclass(frozen=True)
 class Attempt:
-    """One nominal rollout of the search; ``signed_miss_m`` and ``apex_m`` as in RolloutResult."""
+    """One nominal rollout of the search; misses and ``apex_m`` as in RolloutResult.
 
-    amplitude: float
-    tau_scale: float
+    ``flight`` is the share of the motion in which the ball flew; ``limit`` tells which limit of the arm forbade the
+    motion, so that nothing was played.
+    """
+
+    knobs: Knobs
     caught: bool
     signed_miss_m: float | None
+    side_miss_m: float | None
     apex_m: float
+    flight: tuple[float, float] | None
+    limit: str | None = None
 
-
-@dataclass(frozen=True)
-class Repeat:
-    """One perturbed rollout; ``miss_m`` is None where the ball never came down through the rim's plane."""
-
-    caught: bool
-    miss_m: float | None
+    @property
+    def off_m(self) -> float:
+        """How far from the cup's middle the ball came down; infinite where it did not."""
+        return hypot(self.signed_miss_m, self.side_miss_m or 0.0) if self.signed_miss_m is not None else float("inf")
 
 
 @dataclass(frozen=True)
 class Job:
-    """What to play next: a nominal ``attempt``, or the repeat number ``index`` to ``judge`` or to ``confirm``."""
+    """What to play next: a nominal ``attempt``, or the perturbed world number ``index`` to ``judge`` or ``confirm``."""
 
     kind: str
-    amplitude: float
-    tau_scale: float
+    knobs: Knobs
     index: int
 
 
 @dataclass(frozen=True)
 class Search:
-    """All results so far: attempts in order, repeats of each judged candidate, and those of the chosen motion."""
+    """All results so far: attempts in order, the corners of each judged candidate, and the chosen motion's repeats."""
 
     attempts: tuple[Attempt, ...] = ()
-    judged: tuple[tuple[float, float, tuple[Repeat, ...]], ...] = ()
+    judged: tuple[tuple[Knobs, tuple[Repeat, ...]], ...] = ()
     confirmed: tuple[Repeat, ...] = ()
 
     def to_json(self) -> dict[str, Any]:
         """As JSON values."""
         return {
             "attempts": [asdict(one) for one in self.attempts],
-            "judged": [[a, tau, [asdict(repeat) for repeat in repeats]] for a, tau, repeats in self.judged],
+            "judged": [[asdict(knobs), [asdict(repeat) for repeat in repeats]] for knobs, repeats in self.judged],
             "confirmed": [asdict(one) for one in self.confirmed],
         }
 
@@ -71,125 +113,195 @@ class Search:
     def from_json(state: Mapping[str, Any]) -> Search:
         """The search that ``to_json`` wrote."""
         return Search(
-            tuple(Attempt(**one) for one in state["attempts"]),
-            tuple((a, tau, tuple(Repeat(**one) for one in repeats)) for a, tau, repeats in state["judged"]),
+            tuple(_attempt(one) for one in state["attempts"]),
+            tuple((_knobs(knobs), tuple(Repeat(**one) for one in repeats)) for knobs, repeats in state["judged"]),
             tuple(Repeat(**one) for one in state["confirmed"]),
         )
 
     def with_attempt(self, attempt: Attempt) -> Search:
         """This search and one attempt more."""
-        return Search((*self.attempts, attempt), self.judged, self.confirmed)
+        return replace(self, attempts=(*self.attempts, attempt))
 
     def with_repeat(self, job: Job, repeat: Repeat) -> Search:
         """This search and the repeat that ``job`` asked for."""
         if job.kind == "confirm":
-            return Search(self.attempts, self.judged, (*self.confirmed, repeat))
-        judged = list(self.judged)
-        if judged and judged[-1][:2] == (job.amplitude, job.tau_scale):
-            judged[-1] = (job.amplitude, job.tau_scale, (*judged[-1][2], repeat))
-        else:
-            judged.append((job.amplitude, job.tau_scale, (repeat,)))
-        return Search(self.attempts, tuple(judged), self.confirmed)
+            return replace(self, confirmed=(*self.confirmed, repeat))
+        done = dict(self.judged)
+        done[job.knobs] = (*done.get(job.knobs, ()), repeat)
+        return replace(self, judged=tuple(done.items()))
 
     def rollouts(self) -> int:
         """All rollouts that the search took; the fresh repeats at its end are not part of it."""
-        return len(self.attempts) + sum(len(repeats) for _, _, repeats in self.judged)
+        return len(self.attempts) + sum(len(repeats) for _, repeats in self.judged)
 
     def rollouts_to_first_catch(self) -> int | None:
         """The number of the first attempt that caught, from 1."""
         return next((i + 1 for i, one in enumerate(self.attempts) if one.caught), None)
 
+    def caught(self) -> int:
+        """How many attempts caught."""
+        return sum(one.caught for one in self.attempts)
 
-def next_job(search: Search, settings: AdaptSettings, lowest_tau: Mapping[float, float]) -> Job | None:
+
+@dataclass(frozen=True)
+class Bounds:
+    """Where to search: the least tau within the arm's limits by amplitude; a miss below ``mouth_m`` is a catch."""
+
+    lowest_tau: Mapping[float, float]
+    mouth_m: float
+
+
+def next_job(search: Search, settings: AdaptSettings, bounds: Bounds) -> Job | None:
     """The next rollout to play, or None when the search has ended.
 
-    First attempts at amplitude 1 until one catches, and over the whole range of tau for all windows; only if none
-    catches, the other amplitudes. Then every window's centre is judged by the same perturbed repeats, and the best is
-    repeated afresh. ``lowest_tau`` is the least tau within the arm's limits by amplitude.
+    First attempts over tau until one catches, then over the whole range of tau for all windows, whose middles are
+    judged in the corners of the declared uncertainties. Only if none of them promises ENOUGH, the place of the catch
+    is moved; only if nothing catches at all, the motion's size is changed. The best is repeated afresh.
     """
-    attempt = _next_attempt(search, settings, lowest_tau)
-    if attempt is not None:
-        return attempt
-    for amplitude, tau in _candidates(search):
-        made = next((repeats for a, t, repeats in search.judged if (a, t) == (amplitude, tau)), ())
-        if len(made) < settings.judge_repeats:
-            return Job("judge", amplitude, tau, len(made))
-    best = best_candidate(search)
+    for amplitude in (1.0, *settings.amplitudes):
+        job = _explore(search, settings, bounds, amplitude)
+        if job is None:
+            job = _judge(search, _middles(search, settings, bounds, amplitude))
+        if job is None and _promise(search, bounds, amplitude) < ENOUGH:
+            job = _move_catch(search, settings, amplitude) or _judge(search, _moved(search, amplitude))
+        if job is not None:
+            return job
+        if any(one.caught and one.knobs.amplitude == amplitude for one in search.attempts):
+            break
+    best = best_candidate(search, bounds)
     if best is not None and len(search.confirmed) < settings.repeats:
-        return Job("confirm", best[0], best[1], len(search.confirmed))
+        return Job("confirm", best, len(search.confirmed))
     return None
 
 
-def best_candidate(search: Search) -> tuple[float, float] | None:
-    """Amplitude and tau_scale that caught most of the judging repeats, the nearest to the middle among equals."""
+def windows(search: Search, settings: AdaptSettings, bounds: Bounds) -> tuple[Window, ...]:
+    """The windows over tau alone at the amplitude that catches, widest first."""
+    for amplitude in (1.0, *settings.amplitudes):
+        where = _range(settings, bounds, amplitude)
+        found = () if where is None else catch_windows(_trials(search, bounds, amplitude), where, bounds.mouth_m)
+        if found:
+            return found
+    return ()
 
-    def worth(entry: tuple[float, float, tuple[Repeat, ...]]) -> tuple[int, float]:
-        misses = [1.0 if repeat.miss_m is None else abs(repeat.miss_m) for repeat in entry[2]]
-        return sum(repeat.caught for repeat in entry[2]), -sum(misses) / len(misses)
 
-    if not search.judged:
-        return None
-    amplitude, tau, _ = max(search.judged, key=worth)
-    return amplitude, tau
+def best_candidate(search: Search, bounds: Bounds) -> Knobs | None:
+    """The judged candidate with the largest predicted success; among equals the one whose corners are nearest."""
+
+    def worth(entry: tuple[Knobs, tuple[Repeat, ...]]) -> tuple[float, float]:
+        knobs, corners = entry
+        farthest = max(1.0 if corner.miss_m is None else abs(corner.miss_m) for corner in corners)
+        return round(expected_success(search, knobs, bounds), 3), -farthest
+
+    return max(search.judged, key=worth)[0] if search.judged else None
+
+
+def expected_success(search: Search, knobs: Knobs, bounds: Bounds) -> float:
+    """What the corners of a judged candidate predict (see predicted_success)."""
+    nominal = next(one for one in search.attempts if one.knobs == knobs)
+    return predicted_success(nominal.signed_miss_m or 0.0, dict(search.judged)[knobs], bounds.mouth_m)
 
 
 def nearest_attempt(search: Search) -> Attempt:
     """The attempt that came nearest to a catch: the least miss, or the highest ball where it never came down."""
-    return max(
-        search.attempts,
-        key=lambda one: (-(abs(one.signed_miss_m) if one.signed_miss_m is not None else 9.0), one.apex_m),
-    )
+    played = [one for one in search.attempts if one.limit is None]
+    return min(played, key=lambda one: (one.off_m, -one.apex_m))
 
 
-def _trials(search: Search, amplitude: float) -> list[Trial]:
-    return [
-        Trial(one.tau_scale, one.signed_miss_m, one.caught) for one in search.attempts if one.amplitude == amplitude
-    ]
+def _explore(search: Search, settings: AdaptSettings, bounds: Bounds, amplitude: float) -> Job | None:
+    """The next attempt over tau; where the first few did not catch, the catch is moved to have one to begin with."""
+    where = _range(settings, bounds, amplitude)
+    if where is None or len(search.attempts) >= settings.max_rollouts:
+        return None
+    trials = _trials(search, bounds, amplitude)
+    moved = [one for one in search.attempts if one.knobs.shifted and one.knobs.amplitude == amplitude]
+    if len(trials) >= TAU_FIRST and len(moved) < EARLY_SHIFTS and not search.caught():
+        job = _move_catch(search, settings, amplitude)
+        if job is not None:
+            return job
+    tau = next_window_tau(trials, where, bounds.mouth_m) if search.caught() else next_tau(trials, where)
+    return None if tau is None else Job("attempt", Knobs(tau, amplitude), len(search.attempts))
 
 
-def _next_attempt(search: Search, settings: AdaptSettings, lowest_tau: Mapping[float, float]) -> Job | None:
+def _move_catch(search: Search, settings: AdaptSettings, amplitude: float) -> Job | None:
+    """The goal moved by what was missed, from the nearest misses of this amplitude; None where that has ended."""
     if len(search.attempts) >= settings.max_rollouts:
         return None
-    for amplitude in (1.0, *settings.amplitudes):
-        low = max(settings.tau_range[0], lowest_tau.get(amplitude, float("inf")))
-        if low > settings.tau_range[1]:
+    here = [one for one in search.attempts if one.knobs.amplitude == amplitude]
+    moved = [one for one in here if one.knobs.shifted]
+    caught = {one.knobs.tau_scale for one in moved if one.caught}
+    bases = [one for one in here if not one.knobs.shifted and _can_wait_elsewhere(one)]
+    for base in sorted(bases, key=lambda one: (one.knobs.tau_scale not in caught, one.off_m))[:MOST_BASES]:
+        made = [one for one in moved if one.knobs.tau_scale == base.knobs.tau_scale]
+        last = made[-1] if made else base
+        if base.knobs.tau_scale in caught and (last.off_m < CENTRED_M or len(made) >= MOST_SHIFTS):
+            return None
+        if last.signed_miss_m is None or len(made) >= MOST_SHIFTS:
             continue
-        start = max(low, settings.tau_start)
-        where = TauRange(low, settings.tau_range[1], start, settings.tau_step, settings.tau_resolution)
-        trials = _trials(search, amplitude)
-        if not any(trial.caught for trial in trials):
-            tau = next_tau(trials, where)
-        else:
-            tau = _centring(trials, where) or bracket_tau(trials, where) or next_grid_tau(trials, where)
-            if tau is None:
-                return None
-        if tau is not None:
-            return Job("attempt", amplitude, tau, len(search.attempts))
+        x, y = last.knobs.shift_m
+        shift = (x + last.signed_miss_m, y + (last.side_miss_m or 0.0))
+        if hypot(*shift) <= settings.max_shift_m:
+            knobs = replace(last.knobs, shift_m=shift, flight=base.flight or (0.0, 1.0))
+            return Job("attempt", knobs, len(search.attempts))
     return None
 
 
-def _centring(trials: Sequence[Trial], where: TauRange) -> float | None:
-    """A tau that brings the nominal miss of a window's best trial nearer to zero."""
-    ranked = sorted(trials, key=lambda trial: trial.tau_scale)
-    for window in catch_windows(trials):
-        if len(window) > MOST_CENTRINGS or min(_miss(trial) for trial in window) < CENTRED_M:
-            continue
-        first, last = ranked.index(window[0]), ranked.index(window[-1])
-        around = ranked[max(first - 1, 0) : last + 2]
-        for left, right in pairwise(around):
-            a, b, gap = left.signed_miss_m, right.signed_miss_m, right.tau_scale - left.tau_scale
-            if a is not None and b is not None and a * b < 0 and where.resolution < gap < 2.5 * where.step:
-                return left.tau_scale + gap * min(max(a / (a - b), 0.1), 0.9)
-    return None
+def _can_wait_elsewhere(attempt: Attempt) -> bool:
+    """Whether the ball flies high enough, and comes down before the motion ends: later the goal is long reached."""
+    return attempt.flight is not None and attempt.flight[1] <= 1.0 and attempt.apex_m > LEAST_APEX_M
 
 
-def _miss(trial: Trial) -> float:
-    return 1.0 if trial.signed_miss_m is None else abs(trial.signed_miss_m)
-
-
-def _candidates(search: Search) -> list[tuple[float, float]]:
-    amplitude = next((one.amplitude for one in search.attempts if one.caught), None)
-    if amplitude is None:
+def _middles(search: Search, settings: AdaptSettings, bounds: Bounds, amplitude: float) -> list[Knobs]:
+    """The middle of every window of this amplitude that there is still budget to judge, the widest first."""
+    where = _range(settings, bounds, amplitude)
+    if where is None:
         return []
-    windows = catch_windows(_trials(search, amplitude))[:MOST_JUDGED]
-    return [(amplitude, min(window, key=_miss).tau_scale) for window in windows]
+    trials = _trials(search, bounds, amplitude)
+    most = min(MOST_JUDGED, max(1, (BUDGET - len(trials)) // len(CORNERS)))
+    return [Knobs(window.best.tau_scale, amplitude) for window in catch_windows(trials, where, bounds.mouth_m)[:most]]
+
+
+def _moved(search: Search, amplitude: float) -> list[Knobs]:
+    """The best catch at a moved place."""
+    caught = [one for one in search.attempts if one.caught and one.knobs.shifted and one.knobs.amplitude == amplitude]
+    return [min(caught, key=lambda one: one.off_m).knobs] if caught else []
+
+
+def _judge(search: Search, candidates: list[Knobs]) -> Job | None:
+    done = dict(search.judged)
+    for knobs in candidates:
+        made = len(done.get(knobs, ()))
+        if made < len(CORNERS):
+            return Job("judge", knobs, made)
+    return None
+
+
+def _promise(search: Search, bounds: Bounds, amplitude: float) -> float:
+    """The largest predicted success of what was judged over tau alone."""
+    plain = [knobs for knobs, _ in search.judged if not knobs.shifted and knobs.amplitude == amplitude]
+    return max((expected_success(search, knobs, bounds) for knobs in plain), default=0.0)
+
+
+def _range(settings: AdaptSettings, bounds: Bounds, amplitude: float) -> TauRange | None:
+    low, high = max(settings.tau_range[0], bounds.lowest_tau.get(amplitude, float("inf"))), settings.tau_range[1]
+    if low > high:
+        return None
+    return TauRange(low, high, max(low, settings.tau_start), settings.tau_step, settings.tau_resolution)
+
+
+def _trials(search: Search, bounds: Bounds, amplitude: float) -> list[Trial]:
+    """What tau did at this amplitude; a ball that comes down beside the swing plane is none that tau could catch."""
+    trials = []
+    for one in search.attempts:
+        if one.knobs.amplitude == amplitude and not one.knobs.shifted:
+            beside = abs(one.side_miss_m or 0.0) > bounds.mouth_m
+            trials.append(Trial(one.knobs.tau_scale, None if beside else one.signed_miss_m, one.caught))
+    return trials
+
+
+def _knobs(values: Mapping[str, Any]) -> Knobs:
+    return Knobs(values["tau_scale"], values["amplitude"], tuple(values["shift_m"]), tuple(values["flight"]))
+
+
+def _attempt(values: Mapping[str, Any]) -> Attempt:
+    flight = values["flight"]
+    return Attempt(**{**values, "knobs": _knobs(values["knobs"]), "flight": None if flight is None else tuple(flight)})

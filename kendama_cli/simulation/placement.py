@@ -62,12 +62,16 @@ class CupLine:
         return JointPoint(point.value, speed, point.first * acceleration_m_s2 + point.second * velocity_m_s**2)
 
     def limits_fraction(self, velocity_m_s: float, acceleration_m_s2: float) -> float:
-        """The largest joint speed or acceleration over its limit, anywhere on the line at these peak values."""
+        """The largest joint speed or acceleration over its limit, anywhere on the line at these peak values.
+
+        Toward the ends the speed falls to what this acceleration can still brake within the line.
+        """
         worst = 0.0
         for x in np.linspace(-self.half_width_m, self.half_width_m, 201):
             point = self._curve.at(float(x))
-            speed = np.abs(point.first) * velocity_m_s / self._arm.velocity_rad_s
-            change = np.abs(point.first) * acceleration_m_s2 + np.abs(point.second) * velocity_m_s**2
+            running = min(velocity_m_s, math.sqrt(2 * acceleration_m_s2 * (self.half_width_m - abs(float(x)))))
+            speed = np.abs(point.first) * running / self._arm.velocity_rad_s
+            change = np.abs(point.first) * acceleration_m_s2 + np.abs(point.second) * running**2
             worst = max(worst, float(speed.max()), float((change / self._arm.acceleration_rad_s2).max()))
         return worst
 
@@ -83,41 +87,6 @@ def joint_trajectory(arm: Arm, t_s: Array, cup_m: Array) -> JointTrajectory:
     ``t_s`` (n,) rises strictly, and the motion must be smooth on that grid: velocities and accelerations are those of
     the cubic spline through the joint angles. Raises StageError where the arm cannot reach (see follow_path).
     """
-    angles = follow_path(arm, arm.cup_place(arm.home_rad) + np.asarray(cup_m), arm.home_rad)
+    angles = follow_path(arm, arm.cup_place(arm.home_rad) + np.asarray(cup_m), arm.home_rad, t_s)
     curve = CubicSpline(t_s, angles)
     return JointTrajectory(arm.joint_names, np.asarray(t_s), angles, curve(t_s, 1), curve(t_s, 2))
-
-
-@dataclass(frozen=True)
-class LimitShares:
-    """The peak of a motion over each kind of limit, as a fraction, and the joint that has it."""
-
-    velocity: float
-    velocity_joint: str
-    acceleration: float
-    acceleration_joint: str
-
-
-def limit_shares(arm: Arm, joints: JointTrajectory) -> LimitShares:
-    """How much of the speed and acceleration limits a motion needs."""
-    speed = np.abs(joints.velocity_rad_s).max(axis=0) / arm.velocity_rad_s
-    change = np.abs(joints.acceleration_rad_s2).max(axis=0) / arm.acceleration_rad_s2
-    i, j = int(speed.argmax()), int(change.argmax())
-    return LimitShares(float(speed[i]), arm.joint_names[i], float(change[j]), arm.joint_names[j])
-
-
-def require_within_limits(arm: Arm, joints: JointTrajectory) -> LimitShares:
-    """The shares of a motion within the limits; raises StageError, naming joint and limit, where it is not."""
-    shares = limit_shares(arm, joints)
-    for share, name, unit, limits in (
-        (shares.velocity, shares.velocity_joint, "rad/s", arm.velocity_rad_s),
-        (shares.acceleration, shares.acceleration_joint, "rad/s^2", arm.acceleration_rad_s2),
-    ):
-        if share > 1.0:
-            limit = limits[arm.joint_names.index(name)]
-            raise StageError(
-                f"joint '{name}' of {arm.settings.name} would need {share * limit:.2f} {unit}; "
-                f"allowed: {limit:.2f} {unit}: "
-                "play the motion slower (adapt.tau_range) or place the arm otherwise (robot.home_rad)"
-            )
-    return shares

@@ -32,16 +32,19 @@ class RolloutResult:
 
     ``signed_miss_m`` is the ball's place along x relative to the cup's axis as it comes down through the rim's plane,
     measured one ball radius above and carried on, so that contact with the rim does not spoil it; None where it never
-    came down. ``side_miss_m`` is the same along y, where nothing is searched. ``apex_m`` is the largest height of the
-    ball's centre over the rim.
+    came down. ``side_miss_m`` is the same along y. ``flight_s`` is when the rope went slack for that flight and when it
+    ended there. ``apex_m`` is the largest height of the ball's centre over the rim. The shares are the peaks of speed
+    and torque over their limits, ``effort_joint`` the joint whose torque came nearest to its own.
     """
 
     caught: bool
     signed_miss_m: float | None
     side_miss_m: float | None
+    flight_s: tuple[float, float] | None
     apex_m: float
     velocity_share: float
     effort_share: float
+    effort_joint: str
     trace: Trace | None
 
 
@@ -66,34 +69,36 @@ def play_rollout(
     rim = game.cup.depth_m
     plane = rim + game.ball.radius_m
     near = game.cup.radius_m + game.ball.radius_m
-    above, apex, fastest, strongest = (
-        False,
-        -np.inf,
-        np.zeros(len(world.position_rad)),
-        np.zeros(len(world.position_rad)),
-    )
-    misses: list[tuple[float, float]] = []
+    above, apex, slack_s = False, -np.inf, 0.0
+    fastest, strongest = np.zeros(len(world.position_rad)), np.zeros(len(world.position_rad))
+    crossings: list[tuple[float, float, tuple[float, float]]] = []
     samples: list[tuple[float, list[float], list[float], Array, Array, Array]] = []
     for k in range(1, len(places)):
         world.step(places[k], speeds[k], changes[k], noises[k])
         height = world.ball_m[2] - world.tie_m[2]
         apex = max(apex, height)
-        if above and height <= plane and not (misses and abs(misses[-1][0]) < near):
-            misses.append((_miss(world, 0, height - rim), _miss(world, 1, height - rim)))
+        if world.tension_n > 0.0:
+            slack_s = world.t_s
+        if above and height <= plane and not (crossings and abs(crossings[-1][0]) < near):
+            fall_m = height - rim
+            crossings.append((_miss(world, 0, fall_m), _miss(world, 1, fall_m), (slack_s, world.t_s)))
         above = height > plane
         fastest = np.maximum(fastest, np.abs(world.velocity_rad_s))
         strongest = np.maximum(strongest, np.abs(world.effort_nm))
         if record and k % TRACE_EVERY == 0:
             joint_state = (world.position_rad, world.velocity_rad_s, world.effort_nm)
             samples.append((world.t_s, world.tie_m, world.ball_m, *joint_state))
-    miss = min(misses, key=lambda one: abs(one[0])) if misses else (None, None)
+    nearest = min(crossings, key=lambda one: abs(one[0])) if crossings else (None, None, None)
+    efforts = strongest / world.arm.effort_nm
     return RolloutResult(
         caught=world.ball_is_caught(),
-        signed_miss_m=miss[0],
-        side_miss_m=miss[1],
+        signed_miss_m=nearest[0],
+        side_miss_m=nearest[1],
+        flight_s=nearest[2],
         apex_m=float(apex - rim),
         velocity_share=float((fastest / world.arm.velocity_rad_s).max()),
-        effort_share=float((strongest / world.arm.effort_nm).max()),
+        effort_share=float(efforts.max()),
+        effort_joint=world.arm.joint_names[int(efforts.argmax())],
         trace=Trace(*(np.array(column) for column in zip(*samples, strict=True))) if record else None,
     )
 

@@ -2,29 +2,20 @@
 
 from __future__ import annotations
 
+import dataclasses
+
 import numpy as np
 from scipy.interpolate import CubicSpline
 
 from kendama_cli.artifacts.checks import Array
 from kendama_cli.artifacts.motion_plan import JointTrajectory, MotionPlan
-from kendama_cli.errors import StageError
-from kendama_cli.motion.dmp import play
 from kendama_cli.simulation.arm import Arm
+from kendama_cli.simulation.cup_path import CupPath
 from kendama_cli.simulation.inverse_kinematics import follow_path
 from kendama_cli.simulation.world import STEP_S
 
 KNOT_S = 0.004
 """Spacing of the solved postures; between them the spline is within 1e-7 rad."""
-
-SETTLE_SHARE = 0.5
-"""After the motion the primitive settles on its goal; this share of its duration is enough to come to rest."""
-
-RESTING_M_S = 1e-6
-"""A motion that begins slower than this begins at rest."""
-
-LEAST_LEAD_IN_S = 0.04
-
-AXES = ("x", "y", "z")
 
 
 class Swing:
@@ -38,15 +29,13 @@ class Swing:
     def __init__(self, arm: Arm, plan: MotionPlan, lead_in_m_s2: float) -> None:
         self.arm = arm
         self.plan = plan
-        self._unit = _at_scale_one(plan)
-        speed_m_s = float(np.linalg.norm(plan.start_velocity_m_s))
-        self.lead_in_s = max(2 * speed_m_s / lead_in_m_s2, LEAST_LEAD_IN_S) if speed_m_s > RESTING_M_S else 0.0
-        count = int(np.ceil((self.lead_in_s + plan.duration_s * (1 + SETTLE_SHARE)) / KNOT_S))
-        self._t_s: Array = KNOT_S * np.arange(count + 1, dtype=np.float64)
-        self.cup_m = self._path(self._t_s)
+        self._path = CupPath(plan, lead_in_m_s2)
+        self.lead_in_s = self._path.lead_in_s
+        self._t_s: Array = KNOT_S * np.arange(int(np.ceil(self._path.duration_s / KNOT_S)) + 1, dtype=np.float64)
+        self.cup_m = self._path.at(self._t_s)
         home = arm.cup_place(arm.home_rad)
         start = follow_path(arm, home + _ramp(self.cup_m[0]), arm.home_rad)[-1]
-        self._curve = CubicSpline(self._t_s, follow_path(arm, home + self.cup_m, start))
+        self._curve = CubicSpline(self._t_s, follow_path(arm, home + self.cup_m, start, self._t_s))
         self.home_m = home
         speed, change = np.abs(self._curve(self._t_s, 1)).max(axis=0), np.abs(self._curve(self._t_s, 2)).max(axis=0)
         self.velocity_shares = speed / arm.velocity_rad_s
@@ -82,63 +71,23 @@ class Swing:
 
     def cup_reference_m(self, tau_scale: float, t_s: Array) -> Array:
         """Where the tie point should be in the world (n, 3) at ``t_s`` (n,)."""
-        return self.home_m + self._path(np.minimum(np.asarray(t_s) / tau_scale, self._t_s[-1]))
-
-    def _path(self, t_s: Array) -> Array:
-        motion = play(self._unit, t_s - self.lead_in_s)
-        path = _in_space(self.plan, motion.position_m)
-        early = t_s < self.lead_in_s
-        if early.any():
-            path[early] = self._lead_in(t_s[early])
-        return path
-
-    def _lead_in(self, t_s: Array) -> Array:
-        """The quintic from rest to the primitive's first place, velocity and acceleration, with a short way back."""
-        first = play(self._unit, np.array([0.0]))
-        total = self.lead_in_s
-        place = _in_space(self.plan, first.position_m)[0]
-        speed = _in_space(self.plan, first.velocity_m_s)[0] * total
-        change = _in_space(self.plan, first.acceleration_m_s2)[0] * total**2
-        u = (t_s / total)[:, None]
-        way = speed / 2 - change / 12  # with this way the coefficient of u^5 vanishes
-        a = 10 * way - 4 * speed + change / 2
-        b = -15 * way + 7 * speed - change
-        c = 6 * way - 3 * speed + change / 2
-        return np.asarray(place - way + u**3 * (a + u * (b + u * c)))
+        return self.home_m + self._path.at(np.minimum(np.asarray(t_s) / tau_scale, self._t_s[-1]))
 
 
 def scaled_plan(plan: MotionPlan, amplitude: float, tau_scale: float) -> MotionPlan:
     """The primitive with its motion about the start made ``amplitude`` times as large, played at ``tau_scale``.
 
-    The equations are linear in place, goal, weights and start velocity together, so the whole path scales.
+    The equations are linear in place, goal, weights and end velocities together, so the whole path scales.
     """
-    return MotionPlan(
-        plan.coordinates,
-        plan.duration_s,
-        tau_scale,
-        plan.stiffness,
-        plan.phase_decay,
-        plan.start_m,
-        plan.start_velocity_m_s * amplitude,
-        plan.start_m + amplitude * (plan.goal_m - plan.start_m),
-        plan.weights * amplitude,
-        plan.centers,
-        plan.widths,
+    return dataclasses.replace(
+        plan,
+        tau_scale=tau_scale,
+        start_velocity_m_s=plan.start_velocity_m_s * amplitude,
+        goal_m=plan.start_m + amplitude * (plan.goal_m - plan.start_m),
+        goal_velocity_m_s=plan.goal_velocity_m_s * amplitude,
+        weights=plan.weights * amplitude,
+        variation=np.hstack((plan.variation[:, :1], plan.variation[:, 1:] * amplitude)),
     )
-
-
-def _at_scale_one(plan: MotionPlan) -> MotionPlan:
-    return scaled_plan(plan, 1.0, 1.0)
-
-
-def _in_space(plan: MotionPlan, values: Array) -> Array:
-    unknown = [name for name in plan.coordinates if name not in AXES]
-    if unknown:
-        raise StageError(f"the motion has a coordinate '{unknown[0]}'; allowed: x, y, z")
-    space = np.zeros((len(values), 3))
-    for column, name in enumerate(plan.coordinates):
-        space[:, AXES.index(name)] = values[:, column]
-    return space
 
 
 def _ramp(place: Array) -> Array:

@@ -8,23 +8,31 @@ from typing import Any
 
 import numpy as np
 
-from kendama_cli.artifacts.motion_plan import CatchMotion, JointTrajectory, MotionPlan
+from kendama_cli.artifacts.motion_plan import CatchMotion, MotionPlan
 from kendama_cli.errors import StageError
-from kendama_cli.settings.adapt import AdaptSettings, PerturbationSettings
+from kendama_cli.learning.friction_known import with_identified
+from kendama_cli.settings.adapt import AdaptSettings
 from kendama_cli.settings.game import GameSettings
+from kendama_cli.settings.placement import placed
 from kendama_cli.settings.robot import RobotSettings
+from kendama_cli.simulation.catch_family import CatchFamily
+from kendama_cli.simulation.catch_obstacle import TORQUE_SPENT, obstacle
 from kendama_cli.simulation.catch_search import (
     Attempt,
+    Bounds,
     Job,
-    Repeat,
+    Knobs,
     Search,
     best_candidate,
+    expected_success,
     nearest_attempt,
     next_job,
+    windows,
 )
-from kendama_cli.simulation.rollout import Trace, play_rollout
-from kendama_cli.simulation.swing import Swing, scaled_plan
-from kendama_cli.simulation.world import NO_ERRORS, ArmWorld, WorldErrors
+from kendama_cli.simulation.find_placement import current_placement, find_placement
+from kendama_cli.simulation.rollout import RolloutResult, play_rollout
+from kendama_cli.simulation.uncertainty import CORNERS, Repeat, corner_errors, drawn_errors, success_interval
+from kendama_cli.simulation.world import NO_ERRORS, ArmWorld
 from kendama_cli.stages.interface import Made, Metric, StageContext, State
 
 
@@ -37,116 +45,142 @@ class Adapt:
         self._game = game
 
     def run(self, given: Mapping[str, Any], ctx: StageContext) -> Made:
-        """Search tau, then amplitude, in the closed loop; the result is judged by perturbed repeats.
+        """Search tau, then goal and size, in the closed loop; the result is judged by perturbed repeats.
 
         ``caught`` is the nominal outcome, ``success_rate`` that over fresh perturbed repeats. Where nothing catches
-        the stage still ends, and its metrics tell how near it came. Raises StageError, naming the joint and its
-        limit, where no tau in the range is within the arm's limits.
+        the stage still ends, and its metrics tell how near it came and what stands in the way. Raises StageError,
+        naming the joint and its limit, where no tau in the range is within the arm's limits.
         """
         plan: MotionPlan = given["encode"]
-        world = ArmWorld(self._robot, self._game)
-        swings = self._swings(world, plan)
-        lowest = {amplitude: swing.least_tau_scale() for amplitude, swing in swings.items()}
+        settings = self._settings
+        robot = self._placed(with_identified(self._robot, given.get("identify")), plan, ctx)
+        world = ArmWorld(robot, self._game)
+        family = CatchFamily(world.arm, plan, settings.lead_in_m_s2)
+        bounds = family.bounds(settings.amplitudes, self._game.cup.radius_m)
+        self._require_playable(family, bounds)
         saved = ctx.restore()
         search = Search() if saved is None else Search.from_json(saved["search"])
         if saved is None:
-            draws = ctx.rng("adapt repeats").integers(2**62, size=self._settings.judge_repeats + self._settings.repeats)
-            seeds = [int(seed) for seed in draws]
+            seeds = ctx.rng("adapt repeats").integers(2**62, size=len(CORNERS) + settings.repeats).tolist()
         else:
             seeds = [int(seed) for seed in saved["seeds"]]
-        while (job := next_job(search, self._settings, lowest)) is not None:
-            joints = swings[job.amplitude].joints(job.tau_scale, self._settings.hold_s)
+        while (job := next_job(search, settings, bounds)) is not None:
             if job.kind == "attempt":
-                search = search.with_attempt(self._attempt(world, joints, job, ctx))
+                search = search.with_attempt(self._attempt(world, family, job, ctx))
             else:
-                fresh = self._settings.judge_repeats if job.kind == "confirm" else 0
-                repeat = self._repeat(world, joints, seeds[fresh + job.index])
-                search = search.with_repeat(job, repeat)
-                if job.kind == "confirm":
-                    message = {"index": job.index, "caught": repeat.caught, "miss_m": _or_nan(repeat.miss_m)}
-                    ctx.log.write("/adapt/repeat", float(job.index), message)
+                search = search.with_repeat(job, self._repeat(world, family, job, seeds, ctx))
             ctx.checkpoint(functools.partial(_state, search, seeds))
-            ctx.progress(search.rollouts() + len(search.confirmed), None, **_figures(search))
-        return self._made(world, plan, swings, search, ctx)
+            total = search.rollouts() + settings.repeats if job.kind == "confirm" else None
+            ctx.progress(search.rollouts() + len(search.confirmed), total, **_figures(job, search))
+        return self._made(world, family, bounds, search, ctx)
 
-    def _swings(self, world: ArmWorld, plan: MotionPlan) -> dict[float, Swing]:
-        swings = {1.0: Swing(world.arm, plan, self._settings.lead_in_m_s2)}
-        least, most = swings[1.0].least_tau_scale(), self._settings.tau_range[1]
+    def _placed(self, robot: RobotSettings, plan: MotionPlan, ctx: StageContext) -> RobotSettings:
+        """The arm where it stands, or where the search finds that it should: the same after a resumption."""
+        if self._settings.placement == "given":
+            return robot
+
+        def tell(done: int, total: int, cost: float) -> None:
+            ctx.progress(done, total, placement=round(cost, 3))
+
+        lead_in = self._settings.lead_in_m_s2
+        return placed(robot, find_placement(robot, self._game, plan, lead_in, line=True, effort=1.0, progress=tell))
+
+    def _require_playable(self, family: CatchFamily, bounds: Bounds) -> None:
+        least, most = bounds.lowest_tau[1.0], self._settings.tau_range[1]
         if least > most:
             raise StageError(
                 f"the motion would have to be {least:.2f} times slower for {self._robot.name}, whose "
-                f"{swings[1.0].limiting_joint()} stands in the way; allowed: tau_scale up to {most}: "
-                "raise adapt.tau_range, or place the arm otherwise (robot.home_rad)"
+                f"{family.swing(Knobs(1.0)).limiting_joint()} stands in the way; allowed: tau_scale up to {most}: "
+                "raise adapt.tau_range, or place the arm otherwise (adapt.placement=search)"
             )
-        for amplitude in self._settings.amplitudes:
-            try:
-                swings[amplitude] = Swing(world.arm, scaled_plan(plan, amplitude, 1.0), self._settings.lead_in_m_s2)
-            except StageError:  # too large for the arm: the other amplitudes remain
-                continue
-        return swings
 
-    def _attempt(self, world: ArmWorld, joints: JointTrajectory, job: Job, ctx: StageContext) -> Attempt:
+    def _attempt(self, world: ArmWorld, family: CatchFamily, job: Job, ctx: StageContext) -> Attempt:
+        knobs = job.knobs
+        limit = family.limit(knobs)
+        if limit is not None:
+            return Attempt(knobs, False, None, None, 0.0, None, limit)
+        swing = family.swing(knobs)
         world.perturb(NO_ERRORS)
-        result = play_rollout(world, joints)
-        message = {
-            "index": job.index,
-            "tau_scale": job.tau_scale,
-            "signed_miss_m": _or_nan(result.signed_miss_m),
-            "caught": result.caught,
-        }
-        ctx.log.write("/adapt/rollout", float(job.index), message)
-        return Attempt(job.amplitude, job.tau_scale, result.caught, result.signed_miss_m, result.apex_m)
+        result = play_rollout(world, swing.joints(knobs.tau_scale, self._settings.hold_s))
+        ctx.log.write("/adapt/rollout", float(job.index), _rollout_message(job, result.caught, result.signed_miss_m))
+        flight = None
+        if result.flight_s is not None:
+            start, end = ((t_s / knobs.tau_scale - swing.lead_in_s) / swing.plan.duration_s for t_s in result.flight_s)
+            flight = (start, end)
+        return Attempt(knobs, result.caught, result.signed_miss_m, result.side_miss_m, result.apex_m, flight)
 
-    def _repeat(self, world: ArmWorld, joints: JointTrajectory, seed: int) -> Repeat:
-        rng = np.random.default_rng(seed)
-        world.perturb(_draw(self._settings.perturbation, self._game.rope.length_m, rng))
-        result = play_rollout(world, joints, noise_rad=self._settings.perturbation.joint_noise_rad, rng=rng)
+    def _repeat(self, world: ArmWorld, family: CatchFamily, job: Job, seeds: list[int], ctx: StageContext) -> Repeat:
+        """Every candidate is judged with the same noise; those that confirm have noise of their own."""
+        perturbation, rope_m = self._settings.perturbation, self._game.rope.length_m
+        confirm = job.kind == "confirm"
+        rng = np.random.default_rng(seeds[job.index + len(CORNERS) * confirm])
+        draw = drawn_errors(perturbation, rope_m, rng) if confirm else corner_errors(perturbation, rope_m, job.index)
+        world.perturb(draw)
+        joints = family.swing(job.knobs).joints(job.knobs.tau_scale, self._settings.hold_s)
+        result = play_rollout(world, joints, noise_rad=perturbation.joint_noise_rad, rng=rng)
+        miss_m = _or_nan(result.signed_miss_m)
+        if confirm:
+            message = {"index": job.index, "caught": result.caught, "miss_m": miss_m}
+            ctx.log.write("/adapt/repeat", float(job.index), message)
+        else:
+            ctx.log.write("/adapt/corner", float(job.index), _rollout_message(job, result.caught, miss_m))
         return Repeat(result.caught, result.signed_miss_m)
 
-    def _made(
-        self, world: ArmWorld, plan: MotionPlan, swings: dict[float, Swing], search: Search, ctx: StageContext
-    ) -> Made:
-        best = best_candidate(search)
-        nearest = nearest_attempt(search)
-        amplitude, tau = best or (nearest.amplitude, nearest.tau_scale)
-        joints = swings[amplitude].joints(tau, self._settings.hold_s)
+    def _made(self, world: ArmWorld, family: CatchFamily, bounds: Bounds, search: Search, ctx: StageContext) -> Made:
+        best = best_candidate(search, bounds)
+        knobs = best or nearest_attempt(search).knobs
+        swing = family.swing(knobs)
+        joints = swing.joints(knobs.tau_scale, self._settings.hold_s)
         world.perturb(NO_ERRORS)
         result = play_rollout(world, joints, record=True)
+        _log_chosen(ctx, joints.joint_names, result)
         if result.trace is not None:
-            _log_trace(ctx, joints.joint_names, result.trace)
-            _log_frames(
-                ctx,
-                "/adapt/reference",
-                "reference",
-                result.trace.t_s,
-                swings[amplitude].cup_reference_m(tau, result.trace.t_s),
-            )
-        success = sum(repeat.caught for repeat in search.confirmed) / max(len(search.confirmed), 1)
-        metrics: dict[str, Metric] = {
-            "caught": result.caught,
-            "tau_scale": tau,
+            reference_m = swing.cup_reference_m(knobs.tau_scale, result.trace.t_s)
+            _log_frames(ctx, "/adapt/reference", "reference", result.trace.t_s, reference_m)
+        found = windows(search, self._settings, bounds)
+        for index, window in enumerate(found):
+            message = {"index": index, "low": window.low, "high": window.high, "middle": window.best.tau_scale}
+            ctx.log.write("/adapt/window", float(index), message)
+        successes, repeats = sum(repeat.caught for repeat in search.confirmed), len(search.confirmed)
+        success = successes / max(repeats, 1)
+        interval = success_interval(successes, repeats)
+        metrics: dict[str, Metric] = {"caught": result.caught}
+        if not result.caught:
+            torque = f"joint '{result.effort_joint}'" if result.effort_share >= TORQUE_SPENT else None
+            limiting = family.swing(Knobs(1.0, knobs.amplitude)).limiting_joint()
+            metrics["in_the_way"] = obstacle(search, self._settings, bounds, limiting, torque)
+        metrics |= {
+            "tau_scale": knobs.tau_scale,
             "rollouts": search.rollouts(),
             "success_rate": success,
+            "success_rate_low": interval.low if repeats else None,
+            "success_rate_high": interval.high if repeats else None,
+            "predicted_success": None if best is None else expected_success(search, best, bounds),
+            "windows": len(found),
             "rollouts_to_first_catch": search.rollouts_to_first_catch(),
-            "amplitude": amplitude,
+            "amplitude": knobs.amplitude,
+            "shift_mm": 1e3 * float(np.hypot(*knobs.shift_m)),
             "signed_miss_mm": None if result.signed_miss_m is None else 1e3 * result.signed_miss_m,
             "side_miss_mm": None if result.side_miss_m is None else 1e3 * result.side_miss_m,
             "apex_mm": 1e3 * result.apex_m,
-            "planned_speed_over_limit": float(swings[amplitude].velocity_shares.max() / tau),
+            "planned_speed_over_limit": float(swing.velocity_shares.max() / knobs.tau_scale),
             "speed_over_limit": result.velocity_share,
             "effort_over_limit": result.effort_share,
         }
-        motion = CatchMotion(scaled_plan(plan, amplitude, tau), joints, result.caught, success)
-        return Made(motion, metrics)
+        placement = current_placement(world.arm)
+        return Made(CatchMotion(family.plan(knobs), joints, placement, result.caught, success), metrics)
 
 
-def _draw(perturbation: PerturbationSettings, rope_m: float, rng: np.random.Generator) -> WorldErrors:
-    rope, ball, friction = rng.uniform(-1, 1), rng.uniform(-1, 1), rng.uniform(0, 1)
-    return WorldErrors(
-        rope_scale=1 + rope * perturbation.rope_m / rope_m,
-        ball_start_m=ball * perturbation.ball_start_m,
-        joint_friction_nm=friction * perturbation.joint_friction_nm,
-    )
+def _rollout_message(job: Job, caught: bool, miss_m: float | None) -> dict[str, Any]:
+    return {
+        "index": job.index,
+        "tau_scale": job.knobs.tau_scale,
+        "signed_miss_m": _or_nan(miss_m),
+        "caught": caught,
+        "amplitude": job.knobs.amplitude,
+        "shift_x_m": job.knobs.shift_m[0],
+        "shift_y_m": job.knobs.shift_m[1],
+    }
 
 
 def _state(search: Search, seeds: list[int]) -> State:
@@ -157,15 +191,17 @@ def _or_nan(value: float | None) -> float:
     return float("nan") if value is None else value
 
 
-def _figures(search: Search) -> dict[str, float | int]:
-    figures: dict[str, float | int] = {"tau": round(search.attempts[-1].tau_scale, 4)}
-    figures["caught"] = sum(one.caught for one in search.attempts)
+def _figures(job: Job, search: Search) -> dict[str, float | int]:
+    figures: dict[str, float | int] = {"tau": round(job.knobs.tau_scale, 4), "caught": search.caught()}
     if search.confirmed:
         figures["success_rate"] = round(sum(one.caught for one in search.confirmed) / len(search.confirmed), 2)
     return figures
 
 
-def _log_trace(ctx: StageContext, joint_names: tuple[str, ...], trace: Trace) -> None:
+def _log_chosen(ctx: StageContext, joint_names: tuple[str, ...], result: RolloutResult) -> None:
+    trace = result.trace
+    if trace is None:
+        return
     for t_s, position, velocity, effort in zip(
         trace.t_s, trace.position_rad, trace.velocity_rad_s, trace.effort_nm, strict=True
     ):

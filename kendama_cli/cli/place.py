@@ -1,0 +1,124 @@
+"""``kendama robot place``: where an arm should stand for a motion, as a table and as a node of the configuration."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from kendama_cli.cli import render
+from kendama_cli.cli.progress import PlainLines, observer
+from kendama_cli.config.compose import composed
+from kendama_cli.config.site import Site
+from kendama_cli.errors import StageError, UsageError
+from kendama_cli.pipeline.catalogue import load_pipeline
+from kendama_cli.pipeline.inputs import resolve_files
+from kendama_cli.pipeline.plan import Planner
+from kendama_cli.pipeline.record import begin
+from kendama_cli.pipeline.runner import Runner
+from kendama_cli.settings.nodes import build_settings
+from kendama_cli.settings.placement import placed
+from kendama_cli.simulation.find_placement import PlacedMotion, find_placement, measured, require_workable
+from kendama_cli.store.codecs import load_artifact
+from kendama_cli.store.durable import write_file
+from kendama_cli.store.store import Store
+
+PIPELINE = "imitation"
+
+
+def place(site: Site, overrides: list[str], output: Path | None, *, line: bool, effort: float, as_json: bool) -> None:
+    """Encode the configured demonstrations, search, show the table, and write the node where ``output`` is given.
+
+    Raises what the stages raise, StageError where no placement is workable, UsageError where the node cannot be
+    written; nothing is written then.
+    """
+    if output is not None and output.suffix not in (".yaml", ".yml"):
+        raise UsageError(f"-o {output}: a node is a YAML file; name it like conf/robot/mine.yaml")
+    declared = load_pipeline(PIPELINE, site.pipeline_folders).until("encode")
+    config = composed(site, [*declared.overrides, *overrides])
+    settings = build_settings(config)
+    planner = Planner(Store(site.home), declared, settings, site.data_roots)
+    record = begin(site.home, PIPELINE, overrides)
+    with PlainLines() if as_json else observer() as view:
+        Runner(planner, record, view).run()
+    last = record.stages[-1]
+    if record.outcome != "done" or last.artifact is None:
+        raise StageError(last.error or f"{last.name} gave nothing")
+    plan = load_artifact(Path(last.artifact))
+    robot = resolve_files(settings["robot"], "robot", site.data_roots)
+    game, lead_in = settings["game"], settings["adapt"].lead_in_m_s2
+
+    def tell(done: int, total: int, cost: float) -> None:
+        render.note(f"place: {done}/{total}, {'nothing reaches yet' if cost >= 1e1 else f'peak {cost:.3f}'}")
+
+    try:
+        found = find_placement(robot, game, plan, lead_in, line=line, effort=effort, progress=tell)
+    except SystemError as error:  # how compiled code that was interrupted ends
+        raise KeyboardInterrupt from error
+    arm = placed(robot, found)
+    motion = measured(arm, game, plan, lead_in)
+    if as_json:
+        render.document(_document(motion))
+    else:
+        _show(motion)
+    require_workable(arm, motion)
+    if output is not None:
+        _write(output, config["robot"], motion)
+        render.note(f"written to {output}; use it with robot={output.stem}")
+
+
+def _rows(motion: PlacedMotion) -> list[dict[str, Any]]:
+    shares = motion.shares
+    columns = (shares.joint_names, shares.velocity, shares.acceleration, shares.effort, shares.to_stop_rad)
+    return [
+        {
+            "joint": name,
+            "speed": float(speed),
+            "acceleration": float(change),
+            "effort": float(effort),
+            "to_stop_deg": math.degrees(float(stop)),
+        }
+        for name, speed, change, effort, stop in zip(*columns, strict=True)
+    ]
+
+
+def _document(motion: PlacedMotion) -> dict[str, Any]:
+    return {
+        "placement": dataclasses.asdict(motion.placement),
+        "joints": _rows(motion),
+        "leading": [dataclasses.asdict(one) for one in motion.shares.leading],
+        "clearance": dataclasses.asdict(motion.clearance),
+        "least_tau_scale": motion.least_tau_scale,
+    }
+
+
+def _show(motion: PlacedMotion) -> None:
+    leading = {(one.kind, one.joint) for one in motion.shares.leading}
+    rows = []
+    for row in _rows(motion):
+        shares = [
+            f"{row[kind]:.2f}{' <' if (kind, row['joint']) in leading else ''}"
+            for kind in ("speed", "acceleration", "effort")
+        ]
+        rows.append((row["joint"], *shares, f"{row['to_stop_deg']:.0f} deg"))
+    render.table(rows, head=("joint", "speed", "acceleration", "effort", "to stop"))
+    clear = motion.clearance
+    render.text("peaks over limits; < leads")
+    render.text(f"clearance {1e3 * clear.gap_m:.0f} mm between {clear.parts} at {clear.t_s:.2f} s")
+    render.text(f"could be played down to tau_scale {motion.least_tau_scale:.2f}")
+
+
+def _write(output: Path, node: dict[str, Any], motion: PlacedMotion) -> None:
+    one = motion.placement
+    values = node | {
+        "base_position_m": list(one.base_position_m),
+        "base_heading_rad": one.base_heading_rad,
+        "home_rad": list(one.home_rad),
+        "redundancy_weights": list(one.redundancy_weights),
+        "tool": {"handle_m": list(one.handle_m), "cup_axis": list(one.cup_axis)},
+    }
+    text = "# Placed by 'kendama robot place'.\n" + yaml.safe_dump(values, sort_keys=False, allow_unicode=True)
+    write_file(output.absolute(), text.encode())

@@ -1,0 +1,32 @@
+"""Where an arm stands and how it holds the cup: what a search over placements finds."""
+
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import dataclass
+
+from kendama_cli.settings.robot import RobotSettings, ToolSettings
+
+
+@dataclass(frozen=True)
+class Placement:
+    """Base, posture, tool and redundancy of one arm; the units are those of the fields of RobotSettings."""
+
+    base_position_m: tuple[float, float, float]
+    base_heading_rad: float
+    home_rad: tuple[float, ...]
+    handle_m: tuple[float, float, float]
+    cup_axis: tuple[float, float, float]
+    redundancy_weights: tuple[float, ...]
+
+
+def placed(robot: RobotSettings, placement: Placement) -> RobotSettings:
+    """The same arm at ``placement``."""
+    return dataclasses.replace(
+        robot,
+        tool=ToolSettings(handle_m=placement.handle_m, cup_axis=placement.cup_axis),
+        base_position_m=placement.base_position_m,
+        base_heading_rad=placement.base_heading_rad,
+        home_rad=placement.home_rad,
+        redundancy_weights=placement.redundancy_weights,
+    )

@@ -1,0 +1,84 @@
+"""``kendama robot place`` as a user runs it, in a fresh folder: a table, a node that works, one line for an error."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+import yaml
+
+COMMAND = [sys.executable, "-m", "kendama_cli.cli.main"]
+BRIEF = ["--effort", "0.03"]
+ONE = "capture.path=data/demonstrations/swing-04.csv"
+
+
+def kendama(folder: Path, *arguments: str, expect: int = 0) -> subprocess.CompletedProcess[str]:
+    done = subprocess.run([*COMMAND, *arguments], cwd=folder, capture_output=True, text=True, check=False)
+    assert done.returncode == expect, done.stderr
+    return done
+
+
+def swing(folder: Path, size_m: float, duration_s: float) -> str:
+    """A demonstration to the side and up and back, as a file."""
+    t_s = np.arange(0.0, duration_s, 0.005)
+    share = np.sin(np.pi * t_s / duration_s) ** 3
+    rows = np.column_stack([t_s, size_m * share, 0 * t_s, 0.1 * size_m * share])
+    text = "t_s,x_m,y_m,z_m\n" + "\n".join(",".join(f"{value:.6f}" for value in row) for row in rows)
+    (folder / "swing.csv").write_text(text + "\n")
+    return "capture.path=swing.csv"
+
+
+def test_the_node_that_is_written_is_the_placement_that_is_shown(tmp_path: Path) -> None:
+    done = kendama(tmp_path, "robot", "place", ONE, *BRIEF, "--json", "-o", "conf/robot/mine.yaml")
+    shown = json.loads(done.stdout)
+    assert [row["joint"] for row in shown["joints"]] == ["s1", "s2", "s3", "e1", "e2", "w1", "w2"]
+    assert shown["leading"][0]["share"] == max(
+        row[kind] for row in shown["joints"] for kind in ("speed", "acceleration", "effort")
+    )
+    assert shown["leading"][0]["share"] < 1.0
+    assert shown["clearance"]["gap_m"] > 0.0
+    node = yaml.safe_load(kendama(tmp_path, "config", "robot=mine").stdout)["robot"]
+    assert node["home_rad"] == shown["placement"]["home_rad"]
+    assert node["tool"]["cup_axis"] == shown["placement"]["cup_axis"]
+    assert node["redundancy_weights"] == shown["placement"]["redundancy_weights"]
+    assert node["name"] == "pa10"
+
+
+def test_the_table_names_every_joint_and_marks_who_leads(tmp_path: Path) -> None:
+    done = kendama(tmp_path, "robot", "place", ONE, *BRIEF)
+    head, *rows = done.stdout.splitlines()
+    assert head.split() == ["joint", "speed", "acceleration", "effort", "to", "stop"]
+    assert [row.split()[0] for row in rows[:7]] == ["s1", "s2", "s3", "e1", "e2", "w1", "w2"]
+    assert sum(row.count("<") for row in rows[:7]) == 3
+    assert "clearance" in rows[8]
+    assert "mm between" in rows[8]
+    assert not (tmp_path / "conf").exists()
+
+
+@pytest.mark.parametrize(
+    ("size_m", "duration_s", "message"),
+    [
+        (5.0, 4.0, r"leaves the workspace of pa10: at "),
+        (0.5, 0.35, r"the best placement found needs "),
+    ],
+)
+def test_what_no_placement_can_do_is_told_in_one_line_and_nothing_is_written(
+    tmp_path: Path, size_m: float, duration_s: float, message: str
+) -> None:
+    wide = ["capture.plausible.max_extent_m=9", "capture.plausible.max_speed_m_s=20"]
+    file = swing(tmp_path, size_m, duration_s)
+    done = kendama(tmp_path, "robot", "place", file, *wide, *BRIEF, "-o", "mine.yaml", expect=1)
+    said = [line for line in done.stderr.splitlines() if line.startswith("kendama: ")]
+    assert len(said) == 1
+    assert message in said[0]
+    assert not (tmp_path / "mine.yaml").exists()
+
+
+def test_a_node_must_be_a_yaml_file(tmp_path: Path) -> None:
+    done = kendama(tmp_path, "robot", "place", "-o", "mine.txt", expect=2)
+    assert "-o mine.txt: a node is a YAML file; name it like conf/robot/mine.yaml" in done.stderr
+    assert not (tmp_path / ".kendama").exists()

@@ -1,0 +1,102 @@
+"""Where the search for a placement is asked for, adapt plays there, and transfer hands the robot so placed on."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any
+
+import numpy as np
+import pytest
+import yaml
+
+from kendama_cli.artifacts.demonstration import Demonstration
+from kendama_cli.artifacts.motion_plan import CatchMotion, MotionPlan
+from kendama_cli.artifacts.policy import Policy
+from kendama_cli.errors import ConfigError, HardwareError, StageError
+from kendama_cli.motion.averaging import encode_demonstrations
+from kendama_cli.settings.adapt import AdaptSettings
+from kendama_cli.settings.placement import Placement, placed
+from kendama_cli.settings.robot import RobotSettings
+from kendama_cli.settings.schema import build
+from kendama_cli.simulation.arm import Arm
+from kendama_cli.simulation.find_placement import current_placement, find_placement
+from kendama_cli.stages import adapt as adapt_stage
+from kendama_cli.stages import transfer as transfer_stage
+from kendama_cli.stages.adapt import Adapt
+from tests.memory_context import MemoryContext
+from tests.motion.swings import settings as encode_settings
+from tests.simulation.bench_robot import ROOT, kendama_game, pa10
+from tests.stages.test_transfer import stage as transfer_of_pa10
+
+GAME = kendama_game()
+FILE = yaml.safe_load((ROOT / "conf/adapt/catch.yaml").read_text())
+BRIEF = {"tau_range": [1.6, 1.62], "tau_start": 1.6, "amplitudes": [], "max_shift_m": 0.0, "repeats": 1}
+SEARCHED = build(AdaptSettings, FILE | BRIEF | {"placement": "search"}, "adapt")
+
+
+@pytest.fixture(scope="module")
+def plan() -> MotionPlan:
+    rows = np.loadtxt(ROOT / "data/demonstrations/swing-04.csv", delimiter=",", skiprows=3)
+    return encode_demonstrations([Demonstration("swing", rows[:, 0], rows[:, 1:4])], encode_settings())
+
+
+@pytest.fixture(scope="module")
+def elsewhere(plan: MotionPlan) -> Placement:
+    return find_placement(
+        pa10(), GAME, plan, SEARCHED.lead_in_m_s2, line=True, effort=0.05, progress=lambda done, total, cost: None
+    )
+
+
+@pytest.fixture
+def motion(plan: MotionPlan, elsewhere: Placement, monkeypatch: pytest.MonkeyPatch) -> CatchMotion:
+    monkeypatch.setattr(adapt_stage, "find_placement", lambda *_, **__: elsewhere)
+    made: CatchMotion = Adapt(adapt=SEARCHED, robot=pa10(), game=GAME).run({"encode": plan}, MemoryContext(1)).artifact
+    return made
+
+
+def test_the_motion_is_that_of_the_arm_so_placed(motion: CatchMotion, elsewhere: Placement) -> None:
+    assert motion.placement == elsewhere
+    assert motion.joints.position_rad[0] == pytest.approx(elsewhere.home_rad, abs=0.02)
+    arm = Arm(placed(pa10(), elsewhere), GAME.cup)
+    value, _ = arm.cup_task(motion.joints.position_rad[200])
+    assert value[3:] == pytest.approx([0.0, 0.0], abs=1e-7)
+
+
+def test_a_given_placement_is_told_as_it_stands(plan: MotionPlan) -> None:
+    given = dataclasses.replace(SEARCHED, placement="given")
+    made = Adapt(adapt=given, robot=pa10(), game=GAME).run({"encode": plan}, MemoryContext(1)).artifact
+    assert made.placement == current_placement(Arm(pa10(), GAME.cup))
+
+
+def test_transfer_opens_the_robot_where_the_motion_was_made_for(
+    motion: CatchMotion, elsewhere: Placement, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    opened: list[RobotSettings] = []
+
+    @contextmanager
+    def refuse(hardware: Any, robot: RobotSettings, game: Any) -> Iterator[None]:
+        opened.append(robot)
+        raise HardwareError("no robot in this test")
+        yield
+
+    monkeypatch.setattr(transfer_stage, "open_robot", refuse)
+    monkeypatch.setattr(transfer_stage, "verify_policy", lambda *_: None)
+    policy = Policy.seal(np.zeros((324, 5)), "{}")
+    with pytest.raises(HardwareError, match="no robot in this test"):
+        transfer_of_pa10().run({"learn": policy, "adapt": motion}, MemoryContext(1))
+    assert opened == [placed(pa10(), elsewhere)]
+
+
+def test_only_given_and_search_are_known() -> None:
+    with pytest.raises(
+        ConfigError, match=r"'adapt\.placement' is 'serach'; allowed: given, search, did you mean 'search'"
+    ):
+        build(AdaptSettings, FILE | {"placement": "serach"}, "adapt")
+
+
+def test_a_motion_out_of_every_reach_stops_adapt_in_one_line(plan: MotionPlan) -> None:
+    far = dataclasses.replace(plan, goal_m=plan.goal_m + np.array([9.0, 0.0, 0.0]))
+    with pytest.raises(StageError, match=r"leaves the workspace of pa10: at [\d.]+ s"):
+        Adapt(adapt=SEARCHED, robot=pa10(), game=GAME).run({"encode": far}, MemoryContext(1))
