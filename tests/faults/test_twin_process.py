@@ -36,7 +36,7 @@ ROOT = Path(__file__).resolve().parents[2]
 def configured(schema: Any, group: str, name: str) -> Any:
     document = yaml.safe_load((ROOT / "conf" / group / f"{name}.yaml").read_text())
     if group == "robot":
-        document["urdf"] = str(ROOT / document["urdf"])
+        document["path"] = str(ROOT / document["path"])
     return build_value(schema, document, group)
 
 
@@ -166,7 +166,7 @@ def test_kill_9_of_the_twin_while_it_is_commanded_is_one_clear_error() -> None:
 def test_a_twin_that_cannot_start_says_why(tmp_path: Path) -> None:
     broken = tmp_path / "broken.urdf"
     broken.write_text("<robot")
-    robot = dataclasses.replace(ROBOT, urdf=str(broken))
+    robot = dataclasses.replace(ROBOT, path=str(broken))
     with (
         pytest.raises(HardwareError, match="the twin did not start: the twin's process ended with exit code") as caught,
         open_robot(TWIN, robot, GAME),

@@ -6,6 +6,7 @@ words, where the robot breaks it. ``CHECKS`` lists them all.
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
@@ -53,6 +54,8 @@ def check_rest(open_robot: OpenRobot) -> None:
             _law(bool(np.array_equal(last.sent.position_rad, rest.position_rad)), "a feasible command is sent as it is")
         _law(bool(np.abs(last.state.position_rad - rest.position_rad).max() < 0.02), "told to stay, the arm stays")
         _law(len(last.state.effort_nm) == len(robot.joint_names), "there is one effort per joint")
+        _law(last.state.wrist_wrench.shape == (6,), "the wrist's sensor tells three forces and three torques")
+        _law(bool(np.isfinite(last.state.wrist_wrench).all()), "the wrist's sensor tells finite values")
         _law(last.state.cup_in_world_m.shape == (3,) == last.state.ball_in_world_m.shape, "cup and ball are places")
         _law(not last.state.caught, "a ball that hangs is not caught")
 
@@ -64,7 +67,7 @@ def check_limits(open_robot: OpenRobot) -> None:
         rng = np.random.default_rng(5)
         last = robot.reset(_rest(robot).position_rad, 1).sent
         for k in range(120):
-            wild = rng.normal(0.0, 30.0, (3, n)) if k < 60 else np.full((3, n), 50.0)
+            wild = rng.normal(0.0, 30.0, (4, n)) if k < 60 else np.full((4, n), 50.0)
             sent = robot.exchange(JointCommand(*wild)).sent
             inside = (sent.position_rad >= limits.lower_rad - ROUNDING) & (
                 sent.position_rad <= limits.upper_rad + ROUNDING
@@ -76,7 +79,20 @@ def check_limits(open_robot: OpenRobot) -> None:
             _within(sent.acceleration_rad_s2, limits.acceleration_rad_s2, "acceleration")
             mean = (sent.position_rad - last.position_rad) / robot.period_s
             _within(mean, limits.velocity_rad_s, "speed")
+            _within(sent.effort_nm, limits.effort_nm, "effort")
             last = sent
+
+
+def check_feedforward(open_robot: OpenRobot) -> None:
+    """A torque that is added reaches the motors: at rest the arm gives way to it, and gives it back in its effort."""
+    with _opened(open_robot) as robot:
+        rest = _rest(robot)
+        pushed = dataclasses.replace(rest, effort_nm=0.02 * robot.limits.effort_nm)
+        plain, added = (_settled(robot, rest, command) for command in (rest, pushed))
+        _law(bool(np.array_equal(added.sent.effort_nm, pushed.effort_nm)), "a feasible effort is sent as it is")
+        _law(bool(np.array_equal(plain.sent.effort_nm, rest.effort_nm)), "no effort is added unasked")
+        moved = np.abs(added.state.position_rad - plain.state.position_rad).max()
+        _law(bool(moved > 1e-6), "an added effort moves the arm out of its rest")
 
 
 def check_reset(open_robot: OpenRobot) -> None:
@@ -86,7 +102,7 @@ def check_reset(open_robot: OpenRobot) -> None:
         _short_rollout(robot, seed=4)
         again = _short_rollout(robot, seed=3)
         for a, b in zip(first, again, strict=True):
-            for name in ("position_rad", "velocity_rad_s", "ball_in_world_m", "cup_in_world_m"):
+            for name in ("position_rad", "velocity_rad_s", "wrist_wrench", "ball_in_world_m", "cup_in_world_m"):
                 same = np.array_equal(getattr(a.state, name), getattr(b.state, name))
                 _law(same, f"a reset with the same seed repeats {name} exactly")
 
@@ -103,7 +119,7 @@ def check_halt(open_robot: OpenRobot) -> None:
         robot.close()
 
 
-CHECKS = (check_description, check_time, check_rest, check_limits, check_reset, check_halt)
+CHECKS = (check_description, check_time, check_rest, check_limits, check_feedforward, check_reset, check_halt)
 
 
 @contextmanager
@@ -119,6 +135,13 @@ def _rest(robot: Robot) -> JointCommand:
     zeros = np.zeros(len(robot.joint_names))
     middle = np.clip(zeros, robot.limits.lower_rad + 0.1, robot.limits.upper_rad - 0.1)
     return JointCommand(middle, zeros, zeros)
+
+
+def _settled(robot: Robot, rest: JointCommand, command: JointCommand) -> Exchange:
+    robot.reset(rest.position_rad, 1)
+    for _ in range(50):
+        last = robot.exchange(command)
+    return last
 
 
 def _refuses(call: Callable[..., Exchange], *arguments: object) -> bool:

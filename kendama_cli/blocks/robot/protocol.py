@@ -15,11 +15,11 @@ from enum import IntEnum
 import numpy as np
 
 from kendama_cli.artifacts.checks import Array
-from kendama_cli.blocks.robot.interface import Exchange, JointCommand, JointLimits, RobotState
+from kendama_cli.blocks.robot.interface import Exchange, JointCommand, JointLimits, RobotState, SceneState
 from kendama_cli.errors import HardwareError
 
 MAGIC = b"KNDM"
-VERSION = 1
+VERSION = 3
 LARGEST_BYTES = 4096
 """No datagram of this protocol is longer."""
 _HEADER = struct.Struct("<4sHHQQII")
@@ -150,14 +150,13 @@ def unpack_reset(payload: bytes, n: int) -> tuple[Array, int]:
 
 def pack_command(command: JointCommand) -> bytes:
     """The payload of COMMAND."""
-    return _bytes(command.position_rad, command.velocity_rad_s, command.acceleration_rad_s2)
+    return _bytes(command.position_rad, command.velocity_rad_s, command.acceleration_rad_s2, command.effort_nm)
 
 
 def unpack_command(payload: bytes, n: int) -> JointCommand:
     """The wanted state of n joints; raises DatagramError where the layout or a value does not fit."""
-    _expect("COMMAND", payload, 24 * n)
-    position, velocity, acceleration = _finite("COMMAND", _floats(payload)).reshape(3, n)
-    return JointCommand(position, velocity, acceleration)
+    _expect("COMMAND", payload, 32 * n)
+    return JointCommand(*_finite("COMMAND", _floats(payload)).reshape(4, n))
 
 
 def pack_report(report: Report) -> bytes:
@@ -167,23 +166,28 @@ def pack_report(report: Report) -> bytes:
         sent.position_rad,
         sent.velocity_rad_s,
         sent.acceleration_rad_s2,
+        sent.effort_nm,
         state.position_rad,
         state.velocity_rad_s,
         state.effort_nm,
+        state.wrist_wrench,
         state.cup_in_world_m,
         state.ball_in_world_m,
+        _scene_values(report.exchange.scene, len(state.position_rad)),
     )
 
 
 def unpack_report(payload: bytes, n: int) -> Report:
-    """The answered control period of n joints; raises DatagramError where the layout does not fit."""
-    _expect("STATE", payload, _STATE.size + 8 * (6 * n + 6))
+    """The answered control period of n joints; raises DatagramError where the layout or a value does not fit."""
+    _expect("STATE", payload, _STATE.size + 8 * (8 * n + 27))
     t_s, missed, caught = _STATE.unpack_from(payload)
     values = _floats(payload, _STATE.size)
-    sent = JointCommand(*values[: 3 * n].reshape(3, n))
-    position, velocity, effort = _finite("STATE", values[3 * n : 6 * n]).reshape(3, n)
-    state = RobotState(position, velocity, effort, values[6 * n : 6 * n + 3], values[6 * n + 3 :], bool(caught))
-    return Report(Exchange(sent, state, t_s), missed)
+    sent = JointCommand(*values[: 4 * n].reshape(4, n))
+    sensed = _finite("STATE", values[4 * n : 7 * n + 6])
+    position, velocity, effort = sensed[: 3 * n].reshape(3, n)
+    cup, ball = values[7 * n + 6 : 7 * n + 12].reshape(2, 3)
+    state = RobotState(position, velocity, effort, sensed[3 * n :], cup, ball, bool(caught))
+    return Report(Exchange(sent, state, t_s, _scene(values[7 * n + 12 :], n)), missed)
 
 
 def pack_reason(reason: str) -> bytes:
@@ -194,6 +198,19 @@ def pack_reason(reason: str) -> bytes:
 def unpack_reason(payload: bytes) -> str:
     """Why the robot stands still."""
     return payload.decode(errors="replace")
+
+
+def _scene_values(scene: SceneState | None, n: int) -> Array:
+    """The scene as (n + 15,) numbers; nan where the robot tells none."""
+    if scene is None:
+        return np.full(n + 15, np.nan)
+    return np.concatenate([scene.position_rad, scene.cup_m, scene.cup_rotation.ravel(), scene.ball_m])
+
+
+def _scene(values: Array, n: int) -> SceneState | None:
+    if not np.isfinite(values).all():
+        return None
+    return SceneState(values[:n], values[n : n + 3], values[n + 3 : n + 12].reshape(3, 3), values[n + 12 :])
 
 
 def _bytes(*arrays: Array) -> bytes:

@@ -48,7 +48,9 @@ class ObedientRobot:
 
     def _at(self, command: JointCommand) -> Exchange:
         place = np.array([command.position_rad[0], 0.0, command.position_rad[1]])
-        state = RobotState(command.position_rad, command.velocity_rad_s, np.zeros(2), place, place - 0.4, False)
+        state = RobotState(
+            command.position_rad, command.velocity_rad_s, np.zeros(2), np.zeros(6), place, place - 0.4, False
+        )
         return Exchange(command, state, self.t_s)
 
 

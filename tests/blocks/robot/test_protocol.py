@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import struct
 
 import numpy as np
@@ -49,7 +50,7 @@ def test_the_layout_is_fixed_and_little_endian() -> None:
     [
         (lambda data: data[:10], "malformed datagram of 10 bytes"),
         (lambda data: b"JUNK" + data[4:], "begins with b'JUNK' instead of b'KNDM'"),
-        (lambda data: data[:4] + b"\x09\x00" + data[6:], "protocol version 9; version 1 is spoken here"),
+        (lambda data: data[:4] + b"\x09\x00" + data[6:], "protocol version 9; version 3 is spoken here"),
         (lambda data: data + b"x", "bytes of payload where the header announces"),
         (lambda data: data[:-1] + b"\xff", "its CRC-32 does not fit its content"),
     ],
@@ -91,28 +92,41 @@ def test_a_joint_name_too_long_for_the_line_is_refused() -> None:
 
 def test_command_reset_and_report_travel_to_the_last_bit() -> None:
     rng = np.random.default_rng(1)
-    command = JointCommand(*rng.standard_normal((3, 7)))
+    command = JointCommand(*rng.standard_normal((4, 7)))
     told = protocol.unpack_command(protocol.pack_command(command), 7)
     assert all(
         np.array_equal(getattr(told, n), getattr(command, n))
-        for n in ("position_rad", "velocity_rad_s", "acceleration_rad_s2")
+        for n in ("position_rad", "velocity_rad_s", "acceleration_rad_s2", "effort_nm")
     )
     position, seed = protocol.unpack_reset(protocol.pack_reset(command.position_rad, 2**64 - 1), 7)
     assert np.array_equal(position, command.position_rad)
     assert seed == 2**64 - 1
-    state = RobotState(*rng.standard_normal((3, 7)), *rng.standard_normal((2, 3)), caught=True)
+    wrench, places = rng.standard_normal(6), rng.standard_normal((2, 3))
+    state = RobotState(*rng.standard_normal((3, 7)), wrench, *places, caught=True)
     report = protocol.unpack_report(protocol.pack_report(Report(Exchange(command, state, 1.25), 3)), 7)
     assert (report.missed, report.exchange.t_s, report.exchange.state.caught) == (3, 1.25, True)
-    for name in ("position_rad", "velocity_rad_s", "effort_nm", "cup_in_world_m", "ball_in_world_m"):
+    for name in ("position_rad", "velocity_rad_s", "effort_nm", "wrist_wrench", "cup_in_world_m", "ball_in_world_m"):
         assert np.array_equal(getattr(report.exchange.state, name), getattr(state, name))
+    assert np.array_equal(report.exchange.sent.effort_nm, command.effort_nm)
 
 
 @pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf])
 def test_a_command_that_is_not_finite_is_refused(value: float) -> None:
-    bad = np.zeros(2)
-    bad[1] = value
-    with pytest.raises(DatagramError, match="COMMAND holds a value that is not finite"):
-        protocol.unpack_command(protocol.pack_command(JointCommand(np.zeros(2), bad, np.zeros(2))), 2)
+    for row in range(4):
+        bad = np.zeros((4, 2))
+        bad[row, 1] = value
+        with pytest.raises(DatagramError, match="COMMAND holds a value that is not finite"):
+            protocol.unpack_command(protocol.pack_command(JointCommand(*bad)), 2)
+
+
+@pytest.mark.parametrize("sensor", ["position_rad", "velocity_rad_s", "effort_nm", "wrist_wrench"])
+def test_a_sensor_that_tells_no_number_is_refused(sensor: str) -> None:
+    zeros = np.zeros(2)
+    state = RobotState(zeros, zeros, zeros, np.zeros(6), np.zeros(3), np.zeros(3), caught=False)
+    bad = dataclasses.replace(state, **{sensor: np.full_like(getattr(state, sensor), np.nan)})
+    report = protocol.pack_report(Report(Exchange(JointCommand(zeros, zeros, zeros), bad, 0.0), 0))
+    with pytest.raises(DatagramError, match="STATE holds a value that is not finite"):
+        protocol.unpack_report(report, 2)
 
 
 @pytest.mark.parametrize(

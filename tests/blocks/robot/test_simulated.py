@@ -23,6 +23,7 @@ PERFECT = Imperfection(
     rope_scale_spread=0.0,
     ball_start_m=0.0,
     joint_friction_nm=0.0,
+    joint_friction_share=0.0,
     lag_s=0.0,
     latency_s=0.0,
     joint_noise_rad=0.0,
@@ -33,6 +34,7 @@ WORN = Imperfection(
     rope_scale_spread=0.01,
     ball_start_m=0.01,
     joint_friction_nm=0.3,
+    joint_friction_share=0.1,
     lag_s=0.02,
     latency_s=0.01,
     joint_noise_rad=0.0005,
@@ -122,6 +124,26 @@ def test_a_longer_rope_lets_the_ball_hang_lower() -> None:
     assert plain.ball_in_world_m[2] - long.ball_in_world_m[2] == pytest.approx(0.04, abs=1e-9)
 
 
+def test_the_wrists_sensor_carries_the_tool_and_the_ball() -> None:
+    game = kendama_game()
+    robot = _robot()
+    last = robot.reset(np.array(pa10().home_rad), 0)
+    for _ in range(50):
+        last = robot.exchange(dataclasses.replace(last.sent))
+    weight_n = (game.cup.mass_kg + game.ball.mass_kg) * game.gravity_m_s2
+    assert np.linalg.norm(last.state.wrist_wrench[:3]) == pytest.approx(weight_n, rel=1e-3)
+
+
+def test_an_added_effort_is_clipped_to_the_limit_and_passes_latency_as_the_command_does() -> None:
+    robot = _robot(dataclasses.replace(PERFECT, latency_s=0.02))
+    home = robot.reset(np.array(pa10().home_rad), 0)
+    push = np.array([0, 0, 0, 0, 0, 0, 1e6])
+    moved = [robot.exchange(dataclasses.replace(home.sent, effort_nm=push)) for _ in range(10)]
+    assert np.array_equal(moved[0].sent.effort_nm, np.clip(push, 0, robot.limits.effort_nm))
+    turn = [abs(one.state.position_rad[6] - home.state.position_rad[6]) for one in moved]
+    assert max(turn[:5]) < 1e-6 < turn[-1]
+
+
 @pytest.mark.parametrize("bad", [np.full(7, np.nan), np.zeros(3)], ids=["nan", "three joints"])
 def test_a_command_that_makes_no_sense_halts_the_robot(bad: Array) -> None:
     robot = _robot()
@@ -129,6 +151,12 @@ def test_a_command_that_makes_no_sense_halts_the_robot(bad: Array) -> None:
         robot.exchange(JointCommand(np.zeros(7), bad, np.zeros(7)))
     with pytest.raises(HardwareError, match="is halted and stays so"):
         robot.exchange(JointCommand(np.zeros(7), np.zeros(7), np.zeros(7)))
+
+
+def test_an_effort_that_is_not_finite_halts_the_robot() -> None:
+    robot = _robot()
+    with pytest.raises(HardwareError, match=r"effort_nm is .*nan.* allowed: 7 finite numbers: the robot halts"):
+        robot.exchange(JointCommand(np.zeros(7), np.zeros(7), np.zeros(7), np.full(7, np.nan)))
 
 
 LIMITS = JointLimits(np.array([-1.0]), np.array([1.0]), np.array([2.0]), np.array([10.0]), np.array([50.0]))

@@ -1,0 +1,68 @@
+"""What was learned about the friction in an arm's joints that its controller does not know."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from kendama_cli.artifacts.checks import Array, array
+
+
+@dataclass(frozen=True)
+class ParametricFriction:
+    """Coulomb, Stribeck and viscous friction of n joints, and a constant offset; every array is (n,)."""
+
+    coulomb_nm: Array
+    stribeck_nm: Array
+    stribeck_rad_s: Array
+    viscous_nm_s: Array
+    offset_nm: Array
+
+    def __post_init__(self) -> None:
+        n = len(self.coulomb_nm)
+        for name in ("coulomb_nm", "stribeck_nm", "stribeck_rad_s", "viscous_nm_s", "offset_nm"):
+            object.__setattr__(self, name, array(name, getattr(self, name), (n,)))
+        if not (self.stribeck_rad_s > 0).all():
+            raise ValueError(f"stribeck_rad_s must be positive, not {self.stribeck_rad_s.tolist()}")
+
+
+@dataclass(frozen=True)
+class NetworkFriction:
+    """One two-layer network with h hidden units for each of n joints (see learning.friction_network)."""
+
+    hidden: Array
+    """(n, h, 3): weights of speed and direction, and bias"""
+    output: Array
+    """(n, h + 1): weights of the hidden units, and bias [Nm]"""
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "hidden", array("hidden", self.hidden, (None, None, 3)))
+        n, h, _ = self.hidden.shape
+        object.__setattr__(self, "output", array("output", self.output, (n, h + 1)))
+
+
+@dataclass(frozen=True)
+class FrictionModel:
+    """The friction torque of n joints over their velocity, beyond what the controller's settings hold.
+
+    ``chosen`` is "parametric" or "network": the one with the smaller error on a motion that neither was fitted to,
+    whose errors ``parametric_rms_nm`` and ``network_rms_nm`` (n,) are. ``fastest_rad_s`` (n,) is the highest speed
+    seen: beyond it the network is not asked.
+    """
+
+    joint_names: tuple[str, ...]
+    chosen: str
+    parametric: ParametricFriction
+    network: NetworkFriction
+    fastest_rad_s: Array
+    parametric_rms_nm: Array
+    network_rms_nm: Array
+
+    def __post_init__(self) -> None:
+        n = len(self.joint_names)
+        if self.chosen not in ("parametric", "network"):
+            raise ValueError(f"chosen must be 'parametric' or 'network', not {self.chosen!r}")
+        for name in ("fastest_rad_s", "parametric_rms_nm", "network_rms_nm"):
+            object.__setattr__(self, name, array(name, getattr(self, name), (n,)))
+        for name, count in (("parametric", len(self.parametric.coulomb_nm)), ("network", len(self.network.hidden))):
+            if count != n:
+                raise ValueError(f"{name} is for {count} joints, not {n}")

@@ -1,0 +1,150 @@
+"""The figures of identify: friction over velocity with both models, and what compensating it is worth."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from kendama_cli.report.figure import Figure, Panel, figure, lettered
+from kendama_cli.report.plot import drawing, legend_above
+from kendama_cli.report.source import StageLog
+from kendama_cli.report.style import BALL, CUP, GOOD, INK, MUTED
+from kendama_cli.report.tracks import Array
+
+_COLUMNS = 4
+_MOST_JOINTS = 8
+ENLARGED = 20
+_PLACE = ["x_m", "y_m", "z_m"]
+
+
+def identification_figures(log: StageLog) -> list[Figure]:
+    """Friction of every joint over its velocity; the cup on its circle, before and after."""
+    friction = _friction(log)
+    before, after = (_rms(log, when) for when in ("before", "after"))
+    tracking = [_circle(log), _misses(log)]
+    speed = log.metrics.get("tracking_speed_m_s")
+    at = f" at {speed:.3g} m/s" if isinstance(speed, int | float) else ""
+    return [
+        *figure(
+            [
+                "Torque of each joint that neither rigid bodies, tool nor known friction explain, over its velocity,"
+                " in a motion that neither model was fitted to: measured (dots), the parametric model of Coulomb,"
+                " Stribeck and viscous friction, and the two-layer network."
+            ],
+            [friction],
+            columns=1,
+        ),
+        *figure(
+            lettered(
+                tracking,
+                [
+                    f"The cup on a circle in the swing plane{at}, its distance from where it was meant to be"
+                    f" shown {ENLARGED} times as large.",
+                    f"The same distance over time{before}{after}. The drive's own delay, the same for both, is taken"
+                    " off.",
+                ],
+            ),
+            tracking,
+        ),
+    ]
+
+
+def _rms(log: StageLog, when: str) -> str:
+    value = log.metrics.get(f"tracking_rms_mm_{when}")
+    words = {"before": "; without compensation", "after": ", with it"}[when]
+    return f"{words} {value:.2g} mm rms" if isinstance(value, int | float) else ""
+
+
+def _friction(log: StageLog) -> Panel | None:
+    samples, chosen = log.table("/identify/friction"), log.metrics.get("model")
+    if samples.empty:
+        return None
+    chain = [str(column).removesuffix(".position_rad") for column in log.table("/identify/joints").columns]
+    joints = sorted(set(samples["joint"]), key=lambda name: (chain.index(name) if name in chain else 0, name))
+    joints = joints[:_MOST_JOINTS]
+    rows = -(-len(joints) // _COLUMNS)
+    with drawing(
+        "identify-friction", "Friction torque over velocity, per joint", height_in=0.5 + 1.9 * rows, width_in=9.6
+    ) as made:
+        grid = made.canvas.subplots(rows, min(_COLUMNS, len(joints)), squeeze=False)
+        for axes, joint in zip(grid.flat, joints, strict=False):
+            shown = samples[samples["joint"] == joint].sort_values("velocity_rad_s")
+            speed = shown["velocity_rad_s"].to_numpy(np.float64)
+            torque = shown["friction_nm"].to_numpy(np.float64)
+            axes.plot(speed, torque, ".", color=MUTED, ms=2.0, alpha=0.4, label="measured", rasterized=False)
+            for name, colour, style in (("parametric", CUP, "-"), ("network", BALL, "--")):
+                values = shown[f"{name}_nm"].to_numpy(np.float64)
+                label = f"{name} (chosen)" if name == chosen else name
+                for part in (speed < 0, speed > 0):  # no line across the reversal, where nothing was measured
+                    axes.plot(speed[part], values[part], style, color=colour, lw=1.4, label=label)
+                    label = "_"
+            axes.axhline(0.0, color=INK, lw=0.5)
+            low, high = np.quantile(torque, [0.01, 0.99])
+            room = 0.3 * max(high - low, 1e-3)
+            axes.set_ylim(low - room, high + room)
+            axes.set_title(joint, loc="left", fontsize=8.4)
+        for axes in grid.flat[len(joints) :]:
+            axes.set_visible(False)
+        for axes in grid[:, 0]:
+            axes.set_ylabel("friction [Nm]")
+        for axes in grid[-1]:
+            axes.set_xlabel("velocity [rad/s]")
+        handles, labels = grid.flat[0].get_legend_handles_labels()
+        made.canvas.legend(handles, labels, loc="outside upper left", ncols=3)
+    return Panel("Friction that the controller does not know", made.svg)
+
+
+def _paths(log: StageLog) -> dict[str, tuple[Array, Array]]:
+    """Time and places of the cup by name, the wanted ones as late as the drive makes them."""
+    found = {}
+    delay_ms = log.metrics.get("drive_delay_ms")
+    late_s = delay_ms / 1e3 if isinstance(delay_ms, int | float) else 0.0
+    for name in ("reference", "before", "after"):
+        table = log.table(f"/identify/tracking/{name}")
+        if len(table) > 1:
+            places = table[_PLACE].to_numpy(np.float64)
+            found[name] = (table["t_s"].to_numpy(np.float64) + (late_s if name == "reference" else 0.0), places)
+    return found
+
+
+def _meant_m(t_s: Array, wanted: tuple[Array, Array]) -> Array:
+    """Where the cup was meant to be at ``t_s``; (k, 3)."""
+    return np.column_stack([np.interp(t_s, wanted[0], column) for column in wanted[1].T])
+
+
+def _circle(log: StageLog) -> Panel | None:
+    paths = _paths(log)
+    if len(paths) < 2 or "reference" not in paths:
+        return None
+    wanted = paths["reference"]
+    home = wanted[1][0]
+    with drawing("identify-circle", "Path of the cup in the swing plane, errors enlarged", height_in=3.6) as made:
+        axes = made.axes()[0]
+        axes.plot(*(1e3 * (wanted[1] - home)[:, [0, 2]]).T, color=MUTED, lw=1.0, label="meant")
+        for name, colour in (("before", BALL), ("after", GOOD)):
+            if name in paths:
+                meant = _meant_m(paths[name][0], wanted)
+                shown = meant + ENLARGED * (paths[name][1] - meant) - home
+                axes.plot(*(1e3 * shown[:, [0, 2]]).T, color=colour, lw=1.1, label=f"{name} (error × {ENLARGED})")
+        axes.set_xlabel("x [mm]")
+        axes.set_ylabel("z [mm]")
+        axes.set_aspect("equal", adjustable="datalim")
+        legend_above(axes)
+    return Panel("The cup on its circle", made.svg)
+
+
+def _misses(log: StageLog) -> Panel | None:
+    paths = _paths(log)
+    if len(paths) < 2 or "reference" not in paths:
+        return None
+    with drawing("identify-misses", "Distance of the cup from its reference over time", height_in=3.6) as made:
+        axes = made.axes()[0]
+        for name, colour in (("before", BALL), ("after", GOOD)):
+            if name in paths:
+                t_s, reached = paths[name]
+                miss = np.linalg.norm(reached - _meant_m(t_s, paths["reference"]), axis=1)
+                axes.plot(t_s, 1e3 * miss, color=colour, lw=1.1, label=name)
+        axes.set_xlabel("time [s]")
+        axes.set_ylabel("cup off its reference [mm]")
+        axes.set_ylim(bottom=0)
+        legend_above(axes)
+    return Panel("How far the cup is off", made.svg)
