@@ -11,6 +11,8 @@ import typer
 
 import kendama_cli
 from kendama_cli.cli import completion, render
+from kendama_cli.cli.camera import camera_app
+from kendama_cli.cli.motion import motion_app
 from kendama_cli.cli.options import Arm, ConfigDir, Force, Home, Json, Overrides, PipelineName, Until
 from kendama_cli.cli.tools import cache_app, log_app, robot_app
 from kendama_cli.config.compose import composed, composed_each, expand_sweep
@@ -31,7 +33,9 @@ app = typer.Typer(
     context_settings={"help_option_names": ["-h", "--help"]},
 )
 app.add_typer(cache_app, name="cache")
+app.add_typer(camera_app, name="camera")
 app.add_typer(log_app, name="log")
+app.add_typer(motion_app, name="motion")
 app.add_typer(robot_app, name="robot")
 
 

@@ -9,6 +9,7 @@ from typing import Annotated, Any
 import typer
 
 from kendama_cli.cli import render
+from kendama_cli.cli.log_predict import log_predict
 from kendama_cli.cli.options import ConfigDir, Home, Json, Overrides
 from kendama_cli.config.compose import composed
 from kendama_cli.config.site import find_site
@@ -65,6 +66,9 @@ def cache_gc(
     render.text(f"{len(gone)} deleted")
 
 
+log_app.command("predict")(log_predict)
+
+
 @log_app.command("info")
 def log_info(file: Annotated[Path, typer.Argument(metavar="FILE")], as_json: Json = False) -> None:
     """Say what an MCAP log holds."""
@@ -110,6 +114,27 @@ def robot_twin(
         raise UsageError(f"hardware is '{settings['hardware'].kind}'; a twin needs hardware=twin")
     robot = resolve_files(settings["robot"], "robot", site.data_roots)
     serve_twin(robot, settings["game"], settings["hardware"], host=host, port=port, on_ready=render.line)
+
+
+@robot_app.command("place")
+def robot_place(
+    overrides: Overrides = None,
+    output: Annotated[
+        Path | None,
+        typer.Option("-o", "--output", metavar="FILE", help="Write a node, e.g. conf/robot/mine.yaml for robot=mine."),
+    ] = None,
+    line: Annotated[
+        bool, typer.Option("--line", help="Keep the swing-up's line within reach too, for the whole game.")
+    ] = False,
+    effort: Annotated[float, typer.Option(min=0.01, max=100.0, help="Scales the time spent on the search.")] = 1.0,
+    as_json: Json = False,
+    home: Home = None,
+    config_dir: ConfigDir = None,
+) -> None:
+    """Find where the arm should stand, and how hold the cup, for the configured demonstrations (about a minute)."""
+    from kendama_cli.cli.place import place  # dartpy and compiled code
+
+    place(find_site(home, config_dir), overrides or [], output, line=line, effort=effort, as_json=as_json)
 
 
 def _show_log(facts: dict[str, Any]) -> None:

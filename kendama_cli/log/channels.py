@@ -7,12 +7,17 @@ from kendama_cli.log.schemas import LogSchemaError
 FRAME = "foxglove.FrameTransform"
 JOINTS = "foxglove.JointStates"
 IMAGE = "foxglove.CompressedImage"
+WRENCH = "kendama.Wrench"
 
 CHANNELS: dict[str, str] = {
     "/capture/cup": FRAME,
     "/encode/demonstrated": FRAME,
+    "/encode/own": FRAME,
     "/encode/reproduced": FRAME,
+    "/encode/weights": "kendama.Weights",
     "/adapt/rollout": "kendama.AdaptRollout",
+    "/adapt/corner": "kendama.AdaptRollout",
+    "/adapt/window": "kendama.AdaptWindow",
     "/adapt/repeat": "kendama.AdaptRepeat",
     "/adapt/joints": JOINTS,
     "/adapt/cup": FRAME,
@@ -33,15 +38,31 @@ CHANNELS: dict[str, str] = {
     "/transfer/joints": JOINTS,
     "/transfer/cup": FRAME,
     "/transfer/ball": FRAME,
-    "/transfer/estimate": "kendama.CatchEstimate",
+    "/transfer/detection": "kendama.Detection",
+    "/transfer/estimate": "kendama.GameEstimate",
     "/transfer/game": "kendama.Game",
     "/transfer/imitation/cup": FRAME,
     "/transfer/imitation/ball": FRAME,
+    "/transfer/imitation/wrench": WRENCH,
+    "/transfer/wrench": WRENCH,
+    "/interact/joints": JOINTS,
+    "/interact/tool": FRAME,
+    "/interact/reference": FRAME,
+    "/interact/body": FRAME,
+    "/interact/wrench": WRENCH,
+    "/interact/contact": "kendama.Contact",
+    "/identify/joints": JOINTS,
+    "/identify/wrench": WRENCH,
+    "/identify/friction": "kendama.JointFriction",
+    "/identify/tracking/reference": FRAME,
+    "/identify/tracking/before": FRAME,
+    "/identify/tracking/after": FRAME,
 }
 """Topic -> schema."""
 
 FAMILIES: dict[str, str] = {
     "/predict/image/": IMAGE,
+    "/transfer/image/": IMAGE,
 }
 """Topic prefix -> schema of all topics one level below it (one per camera)."""
 

@@ -24,7 +24,12 @@ from google.protobuf.message_factory import GetMessageClass
 from google.protobuf.timestamp_pb2 import Timestamp
 
 OWN_MESSAGES: dict[str, str] = {
-    "AdaptRollout": "index:int64 tau_scale:double signed_miss_m:double caught:bool",
+    "Weights": "demonstration:string coordinate:string centers:double[] values:double[]",
+    "AdaptRollout": (
+        "index:int64 tau_scale:double signed_miss_m:double caught:bool amplitude:double "
+        "shift_x_m:double shift_y_m:double"
+    ),
+    "AdaptWindow": "index:int64 low:double high:double middle:double",
     "AdaptRepeat": "index:int64 caught:bool miss_m:double",
     "Rollout": (
         "index:int64 explored:bool reward:double success:bool duration_s:double peak_displacement_m:double "
@@ -44,7 +49,19 @@ OWN_MESSAGES: dict[str, str] = {
     "TransferStep": (
         "rollout:int64 x_m:double velocity_m_s:double angle_rad:double rate_rad_s:double action_m_s2:double"
     ),
-    "Game": "index:int64 swung_up:bool predicted:bool caught:bool prediction_error_mm:double",
+    "Game": (
+        "index:int64 swung_up:bool predicted:bool caught:bool prediction_error_mm:double outcome:string since_s:double "
+        "free_s:double frames:int64 seen:int64 latency_frames:double blow_n:double"
+    ),
+    "GameEstimate": (
+        "game:int64 t_catch_s:double sigma_t_s:double x_m:double y_m:double z_m:double "
+        "velocity_x_m_s:double velocity_y_m_s:double velocity_z_m_s:double covariance_m2:double[]"
+    ),
+    "Wrench": (
+        "force_x_n:double force_y_n:double force_z_n:double torque_x_nm:double torque_y_nm:double torque_z_nm:double"
+    ),
+    "Contact": "step:string body:string wanted_n:double along_n:double across_n:double",
+    "JointFriction": "joint:string velocity_rad_s:double friction_nm:double parametric_nm:double network_nm:double",
 }
 """Our messages, package ``kendama``: ``name:type`` in the order of the field numbers; append, never reorder."""
 

@@ -21,10 +21,12 @@ from kendama_cli.settings.schema import nearest
 STAGES = {
     "capture": "kendama_cli.stages.capture:Capture",
     "encode": "kendama_cli.stages.encode:Encode",
+    "identify": "kendama_cli.stages.identify:Identify",
     "adapt": "kendama_cli.stages.adapt:Adapt",
     "learn": "kendama_cli.stages.learn:Learn",
     "predict": "kendama_cli.stages.predict:Predict",
     "transfer": "kendama_cli.stages.transfer:Transfer",
+    "interact": "kendama_cli.stages.interact:Interact",
 }
 
 

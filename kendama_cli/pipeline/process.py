@@ -15,6 +15,15 @@ from typing import Any, Protocol
 from kendama_cli.errors import StageError
 
 
+def one_thread() -> dict[str, str]:
+    """The environment of a worker: linear algebra on one thread.
+
+    Its sums would otherwise be cut by the number of cores and round differently from machine to machine; and threads
+    that wait for each other make the small systems here many times slower on a busy machine.
+    """
+    return {**os.environ, "OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1", "MKL_NUM_THREADS": "1"}
+
+
 class Worker(Protocol):
     """A process that runs one stage."""
 
@@ -39,6 +48,7 @@ class Interpreters:
             stdout=printed,
             stderr=printed,
             pass_fds=(events, lock),
+            env=one_thread(),
         )
         assert process.stdin is not None
         # one that died at once is told when its end of the events closes
@@ -86,7 +96,8 @@ class Nursery:
         ours, theirs = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
         with theirs:
             command = [sys.executable, "-P", "-m", "kendama_cli.pipeline.nursery", str(theirs.fileno())]
-            return ours, subprocess.Popen(command, stdin=subprocess.DEVNULL, pass_fds=(theirs.fileno(),))
+            process = subprocess.Popen(command, stdin=subprocess.DEVNULL, pass_fds=(theirs.fileno(),), env=one_thread())
+            return ours, process
 
 
 class _Fork:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import json
 import math
+from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -11,12 +13,16 @@ from kendama_cli.report.tracks import Array, Geometry, Track
 
 _FRAMES_PER_S = 60
 _MOST_FRAMES = 720
+GRAVITY_M_S2 = 9.81
+"""For the picture of the way ahead only."""
+STILL = ' style="display:none"'
 _WIDTH, _HEIGHT, _MARGIN = 560.0, 430.0, 26.0
 
 SCRIPT = """
 for (const player of document.querySelectorAll('.player')) {
   const film = JSON.parse(player.querySelector('script').textContent);
-  const [cup, rope, ball] = ['.cup', '.rope', '.ball'].map(part => player.querySelector(part));
+  const [cup, rope, ball, ahead, way, aim] =
+    ['.cup', '.rope', '.ball', '.ahead', '.way', '.aim'].map(part => player.querySelector(part));
   const [play, speed] = player.querySelectorAll('button');
   const slider = player.querySelector('input'), clock = player.querySelector('output');
   const last = film.x.length - 1;
@@ -28,6 +34,13 @@ for (const player of document.querySelectorAll('.player')) {
     ball.setAttribute('cx', u); ball.setAttribute('cy', v);
     const slack = Math.sqrt(Math.max(0, film.rope ** 2 - (u - x) ** 2 - (v - y) ** 2));
     rope.setAttribute('d', `M${x} ${y}Q${(x + u) / 2} ${(y + v) / 2 + 0.75 * slack} ${u} ${v}`);
+    const seen = film.ahead[i];
+    ahead.style.display = seen ? '' : 'none';
+    if (seen) {
+      const [a, b, c, d, e, f, g, h] = seen;
+      way.setAttribute('d', `M${a} ${b}Q${c} ${d} ${e} ${f}`);
+      aim.setAttribute('cx', e); aim.setAttribute('cy', f); aim.setAttribute('rx', g); aim.setAttribute('ry', h);
+    }
     slider.value = i; clock.textContent = (film.start + i / film.rate).toFixed(2) + ' s';
   };
   const step = now => {
@@ -57,8 +70,37 @@ for (const player of document.querySelectorAll('.player')) {
 """Moves every ``.player`` of the page; without it each shows its most telling instant."""
 
 
-def player(name: str, cup: Track, ball: Track, sizes: Geometry, *, poster_s: float | None, autoplay: bool) -> str:
-    """The film of one rollout as HTML; ``poster_s`` is the instant that is shown at rest and in print."""
+@dataclass(frozen=True)
+class Ahead:
+    """What was foreseen of the ball at ``t_s``: when, where and how fast it crosses, in the plane of the tracks.
+
+    ``sigma_m`` is the crossing's standard deviation along the plane.
+    """
+
+    t_s: float
+    crossing_s: float
+    x_m: float
+    z_m: float
+    x_m_s: float
+    z_m_s: float
+    sigma_m: float
+
+
+def player(
+    name: str,
+    cup: Track,
+    ball: Track,
+    sizes: Geometry,
+    *,
+    poster_s: float | None,
+    autoplay: bool,
+    foreseen: Sequence[Ahead] = (),
+) -> str:
+    """The film of one rollout as HTML; ``poster_s`` is the instant that is shown at rest and in print.
+
+    With ``foreseen`` the ball's way ahead is drawn as it was known at each instant, and where it was to cross the rim
+    plane with two standard deviations.
+    """
     start, end = max(cup.t_s[0], ball.t_s[0]), min(cup.t_s[-1], ball.t_s[-1])
     rate = min(float(_FRAMES_PER_S), _MOST_FRAMES / max(end - start, 1e-3))
     t = start + np.arange(int((end - start) * rate) + 1) / rate
@@ -69,7 +111,10 @@ def player(name: str, cup: Track, ball: Track, sizes: Geometry, *, poster_s: flo
     rows = np.column_stack([x, y, np.degrees(held.tilt_rad), u, v]).round(1).tolist()
     poster = len(t) - 1 if poster_s is None else int(np.clip(round((poster_s - start) * rate), 0, len(t) - 1))
     rope = round(sizes.rope_m * scale, 2)
-    film = {"x": rows, "rate": rate, "rope": rope, "poster": poster, "start": round(start, 4)}
+    ahead = [_ahead(foreseen, float(now), scale, left, top) for now in t]
+    film = {"x": rows, "ahead": ahead, "rate": rate, "rope": rope, "poster": poster, "start": round(start, 4)}
+    shown = ahead[poster]
+    a, b, c, d, e, f, g, h = shown or (0.0,) * 8
     wide, deep, radius = (scale * size for size in (sizes.cup_radius_m, sizes.cup_depth_m, sizes.ball_m))
     cx, cy, tilt, bx, by = rows[poster]
     slack = math.sqrt(max(0.0, rope**2 - (bx - cx) ** 2 - (by - cy) ** 2))
@@ -83,6 +128,10 @@ def player(name: str, cup: Track, ball: Track, sizes: Geometry, *, poster_s: flo
         f'<text x="{_MARGIN + bar + 7:.1f}" y="{height - 6:.0f}" font-size="12" fill="var(--muted)">10 cm</text>'
         f'<path class="rope" fill="none" stroke="var(--muted)" stroke-width="1.4" '
         f'd="M{cx} {cy}Q{(cx + bx) / 2:.1f} {(cy + by) / 2 + 0.75 * slack:.1f} {bx} {by}"/>'
+        f'<g class="ahead" fill="none" stroke="var(--good)"{"" if shown else STILL}>'
+        f'<path class="way" stroke-width="1.6" stroke-dasharray="5 4" d="M{a} {b}Q{c} {d} {e} {f}"/>'
+        f'<ellipse class="aim" cx="{e}" cy="{f}" rx="{g}" ry="{h}" stroke-width="1.6" fill="var(--good)" '
+        f'fill-opacity=".25"/></g>'
         f'<circle class="ball" cx="{bx}" cy="{by}" r="{radius:.1f}" fill="var(--ball)"/>'
         f'<g class="cup" transform="translate({cx} {cy}) rotate({tilt})">'
         f'<path d="M{-wide:.1f} {-deep:.1f}V0H{wide:.1f}V{-deep:.1f}" fill="var(--cup)" fill-opacity=".16" '
@@ -92,6 +141,21 @@ def player(name: str, cup: Track, ball: Track, sizes: Geometry, *, poster_s: flo
         f"<output>{start + poster / rate:.2f} s</output></div>"
         f'<script type="application/json">{json.dumps(film, separators=(",", ":"))}</script></div>'
     )
+
+
+def _ahead(foreseen: Sequence[Ahead], t_s: float, scale: float, left_m: float, top_m: float) -> list[float] | None:
+    """The way ahead at ``t_s`` [px]: begin, control point and end of its parabola, and half axes of the crossing."""
+    known = [one for one in foreseen if one.t_s <= t_s]
+    if not known or t_s >= known[-1].crossing_s:
+        return None
+    one = known[-1]
+    left_s = one.crossing_s - t_s
+    x = (one.x_m - left_s * one.x_m_s, one.x_m - left_s / 2 * one.x_m_s, one.x_m)
+    # the tangents at both ends of a parabola meet half way between them, also where it is drawn in one piece
+    begin_z = one.z_m - left_s * one.z_m_s - 0.5 * GRAVITY_M_S2 * left_s**2
+    z = (begin_z, one.z_m - left_s / 2 * one.z_m_s, one.z_m)
+    points = [value for u, v in zip(x, z, strict=True) for value in ((u - left_m) * scale, (top_m - v) * scale)]
+    return [round(value, 1) for value in (*points, max(2 * one.sigma_m * scale, 4.0), 3.0)]
 
 
 def _frame(cup: Track, ball: Track, sizes: Geometry) -> tuple[float, float, float, float]:

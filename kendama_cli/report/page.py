@@ -10,7 +10,9 @@ from typing import Any
 from kendama_cli.report.adaptation import adaptation_figures
 from kendama_cli.report.animation import SCRIPT, player
 from kendama_cli.report.figure import Figure
+from kendama_cli.report.identification import identification_figures
 from kendama_cli.report.imitation import capture_figures, encode_figures
+from kendama_cli.report.interaction import interaction_figures
 from kendama_cli.report.prediction import prediction_figures
 from kendama_cli.report.source import StageLog
 from kendama_cli.report.style import CSS
@@ -25,6 +27,11 @@ _CHAPTERS: dict[str, tuple[str, str, Callable[[StageLog], list[Figure]]]] = {
         "Movement primitive",
         "Every coordinate becomes a dynamic movement primitive; its parameters are averaged over the demonstrations.",
         encode_figures,
+    ),
+    "identify": (
+        "Friction identification",
+        "The arm moves its joints at all speeds; what its torques do not explain is friction that nobody modelled.",
+        identification_figures,
     ),
     "adapt": (
         "Adaptation",
@@ -47,6 +54,11 @@ _CHAPTERS: dict[str, tuple[str, str, Callable[[StageLog], list[Figure]]]] = {
         ", and the learning goes on there.",
         transfer_figures,
     ),
+    "interact": (
+        "Force control in a scene",
+        "An arm plays a script of poses and forces among bodies, its tool on springs in task space.",
+        interaction_figures,
+    ),
 }
 _RESULTS = (
     ("adapt", "success_rate", "of perturbed repeats caught by the adapted swing"),
@@ -55,7 +67,9 @@ _RESULTS = (
     ("learn", "rollouts_to_learn", "rollouts until the swing-up was learned"),
     ("learn", "frozen_success_rate", "of swing-ups by the frozen table succeed"),
     ("predict", "position_error_mm_p50", "median error of the predicted catch"),
+    ("identify", "tracking_rms_mm_after", "error of the cup at speed, friction compensated"),
     ("transfer", "success_rate_after", "of swing-ups succeed on the hardware"),
+    ("interact", "force_error_rms_n", "rms error of the force on what the arm touches"),
     ("transfer", "caught_rate", "of full games caught on the hardware"),
 )
 _MOST_RESULTS = 6
@@ -83,7 +97,7 @@ def make_report(run: Mapping[str, Any], logs: Mapping[str, Path]) -> str:
         '<!doctype html>\n<html lang="en"><head><meta charset="utf-8">'
         '<meta name="viewport" content="width=device-width,initial-scale=1"><link rel="icon" href="data:,">'
         f"<title>{html.escape(title)}</title>\n<style>{CSS}</style></head>\n<body><main>"
-        f"<h1>Ball in a cup: from a person’s swing to a robot’s catch</h1>"
+        f"<h1>{html.escape(_heading(names))}</h1>"
         f'<p class="run">{html.escape(told)}</p>'
         f"{_contents(names, sources)}{_hero(sources)}{''.join(sections)}"
         "<footer>Made by kendama from the logs of this run alone. Times are simulated or recorded time. Positions are"
@@ -91,6 +105,12 @@ def make_report(run: Mapping[str, Any], logs: Mapping[str, Path]) -> str:
         " filled is a success.</footer></main>"
         f"<script>{SCRIPT}</script></body></html>\n"
     )
+
+
+def _heading(names: list[str]) -> str:
+    if len(names) == 1 and names[0] in _CHAPTERS:
+        return _CHAPTERS[names[0]][0]
+    return "Ball in a cup: from a person’s swing to a robot’s catch"
 
 
 def _contents(names: list[str], sources: Mapping[str, StageLog]) -> str:

@@ -21,13 +21,20 @@ _UNITS = (
     ("_m", "m"),
     ("_s", "s"),
 )
-_PERCENTILES = {"_p50": ", median", "_p90": ", 90 %", "_p95": ", 95 %", "_p99": ", 99 %"}
+_TAILS = {
+    "_p50": ", median",
+    "_p90": ", 90 %",
+    "_p95": ", 95 %",
+    "_p99": ", 99 %",
+    "_before": " before",
+    "_after": " after",
+}
 
 
 def label_and_unit(name: str) -> tuple[str, str]:
     """``position_error_mm_p50`` -> (``position error, median``, ``mm``)."""
     tail = ""
-    for suffix, words in _PERCENTILES.items():
+    for suffix, words in _TAILS.items():
         if name.endswith(suffix):
             name, tail = name.removesuffix(suffix), words
     for suffix, unit in _UNITS:

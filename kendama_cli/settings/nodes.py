@@ -14,9 +14,12 @@ from kendama_cli.settings.capture import CaptureSettings
 from kendama_cli.settings.encode import EncodeSettings
 from kendama_cli.settings.game import GameSettings
 from kendama_cli.settings.hardware import HardwareSettings
+from kendama_cli.settings.identify import IdentifySettings
+from kendama_cli.settings.interact import InteractSettings
 from kendama_cli.settings.learn import LearnSettings
 from kendama_cli.settings.predict import PredictSettings
 from kendama_cli.settings.robot import RobotSettings
+from kendama_cli.settings.scene import SceneSettings
 from kendama_cli.settings.schema import build_value, unknown_key
 from kendama_cli.settings.transfer import TransferSettings
 
@@ -25,6 +28,9 @@ NODES: Mapping[str, Any] = {
     "capture": CaptureSettings,
     "encode": EncodeSettings,
     "robot": RobotSettings,
+    "scene": SceneSettings,
+    "interact": InteractSettings,
+    "identify": IdentifySettings,
     "adapt": AdaptSettings,
     "learn": LearnSettings,
     "camera": CameraSettings,

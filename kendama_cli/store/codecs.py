@@ -17,6 +17,8 @@ from typing import Any
 import numpy as np
 
 from kendama_cli.artifacts.demonstration import DemonstrationSet
+from kendama_cli.artifacts.friction_model import FrictionModel
+from kendama_cli.artifacts.interaction import InteractionResult
 from kendama_cli.artifacts.motion_plan import CatchMotion, MotionPlan
 from kendama_cli.artifacts.policy import Policy
 from kendama_cli.artifacts.prediction import PredictionStudy
@@ -25,7 +27,17 @@ from kendama_cli.errors import StageError, StoreError
 from kendama_cli.store.durable import canonical_json
 
 KINDS: dict[str, type] = {
-    kind.__name__: kind for kind in (DemonstrationSet, MotionPlan, CatchMotion, Policy, PredictionStudy, TransferResult)
+    kind.__name__: kind
+    for kind in (
+        DemonstrationSet,
+        MotionPlan,
+        CatchMotion,
+        FrictionModel,
+        Policy,
+        PredictionStudy,
+        TransferResult,
+        InteractionResult,
+    )
 }
 
 

@@ -13,6 +13,7 @@ from PIL import Image, ImageDraw
 
 from kendama_cli.log.writer import McapLog
 from kendama_cli.report.page import make_report
+from tests.report.synthetic_interaction import write_interaction
 
 GAME = {
     "gravity_m_s2": 9.81,
@@ -24,14 +25,16 @@ ROPE_M = 0.4
 
 
 def write_run(folder: Path) -> tuple[dict[str, Any], dict[str, Path]]:
-    """The six logs in ``folder``; the run and stage -> log, as ``make_report`` takes them."""
+    """The logs in ``folder``; the run and stage -> log, as ``make_report`` takes them."""
     writers = {
         "capture": _capture,
         "encode": _encode,
+        "identify": _identify,
         "adapt": _adapt,
         "learn": _learn,
         "predict": _predict,
         "transfer": _transfer,
+        "interact": write_interaction,
     }
     logs = {}
     for number, (name, write) in enumerate(writers.items()):
@@ -82,18 +85,63 @@ def _capture(log: McapLog, rng: np.random.Generator) -> tuple[dict[str, Any], di
 def _encode(log: McapLog, rng: np.random.Generator) -> tuple[dict[str, Any], dict[str, Any]]:
     t = np.arange(0, 2.5, 0.01)
     for number in range(10):
-        _frames(
-            log, "/encode/demonstrated", f"swing-{number:02d}", t, (1 + 0.08 * rng.standard_normal()) * _swing(t)[0]
-        )
+        name, cup = f"swing-{number:02d}", (1 + 0.08 * rng.standard_normal()) * _swing(t)[0]
+        _frames(log, "/encode/demonstrated", name, t, cup)
+        _frames(log, "/encode/own", name, t, cup + 1e-3 * np.sin(9 * t)[:, None])
+        _weights(log, name, 40 * rng.standard_normal(20))
     _frames(log, "/encode/reproduced", "reproduced", t, _swing(t)[0])
+    _weights(log, "reproduced", np.zeros(20))
     return {"settings": {"functions": 20}}, {"n_parameters": 22, "rmse_mm": 0.334, "max_error_mm": 0.77}
+
+
+def _weights(log: McapLog, name: str, extra: np.ndarray) -> None:
+    for axis in "xyz":
+        values = 300 * np.sin(np.arange(20) / 2 + ord(axis)) + extra
+        message = {"demonstration": name, "coordinate": axis, "centers": np.exp(-np.arange(20) / 19), "values": values}
+        log.write("/encode/weights", 0.0, message)
+
+
+WRENCH = {f"{kind}_{axis}_{unit}": 0.5 for kind, unit in (("force", "n"), ("torque", "nm")) for axis in "xyz"}
+
+
+def _identify(log: McapLog, rng: np.random.Generator) -> tuple[dict[str, Any], dict[str, Any]]:
+    t = np.arange(0, 4.0, 0.02)
+    names = ["shoulder", "elbow"]
+    for time in t:
+        for joint in names:
+            v = 2.0 * np.sin(3 * time + len(joint))
+            model = 0.5 * np.sign(v) + 0.1 * v
+            fits = {"parametric_nm": model, "network_nm": 1.02 * model}
+            seen = {"joint": joint, "velocity_rad_s": v, "friction_nm": model + 0.05 * rng.standard_normal()}
+            log.write("/identify/friction", time, seen | fits)
+        joints = {"names": names, "position_rad": [0.1, 0.2], "velocity_rad_s": [0.0, 0.0], "effort_nm": [1.0, 2.0]}
+        log.write("/identify/joints", time, joints)
+        log.write("/identify/wrench", time, WRENCH)
+    circle = 0.15 * np.column_stack([np.sin(2 * t), 1 - np.cos(2 * t)])
+    _frames(log, "/identify/tracking/reference", "cup", t, circle)
+    _frames(log, "/identify/tracking/before", "cup", t, circle + 4e-3 * np.sign(np.cos(2 * t))[:, None])
+    _frames(log, "/identify/tracking/after", "cup", t, circle + 3e-4 * rng.standard_normal((len(t), 2)))
+    metrics = {
+        "model": "parametric",
+        "tracking_rms_mm_before": 5.7,
+        "tracking_rms_mm_after": 0.42,
+        "tracking_speed_m_s": 1.0,
+        "drive_delay_ms": 0.0,
+    }
+    return {"identify": {"harmonics": 3}, "game": GAME}, metrics
 
 
 def _adapt(log: McapLog, rng: np.random.Generator) -> tuple[dict[str, Any], dict[str, Any]]:
     for index, tau in enumerate(np.concatenate([np.linspace(0.84, 1.16, 17), [1.035, 1.045]])):
         miss = 0.9 * np.sin(12 * (tau - 0.895)) * (tau - 1.04) * 8
         message = {"index": index, "tau_scale": tau, "signed_miss_m": miss, "caught": abs(miss) < 0.025}
-        log.write("/adapt/rollout", 2.5 * index, message)
+        log.write("/adapt/rollout", 2.5 * index, {**message, "amplitude": 1.0, "shift_x_m": 0.0, "shift_y_m": 0.0})
+    for index, (low, high) in enumerate([(0.885, 0.905), (1.033, 1.047)]):
+        middle = (low + high) / 2
+        log.write("/adapt/window", 40.0, {"index": index, "low": low, "high": high, "middle": middle})
+        for corner in range(4):
+            message = {"index": corner, "tau_scale": middle, "signed_miss_m": 0.01 * (corner - 1.5), "caught": True}
+            log.write("/adapt/corner", 41.0, {**message, "amplitude": 1.0, "shift_x_m": 0.0, "shift_y_m": 0.0})
     for index in range(30):
         miss = 0.02 * rng.standard_normal()
         log.write("/adapt/repeat", 50 + index, {"index": index, "caught": bool(abs(miss) < 0.03), "miss_m": miss})
@@ -107,7 +155,8 @@ def _adapt(log: McapLog, rng: np.random.Generator) -> tuple[dict[str, Any], dict
         q = np.sin(time * np.arange(1, 8))
         message = {"names": names, "position_rad": q, "velocity_rad_s": np.cos(time * np.arange(1, 8)), "effort_nm": q}
         log.write("/adapt/joints", time, message)
-    metrics = {"caught": True, "tau_scale": 1.0401, "rollouts": 19, "success_rate": 0.9}
+    metrics = {"caught": True, "tau_scale": 1.0401, "rollouts": 19, "success_rate": 0.8, "amplitude": 1.0}
+    metrics |= {"success_rate_low": 0.614, "success_rate_high": 0.923, "windows": 2}
     return {"settings": {"repeats": 30}, "game": GAME, "robot": {"kind": "dart"}}, metrics
 
 
@@ -210,6 +259,7 @@ def _transfer(log: McapLog, rng: np.random.Generator) -> tuple[dict[str, Any], d
         start_s = 100 + 2.5 * attempt
         _frames(log, "/transfer/imitation/cup", "cup", start_s + t, cup)
         _frames(log, "/transfer/imitation/ball", "ball", start_s + t, ball)
+        log.write("/transfer/imitation/wrench", start_s, WRENCH)
     for index in range(6):
         start_s = 105 + 2.5 * index
         _frames(log, "/transfer/cup", "cup", start_s + t, cup)
@@ -218,12 +268,25 @@ def _transfer(log: McapLog, rng: np.random.Generator) -> tuple[dict[str, Any], d
             joints = {"names": ["a"], "position_rad": [0.1], "velocity_rad_s": [0.0], "effort_nm": [0.0]}
             log.write("/transfer/step", start_s + time, {"rollout": -1 - index, **_state(min(time, 1.5))})
             log.write("/transfer/joints", start_s + time, joints)
-        estimate = {"flight": index, "t_catch_s": start_s + 1.9, "sigma_t_s": 0.001}
-        estimate |= {f"{a}_m": 0.0 for a in "xyz"} | {f"sigma_{a}_m": 0.001 for a in "xyz"}
-        log.write("/transfer/estimate", start_s + 1.6, estimate | {f"velocity_{a}_m_s": 0.0 for a in "xyz"})
+            log.write("/transfer/wrench", start_s + time, WRENCH)
         swung = bool(index != 2)
-        game = {"index": index, "swung_up": swung, "predicted": swung, "caught": bool(swung and index < 5)}
-        log.write("/transfer/game", start_s + 2.5, {**game, "prediction_error_mm": abs(rng.normal(0, 6))})
+        for step in range(12 if swung else 0):
+            spread = 0.02 * 0.6**step
+            estimate = {"game": index, "t_catch_s": start_s + 1.9, "sigma_t_s": spread / 3}
+            estimate |= {"x_m": 0.05 + spread * rng.normal(), "y_m": 0.0, "z_m": 0.09}
+            estimate |= {"velocity_x_m_s": 0.3, "velocity_y_m_s": 0.0, "velocity_z_m_s": -2.0}
+            estimate |= {"covariance_m2": (spread**2 * np.eye(3)).ravel()}
+            log.write("/transfer/estimate", start_s + 1.6 + 0.02 * step, estimate)
+            seen = {"flight": index, "camera": "left", "u_px": 300.0 + step, "v_px": 200.0, "radius_px": 8.0}
+            log.write("/transfer/detection", start_s + 1.6 + 0.02 * step, seen | {"seen": True})
+        caught = bool(swung and index < 5)
+        game = {"index": index, "swung_up": swung, "predicted": swung, "caught": caught, "frames": 24, "seen": 24}
+        game |= {"outcome": "caught" if caught else "passed by", "since_s": start_s + 1.95, "free_s": start_s + 1.55}
+        game |= {"latency_frames": 0.9, "blow_n": 3.0, "prediction_error_mm": abs(rng.normal(0, 6))}
+        log.write("/transfer/game", start_s + 2.5, game)
+    picture = io.BytesIO()
+    Image.new("RGB", (640, 480), (206, 204, 198)).save(picture, "jpeg", quality=80)
+    log.write("/transfer/image/left", 106.6, {"frame": "left", "format": "jpeg", "data": picture.getvalue()})
     metrics = {
         "rollouts": 25,
         "success_rate_before": 0.7,

@@ -11,11 +11,14 @@ import numpy as np
 import pytest
 
 from kendama_cli.artifacts.demonstration import Demonstration, DemonstrationSet
+from kendama_cli.artifacts.friction_model import FrictionModel, NetworkFriction, ParametricFriction
+from kendama_cli.artifacts.interaction import InteractionResult
 from kendama_cli.artifacts.motion_plan import CatchMotion, JointTrajectory, MotionPlan
 from kendama_cli.artifacts.policy import Policy
 from kendama_cli.artifacts.prediction import PredictionStudy
 from kendama_cli.artifacts.transfer_result import TransferResult
 from kendama_cli.errors import StageError, StoreError
+from kendama_cli.settings.placement import Placement
 from kendama_cli.store.codecs import KINDS, load_artifact, save_artifact
 
 RNG = np.random.default_rng(0)
@@ -28,18 +31,33 @@ PLAN = MotionPlan(
     start_m=RNG.normal(size=2),
     start_velocity_m_s=RNG.normal(size=2),
     goal_m=RNG.normal(size=2),
+    goal_velocity_m_s=RNG.normal(size=2),
     weights=RNG.normal(size=(2, 20)),
     centers=np.linspace(1, 0.1, 20),
     widths=np.full(20, 0.1),
+    variation=RNG.normal(size=(2, 47)),
 )
 JOINTS = JointTrajectory(("a", "b"), np.arange(5.0), *(RNG.normal(size=(5, 2)) for _ in range(3)))
 POLICY = Policy.seal(RNG.normal(size=(324, 5)), '{"gamma":0.95}')
+PLACEMENT = Placement((0.1, 0.2, 0.3), 0.4, (0.5, 0.6), (0.0, 0.0, 0.3), (1.0, 0.0, 0.0), (1.0, 2.0))
 EXAMPLES: list[Any] = [
     DemonstrationSet(tuple(Demonstration(f"d{i}", np.arange(4.0), RNG.normal(size=(4, 3))) for i in range(3))),
     PLAN,
-    CatchMotion(plan=PLAN, joints=JOINTS, caught=True, success_rate=0.9),
+    CatchMotion(plan=PLAN, joints=JOINTS, placement=PLACEMENT, caught=True, success_rate=0.9),
+    FrictionModel(
+        joint_names=("a", "b"),
+        chosen="network",
+        parametric=ParametricFriction(*RNG.uniform(0.1, 1.0, (5, 2))),
+        network=NetworkFriction(RNG.normal(size=(2, 4, 3)), RNG.normal(size=(2, 5))),
+        fastest_rad_s=np.ones(2),
+        parametric_rms_nm=np.full(2, 0.2),
+        network_rms_nm=np.full(2, 0.1),
+    ),
     POLICY,
     PredictionStudy(np.array([0.5]), *(RNG.normal(size=(3, 1)) for _ in range(3))),
+    InteractionResult(
+        ("press",), ("table",), np.arange(3.0), np.zeros(3), *(RNG.normal(size=(3, 3)) for _ in range(4))
+    ),
     TransferResult(policy=POLICY, rollouts=4, imitation_caught=None, games=3, caught=2),
 ]
 

@@ -1,0 +1,91 @@
+"""What stands around the arm: bodies of simple shapes that are fixed, free to move, or held by springs."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from dataclasses import dataclass
+from typing import Literal
+
+from kendama_cli.errors import ConfigError
+from kendama_cli.settings.schema import setting
+
+SIZES: dict[str, tuple[str, ...]] = {
+    "box": ("edge along x", "edge along y", "edge along z"),
+    "cylinder": ("radius", "height along z"),
+    "sphere": ("radius",),
+    "plane": (),
+}
+"""What ``size_m`` holds, by shape, in the body's own axes; of a plane all that is below it, against z, is solid."""
+
+
+@dataclass(frozen=True)
+class _Body:
+    name: str = setting("name in messages and logs, one of its own for each body")
+    shape: Literal["box", "cylinder", "sphere", "plane"] = setting("shape")
+    size_m: tuple[float, ...] = setting("sizes, as the shape needs them (see SIZES) [m]", above=0)
+    position_m: tuple[float, float, float] = setting("centre, or a point of the plane, in the world [m]")
+    rotation_wxyz: tuple[float, float, float, float] = setting("unit quaternion from the body to the world")
+    friction: float = setting("Coulomb friction; of two bodies in contact the smaller holds", at_least=0)
+    restitution: float = setting("that of a contact is the product of both bodies'", at_least=0, at_most=1)
+
+    def __post_init__(self) -> None:
+        wanted = SIZES[self.shape]
+        if len(self.size_m) != len(wanted):
+            told = f"[{', '.join(wanted)}]"
+            raise ConfigError("size_m", f"'size_m' is {list(self.size_m)}; allowed for a {self.shape}: {told}")
+        norm = math.hypot(*self.rotation_wxyz)
+        if abs(norm - 1.0) > 1e-3:
+            told = f"'rotation_wxyz' is {list(self.rotation_wxyz)} of length {norm:.4g}; allowed: length 1"
+            raise ConfigError("rotation_wxyz", f"{told}, as [1, 0, 0, 0] for no rotation")
+
+
+@dataclass(frozen=True)
+class StaticBody(_Body):
+    """A body that nothing moves; it has no mass."""
+
+    kind: Literal["static"] = setting("never moves")
+
+
+@dataclass(frozen=True)
+class _MovingBody(_Body):
+    mass_kg: float = setting("mass, spread evenly [kg]", above=0)
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.shape == "plane":
+            raise ConfigError("shape", "'shape' is 'plane' for a body that moves; allowed: box, cylinder, sphere")
+
+
+@dataclass(frozen=True)
+class FreeBody(_MovingBody):
+    """A body that moves as gravity and contacts make it."""
+
+    kind: Literal["free"] = setting("moves freely")
+
+
+@dataclass(frozen=True)
+class SprungBody(_MovingBody):
+    """A body on a spring and damper in every direction that does not turn: a yielding surface.
+
+    Its springs carry its own weight, so that it rests at ``position_m``.
+    """
+
+    kind: Literal["sprung"] = setting("is held by springs, without turning")
+    stiffness_n_m: float = setting("stiffness of its support in every direction [N/m]", above=0)
+    damping_ratio: float = setting("damping of that support, 1 being critical", above=0)
+
+
+Body = StaticBody | FreeBody | SprungBody
+
+
+@dataclass(frozen=True)
+class SceneSettings:
+    """The bodies around the arm; none where the arm stands alone."""
+
+    bodies: tuple[Body, ...] = setting("the bodies, in any order")
+
+    def __post_init__(self) -> None:
+        for name, count in Counter(body.name for body in self.bodies).items():
+            if count > 1:
+                raise ConfigError("bodies", f"'bodies' has {count} bodies called '{name}'; allowed: one of each name")
