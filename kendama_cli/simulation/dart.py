@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 from kendama_cli.errors import MissingPartError
 
 try:
@@ -13,4 +15,19 @@ except ImportError as error:  # the wheel links against libGL although nothing h
         ) from error
     raise MissingPartError("dartpy", f"the simulator DART cannot be loaded ({error}): pip install dartpy") from error
 
-__all__ = ["dartpy"]
+__all__ = ["awake_world", "dartpy"]
+
+
+def awake_world(step_s: float, gravity_m_s2: float) -> Any:
+    """An empty world with gravity along -z that never puts a body to sleep, as DART's does by default.
+
+    Contacts are Bullet's, never FCL's, DART's default, which takes capsules for spheres and lets a fast ball tunnel.
+    """
+    world = dartpy.simulation.World()
+    world.setTimeStep(step_s)
+    world.setGravity([0.0, 0.0, -gravity_m_s2])
+    sleep = world.getDeactivationOptions()
+    sleep.mEnabled = False
+    world.setDeactivationOptions(sleep)
+    world.getConstraintSolver().setCollisionDetector(dartpy.collision.BulletCollisionDetector())
+    return world

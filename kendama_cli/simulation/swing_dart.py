@@ -8,7 +8,7 @@ from typing import Any
 from kendama_cli.errors import SimulationError
 from kendama_cli.learning.state import SwingState
 from kendama_cli.settings.game import GameSettings
-from kendama_cli.simulation.dart import dartpy
+from kendama_cli.simulation.dart import awake_world, dartpy
 from kendama_cli.simulation.rope import rope_force
 
 
@@ -51,12 +51,7 @@ class DartSwing:
         self._damping = game.rope.damping_n_s_m
         self._drag = game.ball.drag_n_s_m
         self._hang_m = game.rope.length_m + game.ball.mass_kg * game.gravity_m_s2 / game.rope.stiffness_n_m
-        self._world = dartpy.simulation.World()
-        self._world.setTimeStep(step_s)
-        self._world.setGravity([0.0, 0.0, -game.gravity_m_s2])
-        options = self._world.getDeactivationOptions()
-        options.mEnabled = False
-        self._world.setDeactivationOptions(options)
+        self._world = awake_world(step_s, game.gravity_m_s2)
         scene = dartpy.dynamics.Skeleton("swing")
         rail, cup = scene.createPrismaticJointAndBodyNodePair()
         rail.setAxis([1.0, 0.0, 0.0])

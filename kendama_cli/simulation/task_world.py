@@ -13,7 +13,7 @@ from kendama_cli.settings.interact import InteractSettings
 from kendama_cli.settings.robot import RobotSettings
 from kendama_cli.settings.scene import SceneSettings
 from kendama_cli.simulation.arm import Arm
-from kendama_cli.simulation.dart import dartpy
+from kendama_cli.simulation.dart import awake_world, dartpy
 from kendama_cli.simulation.friction import JointFriction
 from kendama_cli.simulation.scene import Scene, check_clear
 
@@ -46,18 +46,10 @@ class TaskWorld:
         first = arm.joints[0].getChildBodyNode().getWorldTransform().translation()
         base_m = np.linspace(foot, first, num=50)
         check_clear(scene, base_m, np.array(self.probe.getWorldTransform().translation()), probe.radius_m)
-        self._world = dartpy.simulation.World()
-        self._world.setTimeStep(STEP_S)
-        self._world.setGravity(self._gravity)
-        sleep = self._world.getDeactivationOptions()
-        sleep.mEnabled = False
-        self._world.setDeactivationOptions(sleep)
-        # never FCL, DART's default: it takes capsules for spheres and tunnels
-        solver = self._world.getConstraintSolver()
-        solver.setCollisionDetector(dartpy.collision.BulletCollisionDetector())
+        self._world = awake_world(STEP_S, interact.gravity_m_s2)
         # DART's default bounds friction by the normal force that would act without it: on an arm, whose directions are
         # coupled, that was wrong by a quarter; this one iterates until Coulomb's law holds
-        solver.setBoxedLcpSolver(dartpy.constraint.NsgsFrictionSolver())
+        self._world.getConstraintSolver().setBoxedLcpSolver(dartpy.constraint.NsgsFrictionSolver())
         self._world.addSkeleton(self._skeleton)
         self.scene = Scene(self._world, scene)
         # in contact any joint may stop within a step: DART's constraint holds the friction of all of them

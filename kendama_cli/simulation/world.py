@@ -15,7 +15,7 @@ from kendama_cli.settings.robot import RobotSettings
 from kendama_cli.simulation.arm import Arm
 from kendama_cli.simulation.ball import make_ball
 from kendama_cli.simulation.cup import set_restitution
-from kendama_cli.simulation.dart import dartpy
+from kendama_cli.simulation.dart import awake_world
 from kendama_cli.simulation.drive import Drive
 from kendama_cli.simulation.friction import JointFriction
 from kendama_cli.simulation.rope import rope_force
@@ -63,14 +63,7 @@ class ArmWorld:
         self.game = game
         self._skeleton = self.arm.skeleton
         self._ball = make_ball(game.ball, game.cup)
-        self._world = dartpy.simulation.World()
-        self._world.setTimeStep(STEP_S)
-        self._world.setGravity(np.array([0.0, 0.0, -game.gravity_m_s2]))
-        sleep = self._world.getDeactivationOptions()
-        sleep.mEnabled = False
-        self._world.setDeactivationOptions(sleep)
-        # never FCL, DART's default: it lets the ball tunnel
-        self._world.getConstraintSolver().setCollisionDetector(dartpy.collision.BulletCollisionDetector())
+        self._world = awake_world(STEP_S, game.gravity_m_s2)
         self._world.addSkeleton(self._skeleton)
         self._world.addSkeleton(self._ball)
         arm = self.arm
