@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import functools
 from collections.abc import Mapping
 from typing import Any
@@ -15,6 +16,7 @@ from kendama_cli.settings.adapt import AdaptSettings
 from kendama_cli.settings.game import GameSettings
 from kendama_cli.settings.placement import placed
 from kendama_cli.settings.robot import RobotSettings
+from kendama_cli.simulation.arm import Arm
 from kendama_cli.simulation.catch_family import CatchFamily
 from kendama_cli.simulation.catch_obstacle import TORQUE_SPENT, obstacle
 from kendama_cli.simulation.catch_search import (
@@ -31,6 +33,7 @@ from kendama_cli.simulation.catch_search import (
 )
 from kendama_cli.simulation.find_placement import current_placement, find_placement
 from kendama_cli.simulation.rollout import RolloutResult, play_rollout
+from kendama_cli.simulation.swing import Swing
 from kendama_cli.simulation.uncertainty import CORNERS, Repeat, corner_errors, drawn_errors, success_interval
 from kendama_cli.simulation.world import NO_ERRORS, ArmWorld
 from kendama_cli.stages.interface import Made, Metric, StageContext, State
@@ -75,7 +78,10 @@ class Adapt:
         return self._made(world, family, bounds, search, ctx)
 
     def _placed(self, robot: RobotSettings, plan: MotionPlan, ctx: StageContext) -> RobotSettings:
-        """The arm where it stands, or where the search finds that it should: the same after a resumption."""
+        """The arm where it stands, or where the search finds that it should: the same after a resumption.
+
+        The swing-up's line is kept in reach too, unless that leaves the motion beyond every tau that is allowed.
+        """
         if self._settings.placement == "given":
             return robot
 
@@ -83,15 +89,22 @@ class Adapt:
             ctx.progress(done, total, placement=round(cost, 3))
 
         lead_in = self._settings.lead_in_m_s2
-        return placed(robot, find_placement(robot, self._game, plan, lead_in, line=True, effort=1.0, progress=tell))
+        find = functools.partial(find_placement, robot, self._game, plan, lead_in, effort=1.0, progress=tell)
+        with contextlib.suppress(StageError):  # out of reach: perhaps only the line is
+            found = placed(robot, find(line=True))
+            if Swing(Arm(found, self._game.cup), plan, lead_in).least_tau_scale() <= self._settings.tau_range[1]:
+                return found
+        return placed(robot, find(line=False))
 
     def _require_playable(self, family: CatchFamily, bounds: Bounds) -> None:
         least, most = bounds.lowest_tau[1.0], self._settings.tau_range[1]
         if least > most:
+            given = self._settings.placement == "given"
+            otherwise = "place the arm otherwise (adapt.placement=search)" if given else "choose another robot"
             raise StageError(
                 f"the motion would have to be {least:.2f} times slower for {self._robot.name}, whose "
                 f"{family.swing(Knobs(1.0)).limiting_joint()} stands in the way; allowed: tau_scale up to {most}: "
-                "raise adapt.tau_range, or place the arm otherwise (adapt.placement=search)"
+                f"raise adapt.tau_range, or {otherwise}"
             )
 
     def _attempt(self, world: ArmWorld, family: CatchFamily, job: Job, ctx: StageContext) -> Attempt:

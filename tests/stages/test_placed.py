@@ -56,6 +56,23 @@ def motion(plan: MotionPlan, elsewhere: Placement, monkeypatch: pytest.MonkeyPat
     return made
 
 
+def test_where_the_swing_ups_line_would_cost_the_motion_it_is_given_up(
+    plan: MotionPlan, elsewhere: Placement, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    asked: list[bool] = []
+
+    def find(*_: Any, line: bool, **__: Any) -> Placement:
+        asked.append(line)
+        if line:
+            raise StageError("the line leaves the workspace")
+        return elsewhere
+
+    monkeypatch.setattr(adapt_stage, "find_placement", find)
+    made = Adapt(adapt=SEARCHED, robot=pa10(), game=GAME).run({"encode": plan}, MemoryContext(1)).artifact
+    assert asked == [True, False]
+    assert made.placement == elsewhere
+
+
 def test_the_motion_is_that_of_the_arm_so_placed(motion: CatchMotion, elsewhere: Placement) -> None:
     assert motion.placement == elsewhere
     assert motion.joints.position_rad[0] == pytest.approx(elsewhere.home_rad, abs=0.02)
