@@ -26,6 +26,8 @@ REQUIRED = {
     "dartpy": "dartpy",
     "numpy": "numpy",
     "scipy": "scipy",
+    "numba": "numba",
+    "embreex": "embreex.rtcore_scene",
     "opencv-python-headless": "cv2",
     "pandas": "pandas",
     "pyarrow": "pyarrow",
@@ -33,6 +35,10 @@ REQUIRED = {
     "foxglove-schemas-protobuf": "foxglove_schemas_protobuf",
     "hydra-core": "hydra",
     "matplotlib": "matplotlib",
+}
+EXTRAS = {
+    "example-robot-data": "robot=ur5, ur10, panda, xarm7: pip install 'kendama[robots]'",
+    "gymnasium": "the learning environment for others' agents: pip install 'kendama[gym]'",
 }
 DEVICES = {
     "capture=mocap": "a motion capture system that streams rigid bodies",
@@ -47,8 +53,16 @@ def examine() -> list[Part]:
     cores = os.cpu_count() or 1
     found = [Part("kendama", "ok", f"{kendama_cli.__version__}, Python {platform.python_version()}, {cores} cores")]
     found += [_library(name, module) for name, module in REQUIRED.items()]
+    found += [_extra(name, needs) for name, needs in EXTRAS.items()]
     found += [Part(name, "optional", f"needs {needs}") for name, needs in DEVICES.items()]
     return found
+
+
+def _extra(name: str, serves: str) -> Part:
+    try:
+        return Part(name, "ok", importlib.metadata.version(name))
+    except importlib.metadata.PackageNotFoundError:
+        return Part(name, "optional", serves)
 
 
 def _library(name: str, module: str) -> Part:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 import dataclasses
 import glob
 import importlib.metadata
@@ -57,9 +58,24 @@ def describe(settings: Any, index: FileIndex) -> Any:
 
 
 def _contents(value: str | tuple[str, ...] | None, index: FileIndex) -> list[str]:
-    paths = [] if value is None else [value] if isinstance(value, str) else list(value)
+    given = [Path(path) for path in ([] if value is None else [value] if isinstance(value, str) else value)]
+    listed = [one.parent / name for one in given for name in index.facts(one, "listed", _listed)]
+    paths = [*given, *(path for path in listed if path.is_file())]
     # the name counts beside the content: demonstrations are called by their files
-    return [f"{Path(path).name} {index.facts(Path(path), 'content', durable.file_sha256)}" for path in paths]
+    return [f"{path.name} {index.facts(path, 'content', durable.file_sha256)}" for path in paths]
+
+
+def _listed(path: Path) -> list[str]:
+    """Files beside a table that it names in its column ``file``, as a list of images does."""
+    if path.suffix != ".csv":
+        return []
+    try:
+        with path.open(newline="", encoding="utf-8") as stream:
+            rows = csv.DictReader(stream)
+            names = [row["file"] or "" for row in rows] if "file" in (rows.fieldnames or ()) else []
+    except (UnicodeDecodeError, csv.Error):
+        return []  # who reads the table says what is wrong with it
+    return list(dict.fromkeys(names))
 
 
 def _find(pattern: str, key: str, roots: Sequence[Path], *, several: bool) -> tuple[str, ...]:

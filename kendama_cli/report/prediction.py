@@ -16,14 +16,13 @@ from kendama_cli.report.style import BALL, CUP, OTHER
 
 _THUMBNAILS = 4
 _MOST_IMAGE_BYTES = 1_200_000
-_IMAGES = "/predict/image/"
 _TRAIL, _RING = "#ffe14d", "#00e5ff"  # on the image, whatever the page's colours
 
 
 def prediction_figures(log: StageLog) -> list[Figure]:
     """Camera images with the detection; the error against the horizon; one estimate as it settles."""
     errors = log.table("/predict/error")
-    film = _thumbnails(log)
+    film = thumbnails(log, "/predict")
     study = [
         error_panel(errors, "position_error_mm", "Position of the catch"),
         error_panel(errors, "time_error_ms", "Time of the catch"),
@@ -113,14 +112,18 @@ def _convergence(estimates: pd.DataFrame) -> Panel | None:
     return Panel(f"One estimate, flight {flight}", made.svg)
 
 
-def _thumbnails(log: StageLog) -> Panel | None:
-    """A few frames of the first camera, evenly over the detections, with the circle where the ball was found."""
-    topics = log.topics_under(_IMAGES)
+def thumbnails(log: StageLog, stage: str) -> Panel | None:
+    """A few frames of the first camera, evenly over the detections, with the circle where the ball was found.
+
+    ``stage`` is what the topics begin with: ``/predict`` or ``/transfer``.
+    """
+    under = f"{stage}/image/"
+    topics = log.topics_under(under)
     if not topics:
         return None
-    camera = topics[0].removeprefix(_IMAGES)
+    camera = topics[0].removeprefix(under)
     images = log.table(topics[0])
-    found = log.table("/predict/detection")
+    found = log.table(f"{stage}/detection")
     if images.empty:
         return None
     seen = found[(found["camera"] == camera) & found["seen"]] if len(found) else found

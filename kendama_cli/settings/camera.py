@@ -40,11 +40,23 @@ class CameraModelSettings:
 class SensorSettings:
     """How light becomes numbers."""
 
-    exposure_s: float = setting("exposure time, global shutter [s]", above=0, at_most=0.1)
+    shutter: Literal["global", "rolling"] = setting("global exposes all rows at once, rolling one after the other")
+    readout_s: float = setting("from the first row's exposure to the last's with a rolling shutter [s]", at_least=0)
+    exposure_s: float = setting("exposure time of a row [s]", above=0, at_most=0.1)
     gain: float = setting("part of the full well that a white surface under irradiance 1 fills", above=0)
     full_well_e: float = setting("electrons at full scale; shot noise follows", above=0)
     read_noise_e: float = setting("read noise rms [electrons]", at_least=0)
     gamma: float = setting("encoding exponent: value = light^(1/gamma)", at_least=1, at_most=3)
+
+    @property
+    def rows_s(self) -> float:
+        """From the first row's exposure to the last's [s]."""
+        return self.readout_s if self.shutter == "rolling" else 0.0
+
+    @property
+    def busy_s(self) -> float:
+        """From the first row's opening to the last row's closing [s]."""
+        return self.exposure_s + self.rows_s
 
 
 @dataclass(frozen=True)
@@ -72,7 +84,19 @@ class VirtualCamera:
     stagger_s: float = setting("each camera exposes this much after the one before [s]", at_least=0)
     sensor: SensorSettings = setting("the sensor, the same in every camera")
     appearance: AppearanceSettings = setting("colours of the scene")
+    calibration: str | None = setting(
+        "file of 'kendama camera calibrate' that replaces the values of 'cameras' by name, or null", file=True
+    )
     cameras: tuple[CameraModelSettings, ...] = setting("calibration of every camera")
+
+    def __post_init__(self) -> None:
+        busy_s = self.sensor.busy_s
+        if busy_s > 1 / self.rate_hz + 1e-12:
+            raise ConfigError(
+                "sensor",
+                f"'sensor' takes {busy_s:.4g} s per frame (exposure and readout), but 'rate_hz' {self.rate_hz:g} "
+                f"leaves {1 / self.rate_hz:.4g} s; shorten exposure_s or readout_s, or lower rate_hz",
+            )
 
 
 @dataclass(frozen=True)
@@ -83,6 +107,9 @@ class FileCamera:
     paths: tuple[str, ...] = setting("one video file, or times.csv of an image folder, per camera", file=True)
     rate_hz: float | None = setting(
         "frames per second, where a video does not tell [Hz]; null believes the file", above=0
+    )
+    calibration: str | None = setting(
+        "file of 'kendama camera calibrate' that replaces the values of 'cameras' by name, or null", file=True
     )
     cameras: tuple[CameraModelSettings, ...] = setting("calibration of every camera")
 
@@ -95,6 +122,9 @@ class DeviceCamera:
     indices: tuple[int, ...] = setting("OpenCV device index of every camera", at_least=0)
     rate_hz: float = setting("frames per second to ask for [Hz]", above=0)
     latency_s: float = setting("from mid-exposure to the image's arrival [s]", at_least=0)
+    calibration: str | None = setting(
+        "file of 'kendama camera calibrate' that replaces the values of 'cameras' by name, or null", file=True
+    )
     cameras: tuple[CameraModelSettings, ...] = setting("calibration of every camera")
 
 

@@ -13,6 +13,7 @@ from kendama_cli.settings.schema import setting
 class DetectorSettings:
     """What the ball looks like; hue, saturation and value on OpenCV's scales (0..179, 0..255, 0..255)."""
 
+    colour: str | None = setting("file of a learned colour (JSON); null: the thresholds below", file=True)
     hue_low: int = setting("lowest hue; above hue_high the range runs through red (179 -> 0)", at_least=0, at_most=179)
     hue_high: int = setting("highest hue", at_least=0, at_most=179)
     saturation_min: int = setting("least saturation", at_least=0, at_most=255)
@@ -35,6 +36,42 @@ class OnsetSettings:
     def __post_init__(self) -> None:
         if self.max_frames < self.min_frames:
             raise ConfigError("max_frames", f"'max_frames' is {self.max_frames}; allowed: min_frames or more")
+
+
+@dataclass(frozen=True)
+class BallisticMotion:
+    """Gravity and drag alone: for a round, quiet ball."""
+
+    kind: Literal["ballistic"]
+
+
+@dataclass(frozen=True)
+class ProcessNoiseMotion:
+    """White noise on the ball's acceleration: what drag and spin do beyond the model adds up."""
+
+    kind: Literal["process_noise"]
+    intensity_m2_s3: float = setting("spectral density of the acceleration's noise [m^2/s^3]", above=0)
+
+
+@dataclass(frozen=True)
+class ColouredMotion:
+    """A smooth wobble of what is seen about the flight, as of a ball that spins about another point than its middle."""
+
+    kind: Literal["coloured"]
+    sigma_m: float = setting("standard deviation of the wobble along each axis [m]", above=0)
+    length_s: float = setting("time over which the wobble forgets itself [s]", above=0)
+    intensity_m2_s3: float = setting("process noise besides [m^2/s^3]", at_least=0)
+
+
+MotionSettings = BallisticMotion | ProcessNoiseMotion | ColouredMotion
+
+
+@dataclass(frozen=True)
+class GravitySettings:
+    """Gravity as the calibrated cameras see it; `kendama log predict` tells the values of one's own flights."""
+
+    scale: float = setting("its magnitude over game.gravity_m_s2, for a wrong scale", above=0.8, below=1.2)
+    tilt_rad: tuple[float, float] = setting("its lean towards +x and +y [rad]", above=-0.3, below=0.3)
 
 
 @dataclass(frozen=True)
@@ -65,6 +102,8 @@ class PredictSettings:
     image_every: int = setting("log every so many frames of the first flight as images; 0: none", at_least=0)
     jpeg_quality: int = setting("quality of logged images", at_least=1, at_most=100)
     release: ReleaseSettings = setting("the flights")
+    gravity: GravitySettings = setting("the cameras' calibrated gravity")
+    motion: MotionSettings = setting("how far the ball is believed to follow gravity and drag")
     detector: DetectorSettings = setting("how the ball is found")
     onset: OnsetSettings = setting("how its free flight is noticed")
 

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from kendama_cli.artifacts.catch_pose import CatchPose
 from kendama_cli.artifacts.checks import Array
 from kendama_cli.artifacts.prediction import PredictionStudy
+from kendama_cli.blocks.camera.colour_file import ball_detector
 from kendama_cli.blocks.camera.interface import Camera
 from kendama_cli.blocks.camera.opening import Look, World, look, open_cameras
 from kendama_cli.blocks.camera.scene import ScenePose
@@ -25,7 +26,7 @@ from kendama_cli.settings.game import GameSettings
 from kendama_cli.settings.predict import PredictSettings
 from kendama_cli.stages.interface import Made, Metric, StageContext
 from kendama_cli.vision.catch_pose import CatchPoseEstimator
-from kendama_cli.vision.detector import BallDetector
+from kendama_cli.vision.free_flight import leaning_gravity
 from kendama_cli.vision.onset import FreeFlightOnset
 from kendama_cli.vision.release import draw_release
 from kendama_cli.vision.tracker import BallTracker
@@ -216,10 +217,11 @@ def _virtual(camera: CameraSettings, opened: Sequence[Camera], settings: Predict
 
 def _tracker(settings: PredictSettings, game: GameSettings, cameras: Sequence[Camera]) -> BallTracker:
     drag_per_s = game.ball.drag_n_s_m / game.ball.mass_kg
-    estimator = CatchPoseEstimator(game.gravity_m_s2, drag_per_s, rim_height_m=game.cup.depth_m)
+    gravity_m_s2 = leaning_gravity(settings.gravity.scale * game.gravity_m_s2, settings.gravity.tilt_rad)
+    estimator = CatchPoseEstimator(gravity_m_s2, drag_per_s, game.cup.depth_m, motion=settings.motion)
     onset = FreeFlightOnset(settings.onset, estimator.flight) if settings.onset_from == "images" else None
     models = [camera.model for camera in cameras]
-    return BallTracker(models, BallDetector(settings.detector), estimator, onset)
+    return BallTracker(models, ball_detector(settings.detector), estimator, onset)
 
 
 def _jpeg(pixels: NDArray[np.uint8], quality: int) -> bytes:
@@ -252,6 +254,7 @@ def _made(settings: PredictSettings, columns: Mapping[str, Array]) -> Made:
         "position_error_mm_p95": _quantile(position[predicted], 0.95),
         "time_error_ms_p50": _quantile(time[predicted], 0.5),
         "time_error_ms_p95": _quantile(time[predicted], 0.95),
+        "time_error_rms_ms": float(np.sqrt((time[predicted] ** 2).mean())) if predicted.any() else None,
         "horizon_ms": _quantile(study.horizon_ms[:, stated], 0.5),
         "seen_fraction": settings.stated_fraction,
         "flights": settings.flights,

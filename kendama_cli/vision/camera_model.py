@@ -3,12 +3,35 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple
 
 import cv2
 import numpy as np
 from numpy.typing import ArrayLike
 
 from kendama_cli.artifacts.checks import Array, array
+
+
+class Straight(NamedTuple):
+    """An undistorted point (x, y) and the four entries of d(pixel) / d(x, y) there."""
+
+    x: float
+    y: float
+    u_x: float
+    u_y: float
+    v_x: float
+    v_y: float
+
+
+class _Distorted(NamedTuple):
+    """OpenCV's distortion of one point (u, v) and its derivative, which is symmetric."""
+
+    u: float
+    v: float
+    x_x: float
+    x_y: float
+    y_y: float
 
 
 @dataclass(frozen=True)
@@ -79,21 +102,52 @@ class CameraModel:
         found = cv2.undistortPoints(pixels.reshape(-1, 1, 2), self.matrix, self.distortion, criteria=stop)
         return np.asarray(found, dtype=np.float64).reshape(-1, 2)
 
+    @cached_property
+    def lens(self) -> tuple[float, ...]:
+        """fx, fy, cx, cy, k1, k2, p1, p2, k3 as plain numbers, for what is done pixel by pixel."""
+        return tuple(float(value) for value in (*self.focal_px, *self.center_px, *self.distortion))
+
     def pixel_jacobian(self, normalised: ArrayLike) -> Array:
         """d(pixel) / d(normalised coordinates) (2, 2) at one undistorted point (x, y), distortion included."""
         x, y = np.asarray(normalised, dtype=np.float64)
-        k1, k2, p1, p2, k3 = self.distortion
+        slope = self._distorted(float(x), float(y))
+        fx, fy = self.lens[:2]
+        return np.array([[fx * slope.x_x, fx * slope.x_y], [fy * slope.x_y, fy * slope.y_y]])
+
+    def straight(self, u: float, v: float) -> Straight:
+        """One pixel with the distortion taken out, and the slope of the distortion there.
+
+        Newton's method on OpenCV's model; where that does not converge, OpenCV's own fixed point.
+        """
+        fx, fy, cx, cy = self.lens[:4]
+        wanted_x, wanted_y = (u - cx) / fx, (v - cy) / fy
+        x, y = wanted_x, wanted_y
+        for _ in range(10):
+            at = self._distorted(x, y)
+            off_x, off_y = wanted_x - at.u, wanted_y - at.v
+            if abs(off_x) + abs(off_y) < 1e-10:
+                return Straight(x, y, fx * at.x_x, fx * at.x_y, fy * at.x_y, fy * at.y_y)
+            spread = at.x_x * at.y_y - at.x_y * at.x_y
+            if spread <= 0.01:  # the model folds over here: Newton's step would leave the image
+                break
+            x += (at.y_y * off_x - at.x_y * off_y) / spread
+            y += (at.x_x * off_y - at.x_y * off_x) / spread
+        x, y = (float(value) for value in self.undistort((u, v))[0])
+        at = self._distorted(x, y)
+        return Straight(x, y, fx * at.x_x, fx * at.x_y, fy * at.x_y, fy * at.y_y)
+
+    def _distorted(self, x: float, y: float) -> _Distorted:
+        k1, k2, p1, p2, k3 = self.lens[4:]
         r2 = x * x + y * y
         radial = 1 + r2 * (k1 + r2 * (k2 + r2 * k3))
         slope = k1 + r2 * (2 * k2 + 3 * k3 * r2)  # d(radial) / d(r2)
-        cross = 2 * x * y * slope + 2 * p1 * x + 2 * p2 * y
-        jacobian = np.array(
-            [
-                [radial + 2 * x * x * slope + 2 * p1 * y + 6 * p2 * x, cross],
-                [cross, radial + 2 * y * y * slope + 6 * p1 * y + 2 * p2 * x],
-            ]
+        return _Distorted(
+            x * radial + 2 * p1 * x * y + p2 * (r2 + 2 * x * x),
+            y * radial + p1 * (r2 + 2 * y * y) + 2 * p2 * x * y,
+            radial + 2 * x * x * slope + 2 * p1 * y + 6 * p2 * x,
+            2 * x * y * slope + 2 * p1 * x + 2 * p2 * y,
+            radial + 2 * y * y * slope + 6 * p1 * y + 2 * p2 * x,
         )
-        return np.asarray(self.focal_px[:, None] * jacobian)
 
     def rays(self, pixels: ArrayLike) -> Array:
         """Directions (n, 3) in the world through ``pixels`` (n, 2), of length 1 along the optical axis."""

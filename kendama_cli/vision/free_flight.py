@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -26,6 +27,14 @@ class FreeFlight:
         object.__setattr__(self, "gravity_m_s2", array("gravity_m_s2", self.gravity_m_s2, (3,)))
         if self.drag_per_s < 0:
             raise ValueError(f"drag_per_s must not be negative, it is {self.drag_per_s!r}")
+
+    def gains(self, s: float) -> tuple[float, float]:
+        """a(s) [s] and b(s) [s^2] of one moment, without the cost of arrays."""
+        k = self.drag_per_s
+        if k == 0:
+            return s, s * s / 2
+        x, a = k * s, -math.expm1(-k * s) / k
+        return a, s * s * (0.5 - x * (1 / 6 - x * (1 / 24 - x * (1 / 120 - x / 720)))) if abs(x) < 0.02 else (s - a) / k
 
     def velocity_gain_s(self, s: ArrayLike) -> Array:
         """a(s) [s], shape of ``s``."""
@@ -57,21 +66,27 @@ class FreeFlight:
 
         Newton's method from the root without drag; the root may be negative, when the ball is already below.
         """
-        g = -float(self.gravity_m_s2[2])
+        g, k = -float(self.gravity_m_s2[2]), self.drag_per_s
+        start, rise = float(start_m[2]), float(velocity_m_s[2])
         if g <= 0:
             return None
-        discriminant = velocity_m_s[2] ** 2 + 2 * g * (start_m[2] - height_m)
+        discriminant = rise**2 + 2 * g * (start - height_m)
         if discriminant <= 0:
             return None
-        s = float(velocity_m_s[2] + np.sqrt(discriminant)) / g
-        k = self.drag_per_s
+        s = (rise + math.sqrt(discriminant)) / g
         for _ in range(20 if k > 0 else 0):
-            rate = float(np.exp(-k * s) * velocity_m_s[2] - self.velocity_gain_s(s) * g)
+            a, b = self.gains(s)
+            rate = math.exp(-k * s) * rise - a * g
             if rate >= 0:  # with drag the apex stays below the plane
                 return None
-            z = start_m[2] + self.velocity_gain_s(s) * velocity_m_s[2] - self.gravity_gain_s2(s) * g
-            step = float(z - height_m) / rate
+            step = (start + a * rise - b * g - height_m) / rate
             s -= step
             if abs(step) < 1e-13:
                 break
         return s
+
+
+def leaning_gravity(magnitude_m_s2: float, tilt_rad: ArrayLike) -> Array:
+    """The gravity vector (3,) of a frame whose vertical leans: ``tilt_rad`` (2,) is how far towards +x and +y."""
+    x, y = np.tan(np.asarray(tilt_rad, dtype=np.float64))
+    return np.asarray(magnitude_m_s2 / math.sqrt(x * x + y * y + 1) * np.array([x, y, -1.0]))

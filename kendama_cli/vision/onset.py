@@ -11,6 +11,9 @@ from kendama_cli.artifacts.checks import Array, array
 from kendama_cli.settings.predict import OnsetSettings
 from kendama_cli.vision.free_flight import FreeFlight
 
+SLACKENING = 3.0
+"""Free flight begins where the rope no longer pulls by so many times less than when taut."""
+
 
 @dataclass(frozen=True)
 class FreeFlightFound:
@@ -54,16 +57,22 @@ class FreeFlightOnset:
             del past[: -self._settings.max_frames]
         if len(self._times) < self._settings.min_frames:
             return None
-        ratio = self.log_likelihood_ratios()
-        best = int(np.argmax(ratio))
-        if ratio[best] <= self._settings.threshold:
+        pull, variance = self._pulls()
+        least = self._settings.pull_m_s2
+        if np.max(_free_over_taut(pull, variance, least)) <= self._settings.threshold:
             return None
+        # a rope that slackens little by little pulls too weakly to be called taut and still bends the flight
+        best = int(np.argmax(_free_over_taut(pull, variance, least / SLACKENING)))
         first = len(self._times) - (best + self._settings.min_frames)
         kept = min(first + self._settings.skipped_frames, len(self._times) - self._settings.min_frames)
         return FreeFlightFound(self._times[max(kept, first)], t_s)
 
     def log_likelihood_ratios(self) -> Array:
         """Log likelihood of free flight over a taut rope, for windows of min_frames, min_frames + 1, ... frames."""
+        return _free_over_taut(*self._pulls(), self._settings.pull_m_s2)
+
+    def _pulls(self) -> tuple[Array, Array]:
+        """Acceleration along the rope and its variance, for windows of min_frames, min_frames + 1, ... frames."""
         t = np.array(self._times)
         s = t - t[-1]
         points, whiten = np.array(self._points), np.array(self._whiten)
@@ -82,9 +91,12 @@ class FreeFlightOnset:
         first = self._settings.min_frames - 1
         scale = np.array([1.0, 1.0, 1.0, 0.1, 0.1, 0.1, 0.005])  # the unknowns' sizes, so that inversion is sound
         covariance = np.linalg.inv(information[first:] / np.outer(scale, scale) ** -1) * np.outer(scale, scale)
-        a = np.einsum("nj,nj->n", covariance[:, 6, :], vector[first:])
-        least = self._settings.pull_m_s2
-        return np.asarray((least / 2 - a) * least / covariance[:, 6, 6])
+        pull_m_s2 = np.einsum("nj,nj->n", covariance[:, 6, :], vector[first:])
+        return np.asarray(pull_m_s2), np.asarray(covariance[:, 6, 6])
+
+
+def _free_over_taut(pull: Array, variance: Array, least: float) -> Array:
+    return np.asarray((least / 2 - pull) * least / variance)
 
 
 def _twice_integrated(rate: Array, t: Array) -> Array:

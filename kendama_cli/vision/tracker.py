@@ -15,13 +15,21 @@ from kendama_cli.vision.catch_pose import CatchPoseEstimator
 from kendama_cli.vision.detector import BallDetector, Sighting
 from kendama_cli.vision.onset import FreeFlightFound, FreeFlightOnset
 from kendama_cli.vision.region import Region, around, whole
-from kendama_cli.vision.triangulation import SightRows, sight_rows, triangulate
+from kendama_cli.vision.triangulation import NEAREST_DEPTH_M, SightRows, sight_rows, triangulate
 
 MARGIN_PX = 10.0
 LOST_FRAMES = 5
 """After so many frames without the ball the whole image is searched again."""
 SAME_MOMENT_S = 1e-4
 TRUSTED_SIGMA_M = 0.02
+GATE_PX, GATE_SIGMAS = 4.0, 5.0
+"""A sighting farther from a trusted prediction than both is of something else, or of another moment."""
+CONTRADICTIONS = 6
+"""So many sightings in a row, all far from the prediction, say that the prediction is what is wrong."""
+ENOUGH_OBSERVATIONS, LARGE_RATIO = 32, 9.0
+"""Eight frames of two cameras, and residuals of three times what their covariance allows."""
+SAME_PX = 1e-6
+"""Noise moves the centre from image to image by more: nearer, it is the same image again."""
 
 
 @dataclass
@@ -39,7 +47,8 @@ class BallTracker:
     """Follows the ball in every camera and feeds the estimator with free flight only.
 
     The onset test runs on points triangulated from images of one moment; without an ``onset`` every sighting counts
-    as free flight from the start.
+    as free flight from the start. An image that comes twice is taken once; a sighting far from a trusted prediction
+    is refused, and when nothing else is seen any more the flight is given up: ``lost``, and begun anew.
     """
 
     def __init__(
@@ -57,10 +66,17 @@ class BallTracker:
 
     def reset(self) -> None:
         """Begin a new flight."""
+        self._expected: dict[str, Region] = {}
+        self._begin()
+
+    def _begin(self) -> None:
         self.found: FreeFlightFound | None = None
+        self.lost = False
+        self._refused = 0
+        self._tested_s = -np.inf
+        self._newest: dict[str, tuple[float, Array]] = {}
         self._tracks: dict[str, _Track] = {}
         self._waiting: list[tuple[float, SightRows]] = []
-        self._expected: dict[str, Region] = {}
         self.estimator.reset()
         if self.onset is not None:
             self.onset.reset()
@@ -82,16 +98,17 @@ class BallTracker:
             return image if box.empty else box
         if track is None or track.lost >= LOST_FRAMES:
             return image
-        centre = self._foreseen(model, t_s)
-        if centre is None:
-            centre = track.centre_px + (t_s - track.t_s) * track.speed_px_s
-        box = around(centre, 1.6 * track.radius_px + MARGIN_PX * (1 + track.lost)).within(image)
+        box = around(self._centre(model, track, t_s), 1.6 * track.radius_px + MARGIN_PX * (1 + track.lost)).within(
+            image
+        )
         return image if box.empty else box
 
     def look(self, camera: str, t_s: float, pixels: NDArray[np.uint8], origin_px: tuple[int, int]) -> Sighting | None:
         """Find the ball in one image; what is found is kept as this camera's track. Feeds nothing yet."""
-        sighting = self._detector.find(pixels, origin_px)
         track = self._tracks.get(camera)
+        followed = track is not None and track.lost < LOST_FRAMES
+        near = self._centre(self.cameras[camera], track, t_s) if track is not None and followed else None
+        sighting = self._detector.find(pixels, origin_px, near)
         self._expected.pop(camera, None)
         if sighting is None:
             if track is not None:
@@ -105,7 +122,18 @@ class BallTracker:
 
     def update(self, t_s: float, sightings: Mapping[str, Sighting | None], tie_m: ArrayLike) -> CatchPose | None:
         """Take the sightings of one moment with the rope's tie point (3,) at that moment; tell the catching pose."""
-        rows = [self._rows(name, seen) for name, seen in sightings.items() if seen is not None]
+        rows = [
+            self._rows(name, seen)
+            for name, seen in sightings.items()
+            if seen is not None and self._is_new(name, t_s, seen) and self._is_near(name, t_s, seen)
+        ]
+        if self._has_come_apart(t_s):
+            self._refused += 1
+        if self._refused >= CONTRADICTIONS:
+            self._begin()
+            self.lost = True
+            return None
+        self.lost = self.lost and not rows
         if self.onset is not None and self.found is None:
             self._waiting += [(t_s, row) for row in rows]
             self._test(t_s, rows, tie_m)
@@ -114,10 +142,40 @@ class BallTracker:
                 self.estimator.update_sight(t_s, row)
         return self.estimator.catch()
 
+    def _has_come_apart(self, t_s: float) -> bool:
+        """Whether so much was seen that the ball should be known, but the residuals say that no flight fits it."""
+        long = self.estimator.n_observations >= ENOUGH_OBSERVATIONS
+        return long and self.estimator.residual_ratio > LARGE_RATIO and self._sigma_m(t_s) > TRUSTED_SIGMA_M
+
+    def _is_new(self, camera: str, t_s: float, seen: Sighting) -> bool:
+        """Whether this is not an image that was taken before, under its own stamp or another."""
+        before_s, centre = self._newest.get(camera, (-np.inf, np.full(2, np.inf)))
+        if t_s == before_s or float(np.abs(seen.centre_px - centre).max()) < SAME_PX:
+            return False
+        self._newest[camera] = (t_s, seen.centre_px)
+        return True
+
+    def _is_near(self, camera: str, t_s: float, seen: Sighting) -> bool:
+        """Whether a trusted prediction, where there is one, agrees."""
+        model, sigma_m = self.cameras[camera], self._sigma_m(t_s)
+        state = self.estimator.state_at(t_s)
+        if state is None or sigma_m > TRUSTED_SIGMA_M:
+            return True
+        off = float(np.linalg.norm(model.project(state[:3])[0] - seen.centre_px))
+        sigma_px = sigma_m * float(model.focal_px[0]) / max(float(model.depth_m(state[:3])), NEAREST_DEPTH_M)
+        near = off <= max(GATE_PX, GATE_SIGMAS * float(np.hypot(sigma_px, np.sqrt(np.trace(seen.covariance_px2)))))
+        self._refused = 0 if near else self._refused + 1
+        return near
+
+    def _sigma_m(self, t_s: float) -> float:
+        covariance = self.estimator.position_covariance_at(t_s)
+        return float("inf") if covariance is None else float(np.sqrt(max(np.trace(covariance), 0.0)))
+
     def _test(self, t_s: float, rows: Sequence[SightRows], tie_m: ArrayLike) -> None:
         point = triangulate(rows)
-        if point is None or self.onset is None:
+        if point is None or self.onset is None or t_s <= self._tested_s:  # a late image: kept, but no more tested
             return
+        self._tested_s = t_s
         self.found = self.onset.update(t_s, point.position_m, point.covariance_m2, tie_m)
         if self.found is None:
             return
@@ -130,13 +188,14 @@ class BallTracker:
         model = self.cameras[camera]
         return sight_rows(model, sphere_centre(model, seen.centre_px, seen.radius_px), seen.covariance_px2)
 
-    def _foreseen(self, model: CameraModel, t_s: float) -> Array | None:
+    def _centre(self, model: CameraModel, track: _Track, t_s: float) -> Array:
+        """Where the ball should be in the image: by the estimate where that is trusted, else as it moved last."""
         state = self.estimator.state_at(t_s)
-        pose = self.estimator.catch()
-        if state is None or pose is None or np.trace(pose.covariance_m2) > TRUSTED_SIGMA_M**2:
-            return None
-        pixel = model.project(state[:3])[0]
-        return pixel if np.isfinite(pixel).all() else None
+        if state is not None and self._sigma_m(t_s) < TRUSTED_SIGMA_M:
+            pixel = model.project(state[:3])[0]
+            if np.isfinite(pixel).all():
+                return np.asarray(pixel)
+        return np.asarray(track.centre_px + (t_s - track.t_s) * track.speed_px_s)
 
 
 def sphere_centre(camera: CameraModel, disc_px: ArrayLike, radius_px: float) -> Array:

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from kendama_cli.artifacts.checks import Array
 from kendama_cli.vision.camera_model import CameraModel
@@ -14,8 +15,7 @@ from kendama_cli.vision.camera_model import CameraModel
 NEAREST_DEPTH_M = 0.05
 
 
-@dataclass(frozen=True)
-class SightRows:
+class SightRows(NamedTuple):
     """Equations ``rows`` p = ``right`` (k of them) for a point p (3,), whitened but for its depth.
 
     Each has the noise of unit variance times the depth ``depth_row`` . p + ``depth_right``.
@@ -27,18 +27,25 @@ class SightRows:
     depth_right: float
 
 
-def sight_rows(camera: CameraModel, centre_px: ArrayLike, covariance_px2: ArrayLike) -> SightRows:
+def sight_rows(camera: CameraModel, centre_px: Array, covariance_px2: Array) -> SightRows:
     """What one pixel (2,) with covariance (2, 2) says of a point.
 
     With (x, y) the undistorted pixel, r1, r2, r3 the rows of R and o the optical centre:
     (r1 - x r3) . (p - o) = 0 and (r2 - y r3) . (p - o) = 0, with the pixel's noise times the depth r3 . (p - o).
     """
-    flat = camera.undistort(centre_px)[0]
-    to_flat = np.linalg.inv(camera.pixel_jacobian(flat))
-    covariance = to_flat @ np.asarray(covariance_px2, dtype=np.float64) @ to_flat.T
-    r, origin = camera.world_to_camera, camera.position_in_world_m
-    rows = np.asarray(np.linalg.inv(np.linalg.cholesky(covariance)) @ (r[:2] - flat[:, None] * r[2]), dtype=np.float64)
-    return SightRows(rows, rows @ origin, r[2], -float(r[2] @ origin))
+    u, v = centre_px
+    (uu, uv), (_, vv) = covariance_px2
+    at = camera.straight(float(u), float(v))
+    # L^-1 J whitens the normalised point, where L is the Cholesky factor of the pixel's covariance and J its slope
+    first = math.sqrt(uu)
+    low = uv / first
+    second = math.sqrt(vv - low * low)
+    a, b = at.u_x / first, at.u_y / first
+    c, d = (at.v_x - low * a) / second, (at.v_y - low * b) / second
+    whiten = np.array([[a, b, -a * at.x - b * at.y], [c, d, -c * at.x - d * at.y]])
+    rows = whiten @ camera.world_to_camera
+    forward, origin = camera.world_to_camera[2], camera.position_in_world_m
+    return SightRows(rows, rows @ origin, forward, -float(forward @ origin))
 
 
 @dataclass(frozen=True)

@@ -7,7 +7,8 @@ from pathlib import Path
 import pytest
 
 from kendama_cli.errors import ConfigError, MissingPartError
-from kendama_cli.pipeline.inputs import resolve_files
+from kendama_cli.pipeline.code import FileIndex
+from kendama_cli.pipeline.inputs import describe, resolve_files
 from kendama_cli.settings.schema import setting
 
 
@@ -48,3 +49,26 @@ def test_a_robot_that_the_extra_does_not_have_is_named() -> None:
     pytest.importorskip("cmeel", reason="example-robot-data (the extra 'robots') is not installed")
     with pytest.raises(ConfigError, match=r"robot\.path: no such file 'package://example-robot-data/r2d2\.urdf'"):
         resolved("package://example-robot-data/r2d2.urdf")
+
+
+@pytest.mark.parametrize("changed", ["000.png", "times.csv", "gone.png"])
+def test_the_images_of_a_list_count_like_the_list_itself(tmp_path: Path, changed: str) -> None:
+    (tmp_path / "times.csv").write_text("file,t_s\n000.png,0.0\ngone.png,0.1\n")
+    (tmp_path / "000.png").write_bytes(b"one image")
+
+    def key() -> list[str]:
+        told = describe(Described(str(tmp_path / "times.csv")), FileIndex(tmp_path / "index.json"))
+        return list(told["path"])
+
+    before = key()
+    assert key() == before
+    assert [text.split()[0] for text in before] == ["times.csv", "000.png"]
+    (tmp_path / changed).write_bytes(b"file,t_s\n000.png,0.5\n")
+    assert key() != before
+
+
+def test_other_tables_count_alone(tmp_path: Path) -> None:
+    index = FileIndex(tmp_path / "index.json")
+    for content in (b"t,x\n0,1\n", bytes(range(256)), b""):
+        (tmp_path / "table.csv").write_bytes(content)
+        assert len(describe(Described(str(tmp_path / "table.csv")), index)["path"]) == 1

@@ -69,3 +69,19 @@ def test_a_mirrored_pose_is_refused():
             "left", 640, 480, camera.focal_px, camera.center_px, camera.distortion,
             np.diag([1.0, 1.0, -1.0]) @ camera.world_to_camera, camera.position_in_world_m,
         )  # fmt: skip
+
+
+def test_one_pixel_alone_is_undistorted_as_opencv_does_all():
+    camera, rng = stereo((-0.2, 0.05, 0.001, -0.002, 0.01))[0], np.random.default_rng(8)
+    for u, v in rng.uniform([0, 0], [640, 480], (50, 2)):
+        at = camera.straight(u, v)
+        assert np.allclose((at.x, at.y), camera.undistort((u, v))[0], atol=1e-9)
+        slope = camera.pixel_jacobian((at.x, at.y))
+        assert np.allclose(slope, [[at.u_x, at.u_y], [at.v_x, at.v_y]])
+
+
+def test_where_newton_fails_opencvs_fixed_point_steps_in():
+    """A model that folds over within the image: no exception, and the same answer as OpenCV's."""
+    camera = stereo((-1.5, 0.0, 0.0, 0.0, 0.0))[0]
+    at = camera.straight(2.0, 3.0)
+    assert np.allclose((at.x, at.y), camera.undistort((2.0, 3.0))[0])

@@ -5,8 +5,9 @@ import dataclasses
 import numpy as np
 import pytest
 
+from kendama_cli.settings.predict import ColouredMotion, ProcessNoiseMotion
 from kendama_cli.vision.catch_pose import CatchPoseEstimator, opening_against
-from kendama_cli.vision.free_flight import FreeFlight
+from kendama_cli.vision.free_flight import FreeFlight, leaning_gravity
 from tests.vision.scenes import stereo
 
 RATE_HZ, SIGMA_PX, RIM_M, DRAG = 120.0, 0.2, 0.15, 0.04
@@ -52,17 +53,28 @@ def cramer_rao(cameras, fraction):
     return g @ np.linalg.inv(information) @ g.T
 
 
-@pytest.mark.parametrize("fraction", [0.3, 0.5, 0.9])
-def test_error_reaches_the_cramer_rao_bound_in_position_and_time(fraction):
-    """300 draws: the rms of 300 values scatters by 4 %, so 0.88..1.12 are three standard deviations."""
+def against_the_bound(fraction, draws):
+    """rms error over the Cramer-Rao bound, in position and in time."""
     cameras, rng = stereo(), np.random.default_rng(3)
-    poses = [predicted(cameras, fraction, rng).catch() for _ in range(300)]
+    poses = [predicted(cameras, fraction, rng).catch() for _ in range(draws)]
     errors = np.array([[*(pose.position_m - CROSSING_M)[:2], pose.t_s - CROSSING_S] for pose in poses])
     bound = cramer_rao(cameras, fraction)
-    position = np.sqrt((errors[:, :2] ** 2).sum(axis=1).mean() / np.trace(bound[:2, :2]))
-    time = np.sqrt((errors[:, 2] ** 2).mean() / bound[2, 2])
-    assert 0.88 < position < 1.12
-    assert 0.88 < time < 1.12
+    return np.sqrt(
+        [(errors[:, :2] ** 2).sum(axis=1).mean() / np.trace(bound[:2, :2]), (errors[:, 2] ** 2).mean() / bound[2, 2]]
+    )
+
+
+@pytest.mark.parametrize("fraction", [0.3, 0.9])
+def test_error_reaches_the_cramer_rao_bound_in_position_and_time(fraction):
+    """200 draws: the rms of 200 values scatters by 5 %, so 0.85..1.15 are three standard deviations."""
+    assert (np.abs(against_the_bound(fraction, 200) - 1) < 0.15).all()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("fraction", [0.3, 0.5, 0.7, 0.9])
+def test_two_thousand_draws_stay_within_five_percent_of_the_bound(fraction):
+    """The rms of 2000 values scatters by 1.6 %; measured 0.98..1.02."""
+    assert (against_the_bound(fraction, 2000) <= 1.05).all()
 
 
 def test_stated_covariance_is_the_true_one():
@@ -171,3 +183,122 @@ def test_the_same_observations_give_the_same_bytes():
     first, second = (predicted(stereo(), 0.5, np.random.default_rng(14)).catch() for _ in range(2))
     assert first.position_m.tobytes() == second.position_m.tobytes()
     assert first.t_s == second.t_s
+
+
+def test_an_observation_costs_the_same_however_many_came_before():
+    """Asked after every frame, only sums are kept; they give what all sights together, asked once, would."""
+    cameras, each, once = stereo(), CatchPoseEstimator(9.81, DRAG, RIM_M), CatchPoseEstimator(9.81, DRAG, RIM_M)
+    rng = np.random.default_rng(15)
+    for t in stamps(0.9):
+        for camera in cameras:
+            pixel = camera.project(FLIGHT.position_m(START, VELOCITY, t))[0] + SIGMA_PX * rng.standard_normal(2)
+            each.update_pixels(camera, t, pixel, SIGMA_PX**2 * np.eye(2))
+            once.update_pixels(camera, t, pixel, SIGMA_PX**2 * np.eye(2))
+        each.catch()
+    assert each._fit._early is None
+    assert each._fit._sums.shape == (7, 7)
+    sigma = np.sqrt(np.trace(once.catch().covariance_m2))
+    assert np.linalg.norm(once.catch().position_m - each.catch().position_m) < 0.03 * sigma
+
+
+def test_a_tilted_calibration_of_gravity_is_taken_out():
+    tilt = np.array([0.01, -0.007])
+    gravity = leaning_gravity(9.9, tilt)
+    assert np.linalg.norm(gravity) == pytest.approx(9.9)
+    assert np.allclose(np.arctan2(gravity[:2], -gravity[2]), tilt)
+    true, t = FreeFlight(gravity, DRAG), np.arange(0.0, 0.15, 1 / RATE_HZ)
+    end = true.position_m(START, VELOCITY, true.descent_s(START, VELOCITY, RIM_M))
+
+    def error(believed):
+        estimator = CatchPoseEstimator(believed, DRAG, RIM_M)
+        for moment in t:
+            estimator.update_position(moment, true.position_m(START, VELOCITY, moment), 1e-6 * np.eye(3))
+        return np.linalg.norm(estimator.catch().position_m - end)
+
+    assert error(gravity) < 1e-7
+    assert error(9.81) > 2e-3
+
+
+PROCESS = ProcessNoiseMotion("process_noise", 0.05)
+COLOURED = ColouredMotion("coloured", 4e-3, 0.15, 0.0)
+SEEN = np.arange(0.0, 0.2, 1 / 300)
+
+
+def disturbed(motion, rng, sigma_m=2e-4):
+    """Marker positions of a disturbed flight, 300 Hz, and where and when it truly crosses."""
+    t = np.arange(0.0, CROSSING_S + 0.1, 1 / 300)
+    if isinstance(motion, ProcessNoiseMotion):
+        kicks = np.sqrt(motion.intensity_m2_s3 / 300) * rng.standard_normal((len(t), 3))
+        off = np.cumsum(np.cumsum(kicks, axis=0), axis=0) / 300
+    else:
+        d = np.sqrt(3) / motion.length_s * np.abs(t[:, None] - t)
+        covariance = motion.sigma_m**2 * (1 + d) * np.exp(-d) + 1e-14 * np.eye(len(t))
+        off = np.linalg.cholesky(covariance) @ rng.standard_normal((len(t), 3))
+    points = FLIGHT.position_m(START, VELOCITY, t) + off
+    last = int(np.flatnonzero(points[:, 2] > RIM_M)[-1])
+    part = (points[last, 2] - RIM_M) / (points[last, 2] - points[last + 1, 2])
+    crossing = points[last] + part * (points[last + 1] - points[last])
+    return points[: len(SEEN)] + sigma_m * rng.standard_normal((len(SEEN), 3)), crossing, t[last] + part / 300
+
+
+def foreseen(points, motion):
+    options = {} if motion is None else {"motion": motion}
+    estimator = CatchPoseEstimator(9.81, DRAG, RIM_M, **options)
+    for moment, point in zip(SEEN, points, strict=True):
+        estimator.update_position(moment, point, (2e-4) ** 2 * np.eye(3))
+    return estimator
+
+
+@pytest.mark.parametrize("motion", [PROCESS, COLOURED])
+def test_a_wobbling_ball_is_foreseen_better_by_the_variant_that_expects_it_and_its_covariance_is_true(motion):
+    """60 draws; mean normalised square of 2 numbers: 2 +- 0.26; it is scaled up, never down, by the innovations."""
+    rng = np.random.default_rng(16)
+    errors, squares, ratios = [], [], []
+    for _ in range(60):
+        points, crossing, crossing_s = disturbed(motion, rng)
+        knowing, plain = foreseen(points, motion), foreseen(points, None).catch()
+        pose = knowing.catch()
+        error = (pose.position_m - crossing)[:2]
+        errors.append([np.sum(error**2), np.sum((plain.position_m - crossing)[:2] ** 2), (pose.t_s - crossing_s) ** 2])
+        squares.append(error @ np.linalg.solve(pose.covariance_m2[:2, :2], error))
+        ratios.append(knowing.residual_ratio)
+    mine, plain, _ = np.sqrt(np.mean(errors, axis=0))
+    assert mine < 0.9 * plain
+    assert 1.0 < np.mean(squares) < 2.8
+    assert 0.9 < np.mean(ratios) < 1.1
+
+
+def test_the_coloured_variant_is_generalised_least_squares():
+    """Against the batch solution with the full residual covariance, which shares no code with the filter."""
+    points, _, _ = disturbed(COLOURED, np.random.default_rng(17))
+    d = np.sqrt(3) / COLOURED.length_s * np.abs(SEEN[:, None] - SEEN)
+    covariance = COLOURED.sigma_m**2 * (1 + d) * np.exp(-d) + (2e-4) ** 2 * np.eye(len(SEEN))
+    design = np.column_stack([np.ones_like(SEEN), FLIGHT.velocity_gain_s(SEEN)])
+    left = points - FLIGHT.gravity_gain_s2(SEEN)[:, None] * FLIGHT.gravity_m_s2
+    inverse = np.linalg.inv(covariance)
+    weights = np.linalg.solve(design.T @ inverse @ design, design.T @ inverse @ left)
+    d_end = np.sqrt(3) / COLOURED.length_s * np.abs(SEEN[-1] + 0.1 - SEEN)
+    wobble = COLOURED.sigma_m**2 * (1 + d_end) * np.exp(-d_end) @ inverse @ (left - design @ weights)
+    expected = FLIGHT.position_m(weights[0], weights[1], SEEN[-1] + 0.1) + wobble
+    assert np.allclose(foreseen(points, COLOURED).state_at(SEEN[-1] + 0.1)[:3], expected, atol=2e-6)
+
+
+def test_wobble_that_was_not_expected_shows_in_the_residuals_and_widens_the_covariance():
+    points, _, _ = disturbed(COLOURED, np.random.default_rng(18))
+    wrong, right = foreseen(points, None), foreseen(points, COLOURED)
+    assert wrong.residual_ratio > 3
+    assert 0.7 < right.residual_ratio < 1.3
+
+
+@pytest.mark.parametrize("motion", [PROCESS, COLOURED])
+def test_pixels_of_cameras_that_do_not_expose_together_serve_every_variant(motion):
+    cameras, rng = stereo(), np.random.default_rng(19)
+    estimator = CatchPoseEstimator(9.81, DRAG, RIM_M, motion=motion)
+    seen = sorted((t, i) for i in range(2) for t in stamps(0.8, 0.003 * i))
+    seen[6:8] = seen[7], seen[6]  # one image arrives after a later one
+    for t, i in seen:
+        pixel = cameras[i].project(FLIGHT.position_m(START, VELOCITY, t))[0] + SIGMA_PX * rng.standard_normal(2)
+        estimator.update_pixels(cameras[i], t, pixel, SIGMA_PX**2 * np.eye(2))
+    pose = estimator.catch()
+    assert np.linalg.norm(pose.position_m - CROSSING_M) < 4 * np.sqrt(np.trace(pose.covariance_m2))
+    assert np.linalg.norm(pose.position_m - CROSSING_M) < 0.01

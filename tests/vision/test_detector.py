@@ -124,6 +124,27 @@ def test_a_ball_that_sinks_behind_the_cups_wall_is_lost_or_owned_to():
     assert worst > 1.5 * whole_covariance
 
 
+def test_of_two_balls_the_one_that_is_expected_is_taken():
+    studio = Studio(rope=False)
+    frame = studio.shoot([0.1, 0.0, 0.3])
+    pixels, u, v = frame.pixels.copy(), *(round(float(value)) for value in studio.true_centre())
+    rows, columns = np.mgrid[: pixels.shape[0], : pixels.shape[1]]
+    pixels[np.hypot(columns - u - 60, rows - v) < 14] = (20, 20, 200)
+    assert abs(DETECTOR.find(pixels).centre_px[0] - u - 60) < 1
+    near = DETECTOR.find(pixels, expected_px=studio.true_centre() + 5)
+    assert np.abs(near.centre_px - studio.true_centre()).max() < 0.2
+
+
+def test_a_region_that_begins_elsewhere_gives_the_same_centre():
+    studio = Studio()
+    frame = studio.shoot([0.1, 0.0, 0.3])
+    u, v = studio.true_centre()
+    whole = DETECTOR.find(frame.pixels)
+    near = around((u + 3, v - 4), 26)
+    part = DETECTOR.find(frame.pixels[near.top : near.bottom, near.left : near.right], (near.left, near.top))
+    assert np.abs(part.centre_px - whole.centre_px).max() < 0.02
+
+
 def test_the_larger_of_two_balls_is_taken():
     studio = Studio(rope=False)
     frame = studio.shoot([0.1, 0.0, 0.3])

@@ -20,6 +20,7 @@ from kendama_cli.vision.region import Region, whole
 class DeviceCameraBlock:
     """A thread keeps the newest frame of one device; its stamp is the arrival less the settings' latency.
 
+    An image that equals the one before it byte for byte is that one again, and keeps its stamp.
     Raises MissingPartError where no such camera answers, HardwareError where its images do not fit the calibration.
     """
 
@@ -47,6 +48,7 @@ class DeviceCameraBlock:
         self._capture.set(cv2.CAP_PROP_FRAME_HEIGHT, model.height_px)
         self._capture.set(cv2.CAP_PROP_FPS, settings.rate_hz)
         self._newest: tuple[float, NDArray[np.uint8]] | None = None
+        self._doubled = 0
         self._stop, self._arrived = threading.Event(), threading.Event()
         self._thread = threading.Thread(target=self._grab, name=f"camera-{model.name}", daemon=True)
         self._thread.start()
@@ -75,6 +77,14 @@ class DeviceCameraBlock:
             )
         age = self._clock() - t_s
         if age > max_age_s:
+            if self._doubled:
+                raise StaleFrame(
+                    self.model.name,
+                    age,
+                    f"camera '{self.model.name}': the newest image is {age * 1e3:.0f} ms old, allowed are "
+                    f"{max_age_s * 1e3:.0f} ms, and came {self._doubled} times again byte for byte: the camera hangs; "
+                    "connect it anew",
+                )
             raise too_old(self.model.name, age, max_age_s)
         r = self._region
         return Frame(t_s, pixels[r.top : r.bottom, r.left : r.right], (r.left, r.top))
@@ -94,5 +104,9 @@ class DeviceCameraBlock:
                 if self._stop.wait(0.005):
                     return
                 continue
-            self._newest = (self._clock() - self._latency_s, np.asarray(pixels, dtype=np.uint8))
+            arrived_s, newest = self._clock(), self._newest
+            if newest is not None and np.array_equal(newest[1], pixels):  # noise makes every real image another one
+                self._doubled += 1
+                continue
+            self._doubled, self._newest = 0, (arrived_s - self._latency_s, np.asarray(pixels, dtype=np.uint8))
             self._arrived.set()

@@ -17,6 +17,8 @@ from kendama_cli.vision.camera_model import CameraModel
 from kendama_cli.vision.region import Region, whole
 
 COLUMNS = ("file", "t_s")
+ESTIMATED = 2
+"""Frames, and two in a hundred, by which a whole video may fall short of what its head announces."""
 
 
 class FileCameraBlock:
@@ -36,6 +38,11 @@ class FileCameraBlock:
         self._next = self._advance()
         if self._next is None:
             raise InputError(path, "it holds no frame that can be read", remedy="check it with another player")
+
+    @property
+    def next_s(self) -> float | None:
+        """The stamp of the frame after the newest; None at the recording's end."""
+        return None if self._next is None else self._next[0]
 
     def watch(self, region: Region | None) -> None:
         image = whole(self.model.width_px, self.model.height_px)
@@ -91,10 +98,17 @@ class _Video:
         if not (math.isfinite(rate) and rate > 0):
             raise InputError(path, "the video does not tell its frame rate", remedy="give it by camera.rate_hz")
         self._rate_hz = rate
+        self._announced = int(self._capture.get(cv2.CAP_PROP_FRAME_COUNT))
 
     def read(self) -> tuple[float, NDArray[np.uint8]] | None:
         good, pixels = self._capture.read()
         if not good:
+            if self._count < 0.98 * self._announced - ESTIMATED:
+                raise InputError(
+                    self._path,
+                    f"it can be read up to frame {self._count} of {self._announced}; it is damaged or was cut short",
+                    remedy="record it again, or convert the part that can be read",
+                )
             return None
         self._count += 1
         return (self._count - 1) / self._rate_hz, np.asarray(pixels, dtype=np.uint8)

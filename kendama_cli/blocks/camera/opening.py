@@ -9,10 +9,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from kendama_cli.artifacts.catch_pose import CatchPose
-from kendama_cli.blocks.camera.calibration import camera_model
+from kendama_cli.blocks.camera.calibration import camera_models
 from kendama_cli.blocks.camera.device import DeviceCameraBlock
 from kendama_cli.blocks.camera.file import FileCameraBlock
 from kendama_cli.blocks.camera.interface import Camera, Frame
+from kendama_cli.blocks.camera.mesh import LinkMesh
 from kendama_cli.blocks.camera.scene import Scene
 from kendama_cli.blocks.camera.virtual import VirtualCameraBlock
 from kendama_cli.errors import ConfigError
@@ -24,25 +25,22 @@ from kendama_cli.vision.tracker import BallTracker
 
 @dataclass(frozen=True)
 class World:
-    """What virtual cameras look at: the scene, its light, and a noise stream per camera."""
+    """What virtual cameras look at: the scene, its light, a noise stream per camera, and the meshes of its links."""
 
     scene: Scene
     game: GameSettings
     lighting: LightingSettings
     rngs: Sequence[np.random.Generator]
+    links: Sequence[LinkMesh] = ()
 
 
 def open_cameras(settings: CameraSettings, clock: Callable[[], float], world: World | None) -> list[Camera]:
     """All cameras, calibrated, on one ``clock`` [s]; only virtual ones need a ``world``.
 
-    Raises ConfigError where the settings contradict each other, MissingPartError where a file or device is not there.
+    Raises ConfigError where the settings contradict each other, InputError where a file cannot be used, and
+    MissingPartError where a device is not there.
     """
-    if not settings.cameras:
-        raise ConfigError("camera.cameras", "'camera.cameras' is empty: give at least one calibrated camera")
-    names = [camera.name for camera in settings.cameras]
-    if len(set(names)) < len(names):
-        raise ConfigError("camera.cameras", f"'camera.cameras' has the names {', '.join(names)}: make each name unique")
-    models = [camera_model(camera) for camera in settings.cameras]
+    models = camera_models(settings)
     if isinstance(settings, FileCamera):
         _same_number("camera.paths", len(settings.paths), "a video, or the times.csv of an image folder", len(models))
         return [
@@ -72,6 +70,7 @@ def open_cameras(settings: CameraSettings, clock: Callable[[], float], world: Wo
             clock=clock,
             rng=rng,
             offset_s=number * settings.stagger_s,
+            links=world.links,
         )
         for number, (model, rng) in enumerate(zip(models, world.rngs, strict=True))
     ]

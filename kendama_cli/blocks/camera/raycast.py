@@ -1,256 +1,216 @@
-"""Images of moving shapes by ray casting: lens distortion, Lambert shading, shadows, motion blur."""
+"""Images of moving bodies by ray casting: lens distortion, Lambert shading, shadows, motion blur, rolling shutter."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from kendama_cli.artifacts.checks import Array
-from kendama_cli.blocks.camera.shapes import Capsule, Shape
+from kendama_cli.blocks.camera import kernel_light, kernel_rays, kernel_shapes
+from kendama_cli.blocks.camera.kernel_shapes import BALL, CUP, PIECES, ROPE, Sizes
+from kendama_cli.blocks.camera.moving import Moving, Part
+from kendama_cli.blocks.camera.room import Room
+from kendama_cli.blocks.camera.tiles import Tiles
+from kendama_cli.blocks.camera.tracer import Met, Tracer
 from kendama_cli.settings.camera import AppearanceSettings, LightingSettings
+from kendama_cli.settings.game import GameSettings
 from kendama_cli.vision.camera_model import CameraModel
 from kendama_cli.vision.region import Region, whole
 
-MOMENTS = np.array([[15, 2, 1, 12], [4, 9, 10, 7], [8, 5, 6, 11], [3, 14, 13, 0]], dtype=np.float64)
+MOMENTS = np.array([[15, 2, 1, 12], [4, 9, 10, 7], [8, 5, 6, 11], [3, 14, 13, 0]])
 """Order in time of a pixel's 4 x 4 samples: Duerer's magic square, so that time correlates with neither direction."""
-TILE_PX = 64
-LIFT_M = 1e-6
+ORDER = np.array([1, 0, 2, 3, 7, 4, 5, 6, 8, 9, 10, 11, 14, 12, 13, 15])
+"""The samples as a kernel counts them: every fourth alone is one of each row, column and quarter of the exposure."""
+LIFT_M = 1e-4
+"""Shadow rays start this far above a mesh: single precision knows a link's surface to some micrometres."""
 
 
 @dataclass(frozen=True)
-class Body:
-    """A shape as it stands at mid-exposure, its velocity, and whether it throws a shadow."""
+class Shot:
+    """What one frame is taken of: the bodies, when each row is exposed, and how strong the lamps are then.
 
-    shape: Shape
-    velocity_m_s: Array
-    shadow: bool
-
-
-@dataclass(frozen=True)
-class Exposure:
-    """What stands before the camera while it exposes: bodies with their footprints, and the lamps' strength."""
-
-    bodies: Sequence[Body]
-    footprints: Sequence[Footprint]
-    duration_s: float
-    strength: float
-
-
-@dataclass(frozen=True)
-class Footprint:
-    """Where a body may show in the image: within ``half_px`` of the segment from ``a_px`` to ``b_px``."""
-
-    box: Region
-    a_px: Array
-    b_px: Array
-    half_px: float
-
-    def pixels(self, part: Region) -> NDArray[np.intp]:
-        """Flat indices, row by row, of the pixels of ``part`` that belong to the footprint."""
-        columns = np.arange(part.left, part.right) - self.a_px[0]
-        rows = (np.arange(part.top, part.bottom) - self.a_px[1])[:, None]
-        along = self.b_px - self.a_px
-        length2 = float(along @ along)
-        share = np.clip((columns * along[0] + rows * along[1]) / length2, 0.0, 1.0) if length2 > 0 else 0.0
-        off2 = (columns - share * along[0]) ** 2 + (rows - share * along[1]) ** 2
-        return np.flatnonzero(off2 <= self.half_px**2)
-
-
-class Raycaster:
-    """One camera's view of a room with a wall and a table, and of bodies in it.
-
-    Each pixel takes 16 samples, spread over its area and over the exposure; the room takes one, at mid-exposure.
-    Light is linear: reflectance times irradiance, red, green, blue.
+    ``row_tau`` (h,) is each row's mid-exposure in [0, k - 1] of the k moments of ``moving``, ``spread_tau`` the
+    exposure on that scale, ``strength`` (h,) the lamps' mean strength over each row's exposure.
     """
 
-    def __init__(self, model: CameraModel, appearance: AppearanceSettings, lighting: LightingSettings) -> None:
-        self.model = model
-        self.lighting = lighting
-        columns, rows = np.meshgrid(np.arange(model.width_px), np.arange(model.height_px))
-        pixels = np.column_stack([columns.ravel(), rows.ravel()]).astype(np.float64)
-        self._rays = model.rays(pixels).reshape(model.height_px, model.width_px, 3)
-        self._by_column = np.asarray(np.gradient(self._rays, axis=1))
-        self._by_row = np.asarray(np.gradient(self._rays, axis=0))
-        offset = (np.arange(4) - 1.5) / 4
-        self._right, self._down = np.tile(offset, 4), np.repeat(offset, 4)
-        self._all = whole(model.width_px, model.height_px)
-        self._moment = (MOMENTS.ravel() + 0.5) / 16 - 0.5
-        self._lamps = [np.array(lamp.position_m) for lamp in lighting.lamps]
-        self._room(appearance)
-
-    def render(self, bodies: Sequence[Body], region: Region, t_s: float, exposure_s: float) -> NDArray[np.float32]:
-        """Mean light (h, w, 3) over the exposure about ``t_s`` in ``region``, which must lie in the image."""
-        image = np.empty((region.bottom - region.top, region.right - region.left, 3), dtype=np.float32)
-        footprints = [self._footprint(body, exposure_s) for body in bodies]
-        shot = Exposure(bodies, footprints, exposure_s, self._flicker(t_s, exposure_s))
-        for top in range(region.top, region.bottom, TILE_PX):
-            for left in range(region.left, region.right, TILE_PX):
-                tile = Region(left, top, left + TILE_PX, top + TILE_PX).within(region)
-                rows = slice(tile.top - region.top, tile.bottom - region.top)
-                columns = slice(tile.left - region.left, tile.right - region.left)
-                image[rows, columns] = self._tile(shot, tile)
-        return image
-
-    def _room(self, appearance: AppearanceSettings) -> None:
-        """The wall and the table, seen once: where they are, their light without lamps, and each lamp's share."""
-        origin = self.model.position_in_world_m
-        with np.errstate(divide="ignore", invalid="ignore"):
-            to_wall = (appearance.wall_y_m - origin[1]) / self._rays[..., 1]
-            to_table = (appearance.table_z_m - origin[2]) / self._rays[..., 2]
-        to_wall = np.where(to_wall > 0, to_wall, 1e3)
-        on_table = (to_table > 0) & (to_table < to_wall)
-        self._points = origin + np.where(on_table, to_table, to_wall)[..., None] * self._rays
-        x, y, z = np.moveaxis(self._points, -1, 0)
-        pattern = np.where(
-            on_table,
-            1 + 0.12 * np.sin(40 * x + 3 * np.sin(6 * y)) * np.sin(5 * y),
-            1 + 0.10 * np.sin(9 * x) * np.sin(11 * z) + 0.06 * np.sin(23 * x + 1) * np.sin(19 * z),
-        )
-        paint = np.where(on_table[..., None], appearance.table_rgb, appearance.wall_rgb) * pattern[..., None]
-        glow = np.where(on_table, 0.0, self.lighting.wall_glow)
-        self._unlit = self.lighting.ambient * paint + glow[..., None]
-        normal = np.where(on_table[..., None], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0])
-        self._lit = [
-            paint * (lamp.irradiance * _facing(normal, place - self._points))[..., None]
-            for lamp, place in zip(self.lighting.lamps, self._lamps, strict=True)
-        ]
-
-    def _flicker(self, t_s: float, exposure_s: float) -> float:
-        """Mean strength of the lamps over one exposure, 1 + depth sin(2 pi f t) averaged in closed form."""
-        f = self.lighting.flicker_hz
-        if f == 0 or self.lighting.flicker_depth == 0:
-            return 1.0
-        mean = float(np.sinc(f * exposure_s)) * math.sin(2 * math.pi * f * t_s)
-        return 1.0 + self.lighting.flicker_depth * mean
-
-    def _tile(self, shot: Exposure, tile: Region) -> Array:
-        window = (slice(tile.top, tile.bottom), slice(tile.left, tile.right))
-        light = self._unlit[window].copy()
-        points = self._points[window].reshape(-1, 3)
-        for lamp, lit in zip(self._lamps, self._lit, strict=True):
-            seen = _visible(points, lamp - points, shot.bodies).reshape(light.shape[:2])
-            light += shot.strength * seen[..., None] * lit[window]
-        inside = [(body, mark, mark.box.within(tile)) for body, mark in zip(shot.bodies, shot.footprints, strict=True)]
-        near = [(body, mark, box) for body, mark, box in inside if not box.empty]
-        if not near:
-            return np.asarray(light)
-        union = Region(
-            min(box.left for _, _, box in near),
-            min(box.top for _, _, box in near),
-            max(box.right for _, _, box in near),
-            max(box.bottom for _, _, box in near),
-        )
-        behind = light[union.top - tile.top : union.bottom - tile.top, union.left - tile.left : union.right - tile.left]
-        unseen = np.full((behind.shape[0] * behind.shape[1], 16), np.inf)
-        samples = _Samples(unseen, np.repeat(behind.reshape(-1, 1, 3), 16, axis=1))
-        for body, mark, _ in near:
-            chosen = mark.pixels(union)
-            if len(chosen):
-                self._paint(body, shot, union, chosen, samples)
-        behind[...] = samples.colour.mean(axis=1).reshape(behind.shape)
-        return np.asarray(light)
-
-    def _paint(self, body: Body, shot: Exposure, part: Region, chosen: NDArray[np.intp], samples: _Samples) -> None:
-        """Enter ``body``'s hits in the ``chosen`` pixels of ``part`` into ``samples``."""
-        window = (slice(part.top, part.bottom), slice(part.left, part.right))
-        centre = self._rays[window].reshape(-1, 3)[chosen, None]
-        by_column = self._by_column[window].reshape(-1, 3)[chosen, None]
-        by_row = self._by_row[window].reshape(-1, 3)[chosen, None]
-        rays = (centre + by_column * self._right[:, None] + by_row * self._down[:, None]).reshape(-1, 3)
-        moved = self.model.position_in_world_m - np.outer(self._moment * shot.duration_s, body.velocity_m_s)
-        origins = np.tile(moved, (len(chosen), 1))
-        hits = body.shape.hit(origins, rays)
-        nearer = np.flatnonzero(hits.t < samples.depth[chosen].reshape(-1))
-        if not len(nearer):
-            return
-        t, normals = hits.t[nearer], hits.normals[nearer]
-        points = origins[nearer] + t[:, None] * rays[nearer]
-        place = chosen[nearer // 16], nearer % 16
-        samples.depth[place] = t
-        samples.colour[place] = self._shade(body, shot, normals, points)
-
-    def _shade(self, body: Body, shot: Exposure, normals: Array, points: Array) -> Array:
-        irradiance = np.full(len(points), self.lighting.ambient)
-        others = [other for other in shot.bodies if other is not body or not _convex(body.shape)]
-        above = points + LIFT_M * normals
-        for lamp, place in zip(self.lighting.lamps, self._lamps, strict=True):
-            facing = shot.strength * lamp.irradiance * _facing(normals, place - points)
-            lit = np.flatnonzero(facing > 0)
-            irradiance[lit] += facing[lit] * _visible(above[lit], place - above[lit], others)
-        return np.asarray(irradiance[:, None] * np.array(body.shape.rgb))
-
-    def _footprint(self, body: Body, exposure_s: float) -> Footprint:
-        """Pixels that ``body`` may touch during the exposure: none behind the camera, all close before it."""
-        points, radius = body.shape.hull
-        depths = self.model.depth_m(points)
-        reach = radius + float(np.linalg.norm(body.velocity_m_s)) * exposure_s / 2
-        nowhere = np.zeros(2)
-        if depths.max() <= -reach:
-            return Footprint(Region(0, 0, 0, 0), nowhere, nowhere, 0.0)
-        if depths.min() <= reach + 0.01:
-            return Footprint(self._all, nowhere, nowhere, np.inf)
-        half = float(self.model.focal_px.max()) * reach / (depths.min() - reach) * 1.15 + 2
-        pixels = self.model.project(points)
-        low, high = np.floor(pixels.min(axis=0) - half).astype(int), np.ceil(pixels.max(axis=0) + half).astype(int) + 1
-        bend = 0.02 * float(np.linalg.norm(pixels[-1] - pixels[0]))  # distortion bends straight lines
-        box = Region(int(low[0]), int(low[1]), int(high[0]), int(high[1]))
-        return Footprint(box, pixels[0], pixels[-1], half + bend)
+    moving: Moving
+    row_tau: Array
+    spread_tau: float
+    strength: Array
 
 
 @dataclass(frozen=True)
 class _Samples:
-    """Buffers of n pixels with 16 samples: ``depth`` (n, 16) and ``colour`` (n, 16, 3), filled in place."""
+    """Rays (n,) of the pixels that see more than the room, tile by tile, and what they meet.
 
+    ``weight`` is a sample's part of its pixel, ``near`` the bits of the bodies that it may meet, ``fresh`` whether its
+    ray is still to be traced; ``owner`` and the rest are as the kernels name them.
+    """
+
+    pixel: NDArray[np.int64]
+    weight: Array
+    direction: Array
+    tau: Array
+    near: NDArray[np.int64]
+    owner: NDArray[np.int32]
     depth: Array
-    colour: Array
+    triangle: NDArray[np.int32]
+    fresh: NDArray[np.uint8]
 
 
-def _convex(shape: Shape) -> bool:
-    return not hasattr(shape, "depth_m")
+class Raycaster:
+    """One camera's view of a room and of bodies in it; light is linear, reflectance times irradiance in red green blue.
 
+    A pixel near ball or rope takes 16 samples, spread over its area and its exposure, one near the cup or at a mesh's
+    edge four (16 where the edge sweeps over more than two), and one inside a mesh a single one. The room takes one, at
+    mid-exposure.
+    """
 
-def _facing(normals: Array, towards: Array) -> Array:
-    """Lambert's cosine between unit ``normals`` and ``towards``, zero from behind."""
-    cosine = np.einsum("...i,...i->...", normals, towards) / np.linalg.norm(towards, axis=-1)
-    return np.asarray(np.maximum(cosine, 0.0))
+    def __init__(
+        self, model: CameraModel, appearance: AppearanceSettings, lighting: LightingSettings, game: GameSettings
+    ) -> None:
+        self._model, self._appearance, self._ambient = model, appearance, lighting.ambient
+        self._origin = np.array(model.position_in_world_m, dtype=np.float64)
+        self._room = Room(model, appearance, lighting)
+        self._tiles = Tiles(self._room.rays, self._room.points, self._origin)
+        self._tracer = Tracer(self._tiles, model.height_px, model.width_px)
+        self._lamps = [(np.array(lamp.position_m, dtype=np.float64), lamp.irradiance) for lamp in lighting.lamps]
+        cup = game.cup
+        outer = cup.radius_m + cup.wall_m
+        self._sizes = Sizes(game.ball.radius_m, cup.radius_m, outer, cup.depth_m, cup.wall_m, appearance.rope_radius_m)
+        place = np.column_stack([ORDER % 4 - 1.5, ORDER // 4 - 1.5]) / 4
+        self._pattern = np.column_stack([place, (MOMENTS.ravel()[ORDER] + 0.5) / 16 - 0.5])
+        size = (model.height_px, model.width_px)
+        self._level, self._bits = np.zeros(size, dtype=np.int8), np.zeros(size, dtype=np.int64)
+        self._owner, self._triangle = np.empty(size, dtype=np.int32), np.empty(size, dtype=np.int32)
+        self._depth, self._free = np.empty(size), np.ones((len(self._lamps), *size), dtype=np.uint8)
 
-
-def _visible(points: Array, towards: Array, bodies: Sequence[Body]) -> Array:
-    """1 where the way from ``points`` (n, 3) along ``towards`` (n, 3) is free, else 0."""
-    free = np.ones(len(points))
-    if not len(points):
-        return free
-    length2 = np.einsum("ij,ij->i", towards, towards)
-    middle = points.mean(axis=0)
-    spread = float(np.sqrt(np.einsum("ij,ij->i", points - middle, points - middle).max()))
-    way = points[0] + towards[0] - middle
-    for body in bodies:
-        if not body.shadow:
-            continue
-        center, radius = body.shape.bounds
-        part = float(np.clip((center - middle) @ way / (way @ way), 0.0, 1.0))
-        if np.linalg.norm(center - middle - part * way) > radius + spread:
-            continue  # too far from every way of this patch of points
-        apart = center - points
-        along = np.einsum("ij,ij->i", apart, towards)
-        off2 = np.einsum("ij,ij->i", apart, apart) - along * along / length2
-        near = np.flatnonzero((off2 < radius**2) & (along > -radius * np.sqrt(length2)) & (free > 0))
-        if len(near):
-            free[near] = ~(body.shape.hit(points[near], towards[near]).t < 1.0)
-    return free
-
-
-def segments(points_m: Array, velocities_m_s: Array, radius_m: float, rgb: tuple[float, float, float]) -> list[Body]:
-    """A chain (k, 3) as k - 1 capsules, each moving with its middle; a thin chain (a rope) throws no shadow."""
-    return [
-        Body(
-            Capsule(points_m[i], points_m[i + 1], radius_m, rgb),
-            velocities_m_s[i : i + 2].mean(axis=0),
-            radius_m > 0.005,
+    def render(self, shot: Shot, region: Region) -> Array:
+        """Mean light (h, w, 3) in ``region``, which must lie in the image."""
+        blur = max((self._blur_px(part, shot) for part in shot.moving.parts), default=0)
+        grown = Region(region.left - blur, region.top - blur, region.right + blur, region.bottom + blur)
+        self._look(shot, grown.within(whole(self._model.width_px, self._model.height_px)), blur)
+        samples = self._samples(shot, _corners(region))
+        irradiance = self._irradiance(shot, samples)
+        self._darken_room(shot.moving, shot.row_tau, region)
+        light = np.empty((region.bottom - region.top, region.right - region.left, 3))
+        room, look, corners = self._room, self._appearance, _corners(region)
+        kernel_light.room_light(corners, room.unlit, room.lit, self._free, shot.strength, light)
+        paints = [*(part.surface.rgb for part in shot.moving.parts), look.rope_rgb, look.cup_rgb, look.ball_rgb]
+        kernel_light.collect(
+            samples.pixel, samples.weight, samples.owner, irradiance, np.array(paints), self._level, corners, light
         )
-        for i in range(len(points_m) - 1)
-    ]
+        return light
+
+    def _blur_px(self, part: Part, shot: Shot) -> int:
+        """Pixels to either side of a mesh's border, as seen at mid-exposure, that the border sweeps or shares."""
+        depth_m = float(self._model.depth_m(part.centre_m[None])[0]) - part.reach_m
+        swept_m = part.travel_m * shot.spread_tau / (len(shot.moving.ball_m) - 1)
+        return 1 + math.ceil(float(self._model.focal_px.max()) * swept_m / max(depth_m, 0.1) / 2)
+
+    def _look(self, shot: Shot, window: Region, blur: int) -> None:
+        """One ray per pixel of ``window`` to the meshes, and how many samples each pixel needs."""
+        rows, columns = slice(window.top, window.bottom), slice(window.left, window.right)
+        self._level[rows, columns], self._bits[rows, columns] = kernel_rays.SMOOTH, 0
+        self._owner[rows, columns], self._depth[rows, columns] = kernel_rays.NOTHING, np.inf
+        rays, corners = self._room.rays, _corners(window)
+        if shot.moving.parts:
+            met = Met(self._depth.reshape(-1), self._owner.reshape(-1), self._triangle.reshape(-1))
+            self._tracer.look(shot.moving.parts, window, rays, self._origin, row_tau=shot.row_tau, met=met)
+            samples = kernel_rays.EDGE if blur <= 2 else kernel_rays.ALL
+            kernel_rays.mark_edges(corners, self._owner, self._depth, blur, samples, self._level)
+        tiles, spread = self._tiles.inside(window), 1.0 / float(self._model.focal_px.min())
+        for bit, a_m, b_m, reach_m in _ways(shot.moving, self._sizes):
+            middle, half = (a_m + b_m) / 2, float(np.linalg.norm(b_m - a_m)) / 2
+            near = self._tiles.showing(tiles, middle, half + reach_m)
+            samples = kernel_rays.EDGE if bit == CUP else kernel_rays.ALL
+            kernel_rays.mark_near(
+                near, corners, rays, self._origin, a_m, b_m, reach_m, spread, bit, samples, self._level, self._bits
+            )
+
+    def _samples(self, shot: Shot, corners: NDArray[np.int64]) -> _Samples:
+        n = kernel_light.count_samples(corners, self._level, self._owner)
+        made = _Samples(
+            pixel=np.empty(n, dtype=np.int64),
+            weight=np.empty(n),
+            direction=np.empty((n, 3)),
+            tau=np.empty(n),
+            near=np.empty(n, dtype=np.int64),
+            owner=np.empty(n, dtype=np.int32),
+            depth=np.empty(n),
+            triangle=np.empty(n, dtype=np.int32),
+            fresh=np.empty(n, dtype=np.uint8),
+        )
+        kernel_light.list_samples(
+            corners, self._room.rays, self._level, self._bits, self._owner, self._depth, self._triangle, shot.row_tau,
+            shot.spread_tau, self._pattern, made.pixel, made.weight, made.direction, made.tau, made.near, made.owner,
+            made.depth, made.triangle, made.fresh,
+        )  # fmt: skip
+        met = Met(made.depth, made.owner, made.triangle)
+        self._tracer.trace(shot.moving.parts, self._origin, made.direction, tau=made.tau, wanted=made.fresh, met=met)
+        return made
+
+    def _irradiance(self, shot: Shot, samples: _Samples) -> Array:
+        """Light (n,) on what each sample meets."""
+        moving, sizes, owner, tau = shot.moving, self._sizes, samples.owner, samples.tau
+        normals, starts = np.empty((len(tau), 3)), np.empty((len(tau), 3))
+        kernel_shapes.meet(
+            self._origin, samples.direction, tau, samples.near, moving.ball_m, moving.cup_m, moving.cup_rotation,
+            moving.rope_m, sizes, samples.depth, owner, normals,
+        )  # fmt: skip
+        for number, part in enumerate(moving.parts):
+            kernel_light.mesh_normals(owner, samples.triangle, tau, number, part.into, part.surface.normals, normals)
+        kernel_light.touch(self._origin, samples.direction, samples.depth, owner, normals, LIFT_M, starts)
+        irradiance, cosine = np.full(len(tau), self._ambient), np.empty(len(tau))
+        strength, free = shot.strength[samples.pixel // self._model.width_px], np.empty(len(tau), dtype=np.uint8)
+        for lamp, brightness in self._lamps:
+            kernel_light.face(owner, normals, starts, lamp, cosine, free)
+            kernel_shapes.shade(starts, lamp, tau, moving.ball_m, moving.cup_m, moving.cup_rotation, sizes, owner, free)
+            self._tracer.darken(moving.parts, starts, lamp, tau=tau, owner=owner, free=free)
+            kernel_light.add_light(free, strength, cosine, brightness, irradiance)
+        return irradiance
+
+    def _darken_room(self, moving: Moving, row_tau: Array, region: Region) -> None:
+        """Which points of the room each lamp reaches."""
+        tiles = self._tiles.inside(region)
+        bodies = [way for way in _ways(moving, self._sizes) if way[0] < ROPE]
+        for free, (lamp, _) in zip(self._free, self._lamps, strict=True):
+            free[region.top : region.bottom, region.left : region.right] = 1
+            for _, a_m, b_m, reach_m in bodies:
+                middle, half = (a_m + b_m) / 2, float(np.linalg.norm(b_m - a_m)) / 2
+                near = self._tiles.shaded(tiles, middle, half + reach_m, lamp)
+                pixel = kernel_rays.pixels_of(near, _corners(region), self._model.width_px)
+                start, still = self._room.points.reshape(-1, 3)[pixel], free.reshape(-1)[pixel]
+                kernel_shapes.shade(
+                    start, lamp, row_tau[pixel // self._model.width_px], moving.ball_m, moving.cup_m,
+                    moving.cup_rotation, self._sizes, np.full(len(pixel), kernel_rays.NOTHING, dtype=np.int32), still,
+                )  # fmt: skip
+                free.reshape(-1)[pixel] = still
+            self._tracer.darken_room(moving.parts, region, self._room.points, lamp, row_tau=row_tau, free=free)
+
+
+def _ways(moving: Moving, sizes: Sizes) -> Iterator[tuple[int, Array, Array, float]]:
+    """Ball, cup and the rope's pieces: bit, the way (a, b) of a sphere that holds it, and the sphere's radius [m]."""
+    yield BALL, moving.ball_m[0], moving.ball_m[-1], sizes.ball_m + _bend_m(moving.ball_m)
+    middle = moving.cup_m + moving.cup_rotation[:, :, 2] * sizes.cup_depth_m / 2
+    reach = math.hypot(sizes.cup_outer_m, sizes.cup_depth_m / 2)
+    yield CUP, middle[0], middle[-1], reach + _bend_m(middle)
+    for piece in range(moving.rope_m.shape[1] - 1):
+        ends = moving.rope_m[:, piece : piece + 2]
+        a, b = ends.mean(axis=0)
+        swept = float(np.linalg.norm(ends - np.array([a, b]), axis=2).max())
+        yield ROPE + piece % PIECES, a, b, sizes.rope_m + swept
+
+
+def _bend_m(places: Array) -> float:
+    """How far places (k, 3) stray from the straight way between the first and the last, at most."""
+    straight = places[0] + np.linspace(0, 1, len(places))[:, None] * (places[-1] - places[0])
+    return float(np.linalg.norm(places - straight, axis=1).max())
+
+
+def _corners(region: Region) -> NDArray[np.int64]:
+    return np.array([region.left, region.top, region.right, region.bottom], dtype=np.int64)

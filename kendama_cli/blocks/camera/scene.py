@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from kendama_cli.artifacts.checks import Array
+
+
+def _no_links() -> Array:
+    return np.empty((0, 3, 4))
 
 
 @dataclass(frozen=True)
@@ -23,22 +27,13 @@ class ScenePose:
     rope_m: Array
     """(k, 3) points along the rope; k = 0 shows none"""
     arm_m: Array
-    """(j, 3) joints of the arm from base to hand; j = 0 shows none"""
+    """(j, 3) joints of the arm from base to hand, drawn as rods; j = 0 shows none"""
+    links: Array = field(default_factory=_no_links)
+    """(n, 3, 4) rotation and place [R | p] of each link whose mesh the camera was given, in the same order"""
 
 
 Scene = Callable[[float], ScenePose]
 """The scene at a time [s]; a camera asks for several moments within one exposure."""
-
-
-def blend(before: ScenePose, after: ScenePose, part: float) -> ScenePose:
-    """The scene ``part`` (0..1) of the way between two poses a short exposure apart; rotation is ``before``'s."""
-    return ScenePose(
-        ball_m=before.ball_m + part * (after.ball_m - before.ball_m),
-        cup_m=before.cup_m + part * (after.cup_m - before.cup_m),
-        cup_rotation=before.cup_rotation,
-        rope_m=before.rope_m + part * (after.rope_m - before.rope_m),
-        arm_m=before.arm_m + part * (after.arm_m - before.arm_m),
-    )
 
 
 def hanging_rope(tie_m: Array, ball_m: Array, length_m: float, n_points: int = 9) -> Array:

@@ -3,20 +3,26 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from kendama_cli.artifacts.checks import Array
+from kendama_cli.blocks.camera import kernel_light
 from kendama_cli.blocks.camera.interface import Frame, StaleFrame, too_old
-from kendama_cli.blocks.camera.raycast import Body, Raycaster, segments
-from kendama_cli.blocks.camera.scene import Scene, ScenePose
-from kendama_cli.blocks.camera.shapes import OpenCup, Sphere
-from kendama_cli.settings.camera import LightingSettings, SensorSettings, VirtualCamera
+from kendama_cli.blocks.camera.mesh import LinkMesh
+from kendama_cli.blocks.camera.moving import Watcher
+from kendama_cli.blocks.camera.raycast import Raycaster, Shot
+from kendama_cli.blocks.camera.scene import Scene
+from kendama_cli.settings.camera import LightingSettings, VirtualCamera
 from kendama_cli.settings.game import GameSettings
 from kendama_cli.vision.camera_model import CameraModel
 from kendama_cli.vision.region import Region, whole
+
+CODES = 2**16
+"""Steps of the sensor's converter, before gamma makes 8 bits of them."""
+FRAME_STEP = 0xD1342543DE82EF95
+"""Odd, so that no two frames of one camera share a key for their noise."""
 
 
 class VirtualCameraBlock:
@@ -36,11 +42,16 @@ class VirtualCameraBlock:
         clock: Callable[[], float],
         rng: np.random.Generator,
         offset_s: float = 0.0,
+        links: Sequence[LinkMesh] = (),
     ) -> None:
         self.model = model
-        self._settings = settings
-        self._game = game
-        self._raycaster = Raycaster(model, settings.appearance, lighting)
+        self._settings, self._lighting = settings, lighting
+        self._watcher = Watcher(settings.appearance, links)
+        self._raycaster = Raycaster(model, settings.appearance, lighting, game)
+        sensor = settings.sensor
+        self._row_s, self._busy_s = sensor.rows_s / model.height_px, sensor.busy_s
+        codes = np.linspace(0.0, 1.0, CODES) ** (1 / sensor.gamma) * 255
+        self._levels = np.rint(codes).astype(np.uint8)
         self._offset_s = offset_s
         self._region: Region | None = None
         self._scene, self._clock, self._rng = scene, clock, rng
@@ -49,12 +60,13 @@ class VirtualCameraBlock:
     def restart(self) -> None:
         self._index: int | None = None
         self._frame: Frame | None = None
+        self._key: int | None = None
 
     def watch(self, region: Region | None) -> None:
         self._region = region
 
     def latest(self, *, max_age_s: float) -> Frame:
-        period, half = 1 / self._settings.rate_hz, self._settings.sensor.exposure_s / 2
+        period, half = 1 / self._settings.rate_hz, self._busy_s / 2
         now = self._clock()
         index = math.floor((now - half - self._offset_s) / period + 1e-9)
         if index < 0:
@@ -63,54 +75,41 @@ class VirtualCameraBlock:
         if now - t_s > max_age_s:
             raise too_old(self.model.name, now - t_s, max_age_s)
         if self._frame is None or index != self._index:
-            self._index, self._frame = index, self._expose(t_s)
+            self._index, self._frame = index, self._expose(t_s, index)
         return self._frame
 
     def close(self) -> None:
         """Nothing is held."""
 
-    def _expose(self, t_s: float) -> Frame:
-        sensor = self._settings.sensor
+    def _expose(self, t_s: float, number: int) -> Frame:
         image = whole(self.model.width_px, self.model.height_px)
         region = image if self._region is None else self._region.within(image)
         if region.empty:
             region = Region(0, 0, 1, 1)
-        half = sensor.exposure_s / 2
-        bodies = self._bodies(self._scene(t_s - half), self._scene(t_s + half), sensor.exposure_s)
-        light = self._raycaster.render(bodies, region, t_s, sensor.exposure_s)
-        return Frame(t_s, _digitise(light, sensor, self._rng), (region.left, region.top))
+        if self._key is None:  # drawn late, so that a stream restored after opening is the one that counts
+            self._key = int(self._rng.integers(2**63))
+        light = self._raycaster.render(self._shot(t_s), region)
+        pixels = np.empty(light.shape, dtype=np.uint8)
+        sensor, key = self._settings.sensor, np.uint64((self._key + number * FRAME_STEP) % 2**64)
+        kernel_light.digitise(
+            light, region.left, region.top, self.model.width_px, key, sensor.gain, sensor.full_well_e,
+            sensor.read_noise_e, self._levels, pixels,
+        )  # fmt: skip
+        return Frame(t_s, pixels, (region.left, region.top), row_s=self._row_s)
 
-    def _bodies(self, before: ScenePose, after: ScenePose, exposure_s: float) -> list[Body]:
-        look, game = self._settings.appearance, self._game
-
-        def middle(a: Array, b: Array) -> Array:
-            return np.asarray((a + b) / 2)
-
-        def speed(a: Array, b: Array) -> Array:
-            return np.asarray((b - a) / exposure_s)
-
-        cup = OpenCup(
-            middle(before.cup_m, after.cup_m),
-            before.cup_rotation,
-            game.cup.radius_m,
-            game.cup.depth_m,
-            game.cup.wall_m,
-            look.cup_rgb,
-        )
-        ball = Sphere(middle(before.ball_m, after.ball_m), game.ball.radius_m, look.ball_rgb)
-        rope, arm = middle(before.rope_m, after.rope_m), middle(before.arm_m, after.arm_m)
-        return [
-            *segments(arm, speed(before.arm_m, after.arm_m), look.arm_radius_m, look.arm_rgb),
-            Body(cup, speed(before.cup_m, after.cup_m), shadow=True),
-            *segments(rope, speed(before.rope_m, after.rope_m), look.rope_radius_m, look.rope_rgb),
-            Body(ball, speed(before.ball_m, after.ball_m), shadow=True),
-        ]
+    def _shot(self, t_s: float) -> Shot:
+        """The scene from the first row's opening to the last row's closing about ``t_s``."""
+        exposure_s, half = self._settings.sensor.exposure_s, self._busy_s / 2
+        moving = self._watcher.moving(self._scene, t_s - half, t_s + half)
+        moments = len(moving.ball_m) - 1
+        rows = np.arange(self.model.height_px, dtype=np.float64) - (self.model.height_px - 1) / 2
+        row_tau = (0.5 + rows * self._row_s / self._busy_s) * moments
+        strength = _flicker(self._lighting, t_s + rows * self._row_s, exposure_s)
+        return Shot(moving, row_tau, exposure_s / self._busy_s * moments, strength)
 
 
-def _digitise(light: NDArray[np.float32], sensor: SensorSettings, rng: np.random.Generator) -> NDArray[np.uint8]:
-    """Electrons with shot and read noise (both Gaussian), clipped at the full well, gamma-coded to 8 bits, as BGR."""
-    electrons = light[..., ::-1] * np.float32(sensor.gain * sensor.full_well_e)
-    noise = rng.standard_normal(electrons.shape, dtype=np.float32)
-    electrons = electrons + noise * np.sqrt(electrons + np.float32(sensor.read_noise_e**2))
-    level = np.clip(electrons / np.float32(sensor.full_well_e), 0, 1) ** np.float32(1 / sensor.gamma)
-    return np.asarray(np.rint(level * 255), dtype=np.uint8)
+def _flicker(lighting: LightingSettings, t_s: Array, exposure_s: float) -> Array:
+    """Mean strength of the lamps over exposures about ``t_s`` (h,), 1 + depth sin(2 pi f t) averaged in closed form."""
+    f = lighting.flicker_hz
+    mean = np.sinc(f * exposure_s) * np.sin(2 * np.pi * f * t_s)
+    return np.asarray(1.0 + lighting.flicker_depth * mean)

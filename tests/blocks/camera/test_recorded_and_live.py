@@ -49,7 +49,7 @@ def video(path, n=20, size=(64, 48)):
     if not writer.isOpened():
         pytest.skip("this OpenCV cannot write the test's video")
     for i in range(n):
-        writer.write(np.full((size[1], size[0], 3), 10 * i, dtype=np.uint8))
+        writer.write(np.full((size[1], size[0], 3), 10 * i % 256, dtype=np.uint8))
     writer.release()
     return str(path)
 
@@ -122,6 +122,15 @@ def test_a_corrupt_video_is_told_in_one_line(tmp_path):
         FileCameraBlock(MODEL, str(path), clock=Clock())
 
 
+def test_a_video_that_was_cut_short_is_told_where_it_breaks_off(tmp_path):
+    path, clock = tmp_path / "flight.avi", Clock()
+    name = video(path, n=60)
+    path.write_bytes(path.read_bytes()[: path.stat().st_size * 6 // 10])
+    clock.t_s = 10.0
+    with pytest.raises(InputError, match=r"flight\.avi: it can be read up to frame \d+ of 60; it is damaged"):
+        FileCameraBlock(MODEL, name, clock=clock).latest(max_age_s=100.0)
+
+
 def test_images_of_a_size_that_the_calibration_does_not_know_are_refused(tmp_path):
     expected = "its images are 32 x 24 px, but camera 'left' is calibrated for 64 x 48 px; calibrate"
     with pytest.raises(InputError, match=expected):
@@ -142,8 +151,9 @@ def test_camera_file_says_what_it_needs():
 class Device:
     """A camera device that answers like OpenCV's."""
 
-    def __init__(self, size=(48, 64), opened=True, silent=False):
-        self.size, self.opened, self.silent, self.released = size, opened, silent, 0
+    def __init__(self, size=(48, 64), opened=True, silent=False, hangs=False):
+        self.size, self.opened, self.silent, self.hangs, self.released = size, opened, silent, hangs, 0
+        self.count = 0
 
     def isOpened(self):  # noqa: N802 - OpenCV's name
         return self.opened
@@ -153,7 +163,8 @@ class Device:
 
     def read(self):
         time.sleep(0.002)
-        return (False, None) if self.silent else (True, np.zeros((*self.size, 3), dtype=np.uint8))
+        self.count += not self.hangs
+        return (False, None) if self.silent else (True, np.full((*self.size, 3), self.count % 256, dtype=np.uint8))
 
     def release(self):
         self.released += 1
@@ -174,6 +185,14 @@ def test_a_silent_live_camera_is_stale():
     made = live(Device(silent=True))
     with pytest.raises(StaleFrame, match=r"camera 'left': no frame came within 0\.05 s; check its cable"):
         made.latest(max_age_s=0.05)
+    made.close()
+
+
+def test_a_live_camera_that_repeats_one_image_is_stale():
+    made = live(Device(hangs=True))
+    time.sleep(0.15)
+    with pytest.raises(StaleFrame, match=r"came \d+ times again byte for byte: the camera hangs; connect it anew"):
+        made.latest(max_age_s=0.1)
     made.close()
 
 

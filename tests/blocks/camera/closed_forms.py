@@ -1,4 +1,4 @@
-"""Shapes that rays hit: spheres, capsules, and the open cup, by their closed forms.
+"""Shapes that rays hit, in numpy and one by one: what the compiled kernel is held against.
 
 A ray is p = o + t d; ``origins`` are (3,) or (n, 3), ``directions`` (n, 3) of any length; a miss has t = inf.
 """
@@ -6,7 +6,6 @@ A ray is p = o + t d; ``origins`` are (3,) or (n, 3), ``directions`` (n, 3) of a
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,40 +24,12 @@ class Hits:
     normals: Array
 
 
-class Shape(Protocol):
-    """A solid with a reflectance, bounded by a sphere."""
-
-    @property
-    def rgb(self) -> tuple[float, float, float]:
-        """Reflectance, linear red, green, blue."""
-
-    @property
-    def bounds(self) -> tuple[Array, float]:
-        """Centre and radius of a sphere around the shape."""
-
-    @property
-    def hull(self) -> tuple[Array, float]:
-        """Points (k, 3) and a radius: the shape lies in the convex hull of the spheres about them."""
-
-    def hit(self, origins: Array, directions: Array) -> Hits:
-        """Where the rays meet the shape."""
-
-
 @dataclass(frozen=True)
 class Sphere:
     """A ball."""
 
     center_m: Array
     radius_m: float
-    rgb: tuple[float, float, float]
-
-    @property
-    def bounds(self) -> tuple[Array, float]:
-        return self.center_m, self.radius_m
-
-    @property
-    def hull(self) -> tuple[Array, float]:
-        return self.center_m[None], self.radius_m
 
     def hit(self, origins: Array, directions: Array) -> Hits:
         apart = origins - self.center_m
@@ -73,22 +44,13 @@ class Capsule:
     a_m: Array
     b_m: Array
     radius_m: float
-    rgb: tuple[float, float, float]
-
-    @property
-    def bounds(self) -> tuple[Array, float]:
-        return (self.a_m + self.b_m) / 2, float(np.linalg.norm(self.b_m - self.a_m)) / 2 + self.radius_m
-
-    @property
-    def hull(self) -> tuple[Array, float]:
-        return np.array([self.a_m, self.b_m]), self.radius_m
 
     def hit(self, origins: Array, directions: Array) -> Hits:
         axis = self.b_m - self.a_m
         length2 = float(axis @ axis)
         apart = origins - self.a_m
         if length2 < 1e-18:
-            return Sphere(self.a_m, self.radius_m, self.rgb).hit(origins, directions)
+            return Sphere(self.a_m, self.radius_m).hit(origins, directions)
         along_d, along_o = directions @ axis / length2, apart @ axis / length2
         d, o = directions - np.multiply.outer(along_d, axis), apart - np.multiply.outer(along_o, axis)
         t = _first_root(_dot(d, d), _dot(d, o), _dot(o, o) - self.radius_m**2)
@@ -112,17 +74,6 @@ class OpenCup:
     radius_m: float
     depth_m: float
     wall_m: float
-    rgb: tuple[float, float, float]
-
-    @property
-    def bounds(self) -> tuple[Array, float]:
-        outer = self.radius_m + self.wall_m
-        return self.tie_m + self.rotation[:, 2] * self.depth_m / 2, float(np.hypot(outer, self.depth_m / 2))
-
-    @property
-    def hull(self) -> tuple[Array, float]:
-        center, radius = self.bounds
-        return center[None], radius
 
     def hit(self, origins: Array, directions: Array) -> Hits:
         o, d = (origins - self.tie_m) @ self.rotation, directions @ self.rotation

@@ -1,0 +1,81 @@
+"""Images of a calibration board, camera by camera: from folders, lists of images, or videos."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from kendama_cli.errors import InputError
+
+IMAGES = (".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff")
+FROM_VIDEO = 40
+"""A video gives so many frames, evenly spread; neighbours tell the same."""
+
+
+def cameras_of(paths: Sequence[Path]) -> dict[str, list[Path]]:
+    """Sources by camera: a folder of images or the images of one folder make a camera of the folder's name, a video one
+    of the file's name.
+
+    Raises InputError where a path is not there or holds no image, or two cameras would have one name.
+    """
+    made: dict[str, list[Path]] = {}
+    homes: dict[str, Path] = {}
+    for path in paths:
+        if path.is_dir():
+            name, home = path.resolve().name, path.resolve()
+            found = sorted(item for item in path.iterdir() if item.suffix.lower() in IMAGES)
+            if not found:
+                raise InputError(str(path), "it holds no image", remedy=f"images end in {', '.join(IMAGES)}")
+        elif not path.is_file():
+            raise InputError(str(path), "no such file or folder", remedy="give a folder of images, or a video")
+        elif path.suffix.lower() in IMAGES:
+            name, home, found = path.resolve().parent.name, path.resolve().parent, [path]
+        else:
+            name, home, found = path.stem, path.resolve(), [path]
+        if homes.setdefault(name, home) != home:
+            raise InputError(str(path), f"two cameras would be called '{name}'", remedy="rename a folder or video")
+        made.setdefault(name, []).extend(found)
+    return made
+
+
+def read_views(sources: Sequence[Path]) -> Iterator[tuple[str, NDArray[np.uint8]]]:
+    """Name and pixels (h, w, 3) of each view; raises InputError for what cannot be read, or changes its size."""
+    size: tuple[int, ...] | None = None
+    for source in sources:
+        for name, pixels in _images(source):
+            if size is not None and pixels.shape != size:
+                raise InputError(
+                    str(source),
+                    f"its image '{name}' is {pixels.shape[1]} x {pixels.shape[0]} px after {size[1]} x {size[0]} px",
+                    remedy="calibrate images of one size at a time",
+                )
+            size = pixels.shape
+            yield name, pixels
+
+
+def _images(source: Path) -> Iterator[tuple[str, NDArray[np.uint8]]]:
+    if source.suffix.lower() in IMAGES:
+        coded = np.fromfile(source, dtype=np.uint8)
+        pixels = cv2.imdecode(coded, cv2.IMREAD_COLOR) if len(coded) else None
+        if pixels is None:
+            raise InputError(str(source), "it is not an image that OpenCV can read", remedy="remove or convert it")
+        yield source.stem, np.asarray(pixels, dtype=np.uint8)
+        return
+    capture = cv2.VideoCapture(str(source))
+    count = int(capture.get(cv2.CAP_PROP_FRAME_COUNT)) if capture.isOpened() else 0
+    wanted = set(np.linspace(0, max(count - 1, 0), min(max(count, 1), FROM_VIDEO)).round().astype(int).tolist())
+    shown = 0
+    for number in range(count):
+        good, pixels = capture.read()
+        if not good:
+            break
+        if number in wanted:
+            shown += 1
+            yield f"frame {number}", np.asarray(pixels, dtype=np.uint8)
+    capture.release()
+    if not shown:
+        raise InputError(str(source), "OpenCV cannot read it as a video", remedy="convert it, e.g. to mp4")

@@ -1,0 +1,92 @@
+"""The commands about cameras: a board to print, a calibration with it, the ball's colour, and what cameras see."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from kendama_cli.cli.options import ConfigDir, Home, Json, Overrides
+from kendama_cli.config.site import find_site
+
+camera_app = typer.Typer(help="Calibrate cameras, and check what they see.", no_args_is_help=True)
+
+Squares = Annotated[str, typer.Option("--board", metavar="COLUMNSxROWS", help="Squares of the ChArUco board.")]
+SquareMm = Annotated[float, typer.Option(metavar="MM", help="Side of a square, as measured on the print.")]
+MarkerMm = Annotated[float, typer.Option(metavar="MM", help="Side of a marker.")]
+
+
+@camera_app.command("board")
+def camera_board(
+    output: Annotated[Path, typer.Option("-o", "--output", metavar="FILE", help="The picture to print.")] = Path(
+        "board.png"
+    ),
+    squares: Squares = "7x5",
+    square_mm: SquareMm = 30.0,
+    marker_mm: MarkerMm = 22.0,
+) -> None:
+    """Make a ChArUco board to print: at 300 dpi it has the size that the options say."""
+    from kendama_cli.cli.camera_work import board_of, draw_board  # OpenCV
+
+    draw_board(board_of(squares, square_mm, marker_mm), output)
+
+
+@camera_app.command("calibrate")
+def camera_calibrate(
+    paths: Annotated[
+        list[Path],
+        typer.Argument(metavar="PATH...", help="Per camera a folder of images, or a video; its name is the camera's."),
+    ],
+    output: Annotated[
+        Path, typer.Option("-o", "--output", metavar="FILE", help="The calibration; a picture of it goes beside it.")
+    ] = Path("calibration.yaml"),
+    squares: Squares = "7x5",
+    square_mm: SquareMm = 30.0,
+    marker_mm: MarkerMm = 22.0,
+    board_at: Annotated[
+        str, typer.Option(metavar="X,Y,Z", help="The world's place [m] of the board's middle in the first view.")
+    ] = "0,0,0",
+    as_json: Json = False,
+) -> None:
+    """Calibrate one or several cameras from views of a ChArUco board.
+
+    Views of one name (or one place in their videos) were taken at one moment. In the first view of the first camera the
+    board lies print up, its rows along the world's x.
+    """
+    from kendama_cli.cli.camera_work import board_of, calibrate_cameras  # OpenCV
+
+    calibrate_cameras(board_of(squares, square_mm, marker_mm), paths, board_at, output, as_json=as_json)
+
+
+@camera_app.command("colour")
+def camera_colour(
+    clicks: Annotated[
+        list[str], typer.Argument(metavar="IMAGE@U,V...", help="Images, each with the ball's middle in it [px].")
+    ],
+    radius_px: Annotated[float, typer.Option(metavar="PX", min=2.0, help="The ball's radius in them.")],
+    output: Annotated[Path, typer.Option("-o", "--output", metavar="FILE", help="The learned colour.")] = Path(
+        "ball.json"
+    ),
+) -> None:
+    """Learn the ball's colour from images in which one points at it."""
+    from kendama_cli.cli.camera_work import learn_ball  # OpenCV
+
+    learn_ball(clicks, radius_px, output)
+
+
+@camera_app.command("check")
+def camera_check(
+    overrides: Overrides = None,
+    seconds: Annotated[float, typer.Option(metavar="N", min=0.05, help="How long to look.")] = 2.0,
+    output: Annotated[
+        Path | None, typer.Option("-o", "--output", metavar="FILE", help="A picture of what was seen, as PNG.")
+    ] = None,
+    as_json: Json = False,
+    home: Home = None,
+    config_dir: ConfigDir = None,
+) -> None:
+    """Look through the configured cameras: frame rate, latency, and what the detector sees."""
+    from kendama_cli.cli.camera_work import check  # OpenCV and compiled code
+
+    check(find_site(home, config_dir), overrides or [], seconds, output, as_json=as_json)

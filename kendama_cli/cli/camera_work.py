@@ -1,0 +1,159 @@
+"""What the camera commands do, and how they show and write it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+import yaml
+from numpy.typing import NDArray
+
+from kendama_cli.blocks.camera.calibration import calibration_document
+from kendama_cli.blocks.camera.check import check_cameras, figures
+from kendama_cli.blocks.camera.pictures import as_png, calibration_picture, check_picture
+from kendama_cli.blocks.camera.views import cameras_of, read_views
+from kendama_cli.cli import render
+from kendama_cli.config.compose import composed
+from kendama_cli.config.site import Site
+from kendama_cli.errors import InputError, StageError, UsageError
+from kendama_cli.pipeline.inputs import resolve_files
+from kendama_cli.settings.nodes import build_settings
+from kendama_cli.store.durable import write_file
+from kendama_cli.vision.calibration import Board, BoardView, CalibratedCamera, calibrate, find_board
+from kendama_cli.vision.colour import learn_from_clicks
+
+PRINT_DPI = 300
+
+
+def board_of(squares: str, square_mm: float, marker_mm: float) -> Board:
+    """The board that the options tell; raises UsageError where there can be none."""
+    columns, _, rows = squares.lower().partition("x")
+    if not (columns.isdecimal() and rows.isdecimal() and 3 <= int(columns) <= 22 and 3 <= int(rows) <= 22):
+        raise UsageError(f"--board {squares}: allowed are COLUMNSxROWS of 3 to 22 squares each, such as 7x5")
+    if not 0 < marker_mm < square_mm:
+        raise UsageError(f"--marker-mm {marker_mm:g}: a marker must lie within its square of {square_mm:g} mm")
+    return Board(int(columns), int(rows), square_mm / 1e3, marker_mm / 1e3)
+
+
+def draw_board(board: Board, output: Path) -> None:
+    """Write the picture to print."""
+    _write_png(output, board.picture(round(board.square_m / 0.0254 * PRINT_DPI)))
+    render.text(f"{output}: print it at {PRINT_DPI} dpi, glue it on something flat, and measure a square")
+
+
+def calibrate_cameras(board: Board, paths: Sequence[Path], board_at: str, output: Path, *, as_json: bool) -> None:
+    """Calibrate, write the file and a picture beside it, and show how well it went.
+
+    Raises UsageError or InputError, with nothing written, where the views cannot be used.
+    """
+    centre_m = _triple(board_at)
+    if output.suffix.lower() not in (".yaml", ".yml"):
+        raise UsageError(f"-o {output}: a calibration is YAML; name it like {output.with_suffix('.yaml')}")
+    sizes: dict[str, tuple[int, int]] = {}
+    views: dict[str, list[BoardView]] = {}
+    backgrounds: dict[str, NDArray[np.uint8]] = {}
+    for name, sources in cameras_of(paths).items():
+        views[name] = []
+        for view, pixels in read_views(sources):
+            sizes[name], backgrounds[name] = (pixels.shape[1], pixels.shape[0]), pixels
+            found = find_board(board, pixels, view)
+            if found is None:
+                render.note(f"{name}, {view}: the board is not seen")
+            else:
+                views[name].append(found)
+    try:
+        made = calibrate(board, views, sizes, centre_m)
+    except ValueError as error:
+        raise InputError(", ".join(map(str, paths)), str(error)) from None
+    document = calibration_document(board, made)
+    note = "# Made by 'kendama camera calibrate'; use it with camera.calibration=FILE\n"
+    write_file(output, (note + yaml.safe_dump(document, sort_keys=False)).encode())
+    picture = output.with_suffix(".png")
+    _write_png(picture, calibration_picture(made, backgrounds))
+    if as_json:
+        render.document({"calibration": str(output), "picture": str(picture), **document})
+        return
+    render.table(
+        [_row(one) for one in made],
+        head=("camera", "views", "rms_px", "worst_px", "focal_px", "centre_px", "position_m"),
+    )
+    render.text(f"{output}, {picture}; use it with camera.calibration={output}")
+
+
+def learn_ball(clicks: Sequence[str], radius_px: float, output: Path) -> None:
+    """Learn the ball's colour where ``clicks``, IMAGE@U,V each, point at it, and write it.
+
+    Raises UsageError for a click that is none or lies outside its image, InputError where nothing can be learned.
+    """
+    images, places = [], []
+    for click in clicks:
+        name, _, place = click.rpartition("@")
+        try:
+            u, v = (float(part) for part in place.split(","))
+        except ValueError:
+            raise UsageError(f"{click}: give an image and the ball's middle in it, such as left.png@320,200") from None
+        (_, pixels), *_ = read_views([path for paths in cameras_of([Path(name)]).values() for path in paths])
+        if not (0 <= u < pixels.shape[1] and 0 <= v < pixels.shape[0]):
+            size = f"{pixels.shape[1]} x {pixels.shape[0]} px"
+            raise UsageError(f"{click}: the place lies outside the image of {size}; u counts columns, v rows")
+        images.append(pixels)
+        places.append((u, v))
+    try:
+        learned = learn_from_clicks(images, places, radius_px)
+    except ValueError as error:
+        raise InputError(", ".join(clicks), str(error), remedy="point at the ball in a well lit image") from None
+    write_file(output, learned.to_json().encode())
+    render.text(f"{output}; use it with predict.detector.colour={output}")
+
+
+def check(site: Site, overrides: Sequence[str], seconds: float, output: Path | None, *, as_json: bool) -> None:
+    """Look through the configured cameras, and show what they give and what the detector sees in it."""
+    if output is not None:
+        _require_png(output)
+    settings = build_settings(composed(site, overrides))
+    watched = check_cameras(
+        resolve_files(settings["camera"], "camera", site.data_roots),
+        settings["lighting"],
+        settings["game"],
+        resolve_files(settings["predict"], "predict", site.data_roots),
+        seconds=seconds,
+        seed=settings["seed"],
+    )
+    told = {name: figures(one) for name, one in watched.items()}
+    shown = {name: one.shown for name, one in watched.items() if one.shown is not None}
+    if not shown:
+        raise StageError(f"no camera gave a frame within {seconds:g} s; look longer, or check the recording's times")
+    if output is not None:
+        _write_png(output, check_picture(shown))
+    if as_json:
+        render.document({"cameras": told, "picture": None if output is None else str(output)})
+        return
+    names = next(iter(told.values()))
+    render.table([(name, *(render.figure(one[name]) for one in told.values())) for name in names], head=("", *told))
+
+
+def _row(one: CalibratedCamera) -> tuple[str, ...]:
+    values = [*one.model.focal_px.tolist(), *one.model.center_px.tolist()]
+    sure = [f"{value:.1f}+-{sigma:.1f}" for value, sigma in zip(values, one.sigma_px, strict=True)]
+    place = " ".join(f"{x:.3f}" for x in one.model.position_in_world_m)
+    fit = f"{one.rms_px:.3f}", f"{one.errors_px.max():.3f}"
+    return one.model.name, str(len(one.views)), *fit, " ".join(sure[:2]), " ".join(sure[2:]), place
+
+
+def _triple(text: str) -> NDArray[np.float64]:
+    try:
+        x, y, z = (float(part) for part in text.split(","))
+    except ValueError:
+        raise UsageError(f"--board-at {text}: give three numbers in metres, such as 0,0,-0.55") from None
+    return np.array([x, y, z])
+
+
+def _require_png(path: Path) -> None:
+    if path.suffix.lower() != ".png":
+        raise UsageError(f"-o {path}: a picture is a PNG; name it like {path.with_suffix('.png')}")
+
+
+def _write_png(path: Path, pixels: NDArray[np.uint8]) -> None:
+    _require_png(path)
+    write_file(path, as_png(pixels))

@@ -1,0 +1,93 @@
+"""Try the predictor on recorded flights of one's own."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from kendama_cli.cli import render
+from kendama_cli.cli.options import Json
+from kendama_cli.errors import InputError
+
+if TYPE_CHECKING:
+    from kendama_cli.vision.flight_search import RecordedFlight
+    from kendama_cli.vision.flight_trial import Trial
+
+SEEN = (0.3, 0.5, 0.7, 0.9)
+
+
+def log_predict(
+    file: Annotated[
+        Path, typer.Argument(metavar="FILE", help="CSV (t_s,x_m,y_m,z_m), Qualisys TSV, Motive CSV, C3D or MCAP.")
+    ],
+    calibrate: Annotated[
+        list[Path] | None,
+        typer.Option(
+            metavar="FILE",
+            help="Learn gravity, drag and wobble from this file's flights; repeat for more "
+            "[FILE's other flights, each flight's own left out].",
+        ),
+    ] = None,
+    as_json: Json = False,
+) -> None:
+    """Foresee the end of every free flight in a recording from its first part, and tell how far off that is."""
+    from kendama_cli.vision.flight_trial import try_flights  # scipy and cv2
+
+    flights = _flights(file)
+    others = [flight for path in calibrate for flight in _flights(path)] if calibrate else None
+    document = _document(file, flights, try_flights(flights, SEEN, others))
+    if as_json:
+        render.document(document)
+        return
+    model = document["model"]
+    whence = "the flights named by --calibrate" if calibrate else "the other flights of this file"
+    if not model["calibrated_on"]:
+        whence = "nothing, for want of other flights"
+    render.text(f"{file}: {len(flights)} flights; gravity, drag and wobble from {whence}: {render.figures(model)}")
+    rows = [document[str(seen)] for seen in SEEN]
+    render.table([[render.figure(value) for value in row.values()] for row in rows], head=list(rows[0]))
+
+
+def _flights(path: Path) -> list[RecordedFlight]:
+    from kendama_cli.blocks.flight.reader import read_tracks  # pandas
+    from kendama_cli.vision.flight_search import DROP_M, FLIGHT_S, find_flights
+
+    tracks = read_tracks(path)
+    flights = find_flights(tracks)
+    if not flights:
+        problem = (
+            f"no free flight in its {len(tracks)} tracks: none falls as gravity wants it to for {FLIGHT_S:g} s and "
+            f"ends {DROP_M:g} m under its apex"
+        )
+        raise InputError(str(path), problem, remedy="give a recording of thrown balls, and look at its units")
+    return flights
+
+
+def _document(path: Path, flights: list[RecordedFlight], trial: Trial) -> dict[str, Any]:
+    import numpy as np
+
+    document: dict[str, Any] = {"path": str(path), "flights": len(flights)}
+    for j, seen in enumerate(SEEN):
+        told: dict[str, Any] = {"seen_fraction": seen, "flights": len(flights)}
+        for name, errors in (
+            ("position_error_mm", trial.position_error_mm[:, j]),
+            ("time_error_ms", trial.time_error_ms[:, j]),
+        ):
+            known = errors[np.isfinite(errors)]
+            for part in (50, 95):
+                told[f"{name}_p{part}"] = float(np.quantile(known, part / 100)) if len(known) else None
+        told["predicted"] = int(np.isfinite(trial.position_error_mm[:, j]).sum())
+        document[str(seen)] = told
+    model = trial.model
+    document["model"] = {
+        "calibrated_on": model.flights,
+        "gravity_m_s2": float(np.linalg.norm(model.gravity_m_s2)),
+        "tilt_x_rad": float(model.tilt_rad[0]),
+        "tilt_y_rad": float(model.tilt_rad[1]),
+        "drag_per_s": model.drag_per_s,
+        "sigma_m": model.sigma_m,
+        **{f"wobble_{name}": value for name, value in vars(model.motion).items() if name != "kind"},
+    }
+    return document

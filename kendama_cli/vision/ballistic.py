@@ -1,0 +1,147 @@
+"""Least squares on a ballistic flight at constant cost per observation: an information filter."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from kendama_cli.artifacts.checks import Array
+from kendama_cli.vision.free_flight import FreeFlight
+from kendama_cli.vision.triangulation import NEAREST_DEPTH_M, SightRows
+
+UNKNOWNS = 6
+MIN_FREEDOM = 8
+"""Residuals are believed only with this many observations (scalar) beyond the six unknowns."""
+KNOWN_POSITION_M, KNOWN_VELOCITY_M_S = 0.05, 0.5
+"""Once the ball is known so well, so are the depths that weight its pixels, and the sums may begin."""
+MOST_EARLY_SIGHTS = 200
+
+
+class Moment(NamedTuple):
+    """The ball at one time: position and velocity (3,), and the covariance (3, 3) of the position."""
+
+    position_m: Array
+    velocity_m_s: Array
+    covariance_m2: Array
+
+
+class BallisticFit:
+    """Position and velocity at the first observation, by weighted linear least squares.
+
+    ``FreeFlight`` makes every later position linear in the six unknowns x, and ``SightRows`` every pixel linear in
+    the position: J x = y, whitened. Only the sum of A^T A with A = (J, y - J x0) is kept, 7x7: information, vector
+    and square at once, about a fixed reference x0 near the solution so that nothing cancels.
+    """
+
+    def __init__(self, flight: FreeFlight) -> None:
+        self._flight = flight
+        self.count = 0
+        self._start_s = 0.0
+        self._early: list[tuple[float, SightRows]] | None = []
+        self._sums = np.zeros((UNKNOWNS + 1, UNKNOWNS + 1))
+        self._reference = np.zeros(UNKNOWNS)
+        self._state: Array | None = None
+        self._covariance = np.zeros((UNKNOWNS, UNKNOWNS))
+        self._ratio = 1.0
+        self._solved = 0
+
+    @property
+    def residual_ratio(self) -> float:
+        """Chi-square of the residuals per degree of freedom."""
+        self._solve()
+        return self._ratio
+
+    def add(self, t_s: float, sight: SightRows) -> None:
+        """Take one sight; order and rate are free."""
+        if self.count == 0:
+            self._start_s = t_s
+        self.count += len(sight.right)
+        if self._early is None:
+            self._accumulate(t_s - self._start_s, sight, weighted=True)
+        else:
+            self._early.append((t_s - self._start_s, sight))
+            if len(self._early) > MOST_EARLY_SIGHTS and self._state is None:  # nothing could be told from them
+                self.count -= len(self._early.pop(0)[1].right)
+
+    def state(self, t_s: float) -> tuple[Array, Array] | None:
+        """Position and velocity (3,) at ``t_s``; None while they are not known."""
+        self._solve()
+        if self._state is None:
+            return None
+        start, velocity = self._state[:3], self._state[3:]
+        if t_s == self._start_s:
+            return start, velocity
+        k = self._flight.drag_per_s
+        a, b = self._flight.gains(t_s - self._start_s)
+        gravity = self._flight.gravity_m_s2
+        return start + a * velocity + b * gravity, (1 - k * a) * velocity + a * gravity
+
+    def moment(self, t_s: float) -> Moment | None:
+        """The ball at ``t_s``, with the covariance of its position, scaled up where the residuals are too large."""
+        known = self.state(t_s)
+        if known is None:
+            return None
+        a = self._flight.gains(t_s - self._start_s)[0]
+        p = self._covariance
+        covariance = p[:3, :3] + a * (p[:3, 3:] + p[3:, :3]) + a * a * p[3:, 3:]
+        return Moment(*known, covariance * max(1.0, self._ratio))
+
+    def within(self, position_m: float, velocity_m_s: float) -> bool:
+        """Whether the first position and velocity are known to these standard deviations along every axis."""
+        self._solve()
+        sigma = np.sqrt(self._covariance.diagonal())
+        return self._state is not None and bool((sigma[:3] < position_m).all() and (sigma[3:] < velocity_m_s).all())
+
+    @property
+    def reference_s(self) -> float:
+        """The time of the first observation."""
+        return self._start_s
+
+    def _accumulate(self, s: float, sight: SightRows, *, weighted: bool) -> None:
+        """Add one sight to the sums, weighted with the inverse depth of the reference."""
+        a, b = self._flight.gains(s)
+        reference = self._reference
+        place = reference[:3] + a * reference[3:] + b * self._flight.gravity_m_s2
+        scaled, right = sight.rows, sight.right
+        if weighted:
+            weight = 1.0 / max(float(sight.depth_row @ place) + sight.depth_right, NEAREST_DEPTH_M)
+            scaled, right = weight * scaled, weight * right
+        whole = np.empty((len(right), UNKNOWNS + 1))
+        whole[:, :3], whole[:, 3:UNKNOWNS], whole[:, UNKNOWNS] = scaled, a * scaled, right - scaled @ place
+        self._sums += whole.T @ whole
+
+    def _solve(self) -> None:
+        if self._solved == self.count or self.count < UNKNOWNS:
+            return
+        self._solved = self.count
+        if self._early is None:
+            self._step()
+            return
+        for _ in range(1 if self._state is not None else 3):
+            if self._state is not None:
+                self._reference = self._state
+            self._sums = np.zeros_like(self._sums)
+            for s, sight in self._early:
+                self._accumulate(s, sight, weighted=self._state is not None)
+            if not self._step():
+                return
+        if self.within(KNOWN_POSITION_M, KNOWN_VELOCITY_M_S) or len(self._early) >= MOST_EARLY_SIGHTS:
+            self._early = None
+
+    def _step(self) -> bool:
+        """Solve with the sums as they stand; the state stays as it was where they do not determine it."""
+        try:
+            covariance = np.linalg.inv(self._sums[:UNKNOWNS, :UNKNOWNS])
+        except np.linalg.LinAlgError:
+            return False
+        vector = self._sums[:UNKNOWNS, UNKNOWNS]
+        step = covariance @ vector
+        if not (math.isfinite(float(step.sum())) and float(covariance.diagonal().min()) > 0):
+            return False
+        self._state, self._covariance = self._reference + step, np.asarray(covariance, dtype=np.float64)
+        freedom = self.count - UNKNOWNS
+        if freedom >= MIN_FREEDOM:
+            self._ratio = max(float(self._sums[UNKNOWNS, UNKNOWNS] - step @ vector), 0.0) / freedom
+        return True

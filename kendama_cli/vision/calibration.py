@@ -1,0 +1,218 @@
+"""Calibrating one or several cameras from views of a ChArUco board."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from kendama_cli.artifacts.checks import Array
+from kendama_cli.vision.camera_model import CameraModel
+
+MIN_VIEWS = 4
+"""Fewer leave the focal length and the board's distance to be mistaken for each other."""
+MIN_CORNERS = 6
+LEAST_TILT_DEG = 10.0
+"""From parallel views a focal length comes out that is wrong several times over, with a small standard deviation."""
+FLAGS = cv2.CALIB_FIX_K3
+"""k3 is left at 0: on ordinary lenses it only trades with k1 and k2, and goes wild towards the image's corners."""
+
+
+@dataclass(frozen=True)
+class Board:
+    """A ChArUco board of ``columns`` x ``rows`` squares, with markers of OpenCV's dictionary 4X4_250."""
+
+    columns: int
+    rows: int
+    square_m: float
+    marker_m: float
+
+    @property
+    def opencv(self) -> cv2.aruco.CharucoBoard:
+        """OpenCV's board."""
+        markers = cv2.aruco.getPredefinedDictionary(cv2.aruco.DICT_4X4_250)
+        return cv2.aruco.CharucoBoard((self.columns, self.rows), self.square_m, self.marker_m, markers)
+
+    def picture(self, pixels_per_square: int) -> NDArray[np.uint8]:
+        """The board to print, grey, with half a square of white about it."""
+        margin = pixels_per_square // 2
+        size = (self.columns * pixels_per_square + 2 * margin, self.rows * pixels_per_square + 2 * margin)
+        return np.asarray(self.opencv.generateImage(size, marginSize=margin), dtype=np.uint8)
+
+    @property
+    def corners_m(self) -> Array:
+        """Inner corners (n, 3) on the board: x along its rows, y down its columns, z into it, 0 at its first corner."""
+        return np.asarray(self.opencv.getChessboardCorners(), dtype=np.float64)
+
+
+@dataclass(frozen=True)
+class BoardView:
+    """Corners of the board in one image: their numbers (n,) and pixels (n, 2)."""
+
+    name: str
+    ids: NDArray[np.int64]
+    pixels: Array
+
+
+@dataclass(frozen=True)
+class CalibratedCamera:
+    """A camera's model, the standard deviations of (fx, fy, cx, cy) [px], and what each view leaves over.
+
+    ``errors_px`` (v,) is the rms distance of seen and projected corners per view, ``residuals_px`` (n_i, 2) each of
+    them: seen less projected.
+    """
+
+    model: CameraModel
+    sigma_px: Array
+    views: tuple[BoardView, ...]
+    errors_px: Array
+    residuals_px: tuple[Array, ...]
+
+    @property
+    def rms_px(self) -> float:
+        """Over all corners of all views."""
+        return float(np.sqrt((np.concatenate(self.residuals_px) ** 2).sum(axis=1).mean()))
+
+
+@dataclass(frozen=True)
+class _Fit:
+    matrix: Array
+    distortion: Array
+    sigma_px: Array
+    rotations: Sequence[Array]
+    shifts: Sequence[Array]
+
+
+def find_board(board: Board, image: NDArray[np.uint8], name: str) -> BoardView | None:
+    """The board's corners in ``image`` (h, w, 3); None where fewer than six of them, or of one line, are seen."""
+    found, ids, _, _ = cv2.aruco.CharucoDetector(board.opencv).detectBoard(cv2.cvtColor(image, cv2.COLOR_BGR2GRAY))
+    if ids is None or len(ids) < MIN_CORNERS:
+        return None
+    numbers = np.asarray(ids, dtype=np.int64).ravel()
+    flat = board.corners_m[numbers, :2]
+    if np.linalg.matrix_rank(flat - flat.mean(axis=0), tol=board.square_m / 2) < 2:
+        return None
+    return BoardView(name, numbers, np.asarray(found, dtype=np.float64).reshape(-1, 2))
+
+
+def calibrate(
+    board: Board,
+    views: Mapping[str, Sequence[BoardView]],
+    sizes: Mapping[str, tuple[int, int]],
+    centre_m: Array,
+) -> list[CalibratedCamera]:
+    """Models of all cameras: each one's intrinsics by itself, then its pose to the first from the views of both.
+
+    ``views`` and ``sizes`` (width, height) are by camera; views of one name were taken at one moment. The world: in the
+    first view of the first camera the board's middle lies at ``centre_m``, its rows along x, z up out of its print.
+    Raises ValueError where the views do not suffice.
+    """
+    fits = {name: _intrinsics(board, name, seen, sizes[name]) for name, seen in views.items()}
+    first = next(iter(views))
+    to_first = _board_to_world(board, centre_m)
+    world = _pose(fits[first].rotations[0], fits[first].shifts[0]) @ np.linalg.inv(to_first)
+    made = []
+    for name, fit in fits.items():
+        pose = world if name == first else _to_other(board, (first, name), views, fits) @ world
+        rotation = _nearest_rotation(pose[:3, :3])
+        model = CameraModel(
+            name=name,
+            width_px=sizes[name][0],
+            height_px=sizes[name][1],
+            focal_px=np.diag(fit.matrix)[:2],
+            center_px=fit.matrix[:2, 2],
+            distortion=fit.distortion,
+            world_to_camera=rotation,
+            position_in_world_m=-rotation.T @ pose[:3, 3],
+        )
+        made.append(_judged(board, model, fit, views[name]))
+    return made
+
+
+def _intrinsics(board: Board, name: str, views: Sequence[BoardView], size: tuple[int, int]) -> _Fit:
+    if len(views) < MIN_VIEWS:
+        raise ValueError(
+            f"camera '{name}': the board is seen in {len(views)} images, at least {MIN_VIEWS} are needed; check the "
+            "board's size and take more images of it, tilted every way"
+        )
+    points = [board.corners_m[view.ids].astype(np.float32) for view in views]
+    pixels = [view.pixels.astype(np.float32)[:, None] for view in views]
+    try:
+        _, matrix, distortion, rotations, shifts, sigma, _, _ = cv2.calibrateCameraExtended(
+            points, pixels, size, np.eye(3), np.zeros(5), flags=FLAGS
+        )
+    except cv2.error as error:
+        raise ValueError(f"camera '{name}': its views do not determine it ({error.err}); tilt the board more") from None
+    turned = [np.asarray(cv2.Rodrigues(rotation)[0], dtype=np.float64) for rotation in rotations]
+    normals = np.array([rotation[:, 2] for rotation in turned])
+    spread = float(np.degrees(np.arccos(np.clip(normals @ normals.T, -1, 1))).max())
+    if not spread > LEAST_TILT_DEG:
+        raise ValueError(
+            f"camera '{name}': the board's tilt differs by {spread:.1f} degrees between its views, above "
+            f"{LEAST_TILT_DEG:.0f} are needed to tell the focal length; tilt it by 20 degrees or more every way"
+        )
+    return _Fit(
+        matrix=np.asarray(matrix, dtype=np.float64),
+        distortion=np.asarray(distortion, dtype=np.float64).ravel()[:5],
+        sigma_px=np.asarray(sigma, dtype=np.float64).ravel()[:4],
+        rotations=turned,
+        shifts=[np.asarray(shift, dtype=np.float64) for shift in shifts],
+    )
+
+
+def _to_other(
+    board: Board, pair: tuple[str, str], views: Mapping[str, Sequence[BoardView]], fits: Mapping[str, _Fit]
+) -> Array:
+    """The map (4, 4) from the first camera's axes to the other's, from the corners that both see at one moment."""
+    a, b = pair
+    other = {view.name: view for view in views[b]}
+    points, seen_a, seen_b = [], [], []
+    for view in views[a]:
+        if view.name not in other:
+            continue
+        ids, at_a, at_b = np.intersect1d(view.ids, other[view.name].ids, return_indices=True)
+        if len(ids) >= MIN_CORNERS:
+            points.append(board.corners_m[ids].astype(np.float32))
+            seen_a.append(view.pixels[at_a].astype(np.float32)[:, None])
+            seen_b.append(other[view.name].pixels[at_b].astype(np.float32)[:, None])
+    if not points:
+        raise ValueError(
+            f"cameras '{a}' and '{b}' see the board together in no view; views of one moment must have one name, or "
+            "one place in their videos"
+        )
+    one, two = fits[a], fits[b]
+    result = cv2.stereoCalibrate(
+        points, seen_a, seen_b, one.matrix, one.distortion, two.matrix, two.distortion, (1, 1),
+        flags=cv2.CALIB_FIX_INTRINSIC,
+    )  # fmt: skip
+    return _pose(np.asarray(result[5]), np.asarray(result[6]))
+
+
+def _judged(board: Board, model: CameraModel, fit: _Fit, views: Sequence[BoardView]) -> CalibratedCamera:
+    residuals = []
+    for view, rotation, shift in zip(views, fit.rotations, fit.shifts, strict=True):
+        projected, _ = cv2.projectPoints(board.corners_m[view.ids], rotation, shift, fit.matrix, fit.distortion)
+        residuals.append(view.pixels - projected.reshape(-1, 2))
+    errors = np.array([np.sqrt((left**2).sum(axis=1).mean()) for left in residuals])
+    return CalibratedCamera(model, fit.sigma_px, tuple(views), errors, tuple(residuals))
+
+
+def _board_to_world(board: Board, centre_m: Array) -> Array:
+    """The map (4, 4) of the board's axes into the world's, where it lies with its print upwards."""
+    axes = np.diag([1.0, -1.0, -1.0])
+    middle = np.array([board.columns, board.rows, 0.0]) * board.square_m / 2
+    return _pose(axes, centre_m - axes @ middle)
+
+
+def _pose(rotation: Array, shift: Array) -> Array:
+    made = np.eye(4)
+    made[:3, :3], made[:3, 3] = rotation, np.asarray(shift).ravel()
+    return made
+
+
+def _nearest_rotation(matrix: Array) -> Array:
+    left, _, right = np.linalg.svd(matrix)
+    return np.asarray(left @ right)

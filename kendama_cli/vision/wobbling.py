@@ -1,0 +1,166 @@
+"""A flight that its model describes only roughly: a Kalman filter with process noise or a coloured residual."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from kendama_cli.artifacts.checks import Array
+from kendama_cli.settings.predict import ColouredMotion, ProcessNoiseMotion
+from kendama_cli.vision.ballistic import MIN_FREEDOM, UNKNOWNS, BallisticFit, Moment
+from kendama_cli.vision.free_flight import FreeFlight
+from kendama_cli.vision.triangulation import NEAREST_DEPTH_M, SightRows
+
+WIDE_POSITION_M, WIDE_VELOCITY_M_S = 1.0, 10.0
+"""What is believed of the ball before it is seen: next to nothing."""
+
+
+class WobblingFit:
+    """The ball's state from sights in order of time, each at the same cost.
+
+    ``process_noise``: x = (p, v) with v' = g - k v + white noise of intensity q. ``coloured``: x = (p, v, w, w') where
+    what is seen is p + w and w is a Matern-3/2 process (lambda = sqrt(3) / length),
+
+        w'' = -lambda^2 w - 2 lambda w' + white noise,  var(w) = sigma^2,
+
+    beside the process noise, which is least squares with that residual covariance (generalised least squares).
+    Begins with the plain fit's state as soon as that is known, and takes the sights that led to it once more.
+    """
+
+    def __init__(self, flight: FreeFlight, motion: ProcessNoiseMotion | ColouredMotion) -> None:
+        self._flight, self._motion = flight, motion
+        self._plain = BallisticFit(flight)
+        self._waiting: list[tuple[float, SightRows]] = []
+        self.count = 0
+        self._size = 12 if isinstance(motion, ColouredMotion) else 6
+        self._mean: Array | None = None
+        self._covariance = np.zeros((self._size, self._size))
+        self._square = 0.0
+        self.reference_s = 0.0
+
+    @property
+    def residual_ratio(self) -> float:
+        """Mean square of the innovations, each over its standard deviation."""
+        freedom = self.count - UNKNOWNS
+        return self._square / freedom if self._mean is not None and freedom >= MIN_FREEDOM else 1.0
+
+    def add(self, t_s: float, sight: SightRows) -> None:
+        """Take one sight; stamps may go back by the few milliseconds that cameras are apart, no farther."""
+        self.count += len(sight.right)
+        if self._mean is not None:
+            self._take(t_s, sight)
+            return
+        self._plain.add(t_s, sight)
+        self._waiting.append((t_s, sight))
+        self._waiting.sort(key=lambda one: one[0])
+        first_s = self._waiting[0][0]
+        known = self._plain.state(first_s)
+        if known is None or not self._plain.within(WIDE_POSITION_M / 4, WIDE_VELOCITY_M_S / 4):
+            return
+        self._mean = np.concatenate([*known, np.zeros(self._size - UNKNOWNS)])
+        wide = np.repeat([WIDE_POSITION_M**2, WIDE_VELOCITY_M_S**2, *self._still()], 3)
+        self._covariance, self.reference_s = np.diag(wide), first_s
+        for one in self._waiting:
+            self._take(*one)
+        self._waiting = []
+
+    def state(self, t_s: float) -> tuple[Array, Array] | None:
+        """Position and velocity (3,) at ``t_s``, the wobble's expected part included; None while not known."""
+        if self._mean is None:
+            return None
+        mean = self._mean_over(t_s - self.reference_s)
+        place, velocity = mean[0], mean[1]
+        return (place + mean[2], velocity + mean[3]) if self._size == 12 else (place, velocity)
+
+    def moment(self, t_s: float) -> Moment | None:
+        """The ball at ``t_s``, with the covariance of its position, scaled up where the innovations are too large."""
+        known = self.state(t_s)
+        if known is None:
+            return None
+        p = self._covariance_over(t_s - self.reference_s)
+        place = p[:3, :3]
+        if self._size == 12:
+            place = place + p[6:9, 6:9] + p[:3, 6:9] + p[6:9, :3]
+        return Moment(*known, place * max(1.0, self.residual_ratio))
+
+    def _take(self, t_s: float, sight: SightRows) -> None:
+        if self._mean is None:
+            return
+        late = min(t_s - self.reference_s, 0.0)
+        if late == 0.0:
+            self._mean = self._mean_over(t_s - self.reference_s).ravel()
+            self._covariance = self._covariance_over(t_s - self.reference_s)
+            self.reference_s = t_s
+        a, b = self._flight.gains(late)  # a stamp from before is held against the flight traced back
+        place = self._mean[:3] + a * self._mean[3:6] + b * self._flight.gravity_m_s2
+        depth = float(sight.depth_row @ place) + sight.depth_right
+        rows = sight.rows / max(depth, NEAREST_DEPTH_M)
+        design = np.zeros((len(rows), self._size))
+        design[:, :3], design[:, 3:6] = rows, a * rows
+        if self._size == 12:
+            design[:, 6:9] = rows
+            place = place + self._mean[6:9]
+        innovation = sight.right / max(depth, NEAREST_DEPTH_M) - rows @ place
+        crossed = self._covariance @ design.T
+        spread = design @ crossed + np.eye(len(rows))
+        gain = np.linalg.solve(spread, crossed.T).T
+        self._square += float(innovation @ np.linalg.solve(spread, innovation))
+        self._mean = self._mean + gain @ innovation
+        covariance = self._covariance - gain @ crossed.T
+        self._covariance = (covariance + covariance.T) / 2
+
+    def _still(self) -> list[float]:
+        """Stationary variances of the wobble and its rate."""
+        if not isinstance(self._motion, ColouredMotion):
+            return []
+        sigma, decay = self._motion.sigma_m, math.sqrt(3) / self._motion.length_s
+        return [sigma**2, (decay * sigma) ** 2]
+
+    def _mean_over(self, s: float) -> Array:
+        """The mean after ``s`` seconds, a row for each of p, v, w, w' (2 or 4, 3)."""
+        if self._mean is None:
+            raise ValueError("nothing is known yet")
+        mean = self._transition(s) @ self._mean.reshape(-1, 3)
+        a, b = self._flight.gains(s)
+        mean[0] += b * self._flight.gravity_m_s2
+        mean[1] += a * self._flight.gravity_m_s2
+        return np.asarray(mean)
+
+    def _covariance_over(self, s: float) -> Array:
+        """The covariance after ``s`` seconds; backward, nothing is forgotten."""
+        small = self._transition(s)
+        ahead = _per_axis(small)
+        covariance = ahead @ self._covariance @ ahead.T
+        if s > 0:
+            q, added = self._motion.intensity_m2_s3, np.zeros_like(small)
+            added[0, 0], added[1, 1] = q * s**3 / 3, q * s
+            added[0, 1] = added[1, 0] = q * s**2 / 2
+            if self._size == 12:
+                still = np.diag(self._still())
+                added[2:, 2:] = still - small[2:, 2:] @ still @ small[2:, 2:].T
+            covariance += _per_axis(added)
+        return covariance
+
+    def _transition(self, s: float) -> Array:
+        """How p, v (and w, w') go on along one axis over ``s`` seconds (2, 2) or (4, 4); w stays backward."""
+        a = self._flight.gains(s)[0]
+        small = np.eye(self._size // 3)
+        small[0, 1], small[1, 1] = a, 1 - self._flight.drag_per_s * a
+        if isinstance(self._motion, ColouredMotion) and s > 0:
+            decay = math.sqrt(3) / self._motion.length_s
+            fade, turn = math.exp(-decay * s), decay * s
+            small[2, 2], small[2, 3] = fade * (1 + turn), fade * s
+            small[3, 2], small[3, 3] = -fade * decay * turn, fade * (1 - turn)
+        return small
+
+
+_AXES = np.arange(3)
+
+
+def _per_axis(block: Array) -> Array:
+    """The same ``block`` (k, k) for x, y and z: (3 k, 3 k)."""
+    k = len(block)
+    whole = np.zeros((k, 3, k, 3))
+    whole[:, _AXES, :, _AXES] = block
+    return whole.reshape(3 * k, 3 * k)

@@ -1,0 +1,70 @@
+"""`kendama log predict`: what it prints, and what it says of files that it cannot use."""
+
+import json
+
+import numpy as np
+import pytest
+
+from kendama_cli.cli.main import main
+from tests.blocks.flight.files import csv_text, qualisys_text
+from tests.vision.flights import session
+
+FIGURES = {"position_error_mm_p50", "position_error_mm_p95", "time_error_ms_p50", "time_error_ms_p95"}
+
+
+@pytest.fixture(scope="module")
+def throws(tmp_path_factory):
+    track, _ = session(np.random.default_rng(10400), 3)
+    path = tmp_path_factory.mktemp("throws") / "throws.csv"
+    path.write_text(csv_text(track))
+    return path
+
+
+def test_json_tells_errors_for_every_part_seen(throws, capsys):
+    assert main(["log", "predict", str(throws), "--json"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    for seen in ("0.3", "0.5", "0.7", "0.9"):
+        row = told[seen]
+        assert set(row) >= FIGURES | {"flights"}
+        assert row["flights"] == row["predicted"] == 3
+        assert 0 <= row["position_error_mm_p50"] <= row["position_error_mm_p95"]
+    assert told["0.7"]["position_error_mm_p50"] < 3
+    assert told["model"]["calibrated_on"] == 3
+    assert told["model"]["gravity_m_s2"] == pytest.approx(9.81, abs=0.15)
+
+
+def test_other_files_calibrate_it(throws, tmp_path, capsys):
+    track, _ = session(np.random.default_rng(10401), 2, rate_hz=200.0)
+    even = type(track)("ball", np.arange(len(track.t_s)) / 200, track.position_m)
+    (tmp_path / "others.tsv").write_text(qualisys_text(even, 200.0))
+    assert main(["log", "predict", str(throws), "--calibrate", str(tmp_path / "others.tsv")]) == 0
+    text = capsys.readouterr().out
+    assert "3 flights" in text
+    assert "the flights named by --calibrate" in text
+    assert "calibrated_on 2" in text
+    assert len(text.splitlines()) == 6
+
+
+def test_a_single_flight_is_held_against_standard_gravity(tmp_path, capsys):
+    track, _ = session(np.random.default_rng(10402), 1)
+    (tmp_path / "one.csv").write_text(csv_text(track))
+    assert main(["log", "predict", str(tmp_path / "one.csv"), "--json"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert told["model"]["calibrated_on"] == 0
+    assert told["0.5"]["position_error_mm_p50"] < 10
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("t_s,x_m,y_m,z_m\n" + "".join(f"{i / 100},0,0,1\n" for i in range(200)), "no free flight in its 1 tracks"),
+        ("a,b\n1,2\n", "its header lacks t_s, x_m, y_m, z_m"),
+    ],
+)
+def test_a_file_without_a_flight_is_told_in_one_line(tmp_path, capsys, text, message):
+    (tmp_path / "a.csv").write_text(text)
+    assert main(["log", "predict", str(tmp_path / "a.csv")]) == 2
+    told = capsys.readouterr()
+    assert told.out == ""
+    assert len(told.err.splitlines()) == 1
+    assert message in told.err
