@@ -13,7 +13,7 @@ from kendama_cli.motion.dmp import play
 from tests.motion.swings import path, settings
 
 peer: Any = pytest.importorskip(
-    "movement_primitives.dmp", reason="needs movement_primitives (pip install 'kendama[benchmarks]')"
+    "movement_primitives.dmp", reason="needs movement_primitives (pip install 'kendama[test]')"
 )
 
 
