@@ -51,7 +51,8 @@ OWN_MESSAGES: dict[str, str] = {
     ),
     "Game": (
         "index:int64 swung_up:bool predicted:bool caught:bool prediction_error_mm:double outcome:string since_s:double "
-        "free_s:double frames:int64 seen:int64 latency_frames:double blow_n:double"
+        "free_s:double frames:int64 seen:int64 latency_frames:double blow_n:double "
+        "crossing_s:double crossing_m:double[]"
     ),
     "GameEstimate": (
         "game:int64 t_catch_s:double sigma_t_s:double x_m:double y_m:double z_m:double "

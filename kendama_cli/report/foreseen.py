@@ -13,8 +13,7 @@ from kendama_cli.report.style import CUP, MUTED, OTHER
 from kendama_cli.report.tracks import Array, Track, direction
 
 _BINS = 10
-_FEWEST = 6
-"""Tracked places of the ball from which its real crossing is told."""
+_COLUMNS = ["t_s", "t_catch_s", "x_m", "y_m", "z_m", "velocity_x_m_s", "velocity_y_m_s", "velocity_z_m_s"]
 
 
 def ahead(log: StageLog, game: int, cup: Track, start_s: float) -> list[Ahead]:
@@ -26,42 +25,27 @@ def ahead(log: StageLog, game: int, cup: Track, start_s: float) -> list[Ahead]:
     first = tracked[tracked["t_s"] >= start_s].iloc[0]
     balls = log.table("/transfer/ball")
     along = np.array(direction(balls[balls["t_s"].between(start_s, start_s + float(np.ptp(cup.t_s)))]))
-    found = []
-    for row in estimates[estimates["game"] == game].itertuples():
-        place = along @ np.array([row.x_m - first["x_m"], row.y_m - first["y_m"]])
-        speed = along @ np.array([row.velocity_x_m_s, row.velocity_y_m_s])
-        covariance = np.array(row.covariance_m2).reshape(3, 3)[:2, :2]
-        found.append(
-            Ahead(
-                t_s=row.t_s - start_s,
-                crossing_s=row.t_catch_s - start_s,
-                x_m=float(place + cup.x_m[0]),
-                z_m=float(row.z_m - first["z_m"] + cup.z_m[0]),
-                x_m_s=float(speed),
-                z_m_s=float(row.velocity_z_m_s),
-                sigma_m=float(np.sqrt(max(along @ covariance @ along, 0.0))),
-            )
-        )
-    return found
+    of_game = estimates[estimates["game"] == game]
+    t_s, crossing_s, x, y, z, v_x, v_y, v_z = of_game[_COLUMNS].to_numpy(np.float64).T
+    place = (np.column_stack([x, y]) - first[["x_m", "y_m"]].to_numpy(np.float64)) @ along + cup.x_m[0]
+    speed = np.column_stack([v_x, v_y]) @ along
+    sigma = np.sqrt(np.maximum(np.einsum("i,nij,j->n", along, _covariance(of_game)[:, :2, :2], along), 0.0))
+    columns = (t_s - start_s, crossing_s - start_s, place, z - float(first["z_m"]) + cup.z_m[0], speed, v_z, sigma)
+    return [Ahead(*row) for row in np.column_stack(columns).tolist()]
 
 
 def error_over_time_panel(log: StageLog) -> Panel | None:
     """Error and stated uncertainty of every estimate of the games over the time left to the crossing."""
-    estimates = log.table("/transfer/estimate")
-    if estimates.empty:
+    estimates, games = log.table("/transfer/estimate"), log.table("/transfer/game")
+    if estimates.empty or games.empty:
         return None
     rows = []
-    for _, of_game in estimates.groupby("game"):
-        crossing = _crossing(of_game, log.table("/transfer/ball"))
-        if crossing is None:
-            continue
-        crossing_s, place_m = crossing
-        error = np.linalg.norm(of_game[["x_m", "y_m"]].to_numpy(np.float64) - place_m, axis=1)
-        covariance = np.array(of_game["covariance_m2"].tolist()).reshape(-1, 3, 3)
-        sigma = np.sqrt(np.maximum(covariance[:, 0, 0] + covariance[:, 1, 1], 0.0))
-        rows.append(
-            np.column_stack([1e3 * (crossing_s - of_game["t_s"].to_numpy(np.float64)), 1e3 * error, 1e3 * sigma])
-        )
+    for number in games.loc[np.isfinite(games["crossing_s"].to_numpy(np.float64)), "index"].tolist():
+        game, of_game = games[games["index"] == number].iloc[0], estimates[estimates["game"] == number]
+        error = np.linalg.norm(of_game[["x_m", "y_m"]].to_numpy(np.float64) - np.array(game["crossing_m"])[:2], axis=1)
+        sigma = np.sqrt(np.maximum(np.trace(_covariance(of_game)[:, :2, :2], axis1=1, axis2=2), 0.0))
+        left = float(game["crossing_s"]) - of_game["t_s"].to_numpy(np.float64)
+        rows.append(1e3 * np.column_stack([left, error, sigma]))
     if not rows:
         return None
     left_ms, error_mm, sigma_mm = np.vstack(rows).T
@@ -82,23 +66,5 @@ def error_over_time_panel(log: StageLog) -> Panel | None:
     return Panel("Error of what was foreseen", made.svg)
 
 
-def _crossing(estimates: pd.DataFrame, balls: pd.DataFrame) -> tuple[float, Array] | None:
-    """When and where (2,) the tracked ball really came down through the height of the estimates.
-
-    A parabola through its places from the first estimate on until just before: across they lie on lines.
-    """
-    last = estimates.iloc[-1]
-    flight = (
-        balls[balls["t_s"].between(estimates["t_s"].iloc[0] - 0.1, last["t_catch_s"] - 0.005)] if len(balls) else balls
-    )
-    if len(flight) < _FEWEST:
-        return None
-    s = flight["t_s"].to_numpy(np.float64) - last["t_catch_s"]
-    x, y = (np.polyfit(s, flight[name].to_numpy(np.float64), 1) for name in ("x_m", "y_m"))
-    z = np.polyfit(s, flight["z_m"].to_numpy(np.float64) - last["z_m"], 2)
-    roots = np.roots(z)
-    real = roots[np.abs(roots.imag) < 1e-9].real
-    if not len(real):
-        return None
-    late = float(real.max())
-    return float(last["t_catch_s"] + late), np.array([np.polyval(x, late), np.polyval(y, late)])
+def _covariance(estimates: pd.DataFrame) -> Array:
+    return np.array(estimates["covariance_m2"].tolist(), dtype=np.float64).reshape(-1, 3, 3)

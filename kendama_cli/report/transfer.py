@@ -11,7 +11,9 @@ from matplotlib.ticker import MaxNLocator
 from kendama_cli.report.adaptation import swing_panel
 from kendama_cli.report.animation import player
 from kendama_cli.report.figure import Figure, Panel, figure, lettered
+from kendama_cli.report.foreseen import ahead, error_over_time_panel
 from kendama_cli.report.plot import drawing
+from kendama_cli.report.prediction import thumbnails
 from kendama_cli.report.source import StageLog
 from kendama_cli.report.style import GOOD, INK, MUTED, PAPER
 from kendama_cli.report.swingup import reward_panel, series_panel
@@ -30,7 +32,9 @@ def transfer_figures(log: StageLog) -> list[Figure]:
     number, start_s, end_s = _shown_game(log)
     paths = pair(log, "/transfer", start_s, end_s)
     detail = [_path(log, paths), _series(log.table("/transfer/step"), number)]
-    closing = [_film(log, paths), _imitation(log)]
+    images = thumbnails(log, "/transfer")
+    closing = [_film(log, paths, number), error_over_time_panel(log)]
+    imitation = _imitation(log)
     before, after = (log.metrics.get(f"success_rate_{when}") for when in ("before", "after"))
     imitated = log.metrics.get("imitation_caught")
     ended = "" if imitated is None else "; it was caught" if imitated else "; it was missed"
@@ -66,15 +70,32 @@ def transfer_figures(log: StageLog) -> list[Figure]:
             detail,
         ),
         *figure(
+            [
+                "What a camera saw of the first game, from the last part of the swing-up on, and where the ball was"
+                " found in it (ring and line)."
+            ],
+            [images],
+            columns=1,
+        ),
+        *figure(
             lettered(
                 closing,
                 [
-                    "The same game as a film.",
-                    "The imitated swing as the hardware carried it out, until shortly after the ball came down to the"
-                    f" rim{ended}.",
+                    "The game of the last figure but one as a film; green, from the time it is known: the ball's"
+                    " foreseen way, and where it is to come down through the rim plane (two standard deviations).",
+                    "How far the foreseen crossing of the rim plane was from the real one, over the time left until"
+                    " it: every estimate of all games, their median, and the median of the stated standard deviation."
+                    " The real one is what the tracked ball tells, to a few tenths of a millimetre.",
                 ],
             ),
             closing,
+        ),
+        *figure(
+            [
+                "The imitated swing as the hardware carried it out, until shortly after the ball came down to the"
+                f" rim{ended}."
+            ],
+            [imitation],
         ),
     ]
 
@@ -101,15 +122,17 @@ def _path(log: StageLog, paths: tuple[Track, Track] | None) -> Panel | None:
     return swing_panel("transfer-path", "One game on the hardware", paths, sizes, caught_s)
 
 
-def _film(log: StageLog, paths: tuple[Track, Track] | None) -> Panel | None:
+def _film(log: StageLog, paths: tuple[Track, Track] | None, game: int) -> Panel | None:
     if paths is None:
         return None
     sizes = Geometry.of(log)
     start_s = float(paths[0].t_s[0])
+    foreseen = ahead(log, game, paths[0], start_s)
     cup, ball = (Track(body.t_s - start_s, body.x_m, body.z_m, body.tilt_rad) for body in paths)
     caught_s = catch_time_s(cup, ball, sizes.cup_depth_m)
     poster_s = None if caught_s is None else caught_s - 0.1
-    return Panel("Film of the game", player("transfer-film", cup, ball, sizes, poster_s=poster_s, autoplay=False))
+    film = player("transfer-film", cup, ball, sizes, poster_s=poster_s, autoplay=False, foreseen=foreseen)
+    return Panel("Film of the game", film)
 
 
 def _series(steps: pd.DataFrame, game: int) -> Panel | None:

@@ -2,27 +2,37 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import ExitStack
+from functools import partial
 from typing import Any
 
 import numpy as np
 
+from kendama_cli.artifacts.checks import Array
 from kendama_cli.artifacts.motion_plan import CatchMotion
 from kendama_cli.artifacts.policy import Policy
 from kendama_cli.artifacts.transfer_result import TransferResult
 from kendama_cli.blocks.rig import trace
 from kendama_cli.blocks.rig.imitation import play_motion, tempos
-from kendama_cli.blocks.rig.playground import Playground
+from kendama_cli.blocks.rig.open_watch import Sight, check_sight, open_watch
+from kendama_cli.blocks.rig.playground import Playground, make_court
 from kendama_cli.blocks.rig.robot_rig import open_robot
 from kendama_cli.blocks.rig.rope_fit import fitted, measured_rope_m
+from kendama_cli.blocks.rig.scene_history import SceneHistory, VeiledRobot, cup_turn_wxyz, joint_places
 from kendama_cli.blocks.rig.stored_policy import load_policy
 from kendama_cli.blocks.rig.transfer_progress import Progress, Start
+from kendama_cli.blocks.robot.compensated import compensated
+from kendama_cli.blocks.robot.interface import Exchange
 from kendama_cli.errors import HardwareError
 from kendama_cli.learning.policy import GreedyPolicy
 from kendama_cli.learning.verification import verify_policy
+from kendama_cli.settings.camera import CameraSettings, LightingSettings
 from kendama_cli.settings.game import GameSettings
-from kendama_cli.settings.hardware import HardwareSettings
+from kendama_cli.settings.hardware import HardwareSettings, TwinHardware
 from kendama_cli.settings.learn import LearnSettings
+from kendama_cli.settings.placement import placed
+from kendama_cli.settings.predict import PredictSettings
 from kendama_cli.settings.robot import RobotSettings
 from kendama_cli.settings.transfer import TransferSettings
 from kendama_cli.simulation.arm import Arm
@@ -39,7 +49,9 @@ HORIZON_S = 0.1
 
 
 class Transfer:
-    """Takes the Policy of ``learn`` and, if there is one, the CatchMotion of ``adapt``; gives a TransferResult."""
+    """Takes the Policy of ``learn`` and, where they are there, the CatchMotion of ``adapt`` and the FrictionModel of
+    ``identify``; gives a TransferResult.
+    """
 
     def __init__(
         self,
@@ -49,7 +61,11 @@ class Transfer:
         robot: RobotSettings,
         game: GameSettings,
         learn: LearnSettings,
+        camera: CameraSettings,
+        lighting: LightingSettings,
+        predict: PredictSettings,
     ) -> None:
+        self._sight = Sight(camera, lighting, predict)
         self._settings = transfer
         self._hardware = hardware
         self._robot = robot
@@ -63,31 +79,57 @@ class Transfer:
         robot fails: the finished rollouts are kept, and the next run goes on from them.
         """
         settings = self._settings
+        realtime = isinstance(self._hardware, TwinHardware) and self._hardware.realtime
+        check_sight(self._sight, settings.observation, realtime=realtime)
         policy: Policy = load_policy(settings.policy) if settings.policy else given["learn"]
         verify_policy(policy, self._learn, settings.policy or "the stage 'learn'")
         progress = Progress.resumed(ctx.restore(), policy, self._learn, settings, ctx.rng("transfer"))
-        line = cup_line(self._robot, self._game, max(self._learn.workspace.half_width_m, settings.catch.half_width_m))
-        with open_robot(self._hardware, self._robot, self._game) as robot:
+        motion: CatchMotion | None = given.get("adapt")
+        placed_robot = self._robot if motion is None else placed(self._robot, motion.placement)
+        line = cup_line(placed_robot, self._game, max(self._learn.workspace.half_width_m, settings.catch.half_width_m))
+        arm = Arm(placed_robot, self._game.cup)
+        history = SceneHistory(partial(joint_places, arm), self._game.rope.length_m, self._origin_m(line.home_m))
+        with ExitStack() as stack:
+            bare = stack.enter_context(open_robot(self._hardware, placed_robot, self._game))
+            check_sight(self._sight, settings.observation, realtime=bare.realtime)
+            robot = VeiledRobot(compensated(bare, given.get("identify")), history)
             seed = int(progress.rng("body", 0).integers(2**63))
-            rope_m = measured_rope_m(robot, line.home_rad, self._game, seed)
+            history.rope_m = measured_rope_m(robot, line.home_rad, self._game, seed)
+            court = make_court(
+                line.home_m,
+                np.array([1.0, 0.0, 0.0]),
+                self._game,
+                settings.catch,
+                rope_scale=history.rope_m / self._game.rope.length_m,
+                period_s=robot.period_s,
+            )
             ground = Playground(
                 robot,
                 line,
-                middle_m=line.home_m,
-                direction=np.array([1.0, 0.0, 0.0]),
+                court=court,
+                flight_watch=stack.enter_context(
+                    open_watch(
+                        self._sight,
+                        settings.observation,
+                        self._game,
+                        cup_place=arm.cup_place,
+                        history=history,
+                        court=court,
+                    )
+                ),
                 game=self._game,
                 learn=self._learn,
                 settings=settings,
-                rope_scale=rope_m / self._game.rope.length_m,
+                arm=arm,
             )
-            visit = _Visit(ground, progress, ctx, settings=settings, learn=self._learn)
+            visit = _Visit(ground, progress, ctx, settings=settings, learn=self._learn, arm=arm)
             try:
                 visit.evaluate(progress.before, policy, "before")
                 visit.learn("table")
                 visit.evaluate(progress.after, progress.policy, "after")
                 if settings.baseline:
                     visit.learn("scratch")
-                visit.imitate(given.get("adapt"), Arm(self._robot, self._game.cup), self._game)
+                visit.imitate(motion, self._game)
                 visit.play()
             except HardwareError:
                 ctx.checkpoint(progress.saved, force=True)
@@ -102,6 +144,10 @@ class Transfer:
         )
         return Made(result, _metrics(result, progress, baseline=settings.baseline))
 
+    def _origin_m(self, middle_m: Array) -> Array:
+        """Where the cameras' poses count from (3,)."""
+        return middle_m if self._settings.observation.camera_origin == "court" else np.zeros(3)
+
 
 class _Visit:
     """The steps of one visit to the robot; each begins where ``progress`` stands."""
@@ -114,8 +160,9 @@ class _Visit:
         *,
         settings: TransferSettings,
         learn: LearnSettings,
+        arm: Arm,
     ) -> None:
-        self._ground = ground
+        self._ground, self._arm = ground, arm
         self._progress = progress
         self._ctx = ctx
         self._settings = settings
@@ -150,7 +197,7 @@ class _Visit:
                 messages += trace.step_messages(swing.steps, finished.index, start_s, self._every)
             self._finish(messages, swing.duration_s, phase=phase, rollouts=finished.index, row=learner.count.row)
 
-    def imitate(self, motion: CatchMotion | None, arm: Arm, game: GameSettings) -> None:
+    def imitate(self, motion: CatchMotion | None, game: GameSettings) -> None:
         """Play the imitation motion, fitted to the rope, until it catches; at slightly other tempos after a miss."""
         tried = self._progress.imitation
         wanted = tempos(self._settings.imitation_tempo_step, self._settings.imitation_tries)
@@ -158,14 +205,14 @@ class _Visit:
             return
         robot = self._ground.robot
         seed = int(self._progress.rng("rope", 0).integers(2**63))
-        fit = fitted(robot, arm, motion.joints, game, seed)
+        fit = fitted(robot, self._arm, motion.joints, game, seed)
         self._progress.imitation_fit = {"imitation_rope_scale": fit.rope_scale, "imitation_resized": fit.resized}
         while not any(tried) and len(tried) < len(wanted):
             seed = int(self._progress.rng("imitation", len(tried)).integers(2**63))
             played = play_motion(robot, fit.joints, tempo=wanted[len(tried)], seed=seed)
             start_s = self._progress.clock_s
             timed = [(start_s + exchange.t_s, exchange) for exchange in played.exchanges]
-            messages = trace.scene_messages(timed, robot.joint_names, self._every, under="/transfer/imitation")
+            messages = self._scene(timed, under="/transfer/imitation")
             tried.append(played.caught)
             self._finish(messages, played.exchanges[-1].t_s, phase="imitation", caught=int(played.caught))
 
@@ -175,14 +222,14 @@ class _Visit:
         while len(progress.games) < self._settings.games:
             index = len(progress.games)
             seed = int(progress.rng("game", index).integers(2**63))
-            game = self._ground.play(GreedyPolicy(progress.policy, self._learn), seed=seed)
+            game = self._ground.play(GreedyPolicy(progress.policy, self._learn), seed=seed, pictured=index == 0)
             steps = [*game.swing.steps, *game.steps]
             start_s = progress.clock_s
             timed = [(start_s + step.t_s, step.exchange) for step in steps]
             messages = [
                 *trace.step_messages(steps, -1 - index, start_s, self._every),
-                *trace.scene_messages(timed, self._ground.robot.joint_names, self._every),
-                *trace.game_messages(game, index, start_s, 1, HORIZON_S),
+                *self._scene(timed, under="/transfer"),
+                *trace.game_messages(game, index, start_s, HORIZON_S),
             ]
             error_m = game.prediction_error_m(HORIZON_S)
             progress.games.append(
@@ -190,9 +237,16 @@ class _Visit:
                     "swung_up": game.swung_up,
                     "caught": game.caught,
                     "error_mm": None if error_m is None else 1e3 * error_m,
+                    "frames": len(game.watched.frames),
+                    "seen": game.watched.seen,
+                    "latency_frames": game.watched.latency_frames,
                 }
             )
             self._finish(messages, steps[-1].t_s, phase="games", caught=sum(one["caught"] for one in progress.games))
+
+    def _scene(self, timed: Sequence[tuple[float, Exchange]], *, under: str) -> Iterator[trace.Message]:
+        names, turn = self._ground.robot.joint_names, partial(cup_turn_wxyz, self._arm)
+        return trace.scene_messages(timed, names, self._every, cup_turn=turn, under=under)
 
     def _finish(self, messages: Any, duration_s: float, **figures: float | int | str) -> None:
         """Log a whole rollout at once and save: nothing of an unfinished rollout is ever kept."""
@@ -205,6 +259,8 @@ class _Visit:
 
 def _metrics(result: TransferResult, progress: Progress, *, baseline: bool) -> dict[str, Metric]:
     errors = [game["error_mm"] for game in progress.games if game["error_mm"] is not None]
+    frames = sum(game["frames"] for game in progress.games)
+    latencies = [game["latency_frames"] for game in progress.games if game["latency_frames"] is not None]
     compared = {
         "rollouts_from_scratch": progress.rollouts("scratch"),
         "learned_from_scratch": progress.learned("scratch"),
@@ -222,5 +278,7 @@ def _metrics(result: TransferResult, progress: Progress, *, baseline: bool) -> d
         "caught_rate": result.caught / result.games,
         "swung_up_rate": float(np.mean([game["swung_up"] for game in progress.games])),
         "prediction_error_mm_p50": float(np.median(errors)) if errors else None,
+        "latency_frames_p95": max(latencies) if latencies else None,
+        "seen_rate": sum(game["seen"] for game in progress.games) / frames if frames else None,
         "missed_packets": progress.missed,
     }

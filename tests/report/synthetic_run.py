@@ -282,7 +282,13 @@ def _transfer(log: McapLog, rng: np.random.Generator) -> tuple[dict[str, Any], d
         caught = bool(swung and index < 5)
         game = {"index": index, "swung_up": swung, "predicted": swung, "caught": caught, "frames": 24, "seen": 24}
         game |= {"outcome": "caught" if caught else "passed by", "since_s": start_s + 1.95, "free_s": start_s + 1.55}
-        game |= {"latency_frames": 0.9, "blow_n": 3.0, "prediction_error_mm": abs(rng.normal(0, 6))}
+        game |= {
+            "latency_frames": 0.9,
+            "blow_n": 3.0,
+            "crossing_s": start_s + 1.9,
+            "crossing_m": [0.05, 0.0, 0.09],
+            "prediction_error_mm": abs(rng.normal(0, 6)),
+        }
         log.write("/transfer/game", start_s + 2.5, game)
     picture = io.BytesIO()
     Image.new("RGB", (640, 480), (206, 204, 198)).save(picture, "jpeg", quality=80)

@@ -20,13 +20,16 @@ from kendama_cli.config.site import find_site
 from kendama_cli.errors import HardwareError, InputError, StageError
 from kendama_cli.log.channels import schema_of
 from kendama_cli.log.schemas import encode
+from kendama_cli.settings.camera import CameraSettings, LightingSettings
 from kendama_cli.settings.game import GameSettings
 from kendama_cli.settings.hardware import HardwareSettings, TwinHardware
 from kendama_cli.settings.learn import LearnSettings
+from kendama_cli.settings.predict import PredictSettings
 from kendama_cli.settings.robot import RobotSettings
 from kendama_cli.settings.schema import build_value
 from kendama_cli.settings.transfer import TransferSettings
 from kendama_cli.simulation.arm import Arm
+from kendama_cli.simulation.find_placement import current_placement
 from kendama_cli.simulation.placement import joint_trajectory
 from kendama_cli.stages import transfer as transfer_stage
 from kendama_cli.stages.interface import Made
@@ -42,7 +45,7 @@ ROOT = Path(__file__).resolve().parents[2]
 def configured(schema: Any, group: str, name: str) -> Any:
     document = yaml.safe_load((ROOT / "conf" / group / f"{name}.yaml").read_text())
     if group == "robot":
-        document["urdf"] = str(ROOT / document["urdf"])
+        document["path"] = str(ROOT / document["path"])
     return build_value(schema, document, group)
 
 
@@ -50,6 +53,9 @@ GAME: GameSettings = configured(GameSettings, "game", "kendama")
 ROBOT: RobotSettings = configured(RobotSettings, "robot", "pa10")
 TWIN: TwinHardware = configured(HardwareSettings, "hardware", "twin")
 LEARN: LearnSettings = learn_settings()
+CAMERA: CameraSettings = configured(CameraSettings, "camera", "virtual")
+LIGHTING: LightingSettings = configured(LightingSettings, "lighting", "bright")
+PREDICT: PredictSettings = configured(PredictSettings, "predict", "flights")
 FULL: TransferSettings = configured(TransferSettings, "transfer", "default")
 SHORT = dataclasses.replace(FULL, evaluation_n=1, cap=2, games=3, imitation_tries=2, baseline=True)
 
@@ -67,13 +73,22 @@ def still() -> CatchMotion:
     t_s = np.arange(126) * 0.004
     lift = np.column_stack([np.zeros_like(t_s), np.zeros_like(t_s), 0.02 * np.sin(np.pi * t_s / 0.5) ** 2])
     joints = joint_trajectory(Arm(ROBOT, GAME.cup), t_s, lift)
-    one = np.zeros(1)
-    plan = MotionPlan(("z",), 0.5, 1.0, 100.0, 2.0, one, one, one, np.zeros((1, 2)), np.ones(2), np.ones(2))
-    return CatchMotion(plan, joints, False, 0.0)
+    one, two = np.zeros(1), np.ones(2)
+    plan = MotionPlan(("z",), 0.5, 1.0, 100.0, 2.0, one, one, one, one, np.zeros((1, 2)), two, two, np.zeros((0, 6)))
+    return CatchMotion(plan, joints, current_placement(Arm(ROBOT, GAME.cup)), False, 0.0)
 
 
 def stage(settings: TransferSettings = SHORT, hardware: HardwareSettings = TWIN) -> Transfer:
-    return Transfer(transfer=settings, hardware=hardware, robot=ROBOT, game=GAME, learn=LEARN)
+    return Transfer(
+        transfer=settings,
+        hardware=hardware,
+        robot=ROBOT,
+        game=GAME,
+        learn=LEARN,
+        camera=CAMERA,
+        lighting=LIGHTING,
+        predict=PREDICT,
+    )
 
 
 def same(one: Made, ctx: MemoryContext, other: Made, other_ctx: MemoryContext) -> bool:
@@ -118,6 +133,8 @@ def test_the_stage_tells_what_was_asked_for(uninterrupted: tuple[Made, MemoryCon
     assert made.metrics["rollouts_from_scratch"] == 2, "the cap, as it did not learn"
     assert made.metrics["learned_from_scratch"] is False
     assert made.metrics["games"] == 3
+    assert 0.0 < float(made.metrics["latency_frames_p95"] or 0.0) <= 1.0, "from mid-exposure to the command"
+    assert float(made.metrics["seen_rate"] or 0.0) >= 0.95
     assert made.metrics["missed_packets"] == 0
     assert made.metrics["imitation_caught"] is False
     assert made.metrics["imitation_tries"] == 2
@@ -139,9 +156,39 @@ def test_every_message_has_its_channel_and_times_do_not_go_back(uninterrupted: t
         "/transfer/cup",
         "/transfer/ball",
         "/transfer/game",
+        "/transfer/detection",
+        "/transfer/estimate",
+        "/transfer/image/left",
+        "/transfer/image/right",
         "/transfer/imitation/cup",
         "/transfer/imitation/ball",
     }
+
+
+def test_the_log_tells_how_each_game_was_seen_and_how_it_ended(uninterrupted: tuple[Made, MemoryContext]) -> None:
+    made, ctx = uninterrupted
+    games = [message for topic, _, message in ctx.log.messages if topic == "/transfer/game"]
+    assert [game["index"] for game in games] == [0, 1, 2]
+    assert sum(game["outcome"] == "caught" for game in games) == made.artifact.caught
+    estimates = [message for topic, _, message in ctx.log.messages if topic == "/transfer/estimate"]
+    for number, game in enumerate(games):
+        of_game = [one for one in estimates if one["game"] == number]
+        spread = [np.trace(np.reshape(one["covariance_m2"], (3, 3))) for one in of_game]
+        assert spread[-1] < 0.01 * spread[0], "every frame tells more"
+        seen = [one for topic, _, one in ctx.log.messages if topic == "/transfer/detection" and one["flight"] == number]
+        assert game["frames"] == len(seen)
+        assert game["seen"] == sum(one["seen"] for one in seen)
+
+
+def test_without_cameras_the_marker_is_followed(policy: Policy) -> None:
+    tracked = dataclasses.replace(FULL.observation, source="tracking")
+    settings = dataclasses.replace(SHORT, cap=1, games=1, baseline=False, observation=tracked)
+    ctx = MemoryContext(1)
+    made = stage(settings).run({"learn": policy}, ctx)
+    assert made.metrics["latency_frames_p95"] is None
+    assert made.metrics["seen_rate"] is None
+    assert any(topic == "/transfer/estimate" for topic, _, _ in ctx.log.messages)
+    assert not any(topic == "/transfer/detection" for topic, _, _ in ctx.log.messages)
 
 
 def test_no_twin_is_left_behind(uninterrupted: tuple[Made, MemoryContext]) -> None:
@@ -277,7 +324,7 @@ def test_the_default_games_on_the_default_twin_are_caught(policy: Policy) -> Non
 @pytest.mark.slow
 @pytest.mark.timeout(1200)
 def test_a_table_saves_rollouts_on_other_bodies(tmp_path: Path) -> None:
-    """Of 27 transfers over nine twins 3.0 rollouts were needed from Q on average (1 to 12), 6.3 from scratch.
+    """Of 36 transfers over nine twins 1.2 rollouts were needed from Q on average (1 to 7), 6.1 from scratch (2 to 25).
 
     On a single twin a single seed may lose to scratch, so the bodies are taken together.
     """
@@ -292,6 +339,6 @@ def test_a_table_saves_rollouts_on_other_bodies(tmp_path: Path) -> None:
             made.append(stage(settings, hardware).run({"learn": table}, MemoryContext(seed)).metrics)
     given = [int(metrics["rollouts"] or 0) for metrics in made]
     scratch = [int(metrics["rollouts_from_scratch"] or 0) for metrics in made]
-    assert np.mean(given) <= 8.0
+    assert np.mean(given) <= 3.0
     assert np.mean(given) < np.mean(scratch)
-    assert np.mean([float(metrics["success_rate_after"] or 0.0) for metrics in made]) >= 0.9
+    assert np.mean([float(metrics["success_rate_after"] or 0.0) for metrics in made]) >= 0.95

@@ -4,30 +4,28 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from itertools import pairwise
 
 import numpy as np
 
-from kendama_cli.artifacts.catch_pose import CatchPose
 from kendama_cli.artifacts.checks import Array
 from kendama_cli.blocks.rig.cup_cart import CartStep, CupCart
+from kendama_cli.blocks.rig.cup_lean import Lean
+from kendama_cli.blocks.rig.flight_watch import FlightWatch, Foreseen, Watched
 from kendama_cli.blocks.rig.interception import Approach, approach
+from kendama_cli.blocks.rig.lean_plan import LeanPlan
 from kendama_cli.blocks.rig.swing_up import Swing
+from kendama_cli.blocks.rig.verdict import Verdict, held, judge
 from kendama_cli.learning.limiter import BrakingLimiter
 from kendama_cli.learning.reward import Flight
-from kendama_cli.settings.transfer import CatchSettings, ObservationSettings
-from kendama_cli.vision.catch_pose import CatchPoseEstimator
+from kendama_cli.settings.transfer import CatchSettings
 
-BELIEVED_READINGS = 5
-"""Before that many readings of the flight the landing is computed from the last swing state."""
-
-
-@dataclass(frozen=True)
-class Foreseen:
-    """The estimate as it stood at ``t_s``."""
-
-    t_s: float
-    pose: CatchPose
+FEWEST = 20
+"""Samples from which a parabola is told."""
+REST_S = 0.1
+"""A game ends with the cup told to rest for so long: with whatever lag, the arm then does."""
+AT_REST_M_S = 1e-9
+FALL_M = 0.2
+"""So high the ball is taken to fall as long as it has not been seen."""
 
 
 @dataclass(frozen=True)
@@ -37,21 +35,34 @@ class Game:
     swing: Swing
     steps: tuple[CartStep, ...]
     estimates: tuple[Foreseen, ...]
-    caught: bool
-    crossing_m: Array | None
-    """Where the tracked ball really fell through the rim plane (3,), None where it did not."""
+    verdict: Verdict | None
+    """What the sensors told of the catch; None where the goal was not reached."""
+    watched: Watched
+    crossing: Crossing | None
+    """Where the tracked ball really fell through the rim plane, None where it did not."""
 
     @property
     def swung_up(self) -> bool:
         """Whether the goal was reached."""
         return self.swing.outcome == "goal"
 
+    @property
+    def caught(self) -> bool:
+        """Whether the ball was in the cup in the end."""
+        return self.verdict is not None and self.verdict.caught
+
+    @property
+    def outcome(self) -> str:
+        """What happened, in words, with what went wrong in seeing it."""
+        ended = "not swung up" if self.verdict is None else self.verdict.words
+        return "; ".join([ended, *self.watched.troubles])
+
     def prediction_error_m(self, horizon_s: float) -> float | None:
         """Distance of the crossing from what was foreseen ``horizon_s`` before it, or as early as anything was."""
-        if self.crossing_m is None or not self.estimates:
+        if self.crossing is None or not self.estimates:
             return None
-        early = [one for one in self.estimates if one.pose.t_s - one.t_s >= horizon_s] or [self.estimates[0]]
-        return float(np.linalg.norm(early[-1].pose.position_m[:2] - self.crossing_m[:2]))
+        early = [one for one in self.estimates if one.rim.t_s - one.t_s >= horizon_s] or [self.estimates[0]]
+        return float(np.linalg.norm(early[-1].rim.position_m[:2] - self.crossing.place_m[:2]))
 
 
 @dataclass(frozen=True)
@@ -68,40 +79,67 @@ class Court:
     flight: Flight
     limiter: BrakingLimiter
 
+    @property
+    def below_rim_lever_m(self) -> float:
+        """From the tie point up to where the ball is aimed at."""
+        return self.catch_height_m - float(self.middle_m[2])
+
     def along(self, vector: Array) -> float:
         """The part of ``vector`` along the line."""
         return float(self.direction @ vector)
 
 
 def finish_game(
-    swing: Swing,
-    cart: CupCart,
-    court: Court,
-    estimator: CatchPoseEstimator,
-    *,
-    observation: ObservationSettings,
-    catch: CatchSettings,
+    swing: Swing, cart: CupCart, court: Court, watch: FlightWatch, *, catch: CatchSettings, believed_sigma_m: float
 ) -> Game:
     """After ``swing`` watch the ball and catch it; raises HardwareError of the line."""
     if swing.outcome != "goal":
-        return Game(swing, (), (), False, None)
-    chase = _Chase(swing, cart, court, estimator, observation=observation, catch=catch)
+        return Game(swing, (), (), None, watch.watched, None)
+    chase = _Chase(swing, cart, court, watch, catch=catch, believed_sigma_m=believed_sigma_m)
     steps: list[CartStep] = []
     step = swing.steps[-1]
-    while step.t_s < chase.catch_s + catch.watched_s:
-        step = cart.step(chase.acceleration_m_s2(step), court.limiter)
+    resting_s = 0.0
+    while not (resting_s >= REST_S and (held(steps) or step.t_s >= chase.catch_s + catch.watched_s)):
+        acceleration = chase.acceleration_m_s2(step)
+        step = cart.step(acceleration, court.limiter, chase.lean(step))
         steps.append(step)
-    crossing = crossing_m([one.exchange.state.ball_in_world_m for one in steps], court.rim_height_m)
-    return Game(swing, tuple(steps), tuple(chase.estimates), step.exchange.state.caught, crossing)
+        resting_s = resting_s + cart.period_s if abs(cart.velocity_m_s) < AT_REST_M_S else 0.0
+    path = np.array([[one.t_s, *one.exchange.state.ball_in_world_m] for one in steps])
+    crossed = crossing(path, court.rim_height_m, watch.watched.free_s or 0.0)
+    return Game(swing, tuple(steps), tuple(chase.estimates), judge(steps, chase.catch_s), watch.watched, crossed)
 
 
-def crossing_m(path_m: list[Array], height_m: float) -> Array | None:
-    """Where a sampled path (n times (3,)) first falls through ``height_m``, linearly between samples."""
-    for before, after in pairwise(path_m):
-        if before[2] >= height_m > after[2]:
-            share = (before[2] - height_m) / (before[2] - after[2])
-            return np.asarray(before + share * (after - before))
-    return None
+@dataclass(frozen=True)
+class Crossing:
+    """When and where (3,) the ball really fell through the rim plane."""
+
+    t_s: float
+    place_m: Array
+
+
+def crossing(path: Array, height_m: float, free_s: float) -> Crossing | None:
+    """Where a sampled path (n, 4) of t, x, y, z first falls through ``height_m`` after ``free_s``.
+
+    By a parabola through the samples from then on up to the crossing, which takes their noise out; on the straight
+    line between the two samples about it where there are few.
+    """
+    path = path[path[:, 0] >= free_s]
+    fallen = np.flatnonzero((path[:-1, 3] >= height_m) & (path[1:, 3] < height_m))
+    if not len(fallen):
+        return None
+    last = int(fallen[0])
+    before, after = path[last], path[last + 1]
+    straight = before + (before[3] - height_m) / (before[3] - after[3]) * (after - before)
+    if last < FEWEST:
+        return Crossing(float(straight[0]), straight[1:])
+    s = path[: last + 1, 0] - before[0]
+    curves = np.polynomial.polynomial.polyfit(s, path[: last + 1, 1:], 2)
+    z0, fall, bend = curves[0, 2] - height_m, curves[1, 2], curves[2, 2]
+    root = fall * fall - 4 * bend * z0
+    if root < 0:
+        return Crossing(float(straight[0]), straight[1:])
+    late = (-fall - math.sqrt(root)) / (2 * bend)
+    return Crossing(float(before[0] + late), curves[0] + late * (curves[1] + late * curves[2]))
 
 
 class _Chase:
@@ -112,52 +150,60 @@ class _Chase:
         swing: Swing,
         cart: CupCart,
         court: Court,
-        estimator: CatchPoseEstimator,
+        watch: FlightWatch,
         *,
-        observation: ObservationSettings,
         catch: CatchSettings,
+        believed_sigma_m: float,
     ) -> None:
         self.estimates: list[Foreseen] = []
-        self._cart, self._court, self._estimator, self._catch = cart, court, estimator, catch
-        self._covariance = np.eye(3) * observation.position_sigma_m**2
-        self._free_s = swing.duration_s + observation.free_after_s
+        self._cart, self._court, self._watch, self._catch = cart, court, watch, catch
+        self._believed_sigma_m = believed_sigma_m
+        self._lag_s = cart.lag_s  # as the swing-up has shown it: in flight only images and joint angles count
         landing = court.flight.landing(swing.last)
         rate, angle = swing.last.rate_rad_s, swing.last.angle_rad
         self.catch_s = swing.duration_s + (landing.time_s if landing else 0.0)
         self._target_m = landing.x_m if landing else cart.x_m
         self._speed_m_s = swing.last.velocity_m_s + court.flight.rope_m * rate * math.cos(angle) if landing else 0.0
+        self._fall_m_s = -math.sqrt(2 * court.flight.gravity_m_s2 * FALL_M)
         self._approach: Approach | None = None
-        self._readings = 0
+        self._plan = LeanPlan(catch, cart.period_s)
+        self._tilt_rad = 0.0
 
     def acceleration_m_s2(self, step: CartStep) -> float:
         """What to ask of the cup for the period after ``step``."""
-        if step.t_s >= self._free_s and step.t_s < self.catch_s:
+        if step.t_s < self.catch_s:
             self._look(step)
         cart, catch = self._cart, self._catch
-        end_s = self.catch_s - cart.lag_s
+        end_s = self.catch_s - self._lag_s
         if end_s - step.t_s > catch.settled_before_s:
             self._approach = approach(
-                way_m=self._target_m - cart.x_m,
+                way_m=self._target_m - self._court.below_rim_lever_m * math.sin(self._tilt_rad) - cart.x_m,
                 velocity_m_s=cart.velocity_m_s,
                 wanted_m_s=catch.matching * self._speed_m_s,
                 start_s=step.t_s,
                 end_s=end_s,
                 limit_m_s2=catch.acceleration_m_s2,
             )
+            across = self._speed_m_s - self._approach.speed
+            self._tilt_rad = self._plan.tilt_rad(np.array([across, self._fall_m_s + catch.give_m_s]))
         if self._approach is not None and step.t_s < end_s:
             return self._approach.acceleration_m_s2(step.t_s + 0.5 * cart.period_s)
         stop = -cart.velocity_m_s / cart.period_s
         return min(max(stop, -catch.braking_m_s2), catch.braking_m_s2)
 
+    def lean(self, step: CartStep) -> Lean | None:
+        """How the cup is to lean after that period; None where it stays on its line."""
+        return None if self._plan.flat else self._plan.next(step.t_s, self.catch_s - self._lag_s, self._tilt_rad)
+
     def _look(self, step: CartStep) -> None:
-        self._estimator.update_position(step.t_s, step.exchange.state.ball_in_world_m, self._covariance)
-        self._readings += 1
-        pose = self._estimator.catch(self._court.catch_height_m)
-        if pose is None or self._readings < BELIEVED_READINGS:
+        now = self._watch.flying(step)
+        if now is None:
             return
-        rim = self._estimator.catch(self._court.rim_height_m)
-        if rim is not None:
-            self.estimates.append(Foreseen(step.t_s, rim))
+        self.estimates.append(now)
+        pose = now.catch
+        if np.trace(pose.covariance_m2) > self._believed_sigma_m**2:
+            return
         self.catch_s = pose.t_s
         self._target_m = self._court.along(pose.position_m - self._court.middle_m)
         self._speed_m_s = self._court.along(pose.velocity_m_s)
+        self._fall_m_s = float(pose.velocity_m_s[2])

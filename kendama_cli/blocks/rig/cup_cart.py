@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Protocol
 
 from kendama_cli.artifacts.checks import Array
+from kendama_cli.blocks.rig.cup_lean import Lean, LeaningArm
 from kendama_cli.blocks.rig.foresight import foreseen, on_the_models_rope
 from kendama_cli.blocks.rig.swing_watch import SwingWatch
 from kendama_cli.blocks.robot.interface import Exchange, JointCommand, Robot
@@ -57,7 +58,16 @@ class CupCart:
     velocity.
     """
 
-    def __init__(self, robot: Robot, line: Line, watch: SwingWatch, game: GameSettings, rope_scale: float) -> None:
+    def __init__(
+        self,
+        robot: Robot,
+        line: Line,
+        watch: SwingWatch,
+        game: GameSettings,
+        rope_scale: float,
+        *,
+        leaning: LeaningArm | None = None,
+    ) -> None:
         self.period_s = robot.period_s
         self.tempo = math.sqrt(rope_scale)
         """Times on this rope over times on the model's."""
@@ -65,7 +75,7 @@ class CupCart:
         self._rope_m = rope_scale * game.rope.length_m
         self._gravity_m_s2 = game.gravity_m_s2
         self._robot = robot
-        self._line = line
+        self._line, self._leaning = line, leaning
         self._watch = watch
         self._clear(0.0)
 
@@ -77,13 +87,16 @@ class CupCart:
         self._start_s = exchange.t_s
         return CartStep(0.0, self._watch.see(exchange.state), 0.0, exchange)
 
-    def step(self, acceleration_m_s2: float, limiter: BrakingLimiter) -> CartStep:
-        """One control period under the acceleration nearest to the wanted one that ``limiter`` allows."""
+    def step(self, acceleration_m_s2: float, limiter: BrakingLimiter, lean: Lean | None = None) -> CartStep:
+        """One control period under the acceleration nearest to the wanted one that ``limiter`` allows.
+
+        With a ``lean`` the cup leaves its line, from the first one on as far as the joints' limits allow.
+        """
         h = self.period_s
         a = limiter.limit(acceleration_m_s2, self.x_m, self.velocity_m_s)
         self.x_m += self.velocity_m_s * h + 0.5 * a * h * h
         self.velocity_m_s += a * h
-        point = self._line.at(self.x_m, self.velocity_m_s, a)
+        point = self._point(a, lean)
         exchange = self._robot.exchange(
             JointCommand(point.position_rad, point.velocity_rad_s, point.acceleration_rad_s2)
         )
@@ -93,6 +106,14 @@ class CupCart:
         self._moved += self.velocity_m_s**2
         self._sent.append(a)
         return CartStep(self.t_s, state, a, exchange)
+
+    def _point(self, acceleration_m_s2: float, lean: Lean | None) -> Point:
+        line = self._line.at(self.x_m, self.velocity_m_s, acceleration_m_s2)
+        if lean is None or self._leaning is None:
+            if self._leaning is not None:
+                self._leaning.begin(line.position_rad, line.velocity_rad_s)
+            return line
+        return self._leaning.at(self.x_m, self.velocity_m_s, lean) or line
 
     @property
     def lag_s(self) -> float:

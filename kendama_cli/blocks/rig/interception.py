@@ -13,6 +13,8 @@ class Approach:
     end_s: float
     first_m_s2: float
     last_m_s2: float
+    speed: float
+    """With which it arrives [m/s]."""
 
     def acceleration_m_s2(self, t_s: float) -> float:
         """At ``t_s``, constant outside the approach."""
@@ -39,4 +41,4 @@ def approach(
     speed = min(max(wanted_m_s, low), high)
     first = (even - 4.0 * v - 2.0 * speed) / time
     last = (-even + 2.0 * v + 4.0 * speed) / time
-    return Approach(start_s, end_s, first, min(max(last, -limit_m_s2), limit_m_s2))
+    return Approach(start_s, end_s, first, min(max(last, -limit_m_s2), limit_m_s2), speed)

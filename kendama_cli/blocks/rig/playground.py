@@ -2,50 +2,78 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 
 from kendama_cli.artifacts.checks import Array
 from kendama_cli.blocks.rig.catch_game import Court, Game, finish_game
-from kendama_cli.blocks.rig.cup_cart import CupCart, Line
+from kendama_cli.blocks.rig.cup_cart import CartStep, CupCart, Line
+from kendama_cli.blocks.rig.cup_lean import LeaningArm
+from kendama_cli.blocks.rig.flight_watch import FlightWatch
 from kendama_cli.blocks.rig.swing_up import Actor, Swing, swing_up
 from kendama_cli.blocks.rig.swing_watch import SwingWatch
-from kendama_cli.blocks.robot.remote import UdpRobot
+from kendama_cli.blocks.robot.interface import DistantRobot
 from kendama_cli.learning.limiter import BrakingLimiter
 from kendama_cli.learning.reward import Flight, Goal
 from kendama_cli.settings.game import GameSettings
 from kendama_cli.settings.learn import LearnSettings, LimitedWorkspace
-from kendama_cli.settings.transfer import TransferSettings
-from kendama_cli.vision.catch_pose import CatchPoseEstimator
+from kendama_cli.settings.transfer import CatchSettings, TransferSettings
+from kendama_cli.simulation.arm import Arm
 
 RESERVE = 0.9
 """Part of the largest acceleration that braking counts on where the settings do not say."""
 
 
+def make_court(
+    middle_m: Array, direction: Array, game: GameSettings, catch: CatchSettings, *, rope_scale: float, period_s: float
+) -> Court:
+    """The court about ``middle_m`` (3,), the tie point where the cup's x is 0, along ``direction`` (3,), a unit vector.
+
+    ``rope_scale`` is the real rope's length over the model's.
+    """
+    rim_m = float(middle_m[2]) + game.cup.depth_m
+    return Court(
+        middle_m=np.asarray(middle_m),
+        direction=np.asarray(direction),
+        catch_height_m=rim_m - catch.below_rim_m,
+        rim_height_m=rim_m + game.ball.radius_m,
+        flight=Flight(rope_scale * game.rope.length_m, game.cup.depth_m, game.gravity_m_s2),
+        limiter=BrakingLimiter(
+            half_width_m=catch.half_width_m,
+            max_speed_m_s=catch.max_speed_m_s,
+            braking_m_s2=RESERVE * catch.acceleration_m_s2,
+            largest_m_s2=catch.acceleration_m_s2,
+            period_s=period_s,
+        ),
+    )
+
+
 class Playground:
     """A robot with the cup on a line, the swing-up's goal, and what watches the flight.
 
-    ``rope_scale`` is the real rope's length over the model's. ``middle_m`` and ``direction`` (3,) place the line in
-    the world: the rope's tie point where the cup's x is 0, and the unit vector of x.
+    Without its ``arm`` the cup stays upright on the line.
     """
 
     def __init__(
         self,
-        robot: UdpRobot,
+        robot: DistantRobot,
         line: Line,
         *,
-        middle_m: Array,
-        direction: Array,
+        court: Court,
+        flight_watch: FlightWatch,
         game: GameSettings,
         learn: LearnSettings,
         settings: TransferSettings,
-        rope_scale: float = 1.0,
+        arm: Arm | None = None,
     ) -> None:
         self.robot = robot
-        self._game = game
+        self._court, self._flight_watch = court, flight_watch
         self._settings = settings
         self._rollout_s = learn.rollout_s
-        watch = SwingWatch(robot.period_s, settings.observation.samples_n, middle_m, direction)
-        self._cart = CupCart(robot, line, watch, game, rope_scale)
+        watch = SwingWatch(robot.period_s, settings.observation.samples_n, court.middle_m, court.direction)
+        leaning = None if arm is None else LeaningArm(arm, court.middle_m, court.direction, robot.period_s)
+        self._cart = CupCart(robot, line, watch, game, court.flight.rope_m / game.rope.length_m, leaning=leaning)
         room, strongest = learn.workspace, learn.largest_action_m_s2
         braking = room.braking_m_s2 if isinstance(room, LimitedWorkspace) else RESERVE * strongest
         self._swing_limiter = BrakingLimiter(
@@ -55,38 +83,32 @@ class Playground:
             largest_m_s2=strongest,
             period_s=robot.period_s,
         )
-        catch = settings.catch
-        limiter = BrakingLimiter(
-            half_width_m=catch.half_width_m,
-            max_speed_m_s=catch.max_speed_m_s,
-            braking_m_s2=RESERVE * catch.acceleration_m_s2,
-            largest_m_s2=catch.acceleration_m_s2,
-            period_s=robot.period_s,
-        )
-        flight = Flight(rope_scale * game.rope.length_m, game.cup.depth_m, game.gravity_m_s2)
-        self._goal = Goal(learn.goal, flight)
-        rim_m = float(middle_m[2]) + game.cup.depth_m
-        self._court = Court(
-            middle_m=np.asarray(middle_m),
-            direction=np.asarray(direction),
-            catch_height_m=rim_m - settings.catch.below_rim_m,
-            rim_height_m=rim_m + game.ball.radius_m,
-            flight=flight,
-            limiter=limiter,
-        )
+        self._goal = Goal(learn.goal, court.flight)
 
     def swing_up(self, actor: Actor, *, seed: int) -> Swing:
         """One swing-up from rest; raises HardwareError of the line."""
-        return swing_up(self._cart, actor, self._goal, self._swing_limiter, rollout_s=self._rollout_s, seed=seed)
+        return self._swing_up(actor, seed)
 
-    def play(self, actor: Actor, *, seed: int) -> Game:
-        """One full game from rest; raises HardwareError of the line."""
-        drag_per_s = self._game.ball.drag_n_s_m / self._game.ball.mass_kg
+    def play(self, actor: Actor, *, seed: int, pictured: bool = False) -> Game:
+        """One full game from rest, whole images of it kept where ``pictured``; raises HardwareError of the line."""
+        watch = self._flight_watch
+        watch.begin(seed, pictured=pictured)
         return finish_game(
-            self.swing_up(actor, seed=seed),
+            self._swing_up(actor, seed, watched=watch.swinging),
             self._cart,
             self._court,
-            CatchPoseEstimator(self._game.gravity_m_s2, drag_per_s, self._court.rim_height_m),
-            observation=self._settings.observation,
+            watch,
             catch=self._settings.catch,
+            believed_sigma_m=self._settings.observation.believed_sigma_m,
+        )
+
+    def _swing_up(self, actor: Actor, seed: int, watched: Callable[[CartStep], None] = lambda step: None) -> Swing:
+        return swing_up(
+            self._cart,
+            actor,
+            self._goal,
+            self._swing_limiter,
+            rollout_s=self._rollout_s,
+            seed=seed,
+            watched=watched,
         )

@@ -16,7 +16,7 @@ from kendama_cli.errors import StageError
 from kendama_cli.settings.game import GameSettings
 from kendama_cli.simulation.arm import Arm
 from kendama_cli.simulation.inverse_kinematics import follow_path
-from kendama_cli.simulation.placement import require_within_limits
+from kendama_cli.simulation.limit_shares import require_within_limits
 
 LOOKS = 100
 """Control periods at rest over which the hanging ball is watched."""

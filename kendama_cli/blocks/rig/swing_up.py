@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import Protocol
@@ -48,17 +49,28 @@ class Swing:
         return sum(a != b for a, b in pairwise(signs))
 
 
-def swing_up(cart: CupCart, actor: Actor, goal: Goal, limiter: BrakingLimiter, *, rollout_s: float, seed: int) -> Swing:
+def swing_up(
+    cart: CupCart,
+    actor: Actor,
+    goal: Goal,
+    limiter: BrakingLimiter,
+    *,
+    rollout_s: float,
+    seed: int,
+    watched: Callable[[CartStep], None] = lambda step: None,
+) -> Swing:
     """Swing from rest until ``goal`` is seen to be reached, or for ``rollout_s``; raises HardwareError of the line.
 
     The actor is given the state in which its action will be carried out, on the model's rope and in the model's time,
-    so that neither a delay of the arm nor another rope is seen by it.
+    so that neither a delay of the arm nor another rope is seen by it. ``watched`` is called after every period.
     """
     step = cart.begin(seed)
     steps = [step]
+    watched(step)
     while not goal.reached(step.state):
         if step.t_s >= rollout_s:
             return Swing("timeout", tuple(steps))
         step = cart.step(actor.act(cart.foreseen(step.state), step.t_s / cart.tempo), limiter)
         steps.append(step)
+        watched(step)
     return Swing("goal", tuple(steps))

@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from kendama_cli.artifacts.checks import Array
-from kendama_cli.blocks.robot.interface import Exchange, JointCommand, JointLimits, RobotState
+from kendama_cli.blocks.robot.interface import Exchange, JointCommand, JointLimits, RobotState, SceneState
 from kendama_cli.settings.game import GameSettings
 
 STEP_S = 0.0005
@@ -96,8 +96,11 @@ class CartRobot:
             np.array([self.cup[0]]),
             np.array([self.cup[1]]),
             np.zeros(1),
+            np.zeros(6),
             seen(MIDDLE_M + np.array([self.cup[0], 0.0, 0.0])),
             seen(MIDDLE_M + np.array([self.ball[0], 0.0, self.ball[1]])),
             self.caught,
         )
-        return Exchange(sent, state, self.t_s)
+        cup, ball = np.array([self.cup[0], 0.0, 0.0]), np.array([self.ball[0], 0.0, self.ball[1]])
+        scene = SceneState(state.position_rad, MIDDLE_M + cup, np.eye(3), MIDDLE_M + ball)
+        return Exchange(sent, state, self.t_s, scene)

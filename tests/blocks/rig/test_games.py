@@ -10,9 +10,10 @@ import pytest
 import yaml
 
 from kendama_cli.artifacts.policy import Policy
-from kendama_cli.blocks.rig.catch_game import crossing_m
+from kendama_cli.blocks.rig.catch_game import crossing
+from kendama_cli.blocks.rig.flight_watch import MarkerWatch
 from kendama_cli.blocks.rig.imitation import tempos
-from kendama_cli.blocks.rig.playground import Playground
+from kendama_cli.blocks.rig.playground import Playground, make_court
 from kendama_cli.blocks.robot.remote import UdpRobot
 from kendama_cli.learning.policy import GreedyPolicy
 from kendama_cli.learning.sarsa import SarsaLearner
@@ -20,6 +21,7 @@ from kendama_cli.settings.game import GameSettings
 from kendama_cli.settings.learn import LearnSettings
 from kendama_cli.settings.schema import build
 from kendama_cli.settings.transfer import TransferSettings
+from kendama_cli.vision.catch_pose import CatchPoseEstimator
 from tests.blocks.rig.cart_robot import DIRECTION, MIDDLE_M, CartRobot, Straight
 from tests.learning.settings_files import learn_settings
 
@@ -35,12 +37,17 @@ LEARN: LearnSettings = learn_settings()
 TRANSFER: TransferSettings = configured(TransferSettings, "transfer", "default")
 
 
-def ground(**robot: Any) -> Playground:
+def ground(**made: Any) -> Playground:
+    """The marker of a robot without an arm is what it is watched by; its rope is measured elsewhere."""
+    robot = CartRobot(GAME, **made)
+    court = make_court(MIDDLE_M, DIRECTION, GAME, TRANSFER.catch, rope_scale=1.0, period_s=robot.period_s)
+    rim_m, catch_m = court.rim_height_m, court.catch_height_m
+    estimator = CatchPoseEstimator(GAME.gravity_m_s2, GAME.ball.drag_n_s_m / GAME.ball.mass_kg, rim_m)
     return Playground(
-        cast(UdpRobot, CartRobot(GAME, **robot)),
+        cast(UdpRobot, robot),
         Straight(),
-        middle_m=MIDDLE_M,
-        direction=DIRECTION,
+        court=court,
+        flight_watch=MarkerWatch(estimator, TRANSFER.observation, rim_m=rim_m, catch_m=catch_m),
         game=GAME,
         learn=LEARN,
         settings=TRANSFER,
@@ -98,11 +105,28 @@ def test_the_arms_delay_is_told_by_the_rollout_itself(policy: Policy) -> None:
 
 
 def test_the_crossing_is_the_first_fall_through_the_height() -> None:
-    path = [np.array([0.1 * k, 0.0, z]) for k, z in enumerate([0.0, 1.0, 2.0, 1.0, 0.0, 1.0])]
-    crossing = crossing_m(path, 0.5)
-    assert crossing is not None
-    assert crossing == pytest.approx([0.35, 0.0, 0.5])
-    assert crossing_m(path[:3], 0.5) is None
+    path = np.array([[float(k), 0.1 * k, 0.0, z] for k, z in enumerate([0.0, 1.0, 2.0, 1.0, 0.0, 1.0])])
+    found = crossing(path, 0.5, 0.0)
+    assert found is not None
+    assert found.t_s == pytest.approx(3.5)
+    assert found.place_m == pytest.approx([0.35, 0.0, 0.5])
+    assert crossing(path[:3], 0.5, 0.0) is None
+    assert crossing(path, 0.5, 4.0) is None, "what was before free flight does not count"
+
+
+def test_the_crossing_of_a_noisy_flight_is_known_better_than_one_reading() -> None:
+    rng = np.random.default_rng(3)
+    t = np.arange(0.0, 0.4, 0.004)
+    flight = np.column_stack([t, 0.1 + 0.5 * t, -0.02 * t, 1.0 + 1.2 * t - 4.905 * t**2])
+    late = (1.2 + np.sqrt(1.44 + 4 * 4.905 * 0.05)) / 9.81
+    wanted = [0.1 + 0.5 * late, -0.02 * late, 0.95]
+    misses = []
+    for _ in range(200):
+        noisy = flight + np.column_stack([np.zeros(len(t)), rng.normal(0.0, 0.002, (len(t), 3))])
+        found = crossing(noisy, 0.95, 0.0)
+        assert found is not None
+        misses.append(np.linalg.norm(found.place_m[:2] - wanted[:2]))
+    assert np.sqrt(np.mean(np.square(misses))) < 0.002, "measured 1.0 mm; a single reading is 2.8 mm off"
 
 
 def test_tempos_go_outward_from_the_planned_one() -> None:

@@ -18,7 +18,7 @@ X = np.array([1.0, 0.0, 0.0])
 def seen(x: float, angle: float, noise: np.ndarray | float = 0.0) -> RobotState:
     cup = MIDDLE_M + np.array([x, 0.0, 0.0])
     ball = cup + 0.4 * np.array([math.sin(angle), 0.0, -math.cos(angle)]) + noise
-    return RobotState(np.zeros(1), np.zeros(1), np.zeros(1), cup, ball, False)
+    return RobotState(np.zeros(1), np.zeros(1), np.zeros(1), np.zeros(6), cup, ball, False)
 
 
 def test_constant_accelerations_are_followed_without_lag() -> None:

@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from kendama_cli.blocks.robot import protocol
-from kendama_cli.blocks.robot.interface import Exchange, JointCommand, JointLimits, RobotState
+from kendama_cli.blocks.robot.interface import Exchange, JointCommand, JointLimits, RobotState, SceneState
 from kendama_cli.blocks.robot.protocol import Datagram, DatagramError, Kind, Report, Welcome
 
 NUMBERS = st.integers(0, 2**64 - 1)
@@ -108,6 +108,20 @@ def test_command_reset_and_report_travel_to_the_last_bit() -> None:
     for name in ("position_rad", "velocity_rad_s", "effort_nm", "wrist_wrench", "cup_in_world_m", "ball_in_world_m"):
         assert np.array_equal(getattr(report.exchange.state, name), getattr(state, name))
     assert np.array_equal(report.exchange.sent.effort_nm, command.effort_nm)
+
+
+def test_a_scene_travels_to_the_last_bit_and_a_robot_without_one_tells_none() -> None:
+    rng = np.random.default_rng(2)
+    zeros = np.zeros(3)
+    state = RobotState(zeros, zeros, zeros, np.zeros(6), zeros, zeros, caught=False)
+    scene = SceneState(rng.standard_normal(3), rng.standard_normal(3), rng.standard_normal((3, 3)), rng.normal(size=3))
+    exchange = Exchange(JointCommand(zeros, zeros, zeros), state, 0.5, scene)
+    told = protocol.unpack_report(protocol.pack_report(Report(exchange, 0)), 3).exchange.scene
+    assert told is not None
+    for name in ("position_rad", "cup_m", "cup_rotation", "ball_m"):
+        assert np.array_equal(getattr(told, name), getattr(scene, name))
+    blind = dataclasses.replace(exchange, scene=None)
+    assert protocol.unpack_report(protocol.pack_report(Report(blind, 0)), 3).exchange.scene is None
 
 
 @pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf])
