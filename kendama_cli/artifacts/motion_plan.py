@@ -108,7 +108,8 @@ class JointTrajectory:
 class CatchMotion:
     """The adapted primitive and the arm's motion for it: what the hardware is handed.
 
-    ``placement`` is where the arm stands and how it holds the cup for it. ``success_rate`` is that of the perturbed repeats in simulation; ``caught`` is the nominal outcome.
+    ``placement`` is where the arm stands and how it holds the cup for it. ``success_rate`` is that of the perturbed
+    repeats in simulation; ``caught`` is the nominal outcome.
     """
 
     plan: MotionPlan
