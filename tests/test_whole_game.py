@@ -108,9 +108,10 @@ def test_the_readme_documents_every_channel_that_is_logged(whole: dict[str, Any]
     logged = set()
     for stage in whole["stages"]:
         facts = json.loads(kendama(folder, "log", "info", "--json", f"{stage['artifact']}/log.mcap"))
-        logged |= {re.sub(r"^(/predict/image/).+", r"\1<camera>", channel["topic"]) for channel in facts["channels"]}
+        logged |= {re.sub(r"(/image/).+", r"\1<camera>", channel["topic"]) for channel in facts["channels"]}
     assert len(logged) > 20
-    assert documented - logged == {"/transfer/scratch/rollout"}, "the main job does not learn from scratch on hardware"
+    elsewhere = {topic for topic in documented if topic.startswith(("/identify/", "/interact/", "/transfer/scratch/"))}
+    assert documented - logged == elsewhere, "only other pipelines log more than the main job"
     assert logged <= documented
 
 
