@@ -11,7 +11,7 @@ from kendama_cli.cli import completion, render
 from kendama_cli.cli.options import Home, Json
 from kendama_cli.config.site import find_site
 from kendama_cli.errors import UsageError
-from kendama_cli.pipeline.record import find_run
+from kendama_cli.pipeline.record import find_run, past_runs
 
 if TYPE_CHECKING:
     from kendama_cli.artifacts.motion_plan import MotionPlan
@@ -22,7 +22,7 @@ Source = Annotated[
     str | None,
     typer.Argument(
         metavar="[SOURCE]",
-        help="A run's id, an artifact's folder, or FILE.yaml|.json; the newest run if left out.",
+        help="A run's id, an artifact's folder, or FILE.yaml|.json; the newest run that has a primitive if left out.",
         autocompletion=completion.runs,
     ),
 ]
@@ -134,8 +134,11 @@ def _plan(source: str | None, stage: str, home: Path | None) -> MotionPlan:
 def _of_run(run: str | None, stage: str, home: Path | None) -> Path:
     if stage not in ("encode", "adapt"):
         raise UsageError(f"--stage is '{stage}'; allowed: encode, adapt")
-    record = find_run(find_site(home).home, run)
-    for made in record["stages"]:
-        if made["name"] == stage and made["artifact"] is not None:
-            return Path(made["artifact"])
-    raise UsageError(f"the run {record['run']} has no result of '{stage}'; name another run or --stage")
+    place = find_site(home).home
+    newest = find_run(place, run)
+    for record in [newest] if run is not None else reversed(past_runs(place)):
+        for made in record["stages"]:
+            if made["name"] == stage and made["artifact"] is not None:
+                return Path(made["artifact"])
+    which = f"the run {newest['run']} has" if run is not None else f"the runs in {place} have"
+    raise UsageError(f"{which} no result of '{stage}'; name another run or --stage, or make one with 'kendama run'")

@@ -60,6 +60,20 @@ def test_what_is_exported_is_what_was_stored(
     assert same(read_plan(str(tmp_path / name)), plan)
 
 
+def test_a_newer_run_without_a_primitive_is_passed_over_unless_it_is_named(
+    home: Path, tmp_path: Path, plan: MotionPlan, capsys: pytest.CaptureFixture[str]
+) -> None:
+    newer = home / "runs" / "20260102-120000-abcdef"
+    newer.mkdir()
+    record = {"run": newer.name, "pipeline": "press", "overrides": [], "outcome": "done", "stages": []}
+    durable.write_sealed(newer / "run.json", {**record, "started": "2026"})
+    assert motion(home, "export", "-o", str(tmp_path / "swing.yaml")) == 0
+    assert same(read_plan(str(tmp_path / "swing.yaml")), plan)
+    capsys.readouterr()
+    assert motion(home, "export", newer.name, "-o", str(tmp_path / "swing.yaml")) == 2
+    assert f"the run {newer.name} has no result of 'encode'" in capsys.readouterr().err
+
+
 def test_an_artifacts_folder_and_a_file_are_sources_too(home: Path, tmp_path: Path, plan: MotionPlan) -> None:
     assert motion(home, "export", str(tmp_path / "encode"), "-o", str(tmp_path / "one.json")) == 0
     assert motion(home, "export", str(tmp_path / "one.json"), "-o", str(tmp_path / "two.yaml")) == 0
