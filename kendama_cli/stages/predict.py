@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from kendama_cli.artifacts.catch_pose import CatchPose
 from kendama_cli.artifacts.checks import Array
 from kendama_cli.artifacts.prediction import PredictionStudy
-from kendama_cli.blocks.camera.colour_file import ball_detector
+from kendama_cli.blocks.camera.ball_tracker import ball_tracker
 from kendama_cli.blocks.camera.interface import Camera
 from kendama_cli.blocks.camera.opening import Look, World, look, open_cameras
 from kendama_cli.blocks.camera.scene import ScenePose
@@ -25,11 +25,7 @@ from kendama_cli.settings.camera import CameraSettings, LightingSettings, Virtua
 from kendama_cli.settings.game import GameSettings
 from kendama_cli.settings.predict import PredictSettings
 from kendama_cli.stages.interface import Made, Metric, StageContext
-from kendama_cli.vision.catch_pose import CatchPoseEstimator
-from kendama_cli.vision.free_flight import leaning_gravity
-from kendama_cli.vision.onset import FreeFlightOnset
 from kendama_cli.vision.release import draw_release
-from kendama_cli.vision.tracker import BallTracker
 
 ANGLE_KNOWN_RAD = 0.02
 """The swing-up knows the rope's angle about so well: there the search for the ball begins."""
@@ -101,7 +97,13 @@ class _Watch:
         world = World(self._scene, game, lighting, rngs)
         self._cameras = open_cameras(camera, lambda: self._now_s, world)
         self._view = _virtual(camera, self._cameras, settings)
-        self._tracker = _tracker(settings, game, self._cameras)
+        self._tracker = ball_tracker(
+            settings,
+            game,
+            [one.model for one in self._cameras],
+            rim_height_m=game.cup.depth_m,
+            onset=settings.onset_from == "images",
+        )
 
     def flight(self, number: int) -> FlightFigures:
         """Watch one flight; after each wanted part of it, hold the prediction against the truth."""
@@ -213,15 +215,6 @@ def _virtual(camera: CameraSettings, opened: Sequence[Camera], settings: Predict
             "add a camera, or choose predict.onset_from=truth",
         )
     return camera
-
-
-def _tracker(settings: PredictSettings, game: GameSettings, cameras: Sequence[Camera]) -> BallTracker:
-    drag_per_s = game.ball.drag_n_s_m / game.ball.mass_kg
-    gravity_m_s2 = leaning_gravity(settings.gravity.scale * game.gravity_m_s2, settings.gravity.tilt_rad)
-    estimator = CatchPoseEstimator(gravity_m_s2, drag_per_s, game.cup.depth_m, motion=settings.motion)
-    onset = FreeFlightOnset(settings.onset, estimator.flight) if settings.onset_from == "images" else None
-    models = [camera.model for camera in cameras]
-    return BallTracker(models, ball_detector(settings.detector), estimator, onset)
 
 
 def _jpeg(pixels: NDArray[np.uint8], quality: int) -> bytes:

@@ -24,6 +24,7 @@ class LeanPlan:
     def __init__(self, catch: CatchSettings, period_s: float) -> None:
         self._catch, self._period_s = catch, period_s
         self._tilt, self._lift = [0.0, 0.0], [0.0, 0.0]
+        self._kept = (0.0, 0.0)  # where nothing was planned in time, the cup stays as it is
 
     @property
     def flat(self) -> bool:

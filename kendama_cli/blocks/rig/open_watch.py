@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from kendama_cli.artifacts.checks import Array
-from kendama_cli.blocks.camera.colour_file import ball_detector
+from kendama_cli.blocks.camera.ball_tracker import ball_tracker
 from kendama_cli.blocks.camera.opening import World, open_cameras
 from kendama_cli.blocks.rig.catch_game import Court
 from kendama_cli.blocks.rig.eyes import CameraClock, Eyes
@@ -21,8 +21,6 @@ from kendama_cli.settings.game import GameSettings
 from kendama_cli.settings.predict import PredictSettings
 from kendama_cli.settings.transfer import ObservationSettings
 from kendama_cli.vision.catch_pose import CatchPoseEstimator
-from kendama_cli.vision.onset import FreeFlightOnset
-from kendama_cli.vision.tracker import BallTracker
 
 OTHERWISE = "or choose transfer.observation.source=tracking"
 
@@ -72,11 +70,10 @@ def open_watch(
 
     Raises MissingPartError where a camera is not there, ConfigError where ``history`` has nothing for virtual ones.
     """
-    drag_per_s = game.ball.drag_n_s_m / game.ball.mass_kg
     rim_m, catch_m = court.rim_height_m, court.catch_height_m
     camera = sight.camera
     if observation.source == "tracking" or isinstance(camera, FileCamera):
-        estimator = CatchPoseEstimator(game.gravity_m_s2, drag_per_s, rim_m)
+        estimator = CatchPoseEstimator(game.gravity_m_s2, game.ball.drag_n_s_m / game.ball.mass_kg, rim_m)
         yield MarkerWatch(estimator, observation, rim_m=rim_m, catch_m=catch_m)
         return
     if isinstance(camera, VirtualCamera) and not history.told:
@@ -89,12 +86,10 @@ def open_watch(
     rngs = [np.random.default_rng(0) for _ in camera.cameras]  # every game sets them to its own stream
     cameras = open_cameras(camera, clock, World(history, game, sight.lighting, rngs))
     try:
-        estimator = CatchPoseEstimator(game.gravity_m_s2, drag_per_s, rim_m - float(history.origin_m[2]))
-        onset = FreeFlightOnset(sight.predict.onset, estimator.flight)
-        models = [one.model for one in cameras]
+        models, above_m = [one.model for one in cameras], rim_m - float(history.origin_m[2])
         yield Eyes(
             cameras,
-            BallTracker(models, ball_detector(sight.predict.detector), estimator, onset),
+            ball_tracker(sight.predict, game, models, rim_height_m=above_m, onset=True),
             observation,
             cup_place=cup_place,
             clock=clock,

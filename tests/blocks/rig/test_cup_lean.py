@@ -75,6 +75,11 @@ def test_the_tilt_is_there_at_the_catch_and_the_cup_gives_with_the_ball() -> Non
     assert leans[-1].lift_m > -0.05
 
 
+def test_a_catch_too_near_to_plan_for_leaves_the_cup_as_it_is() -> None:
+    near_s = 0.5 * LEANING.settled_before_s
+    assert LeanPlan(LEANING, H).next(0.0, near_s, 0.25) == Lean()
+
+
 @pytest.mark.parametrize(("across", "wanted"), [(0.5, -np.arctan(0.25)), (-0.5, np.arctan(0.25)), (9.0, -0.4)])
 def test_the_cup_opens_against_the_relative_velocity(across: float, wanted: float) -> None:
     assert LeanPlan(LEANING, H).tilt_rad(np.array([across, -2.0])) == pytest.approx(wanted)

@@ -24,7 +24,7 @@ from kendama_cli.learning.sarsa import SarsaLearner
 from kendama_cli.settings.camera import CameraSettings, VirtualCamera
 from kendama_cli.vision.region import Region
 from tests.blocks.rig.cart_robot import CartRobot
-from tests.blocks.rig.watched_games import LEARN, SIGHT, TRANSFER, configured, watched_ground
+from tests.blocks.rig.watched_games import GAME, LEARN, SIGHT, TRANSFER, configured, watched_ground
 
 NOISE_M = 0.0005
 
@@ -254,3 +254,12 @@ def test_a_robot_without_a_scene_needs_real_cameras(monkeypatch: pytest.MonkeyPa
     monkeypatch.setattr(CartRobot, "_told", bare)
     with pytest.raises(ConfigError, match="this robot does not tell where everything is; use camera=device, or"):
         watched_ground().__enter__()
+
+
+def test_games_foresee_by_what_predict_says_of_gravity() -> None:
+    gravity = dataclasses.replace(SIGHT.predict.gravity, scale=1.02, tilt_rad=(0.01, 0.0))
+    leaning = dataclasses.replace(SIGHT, predict=dataclasses.replace(SIGHT.predict, gravity=gravity))
+    with watched_ground(sight=leaning) as (_, eyes):
+        pull_m_s2 = eyes._tracker.estimator.flight.gravity_m_s2
+    assert np.linalg.norm(pull_m_s2) == pytest.approx(1.02 * GAME.gravity_m_s2)
+    assert pull_m_s2[0] / -pull_m_s2[2] == pytest.approx(np.tan(0.01))
