@@ -324,7 +324,7 @@ def test_the_default_games_on_the_default_twin_are_caught(policy: Policy) -> Non
 @pytest.mark.slow
 @pytest.mark.timeout(1200)
 def test_a_table_saves_rollouts_on_other_bodies(tmp_path: Path) -> None:
-    """Of 36 transfers over nine twins 1.2 rollouts were needed from Q on average (1 to 7), 6.1 from scratch (2 to 25).
+    """Of 54 transfers over nine twins 1.5 rollouts were needed from Q on average (1 to 9), 6.2 from scratch (2 to 30).
 
     On a single twin a single seed may lose to scratch, so the bodies are taken together.
     """
