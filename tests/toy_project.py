@@ -52,7 +52,10 @@ class Roll:
             ctx.checkpoint(lambda: {"rows": np.array(rows)}, force=True)
             ctx.progress(len(rows), self.toy.steps, last=rows[-1])
             time.sleep(self.toy.pause_s)
-        return Made(Policy.seal(np.array([rows]), "{}"), {"n": len(rows), "sum": sum(rows), "seen_nan": float("nan")})
+        return Made(Policy.seal(np.array([rows]), "{}"), {
+            "n": len(rows), "sum": sum(rows), "seen_nan": float("nan"),
+            "blas_threads": int(os.environ["OPENBLAS_NUM_THREADS"]),
+        })
 
 
 class Total:

@@ -96,7 +96,10 @@ class Planner:
             return StagePlan(spec, key, parts, result, ())
         if self.store.result_path(spec.name, key).exists():
             return StagePlan(spec, key, parts, None, ("stored artifact damaged or missing",))
-        return StagePlan(spec, key, parts, None, tuple(self._reasons(spec, parts, inputs_known=True)))
+        reasons = self._reasons(spec, parts, inputs_known=True)
+        if any(self.store.checkpoint_folder(spec.name, key).glob("*.ckpt")):
+            reasons = [*(reason for reason in reasons if reason != "never ran"), "goes on from its last checkpoint"]
+        return StagePlan(spec, key, parts, None, tuple(reasons))
 
     def remember(self, plan: StagePlan) -> None:
         """Make this key the one that the next plan compares with."""

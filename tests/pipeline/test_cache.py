@@ -28,6 +28,7 @@ def test_the_document_has_the_promised_form(toy: ToyProject) -> None:
         assert set(stage) >= {"name", "key", "status", "seconds", "artifact", "metrics"}
         assert Path(stage["artifact"]).is_dir()
     assert document["stages"][0]["metrics"]["seen_nan"] is None
+    assert document["stages"][0]["metrics"]["blas_threads"] == 1, "sums do not depend on the number of cores"
 
 
 def test_the_seed_drives_the_randomness_and_reruns_what_draws(toy: ToyProject) -> None:
