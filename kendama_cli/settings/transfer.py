@@ -12,7 +12,7 @@ from kendama_cli.settings.schema import setting
 class ObservationSettings:
     """How the tracked cup and ball become the policy's state, and how the flight is watched."""
 
-    samples_n: int = setting("readings in the parabolas that give position, angle and their rates", at_least=3)
+    samples_n: int = setting("readings from which position, angle and their rates are fitted", at_least=2)
     source: Literal["cameras", "tracking"] = setting("what sees the flight: images, or the robot's own tracking")
     watch_from_deg: float = setting(
         "cameras: the test for free flight runs while the rope rises beyond this angle [deg]", at_least=0, below=180

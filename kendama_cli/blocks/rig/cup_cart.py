@@ -85,7 +85,7 @@ class CupCart:
         self._watch.begin()
         exchange = self._robot.reset(self._line.at(x_m, 0.0, 0.0).position_rad, seed)
         self._start_s = exchange.t_s
-        return CartStep(0.0, self._watch.see(exchange.state), 0.0, exchange)
+        return CartStep(0.0, self._watch.see(exchange.state, 0.0), 0.0, exchange)
 
     def step(self, acceleration_m_s2: float, limiter: BrakingLimiter, lean: Lean | None = None) -> CartStep:
         """One control period under the acceleration nearest to the wanted one that ``limiter`` allows.
@@ -100,11 +100,12 @@ class CupCart:
         exchange = self._robot.exchange(
             JointCommand(point.position_rad, point.velocity_rad_s, point.acceleration_rad_s2)
         )
-        state = self._watch.see(exchange.state)
+        self._sent.append(a)
+        late = self._late
+        state = self._watch.see(exchange.state, self._sent[-1 - late] if late < len(self._sent) else 0.0)
         self.t_s = exchange.t_s - self._start_s
         self._behind += self.velocity_m_s * (self.x_m - state.x_m)
         self._moved += self.velocity_m_s**2
-        self._sent.append(a)
         return CartStep(self.t_s, state, a, exchange)
 
     def _point(self, acceleration_m_s2: float, lean: Lean | None) -> Point:
@@ -120,9 +121,14 @@ class CupCart:
         """How far the arm is behind the reference, in [0, 0.1]; 0 before it has moved [s]."""
         return min(max(self._behind / self._moved, 0.0), 0.1) if self._moved > 1e-3 else 0.0
 
+    @property
+    def _late(self) -> int:
+        """The same in control periods: so many of the newest commands have not been carried out yet."""
+        return round(self.lag_s / self.period_s)
+
     def foreseen(self, state: SwingState) -> SwingState:
         """The state in which the next command will act, on the model's rope, where ``state`` is the newest reading."""
-        late = round(self.lag_s / self.period_s)
+        late = self._late
         coming = foreseen(
             state,
             (self.x_m, self.velocity_m_s),

@@ -71,9 +71,17 @@ class Playground:
         self._court, self._flight_watch = court, flight_watch
         self._settings = settings
         self._rollout_s = learn.rollout_s
-        watch = SwingWatch(robot.period_s, settings.observation.samples_n, court.middle_m, court.direction)
+        scale = court.flight.rope_m / game.rope.length_m
+        watch = SwingWatch(
+            robot.period_s,
+            settings.observation.samples_n,
+            court.middle_m,
+            court.direction,
+            rope_m=court.flight.rope_m,
+            gravity_m_s2=game.gravity_m_s2,
+        )
         leaning = None if arm is None else LeaningArm(arm, court.middle_m, court.direction, robot.period_s)
-        self._cart = CupCart(robot, line, watch, game, court.flight.rope_m / game.rope.length_m, leaning=leaning)
+        self._cart = CupCart(robot, line, watch, game, scale, leaning=leaning)
         room, strongest = learn.workspace, learn.largest_action_m_s2
         braking = room.braking_m_s2 if isinstance(room, LimitedWorkspace) else RESERVE * strongest
         self._swing_limiter = BrakingLimiter(
