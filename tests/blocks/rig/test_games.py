@@ -17,6 +17,7 @@ from kendama_cli.blocks.rig.playground import Playground, make_court
 from kendama_cli.blocks.robot.remote import UdpRobot
 from kendama_cli.learning.policy import GreedyPolicy
 from kendama_cli.learning.sarsa import SarsaLearner
+from kendama_cli.learning.state import SwingState
 from kendama_cli.settings.game import GameSettings
 from kendama_cli.settings.learn import LearnSettings
 from kendama_cli.settings.schema import build
@@ -37,10 +38,10 @@ LEARN: LearnSettings = learn_settings()
 TRANSFER: TransferSettings = configured(TransferSettings, "transfer", "default")
 
 
-def ground(**made: Any) -> Playground:
+def ground(believed_scale: float = 1.0, **made: Any) -> Playground:
     """The marker of a robot without an arm is what it is watched by; its rope is measured elsewhere."""
     robot = CartRobot(GAME, **made)
-    court = make_court(MIDDLE_M, DIRECTION, GAME, TRANSFER.catch, rope_scale=1.0, period_s=robot.period_s)
+    court = make_court(MIDDLE_M, DIRECTION, GAME, TRANSFER.catch, rope_scale=believed_scale, period_s=robot.period_s)
     rim_m, catch_m = court.rim_height_m, court.catch_height_m
     estimator = CatchPoseEstimator(GAME.gravity_m_s2, GAME.ball.drag_n_s_m / GAME.ball.mass_kg, rim_m)
     return Playground(
@@ -76,6 +77,16 @@ def test_the_cup_stays_inside_while_it_swings(policy: Policy) -> None:
     for seed in range(5):
         swing = ground(noise_m=0.0005).swing_up(GreedyPolicy(policy, LEARN), seed=seed)
         assert swing.peak_displacement_m <= LEARN.workspace.half_width_m + 0.003, "noise of the marker is on top"
+
+
+@pytest.mark.parametrize(("scale", "room_m"), [(0.9, 0.36), (1.0, 0.4), (1.04, 0.416), (1.3, 0.42)])
+def test_the_room_is_similar_to_the_models_as_far_as_the_catch_may_use_it(scale: float, room_m: float) -> None:
+    class Outward:
+        def act(self, state: SwingState, t_s: float) -> float:
+            return 8.0
+
+    swing = ground(scale, rope_scale=scale).swing_up(Outward(), seed=0)
+    assert swing.peak_displacement_m == pytest.approx(room_m, abs=1e-3)
 
 
 @pytest.mark.parametrize(("rope_scale", "delay_n"), [(1.0, 0), (1.05, 6), (0.95, 3)])
