@@ -59,6 +59,7 @@ class SarsaLearner:
         self.count = LearningCount()
         self._succeeded_ever = q is not None
         self._greedy_failed = False
+        self._proven, self._proven_row = self.q, 0
         self._explorer: Explorer | None = None
         self._alpha = settings.alpha
         self._held = HeldAction(settings, self._grid)
@@ -73,6 +74,7 @@ class SarsaLearner:
         learner.count = LearningCount(**state["count"])
         learner._succeeded_ever = bool(state["succeeded_ever"])
         learner._greedy_failed = bool(state["greedy_failed"])
+        learner._proven, learner._proven_row = np.asarray(state["proven"]), int(state["proven_row"])
         return learner
 
     def state(self) -> dict[str, Any]:
@@ -82,6 +84,8 @@ class SarsaLearner:
             "count": dataclasses.asdict(self.count),
             "succeeded_ever": self._succeeded_ever,
             "greedy_failed": self._greedy_failed,
+            "proven": np.array(self._proven),
+            "proven_row": self._proven_row,
         }
 
     @property
@@ -101,8 +105,12 @@ class SarsaLearner:
 
     @property
     def policy(self) -> Policy:
-        """The table as it stands, sealed with the settings that give it its meaning."""
-        return Policy.seal(self._table.q, learning_json(self._settings))
+        """The table to act by, sealed with the settings that give it its meaning.
+
+        It is the present one, unless an earlier one had the longer row of greedy successes while it rested.
+        """
+        q = self._proven if self._proven_row > self.count.row else self._table.q
+        return Policy.seal(q, learning_json(self._settings))
 
     def begin_rollout(self, rng: Generator) -> None:
         """Decide whether this rollout explores and draw what it tries; ``rng`` serves until the rollout ends."""
@@ -158,6 +166,8 @@ class SarsaLearner:
             for transition in self._transitions:
                 self._table.update(transition, self._alpha, self._coin())
         success = outcome == "goal"
+        if not (success or self.explored) and self.count.row >= max(self._settings.count.streak, self._proven_row + 1):
+            self._proven, self._proven_row = self.q, self.count.row
         self.count = self.count.after(explored=self.explored, success=success, settings=self._settings.count)
         self._succeeded_ever = self._succeeded_ever or success
         self._greedy_failed = not success and not self.explored

@@ -4,8 +4,9 @@
 are counted from 1 and every rollout counts, exploring ones too; an exploring rollout neither adds to the row nor
 breaks it. After ``cap`` (1000) rollouts without such a row learning has failed, and the failure counts as the cap.
 From the tenth success on the table rests: what it does without learning on the way is what it will do once frozen.
-Then it is put to the proof on bodies that differ (``learn.proof``). Only after ``settled`` successes in a row (or at
-the cap) it is frozen; a failure before that wakes the learning again. None of that changes the figure.
+Then it is put to the proof on bodies that differ (``learn.proof``). Only after ``settled`` successes in a row it is
+frozen; a failure before that wakes the learning again, and at the cap the table with the longest row is taken. None of
+that changes the figure.
 """
 
 from __future__ import annotations

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 from kendama_cli.errors import ConfigError
@@ -171,9 +171,14 @@ class NoiseSettings:
 class ProofSettings:
     """What differs while the learned table is put to the proof, as another body would: drawn anew for each rollout."""
 
-    noise: float = setting("factor on all noise", above=0)
+    noise: float = setting("factor on all noise, uniform from 0 up to this", above=0)
     acceleration: float = setting("uniform +- relative error of all accelerations of a rollout", at_least=0, below=0.5)
     angle_deg: float = setting("uniform +- offset of all readings of the ball's angle in a rollout [deg]", at_least=0)
+    narrowing: float = setting(
+        "workspace.half_width_m and goal.landing_limit_m are narrower by a share up to this, uniform",
+        at_least=0,
+        below=0.5,
+    )
 
 
 @dataclass(frozen=True)
@@ -183,7 +188,7 @@ class CountSettings:
     streak: int = setting("greedy successes in a row that count as learned", above=0)
     cap: int = setting("rollouts after which learning has failed", above=0)
     settled: int = setting(
-        "greedy successes in a row at which the table is frozen; until then learning goes on", above=0
+        "greedy successes in a row at which the table is frozen; until then, or the cap, learning goes on", above=0
     )
     evaluation: int = setting("rollouts of the frozen greedy policy", above=0)
 
@@ -263,3 +268,10 @@ class LearnSettings:
     def largest_action_m_s2(self) -> float:
         """The larger of the two extreme accelerations [m/s^2]."""
         return max(-self.actions_m_s2[0], self.actions_m_s2[-1])
+
+    def with_room(self, factor: float) -> LearnSettings:
+        """The same in a workspace ``factor`` times as wide, the goal's landing limit with it."""
+        room = replace(self.workspace, half_width_m=factor * self.workspace.half_width_m)
+        return replace(
+            self, workspace=room, goal=replace(self.goal, landing_limit_m=factor * self.goal.landing_limit_m)
+        )

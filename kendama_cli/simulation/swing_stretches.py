@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 
+from kendama_cli.artifacts.checks import Array
 from kendama_cli.learning.limiter import BrakingLimiter
 from kendama_cli.learning.reward import Outcome
 from kendama_cli.learning.state import SwingState
@@ -33,7 +34,8 @@ class Stretches:
 
     def roll_out(self, actor: Actor, noise: RolloutNoise) -> SwingUpRollout:
         """One rollout, as SwingUpEnvironment.roll_out."""
-        swing, step_s, (constants, edges) = self.swing, self._rules.physics.step_s, self._packed
+        swing, step_s = self.swing, self._rules.physics.step_s
+        constants, edges = self._packed if noise.room == 1.0 else self._with_room(noise.room)
         errors = np.array([noise.angle_rad, noise.rate_rad_s], dtype=np.float64)
         swing.start(SwingState(noise.start_position_m, 0.0, noise.start_angle_rad, 0.0))
         s, tally, reading = swing.numbers, np.zeros(3), np.array(self.state())
@@ -67,6 +69,16 @@ class Stretches:
         steps = kernel.fly(self.swing.numbers, self._n_steps, self._catch_m_s2, rules.physics, rules.limits)
         self.swing.read()
         return Catch(miss_m=abs(self.swing.across_m), duration_s=steps * rules.physics.step_s)
+
+    def _with_room(self, factor: float) -> tuple[Array, Array]:
+        rules = self._rules
+        w, aim = rules.limits, rules.aim
+        return kernel.packed(
+            rules.physics,
+            w._replace(half_width_m=factor * w.half_width_m, edge_m=factor * w.edge_m),
+            aim._replace(landing_limit_m=factor * aim.landing_limit_m),
+            rules.bins,
+        )
 
     def state(self) -> SwingState:
         """The true plain state now."""

@@ -76,7 +76,6 @@ class SwingUpEnvironment:
         self._step_s = settings.step_s
         self.n_steps = max(1, round(settings.rollout_s / settings.step_s))
         self.flight = Flight(game.rope.length_m, game.cup.depth_m, game.gravity_m_s2)
-        self._goal = Goal(settings.goal, self.flight)
         self._limiter = limiter(settings)
         self._swing, self._stretches = self._engine(settings, game)
 
@@ -97,13 +96,16 @@ class SwingUpEnvironment:
         angle_rad = math.radians(levels.angle_reading_deg) * readings[0]
         rate_rad_s = levels.rate_reading_rad_s * readings[1]
         gain = 1.0 + levels.acceleration * errors
+        room = 1.0
         if proof:
             body = self._settings.proof
-            strength, offset = rng.uniform(-1.0, 1.0, 2).tolist()
-            start = [body.noise * value for value in start]
-            angle_rad = body.noise * angle_rad + math.radians(body.angle_deg) * offset
-            rate_rad_s = body.noise * rate_rad_s
-            gain = (1.0 + body.noise * (gain - 1.0)) * (1.0 + body.acceleration * strength)
+            strength, offset, narrower, noisier = rng.uniform((-1.0, -1.0, 0.0, 0.0), 1.0).tolist()
+            loudness = body.noise * noisier
+            start = [loudness * value for value in start]
+            angle_rad = loudness * angle_rad + math.radians(body.angle_deg) * offset
+            rate_rad_s = loudness * rate_rad_s
+            gain = (1.0 + loudness * (gain - 1.0)) * (1.0 + body.acceleration * strength)
+            room = 1.0 - body.narrowing * narrower
         compiled = self._stretches is not None  # compiled code reads arrays, a loop in Python lists, sooner
         return RolloutNoise(
             start_angle_rad=math.radians(levels.start_angle_deg) * start[0],
@@ -111,6 +113,7 @@ class SwingUpEnvironment:
             angle_rad=angle_rad if compiled else angle_rad.tolist(),
             rate_rad_s=rate_rad_s if compiled else rate_rad_s.tolist(),
             gain=gain if compiled else gain.tolist(),
+            room=room,
         )
 
     def silence(self) -> RolloutNoise:
@@ -136,10 +139,12 @@ class SwingUpEnvironment:
 
         The answer is the wanted acceleration and the time before which no further reading is needed.
         """
-        swing, step_s, limit = self._swing, self._step_s, self._limiter.limit
-        edge = self._settings.workspace.half_width_m
-        ends_outside = self._settings.workspace.kind == "terminate"
-        lowest = 0.0 if self._goal.nearest_rad >= 0.5 * math.pi else -math.inf
+        settings = self._settings.with_room(noise.room)
+        swing, step_s = self._swing, self._step_s
+        limit, goal = limiter(settings).limit, Goal(settings.goal, self.flight)
+        edge = settings.workspace.half_width_m
+        ends_outside = settings.workspace.kind == "terminate"
+        lowest = 0.0 if goal.nearest_rad >= 0.5 * math.pi else -math.inf
         swing.start(SwingState(noise.start_position_m, 0.0, noise.start_angle_rad, 0.0))
         outcome: Outcome = "timeout"
         look_s, peak_m, wanted, gain, decisions = -math.inf, 0.0, 0.0, 1.0, 0
@@ -166,7 +171,7 @@ class SwingUpEnvironment:
             if turning * towards < TURN_RAD_S and abs(turning) > TURN_RAD_S:
                 towards = 1 if turning > 0.0 else -1
                 half_swings += 1
-            if swing.above_m >= lowest and self._goal.reached(self.state()):
+            if swing.above_m >= lowest and goal.reached(self.state()):
                 outcome = "goal"
                 break
         duration_s = (k + 1) * step_s

@@ -40,6 +40,8 @@ class RolloutNoise:
     """Error of the rate's reading in each step."""
     gain: Numbers
     """Factor on the acceleration of each action."""
+    room: float = 1.0
+    """Factor on the workspace's half width and on the goal's landing limit."""
 
 
 @dataclass(frozen=True)

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from kendama_cli.artifacts.checks import Array
 from kendama_cli.learning.policy import GreedyPolicy
 from kendama_cli.learning.sarsa import SarsaLearner
 from kendama_cli.settings.game import GameSettings
@@ -85,7 +86,7 @@ class Learn:
             }
             ctx.log.write("/learn/rollout", tally["simulated_s"], message)
             if finished.index & (finished.index - 1) == 0:  # 1, 2, 4, 8, ...
-                _log_table(learner, tally, ctx)
+                _log_table(learner.q, finished.index, tally, ctx)
             ctx.checkpoint(lambda: {**learner.state(), "tally": tally})
             ctx.progress(
                 finished.index,
@@ -95,7 +96,7 @@ class Learn:
                 greedy_row=learner.count.row,
             )
         if not tally["tried"]:
-            _log_table(learner, tally, ctx)
+            _log_table(np.asarray(learner.policy.q), learner.rollouts, tally, ctx)
 
     def _evaluate(
         self, environment: SwingUpEnvironment, learner: SarsaLearner, tally: dict[str, Any], ctx: StageContext
@@ -152,10 +153,9 @@ class Learn:
         }
 
 
-def _log_table(learner: SarsaLearner, tally: Mapping[str, Any], ctx: StageContext) -> None:
-    q = learner.q
+def _log_table(q: Array, rollout: int, tally: Mapping[str, Any], ctx: StageContext) -> None:
     rows, columns = q.shape
-    message = {"rollout": learner.rollouts, "rows": rows, "columns": columns, "values": q.ravel().tolist()}
+    message = {"rollout": rollout, "rows": rows, "columns": columns, "values": q.ravel().tolist()}
     ctx.log.write("/learn/table", tally["simulated_s"], message)
 
 

@@ -138,8 +138,8 @@ def test_from_state_goes_on_bit_for_bit(update):
     half, rng = SarsaLearner(settings), np.random.default_rng(1)
     rollouts(half, rng, 3)
     saved = half.state()
-    table = saved.pop("q")
-    resumed = SarsaLearner.from_state(settings, {"q": table, **json.loads(json.dumps(saved))})
+    tables = {name: saved.pop(name) for name in ("q", "proven")}
+    resumed = SarsaLearner.from_state(settings, {**tables, **json.loads(json.dumps(saved))})
     for k in range(3, 8):
         resumed.begin_rollout(rng)
         for step in range(20):
@@ -180,6 +180,30 @@ def test_from_the_tenth_success_on_the_table_rests_until_a_failure_wakes_it():
         learner.end_rollout(outcome, HANGING)
         changed.append(bool((learner.q != before).any()))
     assert changed == [True] * 10 + [False] * 3 + [True]
+
+
+def test_the_policy_is_the_table_with_the_longest_row_while_it_rested():
+    never = learn_settings(exploration__schedule__after_failure=0.0)
+    learner, rng = SarsaLearner(never, q=preferring(0, 4)), np.random.default_rng(0)
+
+    def play(results: str) -> np.ndarray:
+        nonlocal learner
+        for result in results:
+            learner.begin_rollout(rng)
+            learner.act(HANGING, 0.0)
+            learner.end_rollout("goal" if result == "g" else "timeout", SWUNG)
+            learner = SarsaLearner.from_state(never, learner.state())
+        return np.asarray(learner.policy.q)
+
+    first = play("f" + "g" * 15)
+    np.testing.assert_array_equal(first, learner.q)
+    second = play("f" + "ff" + "g" * 12)
+    assert np.any(learner.q != first)
+    np.testing.assert_array_equal(second, first)
+    np.testing.assert_array_equal(play("f" + "f"), first)
+    third = play("g" * 17)
+    np.testing.assert_array_equal(third, learner.q)
+    np.testing.assert_array_equal(play("fff"), third)
 
 
 @pytest.mark.parametrize(("name", "driven"), [("sarsa", "acceleration"), ("terminate", "position")])
@@ -251,6 +275,7 @@ def test_a_failure_counts_as_the_cap():
 
 
 def test_learning_ends_with_the_settled_row_or_at_the_cap():
-    assert not counted("g" * 49).finished(SETTINGS.count)
-    assert counted("g" * 50).finished(SETTINGS.count)
+    settled = SETTINGS.count.settled
+    assert not counted("g" * (settled - 1)).finished(SETTINGS.count)
+    assert counted("g" * settled).finished(SETTINGS.count)
     assert counted("f" * 1000).finished(SETTINGS.count)

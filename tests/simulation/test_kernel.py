@@ -122,9 +122,9 @@ def learned(engine: str, name: str, seed: int, **replaced: object) -> tuple[np.n
     environment, learner = SwingUpEnvironment(chosen, GAME), SarsaLearner(chosen)
     chance, whim = np.random.default_rng([seed, 1]), np.random.default_rng([seed, 2])
     seen: list[object] = []
-    for _ in range(40):
+    for k in range(40):
         learner.begin_rollout(whim)
-        rollout = environment.roll_out(learner, environment.noise(chance))
+        rollout = environment.roll_out(learner, environment.noise(chance, proof=k % 2 == 1))
         seen += [rollout, learner.end_rollout(rollout.outcome, rollout.final)]
     policy = GreedyPolicy(learner.policy, chosen)
     for _ in range(5):

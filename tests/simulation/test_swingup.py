@@ -154,6 +154,16 @@ def test_with_the_limiter_the_cup_stays_inside_whatever_is_commanded_and_however
     assert rollout.peak_displacement_m <= 0.4 + 1e-4
 
 
+@pytest.mark.parametrize("room", [0.85, 1.1])
+def test_another_room_has_its_edges_elsewhere(room):
+    for name, outcome in (("sarsa", "timeout"), ("terminate", "outside")):
+        environment = SwingUpEnvironment(learn_settings(name), GAME)
+        noise = dataclasses.replace(environment.silence(), room=room)
+        rollout = environment.roll_out(Scripted([8.0]), noise)
+        assert rollout.outcome == outcome
+        assert rollout.peak_displacement_m == pytest.approx(0.4 * room, abs=2.0 * STEP_S)
+
+
 def test_where_leaving_terminates_the_rollout_ends_there():
     environment = SwingUpEnvironment(learn_settings("terminate"), GAME)
     rollout = environment.roll_out(Scripted([8.0]), environment.silence())
@@ -191,20 +201,30 @@ def test_the_noise_has_the_configured_spread():
 def test_a_proof_adds_another_body_to_the_same_noise():
     environment = SwingUpEnvironment(learn_settings(), GAME)
     proof = environment._settings.proof
-    offsets, gains = [], []
+    offsets, gains, rooms, louder = [], [], [], []
     for seed in range(60):
         usual = environment.noise(np.random.default_rng(seed))
         other = environment.noise(np.random.default_rng(seed), proof=True)
-        assert other.start_angle_rad == proof.noise * usual.start_angle_rad
-        rest = np.array(other.angle_rad) - proof.noise * np.array(usual.angle_rad)
+        loudness = other.start_angle_rad / usual.start_angle_rad
+        louder.append(loudness)
+        rest = np.array(other.angle_rad) - loudness * np.array(usual.angle_rad)
         assert np.ptp(rest) < 1e-12, "one offset for the whole rollout"
         offsets.append(math.degrees(rest[0]))
-        ratio = np.array(other.gain) / (1.0 + proof.noise * (np.array(usual.gain) - 1.0))
+        ratio = np.array(other.gain) / (1.0 + loudness * (np.array(usual.gain) - 1.0))
         assert np.ptp(ratio) < 1e-12
         gains.append(ratio[0] - 1.0)
+        assert usual.room == 1.0
+        rooms.append(1.0 - other.room)
+    assert min(louder) >= 0.0
+    assert min(rooms) >= 0.0, "never wider: what is learned stays inside"
     # the largest of 60 uniform draws falls short of the end by more than a tenth with a probability of 0.9^60 = 0.2 %
-    for drawn, most in ((offsets, proof.angle_deg), (gains, proof.acceleration)):
-        assert 0.9 * most < max(map(abs, drawn)) <= most
+    for drawn, most in (
+        (offsets, proof.angle_deg),
+        (gains, proof.acceleration),
+        (rooms, proof.narrowing),
+        (louder, proof.noise),
+    ):
+        assert 0.9 * most < max(map(abs, drawn)) <= most + 1e-12
 
 
 @pytest.mark.parametrize("stiffness_n_m", [2000.0, 12500.0])

@@ -87,7 +87,8 @@ def test_what_is_saved_is_all_there_is() -> None:
     again = Progress.resumed(progress.saved(), POLICY, LEARN, SETTLING, np.random.default_rng(99))
     for start in STARTS:
         one, other = (each.learner(start).state() for each in (progress, again))
-        assert np.array_equal(one.pop("q"), other.pop("q"))
+        for table in ("q", "proven"):
+            assert np.array_equal(one.pop(table), other.pop(table))
         assert one == other
     assert again.count == progress.count == 6
     assert again.clock_s == 1.5
