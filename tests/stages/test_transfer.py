@@ -324,9 +324,9 @@ def test_the_default_games_on_the_default_twin_are_caught(policy: Policy) -> Non
 @pytest.mark.slow
 @pytest.mark.timeout(1200)
 def test_a_table_saves_rollouts_on_other_bodies(tmp_path: Path) -> None:
-    """Of 54 transfers over nine twins 1.5 rollouts were needed from Q on average (1 to 9), 6.2 from scratch (2 to 30).
+    """In 36 transfers over nine twins every table reached the goal at once and always, from scratch took 2 to 28.
 
-    On a single twin a single seed may lose to scratch, so the bodies are taken together.
+    Among 90 tables tried on three bodies each 2 were weak on one of them: then some 5 to 15 rollouts are needed there.
     """
     settings = dataclasses.replace(FULL, evaluation_n=12, cap=100, games=1, baseline=True)
     quick = dataclasses.replace(LEARN, count=dataclasses.replace(LEARN.count, evaluation=1))
@@ -337,8 +337,9 @@ def test_a_table_saves_rollouts_on_other_bodies(tmp_path: Path) -> None:
         for seed in range(50, 53):
             table = Learn(learn=quick, game=GAME).run({}, MemoryContext(seed)).artifact
             made.append(stage(settings, hardware).run({"learn": table}, MemoryContext(seed)).metrics)
-    given = [int(metrics["rollouts"] or 0) for metrics in made]
-    scratch = [int(metrics["rollouts_from_scratch"] or 0) for metrics in made]
-    assert np.mean(given) <= 3.0
-    assert np.mean(given) < np.mean(scratch)
+    given = np.array([int(metrics["rollouts"] or 0) for metrics in made]).reshape(3, 3)
+    scratch = np.array([int(metrics["rollouts_from_scratch"] or 0) for metrics in made]).reshape(3, 3)
+    assert given.mean() <= 3.0
+    assert (given.mean(axis=1) < scratch.mean(axis=1)).all(), (given, scratch)
+    assert np.mean([float(metrics["success_rate_before"] or 0.0) for metrics in made]) >= 0.9
     assert np.mean([float(metrics["success_rate_after"] or 0.0) for metrics in made]) >= 0.95
