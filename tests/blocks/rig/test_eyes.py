@@ -63,10 +63,14 @@ def test_games_through_images_are_caught(games: list[Game]) -> None:
     assert np.median([1e3 * (game.prediction_error_m(0.1) or math.nan) for game in games]) < 2.0
 
 
-def test_the_ball_is_seen_nearly_always_and_within_a_frame(games: list[Game]) -> None:
+def test_the_ball_is_seen_nearly_always_in_flight_and_within_a_frame(games: list[Game]) -> None:
+    """Before, a wide swing at the edge of the workspace can take it out of one camera's image."""
     for game in games:
         watched = game.watched
-        assert watched.seen >= 0.95 * len(watched.frames)
+        flight = [frame for frame in watched.frames if frame.t_s >= game.swing.duration_s]
+        assert len(flight) > 40
+        assert sum(frame.sighting is not None for frame in flight) >= 0.95 * len(flight)
+        assert watched.seen >= 0.8 * len(watched.frames)
         assert max(frame.used_s - frame.t_s for frame in watched.frames) <= watched.period_s + 1e-9
         assert watched.latency_frames is not None
         assert watched.latency_frames <= 1.0
