@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Literal
@@ -175,7 +176,7 @@ class ProofSettings:
     acceleration: float = setting("uniform +- relative error of all accelerations of a rollout", at_least=0, below=0.5)
     angle_deg: float = setting("uniform +- offset of all readings of the ball's angle in a rollout [deg]", at_least=0)
     narrowing: float = setting(
-        "workspace.half_width_m and goal.landing_limit_m are narrower by a share up to this, uniform",
+        "the workspace is narrower by a share up to this, uniform, and slower, as for a longer rope",
         at_least=0,
         below=0.5,
     )
@@ -270,8 +271,14 @@ class LearnSettings:
         return max(-self.actions_m_s2[0], self.actions_m_s2[-1])
 
     def with_room(self, factor: float) -> LearnSettings:
-        """The same in a workspace ``factor`` times as wide, the goal's landing limit with it."""
-        room = replace(self.workspace, half_width_m=factor * self.workspace.half_width_m)
-        return replace(
-            self, workspace=room, goal=replace(self.goal, landing_limit_m=factor * self.goal.landing_limit_m)
+        """The same with ``factor`` times the room, as a rope 1 / ``factor`` times as long sees it in the model's size.
+
+        The half width and the goal's landing limit are lengths, the largest speed goes with the root of one.
+        """
+        workspace = replace(
+            self.workspace,
+            half_width_m=factor * self.workspace.half_width_m,
+            max_speed_m_s=math.sqrt(factor) * self.workspace.max_speed_m_s,
         )
+        goal = replace(self.goal, landing_limit_m=factor * self.goal.landing_limit_m)
+        return replace(self, workspace=workspace, goal=goal)

@@ -75,7 +75,11 @@ class Stretches:
         w, aim = rules.limits, rules.aim
         return kernel.packed(
             rules.physics,
-            w._replace(half_width_m=factor * w.half_width_m, edge_m=factor * w.edge_m),
+            w._replace(
+                half_width_m=factor * w.half_width_m,
+                max_speed_m_s=math.sqrt(factor) * w.max_speed_m_s,
+                edge_m=factor * w.edge_m,
+            ),
             aim._replace(landing_limit_m=factor * aim.landing_limit_m),
             rules.bins,
         )

@@ -41,7 +41,7 @@ class RolloutNoise:
     gain: Numbers
     """Factor on the acceleration of each action."""
     room: float = 1.0
-    """Factor on the workspace's half width and on the goal's landing limit."""
+    """Factor on the room, see LearnSettings.with_room."""
 
 
 @dataclass(frozen=True)

@@ -326,7 +326,7 @@ def test_the_default_games_on_the_default_twin_are_caught(policy: Policy) -> Non
 def test_a_table_saves_rollouts_on_other_bodies(tmp_path: Path) -> None:
     """In 36 transfers over nine twins every table reached the goal at once and always, from scratch took 2 to 28.
 
-    Among 90 tables tried on three bodies each 2 were weak on one of them: then some 5 to 15 rollouts are needed there.
+    Among 70 other tables 2 were weak on several of the nine: there some 5 to 15 rollouts are needed.
     """
     settings = dataclasses.replace(FULL, evaluation_n=12, cap=100, games=1, baseline=True)
     quick = dataclasses.replace(LEARN, count=dataclasses.replace(LEARN.count, evaluation=1))

@@ -85,9 +85,9 @@ class Playground:
         room, strongest = learn.workspace, learn.largest_action_m_s2
         braking = room.braking_m_s2 if isinstance(room, LimitedWorkspace) else RESERVE * strongest
         self._swing_limiter = BrakingLimiter(
-            # the similar swing of a longer rope needs a wider room; what the catch may use is there for it
+            # the similar swing of a longer rope needs a wider and faster room; as wide as the catch's there is one
             half_width_m=min(scale * room.half_width_m, max(room.half_width_m, settings.catch.half_width_m)),
-            max_speed_m_s=room.max_speed_m_s,
+            max_speed_m_s=self._cart.tempo * room.max_speed_m_s,
             braking_m_s2=braking,
             largest_m_s2=strongest,
             period_s=robot.period_s,
