@@ -24,7 +24,6 @@ from kendama_cli.settings.game import GameSettings
 from kendama_cli.settings.learn import LearnSettings
 from kendama_cli.simulation import kernel
 from kendama_cli.simulation.swing_kernel import KernelSwing, Rules
-from kendama_cli.simulation.workspace import limiter
 
 LAYER_S = 0.04
 CELL = np.array([0.08, 0.4, 0.3])
@@ -77,7 +76,7 @@ class _Search:
         self._step_s = settings.step_s
         self._n_steps = max(1, round(settings.rollout_s / settings.step_s))
         self._extremes = np.array([settings.actions_m_s2[0], settings.actions_m_s2[-1]], dtype=np.float64)
-        rules = Rules.of(settings, game, limiter(settings))
+        rules = Rules.of(settings, game)
         self._physics, self._aim, limits = rules.physics, rules.aim, rules.limits
         if math.isinf(limits.half_width_m):  # the edge ends a rollout: braking just in time never loses to leaving
             weaker = min(-settings.actions_m_s2[0], settings.actions_m_s2[-1])

@@ -10,12 +10,12 @@ from numpy.typing import NDArray
 
 from kendama_cli.errors import SimulationError
 from kendama_cli.learning.decision import ROUNDING_S
-from kendama_cli.learning.limiter import BrakingLimiter
 from kendama_cli.learning.state import SwingState
 from kendama_cli.settings.game import GameSettings
 from kendama_cli.settings.learn import LearnSettings
 from kendama_cli.simulation import kernel
 from kendama_cli.simulation.swingup_rollout import TURN_RAD_S
+from kendama_cli.simulation.workspace import limiter
 
 
 def physics(game: GameSettings, step_s: float) -> kernel.Physics:
@@ -44,17 +44,17 @@ class Rules:
     bins: kernel.Bins
 
     @classmethod
-    def of(cls, settings: LearnSettings, game: GameSettings, limiter: BrakingLimiter) -> Rules:
+    def of(cls, settings: LearnSettings, game: GameSettings) -> Rules:
         """The constants of ``settings`` as the compiled code takes them."""
-        goal, grid = settings.goal, settings.grid
+        goal, grid, limits = settings.goal, settings.grid, limiter(settings)
         nearest = math.radians(goal.angle_deg - goal.tolerance_deg)
         return cls(
             physics(game, settings.step_s),
             kernel.Limits(
-                half_width_m=float(limiter.half_width_m),
-                max_speed_m_s=float(limiter.max_speed_m_s),
-                braking_m_s2=float(limiter.braking_m_s2),
-                largest_m_s2=float(limiter.largest_m_s2),
+                half_width_m=float(limits.half_width_m),
+                max_speed_m_s=float(limits.max_speed_m_s),
+                braking_m_s2=float(limits.braking_m_s2),
+                largest_m_s2=float(limits.largest_m_s2),
                 edge_m=float(settings.workspace.half_width_m) if settings.workspace.kind == "terminate" else math.inf,
             ),
             kernel.Aim(
@@ -79,6 +79,10 @@ class Rules:
                 longest_s=settings.decision.longest_s - ROUNDING_S,
             ),
         )
+
+    def packed(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """All of them as the compiled loop takes them."""
+        return kernel.packed(self.physics, self.limits, self.aim, self.bins)
 
 
 class KernelSwing:

@@ -6,8 +6,6 @@ import math
 
 import numpy as np
 
-from kendama_cli.artifacts.checks import Array
-from kendama_cli.learning.limiter import BrakingLimiter
 from kendama_cli.learning.reward import Outcome
 from kendama_cli.learning.state import SwingState
 from kendama_cli.settings.game import GameSettings
@@ -25,17 +23,20 @@ class Stretches:
     Such an actor changes nothing between two decisions, so it is not asked there; compiled code finds the next one.
     """
 
-    def __init__(self, settings: LearnSettings, game: GameSettings, limiter: BrakingLimiter) -> None:
+    def __init__(self, settings: LearnSettings, game: GameSettings) -> None:
+        self._settings, self._game = settings, game
         self.swing = KernelSwing(game, settings.step_s)
-        self._rules = Rules.of(settings, game, limiter)
-        self._packed = kernel.packed(self._rules.physics, self._rules.limits, self._rules.aim, self._rules.bins)
+        self._rules = Rules.of(settings, game)
+        self._packed = self._rules.packed()
         self._catch_m_s2 = float(settings.goal.catch_acceleration_m_s2)
         self._n_steps = max(1, round(settings.rollout_s / settings.step_s))
 
     def roll_out(self, actor: Actor, noise: RolloutNoise) -> SwingUpRollout:
         """One rollout, as SwingUpEnvironment.roll_out."""
         swing, step_s = self.swing, self._rules.physics.step_s
-        constants, edges = self._packed if noise.room == 1.0 else self._with_room(noise.room)
+        constants, edges = self._packed
+        if noise.room != 1.0:
+            constants, edges = Rules.of(self._settings.with_room(noise.room), self._game).packed()
         errors = np.array([noise.angle_rad, noise.rate_rad_s], dtype=np.float64)
         swing.start(SwingState(noise.start_position_m, 0.0, noise.start_angle_rad, 0.0))
         s, tally, reading = swing.numbers, np.zeros(3), np.array(self.state())
@@ -69,20 +70,6 @@ class Stretches:
         steps = kernel.fly(self.swing.numbers, self._n_steps, self._catch_m_s2, rules.physics, rules.limits)
         self.swing.read()
         return Catch(miss_m=abs(self.swing.across_m), duration_s=steps * rules.physics.step_s)
-
-    def _with_room(self, factor: float) -> tuple[Array, Array]:
-        rules = self._rules
-        w, aim = rules.limits, rules.aim
-        return kernel.packed(
-            rules.physics,
-            w._replace(
-                half_width_m=factor * w.half_width_m,
-                max_speed_m_s=math.sqrt(factor) * w.max_speed_m_s,
-                edge_m=factor * w.edge_m,
-            ),
-            aim._replace(landing_limit_m=factor * aim.landing_limit_m),
-            rules.bins,
-        )
 
     def state(self) -> SwingState:
         """The true plain state now."""

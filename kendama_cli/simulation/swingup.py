@@ -84,7 +84,7 @@ class SwingUpEnvironment:
             return DartSwing(game, settings.step_s), None
         from kendama_cli.simulation.swing_stretches import Stretches  # noqa: PLC0415 - numba loads only where wanted
 
-        stretches = Stretches(settings, game, self._limiter)
+        stretches = Stretches(settings, game)
         return stretches.swing, stretches
 
     def noise(self, rng: np.random.Generator, *, proof: bool = False) -> RolloutNoise:

@@ -67,3 +67,15 @@ def test_the_exploration_is_a_choice_of_its_own_in_either_workspace():
         assert plain.exploration.kind == "harmonic"
         assert other.exploration.kind == "epsilon_greedy"
         assert dataclasses.replace(other, exploration=plain.exploration) == plain
+
+
+def test_less_room_is_what_a_longer_rope_leaves():
+    """By similarity lengths go with the rope and speeds with its root; nothing else changes."""
+    whole = learn_settings()
+    narrow = whole.with_room(0.81)
+    assert narrow.workspace.half_width_m == pytest.approx(0.81 * whole.workspace.half_width_m)
+    assert narrow.workspace.max_speed_m_s == pytest.approx(0.9 * whole.workspace.max_speed_m_s)
+    assert narrow.goal.landing_limit_m == pytest.approx(0.81 * whole.goal.landing_limit_m)
+    back = narrow.with_room(1 / 0.81)
+    assert dataclasses.replace(back, workspace=whole.workspace, goal=whole.goal) == whole
+    assert whole.with_room(1.0) == whole

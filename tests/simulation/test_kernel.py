@@ -88,7 +88,7 @@ def test_many_swings_at_once_are_each_the_one_alone():
 @given(st.sampled_from(["sarsa", "terminate"]), st.floats(-0.5, 0.5), st.floats(-2.5, 2.5), st.floats(-9.0, 9.0))
 def test_the_limiter_is_the_same(name, x_m, velocity_m_s, command):
     chosen = learn_settings(name)
-    rules = Rules.of(chosen, GAME, limiter(chosen))
+    rules = Rules.of(chosen, GAME)
     wanted = limiter(chosen).limit(command, x_m, velocity_m_s)
     assert kernel.limit(command, x_m, velocity_m_s, STEP_S, rules.limits) == wanted
 
@@ -96,7 +96,7 @@ def test_the_limiter_is_the_same(name, x_m, velocity_m_s, command):
 @pytest.mark.parametrize("name", ["sarsa", "paper"])
 def test_the_goal_is_the_same(name):
     chosen = learn_settings(name)
-    rules = Rules.of(chosen, GAME, limiter(chosen))
+    rules = Rules.of(chosen, GAME)
     goal = Goal(chosen.goal, Flight(GAME.rope.length_m, GAME.cup.depth_m, GAME.gravity_m_s2))
     swing, rng, reached = KernelSwing(GAME, STEP_S), np.random.default_rng(0), 0
     for _ in range(4000):
@@ -111,7 +111,7 @@ def test_the_goal_is_the_same(name):
 @pytest.mark.parametrize("position", ["side", "distance", "mirrored"])
 def test_the_bins_are_the_same(position):
     chosen = learn_settings(grid__position=position, grid__position_edges_m=[0.0, 0.2])
-    rules, grid = Rules.of(chosen, GAME, limiter(chosen)), StateGrid(chosen.grid)
+    rules, grid = Rules.of(chosen, GAME), StateGrid(chosen.grid)
     for state in np.random.default_rng(0).uniform([-0.5, -2, -4, -7], [0.5, 2, 4, 7], (2000, 4)):
         assert kernel.row(*state, rules.bins) == grid.place(SwingState(*state.tolist()))
 

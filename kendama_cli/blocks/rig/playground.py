@@ -82,12 +82,12 @@ class Playground:
         )
         leaning = None if arm is None else LeaningArm(arm, court.middle_m, court.direction, robot.period_s)
         self._cart = CupCart(robot, line, watch, game, scale, leaning=leaning)
-        room, strongest = learn.workspace, learn.largest_action_m_s2
+        room, catch, strongest = learn.workspace, settings.catch, learn.largest_action_m_s2
         braking = room.braking_m_s2 if isinstance(room, LimitedWorkspace) else RESERVE * strongest
         self._swing_limiter = BrakingLimiter(
-            # the similar swing of a longer rope needs a wider and faster room; as wide as the catch's there is one
-            half_width_m=min(scale * room.half_width_m, max(room.half_width_m, settings.catch.half_width_m)),
-            max_speed_m_s=self._cart.tempo * room.max_speed_m_s,
+            # by similarity a longer rope needs a wider and faster room; there is no more than the catch may use
+            half_width_m=min(scale * room.half_width_m, max(room.half_width_m, catch.half_width_m)),
+            max_speed_m_s=min(self._cart.tempo * room.max_speed_m_s, max(room.max_speed_m_s, catch.max_speed_m_s)),
             braking_m_s2=braking,
             largest_m_s2=strongest,
             period_s=robot.period_s,
