@@ -166,6 +166,7 @@ class SarsaLearner:
             for transition in self._transitions:
                 self._table.update(transition, self._alpha, self._coin())
         success = outcome == "goal"
+        # a table that rests is still what made the row that ends here
         if not (success or self.explored) and self.count.row >= max(self._settings.count.streak, self._proven_row + 1):
             self._proven, self._proven_row = self.q, self.count.row
         self.count = self.count.after(explored=self.explored, success=success, settings=self._settings.count)

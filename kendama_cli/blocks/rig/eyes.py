@@ -29,6 +29,8 @@ UNNOTICED_S = 0.12
 HASTY_S = 0.1
 """Free flight that the swing-up does not end with by then was none, or is over: the watch begins anew."""
 SAME_S = 1e-6
+TIES = 16
+"""Places of the tie point that are remembered: an image is older than the newest by a few control periods."""
 
 
 class CameraClock:
@@ -144,7 +146,7 @@ class Eyes:
         self._start_s = exchange.t_s - step.t_s
         self._clock.set(exchange.t_s)
         self._ties.append((exchange.t_s, self._cup_place(exchange.state.position_rad) - self._origin_m))
-        del self._ties[:-16]
+        del self._ties[:-TIES]
         for camera in self._cameras:
             self._take(camera)
         return self._feed(exchange.t_s)

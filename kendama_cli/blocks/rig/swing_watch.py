@@ -21,9 +21,10 @@ class SwingWatch:
     in which the rope's pull has no part, so that it holds for a taut rope and for one that has just gone slack. What
     they add since the oldest reading is taken off, and a straight line (least squares) goes through the rest: its
     slope has a quarter of the noise that the parabola needed for an unknown acceleration would have.
-    ``middle_m`` (3,) is the world position where the cup's x is zero, ``direction``
-    (3,) the unit vector of x, ``rope_m`` the real rope's length l; the ball's angle is that of the line from tie
-    point to ball, unwrapped from reading to reading.
+
+    ``middle_m`` (3,) is the world position where the cup's x is zero, ``direction`` (3,) the unit vector of x,
+    ``rope_m`` the real rope's length l; the ball's angle is that of the line from tie point to ball, unwrapped from
+    reading to reading. Raises ValueError for fewer than two samples.
     """
 
     def __init__(
@@ -55,7 +56,11 @@ class SwingWatch:
 
 
 class _Follower:
-    """Value and slope of one number whose acceleration between readings is known."""
+    """Value and slope of one number whose acceleration between readings is known.
+
+    With y_k the n readings less what the accelerations have added since the oldest, the line's slope is
+    12 sum((k - (n - 1) / 2) y_k) / (n (n^2 - 1) h).
+    """
 
     def __init__(self, period_s: float, samples: int) -> None:
         self._period_s = period_s
@@ -78,13 +83,13 @@ class _Follower:
         if len(self._readings) > self._samples:
             del self._readings[0], self._accelerations[0]
         n, h = len(self._readings), self._period_s
-        gained = travelled = offset = turning = 0.0
+        gained = travelled = total = moment = 0.0
         for k, (value, known) in enumerate(zip(self._readings, self._accelerations, strict=True)):
             if k:
                 travelled += h * (gained + 0.5 * h * known)
                 gained += h * known
             rest = value - travelled
-            offset += rest
-            turning += (k - 0.5 * (n - 1)) * rest
-        slope = 12.0 * turning / (n * (n * n - 1) * h) if n > 1 else 0.0
-        return offset / n + 0.5 * (n - 1) * h * slope + travelled, slope + gained
+            total += rest
+            moment += (k - 0.5 * (n - 1)) * rest
+        slope = 12.0 * moment / (n * (n * n - 1) * h) if n > 1 else 0.0
+        return total / n + 0.5 * (n - 1) * h * slope + travelled, slope + gained
