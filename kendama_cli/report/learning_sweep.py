@@ -36,7 +36,8 @@ def learning_figures(runs: Ensemble) -> list[Figure]:
                 learning,
                 [
                     "Reward of every rollout: median over the seeds, and the band between the 10 % and the 90 %"
-                    f" quantile. A run that has ended goes on with the median of its last {_TAIL} greedy rollouts.",
+                    f" quantile. A run that has ended goes on with the median of its last {_TAIL} greedy rollouts;"
+                    " once learned, a table is tried on other bodies, and learns on where it fails.",
                     "Share of seeds that have learned after so many rollouts; a seed that failed stays at the cap.",
                 ],
             ),
