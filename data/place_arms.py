@@ -16,12 +16,12 @@ import yaml
 
 from kendama_cli.config.site import find_site
 from kendama_cli.pipeline.inputs import resolve_files
+from kendama_cli.schema.settings import build
 from kendama_cli.settings.game import GameSettings
 from kendama_cli.settings.robot import RobotSettings
-from kendama_cli.settings.schema import build
-from kendama_cli.simulation.arm import Arm
-from kendama_cli.simulation.find_placement import current_placement
-from kendama_cli.simulation.placement_search import Demand, PlacementProblem, line_demands, search
+from kendama_cli.simulation.dart.arm import Arm
+from kendama_cli.simulation.placement.find_placement import current_placement
+from kendama_cli.simulation.placement.placement_search import Demand, PlacementProblem, line_demands, search
 
 CONF = Path(__file__).resolve().parents[1] / "conf"
 FAMILY, LEGS = 6, 4

@@ -21,12 +21,12 @@ from kendama_cli.config.compose import composed
 from kendama_cli.config.site import find_site
 from kendama_cli.errors import ConfigError
 from kendama_cli.learning.reward import final_reward, step_reward
+from kendama_cli.learning.settings import LearnSettings
 from kendama_cli.learning.state import SwingState
+from kendama_cli.schema.settings import build
 from kendama_cli.settings.game import GameSettings
-from kendama_cli.settings.learn import LearnSettings
-from kendama_cli.settings.schema import build
-from kendama_cli.simulation.swingup import Rolling, SwingUpEnvironment
-from kendama_cli.simulation.swingup_rollout import SwingUpRollout
+from kendama_cli.simulation.swingup.environment import Rolling, SwingUpEnvironment
+from kendama_cli.simulation.swingup.rollout import SimulatedRollout
 
 Observation = NDArray[np.float64]
 NAME = "kendama/SwingUp-v0"
@@ -92,7 +92,7 @@ class SwingUp(gymnasium.Env[Observation, np.int64]):
         reward = step_reward(self.settings.reward, reading.x_m)
         return self._observation(reading), reward, False, False, {"success": False}
 
-    def _ended(self, rollout: SwingUpRollout) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
+    def _ended(self, rollout: SimulatedRollout) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
         self._rolling = None
         rewards = self.settings.reward
         reward = step_reward(rewards, rollout.final.x_m) + final_reward(rewards, rollout.outcome)

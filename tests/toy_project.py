@@ -70,7 +70,7 @@ SETTINGS = '''
 """Toy settings."""
 from dataclasses import dataclass
 
-from kendama_cli.settings.schema import setting
+from kendama_cli.schema.settings import setting
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from kendama_cli.artifacts.checks import Array, array, rising
+from kendama_cli.schema.arrays import Array, array, rising
 
 
 @dataclass(frozen=True)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from kendama_cli.artifacts.checks import Array, array, rising
+from kendama_cli.schema.arrays import Array, array, rising
 
 
 @dataclass(frozen=True)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from kendama_cli.artifacts.checks import Array, array, rising
+from kendama_cli.schema.arrays import Array, array, rising
 from kendama_cli.settings.placement import Placement
 
 

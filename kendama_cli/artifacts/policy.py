@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 from dataclasses import dataclass
 
-from kendama_cli.artifacts.checks import Array, array
+from kendama_cli.schema.arrays import Array, array
 
 
 @dataclass(frozen=True)

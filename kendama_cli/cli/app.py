@@ -18,10 +18,10 @@ from kendama_cli.cli.tools import cache_app, log_app, robot_app
 from kendama_cli.config.compose import composed, composed_each, expand_sweep
 from kendama_cli.config.site import Site, find_site
 from kendama_cli.pipeline.catalogue import Pipeline, load_pipeline
+from kendama_cli.pipeline.nodes import build_settings
 from kendama_cli.pipeline.plan import Planner, check_armed, check_forced
 from kendama_cli.pipeline.record import RunRecord, begin, find_run, past_runs
 from kendama_cli.pipeline.runner import Runner
-from kendama_cli.settings.nodes import build_settings
 from kendama_cli.store.store import Store
 
 app = typer.Typer(

@@ -9,16 +9,16 @@ import numpy as np
 import yaml
 from numpy.typing import NDArray
 
-from kendama_cli.blocks.camera.calibration import calibration_document
-from kendama_cli.blocks.camera.check import check_cameras, figures
-from kendama_cli.blocks.camera.pictures import as_png, calibration_picture, check_picture
-from kendama_cli.blocks.camera.views import cameras_of, read_views
 from kendama_cli.cli import render
 from kendama_cli.config.compose import composed
 from kendama_cli.config.site import Site
+from kendama_cli.devices.camera.calibration import calibration_document
+from kendama_cli.devices.camera.check import check_cameras, figures
+from kendama_cli.devices.camera.views import cameras_of, read_views
 from kendama_cli.errors import InputError, StageError, UsageError
 from kendama_cli.pipeline.inputs import resolve_files
-from kendama_cli.settings.nodes import build_settings
+from kendama_cli.pipeline.nodes import build_settings
+from kendama_cli.rendering.pictures import as_png, calibration_picture, check_picture
 from kendama_cli.store.durable import write_file
 from kendama_cli.vision.calibration import Board, BoardView, CalibratedCamera, calibrate, find_board
 from kendama_cli.vision.colour import learn_from_clicks

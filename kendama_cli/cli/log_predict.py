@@ -51,7 +51,7 @@ def log_predict(
 
 
 def _flights(path: Path) -> list[RecordedFlight]:
-    from kendama_cli.blocks.flight.reader import read_tracks  # pandas
+    from kendama_cli.devices.flight.reader import read_tracks  # pandas
     from kendama_cli.vision.flight_search import DROP_M, FLIGHT_S, find_flights
 
     tracks = read_tracks(path)

@@ -106,7 +106,7 @@ def motion_sample(
 
 
 def _write(plan: MotionPlan, output: Path) -> None:
-    from kendama_cli.blocks.hand.plan_file import text_format
+    from kendama_cli.devices.hand.plan_file import text_format
     from kendama_cli.motion.plan_text import plan_text
     from kendama_cli.store import durable
 
@@ -117,7 +117,7 @@ def _write(plan: MotionPlan, output: Path) -> None:
 
 def _plan(source: str | None, stage: str, home: Path | None) -> MotionPlan:
     from kendama_cli.artifacts.motion_plan import CatchMotion, MotionPlan
-    from kendama_cli.blocks.hand.plan_file import read_plan
+    from kendama_cli.devices.hand.plan_file import read_plan
     from kendama_cli.store.codecs import load_artifact
 
     if source is not None and Path(source).suffix.lower() in (".yaml", ".yml", ".json"):

@@ -16,12 +16,12 @@ from kendama_cli.config.site import Site
 from kendama_cli.errors import StageError, UsageError
 from kendama_cli.pipeline.catalogue import load_pipeline
 from kendama_cli.pipeline.inputs import resolve_files
+from kendama_cli.pipeline.nodes import build_settings
 from kendama_cli.pipeline.plan import Planner
 from kendama_cli.pipeline.record import begin
 from kendama_cli.pipeline.runner import Runner
-from kendama_cli.settings.nodes import build_settings
 from kendama_cli.settings.placement import placed
-from kendama_cli.simulation.find_placement import PlacedMotion, find_placement, measured, require_workable
+from kendama_cli.simulation.placement.find_placement import PlacedMotion, find_placement, measured, require_workable
 from kendama_cli.store.codecs import load_artifact
 from kendama_cli.store.durable import write_file
 from kendama_cli.store.store import Store

@@ -15,7 +15,7 @@ from kendama_cli.config.compose import composed
 from kendama_cli.config.site import find_site
 from kendama_cli.errors import UsageError
 from kendama_cli.pipeline.inputs import resolve_files
-from kendama_cli.settings.nodes import build_settings
+from kendama_cli.pipeline.nodes import build_settings
 from kendama_cli.store.store import Store
 
 cache_app = typer.Typer(help="Look after the store of finished work.", no_args_is_help=True)
@@ -106,7 +106,7 @@ def robot_twin(
     config_dir: ConfigDir = None,
 ) -> None:
     """Run the simulated robot as a process of its own, behind UDP, until it is stopped."""
-    from kendama_cli.blocks.robot.twin import serve_twin  # dartpy
+    from kendama_cli.devices.robot.twin import serve_twin  # dartpy
 
     site = find_site(home, config_dir)
     settings = build_settings(composed(site, overrides or []))

@@ -16,7 +16,7 @@ from typing import Any
 
 from kendama_cli.config.site import Site
 from kendama_cli.errors import ConfigError
-from kendama_cli.settings.schema import nearest, unknown_key
+from kendama_cli.schema.settings import nearest, unknown_key
 from kendama_cli.store import durable
 
 PLAIN_KEY = re.compile(r"[A-Za-z_]\w*(\.[A-Za-z_]\w*)*")

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from kendama_cli.learning.discretisation import StateGrid
+from kendama_cli.learning.settings import LearnSettings
 from kendama_cli.learning.state import SwingState
-from kendama_cli.settings.learn import LearnSettings
 
 NEVER_S = float("-inf")
 ROUNDING_S = 1e-9

@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from bisect import bisect_right
 
+from kendama_cli.learning.settings import GridSettings
 from kendama_cli.learning.state import SwingState
-from kendama_cli.settings.learn import GridSettings
 
 
 class StateGrid:

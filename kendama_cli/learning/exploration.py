@@ -7,14 +7,14 @@ from typing import Protocol
 
 from numpy.random import Generator
 
-from kendama_cli.learning.state import SwingState
-from kendama_cli.settings.learn import (
+from kendama_cli.learning.settings import (
     EpsilonGreedyExploration,
     HarmonicExploration,
     LearnSettings,
     LimitedWorkspace,
     ScheduleSettings,
 )
+from kendama_cli.learning.state import SwingState
 
 FOLLOWING_PER_S = 8.0
 """c of the law by which the cup follows a harmonic place: within about 1 / c."""

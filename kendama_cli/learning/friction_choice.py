@@ -8,10 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from kendama_cli.artifacts.checks import Array
 from kendama_cli.artifacts.friction_model import FrictionModel
 from kendama_cli.learning.friction_network import fit_network, network_torque
 from kendama_cli.learning.friction_parametric import fit_parametric, parametric_torque
+from kendama_cli.schema.arrays import Array
 
 Mask = NDArray[np.bool_]
 

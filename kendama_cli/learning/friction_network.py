@@ -6,9 +6,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
-from kendama_cli.artifacts.checks import Array
 from kendama_cli.artifacts.friction_model import NetworkFriction
 from kendama_cli.learning.friction_parametric import direction
+from kendama_cli.schema.arrays import Array
 
 DECAY = 1e-6
 """Weight decay, in shares of the torque's variance per sample: between the samples the curve stays smooth."""

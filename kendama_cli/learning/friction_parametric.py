@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from kendama_cli.artifacts.checks import Array
 from kendama_cli.artifacts.friction_model import ParametricFriction
+from kendama_cli.schema.arrays import Array
 
 SIGN_RAD_S = 0.005
 """The sign of a velocity turns over about this speed: narrow, for the velocities are a reference's, without noise."""

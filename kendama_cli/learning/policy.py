@@ -10,8 +10,8 @@ import numpy as np
 from kendama_cli.artifacts.policy import Policy
 from kendama_cli.learning.decision import HeldAction, greedy_column
 from kendama_cli.learning.discretisation import StateGrid
+from kendama_cli.learning.settings import LearnSettings
 from kendama_cli.learning.state import SwingState
-from kendama_cli.settings.learn import LearnSettings
 
 
 def learning_json(settings: LearnSettings) -> str:

@@ -16,11 +16,11 @@ from kendama_cli.learning.discretisation import StateGrid
 from kendama_cli.learning.exploration import Explorer, explorer, explores
 from kendama_cli.learning.policy import learning_json
 from kendama_cli.learning.reward import Outcome, final_reward, step_reward
+from kendama_cli.learning.settings import LearnSettings
 from kendama_cli.learning.state import SwingState
 from kendama_cli.learning.statistics import LearningCount
 from kendama_cli.learning.temporal_difference import ValueTable
 from kendama_cli.learning.updates import Transition
-from kendama_cli.settings.learn import LearnSettings
 
 
 @dataclasses.dataclass(frozen=True)

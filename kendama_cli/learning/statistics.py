@@ -13,7 +13,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
-from kendama_cli.settings.learn import CountSettings
+from kendama_cli.learning.settings import CountSettings
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,7 @@ from kendama_cli.artifacts.policy import Policy, policy_digest
 from kendama_cli.errors import StageError
 from kendama_cli.learning.discretisation import StateGrid
 from kendama_cli.learning.policy import learning_json
-from kendama_cli.settings.learn import LearnSettings
+from kendama_cli.learning.settings import LearnSettings
 
 
 def verify_policy(policy: Policy, settings: LearnSettings, source: str) -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from kendama_cli.log.schemas import LogSchemaError
+from kendama_cli.schema.messages import LogSchemaError
 
 FRAME = "foxglove.FrameTransform"
 JOINTS = "foxglove.JointStates"

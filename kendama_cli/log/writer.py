@@ -15,7 +15,7 @@ import zstandard
 from mcap.writer import CompressionType, Writer
 
 from kendama_cli.log.channels import schema_of
-from kendama_cli.log.schemas import LogSchemaError, encode, file_descriptor_set
+from kendama_cli.schema.messages import LogSchemaError, encode, file_descriptor_set
 
 STAGE_METADATA = "kendama.stage"
 """The MCAP metadata record with the keys stage, settings and metrics (both canonical JSON)."""

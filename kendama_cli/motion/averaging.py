@@ -7,15 +7,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from kendama_cli.artifacts.checks import Array
 from kendama_cli.artifacts.demonstration import Demonstration
 from kendama_cli.artifacts.motion_plan import MotionPlan
 from kendama_cli.motion.basis import Basis
 from kendama_cli.motion.dmp import play
 from kendama_cli.motion.encoding import Parameters, fit_swings
 from kendama_cli.motion.onset import Moving, moving_part
-from kendama_cli.motion.resampling import MIN_SAMPLES, Swing, common_margins, cut
-from kendama_cli.settings.encode import EncodeSettings
+from kendama_cli.motion.resampling import MIN_SAMPLES, TrimmedDemonstration, common_margins, cut
+from kendama_cli.motion.settings import EncodeSettings
+from kendama_cli.schema.arrays import Array
 
 COORDINATES = ("x", "y", "z")
 
@@ -34,7 +34,7 @@ class Deviation:
 class Encoding:
     """The primitives of several demonstrations over one basis."""
 
-    swings: tuple[Swing, ...]
+    swings: tuple[TrimmedDemonstration, ...]
     parameters: Parameters
     basis: Basis
     coordinates: tuple[str, ...] = COORDINATES
@@ -88,7 +88,7 @@ class Encoding:
         )
 
 
-def prepare(demonstrations: Sequence[Demonstration], settings: EncodeSettings) -> tuple[Swing, ...]:
+def prepare(demonstrations: Sequence[Demonstration], settings: EncodeSettings) -> tuple[TrimmedDemonstration, ...]:
     """The motions of all ``demonstrations``, aligned; raises ValueError, naming the one that cannot be encoded."""
     trim = settings.trim == "rest"
     moving = [_moving(one, settings) for one in demonstrations]
@@ -104,7 +104,7 @@ def prepare(demonstrations: Sequence[Demonstration], settings: EncodeSettings) -
     return tuple(swings)
 
 
-def encode(swings: Sequence[Swing], settings: EncodeSettings) -> Encoding:
+def encode(swings: Sequence[TrimmedDemonstration], settings: EncodeSettings) -> Encoding:
     """The primitives of ``swings``; goal, duration and weights are the paper's 22 parameters per coordinate."""
     parameters, basis = fit_swings(swings, settings)
     return Encoding(tuple(swings), parameters, basis)

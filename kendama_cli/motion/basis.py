@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from kendama_cli.artifacts.checks import Array
 from kendama_cli.motion.phase import phase
+from kendama_cli.schema.arrays import Array
 
 
 @dataclass(frozen=True)

@@ -15,7 +15,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from kendama_cli.artifacts.checks import Array
 from kendama_cli.artifacts.motion_plan import PosePlan
 from kendama_cli.motion.averaging import Encoding
 from kendama_cli.motion.dmp import play
@@ -23,7 +22,8 @@ from kendama_cli.motion.encoding import fit_swings
 from kendama_cli.motion.onset import moving_part
 from kendama_cli.motion.resampling import cut
 from kendama_cli.motion.rotation import angular_velocity, continuous_logarithm, exponential, inverse, multiply
-from kendama_cli.settings.encode import EncodeSettings
+from kendama_cli.motion.settings import EncodeSettings
+from kendama_cli.schema.arrays import Array
 
 POSE = ("x", "y", "z", "rx", "ry", "rz")
 

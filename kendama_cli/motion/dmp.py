@@ -33,12 +33,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from kendama_cli.artifacts.checks import Array
 from kendama_cli.artifacts.motion_plan import MotionPlan
 from kendama_cli.motion.basis import features
 from kendama_cli.motion.integration import Solution, settle, solve
 from kendama_cli.motion.moving_goal import goal_path
 from kendama_cli.motion.phase import phase
+from kendama_cli.schema.arrays import Array
 
 STEPS = 1000
 """Runge-Kutta steps per motion: the error is below 1e-9 of the motion's size for K up to 10 000."""

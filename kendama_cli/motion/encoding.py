@@ -8,12 +8,12 @@ from itertools import product
 
 import numpy as np
 
-from kendama_cli.artifacts.checks import Array
 from kendama_cli.motion.basis import Basis
 from kendama_cli.motion.position_fit import Ends, Operator, even_operator, operator, project, solve_positions
 from kendama_cli.motion.regression import locally_weighted, ridge_on_force, target_force
-from kendama_cli.motion.resampling import Swing, derivatives
-from kendama_cli.settings.encode import EncodeSettings
+from kendama_cli.motion.resampling import TrimmedDemonstration, derivatives
+from kendama_cli.motion.settings import EncodeSettings
+from kendama_cli.schema.arrays import Array
 
 THINNED = 120
 """Samples at which widths and ends are compared: plenty for 20 functions."""
@@ -49,7 +49,7 @@ class Parameters:
         return np.hstack((log_t, self.start_rate, self.goal_m, self.goal_rate, self.weights.reshape(n, -1)))
 
 
-def fit_swings(swings: Sequence[Swing], settings: EncodeSettings) -> tuple[Parameters, Basis]:
+def fit_swings(swings: Sequence[TrimmedDemonstration], settings: EncodeSettings) -> tuple[Parameters, Basis]:
     """The parameters of all ``swings``, and the basis that is best for all of them together."""
     bases = tuple(
         Basis(settings.functions, settings.stiffness, settings.phase_decay, width) for width in settings.width
@@ -66,7 +66,7 @@ def fit_swings(swings: Sequence[Swing], settings: EncodeSettings) -> tuple[Param
     return Parameters(duration, rows[:, 0], rows[:, 1], goal, rows[:, 3], rows[:, 4:].transpose(0, 2, 1)), basis
 
 
-def _ends_and_basis(swings: Sequence[Swing], bases: tuple[Basis, ...]) -> tuple[list[Ends], Basis]:
+def _ends_and_basis(swings: Sequence[TrimmedDemonstration], bases: tuple[Basis, ...]) -> tuple[list[Ends], Basis]:
     """Whether each swing's ends move, and the basis with the least product of scores."""
     found: dict[int, Ends] = {}
     totals = np.zeros(len(bases))
@@ -87,7 +87,7 @@ def _ends_and_basis(swings: Sequence[Swing], bases: tuple[Basis, ...]) -> tuple[
     return [found[i] for i in range(len(swings))], bases[int(totals.argmin())]
 
 
-def _fit_positions(swings: Sequence[Swing], ends: Sequence[Ends], basis: Basis) -> Array:
+def _fit_positions(swings: Sequence[TrimmedDemonstration], ends: Sequence[Ends], basis: Basis) -> Array:
     """y0, y0', g, g' and weights of every swing; (N, 4 + m, c)."""
     made: dict[int, Array] = {}
     for members in _alike(swings, ends):
@@ -97,7 +97,7 @@ def _fit_positions(swings: Sequence[Swing], ends: Sequence[Ends], basis: Basis) 
     return np.array([made[i].T for i in range(len(swings))])
 
 
-def _alike(swings: Sequence[Swing], marks: Sequence[Hashable]) -> list[list[int]]:
+def _alike(swings: Sequence[TrimmedDemonstration], marks: Sequence[Hashable]) -> list[list[int]]:
     """The numbers of the swings whose samples have the same shares and whose marks agree: solved in one go."""
     groups: dict[Hashable, list[int]] = {}
     for i, (swing, mark) in enumerate(zip(swings, marks, strict=True)):
@@ -105,7 +105,7 @@ def _alike(swings: Sequence[Swing], marks: Sequence[Hashable]) -> list[list[int]
     return list(groups.values())
 
 
-def _operator(swing: Swing, stride: int, bases: tuple[Basis, ...], ends: Ends) -> Operator:
+def _operator(swing: TrimmedDemonstration, stride: int, bases: tuple[Basis, ...], ends: Ends) -> Operator:
     if swing.even:
         return even_operator(len(swing.position_m), stride, bases, ends)
     return operator(swing.share[::stride], bases, ends)
@@ -117,7 +117,7 @@ class _ForceFit:
     misfit: float
 
 
-def _fit_force(swing: Swing, basis: Basis, settings: EncodeSettings) -> _ForceFit:
+def _fit_force(swing: TrimmedDemonstration, basis: Basis, settings: EncodeSettings) -> _ForceFit:
     """y0, y0', g, g' from the local cubics at the ends, weights from f; (4 + m, c)."""
     motion = derivatives(swing, settings.smoothing_s)
     nothing = np.zeros(motion.position.shape[1])

@@ -20,8 +20,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.linalg import eigh
 
-from kendama_cli.artifacts.checks import Array
 from kendama_cli.motion.rotation_matrix import log_of
+from kendama_cli.schema.arrays import Array
 
 LEAST_MOBILITY = 2e-3
 """Least eigenvalue of J H^-1 J^T that counts, as a share of the mean: where the arm is stretched out nothing moves it

@@ -16,7 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.signal import lfilter
 
-from kendama_cli.artifacts.checks import Array
+from kendama_cli.schema.arrays import Array
 
 Drive = Callable[[Array], Array]
 """r at instants s (n,): (n, k) for k coordinates."""

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from kendama_cli.artifacts.checks import Array
+from kendama_cli.schema.arrays import Array
 
 ROLL_OUT = 0.15
 """Share of the duration in which a goal that still moves at the end comes to rest, by half of that way."""

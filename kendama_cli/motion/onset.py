@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.ndimage import uniform_filter1d
 
-from kendama_cli.artifacts.checks import Array
+from kendama_cli.schema.arrays import Array
 
 REST_WINDOW_S = 0.2
 """Long enough to tell rest from noise: 1 mm of it at 100 Hz leaves 0.01 m/s; short beside a swing of a second."""

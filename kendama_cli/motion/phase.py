@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from kendama_cli.artifacts.checks import Array
+from kendama_cli.schema.arrays import Array
 
 
 def phase(share: Array, decay: float) -> Array:

@@ -15,10 +15,10 @@ from itertools import pairwise
 
 import numpy as np
 
-from kendama_cli.artifacts.checks import Array
 from kendama_cli.artifacts.motion_plan import MotionPlan
 from kendama_cli.motion.dmp import forcing
 from kendama_cli.motion.moving_goal import goal_path
+from kendama_cli.schema.arrays import Array
 
 STEP_SHARE = 1e-3
 """Longest Runge-Kutta step as a share of the motion: the error of the whole motion stays below a micrometre."""

@@ -19,9 +19,9 @@ from functools import lru_cache
 
 import numpy as np
 
-from kendama_cli.artifacts.checks import Array
 from kendama_cli.motion.basis import Basis
 from kendama_cli.motion.integration import Solution, settle, solve
+from kendama_cli.schema.arrays import Array
 
 STEPS = 1000
 """Integration steps for the responses to single functions; their error is far below a recording's noise."""

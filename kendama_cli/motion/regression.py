@@ -11,11 +11,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from kendama_cli.artifacts.checks import Array
 from kendama_cli.motion.basis import Basis, activations
 from kendama_cli.motion.moving_goal import goal_path
 from kendama_cli.motion.phase import phase
 from kendama_cli.motion.resampling import Derivatives
+from kendama_cli.schema.arrays import Array
 
 
 def target_force(motion: Derivatives, goal: Array, goal_rate: Array, basis: Basis) -> Array:

@@ -9,8 +9,8 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 from scipy.signal import fftconvolve, savgol_coeffs
 
-from kendama_cli.artifacts.checks import Array
 from kendama_cli.motion.onset import Moving
+from kendama_cli.schema.arrays import Array
 
 MIN_SAMPLES = 5
 
@@ -19,7 +19,7 @@ LONGEST_GAP = 0.1
 
 
 @dataclass(frozen=True)
-class Swing:
+class TrimmedDemonstration:
     """The samples of one demonstration's motion.
 
     ``position_m`` (n, k) is relative to the first sample; ``uneven_share`` (n,) is s = t / T from 0 to 1, None where
@@ -58,7 +58,7 @@ class Derivatives:
     second: Array
 
 
-def cut(t_s: Array, position_m: Array, moving: Moving, head: float | None, tail: float | None) -> Swing:
+def cut(t_s: Array, position_m: Array, moving: Moving, head: float | None, tail: float | None) -> TrimmedDemonstration:
     """The moving part with ``head`` and ``tail`` of its duration before and after it; None keeps all samples.
 
     Raises ValueError where fewer than 5 samples are left, and naming the sample before a gap that is too long.
@@ -80,7 +80,7 @@ def cut(t_s: Array, position_m: Array, moving: Moving, head: float | None, tail:
                 f"after sample {first + longest + 1} nothing is known for {steps[longest]:.3g} s of a motion of "
                 f"{duration:.3g} s; allowed: {LONGEST_GAP:.0%} of it; fill the gap or record the swing again"
             )
-    return Swing(
+    return TrimmedDemonstration(
         position_m=p - p[0],
         uneven_share=None if moving.even else (t - t[0]) / duration,
         duration_s=duration,
@@ -105,7 +105,7 @@ def common_margins(t_s: Sequence[Array], moving: Sequence[Moving], wanted: float
     return min(heads), min(tails)
 
 
-def derivatives(swing: Swing, smoothing_s: float) -> Derivatives:
+def derivatives(swing: TrimmedDemonstration, smoothing_s: float) -> Derivatives:
     """Position and its derivatives by s, by local cubics (Savitzky-Golay) over ``smoothing_s`` of even samples."""
     n = len(swing.position_m)
     grid = np.linspace(0.0, 1.0, n)

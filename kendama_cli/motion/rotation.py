@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from kendama_cli.artifacts.checks import Array
+from kendama_cli.schema.arrays import Array
 
 _SMALL = 1e-6
 """Below this angle [rad] the series of second order is exact to the last digit."""

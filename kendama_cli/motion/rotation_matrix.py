@@ -7,8 +7,8 @@ import math
 import numpy as np
 from numpy.typing import ArrayLike
 
-from kendama_cli.artifacts.checks import Array
 from kendama_cli.motion.rotation import exponential, logarithm
+from kendama_cli.schema.arrays import Array
 
 
 def quaternion_of(rotation: Array) -> Array:

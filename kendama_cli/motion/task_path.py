@@ -6,10 +6,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from kendama_cli.artifacts.checks import Array
 from kendama_cli.motion.impedance import TaskReference
 from kendama_cli.motion.rotation_matrix import exp_of, log_of
-from kendama_cli.settings.interact import StepSettings
+from kendama_cli.motion.task_settings import StepSettings
+from kendama_cli.schema.arrays import Array
 
 NO_AXIS = np.zeros(3)
 

@@ -27,7 +27,7 @@ MOST_IN_WINDOW = 4
 
 
 @dataclass(frozen=True)
-class Trial:
+class TauTrial:
     """One rollout: ``signed_miss_m`` is None where the ball never came down through the rim's plane."""
 
     tau_scale: float
@@ -46,7 +46,7 @@ class TauRange:
     resolution: float
 
 
-def next_tau(trials: Sequence[Trial], where: TauRange) -> float | None:
+def next_tau(trials: Sequence[TauTrial], where: TauRange) -> float | None:
     """The next tau_scale to try until one catches; None where nothing is left to try.
 
     Two trials whose misses have opposite signs enclose a catch: it is cut there by the secant. Otherwise the secant
@@ -64,7 +64,7 @@ def next_tau(trials: Sequence[Trial], where: TauRange) -> float | None:
     return next_grid_tau(trials, where)
 
 
-def next_grid_tau(trials: Sequence[Trial], where: TauRange) -> float | None:
+def next_grid_tau(trials: Sequence[TauTrial], where: TauRange) -> float | None:
     """The grid point nearest to the start that no trial has come near yet, or None."""
     up = math.floor((where.high - where.start) / where.step + 1e-9)
     down = math.floor((where.start - where.low) / where.step + 1e-9)
@@ -76,7 +76,7 @@ def next_grid_tau(trials: Sequence[Trial], where: TauRange) -> float | None:
     return None
 
 
-def bracket_tau(trials: Sequence[Trial], where: TauRange) -> float | None:
+def bracket_tau(trials: Sequence[TauTrial], where: TauRange) -> float | None:
     """A tau between two neighbours that enclose a catch and of which none is caught yet, or None."""
     ranked = sorted(trials, key=lambda trial: trial.tau_scale)
     best: tuple[float, float] | None = None
@@ -96,10 +96,10 @@ class Window:
 
     low: float
     high: float
-    best: Trial
+    best: TauTrial
 
 
-def catch_windows(trials: Sequence[Trial], where: TauRange, mouth_m: float) -> tuple[Window, ...]:
+def catch_windows(trials: Sequence[TauTrial], where: TauRange, mouth_m: float) -> tuple[Window, ...]:
     """The windows found so far, widest first: stretches with a catch in them where |miss| is below ``mouth_m``."""
     windows = []
     for low, high, _ in _promising(trials, where, mouth_m):
@@ -109,7 +109,7 @@ def catch_windows(trials: Sequence[Trial], where: TauRange, mouth_m: float) -> t
     return tuple(sorted(windows, key=lambda window: (window.low - window.high, window.low)))
 
 
-def next_window_tau(trials: Sequence[Trial], where: TauRange, mouth_m: float) -> float | None:
+def next_window_tau(trials: Sequence[TauTrial], where: TauRange, mouth_m: float) -> float | None:
     """The next tau by which all windows of the range become known, each with a trial in its middle; None at the end.
 
     First the middle of every promising stretch, as the curve through the misses predicts it; then the grid.
@@ -122,7 +122,7 @@ def next_window_tau(trials: Sequence[Trial], where: TauRange, mouth_m: float) ->
     return next_grid_tau(trials, where)
 
 
-def _promising(trials: Sequence[Trial], where: TauRange, mouth_m: float) -> list[tuple[float, float, float]]:
+def _promising(trials: Sequence[TauTrial], where: TauRange, mouth_m: float) -> list[tuple[float, float, float]]:
     """Stretches (low, high, middle) of tau where the curve through the misses stays within ``mouth_m`` of zero."""
     ranked = sorted(trials, key=lambda trial: trial.tau_scale)
     count = max(round(2 * (where.high - where.low) / where.resolution), 1) + 1
@@ -152,9 +152,9 @@ def _promising(trials: Sequence[Trial], where: TauRange, mouth_m: float) -> list
     return [(float(tau[a]), float(tau[b - 1]), float(tau[a + int(np.abs(miss[a:b]).argmin())])) for a, b in found]
 
 
-def _smooth_runs(ranked: Sequence[Trial], where: TauRange) -> list[list[Trial]]:
+def _smooth_runs(ranked: Sequence[TauTrial], where: TauRange) -> list[list[TauTrial]]:
     """Runs of neighbours that came down in the same way: near each other, and without a jump of the miss."""
-    runs: list[list[Trial]] = []
+    runs: list[list[TauTrial]] = []
     for trial in ranked:
         if trial.signed_miss_m is None:
             runs.append([])
@@ -171,11 +171,11 @@ def _smooth_runs(ranked: Sequence[Trial], where: TauRange) -> list[list[Trial]]:
     return [run for run in runs if len(run) > 1]
 
 
-def _off(trial: Trial) -> float:
+def _off(trial: TauTrial) -> float:
     return math.inf if trial.signed_miss_m is None else abs(trial.signed_miss_m)
 
 
-def _between(left: Trial, right: Trial, where: TauRange) -> float | None:
+def _between(left: TauTrial, right: TauTrial, where: TauRange) -> float | None:
     if left.signed_miss_m is None or right.signed_miss_m is None or left.caught or right.caught:
         return None
     gap = right.tau_scale - left.tau_scale
@@ -187,7 +187,7 @@ def _between(left: Trial, right: Trial, where: TauRange) -> float | None:
     return left.tau_scale + gap * min(max(share, EDGE_SHARE), 1 - EDGE_SHARE)
 
 
-def _beyond(old: Trial, new: Trial, where: TauRange) -> float | None:
+def _beyond(old: TauTrial, new: TauTrial, where: TauRange) -> float | None:
     if old.signed_miss_m is None or new.signed_miss_m is None or old.signed_miss_m == new.signed_miss_m:
         return None
     if abs(new.tau_scale - old.tau_scale) > NEIGHBOUR_STEPS * where.step:
@@ -198,5 +198,5 @@ def _beyond(old: Trial, new: Trial, where: TauRange) -> float | None:
     return tau if where.low <= tau <= where.high else None
 
 
-def _is_new(tau: float, trials: Sequence[Trial], apart: float) -> bool:
+def _is_new(tau: float, trials: Sequence[TauTrial], apart: float) -> bool:
     return all(abs(trial.tau_scale - tau) >= apart * (1 - 1e-9) for trial in trials)

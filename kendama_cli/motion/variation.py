@@ -6,8 +6,8 @@ import dataclasses
 
 import numpy as np
 
-from kendama_cli.artifacts.checks import Array
 from kendama_cli.artifacts.motion_plan import MotionPlan
+from kendama_cli.schema.arrays import Array
 
 
 def parameters(plan: MotionPlan) -> Array:

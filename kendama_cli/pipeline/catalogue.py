@@ -16,17 +16,17 @@ from typing import Any
 import yaml
 
 from kendama_cli.errors import ConfigError, UsageError
-from kendama_cli.settings.schema import nearest
+from kendama_cli.schema.settings import nearest
 
 STAGES = {
-    "capture": "kendama_cli.stages.capture:Capture",
-    "encode": "kendama_cli.stages.encode:Encode",
-    "identify": "kendama_cli.stages.identify:Identify",
-    "adapt": "kendama_cli.stages.adapt:Adapt",
-    "learn": "kendama_cli.stages.learn:Learn",
-    "predict": "kendama_cli.stages.predict:Predict",
-    "transfer": "kendama_cli.stages.transfer:Transfer",
-    "interact": "kendama_cli.stages.interact:Interact",
+    "capture": "kendama_cli.stages.capture.stage:Capture",
+    "encode": "kendama_cli.stages.encode.stage:Encode",
+    "identify": "kendama_cli.stages.identify.stage:Identify",
+    "adapt": "kendama_cli.stages.adapt.stage:Adapt",
+    "learn": "kendama_cli.stages.learn.stage:Learn",
+    "predict": "kendama_cli.stages.predict.stage:Predict",
+    "transfer": "kendama_cli.stages.transfer.stage:Transfer",
+    "interact": "kendama_cli.stages.interact.stage:Interact",
 }
 
 

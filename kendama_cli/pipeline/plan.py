@@ -11,7 +11,7 @@ from kendama_cli.errors import ConfigError, UsageError
 from kendama_cli.pipeline.catalogue import Pipeline, StageSpec
 from kendama_cli.pipeline.code import FileIndex, code_digests
 from kendama_cli.pipeline.inputs import describe, resolve_files
-from kendama_cli.settings.schema import nearest
+from kendama_cli.schema.settings import nearest
 from kendama_cli.store import durable
 from kendama_cli.store.store import Store, StoredResult
 
@@ -79,7 +79,7 @@ class Planner:
                 never = reasons == ("never ran",)
                 plans[spec.name] = StagePlan(spec, None, {}, None, reasons if never else (*changed, *reasons))
                 continue
-            inputs = {own: str(_result(plans[needed]).noun_digest) for own, needed in spec.needs.items()}
+            inputs = {own: str(_result(plans[needed]).content_digest) for own, needed in spec.needs.items()}
             plans[spec.name] = self.look_up(spec, inputs, forced=spec.name in forced)
         return list(plans.values())
 

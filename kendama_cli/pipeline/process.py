@@ -1,4 +1,4 @@
-"""How a worker process comes to be: a new interpreter, or a fork of a nursery that has the stage imported already."""
+"""How a worker process comes to be: a new interpreter, or a fork of a server that has the stage imported already."""
 
 from __future__ import annotations
 
@@ -61,14 +61,14 @@ class Interpreters:
         """Nothing is kept between workers."""
 
 
-class Nursery:
+class ForkServer:
     """Workers are forks of one process, so that a sweep pays for a stage's imports once; one worker at a time."""
 
     def __init__(self) -> None:
         self._line, self._process = self._open()
 
     def start(self, request: Mapping[str, Any], *, events: int, lock: int, printed: int) -> Worker:
-        """Have a worker forked for ``request``; a nursery that was killed is opened anew."""
+        """Have a worker forked for ``request``; a fork server that was killed is opened anew."""
         pid = self._ask(request, [events, lock, printed])
         if pid is None:
             self.close()
@@ -79,7 +79,7 @@ class Nursery:
         return _Fork(self._line, pid)
 
     def close(self) -> None:
-        """End the nursery."""
+        """End the fork server."""
         self._line.close()
         self._process.wait()
 
@@ -95,13 +95,13 @@ class Nursery:
     def _open() -> tuple[socket.socket, subprocess.Popen[bytes]]:
         ours, theirs = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
         with theirs:
-            command = [sys.executable, "-P", "-m", "kendama_cli.pipeline.nursery", str(theirs.fileno())]
+            command = [sys.executable, "-P", "-m", "kendama_cli.pipeline.forkserver", str(theirs.fileno())]
             process = subprocess.Popen(command, stdin=subprocess.DEVNULL, pass_fds=(theirs.fileno(),), env=one_thread())
             return ours, process
 
 
 class _Fork:
-    """A worker that the nursery forked: it is the nursery's child, so its exit code comes over the line."""
+    """A worker that the fork server forked: it is the fork server's child, so its exit code comes over the line."""
 
     def __init__(self, line: socket.socket, pid: int) -> None:
         self._line = line
@@ -125,7 +125,7 @@ class _Fork:
             try:
                 answer = self._line.recv(4096)
             except TimeoutError:
-                raise subprocess.TimeoutExpired(["nursery"], timeout or 0.0) from None
+                raise subprocess.TimeoutExpired(["forkserver"], timeout or 0.0) from None
             finally:
                 self._line.settimeout(None)
             self._code = int(json.loads(answer)["code"]) if answer else -signal.SIGKILL

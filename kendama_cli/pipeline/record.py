@@ -16,7 +16,7 @@ from typing import Any
 
 import kendama_cli
 from kendama_cli.errors import UsageError
-from kendama_cli.settings.schema import nearest
+from kendama_cli.schema.settings import nearest
 from kendama_cli.store import durable
 
 LIBRARIES = ("dartpy", "numpy", "scipy", "opencv-python-headless", "pandas", "mcap", "hydra-core")

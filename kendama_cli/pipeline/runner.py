@@ -23,7 +23,7 @@ from typing import IO, Any, Protocol
 from kendama_cli.errors import KendamaError
 from kendama_cli.pipeline.catalogue import StageSpec
 from kendama_cli.pipeline.plan import Planner, StagePlan
-from kendama_cli.pipeline.process import Interpreters, Nursery, Worker
+from kendama_cli.pipeline.process import ForkServer, Interpreters, Worker
 from kendama_cli.pipeline.record import RunRecord, StageOutcome
 from kendama_cli.store import durable
 
@@ -70,12 +70,12 @@ class Runner:
         *,
         forced: frozenset[str] = frozenset(),
         workers: int | None = None,
-        starter: Interpreters | Nursery | None = None,
+        starter: Interpreters | ForkServer | None = None,
         stop: threading.Event | None = None,
     ) -> None:
         """``workers``: how many stages may compute at once, None for one per core; ``stop`` interrupts from outside.
 
-        ``starter`` makes the worker processes, by default an interpreter each; a nursery serves one at a time.
+        ``starter`` makes the worker processes, by default an interpreter each; a fork server serves one at a time.
         """
         self._planner = planner
         self._record = record
@@ -138,7 +138,7 @@ class Runner:
 
     def _start_ready(self) -> None:
         for spec in self._startable():
-            inputs = {own: self._result(needed).noun_digest for own, needed in spec.needs.items()}
+            inputs = {own: self._result(needed).content_digest for own, needed in spec.needs.items()}
             plan = self._planner.look_up(spec, inputs, forced=spec.name in self._forced)
             if plan.result is not None:
                 self._finish_cached(plan)

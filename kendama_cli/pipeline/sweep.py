@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 from kendama_cli.errors import KendamaError
 from kendama_cli.pipeline.plan import Planner
-from kendama_cli.pipeline.process import Nursery
+from kendama_cli.pipeline.process import ForkServer
 from kendama_cli.pipeline.record import RunRecord, begin
 from kendama_cli.pipeline.runner import Observer, Runner
 from kendama_cli.store.durable import canonical_json
@@ -43,19 +43,19 @@ def run_sweep(
     A KendamaError other than a failed stage (a full disk) stops the sweep and is raised, as KeyboardInterrupt is.
     """
     stop = threading.Event()
-    nurseries: queue.SimpleQueue[Nursery] = queue.SimpleQueue()
+    fork_servers: queue.SimpleQueue[ForkServer] = queue.SimpleQueue()
 
     def run(job: SweepJob) -> RunRecord:
         record = begin(job.planner.store.home, job.planner.pipeline.name, job.overrides)
-        nursery = nurseries.get()
+        fork_server = fork_servers.get()
         try:
-            return Runner(job.planner, record, observe(job, record), workers=1, starter=nursery, stop=stop).run()
+            return Runner(job.planner, record, observe(job, record), workers=1, starter=fork_server, stop=stop).run()
         finally:
-            nurseries.put(nursery)
+            fork_servers.put(fork_server)
 
     with contextlib.ExitStack() as stack, concurrent.futures.ThreadPoolExecutor(at_once) as pool:
         for _ in range(min(at_once, len(jobs))):
-            nurseries.put(stack.enter_context(contextlib.closing(Nursery())))
+            fork_servers.put(stack.enter_context(contextlib.closing(ForkServer())))
         futures = [pool.submit(run, job) for job in jobs]
         try:
             return [future.result() for future in futures]

@@ -25,8 +25,8 @@ from typing import Any
 from kendama_cli.errors import KendamaError, StageError
 from kendama_cli.log.writer import McapLog
 from kendama_cli.pipeline.context import WorkerContext
-from kendama_cli.settings.nodes import node_schemas
-from kendama_cli.settings.schema import build_value
+from kendama_cli.pipeline.nodes import node_schemas
+from kendama_cli.schema.settings import build_value
 from kendama_cli.stages.interface import Made
 from kendama_cli.store.checkpoint import CheckpointFolder
 from kendama_cli.store.codecs import load_artifact, save_artifact

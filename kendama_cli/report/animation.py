@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from kendama_cli.report.tracks import Array, Geometry, Track
+from kendama_cli.report.tracks import Array, Geometry, Path2D
 
 _FRAMES_PER_S = 60
 _MOST_FRAMES = 720
@@ -88,8 +88,8 @@ class Ahead:
 
 def player(
     name: str,
-    cup: Track,
-    ball: Track,
+    cup: Path2D,
+    ball: Path2D,
     sizes: Geometry,
     *,
     poster_s: float | None,
@@ -158,7 +158,7 @@ def _ahead(foreseen: Sequence[Ahead], t_s: float, scale: float, left_m: float, t
     return [round(value, 1) for value in (*points, max(2 * one.sigma_m * scale, 4.0), 3.0)]
 
 
-def _frame(cup: Track, ball: Track, sizes: Geometry) -> tuple[float, float, float, float]:
+def _frame(cup: Path2D, ball: Path2D, sizes: Geometry) -> tuple[float, float, float, float]:
     """Pixels per metre, the world's left and top edge [m], and the picture's height [px]."""
     reach = sizes.cup_radius_m + 0.01
     xs = np.concatenate([cup.x_m - reach, cup.x_m + reach, ball.x_m - sizes.ball_m, ball.x_m + sizes.ball_m])
@@ -169,7 +169,7 @@ def _frame(cup: Track, ball: Track, sizes: Geometry) -> tuple[float, float, floa
     return scale, left, float(zs.max()) + _MARGIN / 2 / scale, tall * scale + 2 * _MARGIN
 
 
-def _pixels(track: Track, scale: float, left_m: float, top_m: float) -> tuple[Array, Array]:
+def _pixels(track: Path2D, scale: float, left_m: float, top_m: float) -> tuple[Array, Array]:
     return (track.x_m - left_m) * scale, (top_m - track.z_m) * scale
 
 

@@ -7,19 +7,19 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
-from kendama_cli.report.adaptation import adaptation_figures
 from kendama_cli.report.animation import SCRIPT, player
 from kendama_cli.report.figure import Figure
-from kendama_cli.report.identification import identification_figures
-from kendama_cli.report.imitation import capture_figures, encode_figures
-from kendama_cli.report.interaction import interaction_figures
-from kendama_cli.report.prediction import prediction_figures
 from kendama_cli.report.source import StageLog
 from kendama_cli.report.style import CSS
-from kendama_cli.report.swingup import swingup_figures
 from kendama_cli.report.tables import label_and_unit, metrics_table, number, settings_table
 from kendama_cli.report.tracks import Geometry, catch_time_s, pair
-from kendama_cli.report.transfer import transfer_figures
+from kendama_cli.stages.adapt.chapter import adaptation_figures
+from kendama_cli.stages.encode.chapter_imitation import capture_figures, encode_figures
+from kendama_cli.stages.identify.chapter import identification_figures
+from kendama_cli.stages.interact.chapter import interaction_figures
+from kendama_cli.stages.learn.chapter import swingup_figures
+from kendama_cli.stages.predict.chapter import prediction_figures
+from kendama_cli.stages.transfer.chapter import transfer_figures
 
 _CHAPTERS: dict[str, tuple[str, str, Callable[[StageLog], list[Figure]]]] = {
     "capture": ("Demonstration", "A person's swings, recorded at the hand that holds the cup.", capture_figures),

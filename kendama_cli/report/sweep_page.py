@@ -11,12 +11,12 @@ import numpy as np
 from kendama_cli.report.ensemble import Ensemble, Run, ensemble
 from kendama_cli.report.figure import Figure
 from kendama_cli.report.grid import EMPTY, Cell, grid, quantity
-from kendama_cli.report.learning_sweep import TOPICS as LEARNING_TOPICS
-from kendama_cli.report.learning_sweep import learning_figures, learning_tables
 from kendama_cli.report.style import CSS
 from kendama_cli.report.tables import label_and_unit, settings_table
-from kendama_cli.report.transfer_sweep import TOPICS as TRANSFER_TOPICS
-from kendama_cli.report.transfer_sweep import transfer_sweep_figures, transfer_table
+from kendama_cli.stages.learn.chapter_learning_sweep import TOPICS as LEARNING_TOPICS
+from kendama_cli.stages.learn.chapter_learning_sweep import learning_figures, learning_tables
+from kendama_cli.stages.transfer.chapter_transfer_sweep import TOPICS as TRANSFER_TOPICS
+from kendama_cli.stages.transfer.chapter_transfer_sweep import transfer_sweep_figures, transfer_table
 
 
 @dataclass(frozen=True)

@@ -15,7 +15,7 @@ Array = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class Track:
+class Path2D:
     """A path in the swing plane: ``t_s``, ``x_m``, ``z_m`` (n,) and the tilt of the body's axis to x (n,) [rad]."""
 
     t_s: Array
@@ -23,19 +23,19 @@ class Track:
     z_m: Array
     tilt_rad: Array
 
-    def between(self, start_s: float, end_s: float) -> Track:
+    def between(self, start_s: float, end_s: float) -> Path2D:
         """The part from ``start_s`` to ``end_s``."""
         keep = (self.t_s >= start_s) & (self.t_s <= end_s)
-        return Track(self.t_s[keep], self.x_m[keep], self.z_m[keep], self.tilt_rad[keep])
+        return Path2D(self.t_s[keep], self.x_m[keep], self.z_m[keep], self.tilt_rad[keep])
 
-    def at(self, t_s: Array) -> Track:
+    def at(self, t_s: Array) -> Path2D:
         """The path at other times, by linear interpolation."""
         x, z, tilt = (np.interp(t_s, self.t_s, values) for values in (self.x_m, self.z_m, self.tilt_rad))
-        return Track(t_s, x, z, tilt)
+        return Path2D(t_s, x, z, tilt)
 
-    def moved(self, x_m: float, z_m: float) -> Track:
+    def moved(self, x_m: float, z_m: float) -> Path2D:
         """The path shifted."""
-        return Track(self.t_s, self.x_m + x_m, self.z_m + z_m, self.tilt_rad)
+        return Path2D(self.t_s, self.x_m + x_m, self.z_m + z_m, self.tilt_rad)
 
 
 @dataclass(frozen=True)
@@ -67,13 +67,13 @@ def direction(frame: pd.DataFrame) -> tuple[float, float]:
     return (1.0, 0.0) if abs(y) < 0.05 or not spread.any() else (float(x), float(y))
 
 
-def track(frame: pd.DataFrame, along: tuple[float, float] = (1.0, 0.0)) -> Track:
+def track(frame: pd.DataFrame, along: tuple[float, float] = (1.0, 0.0)) -> Path2D:
     """A FrameTransform table as a path in the plane of ``along`` and z, at most 1500 points of it."""
     frame = frame.iloc[:: max(1, len(frame) // 1500)]
     x, y = along
     w, qx, qy, qz = (frame[name].to_numpy(np.float64) for name in ("qw", "qx", "qy", "qz"))
     axis_x, axis_y, axis_z = 2 * (qx * qz + w * qy), 2 * (qy * qz - w * qx), 1 - 2 * (qx**2 + qy**2)
-    return Track(
+    return Path2D(
         t_s=frame["t_s"].to_numpy(np.float64),
         x_m=x * frame["x_m"].to_numpy(np.float64) + y * frame["y_m"].to_numpy(np.float64),
         z_m=frame["z_m"].to_numpy(np.float64),
@@ -81,7 +81,9 @@ def track(frame: pd.DataFrame, along: tuple[float, float] = (1.0, 0.0)) -> Track
     )
 
 
-def pair(log: StageLog, prefix: str, start_s: float = -math.inf, end_s: float = math.inf) -> tuple[Track, Track] | None:
+def pair(
+    log: StageLog, prefix: str, start_s: float = -math.inf, end_s: float = math.inf
+) -> tuple[Path2D, Path2D] | None:
     """The paths of ``prefix``/cup and ``prefix``/ball after ``start_s`` up to ``end_s``, in one plane.
 
     Positions are relative to where the cup begins. None where there are no paths.
@@ -108,7 +110,7 @@ def last_start_s(frame: pd.DataFrame) -> float:
     return float(frame["t_s"].iloc[parted[-1]]) if len(parted) else -math.inf
 
 
-def catch_time_s(cup: Track, ball: Track, depth_m: float) -> float | None:
+def catch_time_s(cup: Path2D, ball: Path2D, depth_m: float) -> float | None:
     """When the ball last comes down through the rim plane within reach of the cup; None if it never does."""
     held = cup.at(ball.t_s)
     height = ball.z_m - held.z_m - depth_m

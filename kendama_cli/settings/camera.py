@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from kendama_cli.errors import ConfigError
-from kendama_cli.settings.schema import setting
+from kendama_cli.schema.settings import setting
 
 Triple = tuple[float, float, float]
 

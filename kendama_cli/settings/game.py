@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from kendama_cli.settings.schema import setting
+from kendama_cli.schema.settings import setting
 
 
 @dataclass(frozen=True)

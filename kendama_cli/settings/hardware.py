@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar, Literal
 
+from kendama_cli.schema.settings import setting
 from kendama_cli.settings.robot import Imperfection
-from kendama_cli.settings.schema import setting
 
 
 @dataclass(frozen=True)
@@ -27,7 +27,7 @@ class TwinHardware:
 
 @dataclass(frozen=True)
 class UdpHardware:
-    """A robot, or its controller, that already runs and speaks the protocol of kendama_cli/blocks/robot/protocol.py."""
+    """A robot, or its controller, that runs and speaks the protocol of kendama_cli/devices/robot/protocol.py."""
 
     moves: ClassVar[bool] = True
     """It may be real: it moves only when armed, and no cached result stands in for it."""

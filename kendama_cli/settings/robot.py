@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 
 from kendama_cli.errors import ConfigError
-from kendama_cli.settings.schema import setting
+from kendama_cli.schema.settings import setting
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from kendama_cli.errors import ConfigError
-from kendama_cli.settings.schema import setting
+from kendama_cli.schema.settings import setting
 
 SIZES: dict[str, tuple[str, ...]] = {
     "box": ("edge along x", "edge along y", "edge along z"),

@@ -32,7 +32,7 @@ class StoredResult:
     stage: str
     key: str
     artifact: Path
-    noun_digest: str
+    content_digest: str
     metrics: dict[str, Any]
     parts: dict[str, Any]
 
@@ -76,7 +76,7 @@ class Store:
             stage=stage,
             key=key,
             artifact=folder,
-            noun_digest=noun_digest(manifest),
+            content_digest=content_digest(manifest),
             metrics=dict(record["metrics"]),
             parts=dict(record["parts"]),
         )
@@ -110,7 +110,7 @@ class Store:
         record = {"stage": stage, "key": key, "artifact": digest, "metrics": metrics, "parts": parts}
         durable.write_sealed(self.result_path(stage, key), record)
         shutil.rmtree(self.checkpoint_folder(stage, key), ignore_errors=True)
-        return StoredResult(stage, key, target, noun_digest(manifest), metrics, parts)
+        return StoredResult(stage, key, target, content_digest(manifest), metrics, parts)
 
     def entries(self) -> list[StoredResult]:
         """Every intact result, by stage and then by age."""
@@ -227,7 +227,7 @@ def damaged_files(folder: Path, manifest: dict[str, Any]) -> list[tuple[str, str
     return problems
 
 
-def noun_digest(manifest: dict[str, Any]) -> str:
+def content_digest(manifest: dict[str, Any]) -> str:
     """Digest of what later stages read of an artifact."""
     files = {name: facts["sha256"] for name, facts in manifest["files"].items() if name in NOUN}
     return durable.sha256(durable.canonical_json(files))

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from kendama_cli.artifacts.checks import Array
+from kendama_cli.schema.arrays import Array
 from kendama_cli.vision.free_flight import FreeFlight
 from kendama_cli.vision.triangulation import NEAREST_DEPTH_M, SightRows
 

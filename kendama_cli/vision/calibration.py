@@ -9,7 +9,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from kendama_cli.artifacts.checks import Array
+from kendama_cli.schema.arrays import Array
 from kendama_cli.vision.camera_model import CameraModel
 
 MIN_VIEWS = 4

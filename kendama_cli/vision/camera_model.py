@@ -10,7 +10,7 @@ import cv2
 import numpy as np
 from numpy.typing import ArrayLike
 
-from kendama_cli.artifacts.checks import Array, array
+from kendama_cli.schema.arrays import Array, array
 
 
 class Straight(NamedTuple):

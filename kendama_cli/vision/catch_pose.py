@@ -8,11 +8,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from kendama_cli.artifacts.catch_pose import CatchPose
-from kendama_cli.artifacts.checks import Array
-from kendama_cli.settings.predict import BallisticMotion, MotionSettings
+from kendama_cli.schema.arrays import Array
 from kendama_cli.vision.ballistic import BallisticFit
 from kendama_cli.vision.camera_model import CameraModel
 from kendama_cli.vision.free_flight import FreeFlight
+from kendama_cli.vision.settings import BallisticMotion, MotionSettings
 from kendama_cli.vision.triangulation import SightRows, sight_rows
 from kendama_cli.vision.wobbling import WobblingFit
 

@@ -12,8 +12,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from kendama_cli.artifacts.checks import Array, array
-from kendama_cli.settings.predict import DetectorSettings
+from kendama_cli.schema.arrays import Array, array
+from kendama_cli.vision.settings import DetectorSettings
 
 Image = NDArray[np.uint8]
 HUES, SATURATIONS = 30, 16

@@ -9,9 +9,9 @@ import cv2
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from kendama_cli.artifacts.checks import Array
-from kendama_cli.settings.predict import DetectorSettings
+from kendama_cli.schema.arrays import Array
 from kendama_cli.vision.colour import ColourModel, HsvThresholds, Image
+from kendama_cli.vision.settings import DetectorSettings
 
 DIRECTIONS = 48
 STEP_PX = 0.5

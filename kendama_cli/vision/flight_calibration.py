@@ -10,11 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import minimize
 
-from kendama_cli.artifacts.checks import Array
-from kendama_cli.settings.predict import ColouredMotion, MotionSettings
+from kendama_cli.schema.arrays import Array
 from kendama_cli.vision.catch_pose import BALLISTIC, CatchPoseEstimator
 from kendama_cli.vision.flight_search import GRAVITY_M_S2, RecordedFlight
 from kendama_cli.vision.free_flight import FreeFlight
+from kendama_cli.vision.settings import ColouredMotion, MotionSettings
 
 GRAVITY_SIGMA_M_S2 = 0.15
 """Recordings are off by so much: 1.5 % in scale, 1 deg in tilt."""

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from kendama_cli.artifacts.checks import Array
+from kendama_cli.schema.arrays import Array
 
 GRAVITY_M_S2 = 9.81
 NEAR_M_S2 = 2.5
@@ -28,7 +28,7 @@ EDGE_S = 0.15
 
 
 @dataclass(frozen=True)
-class Track:
+class RecordedTrack:
     """One recorded point: times ``t_s`` (n,), rising, and ``position_m`` (n, 3), nan where it was not seen."""
 
     name: str
@@ -46,7 +46,7 @@ class RecordedFlight:
     position_m: Array
 
 
-def find_flights(tracks: Sequence[Track]) -> list[RecordedFlight]:
+def find_flights(tracks: Sequence[RecordedTrack]) -> list[RecordedFlight]:
     """All free flights of ``tracks`` that end on the way down, in order of time.
 
     A parabola over a sliding window gives the acceleration; a flight is a stretch in which it is gravity's, made
@@ -71,16 +71,16 @@ def find_flights(tracks: Sequence[Track]) -> list[RecordedFlight]:
     return sorted(found, key=lambda flight: flight.begin_s)
 
 
-def _pieces(track: Track) -> list[Track]:
+def _pieces(track: RecordedTrack) -> list[RecordedTrack]:
     """The stretches without a gap, unseen samples left out."""
     seen = np.isfinite(track.position_m).all(axis=1)
     t, points = track.t_s[seen], track.position_m[seen]
     cuts = np.flatnonzero(np.diff(t) > GAP_S) + 1
     parts = zip(np.split(t, cuts), np.split(points, cuts), strict=True)
-    return [Track(track.name, s, p) for s, p in parts if len(s) >= 8 and s[-1] - s[0] >= FLIGHT_S]
+    return [RecordedTrack(track.name, s, p) for s, p in parts if len(s) >= 8 and s[-1] - s[0] >= FLIGHT_S]
 
 
-def _acceleration(piece: Track) -> Array:
+def _acceleration(piece: RecordedTrack) -> Array:
     """Second derivative (n, 3) of a parabola about every sample; nan within half a window of the ends."""
     t, points = piece.t_s, piece.position_m
     step = (t[-1] - t[0]) / (len(t) - 1)

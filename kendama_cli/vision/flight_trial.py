@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from kendama_cli.artifacts.checks import Array
+from kendama_cli.schema.arrays import Array
 from kendama_cli.vision.flight_calibration import FlightModel, fit_flight_model
 from kendama_cli.vision.flight_search import RecordedFlight
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from kendama_cli.artifacts.checks import Array, array
+from kendama_cli.schema.arrays import Array, array
 
 
 @dataclass(frozen=True)

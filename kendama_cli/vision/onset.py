@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from kendama_cli.artifacts.checks import Array, array
-from kendama_cli.settings.predict import OnsetSettings
+from kendama_cli.schema.arrays import Array, array
 from kendama_cli.vision.free_flight import FreeFlight
+from kendama_cli.vision.settings import OnsetSettings
 
 SLACKENING = 3.0
 """Free flight begins where the rope no longer pulls by so many times less than when taut."""

@@ -7,11 +7,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from kendama_cli.artifacts.checks import Array
 from kendama_cli.errors import ConfigError
+from kendama_cli.schema.arrays import Array
 from kendama_cli.settings.game import GameSettings
-from kendama_cli.settings.predict import ReleaseSettings
 from kendama_cli.vision.free_flight import FreeFlight
+from kendama_cli.vision.settings import ReleaseSettings
 
 TAUT_STEP_S = 1e-3
 CHECKED_STEP_S = 2e-3

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from kendama_cli.artifacts.catch_pose import CatchPose
-from kendama_cli.artifacts.checks import Array
+from kendama_cli.schema.arrays import Array
 from kendama_cli.vision.camera_model import CameraModel
 from kendama_cli.vision.catch_pose import CatchPoseEstimator
 from kendama_cli.vision.detector import BallDetector, Sighting

@@ -14,15 +14,15 @@ from typing import Any
 
 import numpy as np
 
-from kendama_cli.artifacts.checks import Array
+from kendama_cli.robot_model.description import read_description
+from kendama_cli.robot_model.friction import REVERSAL_RAD_S
+from kendama_cli.schema.arrays import Array
 from kendama_cli.settings.game import GameSettings
-from kendama_cli.simulation.arm import Arm
-from kendama_cli.simulation.cup import cup_frame
-from kendama_cli.simulation.description import read_description
-from kendama_cli.simulation.friction import REVERSAL_RAD_S
-from kendama_cli.simulation.world import STEP_S, ArmWorld
+from kendama_cli.simulation.dart.arm import Arm
+from kendama_cli.simulation.dart.cup import cup_frame
+from kendama_cli.simulation.dart.world import STEP_S, ArmWorld
 from tests.benchmarks.swing import best_rate
-from tests.simulation.bench_robot import kendama_game, pa10
+from tests.simulation.dart.bench_robot import kendama_game, pa10
 
 STEPS = 3000
 DROP_AT = 500

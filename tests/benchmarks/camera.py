@@ -14,9 +14,9 @@ from collections.abc import Callable
 
 import numpy as np
 
-from kendama_cli.blocks.camera.mesh import LinkMesh
-from kendama_cli.blocks.camera.scene import ScenePose, hanging_rope
-from kendama_cli.blocks.camera.virtual import VirtualCameraBlock
+from kendama_cli.devices.camera.virtual import VirtualCameraBlock
+from kendama_cli.rendering.mesh import LinkMesh
+from kendama_cli.rendering.scene import ScenePose, hanging_rope
 from kendama_cli.vision.region import Region, around
 from tests.vision.scenes import game, lighting, shipped_models, virtual
 

@@ -14,7 +14,7 @@ from pathlib import Path
 from kendama_cli.log.writer import McapLog
 from kendama_cli.pipeline.context import WorkerContext
 from kendama_cli.stages.interface import State
-from kendama_cli.stages.learn import Learn
+from kendama_cli.stages.learn.stage import Learn
 from kendama_cli.store.checkpoint import CheckpointFolder
 from tests.learning.settings_files import game_settings, learn_settings
 

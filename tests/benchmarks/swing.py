@@ -14,10 +14,10 @@ import numpy as np
 from kendama_cli.learning.policy import GreedyPolicy
 from kendama_cli.learning.sarsa import SarsaLearner
 from kendama_cli.learning.state import SwingState
-from kendama_cli.simulation import kernel
-from kendama_cli.simulation.swing_bound import swing_bound
-from kendama_cli.simulation.swing_kernel import KernelSwing, physics
-from kendama_cli.simulation.swingup import SwingUpEnvironment
+from kendama_cli.simulation.swingup import rail_kernel as kernel
+from kendama_cli.simulation.swingup.bound import swing_bound
+from kendama_cli.simulation.swingup.environment import SwingUpEnvironment
+from kendama_cli.simulation.swingup.rail import CompiledRail, physics
 from tests.benchmarks.ball_in_cup import BALL_IN_CUP
 from tests.learning.settings_files import game_settings, learn_settings
 
@@ -43,10 +43,10 @@ def learning(engine: str) -> Callable[[], int]:
     def work() -> int:
         chosen = learn_settings(engine=engine)
         environment, learner = SwingUpEnvironment(chosen, GAME), SarsaLearner(chosen)
-        chance, whim = np.random.default_rng([SEED, 1]), np.random.default_rng([SEED, 2])
+        chance, exploration_rng = np.random.default_rng([SEED, 1]), np.random.default_rng([SEED, 2])
         simulated_s = 0.0
         while not learner.count.finished(chosen.count):
-            learner.begin_rollout(whim)
+            learner.begin_rollout(exploration_rng)
             rollout = environment.roll_out(learner, environment.noise(chance))
             learner.end_rollout(rollout.outcome, rollout.final)
             simulated_s += rollout.duration_s
@@ -62,7 +62,7 @@ def learning(engine: str) -> Callable[[], int]:
 
 def kernel_steps(n: int, held: int) -> int:
     """Many swings under random accelerations, nothing kept but their ends."""
-    swing = KernelSwing(GAME, STEP_S)
+    swing = CompiledRail(GAME, STEP_S)
     swing.start(SwingState(0.0, 0.0, 1.0, 0.0))
     swings = np.tile(swing.numbers[:, None], (1, n))
     pushes = np.random.default_rng(0).choice([-8.0, -4.0, 4.0, 8.0], (held // 4, n))

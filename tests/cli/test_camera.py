@@ -8,8 +8,8 @@ import pytest
 import yaml
 
 from kendama_cli.cli.main import main
-from tests.blocks.camera.board_views import BOARD, pair, poses, view
-from tests.blocks.camera.test_recorded_and_live import images
+from tests.devices.camera.board_views import BOARD, pair, poses, view
+from tests.devices.camera.test_recorded_and_live import images
 
 
 @pytest.fixture(scope="module")

@@ -10,8 +10,8 @@ import pytest
 
 from kendama_cli.artifacts.demonstration import DemonstrationSet
 from kendama_cli.artifacts.motion_plan import CatchMotion, JointTrajectory, MotionPlan
-from kendama_cli.blocks.hand.plan_file import read_plan
 from kendama_cli.cli.main import main
+from kendama_cli.devices.hand.plan_file import read_plan
 from kendama_cli.motion.averaging import encode_demonstrations
 from kendama_cli.settings.placement import Placement
 from kendama_cli.store import durable

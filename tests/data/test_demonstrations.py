@@ -16,8 +16,8 @@ import yaml
 from kendama_cli.artifacts.demonstration import Demonstration
 from kendama_cli.motion.averaging import encode_demonstrations
 from kendama_cli.motion.dmp import play
+from kendama_cli.schema.settings import build
 from kendama_cli.settings.game import GameSettings
-from kendama_cli.settings.schema import build
 from tests.motion.swings import CONF, settings
 
 DATA = Path(__file__).parents[2] / "data"

@@ -9,12 +9,12 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from kendama_cli.blocks.robot import protocol
-from kendama_cli.blocks.robot.protocol import Datagram, Kind
-from kendama_cli.blocks.robot.remote import UdpRobot
-from kendama_cli.blocks.robot.server import RobotServer
+from kendama_cli.devices.robot import protocol
+from kendama_cli.devices.robot.protocol import Datagram, Kind
+from kendama_cli.devices.robot.remote import UdpRobot
+from kendama_cli.devices.robot.server import RobotServer
 from kendama_cli.errors import HardwareError
-from tests.blocks.robot.stand_in import LOOPBACK, ObedientRobot, Spoil, command, relayed, served
+from tests.devices.robot.stand_in import LOOPBACK, ObedientRobot, Spoil, command, relayed, served
 
 WHICH = 5
 """The datagram that is spoiled: HELLO is 0, RESET 1, then commands."""

@@ -18,17 +18,17 @@ import numpy as np
 import pytest
 import yaml
 
-from kendama_cli.blocks.rig.robot_rig import open_robot
-from kendama_cli.blocks.robot.conformance import CHECKS
-from kendama_cli.blocks.robot.interface import Exchange, JointCommand
-from kendama_cli.blocks.robot.remote import UdpRobot
-from kendama_cli.blocks.robot.twin import serve_twin
-from kendama_cli.blocks.robot.twin_process import settings_document
+from kendama_cli.devices.robot.conformance import CHECKS
+from kendama_cli.devices.robot.interface import Exchange, JointCommand
+from kendama_cli.devices.robot.open_robot import open_robot
+from kendama_cli.devices.robot.remote import UdpRobot
+from kendama_cli.devices.robot.twin import serve_twin
+from kendama_cli.devices.robot.twin_process import settings_document
 from kendama_cli.errors import HardwareError
+from kendama_cli.schema.settings import build_value
 from kendama_cli.settings.game import GameSettings
 from kendama_cli.settings.hardware import HardwareSettings, TwinHardware, UdpHardware
 from kendama_cli.settings.robot import RobotSettings
-from kendama_cli.settings.schema import build_value
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -62,7 +62,7 @@ def gone(pid: int, within_s: float = 10.0) -> bool:
 @pytest.fixture
 def twin() -> Iterator[tuple[subprocess.Popen[bytes], tuple[str, int]]]:
     process = subprocess.Popen(
-        [sys.executable, "-m", "kendama_cli.blocks.robot.twin_process"], stdin=subprocess.PIPE, stdout=subprocess.PIPE
+        [sys.executable, "-m", "kendama_cli.devices.robot.twin_process"], stdin=subprocess.PIPE, stdout=subprocess.PIPE
     )
     assert process.stdin is not None
     assert process.stdout is not None
@@ -133,7 +133,7 @@ def test_kill_9_of_the_commander_leaves_no_orphan(tmp_path: Path) -> None:
         textwrap.dedent("""
         import sys, time
         from pathlib import Path
-        from kendama_cli.blocks.rig.robot_rig import open_robot
+        from kendama_cli.devices.robot.open_robot import open_robot
         from tests.faults.test_twin_process import GAME, ROBOT, TWIN, session
         with open_robot(TWIN, ROBOT, GAME) as robot:
             session(robot, 1)
@@ -178,7 +178,7 @@ def test_a_twin_that_cannot_start_says_why(tmp_path: Path) -> None:
 
 def test_without_settings_the_process_says_what_it_needs() -> None:
     done = subprocess.run(
-        [sys.executable, "-m", "kendama_cli.blocks.robot.twin_process"], input=b"", capture_output=True, check=False
+        [sys.executable, "-m", "kendama_cli.devices.robot.twin_process"], input=b"", capture_output=True, check=False
     )
     assert done.returncode == 2
     assert b"needs its settings as one JSON line on standard input" in done.stderr

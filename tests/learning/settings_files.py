@@ -11,9 +11,9 @@ import yaml
 from hydra import compose, initialize_config_dir
 from omegaconf import OmegaConf
 
+from kendama_cli.learning.settings import LearnSettings
+from kendama_cli.schema.settings import build
 from kendama_cli.settings.game import GameSettings
-from kendama_cli.settings.learn import LearnSettings
-from kendama_cli.settings.schema import build
 
 CONF = Path(__file__).parents[2] / "conf"
 

@@ -7,13 +7,13 @@ import dataclasses
 import numpy as np
 import pytest
 
-from kendama_cli.artifacts.checks import Array
 from kendama_cli.artifacts.friction_model import FrictionModel, NetworkFriction, ParametricFriction
 from kendama_cli.learning.friction_choice import FrictionSamples, choose_friction, friction_torque
 from kendama_cli.learning.friction_known import with_identified
 from kendama_cli.learning.friction_network import network_torque
 from kendama_cli.learning.friction_parametric import fit_parametric, parametric_torque
-from tests.simulation.bench_robot import pa10
+from kendama_cli.schema.arrays import Array
+from tests.simulation.dart.bench_robot import pa10
 
 LAW = ParametricFriction(
     coulomb_nm=np.array([0.5, 2.0, 0.0]),

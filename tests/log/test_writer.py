@@ -10,8 +10,8 @@ import pytest
 from mcap.reader import make_reader
 
 from kendama_cli.log.reader import LogFile
-from kendama_cli.log.schemas import LogSchemaError
 from kendama_cli.log.writer import McapLog, canonical_json
+from kendama_cli.schema.messages import LogSchemaError
 from tests.log.conftest import filled
 
 FACTS = {"stage": "adapt", "settings": {"a": {"b": 1.5}}, "metrics": {"caught": True}}

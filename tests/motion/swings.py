@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 import yaml
 
-from kendama_cli.artifacts.checks import Array
 from kendama_cli.artifacts.demonstration import Demonstration
-from kendama_cli.settings.encode import EncodeSettings
-from kendama_cli.settings.schema import build
+from kendama_cli.motion.settings import EncodeSettings
+from kendama_cli.schema.arrays import Array
+from kendama_cli.schema.settings import build
 
 CONF = Path(__file__).parents[2] / "conf"
 

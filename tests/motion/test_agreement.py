@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from kendama_cli.artifacts.checks import Array
 from kendama_cli.motion.agreement import apart, axes_of
+from kendama_cli.schema.arrays import Array
 from tests.motion.swings import path
 
 T = np.linspace(0, 2, 101)

@@ -7,10 +7,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from kendama_cli.artifacts.checks import Array
 from kendama_cli.artifacts.motion_plan import PosePlan
 from kendama_cli.motion.cartesian import encode_pose, play_pose
 from kendama_cli.motion.rotation import exponential, from_euler_xyz, inverse, logarithm, multiply
+from kendama_cli.schema.arrays import Array
 from tests.motion.swings import path, settings, smooth_step
 
 T = np.arange(0, 2.001, 0.01)

@@ -7,7 +7,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from kendama_cli.blocks.controller.conformance import bench_state, resting_at
+from kendama_cli.devices.controller.conformance import bench_state, resting_at
 from kendama_cli.motion.impedance import Impedance, modal_damping, pose_error, task_inertia
 from kendama_cli.motion.rotation_matrix import exp_of
 
@@ -53,7 +53,7 @@ def test_every_mode_of_the_tool_has_the_damping_ratio_that_was_asked_for(ratio):
 def test_the_tool_moves_as_a_mass_on_springs_and_dampers_pushed_by_what_it_touches():
     """Lambda (x'' - xd'' - J' (q' - qr')) + D (x' - xd') = K e + f_wanted + f, whatever the posture does.
 
-    Here the arm has no Coriolis forces: tests/simulation/test_task_world.py has them.
+    Here the arm has no Coriolis forces: tests/simulation/dart/test_task_world.py has them.
     """
     for _ in range(20):
         state, reference = _moving()

@@ -7,7 +7,7 @@ import pytest
 
 from kendama_cli.motion.rotation_matrix import exp_of, log_of
 from kendama_cli.motion.task_path import TaskPath
-from kendama_cli.settings.interact import StepSettings
+from kendama_cli.motion.task_settings import StepSettings
 
 START_M = np.array([0.1, -0.2, 1.2])
 START = exp_of([0.3, -0.5, 0.2])

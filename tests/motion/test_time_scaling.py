@@ -9,7 +9,7 @@ import pytest
 from kendama_cli.motion.time_scaling import (
     CENTRED_M,
     TauRange,
-    Trial,
+    TauTrial,
     bracket_tau,
     catch_windows,
     next_grid_tau,
@@ -22,14 +22,14 @@ WHERE = TauRange(low=0.8, high=1.2, start=1.0, step=0.02, resolution=0.0005)
 Miss = Callable[[float], float | None]
 
 
-def _search(miss: Miss, *, radius_m: float = 0.02, most: int = 80) -> list[Trial]:
-    trials: list[Trial] = []
+def _search(miss: Miss, *, radius_m: float = 0.02, most: int = 80) -> list[TauTrial]:
+    trials: list[TauTrial] = []
     while len(trials) < most and not any(trial.caught for trial in trials):
         tau = next_tau(trials, WHERE)
         if tau is None:
             break
         value = miss(tau)
-        trials.append(Trial(tau, value, value is not None and abs(value) < radius_m))
+        trials.append(TauTrial(tau, value, value is not None and abs(value) < radius_m))
     return trials
 
 
@@ -60,7 +60,7 @@ def test_where_the_ball_never_comes_down_the_whole_grid_is_visited_and_then_noth
 
 
 def test_a_jump_between_two_ways_of_coming_down_is_no_catch() -> None:
-    trials = [Trial(1.0, 0.4, False), Trial(1.02, -0.4, False)]
+    trials = [TauTrial(1.0, 0.4, False), TauTrial(1.02, -0.4, False)]
     assert bracket_tau(trials, WHERE) is None
 
 
@@ -71,23 +71,23 @@ def test_nothing_outside_the_range_is_tried() -> None:
 
 
 def test_the_grid_is_visited_from_the_start_outwards() -> None:
-    trials = [Trial(1.0, None, False)]
+    trials = [TauTrial(1.0, None, False)]
     for expected in (1.02, 0.98, 1.04, 0.96):
         tau = next_grid_tau(trials, WHERE)
         assert tau == pytest.approx(expected)
-        trials.append(Trial(expected, None, False))
+        trials.append(TauTrial(expected, None, False))
 
 
-def _explore(miss: Miss, mouth_m: float = 0.035, step: float = 0.03) -> list[Trial]:
+def _explore(miss: Miss, mouth_m: float = 0.035, step: float = 0.03) -> list[TauTrial]:
     where = dataclasses.replace(WHERE, step=step)
-    trials: list[Trial] = []
+    trials: list[TauTrial] = []
     while len(trials) < 60:
         found = any(trial.caught for trial in trials)
         tau = next_window_tau(trials, where, mouth_m) if found else next_tau(trials, where)
         if tau is None:
             break
         value = miss(tau)
-        trials.append(Trial(tau, value, value is not None and abs(value) < mouth_m))
+        trials.append(TauTrial(tau, value, value is not None and abs(value) < mouth_m))
     return trials
 
 
@@ -118,13 +118,13 @@ def test_a_window_where_the_miss_only_touches_zero_is_found_between_the_points_o
 
 
 def test_a_missed_rollout_parts_two_windows_and_a_window_without_a_catch_is_none() -> None:
-    def trials(middle: bool) -> list[Trial]:
+    def trials(middle: bool) -> list[TauTrial]:
         misses = {0.97: -0.08, 0.99: -0.02, 1.0: 0.0, 1.01: 0.02, 1.03: 0.08}
-        return [Trial(tau, miss, abs(miss) < 0.03 and (tau != 1.0 or middle)) for tau, miss in misses.items()]
+        return [TauTrial(tau, miss, abs(miss) < 0.03 and (tau != 1.0 or middle)) for tau, miss in misses.items()]
 
     assert len(catch_windows(trials(True), WHERE, 0.03)) == 1
     assert len(catch_windows(trials(False), WHERE, 0.03)) == 2
-    assert catch_windows([Trial(0.99, -0.02, False), Trial(1.01, 0.02, False)], WHERE, 0.03) == ()
+    assert catch_windows([TauTrial(0.99, -0.02, False), TauTrial(1.01, 0.02, False)], WHERE, 0.03) == ()
 
 
 def test_windows_come_widest_first() -> None:

@@ -9,7 +9,7 @@ import pytest
 from kendama_cli.errors import ConfigError, MissingPartError
 from kendama_cli.pipeline.code import FileIndex
 from kendama_cli.pipeline.inputs import describe, resolve_files
-from kendama_cli.settings.schema import setting
+from kendama_cli.schema.settings import setting
 
 
 @dataclass(frozen=True)

@@ -87,7 +87,7 @@ def test_kill_9_of_a_sweep_leaves_nothing_running_and_the_next_does_what_is_miss
     assert [artifact_bytes(run) for run in runs] == [artifact_bytes(run) for run in alone]
 
 
-def test_a_killed_nursery_fails_one_job_at_most_and_the_sweep_goes_on(toy: ToyProject) -> None:
+def test_a_killed_fork_server_fails_one_job_at_most_and_the_sweep_goes_on(toy: ToyProject) -> None:
     process = toy.start(
         "sweep", "-p", "toy", "-j", "1", "--json", "seed=range(0,4)", "toy.steps=10", "toy.pause_s=0.05"
     )
@@ -95,8 +95,10 @@ def test_a_killed_nursery_fails_one_job_at_most_and_the_sweep_goes_on(toy: ToyPr
     while not list(toy.home.glob("results/total/*")):
         assert time.monotonic() < deadline
         time.sleep(0.05)
-    nurseries = [pid for pid in descendants(process.pid) if b"nursery" in Path(f"/proc/{pid}/cmdline").read_bytes()]
-    os.kill(nurseries[0], signal.SIGKILL)
+    fork_servers = [
+        pid for pid in descendants(process.pid) if b"forkserver" in Path(f"/proc/{pid}/cmdline").read_bytes()
+    ]
+    os.kill(fork_servers[0], signal.SIGKILL)
     outcomes = [run["outcome"] for run in json.loads(process.communicate(timeout=60)[0])["runs"]]
     assert outcomes.count("done") >= 3
     assert len(outcomes) == 4

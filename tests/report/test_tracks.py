@@ -5,7 +5,7 @@ import pandas as pd
 import pytest
 
 from kendama_cli.report.tables import label_and_unit, number
-from kendama_cli.report.tracks import Track, catch_time_s, direction, last_start_s, running_median, track, wilson
+from kendama_cli.report.tracks import Path2D, catch_time_s, direction, last_start_s, running_median, track, wilson
 
 
 def _frame(t, x, y, z, q=(1.0, 0.0, 0.0, 0.0)):
@@ -39,9 +39,9 @@ def test_long_paths_are_thinned_but_keep_their_times():
 
 def test_the_catch_is_the_last_fall_through_the_rim_within_reach():
     t = np.linspace(0, 2, 2001)
-    rest = Track(t, 0 * t, 0 * t, 0 * t)
+    rest = Path2D(t, 0 * t, 0 * t, 0 * t)
     height = 0.07 + 0.3 - 0.5 * 9.81 * (t - 1) ** 2
-    ball = Track(t, 0.02 + 0 * t, height, 0 * t)
+    ball = Path2D(t, 0.02 + 0 * t, height, 0 * t)
     assert catch_time_s(rest, ball, 0.07) == pytest.approx(1 + np.sqrt(0.6 / 9.81), abs=1e-3)
     assert catch_time_s(rest, ball.moved(0.3, 0.0), 0.07) is None
     assert catch_time_s(rest, ball.moved(0.0, -0.4), 0.07) is None

@@ -9,7 +9,7 @@ from kendama_cli.errors import InputError, StageError
 from kendama_cli.motion.dmp import play
 from kendama_cli.motion.plan_text import plan_text
 from kendama_cli.motion.variation import sample_plan
-from kendama_cli.stages.encode import Encode
+from kendama_cli.stages.encode.stage import Encode
 from tests.memory_context import MemoryContext
 from tests.motion.swings import demonstration, settings
 

@@ -8,16 +8,16 @@ import pytest
 import yaml
 
 from kendama_cli.artifacts.friction_model import FrictionModel
+from kendama_cli.devices.robot.identify_settings import IdentifySettings
 from kendama_cli.errors import StageError
+from kendama_cli.schema.settings import build
 from kendama_cli.settings.game import GameSettings
 from kendama_cli.settings.hardware import TwinHardware
-from kendama_cli.settings.identify import IdentifySettings
 from kendama_cli.settings.robot import RobotSettings
-from kendama_cli.settings.schema import build
-from kendama_cli.stages.identify import Identify
+from kendama_cli.stages.identify.stage import Identify
 from kendama_cli.stages.interface import Made
 from tests.memory_context import MemoryContext
-from tests.simulation.bench_robot import kendama_game, pa10
+from tests.simulation.dart.bench_robot import kendama_game, pa10
 
 CONF = Path(__file__).parents[2] / "conf"
 SHIPPED = build(IdentifySettings, yaml.safe_load((CONF / "identify/sweep.yaml").read_text()), "identify")

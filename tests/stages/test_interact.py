@@ -12,12 +12,12 @@ import pytest
 
 from kendama_cli.errors import SimulationError
 from kendama_cli.log.channels import schema_of
-from kendama_cli.log.schemas import encode
-from kendama_cli.stages.interact import Interact
+from kendama_cli.schema.messages import encode
+from kendama_cli.stages.interact.stage import Interact
 from kendama_cli.stages.interface import Made
-from tests.blocks.controller.shipped import body, press, robot, scene
+from tests.devices.controller.shipped import body, press, robot, scene
 from tests.memory_context import MemoryContext
-from tests.simulation.bench_robot import pa10
+from tests.simulation.dart.bench_robot import pa10
 
 
 def _short(**changed):

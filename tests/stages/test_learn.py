@@ -7,9 +7,9 @@ import pytest
 
 from kendama_cli.artifacts.policy import policy_digest
 from kendama_cli.log.channels import schema_of
-from kendama_cli.log.schemas import encode
+from kendama_cli.schema.messages import encode
 from kendama_cli.stages.interface import Made
-from kendama_cli.stages.learn import Learn
+from kendama_cli.stages.learn.stage import Learn
 from tests.learning.settings_files import game_settings, learn_settings
 from tests.memory_context import MemoryContext
 

@@ -16,18 +16,18 @@ from kendama_cli.artifacts.motion_plan import CatchMotion, MotionPlan
 from kendama_cli.artifacts.policy import Policy
 from kendama_cli.errors import ConfigError, HardwareError, StageError
 from kendama_cli.motion.averaging import encode_demonstrations
-from kendama_cli.settings.adapt import AdaptSettings
+from kendama_cli.schema.settings import build
 from kendama_cli.settings.placement import Placement, placed
 from kendama_cli.settings.robot import RobotSettings
-from kendama_cli.settings.schema import build
-from kendama_cli.simulation.arm import Arm
-from kendama_cli.simulation.find_placement import current_placement, find_placement
-from kendama_cli.stages import adapt as adapt_stage
-from kendama_cli.stages import transfer as transfer_stage
-from kendama_cli.stages.adapt import Adapt
+from kendama_cli.simulation.catch.settings import AdaptSettings
+from kendama_cli.simulation.dart.arm import Arm
+from kendama_cli.simulation.placement.find_placement import current_placement, find_placement
+from kendama_cli.stages.adapt import stage as adapt_stage
+from kendama_cli.stages.adapt.stage import Adapt
+from kendama_cli.stages.transfer import stage as transfer_stage
 from tests.memory_context import MemoryContext
 from tests.motion.swings import settings as encode_settings
-from tests.simulation.bench_robot import ROOT, kendama_game, pa10
+from tests.simulation.dart.bench_robot import ROOT, kendama_game, pa10
 from tests.stages.test_transfer import stage as transfer_of_pa10
 
 GAME = kendama_game()

@@ -8,12 +8,12 @@ import pytest
 
 from kendama_cli.errors import ConfigError
 from kendama_cli.log.channels import schema_of
-from kendama_cli.log.schemas import encode
+from kendama_cli.schema.messages import encode
+from kendama_cli.schema.settings import build, build_value
 from kendama_cli.settings.camera import DeviceCamera, FileCamera
-from kendama_cli.settings.predict import MotionSettings
-from kendama_cli.settings.schema import build, build_value
-from kendama_cli.stages.predict import Predict
-from tests.blocks.camera.test_recorded_and_live import images
+from kendama_cli.stages.predict.stage import Predict
+from kendama_cli.vision.settings import MotionSettings
+from tests.devices.camera.test_recorded_and_live import images
 from tests.memory_context import MemoryContext
 from tests.vision.scenes import game, lighting, plain, predict, virtual
 

@@ -16,24 +16,24 @@ import yaml
 from kendama_cli.artifacts.motion_plan import CatchMotion, JointTrajectory, MotionPlan
 from kendama_cli.artifacts.policy import Policy
 from kendama_cli.errors import HardwareError, InputError, StageError
+from kendama_cli.game.settings import TransferSettings
+from kendama_cli.learning.settings import LearnSettings
 from kendama_cli.log.channels import schema_of
-from kendama_cli.log.schemas import encode
+from kendama_cli.schema.messages import encode
+from kendama_cli.schema.settings import build_value
 from kendama_cli.settings.camera import CameraSettings, LightingSettings
 from kendama_cli.settings.game import GameSettings
 from kendama_cli.settings.hardware import HardwareSettings, TwinHardware
-from kendama_cli.settings.learn import LearnSettings
-from kendama_cli.settings.predict import PredictSettings
 from kendama_cli.settings.robot import RobotSettings
-from kendama_cli.settings.schema import build_value
-from kendama_cli.settings.transfer import TransferSettings
-from kendama_cli.simulation.arm import Arm
-from kendama_cli.simulation.find_placement import current_placement
-from kendama_cli.simulation.placement import joint_trajectory
-from kendama_cli.stages import transfer as transfer_stage
+from kendama_cli.simulation.dart.arm import Arm
+from kendama_cli.simulation.placement.find_placement import current_placement
+from kendama_cli.simulation.placement.placement import joint_trajectory
 from kendama_cli.stages.interface import Made
-from kendama_cli.stages.learn import Learn
-from kendama_cli.stages.transfer import Transfer
+from kendama_cli.stages.learn.stage import Learn
+from kendama_cli.stages.transfer import stage as transfer_stage
+from kendama_cli.stages.transfer.stage import Transfer
 from kendama_cli.store.codecs import save_artifact
+from kendama_cli.vision.settings import PredictSettings
 from tests.learning.settings_files import learn_settings
 from tests.memory_context import MemoryContext
 

@@ -10,9 +10,9 @@ import pytest
 
 from kendama_cli.config.compose import composed
 from kendama_cli.config.site import find_site
+from kendama_cli.schema.settings import build_value
 from kendama_cli.settings.hardware import HardwareSettings
-from kendama_cli.settings.schema import build_value
-from kendama_cli.stages.learn import Learn
+from kendama_cli.stages.learn.stage import Learn
 from tests.memory_context import MemoryContext
 from tests.stages.test_transfer import FULL, GAME, LEARN, stage
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from kendama_cli.vision.flight_search import Track
+from kendama_cli.vision.flight_search import RecordedTrack
 from kendama_cli.vision.free_flight import FreeFlight
 
 GRAVITY = np.array([0.0, 0.0, -9.81])
@@ -28,4 +28,4 @@ def session(rng, throws, **options):
         places.append(points)
         truth.append((begin, last))
         begin += last + 2.0
-    return Track("ball", np.concatenate(times), np.concatenate(places)), truth
+    return RecordedTrack("ball", np.concatenate(times), np.concatenate(places)), truth

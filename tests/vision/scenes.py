@@ -5,12 +5,12 @@ from pathlib import Path
 import numpy as np
 import yaml
 
-from kendama_cli.blocks.camera.calibration import camera_model
+from kendama_cli.devices.camera.calibration import camera_model
+from kendama_cli.schema.settings import build
 from kendama_cli.settings.camera import LightingSettings, VirtualCamera
 from kendama_cli.settings.game import GameSettings
-from kendama_cli.settings.predict import PredictSettings
-from kendama_cli.settings.schema import build
 from kendama_cli.vision.camera_model import CameraModel, looking_at
+from kendama_cli.vision.settings import PredictSettings
 
 CONF = Path(__file__).parents[2] / "conf"
 

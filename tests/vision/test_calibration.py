@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from kendama_cli.vision.calibration import Board, calibrate, find_board
-from tests.blocks.camera.board_views import BOARD, camera, pair, poses, view
+from tests.devices.camera.board_views import BOARD, camera, pair, poses, view
 
 AT = np.array([0.2, -0.1, 0.3])
 

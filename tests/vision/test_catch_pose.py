@@ -5,9 +5,9 @@ import dataclasses
 import numpy as np
 import pytest
 
-from kendama_cli.settings.predict import ColouredMotion, ProcessNoiseMotion
 from kendama_cli.vision.catch_pose import CatchPoseEstimator, opening_against
 from kendama_cli.vision.free_flight import FreeFlight, leaning_gravity
+from kendama_cli.vision.settings import ColouredMotion, ProcessNoiseMotion
 from tests.vision.scenes import stereo
 
 RATE_HZ, SIGMA_PX, RIM_M, DRAG = 120.0, 0.2, 0.15, 0.04

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from kendama_cli.blocks.camera.scene import ScenePose, hanging_rope
-from kendama_cli.blocks.camera.virtual import VirtualCameraBlock
+from kendama_cli.devices.camera.virtual import VirtualCameraBlock
+from kendama_cli.rendering.scene import ScenePose, hanging_rope
 from kendama_cli.vision.detector import BallDetector
 from kendama_cli.vision.region import Region, around
 from kendama_cli.vision.tracker import sphere_centre

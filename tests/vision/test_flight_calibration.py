@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from kendama_cli.settings.predict import ColouredMotion
 from kendama_cli.vision.flight_calibration import NOMINAL, fit_flight_model
 from kendama_cli.vision.flight_search import RecordedFlight, find_flights
 from kendama_cli.vision.flight_trial import try_flights
 from kendama_cli.vision.free_flight import FreeFlight, leaning_gravity
+from kendama_cli.vision.settings import ColouredMotion
 from tests.vision.flights import session
 
 

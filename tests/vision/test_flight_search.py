@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from kendama_cli.vision.flight_search import Track, find_flights
+from kendama_cli.vision.flight_search import RecordedTrack, find_flights
 from tests.vision.flights import session, throw
 
 
@@ -26,7 +26,7 @@ def test_every_throw_is_found_and_no_sample_of_hand_or_catch_is_in_it(rate_hz, s
 def test_whichever_axis_points_up_the_flights_stand_upright(up, sign):
     track, _ = session(np.random.default_rng(10101), 3)
     turned = np.roll(track.position_m * [1, 1, sign], up + 1, axis=1)
-    flights = find_flights([Track("ball", track.t_s, turned)])
+    flights = find_flights([RecordedTrack("ball", track.t_s, turned)])
     assert len(flights) == 3
     for flight in flights:
         assert np.polyfit(flight.t_s, flight.position_m[:, 2], 2)[0] == pytest.approx(-4.9, abs=0.3)
@@ -35,7 +35,7 @@ def test_whichever_axis_points_up_the_flights_stand_upright(up, sign):
 
 def test_a_file_that_holds_the_flight_alone_is_taken_whole():
     t, points, last = throw(np.random.default_rng(10102), held_s=0.0)
-    (flight,) = find_flights([Track("ball", t, points)])
+    (flight,) = find_flights([RecordedTrack("ball", t, points)])
     assert flight.begin_s == 0
     assert last - flight.t_s[-1] < 3 / 120
 
@@ -44,9 +44,9 @@ def test_unseen_samples_and_gaps_do_not_invent_flights():
     track, _ = session(np.random.default_rng(10103), 2)
     points = track.position_m.copy()
     points[::7] = np.nan
-    assert len(find_flights([Track("ball", track.t_s, points)])) == 2
+    assert len(find_flights([RecordedTrack("ball", track.t_s, points)])) == 2
     points[:] = np.nan
-    assert find_flights([Track("ball", track.t_s, points)]) == []
+    assert find_flights([RecordedTrack("ball", track.t_s, points)]) == []
     assert find_flights([]) == []
 
 
@@ -55,10 +55,13 @@ def test_a_pendulum_a_hand_and_a_resting_point_do_not_fly():
     angle = 0.8 * np.sin(4.9 * t)
     pendulum = 0.4 * np.column_stack([np.sin(angle), 0 * t, -np.cos(angle)])
     hand = np.column_stack([0.3 * np.sin(3 * t), 0.2 * np.cos(2 * t), 0.1 * np.sin(5 * t)])
-    assert find_flights([Track("a", t, pendulum), Track("b", t, hand), Track("c", t, 0 * hand)]) == []
+    assert (
+        find_flights([RecordedTrack("a", t, pendulum), RecordedTrack("b", t, hand), RecordedTrack("c", t, 0 * hand)])
+        == []
+    )
 
 
 def test_a_throw_that_is_lost_before_it_falls_has_no_end_to_foretell():
     t, points, _ = throw(np.random.default_rng(10104), last_s=None)
     rising = t < 0.1
-    assert find_flights([Track("ball", t[rising], points[rising])]) == []
+    assert find_flights([RecordedTrack("ball", t[rising], points[rising])]) == []

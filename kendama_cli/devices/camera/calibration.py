@@ -1,0 +1,142 @@
+"""From a camera's settings, or a calibration file, to its model; and from models to such a file."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import yaml
+from scipy.spatial.transform import Rotation
+
+from kendama_cli.errors import ConfigError, InputError
+from kendama_cli.schema.arrays import Array
+from kendama_cli.schema.settings import build
+from kendama_cli.settings.camera import CameraModelSettings, CameraSettings
+from kendama_cli.vision.calibration import Board, CalibratedCamera
+from kendama_cli.vision.camera_model import CameraModel, looking_at
+
+MAKE_ONE = "make one with 'kendama camera calibrate'"
+
+
+def camera_models(settings: CameraSettings) -> list[CameraModel]:
+    """All cameras of the settings, with the values of ``settings.calibration`` where one is given.
+
+    Raises ConfigError where settings contradict each other, InputError where the file is no calibration of these
+    cameras.
+    """
+    cameras = settings.cameras
+    if not cameras:
+        raise ConfigError("camera.cameras", "'camera.cameras' is empty: give at least one calibrated camera")
+    names = [camera.name for camera in cameras]
+    if len(set(names)) < len(names):
+        raise ConfigError("camera.cameras", f"'camera.cameras' has the names {', '.join(names)}: make each name unique")
+    if settings.calibration is None:
+        return [camera_model(camera) for camera in cameras]
+    known = {camera.name: camera for camera in read_calibration(settings.calibration)}
+    missing = [name for name in names if name not in known]
+    if missing:
+        raise InputError(
+            settings.calibration,
+            f"it calibrates the cameras {', '.join(known)}, but 'camera.cameras' names '{missing[0]}'",
+            remedy="calibrate all cameras in one go, or give 'camera.cameras' these names",
+        )
+    return [camera_model(known[name]) for name in names]
+
+
+def read_calibration(path: str) -> list[CameraModelSettings]:
+    """The cameras of a calibration file; raises InputError where it is none."""
+    try:
+        content = yaml.safe_load(Path(path).read_text(encoding="utf-8"))
+    except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
+        reason = getattr(error, "strerror", None) or getattr(error, "problem", None) or type(error).__name__
+        raise InputError(path, f"it cannot be read as a calibration ({reason})", remedy=MAKE_ONE) from None
+    entries = content.get("cameras") if isinstance(content, dict) else None
+    if not isinstance(entries, list) or not entries:
+        raise InputError(path, "it has no list 'cameras'", remedy=MAKE_ONE)
+    made = []
+    for number, entry in enumerate(entries):
+        try:
+            made.append(build(CameraModelSettings, entry, f"cameras.{number}"))
+        except ConfigError as error:
+            raise InputError(path, str(error), remedy=MAKE_ONE) from None
+    return made
+
+
+def calibration_document(board: Board, cameras: Sequence[CalibratedCamera]) -> dict[str, Any]:
+    """What a calibration file holds: the cameras as settings, then how well they fit."""
+    return {
+        "cameras": [
+            {
+                "name": one.model.name,
+                "width_px": one.model.width_px,
+                "height_px": one.model.height_px,
+                "focal_px": _plain(one.model.focal_px, 4),
+                "center_px": _plain(one.model.center_px, 4),
+                "distortion": _plain(one.model.distortion, 7),
+                "position_m": _plain(one.model.position_in_world_m, 6),
+                "look_at_m": None,
+                "rotation_wxyz": _plain(
+                    Rotation.from_matrix(one.model.world_to_camera.T).as_quat(canonical=True, scalar_first=True), 9
+                ),
+            }
+            for one in cameras
+        ],
+        "board": {
+            "columns": board.columns,
+            "rows": board.rows,
+            "square_mm": board.square_m * 1e3,
+            "marker_mm": board.marker_m * 1e3,
+        },
+        "reprojection": {
+            one.model.name: {
+                "rms_px": round(one.rms_px, 4),
+                "focal_sigma_px": _plain(one.sigma_px[:2], 4),
+                "center_sigma_px": _plain(one.sigma_px[2:], 4),
+                "views_px": {
+                    view.name: round(float(error), 4) for view, error in zip(one.views, one.errors_px, strict=True)
+                },
+            }
+            for one in cameras
+        },
+    }
+
+
+def _plain(values: Array, digits: int) -> list[float]:
+    return [round(float(value), digits) for value in values]
+
+
+def camera_model(settings: CameraModelSettings) -> CameraModel:
+    """The calibrated model; raises ConfigError where the pose cannot be."""
+    if settings.rotation_wxyz is not None:
+        rotation = _camera_axes(settings.rotation_wxyz).T
+    else:
+        try:
+            rotation = looking_at(settings.position_m, np.asarray(settings.look_at_m))
+        except ValueError as error:
+            raise ConfigError("camera.cameras", f"camera '{settings.name}': {error}; move look_at_m") from None
+    return CameraModel(
+        name=settings.name,
+        width_px=settings.width_px,
+        height_px=settings.height_px,
+        focal_px=np.array(settings.focal_px),
+        center_px=np.array(settings.center_px),
+        distortion=np.array(settings.distortion),
+        world_to_camera=rotation,
+        position_in_world_m=np.array(settings.position_m),
+    )
+
+
+def _camera_axes(wxyz: tuple[float, float, float, float]) -> Array:
+    length = float(np.linalg.norm(wxyz))
+    if abs(length - 1) > 1e-3:
+        raise ConfigError("camera.cameras", f"rotation_wxyz {list(wxyz)} has length {length:.4g}; it must be 1")
+    w, x, y, z = np.array(wxyz) / length
+    return np.array(
+        [
+            [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+            [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+            [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+        ]
+    )

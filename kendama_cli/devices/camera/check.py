@@ -1,0 +1,167 @@
+"""Watching cameras for a while: their rate, their delay, and what the detector sees in their images."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kendama_cli.devices.camera.colour_file import ball_detector
+from kendama_cli.devices.camera.device import DeviceCameraBlock
+from kendama_cli.devices.camera.file import FileCameraBlock
+from kendama_cli.devices.camera.interface import Camera, StaleFrame
+from kendama_cli.devices.camera.opening import SceneSource, open_cameras
+from kendama_cli.devices.camera.staged_flight import StagedFlight
+from kendama_cli.rendering.scene import ScenePose
+from kendama_cli.settings.camera import CameraSettings, LightingSettings, VirtualCamera
+from kendama_cli.settings.game import GameSettings
+from kendama_cli.vision.detector import BallDetector, Sighting
+from kendama_cli.vision.release import draw_release
+from kendama_cli.vision.settings import PredictSettings
+
+POLL_S = 0.0005
+SILENCE_S = 2.0
+"""A live camera that gives nothing for so long has stopped."""
+
+
+@dataclass
+class Watched:
+    """What one camera showed: stamps, ages on arrival, times to detect, sightings; ``shown`` is its last image with the
+    ball in it, or its first, and what was seen there."""
+
+    stamps_s: list[float] = field(default_factory=list)
+    ages_s: list[float] = field(default_factory=list)
+    detect_s: list[float] = field(default_factory=list)
+    sightings: list[Sighting | None] = field(default_factory=list)
+    doubled: int = 0
+    newest: NDArray[np.uint8] | None = None
+    shown: tuple[NDArray[np.uint8], Sighting | None] | None = None
+
+
+def check_cameras(
+    camera: CameraSettings,
+    lighting: LightingSettings,
+    game: GameSettings,
+    predict: PredictSettings,
+    *,
+    seconds: float,
+    seed: int,
+) -> dict[str, Watched]:
+    """Look through all cameras for ``seconds``: of a virtual scene with flights, of a recording, or of the clock.
+
+    Raises what opening the cameras raises, and StaleFrame where a live one gives nothing.
+    """
+    now, flights = _Clock(live=camera.kind == "device"), _Flights(game, predict, np.random.default_rng([seed, 1]))
+    rngs = [np.random.default_rng([seed, 2, number]) for number in range(len(camera.cameras))]
+    opened = open_cameras(camera, now, SceneSource(flights.scene, game, lighting, rngs))
+    detector, watched = ball_detector(predict.detector), {one.model.name: Watched() for one in opened}
+    try:
+        for _ in _moments(opened, now, seconds, camera if isinstance(camera, VirtualCamera) else None):
+            for one in opened:
+                _take(one, detector, watched[one.model.name], now)
+    finally:
+        for one in opened:
+            one.close()
+    return watched
+
+
+def figures(watched: Watched) -> dict[str, Any]:
+    """The figures of one camera: frames, rate, missed and doubled frames, delays, and the share of sightings."""
+    stamps = np.array(watched.stamps_s)
+    steps = np.diff(stamps)
+    usual = float(np.median(steps)) if len(steps) else None
+    seen = [one for one in watched.sightings if one is not None]
+    sigma = [float(np.sqrt(np.trace(one.covariance_px2) / 2)) for one in seen]
+    return {
+        "frames": len(stamps),
+        "rate_hz": None if not usual else 1 / usual,
+        "missed": int(sum(round(float(step) / usual) - 1 for step in steps)) if usual else 0,
+        "doubled": watched.doubled,
+        "latency_ms_p50": _quantile(watched.ages_s, 0.5, 1e3),
+        "latency_ms_p95": _quantile(watched.ages_s, 0.95, 1e3),
+        "detection_ms_p50": _quantile(watched.detect_s, 0.5, 1e3),
+        "detection_ms_p95": _quantile(watched.detect_s, 0.95, 1e3),
+        "seen": len(seen) / len(stamps) if len(stamps) else 0.0,
+        "radius_px_p50": _quantile([one.radius_px for one in seen], 0.5),
+        "sigma_px_p50": _quantile(sigma, 0.5),
+    }
+
+
+def _quantile(values: Sequence[float], part: float, scale: float = 1.0) -> float | None:
+    return float(np.quantile(values, part)) * scale if values else None
+
+
+class _Clock:
+    """The wall's time where cameras are live, else a time that is set."""
+
+    def __init__(self, *, live: bool) -> None:
+        self.live, self.set_s = live, 0.0
+        self._began_s = time.monotonic()
+
+    def __call__(self) -> float:
+        return time.monotonic() - self._began_s if self.live else self.set_s
+
+
+class _Flights:
+    """One release after another, for virtual cameras to look at."""
+
+    def __init__(self, game: GameSettings, predict: PredictSettings, rng: np.random.Generator) -> None:
+        self._game, self._release, self._rng = game, predict.release, rng
+        self._staged: list[tuple[float, StagedFlight]] = []
+        self._end_s = 0.0
+
+    def scene(self, t_s: float) -> ScenePose:
+        """All poses."""
+        while t_s >= self._end_s:
+            lead_s = 0.15
+            drawn = draw_release(self._rng, self._release, self._game, lead_s + 0.05)
+            staged = StagedFlight(drawn, lead_s, self._game.rope.length_m)
+            self._staged.append((self._end_s, staged))
+            self._end_s += staged.crossing_s
+        begin_s, staged = next(pair for pair in reversed(self._staged) if pair[0] <= max(t_s, 0.0))
+        return staged.scene(t_s - begin_s)
+
+
+def _moments(cameras: Sequence[Camera], now: _Clock, seconds: float, virtual: VirtualCamera | None) -> Iterator[None]:
+    """Let time pass to where new frames may be, until ``seconds`` are over or all recordings are at their end."""
+    if now.live:
+        while now() < seconds:
+            time.sleep(POLL_S)
+            yield
+    elif virtual is not None:
+        wait_s = virtual.sensor.busy_s / 2 + (len(cameras) - 1) * virtual.stagger_s + 1e-9
+        for number in range(1, 1 + round(seconds * virtual.rate_hz)):
+            now.set_s = number / virtual.rate_hz + wait_s
+            yield
+    else:
+        while stamps := [one.next_s for one in cameras if isinstance(one, FileCameraBlock) and one.next_s is not None]:
+            if min(stamps) > seconds:
+                return
+            now.set_s = max(min(stamps), now.set_s)
+            yield
+
+
+def _take(camera: Camera, detector: BallDetector, watched: Watched, now: Callable[[], float]) -> None:
+    try:
+        frame = camera.latest(max_age_s=SILENCE_S if isinstance(camera, DeviceCameraBlock) else np.inf)
+    except StaleFrame as error:
+        if np.isinf(error.age_s) and not isinstance(camera, DeviceCameraBlock):
+            return  # this recording begins later than another one
+        raise
+    if watched.stamps_s and frame.t_s <= watched.stamps_s[-1]:
+        return
+    age_s, began_s = now() - frame.t_s, time.perf_counter()
+    sighting = detector.find(frame.pixels, frame.origin_px)
+    if isinstance(camera, DeviceCameraBlock):  # a simulated clock knows no delay
+        watched.ages_s.append(age_s)
+    watched.detect_s.append(time.perf_counter() - began_s)
+    watched.doubled += watched.newest is not None and np.array_equal(watched.newest, frame.pixels)
+    watched.newest = frame.pixels
+    watched.stamps_s.append(frame.t_s)
+    watched.sightings.append(sighting)
+    if watched.shown is None or sighting is not None:
+        watched.shown = frame.pixels, sighting

@@ -1,0 +1,27 @@
+"""The ball's learned colour as a file, and the detector that goes by it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from kendama_cli.errors import InputError
+from kendama_cli.vision.colour import LearnedColour
+from kendama_cli.vision.detector import BallDetector
+from kendama_cli.vision.settings import DetectorSettings
+
+REMEDY = "learn the colour again, or set predict.detector.colour=null to go by its thresholds"
+
+
+def ball_detector(settings: DetectorSettings) -> BallDetector:
+    """The detector with the learned colour where ``settings`` name one, else with their thresholds."""
+    return BallDetector(settings, None if settings.colour is None else read_colour(settings.colour))
+
+
+def read_colour(path: str) -> LearnedColour:
+    """Raises InputError for a file that is not there or holds no colour model."""
+    try:
+        return LearnedColour.from_json(Path(path).read_text(encoding="utf-8"))
+    except OSError as wrong:
+        raise InputError(path, f"cannot be read ({wrong.strerror})", remedy=REMEDY) from None
+    except ValueError as wrong:
+        raise InputError(path, str(wrong), remedy=REMEDY) from None

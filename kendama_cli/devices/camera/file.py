@@ -1,0 +1,164 @@
+"""Recorded cameras: a video, or a folder of images with their time stamps."""
+
+from __future__ import annotations
+
+import csv
+import math
+from collections.abc import Callable
+from pathlib import Path
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from kendama_cli.devices.camera.interface import Frame, StaleFrame, too_old
+from kendama_cli.errors import InputError
+from kendama_cli.vision.camera_model import CameraModel
+from kendama_cli.vision.region import Region, whole
+
+COLUMNS = ("file", "t_s")
+ESTIMATED = 2
+"""Frames, and two in a hundred, by which a whole video may fall short of what its head announces."""
+
+
+class FileCameraBlock:
+    """Shows, at each time of ``clock``, the newest recorded frame; a recording plays forward only.
+
+    A path that ends in .csv lists images beside it: columns ``file`` and ``t_s``, mid-exposure in seconds, rising.
+    Anything else is a video, whose frames lie 1/rate seconds apart. Raises InputError for what cannot be read.
+    """
+
+    def __init__(
+        self, model: CameraModel, path: str, *, clock: Callable[[], float], rate_hz: float | None = None
+    ) -> None:
+        self.model = model
+        self._path, self._clock, self._region = path, clock, whole(model.width_px, model.height_px)
+        self._source: _Images | _Video = _Images(path) if path.endswith(".csv") else _Video(path, rate_hz)
+        self._shown: tuple[float, NDArray[np.uint8]] | None = None
+        self._next = self._advance()
+        if self._next is None:
+            raise InputError(path, "it holds no frame that can be read", remedy="check it with another player")
+
+    @property
+    def next_s(self) -> float | None:
+        """The stamp of the frame after the newest; None at the recording's end."""
+        return None if self._next is None else self._next[0]
+
+    def watch(self, region: Region | None) -> None:
+        image = whole(self.model.width_px, self.model.height_px)
+        part = image if region is None else region.within(image)
+        self._region = image if part.empty else part
+
+    def latest(self, *, max_age_s: float) -> Frame:
+        now = self._clock()
+        while self._next is not None and self._next[0] <= now + 1e-9:
+            self._shown, self._next = self._next, self._advance()
+        if self._shown is None:
+            raise StaleFrame(
+                self.model.name, math.inf, f"camera '{self.model.name}': {self._path} has no frame before {now:.3f} s"
+            )
+        t_s, pixels = self._shown
+        if now - t_s > max_age_s:
+            raise too_old(self.model.name, now - t_s, max_age_s)
+        r = self._region
+        return Frame(t_s, pixels[r.top : r.bottom, r.left : r.right], (r.left, r.top))
+
+    def restart(self) -> None:
+        """A recording plays forward only."""
+
+    def close(self) -> None:
+        self._source.close()
+
+    def _advance(self) -> tuple[float, NDArray[np.uint8]] | None:
+        found = self._source.read()
+        if found is None:
+            return None
+        known = (self.model.height_px, self.model.width_px, 3)
+        if found[1].shape != known:
+            height, width = found[1].shape[:2]
+            raise InputError(
+                self._path,
+                f"its images are {width} x {height} px, but camera '{self.model.name}' is calibrated for "
+                f"{known[1]} x {known[0]} px",
+                where=f"frame at {found[0]:.3f} s",
+                remedy="calibrate for this size, or record in the calibrated one",
+            )
+        return found
+
+
+class _Video:
+    def __init__(self, path: str, rate_hz: float | None) -> None:
+        self._path, self._count = path, 0
+        self._capture = cv2.VideoCapture(path)
+        if not self._capture.isOpened():
+            raise InputError(
+                path, "OpenCV cannot open it as a video", remedy="convert it, e.g. to mp4, or check the file"
+            )
+        rate = rate_hz if rate_hz is not None else float(self._capture.get(cv2.CAP_PROP_FPS))
+        if not (math.isfinite(rate) and rate > 0):
+            raise InputError(path, "the video does not tell its frame rate", remedy="give it by camera.rate_hz")
+        self._rate_hz = rate
+        self._announced = int(self._capture.get(cv2.CAP_PROP_FRAME_COUNT))
+
+    def read(self) -> tuple[float, NDArray[np.uint8]] | None:
+        good, pixels = self._capture.read()
+        if not good:
+            if self._count < 0.98 * self._announced - ESTIMATED:
+                raise InputError(
+                    self._path,
+                    f"it can be read up to frame {self._count} of {self._announced}; it is damaged or was cut short",
+                    remedy="record it again, or convert the part that can be read",
+                )
+            return None
+        self._count += 1
+        return (self._count - 1) / self._rate_hz, np.asarray(pixels, dtype=np.uint8)
+
+    def close(self) -> None:
+        self._capture.release()
+
+
+class _Images:
+    def __init__(self, path: str) -> None:
+        self._path, self._row = path, 0
+        try:
+            with open(path, newline="", encoding="utf-8") as file:
+                self._rows = list(csv.DictReader(file))
+        except (OSError, UnicodeDecodeError, csv.Error) as error:
+            raise InputError(path, f"it cannot be read as a list of images ({_reason(error)})") from None
+        missing = [name for name in COLUMNS if not self._rows or name not in self._rows[0]]
+        if missing:
+            raise InputError(
+                path, f"it has no column '{missing[0]}'", remedy="a list of images has the columns file,t_s"
+            )
+        self._before = -math.inf
+
+    def read(self) -> tuple[float, NDArray[np.uint8]] | None:
+        if self._row >= len(self._rows):
+            return None
+        row, where = self._rows[self._row], f"row {self._row + 2}"
+        self._row += 1
+        try:
+            t_s = float(row["t_s"] or "")
+        except ValueError:
+            t_s = math.nan
+        if not math.isfinite(t_s):
+            raise InputError(self._path, f"t_s is '{row['t_s']}', not a number of seconds", where=where)
+        if t_s <= self._before:
+            raise InputError(self._path, f"t_s is {t_s} after {self._before}; times must rise", where=where)
+        self._before = t_s
+        image = Path(self._path).parent / (row["file"] or "")
+        try:
+            coded = np.fromfile(image, dtype=np.uint8)
+        except OSError as error:
+            raise InputError(str(image), f"the image cannot be read ({_reason(error)})", where=where) from None
+        pixels = cv2.imdecode(coded, cv2.IMREAD_COLOR) if len(coded) else None
+        if pixels is None:
+            raise InputError(str(image), "it is not an image that OpenCV can read", where=where)
+        return t_s, np.asarray(pixels, dtype=np.uint8)
+
+    def close(self) -> None:
+        """Nothing is held."""
+
+
+def _reason(error: Exception) -> str:
+    return (error.strerror if isinstance(error, OSError) else str(error)) or type(error).__name__

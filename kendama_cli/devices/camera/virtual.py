@@ -1,0 +1,115 @@
+"""The virtual camera: ray-cast images of a scene's poses, with a sensor's exposure and noise."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from kendama_cli.devices.camera.interface import Frame, StaleFrame, too_old
+from kendama_cli.rendering import kernel_light
+from kendama_cli.rendering.mesh import LinkMesh
+from kendama_cli.rendering.moving import Watcher
+from kendama_cli.rendering.raycast import Raycaster, Shot
+from kendama_cli.rendering.scene import Scene
+from kendama_cli.schema.arrays import Array
+from kendama_cli.settings.camera import LightingSettings, VirtualCamera
+from kendama_cli.settings.game import GameSettings
+from kendama_cli.vision.camera_model import CameraModel
+from kendama_cli.vision.region import Region, whole
+
+CODES = 2**16
+"""Steps of the sensor's converter, before gamma makes 8 bits of them."""
+FRAME_STEP = 0xD1342543DE82EF95
+"""Odd, so that no two frames of one camera share a key for their noise."""
+
+
+class VirtualCameraBlock:
+    """A camera that exposes every 1/rate seconds of ``clock`` from time zero on (plus ``offset_s``).
+
+    It is told the scene's poses and the sizes of ball and cup, and nothing of how they move.
+    """
+
+    def __init__(
+        self,
+        model: CameraModel,
+        settings: VirtualCamera,
+        game: GameSettings,
+        lighting: LightingSettings,
+        *,
+        scene: Scene,
+        clock: Callable[[], float],
+        rng: np.random.Generator,
+        offset_s: float = 0.0,
+        links: Sequence[LinkMesh] = (),
+    ) -> None:
+        self.model = model
+        self._settings, self._lighting = settings, lighting
+        self._watcher = Watcher(settings.appearance, links)
+        self._raycaster = Raycaster(model, settings.appearance, lighting, game)
+        sensor = settings.sensor
+        self._row_s, self._busy_s = sensor.rows_s / model.height_px, sensor.busy_s
+        codes = np.linspace(0.0, 1.0, CODES) ** (1 / sensor.gamma) * 255
+        self._levels = np.rint(codes).astype(np.uint8)
+        self._offset_s = offset_s
+        self._region: Region | None = None
+        self._scene, self._clock, self._rng = scene, clock, rng
+        self.restart()
+
+    def restart(self) -> None:
+        self._index: int | None = None
+        self._frame: Frame | None = None
+        self._key: int | None = None
+
+    def watch(self, region: Region | None) -> None:
+        self._region = region
+
+    def latest(self, *, max_age_s: float) -> Frame:
+        period, half = 1 / self._settings.rate_hz, self._busy_s / 2
+        now = self._clock()
+        index = math.floor((now - half - self._offset_s) / period + 1e-9)
+        if index < 0:
+            raise StaleFrame(self.model.name, math.inf, f"camera '{self.model.name}': no frame yet at {now:.3f} s")
+        t_s = index * period + self._offset_s
+        if now - t_s > max_age_s:
+            raise too_old(self.model.name, now - t_s, max_age_s)
+        if self._frame is None or index != self._index:
+            self._index, self._frame = index, self._expose(t_s, index)
+        return self._frame
+
+    def close(self) -> None:
+        """Nothing is held."""
+
+    def _expose(self, t_s: float, number: int) -> Frame:
+        image = whole(self.model.width_px, self.model.height_px)
+        region = image if self._region is None else self._region.within(image)
+        if region.empty:
+            region = Region(0, 0, 1, 1)
+        if self._key is None:  # drawn late, so that a stream restored after opening is the one that counts
+            self._key = int(self._rng.integers(2**63))
+        light = self._raycaster.render(self._shot(t_s), region)
+        pixels = np.empty(light.shape, dtype=np.uint8)
+        sensor, key = self._settings.sensor, np.uint64((self._key + number * FRAME_STEP) % 2**64)
+        kernel_light.digitise(
+            light, region.left, region.top, self.model.width_px, key, sensor.gain, sensor.full_well_e,
+            sensor.read_noise_e, self._levels, pixels,
+        )  # fmt: skip
+        return Frame(t_s, pixels, (region.left, region.top), row_s=self._row_s)
+
+    def _shot(self, t_s: float) -> Shot:
+        """The scene from the first row's opening to the last row's closing about ``t_s``."""
+        exposure_s, half = self._settings.sensor.exposure_s, self._busy_s / 2
+        moving = self._watcher.moving(self._scene, t_s - half, t_s + half)
+        moments = len(moving.ball_m) - 1
+        rows = np.arange(self.model.height_px, dtype=np.float64) - (self.model.height_px - 1) / 2
+        row_tau = (0.5 + rows * self._row_s / self._busy_s) * moments
+        strength = _flicker(self._lighting, t_s + rows * self._row_s, exposure_s)
+        return Shot(moving, row_tau, exposure_s / self._busy_s * moments, strength)
+
+
+def _flicker(lighting: LightingSettings, t_s: Array, exposure_s: float) -> Array:
+    """Mean strength of the lamps over exposures about ``t_s`` (h,), 1 + depth sin(2 pi f t) averaged in closed form."""
+    f = lighting.flicker_hz
+    mean = np.sinc(f * exposure_s) * np.sin(2 * np.pi * f * t_s)
+    return np.asarray(1.0 + lighting.flicker_depth * mean)

@@ -1,0 +1,18 @@
+"""What every task-space controller offers."""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+from kendama_cli.motion.impedance import JointTorque, TaskReference, TaskState
+from kendama_cli.schema.arrays import Array
+
+
+class TaskController(Protocol):
+    """Turns a wanted pose and force of the tool into joint torques; one call of ``command`` is one control period."""
+
+    def reset(self, posture_rad: Array) -> None:
+        """Forget what happened; ``posture_rad`` (n,) is kept to where the tool leaves the joints free."""
+
+    def command(self, state: TaskState, reference: TaskReference, period_s: float) -> JointTorque:
+        """The torques for the coming control period."""

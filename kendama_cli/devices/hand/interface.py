@@ -1,0 +1,42 @@
+"""What every source of a hand's motion offers: a file that is replayed, motion capture, a haptic device."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Protocol
+
+from kendama_cli.schema.arrays import Array, array
+
+
+@dataclass(frozen=True)
+class HandSample:
+    """The cup at ``t_s`` after the swing's first sample; where ``tracked`` is false the pose is the last one seen.
+
+    ``position_m`` (3,), ``rotation_wxyz`` (4,) a unit quaternion; z points up, x lies in the swing plane.
+    """
+
+    t_s: float
+    position_m: Array
+    rotation_wxyz: Array
+    tracked: bool
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "position_m", array("position_m", self.position_m, (3,)))
+        object.__setattr__(self, "rotation_wxyz", array("rotation_wxyz", self.rotation_wxyz, (4,)))
+
+
+class HandDevice(Protocol):
+    """One swing of a hand; ``name`` is what the demonstration is called."""
+
+    name: str
+    rate_hz: float
+
+    def samples(self) -> Iterator[HandSample]:
+        """The swing from its first sample to its last, in the order of time; raises InputError or HardwareError."""
+
+    def render_force(self, force_n: Array) -> None:
+        """Let the hand feel ``force_n`` (3,); devices without force feedback ignore it."""
+
+    def close(self) -> None:
+        """Let go of the device; idempotent."""

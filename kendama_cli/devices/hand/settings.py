@@ -1,0 +1,111 @@
+"""Where demonstrations of the hand come from."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+from kendama_cli.errors import ConfigError
+from kendama_cli.schema.settings import setting
+
+Column = int | str | None
+
+
+@dataclass(frozen=True)
+class ColumnSettings:
+    """Which column holds what: a number (counted from ``column_base``) or a name of the header row."""
+
+    time: int | str | None = setting("column of the time stamps; null where rate_hz tells the time")
+    x: int | str | None = setting("column of x, which lies in the swing plane")
+    y: int | str | None = setting("column of y, sideways; null for a swing recorded in its plane (y = 0)")
+    z: int | str | None = setting("column of z, which points up")
+
+
+@dataclass(frozen=True)
+class SignSettings:
+    """-1 turns an axis round."""
+
+    x: Literal[1, -1] = setting("sign of x")
+    y: Literal[1, -1] = setting("sign of y")
+    z: Literal[1, -1] = setting("sign of z")
+
+
+@dataclass(frozen=True)
+class PlausibleSettings:
+    """What a swing of the hand can be; outside, units or rate are taken to be wrong."""
+
+    min_extent_m: float = setting("smallest extent of a swing along its widest axis [m]", above=0)
+    max_extent_m: float = setting("largest extent of a swing along any axis [m]", above=0)
+    min_peak_speed_m_s: float = setting("smallest peak speed of a swing [m/s]", above=0)
+    max_speed_m_s: float = setting("largest speed between neighbouring samples [m/s]", above=0)
+
+
+@dataclass(frozen=True)
+class FileCapture:
+    """Recordings read from text files (CSV, TSV, whitespace) or MCAP."""
+
+    kind: Literal["file"]
+    columns: ColumnSettings
+    sign: SignSettings
+    plausible: PlausibleSettings
+    path: str | tuple[str, ...] | None = setting("file, glob or list of them; each is a demonstration", file=True)
+    format: Literal["auto", "text", "mcap"] = setting("auto: MCAP by its magic bytes, text otherwise")
+    delimiter: Literal["auto", "comma", "semicolon", "tab", "pipe", "whitespace"] = setting("between the cells")
+    comment: str = setting("a line that begins with this is skipped; empty for none")
+    header_rows: int | None = setting("rows before the data, the last of them the names; null: found", at_least=0)
+    first_row: int = setting("first data row that is read, counted from 1", at_least=1)
+    last_row: int | None = setting("last data row that is read; null: all", at_least=1)
+    column_base: Literal[0, 1] = setting("number of the first column where columns are given by number")
+    unit: Literal["m", "cm", "mm"] = setting("unit of the positions in text files (MCAP holds metres)")
+    time_unit: Literal["s", "ms", "us", "ns"] = setting("unit of the time column")
+    rate_hz: float | None = setting("sampling rate where there is no time column [Hz]", above=0, at_most=1e5)
+    gap_factor: float = setting("a time step above this multiple of the median step is a gap", above=1)
+    topic: str | None = setting("MCAP: topic of the cup's foxglove.FrameTransform; null: the only one, or /capture/cup")
+    child: str | None = setting("MCAP: child_frame_id of the cup; null: each child is a demonstration")
+
+    def __post_init__(self) -> None:
+        if not self.path:
+            raise ConfigError("path", "'path' names no recording; set it to a file, a glob or a list of files")
+        for axis in ("x", "z"):
+            if getattr(self.columns, axis) is None:
+                raise ConfigError(f"columns.{axis}", f"'columns.{axis}' must be a column number or name, not null")
+        for axis in ("time", "x", "y", "z"):
+            column = getattr(self.columns, axis)
+            if isinstance(column, int) and column < self.column_base:
+                raise ConfigError(
+                    f"columns.{axis}",
+                    f"'columns.{axis}' is {column}; allowed: at least {self.column_base} (column_base), or a name",
+                )
+        if (self.columns.time is None) == (self.rate_hz is None):
+            state = "both are null" if self.rate_hz is None else "both are set"
+            raise ConfigError("rate_hz", f"'rate_hz': give it or columns.time, one of the two; {state}")
+        if self.last_row is not None and self.last_row < self.first_row:
+            raise ConfigError(
+                "last_row", f"'last_row' is {self.last_row}; allowed: at least first_row ({self.first_row}), or null"
+            )
+
+
+@dataclass(frozen=True)
+class MocapCapture:
+    """A motion capture system that streams the pose of a rigid body fixed to the cup."""
+
+    kind: Literal["mocap"]
+    host: str = setting("address of the motion capture server")
+    port: int = setting("its port", at_least=1, at_most=65535)
+    body: str = setting("name of the rigid body fixed to the cup")
+    rate_hz: float = setting("rate that is asked of the server [Hz]", above=0)
+    swings: int = setting("number of demonstrations to record", at_least=1)
+
+
+@dataclass(frozen=True)
+class HapticCapture:
+    """A haptic device whose stylus moves a virtual hand and feels the rope's force."""
+
+    kind: Literal["haptic"]
+    device: str = setting("name of the device as its driver lists it")
+    scale: float = setting("metres of the virtual hand per metre of the stylus", above=0)
+    rate_hz: float = setting("rate of the force loop [Hz]", above=0)
+    swings: int = setting("number of demonstrations to record", at_least=1)
+
+
+CaptureSettings = FileCapture | MocapCapture | HapticCapture

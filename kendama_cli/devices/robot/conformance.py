@@ -1,0 +1,172 @@
+"""The laws of the robot's interface, for every variant: simulated, behind UDP, or a project's own.
+
+Each check takes a function that opens a fresh robot, closes what it opened, and raises AssertionError, with the law in
+words, where the robot breaks it. ``CHECKS`` lists them all.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+
+import numpy as np
+
+from kendama_cli.devices.robot.interface import Exchange, JointCommand, Robot
+from kendama_cli.errors import HardwareError
+from kendama_cli.schema.arrays import Array
+
+OpenRobot = Callable[[], Robot]
+
+ROUNDING = 1e-9
+"""Relative slack for limits that are reached exactly."""
+
+
+def check_description(open_robot: OpenRobot) -> None:
+    """Names, limits and period fit together."""
+    with _opened(open_robot) as robot:
+        limits, n = robot.limits, len(robot.joint_names)
+        _law(n > 0 and len(set(robot.joint_names)) == n, "joint names are there and differ")
+        _law(len(limits.lower_rad) == n, "there is one limit of each kind per joint")
+        _law(bool((limits.lower_rad < limits.upper_rad).all()), "lower position limits are below the upper ones")
+        for name in ("velocity_rad_s", "acceleration_rad_s2", "effort_nm"):
+            _law(bool((getattr(limits, name) > 0).all()), f"{name} limits are positive")
+        _law(robot.period_s > 0, "the control period is positive")
+
+
+def check_time(open_robot: OpenRobot) -> None:
+    """Time starts at 0 with a reset and advances by one period per exchange."""
+    with _opened(open_robot) as robot:
+        rest = _rest(robot)
+        _law(robot.reset(rest.position_rad, 1).t_s == 0.0, "time is 0 after a reset")
+        for k in range(1, 6):
+            t_s = robot.exchange(rest).t_s
+            _law(abs(t_s - k * robot.period_s) < 1e-9, f"time advances by one period per exchange (is {t_s}, {k} in)")
+
+
+def check_rest(open_robot: OpenRobot) -> None:
+    """A robot that is told to stay stays, and tells of itself in the right shapes."""
+    with _opened(open_robot) as robot:
+        rest = _rest(robot)
+        last = robot.reset(rest.position_rad, 1)
+        for _ in range(20):
+            last = robot.exchange(rest)
+            _law(bool(np.array_equal(last.sent.position_rad, rest.position_rad)), "a feasible command is sent as it is")
+        _law(bool(np.abs(last.state.position_rad - rest.position_rad).max() < 0.02), "told to stay, the arm stays")
+        _law(len(last.state.effort_nm) == len(robot.joint_names), "there is one effort per joint")
+        _law(last.state.wrist_wrench.shape == (6,), "the wrist's sensor tells three forces and three torques")
+        _law(bool(np.isfinite(last.state.wrist_wrench).all()), "the wrist's sensor tells finite values")
+        _law(last.state.cup_in_world_m.shape == (3,) == last.state.ball_in_world_m.shape, "cup and ball are places")
+        _law(not last.state.caught, "a ball that hangs is not caught")
+
+
+def check_limits(open_robot: OpenRobot) -> None:
+    """Whatever is commanded, what is sent keeps to the position, speed and acceleration limits."""
+    with _opened(open_robot) as robot:
+        limits, n = robot.limits, len(robot.joint_names)
+        rng = np.random.default_rng(5)
+        last = robot.reset(_rest(robot).position_rad, 1).sent
+        for k in range(120):
+            wild = rng.normal(0.0, 30.0, (4, n)) if k < 60 else np.full((4, n), 50.0)
+            sent = robot.exchange(JointCommand(*wild)).sent
+            inside = (sent.position_rad >= limits.lower_rad - ROUNDING) & (
+                sent.position_rad <= limits.upper_rad + ROUNDING
+            )
+            _law(bool(inside.all()), "what is sent keeps to the position limits")
+            _within(sent.velocity_rad_s, limits.velocity_rad_s, "speed")
+            change = (sent.velocity_rad_s - last.velocity_rad_s) / robot.period_s
+            _within(change, limits.acceleration_rad_s2, "acceleration")
+            _within(sent.acceleration_rad_s2, limits.acceleration_rad_s2, "acceleration")
+            mean = (sent.position_rad - last.position_rad) / robot.period_s
+            _within(mean, limits.velocity_rad_s, "speed")
+            _within(sent.effort_nm, limits.effort_nm, "effort")
+            last = sent
+
+
+def check_feedforward(open_robot: OpenRobot) -> None:
+    """A torque that is added reaches the motors: at rest the arm gives way to it, and gives it back in its effort."""
+    with _opened(open_robot) as robot:
+        rest = _rest(robot)
+        pushed = dataclasses.replace(rest, effort_nm=0.02 * robot.limits.effort_nm)
+        plain, added = (_settled(robot, rest, command) for command in (rest, pushed))
+        _law(bool(np.array_equal(added.sent.effort_nm, pushed.effort_nm)), "a feasible effort is sent as it is")
+        _law(bool(np.array_equal(plain.sent.effort_nm, rest.effort_nm)), "no effort is added unasked")
+        moved = np.abs(added.state.position_rad - plain.state.position_rad).max()
+        _law(bool(moved > 1e-6), "an added effort moves the arm out of its rest")
+
+
+def check_reset(open_robot: OpenRobot) -> None:
+    """The same seed and commands give the same rollout, bit for bit, whatever happened before."""
+    with _opened(open_robot) as robot:
+        first = _short_rollout(robot, seed=3)
+        _short_rollout(robot, seed=4)
+        again = _short_rollout(robot, seed=3)
+        for a, b in zip(first, again, strict=True):
+            for name in ("position_rad", "velocity_rad_s", "wrist_wrench", "ball_in_world_m", "cup_in_world_m"):
+                same = np.array_equal(getattr(a.state, name), getattr(b.state, name))
+                _law(same, f"a reset with the same seed repeats {name} exactly")
+
+
+def check_halt(open_robot: OpenRobot) -> None:
+    """Halting may be done twice, at any time; after it nothing is carried out."""
+    with _opened(open_robot) as robot:
+        rest = _rest(robot)
+        robot.exchange(rest)
+        robot.halt()
+        robot.halt()
+        _law(_refuses(robot.exchange, rest), "a halted robot refuses to exchange, with HardwareError")
+        _law(_refuses(robot.reset, rest.position_rad, 0), "a halted robot refuses to reset, with HardwareError")
+        robot.close()
+
+
+CHECKS = (check_description, check_time, check_rest, check_limits, check_feedforward, check_reset, check_halt)
+
+
+@contextmanager
+def _opened(open_robot: OpenRobot) -> Iterator[Robot]:
+    robot = open_robot()
+    try:
+        yield robot
+    finally:
+        robot.close()
+
+
+def _rest(robot: Robot) -> JointCommand:
+    zeros = np.zeros(len(robot.joint_names))
+    middle = np.clip(zeros, robot.limits.lower_rad + 0.1, robot.limits.upper_rad - 0.1)
+    return JointCommand(middle, zeros, zeros)
+
+
+def _settled(robot: Robot, rest: JointCommand, command: JointCommand) -> Exchange:
+    robot.reset(rest.position_rad, 1)
+    for _ in range(50):
+        last = robot.exchange(command)
+    return last
+
+
+def _refuses(call: Callable[..., Exchange], *arguments: object) -> bool:
+    try:
+        call(*arguments)
+    except HardwareError:
+        return True
+    return False
+
+
+def _short_rollout(robot: Robot, seed: int) -> list[Exchange]:
+    rest = _rest(robot)
+    steps = [robot.reset(rest.position_rad, seed)]
+    for k in range(1, 21):
+        t_s = k * robot.period_s
+        speed: Array = np.minimum(0.2, robot.limits.acceleration_rad_s2 * t_s / 4)
+        steps.append(robot.exchange(JointCommand(rest.position_rad + speed * t_s, speed, np.zeros(len(speed)))))
+    return steps
+
+
+def _within(values: Array, limits: Array, what: str) -> None:
+    over = float((np.abs(values) / limits).max())
+    _law(over <= 1 + ROUNDING, f"what is sent keeps to the {what} limits (reached {over:.4f} of one)")
+
+
+def _law(holds: bool, words: str) -> None:
+    if not holds:
+        raise AssertionError(f"broken law: {words}")

@@ -1,0 +1,126 @@
+"""What every robot offers, simulated, remote or real."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Protocol
+
+import numpy as np
+
+from kendama_cli.schema.arrays import Array, array
+
+
+@dataclass(frozen=True)
+class JointLimits:
+    """Limits of n joints; every array is (n,)."""
+
+    lower_rad: Array
+    upper_rad: Array
+    velocity_rad_s: Array
+    acceleration_rad_s2: Array
+    effort_nm: Array
+
+    def __post_init__(self) -> None:
+        n = len(self.lower_rad)
+        for name in ("lower_rad", "upper_rad", "velocity_rad_s", "acceleration_rad_s2", "effort_nm"):
+            object.__setattr__(self, name, array(name, getattr(self, name), (n,)))
+
+
+@dataclass(frozen=True)
+class JointCommand:
+    """The wanted state of n joints at the end of the coming control period; every array is (n,).
+
+    ``effort_nm`` is added to what the robot's own controller commands: what the commander knows and the controller
+    does not, identified friction say. Left out it is zero.
+    """
+
+    position_rad: Array
+    velocity_rad_s: Array
+    acceleration_rad_s2: Array
+    effort_nm: Array = field(default_factory=lambda: np.zeros(()))
+
+    def __post_init__(self) -> None:
+        if np.ndim(self.effort_nm) == 0:
+            object.__setattr__(self, "effort_nm", np.full(np.shape(self.position_rad), float(self.effort_nm)))
+
+
+@dataclass(frozen=True)
+class RobotState:
+    """What the robot's sensors tell; arrays are (n,).
+
+    ``ball_in_world_m`` and ``cup_in_world_m`` (3,) come from the robot's own tracking (a twin's noisy marker, a real
+    laboratory's motion capture); ``cup_in_world_m`` is the rope's tie point. ``caught`` is the cup's ball sensor.
+    ``wrist_wrench`` (6,) is the force-torque sensor between tip link and tool: force [N], then torque [Nm], that the
+    tool exerts on the tip link, in that link's frame at its origin. ``effort_nm`` is what the motors give.
+    """
+
+    position_rad: Array
+    velocity_rad_s: Array
+    effort_nm: Array
+    wrist_wrench: Array
+    cup_in_world_m: Array
+    ball_in_world_m: Array
+    caught: bool
+
+
+@dataclass(frozen=True)
+class SceneState:
+    """Where everything truly is: what light would show. It is for virtual cameras and for nobody else.
+
+    ``position_rad`` (n,) are the true joint angles, ``cup_m`` (3,) is the tie point, ``cup_rotation`` (3, 3) has the
+    cup's axes as its columns, ``ball_m`` (3,) is the ball's centre; all in the world frame.
+    """
+
+    position_rad: Array
+    cup_m: Array
+    cup_rotation: Array
+    ball_m: Array
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "position_rad", array("position_rad", self.position_rad, (len(self.position_rad),)))
+        for name, shape in (("cup_m", (3,)), ("cup_rotation", (3, 3)), ("ball_m", (3,))):
+            object.__setattr__(self, name, array(name, getattr(self, name), shape))
+
+
+@dataclass(frozen=True)
+class Exchange:
+    """One control period: the command that was really carried out after all limits, the state after it, its time.
+
+    Only a simulated robot tells the ``scene``; a real one is seen by real cameras.
+    """
+
+    sent: JointCommand
+    state: RobotState
+    t_s: float
+    scene: SceneState | None = None
+
+
+class Robot(Protocol):
+    """An arm that holds the cup; one call of ``exchange`` is one control period."""
+
+    joint_names: tuple[str, ...]
+    limits: JointLimits
+    period_s: float
+
+    def exchange(self, command: JointCommand) -> Exchange:
+        """Carry out one control period; raises HardwareError when the line or the robot has failed."""
+
+    def reset(self, position_rad: Array, seed: int) -> Exchange:
+        """Bring the arm to rest at ``position_rad`` with the ball hanging still, for the next rollout.
+
+        A simulated robot jumps there and draws its noise from ``seed``; a real one moves there slowly.
+        """
+
+    def halt(self) -> None:
+        """Stop and stay stopped; idempotent, safe from any state."""
+
+    def close(self) -> None:
+        """Halt and let go of the device."""
+
+
+class DistantRobot(Robot, Protocol):
+    """A robot behind a line."""
+
+    @property
+    def missed(self) -> int:
+        """The periods so far in which no command had come in time."""

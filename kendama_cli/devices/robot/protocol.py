@@ -1,0 +1,232 @@
+"""The datagrams between a robot and whoever commands it: fixed little-endian structures sealed by a CRC.
+
+Every datagram is a header (magic, version, kind, session, sequence, length, CRC-32 over all the rest) and a payload of
+one fixed layout per kind. The side that commands sends HELLO (sequence 0), RESET, COMMAND and HALT with sequence
+numbers that rise by one; the robot answers each with WELCOME, STATE or STOPPED under the same number.
+"""
+
+from __future__ import annotations
+
+import struct
+import zlib
+from dataclasses import dataclass
+from enum import IntEnum
+
+import numpy as np
+
+from kendama_cli.devices.robot.interface import Exchange, JointCommand, JointLimits, RobotState, SceneState
+from kendama_cli.errors import HardwareError
+from kendama_cli.schema.arrays import Array
+
+MAGIC = b"KNDM"
+VERSION = 3
+LARGEST_BYTES = 4096
+"""No datagram of this protocol is longer."""
+_HEADER = struct.Struct("<4sHHQQII")
+_WELCOME = struct.Struct("<BBdd")
+_NAME_BYTES = 48
+_RESET = struct.Struct("<Q")
+_STATE = struct.Struct("<dIB")
+_REASON_BYTES = 400
+_LIMITS = ("lower_rad", "upper_rad", "velocity_rad_s", "acceleration_rad_s2", "effort_nm")
+
+
+class Kind(IntEnum):
+    """What a datagram is for."""
+
+    HELLO = 1
+    WELCOME = 2
+    RESET = 3
+    COMMAND = 4
+    STATE = 5
+    HALT = 6
+    STOPPED = 7
+
+
+class DatagramError(HardwareError):
+    """A datagram that is not of this protocol, or not whole."""
+
+
+@dataclass(frozen=True)
+class Datagram:
+    """One message with the numbers that order it."""
+
+    kind: Kind
+    session: int
+    sequence: int
+    payload: bytes = b""
+
+
+@dataclass(frozen=True)
+class Welcome:
+    """What a robot tells about itself: joints, limits, control period, and how it keeps time.
+
+    ``watchdog_s`` is the silence after which a moving robot stops and stays stopped.
+    """
+
+    joint_names: tuple[str, ...]
+    limits: JointLimits
+    period_s: float
+    realtime: bool
+    watchdog_s: float
+
+
+@dataclass(frozen=True)
+class Report:
+    """One answered control period, with the number of periods so far in which no command had come in time."""
+
+    exchange: Exchange
+    missed: int
+
+
+def pack(datagram: Datagram) -> bytes:
+    """The bytes of ``datagram``."""
+    numbers = (VERSION, int(datagram.kind), datagram.session, datagram.sequence, len(datagram.payload))
+    bare = _HEADER.pack(MAGIC, *numbers, 0)
+    crc = zlib.crc32(datagram.payload, zlib.crc32(bare))
+    return _HEADER.pack(MAGIC, *numbers, crc) + datagram.payload
+
+
+def unpack(data: bytes) -> Datagram:
+    """The datagram in ``data``; raises DatagramError that says in which way it is malformed."""
+    if len(data) < _HEADER.size:
+        raise DatagramError(f"malformed datagram of {len(data)} bytes; the header alone has {_HEADER.size}")
+    magic, version, kind, session, sequence, length, crc = _HEADER.unpack_from(data)
+    payload = data[_HEADER.size :]
+    if magic != MAGIC:
+        raise DatagramError(f"malformed datagram: it begins with {magic!r} instead of {MAGIC!r}")
+    if version != VERSION:
+        raise DatagramError(f"datagram of protocol version {version}; version {VERSION} is spoken here")
+    if length != len(payload):
+        raise DatagramError(f"malformed datagram: {len(payload)} bytes of payload where the header announces {length}")
+    if crc != zlib.crc32(payload, zlib.crc32(_HEADER.pack(magic, version, kind, session, sequence, length, 0))):
+        raise DatagramError("malformed datagram: its CRC-32 does not fit its content")
+    if kind not in Kind.__members__.values():
+        raise DatagramError(f"datagram of unknown kind {kind}")
+    return Datagram(Kind(kind), session, sequence, payload)
+
+
+def pack_welcome(welcome: Welcome) -> bytes:
+    """The payload of WELCOME; raises ValueError for a joint name that does not fit."""
+    n = len(welcome.joint_names)
+    parts = [_WELCOME.pack(n, welcome.realtime, welcome.period_s, welcome.watchdog_s)]
+    for name in welcome.joint_names:
+        encoded = name.encode()
+        if len(encoded) > _NAME_BYTES:
+            raise ValueError(f"joint name '{name}' is longer than {_NAME_BYTES} bytes")
+        parts.append(encoded.ljust(_NAME_BYTES, b"\0"))
+    parts += [_bytes(getattr(welcome.limits, name)) for name in _LIMITS]
+    return b"".join(parts)
+
+
+def unpack_welcome(payload: bytes) -> Welcome:
+    """The robot's own account of itself; raises DatagramError where the layout does not fit."""
+    if len(payload) < _WELCOME.size:
+        raise DatagramError(f"malformed WELCOME of {len(payload)} bytes")
+    n, realtime, period_s, watchdog_s = _WELCOME.unpack_from(payload)
+    _expect("WELCOME", payload, _WELCOME.size + n * (_NAME_BYTES + 8 * len(_LIMITS)))
+    start = _WELCOME.size
+    try:
+        names = tuple(
+            payload[start + i * _NAME_BYTES : start + (i + 1) * _NAME_BYTES].rstrip(b"\0").decode() for i in range(n)
+        )
+        values = _floats(payload, start + n * _NAME_BYTES).reshape(len(_LIMITS), n)
+        limits = JointLimits(**dict(zip(_LIMITS, values, strict=True)))
+    except ValueError as error:
+        raise DatagramError(f"malformed WELCOME: {error}") from None
+    return Welcome(names, limits, period_s, bool(realtime), watchdog_s)
+
+
+def pack_reset(position_rad: Array, seed: int) -> bytes:
+    """The payload of RESET: where to bring the joints, and the seed of a simulated robot's noise."""
+    return _RESET.pack(seed) + _bytes(position_rad)
+
+
+def unpack_reset(payload: bytes, n: int) -> tuple[Array, int]:
+    """Joint positions (n,) and seed; raises DatagramError where the layout or a value does not fit."""
+    _expect("RESET", payload, _RESET.size + 8 * n)
+    return _finite("RESET", _floats(payload, _RESET.size)), int(_RESET.unpack_from(payload)[0])
+
+
+def pack_command(command: JointCommand) -> bytes:
+    """The payload of COMMAND."""
+    return _bytes(command.position_rad, command.velocity_rad_s, command.acceleration_rad_s2, command.effort_nm)
+
+
+def unpack_command(payload: bytes, n: int) -> JointCommand:
+    """The wanted state of n joints; raises DatagramError where the layout or a value does not fit."""
+    _expect("COMMAND", payload, 32 * n)
+    return JointCommand(*_finite("COMMAND", _floats(payload)).reshape(4, n))
+
+
+def pack_report(report: Report) -> bytes:
+    """The payload of STATE."""
+    sent, state = report.exchange.sent, report.exchange.state
+    return _STATE.pack(report.exchange.t_s, report.missed, state.caught) + _bytes(
+        sent.position_rad,
+        sent.velocity_rad_s,
+        sent.acceleration_rad_s2,
+        sent.effort_nm,
+        state.position_rad,
+        state.velocity_rad_s,
+        state.effort_nm,
+        state.wrist_wrench,
+        state.cup_in_world_m,
+        state.ball_in_world_m,
+        _scene_values(report.exchange.scene, len(state.position_rad)),
+    )
+
+
+def unpack_report(payload: bytes, n: int) -> Report:
+    """The answered control period of n joints; raises DatagramError where the layout or a value does not fit."""
+    _expect("STATE", payload, _STATE.size + 8 * (8 * n + 27))
+    t_s, missed, caught = _STATE.unpack_from(payload)
+    values = _floats(payload, _STATE.size)
+    sent = JointCommand(*values[: 4 * n].reshape(4, n))
+    sensed = _finite("STATE", values[4 * n : 7 * n + 6])
+    position, velocity, effort = sensed[: 3 * n].reshape(3, n)
+    cup, ball = values[7 * n + 6 : 7 * n + 12].reshape(2, 3)
+    state = RobotState(position, velocity, effort, sensed[3 * n :], cup, ball, bool(caught))
+    return Report(Exchange(sent, state, t_s, _scene(values[7 * n + 12 :], n)), missed)
+
+
+def pack_reason(reason: str) -> bytes:
+    """The payload of STOPPED: why the robot stands still."""
+    return reason.encode()[:_REASON_BYTES]
+
+
+def unpack_reason(payload: bytes) -> str:
+    """Why the robot stands still."""
+    return payload.decode(errors="replace")
+
+
+def _scene_values(scene: SceneState | None, n: int) -> Array:
+    """The scene as (n + 15,) numbers; nan where the robot tells none."""
+    if scene is None:
+        return np.full(n + 15, np.nan)
+    return np.concatenate([scene.position_rad, scene.cup_m, scene.cup_rotation.ravel(), scene.ball_m])
+
+
+def _scene(values: Array, n: int) -> SceneState | None:
+    if not np.isfinite(values).all():
+        return None
+    return SceneState(values[:n], values[n : n + 3], values[n + 3 : n + 12].reshape(3, 3), values[n + 12 :])
+
+
+def _bytes(*arrays: Array) -> bytes:
+    return np.concatenate(arrays).astype("<f8", copy=False).tobytes()
+
+
+def _floats(payload: bytes, offset: int = 0) -> Array:
+    return np.frombuffer(payload, "<f8", offset=offset).astype(np.float64, copy=False)
+
+
+def _finite(what: str, values: Array) -> Array:
+    if not np.isfinite(values).all():
+        raise DatagramError(f"{what} holds a value that is not finite")
+    return values
+
+
+def _expect(what: str, payload: bytes, size: int) -> None:
+    if len(payload) != size:
+        raise DatagramError(f"malformed {what}: {len(payload)} bytes of payload instead of {size}")

@@ -1,0 +1,150 @@
+"""The arm in DART behind the robot's interface, perfect or perturbed."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+
+import numpy as np
+
+from kendama_cli.devices.robot.interface import Exchange, JointCommand, JointLimits, RobotState, SceneState
+from kendama_cli.devices.robot.limiter import limit_command
+from kendama_cli.errors import HardwareError
+from kendama_cli.schema.arrays import Array
+from kendama_cli.settings.game import GameSettings
+from kendama_cli.settings.robot import Imperfection, RobotSettings
+from kendama_cli.simulation.dart.world import STEP_S, ArmWorld, WorldErrors
+
+Reference = tuple[Array, Array, Array, Array]
+"""Positions, velocities, accelerations and the torque to add, at the end of one step."""
+
+
+class SimulatedRobot:
+    """A robot (see blocks.robot.interface) that lives in DART.
+
+    ``exchange`` runs ``control_period_s`` of 1 ms steps along the cubic between the last command and this one, after
+    the limits; with an ``imperfection`` the reference arrives late and lagging, readings are noisy, and rope and
+    friction are not what the controller believes.
+    """
+
+    def __init__(
+        self,
+        robot: RobotSettings,
+        game: GameSettings,
+        *,
+        imperfection: Imperfection | None,
+        control_period_s: float,
+    ) -> None:
+        self._world = ArmWorld(robot, game)
+        arm = self._world.arm
+        self.joint_names = arm.joint_names
+        self.limits = JointLimits(
+            arm.lower_rad, arm.upper_rad, arm.velocity_rad_s, arm.acceleration_rad_s2, arm.effort_nm
+        )
+        self._steps = max(1, round(control_period_s / STEP_S))
+        self.period_s = self._steps * STEP_S
+        self._imperfection = imperfection
+        self._halted = False
+        self.reset(arm.home_rad, 0)
+
+    def reset(self, position_rad: Array, seed: int) -> Exchange:
+        """At rest in ``position_rad`` (n,), the ball hanging still, time 0; all noise is drawn from ``seed``."""
+        self._refuse_when_halted()
+        self._rng = np.random.default_rng(seed)
+        errors, delay, self._follow, self._joint_noise, self._ball_noise = WorldErrors(), 0, 1.0, 0.0, 0.0
+        if self._imperfection is not None:
+            made = self._imperfection
+            errors = WorldErrors(
+                rope_scale=made.rope_scale * (1 + made.rope_scale_spread * self._rng.uniform(-1, 1)),
+                ball_start_m=made.ball_start_m * self._rng.uniform(-1, 1),
+                joint_friction_nm=made.joint_friction_nm,
+                joint_friction_share=made.joint_friction_share,
+            )
+            delay = round(made.latency_s / STEP_S)
+            self._follow = 1.0 if made.lag_s <= 0 else 1.0 - math.exp(-STEP_S / made.lag_s)
+            self._joint_noise, self._ball_noise = made.joint_noise_rad, made.ball_noise_m
+        rest = np.zeros(len(self.joint_names))
+        start = np.clip(position_rad, self.limits.lower_rad, self.limits.upper_rad)
+        self._world.perturb(errors)
+        self._world.reset(start)
+        self._last = JointCommand(start, rest, rest)
+        self._reference: Reference = (start, rest, rest, rest)
+        self._queue = [self._reference] * delay
+        return Exchange(self._last, self._state(), 0.0, self._scene())
+
+    def exchange(self, command: JointCommand) -> Exchange:
+        """Carry out one control period; raises HardwareError after ``halt`` or for a command that is not finite."""
+        self._refuse_when_halted()
+        self._refuse_not_finite(command)
+        sent = limit_command(self._last, command, self.limits, self.period_s)
+        most = self.limits.effort_nm
+        sent = dataclasses.replace(sent, effort_nm=np.clip(command.effort_nm, -most, most))
+        for reference in self._between(self._last, sent):
+            self._queue.append(reference)
+            target = self._queue.pop(0)
+            if self._follow < 1.0:
+                q, v, a, effort = (
+                    old + self._follow * (new - old) for old, new in zip(self._reference, target, strict=True)
+                )
+                target = (q, v, a, effort)
+            self._reference = target
+            noise: Array | float = 0.0
+            if self._joint_noise > 0:
+                noise = self._rng.normal(0.0, self._joint_noise, len(self.joint_names))
+            q, v, a, effort = target
+            self._world.step(q, v, a, noise, effort)
+        self._last = sent
+        return Exchange(sent, self._state(), self._world.t_s, self._scene())
+
+    def halt(self) -> None:
+        """Stop and stay stopped."""
+        self._halted = True
+
+    def close(self) -> None:
+        """Halt; there is no device to let go of."""
+        self.halt()
+
+    def _between(self, last: JointCommand, sent: JointCommand) -> list[Reference]:
+        """The reference at the end of every step: the cubic through both commands, the added torque on a line."""
+        total = self.period_s
+        q0, v0, q1, v1 = last.position_rad, last.velocity_rad_s, sent.position_rad, sent.velocity_rad_s
+        c = (3 * (q1 - q0) / total - 2 * v0 - v1) / total
+        d = (v0 + v1 - 2 * (q1 - q0) / total) / total**2
+        t = STEP_S * np.arange(1, self._steps + 1)[:, None]
+        positions = q0 + t * (v0 + t * (c + t * d))
+        efforts = last.effort_nm + t / total * (sent.effort_nm - last.effort_nm)
+        return list(zip(positions, v0 + t * (2 * c + 3 * t * d), 2 * c + 6 * t * d, efforts, strict=True))
+
+    def _state(self) -> RobotState:
+        world = self._world
+        n = len(self.joint_names)
+        angles = world.position_rad + (self._rng.normal(0.0, self._joint_noise, n) if self._joint_noise > 0 else 0.0)
+        cup, ball = np.array(world.tie_m), np.array(world.ball_m)
+        if self._ball_noise > 0:
+            cup, ball = (
+                cup + self._rng.normal(0.0, self._ball_noise, 3),
+                ball + self._rng.normal(0.0, self._ball_noise, 3),
+            )
+        wrench = world.wrist_wrench()
+        return RobotState(angles, world.velocity_rad_s, world.effort_nm, wrench, cup, ball, world.ball_is_caught())
+
+    def _scene(self) -> SceneState:
+        world = self._world
+        place = world.arm.cup.getWorldTransform()
+        return SceneState(
+            np.array(world.position_rad), np.array(world.tie_m), np.array(place.rotation()), np.array(world.ball_m)
+        )
+
+    def _refuse_when_halted(self) -> None:
+        if self._halted:
+            raise HardwareError("the simulated robot is halted and stays so: open it anew")
+
+    def _refuse_not_finite(self, command: JointCommand) -> None:
+        for kind in ("position_rad", "velocity_rad_s", "acceleration_rad_s2", "effort_nm"):
+            values = np.asarray(getattr(command, kind))
+            if values.shape != (len(self.joint_names),) or not np.isfinite(values).all():
+                self.halt()
+                raise HardwareError(
+                    f"the command's {kind} is {values.tolist()}; allowed: {len(self.joint_names)} finite numbers: "
+                    "the robot halts"
+                )

@@ -1,0 +1,65 @@
+"""A twin as a child process: ``python -m kendama_cli.devices.robot.twin_process``.
+
+The process reads one JSON line with its settings from standard input, writes one JSON line with its address to
+standard output, and ends when standard input closes: whoever started it need only die to end it.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import os
+import sys
+import threading
+from collections.abc import Mapping
+from typing import Any
+
+from kendama_cli.devices.robot.twin import LOOPBACK, serve_twin
+from kendama_cli.errors import KendamaError
+from kendama_cli.schema.settings import build_value
+from kendama_cli.settings.game import GameSettings
+from kendama_cli.settings.hardware import TwinHardware
+from kendama_cli.settings.robot import RobotSettings
+
+
+def settings_document(robot: RobotSettings, game: GameSettings, hardware: TwinHardware) -> str:
+    """The one JSON line that tells a twin process what to simulate."""
+    parts: dict[str, Any] = {"robot": robot, "game": game, "hardware": hardware}
+    return json.dumps({name: dataclasses.asdict(part) for name, part in parts.items()})
+
+
+def main() -> int:
+    """Serve what standard input asks for; returns the exit code."""
+    parent = os.getppid()
+    try:
+        document = json.loads(sys.stdin.readline())
+        robot = build_value(RobotSettings, document["robot"], "robot")
+        game = build_value(GameSettings, document["game"], "game")
+        hardware = build_value(TwinHardware, document["hardware"], "hardware")
+        threading.Thread(target=_end_with_input, daemon=True).start()
+        serve_twin(
+            robot, game, hardware, host=LOOPBACK, port=0, on_ready=_announce, keep_going=lambda: os.getppid() == parent
+        )
+    except KendamaError as error:
+        sys.stderr.write(f"{error}\n")
+        return error.exit_code
+    except (ValueError, KeyError) as error:
+        sys.stderr.write(f"the twin process needs its settings as one JSON line on standard input: {error}\n")
+        return 2
+    return 0
+
+
+def _announce(ready: Mapping[str, Any]) -> None:
+    sys.stdout.write(json.dumps(dict(ready)) + "\n")
+    sys.stdout.flush()
+
+
+def _end_with_input() -> None:
+    """Wait for the end of standard input, which comes even when the parent was killed, and end at once."""
+    while os.read(sys.stdin.fileno(), 4096):  # not the buffered reader: its lock would bar the way out of the process
+        pass
+    os._exit(0)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

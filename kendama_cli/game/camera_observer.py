@@ -1,0 +1,229 @@
+"""Cameras that watch the game: the end of the swing-up, and the flight through images alone."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+import time
+from collections.abc import Callable, Mapping, Sequence
+
+import numpy as np
+
+from kendama_cli.artifacts.catch_pose import CatchPose
+from kendama_cli.devices.camera.interface import Camera, StaleFrame
+from kendama_cli.game.cup_cart import CartStep
+from kendama_cli.game.flight_observer import CatchPrediction, FrameSeen, ObservationLog, Picture, foreseen
+from kendama_cli.game.settings import ObservationSettings
+from kendama_cli.schema.arrays import Array
+from kendama_cli.vision.detector import Sighting
+from kendama_cli.vision.tracker import BallTracker
+
+SEARCH_HALF_PX = 40.0
+"""The swing-up knows the ball so well that the search begins this near to it."""
+STALE_FRAMES = 3.0
+"""A camera whose newest frame is older than so many of its periods is without one."""
+LOST_FRAMES = 6.0
+"""After so many frames without the ball it counts as lost: the foreseen catch is still gone for."""
+UNNOTICED_S = 0.12
+"""Free flight that is not noticed so long after the goal is worth a word."""
+HASTY_S = 0.1
+"""Free flight that the swing-up does not end with by then was none, or is over: the watch begins anew."""
+SAME_S = 1e-6
+TIES = 16
+"""Places of the tie point that are remembered: an image is older than the newest by a few control periods."""
+
+
+class CameraClock:
+    """The cameras' axis of time, which is the robot's: it is set by every answer of the robot.
+
+    Between two answers a simulated camera's clock stands still, ``processing_s`` behind for what images need to come
+    through; that of ``live`` cameras goes on with the wall's.
+    """
+
+    def __init__(self, processing_s: float, *, live: bool) -> None:
+        self._processing_s, self._live = processing_s, live
+        self.set(0.0)
+
+    def set(self, robot_s: float) -> None:
+        """The robot has just answered with its time."""
+        self._robot_s, self._set_s = robot_s, time.monotonic() if self._live else 0.0
+
+    @property
+    def now_s(self) -> float:
+        """The robot's time now."""
+        return self._robot_s + (time.monotonic() - self._set_s if self._live else 0.0)
+
+    def __call__(self) -> float:
+        return self.now_s if self._live else self._robot_s - self._processing_s
+
+
+class CameraObserver:
+    """A FlightWatch through images: tracker and estimator work in the frame of the cameras, ``origin_m`` (3,) away.
+
+    While the ball rises through the last part of the swing-up the test for free flight already runs, so that its delay
+    costs nothing; the search begins where the swing-up has the ball. From the goal on nothing but images and the joint
+    angles is used; ``cup_place`` gives the tie point (3,) for these. ``rim_m`` and ``catch_m`` are heights in
+    the world.
+    """
+
+    def __init__(
+        self,
+        cameras: Sequence[Camera],
+        tracker: BallTracker,
+        settings: ObservationSettings,
+        *,
+        cup_place: Callable[[Array], Array],
+        clock: CameraClock,
+        rngs: Sequence[np.random.Generator],
+        rate_hz: float,
+        origin_m: Array,
+        rim_m: float,
+        catch_m: float,
+    ) -> None:
+        self._cameras, self._tracker, self._settings, self._cup_place = cameras, tracker, settings, cup_place
+        self._clock, self._rngs, self._period_s = clock, rngs, 1 / rate_hz
+        self._origin_m = np.asarray(origin_m)
+        self._rim_m, self._catch_m = rim_m - float(origin_m[2]), catch_m - float(origin_m[2])
+        self.begin(0, pictured=False)
+
+    def begin(self, seed: int, *, pictured: bool) -> None:
+        self.watched = ObservationLog(period_s=self._period_s)
+        self._pictured = pictured
+        self._watching = False
+        self._start_s = 0.0
+        self._flying_s, self._sighted_s = math.inf, -math.inf
+        for number, rng in enumerate(self._rngs):
+            rng.bit_generator.state = np.random.default_rng([seed, number]).bit_generator.state
+        for camera in self._cameras:
+            camera.restart()
+        self._row_s: dict[str, float] = {}
+        self._newest = {camera.model.name: -math.inf for camera in self._cameras}
+        self._waiting: dict[float, dict[str, Sighting | None]] = {}
+        self._ties: list[tuple[float, Array]] = []
+        self._tracker.reset()
+
+    def swinging(self, step: CartStep) -> None:
+        state = step.state
+        near = abs(state.angle_rad) >= math.radians(self._settings.watch_from_deg)
+        if near and state.angle_rad * state.rate_rad_s > 0:
+            if not self._watching:
+                self._open(step)
+                self._tracker.expect(step.exchange.state.ball_in_world_m - self._origin_m, SEARCH_HALF_PX)
+                self._aim()
+            self._look(step)
+            found = self._tracker.found
+            if found is not None and step.exchange.t_s - found.declared_s > HASTY_S:
+                self._watching = False
+        else:
+            self._watching = False
+
+    def flying(self, step: CartStep) -> CatchPrediction | None:
+        if math.isinf(self._flying_s):
+            self._flying_s = step.exchange.t_s
+        if not self._watching:  # a swing-up that ends otherwise than by rising to its goal
+            self._open(step)
+            self._aim()
+        fed = self._look(step)
+        self._mind(step.exchange.t_s)
+        if not fed:
+            return None
+        now = foreseen(self._tracker.estimator, step.t_s, rim_m=self._rim_m, catch_m=self._catch_m)
+        if now is None:
+            return None
+        return CatchPrediction(now.t_s, self._in_world(now.rim), self._in_world(now.catch))
+
+    def _open(self, step: CartStep) -> None:
+        """Begin to watch; frames from before have waited for nobody, and are left."""
+        self._watching = True
+        self._tracker.reset()
+        self._waiting.clear()
+        self.watched.free_s = None
+        self._newest = dict.fromkeys(self._newest, step.exchange.t_s - self._period_s)
+
+    def _look(self, step: CartStep) -> bool:
+        """Take what is new; whether anything was."""
+        exchange = step.exchange
+        self._start_s = exchange.t_s - step.t_s
+        self._clock.set(exchange.t_s)
+        self._ties.append((exchange.t_s, self._cup_place(exchange.state.position_rad) - self._origin_m))
+        del self._ties[:-TIES]
+        for camera in self._cameras:
+            self._take(camera)
+        return self._feed(exchange.t_s)
+
+    def _take(self, camera: Camera) -> None:
+        name = camera.model.name
+        try:
+            frame = camera.latest(max_age_s=STALE_FRAMES * self._period_s)
+        except StaleFrame as trouble:
+            if math.isfinite(trouble.age_s):
+                self._complain(f"camera '{name}' delivers no more")
+            return
+        if frame.t_s <= self._newest[name] + SAME_S:
+            return
+        self._newest[name] = frame.t_s
+        self._row_s[name] = frame.row_s
+        sighting = self._tracker.look(name, frame.t_s, frame.pixels, frame.origin_px)
+        if sighting is not None:
+            self._sighted_s = frame.t_s
+        self._waiting.setdefault(round(frame.t_s, 6), {})[name] = sighting
+        used_s = self._clock.now_s - self._start_s
+        self.watched.frames.append(FrameSeen(frame.t_s - self._start_s, used_s, name, sighting))
+        if frame.pixels.shape[:2] == (camera.model.height_px, camera.model.width_px) and self._pictured:
+            self.watched.pictures.append(Picture(frame.t_s - self._start_s, name, frame.pixels))
+
+    def _feed(self, now_s: float) -> bool:
+        """Give the tracker each moment that all cameras have seen, or that one of them is too late for."""
+        fed = False
+        for t_s in sorted(self._waiting):
+            late = now_s - t_s > 2 * self._period_s or self._tracker.found is not None
+            if len(self._waiting[t_s]) == len(self._cameras) or late:
+                sightings = self._waiting.pop(t_s)
+                exposed_s = t_s + self._row_delay_s(sightings)
+                self._tracker.update(exposed_s, sightings, self._tie_m(exposed_s))
+                fed = True
+        if fed:
+            if self._tracker.found is not None and self.watched.free_s is None:
+                self.watched.free_s = self._tracker.found.declared_s - self._start_s
+            self._aim()
+        return fed
+
+    def _row_delay_s(self, sightings: Mapping[str, Sighting | None]) -> float:
+        """How long after the middle row that of the ball was exposed, in the mean: stereo pairs see it about level."""
+        delays = [
+            (float(seen.centre_px[1]) - (camera.model.height_px - 1) / 2) * self._row_s.get(camera.model.name, 0.0)
+            for camera in self._cameras
+            if (seen := sightings.get(camera.model.name)) is not None
+        ]
+        return sum(delays) / len(delays) if delays else 0.0
+
+    def _aim(self) -> None:
+        """Have every camera watch where the ball will be in its next frame, or all of it where a picture is due."""
+        for camera in self._cameras:
+            name = camera.model.name
+            if self._pictured and round(self._newest[name] / self._period_s + 1) % self._settings.image_every == 0:
+                camera.watch(None)
+            else:
+                camera.watch(self._tracker.region(name, self._newest[name] + self._period_s))
+
+    def _tie_m(self, t_s: float) -> Array:
+        times, ties = zip(*self._ties, strict=True)
+        places = np.array(ties)
+        return np.array([np.interp(t_s, times, places[:, axis]) for axis in range(3)])
+
+    def _mind(self, now_s: float) -> None:
+        """Tell where the ball is lost from sight, or its free flight goes unnoticed."""
+        if now_s - max(self._sighted_s, self._flying_s) > LOST_FRAMES * self._period_s:
+            self._complain("the ball was lost from sight")
+        if self._tracker.lost:
+            self._complain("what was seen contradicted itself and was given up")
+        if self.watched.free_s is None and now_s > self._flying_s + UNNOTICED_S:
+            self._complain("free flight was not noticed in time")
+
+    def _complain(self, trouble: str) -> None:
+        if trouble not in self.watched.troubles:
+            self.watched.troubles.append(trouble)
+
+    def _in_world(self, pose: CatchPose) -> CatchPose:
+        """A pose of the cameras' frame and axis of time in the world, its time from the rollout's start."""
+        return dataclasses.replace(pose, t_s=pose.t_s - self._start_s, position_m=pose.position_m + self._origin_m)

@@ -1,0 +1,149 @@
+"""The cup as a cart on a line: what the policy accelerates, whatever arm carries it."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Protocol
+
+from kendama_cli.devices.robot.interface import Exchange, JointCommand, Robot
+from kendama_cli.game.cup_tilt import CupTilt, TiltingArm
+from kendama_cli.game.state_prediction import on_the_models_rope, predict_state
+from kendama_cli.game.swing_state import SwingStateEstimator
+from kendama_cli.learning.limiter import BrakingLimiter
+from kendama_cli.learning.state import SwingState
+from kendama_cli.schema.arrays import Array
+from kendama_cli.settings.game import GameSettings
+
+
+class Point(Protocol):
+    """Joint angles, speeds and accelerations (n,) at one instant."""
+
+    @property
+    def position_rad(self) -> Array:
+        """Angles."""
+
+    @property
+    def velocity_rad_s(self) -> Array:
+        """Speeds."""
+
+    @property
+    def acceleration_rad_s2(self) -> Array:
+        """Accelerations."""
+
+
+class Line(Protocol):
+    """The upright cup on a straight line; x is 0 in its middle (CupLine of the placement)."""
+
+    def at(self, x_m: float, velocity_m_s: float, acceleration_m_s2: float) -> Point:
+        """The joints' motion for the cup's motion along the line."""
+
+
+@dataclass(frozen=True)
+class CartStep:
+    """One control period: what was asked for, what was seen after it."""
+
+    t_s: float
+    state: SwingState
+    acceleration_m_s2: float
+    exchange: Exchange
+
+
+class CupCart:
+    """Integrates accelerations to a reference along ``line``, kept inside by a limiter, and watches the swing.
+
+    The limiter keeps the reference itself inside, which is exact: whatever lag or latency the arm has, the cup runs
+    through places where the reference was before, so that the limiter needs to know neither. The arm's total delay
+    ``lag_s`` is estimated from the rollout itself: the slope of (reference - seen position) over the reference's
+    velocity.
+    """
+
+    def __init__(
+        self,
+        robot: Robot,
+        line: Line,
+        watch: SwingStateEstimator,
+        game: GameSettings,
+        rope_scale: float,
+        *,
+        leaning: TiltingArm | None = None,
+    ) -> None:
+        self.period_s = robot.period_s
+        self.tempo = math.sqrt(rope_scale)
+        """Times on this rope over times on the model's."""
+        self._rope_scale = rope_scale
+        self._rope_m = rope_scale * game.rope.length_m
+        self._gravity_m_s2 = game.gravity_m_s2
+        self._robot = robot
+        self._line, self._leaning = line, leaning
+        self._watch = watch
+        self._clear(0.0)
+
+    def begin(self, seed: int, x_m: float = 0.0) -> CartStep:
+        """Come to rest at ``x_m`` with the ball hanging, and read the state there."""
+        self._clear(x_m)
+        self._watch.begin()
+        exchange = self._robot.reset(self._line.at(x_m, 0.0, 0.0).position_rad, seed)
+        self._start_s = exchange.t_s
+        return CartStep(0.0, self._watch.see(exchange.state, 0.0), 0.0, exchange)
+
+    def step(self, acceleration_m_s2: float, limiter: BrakingLimiter, lean: CupTilt | None = None) -> CartStep:
+        """One control period under the acceleration nearest to the wanted one that ``limiter`` allows.
+
+        With a ``lean`` the cup leaves its line, from the first one on as far as the joints' limits allow.
+        """
+        h = self.period_s
+        a = limiter.limit(acceleration_m_s2, self.x_m, self.velocity_m_s)
+        self.x_m += self.velocity_m_s * h + 0.5 * a * h * h
+        self.velocity_m_s += a * h
+        point = self._point(a, lean)
+        exchange = self._robot.exchange(
+            JointCommand(point.position_rad, point.velocity_rad_s, point.acceleration_rad_s2)
+        )
+        self._sent.append(a)
+        late = self._late
+        state = self._watch.see(exchange.state, self._sent[-1 - late] if late < len(self._sent) else 0.0)
+        self.t_s = exchange.t_s - self._start_s
+        self._behind += self.velocity_m_s * (self.x_m - state.x_m)
+        self._moved += self.velocity_m_s**2
+        return CartStep(self.t_s, state, a, exchange)
+
+    def _point(self, acceleration_m_s2: float, lean: CupTilt | None) -> Point:
+        line = self._line.at(self.x_m, self.velocity_m_s, acceleration_m_s2)
+        if lean is None or self._leaning is None:
+            if self._leaning is not None:
+                self._leaning.begin(line.position_rad, line.velocity_rad_s)
+            return line
+        return self._leaning.at(self.x_m, self.velocity_m_s, lean) or line
+
+    @property
+    def lag_s(self) -> float:
+        """How far the arm is behind the reference, in [0, 0.1]; 0 before it has moved [s]."""
+        return min(max(self._behind / self._moved, 0.0), 0.1) if self._moved > 1e-3 else 0.0
+
+    @property
+    def _late(self) -> int:
+        """The same in control periods: so many of the newest commands have not been carried out yet."""
+        return round(self.lag_s / self.period_s)
+
+    def predict_state(self, state: SwingState) -> SwingState:
+        """The state in which the next command will act, on the model's rope, where ``state`` is the newest reading."""
+        late = self._late
+        coming = predict_state(
+            state,
+            (self.x_m, self.velocity_m_s),
+            self._sent[-late:] if late else (),
+            period_s=self.period_s,
+            rope_m=self._rope_m,
+            gravity_m_s2=self._gravity_m_s2,
+        )
+        return on_the_models_rope(coming, self._rope_scale)
+
+    def _clear(self, x_m: float) -> None:
+        self.x_m = x_m
+        self.velocity_m_s = 0.0
+        self.t_s = 0.0
+        self._start_s = 0.0
+        self._behind = 0.0
+        self._moved = 0.0
+        self._sent: list[float] = []

@@ -1,0 +1,65 @@
+"""The cup off its line: tilted in the swing plane, and lower or higher, by differential inverse kinematics."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from kendama_cli.devices.robot.interface import JointCommand
+from kendama_cli.motion.inverse_kinematics import weighted_step
+from kendama_cli.schema.arrays import Array
+from kendama_cli.simulation.dart.arm import Arm
+
+NEWTON_STEPS = 2
+
+
+@dataclass(frozen=True)
+class CupTilt:
+    """How far the cup is above its line, and tilted from upright toward the line's direction; and how fast."""
+
+    lift_m: float = 0.0
+    lift_m_s: float = 0.0
+    tilt_rad: float = 0.0
+    tilt_rad_s: float = 0.0
+
+
+class TiltingArm:
+    """Joint commands for the cup on its line and leaning, each found from the one before.
+
+    Newton's steps take the joints from the last command to the coming one; speeds solve J q' = v with the arm's own
+    weights, and accelerations are their differences. ``direction`` (3,) is the line's, ``middle_m`` (3,) the tie point
+    at x = 0.
+    """
+
+    def __init__(self, arm: Arm, middle_m: Array, direction: Array, period_s: float) -> None:
+        self._arm, self._middle_m, self._direction, self._period_s = arm, middle_m, direction, period_s
+
+    def begin(self, position_rad: Array, velocity_rad_s: Array) -> None:
+        """Go on from this command, with the cup on its line."""
+        self._q, self._speed = np.array(position_rad), np.array(velocity_rad_s)
+
+    def at(self, x_m: float, velocity_m_s: float, lean: CupTilt) -> JointCommand | None:
+        """The joints for the end of the coming period; None where they would leave their limits."""
+        arm, along = self._arm, self._direction
+        up = np.array([0.0, 0.0, 1.0])
+        place = self._middle_m + x_m * along + lean.lift_m * up
+        axis = math.sin(lean.tilt_rad) * along + math.cos(lean.tilt_rad) * up
+        about = np.cross(up, along)
+        turns = np.array([about, np.cross(axis, about)])  # the cup may spin about its axis
+        q = self._q
+        for _ in range(NEWTON_STEPS):
+            arm.skeleton.setPositions(q)
+            cup, jacobian = arm.cup.getWorldTransform(), arm.skeleton.getWorldJacobian(arm.cup)
+            task = np.vstack([jacobian[3:], turns @ jacobian[:3]])
+            miss = np.concatenate([place - cup.translation(), turns @ np.cross(cup.rotation()[:, 2], axis)])
+            q = q + weighted_step(task, miss, arm.redundancy_weights)
+        wanted = np.concatenate([velocity_m_s * along + lean.lift_m_s * up, [lean.tilt_rad_s, 0.0]])
+        speed = weighted_step(task, wanted, arm.redundancy_weights)
+        change_rad_s2 = (speed - self._speed) / self._period_s
+        inside = (q >= arm.lower_rad) & (q <= arm.upper_rad) & (np.abs(speed) <= arm.velocity_rad_s)
+        if not inside.all() or (np.abs(change_rad_s2) > arm.acceleration_rad_s2).any():
+            return None
+        self._q, self._speed = q, speed
+        return JointCommand(q, speed, change_rad_s2)

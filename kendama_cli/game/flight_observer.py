@@ -1,0 +1,118 @@
+"""Who watches the flying ball: cameras, or the robot's own tracking."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kendama_cli.artifacts.catch_pose import CatchPose
+from kendama_cli.game.cup_cart import CartStep
+from kendama_cli.game.settings import ObservationSettings
+from kendama_cli.vision.catch_pose import CatchPoseEstimator
+from kendama_cli.vision.detector import Sighting
+
+
+@dataclass(frozen=True)
+class CatchPrediction:
+    """The estimate as it stood at ``t_s``: the ball's way down through the rim plane, and through the catch's height.
+
+    Times count from the rollout's start.
+    """
+
+    t_s: float
+    rim: CatchPose
+    catch: CatchPose
+
+
+@dataclass(frozen=True)
+class FrameSeen:
+    """One camera's frame of mid-exposure ``t_s``, whose sighting was at hand for the command of ``used_s``."""
+
+    t_s: float
+    used_s: float
+    camera: str
+    sighting: Sighting | None
+
+
+@dataclass(frozen=True)
+class Picture:
+    """A whole image (h, w, 3) uint8, blue, green, red."""
+
+    t_s: float
+    camera: str
+    pixels: NDArray[np.uint8]
+
+
+@dataclass
+class ObservationLog:
+    """What a watch has to tell of a game besides its estimates."""
+
+    frames: list[FrameSeen] = field(default_factory=list)
+    pictures: list[Picture] = field(default_factory=list)
+    troubles: list[str] = field(default_factory=list)
+    free_s: float | None = None
+    """When free flight was noticed."""
+    period_s: float = 1.0
+    """Between two frames of a camera."""
+
+    @property
+    def seen(self) -> int:
+        """In how many frames the ball was seen."""
+        return sum(frame.sighting is not None for frame in self.frames)
+
+    @property
+    def latency_frames(self) -> float | None:
+        """From mid-exposure to the first command that knows of it, 95 % of the frames, in frames."""
+        if not self.frames:
+            return None
+        return float(np.quantile([one.used_s - one.t_s for one in self.frames], 0.95)) / self.period_s
+
+
+class FlightObserver(Protocol):
+    """Sees one game, control period by control period."""
+
+    watched: ObservationLog
+
+    def begin(self, seed: int, *, pictured: bool) -> None:
+        """A new game; a simulated sensor draws its noise from ``seed``, ``pictured`` asks for whole images to keep."""
+
+    def swinging(self, step: CartStep) -> None:
+        """After every control period of the swing-up."""
+
+    def flying(self, step: CartStep) -> CatchPrediction | None:
+        """After every control period from the goal to the catch: the estimate, where there is a new one."""
+
+
+class MarkerObserver:
+    """Takes the ball's marker as the robot tracks it, from ``free_after_s`` after the goal on."""
+
+    def __init__(
+        self, estimator: CatchPoseEstimator, settings: ObservationSettings, *, rim_m: float, catch_m: float
+    ) -> None:
+        self._estimator, self._settings = estimator, settings
+        self._rim_m, self._catch_m = rim_m, catch_m
+        self.begin(0, pictured=False)
+
+    def begin(self, seed: int, *, pictured: bool) -> None:
+        self._estimator.reset()
+        self.watched = ObservationLog()
+
+    def swinging(self, step: CartStep) -> None:
+        self._goal_s = step.t_s
+
+    def flying(self, step: CartStep) -> CatchPrediction | None:
+        if step.t_s < self._goal_s + self._settings.free_after_s:
+            return None
+        self.watched.free_s = self.watched.free_s or step.t_s
+        covariance = np.eye(3) * self._settings.position_sigma_m**2
+        self._estimator.update_position(step.t_s, step.exchange.state.ball_in_world_m, covariance)
+        return foreseen(self._estimator, step.t_s, rim_m=self._rim_m, catch_m=self._catch_m)
+
+
+def foreseen(estimator: CatchPoseEstimator, t_s: float, *, rim_m: float, catch_m: float) -> CatchPrediction | None:
+    """What ``estimator`` foresees at ``t_s``, or None as long as it does not."""
+    rim, catch = estimator.catch(rim_m), estimator.catch(catch_m)
+    return None if rim is None or catch is None else CatchPrediction(t_s, rim, catch)

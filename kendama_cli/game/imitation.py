@@ -1,0 +1,62 @@
+"""Playing a joint motion on the robot, faster or slower than it was planned."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from kendama_cli.artifacts.motion_plan import JointTrajectory
+from kendama_cli.devices.robot.interface import Exchange, JointCommand, Robot
+from kendama_cli.errors import StageError
+
+SETTLE_S = 0.6
+"""The last posture is held so long: a ball that is still in the cup then is caught."""
+
+
+@dataclass(frozen=True)
+class Played:
+    """What the robot did, period by period, from rest at the first posture."""
+
+    exchanges: tuple[Exchange, ...]
+
+    @property
+    def caught(self) -> bool:
+        """What the cup's sensor says at the end."""
+        return self.exchanges[-1].state.caught
+
+
+def play_motion(robot: Robot, motion: JointTrajectory, *, tempo: float, seed: int) -> Played:
+    """Play ``motion`` with its time stretched by ``tempo``, from rest, and hold its end.
+
+    q(t / tempo), with velocities divided by tempo and accelerations by its square. Raises StageError where the
+    motion was made for other joints, HardwareError of the line.
+    """
+    require_same_joints(robot, motion)
+    exchanges = [robot.reset(motion.position_rad[0], seed)]
+    planned_s = motion.t_s - motion.t_s[0]
+    t_s = np.arange(1, round((planned_s[-1] * tempo + SETTLE_S) / robot.period_s) + 1) * robot.period_s / tempo
+    moving = (t_s <= planned_s[-1])[:, None]
+    position, velocity, acceleration = (
+        np.column_stack([np.interp(t_s, planned_s, column) for column in values.T])
+        for values in (motion.position_rad, motion.velocity_rad_s, motion.acceleration_rad_s2)
+    )
+    velocity = np.where(moving, velocity / tempo, 0.0)
+    acceleration = np.where(moving, acceleration / tempo**2, 0.0)
+    for row in range(len(t_s)):
+        exchanges.append(robot.exchange(JointCommand(position[row], velocity[row], acceleration[row])))
+    return Played(tuple(exchanges))
+
+
+def require_same_joints(robot: Robot, motion: JointTrajectory) -> None:
+    """Raise StageError where ``motion`` was made for other joints than ``robot`` has."""
+    if motion.joint_names != robot.joint_names:
+        raise StageError(
+            f"the imitation motion is for the joints {', '.join(motion.joint_names)}; this robot has "
+            f"{', '.join(robot.joint_names)}; nothing was moved"
+        )
+
+
+def tempos(step: float, tries: int) -> tuple[float, ...]:
+    """1 first, then ever farther on both sides: 1 + step, 1 - step, 1 + 2 step, ..."""
+    return tuple(1.0 + step * ((k + 1) // 2) * (1 if k % 2 else -1) for k in range(tries))

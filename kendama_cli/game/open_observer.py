@@ -1,0 +1,104 @@
+"""Puts together what watches the games: virtual, recorded or live cameras, or the robot's own tracking."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+
+import numpy as np
+
+from kendama_cli.devices.camera.ball_tracker import ball_tracker
+from kendama_cli.devices.camera.opening import SceneSource, open_cameras
+from kendama_cli.errors import ConfigError
+from kendama_cli.game.camera_observer import CameraClock, CameraObserver
+from kendama_cli.game.catch_game import CatchGeometry
+from kendama_cli.game.flight_observer import FlightObserver, MarkerObserver
+from kendama_cli.game.scene_history import SceneHistory
+from kendama_cli.game.settings import ObservationSettings
+from kendama_cli.schema.arrays import Array
+from kendama_cli.settings.camera import CameraSettings, FileCamera, LightingSettings, VirtualCamera
+from kendama_cli.settings.game import GameSettings
+from kendama_cli.vision.catch_pose import CatchPoseEstimator
+from kendama_cli.vision.settings import PredictSettings
+
+OTHERWISE = "or choose transfer.observation.source=tracking"
+
+
+@dataclass(frozen=True)
+class CameraSetup:
+    """What the configuration says of seeing."""
+
+    camera: CameraSettings
+    lighting: LightingSettings
+    predict: PredictSettings
+
+
+def check_cameras(sight: CameraSetup, observation: ObservationSettings, *, realtime: bool) -> None:
+    """Raise ConfigError where games cannot be watched so."""
+    if observation.source == "tracking":
+        return
+    camera = sight.camera
+    if isinstance(camera, FileCamera):
+        problem = "'camera.kind' is 'file': a recording cannot show a game"
+        raise ConfigError("camera.kind", f"{problem}; use camera=virtual, {OTHERWISE}")
+    if len(camera.cameras) < 2:
+        problem = "'camera.cameras' has one camera; to notice free flight two are needed that expose together"
+        raise ConfigError("camera.cameras", f"{problem}; add one, {OTHERWISE}")
+    if isinstance(camera, VirtualCamera) and camera.stagger_s > 0:
+        problem = f"'camera.stagger_s' is {camera.stagger_s}; to notice free flight the cameras must expose together"
+        raise ConfigError("camera.stagger_s", f"{problem}; set 0, {OTHERWISE}")
+    if isinstance(camera, VirtualCamera) and realtime:
+        raise ConfigError(
+            "camera.kind",
+            "'camera.kind' is 'virtual' with a robot in real time, whose scene cannot be drawn in time; "
+            f"use camera=device, {OTHERWISE}",
+        )
+
+
+@contextmanager
+def open_observer(
+    sight: CameraSetup,
+    observation: ObservationSettings,
+    game: GameSettings,
+    *,
+    cup_place: Callable[[Array], Array],
+    history: SceneHistory,
+    court: CatchGeometry,
+) -> Iterator[FlightObserver]:
+    """What watches the games on ``court``, with the tie point at ``cup_place`` (joint angles); closed in the end.
+
+    Raises MissingPartError where a camera is not there, ConfigError where ``history`` has nothing for virtual ones.
+    """
+    rim_m, catch_m = court.rim_height_m, court.catch_height_m
+    camera = sight.camera
+    if observation.source == "tracking" or isinstance(camera, FileCamera):
+        estimator = CatchPoseEstimator(game.gravity_m_s2, game.ball.drag_n_s_m / game.ball.mass_kg, rim_m)
+        yield MarkerObserver(estimator, observation, rim_m=rim_m, catch_m=catch_m)
+        return
+    if isinstance(camera, VirtualCamera) and not history.told:
+        raise ConfigError(
+            "camera.kind",
+            "'camera.kind' is 'virtual', but this robot does not tell where everything is; use camera=device, "
+            f"{OTHERWISE}",
+        )
+    clock = CameraClock(observation.processing_s, live=not isinstance(camera, VirtualCamera))
+    rngs = [np.random.default_rng(0) for _ in camera.cameras]  # every game sets them to its own stream
+    cameras = open_cameras(camera, clock, SceneSource(history, game, sight.lighting, rngs))
+    try:
+        models, above_m = [one.model for one in cameras], rim_m - float(history.origin_m[2])
+        yield CameraObserver(
+            cameras,
+            ball_tracker(sight.predict, game, models, rim_height_m=above_m, onset=True),
+            observation,
+            cup_place=cup_place,
+            clock=clock,
+            rngs=rngs,
+            rate_hz=camera.rate_hz,
+            origin_m=history.origin_m,
+            rim_m=rim_m,
+            catch_m=catch_m,
+        )
+    finally:
+        for one in cameras:
+            one.close()

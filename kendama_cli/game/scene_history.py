@@ -1,0 +1,131 @@
+"""What a simulated robot shows to virtual cameras, and keeps from everybody else."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable
+
+import numpy as np
+
+from kendama_cli.devices.robot.interface import DistantRobot, Exchange, JointCommand, SceneState
+from kendama_cli.motion.rotation_matrix import quaternion_of
+from kendama_cli.rendering.scene import ScenePose, hanging_rope
+from kendama_cli.schema.arrays import Array
+from kendama_cli.simulation.dart.arm import Arm
+
+KEPT = 64
+"""Control periods that are remembered: a frame and its delay reach back 20 ms or so."""
+HANDLE_ENDS_M = 0.04
+"""So far below the tie point is the end of the rods that stand for arm and handle."""
+SHARED_M = 1e-3
+
+
+class SceneHistory:
+    """The scene of the last control periods, straight between them; it is the ``Scene`` of virtual cameras.
+
+    Places are told relative to ``origin_m`` (3,), in whose frame the cameras stand. ``arm_places`` gives the points
+    (k, 3) that an arm is drawn through for its joint angles (n,).
+    """
+
+    def __init__(self, arm_places: Callable[[Array], Array], rope_m: float, origin_m: Array) -> None:
+        self.rope_m = rope_m
+        self._arm_places, self.origin_m = arm_places, np.asarray(origin_m)
+        self._times: list[float] = []
+        self._scenes: list[SceneState] = []
+
+    def clear(self) -> None:
+        """A new rollout begins."""
+        self._times.clear()
+        self._scenes.clear()
+
+    def add(self, t_s: float, scene: SceneState) -> None:
+        """The scene at the end of a control period."""
+        self._times.append(t_s)
+        self._scenes.append(scene)
+        del self._times[:-KEPT], self._scenes[:-KEPT]
+
+    @property
+    def told(self) -> bool:
+        """Whether the robot tells its scene at all."""
+        return bool(self._times)
+
+    def __call__(self, t_s: float) -> ScenePose:
+        """All poses at ``t_s``, held before the first and after the last period that is known."""
+        times, scenes = self._times, self._scenes
+        after = int(np.searchsorted(times, t_s))
+        last, coming = scenes[max(after - 1, 0)], scenes[min(after, len(scenes) - 1)]
+        span = times[min(after, len(times) - 1)] - times[max(after - 1, 0)]
+        part = (t_s - times[after - 1]) / span if span > 0 else 0.0
+
+        def between(name: str) -> Array:
+            one, two = getattr(last, name), getattr(coming, name)
+            return np.asarray(one + part * (two - one))
+
+        cup, ball = between("cup_m") - self.origin_m, between("ball_m") - self.origin_m
+        rotation = between("cup_rotation")
+        arm = self._arm_places(between("position_rad")) - self.origin_m
+        return ScenePose(
+            ball_m=ball,
+            cup_m=cup,
+            cup_rotation=rotation,
+            rope_m=hanging_rope(cup, ball, self.rope_m),
+            arm_m=np.vstack([arm, cup - HANDLE_ENDS_M * rotation[:, 2]]),
+        )
+
+
+def joint_places(arm: Arm, position_rad: Array) -> Array:
+    """The joints' origins (k, 3) in the world from base to hand; the last is the tip link's.
+
+    Where neighbours share one, as the axes of a wrist do, it is told once: how far apart they are never changes.
+    """
+    arm.skeleton.setPositions(position_rad)
+    places = [
+        joint.getChildBodyNode().getWorldTransform().multiply(joint.getTransformFromChildBodyNode()).translation()
+        for joint in arm.joints
+    ]
+    tip = arm.skeleton.getBodyNode(arm.tip_link).getWorldTransform().translation()
+    chain = np.array([*places, tip])
+    apart = np.linalg.norm(np.diff(chain, axis=0), axis=1) > SHARED_M
+    return np.asarray(chain[np.concatenate([apart, [True]])])
+
+
+def cup_turn_wxyz(arm: Arm, position_rad: Array) -> Array:
+    """How the cup is turned in the world (4,) for the joint angles (n,)."""
+    arm.skeleton.setPositions(position_rad)
+    return quaternion_of(np.asarray(arm.cup.getWorldTransform().rotation()))
+
+
+class SceneRecordingRobot:
+    """``robot``, whose scene goes into ``history`` and is taken out of what everybody else is told."""
+
+    def __init__(self, robot: DistantRobot, history: SceneHistory) -> None:
+        self._robot, self._history = robot, history
+        self.joint_names, self.limits, self.period_s = robot.joint_names, robot.limits, robot.period_s
+
+    @property
+    def missed(self) -> int:
+        """The robot's own count."""
+        return self._robot.missed
+
+    def exchange(self, command: JointCommand) -> Exchange:
+        """One control period; raises HardwareError as the robot does."""
+        return self._veiled(self._robot.exchange(command))
+
+    def reset(self, position_rad: Array, seed: int) -> Exchange:
+        """As the robot does."""
+        self._history.clear()
+        return self._veiled(self._robot.reset(position_rad, seed))
+
+    def halt(self) -> None:
+        """As the robot does."""
+        self._robot.halt()
+
+    def close(self) -> None:
+        """As the robot does."""
+        self._robot.close()
+
+    def _veiled(self, exchange: Exchange) -> Exchange:
+        if exchange.scene is None:
+            return exchange
+        self._history.add(exchange.t_s, exchange.scene)
+        return dataclasses.replace(exchange, scene=None)

@@ -1,0 +1,130 @@
+"""How far a transfer has come, between two rollouts: all that a checkpoint needs to go on bit for bit."""
+
+from __future__ import annotations
+
+import zlib
+from collections.abc import Mapping
+from typing import Any, Literal
+
+import numpy as np
+
+from kendama_cli.artifacts.policy import Policy
+from kendama_cli.game.settings import TransferSettings
+from kendama_cli.learning.sarsa import SarsaLearner
+from kendama_cli.learning.settings import LearnSettings
+
+Start = Literal["table", "scratch"]
+"""What a learner on the hardware began with: the table that was handed over, or an empty one."""
+STARTS: tuple[Start, ...] = ("table", "scratch")
+_RESULTS = ("before", "after", "imitation", "games")
+
+
+class Progress:
+    """Results by step, the learners between two rollouts, the simulated clock of the log, and the seed of it all.
+
+    Every rollout draws from a stream of its own (step, number), so that nothing depends on a rollout that broke off.
+    """
+
+    def __init__(self, state: Mapping[str, Any], learn: LearnSettings, transfer: TransferSettings) -> None:
+        self.before: list[bool] = list(state["before"])
+        self.after: list[bool] = list(state["after"])
+        self.imitation: list[bool] = list(state["imitation"])
+        self.imitation_fit: dict[str, Any] = dict(state["imitation_fit"])
+        self.games: list[dict[str, Any]] = [dict(game) for game in state["games"]]
+        self.clock_s = float(state["clock_s"])
+        self.missed = int(state["missed"])
+        self._seed = int(state["seed"])
+        self._learn = learn
+        self._cap = transfer.cap
+        self._settled = max(transfer.settled, learn.count.streak)
+        self._learners: dict[str, dict[str, Any]] = {start: _joined(state, start) for start in STARTS}
+        self._missed_here = 0
+
+    @classmethod
+    def resumed(
+        cls,
+        state: Mapping[str, Any] | None,
+        policy: Policy,
+        learn: LearnSettings,
+        transfer: TransferSettings,
+        rng: np.random.Generator,
+    ) -> Progress:
+        """Where ``state`` stands, or the beginning with ``policy``'s table."""
+        if state is not None:
+            return cls(state, learn, transfer)
+        fresh: dict[str, Any] = {name: [] for name in _RESULTS}
+        fresh |= {"imitation_fit": {}, "clock_s": 0.0, "missed": 0, "seed": int(rng.integers(2**63))}
+        fresh |= _parted(SarsaLearner(learn, q=policy.q).state(), "table")
+        fresh |= _parted(SarsaLearner(learn).state(), "scratch")
+        return cls(fresh, learn, transfer)
+
+    def saved(self) -> dict[str, Any]:
+        """The state to checkpoint: arrays and JSON values."""
+        saved: dict[str, Any] = {
+            "before": list(self.before),
+            "after": list(self.after),
+            "imitation": list(self.imitation),
+            "imitation_fit": dict(self.imitation_fit),
+            "games": [dict(game) for game in self.games],
+            "clock_s": self.clock_s,
+            "missed": self.missed,
+            "seed": self._seed,
+        }
+        for start, learner in self._learners.items():
+            saved |= _parted(learner, start)
+        return saved
+
+    def rng(self, step: str, number: int) -> np.random.Generator:
+        """The random stream of one rollout."""
+        return np.random.default_rng([self._seed, zlib.crc32(step.encode()), number])
+
+    def learner(self, start: Start = "table") -> SarsaLearner:
+        """A learner that goes on from its last finished rollout."""
+        return SarsaLearner.from_state(self._learn, self._learners[start])
+
+    def keep(self, learner: SarsaLearner, start: Start = "table") -> None:
+        """The rollout is finished: this is what the next one goes on from."""
+        self._learners[start] = learner.state()
+
+    @property
+    def policy(self) -> Policy:
+        """The table that was handed over as it stands, sealed."""
+        return self.learner().policy
+
+    def learned(self, start: Start = "table") -> bool:
+        """Whether the counting rule's row of greedy successes has been reached."""
+        return self.learner(start).count.learned
+
+    def settled(self, start: Start) -> bool:
+        """Whether learning is over: at the row that freezes the table (from scratch: that counts), or at the cap."""
+        count = self.learner(start).count
+        enough = count.row >= self._settled if start == "table" else count.learned
+        return enough or count.rollouts >= self._cap
+
+    def rollouts(self, start: Start = "table") -> int:
+        """Rollouts to learn on the hardware by the counting rule; the cap where that failed."""
+        learned_at = self.learner(start).count.learned_at
+        return self._cap if learned_at is None else learned_at
+
+    @property
+    def count(self) -> int:
+        """All rollouts, plays and games so far."""
+        frozen = len(self.before) + len(self.after) + len(self.imitation) + len(self.games)
+        return frozen + sum(self.learner(start).rollouts for start in STARTS)
+
+    def finished(self, duration_s: float, missed: int) -> None:
+        """One rollout more: the log's clock moves on; ``missed`` counts since this process opened the line."""
+        self.clock_s += duration_s
+        self.missed += missed - self._missed_here
+        self._missed_here = missed
+
+
+def _parted(learner: Mapping[str, Any], start: str) -> dict[str, Any]:
+    """A learner's state with its arrays at the top, as a checkpoint wants them: ``table/q`` beside ``table``."""
+    arrays = {f"{start}/{name}": value for name, value in learner.items() if isinstance(value, np.ndarray)}
+    return {**arrays, start: {name: value for name, value in learner.items() if not isinstance(value, np.ndarray)}}
+
+
+def _joined(state: Mapping[str, Any], start: str) -> dict[str, Any]:
+    arrays = {name.removeprefix(f"{start}/"): value for name, value in state.items() if name.startswith(f"{start}/")}
+    return {**state[start], **arrays}

@@ -1,0 +1,79 @@
+"""What the arm does in a scene: its tool, its task-space controller, and the script that it plays."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+from kendama_cli.errors import ConfigError
+from kendama_cli.schema.settings import setting
+
+
+@dataclass(frozen=True)
+class ProbeSettings:
+    """A rod with a ball at its end, held where the robot holds its tool; the ball's centre is what is controlled."""
+
+    radius_m: float = setting("radius of the ball [m]", above=0)
+    mass_kg: float = setting("mass, at the ball's centre [kg]", above=0)
+    friction: float = setting("Coulomb friction; of two bodies in contact the smaller holds", at_least=0)
+    restitution: float = setting("that of a contact is the product of both bodies'", at_least=0, at_most=1)
+
+
+@dataclass(frozen=True)
+class _TaskSpace:
+    stiffness_n_m: tuple[float, float, float] = setting("stiffness along the world's x, y, z [N/m]", above=0)
+    stiffness_nm_rad: float = setting("stiffness against turning, about every axis [Nm/rad]", above=0)
+    spin: Literal["held", "free"] = setting("the turn about the tool's own axis, which a round tool does not need")
+    damping_ratio: float = setting("damping of every mode of the tool, 1 being critical", above=0)
+    posture_1_s2: float = setting("stiffness of the posture, where the tool leaves it free, over inertia", at_least=0)
+
+
+@dataclass(frozen=True)
+class ImpedanceControl(_TaskSpace):
+    """The tool is a mass on springs; a wanted force is fed forward and adds to that of the springs."""
+
+    kind: Literal["impedance"] = setting("springs in every direction")
+
+
+@dataclass(frozen=True)
+class ForceControl(_TaskSpace):
+    """The same, but along a wanted force no spring acts, and the measured force is brought to the wanted one."""
+
+    kind: Literal["force"] = setting("a force where one is wanted, springs elsewhere")
+    integral_1_s: float = setting("integral gain of the force's error, over time [1/s]", at_least=0)
+    reach_m: float = setting("how far along a wanted force the tool may be from its reference, freely [m]", above=0)
+
+
+ControllerSettings = ImpedanceControl | ForceControl
+
+
+@dataclass(frozen=True)
+class StepSettings:
+    """One step of the script: pose and force wanted at its end, reached smoothly from those of the step before."""
+
+    name: str = setting("name in messages, logs and the report")
+    duration_s: float = setting("how long it takes [s]", above=0)
+    position_m: tuple[float, float, float] = setting("the tool in the world [m]")
+    turn_rad: tuple[float, float, float] = setting(
+        "rotation vector in the world, from the tool's posture at home [rad]"
+    )
+    force_n: tuple[float, float, float] = setting("force that the tool exerts on the scene, in the world [N]")
+
+
+@dataclass(frozen=True)
+class InteractSettings:
+    """One script in one scene."""
+
+    controller: ControllerSettings
+    probe: ProbeSettings
+    script: tuple[StepSettings, ...] = setting("the steps, one after the other, from rest at home")
+    most_error_m: float = setting(
+        "the run stops where the tool is farther than this from its reference, across a wanted force [m]", above=0
+    )
+    sensor_hz: float = setting("bandwidth of the force sensor at the wrist, of first order [Hz]", above=0)
+    gravity_m_s2: float = setting("gravity, along -z of the world [m/s^2]", at_least=0)
+    log_rate_hz: float = setting("rate of what is logged [Hz]", above=0, at_most=1000)
+
+    def __post_init__(self) -> None:
+        if not self.script:
+            raise ConfigError("script", "'script' is empty; allowed: one step or more")

@@ -1,0 +1,113 @@
+"""The scene over the time that one frame takes: poses at a few moments, between which all moves straight."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from kendama_cli.errors import ConfigError
+from kendama_cli.rendering.mesh import LinkMesh, Surface, unit_cylinder, unit_sphere
+from kendama_cli.rendering.scene import Scene, ScenePose
+from kendama_cli.schema.arrays import Array
+from kendama_cli.settings.camera import AppearanceSettings
+
+STEP_S = 0.002
+"""Between two moments; a ball in free flight bends away from the straight line by 5 um meanwhile."""
+
+
+@dataclass(frozen=True)
+class Part:
+    """A mesh on its way: ``into`` (k, 3, 4) takes world points into its frame at each moment.
+
+    ``centre_m`` and ``reach_m`` bound it at all moments by a sphere; no point of it goes farther than ``travel_m``.
+    """
+
+    surface: Surface
+    into: Array
+    centre_m: Array
+    reach_m: float
+    travel_m: float
+
+
+@dataclass(frozen=True)
+class Moving:
+    """Bodies at k >= 2 moments, equally spaced over a frame's time."""
+
+    ball_m: Array
+    """(k, 3)"""
+    cup_m: Array
+    """(k, 3)"""
+    cup_rotation: Array
+    """(k, 3, 3)"""
+    rope_m: Array
+    """(k, n, 3)"""
+    parts: tuple[Part, ...]
+
+
+class Watcher:
+    """Asks a scene for its poses, and sees its robot as meshes: links that were given once, and rods between joints."""
+
+    def __init__(self, appearance: AppearanceSettings, links: Sequence[LinkMesh]) -> None:
+        self._radius_m = appearance.arm_radius_m
+        self._links = [Surface(mesh) for mesh in links]
+        self._rod = Surface(LinkMesh(*unit_cylinder(), appearance.arm_rgb), convex=True)
+        self._joint = Surface(LinkMesh(*unit_sphere(), appearance.arm_rgb), convex=True)
+
+    def moving(self, scene: Scene, first_s: float, last_s: float) -> Moving:
+        """The scene from ``first_s`` to ``last_s``; raises ConfigError where its links are not the camera's."""
+        count = 1 + max(1, math.ceil((last_s - first_s) / STEP_S - 1e-9))
+        poses = [scene(float(t_s)) for t_s in np.linspace(first_s, last_s, count)]
+        return Moving(
+            ball_m=np.array([pose.ball_m for pose in poses], dtype=np.float64),
+            cup_m=np.array([pose.cup_m for pose in poses], dtype=np.float64),
+            cup_rotation=np.array([pose.cup_rotation for pose in poses], dtype=np.float64),
+            rope_m=np.array([pose.rope_m for pose in poses], dtype=np.float64),
+            parts=tuple(self._parts(poses)),
+        )
+
+    def _parts(self, poses: Sequence[ScenePose]) -> list[Part]:
+        links = np.array([pose.links for pose in poses], dtype=np.float64)
+        if links.shape[1] not in (0, len(self._links)):
+            raise ConfigError(
+                "camera",
+                f"the scene gives poses of {links.shape[1]} links, but the camera was given {len(self._links)} meshes: "
+                "give both in the same order and number",
+            )
+        made = [_part(surface, links[:, i]) for i, surface in enumerate(self._links[: links.shape[1]])]
+        joints = np.array([pose.arm_m for pose in poses], dtype=np.float64)
+        for i in range(joints.shape[1]):
+            ball = np.tile(np.eye(3) * self._radius_m, (len(poses), 1, 1))
+            made.append(_part(self._joint, np.dstack([ball, joints[:, i, :, None]])))
+        for i in range(joints.shape[1] - 1):
+            rod = _rod(joints[:, i], joints[:, i + 1], self._radius_m)
+            if rod is not None:
+                made.append(_part(self._rod, rod))
+        return made
+
+
+def _part(surface: Surface, placed: Array) -> Part:
+    """A part from its affine maps [A | p] (k, 3, 4) into the world."""
+    inverse = np.linalg.inv(placed[:, :, :3])
+    into = np.concatenate([inverse, -inverse @ placed[:, :, 3:]], axis=2)
+    corners = np.array(np.meshgrid(*zip(surface.low, surface.high, strict=True))).reshape(3, -1)
+    world = (placed[:, :, :3] @ corners + placed[:, :, 3:]).transpose(0, 2, 1)
+    centre = world.mean(axis=(0, 1))
+    reach = float(np.linalg.norm(world - centre, axis=2).max())
+    travel = float(np.linalg.norm(np.diff(world, axis=0), axis=2).sum(axis=0).max())
+    return Part(surface, np.ascontiguousarray(into), centre, reach, travel)
+
+
+def _rod(a_m: Array, b_m: Array, radius_m: float) -> Array | None:
+    """Maps (k, 3, 4) of the unit cylinder onto the rod from ``a_m`` to ``b_m`` (k, 3); None where it has no length."""
+    along = b_m - a_m
+    length = np.linalg.norm(along, axis=1, keepdims=True)
+    if length.min() < 1e-9:
+        return None
+    aside = np.eye(3)[np.argmin(np.abs(along[0]))]  # one choice for all moments, so that the frame does not jump
+    first = np.cross(along, aside)
+    first *= radius_m / np.linalg.norm(first, axis=1, keepdims=True)
+    second = np.cross(along / length, first)
+    return np.stack([first, second, along, a_m], axis=2)

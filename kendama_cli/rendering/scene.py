@@ -1,0 +1,50 @@
+"""What a virtual camera is told of the world: poses, and nothing of how they are modelled."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from kendama_cli.schema.arrays import Array
+
+
+def _no_links() -> Array:
+    return np.empty((0, 3, 4))
+
+
+@dataclass(frozen=True)
+class ScenePose:
+    """Where the bodies are at one moment, in the world frame."""
+
+    ball_m: Array
+    """(3,) centre"""
+    cup_m: Array
+    """(3,) the rope's tie point, under the middle of the cup's floor"""
+    cup_rotation: Array
+    """(3, 3) cup axes in the world; the third column points out of the opening"""
+    rope_m: Array
+    """(k, 3) points along the rope; k = 0 shows none"""
+    arm_m: Array
+    """(j, 3) joints of the arm from base to hand, drawn as rods; j = 0 shows none"""
+    links: Array = field(default_factory=_no_links)
+    """(n, 3, 4) rotation and place [R | p] of each link whose mesh the camera was given, in the same order"""
+
+
+Scene = Callable[[float], ScenePose]
+"""The scene at a time [s]; a camera asks for several moments within one exposure."""
+
+
+def hanging_rope(tie_m: Array, ball_m: Array, length_m: float, n_points: int = 9) -> Array:
+    """Points (n, 3) of a rope of ``length_m`` from ``tie_m`` to ``ball_m``: straight if taut, else a parabola.
+
+    The sag d of a shallow parabola over a chord c is c sqrt(3/8 (l/c - 1)) (from l = c + 8 d^2 / (3 c)); it is only
+    looks, and no pose depends on it.
+    """
+    chord = float(np.linalg.norm(ball_m - tie_m))
+    part = np.linspace(0.0, 1.0, n_points)
+    points = tie_m + part[:, None] * (ball_m - tie_m)
+    slack = max(length_m / max(chord, 1e-3) - 1.0, 0.0)
+    points[:, 2] -= min(chord * np.sqrt(3 / 8 * slack), length_m / 2) * 4 * part * (1 - part)
+    return points

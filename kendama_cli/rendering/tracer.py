@@ -1,0 +1,136 @@
+"""Tracing many rays through moving meshes."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kendama_cli.rendering import kernel_rays
+from kendama_cli.rendering.moving import Part
+from kendama_cli.rendering.tiles import Tiles
+from kendama_cli.schema.arrays import Array
+from kendama_cli.vision.region import Region
+
+
+@dataclass(frozen=True)
+class Met:
+    """What n rays have met so far, filled in place: distance, number of the part or -1, and its triangle."""
+
+    depth: Array
+    owner: NDArray[np.int32]
+    triangle: NDArray[np.int32]
+
+
+class Tracer:
+    """Hands rays to the meshes that they may meet; it keeps the space for the handed rays from frame to frame.
+
+    ``tau`` and ``row_tau`` are the rays' own moments, as the kernels count them.
+    """
+
+    def __init__(self, tiles: Tiles, height_px: int, width_px: int) -> None:
+        self._tiles = tiles
+        self._everywhere = np.ones((height_px, width_px), dtype=np.uint8)
+        self._index = np.empty(0, dtype=np.int64)
+        self._origins = self._directions = np.empty((0, 3), dtype=np.float32)
+        self._reserve(height_px * width_px)
+
+    def look(
+        self, parts: Sequence[Part], window: Region, rays: Array, origin: Array, *, row_tau: Array, met: Met
+    ) -> None:
+        """Enter into ``met``, flat over the image, what the middle of each pixel of ``window`` shows."""
+        tiles = self._tiles.inside(window)
+        for number, part in enumerate(parts):
+            near = self._tiles.showing(tiles, part.centre_m, part.reach_m)
+            count = kernel_rays.pixels_into_mesh(
+                near, _corners(window), rays, origin, False, row_tau, self._everywhere, part.into, part.surface.low,
+                part.surface.high, self._index, self._origins, self._directions,
+            )  # fmt: skip
+            self._take(part, number, count, met)
+
+    def trace(
+        self,
+        parts: Sequence[Part],
+        origin: Array,
+        directions: Array,
+        *,
+        tau: Array,
+        wanted: NDArray[np.uint8],
+        met: Met,
+    ) -> None:
+        """Enter into ``met`` what the wanted rays (n, 3) from ``origin`` meet."""
+        self._reserve(len(tau))
+        ends = origin + directions
+        for number, part in enumerate(parts):
+            count = kernel_rays.rays_into_mesh(
+                origin[None], ends, tau, wanted, part.centre_m, part.reach_m, part.into, part.surface.low,
+                part.surface.high, math.inf, self._index, self._origins, self._directions,
+            )  # fmt: skip
+            self._take(part, number, count, met)
+
+    def darken(
+        self,
+        parts: Sequence[Part],
+        starts: Array,
+        lamp: Array,
+        *,
+        tau: Array,
+        owner: NDArray[np.int32],
+        free: NDArray[np.uint8],
+    ) -> None:
+        """Set ``free`` (n,) to 0 where a mesh stands between ``starts`` (n, 3), on their owners, and ``lamp``."""
+        self._reserve(len(tau))
+        for number, part in enumerate(parts):
+            wanted = free * (owner != number) if part.surface.convex else free  # a rod never shades itself
+            count = kernel_rays.rays_into_mesh(
+                starts, lamp[None], tau, wanted, part.centre_m, part.reach_m, part.into, part.surface.low,
+                part.surface.high, 1.0, self._index, self._origins, self._directions,
+            )  # fmt: skip
+            self._block(part, count, free)
+
+    def darken_room(
+        self,
+        parts: Sequence[Part],
+        region: Region,
+        points: Array,
+        lamp: Array,
+        *,
+        row_tau: Array,
+        free: NDArray[np.uint8],
+    ) -> None:
+        """Set ``free`` (h, w) to 0 where a mesh stands between the room's ``points`` (h, w, 3) and ``lamp``."""
+        tiles = self._tiles.inside(region)
+        for part in parts:
+            near = self._tiles.shaded(tiles, part.centre_m, part.reach_m, lamp)
+            count = kernel_rays.pixels_into_mesh(
+                near, _corners(region), points, lamp, True, row_tau, free, part.into, part.surface.low,
+                part.surface.high, self._index, self._origins, self._directions,
+            )  # fmt: skip
+            self._block(part, count, free.reshape(-1))
+
+    def _take(self, part: Part, number: int, count: int, met: Met) -> None:
+        if count:
+            index, origins, directions = self._index[:count], self._origins[:count], self._directions[:count]
+            surface = part.surface
+            hits = surface.first(origins, directions)
+            kernel_rays.take_nearer(
+                index, hits, origins, directions, surface.anchors, surface.normals, number, met.depth, met.owner,
+                met.triangle,
+            )  # fmt: skip
+
+    def _block(self, part: Part, count: int, free: NDArray[np.uint8]) -> None:
+        if count:
+            hits = part.surface.blocked(self._origins[:count], self._directions[:count])
+            kernel_rays.mark_blocked(self._index[:count], hits, free)
+
+    def _reserve(self, count: int) -> None:
+        if len(self._index) < count:
+            self._index = np.empty(count, dtype=np.int64)
+            self._origins, self._directions = np.empty((2, count, 3), dtype=np.float32)
+
+
+def _corners(region: Region) -> NDArray[np.int64]:
+    return np.array([region.left, region.top, region.right, region.bottom], dtype=np.int64)

@@ -1,0 +1,78 @@
+"""Joint angles along a path of the upright cup."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from kendama_cli.errors import StageError
+from kendama_cli.motion.inverse_kinematics import weighted_step
+from kendama_cli.schema.arrays import Array
+from kendama_cli.simulation.dart.arm import Arm
+
+TOLERANCE = 1e-9
+"""Largest error of the solved task in m and rad; Newton's steps reach it in two or three."""
+
+MOST_STEPS = 30
+LONGEST_STEP_RAD = 0.2
+
+
+def solve_upright(arm: Arm, cup_m: Array, start_rad: Array) -> Array:
+    """The joint angles (n,), near ``start_rad``, that hold the cup upright with its tie point at ``cup_m`` (3,).
+
+    The redundancy goes where ``arm.redundancy_weights`` make it cheapest. Raises StageError where the arm cannot
+    reach.
+    """
+    angles = np.array(start_rad, dtype=np.float64)
+    goal = np.concatenate([cup_m, np.zeros(2)])
+    miss = np.inf
+    for _ in range(MOST_STEPS):
+        value, jacobian = arm.cup_task(angles)
+        change = goal - value
+        change[3:] = value[3:]  # the value is already the turn that is missing
+        miss = float(np.abs(change).max())
+        if miss < TOLERANCE:
+            return angles
+        step = weighted_step(jacobian, change, arm.redundancy_weights)
+        angles = angles + step * min(1.0, LONGEST_STEP_RAD / max(float(np.abs(step).max()), 1e-12))
+    raise OutOfReachError(arm.settings.name, cup_m, miss)
+
+
+class OutOfReachError(StageError):
+    """The arm cannot hold the cup upright at ``cup_m`` (3,); ``miss`` is how far it stays off [m or rad]."""
+
+    def __init__(self, robot: str, cup_m: Array, miss: float, when: str = "") -> None:
+        self.robot, self.cup_m, self.miss = robot, cup_m, miss
+        x, y, z = np.round(cup_m, 3).tolist()
+        super().__init__(
+            f"the arm {robot} cannot hold the cup upright at x {x}, y {y}, z {z} m{when} (it stays {miss:.3g} off): "
+            "make the motion smaller or place the arm otherwise (adapt.placement=search, or kendama robot place)"
+        )
+
+
+def follow_path(arm: Arm, cup_m: Array, start_rad: Array, t_s: Array | None = None) -> Array:
+    """The joint angles (k, n) along the path ``cup_m`` (k, 3), each found from the one before.
+
+    Raises StageError where the arm cannot reach or, naming the joint and its limit, where a position limit stands in
+    the way; it tells the instant where ``t_s`` (k,) is given.
+    """
+    angles = np.empty((len(cup_m), len(start_rad)))
+    last = start_rad
+    for i, place in enumerate(cup_m):
+        try:
+            last = angles[i] = solve_upright(arm, place, last)
+        except OutOfReachError as error:
+            raise OutOfReachError(error.robot, error.cup_m, error.miss, _when(t_s, i)) from None
+    outside = (angles < arm.lower_rad) | (angles > arm.upper_rad)
+    if outside.any():
+        k, j = (int(v) for v in np.argwhere(outside)[0])
+        low, high = arm.lower_rad[j], arm.upper_rad[j]
+        raise StageError(
+            f"joint '{arm.joint_names[j]}' of {arm.settings.name} would need {angles[k, j]:.3f} rad{_when(t_s, k)}; "
+            f"allowed: {low:.3f} to {high:.3f} rad: make the motion smaller or place the arm otherwise "
+            "(adapt.placement=search, or kendama robot place)"
+        )
+    return angles
+
+
+def _when(t_s: Array | None, sample: int) -> str:
+    return "" if t_s is None else f" at {t_s[sample]:.2f} s"

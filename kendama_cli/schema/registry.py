@@ -1,0 +1,92 @@
+"""Parts that are chosen by name: ours and other projects' come through the same entry points.
+
+An entry point's name is what configuration says (``kind:``, or a stage's name), its value ``module:OBJECT`` is a
+declaration that imports nothing heavy. What does the work is named there as a string and imported where it is used.
+Standard library only.
+"""
+
+from __future__ import annotations
+
+import functools
+import importlib
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from kendama_cli.errors import ConfigError, MissingPartError
+
+
+@dataclass(frozen=True)
+class Variant:
+    """One variant of a block: a frozen dataclass of settings with a field ``kind``, and what makes the block of them.
+
+    ``settings`` and ``makes`` are ``module:name``. The block's ``interface.py`` says how ``makes`` is called and what
+    it gives.
+    """
+
+    kind: str
+    settings: str
+    makes: str
+
+
+class Registry:
+    """The variants of one kind of block, by the ``kind`` that configuration chooses."""
+
+    def __init__(self, group: str, block: str) -> None:
+        """``group`` is the entry point group, ``block`` what one of its variants is called in messages."""
+        self.group, self.block = group, block
+
+    def kinds(self) -> list[str]:
+        """The variants there are, sorted."""
+        return sorted(declared(self.group))
+
+    def variant(self, kind: str) -> Variant:
+        """The declaration of ``kind``; raises ConfigError where its entry point names something else."""
+        found = resolve(declared(self.group)[kind], f"{self.block} '{kind}'")
+        if not isinstance(found, Variant) or found.kind != kind:
+            raise ConfigError(
+                "kind",
+                f"entry point '{kind}' of group {self.group} names {found!r}; it must name a Variant of kind '{kind}'",
+            )
+        return found
+
+    def settings(self, kind: str) -> type:
+        """The settings' dataclass of ``kind``."""
+        found = resolve(self.variant(kind).settings, f"{self.block} '{kind}'")
+        assert isinstance(found, type)
+        return found
+
+    def maker(self, kind: str) -> Any:
+        """What makes the block from its settings, imported."""
+        return resolve(self.variant(kind).makes, f"{self.block} '{kind}'")
+
+
+@functools.cache
+def declared(group: str) -> Mapping[str, str]:
+    """``module:object`` by name, for every entry point of ``group``; raises ConfigError for a name declared twice."""
+    import importlib.metadata  # noqa: PLC0415 - slow to import, and a run with nothing to do needs none of it
+
+    found: dict[str, str] = {}
+    for point in importlib.metadata.entry_points(group=group):
+        if found.setdefault(point.name, point.value) != point.value:
+            raise ConfigError(
+                point.name,
+                f"two packages declare '{point.name}' in entry point group {group}: {found[point.name]} and "
+                f"{point.value}; uninstall one of them",
+            )
+    return found
+
+
+def resolve(target: str, what: str) -> Any:
+    """The object that ``module:name`` names, imported; raises MissingPartError naming ``what`` where it is not."""
+    module, _, name = target.partition(":")
+    try:
+        return getattr(importlib.import_module(module), name)
+    except ModuleNotFoundError as error:
+        raise MissingPartError(
+            target, f"{what} needs module '{error.name}', which is not installed ({target})"
+        ) from error
+    except AttributeError as error:
+        raise MissingPartError(
+            target, f"{what}: module '{module}' has no '{name}'; mend the entry point that names it"
+        ) from error

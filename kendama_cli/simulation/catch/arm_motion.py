@@ -1,0 +1,94 @@
+"""The arm's motion for a primitive at any tau: solved once, then only stretched in time."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+from scipy.interpolate import CubicSpline
+
+from kendama_cli.artifacts.motion_plan import JointTrajectory, MotionPlan
+from kendama_cli.robot_model.inverse_kinematics import follow_path
+from kendama_cli.schema.arrays import Array
+from kendama_cli.simulation.dart.arm import Arm
+from kendama_cli.simulation.dart.cup_path import CupPath
+from kendama_cli.simulation.dart.world import STEP_S
+
+KNOT_S = 0.004
+"""Spacing of the solved postures; between them the spline is within 1e-7 rad."""
+
+
+class ArmMotion:
+    """A primitive as a motion of the arm: rest, lead-in if the primitive begins moving, the primitive, its settling.
+
+    ``cup_m`` is relative to home; everything scales with tau, for a primitive played tau times slower runs through
+    the same places: q(t) = q1(t / tau), q' = q1' / tau, q'' = q1'' / tau^2.
+    Raises StageError where the arm cannot follow.
+    """
+
+    def __init__(self, arm: Arm, plan: MotionPlan, lead_in_m_s2: float) -> None:
+        self.arm = arm
+        self.plan = plan
+        self._path = CupPath(plan, lead_in_m_s2)
+        self.lead_in_s = self._path.lead_in_s
+        self._t_s: Array = KNOT_S * np.arange(int(np.ceil(self._path.duration_s / KNOT_S)) + 1, dtype=np.float64)
+        self.cup_m = self._path.at(self._t_s)
+        home = arm.cup_place(arm.home_rad)
+        start = follow_path(arm, home + _ramp(self.cup_m[0]), arm.home_rad)[-1]
+        self._curve = CubicSpline(self._t_s, follow_path(arm, home + self.cup_m, start, self._t_s))
+        self.home_m = home
+        speed, change = np.abs(self._curve(self._t_s, 1)).max(axis=0), np.abs(self._curve(self._t_s, 2)).max(axis=0)
+        self.velocity_shares = speed / arm.velocity_rad_s
+        self.acceleration_shares = change / arm.acceleration_rad_s2
+
+    def least_tau_scale(self) -> float:
+        """The fastest tau_scale within the arm's speed and acceleration limits."""
+        return float(max(self.velocity_shares.max(), np.sqrt(self.acceleration_shares.max())))
+
+    def limiting_joint(self) -> str:
+        """The joint, and its limit in words, that forbids a faster motion."""
+        arm = self.arm
+        if self.velocity_shares.max() >= np.sqrt(self.acceleration_shares.max()):
+            j = int(self.velocity_shares.argmax())
+            return f"joint '{arm.joint_names[j]}' with its speed limit of {arm.velocity_rad_s[j]:.2f} rad/s"
+        j = int(self.acceleration_shares.argmax())
+        return f"joint '{arm.joint_names[j]}' with its acceleration limit of {arm.acceleration_rad_s2[j]:.1f} rad/s^2"
+
+    def joints(self, tau_scale: float, hold_s: float) -> JointTrajectory:
+        """The motion at ``tau_scale``, every STEP_S, followed by ``hold_s`` of settling and rest."""
+        moving = (self.lead_in_s + self.plan.duration_s) * tau_scale
+        t_s: Array = STEP_S * np.arange(int(np.ceil((moving + hold_s) / STEP_S)) + 1, dtype=np.float64)
+        inner = t_s / tau_scale
+        resting = (inner > self._t_s[-1])[:, None]
+        inner = np.minimum(inner, self._t_s[-1])
+        return JointTrajectory(
+            self.arm.joint_names,
+            t_s,
+            self._curve(inner),
+            np.where(resting, 0.0, self._curve(inner, 1) / tau_scale),
+            np.where(resting, 0.0, self._curve(inner, 2) / tau_scale**2),
+        )
+
+    def cup_reference_m(self, tau_scale: float, t_s: Array) -> Array:
+        """Where the tie point should be in the world (n, 3) at ``t_s`` (n,)."""
+        return self.home_m + self._path.at(np.minimum(np.asarray(t_s) / tau_scale, self._t_s[-1]))
+
+
+def scaled_plan(plan: MotionPlan, amplitude: float, tau_scale: float) -> MotionPlan:
+    """The primitive with its motion about the start made ``amplitude`` times as large, played at ``tau_scale``.
+
+    The equations are linear in place, goal, weights and end velocities together, so the whole path scales.
+    """
+    return dataclasses.replace(
+        plan,
+        tau_scale=tau_scale,
+        start_velocity_m_s=plan.start_velocity_m_s * amplitude,
+        goal_m=plan.start_m + amplitude * (plan.goal_m - plan.start_m),
+        goal_velocity_m_s=plan.goal_velocity_m_s * amplitude,
+        weights=plan.weights * amplitude,
+        variation=np.hstack((plan.variation[:, :1], plan.variation[:, 1:] * amplitude)),
+    )
+
+
+def _ramp(place: Array) -> Array:
+    return np.linspace(0.0, 1.0, 20)[:, None] * place

@@ -1,0 +1,62 @@
+"""Why nothing catches: how near the search came, and what stands in the way."""
+
+from __future__ import annotations
+
+from kendama_cli.simulation.catch.catch_search import LEAST_APEX_M, Attempt, Bounds, Search, nearest_attempt
+from kendama_cli.simulation.catch.settings import AdaptSettings
+
+TORQUE_SPENT = 0.999
+"""A joint whose torque reached this share of its limit did not follow as it should."""
+
+
+def obstacle(search: Search, settings: AdaptSettings, bounds: Bounds, limiting_joint: str, torque: str | None) -> str:
+    """One line: the nearest miss, its cause, and which setting to change.
+
+    ``limiting_joint`` is the arm's limit that forbids a faster motion, ``torque`` the joint whose torque was spent in
+    the nearest rollout, if any.
+    """
+    nearest = nearest_attempt(search)
+    variation = nearest.variation
+    at = f"at tau_scale {variation.tau_scale:.4g}"
+    if variation.amplitude != 1.0:
+        at += f" and amplitude {variation.amplitude:g}"
+    if nearest.signed_miss_m is None:
+        how = f"the ball never came down through the rim's plane; {at} it rose to {1e3 * nearest.apex_m:.0f} mm over it"
+    else:
+        how = f"nearest miss {1e3 * nearest.off_m:.0f} mm {at}"
+    return f"{how}: {_cause(nearest, settings, bounds, limiting_joint, torque)}"
+
+
+def _cause(nearest: Attempt, settings: AdaptSettings, bounds: Bounds, limiting_joint: str, torque: str | None) -> str:
+    tau, (low, high) = nearest.variation.tau_scale, settings.tau_range
+    least = bounds.lowest_tau.get(nearest.variation.amplitude, 0.0)
+    miss_m, side_m = abs(nearest.signed_miss_m or 0.0), abs(nearest.side_miss_m or 0.0)
+    causes = (
+        (torque is not None, f"{torque} has no more torque to give: place the arm otherwise (adapt.placement)"),
+        (
+            nearest.off_m < bounds.mouth_m,
+            "the ball came down into the cup and jumped out again: lower game.cup.restitution or deepen the cup",
+        ),
+        (
+            side_m > max(bounds.mouth_m, miss_m),
+            f"it comes down {1e3 * side_m:.0f} mm beside the swing plane, whatever tau is: raise adapt.max_shift_m",
+        ),
+        (
+            least > low and tau - least < settings.tau_step,
+            f"a faster motion is forbidden by {limiting_joint}: place the arm otherwise (adapt.placement)",
+        ),
+        (
+            tau - low < settings.tau_step,
+            f"a faster motion is forbidden by adapt.tau_range, which begins at {low:g}: lower it",
+        ),
+        (
+            high - tau < settings.tau_step,
+            f"a slower motion is forbidden by adapt.tau_range, which ends at {high:g}: raise it",
+        ),
+        (
+            nearest.apex_m < LEAST_APEX_M,
+            "the swing is too weak for the rope: widen adapt.amplitudes or shorten game.rope.length_m",
+        ),
+    )
+    told = (cause for holds, cause in causes if holds)
+    return next(told, "no tau within the range does better: raise adapt.max_shift_m or widen adapt.amplitudes")

@@ -1,0 +1,319 @@
+"""The search for a catch that lasts: which rollout comes next, as a function of those already made.
+
+Nothing is remembered but the results, so that a search that was cut off goes on exactly where it stood.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, replace
+from math import hypot
+from typing import Any
+
+from kendama_cli.motion.time_scaling import (
+    CENTRED_M,
+    TauRange,
+    TauTrial,
+    Window,
+    catch_windows,
+    next_tau,
+    next_window_tau,
+)
+from kendama_cli.simulation.catch.settings import AdaptSettings
+from kendama_cli.simulation.catch.uncertainty import CORNERS, Repeat, predicted_success
+
+MOST_JUDGED = 3
+"""At most so many windows are judged in perturbed worlds, the widest first."""
+
+BUDGET = 40
+"""Rollouts in all for the windows over tau: what the attempts leave of it decides how many windows are judged."""
+
+ENOUGH = 0.98
+"""Predicted success from which on nothing but tau is changed."""
+
+TAU_FIRST = 3
+"""So many tau are tried before the place of the catch is moved for a first catch."""
+
+EARLY_SHIFTS = 2
+"""A ball in free flight comes down where it is awaited at the first or second try."""
+
+MOST_BASES = 3
+"""At most so many rollouts are taken as starts for moving the place of the catch."""
+
+MOST_SHIFTS = 4
+"""Moving the catch by the miss is Newton's method with a slope of one: it has come down or it never will."""
+
+LEAST_APEX_M = 0.03
+"""A ball that rises less over the rim is not in flight long enough to be waited for elsewhere."""
+
+
+@dataclass(frozen=True)
+class MotionVariation:
+    """What is adapted: ``shift_m`` moves the goal along x and y within the share ``flight`` of the motion."""
+
+    tau_scale: float
+    amplitude: float = 1.0
+    shift_m: tuple[float, float] = (0.0, 0.0)
+    flight: tuple[float, float] = (0.0, 1.0)
+
+    @property
+    def shifted(self) -> bool:
+        """Whether the goal is moved at all."""
+        return self.shift_m != (0.0, 0.0)
+
+
+@dataclass(frozen=True)
+class Attempt:
+    """One nominal rollout of the search; misses and ``apex_m`` as in RolloutResult.
+
+    ``flight`` is the share of the motion in which the ball flew; ``limit`` tells which limit of the arm forbade the
+    motion, so that nothing was played.
+    """
+
+    variation: MotionVariation
+    caught: bool
+    signed_miss_m: float | None
+    side_miss_m: float | None
+    apex_m: float
+    flight: tuple[float, float] | None
+    limit: str | None = None
+
+    @property
+    def off_m(self) -> float:
+        """How far from the cup's middle the ball came down; infinite where it did not."""
+        return hypot(self.signed_miss_m, self.side_miss_m or 0.0) if self.signed_miss_m is not None else float("inf")
+
+
+@dataclass(frozen=True)
+class Trial:
+    """What to play next: a nominal ``attempt``, or the perturbed world number ``index`` to ``judge`` or ``confirm``."""
+
+    kind: str
+    variation: MotionVariation
+    index: int
+
+
+@dataclass(frozen=True)
+class Search:
+    """All results so far: attempts in order, the corners of each judged candidate, and the chosen motion's repeats."""
+
+    attempts: tuple[Attempt, ...] = ()
+    judged: tuple[tuple[MotionVariation, tuple[Repeat, ...]], ...] = ()
+    confirmed: tuple[Repeat, ...] = ()
+
+    def to_json(self) -> dict[str, Any]:
+        """As JSON values."""
+        return {
+            "attempts": [asdict(one) for one in self.attempts],
+            "judged": [
+                [asdict(variation), [asdict(repeat) for repeat in repeats]] for variation, repeats in self.judged
+            ],
+            "confirmed": [asdict(one) for one in self.confirmed],
+        }
+
+    @staticmethod
+    def from_json(state: Mapping[str, Any]) -> Search:
+        """The search that ``to_json`` wrote."""
+        return Search(
+            tuple(_attempt(one) for one in state["attempts"]),
+            tuple(
+                (_variation(variation), tuple(Repeat(**one) for one in repeats))
+                for variation, repeats in state["judged"]
+            ),
+            tuple(Repeat(**one) for one in state["confirmed"]),
+        )
+
+    def with_attempt(self, attempt: Attempt) -> Search:
+        """This search and one attempt more."""
+        return replace(self, attempts=(*self.attempts, attempt))
+
+    def with_repeat(self, job: Trial, repeat: Repeat) -> Search:
+        """This search and the repeat that ``job`` asked for."""
+        if job.kind == "confirm":
+            return replace(self, confirmed=(*self.confirmed, repeat))
+        done = dict(self.judged)
+        done[job.variation] = (*done.get(job.variation, ()), repeat)
+        return replace(self, judged=tuple(done.items()))
+
+    def rollouts(self) -> int:
+        """All rollouts that the search took; the fresh repeats at its end are not part of it."""
+        return len(self.attempts) + sum(len(repeats) for _, repeats in self.judged)
+
+    def rollouts_to_first_catch(self) -> int | None:
+        """The number of the first attempt that caught, from 1."""
+        return next((i + 1 for i, one in enumerate(self.attempts) if one.caught), None)
+
+    def caught(self) -> int:
+        """How many attempts caught."""
+        return sum(one.caught for one in self.attempts)
+
+
+@dataclass(frozen=True)
+class Bounds:
+    """Where to search: the least tau within the arm's limits by amplitude; a miss below ``mouth_m`` is a catch."""
+
+    lowest_tau: Mapping[float, float]
+    mouth_m: float
+
+
+def next_job(search: Search, settings: AdaptSettings, bounds: Bounds) -> Trial | None:
+    """The next rollout to play, or None when the search has ended.
+
+    First attempts over tau until one catches, then over the whole range of tau for all windows, whose middles are
+    judged in the corners of the declared uncertainties. Only if none of them promises ENOUGH, the place of the catch
+    is moved; only if nothing catches at all, the motion's size is changed. The best is repeated afresh.
+    """
+    for amplitude in (1.0, *settings.amplitudes):
+        job = _explore(search, settings, bounds, amplitude)
+        if job is None:
+            job = _judge(search, _middles(search, settings, bounds, amplitude))
+        if job is None and _promise(search, bounds, amplitude) < ENOUGH:
+            job = _move_catch(search, settings, amplitude) or _judge(search, _moved(search, amplitude))
+        if job is not None:
+            return job
+        if any(one.caught and one.variation.amplitude == amplitude for one in search.attempts):
+            break
+    best = best_candidate(search, bounds)
+    if best is not None and len(search.confirmed) < settings.repeats:
+        return Trial("confirm", best, len(search.confirmed))
+    return None
+
+
+def windows(search: Search, settings: AdaptSettings, bounds: Bounds) -> tuple[Window, ...]:
+    """The windows over tau alone at the amplitude that catches, widest first."""
+    for amplitude in (1.0, *settings.amplitudes):
+        where = _range(settings, bounds, amplitude)
+        found = () if where is None else catch_windows(_trials(search, bounds, amplitude), where, bounds.mouth_m)
+        if found:
+            return found
+    return ()
+
+
+def best_candidate(search: Search, bounds: Bounds) -> MotionVariation | None:
+    """The judged candidate with the largest predicted success; among equals the one whose corners are nearest."""
+
+    def worth(entry: tuple[MotionVariation, tuple[Repeat, ...]]) -> tuple[float, float]:
+        variation, corners = entry
+        farthest = max(1.0 if corner.miss_m is None else abs(corner.miss_m) for corner in corners)
+        return round(expected_success(search, variation, bounds), 3), -farthest
+
+    return max(search.judged, key=worth)[0] if search.judged else None
+
+
+def expected_success(search: Search, variation: MotionVariation, bounds: Bounds) -> float:
+    """What the corners of a judged candidate predict (see predicted_success)."""
+    nominal = next(one for one in search.attempts if one.variation == variation)
+    return predicted_success(nominal.signed_miss_m or 0.0, dict(search.judged)[variation], bounds.mouth_m)
+
+
+def nearest_attempt(search: Search) -> Attempt:
+    """The attempt that came nearest to a catch: the least miss, or the highest ball where it never came down."""
+    played = [one for one in search.attempts if one.limit is None]
+    return min(played, key=lambda one: (one.off_m, -one.apex_m))
+
+
+def _explore(search: Search, settings: AdaptSettings, bounds: Bounds, amplitude: float) -> Trial | None:
+    """The next attempt over tau; where the first few did not catch, the catch is moved to have one to begin with."""
+    where = _range(settings, bounds, amplitude)
+    if where is None or len(search.attempts) >= settings.max_rollouts:
+        return None
+    trials = _trials(search, bounds, amplitude)
+    moved = [one for one in search.attempts if one.variation.shifted and one.variation.amplitude == amplitude]
+    if len(trials) >= TAU_FIRST and len(moved) < EARLY_SHIFTS and not search.caught():
+        job = _move_catch(search, settings, amplitude)
+        if job is not None:
+            return job
+    tau = next_window_tau(trials, where, bounds.mouth_m) if search.caught() else next_tau(trials, where)
+    return None if tau is None else Trial("attempt", MotionVariation(tau, amplitude), len(search.attempts))
+
+
+def _move_catch(search: Search, settings: AdaptSettings, amplitude: float) -> Trial | None:
+    """The goal moved by what was missed, from the nearest misses of this amplitude; None where that has ended."""
+    if len(search.attempts) >= settings.max_rollouts:
+        return None
+    here = [one for one in search.attempts if one.variation.amplitude == amplitude]
+    moved = [one for one in here if one.variation.shifted]
+    caught = {one.variation.tau_scale for one in moved if one.caught}
+    bases = [one for one in here if not one.variation.shifted and _can_wait_elsewhere(one)]
+    for base in sorted(bases, key=lambda one: (one.variation.tau_scale not in caught, one.off_m))[:MOST_BASES]:
+        made = [one for one in moved if one.variation.tau_scale == base.variation.tau_scale]
+        last = made[-1] if made else base
+        if base.variation.tau_scale in caught and (last.off_m < CENTRED_M or len(made) >= MOST_SHIFTS):
+            return None
+        if last.signed_miss_m is None or len(made) >= MOST_SHIFTS:
+            continue
+        x, y = last.variation.shift_m
+        shift = (x + last.signed_miss_m, y + (last.side_miss_m or 0.0))
+        if hypot(*shift) <= settings.max_shift_m:
+            variation = replace(last.variation, shift_m=shift, flight=base.flight or (0.0, 1.0))
+            return Trial("attempt", variation, len(search.attempts))
+    return None
+
+
+def _can_wait_elsewhere(attempt: Attempt) -> bool:
+    """Whether the ball flies high enough, and comes down before the motion ends: later the goal is long reached."""
+    return attempt.flight is not None and attempt.flight[1] <= 1.0 and attempt.apex_m > LEAST_APEX_M
+
+
+def _middles(search: Search, settings: AdaptSettings, bounds: Bounds, amplitude: float) -> list[MotionVariation]:
+    """The middle of every window of this amplitude that there is still budget to judge, the widest first."""
+    where = _range(settings, bounds, amplitude)
+    if where is None:
+        return []
+    trials = _trials(search, bounds, amplitude)
+    most = min(MOST_JUDGED, max(1, (BUDGET - len(trials)) // len(CORNERS)))
+    return [
+        MotionVariation(window.best.tau_scale, amplitude)
+        for window in catch_windows(trials, where, bounds.mouth_m)[:most]
+    ]
+
+
+def _moved(search: Search, amplitude: float) -> list[MotionVariation]:
+    """The best catch at a moved place."""
+    caught = [
+        one for one in search.attempts if one.caught and one.variation.shifted and one.variation.amplitude == amplitude
+    ]
+    return [min(caught, key=lambda one: one.off_m).variation] if caught else []
+
+
+def _judge(search: Search, candidates: list[MotionVariation]) -> Trial | None:
+    done = dict(search.judged)
+    for variation in candidates:
+        made = len(done.get(variation, ()))
+        if made < len(CORNERS):
+            return Trial("judge", variation, made)
+    return None
+
+
+def _promise(search: Search, bounds: Bounds, amplitude: float) -> float:
+    """The largest predicted success of what was judged over tau alone."""
+    plain = [variation for variation, _ in search.judged if not variation.shifted and variation.amplitude == amplitude]
+    return max((expected_success(search, variation, bounds) for variation in plain), default=0.0)
+
+
+def _range(settings: AdaptSettings, bounds: Bounds, amplitude: float) -> TauRange | None:
+    low, high = max(settings.tau_range[0], bounds.lowest_tau.get(amplitude, float("inf"))), settings.tau_range[1]
+    if low > high:
+        return None
+    return TauRange(low, high, max(low, settings.tau_start), settings.tau_step, settings.tau_resolution)
+
+
+def _trials(search: Search, bounds: Bounds, amplitude: float) -> list[TauTrial]:
+    """What tau did at this amplitude; a ball that comes down beside the swing plane is none that tau could catch."""
+    trials = []
+    for one in search.attempts:
+        if one.variation.amplitude == amplitude and not one.variation.shifted:
+            beside = abs(one.side_miss_m or 0.0) > bounds.mouth_m
+            trials.append(TauTrial(one.variation.tau_scale, None if beside else one.signed_miss_m, one.caught))
+    return trials
+
+
+def _variation(values: Mapping[str, Any]) -> MotionVariation:
+    return MotionVariation(values["tau_scale"], values["amplitude"], tuple(values["shift_m"]), tuple(values["flight"]))
+
+
+def _attempt(values: Mapping[str, Any]) -> Attempt:
+    flight = values["flight"]
+    return Attempt(
+        **{**values, "variation": _variation(values["variation"]), "flight": None if flight is None else tuple(flight)}
+    )

@@ -1,0 +1,54 @@
+"""How the primitive is adapted to the arm: which tau are tried, and what a robust catch must stand."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+from kendama_cli.errors import ConfigError
+from kendama_cli.schema.settings import setting
+
+
+@dataclass(frozen=True)
+class PerturbationSettings:
+    """What differs from repeat to repeat, drawn anew each time, uniformly unless said otherwise."""
+
+    rope_m: float = setting("+- error of the rope's length [m]", at_least=0)
+    ball_start_m: float = setting("+- offset of the ball's start along x [m]", at_least=0)
+    joint_noise_rad: float = setting("standard deviation of the joint angles read, every step [rad]", at_least=0)
+    joint_friction_nm: float = setting("up to this: Coulomb friction that nobody models [Nm]", at_least=0)
+    joint_friction_share: float = setting("share of each joint's friction that nobody models, always", at_least=0)
+    restitution: tuple[float, float] = setting("least and largest of ball and cup", at_least=0, at_most=1)
+
+    def __post_init__(self) -> None:
+        if self.restitution[0] > self.restitution[1]:
+            raise ConfigError("restitution", f"'restitution' is {list(self.restitution)}; allowed: least, then largest")
+
+
+@dataclass(frozen=True)
+class AdaptSettings:
+    """The search for the catch in the closed loop of the arm."""
+
+    perturbation: PerturbationSettings
+    placement: Literal["given", "search"] = setting(
+        "given: the arm stands as conf/robot says; search: a placement is found for this motion first"
+    )
+    tau_range: tuple[float, float] = setting("least and largest tau_scale to try", above=0)
+    tau_start: float = setting("tau_scale tried first", above=0)
+    tau_step: float = setting("spacing of the tau_scale grid on which windows are looked for", above=0)
+    tau_resolution: float = setting("windows narrower than this are not looked for", above=0)
+    amplitudes: tuple[float, ...] = setting("factors on the motion's size, tried in turn if all else fails", above=0)
+    max_shift_m: float = setting("largest shift of the goal while the ball flies, if tau alone fails [m]", at_least=0)
+    max_rollouts: int = setting("rollouts of the search without those that judge its finds", at_least=1)
+    repeats: int = setting("fresh perturbed repeats of the chosen motion: success_rate is over these", at_least=1)
+    hold_s: float = setting("how long the cup is held after the motion [s]", above=0)
+    lead_in_m_s2: float = setting("acceleration that brings the cup to a motion that begins moving [m/s^2]", above=0)
+
+    def __post_init__(self) -> None:
+        low, high = self.tau_range
+        if not low <= high:
+            raise ConfigError(
+                "tau_range", f"'tau_range' is {list(self.tau_range)}; allowed: the least, then the largest"
+            )
+        if not low <= self.tau_start <= high:
+            raise ConfigError("tau_start", f"'tau_start' is {self.tau_start}; allowed: {low} to {high} (tau_range)")

@@ -1,0 +1,36 @@
+"""A cubic spline of joint motion that is cheap to read one instant at a time."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.interpolate import CubicSpline
+
+from kendama_cli.schema.arrays import Array
+
+
+@dataclass(frozen=True)
+class CurvePoint:
+    """A curve's value and its first two derivatives by its parameter, each (n,)."""
+
+    value: Array
+    first: Array
+    second: Array
+
+
+class EvenSpline:
+    """The natural-end cubic spline through ``values`` (k, n) at ``start + i step``."""
+
+    def __init__(self, start: float, step: float, values: Array) -> None:
+        knots = start + step * np.arange(len(values))
+        self.start, self.step, self.end = start, step, float(knots[-1])
+        pieces = CubicSpline(knots, values, bc_type="not-a-knot").c
+        self._pieces = [tuple(pieces[:, i]) for i in range(pieces.shape[1])]
+
+    def at(self, parameter: float) -> CurvePoint:
+        """The curve at ``parameter``; beyond the ends the last pieces are continued."""
+        index = min(max(int((parameter - self.start) / self.step), 0), len(self._pieces) - 1)
+        a, b, c, d = self._pieces[index]
+        u = parameter - self.start - index * self.step
+        return CurvePoint(((a * u + b) * u + c) * u + d, (3 * a * u + 2 * b) * u + c, 6 * a * u + 2 * b)

@@ -1,0 +1,109 @@
+"""One try at the catch: the arm plays a motion, the ball flies, and the miss is measured."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from kendama_cli.artifacts.motion_plan import JointTrajectory
+from kendama_cli.schema.arrays import Array
+from kendama_cli.simulation.dart.world import ArmWorld
+
+TRACE_EVERY = 10
+"""Steps between two samples of a recorded rollout."""
+
+
+@dataclass(frozen=True)
+class Trace:
+    """A rollout sampled at n instants: ``t_s`` (n,), places (n, 3) in the world, joints (n, joints)."""
+
+    t_s: Array
+    cup_m: Array
+    ball_m: Array
+    position_rad: Array
+    velocity_rad_s: Array
+    effort_nm: Array
+
+
+@dataclass(frozen=True)
+class RolloutResult:
+    """What came of it.
+
+    ``signed_miss_m`` is the ball's place along x relative to the cup's axis as it comes down through the rim's plane,
+    measured one ball radius above and carried on, so that contact with the rim does not spoil it; None where it never
+    came down. ``side_miss_m`` is the same along y. ``flight_s`` is when the rope went slack for that flight and when it
+    ended there. ``apex_m`` is the largest height of the ball's centre over the rim. The shares are the peaks of speed
+    and torque over their limits, ``effort_joint`` the joint whose torque came nearest to its own.
+    """
+
+    caught: bool
+    signed_miss_m: float | None
+    side_miss_m: float | None
+    flight_s: tuple[float, float] | None
+    apex_m: float
+    velocity_share: float
+    effort_share: float
+    effort_joint: str
+    trace: Trace | None
+
+
+def play_rollout(
+    world: ArmWorld,
+    joints: JointTrajectory,
+    *,
+    noise_rad: float = 0.0,
+    rng: np.random.Generator | None = None,
+    record: bool = False,
+) -> RolloutResult:
+    """Play ``joints``, sampled every STEP_S, from rest with the ball hanging; the world keeps its perturbation.
+
+    ``noise_rad`` is the standard deviation of the angles read, drawn from ``rng``. Raises SimulationError.
+    """
+    game = world.game
+    world.reset(joints.position_rad[0])
+    places, speeds, changes = list(joints.position_rad), list(joints.velocity_rad_s), list(joints.acceleration_rad_s2)
+    noises = [0.0] * len(places)
+    if rng is not None and noise_rad > 0:
+        noises = list(rng.normal(0.0, noise_rad, joints.position_rad.shape))
+    rim = game.cup.depth_m
+    plane = rim + game.ball.radius_m
+    near = game.cup.radius_m + game.ball.radius_m
+    above, apex, slack_s = False, -np.inf, 0.0
+    fastest, strongest = np.zeros(len(world.position_rad)), np.zeros(len(world.position_rad))
+    crossings: list[tuple[float, float, tuple[float, float]]] = []
+    samples: list[tuple[float, list[float], list[float], Array, Array, Array]] = []
+    for k in range(1, len(places)):
+        world.step(places[k], speeds[k], changes[k], noises[k])
+        height = world.ball_m[2] - world.tie_m[2]
+        apex = max(apex, height)
+        if world.tension_n > 0.0:
+            slack_s = world.t_s
+        if above and height <= plane and not (crossings and abs(crossings[-1][0]) < near):
+            fall_m = height - rim
+            crossings.append((_miss(world, 0, fall_m), _miss(world, 1, fall_m), (slack_s, world.t_s)))
+        above = height > plane
+        fastest = np.maximum(fastest, np.abs(world.velocity_rad_s))
+        strongest = np.maximum(strongest, np.abs(world.effort_nm))
+        if record and k % TRACE_EVERY == 0:
+            joint_state = (world.position_rad, world.velocity_rad_s, world.effort_nm)
+            samples.append((world.t_s, world.tie_m, world.ball_m, *joint_state))
+    nearest = min(crossings, key=lambda one: abs(one[0])) if crossings else (None, None, None)
+    efforts = strongest / world.arm.effort_nm
+    return RolloutResult(
+        caught=world.ball_is_caught(),
+        signed_miss_m=nearest[0],
+        side_miss_m=nearest[1],
+        flight_s=nearest[2],
+        apex_m=float(apex - rim),
+        velocity_share=float((fastest / world.arm.velocity_rad_s).max()),
+        effort_share=float(efforts.max()),
+        effort_joint=world.arm.joint_names[int(efforts.argmax())],
+        trace=Trace(*(np.array(column) for column in zip(*samples, strict=True))) if record else None,
+    )
+
+
+def _miss(world: ArmWorld, axis: int, fall_m: float) -> float:
+    down = max(world.tie_m_s[2] - world.ball_m_s[2], 1e-3)
+    aside = world.ball_m_s[axis] - world.tie_m_s[axis]
+    return world.ball_m[axis] - world.tie_m[axis] + aside * fall_m / down

@@ -1,0 +1,72 @@
+"""The room between the parts of an arm, what it stands on, and the ball's swing, along a motion."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from kendama_cli.artifacts.motion_plan import JointTrajectory
+from kendama_cli.robot_model.chain import compiled_chain, heading_turn
+from kendama_cli.robot_model.chain_kernel import Chain, CollisionGeometry, ToolGeometry, clearance
+from kendama_cli.schema.arrays import Array
+from kendama_cli.settings.game import GameSettings
+from kendama_cli.simulation.dart.arm import Arm
+
+HANDLE_RADIUS_M = 0.015
+EVERY_S = 0.01
+FAR_M = 1e3
+
+
+@dataclass(frozen=True)
+class Clearance:
+    """The least gap between two parts; negative where they overlap."""
+
+    gap_m: float
+    parts: str
+    t_s: float
+
+
+def room_about(arm: Arm, game: GameSettings, heading_rad: float, root_height_m: float) -> CollisionGeometry:
+    """What must stay apart where the root stands so: capsules of ``link_radius_m``, floor, pedestal, cup and swing.
+
+    The pedestal reaches from the floor to the first joint and is as wide as the widest link.
+    """
+    return CollisionGeometry(
+        radius_m=np.array([max(arm.link_radius_m), *arm.link_radius_m, HANDLE_RADIUS_M]),
+        floor_m=-root_height_m,
+        side=heading_turn(heading_rad).T @ np.array([0.0, 1.0, 0.0]),
+        swing_m=game.rope.length_m + game.ball.radius_m,
+        ball_m=game.ball.radius_m,
+        cup_m=float(np.hypot(game.cup.radius_m + game.cup.wall_m, game.cup.depth_m)),
+    )
+
+
+def grip_of(arm: Arm, chain: Chain, game: GameSettings) -> ToolGeometry:
+    """The cup as ``arm`` holds it, with the ball in it."""
+    axis = np.array(arm.settings.tool.cup_axis)
+    return ToolGeometry(
+        chain.tip_m + chain.tip_turn @ np.array(arm.settings.tool.handle_m),
+        chain.tip_turn @ (axis / np.linalg.norm(axis)),
+        game.cup.mass_kg + game.ball.mass_kg,
+    )
+
+
+def least_clearance(arm: Arm, game: GameSettings, joints: JointTrajectory, *, swing: bool = True) -> Clearance:
+    """The least gap along ``joints``, which two parts have it, and when; ``swing``: the ball's swing is such a part."""
+    chain = compiled_chain(arm, game.gravity_m_s2)
+    settings = arm.settings
+    room = room_about(arm, game, settings.base_heading_rad, settings.base_position_m[2])
+    if not swing:
+        room = room._replace(swing_m=-FAR_M)
+    thin = max(1, round(EVERY_S / float(np.diff(joints.t_s).mean())))
+    angles: Array = np.ascontiguousarray(joints.position_rad[::thin])
+    gap, one, two, sample = clearance(chain, grip_of(arm, chain, game), room, angles, 1)
+    names = _part(arm, one), _part(arm, two)
+    return Clearance(float(gap), f"{names[0]} and {names[1]}", float(joints.t_s[::thin][sample]))
+
+
+def _part(arm: Arm, number: int) -> str:
+    n = len(arm.joint_names)
+    others = {-1: "floor", 0: "pedestal", n + 1: "handle", n + 2: "cup", n + 3: "the ball's swing"}
+    return others.get(number) or f"the link of '{arm.joint_names[number - 1]}'"

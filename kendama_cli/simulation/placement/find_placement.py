@@ -1,0 +1,126 @@
+"""A placement for one motion: searched on the compiled chain, then measured on the arm in DART."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from kendama_cli.artifacts.motion_plan import MotionPlan
+from kendama_cli.errors import StageError
+from kendama_cli.schema.arrays import Array
+from kendama_cli.settings.game import GameSettings
+from kendama_cli.settings.placement import Placement
+from kendama_cli.settings.robot import RobotSettings
+from kendama_cli.simulation.catch.arm_motion import ArmMotion
+from kendama_cli.simulation.dart.arm import Arm
+from kendama_cli.simulation.dart.cup_path import CupPath
+from kendama_cli.simulation.placement.clearance import Clearance, least_clearance
+from kendama_cli.simulation.placement.limit_shares import LimitShares, limit_shares
+from kendama_cli.simulation.placement.placement_search import (
+    UNREACHED,
+    PlacementProblem,
+    line_demands,
+    motion_demand,
+    search,
+)
+
+SEED = 1
+"""Of the search's own random numbers: one motion and one arm have one placement, whatever the run's seed."""
+SAMPLE_S = 0.02
+LINE_M, LINE_M_S, LINE_M_S2, LINE_WEIGHT = 0.43, 2.0, 14.0, 0.35
+"""The line of the swing-up and the catch, as conf/learn and conf/transfer use it: it may need all of the limits where
+the motion needs this share of them."""
+WORKABLE = 1.0
+
+
+@dataclass(frozen=True)
+class PlacedMotion:
+    """What a motion needs of an arm so placed: shares of its limits, room beside it, and how fast it may be played."""
+
+    placement: Placement
+    shares: LimitShares
+    clearance: Clearance
+    least_tau_scale: float
+
+
+def current_placement(arm: Arm) -> Placement:
+    """Where ``arm`` stands and how it holds the cup."""
+    tool = arm.settings.tool
+    return Placement(
+        base_position_m=arm.settings.base_position_m,
+        base_heading_rad=arm.settings.base_heading_rad,
+        home_rad=tuple(arm.home_rad.tolist()),
+        handle_m=tool.handle_m,
+        cup_axis=tool.cup_axis,
+        redundancy_weights=tuple(arm.redundancy_weights.tolist()),
+    )
+
+
+def find_placement(
+    robot: RobotSettings,
+    game: GameSettings,
+    plan: MotionPlan,
+    lead_in_m_s2: float,
+    *,
+    line: bool,
+    effort: float,
+    progress: Callable[[int, int, float], None],
+) -> Placement:
+    """The placement of ``robot`` in which ``plan``, at its own tempo, needs the least share of the limits.
+
+    With ``line`` it also keeps the line within reach on which the swing-up is learned and the ball caught. ``effort``
+    scales the time that is spent; the same call finds the same placement. ``progress`` is told of starts done, starts
+    in all and the least cost so far (the largest share of a speed limit, or 0.6 of that of an acceleration or effort
+    limit). Raises StageError where the motion leaves the workspace, saying where and how far.
+    """
+    path = CupPath(plan, lead_in_m_s2)
+    path_m = path.at(SAMPLE_S * np.arange(int(np.ceil(path.duration_s / SAMPLE_S)) + 1, dtype=np.float64))
+    demands = [motion_demand(path_m, SAMPLE_S)]
+    if line:
+        demands += line_demands(LINE_M, LINE_M_S, LINE_M_S2, LINE_WEIGHT)
+    arm = Arm(robot, game.cup)
+    problem = PlacementProblem(arm, game, demands)
+    best = search(problem, current_placement(arm), rng=np.random.default_rng(SEED), effort=effort, progress=progress)
+    if best.value >= UNREACHED:
+        raise StageError(_out_of_reach(robot.name, problem, best.place))
+    return problem.placement(best.place)
+
+
+def measured(robot: RobotSettings, game: GameSettings, plan: MotionPlan, lead_in_m_s2: float) -> PlacedMotion:
+    """What ``plan`` at its own tempo needs of ``robot`` as it stands; raises StageError where it cannot follow."""
+    arm = Arm(robot, game.cup)
+    arm.skeleton.setGravity(np.array([0.0, 0.0, -game.gravity_m_s2]))
+    swing = ArmMotion(arm, plan, lead_in_m_s2)
+    joints = swing.joints(plan.tau_scale, 0.0)
+    shares = limit_shares(arm, joints)
+    return PlacedMotion(current_placement(arm), shares, least_clearance(arm, game, joints), swing.least_tau_scale())
+
+
+def require_workable(robot: RobotSettings, motion: PlacedMotion) -> None:
+    """Raise StageError, naming what stands in the way, where the motion is beyond a limit or something collides."""
+    if motion.clearance.gap_m < 0:
+        raise StageError(
+            f"{robot.name}: the best placement found lets {motion.clearance.parts} overlap by "
+            f"{-1e3 * motion.clearance.gap_m:.0f} mm: make the motion smaller, or robot.link_radius_m if it is too wide"
+        )
+    first = motion.shares.leading[0]
+    if first.share > WORKABLE:
+        raise StageError(
+            f"{robot.name}: the best placement found needs {first}: "
+            "play the motion slower (adapt.tau_range), make it smaller, or choose another robot"
+        )
+
+
+def _out_of_reach(name: str, problem: PlacementProblem, place: Array) -> str:
+    missed = problem.unreached(place)
+    if missed is None:
+        return f"no placement of {name} was found in which it can hold the cup upright: choose another robot"
+    demand, sample, off = missed
+    x, y, z = np.round(demand.path_m[sample], 3).tolist()
+    return (
+        f"the motion leaves the workspace of {name}: at {sample * demand.step:.2f} s, x {x}, y {y}, z {z} m from its "
+        f"start, the best placement found is {off:.3f} m short with the cup upright: make the motion smaller or "
+        "choose a longer arm"
+    )

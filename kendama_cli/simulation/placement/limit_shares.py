@@ -1,0 +1,98 @@
+"""How much of its limits an arm needs for a motion, joint by joint."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from kendama_cli.artifacts.motion_plan import JointTrajectory
+from kendama_cli.errors import StageError
+from kendama_cli.schema.arrays import Array
+from kendama_cli.simulation.dart.arm import Arm
+
+SAMPLE_S = 0.004
+"""Efforts are looked at this often."""
+
+UNITS = {"speed": "rad/s", "acceleration": "rad/s^2", "effort": "Nm"}
+
+
+@dataclass(frozen=True)
+class Leading:
+    """The joint that needs the largest ``share`` of one kind of limit."""
+
+    kind: str
+    joint: str
+    share: float
+    limit: float
+
+    def __str__(self) -> str:
+        return f"{self.share:.2f} of joint '{self.joint}' {self.kind} limit ({self.limit:.2f} {UNITS[self.kind]})"
+
+
+@dataclass(frozen=True)
+class LimitShares:
+    """The peaks of a motion over the limits (n,), and how far each joint stays from its stops (n,) [rad]."""
+
+    joint_names: tuple[str, ...]
+    velocity: Array
+    acceleration: Array
+    effort: Array
+    to_stop_rad: Array
+    limits: tuple[Array, Array, Array]
+    """of speed, acceleration and effort, (n,) each"""
+
+    @property
+    def leading(self) -> tuple[Leading, ...]:
+        """The leading joint of each kind of limit, the largest share first."""
+        found = []
+        kinds = (self.velocity, self.acceleration, self.effort)
+        for kind, shares, limits in zip(UNITS, kinds, self.limits, strict=True):
+            j = int(shares.argmax())
+            found.append(Leading(kind, self.joint_names[j], float(shares[j]), float(limits[j])))
+        return tuple(sorted(found, key=lambda one: -one.share))
+
+
+def limit_shares(arm: Arm, joints: JointTrajectory) -> LimitShares:
+    """What ``joints`` needs of the limits of ``arm``: efforts by its inverse dynamics and its known friction."""
+    to_stop = np.minimum(joints.position_rad - arm.lower_rad, arm.upper_rad - joints.position_rad).min(axis=0)
+    limits = (arm.velocity_rad_s, arm.acceleration_rad_s2, arm.effort_nm)
+    peaks = (
+        np.abs(joints.velocity_rad_s).max(axis=0),
+        np.abs(joints.acceleration_rad_s2).max(axis=0),
+        np.abs(efforts_nm(arm, joints)).max(axis=0),
+    )
+    speed, change, effort = (peak / limit for peak, limit in zip(peaks, limits, strict=True))
+    return LimitShares(arm.joint_names, speed, change, effort, to_stop, limits)
+
+
+def efforts_nm(arm: Arm, joints: JointTrajectory) -> Array:
+    """The torques (k, n) of ``joints``, about every ``SAMPLE_S``: PAPER.md eq. 2 without the rope's pull."""
+    thin = max(1, round(SAMPLE_S / float(np.diff(joints.t_s).mean())))
+    skeleton = arm.skeleton
+    speeds = joints.velocity_rad_s[::thin]
+    torques = []
+    for position, speed, change in zip(
+        joints.position_rad[::thin], speeds, joints.acceleration_rad_s2[::thin], strict=True
+    ):
+        skeleton.setPositions(position)
+        skeleton.setVelocities(speed)
+        skeleton.setAccelerations(change)
+        skeleton.computeInverseDynamics(False, False, False)
+        torques.append(np.array(skeleton.getForces()))
+    fading = arm.stribeck_nm * np.exp(-((speeds / arm.stribeck_rad_s) ** 2))
+    return np.array(torques) + arm.viscous_nm_s * speeds + (arm.coulomb_nm + fading) * np.sign(speeds)
+
+
+def require_within_limits(arm: Arm, joints: JointTrajectory) -> LimitShares:
+    """The shares of a motion within the limits; raises StageError, naming joint and limit, where it is not."""
+    shares = limit_shares(arm, joints)
+    first = shares.leading[0]
+    if first.share > 1.0:
+        unit = UNITS[first.kind]
+        raise StageError(
+            f"joint '{first.joint}' of {arm.settings.name} would need {first.share * first.limit:.2f} {unit}; "
+            f"allowed: {first.limit:.2f} {unit}: "
+            "play the motion slower (adapt.tau_range) or place the arm otherwise (adapt.placement=search)"
+        )
+    return shares

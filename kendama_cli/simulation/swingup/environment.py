@@ -1,0 +1,217 @@
+"""The learning environment of the swing-up: rollouts of anything that acts, with noise and a bounded workspace."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Generator
+from typing import TYPE_CHECKING, Protocol, cast
+
+import numpy as np
+
+from kendama_cli.errors import ConfigError
+from kendama_cli.learning.policy import GreedyPolicy
+from kendama_cli.learning.reward import Ball, Flight, Goal, Landing, Outcome
+from kendama_cli.learning.sarsa import SarsaLearner
+from kendama_cli.learning.settings import LearnSettings
+from kendama_cli.learning.state import SwingState
+from kendama_cli.settings.game import GameSettings
+from kendama_cli.simulation.swingup.rail_dart import DartRail
+from kendama_cli.simulation.swingup.rollout import TURN_RAD_S, Actor, Catch, RolloutNoise, SimulatedRollout
+from kendama_cli.simulation.swingup.workspace import limiter
+
+if TYPE_CHECKING:
+    from kendama_cli.simulation.swingup.stretches import Stretches
+
+FURTHEST_ERROR = 3.0
+"""Errors of the acceleration are cut at this many standard deviations: an actuator does not brake by chance alone."""
+
+
+class SwingEngine(Protocol):
+    """An engine of the swing's dynamics (``learn.engine``), see DartRail for the meaning of the numbers."""
+
+    x_m: float
+    velocity_m_s: float
+    across_m: float
+    above_m: float
+    across_m_s: float
+    above_m_s: float
+
+    @property
+    def tension_n(self) -> float:
+        """The rope's pull in the last step."""
+
+    def start(self, state: SwingState) -> None:
+        """Begin at ``state``."""
+
+    def step(self, acceleration_m_s2: float) -> None:
+        """Advance by one time step."""
+
+    def check_finite(self, t_s: float) -> None:
+        """Raises SimulationError where the numbers have left their domain."""
+
+
+Watch = Callable[[float, SwingEngine, float], None]
+"""Called with the time, the engine and the cup's acceleration after every step that is watched."""
+Rolling = Generator[tuple[SwingState, float], tuple[float, float], SimulatedRollout]
+"""A rollout under way, see SwingUpEnvironment.rolling."""
+
+
+class SwingUpEnvironment:
+    """Cup, ball and rope in the engine that the settings name; rollouts start hanging at rest, but for the noise.
+
+    Each step: a reading (noisy angle and rate; the cup's own state is known), the actor's acceleration, the
+    workspace's limiter, the acceleration's error, the dynamics. The simulator judges the goal by the true state.
+    """
+
+    def __init__(self, settings: LearnSettings, game: GameSettings) -> None:
+        """Raises ConfigError where the time step is too long for the rope."""
+        longest_s = math.sqrt(game.ball.mass_kg / game.rope.stiffness_n_m)
+        if settings.step_s > longest_s:  # beyond it even the damped rope gives the ball more energy than it took
+            raise ConfigError(
+                "learn.step_s",
+                f"'learn.step_s' is {settings.step_s}; allowed: at most {longest_s:.6f} s for a rope of "
+                f"{game.rope.stiffness_n_m:g} N/m and a ball of {game.ball.mass_kg:g} kg",
+            )
+        self._settings = settings
+        self._step_s = settings.step_s
+        self.n_steps = max(1, round(settings.rollout_s / settings.step_s))
+        self.flight = Flight(game.rope.length_m, game.cup.depth_m, game.gravity_m_s2)
+        self._limiter = limiter(settings)
+        self._swing, self._stretches = self._engine(settings, game)
+
+    def _engine(self, settings: LearnSettings, game: GameSettings) -> tuple[SwingEngine, Stretches | None]:
+        if settings.engine == "dart":
+            return DartRail(game, settings.step_s), None
+        from kendama_cli.simulation.swingup.stretches import Stretches  # noqa: PLC0415 - numba loads only where wanted
+
+        stretches = Stretches(settings, game)
+        return stretches.swing, stretches
+
+    def noise(self, rng: np.random.Generator, *, proof: bool = False) -> RolloutNoise:
+        """Draw one rollout's noise at the levels of ``learn.noise``, or for a ``proof`` at those of ``learn.proof``."""
+        levels, n = self._settings.noise, self.n_steps
+        start = rng.standard_normal(2).tolist()
+        readings = rng.standard_normal((2, n))
+        errors = rng.standard_normal(n).clip(-FURTHEST_ERROR, FURTHEST_ERROR)
+        angle_rad = math.radians(levels.angle_reading_deg) * readings[0]
+        rate_rad_s = levels.rate_reading_rad_s * readings[1]
+        gain = 1.0 + levels.acceleration * errors
+        room = 1.0
+        if proof:
+            body = self._settings.proof
+            strength, offset, narrower, noisier = rng.uniform((-1.0, -1.0, 0.0, 0.0), 1.0).tolist()
+            loudness = body.noise * noisier
+            start = [loudness * value for value in start]
+            angle_rad = loudness * angle_rad + math.radians(body.angle_deg) * offset
+            rate_rad_s = loudness * rate_rad_s
+            gain = (1.0 + loudness * (gain - 1.0)) * (1.0 + body.acceleration * strength)
+            room = 1.0 - body.narrowing * narrower
+        compiled = self._stretches is not None  # compiled code reads arrays, a loop in Python lists, sooner
+        return RolloutNoise(
+            start_angle_rad=math.radians(levels.start_angle_deg) * start[0],
+            start_position_m=levels.start_position_m * start[1],
+            angle_rad=angle_rad if compiled else angle_rad.tolist(),
+            rate_rad_s=rate_rad_s if compiled else rate_rad_s.tolist(),
+            gain=gain if compiled else gain.tolist(),
+            room=room,
+        )
+
+    def silence(self) -> RolloutNoise:
+        """No noise: the nominal rollout."""
+        none = (0.0,) * self.n_steps
+        return RolloutNoise(0.0, 0.0, none, none, (1.0,) * self.n_steps)
+
+    def roll_out(self, actor: Actor, noise: RolloutNoise, watch: Watch | None = None) -> SimulatedRollout:
+        """Let ``actor`` swing until the goal, the end of time or, where that ends it, the edge of the workspace."""
+        if self._stretches is not None and watch is None and isinstance(actor, (SarsaLearner, GreedyPolicy)):
+            return self._stretches.roll_out(actor, noise)
+        rolling = self.rolling(noise, watch)
+        reading, t_s = next(rolling)
+        while True:
+            answer = (actor.act(reading, t_s), actor.next_look_s)
+            try:
+                reading, t_s = rolling.send(answer)
+            except StopIteration as end:
+                return cast(SimulatedRollout, end.value)
+
+    def rolling(self, noise: RolloutNoise, watch: Watch | None = None) -> Rolling:
+        """The same from inside out: yields each reading and its time, and is sent the answer.
+
+        The answer is the wanted acceleration and the time before which no further reading is needed.
+        """
+        settings = self._settings.with_room(noise.room)
+        swing, step_s = self._swing, self._step_s
+        limit, goal = limiter(settings).limit, Goal(settings.goal, self.flight)
+        edge = settings.workspace.half_width_m
+        ends_outside = settings.workspace.kind == "terminate"
+        lowest = 0.0 if goal.nearest_rad >= 0.5 * math.pi else -math.inf
+        swing.start(SwingState(noise.start_position_m, 0.0, noise.start_angle_rad, 0.0))
+        outcome: Outcome = "timeout"
+        look_s, peak_m, wanted, gain, decisions = -math.inf, 0.0, 0.0, 1.0, 0
+        half_swings, towards, k = 0, 0, 0
+        for k in range(self.n_steps):
+            t_s = k * step_s
+            if t_s >= look_s:
+                angle = math.atan2(swing.across_m, -swing.above_m) + noise.angle_rad[k]
+                reading = SwingState(swing.x_m, swing.velocity_m_s, angle, rate(swing) + noise.rate_rad_s[k])
+                wanted, next_look_s = yield reading, t_s
+                if next_look_s != look_s:
+                    look_s, gain, decisions = next_look_s, noise.gain[decisions], decisions + 1
+            sent = limit(wanted, swing.x_m, swing.velocity_m_s) * gain
+            swing.step(sent)
+            if watch is not None:
+                watch(t_s + step_s, swing, sent)
+            x_m = abs(swing.x_m)
+            if x_m > peak_m:
+                peak_m = x_m
+                if ends_outside and x_m > edge:
+                    outcome = "outside"
+                    break
+            turning = rate(swing)
+            if turning * towards < TURN_RAD_S and abs(turning) > TURN_RAD_S:
+                towards = 1 if turning > 0.0 else -1
+                half_swings += 1
+            if swing.above_m >= lowest and goal.reached(self.state()):
+                outcome = "goal"
+                break
+        duration_s = (k + 1) * step_s
+        swing.check_finite(duration_s)
+        return SimulatedRollout(outcome, duration_s, peak_m, half_swings, self.state())
+
+    def state(self) -> SwingState:
+        """The true plain state now."""
+        swing = self._swing
+        angle = math.atan2(swing.across_m, -swing.above_m)
+        return SwingState(swing.x_m, swing.velocity_m_s, angle, rate(swing))
+
+    def catch(self, since_s: float, watch: Watch | None = None) -> Catch:
+        """Fly on from the goal: the cup heads for the landing until the ball is down at the rim again.
+
+        The acceleration is planned anew in every step, within what the goal calls catchable and the workspace allows.
+        """
+        if self._stretches is not None and watch is None:
+            return self._stretches.catch()
+        swing, step_s = self._swing, self._step_s
+        largest = self._settings.goal.catch_acceleration_m_s2
+        landing = self._fall()
+        steps = 0
+        while landing is not None and landing.time_s > 0.5 * step_s and steps < self.n_steps:
+            wanted = max(-largest, min(largest, landing.acceleration_m_s2))
+            sent = self._limiter.limit(wanted, swing.x_m, swing.velocity_m_s)
+            swing.step(sent)
+            steps += 1
+            if watch is not None:
+                watch(since_s + steps * step_s, swing, sent)
+            landing = self._fall()
+        return Catch(miss_m=abs(swing.across_m), duration_s=steps * step_s)
+
+    def _fall(self) -> Landing | None:
+        swing = self._swing
+        ball = Ball(swing.across_m, swing.above_m, swing.across_m_s, swing.above_m_s)
+        return self.flight.fall(swing.x_m, swing.velocity_m_s, ball)
+
+
+def rate(swing: SwingEngine) -> float:
+    """The ball's angular velocity about the tie point [rad/s]."""
+    across, above = swing.across_m, swing.above_m
+    return (above * -swing.across_m_s + across * swing.above_m_s) / (across * across + above * above)

@@ -1,0 +1,139 @@
+"""The compiled engine (``learn.engine=kernel``): single steps like DartSwing, and whole stretches between decisions."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kendama_cli.errors import SimulationError
+from kendama_cli.learning.decision import ROUNDING_S
+from kendama_cli.learning.settings import LearnSettings
+from kendama_cli.learning.state import SwingState
+from kendama_cli.settings.game import GameSettings
+from kendama_cli.simulation.swingup import rail_kernel as kernel
+from kendama_cli.simulation.swingup.rollout import TURN_RAD_S
+from kendama_cli.simulation.swingup.workspace import limiter
+
+
+def physics(game: GameSettings, step_s: float) -> kernel.Physics:
+    """The constants of the dynamics; the mass is inverted as DART inverts a matrix with it on the diagonal."""
+    mass = game.ball.mass_kg
+    return kernel.Physics(
+        step_s=step_s,
+        weight_n=game.gravity_m_s2 * mass,
+        per_mass=mass * mass * (1.0 / (mass * (mass * mass))),
+        length_m=game.rope.length_m,
+        stiffness_n_m=game.rope.stiffness_n_m,
+        damping_n_s_m=game.rope.damping_n_s_m,
+        drag_n_s_m=game.ball.drag_n_s_m,
+        gravity_m_s2=game.gravity_m_s2,
+        rim_m=game.cup.depth_m,
+    )
+
+
+@dataclass(frozen=True)
+class Rules:
+    """All constants of a rollout."""
+
+    physics: kernel.Physics
+    limits: kernel.Limits
+    aim: kernel.Aim
+    bins: kernel.Bins
+
+    @classmethod
+    def of(cls, settings: LearnSettings, game: GameSettings) -> Rules:
+        """The constants of ``settings`` as the compiled code takes them."""
+        goal, grid, limits = settings.goal, settings.grid, limiter(settings)
+        nearest = math.radians(goal.angle_deg - goal.tolerance_deg)
+        return cls(
+            physics(game, settings.step_s),
+            kernel.Limits(
+                half_width_m=float(limits.half_width_m),
+                max_speed_m_s=float(limits.max_speed_m_s),
+                braking_m_s2=float(limits.braking_m_s2),
+                largest_m_s2=float(limits.largest_m_s2),
+                edge_m=float(settings.workspace.half_width_m) if settings.workspace.kind == "terminate" else math.inf,
+            ),
+            kernel.Aim(
+                nearest_rad=nearest,
+                farthest_rad=math.radians(goal.angle_deg + goal.tolerance_deg),
+                slowest_rad_s=float(goal.slowest_rad_s),
+                fastest_rad_s=float(goal.fastest_rad_s),
+                catchable=goal.catchable,
+                landing_limit_m=float(goal.landing_limit_m),
+                catch_acceleration_m_s2=float(goal.catch_acceleration_m_s2),
+                lowest_m=0.0 if nearest >= 0.5 * math.pi else -math.inf,
+                turn_rad_s=TURN_RAD_S,
+            ),
+            kernel.Bins(
+                distance=grid.position == "distance",
+                mirrored=grid.position == "mirrored",
+                position=np.array(grid.position_edges_m, dtype=np.float64),
+                velocity=np.array(grid.velocity_edges_m_s, dtype=np.float64),
+                rate=np.array(grid.rate_edges_rad_s, dtype=np.float64),
+                angles=grid.angle_bins,
+                per_rad=grid.angle_bins / (2.0 * math.pi),
+                longest_s=settings.decision.longest_s - ROUNDING_S,
+            ),
+        )
+
+    def packed(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """All of them as the compiled loop takes them."""
+        return kernel.packed(self.physics, self.limits, self.aim, self.bins)
+
+
+class CompiledRail:
+    """An engine like DartSwing, whose every number it reproduces bit for bit; ``numbers`` is the compiled swing."""
+
+    def __init__(self, game: GameSettings, step_s: float) -> None:
+        self._physics = physics(game, step_s)
+        self._hang_m = game.rope.length_m + game.ball.mass_kg * game.gravity_m_s2 / game.rope.stiffness_n_m
+        self.numbers: NDArray[np.float64] = np.zeros(8)
+        self.start(SwingState(0.0, 0.0, 0.0, 0.0))
+
+    def start(self, state: SwingState) -> None:
+        """Put cup and ball into ``state`` with the rope stretched as by the hanging ball."""
+        sine, cosine = math.sin(state.angle_rad), math.cos(state.angle_rad)
+        speed = self._hang_m * state.rate_rad_s
+        self.numbers[:] = (
+            state.x_m,
+            state.x_m + self._hang_m * sine,
+            -self._hang_m * cosine,
+            state.velocity_m_s,
+            state.velocity_m_s + speed * cosine,
+            speed * sine,
+            0.0,
+            0.0,
+        )
+        self.read()
+
+    def step(self, acceleration_m_s2: float) -> None:
+        """Advance by one time step with the forces of the present state."""
+        kernel.step(self.numbers, float(acceleration_m_s2), self._physics)
+        self.read()
+
+    def read(self) -> None:
+        """Take the plain numbers from ``numbers``."""
+        x_m, ball_x, ball_z, velocity_m_s, ball_vx, ball_vz, _, _ = self.numbers.tolist()
+        self.x_m, self.velocity_m_s = x_m, velocity_m_s
+        self.across_m, self.above_m = ball_x - x_m, ball_z
+        self.across_m_s, self.above_m_s = ball_vx - velocity_m_s, ball_vz
+
+    @property
+    def tension_n(self) -> float:
+        """The rope's pull in the step that led here [N]."""
+        return math.hypot(self.numbers[6], self.numbers[7])
+
+    def check_finite(self, t_s: float) -> None:
+        """Raises SimulationError where the state is no longer finite, or far beyond any rope's stretch."""
+        extent = abs(self.x_m) + abs(self.across_m) + abs(self.above_m)
+        if not extent < 1e3 * self._physics.length_m:
+            raise SimulationError(
+                "swing",
+                t_s,
+                f"the simulated swing left its domain at {t_s:.3f} s (extent {extent:g} m); "
+                "lower learn.step_s or game.rope.stiffness_n_m",
+            )

@@ -1,0 +1,67 @@
+"""What goes into a rollout of the swing-up and what comes out of it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kendama_cli.learning.reward import Outcome
+from kendama_cli.learning.state import SwingState
+
+TURN_RAD_S = 0.5
+"""The ball's angular velocity from which it counts as swinging one way: a half-swing begins there."""
+Numbers = Sequence[float] | NDArray[np.float64]
+
+
+class Actor(Protocol):
+    """Chooses the cup's acceleration from readings; a learner or a frozen policy."""
+
+    @property
+    def next_look_s(self) -> float:
+        """No reading is needed before this time into the rollout."""
+
+    def act(self, state: SwingState, t_s: float) -> float:
+        """The cup's acceleration [m/s^2]."""
+
+
+@dataclass(frozen=True)
+class RolloutNoise:
+    """All that chance adds to one rollout, drawn beforehand: what is learned meanwhile does not change it."""
+
+    start_angle_rad: float
+    start_position_m: float
+    angle_rad: Numbers
+    """Error of the angle's reading in each step."""
+    rate_rad_s: Numbers
+    """Error of the rate's reading in each step."""
+    gain: Numbers
+    """Factor on the acceleration of each action."""
+    room: float = 1.0
+    """Factor on the room, see LearnSettings.with_room."""
+
+
+@dataclass(frozen=True)
+class SimulatedRollout:
+    """How a rollout went; ``final`` is the true state at its end.
+
+    ``half_swings`` counts the stretches in which the ball swings one way faster than 0.5 rad/s, the last one, which
+    reaches the goal, included.
+    """
+
+    outcome: Outcome
+    duration_s: float
+    peak_displacement_m: float
+    half_swings: int
+    final: SwingState
+
+
+@dataclass(frozen=True)
+class Catch:
+    """How the free flight after the goal went, without contact: distance of ball and cup at the rim plane."""
+
+    miss_m: float
+    duration_s: float

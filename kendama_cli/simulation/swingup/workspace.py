@@ -1,0 +1,22 @@
+"""The limiter that ``learn.workspace`` asks for, in the simulation: its cup obeys at once."""
+
+from __future__ import annotations
+
+import math
+
+from kendama_cli.learning.limiter import BrakingLimiter
+from kendama_cli.learning.settings import LearnSettings, LimitedWorkspace
+
+
+def limiter(settings: LearnSettings) -> BrakingLimiter:
+    """Keeps place and speed within ``learn.workspace``; where leaving ends the rollout, the speed alone."""
+    workspace = settings.workspace
+    largest = max(settings.largest_action_m_s2, settings.goal.catch_acceleration_m_s2)
+    limited = isinstance(workspace, LimitedWorkspace)
+    return BrakingLimiter(
+        half_width_m=workspace.half_width_m if limited else math.inf,
+        max_speed_m_s=workspace.max_speed_m_s,
+        braking_m_s2=workspace.braking_m_s2 if isinstance(workspace, LimitedWorkspace) else largest,
+        largest_m_s2=largest,
+        period_s=settings.step_s,
+    )

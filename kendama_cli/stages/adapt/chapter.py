@@ -1,0 +1,218 @@
+"""The figures of adapt: the search for the time scale, the catch, and how well it repeats."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from matplotlib.axes import Axes
+
+from kendama_cli.report.figure import Figure, Panel, figure, lettered
+from kendama_cli.report.plot import drawing, legend_above
+from kendama_cli.report.source import StageLog
+from kendama_cli.report.style import BALL, CUP, GOOD, INK, LINE, MUTED, OTHER, PAPER
+from kendama_cli.report.tracks import Array, Geometry, Path2D, catch_time_s, pair
+
+_MOST_MISS_MM = 300.0
+_JUMP_MM = 500.0
+
+
+def adaptation_figures(log: StageLog) -> list[Figure]:
+    """The search and the catch; then tracking, joint speeds and the perturbed repeats."""
+    search = [_search(log), _catch(log)]
+    repeats, told = _repeats(log)
+    execution = [_tracking(log), _joint_speeds(log.table("/adapt/joints")), repeats]
+    return [
+        *figure(
+            lettered(
+                search,
+                [
+                    "How far the ball crosses the rim plane from the cup's middle, over the time scale tau of the"
+                    " movement primitive; one mark per simulated rollout. Shaded: the windows that were found;"
+                    " bars: the middle of a window in the extremes of the declared uncertainties; dashed: the tau that"
+                    " was chosen, with its perturbed repeats as dots; squares: rollouts in which the goal was moved"
+                    " while the ball flew. Misses beyond the frame stand at its edge; crosses: the ball never rose"
+                    " above the rim.",
+                    "The chosen rollout in the swing plane, from 0.9 s before the catch to shortly after it: path of"
+                    " the cup's tie point and of the ball, both every 60 ms, and the cup at the catch.",
+                ],
+            ),
+            search,
+        ),
+        *figure(
+            lettered(
+                execution,
+                [
+                    "Distance between the commanded and the driven cup.",
+                    "Joint velocities of the arm during the same rollout.",
+                    told,
+                ],
+            ),
+            execution,
+            columns=3,
+        ),
+    ]
+
+
+def draw_cup(axes: Axes, x_m: float, z_m: float, tilt_rad: float, sizes: Geometry) -> None:
+    """The cup's outline with its tie point at (x, z)."""
+    wide, deep = sizes.cup_radius_m, sizes.cup_depth_m
+    outline = np.array([[-wide, deep], [-wide, 0.0], [wide, 0.0], [wide, deep]])
+    c, s = np.cos(tilt_rad), np.sin(tilt_rad)
+    turned = outline @ np.array([[c, -s], [s, c]])
+    axes.plot(x_m + turned[:, 0], z_m + turned[:, 1], color=INK, lw=1.6, solid_joinstyle="round", zorder=4)
+
+
+def swing_panel(name: str, title: str, paths: tuple[Path2D, Path2D], sizes: Geometry, at_s: float | None) -> Panel:
+    """Cup and ball in the swing plane with a mark every 60 ms, and the cup's outline at ``at_s`` (else at the end)."""
+    cup, ball = paths
+    with drawing(name, f"{title}: path of cup and ball in the swing plane", height_in=3.6) as made:
+        axes = made.axes()[0]
+        for body, colour, label, size in ((cup, CUP, "cup (tie point)", 3.0), (ball, BALL, "ball", 4.2)):
+            axes.plot(body.x_m, body.z_m, color=colour, lw=1.0, alpha=0.8)
+            marks = body.at(np.arange(body.t_s[0], body.t_s[-1], 0.06))
+            axes.plot(marks.x_m, marks.z_m, "o", color=colour, ms=size, mec=PAPER, mew=0.4, label=label)
+        instant = cup.at(np.array([cup.t_s[-1] if at_s is None else at_s]))
+        draw_cup(axes, instant.x_m[0], instant.z_m[0], instant.tilt_rad[0], sizes)
+        axes.set_xlabel("x [m]")
+        axes.set_ylabel("z [m]")
+        axes.set_aspect("equal", adjustable="datalim")
+        legend_above(axes)
+    return Panel(title, made.svg)
+
+
+def _search(log: StageLog) -> Panel | None:
+    rollouts = log.table("/adapt/rollout")
+    if rollouts.empty:
+        return None
+    rollouts = rollouts.sort_values(["tau_scale", "index"])
+    moved = (rollouts[["shift_x_m", "shift_y_m"]].to_numpy(np.float64) != 0.0).any(axis=1)
+    same = rollouts["amplitude"].to_numpy(np.float64) == log.metrics.get("amplitude", 1.0)
+    tau = rollouts["tau_scale"].to_numpy(np.float64)
+    miss_mm = 1e3 * rollouts["signed_miss_m"].to_numpy(np.float64)
+    caught = rollouts["caught"].to_numpy(bool)
+    known = np.isfinite(miss_mm)
+    edge = min(_MOST_MISS_MM, 1.15 * float(np.abs(miss_mm[known]).max(initial=10.0)))
+    shown = np.clip(np.where(known, miss_mm, -edge), -edge, edge)
+    corners, repeats, windows = (log.table(f"/adapt/{name}") for name in ("corner", "repeat", "window"))
+    with drawing("adapt-search", "Miss over time scale", height_in=3.6) as made:
+        axes = made.axes()[0]
+        for low, high in windows[["low", "high"]].to_numpy(np.float64) if len(windows) else ():
+            axes.axvspan(low, high, color=GOOD, alpha=0.18, lw=0)
+        axes.axhline(0, color=MUTED, lw=0.7)
+        plain = same & ~moved
+        for run in _unbroken(miss_mm[plain]):
+            axes.plot(tau[plain][run], shown[plain][run], color=MUTED, lw=0.8, zorder=1)
+        marks: tuple[tuple[Any, dict[str, Any]], ...] = (
+            (plain & ~known, {"marker": "x", "color": MUTED, "ms": 4, "label": "too low"}),
+            (known & plain & ~caught, {"marker": "o", "color": MUTED, "ms": 4.5, "mfc": PAPER, "label": "missed"}),
+            (known & plain & caught, {"marker": "o", "color": GOOD, "ms": 5, "label": "caught"}),
+            (known & moved & same, {"marker": "s", "color": OTHER, "ms": 4.5, "mfc": PAPER, "label": "goal moved"}),
+            (known & ~same, {"marker": ".", "color": LINE, "ms": 5, "label": "other size"}),
+        )
+        for which, look in marks:
+            if which.any():
+                axes.plot(tau[which], shown[which], ls="none", **look)
+        if len(corners):
+            axes.plot(
+                corners["tau_scale"],
+                np.clip(1e3 * corners["signed_miss_m"], -edge, edge),
+                "_",
+                color=BALL,
+                ms=9,
+                label="extreme worlds",
+            )
+        chosen = log.metrics.get("tau_scale")
+        if isinstance(chosen, int | float):
+            axes.axvline(chosen, color=INK, lw=0.9, ls=(0, (4, 3)), label=f"chosen, {chosen:.4g}")
+            if len(repeats):
+                at = np.full(len(repeats), float(chosen))
+                axes.plot(at, np.clip(1e3 * repeats["miss_m"], -edge, edge), ".", color=INK, ms=2.5, alpha=0.5)
+        axes.set_ylim(-edge * 1.08, edge * 1.08)
+        axes.set_xlabel("time scale tau")
+        axes.set_ylabel("signed miss [mm]")
+        legend_above(axes, columns=4)
+    return Panel("The search for the time scale", made.svg)
+
+
+def _unbroken(miss_mm: Array) -> list[slice]:
+    """Stretches of neighbouring rollouts whose ball came down in the same way: the miss has no gap and no jump."""
+    joined = np.abs(np.diff(miss_mm)) < _JUMP_MM
+    ends = np.flatnonzero(~joined) + 1
+    return [slice(a, b) for a, b in zip([0, *ends.tolist()], [*ends.tolist(), len(miss_mm)], strict=True) if b - a > 1]
+
+
+def _catch(log: StageLog) -> Panel | None:
+    paths = pair(log, "/adapt")
+    if paths is None:
+        return None
+    cup, ball = paths
+    sizes = Geometry.of(log)
+    t_s = catch_time_s(cup, ball, sizes.cup_depth_m)
+    if t_s is not None:
+        cup, ball = (body.between(t_s - 0.9, t_s + 0.12) for body in (cup, ball))
+    return swing_panel("adapt-catch", "The catch" if t_s is not None else "The rollout", (cup, ball), sizes, t_s)
+
+
+def _tracking(log: StageLog) -> Panel | None:
+    wanted, driven = log.table("/adapt/reference"), log.table("/adapt/cup")
+    if len(wanted) < 2 or len(driven) < 2:
+        return None
+    wanted = wanted.iloc[:: max(1, len(wanted) // 800)]
+    t = wanted["t_s"].to_numpy(np.float64)
+    error = [
+        np.interp(t, driven["t_s"].to_numpy(np.float64), driven[axis].to_numpy(np.float64))
+        - wanted[axis].to_numpy(np.float64)
+        for axis in ("x_m", "y_m", "z_m")
+    ]
+    with drawing(
+        "adapt-tracking", "Distance of the cup from its reference over time", width_in=3.4, height_in=2.6
+    ) as made:
+        axes = made.axes()[0]
+        axes.plot(t, 1e3 * np.linalg.norm(error, axis=0), color=CUP, lw=1.2)
+        axes.set_xlabel("time [s]")
+        axes.set_ylabel("distance [mm]")
+        axes.set_ylim(bottom=0)
+    return Panel("Following the reference", made.svg)
+
+
+def _joint_speeds(joints: pd.DataFrame) -> Panel | None:
+    columns = [name for name in joints.columns if str(name).endswith(".velocity_rad_s")]
+    if not columns:
+        return None
+    joints = joints.iloc[:: max(1, len(joints) // 600)]
+    shades = [CUP, BALL, GOOD, OTHER, MUTED, INK, "#e69f00", "#56b4e9"]
+    with drawing("adapt-joints", "Joint velocities over time", width_in=3.4, height_in=2.6) as made:
+        axes = made.axes()[0]
+        for number, name in enumerate(columns):
+            axes.plot(joints["t_s"], joints[name], color=shades[number % 8], lw=1.0, label=str(number + 1))
+        axes.set_xlabel("time [s]")
+        axes.set_ylabel("velocity [rad/s]")
+        axes.legend(loc="lower left", bbox_to_anchor=(0, 1), ncols=8, handlelength=0.8, columnspacing=0.7)
+    return Panel("Joint velocities", made.svg)
+
+
+def _repeats(log: StageLog) -> tuple[Panel | None, str]:
+    """The perturbed repeats sorted by miss, and the sentence that tells of them."""
+    repeats = log.table("/adapt/repeat")
+    if repeats.empty:
+        return None, ""
+    repeats = repeats.sort_values(["miss_m", "index"], na_position="last").reset_index(drop=True)
+    caught = repeats["caught"].to_numpy(bool)
+    miss_mm = 1e3 * repeats["miss_m"].to_numpy(np.float64)
+    shown = np.where(np.isfinite(miss_mm), np.clip(miss_mm, -_MOST_MISS_MM, _MOST_MISS_MM), _MOST_MISS_MM)
+    rank = np.arange(1, len(shown) + 1)
+    with drawing("adapt-repeats", "Miss of the perturbed repeats", width_in=3.4, height_in=2.6) as made:
+        axes = made.axes()[0]
+        axes.plot(rank[~caught], shown[~caught], "o", color=MUTED, mfc=PAPER, ms=4.5, label="missed")
+        axes.plot(rank[caught], shown[caught], "o", color=GOOD, ms=4.5, label="caught")
+        axes.set_xlabel("repeat, sorted")
+        axes.set_ylabel("miss [mm]")
+        legend_above(axes)
+    n, k = len(caught), int(caught.sum())
+    low, high = (log.metrics.get(f"success_rate_{end}", float("nan")) for end in ("low", "high"))
+    return (
+        Panel("Perturbed repeats", made.svg),
+        f"Repeats with a perturbed rope, ball and arm: {k} of {n} caught (95 % interval {low:.3f} to {high:.3f}).",
+    )

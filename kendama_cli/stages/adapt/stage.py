@@ -1,0 +1,236 @@
+"""Adapt: the primitive is fitted to the arm until the arm catches."""
+
+from __future__ import annotations
+
+import contextlib
+import functools
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from kendama_cli.artifacts.motion_plan import CatchMotion, MotionPlan
+from kendama_cli.errors import StageError
+from kendama_cli.learning.friction_known import with_identified
+from kendama_cli.settings.game import GameSettings
+from kendama_cli.settings.placement import placed
+from kendama_cli.settings.robot import RobotSettings
+from kendama_cli.simulation.catch.arm_motion import ArmMotion
+from kendama_cli.simulation.catch.catch_family import CatchFamily
+from kendama_cli.simulation.catch.catch_obstacle import TORQUE_SPENT, obstacle
+from kendama_cli.simulation.catch.catch_search import (
+    Attempt,
+    Bounds,
+    MotionVariation,
+    Search,
+    Trial,
+    best_candidate,
+    expected_success,
+    nearest_attempt,
+    next_job,
+    windows,
+)
+from kendama_cli.simulation.catch.settings import AdaptSettings
+from kendama_cli.simulation.catch.uncertainty import CORNERS, Repeat, corner_errors, drawn_errors, success_interval
+from kendama_cli.simulation.dart.arm import Arm
+from kendama_cli.simulation.dart.rollout import RolloutResult, play_rollout
+from kendama_cli.simulation.dart.world import NO_ERRORS, ArmWorld
+from kendama_cli.simulation.placement.find_placement import current_placement, find_placement
+from kendama_cli.stages.interface import Made, Metric, StageContext, State
+
+
+class Adapt:
+    """Takes the MotionPlan of ``encode``; gives the CatchMotion of the arm in DART."""
+
+    def __init__(self, *, adapt: AdaptSettings, robot: RobotSettings, game: GameSettings) -> None:
+        self._settings = adapt
+        self._robot = robot
+        self._game = game
+
+    def run(self, given: Mapping[str, Any], ctx: StageContext) -> Made:
+        """Search tau, then goal and size, in the closed loop; the result is judged by perturbed repeats.
+
+        ``caught`` is the nominal outcome, ``success_rate`` that over fresh perturbed repeats. Where nothing catches
+        the stage still ends, and its metrics tell how near it came and what stands in the way. Raises StageError,
+        naming the joint and its limit, where no tau in the range is within the arm's limits.
+        """
+        plan: MotionPlan = given["encode"]
+        settings = self._settings
+        robot = self._placed(with_identified(self._robot, given.get("identify")), plan, ctx)
+        world = ArmWorld(robot, self._game)
+        family = CatchFamily(world.arm, plan, settings.lead_in_m_s2)
+        bounds = family.bounds(settings.amplitudes, self._game.cup.radius_m)
+        self._require_playable(family, bounds)
+        saved = ctx.restore()
+        search = Search() if saved is None else Search.from_json(saved["search"])
+        if saved is None:
+            seeds = ctx.rng("adapt repeats").integers(2**62, size=len(CORNERS) + settings.repeats).tolist()
+        else:
+            seeds = [int(seed) for seed in saved["seeds"]]
+        while (job := next_job(search, settings, bounds)) is not None:
+            if job.kind == "attempt":
+                search = search.with_attempt(self._attempt(world, family, job, ctx))
+            else:
+                search = search.with_repeat(job, self._repeat(world, family, job, seeds, ctx))
+            ctx.checkpoint(functools.partial(_state, search, seeds))
+            total = search.rollouts() + settings.repeats if job.kind == "confirm" else None
+            ctx.progress(search.rollouts() + len(search.confirmed), total, **_figures(job, search))
+        return self._made(world, family, bounds, search, ctx)
+
+    def _placed(self, robot: RobotSettings, plan: MotionPlan, ctx: StageContext) -> RobotSettings:
+        """The arm where it stands, or where the search finds that it should: the same after a resumption.
+
+        The swing-up's line is kept in reach too, unless that leaves the motion beyond every tau that is allowed.
+        """
+        if self._settings.placement == "given":
+            return robot
+
+        def tell(done: int, total: int, cost: float) -> None:
+            ctx.progress(done, total, placement=round(cost, 3))
+
+        lead_in = self._settings.lead_in_m_s2
+        find = functools.partial(find_placement, robot, self._game, plan, lead_in, effort=1.0, progress=tell)
+        with contextlib.suppress(StageError):  # out of reach: perhaps only the line is
+            found = placed(robot, find(line=True))
+            if ArmMotion(Arm(found, self._game.cup), plan, lead_in).least_tau_scale() <= self._settings.tau_range[1]:
+                return found
+        return placed(robot, find(line=False))
+
+    def _require_playable(self, family: CatchFamily, bounds: Bounds) -> None:
+        least, most = bounds.lowest_tau[1.0], self._settings.tau_range[1]
+        if least > most:
+            given = self._settings.placement == "given"
+            otherwise = "place the arm otherwise (adapt.placement=search)" if given else "choose another robot"
+            raise StageError(
+                f"the motion would have to be {least:.2f} times slower for {self._robot.name}, whose "
+                f"{family.swing(MotionVariation(1.0)).limiting_joint()} stands in the way; "
+                f"allowed: tau_scale up to {most}: raise adapt.tau_range, or {otherwise}"
+            )
+
+    def _attempt(self, world: ArmWorld, family: CatchFamily, job: Trial, ctx: StageContext) -> Attempt:
+        variation = job.variation
+        limit = family.limit(variation)
+        if limit is not None:
+            return Attempt(variation, False, None, None, 0.0, None, limit)
+        swing = family.swing(variation)
+        world.perturb(NO_ERRORS)
+        result = play_rollout(world, swing.joints(variation.tau_scale, self._settings.hold_s))
+        ctx.log.write("/adapt/rollout", float(job.index), _rollout_message(job, result.caught, result.signed_miss_m))
+        flight = None
+        if result.flight_s is not None:
+            start, end = (
+                (t_s / variation.tau_scale - swing.lead_in_s) / swing.plan.duration_s for t_s in result.flight_s
+            )
+            flight = (start, end)
+        return Attempt(variation, result.caught, result.signed_miss_m, result.side_miss_m, result.apex_m, flight)
+
+    def _repeat(self, world: ArmWorld, family: CatchFamily, job: Trial, seeds: list[int], ctx: StageContext) -> Repeat:
+        """Every candidate is judged with the same noise; those that confirm have noise of their own."""
+        perturbation, rope_m = self._settings.perturbation, self._game.rope.length_m
+        confirm = job.kind == "confirm"
+        rng = np.random.default_rng(seeds[job.index + len(CORNERS) * confirm])
+        draw = drawn_errors(perturbation, rope_m, rng) if confirm else corner_errors(perturbation, rope_m, job.index)
+        world.perturb(draw)
+        joints = family.swing(job.variation).joints(job.variation.tau_scale, self._settings.hold_s)
+        result = play_rollout(world, joints, noise_rad=perturbation.joint_noise_rad, rng=rng)
+        miss_m = _or_nan(result.signed_miss_m)
+        if confirm:
+            message = {"index": job.index, "caught": result.caught, "miss_m": miss_m}
+            ctx.log.write("/adapt/repeat", float(job.index), message)
+        else:
+            ctx.log.write("/adapt/corner", float(job.index), _rollout_message(job, result.caught, miss_m))
+        return Repeat(result.caught, result.signed_miss_m)
+
+    def _made(self, world: ArmWorld, family: CatchFamily, bounds: Bounds, search: Search, ctx: StageContext) -> Made:
+        best = best_candidate(search, bounds)
+        variation = best or nearest_attempt(search).variation
+        swing = family.swing(variation)
+        joints = swing.joints(variation.tau_scale, self._settings.hold_s)
+        world.perturb(NO_ERRORS)
+        result = play_rollout(world, joints, record=True)
+        _log_chosen(ctx, joints.joint_names, result)
+        if result.trace is not None:
+            reference_m = swing.cup_reference_m(variation.tau_scale, result.trace.t_s)
+            _log_frames(ctx, "/adapt/reference", "reference", result.trace.t_s, reference_m)
+        found = windows(search, self._settings, bounds)
+        for index, window in enumerate(found):
+            message = {"index": index, "low": window.low, "high": window.high, "middle": window.best.tau_scale}
+            ctx.log.write("/adapt/window", float(index), message)
+        successes, repeats = sum(repeat.caught for repeat in search.confirmed), len(search.confirmed)
+        success = successes / max(repeats, 1)
+        interval = success_interval(successes, repeats)
+        metrics: dict[str, Metric] = {"caught": result.caught}
+        if not result.caught:
+            torque = f"joint '{result.effort_joint}'" if result.effort_share >= TORQUE_SPENT else None
+            limiting = family.swing(MotionVariation(1.0, variation.amplitude)).limiting_joint()
+            metrics["in_the_way"] = obstacle(search, self._settings, bounds, limiting, torque)
+        metrics |= {
+            "tau_scale": variation.tau_scale,
+            "rollouts": search.rollouts(),
+            "success_rate": success,
+            "success_rate_low": interval.low if repeats else None,
+            "success_rate_high": interval.high if repeats else None,
+            "predicted_success": None if best is None else expected_success(search, best, bounds),
+            "windows": len(found),
+            "rollouts_to_first_catch": search.rollouts_to_first_catch(),
+            "amplitude": variation.amplitude,
+            "shift_mm": 1e3 * float(np.hypot(*variation.shift_m)),
+            "signed_miss_mm": None if result.signed_miss_m is None else 1e3 * result.signed_miss_m,
+            "side_miss_mm": None if result.side_miss_m is None else 1e3 * result.side_miss_m,
+            "apex_mm": 1e3 * result.apex_m,
+            "planned_speed_over_limit": float(swing.velocity_shares.max() / variation.tau_scale),
+            "speed_over_limit": result.velocity_share,
+            "effort_over_limit": result.effort_share,
+        }
+        placement = current_placement(world.arm)
+        return Made(CatchMotion(family.plan(variation), joints, placement, result.caught, success), metrics)
+
+
+def _rollout_message(job: Trial, caught: bool, miss_m: float | None) -> dict[str, Any]:
+    return {
+        "index": job.index,
+        "tau_scale": job.variation.tau_scale,
+        "signed_miss_m": _or_nan(miss_m),
+        "caught": caught,
+        "amplitude": job.variation.amplitude,
+        "shift_x_m": job.variation.shift_m[0],
+        "shift_y_m": job.variation.shift_m[1],
+    }
+
+
+def _state(search: Search, seeds: list[int]) -> State:
+    return {"search": search.to_json(), "seeds": seeds}
+
+
+def _or_nan(value: float | None) -> float:
+    return float("nan") if value is None else value
+
+
+def _figures(job: Trial, search: Search) -> dict[str, float | int]:
+    figures: dict[str, float | int] = {"tau": round(job.variation.tau_scale, 4), "caught": search.caught()}
+    if search.confirmed:
+        figures["success_rate"] = round(sum(one.caught for one in search.confirmed) / len(search.confirmed), 2)
+    return figures
+
+
+def _log_chosen(ctx: StageContext, joint_names: tuple[str, ...], result: RolloutResult) -> None:
+    trace = result.trace
+    if trace is None:
+        return
+    for t_s, position, velocity, effort in zip(
+        trace.t_s, trace.position_rad, trace.velocity_rad_s, trace.effort_nm, strict=True
+    ):
+        message = {
+            "names": list(joint_names),
+            "position_rad": position,
+            "velocity_rad_s": velocity,
+            "effort_nm": effort,
+        }
+        ctx.log.write("/adapt/joints", float(t_s), message)
+    _log_frames(ctx, "/adapt/cup", "cup", trace.t_s, trace.cup_m)
+    _log_frames(ctx, "/adapt/ball", "ball", trace.t_s, trace.ball_m)
+
+
+def _log_frames(ctx: StageContext, topic: str, child: str, t_s: Any, places_m: Any) -> None:
+    for t, place in zip(t_s, places_m, strict=True):
+        ctx.log.write(topic, float(t), {"parent": "world", "child": child, "position_m": place})

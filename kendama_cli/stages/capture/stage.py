@@ -1,0 +1,62 @@
+"""Capture: the hand's swings become demonstrations."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from kendama_cli.artifacts.demonstration import Demonstration, DemonstrationSet
+from kendama_cli.devices.hand.interface import HandDevice
+from kendama_cli.devices.hand.settings import CaptureSettings
+from kendama_cli.devices.hand.variants import open_hands
+from kendama_cli.stages.interface import Made, StageContext
+
+
+class Capture:
+    """Takes nothing; gives the DemonstrationSet of all swings that the configured hand offers."""
+
+    def __init__(self, *, capture: CaptureSettings) -> None:
+        self._settings = capture
+
+    def run(self, given: Mapping[str, Any], ctx: StageContext) -> Made:
+        """Record every swing; metrics: the median rate, the mean duration, the largest speed of all.
+
+        Raises InputError for a recording that cannot be used, MissingPartError for a device that is not there.
+        """
+        hands = open_hands(self._settings)
+        demonstrations = []
+        for hand in hands:
+            demonstrations.append(_record(hand, ctx))
+            ctx.progress(len(demonstrations), len(hands))
+        rates = [1.0 / np.median(np.diff(swing.t_s)) for swing in demonstrations]
+        return Made(
+            DemonstrationSet(tuple(demonstrations)),
+            {
+                "n_demonstrations": len(demonstrations),
+                "sample_rate_hz": round(float(np.median(rates)), 6),
+                "duration_s": float(np.mean([swing.duration_s for swing in demonstrations])),
+                "peak_speed_m_s": max(swing.peak_speed_m_s for swing in demonstrations),
+            },
+        )
+
+
+def _record(hand: HandDevice, ctx: StageContext) -> Demonstration:
+    try:
+        samples = list(hand.samples())
+    finally:
+        hand.close()
+    for sample in samples:
+        message = {
+            "parent": "world",
+            "child": hand.name,
+            "position_m": sample.position_m,
+            "rotation_wxyz": sample.rotation_wxyz,
+        }
+        ctx.log.write("/capture/cup", sample.t_s, message)
+    return Demonstration(
+        hand.name,
+        np.array([sample.t_s for sample in samples]),
+        np.array([sample.position_m for sample in samples]),
+    )

@@ -1,0 +1,140 @@
+"""Encode: demonstrations become one movement primitive."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from kendama_cli.artifacts.demonstration import Demonstration
+from kendama_cli.artifacts.motion_plan import MotionPlan
+from kendama_cli.devices.hand.plan_file import read_plan
+from kendama_cli.errors import StageError
+from kendama_cli.motion.agreement import apart, axes_of
+from kendama_cli.motion.averaging import COORDINATES, Deviation, Encoding, encode, prepare
+from kendama_cli.motion.dmp import play
+from kendama_cli.motion.settings import EncodeSettings
+from kendama_cli.schema.arrays import Array
+from kendama_cli.stages.interface import Made, Metric, StageContext
+
+LOG_RATE_HZ = 100.0
+
+SHARES = np.linspace(0.0, 1.0, 101)
+"""Where the paths of demonstrations are compared."""
+
+
+class Encode:
+    """Takes the DemonstrationSet of ``capture``; gives the MotionPlan of the average primitive.
+
+    With ``encode.plan`` it takes nothing and gives the primitive of that file.
+    """
+
+    def __init__(self, *, encode: EncodeSettings) -> None:
+        self._settings = encode
+
+    def run(self, given: Mapping[str, Any], ctx: StageContext) -> Made:
+        """Encode every demonstration, average the parameters, and measure what was lost.
+
+        ``rmse_mm`` (pooled over all samples) and ``max_error_mm`` (of the worst sample) are between each
+        demonstration and its own primitive; ``spread_mm`` is the rms distance of the demonstrations' primitives from
+        their average at equal shares, ``spread_max_mm`` the largest; ``outliers`` names the demonstrations that stand
+        apart, which are left out only where ``encode.outliers`` is ``drop``. Raises StageError, naming the
+        demonstration, where one cannot be encoded, and InputError for a plan that cannot be read.
+        """
+        if self._settings.plan is not None:
+            return _imported(read_plan(self._settings.plan), ctx)
+        if "capture" not in given:
+            raise StageError("encode: no demonstrations; set encode.plan=FILE or take a pipeline with a capture stage")
+        demonstrations: Sequence[Demonstration] = given["capture"].demonstrations
+        encoding = self._encoded(demonstrations)
+        paths = _paths(encoding)
+        _check_axes(demonstrations, paths)
+        outside = apart(paths, encoding.parameters.duration_s)
+        names = ", ".join(one.name for one, far in zip(demonstrations, outside, strict=True) if far) or "none"
+        if outside.any() and self._settings.outliers == "drop":
+            demonstrations = [one for one, far in zip(demonstrations, outside, strict=True) if not far]
+            encoding = self._encoded(demonstrations)
+            paths = _paths(encoding)
+        ctx.progress(len(demonstrations), len(demonstrations))
+        mean = encoding.average()
+        plans = [encoding.plan(i) for i in range(len(encoding))]
+        _log_demonstrations(ctx, demonstrations, encoding, plans)
+        _log_plan(ctx, mean)
+        spread = np.linalg.norm(paths - play(mean, SHARES * mean.duration_s).position_m, axis=2)
+        own = [encoding.deviation(plan, i) for i, plan in enumerate(plans)]
+        metrics: dict[str, Metric] = {
+            "n_parameters": mean.n_parameters,
+            "rmse_mm": 1e3 * _pooled(own),
+            "max_error_mm": 1e3 * max(one.max_m for one in own),
+            "duration_s": mean.duration_s,
+            "spread_mm": 1e3 * float(np.sqrt(np.mean(spread**2))),
+            "spread_max_mm": 1e3 * float(spread.max()),
+            "duration_spread_s": float(np.std(encoding.parameters.duration_s)),
+            "width": encoding.basis.width,
+            "outliers": names,
+            "averaged": len(encoding),
+        }
+        return Made(mean, metrics)
+
+    def _encoded(self, demonstrations: Sequence[Demonstration]) -> Encoding:
+        try:
+            return encode(prepare(demonstrations, self._settings), self._settings)
+        except ValueError as error:
+            raise StageError(f"encode: {error}") from None
+
+
+def _paths(encoding: Encoding) -> Array:
+    """What each demonstration's primitive plays at ``SHARES``; (N, n, c)."""
+    plans = [encoding.plan(i) for i in range(len(encoding))]
+    return np.array([play(plan, SHARES * plan.duration_s).position_m for plan in plans])
+
+
+def _imported(plan: MotionPlan, ctx: StageContext) -> Made:
+    _log_plan(ctx, plan)
+    return Made(plan, {"n_parameters": plan.n_parameters, "duration_s": plan.duration_s})
+
+
+def _check_axes(demonstrations: Sequence[Demonstration], paths: Array) -> None:
+    for i, demonstration in enumerate(demonstrations):
+        turned = axes_of(paths[i], [*paths[:i], *paths[i + 1 :]], COORDINATES)
+        if turned is not None:
+            raise StageError(
+                f"encode: demonstration '{demonstration.name}' moves along other axes than the others: it agrees with "
+                f"them where {turned}; look at capture.columns and capture.sign, or leave it out of capture.path"
+            )
+
+
+def _pooled(deviations: Sequence[Deviation]) -> float:
+    squares = sum(one.samples * one.rms_m**2 for one in deviations)
+    return float(np.sqrt(squares / sum(one.samples for one in deviations)))
+
+
+def _log_demonstrations(
+    ctx: StageContext, demonstrations: Sequence[Demonstration], encoding: Encoding, plans: Sequence[MotionPlan]
+) -> None:
+    for i, (demonstration, plan) in enumerate(zip(demonstrations, plans, strict=True)):
+        swing = encoding.swings[i]
+        t_s = swing.share * swing.duration_s
+        _log_path(
+            ctx, "/encode/demonstrated", demonstration.name, t_s, swing.position_m - encoding.parameters.origin_m[i]
+        )
+        _log_path(ctx, "/encode/own", demonstration.name, t_s, play(plan, t_s).position_m)
+        _log_weights(ctx, demonstration.name, plan)
+
+
+def _log_plan(ctx: StageContext, plan: MotionPlan) -> None:
+    t_s = np.arange(round(plan.duration_s * LOG_RATE_HZ) + 1) / LOG_RATE_HZ
+    _log_path(ctx, "/encode/reproduced", "reproduced", t_s, play(plan, t_s).position_m)
+    _log_weights(ctx, "reproduced", plan)
+
+
+def _log_weights(ctx: StageContext, name: str, plan: MotionPlan) -> None:
+    for coordinate, values in zip(plan.coordinates, plan.weights, strict=True):
+        message = {"demonstration": name, "coordinate": coordinate, "centers": plan.centers, "values": values}
+        ctx.log.write("/encode/weights", 0.0, message)
+
+
+def _log_path(ctx: StageContext, topic: str, child: str, t_s: Array, position_m: Array) -> None:
+    for t, position in zip(t_s, position_m, strict=True):
+        ctx.log.write(topic, float(t), {"parent": "world", "child": child, "position_m": position})

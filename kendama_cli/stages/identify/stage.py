@@ -1,0 +1,164 @@
+"""Identify: the friction in the joints that the arm's controller does not know."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import fields
+from typing import Any
+
+import numpy as np
+
+from kendama_cli.artifacts.friction_model import FrictionModel
+from kendama_cli.artifacts.motion_plan import JointTrajectory
+from kendama_cli.devices.robot.compensated import CompensatedRobot
+from kendama_cli.devices.robot.excitation import excitation
+from kendama_cli.devices.robot.friction_samples import Samples
+from kendama_cli.devices.robot.identify_settings import IdentifySettings
+from kendama_cli.devices.robot.interface import Robot
+from kendama_cli.devices.robot.open_robot import open_robot
+from kendama_cli.devices.robot.recording import Recording, play
+from kendama_cli.devices.robot.tracking import CupPath, circle
+from kendama_cli.game.trace import wrench_message
+from kendama_cli.learning.friction_choice import FrictionSamples, choose_friction
+from kendama_cli.learning.friction_network import network_torque
+from kendama_cli.learning.friction_parametric import parametric_torque
+from kendama_cli.schema.arrays import Array
+from kendama_cli.settings.game import GameSettings
+from kendama_cli.settings.hardware import HardwareSettings
+from kendama_cli.settings.robot import RobotSettings
+from kendama_cli.simulation.dart.arm import Arm
+from kendama_cli.stages.interface import Made, Metric, StageContext, State
+
+LOG_PERIOD_S = 0.02
+
+
+class Identify:
+    """Takes nothing but the hardware; gives the FrictionModel of its joints."""
+
+    def __init__(
+        self, *, identify: IdentifySettings, hardware: HardwareSettings, robot: RobotSettings, game: GameSettings
+    ) -> None:
+        self._settings = identify
+        self._hardware = hardware
+        self._robot = robot
+        self._game = game
+
+    def run(self, given: Mapping[str, Any], ctx: StageContext) -> Made:
+        """Move the arm in two ways, fit on one, judge on the other; track a circle without and with the better model.
+
+        ``tracking_rms_mm_before`` and ``_after`` are told after the drive's own delay, ``drive_delay_ms``, has been
+        taken off: the same for both, that of the compensated motion. Raises StageError where an excited joint would
+        leave its range or moves too little, HardwareError where the robot tells no efforts or fails.
+        """
+        settings = self._settings
+        arm = Arm(self._robot, self._game.cup)
+        visit = _Visit(ctx)
+        with open_robot(self._hardware, self._robot, self._game) as robot:
+            round_and_round = circle(arm, settings, robot.period_s)
+            exciting = {
+                name: excitation(
+                    arm, self._game, settings, duration_s=seconds, period_s=robot.period_s, rng=visit.rng(name)
+                )
+                for name, seconds in (("train", settings.duration_s), ("held_out", settings.held_out_s))
+            }
+            samples = Samples(self._robot, self._game)
+            learned, judged = (
+                samples.of(visit.play(name, robot, motion), settings.smoothing_s) for name, motion in exciting.items()
+            )
+            hidden, rng = settings.hidden_units, visit.rng("network")
+            model = choose_friction(arm.joint_names, learned, judged, hidden=hidden, rng=rng)
+            tracked = {
+                name: CupPath(arm, round_and_round.joints, visit.play(name, one, round_and_round.joints))
+                for name, one in (("before", robot), ("after", CompensatedRobot(robot, model)))
+            }
+        _log_friction(ctx, judged, model, robot.period_s)
+        _log_paths(ctx, tracked)
+        return Made(model, _metrics(model, tracked, round_and_round.speed_m_s))
+
+
+class _Visit:
+    """Motions played one after the other; those that a killed run had finished are not played again."""
+
+    def __init__(self, ctx: StageContext) -> None:
+        self._ctx = ctx
+        saved = ctx.restore() or {}
+        self._seed = int(saved["seed"]) if saved else int(ctx.rng("identify").integers(2**62))
+        names = dict.fromkeys(key.partition(".")[0] for key in saved if "." in key)
+        self._done = {
+            name: Recording(**{field.name: saved[f"{name}.{field.name}"] for field in fields(Recording)})
+            for name in names
+        }
+
+    def rng(self, name: str) -> np.random.Generator:
+        """A stream that belongs to ``name`` alone, so that a resumed run draws what the killed one drew."""
+        return np.random.default_rng([self._seed, *name.encode()])
+
+    def play(self, name: str, robot: Robot, motion: JointTrajectory) -> Recording:
+        if name not in self._done:
+            start_s = sum(float(one.t_s[-1]) for one in self._done.values())
+            seed = int(self.rng(f"{name} body").integers(2**63))
+            self._done[name] = recording = play(robot, motion, seed)
+            self._log(recording, start_s, motion.joint_names)
+            self._ctx.checkpoint(self._state, force=True)  # a real arm should not have to move again
+        self._ctx.progress(len(self._done), 4)
+        return self._done[name]
+
+    def _log(self, recording: Recording, start_s: float, joint_names: tuple[str, ...]) -> None:
+        every = max(1, round(LOG_PERIOD_S / float(np.diff(recording.t_s).mean())))
+        for k in range(0, len(recording.t_s), every):
+            t_s = start_s + float(recording.t_s[k])
+            message = {
+                "names": list(joint_names),
+                "position_rad": recording.position_rad[k],
+                "velocity_rad_s": recording.velocity_rad_s[k],
+                "effort_nm": recording.effort_nm[k],
+            }
+            self._ctx.log.write("/identify/joints", t_s, message)
+            self._ctx.log.write("/identify/wrench", t_s, wrench_message(recording.wrist_wrench[k]))
+
+    def _state(self) -> State:
+        return {"seed": self._seed} | {
+            f"{name}.{field.name}": getattr(recording, field.name)
+            for name, recording in self._done.items()
+            for field in fields(Recording)
+        }
+
+
+def _log_friction(ctx: StageContext, samples: FrictionSamples, model: FrictionModel, period_s: float) -> None:
+    """The held-out samples that count, with what both models say of them."""
+    parametric = parametric_torque(model.parametric, samples.velocity_rad_s)
+    network = network_torque(model.network, samples.velocity_rad_s, model.fastest_rad_s)
+    every = max(1, round(LOG_PERIOD_S / period_s))
+    for k in range(0, len(samples.velocity_rad_s), every):
+        for j in np.flatnonzero(samples.kept[k]):
+            message = {
+                "joint": model.joint_names[j],
+                "velocity_rad_s": samples.velocity_rad_s[k, j],
+                "friction_nm": samples.torque_nm[k, j],
+                "parametric_nm": parametric[k, j],
+                "network_nm": network[k, j],
+            }
+            ctx.log.write("/identify/friction", k * period_s, message)
+
+
+def _log_paths(ctx: StageContext, tracked: Mapping[str, CupPath]) -> None:
+    paths: dict[str, Array] = {"reference": tracked["after"].wanted_m}
+    paths |= {name: path.reached_m for name, path in tracked.items()}
+    for name, places in paths.items():
+        for t_s, place in zip(tracked["after"].t_s, places, strict=True):
+            message = {"parent": "world", "child": "cup", "position_m": place}
+            ctx.log.write(f"/identify/tracking/{name}", float(t_s), message)
+
+
+def _metrics(model: FrictionModel, tracked: Mapping[str, CupPath], speed_m_s: float) -> dict[str, Metric]:
+    delay_s = tracked["after"].delay_s()
+    chosen = model.network_rms_nm if model.chosen == "network" else model.parametric_rms_nm
+    return {
+        "model": model.chosen,
+        "parametric_rms_nm": float(np.sqrt(np.mean(model.parametric_rms_nm**2))),
+        "network_rms_nm": float(np.sqrt(np.mean(model.network_rms_nm**2))),
+        **{f"tracking_rms_mm_{name}": 1e3 * path.rms_m(delay_s) for name, path in tracked.items()},
+        "tracking_speed_m_s": speed_m_s,
+        "drive_delay_ms": 1e3 * delay_s,
+        **{f"{name}_rms_nm": float(value) for name, value in zip(model.joint_names, chosen, strict=True)},
+    }

@@ -1,0 +1,168 @@
+"""Interact: an arm plays a script of poses and forces in a scene."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from kendama_cli.artifacts.interaction import InteractionResult
+from kendama_cli.devices.controller.variants import make_controller
+from kendama_cli.errors import SimulationError
+from kendama_cli.motion.impedance import TaskReference
+from kendama_cli.motion.rotation_matrix import quaternion_of
+from kendama_cli.motion.task_path import TaskPath
+from kendama_cli.motion.task_settings import InteractSettings
+from kendama_cli.schema.arrays import Array
+from kendama_cli.settings.robot import RobotSettings
+from kendama_cli.settings.scene import SceneSettings, StaticBody
+from kendama_cli.simulation.dart.task_world import STEP_S, TaskWorld
+from kendama_cli.stages.interface import Made, Metric, StageContext
+
+PROGRESS_STEPS = 500
+
+
+class Interact:
+    """Takes nothing; gives the InteractionResult of the script in ``interact``, played in ``scene`` by ``robot``."""
+
+    def __init__(self, *, interact: InteractSettings, scene: SceneSettings, robot: RobotSettings) -> None:
+        self._settings = interact
+        self._scene = scene
+        self._robot = robot
+
+    def run(self, given: Mapping[str, Any], ctx: StageContext) -> Made:
+        """Play the script, and compare what the sensor felt that the tool exerted with what was wanted.
+
+        ``force_error_*`` are along the wanted force over the steps throughout which it stays what it is, ``friction``
+        is the median ratio of the contact's other part to it while the tool is moved in them, ``path_error_rms_mm`` is
+        across it, over the whole script; None where no step is of that kind. Raises ConfigError where a body of the
+        scene holds the arm, SimulationError where the motion is not finite or the tool is left behind.
+        """
+        settings = self._settings
+        world = TaskWorld(self._robot, settings, self._scene)
+        path = TaskPath(settings.script, world.tool_m, world.tool_rotation)
+        controller = make_controller(settings.controller)
+        controller.reset(world.position_rad)
+        moving = [body.name for body in self._scene.bodies if not isinstance(body, StaticBody)]
+        total = round(path.duration_s / STEP_S)
+        every = round(1.0 / (STEP_S * settings.log_rate_hz))
+        played = _Played(world)
+        for k in range(total):
+            reference = path.at(k * STEP_S)
+            world.step(controller.command(world.state(), reference, STEP_S))
+            self._check_reached(world, reference, path.step_at(k * STEP_S))
+            played.note(path.step_at(k * STEP_S), reference)
+            if (k + 1) % every == 0:
+                _log(ctx, world, reference, settings.script[path.step_at(k * STEP_S)].name, moving)
+            if (k + 1) % PROGRESS_STEPS == 0:
+                ctx.progress(
+                    k + 1, total, t_s=round(world.t_s, 1), force_n=round(float(np.linalg.norm(world.felt_n)), 1)
+                )
+        result = played.result(tuple(step.name for step in settings.script))
+        return Made(result, played.metrics(path))
+
+    def _check_reached(self, world: TaskWorld, reference: TaskReference, step: int) -> None:
+        missing = reference.position_m - world.tool_m
+        missing = missing - float(reference.force_axis @ missing) * reference.force_axis
+        error_m = float(np.linalg.norm(missing))
+        if error_m > self._settings.most_error_m:
+            place = f"[{', '.join(f'{value:.3f}' for value in reference.position_m)}]"
+            raise SimulationError(
+                "tool",
+                world.t_s,
+                f"step '{self._settings.script[step].name}' at {world.t_s:.3f} s: the tool of {self._robot.name} is "
+                f"{error_m:.3f} m from its reference {place} m; allowed: interact.most_error_m, "
+                f"{self._settings.most_error_m}; move interact.script[{step}].position_m within reach, "
+                "give it more time, or move what stands in the way",
+            )
+
+
+class _Played:
+    """What was played so far."""
+
+    def __init__(self, world: TaskWorld) -> None:
+        self._world = world
+        self._rows: list[tuple[float, ...]] = []
+        self._touched: set[str] = set()
+        self._effort_share = self._speed_share = 0.0
+
+    def note(self, step: int, reference: TaskReference) -> None:
+        world = self._world
+        parts = (world.tool_m, reference.position_m, reference.force_n, reference.force_axis, world.felt_n)
+        touches = float(bool(world.touched))
+        self._rows.append((world.t_s, step, float(reference.velocity.any()), touches, *np.concatenate(parts)))
+        self._touched |= {world.touched} - {""}
+        self._effort_share = max(self._effort_share, float((np.abs(world.effort_nm) / world.arm.effort_nm).max()))
+        speed = np.abs(world.velocity_rad_s) / world.arm.velocity_rad_s
+        self._speed_share = max(self._speed_share, float(speed.max()))
+
+    def result(self, steps: tuple[str, ...]) -> InteractionResult:
+        t_s, step, _, _, tool, reference, wanted, _, contact = _columns(self._rows)
+        return InteractionResult(
+            steps, tuple(sorted(self._touched)), t_s[:, 0], step[:, 0], tool, reference, wanted, contact
+        )
+
+    def metrics(self, path: TaskPath) -> dict[str, Metric]:
+        t_s, step, moves, touches, tool, reference, wanted, axis, contact = _columns(self._rows)
+        along = (axis * contact).sum(axis=1)
+        error = along - (axis * wanted).sum(axis=1)
+        across = np.linalg.norm(contact - along[:, None] * axis, axis=1)
+        settled = np.array([path.settled(int(index)) for index in step[:, 0]])
+        sliding = settled & (moves[:, 0] > 0) & (touches[:, 0] > 0)
+        missing = reference - tool
+        missing -= (axis * missing).sum(axis=1)[:, None] * axis
+        return {
+            "force_error_rms_n": _rms(error[settled]),
+            "force_error_n_p95": float(np.quantile(np.abs(error[settled]), 0.95)) if settled.any() else None,
+            "force_error_max_n": float(np.abs(error[settled]).max()) if settled.any() else None,
+            "contact_share": float(touches[settled].mean()) if settled.any() else None,
+            "peak_force_n": float(np.linalg.norm(contact, axis=1).max()),
+            "friction": float(np.median(across[sliding] / along[sliding])) if sliding.any() else None,
+            "path_error_rms_mm": _rms(1e3 * np.linalg.norm(missing, axis=1)),
+            "touched": ", ".join(sorted(self._touched)) or None,
+            "effort_over_limit": self._effort_share,
+            "speed_over_limit": self._speed_share,
+            "duration_s": float(t_s[-1, 0]),
+        }
+
+
+def _columns(rows: list[tuple[float, ...]]) -> list[Array]:
+    return np.split(np.array(rows), [1, 2, 3, 4, 7, 10, 13, 16], axis=1)
+
+
+def _rms(values: Array) -> float | None:
+    return float(np.sqrt(np.mean(values**2))) if len(values) else None
+
+
+def _log(ctx: StageContext, world: TaskWorld, reference: TaskReference, step: str, moving: list[str]) -> None:
+    t_s, axis = world.t_s, reference.force_axis
+    joints = {
+        "names": list(world.arm.joint_names),
+        "position_rad": world.position_rad,
+        "velocity_rad_s": world.velocity_rad_s,
+        "effort_nm": world.effort_nm,
+    }
+    ctx.log.write("/interact/joints", t_s, joints)
+    ctx.log.write("/interact/tool", t_s, _frame("tool", world.tool_m, world.tool_rotation))
+    ctx.log.write("/interact/reference", t_s, _frame("reference", reference.position_m, reference.rotation))
+    for name in moving:
+        place = world.scene.bodies[name].getWorldTransform()
+        ctx.log.write("/interact/body", t_s, _frame(name, place.translation(), place.rotation()))
+    names = [f"force_{a}_n" for a in "xyz"] + [f"torque_{a}_nm" for a in "xyz"]
+    ctx.log.write("/interact/wrench", t_s, dict(zip(names, world.wrist_wrench().tolist(), strict=True)))
+    # where no force is wanted, whatever is felt counts as along it
+    along = float(axis @ world.felt_n) if axis.any() else float(np.linalg.norm(world.felt_n))
+    across = float(np.linalg.norm(world.felt_n - along * axis)) if axis.any() else 0.0
+    contact = {
+        "step": step,
+        "body": world.touched,
+        "wanted_n": float(axis @ reference.force_n),
+        "along_n": along,
+        "across_n": across,
+    }
+    ctx.log.write("/interact/contact", t_s, contact)
+
+
+def _frame(child: str, place_m: Array, rotation: Array) -> dict[str, Any]:
+    return {"parent": "world", "child": child, "position_m": place_m, "rotation_wxyz": quaternion_of(rotation)}

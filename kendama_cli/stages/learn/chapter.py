@@ -1,0 +1,203 @@
+"""The figures of learn: reward per rollout, the learned swing-up, and the table that does it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from matplotlib.colors import ListedColormap
+
+from kendama_cli.report.animation import player
+from kendama_cli.report.figure import Figure, Panel, figure, lettered
+from kendama_cli.report.plot import drawing, legend_above
+from kendama_cli.report.source import StageLog
+from kendama_cli.report.style import BALL, CUP, EXPLORED, INK, LINE, MUTED, OTHER, PAPER
+from kendama_cli.report.tracks import Geometry, pair, running_median
+from kendama_cli.stages.adapt.chapter import swing_panel
+
+
+def swingup_figures(log: StageLog) -> list[Figure]:
+    """The paper's Fig. 5 and Fig. 6, and the learned table."""
+    learning: list[Panel | None] = [reward_panel(log.table("/learn/rollout"), "learn-reward", "rollout", _learned(log))]
+    steps = log.table("/learn/step")
+    trajectory = [_path(log), _series(steps)]
+    film, table = _film(log), _table(log)
+    return [
+        *figure(
+            [
+                "Reward of every rollout of the learning. Explored: driven by a random harmonic trajectory; greedy: by"
+                " the table as it stood; filled: the goal was reached. Line: running median of the greedy rollouts over"
+                " 21 of them. Once the row that counts as learned is there, the table is tried on other bodies, and"
+                " learns on where it fails. Compare with Fig. 5 of the paper."
+            ],
+            learning,
+            columns=1,
+        ),
+        *figure(
+            [
+                *lettered(
+                    trajectory,
+                    [
+                        "The learned swing-up, one rollout of the frozen table without noise: ball and cup in the swing"
+                        " plane, a mark every 60 ms, the cup drawn where the swing-up ends.",
+                        "The same over time: position of the cup, angle of the ball (0: hanging, ±180: above the cup)"
+                        " and the acceleration that the table chose.",
+                    ],
+                ),
+                "Compare with Fig. 6 of the paper.",
+            ],
+            trajectory,
+        ),
+        *figure(
+            lettered(
+                [film, table],
+                [
+                    "The same rollout as a film.",
+                    "What the table would do: the acceleration with the largest Q for every state. Angle of the ball"
+                    " from left to right; every block holds cup position and cup velocity fixed, and the ball's rate"
+                    " rises over its lines. Grey: states in which all actions are still alike.",
+                ],
+            ),
+            [film, table],
+        ),
+    ]
+
+
+def reward_panel(rollouts: pd.DataFrame, name: str, label: str, learned: float | None = None) -> Panel | None:
+    """Reward over rollouts with explored and greedy marks; a dashed line after ``learned`` rollouts."""
+    if rollouts.empty:
+        return None
+    explored = rollouts["explored"].to_numpy(bool)
+    success = rollouts["success"].to_numpy(bool)
+    index = rollouts["index"].to_numpy(np.float64)
+    reward = rollouts["reward"].to_numpy(np.float64)
+    with drawing(name, "Reward per rollout", height_in=3.0, width_in=9.0) as made:
+        axes = made.axes()[0]
+        kinds = ((explored, EXPLORED, "^", "explored"), (~explored, CUP, "o", "greedy"))
+        for kind, colour, marker, title in kinds:
+            for reached in (False, True):
+                of = kind & (success == reached)
+                if of.any():
+                    axes.plot(
+                        index[of],
+                        reward[of],
+                        marker,
+                        color=colour,
+                        mfc=colour if reached else PAPER,
+                        ms=4.2,
+                        mew=0.9,
+                        label=f"{title}, {'goal reached' if reached else 'failed'}",
+                    )
+        if (~explored).sum() > 4:
+            axes.plot(index[~explored], running_median(reward[~explored], 10), color=CUP, lw=1.2, alpha=0.8)
+        if learned is not None:
+            axes.axvline(learned, color=INK, lw=0.9, ls=(0, (4, 3)))
+            axes.annotate(
+                f"learned after {learned:.0f}",
+                (learned, 0.04),
+                xytext=(5, 0),
+                xycoords=("data", "axes fraction"),
+                textcoords="offset points",
+            )
+        low, high = min(0.0, float(reward.min())), max(0.0, float(reward.max()))
+        axes.set_ylim(low - 0.07 * (high - low + 1), high + 0.07 * (high - low + 1))
+        axes.set_xlabel(label)
+        axes.set_ylabel("reward")
+        legend_above(axes, columns=4)
+    return Panel("Reward per rollout", made.svg)
+
+
+def _learned(log: StageLog) -> float | None:
+    rollouts = log.metrics.get("rollouts_to_learn")
+    return float(rollouts) if isinstance(rollouts, int | float) and log.metrics.get("learned") else None
+
+
+def _path(log: StageLog) -> Panel | None:
+    paths = pair(log, "/learn")
+    return None if paths is None else swing_panel("learn-path", "The learned swing-up", paths, Geometry.of(log), None)
+
+
+def _film(log: StageLog) -> Panel | None:
+    paths = pair(log, "/learn")
+    if paths is None:
+        return None
+    return Panel("Film of the swing-up", player("learn-film", *paths, Geometry.of(log), poster_s=None, autoplay=False))
+
+
+def _series(steps: pd.DataFrame) -> Panel | None:
+    if len(steps) < 2:
+        return None
+    return series_panel(steps, "learn-series", "Cup, ball and action over time")
+
+
+def series_panel(steps: pd.DataFrame, name: str, title: str) -> Panel:
+    """Cup position, ball angle and action over time, from SwingState or TransferStep rows."""
+    steps = steps.iloc[:: max(1, len(steps) // 800)]
+    t = steps["t_s"].to_numpy(np.float64) - float(steps["t_s"].iloc[0])
+    angle_deg = np.degrees(np.unwrap(steps["angle_rad"].to_numpy(np.float64)))
+    with drawing(name, title, height_in=3.6) as made:
+        position, angle, action = made.axes(3, share_x=True)
+        position.plot(t, steps["x_m"], color=CUP)
+        position.set_ylabel("cup x [m]")
+        angle.plot(t, angle_deg, color=BALL)
+        angle.set_ylabel("ball [°]")
+        action.step(t, steps["action_m_s2"], where="post", color=OTHER, lw=1.1)
+        action.set_ylabel("action [m/s²]")
+        action.set_xlabel("time [s]")
+        made.canvas.align_ylabels()
+    return Panel(title, made.svg)
+
+
+def _table(log: StageLog) -> Panel | None:
+    """The greedy action per state; only for a table whose grid the settings tell (position, velocity, angle, rate)."""
+    tables = log.table("/learn/table")
+    learning: Mapping[str, Any] = next(
+        (value for value in log.settings.values() if isinstance(value, Mapping) and "grid" in value), {}
+    )
+    grid, actions = learning.get("grid", {}), learning.get("actions_m_s2", [])
+    if tables.empty or not {"position_edges_m", "velocity_edges_m_s", "angle_bins", "rate_edges_rad_s"} <= grid.keys():
+        return None
+    positions, velocities, rates = (
+        len(grid[name]) + 1 for name in ("position_edges_m", "velocity_edges_m_s", "rate_edges_rad_s")
+    )
+    angles = int(grid["angle_bins"])
+    last = tables.iloc[-1]
+    q = np.asarray(last["values"], dtype=np.float64)
+    if q.size != positions * velocities * angles * rates * len(actions):
+        return None
+    q = q.reshape(positions * velocities, angles, rates, len(actions)).transpose(0, 2, 1, 3)
+    best = np.where(np.ptp(q, axis=-1) == 0, -1, q.argmax(axis=-1)).reshape(positions * velocities * rates, angles)
+    best = np.roll(best, angles // 2, axis=1)  # hanging (0) in the middle
+    shades = ["#0b4a78", "#63a6d6", "#f3efe6", "#f0a04b", "#a63c00"]
+    picked = [shades[round(4 * n / max(1, len(actions) - 1))] for n in range(len(actions))]
+    left = -(angles // 2 + 0.5) * 360 / angles
+    with drawing("learn-table", "Greedy action for every state", height_in=3.9) as made:
+        axes = made.axes()[0]
+        image = axes.imshow(
+            best,
+            cmap=ListedColormap([LINE, *picked]),
+            vmin=-1.5,
+            vmax=len(actions) - 0.5,
+            aspect="auto",
+            interpolation="nearest",
+            origin="lower",
+            extent=(left, left + 360, 0, len(best)),
+        )
+        for line in range(rates, len(best), rates):
+            axes.axhline(line, color=PAPER, lw=1.4 if line % (rates * velocities) else 3.0)
+        middle = [rates * (block + 0.5) for block in range(positions * velocities)]
+        names = [f"x{block // velocities + 1}, v{block % velocities + 1}" for block in range(positions * velocities)]
+        axes.set_yticks(middle, names)
+        axes.set_xticks([-180, -90, 0, 90])
+        axes.grid(visible=False)
+        axes.set_xlabel("angle of the ball [°]")
+        axes.set_ylabel("bin of cup position, cup velocity")
+        bar = made.canvas.colorbar(image, ax=axes, location="top", aspect=40, pad=0.02, shrink=0.9)
+        bar.set_ticks(
+            [-1, *range(len(actions))], labels=["none", *(f"{value:g}".replace("-", "−") for value in actions)]
+        )
+        bar.set_label("acceleration [m/s²]", color=INK)
+        bar.outline.set_edgecolor(MUTED)
+    return Panel(f"The table after {int(last['rollout'])} rollouts", made.svg)

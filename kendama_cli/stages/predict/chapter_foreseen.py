@@ -1,0 +1,70 @@
+"""What was foreseen in the games: for the film, and held against what came."""
+
+from __future__ import annotations
+
+import numpy as np
+import pandas as pd
+
+from kendama_cli.report.animation import Ahead
+from kendama_cli.report.figure import Panel
+from kendama_cli.report.plot import drawing, legend_above
+from kendama_cli.report.source import StageLog
+from kendama_cli.report.style import CUP, MUTED, OTHER
+from kendama_cli.report.tracks import Array, Path2D, direction
+
+_BINS = 10
+_COLUMNS = ["t_s", "t_catch_s", "x_m", "y_m", "z_m", "velocity_x_m_s", "velocity_y_m_s", "velocity_z_m_s"]
+
+
+def ahead(log: StageLog, game: int, cup: Path2D, start_s: float) -> list[Ahead]:
+    """The estimates of ``game`` in the plane of the tracks; ``cup`` is its path there, times count from ``start_s``."""
+    estimates = log.table("/transfer/estimate")
+    tracked = log.table("/transfer/cup")
+    if estimates.empty or tracked.empty:
+        return []
+    first = tracked[tracked["t_s"] >= start_s].iloc[0]
+    balls = log.table("/transfer/ball")
+    along = np.array(direction(balls[balls["t_s"].between(start_s, start_s + float(np.ptp(cup.t_s)))]))
+    of_game = estimates[estimates["game"] == game]
+    t_s, crossing_s, x, y, z, v_x, v_y, v_z = of_game[_COLUMNS].to_numpy(np.float64).T
+    place = (np.column_stack([x, y]) - first[["x_m", "y_m"]].to_numpy(np.float64)) @ along + cup.x_m[0]
+    speed = np.column_stack([v_x, v_y]) @ along
+    sigma = np.sqrt(np.maximum(np.einsum("i,nij,j->n", along, _covariance(of_game)[:, :2, :2], along), 0.0))
+    columns = (t_s - start_s, crossing_s - start_s, place, z - float(first["z_m"]) + cup.z_m[0], speed, v_z, sigma)
+    return [Ahead(*row) for row in np.column_stack(columns).tolist()]
+
+
+def error_over_time_panel(log: StageLog) -> Panel | None:
+    """Error and stated uncertainty of every estimate of the games over the time left to the crossing."""
+    estimates, games = log.table("/transfer/estimate"), log.table("/transfer/game")
+    if estimates.empty or games.empty:
+        return None
+    rows = []
+    for number in games.loc[np.isfinite(games["crossing_s"].to_numpy(np.float64)), "index"].tolist():
+        game, of_game = games[games["index"] == number].iloc[0], estimates[estimates["game"] == number]
+        error = np.linalg.norm(of_game[["x_m", "y_m"]].to_numpy(np.float64) - np.array(game["crossing_m"])[:2], axis=1)
+        sigma = np.sqrt(np.maximum(np.trace(_covariance(of_game)[:, :2, :2], axis1=1, axis2=2), 0.0))
+        left = float(game["crossing_s"]) - of_game["t_s"].to_numpy(np.float64)
+        rows.append(1e3 * np.column_stack([left, error, sigma]))
+    if not rows:
+        return None
+    left_ms, error_mm, sigma_mm = np.vstack(rows).T
+    group = pd.cut(pd.Series(left_ms), _BINS)
+    middle = (
+        pd.DataFrame({"left": left_ms, "error": error_mm, "sigma": sigma_mm}).groupby(group, observed=True).median()
+    )
+    with drawing("transfer-foreseen", "Error over the time left to the catch", width_in=4.6, height_in=3.1) as made:
+        axes = made.axes()[0]
+        axes.plot(left_ms, error_mm, ".", color=MUTED, ms=2.5, alpha=0.6, label="estimate")
+        axes.plot(middle["left"], middle["error"], "o-", color=CUP, ms=3.5, lw=1.4, label="median")
+        axes.plot(middle["left"], middle["sigma"], color=OTHER, lw=1.2, ls=(0, (4, 2)), label="stated sigma")
+        axes.set_yscale("log")
+        axes.invert_xaxis()
+        axes.set_xlabel("time left to the catch [ms]")
+        axes.set_ylabel("error [mm]")
+        legend_above(axes, columns=3)
+    return Panel("Error of what was foreseen", made.svg)
+
+
+def _covariance(estimates: pd.DataFrame) -> Array:
+    return np.array(estimates["covariance_m2"].tolist(), dtype=np.float64).reshape(-1, 3, 3)

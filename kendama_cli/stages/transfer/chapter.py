@@ -1,0 +1,192 @@
+"""The figures of transfer: learning goes on at the hardware, the games played there, and the imitated swing."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pandas as pd
+from matplotlib.ticker import MaxNLocator
+
+from kendama_cli.report.animation import player
+from kendama_cli.report.figure import Figure, Panel, figure, lettered
+from kendama_cli.report.plot import drawing
+from kendama_cli.report.source import StageLog
+from kendama_cli.report.style import GOOD, INK, MUTED, PAPER
+from kendama_cli.report.tracks import Geometry, Path2D, catch_time_s, last_start_s, pair
+from kendama_cli.stages.adapt.chapter import swing_panel
+from kendama_cli.stages.learn.chapter import reward_panel, series_panel
+from kendama_cli.stages.predict.chapter import thumbnails
+from kendama_cli.stages.predict.chapter_foreseen import ahead, error_over_time_panel
+
+_PARTS = (("swung_up", "swung up"), ("predicted", "catch predicted"), ("caught", "caught"))
+
+
+def transfer_figures(log: StageLog) -> list[Figure]:
+    """Rollouts on the hardware; the games; one game in detail; the imitated swing."""
+    rewards = [
+        reward_panel(log.table("/transfer/rollout"), "transfer-reward", "rollout on the hardware"),
+        reward_panel(log.table("/transfer/scratch/rollout"), "transfer-scratch", "rollout from scratch"),
+    ]
+    outcomes, told = _games(log.table("/transfer/game"))
+    number, start_s, end_s = _shown_game(log)
+    paths = pair(log, "/transfer", start_s, end_s)
+    detail = [_path(log, paths), _series(log.table("/transfer/step"), number)]
+    images = thumbnails(log, "/transfer")
+    closing = [_film(log, paths, number), error_over_time_panel(log)]
+    imitation = _imitation(log)
+    before, after = (log.metrics.get(f"success_rate_{when}") for when in ("before", "after"))
+    imitated = log.metrics.get("imitation_caught")
+    ended = "" if imitated is None else "; it was caught" if imitated else "; it was missed"
+    rates = ""
+    if isinstance(before, int | float) and isinstance(after, int | float):
+        rates = f"Greedy trials that reached the goal: {before:.0%} before this learning, {after:.0%} after it."
+    return [
+        *figure(
+            [
+                *lettered(
+                    rewards,
+                    [
+                        "Reward of every rollout on the hardware, going on from the table learned in simulation.",
+                        "The same hardware, learning from an empty table.",
+                    ],
+                ),
+                "Filled: the goal was reached.",
+                rates,
+            ],
+            rewards,
+            columns=1,
+        ),
+        *figure([told], [outcomes], columns=1),
+        *figure(
+            lettered(
+                detail,
+                [
+                    "One game on the hardware: cup and ball in the swing plane, a mark every 60 ms, and the cup at the"
+                    " catch (or at the end).",
+                    "Cup, ball and commanded acceleration of this game over time, as the hardware reported them.",
+                ],
+            ),
+            detail,
+        ),
+        *figure(
+            [
+                "What a camera saw of the first game, from the last part of the swing-up on, and where the ball was"
+                " found in it (ring and line)."
+            ],
+            [images],
+            columns=1,
+        ),
+        *figure(
+            lettered(
+                closing,
+                [
+                    "The game of the last figure but one as a film; green, from the time it is known: the ball's"
+                    " foreseen way, and where it is to come down through the rim plane (two standard deviations).",
+                    "How far the foreseen crossing of the rim plane was from the real one, over the time left until"
+                    " it: every estimate of all games, their median, and the median of the stated standard deviation."
+                    " The real one is what the tracked ball tells, to a few tenths of a millimetre.",
+                ],
+            ),
+            closing,
+        ),
+        *figure(
+            [
+                "The imitated swing as the hardware carried it out, until shortly after the ball came down to the"
+                f" rim{ended}."
+            ],
+            [imitation],
+        ),
+    ]
+
+
+def _shown_game(log: StageLog) -> tuple[int, float, float]:
+    """Number, begin and end of the game to show: the last that was caught, else the last; the last stretch if none."""
+    games = log.table("/transfer/game")
+    if games.empty:
+        return 0, last_start_s(log.table("/transfer/ball")), math.inf
+    caught = np.flatnonzero(games["caught"].to_numpy(bool))
+    row = int(caught[-1]) if len(caught) else len(games) - 1
+    ends_s = games["t_s"].to_numpy(np.float64)
+    return int(games["index"].iloc[row]), float(ends_s[row - 1]) if row else -math.inf, float(ends_s[row])
+
+
+def _path(log: StageLog, paths: tuple[Path2D, Path2D] | None) -> Panel | None:
+    if paths is None:
+        return None
+    sizes = Geometry.of(log)
+    caught_s = catch_time_s(*paths, sizes.cup_depth_m)
+    if caught_s is not None:
+        cup, ball = (body.between(body.t_s[0], caught_s + 0.12) for body in paths)
+        paths = cup, ball
+    return swing_panel("transfer-path", "One game on the hardware", paths, sizes, caught_s)
+
+
+def _film(log: StageLog, paths: tuple[Path2D, Path2D] | None, game: int) -> Panel | None:
+    if paths is None:
+        return None
+    sizes = Geometry.of(log)
+    start_s = float(paths[0].t_s[0])
+    foreseen = ahead(log, game, paths[0], start_s)
+    cup, ball = (Path2D(body.t_s - start_s, body.x_m, body.z_m, body.tilt_rad) for body in paths)
+    caught_s = catch_time_s(cup, ball, sizes.cup_depth_m)
+    poster_s = None if caught_s is None else caught_s - 0.1
+    film = player("transfer-film", cup, ball, sizes, poster_s=poster_s, autoplay=False, foreseen=foreseen)
+    return Panel("Film of the game", film)
+
+
+def _series(steps: pd.DataFrame, game: int) -> Panel | None:
+    """The steps of the game (its rollout is -1 - game), else of the last rollout that was logged."""
+    if steps.empty:
+        return None
+    of_game = steps[steps["rollout"] == -1 - game]
+    shown = of_game if len(of_game) > 1 else steps[steps["rollout"] == steps["rollout"].iloc[-1]]
+    if len(shown) < 2:
+        return None
+    return series_panel(shown, "transfer-series", "Cup, ball and action over time")
+
+
+def _games(games: pd.DataFrame) -> tuple[Panel | None, str]:
+    """Which part of each game succeeded, with the error of its prediction; and the sentence that tells of it."""
+    if games.empty:
+        return None, ""
+    number = np.arange(1, len(games) + 1)
+    with drawing("transfer-games", "Outcome of every game", height_in=2.9, width_in=9.0) as made:
+        error, outcome = made.canvas.subplots(2, 1, sharex=True, height_ratios=[3, 2])
+        error_mm = games["prediction_error_mm"].to_numpy(np.float64)
+        known = np.isfinite(error_mm) & games["predicted"].to_numpy(bool)
+        caught = games["caught"].to_numpy(bool)
+        for of, colour, face in ((known & caught, GOOD, GOOD), (known & ~caught, MUTED, PAPER)):
+            error.plot(number[of], error_mm[of], "o", color=colour, mfc=face, ms=5)
+        error.set_ylabel("prediction error [mm]")
+        error.set_ylim(bottom=0)
+        for row, (column, _) in enumerate(_PARTS):
+            done = games[column].to_numpy(bool)
+            outcome.plot(number[done], np.full(done.sum(), -row), "s", color=GOOD, ms=5.5)
+            outcome.plot(number[~done], np.full((~done).sum(), -row), "s", color=MUTED, mfc=PAPER, ms=5)
+        outcome.set_yticks([0, -1, -2], [title for _, title in _PARTS])
+        outcome.tick_params(axis="y", labelcolor=INK, length=0)
+        outcome.set_ylim(-2.6, 0.6)
+        outcome.grid(visible=False)
+        outcome.set_xlabel("game")
+        outcome.set_xlim(0.3, len(games) + 0.7)
+        outcome.xaxis.set_major_locator(MaxNLocator(integer=True))
+    counts = ", ".join(f"{int(games[column].sum())} {title}" for column, title in _PARTS)
+    return (
+        Panel("The games", made.svg),
+        f"{len(games)} full games: {counts}. Above, the error of the predicted catch; below, how far each game came"
+        " (filled: succeeded).",
+    )
+
+
+def _imitation(log: StageLog) -> Panel | None:
+    """The last try of the imitated swing, around the ball's way down through the rim plane."""
+    paths = pair(log, "/transfer/imitation", last_start_s(log.table("/transfer/imitation/ball")))
+    if paths is None:
+        return None
+    sizes = Geometry.of(log)
+    caught_s = catch_time_s(*paths, sizes.cup_depth_m)
+    if caught_s is not None:
+        cup, ball = (body.between(caught_s - 0.9, caught_s + 0.12) for body in paths)
+        paths = cup, ball
+    return swing_panel("transfer-imitation", "The imitated swing", paths, sizes, caught_s)

@@ -1,0 +1,93 @@
+"""The plan holds: imports go down, files are short, only render prints, no pickle, values live in conf/ alone."""
+
+from __future__ import annotations
+
+import ast
+import dataclasses
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+PACKAGE = ROOT / "kendama_cli"
+FILES = sorted(PACKAGE.rglob("*.py"))
+
+
+def test_imports_go_down_the_floors_only() -> None:
+    script = Path(sys.executable).parent / "lint-imports"
+    done = subprocess.run([script, "--no-cache"], cwd=ROOT, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stdout
+
+
+@pytest.mark.parametrize(
+    ("library", "folders"),
+    [
+        ("hydra", {"config"}),
+        ("omegaconf", {"config"}),
+        ("dartpy", {"simulation"}),
+        ("typer", {"cli"}),
+        ("rich", {"cli"}),
+        ("cv2", {"vision", "devices", "rendering", "game", "stages"}),
+        ("matplotlib", {"report", "stages"}),
+        ("numba", {"simulation", "rendering", "robot_model"}),
+        ("embreex", {"rendering"}),
+        ("gymnasium", {"gym.py"}),
+        ("socket", {"devices", "pipeline"}),
+        ("subprocess", {"devices", "pipeline", "cli"}),
+    ],
+)
+def test_a_library_lives_in_its_own_folders_only(library: str, folders: set[str]) -> None:
+    found = {
+        file.relative_to(PACKAGE).parts[0]
+        for file in FILES
+        for node in ast.walk(ast.parse(file.read_text()))
+        if (isinstance(node, ast.Import) and any(alias.name.split(".")[0] == library for alias in node.names))
+        or (isinstance(node, ast.ImportFrom) and (node.module or "").split(".")[0] == library)
+    }
+    assert found <= folders
+
+
+def test_numerics_know_no_clock_no_global_seed_and_no_files() -> None:
+    for folder in ("motion", "learning", "vision"):
+        for file in (PACKAGE / folder).rglob("*.py"):
+            text = file.read_text()
+            for word in ("import time", "np.random.seed", "np.random.rand", "open(", "logging"):
+                assert word not in text, f"{file.name} has {word}"
+
+
+def test_no_pickle_anywhere() -> None:
+    for file in FILES:
+        assert "import pickle" not in file.read_text(), file
+        assert "allow_pickle=True" not in file.read_text(), file
+
+
+def test_package_files_are_empty() -> None:
+    for file in PACKAGE.rglob("__init__.py"):
+        if file.parent != PACKAGE:
+            assert not file.read_text().strip(), file
+
+
+def test_settings_have_no_defaults_so_that_values_live_in_conf_alone() -> None:
+    from kendama_cli.pipeline import nodes  # noqa: PLC0415
+    from kendama_cli.schema import settings as schema  # noqa: PLC0415
+
+    seen = 0
+    waiting = [kind for node in nodes.NODES.values() for kind in schema.variants(node).values()]
+    while waiting:
+        kind = waiting.pop()
+        for field in dataclasses.fields(kind):
+            assert field.default is dataclasses.MISSING, f"{kind.__name__}.{field.name}"
+            assert field.default_factory is dataclasses.MISSING, f"{kind.__name__}.{field.name}"
+            seen += 1
+    assert seen > 40
+
+
+def test_nothing_tracked_is_generated_or_large() -> None:
+    listed = subprocess.run(["git", "ls-files", "-z"], cwd=ROOT, capture_output=True, text=True, check=False)
+    if listed.returncode != 0:
+        pytest.skip("not a git checkout")
+    for name in filter(None, listed.stdout.split("\0")):
+        assert (ROOT / name).stat().st_size < 1_000_000, name
+        assert not name.endswith((".pyc", ".mcap", ".npz")), name

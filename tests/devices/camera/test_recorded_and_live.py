@@ -1,0 +1,242 @@
+"""camera=file and camera=device: the same interface, and one clear line for what is missing or wrong."""
+
+import dataclasses
+import time
+
+import cv2
+import numpy as np
+import pytest
+
+from kendama_cli.devices.camera.calibration import camera_model
+from kendama_cli.devices.camera.conformance import check_camera
+from kendama_cli.devices.camera.device import DeviceCameraBlock
+from kendama_cli.devices.camera.file import FileCameraBlock
+from kendama_cli.devices.camera.interface import StaleFrame
+from kendama_cli.devices.camera.opening import open_cameras
+from kendama_cli.errors import ConfigError, HardwareError, InputError, MissingPartError
+from kendama_cli.schema.settings import build
+from kendama_cli.settings.camera import DeviceCamera, FileCamera
+from tests.vision.scenes import plain, stereo, virtual
+
+MODEL = dataclasses.replace(stereo()[0], width_px=64, height_px=48)
+RATE_HZ = 50.0
+
+
+class Clock:
+    def __init__(self):
+        self.t_s = 0.0
+
+    def __call__(self):
+        return self.t_s
+
+    def wait(self, duration_s):
+        self.t_s += duration_s
+
+
+def images(folder, n=20, size=(48, 64), rows=None):
+    rng = np.random.default_rng(0)
+    lines = ["file,t_s"]
+    for i in range(n):
+        cv2.imwrite(str(folder / f"{i:03d}.png"), rng.integers(0, 256, (*size, 3), dtype=np.uint8))
+        lines.append(f"{i:03d}.png,{i / RATE_HZ}")
+    path = folder / "times.csv"
+    path.write_text("\n".join(rows if rows is not None else lines) + "\n")
+    return str(path)
+
+
+def video(path, n=20, size=(64, 48)):
+    writer = cv2.VideoWriter(str(path), cv2.VideoWriter.fourcc(*"MJPG"), RATE_HZ, size)
+    if not writer.isOpened():
+        pytest.skip("this OpenCV cannot write the test's video")
+    for i in range(n):
+        writer.write(np.full((size[1], size[0], 3), 10 * i % 256, dtype=np.uint8))
+    writer.release()
+    return str(path)
+
+
+def test_a_folder_of_images_conforms(tmp_path):
+    clock = Clock()
+    check_camera(FileCameraBlock(MODEL, images(tmp_path), clock=clock), clock, clock.wait, 1 / RATE_HZ)
+
+
+def test_a_video_conforms_and_its_frames_come_at_its_rate(tmp_path):
+    path, clock = video(tmp_path / "flight.avi"), Clock()
+    check_camera(FileCameraBlock(MODEL, path, clock=clock), clock, clock.wait, 1 / RATE_HZ)
+    again = Clock()
+    made = FileCameraBlock(MODEL, path, clock=again)
+    again.t_s = 7.5 / RATE_HZ
+    frame = made.latest(max_age_s=1.0)
+    assert frame.t_s == pytest.approx(7 / RATE_HZ)
+    assert abs(float(frame.pixels.mean()) - 70) < 4
+
+
+def test_images_are_shown_unchanged_at_their_stamps(tmp_path):
+    clock = Clock()
+    made = FileCameraBlock(MODEL, images(tmp_path), clock=clock)
+    clock.t_s = 5 / RATE_HZ
+    frame = made.latest(max_age_s=0.001)
+    assert frame.t_s == 5 / RATE_HZ
+    assert np.array_equal(frame.pixels, cv2.imread(str(tmp_path / "005.png")))
+
+
+def test_after_the_recordings_end_frames_grow_stale(tmp_path):
+    clock = Clock()
+    made = FileCameraBlock(MODEL, images(tmp_path), clock=clock)
+    clock.t_s = 10.0
+    with pytest.raises(StaleFrame, match="camera 'left': the newest frame is 9620 ms old"):
+        made.latest(max_age_s=0.1)
+
+
+@pytest.mark.parametrize(
+    ("rows", "message"),
+    [
+        ([], "it has no column 'file'; a list of images has the columns file,t_s"),
+        (["file,time", "000.png,0"], "it has no column 't_s'"),
+        (["file,t_s", "000.png,0", "001.png,soon"], "row 3: t_s is 'soon', not a number of seconds"),
+        (["file,t_s", "000.png,1", "001.png,1"], r"row 3: t_s is 1\.0 after 1\.0; times must rise"),
+        (["file,t_s", "000.png,0", "gone.png,1"], r"gone\.png, row 3: the image cannot be read \(No such file"),
+        (["file,t_s", "000.png,0", "times.csv,1"], r"times\.csv, row 3: it is not an image that OpenCV can read"),
+    ],
+)
+def test_a_wrong_list_of_images_is_told_in_one_line(tmp_path, rows, message):
+    clock = Clock()
+    path = images(tmp_path, n=2, rows=rows)
+    clock.t_s = 5.0
+    with pytest.raises(InputError, match=message) as caught:
+        FileCameraBlock(MODEL, path, clock=clock).latest(max_age_s=10.0)
+    assert "\n" not in str(caught.value)
+
+
+def test_a_binary_list_of_images_is_told_in_one_line(tmp_path):
+    path = tmp_path / "times.csv"
+    path.write_bytes(bytes(range(256)) * 8)
+    with pytest.raises(InputError, match=r"it cannot be read as a list of images|it has no column") as caught:
+        FileCameraBlock(MODEL, str(path), clock=Clock())
+    assert "\n" not in str(caught.value)
+
+
+def test_a_corrupt_video_is_told_in_one_line(tmp_path):
+    path = tmp_path / "rubbish.mp4"
+    path.write_bytes(np.random.default_rng(0).bytes(5000))
+    with pytest.raises(InputError, match=r"rubbish\.mp4: OpenCV cannot open it as a video; convert it"):
+        FileCameraBlock(MODEL, str(path), clock=Clock())
+
+
+def test_a_video_that_was_cut_short_is_told_where_it_breaks_off(tmp_path):
+    path, clock = tmp_path / "flight.avi", Clock()
+    name = video(path, n=60)
+    path.write_bytes(path.read_bytes()[: path.stat().st_size * 6 // 10])
+    clock.t_s = 10.0
+    with pytest.raises(InputError, match=r"flight\.avi: it can be read up to frame \d+ of 60; it is damaged"):
+        FileCameraBlock(MODEL, name, clock=clock).latest(max_age_s=100.0)
+
+
+def test_images_of_a_size_that_the_calibration_does_not_know_are_refused(tmp_path):
+    expected = "its images are 32 x 24 px, but camera 'left' is calibrated for 64 x 48 px; calibrate"
+    with pytest.raises(InputError, match=expected):
+        FileCameraBlock(MODEL, images(tmp_path, n=2, size=(24, 32)), clock=Clock())
+
+
+def file_settings(**changes):
+    return build(FileCamera, plain("camera", "file") | changes, "camera")
+
+
+def test_camera_file_says_what_it_needs():
+    with pytest.raises(
+        ConfigError, match=r"'camera\.paths' has 0 entries for 2 cameras: give a video, or the times\.csv"
+    ):
+        open_cameras(file_settings(), Clock(), None)
+
+
+class Device:
+    """A camera device that answers like OpenCV's."""
+
+    def __init__(self, size=(48, 64), opened=True, silent=False, hangs=False):
+        self.size, self.opened, self.silent, self.hangs, self.released = size, opened, silent, hangs, 0
+        self.count = 0
+
+    def isOpened(self):  # noqa: N802 - OpenCV's name
+        return self.opened
+
+    def set(self, *_):
+        return True
+
+    def read(self):
+        time.sleep(0.002)
+        self.count += not self.hangs
+        return (False, None) if self.silent else (True, np.full((*self.size, 3), self.count % 256, dtype=np.uint8))
+
+    def release(self):
+        self.released += 1
+
+
+def live(device):
+    settings = build(DeviceCamera, plain("camera", "device") | {"latency_s": 0.001}, "camera")
+    return DeviceCameraBlock(MODEL, 0, settings, clock=time.monotonic, open_device=lambda _: device)
+
+
+def test_a_live_camera_conforms_and_lets_go_of_its_device():
+    device = Device()
+    check_camera(live(device), time.monotonic, time.sleep, 0.02)
+    assert device.released >= 1
+
+
+def test_a_silent_live_camera_is_stale():
+    made = live(Device(silent=True))
+    with pytest.raises(StaleFrame, match=r"camera 'left': no frame came within 0\.05 s; check its cable"):
+        made.latest(max_age_s=0.05)
+    made.close()
+
+
+def test_a_live_camera_that_repeats_one_image_is_stale():
+    made = live(Device(hangs=True))
+    time.sleep(0.15)
+    with pytest.raises(StaleFrame, match=r"came \d+ times again byte for byte: the camera hangs; connect it anew"):
+        made.latest(max_age_s=0.1)
+    made.close()
+
+
+def test_a_live_camera_of_another_size_is_refused():
+    made = live(Device(size=(24, 32)))
+    with pytest.raises(HardwareError, match="camera 'left' gives 32 x 24 px, but is calibrated for 64 x 48 px"):
+        made.latest(max_age_s=1.0)
+    made.close()
+
+
+def test_camera_device_says_what_it_needs():
+    settings = build(DeviceCamera, plain("camera", "device"), "camera")
+    with pytest.raises(MissingPartError, match="no camera answers at index 97") as caught:
+        open_cameras(dataclasses.replace(settings, indices=(97, 98)), Clock(), None)
+    assert "\n" not in str(caught.value)
+
+
+def test_a_virtual_camera_without_a_scene_is_refused():
+    with pytest.raises(ConfigError, match="shows a simulated scene only"):
+        open_cameras(virtual(), Clock(), None)
+
+
+def test_two_cameras_of_one_name_or_no_camera_are_refused():
+    both = plain("camera", "file")["cameras"]
+    twins = [both[0], both[1] | {"name": both[0]["name"]}]
+    with pytest.raises(ConfigError, match="make each name unique"):
+        open_cameras(file_settings(cameras=twins), Clock(), None)
+    with pytest.raises(ConfigError, match="give at least one calibrated camera"):
+        open_cameras(file_settings(cameras=[]), Clock(), None)
+
+
+def test_a_pose_is_told_once_and_only_once():
+    one = plain("camera", "file")["cameras"][0]
+    with pytest.raises(ConfigError, match=r"'look_at_m' or 'rotation_wxyz' must tell|look_at_m"):
+        file_settings(cameras=[one | {"rotation_wxyz": [1, 0, 0, 0]}])
+    turned = file_settings(cameras=[one | {"look_at_m": None, "rotation_wxyz": [0.5, 0, 0, 0]}]).cameras[0]
+    with pytest.raises(ConfigError, match=r"has length 0\.5; it must be 1"):
+        camera_model(turned)
+
+
+def test_a_quaternion_and_a_target_tell_the_same_pose():
+    one = plain("camera", "virtual")["cameras"][0] | {"position_m": [0, -1.5, 0], "look_at_m": [0, 0, 0]}
+    by_target = camera_model(file_settings(cameras=[one]).cameras[0])
+    half = np.sqrt(0.5)  # camera x, y, z along world x, -z, y: a quarter turn about x
+    quaternion = one | {"look_at_m": None, "rotation_wxyz": [half, -half, 0.0, 0.0]}
+    by_rotation = camera_model(file_settings(cameras=[quaternion]).cameras[0])
+    assert np.allclose(by_target.world_to_camera, by_rotation.world_to_camera, atol=1e-12)

@@ -1,0 +1,161 @@
+"""Datagrams: what is packed is unpacked, and nothing else is ever taken for a datagram."""
+
+from __future__ import annotations
+
+import dataclasses
+import struct
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from kendama_cli.devices.robot import protocol
+from kendama_cli.devices.robot.interface import Exchange, JointCommand, JointLimits, RobotState, SceneState
+from kendama_cli.devices.robot.protocol import Datagram, DatagramError, Kind, Report, Welcome
+
+NUMBERS = st.integers(0, 2**64 - 1)
+
+
+@given(st.sampled_from(list(Kind)), NUMBERS, NUMBERS, st.binary(max_size=600))
+def test_what_is_packed_is_unpacked(kind: Kind, session: int, sequence: int, payload: bytes) -> None:
+    datagram = Datagram(kind, session, sequence, payload)
+    assert protocol.unpack(protocol.pack(datagram)) == datagram
+
+
+@given(st.binary(max_size=80))
+def test_arbitrary_bytes_are_malformed(data: bytes) -> None:
+    with pytest.raises(DatagramError):
+        protocol.unpack(data)
+
+
+@given(st.data())
+def test_every_flipped_bit_is_noticed(data: st.DataObject) -> None:
+    whole = bytearray(protocol.pack(Datagram(Kind.COMMAND, 7, 3, np.arange(6.0).tobytes())))
+    bit = data.draw(st.integers(0, 8 * len(whole) - 1))
+    whole[bit // 8] ^= 1 << bit % 8
+    with pytest.raises(DatagramError):
+        protocol.unpack(bytes(whole))
+
+
+def test_the_layout_is_fixed_and_little_endian() -> None:
+    data = protocol.pack(Datagram(Kind.RESET, 0x0102030405060708, 9, b"ab"))
+    assert data[:4] == b"KNDM"
+    assert struct.unpack_from("<HHQQI", data, 4) == (protocol.VERSION, 3, 0x0102030405060708, 9, 2)
+    assert data[32:] == b"ab"
+
+
+@pytest.mark.parametrize(
+    ("spoil", "says"),
+    [
+        (lambda data: data[:10], "malformed datagram of 10 bytes"),
+        (lambda data: b"JUNK" + data[4:], "begins with b'JUNK' instead of b'KNDM'"),
+        (lambda data: data[:4] + b"\x09\x00" + data[6:], "protocol version 9; version 3 is spoken here"),
+        (lambda data: data + b"x", "bytes of payload where the header announces"),
+        (lambda data: data[:-1] + b"\xff", "its CRC-32 does not fit its content"),
+    ],
+)
+def test_the_error_says_in_which_way_a_datagram_is_malformed(spoil: object, says: str) -> None:
+    assert callable(spoil)
+    with pytest.raises(DatagramError, match=says.replace("(", r"\(")):
+        protocol.unpack(spoil(protocol.pack(Datagram(Kind.COMMAND, 1, 1, b"\0" * 48))))
+
+
+def test_a_kind_that_does_not_exist_is_named() -> None:
+    data = bytearray(protocol.pack(Datagram(Kind.HALT, 1, 1)))
+    data[6] = 99
+    data[28:32] = b"\0" * 4
+    data[28:32] = struct.pack("<I", __import__("zlib").crc32(bytes(data)))
+    with pytest.raises(DatagramError, match="unknown kind 99"):
+        protocol.unpack(bytes(data))
+
+
+def test_welcome_tells_joints_limits_and_timing() -> None:
+    limits = JointLimits(*(np.arange(3.0) + k for k in range(5)))
+    welcome = Welcome(("a", "b_2", "wrist-ü"), limits, 0.004, True, 0.2)
+    told = protocol.unpack_welcome(protocol.pack_welcome(welcome))
+    assert (told.joint_names, told.period_s, told.realtime, told.watchdog_s) == (
+        welcome.joint_names,
+        0.004,
+        True,
+        0.2,
+    )
+    for name in ("lower_rad", "upper_rad", "velocity_rad_s", "acceleration_rad_s2", "effort_nm"):
+        assert np.array_equal(getattr(told.limits, name), getattr(limits, name))
+
+
+def test_a_joint_name_too_long_for_the_line_is_refused() -> None:
+    limits = JointLimits(*(np.ones(1) for _ in range(5)))
+    with pytest.raises(ValueError, match="longer than 48 bytes"):
+        protocol.pack_welcome(Welcome(("x" * 49,), limits, 0.004, False, 1.0))
+
+
+def test_command_reset_and_report_travel_to_the_last_bit() -> None:
+    rng = np.random.default_rng(1)
+    command = JointCommand(*rng.standard_normal((4, 7)))
+    told = protocol.unpack_command(protocol.pack_command(command), 7)
+    assert all(
+        np.array_equal(getattr(told, n), getattr(command, n))
+        for n in ("position_rad", "velocity_rad_s", "acceleration_rad_s2", "effort_nm")
+    )
+    position, seed = protocol.unpack_reset(protocol.pack_reset(command.position_rad, 2**64 - 1), 7)
+    assert np.array_equal(position, command.position_rad)
+    assert seed == 2**64 - 1
+    wrench, places = rng.standard_normal(6), rng.standard_normal((2, 3))
+    state = RobotState(*rng.standard_normal((3, 7)), wrench, *places, caught=True)
+    report = protocol.unpack_report(protocol.pack_report(Report(Exchange(command, state, 1.25), 3)), 7)
+    assert (report.missed, report.exchange.t_s, report.exchange.state.caught) == (3, 1.25, True)
+    for name in ("position_rad", "velocity_rad_s", "effort_nm", "wrist_wrench", "cup_in_world_m", "ball_in_world_m"):
+        assert np.array_equal(getattr(report.exchange.state, name), getattr(state, name))
+    assert np.array_equal(report.exchange.sent.effort_nm, command.effort_nm)
+
+
+def test_a_scene_travels_to_the_last_bit_and_a_robot_without_one_tells_none() -> None:
+    rng = np.random.default_rng(2)
+    zeros = np.zeros(3)
+    state = RobotState(zeros, zeros, zeros, np.zeros(6), zeros, zeros, caught=False)
+    scene = SceneState(rng.standard_normal(3), rng.standard_normal(3), rng.standard_normal((3, 3)), rng.normal(size=3))
+    exchange = Exchange(JointCommand(zeros, zeros, zeros), state, 0.5, scene)
+    told = protocol.unpack_report(protocol.pack_report(Report(exchange, 0)), 3).exchange.scene
+    assert told is not None
+    for name in ("position_rad", "cup_m", "cup_rotation", "ball_m"):
+        assert np.array_equal(getattr(told, name), getattr(scene, name))
+    blind = dataclasses.replace(exchange, scene=None)
+    assert protocol.unpack_report(protocol.pack_report(Report(blind, 0)), 3).exchange.scene is None
+
+
+@pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf])
+def test_a_command_that_is_not_finite_is_refused(value: float) -> None:
+    for row in range(4):
+        bad = np.zeros((4, 2))
+        bad[row, 1] = value
+        with pytest.raises(DatagramError, match="COMMAND holds a value that is not finite"):
+            protocol.unpack_command(protocol.pack_command(JointCommand(*bad)), 2)
+
+
+@pytest.mark.parametrize("sensor", ["position_rad", "velocity_rad_s", "effort_nm", "wrist_wrench"])
+def test_a_sensor_that_tells_no_number_is_refused(sensor: str) -> None:
+    zeros = np.zeros(2)
+    state = RobotState(zeros, zeros, zeros, np.zeros(6), np.zeros(3), np.zeros(3), caught=False)
+    bad = dataclasses.replace(state, **{sensor: np.full_like(getattr(state, sensor), np.nan)})
+    report = protocol.pack_report(Report(Exchange(JointCommand(zeros, zeros, zeros), bad, 0.0), 0))
+    with pytest.raises(DatagramError, match="STATE holds a value that is not finite"):
+        protocol.unpack_report(report, 2)
+
+
+@pytest.mark.parametrize(
+    "unpack",
+    [
+        lambda data: protocol.unpack_command(data, 2),
+        lambda data: protocol.unpack_reset(data, 2),
+        lambda data: protocol.unpack_report(data, 2),
+        protocol.unpack_welcome,
+    ],
+)
+@given(data=st.binary(max_size=47))
+def test_a_payload_of_another_length_is_refused(unpack: object, data: bytes) -> None:
+    assert callable(unpack)
+    if len(data) == 24:  # the length of a RESET of two joints
+        return
+    with pytest.raises(DatagramError, match="malformed"):
+        unpack(data)

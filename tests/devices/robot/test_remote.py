@@ -1,0 +1,163 @@
+"""The UDP line in lockstep and in real time, with a robot that has no dynamics."""
+
+from __future__ import annotations
+
+import time
+
+import numpy as np
+import pytest
+
+from kendama_cli.devices.robot.remote import UdpRobot
+from kendama_cli.errors import HardwareError
+from tests.devices.robot.stand_in import LOOPBACK, ObedientRobot, command, served
+
+
+def test_the_handshake_tells_what_the_robot_is() -> None:
+    robot = ObedientRobot()
+    with served(robot) as (_, address):
+        client = UdpRobot(*address, silence_s=5.0)
+        assert client.joint_names == robot.joint_names
+        assert client.period_s == robot.period_s
+        assert not client.realtime
+        assert np.array_equal(client.limits.upper_rad, robot.limits.upper_rad)
+        client.close()
+
+
+def test_in_lockstep_every_command_is_carried_out_once_and_in_order() -> None:
+    robot = ObedientRobot()
+    with served(robot) as (_, address):
+        client = UdpRobot(*address, silence_s=5.0)
+        client.reset(np.array([0.5, -0.5]), 42)
+        for k in range(200):
+            exchange = client.exchange(command(k / 100))
+            assert exchange.t_s == pytest.approx((k + 1) * 0.004)
+            assert exchange.state.position_rad[0] == k / 100
+        client.close()
+    assert [float(c.position_rad[1]) for c in robot.carried_out] == [k / 100 for k in range(200)]
+    assert robot.resets[0][1] == 42
+    assert client.missed == 0
+
+
+def test_in_lockstep_the_robot_waits_between_commands() -> None:
+    robot = ObedientRobot()
+    with served(robot) as (_, address):
+        client = UdpRobot(*address, silence_s=5.0)
+        client.reset(np.zeros(2), 0)
+        client.exchange(command(0.1))
+        time.sleep(0.1)
+        assert client.exchange(command(0.2)).t_s == pytest.approx(0.008)
+        client.close()
+
+
+def test_a_halted_robot_answers_nothing_but_the_reason_until_a_new_session() -> None:
+    robot = ObedientRobot()
+    with served(robot) as (server, address):
+        client = UdpRobot(*address, silence_s=5.0)
+        client.reset(np.zeros(2), 0)
+        client.halt()
+        client.halt()
+        with pytest.raises(HardwareError, match="halted from here"):
+            client.exchange(command(0.1))
+        client.close()
+        again = UdpRobot(*address, silence_s=5.0)
+        again.reset(np.zeros(2), 0)
+        assert again.exchange(command(0.3)).state.position_rad[0] == 0.3
+        assert server.stopped is None
+        again.close()
+    assert len(robot.carried_out) == 1
+    assert robot.halts >= 1
+
+
+def test_nobody_at_the_other_end_is_one_clear_error() -> None:
+    with pytest.raises(HardwareError, match=r"the robot at 127\.0\.0\.1:9: nothing listens there any more"):
+        UdpRobot(LOOPBACK, 9, silence_s=0.5)
+
+
+def test_an_unknown_host_is_one_clear_error() -> None:
+    with pytest.raises(HardwareError, match="cannot be reached"):
+        UdpRobot("no.such.host.invalid", 9, silence_s=0.5)
+
+
+def test_a_dead_process_is_told_by_its_exit_reason() -> None:
+    with pytest.raises(HardwareError, match="was killed by signal 9"):
+        UdpRobot(LOOPBACK, 9, silence_s=5.0, exit_reason=lambda: "the twin's process was killed by signal 9")
+
+
+def test_a_command_before_the_first_reset_latches_the_stop() -> None:
+    robot = ObedientRobot()
+    with served(robot) as (_, address):
+        client = UdpRobot(*address, silence_s=5.0)
+        with pytest.raises(HardwareError, match="COMMAND came before the first RESET"):
+            client.exchange(command(0.1))
+        client.close()
+    assert not robot.carried_out
+
+
+def test_a_robot_that_fails_says_why() -> None:
+    class Failing(ObedientRobot):
+        def exchange(self, command: object) -> object:  # type: ignore[override]
+            raise HardwareError("joint 'elbow' is at its position limit")
+
+    with served(Failing()) as (server, address):
+        client = UdpRobot(*address, silence_s=5.0)
+        client.reset(np.zeros(2), 0)
+        with pytest.raises(HardwareError, match="it stopped: joint 'elbow' is at its position limit"):
+            client.exchange(command(0.1))
+        assert server.stopped is not None
+        client.close()
+
+
+def test_in_real_time_the_wall_clock_paces_the_robot() -> None:
+    robot = ObedientRobot()
+    with served(robot, realtime=True, watchdog_s=2.0) as (_, address):
+        client = UdpRobot(*address, silence_s=5.0)
+        assert client.realtime
+        client.reset(np.zeros(2), 0)
+        begin = time.monotonic()
+        for k in range(50):
+            last = client.exchange(command(k / 100))
+        took = time.monotonic() - begin
+        client.close()
+    assert took >= 49 * robot.period_s * 0.9
+    assert last.state.position_rad[0] == 0.49
+
+
+def test_in_real_time_a_missed_period_holds_the_last_command_and_is_counted() -> None:
+    robot = ObedientRobot()
+    with served(robot, realtime=True, watchdog_s=5.0) as (_, address):
+        client = UdpRobot(*address, silence_s=5.0)
+        client.reset(np.zeros(2), 0)
+        client.exchange(command(0.1))
+        client.exchange(command(0.2))
+        time.sleep(10 * robot.period_s)
+        client.exchange(command(0.3))
+        missed = client.missed
+        client.close()
+    assert missed >= 5
+    values = [float(c.position_rad[0]) for c in robot.carried_out]
+    assert values.count(0.2) >= 5
+    assert values == sorted(values)
+
+
+def test_in_real_time_silence_while_moving_latches_the_stop() -> None:
+    robot = ObedientRobot()
+    with served(robot, realtime=True, watchdog_s=0.1) as (server, address):
+        client = UdpRobot(*address, silence_s=5.0)
+        client.reset(np.zeros(2), 0)
+        client.exchange(command(0.1))
+        time.sleep(0.6)
+        assert server.stopped is not None
+        with pytest.raises(HardwareError, match=r"nothing was heard for 0\.1 s while moving"):
+            client.exchange(command(0.2))
+        client.close()
+    assert robot.halts >= 1
+
+
+def test_a_robot_at_rest_does_not_mind_silence() -> None:
+    robot = ObedientRobot()
+    with served(robot, realtime=True, watchdog_s=0.05) as (_, address):
+        client = UdpRobot(*address, silence_s=5.0)
+        client.reset(np.zeros(2), 0)
+        time.sleep(0.3)
+        client.exchange(command(0.1))
+        client.close()

@@ -1,0 +1,65 @@
+"""Games of the quick cart robot through rendered images."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any, cast
+
+import numpy as np
+import yaml
+
+from kendama_cli.devices.robot.interface import DistantRobot
+from kendama_cli.game.camera_observer import CameraObserver
+from kendama_cli.game.game_runner import GameRunner, make_catch_geometry
+from kendama_cli.game.open_observer import CameraSetup, open_observer
+from kendama_cli.game.scene_history import SceneHistory, SceneRecordingRobot
+from kendama_cli.game.settings import TransferSettings
+from kendama_cli.schema.arrays import Array
+from kendama_cli.schema.settings import build_value
+from kendama_cli.settings.camera import CameraSettings, LightingSettings
+from kendama_cli.settings.game import GameSettings
+from kendama_cli.vision.settings import PredictSettings
+from tests.game.cart_robot import DIRECTION, MIDDLE_M, CartRobot, Straight
+from tests.learning.settings_files import learn_settings
+
+CONF = Path(__file__).resolve().parents[3] / "conf"
+
+
+def configured(schema: Any, group: str, name: str) -> Any:
+    return build_value(schema, yaml.safe_load((CONF / group / f"{name}.yaml").read_text()), group)
+
+
+GAME: GameSettings = configured(GameSettings, "game", "kendama")
+LEARN = learn_settings()
+TRANSFER: TransferSettings = configured(TransferSettings, "transfer", "default")
+SIGHT = CameraSetup(
+    configured(CameraSettings, "camera", "virtual"),
+    configured(LightingSettings, "lighting", "bright"),
+    configured(PredictSettings, "predict", "flights"),
+)
+
+
+def on_the_line(position_rad: Array) -> Array:
+    """The tie point of the robot whose only joint is x."""
+    return np.asarray(MIDDLE_M + position_rad[0] * DIRECTION)
+
+
+@contextmanager
+def watched_ground(
+    wrap: Callable[[DistantRobot], DistantRobot] = lambda robot: robot, sight: CameraSetup = SIGHT, **made: Any
+) -> Iterator[tuple[GameRunner, CameraObserver]]:
+    """A playground whose flights are seen by cameras; ``wrap`` comes between the robot and the game."""
+    history = SceneHistory(lambda _: np.empty((0, 3)), GAME.rope.length_m, MIDDLE_M)
+    robot = wrap(SceneRecordingRobot(cast(DistantRobot, CartRobot(GAME, **made)), history))
+    robot.reset(np.zeros(1), 0)
+    court = make_catch_geometry(MIDDLE_M, DIRECTION, GAME, TRANSFER.catch, rope_scale=1.0, period_s=robot.period_s)
+    with open_observer(
+        sight, TRANSFER.observation, GAME, cup_place=on_the_line, history=history, court=court
+    ) as flight_watch:
+        eyes = cast(CameraObserver, flight_watch)
+        ground = GameRunner(
+            robot, Straight(), court=court, flight_watch=eyes, game=GAME, learn=LEARN, settings=TRANSFER
+        )
+        yield ground, eyes

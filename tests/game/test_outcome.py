@@ -1,0 +1,52 @@
+"""How a catch is declared."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from kendama_cli.devices.robot.interface import Exchange, JointCommand, RobotState
+from kendama_cli.game.cup_cart import CartStep
+from kendama_cli.game.outcome import HELD_S, catch_outcome, held
+from kendama_cli.learning.state import SwingState
+
+
+def steps(sensor: str, blow_n: float = 0.0, at: int = 5) -> list[CartStep]:
+    """One step for each character, 0.02 s apart: x where the ball is in the cup; a blow in the step ``at``."""
+    made = []
+    zero = np.zeros(1)
+    for k, sign in enumerate(sensor):
+        wrench = np.array([0.0, 0.0, -3.0 - (blow_n if k == at else 0.0), 0.0, 0.0, 0.0])
+        state = RobotState(zero, zero, zero, wrench, np.zeros(3), np.zeros(3), sign == "x")
+        exchange = Exchange(JointCommand(zero, zero, zero), state, 0.02 * k)
+        made.append(CartStep(0.02 * k, SwingState(0, 0, 0, 0), 0.0, exchange))
+    return made
+
+
+@pytest.mark.parametrize(
+    ("sensor", "blow_n", "words", "since_s"),
+    [
+        ("....xxxxxxxx", 20.0, "caught", 0.08),
+        ("....xx.xxxxx", 20.0, "caught", 0.14),
+        ("....xx......", 20.0, "struck the cup and left", 0.12),
+        ("............", 0.5, "passed by", 0.0),
+    ],
+)
+def test_the_last_word_of_the_ball_sensor_counts(sensor: str, blow_n: float, words: str, since_s: float) -> None:
+    verdict = catch_outcome(steps(sensor, blow_n), 0.1)
+    assert verdict.words == words
+    assert verdict.caught == (words == "caught")
+    assert verdict.since_s == pytest.approx(since_s)
+    assert verdict.blow_n == pytest.approx(blow_n)
+
+
+def test_a_blow_long_after_the_catch_is_not_the_balls() -> None:
+    assert catch_outcome(steps("." * 30, 20.0, at=25), 0.1).blow_n == 0.0
+
+
+def test_a_ball_is_held_once_it_could_not_bounce_out_again() -> None:
+    needed = round(HELD_S / 0.02)
+    assert not held(steps("." + "x" * needed))
+    assert held(steps("." + "x" * (needed + 2)))
+    assert not held(steps("x" * 30 + "."))
+    assert not held([])

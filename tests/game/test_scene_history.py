@@ -1,0 +1,70 @@
+"""What virtual cameras are shown of the robot."""
+
+from __future__ import annotations
+
+import functools
+
+import numpy as np
+import pytest
+
+from kendama_cli.devices.robot.interface import JointCommand, SceneState
+from kendama_cli.devices.robot.simulated import SimulatedRobot
+from kendama_cli.game.scene_history import KEPT, SceneHistory, joint_places
+from kendama_cli.simulation.dart.arm import Arm
+from tests.devices.robot.test_simulated import WORN
+from tests.simulation.dart.bench_robot import kendama_game, pa10
+
+ORIGIN_M = np.array([0.5, 0.0, 1.0])
+
+
+def moving(t_s: float) -> SceneState:
+    ball = np.array([1.0 + 2.0 * t_s, 0.0, 1.5 - t_s])
+    return SceneState(np.array([t_s]), np.array([t_s, 0.0, 1.0]), np.eye(3), ball)
+
+
+def recorded(until: int) -> SceneHistory:
+    history = SceneHistory(lambda q: np.array([[q[0], 0.0, 0.0]]), 0.4, ORIGIN_M)
+    for k in range(until):
+        history.add(0.004 * k, moving(0.004 * k))
+    return history
+
+
+@pytest.mark.parametrize("t_s", [0.0, 0.0013, 0.004, 0.0181, 0.036])
+def test_between_two_periods_everything_moves_straight(t_s: float) -> None:
+    pose = recorded(10)(t_s)
+    assert pose.ball_m == pytest.approx(moving(t_s).ball_m - ORIGIN_M)
+    assert pose.cup_m == pytest.approx(moving(t_s).cup_m - ORIGIN_M)
+    assert pose.arm_m[0] == pytest.approx(np.array([t_s, 0.0, 0.0]) - ORIGIN_M)
+
+
+def test_before_and_after_what_is_known_the_scene_is_held() -> None:
+    history = recorded(KEPT + 30)
+    first, last = 0.004 * 30, 0.004 * (KEPT + 29)
+    assert history(first - 0.01).cup_m == pytest.approx(moving(first).cup_m - ORIGIN_M)
+    assert history(last + 0.01).cup_m == pytest.approx(moving(last).cup_m - ORIGIN_M)
+    assert history.told
+    history.clear()
+    assert not history.told
+
+
+def test_the_scene_is_where_the_arm_truly_is_without_the_noise_of_what_is_read() -> None:
+    robot = SimulatedRobot(pa10(), kendama_game(), imperfection=WORN, control_period_s=0.004)
+    arm = Arm(pa10(), kendama_game().cup)
+    home = np.array(pa10().home_rad)
+    robot.reset(home, 3)
+    ball_noise = []
+    for _ in range(100):
+        exchange = robot.exchange(JointCommand(home, np.zeros(7), np.zeros(7)))
+        scene = exchange.scene
+        assert scene is not None
+        assert scene.cup_m == pytest.approx(arm.cup_place(scene.position_rad), abs=1e-9)
+        assert scene.cup_rotation.T @ scene.cup_rotation == pytest.approx(np.eye(3))
+        ball_noise.append(exchange.state.ball_in_world_m - scene.ball_m)
+    assert np.std(ball_noise) == pytest.approx(WORN.ball_noise_m, rel=0.2)
+    places = functools.partial(joint_places, arm)(home)
+    assert np.linalg.norm(np.diff(places, axis=0), axis=1).min() > 0.01, "a shared origin is told once"
+    elsewhere = joint_places(arm, home + 0.3)
+    assert np.linalg.norm(np.diff(elsewhere, axis=0), axis=1) == pytest.approx(
+        np.linalg.norm(np.diff(places, axis=0), axis=1)
+    ), "links are rigid"
+    assert np.linalg.norm(places[-1] - arm.cup_place(home)) < 0.3, "the hand is near the cup"

@@ -1,0 +1,136 @@
+"""The compiled chain against DART: the same places, the same way along a path, the same torques."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from kendama_cli.robot_model.chain import compiled_chain, heading_turn
+from kendama_cli.robot_model.chain_kernel import Curve, IkSettings, apart, efforts, follow, frames, peaks, put, task
+from kendama_cli.schema.arrays import Array
+from kendama_cli.simulation.dart.arm import Arm
+from kendama_cli.simulation.placement.clearance import grip_of, least_clearance
+from kendama_cli.simulation.placement.limit_shares import limit_shares
+from kendama_cli.simulation.placement.placement import joint_trajectory
+from tests.simulation.dart.bench_robot import kendama_game, pa10
+
+GAME = kendama_game()
+POINT_CUP = dataclasses.replace(GAME.cup, radius_m=1e-6, depth_m=1e-6, wall_m=1e-7)
+"""The chain takes what the tip holds for a point mass at the tie point."""
+WEIGHTS = (0.7, 2.0, 0.3, 1.0, 0.05, 0.02, 0.1)
+
+
+@pytest.fixture(scope="module")
+def arm() -> Arm:
+    return Arm(dataclasses.replace(pa10(), redundancy_weights=WEIGHTS), POINT_CUP)
+
+
+def test_places_and_jacobian_are_those_of_dart(arm: Arm) -> None:
+    chain = compiled_chain(arm, GAME.gravity_m_s2)
+    grip = grip_of(arm, chain, GAME)
+    root, rng = heading_turn(arm.settings.base_heading_rad), np.random.default_rng(1)
+    turns, shifts, jacobian = np.empty((8, 3, 3)), np.empty((8, 3)), np.empty((5, 7))
+    for _ in range(20):
+        angles = rng.uniform(-1.5, 1.5, 7)
+        frames(chain, angles, turns, shifts)
+        value = task(chain, grip, turns, shifts, jacobian)
+        theirs, their_jacobian = arm.cup_task(angles)
+        assert root @ value[:3] + arm.settings.base_position_m == pytest.approx(theirs[:3], abs=1e-12)
+        assert root[:2, :2] @ value[3:] == pytest.approx(theirs[3:], abs=1e-12)
+        assert root @ jacobian[:3] == pytest.approx(their_jacobian[:3], abs=1e-12)
+        assert root[:2, :2] @ jacobian[3:] == pytest.approx(their_jacobian[3:], abs=1e-12)
+
+
+def test_torques_are_those_of_dart_and_the_known_friction(arm: Arm) -> None:
+    chain = compiled_chain(arm, GAME.gravity_m_s2)
+    grip = grip_of(arm, chain, GAME)._replace(mass_kg=POINT_CUP.mass_kg)
+    rng = np.random.default_rng(2)
+    for _ in range(20):
+        angles, speeds, changes = rng.uniform(-1.5, 1.5, 7), rng.normal(size=7), 5 * rng.normal(size=7)
+        arm.skeleton.setPositions(angles)
+        arm.skeleton.setVelocities(speeds)
+        arm.skeleton.setAccelerations(changes)
+        arm.skeleton.computeInverseDynamics(False, False, False)
+        friction = arm.viscous_nm_s * speeds + arm.coulomb_nm * np.sign(speeds)
+        ours = efforts(chain, grip, angles, speeds, changes)
+        assert ours == pytest.approx(arm.skeleton.getForces() + friction, abs=1e-4)
+
+
+def _swing(t_s: Array) -> Array:
+    return np.column_stack([0.25 * np.sin(3 * t_s) ** 2, 0 * t_s, 0.2 * np.sin(2 * t_s) ** 2])
+
+
+def test_the_way_along_a_path_and_its_peaks_are_those_of_the_arm(arm: Arm) -> None:
+    t_s = np.linspace(0.0, 2.0, 401)
+    joints = joint_trajectory(arm, t_s, _swing(t_s))
+    chain = compiled_chain(arm, GAME.gravity_m_s2)
+    grip = grip_of(arm, chain, GAME)._replace(mass_kg=POINT_CUP.mass_kg)
+    path = _swing(t_s) @ heading_turn(arm.settings.base_heading_rad)
+    angles, missed = follow(chain, grip, IkSettings(arm.home_rad, arm.redundancy_weights), path, False)
+    assert missed.max() < 1e-7
+    assert angles == pytest.approx(joints.position_rad, abs=1e-6)
+    ours = peaks(chain, grip, Curve(angles, 0.005, np.ones(401), 0.0))
+    theirs = limit_shares(arm, joints)
+    limits = (arm.velocity_rad_s, arm.acceleration_rad_s2, arm.effort_nm)
+    for found, limit, share in zip(ours, limits, (theirs.velocity, theirs.acceleration, theirs.effort), strict=True):
+        # differences of 5 ms, and torques looked at every 15 ms
+        assert found / limit == pytest.approx(share, rel=0.02, abs=0.01)
+
+
+def test_weights_decide_which_joint_moves(arm: Arm) -> None:
+    chain = compiled_chain(arm, GAME.gravity_m_s2)
+    grip = grip_of(arm, chain, GAME)
+    path = np.linspace(0.0, 0.2, 41)[:, None] * [1.0, 0.0, 0.0]
+    moved = []
+    for weight in (0.1, 10.0):
+        weights = np.array(WEIGHTS)
+        weights[2] = weight
+        angles, _ = follow(chain, grip, IkSettings(arm.home_rad, weights), path, False)
+        moved.append(abs(angles[-1, 2] - angles[0, 2]))
+    assert moved[1] < 0.5 * moved[0]
+
+
+def test_beyond_reach_the_path_ends_unless_the_whole_is_wanted(arm: Arm) -> None:
+    chain = compiled_chain(arm, GAME.gravity_m_s2)
+    grip, stance = grip_of(arm, chain, GAME), IkSettings(arm.home_rad, arm.redundancy_weights)
+    path = np.linspace(0.0, 3.0, 31)[:, None] * [1.0, 0.0, 0.0]
+    _, missed = follow(chain, grip, stance, path, False)
+    _, whole = follow(chain, grip, stance, path, True)
+    first = int(np.argmax(missed > 1e-6))
+    assert 0 < first < 30
+    assert np.isinf(missed[first + 1 :]).all()
+    assert np.isfinite(whole).all()
+    assert whole[-1] > 1.0
+
+
+def test_the_distance_of_segments_is_the_least_over_their_points() -> None:
+    rng, shares = np.random.default_rng(3), np.linspace(0, 1, 101)
+    for _ in range(40):
+        a, b, c, d = rng.normal(size=(4, 3))
+        ones, others = a + shares[:, None] * (b - a), c + shares[:, None] * (d - c)
+        nearest = np.linalg.norm(ones[:, None] - others[None], axis=2).min()
+        assert nearest - 0.05 < apart(a, b, c, d) <= nearest + 1e-9
+    point = np.array([0.0, 1.0, 0.0])
+    assert apart(np.zeros(3), np.array([1.0, 0, 0]), point, point) == pytest.approx(1.0)
+    assert apart(point, point, point, point) == 0.0
+
+
+def test_an_arm_folded_onto_itself_overlaps_and_the_parts_are_named(arm: Arm) -> None:
+    t_s = np.array([0.0, 1.0])
+    still = np.zeros((2, 7))
+    folded = still + np.array([0.0, 0.0, 0.0, 2.9, 0.0, 0.0, 0.0])
+    joints = joint_trajectory(arm, np.linspace(0, 1, 5), np.zeros((5, 3)))
+    one = dataclasses.replace(joints, t_s=t_s, position_rad=folded, velocity_rad_s=still, acceleration_rad_s2=still)
+    clear = least_clearance(arm, GAME, one)
+    assert clear.gap_m < 0
+    assert "'" in clear.parts or "swing" in clear.parts
+    assert least_clearance(arm, GAME, joints).gap_m > 0.0
+
+
+def test_a_frame_carries_a_point_as_a_turn_and_a_shift() -> None:
+    turn = heading_turn(0.3)
+    assert put(turn, np.array([1.0, 2.0, 3.0]), np.array([0.5, 0.0, 1.0])) == pytest.approx(
+        turn @ [0.5, 0.0, 1.0] + [1.0, 2.0, 3.0]
+    )

@@ -1,0 +1,148 @@
+from __future__ import annotations
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+
+from kendama_cli.robot_model.friction import JointFriction
+from kendama_cli.schema.arrays import Array
+from kendama_cli.simulation.dart.arm import Arm
+from kendama_cli.simulation.dart.library import dartpy
+from kendama_cli.simulation.dart.world import STEP_S, ArmWorld, WorldErrors
+from tests.simulation.dart.bench_robot import frictionless_pa10, kendama_game, pa10
+
+COULOMB, STRIBECK, SPEED, VISCOUS = 2.0, 1.0, 0.1, 3.0
+INERTIA = 0.5
+
+
+class Wheel:
+    """One joint about the vertical with a known inertia: what friction does to it has a closed form."""
+
+    def __init__(self, inertia_kg_m2: float = INERTIA) -> None:
+        self.skeleton = dartpy.dynamics.Skeleton("wheel")
+        self.joint, body = self.skeleton.createRevoluteJointAndBodyNodePair()
+        self.joint.setAxis(np.array([0.0, 0.0, 1.0]))
+        body.setInertia(dartpy.dynamics.Inertia(1.0, np.zeros(3), np.eye(3) * inertia_kg_m2))
+        self.world = dartpy.simulation.World()
+        self.world.setTimeStep(STEP_S)
+        self.world.addSkeleton(self.skeleton)
+        values = {"coulomb_nm": COULOMB, "stribeck_nm": STRIBECK, "stribeck_rad_s": SPEED, "viscous_nm_s": VISCOUS}
+        arrays = {name: np.array([value]) for name, value in values.items()}
+        self.friction = JointFriction(
+            [self.joint], slow_rad_s=np.array([0.02]), change_rad_s=np.array([STEP_S / inertia_kg_m2]), **arrays
+        )
+
+    def turn(self, torque_nm: float, steps: int, speed_rad_s: float = 0.0) -> Array:
+        self.skeleton.setVelocities([speed_rad_s])
+        speeds = []
+        for _ in range(steps):
+            self.skeleton.setForces(torque_nm + self.friction.torque(self.skeleton.getVelocities()))
+            self.world.step()
+            speeds.append(self.skeleton.getVelocities()[0])
+        return np.array(speeds)
+
+
+@pytest.mark.parametrize("share", [0.0, 0.5])
+def test_a_joint_at_rest_stays_until_the_torque_exceeds_its_breakaway_friction(share: float) -> None:
+    breakaway = (COULOMB + STRIBECK) * (1 + share)
+    for torque, moves in ((0.99 * breakaway, False), (-0.99 * breakaway, False), (1.01 * breakaway, True)):
+        wheel = Wheel()
+        wheel.friction.set_unknown(0.0, share)
+        assert (np.abs(wheel.turn(torque, 300)).max() > 1e-9) == moves
+
+
+def test_a_turning_joint_slows_down_as_the_law_says_and_stops_for_good() -> None:
+    """J v' = -(Fc + Fs exp(-(v/vs)^2)) sign v - b v, integrated finely by RK4."""
+
+    def change(v: float) -> float:
+        return -((COULOMB + STRIBECK * math.exp(-((v / SPEED) ** 2))) + VISCOUS * v) / INERTIA
+
+    speeds = Wheel().turn(0.0, 600, speed_rad_s=1.0)
+    v, h = 1.0, STEP_S / 10
+    for k in range(100):
+        for _ in range(10):
+            k1 = change(v)
+            k2 = change(v + h / 2 * k1)
+            k3 = change(v + h / 2 * k2)
+            v += h / 6 * (k1 + 2 * k2 + 2 * k3 + change(v + h * k3))
+        # one step of friction is the error of a first-order integrator
+        assert speeds[k] == pytest.approx(v, abs=STEP_S * (COULOMB + STRIBECK + VISCOUS) / INERTIA)
+    assert (np.abs(speeds[400:]) < 1e-12).all()
+
+
+@pytest.mark.parametrize("inertia", [INERTIA, 1e-2, 1e-3, 1e-4])
+def test_friction_never_adds_energy_however_light_the_joint_is(inertia: float) -> None:
+    speeds = Wheel(inertia).turn(0.0, 500, speed_rad_s=-2.0)
+    rounding = 1e-9  # of the constraint solver
+    assert (np.diff(np.abs(speeds)) <= rounding).all()
+    assert (speeds <= rounding).all()
+    assert abs(speeds[-1]) < 1e-12
+
+
+def test_the_controller_that_knows_all_friction_follows_as_if_there_were_none() -> None:
+    """Away from reversals: there the sign of what is compensated is blurred on purpose."""
+    errors = {}
+    for name, robot in (("none", frictionless_pa10()), ("known", pa10())):
+        world = ArmWorld(robot, kendama_game())
+        worst = 0.0
+        for k in range(1, 1200):
+            t = k * STEP_S
+            ramp = np.full(7, 0.1 * (t - math.sin(4 * t) / 4))
+            world.step(
+                world.arm.home_rad + ramp,
+                np.full(7, 0.1 * (1 - math.cos(4 * t))),
+                np.full(7, 0.4 * math.sin(4 * t)),
+            )
+            if t > 0.5:
+                worst = max(worst, float(np.abs(world.position_rad - world.arm.home_rad - ramp).max()))
+        errors[name] = worst
+    assert errors["known"] < errors["none"] + 2e-4
+
+
+def test_unknown_shares_scale_every_known_friction() -> None:
+    arm = Arm(pa10(), kendama_game().cup)
+    friction = JointFriction(
+        arm.joints,
+        coulomb_nm=arm.coulomb_nm,
+        stribeck_nm=arm.stribeck_nm,
+        stribeck_rad_s=arm.stribeck_rad_s,
+        viscous_nm_s=arm.viscous_nm_s,
+        slow_rad_s=np.full(7, 0.02),
+        change_rad_s=STEP_S * arm.mobility(),
+    )
+    friction.set_unknown(0.25, 0.1)
+    assert not friction.torque(np.zeros(7)).any()
+    found = [joint.getCoulombFriction(0) for joint in arm.joints]
+    assert found == pytest.approx(1.1 * (arm.coulomb_nm + arm.stribeck_nm) + 0.25)
+    # far above the Stribeck speed the rest is Coulomb's, against the motion, and no longer the constraint's
+    assert friction.torque(np.full(7, 5.0)) == pytest.approx(-1.1 * arm.coulomb_nm - 0.25)
+    assert not any(joint.getCoulombFriction(0) for joint in arm.joints)
+    assert [joint.getDampingCoefficient(0) for joint in arm.joints] == pytest.approx(1.1 * arm.viscous_nm_s)
+
+
+def test_two_percent_of_friction_that_nobody_knows_costs_little() -> None:
+    game, worst = kendama_game(), []
+    for share in (0.0, 0.02, 0.5):
+        world = ArmWorld(pa10(), game)
+        world.perturb(WorldErrors(joint_friction_share=share))
+        world.reset(world.arm.home_rad)
+        for k in range(1, 600):
+            t = k * STEP_S
+            world.step(
+                world.arm.home_rad + 0.05 * (1 - math.cos(6 * t)),
+                np.full(7, 0.3 * math.sin(6 * t)),
+                np.full(7, 1.8 * math.cos(6 * t)),
+            )
+        worst.append(float(np.abs(world.position_rad - world.arm.home_rad - 0.05 * (1 - math.cos(6 * 0.599))).max()))
+    assert worst[1] < worst[0] + 1e-4
+    assert worst[2] > worst[1]
+
+
+def test_a_robot_without_friction_values_has_none() -> None:
+    bare = dataclasses.replace(pa10(), coulomb_nm=None, viscous_nm_s=None, stribeck_nm=None, stribeck_rad_s=None)
+    arm = Arm(bare, kendama_game().cup)
+    assert not arm.coulomb_nm.any()
+    assert not arm.viscous_nm_s.any()
+    assert not arm.stribeck_nm.any()

@@ -1,0 +1,191 @@
+from __future__ import annotations
+
+import dataclasses
+import json
+import math
+from collections.abc import Callable
+
+import pytest
+import yaml
+
+from kendama_cli.schema.settings import build
+from kendama_cli.simulation.catch.catch_obstacle import obstacle
+from kendama_cli.simulation.catch.catch_search import (
+    Attempt,
+    Bounds,
+    MotionVariation,
+    Search,
+    Trial,
+    best_candidate,
+    nearest_attempt,
+    next_job,
+    windows,
+)
+from kendama_cli.simulation.catch.settings import AdaptSettings
+from kendama_cli.simulation.catch.uncertainty import CORNERS, Repeat
+from tests.simulation.dart.bench_robot import ROOT
+
+SHIPPED = build(AdaptSettings, yaml.safe_load((ROOT / "conf/adapt/catch.yaml").read_text()), "adapt")
+SETTINGS = dataclasses.replace(SHIPPED, repeats=5)
+BOUNDS = Bounds({1.0: 0.7, 1.05: 0.7, 0.95: 0.7, 1.1: 0.7, 0.9: 0.7}, 0.038)
+
+Miss = Callable[[MotionVariation], float | None]
+Spread = Callable[[MotionVariation], float]
+
+
+def _attempt(variation: MotionVariation, miss: float | None, side: float = 0.0) -> Attempt:
+    if miss is None:
+        return Attempt(variation, False, None, None, -0.1, None)
+    return Attempt(variation, abs(miss) < 0.038 and abs(side) < 0.02, miss, side, 0.25, (0.7, 0.85))
+
+
+def _play(search: Search, job: Trial, miss: Miss, spread: Spread, side_m: float) -> Search:
+    here, (x, y) = miss(job.variation), job.variation.shift_m
+    if here is not None:
+        here -= 0.95 * x
+    if job.kind == "attempt":
+        return search.with_attempt(_attempt(job.variation, here, side_m - 0.95 * y))
+    sign = CORNERS[job.index % 4][0]
+    off = (here or 0.0) + sign * spread(job.variation)
+    return search.with_repeat(job, Repeat(abs(off) < 0.038, off))
+
+
+def _search(
+    miss: Miss, *, spread: Spread = lambda variation: 0.01, side_m: float = 0.0, settings: AdaptSettings = SETTINGS
+) -> Search:
+    search = Search()
+    while (job := next_job(search, settings, BOUNDS)) is not None:
+        search = _play(search, job, miss, spread, side_m)
+        assert len(search.attempts) + len(search.judged) + len(search.confirmed) < 400
+    return search
+
+
+def _valley(variation: MotionVariation) -> float:
+    """A person's swing as it was measured: windows about 0.897 and 1.043."""
+    return -0.15 + 28 * (variation.tau_scale - 0.97) ** 2
+
+
+def test_first_catch_and_all_windows_come_within_the_budget() -> None:
+    search = _search(_valley)
+    assert int(search.rollouts_to_first_catch() or 99) <= 4
+    assert len(windows(search, SETTINGS, BOUNDS)) == 2
+    assert search.rollouts() <= 40
+    assert len(search.confirmed) == SETTINGS.repeats
+    assert not any(one.variation.shifted or one.variation.amplitude != 1.0 for one in search.attempts)
+
+
+@pytest.mark.parametrize("robust", [0.897, 1.043])
+def test_the_window_that_stands_the_uncertainties_best_is_chosen_not_the_first(robust: float) -> None:
+    search = _search(_valley, spread=lambda variation: 0.01 if abs(variation.tau_scale - robust) < 0.03 else 0.035)
+    best = best_candidate(search, BOUNDS)
+    assert best is not None
+    assert best.tau_scale == pytest.approx(robust, abs=0.005)
+
+
+def test_many_windows_are_still_judged_within_the_budget() -> None:
+    search = _search(lambda variation: 0.2 * math.sin(28 * (variation.tau_scale - 0.85)))
+    assert len(windows(search, SETTINGS, BOUNDS)) == 4
+    assert search.rollouts() <= 40
+
+
+def test_where_no_tau_catches_the_catch_is_moved_before_the_size_is_changed() -> None:
+    search = _search(lambda variation: 0.12 + 2 * (variation.tau_scale - 1.0) ** 2)
+    best = best_candidate(search, BOUNDS)
+    assert best is not None
+    assert best.shifted
+    assert best.amplitude == 1.0
+    assert 0.1 < best.shift_m[0] < 0.2
+    assert int(search.rollouts_to_first_catch() or 99) <= 4
+    assert search.rollouts() <= 40
+
+
+def test_a_ball_that_comes_down_beside_the_swing_plane_is_awaited_there() -> None:
+    search = _search(_valley, side_m=0.08)
+    best = best_candidate(search, BOUNDS)
+    assert best is not None
+    assert best.shift_m[1] == pytest.approx(0.08 / 0.95, abs=0.01)
+
+
+def test_a_window_that_promises_enough_is_preferred_to_a_moved_catch() -> None:
+    search = _search(lambda variation: 0.2 if variation.tau_scale > 0.93 else 3 * (variation.tau_scale - 0.87))
+    best = best_candidate(search, BOUNDS)
+    assert best is not None
+    assert not best.shifted
+    assert best.tau_scale == pytest.approx(0.87, abs=0.005)
+
+
+def test_a_fragile_window_is_weighed_against_a_moved_catch() -> None:
+    """The miss turns back 30 mm before zero: what tau offers lies at the edge, what the moved catch offers does not."""
+    search = _search(lambda variation: 0.03 + 20 * (variation.tau_scale - 1.0) ** 2, spread=lambda variation: 0.015)
+    best = best_candidate(search, BOUNDS)
+    assert best is not None
+    assert best.shifted
+    assert best.shift_m[0] == pytest.approx(0.03 / 0.95, abs=0.007)
+
+
+def test_the_size_is_changed_only_if_nothing_else_catches() -> None:
+    def miss(variation: MotionVariation) -> float | None:
+        return None if variation.amplitude < 1.1 else _valley(variation)
+
+    search = _search(miss)
+    best = best_candidate(search, BOUNDS)
+    assert best is not None
+    assert best.amplitude == 1.1
+
+
+def test_the_search_ends_where_nothing_ever_catches() -> None:
+    settings = dataclasses.replace(SETTINGS, amplitudes=(1.05,))
+    search = _search(lambda variation: None, settings=settings)
+    assert best_candidate(search, BOUNDS) is None
+    assert {one.variation.amplitude for one in search.attempts} == {1.0, 1.05}
+    capped = dataclasses.replace(settings, max_rollouts=7)
+    assert len(_search(lambda variation: None, settings=capped).attempts) == 7
+
+
+def test_a_search_goes_on_from_json_as_if_nothing_had_happened() -> None:
+    search = Search()
+    while (job := next_job(search, SETTINGS, BOUNDS)) is not None:
+        search = _play(
+            search, job, lambda variation: 0.12 + 2 * (variation.tau_scale - 1.0) ** 2, lambda variation: 0.01, 0.0
+        )
+        again = Search.from_json(json.loads(json.dumps(search.to_json())))
+        assert again == search
+        assert next_job(again, SETTINGS, BOUNDS) == next_job(search, SETTINGS, BOUNDS)
+
+
+def _told(
+    miss: float | None, tau: float, *, side: float = 0.0, low: float = 0.7, torque: str | None = None, apex: float = 0.2
+) -> str:
+    attempt = dataclasses.replace(_attempt(MotionVariation(tau), miss, side), caught=False, apex_m=apex)
+    bounds = dataclasses.replace(BOUNDS, lowest_tau={1.0: low})
+    return obstacle(Search((attempt,)), SETTINGS, bounds, "joint 'e1' with its speed limit of 1.99 rad/s", torque)
+
+
+def test_what_stands_in_the_way_is_told_with_what_to_change() -> None:
+    assert _told(0.06, 1.0) == (
+        "nearest miss 60 mm at tau_scale 1: no tau within the range does better: "
+        "raise adapt.max_shift_m or widen adapt.amplitudes"
+    )
+    assert "forbidden by joint 'e1' with its speed limit of 1.99 rad/s: place the arm otherwise" in _told(
+        0.1, 0.95, low=0.94
+    )
+    assert "a faster motion is forbidden by adapt.tau_range, which begins at 0.8: lower it" in _told(0.1, 0.81)
+    assert "a slower motion is forbidden by adapt.tau_range, which ends at 1.25: raise it" in _told(0.1, 1.24)
+    assert "comes down 90 mm beside the swing plane" in _told(0.01, 1.0, side=0.09)
+    assert "jumped out again: lower game.cup.restitution" in _told(0.01, 1.0)
+    assert "joint 's2' has no more torque to give" in _told(0.1, 1.0, torque="joint 's2'")
+    assert (
+        "never came down through the rim's plane; at tau_scale 1 it rose to -100 mm over it: the swing is too weak"
+        in (_told(None, 1.0, apex=-0.1))
+    )
+
+
+def test_the_nearest_is_the_least_miss_or_else_the_highest_ball() -> None:
+    low, high = (
+        _attempt(MotionVariation(1.0), None),
+        dataclasses.replace(_attempt(MotionVariation(1.1), None), apex_m=-0.02),
+    )
+    assert nearest_attempt(Search((low, high))) is high
+    assert nearest_attempt(
+        Search((high, _attempt(MotionVariation(0.9), 0.3), _attempt(MotionVariation(0.95), -0.2)))
+    ).variation == MotionVariation(0.95)

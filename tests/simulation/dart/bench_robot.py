@@ -1,0 +1,31 @@
+"""The shipped arm and game as settings, for tests."""
+
+from __future__ import annotations
+
+import dataclasses
+from pathlib import Path
+
+import yaml
+
+from kendama_cli.schema.settings import build
+from kendama_cli.settings.game import GameSettings
+from kendama_cli.settings.robot import RobotSettings
+
+ROOT = Path(__file__).resolve().parents[3]
+
+
+def pa10() -> RobotSettings:
+    """The shipped PA10."""
+    values = yaml.safe_load((ROOT / "conf/robot/pa10.yaml").read_text())
+    return build(RobotSettings, values | {"path": str(ROOT / values["path"])}, "robot")
+
+
+def frictionless_pa10() -> RobotSettings:
+    """The shipped PA10 without any joint friction."""
+    none = (0.0,) * 7
+    return dataclasses.replace(pa10(), coulomb_nm=none, viscous_nm_s=none, stribeck_nm=none)
+
+
+def kendama_game() -> GameSettings:
+    """The shipped game."""
+    return build(GameSettings, yaml.safe_load((ROOT / "conf/game/kendama.yaml").read_text()), "game")

@@ -1,0 +1,103 @@
+"""The swing-up as a Gymnasium environment: the interface's own checks, the same physics, and a learner from outside."""
+
+from __future__ import annotations
+
+import math
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+from kendama_cli.errors import ConfigError
+from kendama_cli.simulation.swingup.environment import SwingUpEnvironment
+from tests.learning.settings_files import game_settings, learn_settings
+
+gymnasium = pytest.importorskip("gymnasium", reason="the extra 'gym' is not installed")
+from kendama_cli.gym import NAME  # noqa: E402 - needs gymnasium
+from tests.simulation.swingup.cross_entropy import LinearPolicy, improved, played  # noqa: E402 - needs gymnasium
+
+QUIET = [f"learn.noise.{key}=0.0" for key in ("start_angle_deg", "start_position_m", "angle_reading_deg")]
+QUIET += ["learn.noise.rate_reading_rad_s=0.0", "learn.noise.acceleration=0.0"]
+
+
+@pytest.mark.parametrize("overrides", [[], ["learn=terminate"], ["learn.engine=kernel"]])
+def test_gymnasiums_own_checks_pass(overrides):
+    from gymnasium.utils.env_checker import check_env  # noqa: PLC0415
+
+    check_env(gymnasium.make(NAME, overrides=overrides).unwrapped, skip_render_check=True)
+
+
+def test_naming_the_module_registers_it_in_a_new_interpreter():
+    script = "import gymnasium; print(gymnasium.make('kendama_cli.gym:kendama/SwingUp-v0').action_space)"
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
+    assert done.stdout == "Discrete(5)\n"
+
+
+def test_an_action_held_here_is_the_same_action_held_in_the_learning_environment():
+    env = gymnasium.make(NAME, overrides=QUIET, hold_s=0.1).unwrapped
+    wanted = [4, 4, 0, 0, 0, 4, 4, 0]
+    observation, _ = env.reset(seed=0)
+    seen = [observation]
+    for action in wanted:
+        observation, *_ = env.step(np.int64(action))
+        seen.append(observation)
+    environment = SwingUpEnvironment(learn_settings(), game_settings())
+    rolling = environment.rolling(environment.silence())
+    reading, t_s = next(rolling)
+    for action, observation in zip([*wanted, 0], seen, strict=True):
+        np.testing.assert_array_equal(observation, reading)
+        reading, t_s = rolling.send((learn_settings().actions_m_s2[action], t_s + 0.1 - 1e-9))
+    assert t_s == pytest.approx(0.9)
+
+
+def test_a_rollout_follows_from_its_seed_and_is_noisy():
+    env = gymnasium.make(NAME)
+    first, again, other = (env.reset(seed=seed)[0] for seed in (3, 3, 4))
+    np.testing.assert_array_equal(first, again)
+    assert (first != other).any()
+
+
+def test_doing_nothing_is_truncated_when_time_is_up():
+    env = gymnasium.make(NAME, overrides=["learn.rollout_s=1.0"], hold_s=0.05)
+    env.reset(seed=0)
+    for k in range(20):
+        _, reward, terminated, truncated, info = env.step(2)
+        assert not terminated
+        assert truncated == (k == 19)
+    assert reward == learn_settings().reward.timeout
+    assert info["outcome"] == "timeout"
+    assert not info["success"]
+
+
+def test_leaving_the_workspace_terminates_where_the_configuration_says_so():
+    env = gymnasium.make(NAME, overrides=["learn=terminate"])
+    env.reset(seed=0)
+    terminated, info = False, {}
+    while not terminated:
+        observation, reward, terminated, truncated, info = env.step(4)
+        assert env.observation_space.contains(observation)
+        assert not truncated
+    assert info["outcome"] == "outside"
+    assert reward < learn_settings("terminate").reward.outside + 1e-9
+
+
+def test_stepping_after_the_end_is_refused():
+    env = gymnasium.make(NAME, overrides=["learn.rollout_s=0.2"]).unwrapped
+    with pytest.raises(gymnasium.error.ResetNeeded, match="call reset"):
+        env.step(np.int64(0))
+
+
+def test_a_hold_shorter_than_a_time_step_is_refused_in_one_line():
+    with pytest.raises(ConfigError, match=r"'hold_s' is 0.0001; allowed: from learn.step_s, 0.002, to learn.rollout_s"):
+        gymnasium.make(NAME, hold_s=1e-4)
+
+
+def test_a_cross_entropy_agent_from_outside_learns_the_swing_up():
+    env = gymnasium.make(NAME, overrides=["learn.engine=kernel", "learn.goal.catchable=false"], hold_s=0.05)
+    rng = np.random.default_rng(0)
+    untrained = np.mean([played(env, LinearPolicy.drawn(rng), seed)[1] for seed in range(20)])
+    policy = improved(env, rng, generations=8, population=24)
+    trained = np.mean([played(env, policy, seed)[1] for seed in range(1000, 1020)])
+    assert trained >= 0.8 > untrained
+    assert math.isfinite(played(env, policy, 0)[0])

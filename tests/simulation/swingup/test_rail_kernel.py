@@ -1,0 +1,192 @@
+"""The compiled kernel gives DART's numbers bit for bit: steps, rollouts, and the tables learned from them."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from kendama_cli.artifacts.policy import Policy
+from kendama_cli.errors import SimulationError
+from kendama_cli.learning.discretisation import StateGrid
+from kendama_cli.learning.policy import GreedyPolicy, learning_json
+from kendama_cli.learning.reward import Flight, Goal
+from kendama_cli.learning.sarsa import SarsaLearner
+from kendama_cli.learning.state import SwingState
+from kendama_cli.simulation.swingup import rail_kernel as kernel
+from kendama_cli.simulation.swingup.environment import SwingUpEnvironment
+from kendama_cli.simulation.swingup.rail import CompiledRail, Rules, physics
+from kendama_cli.simulation.swingup.rail_dart import DartRail
+from kendama_cli.simulation.swingup.workspace import limiter
+from tests.learning.settings_files import game_settings, learn_settings
+
+STEP_S = 0.002
+GAME = game_settings()
+NUMBERS = ("x_m", "velocity_m_s", "across_m", "above_m", "across_m_s", "above_m_s", "tension_n")
+ACTIONS = st.lists(st.sampled_from([-8.0, -4.0, 0.0, 4.0, 8.0]), min_size=25, max_size=25)
+
+
+def numbers(swing: DartRail | CompiledRail) -> list[float]:
+    return [getattr(swing, name) for name in NUMBERS]
+
+
+@settings(max_examples=25, deadline=None)
+@given(ACTIONS, st.floats(1.7, 3.1), st.floats(-6.0, 6.0), st.floats(0.02, 0.2), st.floats(0.3, 0.5))
+def test_five_seconds_of_random_actions_are_the_same_to_the_last_bit(actions, angle, turning, mass_kg, length_m):
+    # equal bits, because a rope that snaps taut makes two runs that differ in one bit part exponentially
+    game = dataclasses.replace(
+        GAME,
+        ball=dataclasses.replace(GAME.ball, mass_kg=mass_kg),
+        rope=dataclasses.replace(GAME.rope, length_m=length_m),
+    )
+    dart, compiled = DartRail(game, STEP_S), CompiledRail(game, STEP_S)
+    tensions = []
+    for swing in (dart, compiled):
+        swing.start(SwingState(0.01, -0.2, angle, turning))
+    for command in np.repeat(actions, 100):
+        dart.step(command)
+        compiled.step(command)
+        assert numbers(dart) == numbers(compiled)
+        tensions.append(dart.tension_n)
+    assert max(tensions) > 0.0
+
+
+@pytest.mark.parametrize("angle", [2.0, 2.6])
+def test_the_run_that_is_compared_is_slack_at_times_and_taut_at_others(angle):
+    dart, compiled = DartRail(GAME, STEP_S), CompiledRail(GAME, STEP_S)
+    slack = 0
+    for swing in (dart, compiled):
+        swing.start(SwingState(0.0, 0.0, angle, 0.0))
+    for command in np.tile(np.repeat([8.0, -8.0, -8.0, 8.0], 50), 13)[:2500]:
+        dart.step(command)
+        compiled.step(command)
+        assert numbers(dart) == numbers(compiled)
+        slack += dart.tension_n == 0.0
+    assert 100 < slack < 2400
+
+
+def test_many_swings_at_once_are_each_the_one_alone():
+    rng = np.random.default_rng(0)
+    commands = rng.choice([-8.0, 0.0, 8.0], (50, 7))
+    swings = np.zeros((8, 7))
+    alone = [CompiledRail(GAME, STEP_S) for _ in range(7)]
+    for i, swing in enumerate(alone):
+        swing.start(SwingState(0.0, 0.0, float(rng.uniform(-3, 3)), 1.0))
+        swings[:, i] = swing.numbers
+    kernel.play(swings, commands, 20, physics(GAME, STEP_S))
+    for i, swing in enumerate(alone):
+        for command in np.repeat(commands[:, i], 20):
+            swing.step(command)
+        np.testing.assert_array_equal(swings[:, i], swing.numbers)
+
+
+@settings(max_examples=200, deadline=None)
+@given(st.sampled_from(["sarsa", "terminate"]), st.floats(-0.5, 0.5), st.floats(-2.5, 2.5), st.floats(-9.0, 9.0))
+def test_the_limiter_is_the_same(name, x_m, velocity_m_s, command):
+    chosen = learn_settings(name)
+    rules = Rules.of(chosen, GAME)
+    wanted = limiter(chosen).limit(command, x_m, velocity_m_s)
+    assert kernel.limit(command, x_m, velocity_m_s, STEP_S, rules.limits) == wanted
+
+
+@pytest.mark.parametrize("name", ["sarsa", "paper"])
+def test_the_goal_is_the_same(name):
+    chosen = learn_settings(name)
+    rules = Rules.of(chosen, GAME)
+    goal = Goal(chosen.goal, Flight(GAME.rope.length_m, GAME.cup.depth_m, GAME.gravity_m_s2))
+    swing, rng, reached = CompiledRail(GAME, STEP_S), np.random.default_rng(0), 0
+    for _ in range(4000):
+        swing.start(SwingState(*rng.uniform([-0.4, -2.0, -math.pi, -7.0], [0.4, 2.0, math.pi, 7.0])))
+        angle = math.atan2(swing.across_m, -swing.above_m)
+        state = SwingState(swing.x_m, swing.velocity_m_s, angle, float(kernel.turning(swing.numbers)))
+        assert kernel.reached(swing.numbers, rules.physics, rules.aim) == goal.reached(state)
+        reached += goal.reached(state)
+    assert 40 < reached < 3000
+
+
+@pytest.mark.parametrize("position", ["side", "distance", "mirrored"])
+def test_the_bins_are_the_same(position):
+    chosen = learn_settings(grid__position=position, grid__position_edges_m=[0.0, 0.2])
+    rules, grid = Rules.of(chosen, GAME), StateGrid(chosen.grid)
+    for state in np.random.default_rng(0).uniform([-0.5, -2, -4, -7], [0.5, 2, 4, 7], (2000, 4)):
+        assert kernel.row(*state, rules.bins) == grid.place(SwingState(*state.tolist()))
+
+
+def learned(engine: str, name: str, seed: int, **replaced: object) -> tuple[np.ndarray, list[object]]:
+    """The table after 40 rollouts, and all that was seen, five evaluated rollouts and their catches included."""
+    chosen = learn_settings(name, engine=engine, **replaced)
+    environment, learner = SwingUpEnvironment(chosen, GAME), SarsaLearner(chosen)
+    chance, exploration_rng = np.random.default_rng([seed, 1]), np.random.default_rng([seed, 2])
+    seen: list[object] = []
+    for k in range(40):
+        learner.begin_rollout(exploration_rng)
+        rollout = environment.roll_out(learner, environment.noise(chance, proof=k % 2 == 1))
+        seen += [rollout, learner.end_rollout(rollout.outcome, rollout.final)]
+    policy = GreedyPolicy(learner.policy, chosen)
+    for _ in range(5):
+        policy.begin_rollout()
+        seen.append(environment.roll_out(policy, environment.noise(chance)))
+        seen.append(environment.catch(0.0))
+    return learner.q, seen
+
+
+@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize(
+    ("name", "replaced"),
+    [
+        ("sarsa", {}),
+        ("terminate", {}),
+        ("paper", {}),
+        ("sarsa", {"grid__position": "side", "grid__position_edges_m": [0.0], "decision__shortest_s": 0.05}),
+        ("sarsa", {"update": "double_sarsa", "traces": "accumulating"}),
+    ],
+)
+def test_the_same_seed_learns_the_same_table_in_both_engines(name, replaced, seed):
+    table, seen = learned("dart", name, seed, **replaced)
+    compiled_table, compiled_seen = learned("kernel", name, seed, **replaced)
+    np.testing.assert_array_equal(compiled_table, table)
+    assert compiled_seen == seen
+
+
+def test_an_actor_that_is_no_learner_is_asked_at_every_reading_it_wants_in_both_engines():
+    class Restless:
+        next_look_s = -math.inf
+
+        def __init__(self) -> None:
+            self.asked: list[tuple[SwingState, float]] = []
+
+        def act(self, state: SwingState, t_s: float) -> float:
+            self.asked.append((state, t_s))
+            self.next_look_s = t_s + 0.011
+            return 8.0 * math.copysign(1.0, math.sin(7.0 * t_s))
+
+    seen = []
+    for engine in ("dart", "kernel"):
+        environment, actor = SwingUpEnvironment(learn_settings(engine=engine), GAME), Restless()
+        seen.append((environment.roll_out(actor, environment.noise(np.random.default_rng(1))), actor.asked))
+    assert seen[0] == seen[1]
+    assert len(seen[0][1]) > 30
+
+
+def test_watching_a_rollout_does_not_change_it():
+    chosen = learn_settings(engine="kernel")
+    environment = SwingUpEnvironment(chosen, GAME)
+    table = np.random.default_rng(0).standard_normal((324, 5))
+    noise, watched = environment.noise(np.random.default_rng(2)), []
+    ends = []
+    for watch in (None, lambda t_s, swing, sent: watched.append(t_s)):
+        policy = GreedyPolicy(Policy.seal(table, learning_json(chosen)), chosen)
+        ends.append(environment.roll_out(policy, noise, watch))
+    assert ends[0] == ends[1]
+    assert len(watched) == round(ends[0].duration_s / STEP_S)
+
+
+def test_a_state_that_is_no_number_is_told_in_the_kernel_too():
+    swing = CompiledRail(GAME, STEP_S)
+    swing.start(SwingState(math.nan, 0.0, 0.0, 0.0))
+    with pytest.raises(SimulationError, match=r"left its domain at 0.002 s \(extent nan m\); lower learn.step_s"):
+        swing.check_finite(0.002)
