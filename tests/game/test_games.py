@@ -26,7 +26,7 @@ from kendama_cli.vision.catch_pose import CatchPoseEstimator
 from tests.game.cart_robot import DIRECTION, MIDDLE_M, CartRobot, Straight
 from tests.learning.settings_files import learn_settings
 
-CONF = Path(__file__).resolve().parents[3] / "conf"
+CONF = Path(__file__).resolve().parents[2] / "conf"
 
 
 def configured(schema: Any, group: str, name: str) -> Any:
