@@ -13,10 +13,12 @@ import math
 import operator
 import types
 import typing
-from collections.abc import Iterable, Mapping
-from typing import Any, Literal, TypeVar
+from collections.abc import Callable, Iterable, Mapping
+from functools import partial
+from typing import Annotated, Any, Literal, TypeVar
 
 from kendama_cli.errors import ConfigError
+from kendama_cli.schema.registry import Registry
 
 T = TypeVar("T")
 
@@ -68,7 +70,7 @@ def build(schema: type[T], data: Any, key: str = "") -> T:
     """
     if not isinstance(data, Mapping):
         raise ConfigError(key, f"'{key}' must be a group of keys, not {data!r}")
-    hints = typing.get_type_hints(schema)
+    hints = typing.get_type_hints(schema, include_extras=True)
     fields = {field.name: field for field in dataclasses.fields(schema)}  # type: ignore[arg-type]
     for name in data:
         if name not in fields:
@@ -87,20 +89,44 @@ def build(schema: type[T], data: Any, key: str = "") -> T:
 
 
 def build_value(annotation: Any, data: Any, key: str) -> Any:
-    """Like ``build`` for any annotation that a field may have: a dataclass or a union of them told apart by kind."""
+    """Like ``build`` for any annotation that a field may have.
+
+    A dataclass; a union of them told apart by ``kind``; a Registry, or ``Annotated[Protocol, REGISTRY]``, whose
+    variants other packages add: it gives the dataclass for the ``kind`` in ``data``.
+    """
     return _value(annotation, data, key, {})
 
 
 def variants(annotation: Any) -> dict[str, type]:
-    """The dataclasses of a union by their ``kind``, or of one dataclass; empty for anything else."""
-    members = typing.get_args(annotation) if _is_union(annotation) else (annotation,)
-    found = {}
-    for member in members:
-        if dataclasses.is_dataclass(member) and isinstance(member, type):
-            kind = typing.get_type_hints(member).get("kind")
-            for name in typing.get_args(kind) if kind else (member.__name__,):
-                found[str(name)] = member
-    return found
+    """The dataclasses that ``annotation`` allows by their ``kind``: of a registry, a union, or one dataclass.
+
+    Empty for anything else. A registry imports the settings of all its variants for this.
+    """
+    return {kind: schema() for kind, schema in _choices(annotation).items()}
+
+
+def _choices(annotation: Any) -> dict[str, Callable[[], type]]:
+    """What gives the dataclass, by kind: a registry's variant is imported only when it is chosen."""
+    registry = registry_of(annotation)
+    if registry is not None:
+        return {kind: partial(registry.settings, kind) for kind in registry.kinds()}
+    if _is_union(annotation):
+        return {kind: schema for member in typing.get_args(annotation) for kind, schema in _choices(member).items()}
+    if not (dataclasses.is_dataclass(annotation) and isinstance(annotation, type)):
+        return {}
+    kind = typing.get_type_hints(annotation).get("kind")
+    names = typing.get_args(kind) if kind else (annotation.__name__,)
+    return {str(name): partial(_same, annotation) for name in names}
+
+
+def registry_of(annotation: Any) -> Registry | None:
+    """The registry that ``annotation`` is, or is annotated with; None for any other."""
+    members = annotation.__metadata__ if typing.get_origin(annotation) is Annotated else (annotation,)
+    return next((member for member in members if isinstance(member, Registry)), None)
+
+
+def _same(schema: type) -> type:
+    return schema
 
 
 def input_files(settings: Any, key: str = "") -> dict[str, tuple[str, ...]]:
@@ -127,6 +153,10 @@ def _is_union(annotation: Any) -> bool:
 
 
 def _value(annotation: Any, value: Any, key: str, facts: Mapping[str, Any]) -> Any:
+    if registry_of(annotation) is not None:
+        return _variant(_choices(annotation), value, key)
+    if typing.get_origin(annotation) is Annotated:
+        annotation = typing.get_args(annotation)[0]
     if _is_union(annotation):
         return _union(annotation, value, key, facts)
     origin = typing.get_origin(annotation)
@@ -149,13 +179,9 @@ def _union(annotation: Any, value: Any, key: str, facts: Mapping[str, Any]) -> A
     members = typing.get_args(annotation)
     if value is None and type(None) in members:
         return None
-    schemas = variants(annotation)
-    if schemas:
-        kind = value.get("kind") if isinstance(value, Mapping) else value
-        if not isinstance(kind, str) or kind not in schemas:
-            hint = nearest(str(kind), schemas)
-            raise ConfigError(key, f"'{key}.kind' is {kind!r}; allowed: {', '.join(sorted(schemas))}{hint}")
-        return build(schemas[kind], value, key)
+    choices = _choices(annotation)
+    if choices:
+        return _variant(choices, value, key)
     errors = []
     for member in members:
         if member is type(None):
@@ -165,6 +191,14 @@ def _union(annotation: Any, value: Any, key: str, facts: Mapping[str, Any]) -> A
         except ConfigError as error:
             errors.append(error)
     raise errors[0]
+
+
+def _variant(choices: Mapping[str, Callable[[], type]], value: Any, key: str) -> Any:
+    kind = value.get("kind") if isinstance(value, Mapping) else value
+    if not isinstance(kind, str) or kind not in choices:
+        hint = nearest(str(kind), choices)
+        raise ConfigError(key, f"'{key}.kind' is {kind!r}; allowed: {', '.join(sorted(choices))}{hint}")
+    return build(choices[kind](), value, key)
 
 
 def _tuple(annotation: Any, value: Any, key: str, facts: Mapping[str, Any]) -> tuple[Any, ...]:
