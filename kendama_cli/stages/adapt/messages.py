@@ -1,0 +1,53 @@
+"""What adapt logs."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from kendama_cli.schema.foxglove import FrameTransform, JointStates
+
+
+@dataclass(frozen=True)
+class AdaptRolloutMessage:
+    """One rollout of a variation of the motion; ``signed_miss_m`` is nan where the ball never came down."""
+
+    index: int
+    tau_scale: float
+    signed_miss_m: float
+    caught: bool
+    amplitude: float
+    shift_x_m: float
+    shift_y_m: float
+
+
+@dataclass(frozen=True)
+class AdaptWindowMessage:
+    """A range of tau scales that catch, and the one in it that is taken."""
+
+    index: int
+    low: float
+    high: float
+    middle: float
+
+
+@dataclass(frozen=True)
+class AdaptRepeatMessage:
+    """One perturbed repeat of the chosen motion."""
+
+    index: int
+    caught: bool
+    miss_m: float
+
+
+TOPICS: Mapping[str, type] = {
+    "/adapt/rollout": AdaptRolloutMessage,
+    "/adapt/corner": AdaptRolloutMessage,
+    "/adapt/window": AdaptWindowMessage,
+    "/adapt/repeat": AdaptRepeatMessage,
+    "/adapt/joints": JointStates,
+    "/adapt/cup": FrameTransform,
+    "/adapt/ball": FrameTransform,
+    "/adapt/reference": FrameTransform,
+}
+"""``corner``: rollouts of candidates under the same perturbations; the last four: the chosen motion, undisturbed."""

@@ -1,0 +1,47 @@
+"""What predict logs."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from kendama_cli.log.messages import DetectionMessage
+from kendama_cli.schema.foxglove import CompressedImage, FrameTransform
+
+
+@dataclass(frozen=True)
+class CatchEstimateMessage:
+    """The predicted crossing of the rim plane, with its standard deviations."""
+
+    flight: int
+    t_catch_s: float
+    x_m: float
+    y_m: float
+    z_m: float
+    velocity_x_m_s: float
+    velocity_y_m_s: float
+    velocity_z_m_s: float
+    sigma_t_s: float
+    sigma_x_m: float
+    sigma_y_m: float
+    sigma_z_m: float
+
+
+@dataclass(frozen=True)
+class PredictionErrorMessage:
+    """How far the prediction was from the true crossing, ``horizon_ms`` before it."""
+
+    flight: int
+    horizon_ms: float
+    position_error_mm: float
+    time_error_ms: float
+
+
+TOPICS: Mapping[str, type] = {
+    "/predict/detection": DetectionMessage,
+    "/predict/estimate": CatchEstimateMessage,
+    "/predict/error": PredictionErrorMessage,
+    "/predict/ball": FrameTransform,
+    "/predict/image/*": CompressedImage,
+}
+"""``*`` stands for the camera's name."""

@@ -1,0 +1,76 @@
+"""What transfer logs."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass
+
+from kendama_cli.log.messages import DetectionMessage, RolloutMessage, WrenchMessage
+from kendama_cli.schema.foxglove import CompressedImage, FrameTransform, JointStates
+
+
+@dataclass(frozen=True)
+class TransferStepMessage:
+    """The state that the policy acted on in one control period; negative ``rollout`` -1 - i: game i."""
+
+    rollout: int
+    x_m: float
+    velocity_m_s: float
+    angle_rad: float
+    rate_rad_s: float
+    action_m_s2: float
+
+
+@dataclass(frozen=True)
+class GameMessage:
+    """How one game went; nan for what never came, ``crossing_m`` empty where the ball did not cross the rim plane."""
+
+    index: int
+    swung_up: bool
+    predicted: bool
+    caught: bool
+    prediction_error_mm: float
+    outcome: str
+    since_s: float
+    free_s: float
+    frames: int
+    seen: int
+    latency_frames: float
+    blow_n: float
+    crossing_s: float
+    crossing_m: Collection[float]
+
+
+@dataclass(frozen=True)
+class GameEstimateMessage:
+    """The predicted crossing of the rim plane in one game; ``covariance_m2`` (9,) of the place, row by row."""
+
+    game: int
+    t_catch_s: float
+    sigma_t_s: float
+    x_m: float
+    y_m: float
+    z_m: float
+    velocity_x_m_s: float
+    velocity_y_m_s: float
+    velocity_z_m_s: float
+    covariance_m2: Collection[float]
+
+
+TOPICS: Mapping[str, type] = {
+    "/transfer/step": TransferStepMessage,
+    "/transfer/rollout": RolloutMessage,
+    "/transfer/scratch/rollout": RolloutMessage,
+    "/transfer/joints": JointStates,
+    "/transfer/cup": FrameTransform,
+    "/transfer/ball": FrameTransform,
+    "/transfer/detection": DetectionMessage,
+    "/transfer/estimate": GameEstimateMessage,
+    "/transfer/game": GameMessage,
+    "/transfer/wrench": WrenchMessage,
+    "/transfer/imitation/cup": FrameTransform,
+    "/transfer/imitation/ball": FrameTransform,
+    "/transfer/imitation/wrench": WrenchMessage,
+    "/transfer/image/*": CompressedImage,
+}
+"""``*`` stands for the camera's name."""
