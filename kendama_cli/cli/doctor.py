@@ -11,6 +11,7 @@ import sys
 from dataclasses import dataclass
 
 import kendama_cli
+from kendama_cli.simulation.dart.display import SONAMES
 
 
 @dataclass(frozen=True)
@@ -23,7 +24,7 @@ class Part:
 
 
 REQUIRED = {
-    "dartpy": "dartpy",
+    "dartpy": "kendama_cli.simulation.dart.library",
     "numpy": "numpy",
     "scipy": "scipy",
     "numba": "numba",
@@ -53,6 +54,7 @@ def examine() -> list[Part]:
     cores = os.cpu_count() or 1
     found = [Part("kendama", "ok", f"{kendama_cli.__version__}, Python {platform.python_version()}, {cores} cores")]
     found += [_library(name, module) for name, module in REQUIRED.items()]
+    found += _display_libraries()
     found += [_extra(name, needs) for name, needs in EXTRAS.items()]
     found += [Part(name, "optional", f"needs {needs}") for name, needs in DEVICES.items()]
     return found
@@ -65,6 +67,16 @@ def _extra(name: str, serves: str) -> Part:
         return Part(name, "optional", serves)
 
 
+def _display_libraries() -> list[Part]:
+    """Which of the libraries that DART's viewer alone wants are the system's; none on macOS and Windows."""
+    if sys.platform != "linux":
+        return []
+    probe = "from kendama_cli.simulation.dart.display import load_display_libraries as load; print(*load())"
+    done = subprocess.run([sys.executable, "-P", "-c", probe], capture_output=True, text=True, check=False)
+    ours = "not on this system; an object of ours stands in (only a viewer would miss it)"
+    return [Part(name, "ok", ours if name in done.stdout.split() else "the system's") for name in SONAMES]
+
+
 def _library(name: str, module: str) -> Part:
     # a process of its own: a broken native library may take its process down
     probe = subprocess.run(
@@ -74,6 +86,4 @@ def _library(name: str, module: str) -> Part:
         return Part(name, "ok", importlib.metadata.version(name))
     lines = probe.stderr.strip().splitlines()
     reason = lines[-1] if lines else f"exit code {probe.returncode}"
-    if "libGL.so.1" in reason:
-        return Part(name, "missing", "the system library libGL.so.1 is missing: apt-get install libgl1")
     return Part(name, "missing", f"{reason}; pip install {name}")

@@ -1,21 +1,25 @@
-"""The one import of DART: where its system library is missing, one line says what brings it."""
+"""The one import of DART; where it cannot be loaded, one line says what brings it."""
 
 from __future__ import annotations
 
 from typing import Any
 
 from kendama_cli.errors import MissingPartError
+from kendama_cli.simulation.dart.display import load_display_libraries
+
+STOOD_IN = load_display_libraries()
+"""Display libraries that this system lacks and that objects of our own stand in for."""
 
 try:
     import dartpy
-except ImportError as error:  # the wheel links against libGL although nothing here draws
-    if "libGL" in str(error):
+except ImportError as error:
+    if "libGL" in str(error) or "libX11" in str(error):  # on a machine for which we ship no stand-in
         raise MissingPartError(
-            "libGL.so.1", "the simulator DART needs the system library libGL.so.1: apt-get install libgl1"
+            "libGL.so.1", f"the simulator DART needs libGL.so.1 and libX11.so.6 ({error}): apt-get install libgl1"
         ) from error
     raise MissingPartError("dartpy", f"the simulator DART cannot be loaded ({error}): pip install dartpy") from error
 
-__all__ = ["awake_world", "dartpy"]
+__all__ = ["STOOD_IN", "awake_world", "dartpy"]
 
 
 def awake_world(step_s: float, gravity_m_s2: float) -> Any:

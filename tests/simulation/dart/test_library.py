@@ -13,6 +13,7 @@ PROBE = "import kendama_cli.simulation.dart.library"
     ("complaint", "advice"),
     [
         ("libGL.so.1: cannot open shared object file: No such file or directory", "apt-get install libgl1"),
+        ("libX11.so.6: cannot open shared object file: No such file or directory", "apt-get install libgl1"),
         ("No module named 'dartpy'", "pip install dartpy"),
     ],
 )
