@@ -48,7 +48,7 @@ class SwingUp(gymnasium.Env[Observation, np.int64]):
     metadata = {"render_modes": []}  # noqa: RUF012 - gymnasium's own declaration
 
     def __init__(self, overrides: Sequence[str] = (), hold_s: float | None = None) -> None:
-        """``overrides`` are those of the command line, as in ``["learn=terminate", "learn.engine=kernel"]``.
+        """``overrides`` are those of the command line, as in ``["learn=terminate", "learn.rollout_s=3.0"]``.
 
         Without ``hold_s`` an action is held for ``learn.decision.longest_s``. Raises ConfigError for either where it
         is not allowed.

@@ -16,7 +16,8 @@ from kendama_cli.game.swing_state import SwingStateEstimator
 from kendama_cli.game.swing_up import Actor, SwingUpRollout, swing_up
 from kendama_cli.learning.limiter import BrakingLimiter
 from kendama_cli.learning.reward import Flight, Goal
-from kendama_cli.learning.settings import LearnSettings, LimitedWorkspace
+from kendama_cli.learning.settings import LearnSettings
+from kendama_cli.learning.task_settings import LimitedWorkspace
 from kendama_cli.schema.arrays import Array
 from kendama_cli.settings.game import GameSettings
 from kendama_cli.simulation.dart.arm import Arm

@@ -64,9 +64,9 @@ class TransferSettings:
     evaluation_n: int = setting(
         "rollouts of the frozen policy, before and again after learning on the hardware", above=0
     )
-    cap: int = setting("rollouts after which learning on the hardware ends without its row of successes", above=0)
-    settled: int = setting(
-        "greedy successes in a row at which the table is frozen; until then learning goes on "
+    cap: int = setting("rollouts after which learning on the hardware ends without its streak of successes", above=0)
+    frozen: int = setting(
+        "greedy successes in a row at which the policy is frozen; until then learning goes on "
         "(never fewer than learn.count.streak)",
         above=0,
     )

@@ -36,7 +36,7 @@ class Progress:
         self._seed = int(state["seed"])
         self._learn = learn
         self._cap = transfer.cap
-        self._settled = max(transfer.settled, learn.count.streak)
+        self._frozen = max(transfer.frozen, learn.count.streak)
         self._learners: dict[str, dict[str, Any]] = {start: _joined(state, start) for start in STARTS}
         self._missed_here = 0
 
@@ -92,13 +92,13 @@ class Progress:
         return self.learner().policy
 
     def learned(self, start: Start = "table") -> bool:
-        """Whether the counting rule's row of greedy successes has been reached."""
+        """Whether the counting rule's streak of greedy successes has been reached."""
         return self.learner(start).count.learned
 
-    def settled(self, start: Start) -> bool:
-        """Whether learning is over: at the row that freezes the table (from scratch: that counts), or at the cap."""
+    def frozen(self, start: Start) -> bool:
+        """Whether learning is over: at the streak that freezes the table (from scratch: that counts), or at the cap."""
         count = self.learner(start).count
-        enough = count.row >= self._settled if start == "table" else count.learned
+        enough = count.streak >= self._frozen if start == "table" else count.learned
         return enough or count.rollouts >= self._cap
 
     def rollouts(self, start: Start = "table") -> int:

@@ -11,10 +11,10 @@ from kendama_cli.learning.settings import (
     EpsilonGreedyExploration,
     HarmonicExploration,
     LearnSettings,
-    LimitedWorkspace,
     ScheduleSettings,
 )
 from kendama_cli.learning.state import SwingState
+from kendama_cli.learning.task_settings import LimitedWorkspace
 
 FOLLOWING_PER_S = 8.0
 """c of the law by which the cup follows a harmonic place: within about 1 / c."""
@@ -26,8 +26,8 @@ class Explorer(Protocol):
     def action(self, t_s: float, state: SwingState, greedy: int) -> int:
         """The action to choose at ``t_s`` into the rollout, where the table itself would choose ``greedy``."""
 
-    def chances(self, greedy: int) -> list[float] | None:
-        """The probability of each action where the table would choose ``greedy``; None where chance plays no part."""
+    def action_probabilities(self, greedy: int) -> list[float] | None:
+        """The probability of each action where the table would choose ``greedy``; None where it is certain."""
 
 
 def explores(settings: ScheduleSettings, *, succeeded_ever: bool, greedy_failed: bool, rng: Generator) -> bool:
@@ -76,8 +76,8 @@ class Harmonic:
             wanted = math.copysign(self._largest, wanted)
         return min(range(len(self._actions)), key=lambda action: abs(self._actions[action] - wanted))
 
-    def chances(self, greedy: int) -> None:
-        """Once it is drawn, a harmonic leaves nothing to chance."""
+    def action_probabilities(self, greedy: int) -> None:
+        """None: once it is drawn, a harmonic is deterministic."""
         return
 
 
@@ -95,11 +95,11 @@ class EpsilonGreedy:
             return int(self._rng.integers(self._n))
         return greedy
 
-    def chances(self, greedy: int) -> list[float]:
+    def action_probabilities(self, greedy: int) -> list[float]:
         """epsilon / n for each action, and 1 - epsilon more for the greedy one."""
-        chances = [self._epsilon / self._n] * self._n
-        chances[greedy] += 1.0 - self._epsilon
-        return chances
+        probabilities = [self._epsilon / self._n] * self._n
+        probabilities[greedy] += 1.0 - self._epsilon
+        return probabilities
 
 
 def explorer(learn: LearnSettings, rollout: int, rng: Generator) -> Explorer:

@@ -38,6 +38,8 @@ class GreedyPolicy:
         """Forget the last action; the next call of ``act`` chooses at once."""
         self._held = HeldAction(self._settings, self._grid)
 
+    decides_on_bins = True
+
     @property
     def next_look_s(self) -> float:
         """``act`` changes nothing before this time into the rollout, so no reading is needed before it [s]."""

@@ -6,8 +6,8 @@ import math
 from dataclasses import dataclass
 from typing import Literal, NamedTuple
 
-from kendama_cli.learning.settings import GoalSettings, RewardSettings
 from kendama_cli.learning.state import SwingState
+from kendama_cli.learning.task_settings import GoalSettings, RewardSettings
 
 Outcome = Literal["goal", "timeout", "outside"]
 """How a rollout ends: at the goal, with time up, or (where that ends it) outside the workspace."""

@@ -1,4 +1,4 @@
-"""The swing-up's learner, driven from outside: the same object learns in DART and on hardware."""
+"""SARSA(lambda) on a table, driven from outside: the same object learns in simulation and on hardware."""
 
 from __future__ import annotations
 
@@ -59,11 +59,11 @@ class SarsaLearner:
         self.count = LearningCount()
         self._succeeded_ever = q is not None
         self._greedy_failed = False
-        self._proven, self._proven_row = self.q, 0
+        self._best, self._best_streak = self.q, 0
         self._explorer: Explorer | None = None
         self._alpha = settings.alpha
         self._held = HeldAction(settings, self._grid)
-        self._chance: Generator | None = None
+        self._table_rng: Generator | None = None
         self._reward = 0.0
         self._transitions: list[Transition] = []
 
@@ -74,7 +74,7 @@ class SarsaLearner:
         learner.count = LearningCount(**state["count"])
         learner._succeeded_ever = bool(state["succeeded_ever"])
         learner._greedy_failed = bool(state["greedy_failed"])
-        learner._proven, learner._proven_row = np.asarray(state["proven"]), int(state["proven_row"])
+        learner._best, learner._best_streak = np.asarray(state["best"]), int(state["best_streak"])
         return learner
 
     def state(self) -> dict[str, Any]:
@@ -84,8 +84,8 @@ class SarsaLearner:
             "count": dataclasses.asdict(self.count),
             "succeeded_ever": self._succeeded_ever,
             "greedy_failed": self._greedy_failed,
-            "proven": np.array(self._proven),
-            "proven_row": self._proven_row,
+            "best": np.array(self._best),
+            "best_streak": self._best_streak,
         }
 
     @property
@@ -107,9 +107,9 @@ class SarsaLearner:
     def policy(self) -> Policy:
         """The table to act by, sealed with the settings that give it its meaning.
 
-        It is the present one, unless an earlier one had the longer row of greedy successes while it rested.
+        It is the present one, unless an earlier one had the longer streak of greedy successes while it was frozen.
         """
-        q = self._proven if self._proven_row > self.count.row else self._table.q
+        q = self._best if self._best_streak > self.count.streak else self._table.q
         return Policy.seal(q, learning_json(self._settings))
 
     def begin_rollout(self, rng: Generator) -> None:
@@ -120,12 +120,14 @@ class SarsaLearner:
         )
         self._explorer = explorer(self._settings, self.rollouts, rng) if explore else None
         fading = 1.0 + self.rollouts / self._settings.alpha_decay_rollouts
-        self._alpha = 0.0 if self.count.resting(self._settings.count) else self._settings.alpha / fading
-        self._chance = rng if self._settings.update == "double_sarsa" else None
+        self._alpha = 0.0 if self.count.frozen(self._settings.count) else self._settings.alpha / fading
+        self._table_rng = rng if self._settings.update == "double_sarsa" else None
         self._table.begin()
         self._held = HeldAction(self._settings, self._grid)
         self._reward = 0.0
         self._transitions = []
+
+    decides_on_bins = True
 
     @property
     def next_look_s(self) -> float:
@@ -143,15 +145,15 @@ class SarsaLearner:
 
     def _choose(self, held: HeldAction, row: int, state: SwingState, t_s: float) -> None:
         action = held.mirrored(greedy_column(self._table.values(row), held.mirrored(held.action)))
-        chances = None
+        probabilities = None
         if self._explorer is not None:
-            chances = self._explorer.chances(action)
+            probabilities = self._explorer.action_probabilities(action)
             action = self._explorer.action(t_s, state, action)
-        if chances is not None and held.mirrored(0) != 0:
-            chances.reverse()
+        if probabilities is not None and held.mirrored(0) != 0:
+            probabilities.reverse()
         if held.row >= 0:
             reward = step_reward(self._settings.reward, state.x_m)
-            self._learn(Transition(held.row, held.column, reward, row, held.mirrored(action), chances))
+            self._learn(Transition(held.row, held.column, reward, row, held.mirrored(action), probabilities))
         held.hold(row, action, t_s)
 
     def end_rollout(self, outcome: Outcome, state: SwingState) -> FinishedRollout:
@@ -166,9 +168,10 @@ class SarsaLearner:
             for transition in self._transitions:
                 self._table.update(transition, self._alpha, self._coin())
         success = outcome == "goal"
-        # a table that rests is still what made the row that ends here
-        if not (success or self.explored) and self.count.row >= max(self._settings.count.streak, self._proven_row + 1):
-            self._proven, self._proven_row = self.q, self.count.row
+        # a frozen table is still what made the streak that ends here
+        longer = max(self._settings.count.streak, self._best_streak + 1)
+        if not (success or self.explored) and self.count.streak >= longer:
+            self._best, self._best_streak = self.q, self.count.streak
         self.count = self.count.after(explored=self.explored, success=success, settings=self._settings.count)
         self._succeeded_ever = self._succeeded_ever or success
         self._greedy_failed = not success and not self.explored
@@ -181,4 +184,4 @@ class SarsaLearner:
         self._reward += transition.reward
 
     def _coin(self) -> float:
-        return 0.0 if self._chance is None else self._chance.random()
+        return 0.0 if self._table_rng is None else self._table_rng.random()

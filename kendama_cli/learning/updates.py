@@ -1,4 +1,4 @@
-"""Updates: what a choice is told to be worth, once it is known where it led and what is chosen there.
+"""Updates: the target of a choice's value, once it is known where it led and what is chosen there.
 
 Every update moves Q(s, a) toward r + gamma V, and they differ in V alone (Sutton and Barto, 2nd edition, chapter 6):
 
@@ -7,7 +7,7 @@ Every update moves Q(s, a) toward r + gamma V, and they differ in V alone (Sutto
     q               V = max_b Q(s', b)                Watkins: traces end where the choice is not the best
     double_sarsa    V = Q2(s', a')                    a coin draws which of two tables learns from the other
 
-A drawn harmonic chooses without chance, and so does the greedy policy: there expected_sarsa is sarsa.
+A drawn harmonic is deterministic, and so is the greedy policy: there expected_sarsa is sarsa.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ UpdateName = Literal["sarsa", "expected_sarsa", "q", "double_sarsa"]
 class Transition(NamedTuple):
     """One choice and what came of it; ``next_row`` is None where the rollout ended.
 
-    ``chances`` are the probabilities of the next columns; None where ``next_column`` was certain.
+    ``action_probabilities`` are the probabilities of the next columns; None where ``next_column`` was certain.
     """
 
     row: int
@@ -32,7 +32,7 @@ class Transition(NamedTuple):
     reward: float
     next_row: int | None
     next_column: int | None
-    chances: Sequence[float] | None = None
+    action_probabilities: Sequence[float] | None = None
 
 
 class Update(Protocol):
@@ -72,9 +72,9 @@ class ExpectedSarsa(Sarsa):
 
     def ahead(self, q: NDArray[np.float64], transition: Transition) -> float:
         """The mean value of the next action."""
-        if transition.chances is None:
+        if transition.action_probabilities is None:
             return super().ahead(q, transition)
-        return float(np.dot(transition.chances, q[transition.next_row]))
+        return float(np.dot(transition.action_probabilities, q[transition.next_row]))
 
 
 class WatkinsQ:

@@ -16,10 +16,12 @@ from kendama_cli.learning.sarsa import SarsaLearner
 from kendama_cli.learning.state import SwingState
 from kendama_cli.simulation.swingup import rail_kernel as kernel
 from kendama_cli.simulation.swingup.bound import swing_bound
+from kendama_cli.simulation.swingup.engine import SwingEngine
 from kendama_cli.simulation.swingup.environment import SwingUpEnvironment
 from kendama_cli.simulation.swingup.rail import CompiledRail, physics
 from tests.benchmarks.ball_in_cup import BALL_IN_CUP
 from tests.learning.settings_files import game_settings, learn_settings
+from tests.simulation.swingup.rail_dart import DartRail
 
 GAME = game_settings()
 STEP_S = 0.002
@@ -37,23 +39,23 @@ def best_rate(work: Callable[[], int], repeats: int = 3) -> float:
     return max(rates)
 
 
-def learning(engine: str) -> Callable[[], int]:
+def learning(swing: SwingEngine | None) -> Callable[[], int]:
     """One seed of `limit` learned and evaluated; the steps simulated."""
 
     def work() -> int:
-        chosen = learn_settings(engine=engine)
-        environment, learner = SwingUpEnvironment(chosen, GAME), SarsaLearner(chosen)
-        chance, exploration_rng = np.random.default_rng([SEED, 1]), np.random.default_rng([SEED, 2])
+        chosen = learn_settings()
+        environment, learner = SwingUpEnvironment(chosen, GAME, swing), SarsaLearner(chosen)
+        noise_rng, exploration_rng = np.random.default_rng([SEED, 1]), np.random.default_rng([SEED, 2])
         simulated_s = 0.0
         while not learner.count.finished(chosen.count):
             learner.begin_rollout(exploration_rng)
-            rollout = environment.roll_out(learner, environment.noise(chance))
+            rollout = environment.roll_out(learner, environment.noise(noise_rng))
             learner.end_rollout(rollout.outcome, rollout.final)
             simulated_s += rollout.duration_s
         policy = GreedyPolicy(learner.policy, chosen)
         for _ in range(chosen.count.evaluation):
             policy.begin_rollout()
-            rollout = environment.roll_out(policy, environment.noise(chance))
+            rollout = environment.roll_out(policy, environment.noise(noise_rng))
             simulated_s += rollout.duration_s
         return round(simulated_s / STEP_S)
 
@@ -102,10 +104,10 @@ def mujoco_rollouts(n: int, steps: int) -> int:
 def main() -> None:
     """Print the table."""
     rates = {
-        "learning loop, DART": best_rate(learning("dart")),
-        "learning loop, kernel": best_rate(learning("kernel")),
-        "kernel, one swing": best_rate(lambda: kernel_steps(1, 4000)),
-        "kernel, 64 swings": best_rate(lambda: kernel_steps(64, 800)),
+        "learning loop, rail in DART": best_rate(learning(DartRail(GAME, STEP_S))),
+        "learning loop, rail": best_rate(learning(None)),
+        "rail, one swing": best_rate(lambda: kernel_steps(1, 4000)),
+        "rail, 64 swings": best_rate(lambda: kernel_steps(64, 800)),
     }
     try:
         rates["MuJoCo ball_in_cup, Python loop"] = best_rate(lambda: mujoco_python_loop(100_000))
@@ -113,8 +115,8 @@ def main() -> None:
     except ImportError:
         print("mujoco is not installed: no peers")
     peers = {
-        "learning loop, DART": "MuJoCo ball_in_cup, Python loop",
-        "kernel, 64 swings": "MuJoCo ball_in_cup, rollout",
+        "learning loop, rail in DART": "MuJoCo ball_in_cup, Python loop",
+        "rail, 64 swings": "MuJoCo ball_in_cup, rollout",
     }
     for name, rate in rates.items():
         peer = peers.get(name, "")

@@ -65,7 +65,7 @@ def arm_ground(node: dict[str, Any], *, nominal: bool) -> Iterator[GameRunner]:
 
 
 def nodes(folder: Path, *overrides: str) -> dict[str, Any]:
-    return build_settings(composed(find_site(folder), ["simulation/engine=kernel", *overrides]))
+    return build_settings(composed(find_site(folder), ["simulation/engine=rail", *overrides]))
 
 
 @pytest.fixture(scope="module")

@@ -16,11 +16,11 @@ from tests.game.test_games import LEARN, TRANSFER
 REST = SwingState(0.0, 0.0, 0.0, 0.0)
 TABLE = np.random.default_rng(0).normal(size=(324, 5))
 POLICY = Policy.seal(TABLE, learning_json(LEARN))
-SETTLING = dataclasses.replace(TRANSFER, settled=14, cap=40)
+FREEZING = dataclasses.replace(TRANSFER, frozen=14, cap=40)
 
 
 def begun() -> Progress:
-    return Progress.resumed(None, POLICY, LEARN, SETTLING, np.random.default_rng(1))
+    return Progress.resumed(None, POLICY, LEARN, FREEZING, np.random.default_rng(1))
 
 
 def succeed(progress: Progress, start: Start, times: int = 1, *, outcome: str = "goal") -> None:
@@ -32,17 +32,17 @@ def succeed(progress: Progress, start: Start, times: int = 1, *, outcome: str = 
         progress.keep(learner, start)
 
 
-def test_the_row_counts_but_the_table_is_frozen_only_when_settled() -> None:
+def test_the_streak_counts_but_the_table_is_frozen_only_after_a_longer_one() -> None:
     progress = begun()
     succeed(progress, "table", outcome="timeout")
     while not progress.learned("table"):
         succeed(progress, "table")
     needed = progress.rollouts("table")
-    assert not progress.settled("table")
+    assert not progress.frozen("table")
     succeed(progress, "table", 3)
-    assert not progress.settled("table")
+    assert not progress.frozen("table")
     succeed(progress, "table")
-    assert progress.settled("table")
+    assert progress.frozen("table")
     assert progress.rollouts("table") == needed
     assert needed >= 2, "the failure counts"
 
@@ -53,29 +53,29 @@ def test_a_table_that_fits_at_once_needs_one_rollout() -> None:
     assert progress.rollouts("table") == 1
 
 
-def test_from_scratch_nothing_more_is_wanted_than_the_row_that_counts() -> None:
+def test_from_scratch_nothing_more_is_wanted_than_the_streak_that_counts() -> None:
     progress = begun()
     while not progress.learned("scratch"):
         succeed(progress, "scratch")
-    assert progress.settled("scratch")
+    assert progress.frozen("scratch")
     assert progress.learner("table").rollouts == 0
 
 
 @pytest.mark.parametrize("start", ["table", "scratch"])
 def test_learning_ends_at_the_cap_which_then_is_the_figure(start: Start) -> None:
     progress = begun()
-    succeed(progress, start, SETTLING.cap, outcome="timeout")
-    assert progress.settled(start)
+    succeed(progress, start, FREEZING.cap, outcome="timeout")
+    assert progress.frozen(start)
     assert not progress.learned(start)
-    assert progress.rollouts(start) == SETTLING.cap
+    assert progress.rollouts(start) == FREEZING.cap
 
 
-def test_a_shorter_row_than_the_counting_rules_cannot_be_asked_for() -> None:
-    progress = Progress.resumed(None, POLICY, LEARN, dataclasses.replace(SETTLING, settled=1), np.random.default_rng(1))
+def test_a_shorter_streak_than_the_counting_rules_cannot_be_asked_for() -> None:
+    progress = Progress.resumed(None, POLICY, LEARN, dataclasses.replace(FREEZING, frozen=1), np.random.default_rng(1))
     succeed(progress, "table", LEARN.count.streak - 1)
-    assert not progress.settled("table")
+    assert not progress.frozen("table")
     succeed(progress, "table")
-    assert progress.settled("table")
+    assert progress.frozen("table")
 
 
 def test_what_is_saved_is_all_there_is() -> None:
@@ -84,10 +84,10 @@ def test_what_is_saved_is_all_there_is() -> None:
     succeed(progress, "scratch", 2)
     progress.before.append(True)
     progress.finished(1.5, 2)
-    again = Progress.resumed(progress.saved(), POLICY, LEARN, SETTLING, np.random.default_rng(99))
+    again = Progress.resumed(progress.saved(), POLICY, LEARN, FREEZING, np.random.default_rng(99))
     for start in STARTS:
         one, other = (each.learner(start).state() for each in (progress, again))
-        for table in ("q", "proven"):
+        for table in ("q", "best"):
             assert np.array_equal(one.pop(table), other.pop(table))
         assert one == other
     assert again.count == progress.count == 6

@@ -22,7 +22,7 @@ def drive(limiter: BrakingLimiter, commands: list[float], *, gain: float = 1.0, 
     fade = math.exp(-STEP_S / lag_s) if lag_s else 0.0
     for command in commands:
         for _ in range(20):
-            sent = limiter.limit(command, x, v, a) * gain
+            sent = limiter.limit(command, x, v) * gain
             a = sent + (a - sent) * fade
             v += STEP_S * a
             x += STEP_S * v
@@ -47,14 +47,7 @@ def test_an_actuator_that_brakes_a_little_less_than_told_is_kept_inside_by_the_r
     assert np.abs(x).max() <= 0.4 + 1e-4  # one step at the edge with 9 % less braking: far below 0.1 mm
 
 
-@given(HARD, st.sampled_from([0.02, 0.04, 0.08]))
-def test_a_limiter_that_knows_the_actuators_lag_keeps_it_inside(commands, lag_s):
-    x, v = drive(BrakingLimiter(0.4, 2.0, 7.2, 8.0, STEP_S, lag_s), commands, lag_s=lag_s)
-    assert np.abs(x).max() <= 0.4 + 1e-4
-    assert np.abs(v).max() <= 2.0 + 8.0 * STEP_S
-
-
-def test_a_limiter_that_does_not_know_the_lag_lets_the_cup_out():
+def test_the_present_state_of_an_actuator_that_lags_lets_the_cup_out():
     x, _ = drive(BrakingLimiter(0.4, 2.0, 7.2, 8.0, STEP_S), [8.0] * 60, lag_s=0.04)
     assert np.abs(x).max() > 0.41
 

@@ -138,7 +138,7 @@ def test_from_state_goes_on_bit_for_bit(update):
     half, rng = SarsaLearner(settings), np.random.default_rng(1)
     rollouts(half, rng, 3)
     saved = half.state()
-    tables = {name: saved.pop(name) for name in ("q", "proven")}
+    tables = {name: saved.pop(name) for name in ("q", "best")}
     resumed = SarsaLearner.from_state(settings, {**tables, **json.loads(json.dumps(saved))})
     for k in range(3, 8):
         resumed.begin_rollout(rng)
@@ -170,7 +170,7 @@ def test_on_a_mirrored_grid_the_mirror_image_is_answered_by_the_opposite_and_tea
     assert (here.q != q).any()
 
 
-def test_from_the_tenth_success_on_the_table_rests_until_a_failure_wakes_it():
+def test_from_the_tenth_success_on_the_table_is_frozen_until_a_failure():
     learner = SarsaLearner(SETTINGS, q=np.zeros((324, 5)))
     changed = []
     for outcome in ["goal"] * 12 + ["timeout"] * 2:
@@ -182,7 +182,7 @@ def test_from_the_tenth_success_on_the_table_rests_until_a_failure_wakes_it():
     assert changed == [True] * 10 + [False] * 3 + [True]
 
 
-def test_the_policy_is_the_table_with_the_longest_row_while_it_rested():
+def test_the_policy_is_the_table_with_the_longest_streak_while_it_was_frozen():
     never = learn_settings(exploration__schedule__after_failure=0.0)
     learner, rng = SarsaLearner(never, q=preferring(0, 4)), np.random.default_rng(0)
 
@@ -260,7 +260,7 @@ def test_rollouts_to_learn_is_the_first_of_ten_greedy_successes_in_a_row():
     assert counted("gggggf" + "g" * 10).learned_at == 7
 
 
-def test_exploring_rollouts_are_counted_but_neither_add_to_a_row_nor_break_it():
+def test_exploring_rollouts_are_counted_but_neither_add_to_a_streak_nor_break_it():
     assert counted("ggggg" + "e" + "ggggg").learned_at == 1
     assert counted("e" * 20).learned_at is None
     assert counted("e" * 20).rollouts == 20
@@ -274,8 +274,8 @@ def test_a_failure_counts_as_the_cap():
     assert counted("f" * 1000).rollouts_to_learn(SETTINGS.count) == 1000
 
 
-def test_learning_ends_with_the_settled_row_or_at_the_cap():
-    settled = SETTINGS.count.settled
-    assert not counted("g" * (settled - 1)).finished(SETTINGS.count)
-    assert counted("g" * settled).finished(SETTINGS.count)
+def test_learning_ends_with_the_streak_that_freezes_or_at_the_cap():
+    frozen = SETTINGS.count.frozen
+    assert not counted("g" * (frozen - 1)).finished(SETTINGS.count)
+    assert counted("g" * frozen).finished(SETTINGS.count)
     assert counted("f" * 1000).finished(SETTINGS.count)

@@ -27,7 +27,7 @@ WRONG = [
     ({"step_s": 0.05}, "'learn.step_s' is 0.05; allowed: at most decision.shortest_s, 0.02"),
     ({"rollout_s": 0.05}, "'learn.rollout_s' is 0.05; allowed: at least decision.longest_s, 0.1"),
     ({"count__cap": 5}, "'learn.count.cap' is 5; allowed: at least streak, which is 10"),
-    ({"count__settled": 5}, "'learn.count.settled' is 5; allowed: at least streak, which is 10"),
+    ({"count__frozen": 5}, "'learn.count.frozen' is 5; allowed: at least streak, which is 10"),
     ({"traces": "replaced"}, "'learn.traces' is 'replaced'; allowed: replacing, accumulating, dutch"),
     ({"update": "sarsaa"}, "'learn.update' is 'sarsaa'; allowed: sarsa, expected_sarsa, q, double_sarsa, did you mean"),
     (
@@ -69,13 +69,13 @@ def test_the_exploration_is_a_choice_of_its_own_in_either_workspace():
         assert dataclasses.replace(other, exploration=plain.exploration) == plain
 
 
-def test_less_room_is_what_a_longer_rope_leaves():
+def test_a_longer_rope_meets_a_narrower_workspace():
     """By similarity lengths go with the rope and speeds with its root; nothing else changes."""
     whole = learn_settings()
-    narrow = whole.with_room(0.81)
+    narrow = whole.with_workspace_scale(0.81)
     assert narrow.workspace.half_width_m == pytest.approx(0.81 * whole.workspace.half_width_m)
     assert narrow.workspace.max_speed_m_s == pytest.approx(0.9 * whole.workspace.max_speed_m_s)
     assert narrow.goal.landing_limit_m == pytest.approx(0.81 * whole.goal.landing_limit_m)
-    back = narrow.with_room(1 / 0.81)
+    back = narrow.with_workspace_scale(1 / 0.81)
     assert dataclasses.replace(back, workspace=whole.workspace, goal=whole.goal) == whole
-    assert whole.with_room(1.0) == whole
+    assert whole.with_workspace_scale(1.0) == whole

@@ -75,7 +75,7 @@ def test_each_update_looks_ahead_to_what_its_equation_says(update, ahead):
 
 
 def test_where_nothing_is_left_to_chance_expected_sarsa_is_sarsa():
-    certain = STEP._replace(chances=None)
+    certain = STEP._replace(action_probabilities=None)
     assert table("expected_sarsa", Q).update(certain, 0.1) == table("sarsa", Q).update(certain, 0.1)
 
 

@@ -111,7 +111,7 @@ def grid_episode(
         row = place[0] * grid.columns + place[1]
         values = table.values(row)
         greedy = int(rng.choice(np.flatnonzero(np.array(values) == max(values))))
-        return row, behaviour.action(0.0, NOWHERE, greedy), behaviour.chances(greedy)
+        return row, behaviour.action(0.0, NOWHERE, greedy), behaviour.action_probabilities(greedy)
 
     place, total, steps = grid.start, 0.0, 0
     row, action, _ = choose(place)
@@ -121,8 +121,8 @@ def grid_episode(
         if place == grid.goal:
             table.update(Transition(row, action, reward, None, None), alpha, rng.random())
             break
-        next_row, next_action, chances = choose(place)
-        table.update(Transition(row, action, reward, next_row, next_action, chances), alpha, rng.random())
+        next_row, next_action, probabilities = choose(place)
+        table.update(Transition(row, action, reward, next_row, next_action, probabilities), alpha, rng.random())
         row, action = next_row, next_action
     return total, steps
 

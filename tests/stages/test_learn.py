@@ -43,9 +43,9 @@ def test_it_learns_the_swing_up_from_nothing(whole):
 def test_the_ten_rollouts_that_count_as_learned_are_greedy_successes(whole):
     made, ctx = whole
     rollouts = [message for topic, _, message in ctx.log.messages if topic == "/learn/rollout"]
-    row = [message for message in rollouts[made.metrics["rollouts_to_learn"] - 1 :] if not message["explored"]][:10]
-    assert len(row) == 10
-    assert all(message["success"] for message in row)
+    streak = [message for message in rollouts[made.metrics["rollouts_to_learn"] - 1 :] if not message["explored"]][:10]
+    assert len(streak) == 10
+    assert all(message["success"] for message in streak)
 
 
 def test_the_policy_is_sealed_and_of_the_papers_size(whole):
@@ -91,14 +91,6 @@ def test_reaching_the_cap_without_learning_ends_normally():
     assert metrics["time_to_goal_s"] is None
 
 
-@pytest.mark.parametrize("name", ["sarsa", "terminate", "paper"])
-def test_the_compiled_engine_learns_the_same_table(name):
-    quick = {"count__cap": 15, "count__evaluation": 5}
-    dart, compiled = (learn(MemoryContext(seed=2), name, engine=engine, **quick) for engine in ("dart", "kernel"))
-    assert compiled.artifact.digest == dart.artifact.digest
-    assert dict(compiled.metrics) == dict(dart.metrics)
-
-
 @pytest.mark.parametrize(
     ("name", "mean", "largest"),
     # seeds 0..199: limit mean 8.6, p90 21, largest 59; terminate mean 28.8, p90 65, largest 99; none failed, frozen
@@ -106,9 +98,7 @@ def test_the_compiled_engine_learns_the_same_table(name):
     [("sarsa", 20, 120), ("terminate", 60, 250)],
 )
 def test_rollouts_to_learn_stay_within_the_measured_distribution(name, mean, largest):
-    every = [
-        learn(MemoryContext(seed), name, engine="kernel", count__evaluation=50).metrics for seed in range(1000, 1006)
-    ]
+    every = [learn(MemoryContext(seed), name, count__evaluation=50).metrics for seed in range(1000, 1006)]
     counts = [metrics["rollouts_to_learn"] for metrics in every]
     assert all(metrics["learned"] for metrics in every)
     assert np.mean(counts) < mean
@@ -119,7 +109,7 @@ def test_rollouts_to_learn_stay_within_the_measured_distribution(name, mean, lar
 @pytest.mark.parametrize("name", ["sarsa", "terminate"])
 def test_the_cup_is_inside_in_the_ten_rollouts_that_count_and_in_all_after(name):
     ctx = MemoryContext(seed=5)
-    learn(ctx, name, engine="kernel", count__evaluation=1)
+    learn(ctx, name, count__evaluation=1)
     rollouts = [message for topic, _, message in ctx.log.messages if topic == "/learn/rollout"]
     assert max(message["peak_displacement_m"] for message in rollouts[-10:]) <= 0.4 + 1e-9
 
@@ -135,7 +125,7 @@ def test_the_cup_is_inside_in_the_ten_rollouts_that_count_and_in_all_after(name)
     ids=str,
 )
 def test_every_update_and_trace_learns_the_swing_up(replaced):
-    metrics = learn(MemoryContext(seed=6), engine="kernel", count__evaluation=20, **replaced).metrics
+    metrics = learn(MemoryContext(seed=6), count__evaluation=20, **replaced).metrics
     assert metrics["learned"] is True
     assert metrics["frozen_success_rate"] > 0.8
 

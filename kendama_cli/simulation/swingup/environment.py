@@ -4,54 +4,25 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Generator
-from typing import TYPE_CHECKING, Protocol, cast
+from typing import cast
 
 import numpy as np
 
 from kendama_cli.errors import ConfigError
-from kendama_cli.learning.policy import GreedyPolicy
 from kendama_cli.learning.reward import Ball, Flight, Goal, Landing, Outcome
-from kendama_cli.learning.sarsa import SarsaLearner
 from kendama_cli.learning.settings import LearnSettings
 from kendama_cli.learning.state import SwingState
 from kendama_cli.settings.game import GameSettings
-from kendama_cli.simulation.swingup.rail_dart import DartRail
+from kendama_cli.simulation.swingup.compiled_rollouts import CompiledRollouts
+from kendama_cli.simulation.swingup.engine import SwingEngine, rate
 from kendama_cli.simulation.swingup.rollout import TURN_RAD_S, Actor, Catch, RolloutNoise, SimulatedRollout
 from kendama_cli.simulation.swingup.workspace import limiter
 
-if TYPE_CHECKING:
-    from kendama_cli.simulation.swingup.stretches import Stretches
-
 FURTHEST_ERROR = 3.0
-"""Errors of the acceleration are cut at this many standard deviations: an actuator does not brake by chance alone."""
+"""Errors of the acceleration are cut at this many standard deviations: no actuator's error is unbounded."""
 
-
-class SwingEngine(Protocol):
-    """An engine of the swing's dynamics (``learn.engine``), see DartRail for the meaning of the numbers."""
-
-    x_m: float
-    velocity_m_s: float
-    across_m: float
-    above_m: float
-    across_m_s: float
-    above_m_s: float
-
-    @property
-    def tension_n(self) -> float:
-        """The rope's pull in the last step."""
-
-    def start(self, state: SwingState) -> None:
-        """Begin at ``state``."""
-
-    def step(self, acceleration_m_s2: float) -> None:
-        """Advance by one time step."""
-
-    def check_finite(self, t_s: float) -> None:
-        """Raises SimulationError where the numbers have left their domain."""
-
-
-Watch = Callable[[float, SwingEngine, float], None]
-"""Called with the time, the engine and the cup's acceleration after every step that is watched."""
+StepCallback = Callable[[float, SwingEngine, float], None]
+"""Called with the time, the engine and the cup's acceleration after every time step."""
 Rolling = Generator[tuple[SwingState, float], tuple[float, float], SimulatedRollout]
 """A rollout under way, see SwingUpEnvironment.rolling."""
 
@@ -63,8 +34,11 @@ class SwingUpEnvironment:
     workspace's limiter, the acceleration's error, the dynamics. The simulator judges the goal by the true state.
     """
 
-    def __init__(self, settings: LearnSettings, game: GameSettings) -> None:
-        """Raises ConfigError where the time step is too long for the rope."""
+    def __init__(self, settings: LearnSettings, game: GameSettings, swing: SwingEngine | None = None) -> None:
+        """``swing`` takes the place of the engine that ``settings.engine`` names.
+
+        Raises ConfigError where the time step is too long for the rope.
+        """
         longest_s = math.sqrt(game.ball.mass_kg / game.rope.stiffness_n_m)
         if settings.step_s > longest_s:  # beyond it even the damped rope gives the ball more energy than it took
             raise ConfigError(
@@ -77,18 +51,10 @@ class SwingUpEnvironment:
         self.n_steps = max(1, round(settings.rollout_s / settings.step_s))
         self.flight = Flight(game.rope.length_m, game.cup.depth_m, game.gravity_m_s2)
         self._limiter = limiter(settings)
-        self._swing, self._stretches = self._engine(settings, game)
+        self._swing, self._compiled = (swing, None) if swing is not None else _opened(settings, game)
 
-    def _engine(self, settings: LearnSettings, game: GameSettings) -> tuple[SwingEngine, Stretches | None]:
-        if settings.engine == "dart":
-            return DartRail(game, settings.step_s), None
-        from kendama_cli.simulation.swingup.stretches import Stretches  # noqa: PLC0415 - numba loads only where wanted
-
-        stretches = Stretches(settings, game)
-        return stretches.swing, stretches
-
-    def noise(self, rng: np.random.Generator, *, proof: bool = False) -> RolloutNoise:
-        """Draw one rollout's noise at the levels of ``learn.noise``, or for a ``proof`` at those of ``learn.proof``."""
+    def noise(self, rng: np.random.Generator, *, validation: bool = False) -> RolloutNoise:
+        """Draw one rollout's noise at the levels of ``learn.noise``; a ``validation`` varies the body as well."""
         levels, n = self._settings.noise, self.n_steps
         start = rng.standard_normal(2).tolist()
         readings = rng.standard_normal((2, n))
@@ -96,36 +62,36 @@ class SwingUpEnvironment:
         angle_rad = math.radians(levels.angle_reading_deg) * readings[0]
         rate_rad_s = levels.rate_reading_rad_s * readings[1]
         gain = 1.0 + levels.acceleration * errors
-        room = 1.0
-        if proof:
-            body = self._settings.proof
+        workspace_scale = 1.0
+        if validation:
+            body = self._settings.validation
             strength, offset, narrower, noisier = rng.uniform((-1.0, -1.0, 0.0, 0.0), 1.0).tolist()
-            loudness = body.noise * noisier
-            start = [loudness * value for value in start]
-            angle_rad = loudness * angle_rad + math.radians(body.angle_deg) * offset
-            rate_rad_s = loudness * rate_rad_s
-            gain = (1.0 + loudness * (gain - 1.0)) * (1.0 + body.acceleration * strength)
-            room = 1.0 - body.narrowing * narrower
-        compiled = self._stretches is not None  # compiled code reads arrays, a loop in Python lists, sooner
+            noise_scale = body.noise * noisier
+            start = [noise_scale * value for value in start]
+            angle_rad = noise_scale * angle_rad + math.radians(body.angle_deg) * offset
+            rate_rad_s = noise_scale * rate_rad_s
+            gain = (1.0 + noise_scale * (gain - 1.0)) * (1.0 + body.acceleration * strength)
+            workspace_scale = 1.0 - body.narrowing * narrower
+        compiled = self._compiled is not None  # compiled code reads arrays, a loop in Python lists, sooner
         return RolloutNoise(
             start_angle_rad=math.radians(levels.start_angle_deg) * start[0],
             start_position_m=levels.start_position_m * start[1],
             angle_rad=angle_rad if compiled else angle_rad.tolist(),
             rate_rad_s=rate_rad_s if compiled else rate_rad_s.tolist(),
             gain=gain if compiled else gain.tolist(),
-            room=room,
+            workspace_scale=workspace_scale,
         )
 
-    def silence(self) -> RolloutNoise:
+    def noiseless(self) -> RolloutNoise:
         """No noise: the nominal rollout."""
         none = (0.0,) * self.n_steps
         return RolloutNoise(0.0, 0.0, none, none, (1.0,) * self.n_steps)
 
-    def roll_out(self, actor: Actor, noise: RolloutNoise, watch: Watch | None = None) -> SimulatedRollout:
+    def roll_out(self, actor: Actor, noise: RolloutNoise, on_step: StepCallback | None = None) -> SimulatedRollout:
         """Let ``actor`` swing until the goal, the end of time or, where that ends it, the edge of the workspace."""
-        if self._stretches is not None and watch is None and isinstance(actor, (SarsaLearner, GreedyPolicy)):
-            return self._stretches.roll_out(actor, noise)
-        rolling = self.rolling(noise, watch)
+        if self._compiled is not None and on_step is None and actor.decides_on_bins:
+            return self._compiled.roll_out(actor, noise)
+        rolling = self.rolling(noise, on_step)
         reading, t_s = next(rolling)
         while True:
             answer = (actor.act(reading, t_s), actor.next_look_s)
@@ -134,12 +100,12 @@ class SwingUpEnvironment:
             except StopIteration as end:
                 return cast(SimulatedRollout, end.value)
 
-    def rolling(self, noise: RolloutNoise, watch: Watch | None = None) -> Rolling:
+    def rolling(self, noise: RolloutNoise, on_step: StepCallback | None = None) -> Rolling:
         """The same from inside out: yields each reading and its time, and is sent the answer.
 
         The answer is the wanted acceleration and the time before which no further reading is needed.
         """
-        settings = self._settings.with_room(noise.room)
+        settings = self._settings.with_workspace_scale(noise.workspace_scale)
         swing, step_s = self._swing, self._step_s
         limit, goal = limiter(settings).limit, Goal(settings.goal, self.flight)
         edge = settings.workspace.half_width_m
@@ -159,8 +125,8 @@ class SwingUpEnvironment:
                     look_s, gain, decisions = next_look_s, noise.gain[decisions], decisions + 1
             sent = limit(wanted, swing.x_m, swing.velocity_m_s) * gain
             swing.step(sent)
-            if watch is not None:
-                watch(t_s + step_s, swing, sent)
+            if on_step is not None:
+                on_step(t_s + step_s, swing, sent)
             x_m = abs(swing.x_m)
             if x_m > peak_m:
                 peak_m = x_m
@@ -184,13 +150,13 @@ class SwingUpEnvironment:
         angle = math.atan2(swing.across_m, -swing.above_m)
         return SwingState(swing.x_m, swing.velocity_m_s, angle, rate(swing))
 
-    def catch(self, since_s: float, watch: Watch | None = None) -> Catch:
+    def catch(self, since_s: float, on_step: StepCallback | None = None) -> Catch:
         """Fly on from the goal: the cup heads for the landing until the ball is down at the rim again.
 
         The acceleration is planned anew in every step, within what the goal calls catchable and the workspace allows.
         """
-        if self._stretches is not None and watch is None:
-            return self._stretches.catch()
+        if self._compiled is not None and on_step is None:
+            return self._compiled.catch()
         swing, step_s = self._swing, self._step_s
         largest = self._settings.goal.catch_acceleration_m_s2
         landing = self._fall()
@@ -200,8 +166,8 @@ class SwingUpEnvironment:
             sent = self._limiter.limit(wanted, swing.x_m, swing.velocity_m_s)
             swing.step(sent)
             steps += 1
-            if watch is not None:
-                watch(since_s + steps * step_s, swing, sent)
+            if on_step is not None:
+                on_step(since_s + steps * step_s, swing, sent)
             landing = self._fall()
         return Catch(miss_m=abs(swing.across_m), duration_s=steps * step_s)
 
@@ -211,7 +177,7 @@ class SwingUpEnvironment:
         return self.flight.fall(swing.x_m, swing.velocity_m_s, ball)
 
 
-def rate(swing: SwingEngine) -> float:
-    """The ball's angular velocity about the tie point [rad/s]."""
-    across, above = swing.across_m, swing.above_m
-    return (above * -swing.across_m_s + across * swing.above_m_s) / (across * across + above * above)
+def _opened(settings: LearnSettings, game: GameSettings) -> tuple[SwingEngine, CompiledRollouts | None]:
+    """The engine of ``settings.engine`` and, where it has them, its compiled rollouts."""
+    compiled = CompiledRollouts(settings, game)
+    return compiled.swing, compiled

@@ -1,4 +1,4 @@
-"""The compiled engine (``learn.engine=kernel``): single steps like DartSwing, and whole stretches between decisions."""
+"""The engine ``rail``: a cup on a rail along x and a ball kept to the swing plane, compiled."""
 
 from __future__ import annotations
 
@@ -86,7 +86,11 @@ class Rules:
 
 
 class CompiledRail:
-    """An engine like DartSwing, whose every number it reproduces bit for bit; ``numbers`` is the compiled swing."""
+    """The cup accelerates as commanded, the rope's force and drag act on the ball (PAPER.md eq. 1).
+
+    The rope's reaction does not move the cup. ``numbers`` is the state as the compiled code takes it. The same model in
+    DART (tests/simulation/swingup/rail_dart.py) gives the same numbers bit for bit.
+    """
 
     def __init__(self, game: GameSettings, step_s: float) -> None:
         self._physics = physics(game, step_s)

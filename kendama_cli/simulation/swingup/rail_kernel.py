@@ -1,7 +1,8 @@
-"""The swing's dynamics, limiter, goal and bins as compiled code: the same operations in the same order as in DART.
+"""The swing's dynamics, limiter, goal and bins as compiled code.
 
 A swing is an array of eight numbers: places of cup x, ball x, ball z; their rates; the rope's last force on the ball
-along x and z. Nothing here is an idea of its own: ``step`` is DartSwing, ``limit`` BrakingLimiter, ``reached`` Goal,
+along x and z. ``step`` does the operations of DART in its order (tests/simulation/swingup/rail_dart.py), ``limit`` is
+BrakingLimiter, ``reached`` Goal,
 ``row`` StateGrid, ``hold`` and ``fly`` the loops of SwingUpEnvironment; the tests hold each pair together bit for bit.
 All compiled code lives in this one file, because numba's cache of a function notices changes in its own file only.
 """
@@ -121,8 +122,8 @@ def turning(s: Array) -> float:
 @compiled
 def _highest(x_m: float, stop_m_s: float, h: float, w: Limits) -> float:
     b = w.braking_m_s2
-    room = w.half_width_m - x_m - 0.5 * b * h * h
-    reach = b * h * b * h + 2.0 * b * room
+    left_m = w.half_width_m - x_m - 0.5 * b * h * h
+    reach = b * h * b * h + 2.0 * b * left_m
     if reach <= 0.0:
         return -w.largest_m_s2
     return (math.sqrt(reach) - b * h - stop_m_s) / h

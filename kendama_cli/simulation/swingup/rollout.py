@@ -21,6 +21,13 @@ class Actor(Protocol):
     """Chooses the cup's acceleration from readings; a learner or a frozen policy."""
 
     @property
+    def decides_on_bins(self) -> bool:
+        """Whether ``act`` changes its answer only where ``learn.decision`` and the bins of ``learn.grid`` ask for it.
+
+        Compiled code then finds the next decision itself. Any other actor is asked at every reading that it wants.
+        """
+
+    @property
     def next_look_s(self) -> float:
         """No reading is needed before this time into the rollout."""
 
@@ -30,7 +37,7 @@ class Actor(Protocol):
 
 @dataclass(frozen=True)
 class RolloutNoise:
-    """All that chance adds to one rollout, drawn beforehand: what is learned meanwhile does not change it."""
+    """All that is random in one rollout, drawn beforehand: what is learned meanwhile does not change it."""
 
     start_angle_rad: float
     start_position_m: float
@@ -40,8 +47,8 @@ class RolloutNoise:
     """Error of the rate's reading in each step."""
     gain: Numbers
     """Factor on the acceleration of each action."""
-    room: float = 1.0
-    """Factor on the room, see LearnSettings.with_room."""
+    workspace_scale: float = 1.0
+    """Factor on the size of the workspace, see LearnSettings.with_workspace_scale."""
 
 
 @dataclass(frozen=True)

@@ -5,7 +5,8 @@ from __future__ import annotations
 import math
 
 from kendama_cli.learning.limiter import BrakingLimiter
-from kendama_cli.learning.settings import LearnSettings, LimitedWorkspace
+from kendama_cli.learning.settings import LearnSettings
+from kendama_cli.learning.task_settings import LimitedWorkspace
 
 
 def limiter(settings: LearnSettings) -> BrakingLimiter:

@@ -14,7 +14,8 @@ from kendama_cli.learning.settings import LearnSettings
 from kendama_cli.schema.arrays import Array
 from kendama_cli.settings.game import GameSettings
 from kendama_cli.simulation.swingup.bound import SwingBound, swing_bound
-from kendama_cli.simulation.swingup.environment import SwingEngine, SwingUpEnvironment
+from kendama_cli.simulation.swingup.engine import SwingEngine
+from kendama_cli.simulation.swingup.environment import SwingUpEnvironment
 from kendama_cli.stages.interface import Made, Metric, StageContext
 
 LOG_PERIOD_S = 0.004
@@ -67,11 +68,11 @@ class Learn:
     def _train(
         self, environment: SwingUpEnvironment, learner: SarsaLearner, tally: dict[str, Any], ctx: StageContext
     ) -> None:
-        chance, exploration_rng = ctx.rng("rollouts"), ctx.rng("exploration")
+        noise_rng, exploration_rng = ctx.rng("rollouts"), ctx.rng("exploration")
         while not learner.count.finished(self._settings.count):
             learner.begin_rollout(exploration_rng)
-            proof = learner.count.resting(self._settings.count)
-            rollout = environment.roll_out(learner, environment.noise(chance, proof=proof))
+            validation = learner.count.frozen(self._settings.count)
+            rollout = environment.roll_out(learner, environment.noise(noise_rng, validation=validation))
             finished = learner.end_rollout(rollout.outcome, rollout.final)
             tally["simulated_s"] += rollout.duration_s
             tally["recent"] = [*tally["recent"], finished.success][-RECENT:]
@@ -93,7 +94,7 @@ class Learn:
                 None,
                 rollouts=finished.index,
                 success_rate=sum(tally["recent"]) / len(tally["recent"]),
-                greedy_row=learner.count.row,
+                greedy_streak=learner.count.streak,
             )
         if not tally["tried"]:
             _log_table(np.asarray(learner.policy.q), learner.rollouts, tally, ctx)
@@ -102,11 +103,11 @@ class Learn:
         self, environment: SwingUpEnvironment, learner: SarsaLearner, tally: dict[str, Any], ctx: StageContext
     ) -> None:
         policy = GreedyPolicy(learner.policy, self._settings)
-        chance = ctx.rng("evaluation")
+        noise_rng = ctx.rng("evaluation")
         mouth_m = self._game.cup.radius_m - self._game.ball.radius_m
         while tally["tried"] < self._settings.count.evaluation:
             policy.begin_rollout()
-            rollout = environment.roll_out(policy, environment.noise(chance))
+            rollout = environment.roll_out(policy, environment.noise(noise_rng))
             tally["tried"] += 1
             tally["peak_m"] = max(tally["peak_m"], rollout.peak_displacement_m)
             if rollout.outcome == "goal":
@@ -126,15 +127,15 @@ class Learn:
         every = max(1, round(LOG_PERIOD_S / self._settings.step_s))
         steps = 0
 
-        def watch(t_s: float, swing: SwingEngine, acceleration_m_s2: float) -> None:
+        def log_step(t_s: float, swing: SwingEngine, acceleration_m_s2: float) -> None:
             nonlocal steps
             if steps % every == 0:
                 _log_step(ctx, t_s, environment, swing, acceleration_m_s2)
             steps += 1
 
-        rollout = environment.roll_out(policy, environment.silence(), watch)
+        rollout = environment.roll_out(policy, environment.noiseless(), log_step)
         if rollout.outcome == "goal":
-            environment.catch(rollout.duration_s, watch)
+            environment.catch(rollout.duration_s, log_step)
 
     def _metrics(self, learner: SarsaLearner, tally: Mapping[str, Any], bound: SwingBound) -> dict[str, Metric]:
         goals = tally["goals"]

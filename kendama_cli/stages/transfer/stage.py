@@ -180,10 +180,10 @@ class _Visit:
             self._finish(messages, swing.duration_s, phase=name, success_rate=float(np.mean(results)))
 
     def learn(self, start: Start) -> None:
-        """Learn, from the table or from scratch, until the row of greedy successes, or the cap."""
+        """Learn, from the table or from scratch, until the streak of greedy successes, or the cap."""
         progress = self._progress
         phase, topic = _LEARNING[start]
-        while not progress.settled(start):
+        while not progress.frozen(start):
             learner = progress.learner(start)
             rng = progress.rng(phase, learner.rollouts)
             seed = int(rng.integers(2**63))
@@ -195,7 +195,7 @@ class _Visit:
             messages = [trace.rollout_message(topic, swing, finished, start_s)]
             if start == "table":
                 messages += trace.step_messages(swing.steps, finished.index, start_s, self._every)
-            self._finish(messages, swing.duration_s, phase=phase, rollouts=finished.index, row=learner.count.row)
+            self._finish(messages, swing.duration_s, phase=phase, rollouts=finished.index, streak=learner.count.streak)
 
     def imitate(self, motion: CatchMotion | None, game: GameSettings) -> None:
         """Play the imitation motion, fitted to the rope, until it catches; at slightly other tempos after a miss."""

@@ -21,6 +21,7 @@ GAME = game_settings()
 class Switching:
     """Bang-bang: ``first`` until the first of ``switches_s``, then the other extreme, and so on."""
 
+    decides_on_bins = False
     next_look_s = -math.inf
 
     def __init__(self, first: float, switches_s: tuple[float, ...]) -> None:
@@ -33,10 +34,10 @@ class Switching:
         return -self._first if switched % 2 else self._first
 
 
-def test_the_swing_that_the_bound_names_reaches_the_goal_at_the_bound_in_dart():
+def test_the_swing_that_the_bound_names_reaches_the_goal_at_the_bound():
     bound = swing_bound(learn_settings(), GAME)
     environment = SwingUpEnvironment(learn_settings(), GAME)
-    rollout = environment.roll_out(Switching(bound.first_m_s2, bound.switches_s), environment.silence())
+    rollout = environment.roll_out(Switching(bound.first_m_s2, bound.switches_s), environment.noiseless())
     assert rollout.outcome == "goal"
     assert rollout.duration_s == pytest.approx(bound.time_to_goal_s, abs=1e-9)
     assert rollout.half_swings >= bound.half_swings
@@ -44,7 +45,7 @@ def test_the_swing_that_the_bound_names_reaches_the_goal_at_the_bound_in_dart():
 
 @pytest.mark.parametrize("name", ["sarsa", "terminate"])
 def test_no_swing_by_chance_is_sooner_or_swings_less(name):
-    chosen = learn_settings(name, engine="kernel", rollout_s=2.0)
+    chosen = learn_settings(name, rollout_s=2.0)
     bound = swing_bound(chosen, GAME)
     environment, rng = SwingUpEnvironment(chosen, GAME), np.random.default_rng(0)
     times, half_swings = [], []
@@ -54,7 +55,7 @@ def test_no_swing_by_chance_is_sooner_or_swings_less(name):
             switches = np.cumsum(rng.uniform(0.05, 0.6, 6))
         else:
             first, switches = bound.first_m_s2, np.sort(near + 0.06 * rng.standard_normal(len(near)))
-        rollout = environment.roll_out(Switching(float(first), tuple(switches.tolist())), environment.silence())
+        rollout = environment.roll_out(Switching(float(first), tuple(switches.tolist())), environment.noiseless())
         if rollout.outcome == "goal":
             times.append(rollout.duration_s)
             half_swings.append(rollout.half_swings)
@@ -64,7 +65,7 @@ def test_no_swing_by_chance_is_sooner_or_swings_less(name):
 
 
 def test_what_is_learned_is_slower_than_the_bound():
-    chosen = learn_settings(engine="kernel")
+    chosen = learn_settings()
     bound = swing_bound(chosen, GAME)
     environment, learner = SwingUpEnvironment(chosen, GAME), SarsaLearner(chosen)
     rng = np.random.default_rng(5)
@@ -72,7 +73,7 @@ def test_what_is_learned_is_slower_than_the_bound():
         learner.begin_rollout(rng)
         rollout = environment.roll_out(learner, environment.noise(rng))
         learner.end_rollout(rollout.outcome, rollout.final)
-    rollout = environment.roll_out(GreedyPolicy(learner.policy, chosen), environment.silence())
+    rollout = environment.roll_out(GreedyPolicy(learner.policy, chosen), environment.noiseless())
     assert rollout.outcome == "goal"
     assert bound.time_to_goal_s < rollout.duration_s < 3.0 * bound.time_to_goal_s
     assert rollout.half_swings >= bound.half_swings

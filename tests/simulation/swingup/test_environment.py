@@ -13,8 +13,9 @@ from hypothesis import strategies as st
 from kendama_cli.errors import ConfigError, SimulationError
 from kendama_cli.learning.sarsa import SarsaLearner
 from kendama_cli.learning.state import SwingState
-from kendama_cli.simulation.swingup.environment import SwingUpEnvironment, rate
-from kendama_cli.simulation.swingup.rail_dart import DartRail
+from kendama_cli.simulation.swingup.engine import rate
+from kendama_cli.simulation.swingup.environment import SwingUpEnvironment
+from kendama_cli.simulation.swingup.rail import CompiledRail
 from tests.learning.settings_files import game_settings, learn_settings
 
 STEP_S = 0.002
@@ -24,6 +25,8 @@ STILL = dataclasses.replace(GAME, ball=dataclasses.replace(GAME.ball, drag_n_s_m
 
 class Scripted:
     """Acts by a list of accelerations, each held for ``period_s``."""
+
+    decides_on_bins = False
 
     def __init__(self, commands: list[float], period_s: float = 0.04) -> None:
         self._commands = commands
@@ -50,7 +53,7 @@ def euler(state: np.ndarray, command: float) -> np.ndarray:
     return np.concatenate([place + STEP_S * speed, speed])
 
 
-def whole_state(swing: DartRail) -> np.ndarray:
+def whole_state(swing: CompiledRail) -> np.ndarray:
     """(cup x, ball x, ball z, their rates)."""
     ball_x, ball_v = swing.x_m + swing.across_m, swing.velocity_m_s + swing.across_m_s
     return np.array([swing.x_m, ball_x, swing.above_m, swing.velocity_m_s, ball_v, swing.above_m_s])
@@ -61,9 +64,9 @@ ACTIONS = st.lists(st.sampled_from([-8.0, -4.0, 0.0, 4.0, 8.0]), min_size=10, ma
 
 @settings(max_examples=15, deadline=None)
 @given(ACTIONS, st.floats(-3.1, 3.1), st.floats(-6.0, 6.0))
-def test_every_step_of_dart_is_one_of_semi_implicit_euler(actions, angle, turning):
+def test_every_step_of_the_rail_is_one_of_semi_implicit_euler(actions, angle, turning):
     # from the same state, so that the chaos of a rope that snaps taut does not enlarge the rounding of earlier steps
-    swing = DartRail(GAME, STEP_S)
+    swing = CompiledRail(GAME, STEP_S)
     swing.start(SwingState(0.01, -0.2, angle, turning))
     for command in np.repeat(actions, 100):
         wanted = euler(whole_state(swing), command)
@@ -72,9 +75,9 @@ def test_every_step_of_dart_is_one_of_semi_implicit_euler(actions, angle, turnin
 
 
 @pytest.mark.parametrize("seed", range(5))
-def test_dart_follows_semi_implicit_euler_to_a_nanometre_over_five_seconds(seed):
+def test_the_rail_follows_semi_implicit_euler_to_a_nanometre_over_five_seconds(seed):
     rng = np.random.default_rng(seed)
-    swing = DartRail(GAME, STEP_S)
+    swing = CompiledRail(GAME, STEP_S)
     swing.start(SwingState(0.01, 0.0, rng.uniform(1.8, 2.5), 0.0))
     state, tensions = whole_state(swing), []
     for action in rng.choice([-8.0, -4.0, 4.0, 8.0], 12):
@@ -89,7 +92,7 @@ def test_dart_follows_semi_implicit_euler_to_a_nanometre_over_five_seconds(seed)
 
 @pytest.mark.parametrize("angle_deg", [30.0, 80.0, 120.0, 150.0, 175.0])
 def test_without_drag_a_released_ball_never_rises_higher_than_it_was(angle_deg):
-    swing = DartRail(STILL, STEP_S)
+    swing = CompiledRail(STILL, STEP_S)
     swing.start(SwingState(0.0, 0.0, math.radians(angle_deg), 0.0))
     start_m, heights = swing.above_m, []
     for _ in range(5000):
@@ -101,7 +104,7 @@ def test_without_drag_a_released_ball_never_rises_higher_than_it_was(angle_deg):
 
 
 def test_a_taut_swing_keeps_its_height_and_the_pendulums_period():
-    swing = DartRail(STILL, STEP_S)
+    swing = CompiledRail(STILL, STEP_S)
     swing.start(SwingState(0.0, 0.0, math.radians(5.0), 0.0))
     angles = []
     for _ in range(5000):
@@ -114,7 +117,7 @@ def test_a_taut_swing_keeps_its_height_and_the_pendulums_period():
 
 
 def test_a_hanging_ball_pulls_with_its_weight():
-    swing = DartRail(GAME, STEP_S)
+    swing = CompiledRail(GAME, STEP_S)
     for _ in range(500):
         swing.step(0.0)
     assert swing.tension_n == pytest.approx(0.05 * 9.81, rel=1e-9)
@@ -122,13 +125,12 @@ def test_a_hanging_ball_pulls_with_its_weight():
 
 
 def test_a_freely_flying_ball_feels_no_rope():
-    swing = DartRail(STILL, STEP_S)
+    swing = CompiledRail(STILL, STEP_S)
     swing.start(SwingState(0.0, 0.0, math.pi, 0.0))
     swing.step(0.0)
     for _ in range(50):
         swing.step(0.0)
     assert swing.tension_n == 0.0
-    assert swing.rope_force is None
 
 
 def rollout_of(seed: int, environment: SwingUpEnvironment) -> object:
@@ -154,19 +156,19 @@ def test_with_the_limiter_the_cup_stays_inside_whatever_is_commanded_and_however
     assert rollout.peak_displacement_m <= 0.4 + 1e-4
 
 
-@pytest.mark.parametrize("room", [0.85, 1.1])
-def test_another_room_has_its_edges_elsewhere(room):
+@pytest.mark.parametrize("scale", [0.85, 1.1])
+def test_a_scaled_workspace_has_its_edges_elsewhere(scale):
     for name, outcome in (("sarsa", "timeout"), ("terminate", "outside")):
         environment = SwingUpEnvironment(learn_settings(name), GAME)
-        noise = dataclasses.replace(environment.silence(), room=room)
+        noise = dataclasses.replace(environment.noiseless(), workspace_scale=scale)
         rollout = environment.roll_out(Scripted([8.0]), noise)
         assert rollout.outcome == outcome
-        assert rollout.peak_displacement_m == pytest.approx(0.4 * room, abs=2.0 * STEP_S)
+        assert rollout.peak_displacement_m == pytest.approx(0.4 * scale, abs=2.0 * STEP_S)
 
 
 def test_where_leaving_terminates_the_rollout_ends_there():
     environment = SwingUpEnvironment(learn_settings("terminate"), GAME)
-    rollout = environment.roll_out(Scripted([8.0]), environment.silence())
+    rollout = environment.roll_out(Scripted([8.0]), environment.noiseless())
     assert rollout.outcome == "outside"
     assert 0.4 < rollout.peak_displacement_m < 0.4 + 2.0 * STEP_S + 1e-9
     assert rollout.duration_s < 0.6
@@ -174,7 +176,7 @@ def test_where_leaving_terminates_the_rollout_ends_there():
 
 def test_standing_still_times_out_without_a_half_swing():
     environment = SwingUpEnvironment(learn_settings(), GAME)
-    rollout = environment.roll_out(Scripted([0.0]), environment.silence())
+    rollout = environment.roll_out(Scripted([0.0]), environment.noiseless())
     assert rollout.outcome == "timeout"
     assert rollout.duration_s == pytest.approx(4.0)
     assert rollout.half_swings == 0
@@ -183,7 +185,7 @@ def test_standing_still_times_out_without_a_half_swing():
 
 def test_half_swings_are_counted_at_each_turn_of_the_ball():
     environment = SwingUpEnvironment(learn_settings(rollout_s=2.0), GAME)
-    noise = dataclasses.replace(environment.silence(), start_angle_rad=math.radians(40.0))
+    noise = dataclasses.replace(environment.noiseless(), start_angle_rad=math.radians(40.0))
     rollout = environment.roll_out(Scripted([0.0]), noise)
     # 2 s over half a period of 0.635 s, lengthened by 3 % at 40 degrees
     assert rollout.half_swings == 4
@@ -198,31 +200,31 @@ def test_the_noise_has_the_configured_spread():
     assert 0.91 - 1e-12 <= min(noise.gain) <= max(noise.gain) <= 1.09 + 1e-12
 
 
-def test_a_proof_adds_another_body_to_the_same_noise():
+def test_a_validation_adds_another_body_to_the_same_noise():
     environment = SwingUpEnvironment(learn_settings(), GAME)
-    proof = environment._settings.proof
-    offsets, gains, rooms, louder = [], [], [], []
+    validation = environment._settings.validation
+    offsets, gains, narrower, noisier = [], [], [], []
     for seed in range(60):
         usual = environment.noise(np.random.default_rng(seed))
-        other = environment.noise(np.random.default_rng(seed), proof=True)
-        loudness = other.start_angle_rad / usual.start_angle_rad
-        louder.append(loudness)
-        rest = np.array(other.angle_rad) - loudness * np.array(usual.angle_rad)
+        other = environment.noise(np.random.default_rng(seed), validation=True)
+        noise_scale = other.start_angle_rad / usual.start_angle_rad
+        noisier.append(noise_scale)
+        rest = np.array(other.angle_rad) - noise_scale * np.array(usual.angle_rad)
         assert np.ptp(rest) < 1e-12, "one offset for the whole rollout"
         offsets.append(math.degrees(rest[0]))
-        ratio = np.array(other.gain) / (1.0 + loudness * (np.array(usual.gain) - 1.0))
+        ratio = np.array(other.gain) / (1.0 + noise_scale * (np.array(usual.gain) - 1.0))
         assert np.ptp(ratio) < 1e-12
         gains.append(ratio[0] - 1.0)
-        assert usual.room == 1.0
-        rooms.append(1.0 - other.room)
-    assert min(louder) >= 0.0
-    assert min(rooms) >= 0.0, "never wider: what is learned stays inside"
+        assert usual.workspace_scale == 1.0
+        narrower.append(1.0 - other.workspace_scale)
+    assert min(noisier) >= 0.0
+    assert min(narrower) >= 0.0, "never wider: what is learned stays inside"
     # the largest of 60 uniform draws falls short of the end by more than a tenth with a probability of 0.9^60 = 0.2 %
     for drawn, most in (
-        (offsets, proof.angle_deg),
-        (gains, proof.acceleration),
-        (rooms, proof.narrowing),
-        (louder, proof.noise),
+        (offsets, validation.angle_deg),
+        (gains, validation.acceleration),
+        (narrower, validation.narrowing),
+        (noisier, validation.noise),
     ):
         assert 0.9 * most < max(map(abs, drawn)) <= most + 1e-12
 
@@ -230,7 +232,7 @@ def test_a_proof_adds_another_body_to_the_same_noise():
 @pytest.mark.parametrize("stiffness_n_m", [2000.0, 12500.0])
 def test_the_damped_rope_is_passive_up_to_the_stiffness_that_is_allowed(stiffness_n_m):
     rope = dataclasses.replace(GAME.rope, stiffness_n_m=stiffness_n_m)
-    swing = DartRail(dataclasses.replace(STILL, rope=rope), STEP_S)
+    swing = CompiledRail(dataclasses.replace(STILL, rope=rope), STEP_S)
     for angle_deg in range(100, 180, 8):
         swing.start(SwingState(0.0, 0.0, math.radians(angle_deg), 0.0))
         start_m = swing.above_m
@@ -245,16 +247,16 @@ def test_a_rope_too_stiff_for_the_time_step_is_refused_in_one_line():
         SwingUpEnvironment(learn_settings(), stiff)
 
 
-def test_a_state_that_is_no_number_is_told_and_not_learned_from():
+def test_a_state_that_is_no_number_is_refused_and_not_learned_from():
     environment = SwingUpEnvironment(learn_settings(), GAME)
-    noise = dataclasses.replace(environment.silence(), start_angle_rad=math.nan)
+    noise = dataclasses.replace(environment.noiseless(), start_angle_rad=math.nan)
     with pytest.raises(SimulationError, match=r"left its domain at .* s \(extent nan m\); lower learn.step_s"):
         environment.roll_out(Scripted([0.0]), noise)
 
 
 def test_the_cup_meets_the_ball_where_the_goal_says_it_is_catchable():
     environment = SwingUpEnvironment(learn_settings(), GAME)
-    noise = dataclasses.replace(environment.silence(), start_angle_rad=0.0)
+    noise = dataclasses.replace(environment.noiseless(), start_angle_rad=0.0)
     learner = SarsaLearner(learn_settings())
     rng = np.random.default_rng(4)
     misses = []

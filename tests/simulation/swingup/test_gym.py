@@ -21,7 +21,7 @@ QUIET = [f"learn.noise.{key}=0.0" for key in ("start_angle_deg", "start_position
 QUIET += ["learn.noise.rate_reading_rad_s=0.0", "learn.noise.acceleration=0.0"]
 
 
-@pytest.mark.parametrize("overrides", [[], ["learn=terminate"], ["learn.engine=kernel"]])
+@pytest.mark.parametrize("overrides", [[], ["learn=terminate"], ["simulation/engine=rail"]])
 def test_gymnasiums_own_checks_pass(overrides):
     from gymnasium.utils.env_checker import check_env  # noqa: PLC0415
 
@@ -43,7 +43,7 @@ def test_an_action_held_here_is_the_same_action_held_in_the_learning_environment
         observation, *_ = env.step(np.int64(action))
         seen.append(observation)
     environment = SwingUpEnvironment(learn_settings(), game_settings())
-    rolling = environment.rolling(environment.silence())
+    rolling = environment.rolling(environment.noiseless())
     reading, t_s = next(rolling)
     for action, observation in zip([*wanted, 0], seen, strict=True):
         np.testing.assert_array_equal(observation, reading)
@@ -94,7 +94,7 @@ def test_a_hold_shorter_than_a_time_step_is_refused_in_one_line():
 
 
 def test_a_cross_entropy_agent_from_outside_learns_the_swing_up():
-    env = gymnasium.make(NAME, overrides=["learn.engine=kernel", "learn.goal.catchable=false"], hold_s=0.05)
+    env = gymnasium.make(NAME, overrides=["learn.goal.catchable=false"], hold_s=0.05)
     rng = np.random.default_rng(0)
     untrained = np.mean([played(env, LinearPolicy.drawn(rng), seed)[1] for seed in range(20)])
     policy = improved(env, rng, generations=8, population=24)

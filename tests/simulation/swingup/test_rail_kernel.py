@@ -1,4 +1,4 @@
-"""The compiled kernel gives DART's numbers bit for bit: steps, rollouts, and the tables learned from them."""
+"""The compiled rail gives DART's numbers bit for bit: steps, rollouts, and the tables learned from them."""
 
 from __future__ import annotations
 
@@ -16,13 +16,14 @@ from kendama_cli.learning.discretisation import StateGrid
 from kendama_cli.learning.policy import GreedyPolicy, learning_json
 from kendama_cli.learning.reward import Flight, Goal
 from kendama_cli.learning.sarsa import SarsaLearner
+from kendama_cli.learning.settings import LearnSettings
 from kendama_cli.learning.state import SwingState
 from kendama_cli.simulation.swingup import rail_kernel as kernel
 from kendama_cli.simulation.swingup.environment import SwingUpEnvironment
 from kendama_cli.simulation.swingup.rail import CompiledRail, Rules, physics
-from kendama_cli.simulation.swingup.rail_dart import DartRail
 from kendama_cli.simulation.swingup.workspace import limiter
 from tests.learning.settings_files import game_settings, learn_settings
+from tests.simulation.swingup.rail_dart import DartRail
 
 STEP_S = 0.002
 GAME = game_settings()
@@ -116,20 +117,25 @@ def test_the_bins_are_the_same(position):
         assert kernel.row(*state, rules.bins) == grid.place(SwingState(*state.tolist()))
 
 
+def environment_of(engine: str, chosen: LearnSettings) -> SwingUpEnvironment:
+    """The compiled ``rail``, or the same rollouts step by step in ``dart``."""
+    return SwingUpEnvironment(chosen, GAME, DartRail(GAME, chosen.step_s) if engine == "dart" else None)
+
+
 def learned(engine: str, name: str, seed: int, **replaced: object) -> tuple[np.ndarray, list[object]]:
     """The table after 40 rollouts, and all that was seen, five evaluated rollouts and their catches included."""
-    chosen = learn_settings(name, engine=engine, **replaced)
-    environment, learner = SwingUpEnvironment(chosen, GAME), SarsaLearner(chosen)
-    chance, exploration_rng = np.random.default_rng([seed, 1]), np.random.default_rng([seed, 2])
+    chosen = learn_settings(name, **replaced)
+    environment, learner = environment_of(engine, chosen), SarsaLearner(chosen)
+    noise_rng, exploration_rng = np.random.default_rng([seed, 1]), np.random.default_rng([seed, 2])
     seen: list[object] = []
     for k in range(40):
         learner.begin_rollout(exploration_rng)
-        rollout = environment.roll_out(learner, environment.noise(chance, proof=k % 2 == 1))
+        rollout = environment.roll_out(learner, environment.noise(noise_rng, validation=k % 2 == 1))
         seen += [rollout, learner.end_rollout(rollout.outcome, rollout.final)]
     policy = GreedyPolicy(learner.policy, chosen)
     for _ in range(5):
         policy.begin_rollout()
-        seen.append(environment.roll_out(policy, environment.noise(chance)))
+        seen.append(environment.roll_out(policy, environment.noise(noise_rng)))
         seen.append(environment.catch(0.0))
     return learner.q, seen
 
@@ -147,13 +153,14 @@ def learned(engine: str, name: str, seed: int, **replaced: object) -> tuple[np.n
 )
 def test_the_same_seed_learns_the_same_table_in_both_engines(name, replaced, seed):
     table, seen = learned("dart", name, seed, **replaced)
-    compiled_table, compiled_seen = learned("kernel", name, seed, **replaced)
+    compiled_table, compiled_seen = learned("rail", name, seed, **replaced)
     np.testing.assert_array_equal(compiled_table, table)
     assert compiled_seen == seen
 
 
 def test_an_actor_that_is_no_learner_is_asked_at_every_reading_it_wants_in_both_engines():
     class Restless:
+        decides_on_bins = False
         next_look_s = -math.inf
 
         def __init__(self) -> None:
@@ -165,27 +172,27 @@ def test_an_actor_that_is_no_learner_is_asked_at_every_reading_it_wants_in_both_
             return 8.0 * math.copysign(1.0, math.sin(7.0 * t_s))
 
     seen = []
-    for engine in ("dart", "kernel"):
-        environment, actor = SwingUpEnvironment(learn_settings(engine=engine), GAME), Restless()
+    for engine in ("dart", "rail"):
+        environment, actor = environment_of(engine, learn_settings()), Restless()
         seen.append((environment.roll_out(actor, environment.noise(np.random.default_rng(1))), actor.asked))
     assert seen[0] == seen[1]
     assert len(seen[0][1]) > 30
 
 
 def test_watching_a_rollout_does_not_change_it():
-    chosen = learn_settings(engine="kernel")
+    chosen = learn_settings()
     environment = SwingUpEnvironment(chosen, GAME)
     table = np.random.default_rng(0).standard_normal((324, 5))
     noise, watched = environment.noise(np.random.default_rng(2)), []
     ends = []
-    for watch in (None, lambda t_s, swing, sent: watched.append(t_s)):
+    for on_step in (None, lambda t_s, swing, sent: watched.append(t_s)):
         policy = GreedyPolicy(Policy.seal(table, learning_json(chosen)), chosen)
-        ends.append(environment.roll_out(policy, noise, watch))
+        ends.append(environment.roll_out(policy, noise, on_step))
     assert ends[0] == ends[1]
     assert len(watched) == round(ends[0].duration_s / STEP_S)
 
 
-def test_a_state_that_is_no_number_is_told_in_the_kernel_too():
+def test_a_state_that_is_no_number_is_refused():
     swing = CompiledRail(GAME, STEP_S)
     swing.start(SwingState(math.nan, 0.0, 0.0, 0.0))
     with pytest.raises(SimulationError, match=r"left its domain at 0.002 s \(extent nan m\); lower learn.step_s"):

@@ -1,4 +1,4 @@
-"""Whole stretches of a rollout in compiled code: from one decision to the next, and the flight after the goal."""
+"""Rollouts in compiled code: from one decision to the next, and the flight after the goal."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ from kendama_cli.simulation.swingup.rollout import Actor, Catch, RolloutNoise, S
 ENDS: dict[int, Outcome] = {kernel.GOAL: "goal", kernel.OUTSIDE: "outside", kernel.TIMEOUT: "timeout"}
 
 
-class Stretches:
-    """SwingUpEnvironment's loops for actors that decide by ``learn.decision`` on ``learn.grid``: the same numbers.
+class CompiledRollouts:
+    """SwingUpEnvironment's loops for actors that decide on bins: the same numbers.
 
     Such an actor changes nothing between two decisions, so it is not asked there; compiled code finds the next one.
     """
@@ -35,8 +35,8 @@ class Stretches:
         """One rollout, as SwingUpEnvironment.roll_out."""
         swing, step_s = self.swing, self._rules.physics.step_s
         constants, edges = self._packed
-        if noise.room != 1.0:
-            constants, edges = Rules.of(self._settings.with_room(noise.room), self._game).packed()
+        if noise.workspace_scale != 1.0:
+            constants, edges = Rules.of(self._settings.with_workspace_scale(noise.workspace_scale), self._game).packed()
         errors = np.array([noise.angle_rad, noise.rate_rad_s], dtype=np.float64)
         swing.start(SwingState(noise.start_position_m, 0.0, noise.start_angle_rad, 0.0))
         s, tally, reading = swing.numbers, np.zeros(3), np.array(self.state())

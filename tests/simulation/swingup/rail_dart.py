@@ -1,4 +1,4 @@
-"""The swing's dynamics in DART: a cup on a rail along x, a ball kept to the swing plane, a rope between them."""
+"""The rail in DART, the referee of the compiled one: a cup on a rail along x, a ball in the swing plane, a rope."""
 
 from __future__ import annotations
 

@@ -1,0 +1,127 @@
+"""The task of the swing-up: goal, rewards, workspace, noise, validation, engine, counting (PAPER.md, Reinforcement)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+from kendama_cli.errors import ConfigError
+from kendama_cli.schema.settings import setting
+
+
+@dataclass(frozen=True)
+class GoalSettings:
+    """The state that ends the swing-up: the ball high on either side, still rising, and within reach of a catch."""
+
+    angle_deg: float = setting("wanted angle of the ball from hanging, on either side [deg]", above=0, at_most=180)
+    tolerance_deg: float = setting("allowed deviation of the angle [deg]", above=0)
+    slowest_rad_s: float = setting("least angular velocity away from hanging [rad/s]")
+    fastest_rad_s: float = setting("largest angular velocity away from hanging [rad/s]")
+    catchable: bool = setting("whether a catch must also be possible from there, by the two limits below")
+    landing_limit_m: float = setting(
+        "largest |x| at which the freely flying ball may come down to the rim [m]", above=0
+    )
+    catch_acceleration_m_s2: float = setting(
+        "largest constant acceleration of the cup that meets the ball there [m/s^2]", above=0
+    )
+
+    def __post_init__(self) -> None:
+        if self.fastest_rad_s <= self.slowest_rad_s:
+            raise ConfigError(
+                "fastest_rad_s",
+                f"'fastest_rad_s' is {self.fastest_rad_s}; allowed: above slowest_rad_s, which is {self.slowest_rad_s}",
+            )
+
+
+@dataclass(frozen=True)
+class RewardSettings:
+    """Reward of the final state, of each action and of displacement."""
+
+    goal: float = setting("reward on reaching the goal")
+    timeout: float = setting("reward when time is up")
+    outside: float = setting("reward on leaving the workspace (only where that ends the rollout)")
+    step: float = setting("reward of each action")
+    displacement_per_m: float = setting("penalty of each action per metre of |x| beyond the free range", at_least=0)
+    displacement_free_m: float = setting("|x| up to which displacement costs nothing [m]", at_least=0)
+
+
+@dataclass(frozen=True)
+class LimitedWorkspace:
+    """A braking limiter keeps the cup inside: it always leaves enough distance to stop."""
+
+    kind: Literal["limit"]
+    half_width_m: float = setting("the cup stays within this distance of the middle [m]", above=0)
+    max_speed_m_s: float = setting("largest speed of the cup [m/s]", above=0)
+    braking_m_s2: float = setting("deceleration that the limiter counts on; below the largest action [m/s^2]", above=0)
+
+
+@dataclass(frozen=True)
+class TerminatingWorkspace:
+    """Leaving the workspace ends the rollout with the reward 'outside'; only the speed is limited."""
+
+    kind: Literal["terminate"]
+    half_width_m: float = setting("leaving this distance of the middle ends the rollout [m]", above=0)
+    max_speed_m_s: float = setting("largest speed of the cup [m/s]", above=0)
+
+
+WorkspaceSettings = LimitedWorkspace | TerminatingWorkspace
+
+
+@dataclass(frozen=True)
+class NoiseSettings:
+    """Standard deviations of what differs from rollout to rollout and from reading to reading."""
+
+    start_angle_deg: float = setting("ball's angle at the start of a rollout [deg]", at_least=0)
+    start_position_m: float = setting("cup's position at the start of a rollout [m]", at_least=0)
+    angle_reading_deg: float = setting("each reading of the ball's angle [deg]", at_least=0)
+    rate_reading_rad_s: float = setting("each reading of the ball's angular velocity [rad/s]", at_least=0)
+    acceleration: float = setting("relative error of each action's acceleration", at_least=0, below=0.25)
+
+
+@dataclass(frozen=True)
+class RailEngine:
+    """The cup on a rail, compiled: its acceleration is what is commanded, and the ball is a point on a rope."""
+
+    kind: Literal["rail"]
+
+
+EngineSettings = RailEngine
+"""What computes the dynamics, told apart by ``kind``."""
+
+
+@dataclass(frozen=True)
+class ValidationSettings:
+    """Domain randomisation (Tobin et al. 2017) of the rollouts that validate a learned policy: drawn anew for each.
+
+    Noise level, gain of the actuator, calibration of the angle and size of the workspace vary together, as from body
+    to body. What was learned must succeed there without learning before it is frozen.
+    """
+
+    engine: EngineSettings | None = setting("what computes the dynamics of these rollouts; null: learn.engine")
+    noise: float = setting("factor on all noise, uniform from 0 up to this", above=0)
+    acceleration: float = setting("uniform +- relative error of all accelerations of a rollout", at_least=0, below=0.5)
+    angle_deg: float = setting("uniform +- offset of all readings of the ball's angle in a rollout [deg]", at_least=0)
+    narrowing: float = setting(
+        "the workspace is narrower by a share up to this, uniform, and slower, as for a longer rope",
+        at_least=0,
+        below=0.5,
+    )
+
+
+@dataclass(frozen=True)
+class CountSettings:
+    """When the swing-up counts as learned, and how long is tried (kendama_cli/learning/statistics.py)."""
+
+    streak: int = setting("greedy successes in a row that count as learned", above=0)
+    cap: int = setting("rollouts after which learning has failed", above=0)
+    frozen: int = setting(
+        "greedy successes in a row at which the policy is frozen; until then, or the cap, learning goes on", above=0
+    )
+    evaluation: int = setting("rollouts of the frozen policy", above=0)
+
+    def __post_init__(self) -> None:
+        for key in ("frozen", "cap"):
+            if getattr(self, key) < self.streak:
+                raise ConfigError(
+                    key, f"'{key}' is {getattr(self, key)}; allowed: at least streak, which is {self.streak}"
+                )

@@ -1,0 +1,43 @@
+"""The interface of an engine of the swing's dynamics (``learn.engine``): cup and ball, one time step at a time."""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+from kendama_cli.learning.state import SwingState
+
+
+class SwingEngine(Protocol):
+    """A cup that moves along x and a ball on a rope tied to it, in the plane of the swing.
+
+    After ``start`` and every ``step`` the attributes hold the present state. The ball's place and velocity are relative
+    to the tie point: ``across_m`` along x, ``above_m`` along z, the tie point's own velocity taken off.
+    """
+
+    x_m: float
+    """The cup's position along x, 0 in the middle of the workspace."""
+    velocity_m_s: float
+    """The cup's velocity along x."""
+    across_m: float
+    above_m: float
+    across_m_s: float
+    above_m_s: float
+
+    @property
+    def tension_n(self) -> float:
+        """The rope's pull in the step that led here [N]; 0 where it is slack."""
+
+    def start(self, state: SwingState) -> None:
+        """Begin at ``state`` with the rope stretched as by the hanging ball."""
+
+    def step(self, acceleration_m_s2: float) -> None:
+        """Advance by one time step, the cup commanded to accelerate so along x."""
+
+    def check_finite(self, t_s: float) -> None:
+        """Raises SimulationError where the numbers have left their domain by ``t_s``."""
+
+
+def rate(swing: SwingEngine) -> float:
+    """The ball's angular velocity about the tie point [rad/s]."""
+    across, above = swing.across_m, swing.above_m
+    return (above * -swing.across_m_s + across * swing.above_m_s) / (across * across + above * above)
