@@ -6,6 +6,7 @@ never loads Hydra; validation by the settings' schema follows in any case.
 
 from __future__ import annotations
 
+import contextlib
 import copy
 import hashlib
 import json
@@ -20,6 +21,8 @@ from kendama_cli.schema.settings import nearest, unknown_key
 from kendama_cli.store import durable
 
 PLAIN_KEY = re.compile(r"[A-Za-z_]\w*(\.[A-Za-z_]\w*)*")
+RESOLVER = re.compile(r"\$\{.*:")
+"""May find too much (a colon after a plain interpolation): that composes once more, and never gives an old value."""
 PLAIN_NUMBER = re.compile(r"-?(0|[1-9]\d*)(\.\d+)?")
 
 
@@ -37,7 +40,8 @@ def composed(site: Site, overrides: Sequence[str]) -> dict[str, Any]:
     if known is not None and known["question"] == question and known["stamps"] == stamps:
         return dict(known["answer"])
     answer = _compose(site, list(overrides))
-    durable.write_index(path, {"question": question, "stamps": stamps, "answer": answer})
+    if not depends_on_surroundings(site, overrides):
+        durable.write_index(path, {"question": question, "stamps": stamps, "answer": answer})
     return answer
 
 
@@ -115,10 +119,21 @@ def _set_number(config: dict[str, Any], key: str, value: float) -> bool:
     return True
 
 
+def depends_on_surroundings(site: Site, overrides: Sequence[str]) -> bool:
+    """Whether a resolver such as ``${oc.env:NAME}`` may give another value next time although no file changed."""
+    return any(RESOLVER.search(text) for text in (*overrides, *_texts(site)))
+
+
 def _refers(site: Site) -> bool:
     """Whether any configuration file on the search path has an interpolation."""
-    files = (file for folder in site.conf_folders for file in folder.rglob("*.yaml"))
-    return any("${" in file.read_text(encoding="utf-8", errors="replace") for file in files)
+    return any("${" in text for text in _texts(site))
+
+
+def _texts(site: Site) -> Iterator[str]:
+    for folder in site.conf_folders:
+        for file in folder.rglob("*.yaml"):
+            with contextlib.suppress(OSError):  # a dangling link
+                yield file.read_text(encoding="utf-8", errors="replace")
 
 
 def _sweep_values(override: Any, options: list[str]) -> list[str]:
@@ -158,16 +173,13 @@ def _parse(overrides: list[str]) -> list[Any]:
 
 
 def _compose(site: Site, overrides: list[str]) -> dict[str, Any]:
-    from hydra import version
-    from hydra._internal.hydra import Hydra
-    from hydra._internal.utils import create_config_search_path
-    from hydra.compose import compose
-    from hydra.core.config_search_path import SearchPathQuery
-    from hydra.core.global_hydra import GlobalHydra
+    from hydra import compose, initialize_config_dir
     from hydra.errors import HydraException
     from omegaconf import OmegaConf
     from omegaconf.errors import OmegaConfBaseException
     from yaml import YAMLError
+
+    from kendama_cli.config.search_path import further_folders
 
     names = groups(site)
     for text, override in zip(overrides, _parse(overrides), strict=True):
@@ -185,20 +197,13 @@ def _compose(site: Site, overrides: list[str]) -> dict[str, Any]:
         if override.key_or_group in names and not override.is_delete() and not isinstance(override.value(), str):
             key, options = override.key_or_group, ", ".join(group_options(site, override.key_or_group))
             raise ConfigError(key, f"'{text}' must name one choice of the group '{key}'; allowed: {options}")
-    version.setbase("1.3")
-    GlobalHydra.instance().clear()
     first, *others = site.conf_folders
-    path = create_config_search_path(str(first))
-    for folder in reversed(others):
-        path.append("kendama", f"file://{folder}", anchor=SearchPathQuery(provider="main"))
-    Hydra.create_main_hydra2(task_name="kendama", config_search_path=path)
     try:
-        config = OmegaConf.to_container(compose("config", overrides=overrides), resolve=True)
+        with further_folders(others), initialize_config_dir(str(first), job_name="kendama", version_base="1.3"):
+            config = OmegaConf.to_container(compose("config", overrides=overrides), resolve=True)
     except (HydraException, OmegaConfBaseException, YAMLError, OSError, ValueError) as error:
         # ValueError: Hydra's own, for a defaults list of a wrong kind, and Python's, for a file that is not UTF-8
         raise _plain_error(site, overrides, error) from error
-    finally:
-        GlobalHydra.instance().clear()
     assert isinstance(config, dict)
     return {str(key): value for key, value in config.items()}
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from pathlib import Path
 
 import pytest
@@ -39,3 +40,31 @@ def test_a_value_that_another_refers_to_is_composed_in_full(site: Site, tmp_path
 def test_a_wrong_key_in_a_sweep_is_named(site: Site, wrong: str) -> None:
     with pytest.raises(ConfigError):
         list(composed_each(site, [["seed=1", wrong]]))
+
+
+def test_a_changed_environment_variable_is_seen_although_no_file_changed(
+    site: Site, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    folder = tmp_path / "conf/capture"
+    folder.mkdir(parents=True)
+    text = (bundled_root() / "conf/capture/file.yaml").read_text()
+    (folder / "mine.yaml").write_text("\n".join(["note: ${oc.env:KENDAMA_TEST_NOTE}", text]))
+    for note in ("one", "two"):
+        monkeypatch.setenv("KENDAMA_TEST_NOTE", note)
+        assert composed(find_site(), ["capture=mine"])["capture"]["note"] == note
+        assert composed(find_site(), ["+seed2=${oc.env:KENDAMA_TEST_NOTE}", "capture=file"])["seed2"] == note
+
+
+@pytest.mark.parametrize("name", ["plain", "with space", "it's, [odd]", "back\\slash", "equals=sign", "${dollar}"])
+def test_folders_of_any_name_are_searched_in_order(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str) -> None:
+    mine = tmp_path / name / "conf/learn"
+    mine.mkdir(parents=True)
+    (mine / "odd.yaml").write_text("defaults: [sarsa]\nalpha: 0.123\n")
+    (mine / "sarsa.yaml").write_text((bundled_root() / "conf/learn/sarsa.yaml").read_text() + "\nmark: here\n")
+    here = tmp_path / "here"
+    (here / "conf").mkdir(parents=True)
+    monkeypatch.chdir(here)
+    for folders in ([mine.parent, here / "conf"], [here / "conf", mine.parent]):
+        site = dataclasses.replace(find_site(), conf_folders=(*folders, bundled_root() / "conf"))
+        learn = composed(site, ["learn=odd"])["learn"]
+        assert (learn["alpha"], learn["mark"]) == (0.123, "here"), "a folder before the bundled one did not win"
