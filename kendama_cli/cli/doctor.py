@@ -28,7 +28,6 @@ REQUIRED = {
     "numpy": "numpy",
     "scipy": "scipy",
     "numba": "numba",
-    "embreex": "embreex.rtcore_scene",
     "opencv-python-headless": "cv2",
     "pandas": "pandas",
     "pyarrow": "pyarrow",
@@ -54,7 +53,7 @@ def examine() -> list[Part]:
     cores = os.cpu_count() or 1
     found = [Part("kendama", "ok", f"{kendama_cli.__version__}, Python {platform.python_version()}, {cores} cores")]
     found += [_library(name, module) for name, module in REQUIRED.items()]
-    found += _display_libraries()
+    found += [*_display_libraries(), _embree()]
     found += [_extra(name, needs) for name, needs in EXTRAS.items()]
     found += [Part(name, "optional", f"needs {needs}") for name, needs in DEVICES.items()]
     return found
@@ -65,6 +64,14 @@ def _extra(name: str, serves: str) -> Part:
         return Part(name, "ok", importlib.metadata.version(name))
     except importlib.metadata.PackageNotFoundError:
         return Part(name, "optional", serves)
+
+
+def _embree() -> Part:
+    """Required but where there is no wheel of it: cameras without it draw everything but meshes."""
+    part = _library("embreex", "embreex.rtcore_scene")
+    if part.state == "missing" and sys.platform == "linux" and platform.machine() == "aarch64":
+        return Part("embreex", "optional", "has no wheel for Linux on aarch64; images of arms and meshes need it")
+    return part
 
 
 def _display_libraries() -> list[Part]:

@@ -6,11 +6,16 @@ from dataclasses import dataclass
 from functools import cache
 
 import numpy as np
-from embreex.mesh_construction import TriangleMesh
-from embreex.rtcore_scene import EmbreeScene
 from numpy.typing import NDArray
 
+from kendama_cli.errors import MissingPartError
 from kendama_cli.schema.arrays import Array
+
+try:
+    from embreex.mesh_construction import TriangleMesh
+    from embreex.rtcore_scene import EmbreeScene
+except ImportError:  # it has no wheel for Linux on aarch64; nothing stands in for it: who asks for a mesh is told
+    TriangleMesh = EmbreeScene = None
 
 Triple = tuple[float, float, float]
 
@@ -41,10 +46,16 @@ class Surface:
     """A mesh with its tree of boxes, built once; rays come in the mesh's own frame.
 
     Embree, in single precision, only says which triangle a ray meets; ``anchors`` and ``normals`` (m, 3) of the
-    triangles then give the distance in double precision.
+    triangles then give the distance in double precision. Raises MissingPartError where Embree is not installed.
     """
 
     def __init__(self, mesh: LinkMesh, *, convex: bool = False) -> None:
+        if EmbreeScene is None:
+            raise MissingPartError(
+                "embreex",
+                "a camera was asked for the image of an arm or another mesh, which needs embreex (pip install embreex; "
+                "it has no wheel for Linux on aarch64); ball, cup, rope and background are drawn without it",
+            )
         vertices, triangles = np.asarray(mesh.vertices_m, dtype=np.float64), np.asarray(mesh.triangles)
         corners = vertices[triangles]
         normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])

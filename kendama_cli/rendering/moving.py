@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -51,10 +52,17 @@ class Watcher:
     """Asks a scene for its poses, and sees its robot as meshes: links that were given once, and rods between joints."""
 
     def __init__(self, appearance: AppearanceSettings, links: Sequence[LinkMesh]) -> None:
-        self._radius_m = appearance.arm_radius_m
+        self._radius_m, self._arm_rgb = appearance.arm_radius_m, appearance.arm_rgb
         self._links = [Surface(mesh) for mesh in links]
-        self._rod = Surface(LinkMesh(*unit_cylinder(), appearance.arm_rgb), convex=True)
-        self._joint = Surface(LinkMesh(*unit_sphere(), appearance.arm_rgb), convex=True)
+
+    # made at the first arm: a scene without one needs no meshes
+    @cached_property
+    def _rod_surface(self) -> Surface:
+        return Surface(LinkMesh(*unit_cylinder(), self._arm_rgb), convex=True)
+
+    @cached_property
+    def _joint_surface(self) -> Surface:
+        return Surface(LinkMesh(*unit_sphere(), self._arm_rgb), convex=True)
 
     def moving(self, scene: Scene, first_s: float, last_s: float) -> Moving:
         """The scene from ``first_s`` to ``last_s``; raises ConfigError where its links are not the camera's."""
@@ -80,11 +88,11 @@ class Watcher:
         joints = np.array([pose.arm_m for pose in poses], dtype=np.float64)
         for i in range(joints.shape[1]):
             ball = np.tile(np.eye(3) * self._radius_m, (len(poses), 1, 1))
-            made.append(_part(self._joint, np.dstack([ball, joints[:, i, :, None]])))
+            made.append(_part(self._joint_surface, np.dstack([ball, joints[:, i, :, None]])))
         for i in range(joints.shape[1] - 1):
             rod = _rod(joints[:, i], joints[:, i + 1], self._radius_m)
             if rod is not None:
-                made.append(_part(self._rod, rod))
+                made.append(_part(self._rod_surface, rod))
         return made
 
 
