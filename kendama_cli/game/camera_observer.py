@@ -15,7 +15,7 @@ from kendama_cli.game.cup_cart import CartStep
 from kendama_cli.game.flight_observer import CatchPrediction, FrameSeen, ObservationLog, Picture, foreseen
 from kendama_cli.game.settings import ObservationSettings
 from kendama_cli.schema.arrays import Array
-from kendama_cli.vision.detector import Sighting
+from kendama_cli.vision.interface import Sighting
 from kendama_cli.vision.tracker import BallTracker
 
 SEARCH_HALF_PX = 40.0

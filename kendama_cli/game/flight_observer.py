@@ -12,7 +12,7 @@ from kendama_cli.artifacts.catch_pose import CatchPose
 from kendama_cli.game.cup_cart import CartStep
 from kendama_cli.game.settings import ObservationSettings
 from kendama_cli.vision.catch_pose import CatchPoseEstimator
-from kendama_cli.vision.detector import Sighting
+from kendama_cli.vision.interface import Sighting
 
 
 @dataclass(frozen=True)

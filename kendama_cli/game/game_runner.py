@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from kendama_cli.devices.robot.interface import DistantRobot
+from kendama_cli.devices.robot.interface import Robot
 from kendama_cli.game.catch_game import CatchGeometry, Game, finish_game
 from kendama_cli.game.cup_cart import CartStep, CupCart, Line
 from kendama_cli.game.cup_tilt import TiltingArm
@@ -58,7 +58,7 @@ class GameRunner:
 
     def __init__(
         self,
-        robot: DistantRobot,
+        robot: Robot,
         line: Line,
         *,
         court: CatchGeometry,

@@ -9,7 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from kendama_cli.devices.camera.ball_tracker import ball_tracker
-from kendama_cli.devices.camera.opening import SceneSource, open_cameras
+from kendama_cli.devices.camera.interface import SceneSource
+from kendama_cli.devices.camera.opening import open_cameras
 from kendama_cli.errors import ConfigError
 from kendama_cli.game.camera_observer import CameraClock, CameraObserver
 from kendama_cli.game.catch_game import CatchGeometry
@@ -17,7 +18,7 @@ from kendama_cli.game.flight_observer import FlightObserver, MarkerObserver
 from kendama_cli.game.scene_history import SceneHistory
 from kendama_cli.game.settings import ObservationSettings
 from kendama_cli.schema.arrays import Array
-from kendama_cli.settings.camera import CameraSettings, FileCamera, LightingSettings, VirtualCamera
+from kendama_cli.settings.camera import CameraSettings, LightingSettings, VirtualCamera
 from kendama_cli.settings.game import GameSettings
 from kendama_cli.vision.catch_pose import CatchPoseEstimator
 from kendama_cli.vision.settings import PredictSettings
@@ -39,8 +40,8 @@ def check_cameras(sight: CameraSetup, observation: ObservationSettings, *, realt
     if observation.source == "tracking":
         return
     camera = sight.camera
-    if isinstance(camera, FileCamera):
-        problem = "'camera.kind' is 'file': a recording cannot show a game"
+    if camera.source == "recorded":
+        problem = f"'camera.kind' is '{camera.kind}': a recording cannot show a game"
         raise ConfigError("camera.kind", f"{problem}; use camera=virtual, {OTHERWISE}")
     if len(camera.cameras) < 2:
         problem = "'camera.cameras' has one camera; to notice free flight two are needed that expose together"
@@ -48,7 +49,7 @@ def check_cameras(sight: CameraSetup, observation: ObservationSettings, *, realt
     if isinstance(camera, VirtualCamera) and camera.stagger_s > 0:
         problem = f"'camera.stagger_s' is {camera.stagger_s}; to notice free flight the cameras must expose together"
         raise ConfigError("camera.stagger_s", f"{problem}; set 0, {OTHERWISE}")
-    if isinstance(camera, VirtualCamera) and realtime:
+    if camera.source == "rendered" and realtime:
         raise ConfigError(
             "camera.kind",
             "'camera.kind' is 'virtual' with a robot in real time, whose scene cannot be drawn in time; "
@@ -72,17 +73,18 @@ def open_observer(
     """
     rim_m, catch_m = court.rim_height_m, court.catch_height_m
     camera = sight.camera
-    if observation.source == "tracking" or isinstance(camera, FileCamera):
+    rate_hz = camera.rate_hz
+    if observation.source == "tracking" or camera.source == "recorded" or rate_hz is None:
         estimator = CatchPoseEstimator(game.gravity_m_s2, game.ball.drag_n_s_m / game.ball.mass_kg, rim_m)
         yield MarkerObserver(estimator, observation, rim_m=rim_m, catch_m=catch_m)
         return
-    if isinstance(camera, VirtualCamera) and not history.told:
+    if camera.source == "rendered" and not history.told:
         raise ConfigError(
             "camera.kind",
             "'camera.kind' is 'virtual', but this robot does not tell where everything is; use camera=device, "
             f"{OTHERWISE}",
         )
-    clock = CameraClock(observation.processing_s, live=not isinstance(camera, VirtualCamera))
+    clock = CameraClock(observation.processing_s, live=camera.source == "live")
     rngs = [np.random.default_rng(0) for _ in camera.cameras]  # every game sets them to its own stream
     cameras = open_cameras(camera, clock, SceneSource(history, game, sight.lighting, rngs))
     try:
@@ -94,7 +96,7 @@ def open_observer(
             cup_place=cup_place,
             clock=clock,
             rngs=rngs,
-            rate_hz=camera.rate_hz,
+            rate_hz=rate_hz,
             origin_m=history.origin_m,
             rim_m=rim_m,
             catch_m=catch_m,

@@ -7,7 +7,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from kendama_cli.devices.robot.interface import DistantRobot, Exchange, JointCommand, SceneState
+from kendama_cli.devices.robot.interface import Exchange, JointCommand, Robot, SceneState
 from kendama_cli.motion.rotation_matrix import quaternion_of
 from kendama_cli.rendering.scene import ScenePose, hanging_rope
 from kendama_cli.schema.arrays import Array
@@ -98,9 +98,10 @@ def cup_turn_wxyz(arm: Arm, position_rad: Array) -> Array:
 class SceneRecordingRobot:
     """``robot``, whose scene goes into ``history`` and is taken out of what everybody else is told."""
 
-    def __init__(self, robot: DistantRobot, history: SceneHistory) -> None:
+    def __init__(self, robot: Robot, history: SceneHistory) -> None:
         self._robot, self._history = robot, history
         self.joint_names, self.limits, self.period_s = robot.joint_names, robot.limits, robot.period_s
+        self.realtime = robot.realtime
 
     @property
     def missed(self) -> int:

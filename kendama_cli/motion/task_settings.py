@@ -1,12 +1,15 @@
-"""What the arm does in a scene: its tool, its task-space controller, and the script that it plays."""
+"""What the arm does in a scene: its tool, the script that it plays, and which task-space controller plays it."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal
+from typing import Annotated, Protocol
 
 from kendama_cli.errors import ConfigError
+from kendama_cli.schema.registry import Registry
 from kendama_cli.schema.settings import setting
+
+CONTROLLERS = Registry("kendama.controllers", "controller")
 
 
 @dataclass(frozen=True)
@@ -19,32 +22,16 @@ class ProbeSettings:
     restitution: float = setting("that of a contact is the product of both bodies'", at_least=0, at_most=1)
 
 
-@dataclass(frozen=True)
-class _TaskSpace:
-    stiffness_n_m: tuple[float, float, float] = setting("stiffness along the world's x, y, z [N/m]", above=0)
-    stiffness_nm_rad: float = setting("stiffness against turning, about every axis [Nm/rad]", above=0)
-    spin: Literal["held", "free"] = setting("the turn about the tool's own axis, which a round tool does not need")
-    damping_ratio: float = setting("damping of every mode of the tool, 1 being critical", above=0)
-    posture_1_s2: float = setting("stiffness of the posture, where the tool leaves it free, over inertia", at_least=0)
+class ControllerSettingsNode(Protocol):
+    """What the settings of every task-space controller have beside fields of their own."""
+
+    @property
+    def kind(self) -> str:
+        """The name under which the controller is registered."""
 
 
-@dataclass(frozen=True)
-class ImpedanceControl(_TaskSpace):
-    """The tool is a mass on springs; a wanted force is fed forward and adds to that of the springs."""
-
-    kind: Literal["impedance"] = setting("springs in every direction")
-
-
-@dataclass(frozen=True)
-class ForceControl(_TaskSpace):
-    """The same, but along a wanted force no spring acts, and the measured force is brought to the wanted one."""
-
-    kind: Literal["force"] = setting("a force where one is wanted, springs elsewhere")
-    integral_1_s: float = setting("integral gain of the force's error, over time [1/s]", at_least=0)
-    reach_m: float = setting("how far along a wanted force the tool may be from its reference, freely [m]", above=0)
-
-
-ControllerSettings = ImpedanceControl | ForceControl
+ControllerSettings = Annotated[ControllerSettingsNode, CONTROLLERS]
+"""The node ``interact.controller``: settings of any registered controller."""
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kendama_cli.vision.calibration import CalibratedCamera
-from kendama_cli.vision.detector import Sighting
+from kendama_cli.vision.interface import Sighting
 
 ENLARGED = 50
 """Residuals are drawn so many times longer than they are."""

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal
+from typing import Annotated, ClassVar, Literal, Protocol
 
 from kendama_cli.errors import ConfigError
+from kendama_cli.schema.registry import Registry
 from kendama_cli.schema.settings import setting
 
 Triple = tuple[float, float, float]
+Source = Literal["rendered", "recorded", "live"]
+CAMERAS = Registry("kendama.cameras", "camera")
 
 
 @dataclass(frozen=True)
@@ -34,6 +37,16 @@ class CameraModelSettings:
             raise ConfigError(
                 "look_at_m", "'look_at_m' or 'rotation_wxyz' must tell the camera's pose: give one of them"
             )
+
+
+@dataclass(frozen=True)
+class CameraRig:
+    """What the settings of every kind of camera have: the calibration of each camera."""
+
+    calibration: str | None = setting(
+        "file of 'kendama camera calibrate' that replaces the values of 'cameras' by name, or null", file=True
+    )
+    cameras: tuple[CameraModelSettings, ...] = setting("calibration of every camera")
 
 
 @dataclass(frozen=True)
@@ -76,18 +89,16 @@ class AppearanceSettings:
 
 
 @dataclass(frozen=True)
-class VirtualCamera:
+class VirtualCamera(CameraRig):
     """Ray-cast images of the scene's poses."""
 
-    kind: Literal["virtual"]
+    source: ClassVar[Source] = "rendered"
+
+    kind: Literal["virtual"] = setting("rendered images")
     rate_hz: float = setting("frames per second of every camera", above=0, at_most=1000)
     stagger_s: float = setting("each camera exposes this much after the one before [s]", at_least=0)
     sensor: SensorSettings = setting("the sensor, the same in every camera")
     appearance: AppearanceSettings = setting("colours of the scene")
-    calibration: str | None = setting(
-        "file of 'kendama camera calibrate' that replaces the values of 'cameras' by name, or null", file=True
-    )
-    cameras: tuple[CameraModelSettings, ...] = setting("calibration of every camera")
 
     def __post_init__(self) -> None:
         busy_s = self.sensor.busy_s
@@ -100,35 +111,55 @@ class VirtualCamera:
 
 
 @dataclass(frozen=True)
-class FileCamera:
+class FileCamera(CameraRig):
     """Recorded images: a video, or a folder of images with times.csv, per camera."""
 
-    kind: Literal["file"]
+    source: ClassVar[Source] = "recorded"
+
+    kind: Literal["file"] = setting("recorded images")
     paths: tuple[str, ...] = setting("one video file, or times.csv of an image folder, per camera", file=True)
     rate_hz: float | None = setting(
         "frames per second, where a video does not tell [Hz]; null believes the file", above=0
     )
-    calibration: str | None = setting(
-        "file of 'kendama camera calibrate' that replaces the values of 'cameras' by name, or null", file=True
-    )
-    cameras: tuple[CameraModelSettings, ...] = setting("calibration of every camera")
 
 
 @dataclass(frozen=True)
-class DeviceCamera:
+class DeviceCamera(CameraRig):
     """Live cameras through OpenCV."""
 
-    kind: Literal["device"]
+    source: ClassVar[Source] = "live"
+
+    kind: Literal["device"] = setting("live images")
     indices: tuple[int, ...] = setting("OpenCV device index of every camera", at_least=0)
     rate_hz: float = setting("frames per second to ask for [Hz]", above=0)
     latency_s: float = setting("from mid-exposure to the image's arrival [s]", at_least=0)
-    calibration: str | None = setting(
-        "file of 'kendama camera calibrate' that replaces the values of 'cameras' by name, or null", file=True
-    )
-    cameras: tuple[CameraModelSettings, ...] = setting("calibration of every camera")
 
 
-CameraSettings = VirtualCamera | FileCamera | DeviceCamera
+class CameraSettingsNode(Protocol):
+    """What the settings of every kind of camera have beside fields of their own: derive them from CameraRig."""
+
+    source: ClassVar[Source]
+    """``rendered`` from a simulated scene, ``recorded``, or ``live``: what a stage can ask of it"""
+
+    @property
+    def kind(self) -> str:
+        """The name under which the camera is registered."""
+
+    @property
+    def rate_hz(self) -> float | None:
+        """Frames per second of every camera; None only where the recording knows it."""
+
+    @property
+    def calibration(self) -> str | None:
+        """See CameraRig."""
+
+    @property
+    def cameras(self) -> tuple[CameraModelSettings, ...]:
+        """See CameraRig."""
+
+
+CameraSettings = Annotated[CameraSettingsNode, CAMERAS]
+"""The node ``camera``: settings of any registered camera."""
 
 
 @dataclass(frozen=True)

@@ -1,17 +1,33 @@
-"""The robot that the transfer stage plays with: a twin process of our own, or a robot that already listens."""
+"""The robots that ``hardware`` can choose: ours below, others by the entry point group ``kendama.robots``."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar, Literal
+from typing import Annotated, ClassVar, Literal, Protocol
 
+from kendama_cli.schema.registry import Registry
 from kendama_cli.schema.settings import setting
 from kendama_cli.settings.robot import Imperfection
+
+ROBOTS = Registry("kendama.robots", "robot")
+
+
+class RobotSettingsNode(Protocol):
+    """What the settings of every robot have beside fields of their own."""
+
+    moves: ClassVar[bool]
+    """Whether it may move a real arm: then it moves only when armed, and no cached result stands in for it."""
+
+    @property
+    def kind(self) -> str:
+        """The name under which the robot is registered."""
 
 
 @dataclass(frozen=True)
 class TwinHardware:
     """The simulated robot as a process of its own behind UDP on loopback, a little different from the model."""
+
+    moves: ClassVar[bool] = False
 
     kind: Literal["twin"]
     realtime: bool = setting("false: lockstep, as fast as it computes, reproducible; true: paced by the wall clock")
@@ -30,7 +46,6 @@ class UdpHardware:
     """A robot, or its controller, that runs and speaks the protocol of kendama_cli/devices/robot/protocol.py."""
 
     moves: ClassVar[bool] = True
-    """It may be real: it moves only when armed, and no cached result stands in for it."""
 
     kind: Literal["udp"]
     host: str = setting("name or address of the robot's controller")
@@ -38,4 +53,5 @@ class UdpHardware:
     silence_s: float = setting("an answer that takes longer is a broken line (wall clock) [s]", above=0)
 
 
-HardwareSettings = TwinHardware | UdpHardware
+HardwareSettings = Annotated[RobotSettingsNode, ROBOTS]
+"""The node ``hardware``: settings of any registered robot."""

@@ -1,0 +1,12 @@
+"""The detector that comes with kendama, as a declaration for the entry point group ``kendama.detectors``.
+
+``makes`` is called with the detector's settings and gives a Detector (see interface.py).
+"""
+
+from kendama_cli.schema.registry import Variant
+
+COLOUR = Variant(
+    "colour",
+    settings="kendama_cli.vision.settings:ColourDetectorSettings",
+    makes="kendama_cli.devices.camera.colour_file:colour_detector",
+)

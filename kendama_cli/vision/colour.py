@@ -10,12 +10,11 @@ from typing import Protocol
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
 from kendama_cli.schema.arrays import Array, array
-from kendama_cli.vision.settings import DetectorSettings
+from kendama_cli.vision.interface import Image
+from kendama_cli.vision.settings import ColourDetectorSettings
 
-Image = NDArray[np.uint8]
 HUES, SATURATIONS = 30, 16
 HUE_STEP, SATURATION_STEP = 180 // HUES, 256 // SATURATIONS
 RARE = 1e-4
@@ -34,7 +33,7 @@ class ColourModel(Protocol):
 class HsvThresholds:
     """A range of hue, least saturation and value."""
 
-    def __init__(self, settings: DetectorSettings) -> None:
+    def __init__(self, settings: ColourDetectorSettings) -> None:
         self._settings = settings
 
     def mask(self, pixels: Image) -> Image:

@@ -3,16 +3,32 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal
+from typing import Annotated, Literal, Protocol
 
 from kendama_cli.errors import ConfigError
+from kendama_cli.schema.registry import Registry
 from kendama_cli.schema.settings import setting
+
+DETECTORS = Registry("kendama.detectors", "detector")
+
+
+class DetectorSettingsNode(Protocol):
+    """What the settings of every detector have beside fields of their own."""
+
+    @property
+    def kind(self) -> str:
+        """The name under which the detector is registered."""
+
+
+DetectorSettings = Annotated[DetectorSettingsNode, DETECTORS]
+"""The node ``predict.detector``: settings of any registered detector."""
 
 
 @dataclass(frozen=True)
-class DetectorSettings:
-    """What the ball looks like; hue, saturation and value on OpenCV's scales (0..179, 0..255, 0..255)."""
+class ColourDetectorSettings:
+    """A ball of one colour; hue, saturation and value on OpenCV's scales (0..179, 0..255, 0..255)."""
 
+    kind: Literal["colour"]
     colour: str | None = setting("file of a learned colour (JSON); null: the thresholds below", file=True)
     hue_low: int = setting("lowest hue; above hue_high the range runs through red (179 -> 0)", at_least=0, at_most=179)
     hue_high: int = setting("highest hue", at_least=0, at_most=179)

@@ -12,7 +12,7 @@ from kendama_cli.artifacts.catch_pose import CatchPose
 from kendama_cli.schema.arrays import Array
 from kendama_cli.vision.camera_model import CameraModel
 from kendama_cli.vision.catch_pose import CatchPoseEstimator
-from kendama_cli.vision.detector import BallDetector, Sighting
+from kendama_cli.vision.interface import Detector, SearchHint, Sighting
 from kendama_cli.vision.onset import FreeFlightFound, FreeFlightOnset
 from kendama_cli.vision.region import Region, around, whole
 from kendama_cli.vision.triangulation import NEAREST_DEPTH_M, SightRows, sight_rows, triangulate
@@ -54,7 +54,7 @@ class BallTracker:
     def __init__(
         self,
         cameras: Sequence[CameraModel],
-        detector: BallDetector,
+        detector: Detector,
         estimator: CatchPoseEstimator,
         onset: FreeFlightOnset | None = None,
     ) -> None:
@@ -107,8 +107,10 @@ class BallTracker:
         """Find the ball in one image; what is found is kept as this camera's track. Feeds nothing yet."""
         track = self._tracks.get(camera)
         followed = track is not None and track.lost < LOST_FRAMES
-        near = self._centre(self.cameras[camera], track, t_s) if track is not None and followed else None
-        sighting = self._detector.find(pixels, origin_px, near)
+        hint = None
+        if track is not None and followed:
+            hint = SearchHint(self._centre(self.cameras[camera], track, t_s), track.radius_px)
+        sighting = next(self._detector.candidates(pixels, origin_px, hint), None)
         self._expected.pop(camera, None)
         if sighting is None:
             if track is not None:

@@ -22,9 +22,9 @@ from kendama_cli.vision.catch_pose import CatchPoseEstimator  # noqa: E402
 from kendama_cli.vision.region import around  # noqa: E402
 from kendama_cli.vision.settings import BallisticMotion, ColouredMotion, ProcessNoiseMotion  # noqa: E402
 from kendama_cli.vision.triangulation import sight_rows  # noqa: E402
-from tests.vision.scenes import stereo  # noqa: E402
+from tests.vision.scenes import first_found, stereo  # noqa: E402
 from tests.vision.test_catch_pose import DRAG, FLIGHT, RIM_M, SIGMA_PX, START, VELOCITY, stamps  # noqa: E402
-from tests.vision.test_detector import DETECTOR, Studio  # noqa: E402
+from tests.vision.test_colour_detector import DETECTOR, Studio  # noqa: E402
 
 NOISE_PX2 = SIGMA_PX**2 * np.eye(2)
 
@@ -100,7 +100,7 @@ def main() -> None:
     for name, value, peer in rows:
         print(f"{name:44s} {value:8.0f} us {value / peer:7.2f} x numpy.linalg.lstsq")
     for name, pixels in ((f"{region.shape[1]}x{region.shape[0]}", region), ("640x480", whole)):
-        mine = best_us(lambda p=pixels: DETECTOR.find(p), 200)
+        mine = best_us(lambda p=pixels: first_found(DETECTOR, p), 200)
         peer = best_us(lambda p=pixels: hough(p), 50)
         print(f"{'cv2.HoughCircles ' + name:44s} {peer:8.0f} us")
         print(f"{'detection ' + name:44s} {mine:8.0f} us {mine / peer:7.2f} x cv2.HoughCircles")

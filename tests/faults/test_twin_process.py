@@ -16,7 +16,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-import yaml
 
 from kendama_cli.devices.robot.conformance import CHECKS
 from kendama_cli.devices.robot.interface import Exchange, JointCommand
@@ -29,12 +28,13 @@ from kendama_cli.schema.settings import build_value
 from kendama_cli.settings.game import GameSettings
 from kendama_cli.settings.hardware import HardwareSettings, TwinHardware, UdpHardware
 from kendama_cli.settings.robot import RobotSettings
+from tests.shipped_conf import plain
 
 ROOT = Path(__file__).resolve().parents[2]
 
 
 def configured(schema: Any, group: str, name: str) -> Any:
-    document = yaml.safe_load((ROOT / "conf" / group / f"{name}.yaml").read_text())
+    document = plain(group, name)
     if group == "robot":
         document["path"] = str(ROOT / document["path"])
     return build_value(schema, document, group)

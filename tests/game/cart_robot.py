@@ -35,6 +35,7 @@ class CartRobot:
         self.delay_n = delay_n
         self.noise_m = noise_m
         self.missed = 0
+        self.realtime = False
         self.reset(np.zeros(1), 0)
 
     def reset(self, position_rad: Array, seed: int) -> Exchange:

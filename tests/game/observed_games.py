@@ -4,13 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from pathlib import Path
 from typing import Any, cast
 
 import numpy as np
-import yaml
 
-from kendama_cli.devices.robot.interface import DistantRobot
+from kendama_cli.devices.robot.interface import Robot
 from kendama_cli.game.camera_observer import CameraObserver
 from kendama_cli.game.game_runner import GameRunner, make_catch_geometry
 from kendama_cli.game.open_observer import CameraSetup, open_observer
@@ -23,12 +21,11 @@ from kendama_cli.settings.game import GameSettings
 from kendama_cli.vision.settings import PredictSettings
 from tests.game.cart_robot import DIRECTION, MIDDLE_M, CartRobot, Straight
 from tests.learning.settings_files import learn_settings
-
-CONF = Path(__file__).resolve().parents[2] / "conf"
+from tests.shipped_conf import plain
 
 
 def configured(schema: Any, group: str, name: str) -> Any:
-    return build_value(schema, yaml.safe_load((CONF / group / f"{name}.yaml").read_text()), group)
+    return build_value(schema, plain(group, name), group)
 
 
 GAME: GameSettings = configured(GameSettings, "game", "kendama")
@@ -48,11 +45,11 @@ def on_the_line(position_rad: Array) -> Array:
 
 @contextmanager
 def watched_ground(
-    wrap: Callable[[DistantRobot], DistantRobot] = lambda robot: robot, sight: CameraSetup = SIGHT, **made: Any
+    wrap: Callable[[Robot], Robot] = lambda robot: robot, sight: CameraSetup = SIGHT, **made: Any
 ) -> Iterator[tuple[GameRunner, CameraObserver]]:
     """A playground whose flights are seen by cameras; ``wrap`` comes between the robot and the game."""
     history = SceneHistory(lambda _: np.empty((0, 3)), GAME.rope.length_m, MIDDLE_M)
-    robot = wrap(SceneRecordingRobot(cast(DistantRobot, CartRobot(GAME, **made)), history))
+    robot = wrap(SceneRecordingRobot(cast(Robot, CartRobot(GAME, **made)), history))
     robot.reset(np.zeros(1), 0)
     court = make_catch_geometry(MIDDLE_M, DIRECTION, GAME, TRANSFER.catch, rope_scale=1.0, period_s=robot.period_s)
     with open_observer(

@@ -14,7 +14,7 @@ import pytest
 from kendama_cli.artifacts.policy import Policy
 from kendama_cli.config.compose import composed
 from kendama_cli.config.site import find_site
-from kendama_cli.devices.robot.interface import DistantRobot
+from kendama_cli.devices.robot.interface import Robot
 from kendama_cli.devices.robot.simulated import SimulatedRobot
 from kendama_cli.devices.robot.twin import RebuiltRobot
 from kendama_cli.game.game_runner import GameRunner, make_catch_geometry
@@ -43,7 +43,7 @@ def arm_ground(node: dict[str, Any], *, nominal: bool) -> Iterator[GameRunner]:
         control_period_s=hardware.control_period_s,
     )
     history = SceneHistory(functools.partial(joint_places, arm), game.rope.length_m, line.home_m)
-    robot = SceneRecordingRobot(cast(DistantRobot, RebuiltRobot(build)), history)
+    robot = SceneRecordingRobot(cast(Robot, RebuiltRobot(build)), history)
     history.rope_m = measured_rope_m(robot, line.home_rad, game, 5)
     along = np.array([1.0, 0.0, 0.0])
     scale = history.rope_m / game.rope.length_m

@@ -12,7 +12,7 @@ import pytest
 
 from kendama_cli.artifacts.policy import Policy
 from kendama_cli.devices.camera.interface import Camera, Frame, StaleFrame
-from kendama_cli.devices.robot.interface import DistantRobot, Exchange, JointCommand
+from kendama_cli.devices.robot.interface import Exchange, JointCommand, Robot
 from kendama_cli.errors import ConfigError
 from kendama_cli.game.camera_observer import CameraObserver
 from kendama_cli.game.catch_game import Game
@@ -94,7 +94,7 @@ def test_a_game_repeats_bit_for_bit_whatever_was_played_before(
 class Misleading:
     """A robot whose markers of ball and cup jump about at random from ``after_s`` on."""
 
-    def __init__(self, robot: DistantRobot) -> None:
+    def __init__(self, robot: Robot) -> None:
         self._robot, self._rng = robot, np.random.default_rng(1)
         self.joint_names, self.limits, self.period_s = robot.joint_names, robot.limits, robot.period_s
         self.missed = 0
@@ -123,7 +123,7 @@ class Misleading:
 def test_in_flight_no_marker_counts_and_the_true_scene_is_out_of_reach(policy: Policy, games: list[Game]) -> None:
     robots: list[Misleading] = []
 
-    def wrap(robot: DistantRobot) -> DistantRobot:
+    def wrap(robot: Robot) -> Robot:
         robots.append(Misleading(robot))
         return robots[0]
 

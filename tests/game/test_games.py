@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Any, cast
 
 import numpy as np
 import pytest
-import yaml
 
 from kendama_cli.artifacts.policy import Policy
 from kendama_cli.devices.robot.remote import UdpRobot
@@ -25,12 +23,11 @@ from kendama_cli.settings.game import GameSettings
 from kendama_cli.vision.catch_pose import CatchPoseEstimator
 from tests.game.cart_robot import DIRECTION, MIDDLE_M, CartRobot, Straight
 from tests.learning.settings_files import learn_settings
-
-CONF = Path(__file__).resolve().parents[2] / "conf"
+from tests.shipped_conf import plain
 
 
 def configured(schema: Any, group: str, name: str) -> Any:
-    return build(schema, yaml.safe_load((CONF / group / f"{name}.yaml").read_text()), group)
+    return build(schema, plain(group, name), group)
 
 
 GAME: GameSettings = configured(GameSettings, "game", "kendama")

@@ -15,7 +15,8 @@ from kendama_cli.stages.predict.stage import Predict
 from kendama_cli.vision.settings import MotionSettings
 from tests.devices.camera.test_recorded_and_live import images
 from tests.memory_context import MemoryContext
-from tests.vision.scenes import game, lighting, plain, predict, virtual
+from tests.shipped_conf import plain
+from tests.vision.scenes import game, lighting, predict, virtual
 
 
 def stage(light="bright", camera=None, **changes):

@@ -11,7 +11,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-import yaml
 
 from kendama_cli.artifacts.motion_plan import CatchMotion, JointTrajectory, MotionPlan
 from kendama_cli.artifacts.policy import Policy
@@ -36,12 +35,13 @@ from kendama_cli.store.codecs import save_artifact
 from kendama_cli.vision.settings import PredictSettings
 from tests.learning.settings_files import learn_settings
 from tests.memory_context import MemoryContext
+from tests.shipped_conf import plain
 
 ROOT = Path(__file__).resolve().parents[2]
 
 
 def configured(schema: Any, group: str, name: str) -> Any:
-    document = yaml.safe_load((ROOT / "conf" / group / f"{name}.yaml").read_text())
+    document = plain(group, name)
     if group == "robot":
         document["path"] = str(ROOT / document["path"])
     return build_value(schema, document, group)

@@ -1,22 +1,15 @@
 """Settings as shipped, and cameras to look through."""
 
-from pathlib import Path
-
 import numpy as np
-import yaml
 
 from kendama_cli.devices.camera.calibration import camera_model
 from kendama_cli.schema.settings import build
 from kendama_cli.settings.camera import LightingSettings, VirtualCamera
 from kendama_cli.settings.game import GameSettings
 from kendama_cli.vision.camera_model import CameraModel, looking_at
+from kendama_cli.vision.interface import Detector, SearchHint, Sighting
 from kendama_cli.vision.settings import PredictSettings
-
-CONF = Path(__file__).parents[2] / "conf"
-
-
-def plain(group: str, name: str):
-    return yaml.safe_load((CONF / group / f"{name}.yaml").read_text())
+from tests.shipped_conf import plain
 
 
 def virtual() -> VirtualCamera:
@@ -33,6 +26,12 @@ def game() -> GameSettings:
 
 def predict() -> PredictSettings:
     return build(PredictSettings, plain("predict", "flights"), "predict")
+
+
+def first_found(detector: Detector, pixels, origin_px=(0, 0), expected_px=None) -> Sighting | None:
+    """The most likely candidate, near ``expected_px`` where that is given."""
+    hint = None if expected_px is None else SearchHint(np.asarray(expected_px), 14.0)
+    return next(detector.candidates(pixels, origin_px, hint), None)
 
 
 def shipped_models() -> list[CameraModel]:

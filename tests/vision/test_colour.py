@@ -5,9 +5,9 @@ import numpy as np
 import pytest
 
 from kendama_cli.vision.colour import HsvThresholds, LearnedColour, learn_colour, learn_from_clicks
-from kendama_cli.vision.detector import BallDetector
-from tests.vision.scenes import predict
-from tests.vision.test_detector import CUP, Studio
+from kendama_cli.vision.colour_detector import ColourDetector
+from tests.vision.scenes import first_found, predict
+from tests.vision.test_colour_detector import CUP, Studio
 
 
 @pytest.fixture(scope="module")
@@ -21,12 +21,12 @@ def learned():
 
 @pytest.mark.parametrize("light", ["bright", "dim", "side"])
 def test_three_clicks_in_bright_light_find_the_ball_in_every_light(learned, light):
-    studio, detector = Studio(light, seed=4, cup=CUP), BallDetector(predict().detector, learned)
+    studio, detector = Studio(light, seed=4, cup=CUP), ColourDetector(predict().detector, learned)
     for ball in ([0.0, 0.0, 0.35], [0.25, 0.0, 0.2], [-0.15, 0.0, 0.4]):
-        seen = detector.find(studio.shoot(ball).pixels)
+        seen = first_found(detector, studio.shoot(ball).pixels)
         assert np.abs(seen.centre_px - studio.true_centre()).max() < 0.3
     studio.ball = np.array([5.0, 0.0, 0.3])
-    assert detector.find(studio.shoot([5.0, 0.0, 0.3]).pixels) is None
+    assert first_found(detector, studio.shoot([5.0, 0.0, 0.3]).pixels) is None
 
 
 def test_a_ball_of_any_colour_is_learned():

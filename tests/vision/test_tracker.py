@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from kendama_cli.vision.catch_pose import CatchPoseEstimator
-from kendama_cli.vision.detector import BallDetector, Sighting
+from kendama_cli.vision.colour_detector import ColourDetector
+from kendama_cli.vision.interface import Sighting
 from kendama_cli.vision.onset import FreeFlightOnset
 from kendama_cli.vision.region import Region, whole
 from kendama_cli.vision.release import draw_release
@@ -17,7 +18,7 @@ CAMERAS = stereo()
 BLACK = np.zeros((40, 40, 3), dtype=np.uint8)
 
 
-class Script(BallDetector):
+class Script(ColourDetector):
     """A detector that says what it is told to."""
 
     def __init__(self):

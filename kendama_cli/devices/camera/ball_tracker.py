@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from kendama_cli.devices.camera.colour_file import ball_detector
 from kendama_cli.settings.game import GameSettings
 from kendama_cli.vision.camera_model import CameraModel
 from kendama_cli.vision.catch_pose import CatchPoseEstimator
 from kendama_cli.vision.free_flight import leaning_gravity
+from kendama_cli.vision.make_detector import make_detector
 from kendama_cli.vision.onset import FreeFlightOnset
 from kendama_cli.vision.settings import PredictSettings
 from kendama_cli.vision.tracker import BallTracker
@@ -25,4 +25,4 @@ def ball_tracker(
     drag_per_s = game.ball.drag_n_s_m / game.ball.mass_kg
     estimator = CatchPoseEstimator(gravity_m_s2, drag_per_s, rim_height_m, motion=settings.motion)
     test = FreeFlightOnset(settings.onset, estimator.flight) if onset else None
-    return BallTracker(models, ball_detector(settings.detector), estimator, test)
+    return BallTracker(models, make_detector(settings.detector), estimator, test)

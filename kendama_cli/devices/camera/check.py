@@ -3,23 +3,21 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from kendama_cli.devices.camera.colour_file import ball_detector
-from kendama_cli.devices.camera.device import DeviceCameraBlock
-from kendama_cli.devices.camera.file import FileCameraBlock
-from kendama_cli.devices.camera.interface import Camera, StaleFrame
-from kendama_cli.devices.camera.opening import SceneSource, open_cameras
+from kendama_cli.devices.camera.interface import Camera, SceneSource, StaleFrame
+from kendama_cli.devices.camera.opening import open_cameras
 from kendama_cli.devices.camera.staged_flight import StagedFlight
 from kendama_cli.rendering.scene import ScenePose
 from kendama_cli.settings.camera import CameraSettings, LightingSettings, VirtualCamera
 from kendama_cli.settings.game import GameSettings
-from kendama_cli.vision.detector import BallDetector, Sighting
+from kendama_cli.vision.interface import Detector, Sighting
+from kendama_cli.vision.make_detector import make_detector
 from kendama_cli.vision.release import draw_release
 from kendama_cli.vision.settings import PredictSettings
 
@@ -55,10 +53,10 @@ def check_cameras(
 
     Raises what opening the cameras raises, and StaleFrame where a live one gives nothing.
     """
-    now, flights = _Clock(live=camera.kind == "device"), _Flights(game, predict, np.random.default_rng([seed, 1]))
+    now, flights = _Clock(live=camera.source == "live"), _Flights(game, predict, np.random.default_rng([seed, 1]))
     rngs = [np.random.default_rng([seed, 2, number]) for number in range(len(camera.cameras))]
     opened = open_cameras(camera, now, SceneSource(flights.scene, game, lighting, rngs))
-    detector, watched = ball_detector(predict.detector), {one.model.name: Watched() for one in opened}
+    detector, watched = make_detector(predict.detector), {one.model.name: Watched() for one in opened}
     try:
         for _ in _moments(opened, now, seconds, camera if isinstance(camera, VirtualCamera) else None):
             for one in opened:
@@ -138,25 +136,25 @@ def _moments(cameras: Sequence[Camera], now: _Clock, seconds: float, virtual: Vi
             now.set_s = number / virtual.rate_hz + wait_s
             yield
     else:
-        while stamps := [one.next_s for one in cameras if isinstance(one, FileCameraBlock) and one.next_s is not None]:
+        while stamps := [one.next_s for one in cameras if one.next_s is not None]:
             if min(stamps) > seconds:
                 return
             now.set_s = max(min(stamps), now.set_s)
             yield
 
 
-def _take(camera: Camera, detector: BallDetector, watched: Watched, now: Callable[[], float]) -> None:
+def _take(camera: Camera, detector: Detector, watched: Watched, now: _Clock) -> None:
     try:
-        frame = camera.latest(max_age_s=SILENCE_S if isinstance(camera, DeviceCameraBlock) else np.inf)
+        frame = camera.latest(max_age_s=SILENCE_S if now.live else np.inf)
     except StaleFrame as error:
-        if np.isinf(error.age_s) and not isinstance(camera, DeviceCameraBlock):
+        if np.isinf(error.age_s) and not now.live:
             return  # this recording begins later than another one
         raise
     if watched.stamps_s and frame.t_s <= watched.stamps_s[-1]:
         return
     age_s, began_s = now() - frame.t_s, time.perf_counter()
-    sighting = detector.find(frame.pixels, frame.origin_px)
-    if isinstance(camera, DeviceCameraBlock):  # a simulated clock knows no delay
+    sighting = next(detector.candidates(frame.pixels, frame.origin_px), None)
+    if now.live:  # a simulated clock knows no delay
         watched.ages_s.append(age_s)
     watched.detect_s.append(time.perf_counter() - began_s)
     watched.doubled += watched.newest is not None and np.array_equal(watched.newest, frame.pixels)

@@ -6,15 +6,15 @@ from pathlib import Path
 
 from kendama_cli.errors import InputError
 from kendama_cli.vision.colour import LearnedColour
-from kendama_cli.vision.detector import BallDetector
-from kendama_cli.vision.settings import DetectorSettings
+from kendama_cli.vision.colour_detector import ColourDetector
+from kendama_cli.vision.settings import ColourDetectorSettings
 
 REMEDY = "learn the colour again, or set predict.detector.colour=null to go by its thresholds"
 
 
-def ball_detector(settings: DetectorSettings) -> BallDetector:
+def colour_detector(settings: ColourDetectorSettings) -> ColourDetector:
     """The detector with the learned colour where ``settings`` name one, else with their thresholds."""
-    return BallDetector(settings, None if settings.colour is None else read_colour(settings.colour))
+    return ColourDetector(settings, None if settings.colour is None else read_colour(settings.colour))
 
 
 def read_colour(path: str) -> LearnedColour:

@@ -4,17 +4,34 @@ from __future__ import annotations
 
 import math
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from kendama_cli.devices.camera.interface import Frame, StaleFrame, too_old
+from kendama_cli.devices.camera.interface import Frame, SceneSource, StaleFrame, WatchedRegion, too_old
+from kendama_cli.devices.camera.settings_check import require_one_each
 from kendama_cli.errors import HardwareError, MissingPartError
 from kendama_cli.settings.camera import DeviceCamera
 from kendama_cli.vision.camera_model import CameraModel
-from kendama_cli.vision.region import Region, whole
+from kendama_cli.vision.region import Region
+
+
+def open_device(
+    settings: DeviceCamera, models: Sequence[CameraModel], clock: Callable[[], float], scene: SceneSource | None
+) -> list[DeviceCameraBlock]:
+    """See OpenCameras; raises ConfigError where there is not one index per camera, MissingPartError for a device."""
+    require_one_each("camera.indices", settings.indices, "an OpenCV device index", len(models))
+    opened: list[DeviceCameraBlock] = []
+    try:
+        for model, index in zip(models, settings.indices, strict=True):
+            opened.append(DeviceCameraBlock(model, index, settings, clock=clock))
+    except BaseException:
+        for camera in opened:
+            camera.close()
+        raise
+    return opened
 
 
 class DeviceCameraBlock:
@@ -35,7 +52,7 @@ class DeviceCameraBlock:
     ) -> None:
         self.model = model
         self._clock, self._latency_s = clock, settings.latency_s
-        self._region = whole(model.width_px, model.height_px)
+        self._watched = WatchedRegion(model)
         self._capture = open_device(index)
         if not self._capture.isOpened():
             self._capture.release()
@@ -53,10 +70,12 @@ class DeviceCameraBlock:
         self._thread = threading.Thread(target=self._grab, name=f"camera-{model.name}", daemon=True)
         self._thread.start()
 
+    @property
+    def next_s(self) -> None:
+        """Nobody knows."""
+
     def watch(self, region: Region | None) -> None:
-        image = whole(self.model.width_px, self.model.height_px)
-        part = image if region is None else region.within(image)
-        self._region = image if part.empty else part
+        self._watched.watch(region)
 
     def latest(self, *, max_age_s: float) -> Frame:
         self._arrived.wait(timeout=max_age_s)
@@ -86,8 +105,7 @@ class DeviceCameraBlock:
                     "connect it anew",
                 )
             raise too_old(self.model.name, age, max_age_s)
-        r = self._region
-        return Frame(t_s, pixels[r.top : r.bottom, r.left : r.right], (r.left, r.top))
+        return self._watched.frame(t_s, pixels)
 
     def restart(self) -> None:
         """Time goes on."""

@@ -4,21 +4,34 @@ from __future__ import annotations
 
 import csv
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from kendama_cli.devices.camera.interface import Frame, StaleFrame, too_old
+from kendama_cli.devices.camera.interface import Frame, SceneSource, StaleFrame, WatchedRegion, too_old
+from kendama_cli.devices.camera.settings_check import require_one_each
 from kendama_cli.errors import InputError
+from kendama_cli.settings.camera import FileCamera
 from kendama_cli.vision.camera_model import CameraModel
-from kendama_cli.vision.region import Region, whole
+from kendama_cli.vision.region import Region
 
 COLUMNS = ("file", "t_s")
 ESTIMATED = 2
 """Frames, and two in a hundred, by which a whole video may fall short of what its head announces."""
+
+
+def open_file(
+    settings: FileCamera, models: Sequence[CameraModel], clock: Callable[[], float], scene: SceneSource | None
+) -> list[FileCameraBlock]:
+    """See OpenCameras; raises ConfigError where there is not one path per camera, InputError for a file."""
+    require_one_each("camera.paths", settings.paths, "a video, or the times.csv of an image folder", len(models))
+    return [
+        FileCameraBlock(model, path, clock=clock, rate_hz=settings.rate_hz)
+        for model, path in zip(models, settings.paths, strict=True)
+    ]
 
 
 class FileCameraBlock:
@@ -32,7 +45,7 @@ class FileCameraBlock:
         self, model: CameraModel, path: str, *, clock: Callable[[], float], rate_hz: float | None = None
     ) -> None:
         self.model = model
-        self._path, self._clock, self._region = path, clock, whole(model.width_px, model.height_px)
+        self._path, self._clock, self._watched = path, clock, WatchedRegion(model)
         self._source: _Images | _Video = _Images(path) if path.endswith(".csv") else _Video(path, rate_hz)
         self._shown: tuple[float, NDArray[np.uint8]] | None = None
         self._next = self._advance()
@@ -45,9 +58,7 @@ class FileCameraBlock:
         return None if self._next is None else self._next[0]
 
     def watch(self, region: Region | None) -> None:
-        image = whole(self.model.width_px, self.model.height_px)
-        part = image if region is None else region.within(image)
-        self._region = image if part.empty else part
+        self._watched.watch(region)
 
     def latest(self, *, max_age_s: float) -> Frame:
         now = self._clock()
@@ -60,8 +71,7 @@ class FileCameraBlock:
         t_s, pixels = self._shown
         if now - t_s > max_age_s:
             raise too_old(self.model.name, now - t_s, max_age_s)
-        r = self._region
-        return Frame(t_s, pixels[r.top : r.bottom, r.left : r.right], (r.left, r.top))
+        return self._watched.frame(t_s, pixels)
 
     def restart(self) -> None:
         """A recording plays forward only."""

@@ -1,7 +1,8 @@
-"""What every camera offers, virtual, recorded or live."""
+"""What every camera offers, rendered, recorded or live."""
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -9,8 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kendama_cli.errors import HardwareError
+from kendama_cli.rendering.mesh import LinkMesh
+from kendama_cli.rendering.scene import Scene
+from kendama_cli.settings.camera import CameraSettings, LightingSettings
+from kendama_cli.settings.game import GameSettings
 from kendama_cli.vision.camera_model import CameraModel
-from kendama_cli.vision.region import Region
+from kendama_cli.vision.region import Region, whole
 
 
 class StaleFrame(HardwareError):  # noqa: N818 - the name that callers know from the interface
@@ -42,6 +47,10 @@ class Camera(Protocol):
 
     model: CameraModel
 
+    @property
+    def next_s(self) -> float | None:
+        """When the next frame comes, on the camera's clock; None where none comes, or nobody knows (live cameras)."""
+
     def latest(self, *, max_age_s: float) -> Frame:
         """The newest frame; raises StaleFrame where it is older than ``max_age_s``, or where there is none."""
 
@@ -53,6 +62,51 @@ class Camera(Protocol):
 
     def close(self) -> None:
         """Let go of the device or file; idempotent."""
+
+
+@dataclass(frozen=True)
+class SceneSource:
+    """What rendered cameras show: the scene, its light, a noise stream per camera, and the meshes of its links."""
+
+    scene: Scene
+    game: GameSettings
+    lighting: LightingSettings
+    rngs: Sequence[np.random.Generator]
+    links: Sequence[LinkMesh] = ()
+
+
+class OpenCameras(Protocol):
+    """What a variant's ``makes`` names."""
+
+    def __call__(
+        self,
+        settings: CameraSettings,
+        models: Sequence[CameraModel],
+        clock: Callable[[], float],
+        scene: SceneSource | None,
+    ) -> Sequence[Camera]:
+        """One camera per model, in order, their frames stamped by ``clock`` [s]; ``scene`` is for rendered ones.
+
+        Raises ConfigError, InputError or MissingPartError, and then holds nothing open.
+        """
+
+
+class WatchedRegion:
+    """The part of a whole image that a camera is asked for."""
+
+    def __init__(self, model: CameraModel) -> None:
+        self._image = whole(model.width_px, model.height_px)
+        self._region = self._image
+
+    def watch(self, region: Region | None) -> None:
+        """From now on ``region``, as far as it lies in the image (None, or nothing of it: the whole image)."""
+        part = self._image if region is None else region.within(self._image)
+        self._region = self._image if part.empty else part
+
+    def frame(self, t_s: float, pixels: NDArray[np.uint8]) -> Frame:
+        """The watched part of the whole image ``pixels`` (h, w, 3)."""
+        r = self._region
+        return Frame(t_s, pixels[r.top : r.bottom, r.left : r.right], (r.left, r.top))
 
 
 def too_old(camera: str, age_s: float, max_age_s: float) -> StaleFrame:

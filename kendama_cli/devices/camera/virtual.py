@@ -7,7 +7,8 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from kendama_cli.devices.camera.interface import Frame, StaleFrame, too_old
+from kendama_cli.devices.camera.interface import Frame, SceneSource, StaleFrame, too_old
+from kendama_cli.errors import ConfigError
 from kendama_cli.rendering import kernel_light
 from kendama_cli.rendering.mesh import LinkMesh
 from kendama_cli.rendering.moving import Watcher
@@ -25,10 +26,32 @@ FRAME_STEP = 0xD1342543DE82EF95
 """Odd, so that no two frames of one camera share a key for their noise."""
 
 
+def open_virtual(
+    settings: VirtualCamera, models: Sequence[CameraModel], clock: Callable[[], float], scene: SceneSource | None
+) -> list[VirtualCameraBlock]:
+    """See OpenCameras; raises ConfigError where there is no ``scene``."""
+    if scene is None:
+        raise ConfigError("camera.kind", "'camera.kind' is 'virtual', which shows a simulated scene only")
+    return [
+        VirtualCameraBlock(
+            model,
+            settings,
+            scene.game,
+            scene.lighting,
+            scene=scene.scene,
+            clock=clock,
+            rng=rng,
+            offset_s=number * settings.stagger_s,
+            links=scene.links,
+        )
+        for number, (model, rng) in enumerate(zip(models, scene.rngs, strict=True))
+    ]
+
+
 class VirtualCameraBlock:
     """A camera that exposes every 1/rate seconds of ``clock`` from time zero on (plus ``offset_s``).
 
-    It is told the scene's poses and the sizes of ball and cup, and nothing of how they move.
+    It knows the scene's poses and the sizes of ball and cup, and nothing of how they move.
     """
 
     def __init__(
@@ -65,10 +88,20 @@ class VirtualCameraBlock:
     def watch(self, region: Region | None) -> None:
         self._region = region
 
+    @property
+    def next_s(self) -> float:
+        """When the exposure that is going on will have ended."""
+        index = self._newest_index() + 1
+        return max(index, 0) / self._settings.rate_hz + self._offset_s + self._busy_s / 2
+
+    def _newest_index(self) -> int:
+        period = 1 / self._settings.rate_hz
+        return math.floor((self._clock() - self._busy_s / 2 - self._offset_s) / period + 1e-9)
+
     def latest(self, *, max_age_s: float) -> Frame:
-        period, half = 1 / self._settings.rate_hz, self._busy_s / 2
+        period = 1 / self._settings.rate_hz
         now = self._clock()
-        index = math.floor((now - half - self._offset_s) / period + 1e-9)
+        index = self._newest_index()
         if index < 0:
             raise StaleFrame(self.model.name, math.inf, f"camera '{self.model.name}': no frame yet at {now:.3f} s")
         t_s = index * period + self._offset_s

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from kendama_cli.devices.controller.impedance import impedance_of
+from kendama_cli.devices.controller.settings import ForceControl
 from kendama_cli.motion.impedance import JointTorque, TaskReference, TaskState
-from kendama_cli.motion.task_settings import ForceControl
 from kendama_cli.schema.arrays import Array
 
 FELT_SHARE = 0.1

@@ -6,12 +6,12 @@ import dataclasses
 
 import numpy as np
 
+from kendama_cli.devices.controller.settings import ImpedanceControl, TaskSpaceGains
 from kendama_cli.motion.impedance import Impedance, JointTorque, TaskReference, TaskState
-from kendama_cli.motion.task_settings import ControllerSettings
 from kendama_cli.schema.arrays import Array
 
 
-def impedance_of(settings: ControllerSettings, reach_m: float) -> Impedance:
+def impedance_of(settings: TaskSpaceGains, reach_m: float) -> Impedance:
     """The law with the gains of ``settings``."""
     stiffness = np.array([*settings.stiffness_n_m, *[settings.stiffness_nm_rad] * 3])
     return Impedance(stiffness, settings.damping_ratio, settings.posture_1_s2, reach_m, settings.spin == "free")
@@ -20,7 +20,7 @@ def impedance_of(settings: ControllerSettings, reach_m: float) -> Impedance:
 class ImpedanceController:
     """The force on what is touched is the wanted one plus stiffness times the distance to the reference."""
 
-    def __init__(self, settings: ControllerSettings) -> None:
+    def __init__(self, settings: ImpedanceControl) -> None:
         self._impedance = impedance_of(settings, reach_m=0.0)
 
     def reset(self, posture_rad: Array) -> None:

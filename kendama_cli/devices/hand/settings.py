@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal
+from typing import Annotated, Literal, Protocol
 
 from kendama_cli.errors import ConfigError
+from kendama_cli.schema.registry import Registry
 from kendama_cli.schema.settings import setting
 
 Column = int | str | None
+HANDS = Registry("kendama.hands", "hand")
 
 
 @dataclass(frozen=True)
@@ -108,4 +110,13 @@ class HapticCapture:
     swings: int = setting("number of demonstrations to record", at_least=1)
 
 
-CaptureSettings = FileCapture | MocapCapture | HapticCapture
+class CaptureSettingsNode(Protocol):
+    """What the settings of every hand have beside fields of their own."""
+
+    @property
+    def kind(self) -> str:
+        """The name under which the hand is registered."""
+
+
+CaptureSettings = Annotated[CaptureSettingsNode, HANDS]
+"""The node ``capture``: settings of any registered hand."""

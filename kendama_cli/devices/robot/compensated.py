@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 
 from kendama_cli.artifacts.friction_model import FrictionModel
-from kendama_cli.devices.robot.interface import DistantRobot, Exchange, JointCommand
+from kendama_cli.devices.robot.interface import Exchange, JointCommand, Robot
 from kendama_cli.errors import StageError
 from kendama_cli.learning.friction_choice import friction_torque
 from kendama_cli.schema.arrays import Array
@@ -18,7 +18,7 @@ class CompensatedRobot:
     the joint does. Raises StageError where the model is for other joints.
     """
 
-    def __init__(self, robot: DistantRobot, friction: FrictionModel) -> None:
+    def __init__(self, robot: Robot, friction: FrictionModel) -> None:
         if friction.joint_names != robot.joint_names:
             raise StageError(
                 f"the friction model is for the joints {', '.join(friction.joint_names)}; this robot has "
@@ -29,6 +29,7 @@ class CompensatedRobot:
         self.joint_names = robot.joint_names
         self.limits = robot.limits
         self.period_s = robot.period_s
+        self.realtime = robot.realtime
 
     @property
     def missed(self) -> int:
@@ -53,6 +54,6 @@ class CompensatedRobot:
         self._robot.close()
 
 
-def compensated(robot: DistantRobot, friction: FrictionModel | None) -> DistantRobot:
+def compensated(robot: Robot, friction: FrictionModel | None) -> Robot:
     """``robot``, compensated where there is a model."""
     return robot if friction is None else CompensatedRobot(robot, friction)

@@ -96,11 +96,19 @@ class Exchange:
 
 
 class Robot(Protocol):
-    """An arm that holds the cup; one call of ``exchange`` is one control period."""
+    """An arm that holds the cup; one call of ``exchange`` is one control period.
+
+    ``realtime``: its time goes on by itself, and a command that is late is missed; otherwise it waits.
+    """
 
     joint_names: tuple[str, ...]
     limits: JointLimits
     period_s: float
+    realtime: bool
+
+    @property
+    def missed(self) -> int:
+        """The control periods so far in which no command had come in time."""
 
     def exchange(self, command: JointCommand) -> Exchange:
         """Carry out one control period; raises HardwareError when the line or the robot has failed."""
@@ -116,11 +124,3 @@ class Robot(Protocol):
 
     def close(self) -> None:
         """Halt and let go of the device."""
-
-
-class DistantRobot(Robot, Protocol):
-    """A robot behind a line."""
-
-    @property
-    def missed(self) -> int:
-        """The periods so far in which no command had come in time."""

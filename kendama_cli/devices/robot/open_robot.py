@@ -2,116 +2,28 @@
 
 from __future__ import annotations
 
-import json
-import subprocess
-import sys
-import tempfile
-import threading
 from collections.abc import Iterator
-from contextlib import contextmanager, suppress
-from typing import IO
+from contextlib import contextmanager
 
-from kendama_cli.devices.robot.remote import UdpRobot
-from kendama_cli.devices.robot.twin_process import settings_document
-from kendama_cli.errors import HardwareError
+from kendama_cli.devices.robot.interface import Robot
+from kendama_cli.errors import ConfigError
 from kendama_cli.settings.game import GameSettings
-from kendama_cli.settings.hardware import HardwareSettings, TwinHardware
+from kendama_cli.settings.hardware import ROBOTS, HardwareSettings
 from kendama_cli.settings.robot import RobotSettings
 
-_START_S = 60.0
-"""A twin that has not opened its line by then never will."""
-_END_S = 5.0
-
 
 @contextmanager
-def open_robot(hardware: HardwareSettings, robot: RobotSettings, game: GameSettings) -> Iterator[UdpRobot]:
-    """The robot behind UDP: a twin process of our own, or whatever already runs at the configured address.
+def open_robot(hardware: HardwareSettings, robot: RobotSettings, game: GameSettings) -> Iterator[Robot]:
+    """The robot of the kind that ``hardware`` chooses, closed in the end.
 
-    Raises HardwareError where it does not come up. That a robot which may be real is armed has been seen to before
-    a stage begins (``kendama run --arm``, asked for by the settings' ``moves``).
+    That a robot which may be real is armed has been checked before a stage begins (``kendama run --arm``, asked for by
+    the settings' ``moves``). Raises ConfigError where the settings do not declare it, and what opening raises.
     """
-    if isinstance(hardware, TwinHardware):
-        with _twin_process(hardware, robot, game) as process:
-            host, port = process.address
-            client = UdpRobot(host, port, silence_s=hardware.silence_s, exit_reason=process.exit_reason)
-            try:
-                yield client
-            finally:
-                client.close()
-        return
-    client = UdpRobot(hardware.host, hardware.port, silence_s=hardware.silence_s)
-    try:
-        yield client
-    finally:
-        client.close()
-
-
-class _Twin:
-    """A running twin process."""
-
-    def __init__(self, process: subprocess.Popen[bytes], complaints: IO[bytes]) -> None:
-        self.address = ("", 0)
-        self._process = process
-        self._complaints = complaints
-
-    def start(self, document: str) -> None:
-        """Hand over the settings and learn the address; raises HardwareError where no address comes."""
-        process = self._process
-        assert process.stdin is not None
-        assert process.stdout is not None
-        give_up = threading.Timer(_START_S, process.kill)
-        give_up.start()
-        try:
-            process.stdin.write(document.encode() + b"\n")
-            process.stdin.flush()
-            line = process.stdout.readline()
-        except BrokenPipeError:
-            line = b""
-        finally:
-            give_up.cancel()
-        if not line:
-            raise HardwareError(f"the twin did not start: {self.exit_reason() or 'it closed its output'}")
-        ready = json.loads(line)
-        self.address = (ready["host"], ready["port"])
-
-    def end(self) -> None:
-        """Close its input, by which it ends; kill it where it does not."""
-        process = self._process
-        for pipe in (process.stdin, process.stdout):
-            if pipe is not None:
-                with suppress(BrokenPipeError):
-                    pipe.close()
-        try:
-            process.wait(_END_S)
-        except subprocess.TimeoutExpired:
-            process.kill()
-            process.wait()
-
-    def exit_reason(self) -> str | None:
-        """How the process ended, or None while it lives."""
-        try:
-            code = self._process.wait(timeout=0.05)
-        except subprocess.TimeoutExpired:
-            return None
-        how = f"was killed by signal {-code}" if code < 0 else f"ended with exit code {code}"
-        self._complaints.seek(0)
-        said = self._complaints.read()[-2000:].decode(errors="replace").strip().splitlines()
-        return f"the twin's process {how}" + (f": {said[-1]}" if said else "")
-
-
-@contextmanager
-def _twin_process(hardware: TwinHardware, robot: RobotSettings, game: GameSettings) -> Iterator[_Twin]:
-    with tempfile.TemporaryFile() as complaints:
-        process = subprocess.Popen(
-            [sys.executable, "-P", "-m", "kendama_cli.devices.robot.twin_process"],
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            stderr=complaints,
-            start_new_session=True,  # Ctrl-C is ours to handle; the twin ends when its input closes
+    if not isinstance(getattr(type(hardware), "moves", None), bool):
+        raise ConfigError(
+            "hardware.kind",
+            f"the settings of robot '{hardware.kind}' do not say whether it moves a real arm; "
+            f"declare 'moves: ClassVar[bool]' in {type(hardware).__name__}: True needs --arm",
         )
-        twin = _Twin(process, complaints)
-        try:
-            twin.start(settings_document(robot, game, hardware))
-            yield twin
-        finally:
-            twin.end()
+    with ROBOTS.maker(hardware.kind)(hardware, robot, game) as opened:
+        yield opened

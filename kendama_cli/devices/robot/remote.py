@@ -5,19 +5,29 @@ from __future__ import annotations
 import secrets
 import socket
 import time
-from collections.abc import Callable
-from contextlib import suppress
+from collections.abc import Callable, Iterator
+from contextlib import closing, contextmanager, suppress
 
 from kendama_cli.devices.robot import protocol
 from kendama_cli.devices.robot.interface import Exchange, JointCommand
 from kendama_cli.devices.robot.protocol import Datagram, DatagramError, Kind, Report
 from kendama_cli.errors import HardwareError
 from kendama_cli.schema.arrays import Array
+from kendama_cli.settings.game import GameSettings
+from kendama_cli.settings.hardware import UdpHardware
+from kendama_cli.settings.robot import RobotSettings
 
 _GLANCE_S = 0.25
 """How often a waiting commander looks whether the other process still lives."""
 _PERIODS_TO_WAIT = 3
 """In real time, an answer that is later than this many periods counts as lost, and the next command goes out."""
+
+
+@contextmanager
+def open_udp(hardware: UdpHardware, robot: RobotSettings, game: GameSettings) -> Iterator[UdpRobot]:
+    """Whatever robot listens at the configured address; raises HardwareError where none answers."""
+    with closing(UdpRobot(hardware.host, hardware.port, silence_s=hardware.silence_s)) as client:
+        yield client
 
 
 class UdpRobot:

@@ -44,6 +44,8 @@ class SimulatedRobot:
         self._steps = max(1, round(control_period_s / STEP_S))
         self.period_s = self._steps * STEP_S
         self._imperfection = imperfection
+        self.realtime = False
+        self.missed = 0
         self._halted = False
         self.reset(arm.home_rad, 0)
 

@@ -33,6 +33,8 @@ class RebuiltRobot:
         self.joint_names = self._robot.joint_names
         self.limits = self._robot.limits
         self.period_s = self._robot.period_s
+        self.realtime = False
+        self.missed = 0
         self._halted = False
 
     def exchange(self, command: JointCommand) -> Exchange:

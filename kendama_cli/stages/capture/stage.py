@@ -9,8 +9,8 @@ import numpy as np
 
 from kendama_cli.artifacts.demonstration import Demonstration, DemonstrationSet
 from kendama_cli.devices.hand.interface import HandDevice
+from kendama_cli.devices.hand.open_hands import open_hands
 from kendama_cli.devices.hand.settings import CaptureSettings
-from kendama_cli.devices.hand.variants import open_hands
 from kendama_cli.stages.interface import Made, StageContext
 
 

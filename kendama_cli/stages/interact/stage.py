@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from kendama_cli.artifacts.interaction import InteractionResult
-from kendama_cli.devices.controller.variants import make_controller
+from kendama_cli.devices.controller.open_controller import make_controller
 from kendama_cli.errors import SimulationError
 from kendama_cli.motion.impedance import TaskReference
 from kendama_cli.motion.rotation_matrix import quaternion_of

@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 from kendama_cli.artifacts.catch_pose import CatchPose
 from kendama_cli.artifacts.prediction import PredictionStudy
 from kendama_cli.devices.camera.ball_tracker import ball_tracker
-from kendama_cli.devices.camera.interface import Camera
-from kendama_cli.devices.camera.opening import Look, SceneSource, look, open_cameras
+from kendama_cli.devices.camera.interface import Camera, SceneSource
+from kendama_cli.devices.camera.opening import Look, look, open_cameras
 from kendama_cli.devices.camera.staged_flight import StagedFlight
 from kendama_cli.errors import ConfigError
 from kendama_cli.rendering.scene import ScenePose

@@ -31,7 +31,7 @@ from kendama_cli.learning.verification import verify_policy
 from kendama_cli.schema.arrays import Array
 from kendama_cli.settings.camera import CameraSettings, LightingSettings
 from kendama_cli.settings.game import GameSettings
-from kendama_cli.settings.hardware import HardwareSettings, TwinHardware
+from kendama_cli.settings.hardware import HardwareSettings
 from kendama_cli.settings.placement import placed
 from kendama_cli.settings.robot import RobotSettings
 from kendama_cli.simulation.dart.arm import Arm
@@ -79,8 +79,7 @@ class Transfer:
         robot fails: the finished rollouts are kept, and the next run goes on from them.
         """
         settings = self._settings
-        realtime = isinstance(self._hardware, TwinHardware) and self._hardware.realtime
-        check_cameras(self._sight, settings.observation, realtime=realtime)
+        check_cameras(self._sight, settings.observation, realtime=False)  # the robot itself says so once it is open
         policy: Policy = load_policy(settings.policy) if settings.policy else given["learn"]
         verify_policy(policy, self._learn, settings.policy or "the stage 'learn'")
         progress = Progress.resumed(ctx.restore(), policy, self._learn, settings, ctx.rng("transfer"))

@@ -5,11 +5,11 @@ import dataclasses
 import numpy as np
 import pytest
 
-from kendama_cli.devices.camera.colour_file import ball_detector, read_colour
+from kendama_cli.devices.camera.colour_file import colour_detector, read_colour
 from kendama_cli.errors import InputError
 from kendama_cli.vision.colour import learn_from_clicks
-from tests.vision.scenes import predict
-from tests.vision.test_detector import Studio
+from tests.vision.scenes import first_found, predict
+from tests.vision.test_colour_detector import Studio
 
 
 def test_a_detector_goes_by_the_file_that_its_settings_name(tmp_path):
@@ -18,8 +18,8 @@ def test_a_detector_goes_by_the_file_that_its_settings_name(tmp_path):
     path = tmp_path / "ball.json"
     path.write_text(learn_from_clicks([pixels], [studio.true_centre()], 7.0).to_json())
     blind = dataclasses.replace(predict().detector, colour=str(path), hue_low=60, hue_high=80)  # thresholds of green
-    assert np.abs(ball_detector(blind).find(pixels).centre_px - studio.true_centre()).max() < 0.3
-    assert ball_detector(dataclasses.replace(blind, colour=None)).find(pixels) is None
+    assert np.abs(first_found(colour_detector(blind), pixels).centre_px - studio.true_centre()).max() < 0.3
+    assert first_found(colour_detector(dataclasses.replace(blind, colour=None)), pixels) is None
 
 
 @pytest.mark.parametrize("content", [b"no json", b"{}", b"\xff\xfe"])

@@ -20,7 +20,7 @@ from kendama_cli.devices.controller.conformance import (
 from kendama_cli.devices.controller.force import ForceController
 from kendama_cli.devices.controller.impedance import ImpedanceController
 from kendama_cli.devices.controller.interface import TaskController
-from kendama_cli.devices.controller.variants import make_controller
+from kendama_cli.devices.controller.open_controller import make_controller
 from kendama_cli.motion.impedance import JointTorque, TaskReference, TaskState
 from kendama_cli.schema.arrays import Array
 from tests.devices.controller.shipped import controller

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 import yaml
 
+from kendama_cli.devices.hand.open_hands import open_hands
 from kendama_cli.devices.hand.settings import HapticCapture, MocapCapture
-from kendama_cli.devices.hand.variants import open_hands
 from kendama_cli.errors import MissingPartError
 from kendama_cli.schema.settings import build
 from tests.devices.hand.files import CONF, csv_lines, file_settings, write

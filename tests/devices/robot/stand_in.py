@@ -21,6 +21,8 @@ class ObedientRobot:
 
     joint_names = ("shoulder", "elbow")
     period_s = 0.004
+    realtime = False
+    missed = 0
 
     def __init__(self) -> None:
         ones = np.ones(2)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from kendama_cli.devices.controller.conformance import resting_at
-from kendama_cli.devices.controller.variants import make_controller
+from kendama_cli.devices.controller.open_controller import make_controller
 from kendama_cli.errors import ConfigError, SimulationError
 from kendama_cli.motion.impedance import JointTorque, pose_error
 from kendama_cli.motion.rotation_matrix import exp_of

@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import cv2
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from kendama_cli.schema.arrays import Array
-from kendama_cli.vision.colour import ColourModel, HsvThresholds, Image
-from kendama_cli.vision.settings import DetectorSettings
+from kendama_cli.vision.colour import ColourModel, HsvThresholds
+from kendama_cli.vision.interface import Image, SearchHint, Sighting
+from kendama_cli.vision.settings import ColourDetectorSettings
 
 DIRECTIONS = 48
 STEP_PX = 0.5
@@ -20,7 +21,7 @@ CUTOFFS_PX = (1.5, 1.0, 0.6, 0.4)
 MIN_CONTRAST = 12.0
 """Grey levels between ball and surroundings along one direction; below, that direction shows no outline."""
 RIM = 6
-"""Samples at a ray's end that tell the surroundings."""
+"""Samples at a ray's end that show the surroundings."""
 CENTRED_PX = 0.4
 """A circle found from rays that meet so near to its centre is final: what is left is of second order, 0.01 px."""
 ROUNDS = 4
@@ -30,22 +31,12 @@ CANDIDATES = 3
 
 
 @dataclass(frozen=True)
-class Sighting:
-    """The ball's disc in one image: centre (2,) and its covariance (2, 2) [px], radius [px], outline seen (0..1)."""
-
-    centre_px: Array
-    covariance_px2: Array
-    radius_px: float
-    outline: float
-
-
-@dataclass(frozen=True)
 class _Disc:
     centre: Array
     radius: float
 
 
-class BallDetector:
+class ColourDetector:
     """A patch of the ball's colour, then a circle through the sub-pixel outline of it.
 
     The outline is sought on rays from the patch's centre: where the image, projected on the line in colour space from
@@ -54,7 +45,7 @@ class BallDetector:
     sigma^2 (J^T J)^-1 of the circle's fit grows with every ray that is missing.
     """
 
-    def __init__(self, settings: DetectorSettings, colour: ColourModel | None = None) -> None:
+    def __init__(self, settings: ColourDetectorSettings, colour: ColourModel | None = None) -> None:
         self._settings = settings
         self._colour = colour or HsvThresholds(settings)
         angle = 2 * np.pi * np.arange(DIRECTIONS) / DIRECTIONS
@@ -62,20 +53,16 @@ class BallDetector:
         self._every = np.arange(DIRECTIONS)
         self._design = np.column_stack([self._directions, np.ones(DIRECTIONS)])
 
-    def find(
-        self, pixels: Image, origin_px: tuple[int, int] = (0, 0), expected_px: ArrayLike | None = None
-    ) -> Sighting | None:
-        """The ball in ``pixels`` (h, w, 3) blue, green, red, whose corner stands at ``origin_px``; None if not seen.
-
-        Of several things of its colour the nearest to ``expected_px`` (2,) is taken, without it the largest.
-        """
+    def candidates(
+        self, pixels: Image, origin_px: tuple[int, int] = (0, 0), hint: SearchHint | None = None
+    ) -> Iterator[Sighting]:
+        """See Detector: the nearest to ``hint`` first, without it the largest; the score is the part of the outline."""
         corner = np.array(origin_px, dtype=np.float64)
-        near = None if expected_px is None else np.asarray(expected_px, dtype=np.float64) - corner
+        near = None if hint is None else np.asarray(hint.centre_px, dtype=np.float64) - corner
         for disc in self._patches(pixels, near):
             found = self._circle(pixels, disc)
             if found is not None:
-                return Sighting(found.centre_px + corner, found.covariance_px2, found.radius_px, found.outline)
-        return None
+                yield Sighting(found.centre_px + corner, found.covariance_px2, found.radius_px, found.score)
 
     def _patches(self, pixels: Image, near: Array | None) -> Sequence[_Disc]:
         """Discs about the patches of the ball's colour, the most likely first."""

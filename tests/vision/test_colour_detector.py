@@ -5,12 +5,12 @@ import pytest
 
 from kendama_cli.devices.camera.virtual import VirtualCameraBlock
 from kendama_cli.rendering.scene import ScenePose, hanging_rope
-from kendama_cli.vision.detector import BallDetector
+from kendama_cli.vision.colour_detector import ColourDetector
 from kendama_cli.vision.region import Region, around
 from kendama_cli.vision.tracker import sphere_centre
-from tests.vision.scenes import game, lighting, predict, shipped_models, virtual
+from tests.vision.scenes import first_found, game, lighting, predict, shipped_models, virtual
 
-DETECTOR = BallDetector(predict().detector)
+DETECTOR = ColourDetector(predict().detector)
 CUP = np.array([0.0, 0.0, -0.05])
 NOTHING = np.empty((0, 3))
 
@@ -48,7 +48,7 @@ def centre_errors(light, draws, seed):
         velocity = rng.uniform(-1, 1, 3) * [1.5, 0.2, 2.0]
         near = around(model.project(ball)[0] + rng.uniform(-4, 4, 2), 26)
         frame = studio.shoot(ball, velocity, near)
-        seen = DETECTOR.find(frame.pixels, frame.origin_px)
+        seen = first_found(DETECTOR, frame.pixels, frame.origin_px)
         assert seen is not None, f"ball at {ball} not seen in {light}"
         error = sphere_centre(model, seen.centre_px, seen.radius_px) - studio.true_centre()
         errors.append(error)
@@ -68,24 +68,24 @@ def test_centre_of_a_moving_ball_is_found_to_a_fraction_of_a_pixel_in_every_ligh
 def test_a_whole_image_gives_the_ball_and_nothing_else():
     studio = Studio()
     frame = studio.shoot([0.15, 0.0, 0.3])
-    seen = DETECTOR.find(frame.pixels)
+    seen = first_found(DETECTOR, frame.pixels)
     assert np.abs(seen.centre_px - studio.true_centre()).max() < 0.2
     assert seen.radius_px == pytest.approx(600 * 0.02 / studio.camera.model.depth_m(studio.ball), rel=0.05)
-    assert seen.outline > 0.9
+    assert seen.score > 0.9
 
 
 def test_no_ball_in_the_image_is_not_seen():
     studio = Studio()
     frame = studio.shoot([0.15, 0.0, 0.3], region=Region(20, 20, 90, 90))
-    assert DETECTOR.find(frame.pixels, frame.origin_px) is None
+    assert first_found(DETECTOR, frame.pixels, frame.origin_px) is None
     gone = studio.shoot([2.5, 0.0, 0.3])
-    assert DETECTOR.find(gone.pixels) is None
+    assert first_found(DETECTOR, gone.pixels) is None
 
 
 def test_noise_alone_is_not_seen():
     rng = np.random.default_rng(1)
     for _ in range(50):
-        assert DETECTOR.find(rng.integers(0, 256, (64, 64, 3), dtype=np.uint8)) is None
+        assert first_found(DETECTOR, rng.integers(0, 256, (64, 64, 3), dtype=np.uint8)) is None
 
 
 def test_a_ball_that_leaves_the_image_is_not_seen_rather_than_guessed():
@@ -97,7 +97,7 @@ def test_a_ball_that_leaves_the_image_is_not_seen_rather_than_guessed():
     for shown in np.arange(14, -12, -2):
         region = Region(int(u) - 40, int(v) - 30, int(u) + int(shown), int(v) + 30)
         frame = studio.shoot([0.1, 0.0, 0.3], region=region)
-        seen = DETECTOR.find(frame.pixels, frame.origin_px)
+        seen = first_found(DETECTOR, frame.pixels, frame.origin_px)
         if seen is None:
             lost += 1
             continue
@@ -111,7 +111,7 @@ def test_a_ball_that_sinks_behind_the_cups_wall_is_lost_or_owned_to():
     whole_covariance, worst, lost = None, 0.0, 0
     for height in np.linspace(0.20, 0.09, 23):  # the rim stands at 0.12 m
         frame = studio.shoot([0.0, 0.0, height], region=around(shipped_models()[0].project([0.0, 0.0, height])[0], 28))
-        seen = DETECTOR.find(frame.pixels, frame.origin_px)
+        seen = first_found(DETECTOR, frame.pixels, frame.origin_px)
         if seen is None:
             lost += 1
             continue
@@ -130,8 +130,8 @@ def test_of_two_balls_the_one_that_is_expected_is_taken():
     pixels, u, v = frame.pixels.copy(), *(round(float(value)) for value in studio.true_centre())
     rows, columns = np.mgrid[: pixels.shape[0], : pixels.shape[1]]
     pixels[np.hypot(columns - u - 60, rows - v) < 14] = (20, 20, 200)
-    assert abs(DETECTOR.find(pixels).centre_px[0] - u - 60) < 1
-    near = DETECTOR.find(pixels, expected_px=studio.true_centre() + 5)
+    assert abs(first_found(DETECTOR, pixels).centre_px[0] - u - 60) < 1
+    near = first_found(DETECTOR, pixels, expected_px=studio.true_centre() + 5)
     assert np.abs(near.centre_px - studio.true_centre()).max() < 0.2
 
 
@@ -139,9 +139,9 @@ def test_a_region_that_begins_elsewhere_gives_the_same_centre():
     studio = Studio()
     frame = studio.shoot([0.1, 0.0, 0.3])
     u, v = studio.true_centre()
-    whole = DETECTOR.find(frame.pixels)
+    whole = first_found(DETECTOR, frame.pixels)
     near = around((u + 3, v - 4), 26)
-    part = DETECTOR.find(frame.pixels[near.top : near.bottom, near.left : near.right], (near.left, near.top))
+    part = first_found(DETECTOR, frame.pixels[near.top : near.bottom, near.left : near.right], (near.left, near.top))
     assert np.abs(part.centre_px - whole.centre_px).max() < 0.02
 
 
@@ -150,4 +150,4 @@ def test_the_larger_of_two_balls_is_taken():
     frame = studio.shoot([0.1, 0.0, 0.3])
     pixels = frame.pixels.copy()
     pixels[20:26, 20:26] = (20, 20, 200)
-    assert np.abs(DETECTOR.find(pixels).centre_px - studio.true_centre()).max() < 0.2
+    assert np.abs(first_found(DETECTOR, pixels).centre_px - studio.true_centre()).max() < 0.2

@@ -1,0 +1,103 @@
+"""A twin as a child process: started, connected to, and ended."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+import tempfile
+import threading
+from collections.abc import Iterator
+from contextlib import closing, contextmanager, suppress
+from typing import IO
+
+from kendama_cli.devices.robot.remote import UdpRobot
+from kendama_cli.devices.robot.twin_process import settings_document
+from kendama_cli.errors import HardwareError
+from kendama_cli.settings.game import GameSettings
+from kendama_cli.settings.hardware import TwinHardware
+from kendama_cli.settings.robot import RobotSettings
+
+_START_S = 60.0
+"""A twin that has not opened its line by then never will."""
+_END_S = 5.0
+
+
+@contextmanager
+def open_twin(hardware: TwinHardware, robot: RobotSettings, game: GameSettings) -> Iterator[UdpRobot]:
+    """A twin in a process of its own, which ends with this context; raises HardwareError where it does not come up."""
+    with _twin_process(hardware, robot, game) as process:
+        host, port = process.address
+        with closing(UdpRobot(host, port, silence_s=hardware.silence_s, exit_reason=process.exit_reason)) as client:
+            yield client
+
+
+class _Twin:
+    """A running twin process."""
+
+    def __init__(self, process: subprocess.Popen[bytes], errors: IO[bytes]) -> None:
+        self.address = ("", 0)
+        self._process = process
+        self._errors = errors
+
+    def start(self, document: str) -> None:
+        """Hand over the settings and learn the address; raises HardwareError where no address comes."""
+        process = self._process
+        assert process.stdin is not None
+        assert process.stdout is not None
+        give_up = threading.Timer(_START_S, process.kill)
+        give_up.start()
+        try:
+            process.stdin.write(document.encode() + b"\n")
+            process.stdin.flush()
+            line = process.stdout.readline()
+        except BrokenPipeError:
+            line = b""
+        finally:
+            give_up.cancel()
+        if not line:
+            raise HardwareError(f"the twin did not start: {self.exit_reason() or 'it closed its output'}")
+        ready = json.loads(line)
+        self.address = (ready["host"], ready["port"])
+
+    def end(self) -> None:
+        """Close its input, by which it ends; kill it where it does not."""
+        process = self._process
+        for pipe in (process.stdin, process.stdout):
+            if pipe is not None:
+                with suppress(BrokenPipeError):
+                    pipe.close()
+        try:
+            process.wait(_END_S)
+        except subprocess.TimeoutExpired:
+            process.kill()
+            process.wait()
+
+    def exit_reason(self) -> str | None:
+        """How the process ended, or None while it lives."""
+        try:
+            code = self._process.wait(timeout=0.05)
+        except subprocess.TimeoutExpired:
+            return None
+        how = f"was killed by signal {-code}" if code < 0 else f"ended with exit code {code}"
+        self._errors.seek(0)
+        said = self._errors.read()[-2000:].decode(errors="replace").strip().splitlines()
+        return f"the twin's process {how}" + (f": {said[-1]}" if said else "")
+
+
+@contextmanager
+def _twin_process(hardware: TwinHardware, robot: RobotSettings, game: GameSettings) -> Iterator[_Twin]:
+    with tempfile.TemporaryFile() as errors:
+        process = subprocess.Popen(
+            [sys.executable, "-P", "-m", "kendama_cli.devices.robot.twin_process"],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=errors,
+            start_new_session=True,  # Ctrl-C is ours to handle; the twin ends when its input closes
+        )
+        twin = _Twin(process, errors)
+        try:
+            twin.start(settings_document(robot, game, hardware))
+            yield twin
+        finally:
+            twin.end()

@@ -1,0 +1,47 @@
+"""What finds the ball in an image: candidates with place, size, score and covariance."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kendama_cli.schema.arrays import Array
+
+Image = NDArray[np.uint8]
+
+
+@dataclass(frozen=True)
+class Sighting:
+    """A disc in one image that may be the ball's; ``score`` in 0..1 says how well it looks like it."""
+
+    centre_px: Array
+    """(2,) column and row"""
+    covariance_px2: Array
+    """(2, 2) of the centre"""
+    radius_px: float
+    score: float
+
+
+@dataclass(frozen=True)
+class SearchHint:
+    """What is known of where the ball is: its expected centre (2,) [px] and radius [px], in the whole image."""
+
+    centre_px: Array
+    radius_px: float
+
+
+class Detector(Protocol):
+    """Finds the ball in images of one camera, each for itself: nothing is remembered from image to image."""
+
+    def candidates(
+        self, pixels: Image, origin_px: tuple[int, int] = (0, 0), hint: SearchHint | None = None
+    ) -> Iterator[Sighting]:
+        """What may be the ball in ``pixels`` (h, w, 3) blue, green, red, the most likely first; nothing for "not seen".
+
+        ``origin_px`` is the column and row of ``pixels[0, 0]`` in the whole image, in which centres and ``hint`` count.
+        Candidates are computed as they are asked for.
+        """

@@ -1,0 +1,12 @@
+"""Makes the detector that the configuration names."""
+
+from __future__ import annotations
+
+from kendama_cli.vision.interface import Detector
+from kendama_cli.vision.settings import DETECTORS, DetectorSettings
+
+
+def make_detector(settings: DetectorSettings) -> Detector:
+    """The detector of the kind that ``settings`` choose; raises InputError where a file of its own cannot be read."""
+    made: Detector = DETECTORS.maker(settings.kind)(settings)
+    return made

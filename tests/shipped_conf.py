@@ -1,0 +1,35 @@
+"""The shipped configuration files as plain values, with what their defaults and conf/config.yaml add to them."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+CONF = Path(__file__).resolve().parents[1] / "conf"
+
+
+def plain(group: str, name: str) -> dict[str, Any]:
+    """The node that ``group=name`` gives: ``conf/GROUP/NAME.yaml`` with its defaults, and the default subgroups."""
+    text = (CONF / group / f"{name}.yaml").read_text()
+    own: dict[str, Any] = yaml.safe_load(text)
+    values: dict[str, Any] = {}
+    for entry in own.pop("defaults", []):
+        if isinstance(entry, str):
+            values |= {} if entry == "_self_" else plain(group, entry)
+            continue
+        for key, choice in entry.items():
+            values |= _below(group, key, choice)
+    for entry in yaml.safe_load((CONF / "config.yaml").read_text())["defaults"]:
+        for path, choice in entry.items() if isinstance(entry, dict) else ():
+            if path.startswith(f"{group}/"):
+                values |= _below(group, path.removeprefix(f"{group}/"), choice)
+    return values | own
+
+
+def _below(group: str, key: str, choice: str) -> dict[str, Any]:
+    """What a subgroup adds to its group: a key of its name, or keys beside it where the file's header says so."""
+    made = plain(f"{group}/{key}", choice)
+    first = (CONF / group / key / f"{choice}.yaml").read_text().splitlines()[0]
+    return made if first == f"# @package {group}" else {key: made}
