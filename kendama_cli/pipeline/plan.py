@@ -11,6 +11,7 @@ from kendama_cli.errors import ConfigError, UsageError
 from kendama_cli.pipeline.catalogue import Pipeline, StageSpec
 from kendama_cli.pipeline.code import FileIndex, code_digests
 from kendama_cli.pipeline.inputs import describe, resolve_files
+from kendama_cli.schema.registry import makers_below
 from kendama_cli.schema.settings import nearest
 from kendama_cli.store import durable
 from kendama_cli.store.store import Store, StoredResult
@@ -52,8 +53,15 @@ class Planner:
             spec.name: {own: describe(value, self._index) for own, value in self.settings[spec.name].items()}
             for spec in pipeline.stages
         }
-        self._code = {spec.name: code_digests(spec.target, self._index) for spec in pipeline.stages}
+        self._code = {spec.name: self._code_of(spec) for spec in pipeline.stages}
         self._index.save()
+
+    def _code_of(self, spec: StageSpec) -> dict[str, str]:
+        """The code of the stage, and of the registered parts that its settings choose."""
+        digests = code_digests(spec.target, self._index)
+        for target in sorted({made for value in self.settings[spec.name].values() for made in makers_below(value)}):
+            digests |= code_digests(target, self._index)
+        return dict(sorted(digests.items()))
 
     def moves(self, stage: str) -> bool:
         """Whether the stage moves real hardware: then no cached result stands in for it."""
