@@ -1,15 +1,20 @@
-"""What was learned about the friction in an arm's joints that its controller does not know."""
+"""Friction in an arm's joints: its law, and what was learned of it beyond what the controller knows."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+
+import numpy as np
 
 from kendama_cli.schema.arrays import Array, array
 
 
 @dataclass(frozen=True)
 class ParametricFriction:
-    """Coulomb, Stribeck and viscous friction of n joints, and a constant offset; every array is (n,)."""
+    """Coulomb, Stribeck and viscous friction of n joints, and a constant offset; every array is (n,).
+
+    xi = (Fc + Fs exp(-(v / vs)^2)) sign v + b v + o   (PAPER.md eq. 2)
+    """
 
     coulomb_nm: Array
     stribeck_nm: Array
@@ -23,6 +28,16 @@ class ParametricFriction:
             object.__setattr__(self, name, array(name, getattr(self, name), (n,)))
         if not (self.stribeck_rad_s > 0).all():
             raise ValueError(f"stribeck_rad_s must be positive, not {self.stribeck_rad_s.tolist()}")
+
+    def dry_nm(self, velocity_rad_s: Array) -> Array:
+        """Fc + Fs exp(-(v / vs)^2), the size of the dry friction [Nm], at the velocities (..., n)."""
+        ratio = velocity_rad_s * (1.0 / self.stribeck_rad_s)
+        return np.asarray(self.coulomb_nm + self.stribeck_nm * np.exp(-ratio * ratio))
+
+    def torque_nm(self, velocity_rad_s: Array, direction: Array) -> Array:
+        """xi (..., n) [Nm]; ``direction`` (..., n) is the sign of v, or a smooth one where readings are noisy."""
+        dry = self.dry_nm(velocity_rad_s) * direction
+        return np.asarray(dry + self.viscous_nm_s * velocity_rad_s + self.offset_nm)
 
 
 @dataclass(frozen=True)

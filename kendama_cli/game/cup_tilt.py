@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from kendama_cli.devices.robot.interface import JointCommand
-from kendama_cli.motion.inverse_kinematics import weighted_step
+from kendama_cli.robot_model.inverse_kinematics import weighted_step
+from kendama_cli.robot_model.model import RobotModel
 from kendama_cli.schema.arrays import Array
-from kendama_cli.simulation.dart.arm import Arm
 
 NEWTON_STEPS = 2
 
@@ -33,7 +33,7 @@ class TiltingArm:
     at x = 0.
     """
 
-    def __init__(self, arm: Arm, middle_m: Array, direction: Array, period_s: float) -> None:
+    def __init__(self, arm: RobotModel, middle_m: Array, direction: Array, period_s: float) -> None:
         self._arm, self._middle_m, self._direction, self._period_s = arm, middle_m, direction, period_s
 
     def begin(self, position_rad: Array, velocity_rad_s: Array) -> None:
@@ -50,16 +50,17 @@ class TiltingArm:
         turns = np.array([about, np.cross(axis, about)])  # the cup may spin about its axis
         q = self._q
         for _ in range(NEWTON_STEPS):
-            arm.skeleton.setPositions(q)
-            cup, jacobian = arm.cup.getWorldTransform(), arm.skeleton.getWorldJacobian(arm.cup)
-            task = np.vstack([jacobian[3:], turns @ jacobian[:3]])
-            miss = np.concatenate([place - cup.translation(), turns @ np.cross(cup.rotation()[:, 2], axis)])
+            cup, jacobian = arm.tool_pose(q), arm.tool_jacobian(q)
+            task = np.vstack([jacobian[:3], turns @ jacobian[3:]])
+            miss = np.concatenate([place - cup.position_m, turns @ np.cross(cup.rotation[:, 2], axis)])
             q = q + weighted_step(task, miss, arm.redundancy_weights)
         wanted = np.concatenate([velocity_m_s * along + lean.lift_m_s * up, [lean.tilt_rad_s, 0.0]])
         speed = weighted_step(task, wanted, arm.redundancy_weights)
         change_rad_s2 = (speed - self._speed) / self._period_s
-        inside = (q >= arm.lower_rad) & (q <= arm.upper_rad) & (np.abs(speed) <= arm.velocity_rad_s)
-        if not inside.all() or (np.abs(change_rad_s2) > arm.acceleration_rad_s2).any():
+        inside = (
+            (q >= arm.limits.lower_rad) & (q <= arm.limits.upper_rad) & (np.abs(speed) <= arm.limits.velocity_rad_s)
+        )
+        if not inside.all() or (np.abs(change_rad_s2) > arm.limits.acceleration_rad_s2).any():
             return None
         self._q, self._speed = q, speed
         return JointCommand(q, speed, change_rad_s2)

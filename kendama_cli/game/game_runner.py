@@ -18,9 +18,9 @@ from kendama_cli.learning.limiter import BrakingLimiter
 from kendama_cli.learning.reward import Flight, Goal
 from kendama_cli.learning.settings import LearnSettings
 from kendama_cli.learning.task_settings import LimitedWorkspace
+from kendama_cli.robot_model.model import RobotModel
 from kendama_cli.schema.arrays import Array
 from kendama_cli.settings.game import GameSettings
-from kendama_cli.simulation.dart.arm import Arm
 
 RESERVE = 0.9
 """Part of the largest acceleration that braking counts on where the settings do not say."""
@@ -66,7 +66,7 @@ class GameRunner:
         game: GameSettings,
         learn: LearnSettings,
         settings: TransferSettings,
-        arm: Arm | None = None,
+        arm: RobotModel | None = None,
     ) -> None:
         self.robot = robot
         self._court, self._flight_watch = court, flight_watch

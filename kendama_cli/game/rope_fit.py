@@ -13,9 +13,9 @@ from kendama_cli.devices.robot.interface import JointCommand, Robot
 from kendama_cli.errors import StageError
 from kendama_cli.game.imitation import require_same_joints
 from kendama_cli.robot_model.inverse_kinematics import follow_path
+from kendama_cli.robot_model.model import RobotModel
 from kendama_cli.schema.arrays import Array
 from kendama_cli.settings.game import GameSettings
-from kendama_cli.simulation.dart.arm import Arm
 from kendama_cli.simulation.placement.limit_shares import require_within_limits
 
 LOOKS = 100
@@ -40,7 +40,7 @@ def measured_rope_m(robot: Robot, posture_rad: Array, game: GameSettings, seed: 
     return float(np.mean(lengths)) - game.ball.mass_kg * game.gravity_m_s2 / game.rope.stiffness_n_m
 
 
-def resized(arm: Arm, motion: JointTrajectory, scale: float) -> JointTrajectory:
+def resized(arm: RobotModel, motion: JointTrajectory, scale: float) -> JointTrajectory:
     """The same swing of the cup for a rope ``scale`` times as long.
 
     A pendulum with all lengths times s and all times times sqrt(s) obeys the same equations of motion under the same
@@ -49,8 +49,8 @@ def resized(arm: Arm, motion: JointTrajectory, scale: float) -> JointTrajectory:
     """
     thin = max(1, round(KNOT_S / float(np.diff(motion.t_s).mean())))
     t_s = motion.t_s[::thin]
-    home_m = arm.cup_place(arm.home_rad)
-    cup_m = scale * (np.array([arm.cup_place(posture) for posture in motion.position_rad[::thin]]) - home_m)
+    home_m = arm.tool_place_m(arm.home_rad)
+    cup_m = scale * (np.array([arm.tool_place_m(posture) for posture in motion.position_rad[::thin]]) - home_m)
     start = follow_path(arm, home_m + np.linspace(0.0, 1.0, RAMP)[:, None] * cup_m[0], arm.home_rad)[-1]
     angles = follow_path(arm, home_m + cup_m, start)
     t_s = t_s * math.sqrt(scale)
@@ -69,7 +69,7 @@ class FittedMotion:
     resized: bool
 
 
-def fitted(robot: Robot, arm: Arm, motion: JointTrajectory, game: GameSettings, seed: int) -> FittedMotion:
+def fitted(robot: Robot, arm: RobotModel, motion: JointTrajectory, game: GameSettings, seed: int) -> FittedMotion:
     """``motion`` for the rope that is measured on ``robot``; as planned where the arm cannot follow the fitted one.
 
     Raises StageError, before anything moves, where the motion was made for other joints; HardwareError of the line.

@@ -10,8 +10,8 @@ import numpy as np
 from kendama_cli.devices.robot.interface import Exchange, JointCommand, Robot, SceneState
 from kendama_cli.motion.rotation_matrix import quaternion_of
 from kendama_cli.rendering.scene import ScenePose, hanging_rope
+from kendama_cli.robot_model.model import RobotModel
 from kendama_cli.schema.arrays import Array
-from kendama_cli.simulation.dart.arm import Arm
 
 KEPT = 64
 """Control periods that are remembered: a frame and its delay reach back 20 ms or so."""
@@ -73,26 +73,19 @@ class SceneHistory:
         )
 
 
-def joint_places(arm: Arm, position_rad: Array) -> Array:
+def joint_places(arm: RobotModel, position_rad: Array) -> Array:
     """The joints' origins (k, 3) in the world from base to hand; the last is the tip link's.
 
     Where neighbours share one, as the axes of a wrist do, it is told once: how far apart they are never changes.
     """
-    arm.skeleton.setPositions(position_rad)
-    places = [
-        joint.getChildBodyNode().getWorldTransform().multiply(joint.getTransformFromChildBodyNode()).translation()
-        for joint in arm.joints
-    ]
-    tip = arm.skeleton.getBodyNode(arm.tip_link).getWorldTransform().translation()
-    chain = np.array([*places, tip])
+    chain = arm.joint_places_m(position_rad)
     apart = np.linalg.norm(np.diff(chain, axis=0), axis=1) > SHARED_M
     return np.asarray(chain[np.concatenate([apart, [True]])])
 
 
-def cup_turn_wxyz(arm: Arm, position_rad: Array) -> Array:
+def cup_turn_wxyz(arm: RobotModel, position_rad: Array) -> Array:
     """How the cup is turned in the world (4,) for the joint angles (n,)."""
-    arm.skeleton.setPositions(position_rad)
-    return quaternion_of(np.asarray(arm.cup.getWorldTransform().rotation()))
+    return quaternion_of(arm.tool_pose(position_rad).rotation)
 
 
 class SceneRecordingRobot:

@@ -23,13 +23,8 @@ def direction(velocity_rad_s: Array) -> Array:
 
 
 def parametric_torque(friction: ParametricFriction, velocity_rad_s: Array) -> Array:
-    """The torque [Nm] at ``velocity_rad_s`` (..., n) of n joints.
-
-    xi = (Fc + Fs exp(-(v / vs)^2)) sign v + b v + o
-    """
-    slow = friction.stribeck_nm * np.exp(-((velocity_rad_s / friction.stribeck_rad_s) ** 2))
-    dry = (friction.coulomb_nm + slow) * direction(velocity_rad_s)
-    return np.asarray(dry + friction.viscous_nm_s * velocity_rad_s + friction.offset_nm)
+    """The torque [Nm] at ``velocity_rad_s`` (..., n) of n joints, its sign smooth about standstill."""
+    return friction.torque_nm(velocity_rad_s, direction(velocity_rad_s))
 
 
 def fit_parametric(velocity_rad_s: Array, torque_nm: Array, kept: NDArray[np.bool_]) -> ParametricFriction:

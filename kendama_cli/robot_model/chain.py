@@ -2,47 +2,45 @@
 
 from __future__ import annotations
 
-import math
 from typing import NamedTuple
 
 import numpy as np
 
 from kendama_cli.robot_model.chain_kernel import Chain
+from kendama_cli.robot_model.model import RobotModel
 from kendama_cli.schema.arrays import Array
-from kendama_cli.simulation.dart.arm import Arm
 
 
-def compiled_chain(arm: Arm, gravity_m_s2: float) -> Chain:
+def compiled_chain(arm: RobotModel) -> Chain:
     """Axes, places and inertias of ``arm`` without what its tip link holds."""
-    skeleton = arm.skeleton
+    body = arm.new_body()
+    skeleton = body.skeleton
     n = len(arm.joint_names)
-    held = skeleton.getPositions()
     skeleton.setPositions(np.zeros(n))
     root = skeleton.getBodyNode(0).getWorldTransform()
     turn, place = np.array(root.rotation()), np.array(root.translation())
     axes, origins = np.zeros((n, 3)), np.zeros((n, 3))
     lumps = [_Lump(0.0, np.zeros(3), np.zeros((3, 3)))] * n
-    for i, joint in enumerate(arm.joints):
+    for i, joint in enumerate(body.joints):
         frame = joint.getChildBodyNode().getWorldTransform().multiply(joint.getTransformFromChildBodyNode())
         axes[i] = turn.T @ frame.rotation() @ np.array(joint.getAxis())
         origins[i] = turn.T @ (np.array(frame.translation()) - place)
     names = list(arm.joint_names)
     for number in range(skeleton.getNumBodyNodes()):
-        body = skeleton.getBodyNode(number)
-        mover = body.getParentJoint()
+        link = skeleton.getBodyNode(number)
+        mover = link.getParentJoint()
         while mover is not None and mover.getName() not in names:
             parent = mover.getParentBodyNode()
             mover = None if parent is None else parent.getParentJoint()
-        if mover is None or body.getName() in (arm.cup.getName(), arm.tie.getName()):
+        if mover is None or link.getName() in (body.cup.getName(), body.tie.getName()):
             continue
         i = names.index(mover.getName())
-        own = body.getInertia()
-        way = turn.T @ np.array(body.getWorldTransform().rotation())
-        center = turn.T @ (np.array(body.getCOM()) - place)
+        own = link.getInertia()
+        way = turn.T @ np.array(link.getWorldTransform().rotation())
+        center = turn.T @ (np.array(link.getCOM()) - place)
         lumps[i] = _joined(lumps[i], _Lump(own.getMass(), center, way @ np.array(own.getMoment()) @ way.T))
-    tip = skeleton.getBodyNode(arm.tip_link).getWorldTransform()
+    tip = body.tip.getWorldTransform()
     tip_m, tip_turn = turn.T @ (np.array(tip.translation()) - place), turn.T @ np.array(tip.rotation())
-    skeleton.setPositions(held)
     return Chain(
         axes,
         origins,
@@ -51,16 +49,12 @@ def compiled_chain(arm: Arm, gravity_m_s2: float) -> Chain:
         np.array([lump.mass_kg for lump in lumps]),
         np.array([lump.center_m for lump in lumps]),
         np.array([lump.inertia_kg_m2 for lump in lumps]),
-        arm.viscous_nm_s,
-        arm.coulomb_nm,
-        gravity_m_s2,
+        arm.friction.viscous_nm_s,
+        arm.friction.coulomb_nm,
+        arm.friction.stribeck_nm,
+        arm.friction.stribeck_rad_s,
+        arm.gravity_m_s2,
     )
-
-
-def heading_turn(heading_rad: float) -> Array:
-    """The root's turn about the world's z as a matrix (3, 3)."""
-    c, s = math.cos(heading_rad), math.sin(heading_rad)
-    return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
 
 
 class _Lump(NamedTuple):

@@ -50,6 +50,8 @@ class Chain(NamedTuple):
     """(n, 3, 3) about the centre of mass, with rotors"""
     viscous_nm_s: Array
     coulomb_nm: Array
+    stribeck_nm: Array
+    stribeck_rad_s: Array
     gravity_m_s2: float
 
 
@@ -182,7 +184,7 @@ def solved(square: Array, side: Array) -> Array:
 
 @compiled
 def least_step(jacobian: Array, change: Array, weights: Array) -> Array:
-    """The joint step with the least weighted sum of squares (see motion.inverse_kinematics.weighted_step)."""
+    """The joint step with the least weighted sum of squares (see robot_model.inverse_kinematics.weighted_step)."""
     n = len(weights)
     spread = jacobian / weights
     square = np.zeros((TASK, TASK))
@@ -279,7 +281,9 @@ def efforts(chain: Chain, grip: ToolGeometry, angles: Array, speeds: Array, chan
         if i < n - 1:
             moments[i] += moments[i + 1] + cross(places[i + 1] - places[i], forces[i + 1])
             forces[i] += forces[i + 1]
-        made[i] = axes[i] @ moments[i] + chain.viscous_nm_s[i] * speeds[i] + chain.coulomb_nm[i] * np.sign(speeds[i])
+        ratio = speeds[i] / chain.stribeck_rad_s[i]
+        dry = chain.coulomb_nm[i] + chain.stribeck_nm[i] * math.exp(-ratio * ratio)
+        made[i] = axes[i] @ moments[i] + chain.viscous_nm_s[i] * speeds[i] + dry * np.sign(speeds[i])
     return made
 
 

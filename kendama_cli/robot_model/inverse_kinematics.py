@@ -5,9 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from kendama_cli.errors import StageError
-from kendama_cli.motion.inverse_kinematics import weighted_step
+from kendama_cli.robot_model.model import RobotModel
 from kendama_cli.schema.arrays import Array
-from kendama_cli.simulation.dart.arm import Arm
 
 TOLERANCE = 1e-9
 """Largest error of the solved task in m and rad; Newton's steps reach it in two or three."""
@@ -16,7 +15,22 @@ MOST_STEPS = 30
 LONGEST_STEP_RAD = 0.2
 
 
-def solve_upright(arm: Arm, cup_m: Array, start_rad: Array) -> Array:
+def weighted_step(jacobian: Array, change: Array, weights: Array, damping: float = 1e-9) -> Array:
+    """The joint step (n,) that makes the task ``change`` (t,) with the least weighted sum of squares.
+
+        dq = W^-1 J^T (J W^-1 J^T + damping trace/t)^-1 dx
+
+    J is ``jacobian`` (t, n), W the diagonal of ``weights`` (n,). With the inverse squares of the speed limits as
+    weights, a slow joint is spared in favour of a fast one. ``damping``, relative, keeps the step finite where J
+    loses rank.
+    """
+    spread = jacobian / weights
+    square = spread @ jacobian.T
+    square += np.eye(len(square)) * (damping * np.trace(square) / len(square))
+    return np.asarray(spread.T @ np.linalg.solve(square, change))
+
+
+def solve_upright(arm: RobotModel, cup_m: Array, start_rad: Array) -> Array:
     """The joint angles (n,), near ``start_rad``, that hold the cup upright with its tie point at ``cup_m`` (3,).
 
     The redundancy goes where ``arm.redundancy_weights`` make it cheapest. Raises StageError where the arm cannot
@@ -26,7 +40,7 @@ def solve_upright(arm: Arm, cup_m: Array, start_rad: Array) -> Array:
     goal = np.concatenate([cup_m, np.zeros(2)])
     miss = np.inf
     for _ in range(MOST_STEPS):
-        value, jacobian = arm.cup_task(angles)
+        value, jacobian = arm.upright_task(angles)
         change = goal - value
         change[3:] = value[3:]  # the value is already the turn that is missing
         miss = float(np.abs(change).max())
@@ -49,7 +63,7 @@ class OutOfReachError(StageError):
         )
 
 
-def follow_path(arm: Arm, cup_m: Array, start_rad: Array, t_s: Array | None = None) -> Array:
+def follow_path(arm: RobotModel, cup_m: Array, start_rad: Array, t_s: Array | None = None) -> Array:
     """The joint angles (k, n) along the path ``cup_m`` (k, 3), each found from the one before.
 
     Raises StageError where the arm cannot reach or, naming the joint and its limit, where a position limit stands in
@@ -62,10 +76,10 @@ def follow_path(arm: Arm, cup_m: Array, start_rad: Array, t_s: Array | None = No
             last = angles[i] = solve_upright(arm, place, last)
         except OutOfReachError as error:
             raise OutOfReachError(error.robot, error.cup_m, error.miss, _when(t_s, i)) from None
-    outside = (angles < arm.lower_rad) | (angles > arm.upper_rad)
+    outside = (angles < arm.limits.lower_rad) | (angles > arm.limits.upper_rad)
     if outside.any():
         k, j = (int(v) for v in np.argwhere(outside)[0])
-        low, high = arm.lower_rad[j], arm.upper_rad[j]
+        low, high = arm.limits.lower_rad[j], arm.limits.upper_rad[j]
         raise StageError(
             f"joint '{arm.joint_names[j]}' of {arm.settings.name} would need {angles[k, j]:.3f} rad{_when(t_s, k)}; "
             f"allowed: {low:.3f} to {high:.3f} rad: make the motion smaller or place the arm otherwise "

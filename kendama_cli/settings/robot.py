@@ -39,7 +39,7 @@ PER_JOINT = (
 class RobotSettings:
     """An arm from a URDF, placed in the world, holding the cup; per-joint lists run from base to tip.
 
-    Where null is allowed the arm finds a value of its own: see simulation.arm, whose attributes hold what counts.
+    Where null is allowed the arm finds a value of its own: see robot_model.model, whose attributes hold what counts.
     """
 
     tool: ToolSettings

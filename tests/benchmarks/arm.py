@@ -14,12 +14,12 @@ from typing import Any
 
 import numpy as np
 
+from kendama_cli.robot_model.cup import cup_frame
 from kendama_cli.robot_model.description import read_description
-from kendama_cli.robot_model.friction import REVERSAL_RAD_S
+from kendama_cli.robot_model.model import RobotModel
 from kendama_cli.schema.arrays import Array
 from kendama_cli.settings.game import GameSettings
-from kendama_cli.simulation.dart.arm import Arm
-from kendama_cli.simulation.dart.cup import cup_frame
+from kendama_cli.simulation.dart.joint_friction import REVERSAL_RAD_S
 from kendama_cli.simulation.dart.world import STEP_S, ArmWorld
 from tests.benchmarks.swing import best_rate
 from tests.simulation.dart.bench_robot import kendama_game, pa10
@@ -55,7 +55,7 @@ def dart_loop() -> Callable[[], int]:
     return work
 
 
-def mujoco_model(arm: Arm, game: GameSettings) -> Any:
+def mujoco_model(arm: RobotModel, game: GameSettings) -> Any:
     """The arm from the same URDF with the same cup, ball and rope; the rope is a tendon with a length limit."""
     import mujoco  # noqa: PLC0415 - optional
 
@@ -70,7 +70,7 @@ def mujoco_model(arm: Arm, game: GameSettings) -> Any:
     base.pos = robot.base_position_m
     base.quat = [math.cos(robot.base_heading_rad / 2), 0, 0, math.sin(robot.base_heading_rad / 2)]
     for i, joint in enumerate(spec.joints):
-        most = float(arm.effort_nm[i])
+        most = float(arm.limits.effort_nm[i])
         motor = spec.add_actuator(name=joint.name, target=joint.name, trntype=mujoco.mjtTrn.mjTRN_JOINT)
         motor.set_to_motor()
         motor.forcelimited, motor.forcerange = True, [-most, most]
@@ -107,8 +107,8 @@ def mujoco_model(arm: Arm, game: GameSettings) -> Any:
     model = spec.compile()
     n = len(arm.joint_names)
     model.dof_armature[:n] = arm.rotor_inertia_kg_m2
-    model.dof_damping[:] = [*arm.viscous_nm_s, *(game.ball.drag_n_s_m,) * 3]
-    model.dof_frictionloss[:n] = arm.coulomb_nm
+    model.dof_damping[:] = [*arm.friction.viscous_nm_s, *(game.ball.drag_n_s_m,) * 3]
+    model.dof_frictionloss[:n] = arm.friction.coulomb_nm
     return model
 
 
@@ -117,12 +117,12 @@ def mujoco_loop() -> Callable[[], int]:
     import mujoco  # noqa: PLC0415
 
     game = kendama_game()
-    arm = Arm(pa10(), game.cup)
+    arm = RobotModel(pa10(), game.cup, game.gravity_m_s2)
     model = mujoco_model(arm, game)
     data = mujoco.MjData(model)
     n = len(arm.joint_names)
     samples = reference(arm.home_rad)
-    kp, coulomb, viscous = arm.settings.stiffness_1_s2, arm.coulomb_nm, arm.viscous_nm_s
+    kp, coulomb, viscous = arm.settings.stiffness_1_s2, arm.friction.coulomb_nm, arm.friction.viscous_nm_s
     kd = 2 * math.sqrt(kp)
     wanted, effort = np.zeros(model.nv), np.zeros(model.nv)
     tie = model.site("tie").id

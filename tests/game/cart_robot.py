@@ -6,7 +6,8 @@ import math
 
 import numpy as np
 
-from kendama_cli.devices.robot.interface import Exchange, JointCommand, JointLimits, RobotState, SceneState
+from kendama_cli.devices.robot.interface import Exchange, JointCommand, RobotState, SceneState
+from kendama_cli.robot_model.limits import JointLimits
 from kendama_cli.schema.arrays import Array
 from kendama_cli.settings.game import GameSettings
 

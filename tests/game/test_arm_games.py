@@ -23,7 +23,7 @@ from kendama_cli.game.rope_fit import measured_rope_m
 from kendama_cli.game.scene_history import SceneHistory, SceneRecordingRobot, joint_places
 from kendama_cli.learning.policy import GreedyPolicy
 from kendama_cli.pipeline.nodes import build_settings
-from kendama_cli.simulation.dart.arm import Arm
+from kendama_cli.robot_model.model import RobotModel
 from kendama_cli.simulation.placement.placement import cup_line
 from kendama_cli.stages.learn.stage import Learn
 from tests.memory_context import MemoryContext
@@ -33,7 +33,7 @@ from tests.memory_context import MemoryContext
 def arm_ground(node: dict[str, Any], *, nominal: bool) -> Iterator[GameRunner]:
     """A playground on the simulated arm, without UDP; ``nominal``: the body that the model describes."""
     game, transfer, hardware = node["game"], node["transfer"], node["hardware"]
-    arm = Arm(node["robot"], game.cup)
+    arm = RobotModel(node["robot"], game.cup, game.gravity_m_s2)
     line = cup_line(node["robot"], game, transfer.catch.half_width_m)
     build = functools.partial(
         SimulatedRobot,
@@ -50,7 +50,7 @@ def arm_ground(node: dict[str, Any], *, nominal: bool) -> Iterator[GameRunner]:
     court = make_catch_geometry(line.home_m, along, game, transfer.catch, rope_scale=scale, period_s=robot.period_s)
     sight = CameraSetup(node["camera"], node["lighting"], node["predict"])
     with open_observer(
-        sight, transfer.observation, game, cup_place=arm.cup_place, history=history, court=court
+        sight, transfer.observation, game, cup_place=arm.tool_place_m, history=history, court=court
     ) as flight_watch:
         yield GameRunner(
             robot,

@@ -10,10 +10,10 @@ import pytest
 from kendama_cli.game.cup_tilt import CupTilt, TiltingArm
 from kendama_cli.game.settings import CatchSettings
 from kendama_cli.game.tilt_plan import TiltPlan
-from kendama_cli.simulation.dart.arm import Arm
+from kendama_cli.robot_model.model import RobotModel
 from kendama_cli.simulation.placement.placement import CupLine
 from tests.game.observed_games import TRANSFER
-from tests.simulation.dart.bench_robot import kendama_game, pa10
+from tests.simulation.dart.bench_robot import modelled, pa10
 
 H = 0.004
 X = np.array([1.0, 0.0, 0.0])
@@ -21,32 +21,31 @@ LEANING: CatchSettings = dataclasses.replace(TRANSFER.catch, max_tilt_rad=0.4, g
 
 
 @pytest.fixture(scope="module")
-def arm() -> Arm:
-    return Arm(pa10(), kendama_game().cup)
+def arm() -> RobotModel:
+    return modelled(pa10())
 
 
 @pytest.fixture(scope="module")
-def line(arm: Arm) -> CupLine:
+def line(arm: RobotModel) -> CupLine:
     return CupLine(arm, 0.1)
 
 
-def test_the_cup_is_where_and_as_tilted_as_it_is_told(arm: Arm, line: CupLine) -> None:
+def test_the_cup_is_where_and_as_tilted_as_it_is_told(arm: RobotModel, line: CupLine) -> None:
     leaning = TiltingArm(arm, line.home_m, X, H)
     leaning.begin(line.home_rad, np.zeros(7))
     for k in range(1, 101):
         part, rate = (k / 100) ** 2, k / 50 / (100 * H)
         lean = CupTilt(0.02 * part, 0.02 * rate, 0.3 * part, 0.3 * rate)
         command = leaning.at(0.05 * part, 0.05 * rate, lean) or pytest.fail("within the limits")
-        arm.skeleton.setPositions(command.position_rad)
-        place = arm.cup.getWorldTransform()
-        assert place.translation() == pytest.approx(line.home_m + np.array([0.05 * part, 0, 0.02 * part]), abs=1e-5)
-        assert place.rotation()[:, 2] == pytest.approx([np.sin(0.3 * part), 0, np.cos(0.3 * part)], abs=1e-5)
+        place = arm.tool_pose(command.position_rad)
+        assert place.position_m == pytest.approx(line.home_m + np.array([0.05 * part, 0, 0.02 * part]), abs=1e-5)
+        assert place.rotation[:, 2] == pytest.approx([np.sin(0.3 * part), 0, np.cos(0.3 * part)], abs=1e-5)
     after = leaning.at(0.05 + 0.25 * H, 0.25, CupTilt(0.02 + 0.1 * H, 0.1, 0.3 + 1.5 * H, 1.5))
     assert after is not None
     assert after.position_rad - command.position_rad == pytest.approx(H * after.velocity_rad_s, abs=5e-5)
 
 
-def test_without_lean_it_is_the_line(arm: Arm, line: CupLine) -> None:
+def test_without_lean_it_is_the_line(arm: RobotModel, line: CupLine) -> None:
     leaning = TiltingArm(arm, line.home_m, X, H)
     leaning.begin(line.home_rad, line.at(0.0, 0.4, 0.0).velocity_rad_s)
     for k in range(1, 40):
@@ -56,7 +55,7 @@ def test_without_lean_it_is_the_line(arm: Arm, line: CupLine) -> None:
         assert command.velocity_rad_s == pytest.approx(wanted.velocity_rad_s, abs=1e-4)
 
 
-def test_what_the_joints_cannot_do_is_refused(arm: Arm, line: CupLine) -> None:
+def test_what_the_joints_cannot_do_is_refused(arm: RobotModel, line: CupLine) -> None:
     leaning = TiltingArm(arm, line.home_m, X, H)
     leaning.begin(line.home_rad, np.zeros(7))
     assert leaning.at(0.0, 0.0, CupTilt(tilt_rad=0.5, tilt_rad_s=30.0)) is None

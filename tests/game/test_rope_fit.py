@@ -11,11 +11,11 @@ import pytest
 from kendama_cli.artifacts.motion_plan import JointTrajectory
 from kendama_cli.devices.robot.simulated import SimulatedRobot
 from kendama_cli.game.rope_fit import fitted, measured_rope_m
-from kendama_cli.simulation.dart.arm import Arm
+from kendama_cli.robot_model.model import RobotModel
 from kendama_cli.simulation.placement.placement import joint_trajectory
 from tests.stages.test_transfer import GAME, ROBOT, TWIN
 
-ARM = Arm(ROBOT, GAME.cup)
+ARM = RobotModel(ROBOT, GAME.cup, GAME.gravity_m_s2)
 
 
 def robot(rope_scale: float) -> SimulatedRobot:
@@ -42,7 +42,7 @@ def test_the_fitted_swing_is_larger_and_slower_as_a_longer_pendulum_is() -> None
     assert fit.resized
     assert fit.rope_scale == pytest.approx(1.05, abs=0.003)
     assert fit.joints.t_s[-1] == pytest.approx(planned.t_s[-1] * math.sqrt(fit.rope_scale))
-    reach = [np.ptp([ARM.cup_place(row)[0] for row in joints.position_rad]) for joints in (planned, fit.joints)]
+    reach = [np.ptp([ARM.tool_place_m(row)[0] for row in joints.position_rad]) for joints in (planned, fit.joints)]
     assert reach[1] / reach[0] == pytest.approx(fit.rope_scale, abs=1e-3)
 
 

@@ -10,9 +10,8 @@ import pytest
 from kendama_cli.devices.robot.interface import JointCommand, SceneState
 from kendama_cli.devices.robot.simulated import SimulatedRobot
 from kendama_cli.game.scene_history import KEPT, SceneHistory, joint_places
-from kendama_cli.simulation.dart.arm import Arm
 from tests.devices.robot.test_simulated import WORN
-from tests.simulation.dart.bench_robot import kendama_game, pa10
+from tests.simulation.dart.bench_robot import kendama_game, modelled, pa10
 
 ORIGIN_M = np.array([0.5, 0.0, 1.0])
 
@@ -49,7 +48,7 @@ def test_before_and_after_what_is_known_the_scene_is_held() -> None:
 
 def test_the_scene_is_where_the_arm_truly_is_without_the_noise_of_what_is_read() -> None:
     robot = SimulatedRobot(pa10(), kendama_game(), imperfection=WORN, control_period_s=0.004)
-    arm = Arm(pa10(), kendama_game().cup)
+    arm = modelled(pa10())
     home = np.array(pa10().home_rad)
     robot.reset(home, 3)
     ball_noise = []
@@ -57,7 +56,7 @@ def test_the_scene_is_where_the_arm_truly_is_without_the_noise_of_what_is_read()
         exchange = robot.exchange(JointCommand(home, np.zeros(7), np.zeros(7)))
         scene = exchange.scene
         assert scene is not None
-        assert scene.cup_m == pytest.approx(arm.cup_place(scene.position_rad), abs=1e-9)
+        assert scene.cup_m == pytest.approx(arm.tool_place_m(scene.position_rad), abs=1e-9)
         assert scene.cup_rotation.T @ scene.cup_rotation == pytest.approx(np.eye(3))
         ball_noise.append(exchange.state.ball_in_world_m - scene.ball_m)
     assert np.std(ball_noise) == pytest.approx(WORN.ball_noise_m, rel=0.2)
@@ -67,4 +66,4 @@ def test_the_scene_is_where_the_arm_truly_is_without_the_noise_of_what_is_read()
     assert np.linalg.norm(np.diff(elsewhere, axis=0), axis=1) == pytest.approx(
         np.linalg.norm(np.diff(places, axis=0), axis=1)
     ), "links are rigid"
-    assert np.linalg.norm(places[-1] - arm.cup_place(home)) < 0.3, "the hand is near the cup"
+    assert np.linalg.norm(places[-1] - arm.tool_place_m(home)) < 0.3, "the hand is near the cup"

@@ -7,10 +7,11 @@ import dataclasses
 import numpy as np
 import pytest
 
-from kendama_cli.robot_model.chain import compiled_chain, heading_turn
+from kendama_cli.robot_model.body import heading_turn
+from kendama_cli.robot_model.chain import compiled_chain
 from kendama_cli.robot_model.chain_kernel import Curve, IkSettings, apart, efforts, follow, frames, peaks, put, task
+from kendama_cli.robot_model.model import RobotModel
 from kendama_cli.schema.arrays import Array
-from kendama_cli.simulation.dart.arm import Arm
 from kendama_cli.simulation.placement.clearance import grip_of, least_clearance
 from kendama_cli.simulation.placement.limit_shares import limit_shares
 from kendama_cli.simulation.placement.placement import joint_trajectory
@@ -23,12 +24,12 @@ WEIGHTS = (0.7, 2.0, 0.3, 1.0, 0.05, 0.02, 0.1)
 
 
 @pytest.fixture(scope="module")
-def arm() -> Arm:
-    return Arm(dataclasses.replace(pa10(), redundancy_weights=WEIGHTS), POINT_CUP)
+def arm() -> RobotModel:
+    return RobotModel(dataclasses.replace(pa10(), redundancy_weights=WEIGHTS), POINT_CUP, GAME.gravity_m_s2)
 
 
-def test_places_and_jacobian_are_those_of_dart(arm: Arm) -> None:
-    chain = compiled_chain(arm, GAME.gravity_m_s2)
+def test_places_and_jacobian_are_those_of_dart(arm: RobotModel) -> None:
+    chain = compiled_chain(arm)
     grip = grip_of(arm, chain, GAME)
     root, rng = heading_turn(arm.settings.base_heading_rad), np.random.default_rng(1)
     turns, shifts, jacobian = np.empty((8, 3, 3)), np.empty((8, 3)), np.empty((5, 7))
@@ -36,36 +37,35 @@ def test_places_and_jacobian_are_those_of_dart(arm: Arm) -> None:
         angles = rng.uniform(-1.5, 1.5, 7)
         frames(chain, angles, turns, shifts)
         value = task(chain, grip, turns, shifts, jacobian)
-        theirs, their_jacobian = arm.cup_task(angles)
+        theirs, their_jacobian = arm.upright_task(angles)
         assert root @ value[:3] + arm.settings.base_position_m == pytest.approx(theirs[:3], abs=1e-12)
         assert root[:2, :2] @ value[3:] == pytest.approx(theirs[3:], abs=1e-12)
         assert root @ jacobian[:3] == pytest.approx(their_jacobian[:3], abs=1e-12)
         assert root[:2, :2] @ jacobian[3:] == pytest.approx(their_jacobian[3:], abs=1e-12)
 
 
-def test_torques_are_those_of_dart_and_the_known_friction(arm: Arm) -> None:
-    chain = compiled_chain(arm, GAME.gravity_m_s2)
+def test_torques_are_those_of_dart_and_the_known_friction(arm: RobotModel) -> None:
+    chain = compiled_chain(arm)
     grip = grip_of(arm, chain, GAME)._replace(mass_kg=POINT_CUP.mass_kg)
     rng = np.random.default_rng(2)
     for _ in range(20):
-        angles, speeds, changes = rng.uniform(-1.5, 1.5, 7), rng.normal(size=7), 5 * rng.normal(size=7)
-        arm.skeleton.setPositions(angles)
-        arm.skeleton.setVelocities(speeds)
-        arm.skeleton.setAccelerations(changes)
-        arm.skeleton.computeInverseDynamics(False, False, False)
-        friction = arm.viscous_nm_s * speeds + arm.coulomb_nm * np.sign(speeds)
-        ours = efforts(chain, grip, angles, speeds, changes)
-        assert ours == pytest.approx(arm.skeleton.getForces() + friction, abs=1e-4)
+        angles, speeds, changes = (
+            rng.uniform(-1.5, 1.5, 7),
+            rng.normal(scale=rng.choice([0.05, 1.0]), size=7),
+            5 * rng.normal(size=7),
+        )
+        theirs = arm.rigid_effort_nm(angles, speeds, changes) + arm.friction.torque_nm(speeds, np.sign(speeds))
+        assert efforts(chain, grip, angles, speeds, changes) == pytest.approx(theirs, abs=1e-4)
 
 
 def _swing(t_s: Array) -> Array:
     return np.column_stack([0.25 * np.sin(3 * t_s) ** 2, 0 * t_s, 0.2 * np.sin(2 * t_s) ** 2])
 
 
-def test_the_way_along_a_path_and_its_peaks_are_those_of_the_arm(arm: Arm) -> None:
+def test_the_way_along_a_path_and_its_peaks_are_those_of_the_arm(arm: RobotModel) -> None:
     t_s = np.linspace(0.0, 2.0, 401)
     joints = joint_trajectory(arm, t_s, _swing(t_s))
-    chain = compiled_chain(arm, GAME.gravity_m_s2)
+    chain = compiled_chain(arm)
     grip = grip_of(arm, chain, GAME)._replace(mass_kg=POINT_CUP.mass_kg)
     path = _swing(t_s) @ heading_turn(arm.settings.base_heading_rad)
     angles, missed = follow(chain, grip, IkSettings(arm.home_rad, arm.redundancy_weights), path, False)
@@ -73,14 +73,14 @@ def test_the_way_along_a_path_and_its_peaks_are_those_of_the_arm(arm: Arm) -> No
     assert angles == pytest.approx(joints.position_rad, abs=1e-6)
     ours = peaks(chain, grip, Curve(angles, 0.005, np.ones(401), 0.0))
     theirs = limit_shares(arm, joints)
-    limits = (arm.velocity_rad_s, arm.acceleration_rad_s2, arm.effort_nm)
+    limits = (arm.limits.velocity_rad_s, arm.limits.acceleration_rad_s2, arm.limits.effort_nm)
     for found, limit, share in zip(ours, limits, (theirs.velocity, theirs.acceleration, theirs.effort), strict=True):
         # differences of 5 ms, and torques looked at every 15 ms
         assert found / limit == pytest.approx(share, rel=0.02, abs=0.01)
 
 
-def test_weights_decide_which_joint_moves(arm: Arm) -> None:
-    chain = compiled_chain(arm, GAME.gravity_m_s2)
+def test_weights_decide_which_joint_moves(arm: RobotModel) -> None:
+    chain = compiled_chain(arm)
     grip = grip_of(arm, chain, GAME)
     path = np.linspace(0.0, 0.2, 41)[:, None] * [1.0, 0.0, 0.0]
     moved = []
@@ -92,8 +92,8 @@ def test_weights_decide_which_joint_moves(arm: Arm) -> None:
     assert moved[1] < 0.5 * moved[0]
 
 
-def test_beyond_reach_the_path_ends_unless_the_whole_is_wanted(arm: Arm) -> None:
-    chain = compiled_chain(arm, GAME.gravity_m_s2)
+def test_beyond_reach_the_path_ends_unless_the_whole_is_wanted(arm: RobotModel) -> None:
+    chain = compiled_chain(arm)
     grip, stance = grip_of(arm, chain, GAME), IkSettings(arm.home_rad, arm.redundancy_weights)
     path = np.linspace(0.0, 3.0, 31)[:, None] * [1.0, 0.0, 0.0]
     _, missed = follow(chain, grip, stance, path, False)
@@ -117,7 +117,7 @@ def test_the_distance_of_segments_is_the_least_over_their_points() -> None:
     assert apart(point, point, point, point) == 0.0
 
 
-def test_an_arm_folded_onto_itself_overlaps_and_the_parts_are_named(arm: Arm) -> None:
+def test_an_arm_folded_onto_itself_overlaps_and_the_parts_are_named(arm: RobotModel) -> None:
     t_s = np.array([0.0, 1.0])
     still = np.zeros((2, 7))
     folded = still + np.array([0.0, 0.0, 0.0, 2.9, 0.0, 0.0, 0.0])

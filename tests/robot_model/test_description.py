@@ -8,8 +8,7 @@ import pytest
 from kendama_cli.errors import ConfigError, InputError
 from kendama_cli.robot_model.description import read_description
 from kendama_cli.settings.robot import PER_JOINT
-from kendama_cli.simulation.dart.arm import Arm
-from tests.simulation.dart.bench_robot import kendama_game, pa10
+from tests.simulation.dart.bench_robot import modelled, pa10
 
 GOOD = Path(pa10().path).read_text()
 
@@ -25,9 +24,9 @@ def _refusal(tmp_path: Path, text: str, tip_link: str = "flange", base_link: str
 
 
 def test_the_shipped_arm_has_seven_joints_with_the_published_speeds() -> None:
-    arm = Arm(pa10(), kendama_game().cup)
+    arm = modelled(pa10())
     assert arm.joint_names == ("s1", "s2", "s3", "e1", "e2", "w1", "w2")
-    degrees = arm.velocity_rad_s * 180 / 3.141592653589793
+    degrees = arm.limits.velocity_rad_s * 180 / 3.141592653589793
     assert degrees == pytest.approx([57, 57, 114, 114, 360, 360, 360], rel=1e-5)
 
 
@@ -139,8 +138,8 @@ def test_a_moving_frame_without_mass_is_fine_where_it_carries_some(tmp_path: Pat
     body = '<link name="body">' + inertial + '</link><joint name="holds" type="fixed"><parent link="link_w2"/>'
     body += '<child link="body"/><axis xyz="0 0 0"/></joint></robot>'
     file.write_text(GOOD.replace(inertial, "", 1).replace("</robot>", body))
-    split = Arm(dataclasses.replace(pa10(), path=str(file)), kendama_game().cup)
-    whole = Arm(pa10(), kendama_game().cup)
+    split = modelled(dataclasses.replace(pa10(), path=str(file)))
+    whole = modelled(pa10())
     assert split.skeleton.getMass() == pytest.approx(whole.skeleton.getMass(), abs=1e-5)
 
 
@@ -169,9 +168,9 @@ def test_a_tip_that_is_not_beyond_the_base_is_refused(tmp_path: Path) -> None:
 
 def test_a_chain_may_start_anywhere(tmp_path: Path) -> None:
     """What is before the base link is left out, and the base pose is that link's."""
-    arm = Arm(dataclasses.replace(pa10(), base_link="link_s3", **dict.fromkeys(PER_JOINT)), kendama_game().cup)
+    arm = modelled(dataclasses.replace(pa10(), base_link="link_s3", **dict.fromkeys(PER_JOINT)))
     assert arm.joint_names == ("e1", "e2", "w1", "w2")
-    place = arm.skeleton.getBodyNode("link_s3").getWorldTransform().translation()
+    place = arm.new_body().skeleton.getBodyNode("link_s3").getWorldTransform().translation()
     assert place == pytest.approx(pa10().base_position_m)
 
 
@@ -191,9 +190,9 @@ def test_joints_off_the_chain_are_held_fixed(tmp_path: Path) -> None:
     )
     file = tmp_path / "robot.urdf"
     file.write_text(GOOD.replace("</robot>", finger))
-    arm = Arm(dataclasses.replace(pa10(), path=str(file)), kendama_game().cup)
+    arm = modelled(dataclasses.replace(pa10(), path=str(file)))
     assert arm.joint_names == ("s1", "s2", "s3", "e1", "e2", "w1", "w2")
-    assert arm.skeleton.getNumDofs() == 7
+    assert arm.mass_matrix(arm.home_rad).shape == (7, 7)
 
 
 def test_the_number_of_home_angles_must_fit_the_arm() -> None:
@@ -201,7 +200,7 @@ def test_the_number_of_home_angles_must_fit_the_arm() -> None:
     none = dict.fromkeys(PER_JOINT)
     short = dataclasses.replace(pa10(), **{**none, "home_rad": six})
     with pytest.raises(InputError, match=r"has 7 moving joints on the way to 'flange', robot\.home_rad has 6"):
-        Arm(short, kendama_game().cup)
+        modelled(short)
 
 
 def test_joint_lists_of_different_lengths_are_refused() -> None:

@@ -17,12 +17,11 @@ from kendama_cli.motion.averaging import encode_demonstrations
 from kendama_cli.schema.settings import build
 from kendama_cli.simulation.catch.arm_motion import ArmMotion, scaled_plan
 from kendama_cli.simulation.catch.settings import AdaptSettings
-from kendama_cli.simulation.dart.arm import Arm
 from kendama_cli.stages.adapt.stage import Adapt
 from kendama_cli.stages.interface import Made
 from tests.memory_context import MemoryContext
 from tests.motion.swings import settings as encode_settings
-from tests.simulation.dart.bench_robot import ROOT, kendama_game, pa10
+from tests.simulation.dart.bench_robot import ROOT, kendama_game, modelled, pa10
 
 SHIPPED = build(AdaptSettings, yaml.safe_load((ROOT / "conf/adapt/catch.yaml").read_text()), "adapt")
 QUICK = dataclasses.replace(SHIPPED, tau_range=(0.96, 1.04), amplitudes=(), max_shift_m=0.0, repeats=3)
@@ -172,7 +171,7 @@ def test_a_coordinate_that_is_not_in_space_is_refused(bundled: MotionPlan) -> No
 
 
 def test_slower_play_runs_through_the_same_places(bundled: MotionPlan) -> None:
-    swing = ArmMotion(Arm(pa10(), kendama_game().cup), bundled, 5.0)
+    swing = ArmMotion(modelled(pa10()), bundled, 5.0)
     one, two = swing.joints(1.0, 0.5), swing.joints(2.0, 1.0)
     assert two.position_rad[::2][: len(one.t_s)] == pytest.approx(one.position_rad, abs=1e-12)
     assert 2 * two.velocity_rad_s[::2][: len(one.t_s)] == pytest.approx(one.velocity_rad_s, abs=1e-12)
@@ -184,7 +183,7 @@ def test_slower_play_runs_through_the_same_places(bundled: MotionPlan) -> None:
 
 def test_a_motion_that_begins_moving_gets_a_lead_in_from_rest(bundled: MotionPlan) -> None:
     moving = dataclasses.replace(bundled, start_velocity_m_s=np.array([0.5, 0.0, 0.2]))
-    swing = ArmMotion(Arm(pa10(), kendama_game().cup), moving, 5.0)
+    swing = ArmMotion(modelled(pa10()), moving, 5.0)
     cup_m = swing.cup_reference_m(1.0, np.arange(0.0, swing.lead_in_s + 0.1, 0.001))
     steps = np.diff(cup_m, axis=0) / 0.001
     assert swing.lead_in_s == pytest.approx(2 * math.hypot(0.5, 0.2) / 5.0)

@@ -20,14 +20,13 @@ from kendama_cli.schema.settings import build
 from kendama_cli.settings.placement import Placement, placed
 from kendama_cli.settings.robot import RobotSettings
 from kendama_cli.simulation.catch.settings import AdaptSettings
-from kendama_cli.simulation.dart.arm import Arm
 from kendama_cli.simulation.placement.find_placement import current_placement, find_placement
 from kendama_cli.stages.adapt import stage as adapt_stage
 from kendama_cli.stages.adapt.stage import Adapt
 from kendama_cli.stages.transfer import stage as transfer_stage
 from tests.memory_context import MemoryContext
 from tests.motion.swings import settings as encode_settings
-from tests.simulation.dart.bench_robot import ROOT, kendama_game, pa10
+from tests.simulation.dart.bench_robot import ROOT, kendama_game, modelled, pa10
 from tests.stages.test_transfer import stage as transfer_of_pa10
 
 GAME = kendama_game()
@@ -76,15 +75,15 @@ def test_where_the_swing_ups_line_would_cost_the_motion_it_is_given_up(
 def test_the_motion_is_that_of_the_arm_so_placed(motion: CatchMotion, elsewhere: Placement) -> None:
     assert motion.placement == elsewhere
     assert motion.joints.position_rad[0] == pytest.approx(elsewhere.home_rad, abs=0.02)
-    arm = Arm(placed(pa10(), elsewhere), GAME.cup)
-    value, _ = arm.cup_task(motion.joints.position_rad[200])
+    arm = modelled(placed(pa10(), elsewhere))
+    value, _ = arm.upright_task(motion.joints.position_rad[200])
     assert value[3:] == pytest.approx([0.0, 0.0], abs=1e-7)
 
 
 def test_a_given_placement_is_told_as_it_stands(plan: MotionPlan) -> None:
     given = dataclasses.replace(SEARCHED, placement="given")
     made = Adapt(adapt=given, robot=pa10(), game=GAME).run({"encode": plan}, MemoryContext(1)).artifact
-    assert made.placement == current_placement(Arm(pa10(), GAME.cup))
+    assert made.placement == current_placement(modelled(pa10()))
 
 
 def test_transfer_opens_the_robot_where_the_motion_was_made_for(

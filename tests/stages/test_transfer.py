@@ -18,13 +18,13 @@ from kendama_cli.errors import HardwareError, InputError, StageError
 from kendama_cli.game.settings import TransferSettings
 from kendama_cli.learning.settings import LearnSettings
 from kendama_cli.log.channels import schema_of
+from kendama_cli.robot_model.model import RobotModel
 from kendama_cli.schema.messages import encode
 from kendama_cli.schema.settings import build_value
 from kendama_cli.settings.camera import CameraSettings, LightingSettings
 from kendama_cli.settings.game import GameSettings
 from kendama_cli.settings.hardware import HardwareSettings, TwinHardware
 from kendama_cli.settings.robot import RobotSettings
-from kendama_cli.simulation.dart.arm import Arm
 from kendama_cli.simulation.placement.find_placement import current_placement
 from kendama_cli.simulation.placement.placement import joint_trajectory
 from kendama_cli.stages.interface import Made
@@ -70,10 +70,10 @@ def still() -> CatchMotion:
     """A motion of half a second that only lifts the cup a little: it never catches."""
     t_s = np.arange(126) * 0.004
     lift = np.column_stack([np.zeros_like(t_s), np.zeros_like(t_s), 0.02 * np.sin(np.pi * t_s / 0.5) ** 2])
-    joints = joint_trajectory(Arm(ROBOT, GAME.cup), t_s, lift)
+    joints = joint_trajectory(RobotModel(ROBOT, GAME.cup, GAME.gravity_m_s2), t_s, lift)
     one, two = np.zeros(1), np.ones(2)
     plan = MotionPlan(("z",), 0.5, 1.0, 100.0, 2.0, one, one, one, one, np.zeros((1, 2)), two, two, np.zeros((0, 6)))
-    return CatchMotion(plan, joints, current_placement(Arm(ROBOT, GAME.cup)), False, 0.0)
+    return CatchMotion(plan, joints, current_placement(RobotModel(ROBOT, GAME.cup, GAME.gravity_m_s2)), False, 0.0)
 
 
 def stage(settings: TransferSettings = SHORT, hardware: HardwareSettings = TWIN) -> Transfer:

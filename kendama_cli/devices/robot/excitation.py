@@ -10,9 +10,9 @@ from scipy.interpolate import CubicSpline
 from kendama_cli.artifacts.motion_plan import JointTrajectory
 from kendama_cli.devices.robot.identify_settings import IdentifySettings
 from kendama_cli.errors import StageError
+from kendama_cli.robot_model.model import RobotModel
 from kendama_cli.schema.arrays import Array
 from kendama_cli.settings.game import GameSettings
-from kendama_cli.simulation.dart.arm import Arm
 from kendama_cli.simulation.placement.clearance import least_clearance
 from kendama_cli.simulation.placement.limit_shares import limit_shares
 
@@ -27,7 +27,7 @@ FASTEST_HZ = 2.0
 
 
 def excitation(
-    arm: Arm,
+    arm: RobotModel,
     game: GameSettings,
     settings: IdentifySettings,
     *,
@@ -71,7 +71,7 @@ def excitation(
 
 
 def _motion(
-    arm: Arm,
+    arm: RobotModel,
     middle_rad: Array,
     settings: IdentifySettings,
     *,
@@ -91,8 +91,8 @@ def _motion(
         speed = settings.amplitude_rad * np.abs((size * k * np.cos(circle)).sum(axis=1)).max()
         change = settings.amplitude_rad * np.abs((size * k**2 * np.sin(circle)).sum(axis=1)).max()
         omega = min(
-            settings.limit_share * arm.velocity_rad_s[j] / speed,
-            float(np.sqrt(settings.limit_share * arm.acceleration_rad_s2[j] / change)),
+            settings.limit_share * arm.limits.velocity_rad_s[j] / speed,
+            float(np.sqrt(settings.limit_share * arm.limits.acceleration_rad_s2[j] / change)),
             2 * np.pi * FASTEST_HZ,
         )
         slowest = min(settings.slowest_rad_s / (omega * speed), 1.0)
@@ -104,20 +104,20 @@ def _motion(
     return JointTrajectory(arm.joint_names, t_s, angles, curve(t_s, 1), curve(t_s, 2))
 
 
-def _middle(arm: Arm, amplitude_rad: float) -> Array:
+def _middle(arm: RobotModel, amplitude_rad: float) -> Array:
     """The posture nearest to home about which every joint can move by ``amplitude_rad`` both ways."""
     reach = MARGIN * amplitude_rad
-    for name, low, high in zip(arm.joint_names, arm.lower_rad, arm.upper_rad, strict=True):
+    for name, low, high in zip(arm.joint_names, arm.limits.lower_rad, arm.limits.upper_rad, strict=True):
         if high - low < 2 * reach:
             raise StageError(
                 f"joint '{name}' of {arm.settings.name} cannot be excited by {amplitude_rad} rad both ways; allowed: "
                 f"{(high - low) / 2 / MARGIN:.3f} rad, for its range is {low:.3f} to {high:.3f} rad: "
                 "lower identify.amplitude_rad"
             )
-    return np.clip(arm.home_rad, arm.lower_rad + reach, arm.upper_rad - reach)
+    return np.clip(arm.home_rad, arm.limits.lower_rad + reach, arm.limits.upper_rad - reach)
 
 
-def _require_clear(arm: Arm, game: GameSettings, joints: JointTrajectory) -> None:
+def _require_clear(arm: RobotModel, game: GameSettings, joints: JointTrajectory) -> None:
     """Raise StageError where parts overlap by more than at home, beyond the coarseness of their capsules."""
     rest = np.zeros((2, len(arm.home_rad)))
     home = JointTrajectory(arm.joint_names, np.array([0.0, 1.0]), np.tile(arm.home_rad, (2, 1)), rest, rest)

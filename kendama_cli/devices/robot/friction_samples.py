@@ -2,25 +2,27 @@
 
 from __future__ import annotations
 
+import dataclasses
+
 import numpy as np
 from scipy.ndimage import maximum_filter1d
 from scipy.signal import savgol_filter
 
-from kendama_cli.artifacts.friction_model import ParametricFriction
 from kendama_cli.devices.robot.recording import Recording
 from kendama_cli.errors import HardwareError, StageError
 from kendama_cli.learning.friction_choice import FrictionSamples, Mask
 from kendama_cli.learning.friction_parametric import parametric_torque
+from kendama_cli.robot_model.model import RobotModel
 from kendama_cli.schema.arrays import Array
 from kendama_cli.settings.game import GameSettings
 from kendama_cli.settings.robot import RobotSettings
-from kendama_cli.simulation.dart.arm import Arm
 
 ORDER = 4
 """Order of the local polynomials; a lower one would flatten the accelerations."""
 STUCK_RAD_S = 0.01
 """A joint slower than this may be sticking, or creeping as the readings' noise tells."""
 SPENT = 0.97
+WEIGHTLESS_KG = 1e-12
 FEWEST = 200
 """Samples of a joint with which its friction can be told."""
 
@@ -29,15 +31,10 @@ class Samples:
     """Computes friction samples for one arm."""
 
     def __init__(self, robot: RobotSettings, game: GameSettings) -> None:
-        self._bare, self._laden = Arm(robot, game.cup), Arm(robot, game.cup)
-        for body in (self._bare.cup, self._bare.tie):  # the wrist's sensor tells what they weigh
-            body.setMass(1e-12)
-        for arm in (self._bare, self._laden):
-            arm.skeleton.setGravity(np.array([0.0, 0.0, -game.gravity_m_s2]))
-        arm, n = self._laden, len(self._laden.joint_names)
-        self._known = ParametricFriction(
-            arm.coulomb_nm, arm.stribeck_nm, arm.stribeck_rad_s, arm.viscous_nm_s, np.zeros(n)
-        )
+        self._laden = RobotModel(robot, game.cup, game.gravity_m_s2)
+        # the wrist's sensor measures all that the tool exerts, so that it counts for nothing here
+        weightless = dataclasses.replace(game.cup, mass_kg=WEIGHTLESS_KG)
+        self._bare = RobotModel(robot, weightless, game.gravity_m_s2)
 
     def of(self, recording: Recording, smoothing_s: float) -> FrictionSamples:
         """The friction in every sample of ``recording`` that the settings do not hold, from equation (2),
@@ -72,12 +69,12 @@ class Samples:
         angles = recording.position_rad
         velocity = smooth(angles, 1)
         rigid, tool = self._torques(smooth(angles), velocity, smooth(angles, 2), smooth(recording.wrist_wrench))
-        torque = smooth(recording.effort_nm) + tool - rigid - parametric_torque(self._known, velocity)
+        torque = smooth(recording.effort_nm) + tool - rigid - parametric_torque(self._laden.friction, velocity)
         kept = _moving_on(velocity, window) & ~_at_limits(self._laden, recording.effort_nm, velocity, window)
         kept[: window // 2] = kept[-(window // 2) :] = False  # the polynomials at the ends are one-sided
         self._require_motion(velocity, kept)
         change = np.gradient(rigid, period_s, axis=0)
-        torque = torque - _ahead_s(velocity, torque, change, kept, self._laden.effort_nm) * change
+        torque = torque - _ahead_s(velocity, torque, change, kept, self._laden.limits.effort_nm) * change
         return FrictionSamples(velocity, torque, kept)
 
     def _torques(
@@ -85,17 +82,10 @@ class Samples:
     ) -> tuple[Array, Array]:
         """What the rigid bodies need, and what the tool's wrench gives; (k, n) each."""
         arm = self._bare if wrench.any() else self._laden
-        skeleton = arm.skeleton
-        tip = skeleton.getBodyNode(arm.tip_link)
         rigid, tool = np.empty_like(position_rad), np.empty_like(position_rad)
-        spatial = np.hstack([wrench[:, 3:], wrench[:, :3]])  # DART puts the angular part first
-        for k in range(len(position_rad)):
-            skeleton.setPositions(position_rad[k])
-            skeleton.setVelocities(velocity_rad_s[k])
-            skeleton.setAccelerations(acceleration_rad_s2[k])
-            skeleton.computeInverseDynamics(False, False, False)
-            rigid[k] = skeleton.getForces()
-            tool[k] = skeleton.getJacobian(tip).T @ spatial[k]
+        for k, sample in enumerate(zip(position_rad, velocity_rad_s, acceleration_rad_s2, strict=True)):
+            rigid[k] = arm.rigid_effort_nm(*sample)
+            tool[k] = arm.tip_jacobian(sample[0]).T @ wrench[k]
         return rigid, tool
 
     def _require_motion(self, velocity_rad_s: Array, kept: Mask) -> None:
@@ -109,9 +99,11 @@ class Samples:
                 )
 
 
-def _at_limits(arm: Arm, effort_nm: Array, velocity_rad_s: Array, window: int) -> Mask:
+def _at_limits(arm: RobotModel, effort_nm: Array, velocity_rad_s: Array, window: int) -> Mask:
     """Where, anywhere in the window around the sample, a motor gives or turns all it can; bool (k, n)."""
-    spent = (np.abs(effort_nm) > SPENT * arm.effort_nm) | (np.abs(velocity_rad_s) > SPENT * arm.velocity_rad_s)
+    spent = (np.abs(effort_nm) > SPENT * arm.limits.effort_nm) | (
+        np.abs(velocity_rad_s) > SPENT * arm.limits.velocity_rad_s
+    )
     return np.asarray(maximum_filter1d(spent, window, axis=0), dtype=bool)
 
 

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from kendama_cli.devices.robot.interface import JointCommand, JointLimits
+from kendama_cli.devices.robot.interface import JointCommand
+from kendama_cli.robot_model.limits import JointLimits
 
 
 def limit_command(last: JointCommand, wanted: JointCommand, limits: JointLimits, period_s: float) -> JointCommand:

@@ -14,8 +14,9 @@ from enum import IntEnum
 
 import numpy as np
 
-from kendama_cli.devices.robot.interface import Exchange, JointCommand, JointLimits, RobotState, SceneState
+from kendama_cli.devices.robot.interface import Exchange, JointCommand, RobotState, SceneState
 from kendama_cli.errors import HardwareError
+from kendama_cli.robot_model.limits import JointLimits
 from kendama_cli.schema.arrays import Array
 
 MAGIC = b"KNDM"

@@ -7,7 +7,7 @@ import math
 
 import numpy as np
 
-from kendama_cli.devices.robot.interface import Exchange, JointCommand, JointLimits, RobotState, SceneState
+from kendama_cli.devices.robot.interface import Exchange, JointCommand, RobotState, SceneState
 from kendama_cli.devices.robot.limiter import limit_command
 from kendama_cli.errors import HardwareError
 from kendama_cli.schema.arrays import Array
@@ -38,9 +38,7 @@ class SimulatedRobot:
         self._world = ArmWorld(robot, game)
         arm = self._world.arm
         self.joint_names = arm.joint_names
-        self.limits = JointLimits(
-            arm.lower_rad, arm.upper_rad, arm.velocity_rad_s, arm.acceleration_rad_s2, arm.effort_nm
-        )
+        self.limits = arm.limits
         self._steps = max(1, round(control_period_s / STEP_S))
         self.period_s = self._steps * STEP_S
         self._imperfection = imperfection
@@ -132,7 +130,7 @@ class SimulatedRobot:
 
     def _scene(self) -> SceneState:
         world = self._world
-        place = world.arm.cup.getWorldTransform()
+        place = world.body.cup.getWorldTransform()
         return SceneState(
             np.array(world.position_rad), np.array(world.tie_m), np.array(place.rotation()), np.array(world.ball_m)
         )

@@ -13,8 +13,8 @@ from kendama_cli.artifacts.motion_plan import JointTrajectory
 from kendama_cli.devices.robot.identify_settings import IdentifySettings
 from kendama_cli.devices.robot.recording import Recording
 from kendama_cli.errors import StageError
+from kendama_cli.robot_model.model import RobotModel
 from kendama_cli.schema.arrays import Array
-from kendama_cli.simulation.dart.arm import Arm
 from kendama_cli.simulation.placement.limit_shares import limit_shares
 from kendama_cli.simulation.placement.placement import joint_trajectory
 
@@ -32,7 +32,7 @@ class Circle:
     speed_m_s: float
 
 
-def circle(arm: Arm, settings: IdentifySettings, period_s: float) -> Circle:
+def circle(arm: RobotModel, settings: IdentifySettings, period_s: float) -> Circle:
     """The upright cup round a circle that touches home from above, slower than wanted where a limit asks for it.
 
     Raises StageError where the circle is outside the workspace.
@@ -69,10 +69,10 @@ def _ramped(share: ArrayLike) -> Array:
 class CupPath:
     """Where the cup was meant to be, and where it was by the joints' readings, at full speed; places are (k, 3) [m]."""
 
-    def __init__(self, arm: Arm, motion: JointTrajectory, recording: Recording) -> None:
+    def __init__(self, arm: RobotModel, motion: JointTrajectory, recording: Recording) -> None:
         self.t_s = motion.t_s
-        self.wanted_m = np.array([arm.cup_place(row) for row in motion.position_rad])
-        self.reached_m = np.array([arm.cup_place(row) for row in recording.position_rad])
+        self.wanted_m = np.array([arm.tool_place_m(row) for row in motion.position_rad])
+        self.reached_m = np.array([arm.tool_place_m(row) for row in recording.position_rad])
         self._steady = (self.t_s >= RAMP_S + LONGEST_DELAY_S) & (self.t_s <= self.t_s[-1] - RAMP_S)
         self._curve = CubicSpline(self.t_s, self.wanted_m)
 

@@ -9,8 +9,8 @@ from scipy.interpolate import CubicSpline
 
 from kendama_cli.artifacts.motion_plan import JointTrajectory, MotionPlan
 from kendama_cli.robot_model.inverse_kinematics import follow_path
+from kendama_cli.robot_model.model import RobotModel
 from kendama_cli.schema.arrays import Array
-from kendama_cli.simulation.dart.arm import Arm
 from kendama_cli.simulation.dart.cup_path import CupPath
 from kendama_cli.simulation.dart.world import STEP_S
 
@@ -26,20 +26,20 @@ class ArmMotion:
     Raises StageError where the arm cannot follow.
     """
 
-    def __init__(self, arm: Arm, plan: MotionPlan, lead_in_m_s2: float) -> None:
+    def __init__(self, arm: RobotModel, plan: MotionPlan, lead_in_m_s2: float) -> None:
         self.arm = arm
         self.plan = plan
         self._path = CupPath(plan, lead_in_m_s2)
         self.lead_in_s = self._path.lead_in_s
         self._t_s: Array = KNOT_S * np.arange(int(np.ceil(self._path.duration_s / KNOT_S)) + 1, dtype=np.float64)
         self.cup_m = self._path.at(self._t_s)
-        home = arm.cup_place(arm.home_rad)
+        home = arm.tool_place_m(arm.home_rad)
         start = follow_path(arm, home + _ramp(self.cup_m[0]), arm.home_rad)[-1]
         self._curve = CubicSpline(self._t_s, follow_path(arm, home + self.cup_m, start, self._t_s))
         self.home_m = home
         speed, change = np.abs(self._curve(self._t_s, 1)).max(axis=0), np.abs(self._curve(self._t_s, 2)).max(axis=0)
-        self.velocity_shares = speed / arm.velocity_rad_s
-        self.acceleration_shares = change / arm.acceleration_rad_s2
+        self.velocity_shares = speed / arm.limits.velocity_rad_s
+        self.acceleration_shares = change / arm.limits.acceleration_rad_s2
 
     def least_tau_scale(self) -> float:
         """The fastest tau_scale within the arm's speed and acceleration limits."""
@@ -47,12 +47,14 @@ class ArmMotion:
 
     def limiting_joint(self) -> str:
         """The joint, and its limit in words, that forbids a faster motion."""
-        arm = self.arm
+        arm, limits = self.arm, self.arm.limits
         if self.velocity_shares.max() >= np.sqrt(self.acceleration_shares.max()):
             j = int(self.velocity_shares.argmax())
-            return f"joint '{arm.joint_names[j]}' with its speed limit of {arm.velocity_rad_s[j]:.2f} rad/s"
+            return f"joint '{arm.joint_names[j]}' with its speed limit of {limits.velocity_rad_s[j]:.2f} rad/s"
         j = int(self.acceleration_shares.argmax())
-        return f"joint '{arm.joint_names[j]}' with its acceleration limit of {arm.acceleration_rad_s2[j]:.1f} rad/s^2"
+        return (
+            f"joint '{arm.joint_names[j]}' with its acceleration limit of {limits.acceleration_rad_s2[j]:.1f} rad/s^2"
+        )
 
     def joints(self, tau_scale: float, hold_s: float) -> JointTrajectory:
         """The motion at ``tau_scale``, every STEP_S, followed by ``hold_s`` of settling and rest."""

@@ -4,17 +4,17 @@ from __future__ import annotations
 
 from kendama_cli.artifacts.motion_plan import MotionPlan
 from kendama_cli.errors import StageError
+from kendama_cli.robot_model.model import RobotModel
 from kendama_cli.simulation.catch.arm_motion import ArmMotion, scaled_plan
 from kendama_cli.simulation.catch.catch_search import Bounds, MotionVariation
 from kendama_cli.simulation.catch.late_shift import shifted_plan
 from kendama_cli.simulation.catch.uncertainty import MOUTH_SHARE
-from kendama_cli.simulation.dart.arm import Arm
 
 
 class CatchFamily:
     """All variations of ``plan`` for ``arm``; each path of the cup is solved once and stretched in time."""
 
-    def __init__(self, arm: Arm, plan: MotionPlan, lead_in_m_s2: float) -> None:
+    def __init__(self, arm: RobotModel, plan: MotionPlan, lead_in_m_s2: float) -> None:
         self._arm = arm
         self._plan = plan
         self._lead_in_m_s2 = lead_in_m_s2

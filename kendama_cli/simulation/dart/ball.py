@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 
+from kendama_cli.robot_model.dart_library import dartpy
 from kendama_cli.settings.game import BallSettings, CupSettings
-from kendama_cli.simulation.dart.library import dartpy
 
 
 def make_ball(ball: BallSettings, cup: CupSettings) -> Any:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
+from kendama_cli.robot_model.limits import JointLimits
 from kendama_cli.schema.arrays import Array
 
 Flags = npt.NDArray[np.bool_]
@@ -27,9 +28,9 @@ class Drive:
     speed over the last period; ``limited`` tells whether the last sample was changed.
     """
 
-    def __init__(
-        self, lower_rad: Array, upper_rad: Array, velocity_rad_s: Array, acceleration_rad_s2: Array, period_s: float
-    ) -> None:
+    def __init__(self, limits: JointLimits, period_s: float) -> None:
+        lower_rad, upper_rad = limits.lower_rad, limits.upper_rad
+        velocity_rad_s, acceleration_rad_s2 = limits.velocity_rad_s, limits.acceleration_rad_s2
         self._lower, self._upper = lower_rad, upper_rad
         self._fastest, self._top = velocity_rad_s, acceleration_rad_s2
         self._period = period_s

@@ -89,14 +89,14 @@ def play_rollout(
             joint_state = (world.position_rad, world.velocity_rad_s, world.effort_nm)
             samples.append((world.t_s, world.tie_m, world.ball_m, *joint_state))
     nearest = min(crossings, key=lambda one: abs(one[0])) if crossings else (None, None, None)
-    efforts = strongest / world.arm.effort_nm
+    efforts = strongest / world.arm.limits.effort_nm
     return RolloutResult(
         caught=world.ball_is_caught(),
         signed_miss_m=nearest[0],
         side_miss_m=nearest[1],
         flight_s=nearest[2],
         apex_m=float(apex - rim),
-        velocity_share=float((fastest / world.arm.velocity_rad_s).max()),
+        velocity_share=float((fastest / world.arm.limits.velocity_rad_s).max()),
         effort_share=float(efforts.max()),
         effort_joint=world.arm.joint_names[int(efforts.argmax())],
         trace=Trace(*(np.array(column) for column in zip(*samples, strict=True))) if record else None,

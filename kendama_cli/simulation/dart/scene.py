@@ -9,9 +9,9 @@ import numpy as np
 
 from kendama_cli.errors import ConfigError
 from kendama_cli.motion.rotation_matrix import matrix_of
+from kendama_cli.robot_model.dart_library import dartpy
 from kendama_cli.schema.arrays import Array
 from kendama_cli.settings.scene import Body, SceneSettings, SprungBody, StaticBody
-from kendama_cli.simulation.dart.library import dartpy
 
 CLEARANCE_M = 0.001
 """What stands on a body may touch it: only what is deeper inside than this overlaps."""

@@ -9,12 +9,12 @@ import numpy as np
 from kendama_cli.errors import SimulationError
 from kendama_cli.motion.impedance import JointTorque, TaskState
 from kendama_cli.motion.task_settings import InteractSettings
-from kendama_cli.robot_model.friction import JointFriction
+from kendama_cli.robot_model.dart_library import awake_world, dartpy
+from kendama_cli.robot_model.model import RobotModel
 from kendama_cli.schema.arrays import Array
 from kendama_cli.settings.robot import RobotSettings
 from kendama_cli.settings.scene import SceneSettings
-from kendama_cli.simulation.dart.arm import Arm
-from kendama_cli.simulation.dart.library import awake_world, dartpy
+from kendama_cli.simulation.dart.joint_friction import JointFriction
 from kendama_cli.simulation.dart.scene import Scene, check_clear
 
 STEP_S = 0.001
@@ -35,15 +35,16 @@ class TaskWorld:
 
     def __init__(self, robot: RobotSettings, interact: InteractSettings, scene: SceneSettings) -> None:
         probe = interact.probe
-        self.arm = arm = Arm(robot, probe)
-        self.probe = arm.cup
+        self.arm = arm = RobotModel(robot, probe, interact.gravity_m_s2)
+        self.body = arm.new_body()
+        self.probe = self.body.cup
         self._mass_kg = probe.mass_kg
         self._gravity = np.array([0.0, 0.0, -interact.gravity_m_s2])
         self._sensor_share = 1.0 - math.exp(-2.0 * math.pi * interact.sensor_hz * STEP_S)
-        self._skeleton = arm.skeleton
+        self._skeleton = self.body.skeleton
         self._skeleton.setPositions(arm.home_rad)
         foot = self._skeleton.getRootBodyNode().getWorldTransform().translation()
-        first = arm.joints[0].getChildBodyNode().getWorldTransform().translation()
+        first = self.body.joints[0].getChildBodyNode().getWorldTransform().translation()
         base_m = np.linspace(foot, first, num=50)
         check_clear(scene, base_m, np.array(self.probe.getWorldTransform().translation()), probe.radius_m)
         self._world = awake_world(STEP_S, interact.gravity_m_s2)
@@ -55,13 +56,7 @@ class TaskWorld:
         # in contact any joint may stop within a step: DART's constraint holds the friction of all of them
         always = np.full(len(arm.joint_names), np.inf)
         self._friction = JointFriction(
-            arm.joints,
-            coulomb_nm=arm.coulomb_nm,
-            stribeck_nm=arm.stribeck_nm,
-            stribeck_rad_s=arm.stribeck_rad_s,
-            viscous_nm_s=arm.viscous_nm_s,
-            slow_rad_s=always,
-            change_rad_s=np.zeros_like(always),
+            self.body.joints, arm.friction, slow_rad_s=always, change_rad_s=np.zeros_like(always)
         )
         self._ones = np.ones(len(arm.joint_names))
         self._steps = 0
@@ -115,7 +110,7 @@ class TaskWorld:
 
         It is what the probe exerts on the tip link, in that link's frame at its origin.
         """
-        place = self._skeleton.getBodyNode(self.arm.tip_link).getWorldTransform()
+        place = self.body.tip.getWorldTransform()
         lever = self.tool_m - place.translation()
         inertial = self._mass_kg * (self._gravity - self.probe.getCOMLinearAcceleration())
         force = inertial - self.contact_n

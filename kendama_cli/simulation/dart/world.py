@@ -9,15 +9,15 @@ from dataclasses import dataclass
 import numpy as np
 
 from kendama_cli.errors import SimulationError
-from kendama_cli.robot_model.friction import JointFriction
+from kendama_cli.robot_model.cup import set_restitution
+from kendama_cli.robot_model.dart_library import awake_world
+from kendama_cli.robot_model.model import RobotModel
 from kendama_cli.schema.arrays import Array
 from kendama_cli.settings.game import GameSettings
 from kendama_cli.settings.robot import RobotSettings
-from kendama_cli.simulation.dart.arm import Arm
 from kendama_cli.simulation.dart.ball import make_ball
-from kendama_cli.simulation.dart.cup import set_restitution
 from kendama_cli.simulation.dart.drive import Drive
-from kendama_cli.simulation.dart.library import awake_world
+from kendama_cli.simulation.dart.joint_friction import JointFriction
 from kendama_cli.simulation.dart.rope import rope_force
 
 STEP_S = 0.001
@@ -59,27 +59,25 @@ class ArmWorld:
     """
 
     def __init__(self, robot: RobotSettings, game: GameSettings) -> None:
-        self.arm = Arm(robot, game.cup)
+        self.arm = RobotModel(robot, game.cup, game.gravity_m_s2)
         self.game = game
-        self._skeleton = self.arm.skeleton
+        self.body = self.arm.new_body()
+        self._skeleton = self.body.skeleton
         self._ball = make_ball(game.ball, game.cup)
         self._world = awake_world(STEP_S, game.gravity_m_s2)
         self._world.addSkeleton(self._skeleton)
         self._world.addSkeleton(self._ball)
         arm = self.arm
         self._friction = JointFriction(
-            arm.joints,
-            coulomb_nm=arm.coulomb_nm,
-            stribeck_nm=arm.stribeck_nm,
-            stribeck_rad_s=arm.stribeck_rad_s,
-            viscous_nm_s=arm.viscous_nm_s,
-            slow_rad_s=MAY_STOP_STEPS * STEP_S * arm.acceleration_rad_s2,
-            change_rad_s=STEP_S * arm.mobility(),
+            self.body.joints,
+            arm.friction,
+            slow_rad_s=MAY_STOP_STEPS * STEP_S * arm.limits.acceleration_rad_s2,
+            change_rad_s=STEP_S * arm.mobility(arm.home_rad),
         )
-        self._drive = Drive(arm.lower_rad, arm.upper_rad, arm.velocity_rad_s, arm.acceleration_rad_s2, STEP_S)
+        self._drive = Drive(arm.limits, STEP_S)
         self._kp = robot.stiffness_1_s2
         self._kd = 2.0 * math.sqrt(robot.stiffness_1_s2)
-        self._least_nm = -arm.effort_nm
+        self._least_nm = -arm.limits.effort_nm
         self._ones = np.ones(len(self.arm.joint_names))
         self.perturb(NO_ERRORS)
         self.reset(self.arm.home_rad)
@@ -90,7 +88,7 @@ class ArmWorld:
         self._errors = errors
         self._rope = (rope.length_m * errors.rope_scale, rope.stiffness_n_m, rope.damping_n_s_m)
         self._friction.set_unknown(errors.joint_friction_nm, errors.joint_friction_share)
-        set_restitution(self.arm.cup, self.game.cup.restitution if errors.restitution is None else errors.restitution)
+        set_restitution(self.body.cup, self.game.cup.restitution if errors.restitution is None else errors.restitution)
 
     def reset(self, position_rad: Array) -> None:
         """The arm at rest in ``position_rad`` (n,), the ball hanging still, the clock at 0."""
@@ -102,7 +100,7 @@ class ArmWorld:
         length, stiffness, _ = self._rope
         length += self.game.ball.mass_kg * self.game.gravity_m_s2 / stiffness
         aside = self._errors.ball_start_m
-        x, y, z = self.arm.tie.getCOM().tolist()
+        x, y, z = self.body.tie.getCOM().tolist()
         self._ball.setPositions([x + aside, y, z - math.sqrt(length**2 - aside**2)])
         self._ball.resetVelocities()
         self._ball.resetAccelerations()
@@ -148,9 +146,9 @@ class ArmWorld:
         )
         if not math.isfinite(effort.dot(self._ones)):
             self._abort(effort)
-        self.effort_nm = np.minimum(np.maximum(effort, self._least_nm), self.arm.effort_nm)
+        self.effort_nm = np.minimum(np.maximum(effort, self._least_nm), self.arm.limits.effort_nm)
         skeleton.setForces(self.effort_nm + self._friction.torque(self.velocity_rad_s))
-        tie = self.arm.tie
+        tie = self.body.tie
         bx, by, bz = self.ball_m
         cx, cy, cz = self.tie_m
         vx, vy, vz = self.ball_m_s
@@ -178,18 +176,18 @@ class ArmWorld:
         It is what handle, cup, rope and ball exert on the tip link, in the tip link's frame at its origin: the weight
         of the tool at rest, its inertia in motion, the pull of the rope and the blow of the ball.
         """
-        arm, skeleton = self.arm, self._skeleton
+        body, skeleton = self.body, self._skeleton
         if self._pull is not None:
-            arm.tie.addExtForce([-one for one in self._pull])
+            body.tie.addExtForce([-one for one in self._pull])
         for contact in self._world.getLastCollisionResult().getContacts():
-            if contact.collisionObject1.getShapeFrame().asShapeNode().getBodyNodePtr() == arm.cup:
-                arm.cup.addExtForce(contact.force, contact.point, False, False)
-            elif contact.collisionObject2.getShapeFrame().asShapeNode().getBodyNodePtr() == arm.cup:
-                arm.cup.addExtForce(-contact.force, contact.point, False, False)
+            if contact.collisionObject1.getShapeFrame().asShapeNode().getBodyNodePtr() == body.cup:
+                body.cup.addExtForce(contact.force, contact.point, False, False)
+            elif contact.collisionObject2.getShapeFrame().asShapeNode().getBodyNodePtr() == body.cup:
+                body.cup.addExtForce(-contact.force, contact.point, False, False)
         skeleton.computeInverseDynamics(True, False, False)
-        held = np.array(arm.cup.getBodyForce())
+        held = np.array(body.cup.getBodyForce())
         skeleton.clearExternalForces()
-        turn, at = arm.cup_in_tip.rotation(), arm.cup_in_tip.translation()
+        turn, at = body.tool_in_tip.rotation(), body.tool_in_tip.translation()
         force = turn @ held[3:]
         return -np.concatenate([force, turn @ held[:3] + np.cross(at, force)])
 
@@ -200,7 +198,7 @@ class ArmWorld:
 
     def ball_in_cup_m(self) -> Array:
         """The ball's centre in the cup's frame (3,): z along the axis from the tie point."""
-        place = self.arm.cup.getWorldTransform()
+        place = self.body.cup.getWorldTransform()
         return np.asarray(place.rotation().T @ (np.array(self.ball_m) - place.translation()))
 
     def ball_is_caught(self) -> bool:
@@ -214,7 +212,7 @@ class ArmWorld:
         return bool(0.0 < z < cup.depth_m and math.hypot(x, y) < cup.radius_m)
 
     def _observe(self) -> None:
-        skeleton, tie = self._skeleton, self.arm.tie
+        skeleton, tie = self._skeleton, self.body.tie
         self.position_rad: Array = skeleton.getPositions()
         self.velocity_rad_s: Array = skeleton.getVelocities()
         self.ball_m: list[float] = self._ball.getPositions().tolist()

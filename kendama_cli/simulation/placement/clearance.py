@@ -7,11 +7,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from kendama_cli.artifacts.motion_plan import JointTrajectory
-from kendama_cli.robot_model.chain import compiled_chain, heading_turn
+from kendama_cli.robot_model.body import heading_turn
+from kendama_cli.robot_model.chain import compiled_chain
 from kendama_cli.robot_model.chain_kernel import Chain, CollisionGeometry, ToolGeometry, clearance
+from kendama_cli.robot_model.model import RobotModel
 from kendama_cli.schema.arrays import Array
 from kendama_cli.settings.game import GameSettings
-from kendama_cli.simulation.dart.arm import Arm
 
 HANDLE_RADIUS_M = 0.015
 EVERY_S = 0.01
@@ -27,7 +28,7 @@ class Clearance:
     t_s: float
 
 
-def room_about(arm: Arm, game: GameSettings, heading_rad: float, root_height_m: float) -> CollisionGeometry:
+def room_about(arm: RobotModel, game: GameSettings, heading_rad: float, root_height_m: float) -> CollisionGeometry:
     """What must stay apart where the root stands so: capsules of ``link_radius_m``, floor, pedestal, cup and swing.
 
     The pedestal reaches from the floor to the first joint and is as wide as the widest link.
@@ -42,7 +43,7 @@ def room_about(arm: Arm, game: GameSettings, heading_rad: float, root_height_m: 
     )
 
 
-def grip_of(arm: Arm, chain: Chain, game: GameSettings) -> ToolGeometry:
+def grip_of(arm: RobotModel, chain: Chain, game: GameSettings) -> ToolGeometry:
     """The cup as ``arm`` holds it, with the ball in it."""
     axis = np.array(arm.settings.tool.cup_axis)
     return ToolGeometry(
@@ -52,9 +53,9 @@ def grip_of(arm: Arm, chain: Chain, game: GameSettings) -> ToolGeometry:
     )
 
 
-def least_clearance(arm: Arm, game: GameSettings, joints: JointTrajectory, *, swing: bool = True) -> Clearance:
+def least_clearance(arm: RobotModel, game: GameSettings, joints: JointTrajectory, *, swing: bool = True) -> Clearance:
     """The least gap along ``joints``, which two parts have it, and when; ``swing``: the ball's swing is such a part."""
-    chain = compiled_chain(arm, game.gravity_m_s2)
+    chain = compiled_chain(arm)
     settings = arm.settings
     room = room_about(arm, game, settings.base_heading_rad, settings.base_position_m[2])
     if not swing:
@@ -66,7 +67,7 @@ def least_clearance(arm: Arm, game: GameSettings, joints: JointTrajectory, *, sw
     return Clearance(float(gap), f"{names[0]} and {names[1]}", float(joints.t_s[::thin][sample]))
 
 
-def _part(arm: Arm, number: int) -> str:
+def _part(arm: RobotModel, number: int) -> str:
     n = len(arm.joint_names)
     others = {-1: "floor", 0: "pedestal", n + 1: "handle", n + 2: "cup", n + 3: "the ball's swing"}
     return others.get(number) or f"the link of '{arm.joint_names[number - 1]}'"

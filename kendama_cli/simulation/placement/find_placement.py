@@ -9,12 +9,12 @@ import numpy as np
 
 from kendama_cli.artifacts.motion_plan import MotionPlan
 from kendama_cli.errors import StageError
+from kendama_cli.robot_model.model import RobotModel
 from kendama_cli.schema.arrays import Array
 from kendama_cli.settings.game import GameSettings
 from kendama_cli.settings.placement import Placement
 from kendama_cli.settings.robot import RobotSettings
 from kendama_cli.simulation.catch.arm_motion import ArmMotion
-from kendama_cli.simulation.dart.arm import Arm
 from kendama_cli.simulation.dart.cup_path import CupPath
 from kendama_cli.simulation.placement.clearance import Clearance, least_clearance
 from kendama_cli.simulation.placement.limit_shares import LimitShares, limit_shares
@@ -45,7 +45,7 @@ class PlacedMotion:
     least_tau_scale: float
 
 
-def current_placement(arm: Arm) -> Placement:
+def current_placement(arm: RobotModel) -> Placement:
     """Where ``arm`` stands and how it holds the cup."""
     tool = arm.settings.tool
     return Placement(
@@ -80,7 +80,7 @@ def find_placement(
     demands = [motion_demand(path_m, SAMPLE_S)]
     if line:
         demands += line_demands(LINE_M, LINE_M_S, LINE_M_S2, LINE_WEIGHT)
-    arm = Arm(robot, game.cup)
+    arm = RobotModel(robot, game.cup, game.gravity_m_s2)
     problem = PlacementProblem(arm, game, demands)
     best = search(problem, current_placement(arm), rng=np.random.default_rng(SEED), effort=effort, progress=progress)
     if best.value >= UNREACHED:
@@ -90,8 +90,7 @@ def find_placement(
 
 def measured(robot: RobotSettings, game: GameSettings, plan: MotionPlan, lead_in_m_s2: float) -> PlacedMotion:
     """What ``plan`` at its own tempo needs of ``robot`` as it stands; raises StageError where it cannot follow."""
-    arm = Arm(robot, game.cup)
-    arm.skeleton.setGravity(np.array([0.0, 0.0, -game.gravity_m_s2]))
+    arm = RobotModel(robot, game.cup, game.gravity_m_s2)
     swing = ArmMotion(arm, plan, lead_in_m_s2)
     joints = swing.joints(plan.tau_scale, 0.0)
     shares = limit_shares(arm, joints)

@@ -8,8 +8,8 @@ import numpy as np
 
 from kendama_cli.artifacts.motion_plan import JointTrajectory
 from kendama_cli.errors import StageError
+from kendama_cli.robot_model.model import RobotModel
 from kendama_cli.schema.arrays import Array
-from kendama_cli.simulation.dart.arm import Arm
 
 SAMPLE_S = 0.004
 """Efforts are looked at this often."""
@@ -53,10 +53,12 @@ class LimitShares:
         return tuple(sorted(found, key=lambda one: -one.share))
 
 
-def limit_shares(arm: Arm, joints: JointTrajectory) -> LimitShares:
+def limit_shares(arm: RobotModel, joints: JointTrajectory) -> LimitShares:
     """What ``joints`` needs of the limits of ``arm``: efforts by its inverse dynamics and its known friction."""
-    to_stop = np.minimum(joints.position_rad - arm.lower_rad, arm.upper_rad - joints.position_rad).min(axis=0)
-    limits = (arm.velocity_rad_s, arm.acceleration_rad_s2, arm.effort_nm)
+    to_stop = np.minimum(joints.position_rad - arm.limits.lower_rad, arm.limits.upper_rad - joints.position_rad).min(
+        axis=0
+    )
+    limits = (arm.limits.velocity_rad_s, arm.limits.acceleration_rad_s2, arm.limits.effort_nm)
     peaks = (
         np.abs(joints.velocity_rad_s).max(axis=0),
         np.abs(joints.acceleration_rad_s2).max(axis=0),
@@ -66,25 +68,16 @@ def limit_shares(arm: Arm, joints: JointTrajectory) -> LimitShares:
     return LimitShares(arm.joint_names, speed, change, effort, to_stop, limits)
 
 
-def efforts_nm(arm: Arm, joints: JointTrajectory) -> Array:
+def efforts_nm(arm: RobotModel, joints: JointTrajectory) -> Array:
     """The torques (k, n) of ``joints``, about every ``SAMPLE_S``: PAPER.md eq. 2 without the rope's pull."""
     thin = max(1, round(SAMPLE_S / float(np.diff(joints.t_s).mean())))
-    skeleton = arm.skeleton
     speeds = joints.velocity_rad_s[::thin]
-    torques = []
-    for position, speed, change in zip(
-        joints.position_rad[::thin], speeds, joints.acceleration_rad_s2[::thin], strict=True
-    ):
-        skeleton.setPositions(position)
-        skeleton.setVelocities(speed)
-        skeleton.setAccelerations(change)
-        skeleton.computeInverseDynamics(False, False, False)
-        torques.append(np.array(skeleton.getForces()))
-    fading = arm.stribeck_nm * np.exp(-((speeds / arm.stribeck_rad_s) ** 2))
-    return np.array(torques) + arm.viscous_nm_s * speeds + (arm.coulomb_nm + fading) * np.sign(speeds)
+    samples = zip(joints.position_rad[::thin], speeds, joints.acceleration_rad_s2[::thin], strict=True)
+    rigid = np.array([arm.rigid_effort_nm(*sample) for sample in samples])
+    return rigid + arm.friction.torque_nm(speeds, np.sign(speeds))
 
 
-def require_within_limits(arm: Arm, joints: JointTrajectory) -> LimitShares:
+def require_within_limits(arm: RobotModel, joints: JointTrajectory) -> LimitShares:
     """The shares of a motion within the limits; raises StageError, naming joint and limit, where it is not."""
     shares = limit_shares(arm, joints)
     first = shares.leading[0]

@@ -11,11 +11,11 @@ from scipy.interpolate import CubicSpline
 from kendama_cli.artifacts.motion_plan import JointTrajectory
 from kendama_cli.errors import StageError
 from kendama_cli.robot_model.inverse_kinematics import follow_path
+from kendama_cli.robot_model.model import RobotModel
 from kendama_cli.schema.arrays import Array
 from kendama_cli.settings.game import GameSettings
 from kendama_cli.settings.robot import RobotSettings
 from kendama_cli.simulation.catch.spline import EvenSpline
-from kendama_cli.simulation.dart.arm import Arm
 
 LINE_STEP_M = 0.005
 """Knots of the line's table: the spline between them is within 1e-7 rad of the exact solution."""
@@ -36,11 +36,11 @@ class CupLine:
     ``home_rad`` (n,) is the posture at x = 0 and ``home_m`` (3,) the tie point there.
     """
 
-    def __init__(self, arm: Arm, half_width_m: float) -> None:
+    def __init__(self, arm: RobotModel, half_width_m: float) -> None:
         count = math.ceil(half_width_m / LINE_STEP_M) + 1
         self.half_width_m = half_width_m
         self.home_rad = arm.home_rad
-        self.home_m = arm.cup_place(arm.home_rad)
+        self.home_m = arm.tool_place_m(arm.home_rad)
         self._arm = arm
         out = LINE_STEP_M * np.arange(count + 1)[:, None] * np.array([1.0, 0.0, 0.0])
         right = follow_path(arm, self.home_m + out, arm.home_rad)
@@ -70,23 +70,23 @@ class CupLine:
         for x in np.linspace(-self.half_width_m, self.half_width_m, 201):
             point = self._curve.at(float(x))
             running = min(velocity_m_s, math.sqrt(2 * acceleration_m_s2 * (self.half_width_m - abs(float(x)))))
-            speed = np.abs(point.first) * running / self._arm.velocity_rad_s
+            speed = np.abs(point.first) * running / self._arm.limits.velocity_rad_s
             change = np.abs(point.first) * acceleration_m_s2 + np.abs(point.second) * running**2
-            worst = max(worst, float(speed.max()), float((change / self._arm.acceleration_rad_s2).max()))
+            worst = max(worst, float(speed.max()), float((change / self._arm.limits.acceleration_rad_s2).max()))
         return worst
 
 
 def cup_line(robot: RobotSettings, game: GameSettings, half_width_m: float) -> CupLine:
     """The line of +-``half_width_m`` along x for this arm; raises StageError where the arm cannot follow it."""
-    return CupLine(Arm(robot, game.cup), half_width_m)
+    return CupLine(RobotModel(robot, game.cup, game.gravity_m_s2), half_width_m)
 
 
-def joint_trajectory(arm: Arm, t_s: Array, cup_m: Array) -> JointTrajectory:
+def joint_trajectory(arm: RobotModel, t_s: Array, cup_m: Array) -> JointTrajectory:
     """The arm's motion (n samples) for the tie point's motion ``cup_m`` (n, 3) relative to home, cup upright.
 
     ``t_s`` (n,) rises strictly, and the motion must be smooth on that grid: velocities and accelerations are those of
     the cubic spline through the joint angles. Raises StageError where the arm cannot reach (see follow_path).
     """
-    angles = follow_path(arm, arm.cup_place(arm.home_rad) + np.asarray(cup_m), arm.home_rad, t_s)
+    angles = follow_path(arm, arm.tool_place_m(arm.home_rad) + np.asarray(cup_m), arm.home_rad, t_s)
     curve = CubicSpline(t_s, angles)
     return JointTrajectory(arm.joint_names, np.asarray(t_s), angles, curve(t_s, 1), curve(t_s, 2))

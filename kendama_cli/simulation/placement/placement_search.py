@@ -8,12 +8,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from kendama_cli.robot_model.chain import compiled_chain, heading_turn
+from kendama_cli.robot_model.body import heading_turn
+from kendama_cli.robot_model.chain import compiled_chain
 from kendama_cli.robot_model.chain_kernel import Curve, IkSettings, ToolGeometry, clearance, follow, frames, peaks
+from kendama_cli.robot_model.model import RobotModel
 from kendama_cli.schema.arrays import Array
 from kendama_cli.settings.game import GameSettings
 from kendama_cli.settings.placement import Placement
-from kendama_cli.simulation.dart.arm import Arm
 from kendama_cli.simulation.placement.clearance import room_about
 from kendama_cli.simulation.placement.evolution import Minimum, minimise
 
@@ -116,15 +117,15 @@ class PlacementProblem:
     ball's swing.
     """
 
-    def __init__(self, arm: Arm, game: GameSettings, demands: Sequence[Demand]) -> None:
-        self._chain = compiled_chain(arm, game.gravity_m_s2)
+    def __init__(self, arm: RobotModel, game: GameSettings, demands: Sequence[Demand]) -> None:
+        self._chain = compiled_chain(arm)
         self._demands = tuple(demands)
-        self._limits = (arm.velocity_rad_s, arm.acceleration_rad_s2, arm.effort_nm)
+        self._limits = (arm.limits.velocity_rad_s, arm.limits.acceleration_rad_s2, arm.limits.effort_nm)
         self._held_kg = game.cup.mass_kg + game.ball.mass_kg
         self._room = room_about(arm, game, 0.0, 0.0)
         n = len(arm.joint_names)
-        low, high = np.maximum(arm.lower_rad, -WIDEST_RAD), np.minimum(arm.upper_rad, WIDEST_RAD)
-        self._lower_rad, self._upper_rad = arm.lower_rad, arm.upper_rad
+        low, high = np.maximum(arm.limits.lower_rad, -WIDEST_RAD), np.minimum(arm.limits.upper_rad, WIDEST_RAD)
+        self._lower_rad, self._upper_rad = arm.limits.lower_rad, arm.limits.upper_rad
         # about a vertical first axis the posture's first angle and the heading are one and the same
         self._first = 1 if abs(self._chain.axes[0, 2]) > 0.999 else 0
         self._middle_rad = (low + high) / 2

@@ -12,6 +12,7 @@ import numpy as np
 from kendama_cli.artifacts.motion_plan import CatchMotion, MotionPlan
 from kendama_cli.errors import StageError
 from kendama_cli.learning.friction_known import with_identified
+from kendama_cli.robot_model.model import RobotModel
 from kendama_cli.settings.game import GameSettings
 from kendama_cli.settings.placement import placed
 from kendama_cli.settings.robot import RobotSettings
@@ -32,7 +33,6 @@ from kendama_cli.simulation.catch.catch_search import (
 )
 from kendama_cli.simulation.catch.settings import AdaptSettings
 from kendama_cli.simulation.catch.uncertainty import CORNERS, Repeat, corner_errors, drawn_errors, success_interval
-from kendama_cli.simulation.dart.arm import Arm
 from kendama_cli.simulation.dart.rollout import RolloutResult, play_rollout
 from kendama_cli.simulation.dart.world import NO_ERRORS, ArmWorld
 from kendama_cli.simulation.placement.find_placement import current_placement, find_placement
@@ -92,7 +92,8 @@ class Adapt:
         find = functools.partial(find_placement, robot, self._game, plan, lead_in, effort=1.0, progress=tell)
         with contextlib.suppress(StageError):  # out of reach: perhaps only the line is
             found = placed(robot, find(line=True))
-            if ArmMotion(Arm(found, self._game.cup), plan, lead_in).least_tau_scale() <= self._settings.tau_range[1]:
+            arm = RobotModel(found, self._game.cup, self._game.gravity_m_s2)
+            if ArmMotion(arm, plan, lead_in).least_tau_scale() <= self._settings.tau_range[1]:
                 return found
         return placed(robot, find(line=False))
 

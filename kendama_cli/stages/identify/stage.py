@@ -22,11 +22,11 @@ from kendama_cli.game.trace import wrench_message
 from kendama_cli.learning.friction_choice import FrictionSamples, choose_friction
 from kendama_cli.learning.friction_network import network_torque
 from kendama_cli.learning.friction_parametric import parametric_torque
+from kendama_cli.robot_model.model import RobotModel
 from kendama_cli.schema.arrays import Array
 from kendama_cli.settings.game import GameSettings
 from kendama_cli.settings.hardware import HardwareSettings
 from kendama_cli.settings.robot import RobotSettings
-from kendama_cli.simulation.dart.arm import Arm
 from kendama_cli.stages.interface import Made, Metric, StageContext, State
 
 LOG_PERIOD_S = 0.02
@@ -51,7 +51,7 @@ class Identify:
         leave its range or moves too little, HardwareError where the robot tells no efforts or fails.
         """
         settings = self._settings
-        arm = Arm(self._robot, self._game.cup)
+        arm = RobotModel(self._robot, self._game.cup, self._game.gravity_m_s2)
         visit = _Visit(ctx)
         with open_robot(self._hardware, self._robot, self._game) as robot:
             round_and_round = circle(arm, settings, robot.period_s)

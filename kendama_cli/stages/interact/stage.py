@@ -93,8 +93,10 @@ class _Played:
         touches = float(bool(world.touched))
         self._rows.append((world.t_s, step, float(reference.velocity.any()), touches, *np.concatenate(parts)))
         self._touched |= {world.touched} - {""}
-        self._effort_share = max(self._effort_share, float((np.abs(world.effort_nm) / world.arm.effort_nm).max()))
-        speed = np.abs(world.velocity_rad_s) / world.arm.velocity_rad_s
+        self._effort_share = max(
+            self._effort_share, float((np.abs(world.effort_nm) / world.arm.limits.effort_nm).max())
+        )
+        speed = np.abs(world.velocity_rad_s) / world.arm.limits.velocity_rad_s
         self._speed_share = max(self._speed_share, float(speed.max()))
 
     def result(self, steps: tuple[str, ...]) -> InteractionResult:

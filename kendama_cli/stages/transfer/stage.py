@@ -28,13 +28,13 @@ from kendama_cli.game.transfer_progress import Progress, Start
 from kendama_cli.learning.policy import GreedyPolicy
 from kendama_cli.learning.settings import LearnSettings
 from kendama_cli.learning.verification import verify_policy
+from kendama_cli.robot_model.model import RobotModel
 from kendama_cli.schema.arrays import Array
 from kendama_cli.settings.camera import CameraSettings, LightingSettings
 from kendama_cli.settings.game import GameSettings
 from kendama_cli.settings.hardware import HardwareSettings
 from kendama_cli.settings.placement import placed
 from kendama_cli.settings.robot import RobotSettings
-from kendama_cli.simulation.dart.arm import Arm
 from kendama_cli.simulation.placement.placement import cup_line
 from kendama_cli.stages.interface import Made, Metric, StageContext
 from kendama_cli.vision.settings import PredictSettings
@@ -86,7 +86,7 @@ class Transfer:
         motion: CatchMotion | None = given.get("adapt")
         placed_robot = self._robot if motion is None else placed(self._robot, motion.placement)
         line = cup_line(placed_robot, self._game, max(self._learn.workspace.half_width_m, settings.catch.half_width_m))
-        arm = Arm(placed_robot, self._game.cup)
+        arm = RobotModel(placed_robot, self._game.cup, self._game.gravity_m_s2)
         history = SceneHistory(partial(joint_places, arm), self._game.rope.length_m, self._origin_m(line.home_m))
         with ExitStack() as stack:
             bare = stack.enter_context(open_robot(self._hardware, placed_robot, self._game))
@@ -111,7 +111,7 @@ class Transfer:
                         self._sight,
                         settings.observation,
                         self._game,
-                        cup_place=arm.cup_place,
+                        cup_place=arm.tool_place_m,
                         history=history,
                         court=court,
                     )
@@ -159,7 +159,7 @@ class _Visit:
         *,
         settings: TransferSettings,
         learn: LearnSettings,
-        arm: Arm,
+        arm: RobotModel,
     ) -> None:
         self._ground, self._arm = ground, arm
         self._progress = progress

@@ -9,8 +9,9 @@ from contextlib import contextmanager
 
 import numpy as np
 
-from kendama_cli.devices.robot.interface import Exchange, JointCommand, JointLimits, RobotState
+from kendama_cli.devices.robot.interface import Exchange, JointCommand, RobotState
 from kendama_cli.devices.robot.server import RobotServer
+from kendama_cli.robot_model.limits import JointLimits
 from kendama_cli.schema.arrays import Array
 
 LOOPBACK = "127.0.0.1"

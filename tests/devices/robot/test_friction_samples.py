@@ -19,11 +19,11 @@ from kendama_cli.devices.robot.recording import Recording, play
 from kendama_cli.devices.robot.simulated import SimulatedRobot
 from kendama_cli.errors import HardwareError, StageError
 from kendama_cli.learning.friction_parametric import fit_parametric, parametric_torque
+from kendama_cli.robot_model.model import RobotModel
 from kendama_cli.schema.arrays import Array
 from kendama_cli.schema.settings import build
 from kendama_cli.settings.game import GameSettings
 from kendama_cli.settings.robot import RobotSettings
-from kendama_cli.simulation.dart.arm import Arm
 from tests.devices.robot.stand_in import ObedientRobot, command
 from tests.devices.robot.test_simulated import PERFECT
 from tests.simulation.dart.bench_robot import kendama_game, pa10
@@ -39,7 +39,7 @@ GAME = kendama_game()
 def recorded(
     robot: RobotSettings, duration_s: float = 12.0, game: GameSettings = GAME, **imperfection: float
 ) -> Recording:
-    arm = Arm(robot, game.cup)
+    arm = RobotModel(robot, game.cup, game.gravity_m_s2)
     body = SimulatedRobot(
         robot, game, imperfection=dataclasses.replace(PERFECT, **imperfection), control_period_s=0.004
     )

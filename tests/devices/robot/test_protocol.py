@@ -11,8 +11,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from kendama_cli.devices.robot import protocol
-from kendama_cli.devices.robot.interface import Exchange, JointCommand, JointLimits, RobotState, SceneState
+from kendama_cli.devices.robot.interface import Exchange, JointCommand, RobotState, SceneState
 from kendama_cli.devices.robot.protocol import Datagram, DatagramError, Kind, Report, Welcome
+from kendama_cli.robot_model.limits import JointLimits
 
 NUMBERS = st.integers(0, 2**64 - 1)
 

@@ -10,10 +10,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from kendama_cli.devices.robot.conformance import CHECKS, check_halt, check_limits
-from kendama_cli.devices.robot.interface import Exchange, JointCommand, JointLimits, Robot
+from kendama_cli.devices.robot.interface import Exchange, JointCommand, Robot
 from kendama_cli.devices.robot.limiter import limit_command
 from kendama_cli.devices.robot.simulated import SimulatedRobot
 from kendama_cli.errors import HardwareError
+from kendama_cli.robot_model.limits import JointLimits
 from kendama_cli.schema.arrays import Array
 from kendama_cli.settings.robot import Imperfection
 from tests.simulation.dart.bench_robot import kendama_game, pa10

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import yaml
 
+from kendama_cli.robot_model.model import RobotModel
 from kendama_cli.schema.settings import build
 from kendama_cli.settings.game import GameSettings
 from kendama_cli.settings.robot import RobotSettings
@@ -29,3 +30,9 @@ def frictionless_pa10() -> RobotSettings:
 def kendama_game() -> GameSettings:
     """The shipped game."""
     return build(GameSettings, yaml.safe_load((ROOT / "conf/game/kendama.yaml").read_text()), "game")
+
+
+def modelled(robot: RobotSettings) -> RobotModel:
+    """What is believed about ``robot`` with the cup of the shipped game."""
+    game = kendama_game()
+    return RobotModel(robot, game.cup, game.gravity_m_s2)

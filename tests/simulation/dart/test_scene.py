@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from kendama_cli.errors import ConfigError
-from kendama_cli.simulation.dart.library import dartpy
+from kendama_cli.robot_model.dart_library import dartpy
 from kendama_cli.simulation.dart.scene import Scene, check_clear, depth_m
 from kendama_cli.simulation.dart.world import STEP_S, ArmWorld
 from tests.devices.controller.shipped import body, scene

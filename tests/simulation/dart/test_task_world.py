@@ -110,7 +110,7 @@ def test_energy_in_contact_with_a_passive_wall_never_grows(restitution, friction
         after=lambda state: (
             energies.append(energy_j(state)),
             touched.append(world.touched),
-            efforts.append(np.abs(world.effort_nm) / world.arm.effort_nm),
+            efforts.append(np.abs(world.effort_nm) / world.arm.limits.effort_nm),
         ),
         stiffness_n_m=stiffness[:3].tolist(),
         stiffness_nm_rad=6.0,
@@ -178,7 +178,7 @@ def test_efforts_are_clipped_to_the_joints_limits():
     world = _world()
     for sign in (1.0, -1.0):
         world.step(JointTorque(sign * np.full(7, 1e6), STILL))
-        assert world.effort_nm == pytest.approx(sign * world.arm.effort_nm)
+        assert world.effort_nm == pytest.approx(sign * world.arm.limits.effort_nm)
 
 
 def test_a_body_where_the_arm_stands_is_refused():

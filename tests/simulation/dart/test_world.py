@@ -30,7 +30,7 @@ def _hold(world: ArmWorld, steps: int) -> None:
 
 def test_the_home_posture_holds_the_cup_upright_over_the_origin() -> None:
     world = ArmWorld(pa10(), kendama_game())
-    value, _ = world.arm.cup_task(world.arm.home_rad)
+    value, _ = world.arm.upright_task(world.arm.home_rad)
     assert np.abs(value[:2]).max() < 1e-5
     assert value[2] == pytest.approx(1.2, abs=1e-5)
     assert np.abs(value[3:]).max() < 1e-5
@@ -68,7 +68,7 @@ def test_the_arm_carries_the_weight_of_the_hanging_ball() -> None:
         for _ in range(3000):
             world.step(world.arm.home_rad, STILL, STILL)
         efforts.append(world.effort_nm)
-    _, jacobian = world.arm.cup_task(world.position_rad)
+    _, jacobian = world.arm.upright_task(world.position_rad)
     weight = (game.ball.mass_kg - 0.02) * game.gravity_m_s2
     # the arm sags by 1e-4 rad under the load, which changes the gravity terms by about 1e-3 Nm
     assert efforts[0] - efforts[1] == pytest.approx(jacobian[2] * weight, abs=5e-3)
@@ -91,11 +91,11 @@ def test_efforts_and_positions_keep_to_their_limits_whatever_is_asked() -> None:
     for sign in (1.0, -1.0):
         for _ in range(1500):
             world.step(world.arm.home_rad + 8.0 * sign, STILL, STILL)
-            assert (np.abs(world.effort_nm) <= world.arm.effort_nm).all()
+            assert (np.abs(world.effort_nm) <= world.arm.limits.effort_nm).all()
         # DART's joint stops let a joint in by what one step at its speed limit covers
-        most = world.arm.velocity_rad_s * STEP_S + 1e-3
-        assert (world.position_rad <= world.arm.upper_rad + most).all()
-        assert (world.position_rad >= world.arm.lower_rad - most).all()
+        most = world.arm.limits.velocity_rad_s * STEP_S + 1e-3
+        assert (world.position_rad <= world.arm.limits.upper_rad + most).all()
+        assert (world.position_rad >= world.arm.limits.lower_rad - most).all()
 
 
 @pytest.mark.parametrize("joint", range(7))
@@ -106,10 +106,10 @@ def test_a_joint_that_is_driven_into_its_stop_stays_there(joint: int) -> None:
     push[joint] = 1e9
     for _ in range(3500):
         world.step(world.position_rad, STILL, STILL, feedforward_nm=push)
-        assert world.effort_nm[joint] == world.arm.effort_nm[joint]
-        most = world.arm.velocity_rad_s * STEP_S + 1e-3
-        assert (world.position_rad <= world.arm.upper_rad + most).all()
-    assert world.position_rad[joint] == pytest.approx(world.arm.upper_rad[joint], abs=1e-2)
+        assert world.effort_nm[joint] == world.arm.limits.effort_nm[joint]
+        most = world.arm.limits.velocity_rad_s * STEP_S + 1e-3
+        assert (world.position_rad <= world.arm.limits.upper_rad + most).all()
+    assert world.position_rad[joint] == pytest.approx(world.arm.limits.upper_rad[joint], abs=1e-2)
     assert abs(world.velocity_rad_s[joint]) < 1e-2
 
 
@@ -119,7 +119,7 @@ def test_speeds_keep_to_their_limits_under_any_reference() -> None:
     for _ in range(800):
         world.step(world.arm.home_rad + 1.0, STILL + 50.0, STILL)
         fastest = np.maximum(fastest, np.abs(world.velocity_rad_s))
-    share = fastest / world.arm.velocity_rad_s
+    share = fastest / world.arm.limits.velocity_rad_s
     assert share.max() > 0.9
     # the reference keeps to the limits exactly; with motors at their torque limits the loop swings, and DART holds a
     # joint at its top speed one step late
@@ -131,13 +131,13 @@ def test_accelerations_keep_to_their_limits_under_a_jump_of_the_reference() -> N
     speeds, jump = [world.velocity_rad_s], np.array([0.0, 0.0, 0.0, 0.0, 0.2, 0.2, 0.2])
     for _ in range(300):
         world.step(world.arm.home_rad + jump, STILL, STILL)
-        assert (np.abs(world.effort_nm) < world.arm.effort_nm).all()
+        assert (np.abs(world.effort_nm) < world.arm.limits.effort_nm).all()
         speeds.append(world.velocity_rad_s)
-    share = np.abs(np.diff(speeds, axis=0)).max(axis=0) / STEP_S / world.arm.acceleration_rad_s2
+    share = np.abs(np.diff(speeds, axis=0)).max(axis=0) / STEP_S / world.arm.limits.acceleration_rad_s2
     assert (share[4:] > 0.9).all()
     assert (share < 1.05).all()  # the ball's pull, which the controller does not know
     # without the drive the same jump would ask for this much
-    assert 0.2 * world.arm.settings.stiffness_1_s2 > 5 * world.arm.acceleration_rad_s2.max()
+    assert 0.2 * world.arm.settings.stiffness_1_s2 > 5 * world.arm.limits.acceleration_rad_s2.max()
 
 
 def test_the_arm_follows_within_what_the_ball_s_pull_costs() -> None:
@@ -174,7 +174,7 @@ def test_feedforward_is_added_to_the_torque_and_clipped_with_it() -> None:
     pushed.step(pushed.arm.home_rad, STILL, STILL, feedforward_nm=extra)
     assert pushed.effort_nm - plain.effort_nm == pytest.approx(extra, abs=1e-9)
     pushed.step(pushed.arm.home_rad, STILL, STILL, feedforward_nm=STILL + 1e6)
-    assert (pushed.effort_nm == pushed.arm.effort_nm).all()
+    assert (pushed.effort_nm == pushed.arm.limits.effort_nm).all()
 
 
 def test_a_feedforward_that_is_not_finite_stops_the_simulation() -> None:

@@ -14,7 +14,7 @@ STILL = np.zeros(7)
 
 def in_world(world: ArmWorld) -> tuple[np.ndarray, np.ndarray]:
     """The wrench with its force and torque turned into the world's axes."""
-    turn = world.arm.skeleton.getBodyNode(world.arm.tip_link).getWorldTransform().rotation()
+    turn = world.body.tip.getWorldTransform().rotation()
     wrench = world.wrist_wrench()
     return turn @ wrench[:3], turn @ wrench[3:]
 
@@ -32,7 +32,7 @@ def test_at_rest_the_wrist_feels_the_weight_of_cup_and_ball() -> None:
         force, torque = in_world(world)
         weight = np.array([0.0, 0.0, -(game.cup.mass_kg + game.ball.mass_kg) * game.gravity_m_s2])
         assert force == pytest.approx(weight, abs=1e-3)
-        arm = np.array(world.tie_m) - world.arm.skeleton.getBodyNode("flange").getWorldTransform().translation()
+        arm = np.array(world.tie_m) - world.body.tip.getWorldTransform().translation()
         assert torque == pytest.approx(np.cross(arm, weight), abs=1e-3)
 
 
@@ -91,7 +91,7 @@ def test_an_accelerated_cup_is_felt_as_mass_times_acceleration() -> None:
         world.step(
             home + wave * 0.05 * (1 - math.cos(9 * t)), wave * 0.45 * math.sin(9 * t), wave * 4.05 * math.cos(9 * t)
         )
-    cup = world.arm.cup
+    cup = world.body.cup
     middle = np.array(cup.getCOMLinearAcceleration())
     force, _ = in_world(world)
     assert world.tension_n == 0.0

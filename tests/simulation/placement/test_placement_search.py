@@ -13,7 +13,6 @@ from kendama_cli.errors import StageError
 from kendama_cli.motion.dmp import play
 from kendama_cli.settings.placement import Placement, placed
 from kendama_cli.simulation.catch.arm_motion import scaled_plan
-from kendama_cli.simulation.dart.arm import Arm
 from kendama_cli.simulation.dart.cup_path import CupPath
 from kendama_cli.simulation.placement.find_placement import (
     current_placement,
@@ -28,7 +27,7 @@ from kendama_cli.simulation.placement.placement_search import (
     line_demands,
     motion_demand,
 )
-from tests.simulation.dart.bench_robot import kendama_game, pa10
+from tests.simulation.dart.bench_robot import kendama_game, modelled, pa10
 
 GAME = kendama_game()
 LEAD_IN = 5.0
@@ -55,7 +54,7 @@ PLAN = _plan()
 @pytest.fixture(scope="module")
 def problem() -> PlacementProblem:
     path = CupPath(PLAN, LEAD_IN)
-    return PlacementProblem(Arm(pa10(), GAME.cup), GAME, [motion_demand(path.at(0.02 * np.arange(151)), 0.02)])
+    return PlacementProblem(modelled(pa10()), GAME, [motion_demand(path.at(0.02 * np.arange(151)), 0.02)])
 
 
 @pytest.fixture(scope="module")
@@ -71,7 +70,7 @@ def test_the_swing_made_up_here_is_one() -> None:
 
 
 def test_the_given_placement_is_a_candidate_and_comes_back_as_it_was(problem: PlacementProblem) -> None:
-    given = current_placement(Arm(pa10(), GAME.cup))
+    given = current_placement(modelled(pa10()))
     back = problem.placement(problem.place_of(given))
     for field in ("base_position_m", "home_rad", "handle_m"):
         assert getattr(back, field)[1:] == pytest.approx(getattr(given, field)[1:], abs=1e-4)
@@ -85,8 +84,8 @@ def test_every_candidate_holds_the_cup_upright_at_the_same_place(problem: Placem
     rng = np.random.default_rng(5)
     for _ in range(10):
         placement = problem.placement(rng.uniform(size=problem.dimensions))
-        arm = Arm(placed(pa10(), placement), GAME.cup)
-        value, _ = arm.cup_task(arm.home_rad)
+        arm = modelled(placed(pa10(), placement))
+        value, _ = arm.upright_task(arm.home_rad)
         assert value == pytest.approx([0.0, 0.0, 1.2, 0.0, 0.0], abs=1e-5)
 
 
@@ -112,7 +111,7 @@ def test_the_same_search_finds_the_same_placement(found: Placement) -> None:
 
 
 def test_a_better_redundancy_or_a_longer_search_never_costs_more(problem: PlacementProblem, found: Placement) -> None:
-    given = problem.cost(problem.place_of(current_placement(Arm(pa10(), GAME.cup))))
+    given = problem.cost(problem.place_of(current_placement(modelled(pa10()))))
     assert problem.cost(problem.place_of(found)) <= given
 
 
@@ -159,6 +158,6 @@ def test_links_that_overlap_are_named(found: Placement) -> None:
 
 def test_a_placed_arm_is_the_same_arm_elsewhere(found: Placement) -> None:
     arm = placed(pa10(), found)
-    assert current_placement(Arm(arm, GAME.cup)) == found
-    assert (arm.path, arm.acceleration_rad_s2) == (pa10().path, pa10().acceleration_rad_s2)
+    assert current_placement(modelled(arm)) == found
+    assert (arm.path, arm.limits.acceleration_rad_s2) == (pa10().path, pa10().acceleration_rad_s2)
     assert math.hypot(*arm.tool.cup_axis) == pytest.approx(1.0, abs=1e-5)

@@ -7,8 +7,8 @@ from typing import Any
 
 from kendama_cli.errors import SimulationError
 from kendama_cli.learning.state import SwingState
+from kendama_cli.robot_model.dart_library import awake_world, dartpy
 from kendama_cli.settings.game import GameSettings
-from kendama_cli.simulation.dart.library import awake_world, dartpy
 from kendama_cli.simulation.dart.rope import rope_force
 
 

@@ -7,7 +7,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from kendama_cli.simulation.dart.arm import Arm
+from kendama_cli.robot_model.model import RobotModel
 from tests.benchmarks.arm import mujoco_model
 from tests.simulation.dart.bench_robot import kendama_game, pa10
 from tests.simulation.dart.test_arm import ready
@@ -20,20 +20,18 @@ def test_inertia_and_bias_agree_with_mujoco(name: str) -> None:
     """H and C q' + g of PAPER.md eq. 2 for the bare links; MuJoCo drops the frames' masses of 1e-6 kg."""
     game = kendama_game()
     settings = pa10() if name == "pa10" else ready(name)
-    arm = Arm(dataclasses.replace(settings, rotor_inertia_kg_m2=None), game.cup)
+    arm = RobotModel(dataclasses.replace(settings, rotor_inertia_kg_m2=None), game.cup, game.gravity_m_s2)
     model = mujoco_model(arm, game)
     data = mujoco.MjData(model)
     n, rng = len(arm.joint_names), np.random.default_rng(3)
     for _ in range(10):
-        place = rng.uniform(np.maximum(arm.lower_rad, -3.0), np.minimum(arm.upper_rad, 3.0))
+        place = rng.uniform(np.maximum(arm.limits.lower_rad, -3.0), np.minimum(arm.limits.upper_rad, 3.0))
         speed = rng.normal(0.0, 1.0, n)
         data.qpos[:n], data.qvel[:n] = place, speed
         data.qpos[n:] = [50.0, 0.0, 0.0]  # out of the way
         mujoco.mj_forward(model, data)
-        arm.skeleton.setPositions(place)
-        arm.skeleton.setVelocities(speed)
-        inertia = np.array(arm.skeleton.getMassMatrix())
-        bias = np.array(arm.skeleton.getCoriolisAndGravityForces())
+        inertia = arm.mass_matrix(place)
+        bias = arm.rigid_effort_nm(place, speed, np.zeros(n))
         for axis in range(n):
             unit, column = np.zeros(model.nv), np.zeros(model.nv)
             unit[axis] = 1.0

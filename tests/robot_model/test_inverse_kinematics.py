@@ -3,7 +3,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from kendama_cli.motion.inverse_kinematics import weighted_step
+from kendama_cli.robot_model.inverse_kinematics import weighted_step
 
 RNG = np.random.default_rng(4)
 JACOBIAN = RNG.normal(size=(5, 7))

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-PROBE = "import kendama_cli.simulation.dart.library"
+PROBE = "import kendama_cli.robot_model.dart_library"
 
 
 @pytest.mark.parametrize(

@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 
+from kendama_cli.robot_model.dart_library import dartpy
 from kendama_cli.schema.arrays import Array
 from kendama_cli.settings.game import CupSettings
-from kendama_cli.simulation.dart.library import dartpy
 
 TIE_MASS_KG = 1e-6
 """The tie point is a body of its own, so that DART hands out its place and velocity in one cheap call."""

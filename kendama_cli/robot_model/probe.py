@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from kendama_cli.motion.task_settings import ProbeSettings
-from kendama_cli.simulation.dart.library import dartpy
+from kendama_cli.robot_model.dart_library import dartpy
 
 POINT_KG_M2 = 1e-9
 """Its mass is a point; DART wants an inertia that is not zero."""

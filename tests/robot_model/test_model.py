@@ -10,11 +10,11 @@ import yaml
 
 from kendama_cli.errors import ConfigError, InputError
 from kendama_cli.pipeline.inputs import resolve_files
+from kendama_cli.robot_model.model import RobotModel
 from kendama_cli.schema.settings import build
 from kendama_cli.settings.robot import PER_JOINT, RobotSettings
-from kendama_cli.simulation.dart.arm import Arm
 from kendama_cli.simulation.dart.world import STEP_S, ArmWorld
-from tests.simulation.dart.bench_robot import ROOT, kendama_game, pa10
+from tests.simulation.dart.bench_robot import ROOT, kendama_game, modelled, pa10
 
 EXTRA = ("panda", "ur10", "ur5", "xarm7")
 READY = ("pa10", "iiwa", *EXTRA)
@@ -36,11 +36,11 @@ def bare() -> RobotSettings:
 
 @pytest.mark.parametrize("name", READY)
 def test_every_ready_arm_holds_the_cup_upright_over_the_origin_within_its_limits(name: str) -> None:
-    arm = Arm(ready(name), kendama_game().cup)
-    value, _ = arm.cup_task(arm.home_rad)
+    arm = modelled(ready(name))
+    value, _ = arm.upright_task(arm.home_rad)
     assert value == pytest.approx([0, 0, 1.2, 0, 0], abs=2e-4)
-    assert (arm.home_rad > arm.lower_rad + 0.1).all()
-    assert (arm.home_rad < arm.upper_rad - 0.1).all()
+    assert (arm.home_rad > arm.limits.lower_rad + 0.1).all()
+    assert (arm.home_rad < arm.limits.upper_rad - 0.1).all()
 
 
 @pytest.mark.parametrize("name", READY)
@@ -50,40 +50,40 @@ def test_every_ready_arm_stands_still_and_sways_in_closed_loop(name: str) -> Non
     for k in range(1, 500):
         t = k * STEP_S
         world.step(home + 0.02 * (1 - math.cos(6 * t)), one * 0.12 * math.sin(6 * t), one * 0.72 * math.cos(6 * t))
-        assert (np.abs(world.effort_nm) < world.arm.effort_nm).all()
+        assert (np.abs(world.effort_nm) < world.arm.limits.effort_nm).all()
     assert np.abs(world.position_rad - home - 0.02 * (1 - math.cos(6 * t))).max() < 1e-3
 
 
 def test_the_iiwa_has_the_published_lengths_speeds_and_torques() -> None:
-    arm = Arm(ready("iiwa"), kendama_game().cup)
-    arm.skeleton.setPositions(np.zeros(7))
-    place = {name: arm.skeleton.getBodyNode(f"link_{name}").getWorldTransform() for name in arm.joint_names}
+    arm = modelled(ready("iiwa"))
+    places = dict(zip((*arm.joint_names, "flange"), arm.joint_places_m(np.zeros(7)), strict=True))
     base = np.array(arm.settings.base_position_m)
-    heights = [float((place[name].translation() - base)[2]) for name in ("a2", "a4", "a6")]
-    flange = arm.skeleton.getBodyNode("flange").getWorldTransform().translation() - base
-    assert np.diff([0.0, *heights, flange[2]]) == pytest.approx([0.36, 0.42, 0.40, 0.126], abs=1e-9)
-    assert np.degrees(arm.velocity_rad_s) == pytest.approx([85, 85, 100, 75, 130, 135, 135], abs=1e-3)
-    assert arm.effort_nm == pytest.approx([320, 320, 176, 176, 110, 40, 40])
-    assert arm.skeleton.getMass() == pytest.approx(29.9 + kendama_game().cup.mass_kg, abs=0.01)
+    heights = [float((places[name] - base)[2]) for name in ("a2", "a4", "a6", "flange")]
+    assert np.diff([0.0, *heights]) == pytest.approx([0.36, 0.42, 0.40, 0.126], abs=1e-9)
+    assert np.degrees(arm.limits.velocity_rad_s) == pytest.approx([85, 85, 100, 75, 130, 135, 135], abs=1e-3)
+    assert arm.limits.effort_nm == pytest.approx([320, 320, 176, 176, 110, 40, 40])
+    assert arm.new_body().skeleton.getMass() == pytest.approx(29.9 + kendama_game().cup.mass_kg, abs=0.01)
 
 
 def test_what_the_settings_leave_open_the_arm_finds() -> None:
-    arm = Arm(bare(), kendama_game().cup)
+    arm = modelled(bare())
     assert arm.tip_link == "flange"
-    assert arm.home_rad == pytest.approx((arm.lower_rad + arm.upper_rad) / 2)
-    assert arm.acceleration_rad_s2 == pytest.approx(arm.velocity_rad_s / 0.15)
-    assert arm.redundancy_weights == pytest.approx(arm.velocity_rad_s**-2.0)
+    assert arm.home_rad == pytest.approx((arm.limits.lower_rad + arm.limits.upper_rad) / 2)
+    assert arm.limits.acceleration_rad_s2 == pytest.approx(arm.limits.velocity_rad_s / 0.15)
+    assert arm.redundancy_weights == pytest.approx(arm.limits.velocity_rad_s**-2.0)
     assert (arm.link_radius_m > 0).all()
-    for none in (arm.coulomb_nm, arm.viscous_nm_s, arm.stribeck_nm, arm.rotor_inertia_kg_m2):
+    for none in (arm.friction.coulomb_nm, arm.friction.viscous_nm_s, arm.friction.stribeck_nm, arm.rotor_inertia_kg_m2):
         assert none.tolist() == [0.0] * 7
 
 
 def test_rotors_make_a_joint_as_sluggish_as_they_are_heavy() -> None:
-    heavy = Arm(dataclasses.replace(bare(), rotor_inertia_kg_m2=(0.0,) * 6 + (0.3,)), kendama_game().cup)
-    light = Arm(bare(), kendama_game().cup)
-    for arm in (heavy, light):
-        arm.skeleton.setPositions(arm.home_rad)
-    gain = heavy.skeleton.getMassMatrix() - light.skeleton.getMassMatrix()
+    heavy = RobotModel(
+        dataclasses.replace(bare(), rotor_inertia_kg_m2=(0.0,) * 6 + (0.3,)),
+        kendama_game().cup,
+        kendama_game().gravity_m_s2,
+    )
+    light = modelled(bare())
+    gain = heavy.mass_matrix(heavy.home_rad) - light.mass_matrix(light.home_rad)
     assert gain[6, 6] == pytest.approx(0.3)
 
 
@@ -104,10 +104,12 @@ def test_any_urdf_will_do_with_nothing_else_said(tmp_path: Path) -> None:
 @pytest.mark.parametrize("name", [name for name in PER_JOINT if name != "home_rad"])
 def test_a_joint_list_that_does_not_fit_the_arm_is_named(name: str) -> None:
     with pytest.raises(InputError, match=rf"has 7 moving joints on the way to 'flange', robot\.{name} has 3"):
-        Arm(dataclasses.replace(bare(), **{name: (1.0, 1.0, 1.0)}), kendama_game().cup)
+        RobotModel(
+            dataclasses.replace(bare(), **{name: (1.0, 1.0, 1.0)}), kendama_game().cup, kendama_game().gravity_m_s2
+        )
 
 
 def test_a_held_joint_stays_where_it_is() -> None:
-    arm = Arm(dataclasses.replace(bare(), held_joints=("s3",)), kendama_game().cup)
+    arm = modelled(dataclasses.replace(bare(), held_joints=("s3",)))
     assert arm.joint_names == ("s1", "s2", "e1", "e2", "w1", "w2")
-    assert arm.skeleton.getNumDofs() == 6
+    assert arm.mass_matrix(arm.home_rad).shape == (6, 6)

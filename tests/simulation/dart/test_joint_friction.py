@@ -6,12 +6,12 @@ import math
 import numpy as np
 import pytest
 
-from kendama_cli.robot_model.friction import JointFriction
+from kendama_cli.artifacts.friction_model import ParametricFriction
+from kendama_cli.robot_model.dart_library import dartpy
 from kendama_cli.schema.arrays import Array
-from kendama_cli.simulation.dart.arm import Arm
-from kendama_cli.simulation.dart.library import dartpy
+from kendama_cli.simulation.dart.joint_friction import JointFriction
 from kendama_cli.simulation.dart.world import STEP_S, ArmWorld, WorldErrors
-from tests.simulation.dart.bench_robot import frictionless_pa10, kendama_game, pa10
+from tests.simulation.dart.bench_robot import frictionless_pa10, kendama_game, modelled, pa10
 
 COULOMB, STRIBECK, SPEED, VISCOUS = 2.0, 1.0, 0.1, 3.0
 INERTIA = 0.5
@@ -28,11 +28,9 @@ class Wheel:
         self.world = dartpy.simulation.World()
         self.world.setTimeStep(STEP_S)
         self.world.addSkeleton(self.skeleton)
-        values = {"coulomb_nm": COULOMB, "stribeck_nm": STRIBECK, "stribeck_rad_s": SPEED, "viscous_nm_s": VISCOUS}
-        arrays = {name: np.array([value]) for name, value in values.items()}
-        self.friction = JointFriction(
-            [self.joint], slow_rad_s=np.array([0.02]), change_rad_s=np.array([STEP_S / inertia_kg_m2]), **arrays
-        )
+        law = ParametricFriction(*(np.array([value]) for value in (COULOMB, STRIBECK, SPEED, VISCOUS, 0.0)))
+        change = np.array([STEP_S / inertia_kg_m2])
+        self.friction = JointFriction([self.joint], law, slow_rad_s=np.array([0.02]), change_rad_s=change)
 
     def turn(self, torque_nm: float, steps: int, speed_rad_s: float = 0.0) -> Array:
         self.skeleton.setVelocities([speed_rad_s])
@@ -102,24 +100,18 @@ def test_the_controller_that_knows_all_friction_follows_as_if_there_were_none() 
 
 
 def test_unknown_shares_scale_every_known_friction() -> None:
-    arm = Arm(pa10(), kendama_game().cup)
-    friction = JointFriction(
-        arm.joints,
-        coulomb_nm=arm.coulomb_nm,
-        stribeck_nm=arm.stribeck_nm,
-        stribeck_rad_s=arm.stribeck_rad_s,
-        viscous_nm_s=arm.viscous_nm_s,
-        slow_rad_s=np.full(7, 0.02),
-        change_rad_s=STEP_S * arm.mobility(),
-    )
+    arm = modelled(pa10())
+    joints = arm.new_body().joints
+    change = STEP_S * arm.mobility(arm.home_rad)
+    friction = JointFriction(joints, arm.friction, slow_rad_s=np.full(7, 0.02), change_rad_s=change)
     friction.set_unknown(0.25, 0.1)
     assert not friction.torque(np.zeros(7)).any()
-    found = [joint.getCoulombFriction(0) for joint in arm.joints]
-    assert found == pytest.approx(1.1 * (arm.coulomb_nm + arm.stribeck_nm) + 0.25)
+    found = [joint.getCoulombFriction(0) for joint in joints]
+    assert found == pytest.approx(1.1 * (arm.friction.coulomb_nm + arm.friction.stribeck_nm) + 0.25)
     # far above the Stribeck speed the rest is Coulomb's, against the motion, and no longer the constraint's
-    assert friction.torque(np.full(7, 5.0)) == pytest.approx(-1.1 * arm.coulomb_nm - 0.25)
-    assert not any(joint.getCoulombFriction(0) for joint in arm.joints)
-    assert [joint.getDampingCoefficient(0) for joint in arm.joints] == pytest.approx(1.1 * arm.viscous_nm_s)
+    assert friction.torque(np.full(7, 5.0)) == pytest.approx(-1.1 * arm.friction.coulomb_nm - 0.25)
+    assert not any(joint.getCoulombFriction(0) for joint in joints)
+    assert [joint.getDampingCoefficient(0) for joint in joints] == pytest.approx(1.1 * arm.friction.viscous_nm_s)
 
 
 def test_two_percent_of_friction_that_nobody_knows_costs_little() -> None:
@@ -142,7 +134,7 @@ def test_two_percent_of_friction_that_nobody_knows_costs_little() -> None:
 
 def test_a_robot_without_friction_values_has_none() -> None:
     bare = dataclasses.replace(pa10(), coulomb_nm=None, viscous_nm_s=None, stribeck_nm=None, stribeck_rad_s=None)
-    arm = Arm(bare, kendama_game().cup)
-    assert not arm.coulomb_nm.any()
-    assert not arm.viscous_nm_s.any()
-    assert not arm.stribeck_nm.any()
+    arm = modelled(bare)
+    assert not arm.friction.coulomb_nm.any()
+    assert not arm.friction.viscous_nm_s.any()
+    assert not arm.friction.stribeck_nm.any()
