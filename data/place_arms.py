@@ -16,10 +16,10 @@ import yaml
 
 from kendama_cli.config.site import find_site
 from kendama_cli.pipeline.inputs import resolve_files
+from kendama_cli.robot_model.model import RobotModel
 from kendama_cli.schema.settings import build
 from kendama_cli.settings.game import GameSettings
 from kendama_cli.settings.robot import RobotSettings
-from kendama_cli.simulation.dart.arm import Arm
 from kendama_cli.simulation.placement.find_placement import current_placement
 from kendama_cli.simulation.placement.placement_search import Demand, PlacementProblem, line_demands, search
 
@@ -54,7 +54,7 @@ def main() -> None:
     for name in sys.argv[1:]:
         values = yaml.safe_load((CONF / f"robot/{name}.yaml").read_text())
         robot = resolve_files(build(RobotSettings, values, "robot"), "robot", find_site().data_roots)
-        arm = Arm(robot, game.cup)
+        arm = RobotModel(robot, game.cup, game.gravity_m_s2)
         demands = [*line_demands(0.43, *LINES.get(name, SLOW_LINE)), *family]
         problem = PlacementProblem(arm, game, demands)
         best = search(problem, current_placement(arm), rng=np.random.default_rng(3), effort=1.0)

@@ -11,7 +11,7 @@ import sys
 from dataclasses import dataclass
 
 import kendama_cli
-from kendama_cli.simulation.dart.display import SONAMES
+from kendama_cli.robot_model.display import SONAMES
 
 
 @dataclass(frozen=True)
@@ -24,7 +24,7 @@ class Part:
 
 
 REQUIRED = {
-    "dartpy": "kendama_cli.simulation.dart.library",
+    "dartpy": "kendama_cli.robot_model.dart_library",
     "numpy": "numpy",
     "scipy": "scipy",
     "numba": "numba",
@@ -78,7 +78,7 @@ def _display_libraries() -> list[Part]:
     """Which of the libraries that DART's viewer alone wants are the system's; none on macOS and Windows."""
     if sys.platform != "linux":
         return []
-    probe = "from kendama_cli.simulation.dart.display import load_display_libraries as load; print(*load())"
+    probe = "from kendama_cli.robot_model.display import load_display_libraries as load; print(*load())"
     done = subprocess.run([sys.executable, "-P", "-c", probe], capture_output=True, text=True, check=False)
     ours = "not on this system; an object of ours stands in (only a viewer would miss it)"
     return [Part(name, "ok", ours if name in done.stdout.split() else "the system's") for name in SONAMES]

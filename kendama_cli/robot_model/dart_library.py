@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from kendama_cli.errors import MissingPartError
-from kendama_cli.simulation.dart.display import load_display_libraries
+from kendama_cli.robot_model.display import load_display_libraries
 
 STOOD_IN = load_display_libraries()
 """Display libraries that this system lacks and that objects of our own stand in for."""

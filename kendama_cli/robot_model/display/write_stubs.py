@@ -1,6 +1,6 @@
 """Writes the stand-ins for libGL and libX11 from ``symbols.txt``: the same bytes everywhere, without a compiler.
 
-``python -m kendama_cli.simulation.dart.display.write_stubs`` writes them; with ``--list FOLDER`` it first reads which
+``python -m kendama_cli.robot_model.display.write_stubs`` writes them; with ``--list FOLDER`` it first reads which
 functions the shared objects in FOLDER (site-packages, or an unpacked wheel of DART) import, and adds them to the list.
 
 One object is a minimal ELF file after the System V ABI: a segment to execute (header, hash table, symbols, names, one
@@ -14,7 +14,7 @@ import sys
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 
-from kendama_cli.simulation.dart.display import MACHINES, SONAMES, stub_path
+from kendama_cli.robot_model.display import MACHINES, SONAMES, stub_path
 
 SYMBOLS = Path(__file__).with_name("symbols.txt")
 PREFIXES = {"libGL.so.1": "gl", "libX11.so.6": "X"}
