@@ -9,8 +9,8 @@ import pytest
 
 from kendama_cli.robot_model.model import RobotModel
 from tests.benchmarks.arm import mujoco_model
+from tests.robot_model.test_model import ready
 from tests.simulation.dart.bench_robot import kendama_game, pa10
-from tests.simulation.dart.test_arm import ready
 
 mujoco = pytest.importorskip("mujoco", reason="mujoco (the extra 'benchmarks') is not installed")
 
