@@ -16,6 +16,7 @@ from kendama_cli.config.site import find_site
 from kendama_cli.errors import UsageError
 from kendama_cli.pipeline.inputs import resolve_files
 from kendama_cli.pipeline.nodes import build_settings
+from kendama_cli.store.garbage import collect_garbage, verify
 from kendama_cli.store.store import Store
 
 cache_app = typer.Typer(help="Look after the store of finished work.", no_args_is_help=True)
@@ -40,7 +41,7 @@ def cache_ls(as_json: Json = False, home: Home = None) -> None:
 @cache_app.command("verify")
 def cache_verify(as_json: Json = False, home: Home = None) -> int:
     """Read every stored byte and name what is damaged; damaged work is computed again when it is next needed."""
-    damage = Store(find_site(home).home).verify()
+    damage = verify(Store(find_site(home).home))
     if as_json:
         render.document({"damaged": [{"path": str(item.path), "problem": item.problem} for item in damage]})
     elif damage:
@@ -60,7 +61,7 @@ def cache_gc(
     home: Home = None,
 ) -> None:
     """Delete damaged entries, artifacts that nothing names, and what killed runs left behind."""
-    gone = Store(find_site(home).home).collect_garbage(keep_runs)
+    gone = collect_garbage(Store(find_site(home).home), keep_runs)
     for path in gone:
         render.text(f"deleted {path}")
     render.text(f"{len(gone)} deleted")

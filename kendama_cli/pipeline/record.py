@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any
 
 import kendama_cli
-from kendama_cli.errors import UsageError
+from kendama_cli.errors import StoreError, UsageError
 from kendama_cli.schema.settings import nearest
 from kendama_cli.store import durable
 
@@ -101,7 +101,9 @@ def past_runs(home: Path) -> list[dict[str, Any]]:
     """All readable records, oldest first."""
     found = []
     for path in sorted((home / "runs").glob("*/run.json")):
-        record = durable.read_sealed(path)
+        record = None
+        with contextlib.suppress(StoreError):  # one that cannot be read now hides no other
+            record = durable.read_sealed(path)
         if record is not None:
             killed = record["outcome"] == "running" and not _goes_on(path.parent)
             found.append({**record, "outcome": "killed"} if killed else record)

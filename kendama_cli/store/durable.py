@@ -62,6 +62,56 @@ def file_sha256(path: Path) -> str:
         return hashlib.file_digest(stream, "sha256").hexdigest()
 
 
+def read_file(path: Path) -> bytes | None:
+    """The content of ``path``, None where there is no such file; raises StoreError where it cannot be read now."""
+    with readable(path):
+        try:
+            return path.read_bytes()
+        except (FileNotFoundError, NotADirectoryError, IsADirectoryError):
+            return None
+
+
+def listed(folder: Path) -> list[Path]:
+    """What ``folder`` holds, sorted; nothing where it is absent. Raises StoreError where it cannot be read now.
+
+    ``Path.glob`` passes over a folder that it may not read, as if nothing were in it.
+    """
+    with readable(folder):
+        try:
+            return sorted(folder.iterdir())
+        except (FileNotFoundError, NotADirectoryError):
+            return []
+
+
+@contextlib.contextmanager
+def readable(path: Path) -> Iterator[None]:
+    """Turn an operating-system error at reading ``path`` into one line: it says nothing about what is stored there."""
+    try:
+        yield
+    except OSError as error:
+        raise StoreError(
+            str(path),
+            f"cannot read {path} now: {error.strerror or error}; nothing was changed, mend that and try again",
+        ) from error
+
+
+def remove(path: Path) -> None:
+    """Delete a file or a folder; whoever dies in the middle of a folder leaves a name that is not finished.
+
+    Raises StoreError where it cannot be deleted.
+    """
+    with told_plainly(path):
+        if path.is_dir() and not path.is_symlink():
+            retired = path.parent / f"{SCRATCH}-{uuid.uuid4().hex}"
+            if not path.name.startswith(SCRATCH):
+                os.replace(path, retired)
+            else:
+                retired = path
+            shutil.rmtree(retired)
+        else:
+            path.unlink(missing_ok=True)
+
+
 def make_folder(path: Path) -> Path:
     """Create ``path`` with its parents, durably."""
     with told_plainly(path):
@@ -129,12 +179,17 @@ def write_sealed(path: Path, record: dict[str, Any]) -> None:
 
 
 def read_sealed(path: Path) -> dict[str, Any] | None:
-    """The record of ``write_sealed``; None where it is missing or any byte of it differs."""
+    """The record of ``write_sealed``; None where it is missing or any byte of it differs.
+
+    Raises StoreError where it cannot be read now, which is not to say that it is damaged.
+    """
+    data = read_file(path)
+    if data is None:
+        return None
     try:
-        data = path.read_bytes()
         record = dict(json.loads(data)["record"])
         whole = _sealed(record)
-    except (OSError, ValueError, KeyError, TypeError):
+    except (ValueError, KeyError, TypeError):
         return None
     return record if data == whole else None
 

@@ -37,14 +37,6 @@ class StoredResult:
     parts: dict[str, Any]
 
 
-@dataclass(frozen=True)
-class Damage:
-    """One thing in the store that is not as it was written."""
-
-    path: Path
-    problem: str
-
-
 class Store:
     """The store in one home folder; every method is safe beside other processes on the same home."""
 
@@ -64,11 +56,14 @@ class Store:
         return self.checkpoints / stage / key
 
     def find(self, stage: str, key: str) -> StoredResult | None:
-        """The intact result of ``key``; None where there is none or anything of it is damaged."""
+        """The intact result of ``key``; None where there is none or anything of it is damaged.
+
+        Raises StoreError where something of it cannot be read now.
+        """
         record = durable.read_sealed(self.result_path(stage, key))
         if record is None or record.get("key") != key:
             return None
-        folder = self._object(str(record["artifact"]))
+        folder = self.object_folder(str(record["artifact"]))
         manifest = read_manifest(folder)
         if manifest is None or damaged_files(folder, manifest):
             return None
@@ -103,7 +98,7 @@ class Store:
         digest = durable.sha256(data)
         with durable.told_plainly(folder):
             (folder / MANIFEST).write_bytes(data)
-        target = self._object(digest)
+        target = self.object_folder(digest)
         kept = read_manifest(target)
         if kept is None or damaged_files(target, kept):
             durable.publish_folder(folder, target)
@@ -121,68 +116,17 @@ class Store:
                 found.append(result)
         return found
 
-    def verify(self) -> list[Damage]:
-        """Read every byte of the store; what is damaged or missing."""
-        damage = []
-        for path in sorted(self.results.glob("*/*.json")):
-            record = durable.read_sealed(path)
-            if record is None:
-                damage.append(Damage(path, "the result's bytes are not those written"))
-            elif not self._object(str(record["artifact"])).is_dir():
-                damage.append(Damage(path, f"its artifact {str(record['artifact'])[:12]} is missing"))
-        for folder in sorted(self.objects.glob("??/*")):
-            if folder.name.startswith(durable.SCRATCH):
-                continue
-            manifest = read_manifest(folder)
-            if manifest is None:
-                damage.append(Damage(folder / MANIFEST, "the manifest is missing or its bytes are not those written"))
-            else:
-                damage.extend(Damage(folder / name, problem) for name, problem in damaged_files(folder, manifest))
-        damage.extend(
-            Damage(path, "the run's record is not as it was written")
-            for path in sorted(self.home.glob("runs/*/run.json"))
-            if durable.read_sealed(path) is None
-        )
-        return damage
-
     @contextlib.contextmanager
     def in_use(self) -> Iterator[None]:
         """Keep garbage collection away while a run goes on."""
         with self._lock(fcntl.LOCK_SH):
             yield
 
-    def collect_garbage(self, keep_runs: int | None = None) -> list[Path]:
-        """Delete what is damaged, what no result names, and what killed runs left in the scratch; what was deleted.
-
-        With ``keep_runs``, runs but the newest so many are forgotten too, with all that only they used. Checkpoints
-        of unfinished work are kept: they are what a rerun goes on from. Raises StoreError while a run goes on.
-        """
+    @contextlib.contextmanager
+    def alone(self) -> Iterator[None]:
+        """Keep runs away meanwhile; raises StoreError while one goes on."""
         with self._lock(fcntl.LOCK_EX | fcntl.LOCK_NB):
-            gone = self._forget_runs(keep_runs) if keep_runs is not None else []
-            results = sorted(self.results.glob("*/*.json"))
-            intact = {path: self.find(path.parent.name, path.stem) for path in results}
-            named = {result.artifact for result in intact.values() if result is not None}
-            gone += [path for path, result in intact.items() if result is None]
-            gone += [folder for folder in self.objects.glob("??/*") if folder not in named]
-            gone += [*self.scratch.glob("*"), *self.home.glob(f"**/{durable.SCRATCH}-*")]
-            gone += [path for path in self.home.glob("runs/*/run.json") if durable.read_sealed(path) is None]
-            for path in gone:
-                if path.is_dir():
-                    shutil.rmtree(path, ignore_errors=True)
-                else:
-                    path.unlink(missing_ok=True)
-        return sorted(gone)
-
-    def _forget_runs(self, keep: int) -> list[Path]:
-        """Folders of all but the newest ``keep`` runs, and results that none of these used."""
-        folders = sorted(path.parent for path in self.home.glob("runs/*/run.json"))
-        forgotten, kept = folders[: max(0, len(folders) - keep)], folders[max(0, len(folders) - keep) :]
-        records = [durable.read_sealed(folder / "run.json") or {"stages": []} for folder in kept]
-        used = {(stage["name"], stage["key"]) for record in records for stage in record["stages"]}
-        unused = [path for path in self.results.glob("*/*.json") if (path.parent.name, path.stem) not in used]
-        for path in unused:
-            path.unlink(missing_ok=True)
-        return [*forgotten, *unused]
+            yield
 
     @contextlib.contextmanager
     def _lock(self, how: int) -> Iterator[None]:
@@ -199,31 +143,37 @@ class Store:
         finally:
             os.close(handle)
 
-    def _object(self, digest: str) -> Path:
+    def object_folder(self, digest: str) -> Path:
+        """Where the artifact of this digest stands or would stand."""
         return self.objects / digest[:2] / digest
 
 
 def read_manifest(folder: Path) -> dict[str, Any] | None:
-    """The manifest of an artifact's folder; None unless its digest is the folder's name."""
-    try:
-        data = (folder / MANIFEST).read_bytes()
-    except OSError:
-        return None
-    return dict(json.loads(data)) if durable.sha256(data) == folder.name else None
+    """The manifest of an artifact's folder; None unless its digest is the folder's name.
+
+    Raises StoreError where it cannot be read now.
+    """
+    data = durable.read_file(folder / MANIFEST)
+    return dict(json.loads(data)) if data is not None and durable.sha256(data) == folder.name else None
 
 
 def damaged_files(folder: Path, manifest: dict[str, Any]) -> list[tuple[str, str]]:
-    """Each file of an artifact that is missing or whose bytes differ from the manifest, with what is wrong."""
+    """Each file of an artifact that is missing or whose bytes differ from the manifest, with what is wrong.
+
+    Raises StoreError where one cannot be read now.
+    """
     problems = []
     for name, facts in manifest["files"].items():
         path = folder / name
-        try:
-            if path.stat().st_size != facts["size"]:
-                problems.append((name, f"has {path.stat().st_size} bytes, {facts['size']} were written"))
-            elif durable.file_sha256(path) != facts["sha256"]:
-                problems.append((name, "the bytes are not those written"))
-        except OSError:
-            problems.append((name, "is missing"))
+        with durable.readable(path):
+            try:
+                size = path.stat().st_size
+                if size != facts["size"]:
+                    problems.append((name, f"has {size} bytes, {facts['size']} were written"))
+                elif durable.file_sha256(path) != facts["sha256"]:
+                    problems.append((name, "the bytes are not those written"))
+            except (FileNotFoundError, NotADirectoryError):
+                problems.append((name, "is missing"))
     return problems
 
 

@@ -10,6 +10,7 @@ from pathlib import Path
 
 import pytest
 
+from kendama_cli.store.garbage import verify
 from kendama_cli.store.store import Store
 from tests.toy_project import ToyProject, artifact_bytes, statuses
 
@@ -147,7 +148,7 @@ def test_every_flipped_byte_of_the_store_is_found(toy: ToyProject) -> None:
             damaged = bytearray(data)
             damaged[place] ^= 4
             file.write_bytes(damaged)
-            assert Store(toy.home).verify(), f"{file} byte {place}"
+            assert verify(Store(toy.home)), f"{file} byte {place}"
         file.write_bytes(data)
     toy.kendama("cache", "verify")
 

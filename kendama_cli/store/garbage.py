@@ -1,0 +1,144 @@
+"""What a home holds that is damaged or that nothing needs: found by reading every byte, and deleted.
+
+Only what every one of three readings found damaged is deleted. A file that cannot be read now (a failing disk, a
+permission, too many open files) is not a damaged one: there the collection stops with one line and has deleted nothing.
+"""
+
+from __future__ import annotations
+
+import functools
+import os
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TypeVar
+
+from kendama_cli.store import durable
+from kendama_cli.store.store import MANIFEST, Store, damaged_files, read_manifest
+
+T = TypeVar("T")
+READINGS = 3
+"""So often is something read before it counts as damaged."""
+
+
+@dataclass(frozen=True)
+class Damage:
+    """One thing in the store that is not as it was written."""
+
+    path: Path
+    problem: str
+
+
+def verify(store: Store) -> list[Damage]:
+    """Read every byte of the store; what is damaged or missing. Raises StoreError where something cannot be read."""
+    damage = [found for path in _results(store) for found in _damaged_result(store, path)]
+    damage += [found for folder in _objects(store) for found in _damaged_object(folder)]
+    damage += [
+        Damage(folder / "run.json", "the run's record is not as it was written")
+        for folder in _runs(store)
+        if durable.read_sealed(folder / "run.json") is None
+    ]
+    return damage
+
+
+def collect_garbage(store: Store, keep_runs: int | None = None) -> list[Path]:
+    """Delete what is damaged, what no result names, and what killed processes left; what was deleted, sorted.
+
+    With ``keep_runs``, runs but the newest so many are forgotten too, with all that only they used. Checkpoints of
+    unfinished work are kept: they are what a rerun goes on from. Raises StoreError while a run goes on, and where
+    something cannot be read now: nothing has been deleted then.
+    """
+    with store.alone():
+        results = list(_results(store))
+        intact = {path: store.find(path.parent.name, path.stem) for path in results}
+        damaged = [path for path, result in intact.items() if result is None]
+        lost = [folder for folder in _runs(store) if durable.read_sealed(folder / "run.json") is None]
+        _drop_cached([*damaged, *(folder / "run.json" for folder in lost), *_artifact_files(store, damaged)])
+        again = {path: _reread(functools.partial(store.find, path.parent.name, path.stem)) for path in damaged}
+        gone = [path for path, result in again.items() if result is None]
+        gone += [
+            folder for folder in lost if _reread(functools.partial(durable.read_sealed, folder / "run.json")) is None
+        ]
+        if keep_runs is not None:
+            gone += _forgotten(store, keep_runs, results)
+        kept = {path: result for path, result in {**intact, **again}.items() if path not in gone and result is not None}
+        named = {result.artifact for result in kept.values()}
+        gone += [folder for folder in _objects(store) if folder not in named]
+        gone += [
+            folder
+            for stage in durable.listed(store.checkpoints)
+            for folder in durable.listed(stage)
+            if store.result_path(stage.name, folder.name) in kept
+        ]
+        gone += [*durable.listed(store.scratch), *store.home.glob(f"**/{durable.SCRATCH}-*")]
+        for path in gone:  # results go before the artifacts that they name
+            durable.remove(path)
+    return sorted(set(gone))
+
+
+def _results(store: Store) -> Iterator[Path]:
+    for stage in durable.listed(store.results):
+        yield from (path for path in durable.listed(stage) if path.suffix == ".json")
+
+
+def _objects(store: Store) -> Iterator[Path]:
+    for beginning in durable.listed(store.objects):
+        if not beginning.name.startswith(durable.SCRATCH):
+            yield from (path for path in durable.listed(beginning) if not path.name.startswith(durable.SCRATCH))
+
+
+def _runs(store: Store) -> list[Path]:
+    return [path for path in durable.listed(store.home / "runs") if not path.name.startswith(durable.SCRATCH)]
+
+
+def _damaged_result(store: Store, path: Path) -> Iterator[Damage]:
+    record = durable.read_sealed(path)
+    if record is None:
+        yield Damage(path, "the result's bytes are not those written")
+    elif not store.object_folder(str(record["artifact"])).is_dir():
+        yield Damage(path, f"its artifact {str(record['artifact'])[:12]} is missing")
+
+
+def _damaged_object(folder: Path) -> Iterator[Damage]:
+    manifest = read_manifest(folder)
+    if manifest is None:
+        yield Damage(folder / MANIFEST, "the manifest is missing or its bytes are not those written")
+    else:
+        yield from (Damage(folder / name, problem) for name, problem in damaged_files(folder, manifest))
+
+
+def _reread(read: Callable[[], T | None]) -> T | None:
+    """What the second or the third reading finds whole."""
+    return next((found for found in (read() for _ in range(READINGS - 1)) if found is not None), None)
+
+
+def _artifact_files(store: Store, results: list[Path]) -> list[Path]:
+    records = [record for record in map(durable.read_sealed, results) if record is not None]
+    return [path for record in records for path in durable.listed(store.object_folder(str(record["artifact"])))]
+
+
+def _forgotten(store: Store, keep: int, results: list[Path]) -> list[Path]:
+    """Folders of all but the newest ``keep`` runs, and results that none of the others used."""
+    folders = _runs(store)
+    newest = folders[max(0, len(folders) - keep) :]
+    records = [durable.read_sealed(folder / "run.json") or {"stages": []} for folder in newest]
+    used = {(stage["name"], stage["key"]) for record in records for stage in record["stages"]}
+    unused = [path for path in results if (path.parent.name, path.stem) not in used]
+    return [*folders[: len(folders) - len(newest)], *unused]
+
+
+def _drop_cached(paths: list[Path]) -> None:
+    """Have the next reading come from the disk itself, where the system can be asked for that."""
+    if not hasattr(os, "posix_fadvise"):
+        return
+    for path in paths:
+        try:
+            handle = os.open(path, os.O_RDONLY)
+        except OSError:
+            continue
+        try:
+            os.posix_fadvise(handle, 0, 0, os.POSIX_FADV_DONTNEED)
+        except OSError:
+            continue
+        finally:
+            os.close(handle)
