@@ -55,6 +55,14 @@ class StageError(KendamaError):
     """A stage could not do its work with valid input; nothing that was finished is lost."""
 
 
+class LogMessageError(StageError):
+    """A stage logged what it does not declare; ``topic`` is the message's topic, or empty where a type is at fault."""
+
+    def __init__(self, message: str, topic: str = "") -> None:
+        super().__init__(message)
+        self.topic = topic
+
+
 class SimulationError(StageError):
     """The simulation met a value that is not finite or left its domain; ``quantity`` names it, ``t_s`` says when."""
 

@@ -3,21 +3,27 @@
 from __future__ import annotations
 
 import copy
+import importlib
 import zlib
 from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
 
+from kendama_cli.schema.messages import codec, kind_of
+
 
 class MemoryLog:
-    """Collects (topic, t_s, message)."""
+    """Collects (topic, t_s, message), each message as a reader of the log file would get it."""
 
     def __init__(self) -> None:
-        self.messages: list[tuple[str, float, dict[str, Any]]] = []
+        self.messages: list[tuple[str, float, Any]] = []
 
-    def write(self, topic: str, t_s: float, message: Mapping[str, Any]) -> None:
-        self.messages.append((topic, float(t_s), dict(message)))
+    def write(self, topic: str, t_s: float, message: object) -> None:
+        stage = importlib.import_module(f"kendama_cli.stages.{topic.split('/')[1]}.messages")
+        kind = kind_of(stage.TOPICS, topic)
+        assert type(message) is kind, f"{topic} is declared to hold {kind.__name__}"
+        self.messages.append((topic, float(t_s), codec(kind).decode(codec(kind).encode(message, round(1e9 * t_s)))))
 
 
 class MemoryContext:

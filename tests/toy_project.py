@@ -24,6 +24,7 @@ import numpy as np
 from kendama_cli.artifacts.policy import Policy
 from kendama_cli.errors import StageError
 from kendama_cli.stages.interface import Made
+from toy.messages import NumberMessage
 from toy.numbers import SCALE
 
 
@@ -45,10 +46,7 @@ class Roll:
                 with open(self.toy.count_file, "a") as stream:
                     stream.write("x")
             rows.append(float(rng.normal()) * SCALE)
-            ctx.log.write("/learn/rollout", len(rows) * 0.1, {
-                "index": len(rows), "reward": rows[-1], "explored": False, "success": True, "duration_s": 1.0,
-                "peak_displacement_m": 0.1, "half_swings": 2,
-            })
+            ctx.log.write("/roll/number", len(rows) * 0.1, NumberMessage(len(rows), rows[-1]))
             ctx.checkpoint(lambda: {"rows": np.array(rows)}, force=True)
             ctx.progress(len(rows), self.toy.steps, last=rows[-1])
             time.sleep(self.toy.pause_s)
@@ -64,6 +62,20 @@ class Total:
 
     def run(self, given, ctx):
         return Made(Policy.seal(np.array([[given["roll"].q.sum()]]), "{}"), {"total": float(given["roll"].q.sum())})
+'''
+
+MESSAGES = '''
+"""Toy messages."""
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class NumberMessage:
+    index: int
+    value: float
+
+
+TOPICS = {"/roll/number": NumberMessage}
 '''
 
 SETTINGS = '''
@@ -108,6 +120,7 @@ class ToyProject:
         files = {
             "lib/toy/__init__.py": "",
             "lib/toy/stages.py": STAGES,
+            "lib/toy/messages.py": MESSAGES,
             "lib/toy/settings.py": SETTINGS,
             "lib/toy/numbers.py": "SCALE = 1.0\n",
             "lib/toy-1.0.dist-info/METADATA": "Metadata-Version: 2.1\nName: toy\nVersion: 1.0\n",

@@ -1,118 +1,88 @@
-"""Writes a stage's log: messages in memory, segments for checkpoints, one deterministic MCAP file at the end."""
+"""Writes a stage's log: typed messages, streamed to disk, one deterministic MCAP file at the end."""
 
 from __future__ import annotations
 
-import hashlib
 import json
 import math
 import os
-import struct
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
-import zstandard
-from mcap.writer import CompressionType, Writer
-
-from kendama_cli.log.channels import schema_of
-from kendama_cli.schema.messages import LogSchemaError, encode, file_descriptor_set
+from kendama_cli.errors import LogMessageError
+from kendama_cli.log.container_writer import AppendFile, ContainerWriter
+from kendama_cli.schema.messages import codec, kind_of
 
 STAGE_METADATA = "kendama.stage"
 """The MCAP metadata record with the keys stage, settings and metrics (both canonical JSON)."""
 
-_LIBRARY = "kendama"
-_CHUNK_BYTES = 512 * 1024
-_SEGMENT_MAGIC = b"KLOG\x01"
-_HEADER = struct.Struct("<HqI")  # topic number, t_ns, length of the message
-_DIGEST_BYTES = 32
+_MOST_S = 9.2e9  # whole nanoseconds of more seconds do not fit 63 bits
 
 
 class McapLog:
-    """The LogWriter of a running stage; times are simulated or recorded time, never the wall clock."""
+    """The LogWriter of a running stage, which may log the messages that it declares, by topic.
 
-    def __init__(self) -> None:
-        self._messages: list[tuple[str, int, bytes]] = []
-        self._schemas: dict[str, str] = {}
-        self._saved = 0
+    Times are simulated or recorded time, never the wall clock. Messages stand in the file in the order of writing.
+    """
+
+    def __init__(self, topics: Mapping[str, type], file: AppendFile) -> None:
+        self._topics = topics
+        self._container = ContainerWriter(file)
+        self._known: dict[str, tuple[type, Callable[[Any, int], bytes], int]] = {}
 
     def __len__(self) -> int:
         """How many messages were written or restored."""
-        return len(self._messages)
+        return self._container.messages_n
 
-    def write(self, topic: str, t_s: float, message: Mapping[str, Any]) -> None:
-        """Append one message at time ``t_s`` >= 0; LogSchemaError for what the closed tables do not have."""
-        schema = self._schemas.get(topic)
-        if schema is None:
-            schema = self._schemas[topic] = schema_of(topic)
-        if not 0.0 <= t_s < 9.2e9:
-            raise LogSchemaError(f"topic '{topic}': time must be finite and not negative, not {t_s!r} s")
+    def write(self, topic: str, t_s: float, message: Any) -> None:
+        """Append one message at time ``t_s`` >= 0 [s].
+
+        Raises LogMessageError for a topic that the stage does not declare, a message that is not of the topic's
+        declared type, and a field that protobuf refuses.
+        """
+        kind, encode, channel = self._known.get(topic) or self._open(topic)
+        if type(message) is not kind:
+            raise LogMessageError(
+                f"topic '{topic}' is declared to hold {kind.__name__}, but a {type(message).__name__} was logged; "
+                f"log a {kind.__name__}, or declare the topic otherwise",
+                topic,
+            )
+        if not 0.0 <= t_s < _MOST_S:
+            raise LogMessageError(f"topic '{topic}': time must be finite and not negative, not {t_s!r} s", topic)
         t_ns = round(t_s * 1e9)
         try:
-            self._messages.append((topic, t_ns, encode(schema, message, t_ns)))
-        except LogSchemaError as wrong:
-            raise LogSchemaError(f"topic '{topic}': {wrong}") from None
+            data = encode(message, t_ns)
+        except LogMessageError as wrong:
+            raise LogMessageError(f"topic '{topic}': {wrong}", topic) from None
+        self._container.add(channel, t_ns, data)
 
-    def segment(self) -> bytes:
-        """The messages since the last segment as self-checking bytes, to be kept with a checkpoint.
+    def position(self) -> bytes:
+        """Where the log stands, for a checkpoint; the file must be made durable first."""
+        return self._container.position()
 
-        Layout: magic, SHA-256 of the rest, then zstd of: length of a JSON list of topics, the list, and per message
-        topic number, t_ns and length (little-endian) before its bytes.
-        """
-        fresh = self._messages[self._saved :]
-        self._saved = len(self._messages)
-        number = {topic: n for n, topic in enumerate(sorted({topic for topic, _, _ in fresh}))}
-        topics = json.dumps(list(number)).encode()
-        parts = [struct.pack("<I", len(topics)), topics]
-        for topic, t_ns, data in fresh:
-            parts.append(_HEADER.pack(number[topic], t_ns, len(data)))
-            parts.append(data)
-        packed = zstandard.ZstdCompressor(level=3, write_checksum=False).compress(b"".join(parts))
-        return _SEGMENT_MAGIC + hashlib.sha256(packed).digest() + packed
-
-    def load_segment(self, segment: bytes) -> None:
-        """Append the messages of a segment; ValueError, with nothing appended, where a byte of it is damaged."""
-        start = len(_SEGMENT_MAGIC)
-        digest, packed = segment[start : start + _DIGEST_BYTES], segment[start + _DIGEST_BYTES :]
-        if segment[:start] != _SEGMENT_MAGIC or hashlib.sha256(packed).digest() != digest:
-            raise ValueError(f"the log segment of {len(segment)} bytes is damaged: its digest does not match")
-        plain = zstandard.ZstdDecompressor().decompress(packed)
-        offset = 4 + struct.unpack_from("<I", plain)[0]
-        topics = json.loads(plain[4:offset])
-        while offset < len(plain):
-            topic, t_ns, length = _HEADER.unpack_from(plain, offset)
-            offset += _HEADER.size
-            self._messages.append((topics[topic], t_ns, plain[offset : offset + length]))
-            offset += length
-        self._saved = len(self._messages)
+    def restore(self, position: bytes) -> None:
+        """Go on from ``position``; ValueError, with nothing changed, where the file is not as it was then."""
+        self._container.restore(position)
+        self._known = {}
 
     def finish(self, path: Path | str, *, stage: str, settings: Mapping[str, Any], metrics: Mapping[str, Any]) -> None:
-        """Write all messages in order of time (equal times: of writing) to ``path``.
+        """Write the log with its summary to ``path``; nothing can be written afterwards.
 
         Equal messages, settings and metrics give equal bytes: no host, date or folder enters the file, and of an
         absolute path among the settings only the file's name stays. Raises OSError where the disk refuses.
         """
+        facts = {"metrics": canonical_json(metrics), "settings": canonical_json(settings), "stage": stage}
         with Path(path).open("wb") as file:
-            writer: Any = Writer(
-                file, chunk_size=_CHUNK_BYTES, compression=CompressionType.ZSTD, enable_crcs=True, enable_data_crcs=True
-            )
-            writer.start(profile="", library=_LIBRARY)
-            channel = self._register(writer)
-            sequence = dict.fromkeys(channel, 0)
-            for topic, t_ns, data in sorted(self._messages, key=lambda message: message[1]):
-                writer.add_message(channel[topic], t_ns, data, t_ns, sequence[topic])
-                sequence[topic] += 1
-            facts = {"stage": stage, "settings": canonical_json(settings), "metrics": canonical_json(metrics)}
-            writer.add_metadata(STAGE_METADATA, dict(sorted(facts.items())))
-            writer.finish()
+            self._container.finish(file, {STAGE_METADATA: facts})
 
-    def _register(self, writer: Writer) -> dict[str, int]:
-        """Register schemas and channels, sorted by name; topic -> channel id."""
-        topics = sorted({topic for topic, _, _ in self._messages})
-        schema = {
-            name: writer.register_schema(name, "protobuf", file_descriptor_set(name))
-            for name in sorted({schema_of(topic) for topic in topics})
-        }
-        return {topic: writer.register_channel(topic, "protobuf", schema[schema_of(topic)]) for topic in topics}
+    def _open(self, topic: str) -> tuple[type, Callable[[Any, int], bytes], int]:
+        kind = kind_of(self._topics, topic)
+        found = codec(kind)
+        channel = self._container.channels.get(topic)
+        if channel is None:
+            channel = self._container.add_channel(topic, found.schema, found.descriptor_set)
+        self._known[topic] = kind, found.encode, channel
+        return self._known[topic]
 
 
 def canonical_json(value: Any) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import time
 import zlib
 from collections.abc import Callable, Mapping
@@ -11,7 +12,8 @@ import numpy as np
 
 from kendama_cli.log.writer import McapLog
 from kendama_cli.stages.interface import State
-from kendama_cli.store.checkpoint import CheckpointFolder
+from kendama_cli.store.append_file import DurableAppendFile
+from kendama_cli.store.checkpoint import Checkpoint, CheckpointFolder
 
 CHECKPOINT_PERIOD_S = 1.0
 CHECKPOINT_SHARE = 0.01
@@ -27,11 +29,15 @@ class WorkerContext:
         *,
         seed: int | None,
         checkpoints: CheckpointFolder,
-        log: McapLog,
+        topics: Mapping[str, type],
         tell: Callable[[Mapping[str, Any]], None],
     ) -> None:
-        """``seed`` is None for a stage whose pipeline entry does not list it; ``tell`` passes progress on."""
-        self.log = log
+        """``topics`` are those of the stage's declaration, ``tell`` passes progress on.
+
+        ``seed`` is None for a stage whose pipeline entry does not list it.
+        """
+        self._log_file = DurableAppendFile(checkpoints.log_path)
+        self.log = McapLog(topics, self._log_file)
         self._seed = seed
         self._checkpoints = checkpoints
         self._tell = tell
@@ -49,13 +55,11 @@ class WorkerContext:
 
     def restore(self) -> State | None:
         """The newest intact checkpoint, with the log and every random stream brought to where they were."""
-        found = self._checkpoints.newest()
+        found = self._newest()
         if found is None:
             return None
         for purpose, state in found.streams.items():
             self.rng(purpose).bit_generator.state = state
-        for segment in found.segments:
-            self.log.load_segment(segment)
         return found.state
 
     def checkpoint(self, state: Callable[[], State], *, force: bool = False) -> None:
@@ -64,7 +68,8 @@ class WorkerContext:
         if not force and began_s < self._due_s:
             return
         streams = {purpose: stream.bit_generator.state for purpose, stream in self._streams.items()}
-        self._checkpoints.save(state(), streams, self.log.segment())
+        self._log_file.sync()  # before the checkpoint that counts on it
+        self._checkpoints.save(state(), streams, self.log.position())
         now_s = time.monotonic()
         self._due_s = now_s + max(CHECKPOINT_PERIOD_S, (now_s - began_s) / CHECKPOINT_SHARE)
 
@@ -74,3 +79,16 @@ class WorkerContext:
         if done == total or now - self._told_s >= PROGRESS_PERIOD_S:
             self._told_s = now
             self._tell({"event": "progress", "done": done, "total": total, "figures": figures})
+
+    def close(self) -> None:
+        """Let go of the log's file, and of the folder where no checkpoint needs it."""
+        self._log_file.close()
+        self._checkpoints.discard_unless_saved()
+
+    def _newest(self) -> Checkpoint | None:
+        """The newest checkpoint that is intact itself and whose log is, restored."""
+        for found in self._checkpoints.intact():
+            with contextlib.suppress(ValueError):  # the log lost what this one counts on: an older one counts on less
+                self.log.restore(found.log)
+                return found
+        return None

@@ -23,7 +23,6 @@ from pathlib import Path
 from typing import Any
 
 from kendama_cli.errors import KendamaError, StageError
-from kendama_cli.log.writer import McapLog
 from kendama_cli.pipeline.context import WorkerContext
 from kendama_cli.pipeline.nodes import node_schemas
 from kendama_cli.schema.settings import build_value
@@ -92,12 +91,25 @@ def run_stage(request: Mapping[str, Any], tell: Any) -> dict[str, Any]:
     stage, settings = make_stage(request)
     given = _Given({own: load_artifact(Path(folder)) for own, folder in request["given"].items()})
     store = Store(Path(request["home"]))
-    log = McapLog()
     checkpoints = CheckpointFolder(store.checkpoint_folder(request["stage"], request["key"]))
     if request["fresh"]:
         checkpoints.discard()
-    context = WorkerContext(seed=request["seed"], checkpoints=checkpoints, log=log, tell=tell)
-    made = stage.run(given, context)
+    context = WorkerContext(seed=request["seed"], checkpoints=checkpoints, topics=_topics(request), tell=tell)
+    with contextlib.closing(context):
+        return _finish(request, store, context, settings, stage.run(given, context))
+
+
+def _topics(request: Mapping[str, Any]) -> Mapping[str, type]:
+    """The messages that the stage declares, by topic."""
+    package = str(request["target"]).partition(":")[0].rpartition(".")[0]
+    topics: Mapping[str, type] = importlib.import_module(f"{package}.messages").TOPICS
+    return topics
+
+
+def _finish(
+    request: Mapping[str, Any], store: Store, context: WorkerContext, settings: Mapping[str, Any], made: Any
+) -> dict[str, Any]:
+    """Keep what the stage made; the event that reports it."""
     if not isinstance(made, Made):
         raise StageError(
             f"stage '{request['stage']}' gave a {type(made).__name__}; a stage gives Made(artifact, metrics)"
@@ -107,7 +119,7 @@ def run_stage(request: Mapping[str, Any], tell: Any) -> dict[str, Any]:
         save_artifact(made.artifact, folder)
         (folder / "metrics.json").write_bytes(canonical_json(metrics) + b"\n")
         plain = {own: dataclasses.asdict(value) for own, value in settings.items()}
-        log.finish(folder / LOG, stage=request["stage"], settings=plain, metrics=metrics)
+        context.log.finish(folder / LOG, stage=request["stage"], settings=plain, metrics=metrics)
         result = store.put(folder, request["stage"], request["key"], metrics, request["parts"])
     return {"event": "done", "artifact": str(result.artifact), "metrics": metrics}
 

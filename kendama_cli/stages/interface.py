@@ -19,10 +19,13 @@ State = Mapping[str, Any]
 
 
 class LogWriter(Protocol):
-    """The stage's MCAP log; topics and schemas are those of ``kendama_cli.log.channels``."""
+    """The stage's MCAP log; its topics and their message types are those that the stage declares."""
 
-    def write(self, topic: str, t_s: float, message: Mapping[str, Any]) -> None:
-        """Append one message at simulated (or recorded) time ``t_s``."""
+    def write(self, topic: str, t_s: float, message: object) -> None:
+        """Append one message at simulated (or recorded) time ``t_s``.
+
+        Raises LogMessageError for a topic that is not declared, and for a message that is not of its type.
+        """
 
 
 class StageContext(Protocol):

@@ -118,7 +118,7 @@ def make_folder(path: Path) -> Path:
         missing = [folder for folder in (path, *path.parents) if not folder.exists()]
         path.mkdir(parents=True, exist_ok=True)
         for folder in missing:
-            _sync(folder.parent)
+            sync(folder.parent)
     return path
 
 
@@ -133,7 +133,7 @@ def write_file(path: Path, data: bytes) -> None:
                 stream.flush()
                 os.fsync(stream.fileno())
             os.replace(scratch, path)
-            _sync(path.parent)
+            sync(path.parent)
         finally:
             scratch.unlink(missing_ok=True)
 
@@ -162,15 +162,15 @@ def publish_folder(scratch: Path, target: Path) -> None:
     """Move the finished folder ``scratch`` to ``target``, durably; a ``target`` that exists is replaced."""
     with told_plainly(target):
         for file in sorted(scratch.iterdir()):
-            _sync(file)
-        _sync(scratch)
+            sync(file)
+        sync(scratch)
         make_folder(target.parent)
         if target.exists():
             retired = target.parent / f"{SCRATCH}-{uuid.uuid4().hex}"
             os.replace(target, retired)
             shutil.rmtree(retired, ignore_errors=True)
         os.replace(scratch, target)
-        _sync(target.parent)
+        sync(target.parent)
 
 
 def write_sealed(path: Path, record: dict[str, Any]) -> None:
@@ -200,7 +200,8 @@ def _sealed(record: dict[str, Any]) -> bytes:
     return f'{{"record": {body}, "seal": "{sha256(body.encode())}"}}\n'.encode()
 
 
-def _sync(path: Path) -> None:
+def sync(path: Path) -> None:
+    """Have a file or folder on the disk."""
     handle = os.open(path, os.O_RDONLY)
     try:
         os.fsync(handle)

@@ -68,7 +68,7 @@ def collect_garbage(store: Store, keep_runs: int | None = None) -> list[Path]:
             folder
             for stage in durable.listed(store.checkpoints)
             for folder in durable.listed(stage)
-            if store.result_path(stage.name, folder.name) in kept
+            if store.result_path(stage.name, folder.name) in kept or not any(folder.glob("*.ckpt"))
         ]
         gone += [*durable.listed(store.scratch), *store.home.glob(f"**/{durable.SCRATCH}-*")]
         for path in gone:  # results go before the artifacts that they name

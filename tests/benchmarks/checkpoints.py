@@ -11,9 +11,9 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
-from kendama_cli.log.writer import McapLog
 from kendama_cli.pipeline.context import WorkerContext
 from kendama_cli.stages.interface import State
+from kendama_cli.stages.learn.messages import TOPICS
 from kendama_cli.stages.learn.stage import Learn
 from kendama_cli.store.checkpoint import CheckpointFolder
 from tests.learning.settings_files import game_settings, learn_settings
@@ -41,7 +41,7 @@ def main() -> None:
     settings = learn_settings(count__evaluation=ROLLOUTS)
     with tempfile.TemporaryDirectory(dir=Path.cwd()) as folder:
         checkpoints = CheckpointFolder(Path(folder))
-        context = Timed(seed=SEED, checkpoints=checkpoints, log=McapLog(), tell=lambda _: None)
+        context = Timed(seed=SEED, checkpoints=checkpoints, topics=TOPICS, tell=lambda _: None)
         stage = Learn(learn=settings, game=game_settings())
         stage.prepare()
         began = time.perf_counter()

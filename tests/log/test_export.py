@@ -7,7 +7,8 @@ import pytest
 from kendama_cli.errors import InputError, StoreError, UsageError
 from kendama_cli.log.export import export
 from kendama_cli.log.reader import LogFile
-from kendama_cli.log.writer import McapLog
+from kendama_cli.schema.foxglove import CompressedImage
+from tests.log.made_logs import memory_log
 
 
 def test_a_parquet_file_holds_every_message_under_its_topic(tmp_path, log_file):
@@ -37,8 +38,8 @@ def test_one_topic_has_only_its_own_fields_and_the_same_values_in_both_formats(t
 def test_lists_and_bytes_become_text_in_csv(tmp_path, log_file):
     export(log_file, tmp_path / "table.csv", "/learn/table")
     assert pd.read_csv(tmp_path / "table.csv")["values"].tolist() == ["[0.0, 1.0, 2.0, 3.0]"]
-    log = McapLog()
-    log.write("/predict/image/left", 0.0, {"frame": "left", "format": "png", "data": b"\x00\x01\x02"})
+    log = memory_log()
+    log.write("/predict/image/left", 0.0, CompressedImage("left", "png", b"\x00\x01\x02"))
     log.finish(tmp_path / "image.mcap", stage="predict", settings={}, metrics={})
     export(tmp_path / "image.mcap", tmp_path / "image.csv")
     assert pd.read_csv(tmp_path / "image.csv")["data"].tolist() == ["AAEC"]
@@ -75,6 +76,6 @@ def test_an_unknown_suffix_an_absent_topic_and_a_full_place_are_told(tmp_path, l
         export(log_file, tmp_path / "out.csv", "/cup")
     with pytest.raises(StoreError, match=r"cannot write '.*out.csv'"):
         export(log_file, tmp_path / "missing" / "out.csv")
-    McapLog().finish(tmp_path / "empty.mcap", stage="adapt", settings={}, metrics={})
+    memory_log().finish(tmp_path / "empty.mcap", stage="adapt", settings={}, metrics={})
     with pytest.raises(InputError, match="it has no channel, so there is nothing to export"):
         export(tmp_path / "empty.mcap", tmp_path / "out.csv")

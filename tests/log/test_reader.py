@@ -15,8 +15,9 @@ from mcap.writer import CompressionType, Writer
 from kendama_cli.errors import InputError
 from kendama_cli.log.export import describe
 from kendama_cli.log.reader import LogFile
-from kendama_cli.log.writer import McapLog
+from kendama_cli.stages.adapt.messages import AdaptRepeatMessage
 from tests.log.conftest import filled
+from tests.log.made_logs import memory_log
 
 
 def test_values_come_back_to_the_bit(log_file):
@@ -61,9 +62,9 @@ def test_describe_tells_channels_counts_times_and_stage(log_file):
 
 def _small(path: Path) -> bytes:
     """The bytes of a log of three messages."""
-    log = McapLog()
+    log = memory_log()
     for index in range(3):
-        log.write("/adapt/repeat", 0.1 * index, {"index": index, "caught": True, "miss_m": 0.3})
+        log.write("/adapt/repeat", 0.1 * index, AdaptRepeatMessage(index=index, caught=True, miss_m=0.3))
     log.finish(path, stage="adapt", settings={}, metrics={})
     return path.read_bytes()
 

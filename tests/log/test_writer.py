@@ -1,20 +1,26 @@
-"""The log writer: deterministic files, segments that carry a log over a kill, no trace of the machine."""
+"""The log writer: deterministic files, going on after a kill, no trace of the machine, nothing undeclared."""
 
 import math
 import subprocess
 import sys
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 import pytest
 from mcap.reader import make_reader
 
+from kendama_cli.errors import LogMessageError, StageError
 from kendama_cli.log.reader import LogFile
 from kendama_cli.log.writer import McapLog, canonical_json
-from kendama_cli.schema.messages import LogSchemaError
-from tests.log.conftest import filled
+from kendama_cli.stages.adapt.messages import AdaptRepeatMessage
+from tests.log.conftest import filled, messages
+from tests.log.made_logs import MemoryFile, all_topics, memory_log
 
 FACTS = {"stage": "adapt", "settings": {"a": {"b": 1.5}}, "metrics": {"caught": True}}
+LONG = 10_000
+"""Instants of ``messages`` that fill several chunks."""
+REPEAT = AdaptRepeatMessage(index=0, caught=True, miss_m=0.0)
 
 
 def test_another_process_writes_the_same_bytes(tmp_path, log_file):
@@ -29,22 +35,63 @@ def test_another_process_writes_the_same_bytes(tmp_path, log_file):
     assert other.read_bytes() == log_file.read_bytes()
 
 
-@pytest.mark.parametrize("cuts", [(1,), (250, 250, 251), (0, 900)])
-def test_a_log_restored_from_its_segments_ends_in_the_same_bytes(tmp_path, cuts):
-    whole = filled()
-    messages = whole._messages
-    log, segments, start = McapLog(), [], 0
-    for cut in cuts:  # write up to the checkpoint, save the segment, be killed, restore all segments
-        log._messages += messages[start:cut]
-        start = max(start, cut)
-        segments.append(log.segment())
-        log = McapLog()
-        for segment in segments:
-            log.load_segment(segment)
-    log._messages += messages[start:]
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory):
+    path = tmp_path_factory.mktemp("whole") / "log.mcap"
+    filled(LONG).finish(path, **FACTS)
+    return path.read_bytes()
+
+
+@pytest.mark.parametrize("cuts", [(1,), (250, 250, 9_000), (0, 17_000, 30_001)])
+@pytest.mark.parametrize("lost", [0, 400])
+def test_a_log_that_is_killed_and_restored_ends_in_the_same_bytes(tmp_path, whole, cuts, lost):
+    """Up to each checkpoint, ``lost`` messages beyond it, killed, restored from it."""
+    every = list(messages(LONG))
+    file, position, start = MemoryFile(), b"", 0
+    for cut in cuts:
+        log = McapLog(all_topics(), file)
+        if position:
+            log.restore(position)
+        for topic, t_s, message in every[start:cut]:
+            log.write(topic, t_s, message)
+        position, start = log.position(), cut
+        for topic, t_s, message in every[cut : cut + lost]:
+            log.write(topic, t_s, message)
+    log = McapLog(all_topics(), file)
+    log.restore(position)
+    assert len(log) == cuts[-1]
+    for topic, t_s, message in every[start:]:
+        log.write(topic, t_s, message)
     log.finish(tmp_path / "resumed.mcap", **FACTS)
-    whole.finish(tmp_path / "whole.mcap", **FACTS)
-    assert (tmp_path / "resumed.mcap").read_bytes() == (tmp_path / "whole.mcap").read_bytes()
+    assert (tmp_path / "resumed.mcap").read_bytes() == whole
+
+
+def test_a_file_that_lost_what_a_position_counts_on_is_refused_and_nothing_changes():
+    log = filled(LONG)
+    file, position = log._container._file, log.position()
+    for spoil in (lambda: file.cut(1000), lambda: file.content.__setitem__(500, file.content[500] ^ 1)):
+        kept = bytes(file.content)
+        spoil()
+        again = McapLog(all_topics(), file)
+        with pytest.raises(ValueError, match=r"the first \d+ bytes of the log are not those that were written"):
+            again.restore(position)
+        assert len(again) == 0
+        file.content[:] = kept
+
+
+def test_the_memory_that_a_log_takes_does_not_grow_with_it(tmp_path):
+    """200 MB of messages that hardly compress; the bound is half of what they would take in memory."""
+    program = Path(__file__).with_name("stream_much.py")
+    done = subprocess.run(
+        [sys.executable, str(program), str(tmp_path)],
+        check=True,
+        cwd=Path(__file__).parents[2],
+        capture_output=True,
+        text=True,
+    )
+    logged_mb, grown_mb = (float(number) for number in done.stdout.split())
+    assert logged_mb >= 200
+    assert grown_mb < 100
 
 
 def test_the_reference_reader_finds_its_way_by_summary_and_index(log_file):
@@ -59,37 +106,28 @@ def test_the_reference_reader_finds_its_way_by_summary_and_index(log_file):
         assert times == [10_000_000 * step for step in range(100, 300)]
 
 
-def test_a_segment_holds_only_what_came_since_the_last():
-    log = filled()
-    first = log.segment()
-    log.write("/adapt/repeat", 9.0, {"index": 1, "caught": True, "miss_m": 0.0})
-    second = log.segment()
-    restored = McapLog()
-    restored.load_segment(first)
-    assert len(restored) == len(log) - 1
-    restored.load_segment(second)
-    assert restored._messages == log._messages
-    assert len(second) < 200 < len(first)
+def test_the_reference_reader_merges_chunks_in_order_of_time(tmp_path, whole):
+    (tmp_path / "log.mcap").write_bytes(whole)
+    with (tmp_path / "log.mcap").open("rb") as file:
+        reader = make_reader(file, validate_crcs=True)
+        statistics = reader.get_summary().statistics
+        assert statistics.chunk_count > 2
+        assert (statistics.message_start_time, statistics.message_end_time) == (0, (LONG - 1) * 10_000_000)
+        assert statistics.channel_message_counts == {
+            1: LONG,
+            2: LONG,
+            3: LONG,
+            4: 1,
+        }
+        times = [message.log_time for _, _, message in reader.iter_messages()]
+        assert len(times) == 3 * LONG + 1
+        assert times == sorted(times)
 
 
-def test_every_damaged_byte_of_a_segment_is_found_and_nothing_is_restored():
-    log = filled(2)
-    segment = log.segment()
-    for at in range(len(segment)):
-        broken = bytearray(segment)
-        broken[at] ^= 1
-        restored = McapLog()
-        with pytest.raises(ValueError, match="is damaged: its digest does not match"):
-            restored.load_segment(bytes(broken))
-        assert len(restored) == 0
-    with pytest.raises(ValueError, match="is damaged"):
-        McapLog().load_segment(segment[:-1])
-
-
-def test_messages_come_out_in_order_of_time_and_equal_times_in_order_of_writing(tmp_path):
-    log = McapLog()
+def test_a_table_is_in_order_of_time_and_equal_times_in_order_of_writing(tmp_path):
+    log = memory_log()
     for index, t_s in enumerate([2.0, 1.0, 1.0, 0.5]):
-        log.write("/adapt/repeat", t_s, {"index": index, "caught": False, "miss_m": 0.0})
+        log.write("/adapt/repeat", t_s, AdaptRepeatMessage(index=index, caught=False, miss_m=0.0))
     log.finish(tmp_path / "log.mcap", **FACTS)
     table = LogFile(tmp_path / "log.mcap").table("/adapt/repeat")
     assert table["index"].tolist() == [3, 1, 2, 0]
@@ -98,18 +136,54 @@ def test_messages_come_out_in_order_of_time_and_equal_times_in_order_of_writing(
 
 @pytest.mark.parametrize("t_s", [-0.001, math.nan, math.inf])
 def test_a_time_that_is_negative_or_not_finite_is_refused(t_s):
-    with pytest.raises(LogSchemaError, match="topic '/adapt/repeat': time must be finite and not negative"):
-        McapLog().write("/adapt/repeat", t_s, {"index": 0, "caught": True, "miss_m": 0.0})
+    with pytest.raises(LogMessageError, match="topic '/adapt/repeat': time must be finite and not negative"):
+        memory_log().write("/adapt/repeat", t_s, REPEAT)
 
 
-def test_a_wrong_field_names_topic_and_field():
-    with pytest.raises(LogSchemaError, match=r"topic '/adapt/repeat': kendama.AdaptRepeat: unknown field 'miss'"):
-        McapLog().write("/adapt/repeat", 0.0, {"index": 0, "caught": True, "miss_m": 0.0, "miss": 0.0})
+@dataclass(frozen=True)
+class Lookalike:
+    """The fields of another message."""
+
+    index: int
+    caught: bool
+    miss_m: float
+
+
+@pytest.mark.parametrize(
+    ("topic", "message", "told"),
+    [
+        (
+            "/adapt/repeats",
+            REPEAT,
+            r"the stage logs to topic '/adapt/repeats', which it does not declare; it ",
+        ),
+        (
+            "/adapt/repeat",
+            {"index": 0},
+            r"topic '/adapt/repeat' is declared to hold AdaptRepeatMessage, but a dict",
+        ),
+        (
+            "/adapt/repeat",
+            Lookalike(0, True, 0.0),
+            r"to hold AdaptRepeatMessage, but a Lookalike was",
+        ),
+        (
+            "/adapt/repeat",
+            AdaptRepeatMessage(0, True, None),
+            r"'/adapt/repeat': a field of AdaptRepeatMessage has",
+        ),
+    ],
+)
+def test_what_is_not_declared_fails_the_stage_in_one_line(topic, message, told):
+    with pytest.raises(StageError, match=told) as caught:
+        memory_log().write(topic, 0.0, message)
+    assert "\n" not in str(caught.value)
+    assert caught.value.topic == topic
 
 
 def test_no_folder_of_this_machine_enters_the_file(tmp_path):
     settings = {"capture": {"path": ("/home/someone/swing.csv",), "rate_hz": np.float64(100.0)}}
-    McapLog().finish(tmp_path / "log.mcap", stage="capture", settings=settings, metrics={"rmse_mm": math.nan})
+    memory_log().finish(tmp_path / "log.mcap", stage="capture", settings=settings, metrics={"rmse_mm": math.nan})
     stage = LogFile(tmp_path / "log.mcap").stage
     assert stage == {
         "stage": "capture",

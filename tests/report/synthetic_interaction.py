@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from kendama_cli.log.writer import McapLog
+from tests.log.made_logs import FieldLog
 
 BODIES: list[dict[str, Any]] = [
     {"name": "table", "kind": "static", "shape": "box", "size_m": [0.6, 0.4, 0.04], "position_m": [0.0, 0.0, 0.98]},
@@ -16,7 +16,7 @@ BODIES: list[dict[str, Any]] = [
 ]
 
 
-def write_interaction(log: McapLog, rng: np.random.Generator) -> tuple[dict[str, Any], dict[str, Any]]:
+def write_interaction(log: FieldLog, rng: np.random.Generator) -> tuple[dict[str, Any], dict[str, Any]]:
     """Every topic of the stage ``interact`` at 50 Hz; returns settings and metrics."""
     for time in np.arange(0.02, 4.0, 0.02):
         step = "come down" if time < 1 else "press" if time < 2 else "wipe"

@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 from PIL import Image, ImageDraw
 
-from kendama_cli.log.writer import McapLog
 from kendama_cli.report.page import make_report
+from tests.log.made_logs import FieldLog
 from tests.report.synthetic_interaction import write_interaction
 
 GAME = {
@@ -38,7 +38,7 @@ def write_run(folder: Path) -> tuple[dict[str, Any], dict[str, Path]]:
     }
     logs = {}
     for number, (name, write) in enumerate(writers.items()):
-        log = McapLog()
+        log = FieldLog()
         settings, metrics = write(log, np.random.default_rng([7, number]))
         logs[name] = folder / f"{name}.mcap"
         log.finish(logs[name], stage=name, settings=settings, metrics=metrics)
@@ -64,7 +64,7 @@ def _swing(t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return cup, ball
 
 
-def _frames(log: McapLog, topic: str, child: str, t: np.ndarray, points: np.ndarray) -> None:
+def _frames(log: FieldLog, topic: str, child: str, t: np.ndarray, points: np.ndarray) -> None:
     for time, (x, z) in zip(t, points, strict=True):
         half = 0.15 * np.sin(4 * time) / 2 if child == "cup" else 0.0
         rotation = (np.cos(half), 0.0, np.sin(half), 0.0)
@@ -72,7 +72,7 @@ def _frames(log: McapLog, topic: str, child: str, t: np.ndarray, points: np.ndar
         log.write(topic, time, {"parent": "world", "child": child, "position_m": position, "rotation_wxyz": rotation})
 
 
-def _capture(log: McapLog, rng: np.random.Generator) -> tuple[dict[str, Any], dict[str, Any]]:
+def _capture(log: FieldLog, rng: np.random.Generator) -> tuple[dict[str, Any], dict[str, Any]]:
     t = np.arange(0, 2.5, 0.01)
     for number in range(10):
         stretch = 1 + 0.04 * rng.standard_normal()
@@ -82,7 +82,7 @@ def _capture(log: McapLog, rng: np.random.Generator) -> tuple[dict[str, Any], di
     return {"settings": {"kind": "file", "path": ["data/a.csv"], "rate_hz": 100.0}}, metrics
 
 
-def _encode(log: McapLog, rng: np.random.Generator) -> tuple[dict[str, Any], dict[str, Any]]:
+def _encode(log: FieldLog, rng: np.random.Generator) -> tuple[dict[str, Any], dict[str, Any]]:
     t = np.arange(0, 2.5, 0.01)
     for number in range(10):
         name, cup = f"swing-{number:02d}", (1 + 0.08 * rng.standard_normal()) * _swing(t)[0]
@@ -94,7 +94,7 @@ def _encode(log: McapLog, rng: np.random.Generator) -> tuple[dict[str, Any], dic
     return {"settings": {"functions": 20}}, {"n_parameters": 22, "rmse_mm": 0.334, "max_error_mm": 0.77}
 
 
-def _weights(log: McapLog, name: str, extra: np.ndarray) -> None:
+def _weights(log: FieldLog, name: str, extra: np.ndarray) -> None:
     for axis in "xyz":
         values = 300 * np.sin(np.arange(20) / 2 + ord(axis)) + extra
         message = {"demonstration": name, "coordinate": axis, "centers": np.exp(-np.arange(20) / 19), "values": values}
@@ -104,7 +104,7 @@ def _weights(log: McapLog, name: str, extra: np.ndarray) -> None:
 WRENCH = {f"{kind}_{axis}_{unit}": 0.5 for kind, unit in (("force", "n"), ("torque", "nm")) for axis in "xyz"}
 
 
-def _identify(log: McapLog, rng: np.random.Generator) -> tuple[dict[str, Any], dict[str, Any]]:
+def _identify(log: FieldLog, rng: np.random.Generator) -> tuple[dict[str, Any], dict[str, Any]]:
     t = np.arange(0, 4.0, 0.02)
     names = ["shoulder", "elbow"]
     for time in t:
@@ -131,7 +131,7 @@ def _identify(log: McapLog, rng: np.random.Generator) -> tuple[dict[str, Any], d
     return {"identify": {"harmonics": 3}, "game": GAME}, metrics
 
 
-def _adapt(log: McapLog, rng: np.random.Generator) -> tuple[dict[str, Any], dict[str, Any]]:
+def _adapt(log: FieldLog, rng: np.random.Generator) -> tuple[dict[str, Any], dict[str, Any]]:
     for index, tau in enumerate(np.concatenate([np.linspace(0.84, 1.16, 17), [1.035, 1.045]])):
         miss = 0.9 * np.sin(12 * (tau - 0.895)) * (tau - 1.04) * 8
         message = {"index": index, "tau_scale": tau, "signed_miss_m": miss, "caught": abs(miss) < 0.025}
@@ -160,7 +160,7 @@ def _adapt(log: McapLog, rng: np.random.Generator) -> tuple[dict[str, Any], dict
     return {"settings": {"repeats": 30}, "game": GAME, "robot": {"kind": "dart"}}, metrics
 
 
-def _learn(log: McapLog, rng: np.random.Generator) -> tuple[dict[str, Any], dict[str, Any]]:
+def _learn(log: FieldLog, rng: np.random.Generator) -> tuple[dict[str, Any], dict[str, Any]]:
     _rollouts(log, "/learn/rollout", rng, 60)
     grid = {
         "position": "distance",
@@ -202,7 +202,7 @@ def _state(time: float) -> dict[str, float]:
     }
 
 
-def _rollouts(log: McapLog, topic: str, rng: np.random.Generator, n: int) -> None:
+def _rollouts(log: FieldLog, topic: str, rng: np.random.Generator, n: int) -> None:
     for index in range(n):
         explored = bool(rng.random() < 0.6 * np.exp(-index / 15))
         success = bool(rng.random() < 1 - np.exp(-index / 12))
@@ -218,7 +218,7 @@ def _rollouts(log: McapLog, topic: str, rng: np.random.Generator, n: int) -> Non
         log.write(topic, 4.0 * index, message)
 
 
-def _predict(log: McapLog, rng: np.random.Generator) -> tuple[dict[str, Any], dict[str, Any]]:
+def _predict(log: FieldLog, rng: np.random.Generator) -> tuple[dict[str, Any], dict[str, Any]]:
     for step in range(12):
         time = step / 60
         u, v = 120.0 + 30 * step, 300.0 - 60 * step + 4.5 * step**2
@@ -250,7 +250,7 @@ def _predict(log: McapLog, rng: np.random.Generator) -> tuple[dict[str, Any], di
     return {"settings": {"flights": 40}, "game": GAME}, metrics
 
 
-def _transfer(log: McapLog, rng: np.random.Generator) -> tuple[dict[str, Any], dict[str, Any]]:
+def _transfer(log: FieldLog, rng: np.random.Generator) -> tuple[dict[str, Any], dict[str, Any]]:
     _rollouts(log, "/transfer/rollout", rng, 25)
     _rollouts(log, "/transfer/scratch/rollout", rng, 40)
     t = np.arange(0, 2.5, 0.01)

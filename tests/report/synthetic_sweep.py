@@ -9,9 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from kendama_cli.log.writer import McapLog
 from kendama_cli.report.ensemble import Run
 from kendama_cli.report.sweep_page import make_sweep_report
+from tests.log.made_logs import FieldLog
 
 CAP = 1000
 TWINS = {
@@ -60,7 +60,7 @@ def _document(overrides: list[str], *stages: str) -> dict[str, Any]:
 
 
 def _learn(path: Path, rng: np.random.Generator, needed: int, learned: bool) -> None:
-    log = McapLog()
+    log = FieldLog()
     for index in range(1, needed + (30 if learned else 0)):
         success = index >= needed
         message = {
@@ -91,7 +91,7 @@ def _learn(path: Path, rng: np.random.Generator, needed: int, learned: bool) -> 
 
 
 def _transfer(path: Path, body: dict[str, float], *, given: int, scratch: int) -> None:
-    log = McapLog()
+    log = FieldLog()
     rollout = {"explored": False, "reward": 1.0, "duration_s": 1.5, "peak_displacement_m": 0.3, "half_swings": 3}
     for topic, needed in (("/transfer/rollout", given), ("/transfer/scratch/rollout", scratch)):
         for index in range(1, needed + 10):

@@ -10,10 +10,10 @@ from pathlib import Path
 import pytest
 
 from kendama_cli.errors import InputError
-from kendama_cli.log.channels import CHANNELS
 from kendama_cli.log.reader import LogFile
-from kendama_cli.log.writer import McapLog
 from kendama_cli.report.page import make_report
+from kendama_cli.schema.messages import codec, kind_of
+from tests.log.made_logs import all_topics, memory_log
 
 VOID = {"meta", "link", "input", "br"}
 
@@ -49,7 +49,7 @@ def page(run, logs):
 
 def test_the_made_up_run_has_every_topic(logs):
     written = {topic for path in logs.values() for topic in LogFile(path, topics=()).topics}
-    assert set(CHANNELS) <= written
+    assert {topic.replace("*", "left") for topic in all_topics()} <= written
 
 
 def test_two_processes_make_the_same_bytes(page, run_folder):
@@ -156,20 +156,22 @@ def test_logs_without_messages_still_make_a_page(run, tmp_path):
     logs = {}
     for stage in run["stages"]:
         logs[stage["name"]] = tmp_path / f"{stage['name']}.mcap"
-        McapLog().finish(logs[stage["name"]], stage=stage["name"], settings={}, metrics={})
+        memory_log().finish(logs[stage["name"]], stage=stage["name"], settings={}, metrics={})
     page = make_report(run, logs)
     assert page.count("The log of this stage holds nothing to draw.") == len(run["stages"])
 
 
-@pytest.mark.parametrize("topic", sorted(CHANNELS))
+@pytest.mark.parametrize("topic", sorted(all_topics()))
 def test_a_log_that_lacks_one_topic_still_makes_a_page(run, logs, tmp_path, topic):
     """Every figure may be missing alone: the others must not depend on it."""
     stage = topic.split("/")[1]
     full = LogFile(logs[stage])
-    log = McapLog()
-    log._messages = [
-        (name, t_ns, data) for name in full.topics if name != topic for t_ns, data in full.channel(name).messages
-    ]
+    log = memory_log()
+    for name in full.topics:
+        kind = kind_of(all_topics(), name)
+        for t_ns, data in full.channel(name).messages:
+            if name != topic.replace("*", "left"):
+                log.write(name, t_ns / 1e9, codec(kind).decode(data))
     path = tmp_path / "part.mcap"
     log.finish(path, stage=stage, settings=full.stage["settings"], metrics=full.stage["metrics"])
     page = make_report({"run": "x", "stages": [{"name": stage, "status": "ran"}]}, {stage: path})
@@ -178,7 +180,7 @@ def test_a_log_that_lacks_one_topic_still_makes_a_page(run, logs, tmp_path, topi
 
 def test_a_stage_of_a_project_of_its_own_gets_metrics_and_settings(tmp_path):
     path = tmp_path / "own.mcap"
-    McapLog().finish(path, stage="own", settings={"a": 1}, metrics={"rate_hz": 5.0})
+    memory_log().finish(path, stage="own", settings={"a": 1}, metrics={"rate_hz": 5.0})
     page = make_report({"run": "x", "stages": [{"name": "own", "status": "ran"}]}, {"own": path})
     assert "<h2>own</h2>" in page
     assert "5 Hz" in page

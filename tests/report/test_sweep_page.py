@@ -12,9 +12,9 @@ from pathlib import Path
 import pytest
 
 from kendama_cli.errors import InputError
-from kendama_cli.log.writer import McapLog
 from kendama_cli.report.ensemble import ensemble
 from kendama_cli.report.sweep_page import make_sweep_report
+from tests.log.made_logs import memory_log
 from tests.report.synthetic_sweep import TWINS, write_explorations, write_transfers
 from tests.report.test_page import _Balance
 
@@ -125,7 +125,7 @@ def test_the_page_is_well_formed_and_asks_nothing_of_the_network(exploration_pag
 def test_a_stage_of_the_users_own_has_its_metrics_over_the_runs(tmp_path):
     runs = []
     for width in (3, 5):
-        log = McapLog()
+        log = memory_log()
         path = tmp_path / f"{width}.mcap"
         log.finish(
             path, stage="smooth", settings={}, metrics={"n_kept": 10 * width, "rmse_mm": 0.5 * width, "kind": "a"}

@@ -67,21 +67,21 @@ def test_a_bundled_demonstration_is_caught_and_the_log_tells_how(bundled: Motion
     assert made.artifact.caught
     rollouts = [message for topic, _, message in ctx.log.messages if topic == "/adapt/rollout"]
     repeats = [message for topic, _, message in ctx.log.messages if topic == "/adapt/repeat"]
-    assert [message["index"] for message in rollouts] == list(range(len(rollouts)))
+    assert [message.index for message in rollouts] == list(range(len(rollouts)))
     assert len(repeats) == 3
     corners = [message for topic, _, message in ctx.log.messages if topic == "/adapt/corner"]
     windows = [message for topic, _, message in ctx.log.messages if topic == "/adapt/window"]
     assert len(rollouts) + len(corners) == metrics["rollouts"]
     assert len(windows) == metrics["windows"] == 1
-    assert windows[0]["low"] <= float(metrics["tau_scale"] or 0) == windows[0]["middle"] <= windows[0]["high"]
+    assert windows[0].low <= float(metrics["tau_scale"] or 0) == windows[0].middle <= windows[0].high
     # all of three: the exact lower end is 0.025^(1/3)
     assert metrics["success_rate_low"] == pytest.approx(0.2924, abs=1e-4)
     assert metrics["success_rate_high"] == 1.0
     topics = {topic for topic, _, _ in ctx.log.messages}
     kinds = ("rollout", "corner", "window", "repeat", "joints", "cup", "ball", "reference")
     assert topics == {f"/adapt/{name}" for name in kinds}
-    ball = [message["position_m"] for topic, _, message in ctx.log.messages if topic == "/adapt/ball"]
-    cup = [message["position_m"] for topic, _, message in ctx.log.messages if topic == "/adapt/cup"]
+    ball = [message.position_m for topic, _, message in ctx.log.messages if topic == "/adapt/ball"]
+    cup = [message.position_m for topic, _, message in ctx.log.messages if topic == "/adapt/cup"]
     assert np.linalg.norm(np.array(ball[-1]) - cup[-1]) < 0.07
 
 

@@ -34,7 +34,7 @@ def test_every_sample_is_logged_as_a_transform_of_its_demonstration(files):
     ctx = MemoryContext()
     Capture(capture=file_settings(files)).run({}, ctx)
     assert {topic for topic, _, _ in ctx.log.messages} == {"/capture/cup"}
-    children = [message["child"] for _, _, message in ctx.log.messages]
+    children = [message.child for _, _, message in ctx.log.messages]
     assert children == ["one"] * 201 + ["two"] * 201
 
 

@@ -59,7 +59,7 @@ def test_the_log_holds_what_was_demonstrated_and_what_is_reproduced():
     children = {}
     for topic, t_s, message in ctx.log.messages:
         if topic != "/encode/weights":
-            children.setdefault(topic, {}).setdefault(message["child"], []).append((t_s, message["position_m"]))
+            children.setdefault(topic, {}).setdefault(message.child, []).append((t_s, message.position_m))
     assert set(children["/encode/demonstrated"]) == {"a", "b"}
     assert set(children["/encode/own"]) == {"a", "b"}
     assert set(children["/encode/reproduced"]) == {"reproduced"}
@@ -77,7 +77,7 @@ def test_the_log_holds_the_weights_of_each_demonstration_and_of_the_average():
     ctx = MemoryContext()
     plan = encode([demonstration(name="a"), demonstration(2.2, name="b")], ctx).artifact
     weights = {
-        (message["demonstration"], message["coordinate"]): message["values"]
+        (message.demonstration, message.coordinate): message.values
         for topic, _, message in ctx.log.messages
         if topic == "/encode/weights"
     }

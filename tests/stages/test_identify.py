@@ -65,7 +65,7 @@ def test_the_log_tells_of_the_motion_the_friction_and_the_circle(context: Memory
     assert topics == {f"/identify/{name}" for name in ("joints", "wrench", "friction")} | {
         f"/identify/tracking/{name}" for name in ("reference", "before", "after")
     }
-    joints = {message["joint"] for topic, _, message in context.log.messages if topic == "/identify/friction"}
+    joints = {message.joint for topic, _, message in context.log.messages if topic == "/identify/friction"}
     assert joints == set(made.artifact.joint_names)
 
 

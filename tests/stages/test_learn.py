@@ -6,8 +6,6 @@ import numpy as np
 import pytest
 
 from kendama_cli.artifacts.policy import policy_digest
-from kendama_cli.log.channels import schema_of
-from kendama_cli.schema.messages import encode
 from kendama_cli.stages.interface import Made
 from kendama_cli.stages.learn.stage import Learn
 from tests.learning.settings_files import game_settings, learn_settings
@@ -37,15 +35,15 @@ def test_it_learns_the_swing_up_from_nothing(whole):
     assert 2 <= metrics["swings"] <= 8
     assert 0.8 < metrics["time_to_goal_s"] < 4.0
     rollouts = [message for topic, _, message in ctx.log.messages if topic == "/learn/rollout"]
-    assert [message["index"] for message in rollouts] == list(range(1, metrics["rollouts"] + 1))
+    assert [message.index for message in rollouts] == list(range(1, metrics["rollouts"] + 1))
 
 
 def test_the_ten_rollouts_that_count_as_learned_are_greedy_successes(whole):
     made, ctx = whole
     rollouts = [message for topic, _, message in ctx.log.messages if topic == "/learn/rollout"]
-    streak = [message for message in rollouts[made.metrics["rollouts_to_learn"] - 1 :] if not message["explored"]][:10]
+    streak = [message for message in rollouts[made.metrics["rollouts_to_learn"] - 1 :] if not message.explored][:10]
     assert len(streak) == 10
-    assert all(message["success"] for message in streak)
+    assert all(message.success for message in streak)
 
 
 def test_the_policy_is_sealed_and_of_the_papers_size(whole):
@@ -54,11 +52,9 @@ def test_the_policy_is_sealed_and_of_the_papers_size(whole):
     assert policy.digest == policy_digest(policy.q, policy.learning)
 
 
-def test_the_log_fits_the_declared_channels_and_shows_the_flight(whole):
+def test_the_log_shows_the_flight(whole):
     _, ctx = whole
-    for topic, t_s, message in ctx.log.messages:
-        assert encode(schema_of(topic), message, round(t_s * 1e9))
-    ball = [(t_s, message["position_m"]) for topic, t_s, message in ctx.log.messages if topic == "/learn/ball"]
+    ball = [(t_s, message.position_m) for topic, t_s, message in ctx.log.messages if topic == "/learn/ball"]
     assert len(ball) > 100
     assert (np.diff([t_s for t_s, _ in ball]) > 0).all()
     assert max(place[2] for _, place in ball) > 0.2  # it rises over the cup
@@ -111,7 +107,7 @@ def test_the_cup_is_inside_in_the_ten_rollouts_that_count_and_in_all_after(name)
     ctx = MemoryContext(seed=5)
     learn(ctx, name, count__evaluation=1)
     rollouts = [message for topic, _, message in ctx.log.messages if topic == "/learn/rollout"]
-    assert max(message["peak_displacement_m"] for message in rollouts[-10:]) <= 0.4 + 1e-9
+    assert max(message.peak_displacement_m for message in rollouts[-10:]) <= 0.4 + 1e-9
 
 
 @pytest.mark.parametrize(

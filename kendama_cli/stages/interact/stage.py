@@ -10,14 +10,17 @@ import numpy as np
 from kendama_cli.artifacts.interaction import InteractionResult
 from kendama_cli.devices.controller.open_controller import make_controller
 from kendama_cli.errors import SimulationError
+from kendama_cli.log.messages import WrenchMessage
 from kendama_cli.motion.impedance import TaskReference
 from kendama_cli.motion.rotation_matrix import quaternion_of
 from kendama_cli.motion.task_path import TaskPath
 from kendama_cli.motion.task_settings import InteractSettings
 from kendama_cli.schema.arrays import Array
+from kendama_cli.schema.foxglove import FrameTransform, JointStates
 from kendama_cli.settings.robot import RobotSettings
 from kendama_cli.settings.scene import SceneSettings, StaticBody
 from kendama_cli.simulation.dart.task_world import STEP_S, TaskWorld
+from kendama_cli.stages.interact.messages import ContactMessage
 from kendama_cli.stages.interface import Made, Metric, StageContext
 
 PROGRESS_STEPS = 500
@@ -139,32 +142,27 @@ def _rms(values: Array) -> float | None:
 
 def _log(ctx: StageContext, world: TaskWorld, reference: TaskReference, step: str, moving: list[str]) -> None:
     t_s, axis = world.t_s, reference.force_axis
-    joints = {
-        "names": list(world.arm.joint_names),
-        "position_rad": world.position_rad,
-        "velocity_rad_s": world.velocity_rad_s,
-        "effort_nm": world.effort_nm,
-    }
+    joints = JointStates(
+        names=world.arm.joint_names,
+        position_rad=world.position_rad,
+        velocity_rad_s=world.velocity_rad_s,
+        effort_nm=world.effort_nm,
+    )
     ctx.log.write("/interact/joints", t_s, joints)
     ctx.log.write("/interact/tool", t_s, _frame("tool", world.tool_m, world.tool_rotation))
     ctx.log.write("/interact/reference", t_s, _frame("reference", reference.position_m, reference.rotation))
     for name in moving:
         place = world.scene.bodies[name].getWorldTransform()
         ctx.log.write("/interact/body", t_s, _frame(name, place.translation(), place.rotation()))
-    names = [f"force_{a}_n" for a in "xyz"] + [f"torque_{a}_nm" for a in "xyz"]
-    ctx.log.write("/interact/wrench", t_s, dict(zip(names, world.wrist_wrench().tolist(), strict=True)))
+    ctx.log.write("/interact/wrench", t_s, WrenchMessage(*world.wrist_wrench().tolist()))
     # where no force is wanted, whatever is felt counts as along it
     along = float(axis @ world.felt_n) if axis.any() else float(np.linalg.norm(world.felt_n))
     across = float(np.linalg.norm(world.felt_n - along * axis)) if axis.any() else 0.0
-    contact = {
-        "step": step,
-        "body": world.touched,
-        "wanted_n": float(axis @ reference.force_n),
-        "along_n": along,
-        "across_n": across,
-    }
+    contact = ContactMessage(
+        step=step, body=world.touched, wanted_n=float(axis @ reference.force_n), along_n=along, across_n=across
+    )
     ctx.log.write("/interact/contact", t_s, contact)
 
 
-def _frame(child: str, place_m: Array, rotation: Array) -> dict[str, Any]:
-    return {"parent": "world", "child": child, "position_m": place_m, "rotation_wxyz": quaternion_of(rotation)}
+def _frame(child: str, place_m: Array, rotation: Array) -> FrameTransform:
+    return FrameTransform("world", child, place_m, quaternion_of(rotation))

@@ -11,12 +11,15 @@ import numpy as np
 from kendama_cli.learning.policy import GreedyPolicy
 from kendama_cli.learning.sarsa import SarsaLearner
 from kendama_cli.learning.settings import LearnSettings
+from kendama_cli.log.messages import RolloutMessage
 from kendama_cli.schema.arrays import Array
+from kendama_cli.schema.foxglove import FrameTransform
 from kendama_cli.settings.game import GameSettings
 from kendama_cli.simulation.swingup.bound import SwingBound, swing_bound
 from kendama_cli.simulation.swingup.engine import SwingEngine
 from kendama_cli.simulation.swingup.environment import SwingUpEnvironment
 from kendama_cli.stages.interface import Made, Metric, StageContext
+from kendama_cli.stages.learn.messages import QTableMessage, SwingStateMessage
 
 LOG_PERIOD_S = 0.004
 RECENT = 20
@@ -76,15 +79,15 @@ class Learn:
             finished = learner.end_rollout(rollout.outcome, rollout.final)
             tally["simulated_s"] += rollout.duration_s
             tally["recent"] = [*tally["recent"], finished.success][-RECENT:]
-            message = {
-                "index": finished.index,
-                "explored": finished.explored,
-                "reward": finished.reward,
-                "success": finished.success,
-                "duration_s": rollout.duration_s,
-                "peak_displacement_m": rollout.peak_displacement_m,
-                "half_swings": rollout.half_swings,
-            }
+            message = RolloutMessage(
+                index=finished.index,
+                explored=finished.explored,
+                reward=finished.reward,
+                success=finished.success,
+                duration_s=rollout.duration_s,
+                peak_displacement_m=rollout.peak_displacement_m,
+                half_swings=rollout.half_swings,
+            )
             ctx.log.write("/learn/rollout", tally["simulated_s"], message)
             if finished.index & (finished.index - 1) == 0:  # 1, 2, 4, 8, ...
                 _log_table(learner.q, finished.index, tally, ctx)
@@ -156,7 +159,7 @@ class Learn:
 
 def _log_table(q: Array, rollout: int, tally: Mapping[str, Any], ctx: StageContext) -> None:
     rows, columns = q.shape
-    message = {"rollout": rollout, "rows": rows, "columns": columns, "values": q.ravel().tolist()}
+    message = QTableMessage(rollout=rollout, rows=rows, columns=columns, values=q.ravel().tolist())
     ctx.log.write("/learn/table", tally["simulated_s"], message)
 
 
@@ -164,10 +167,10 @@ def _log_step(
     ctx: StageContext, t_s: float, environment: SwingUpEnvironment, swing: SwingEngine, acceleration_m_s2: float
 ) -> None:
     state = environment.state()
-    message = {**state._asdict(), "action_m_s2": acceleration_m_s2, "tension_n": swing.tension_n}
+    message = SwingStateMessage(**state._asdict(), action_m_s2=acceleration_m_s2, tension_n=swing.tension_n)
     ctx.log.write("/learn/step", t_s, message)
     for child, place in (
         ("cup", (swing.x_m, 0.0, 0.0)),
         ("ball", (swing.x_m + swing.across_m, 0.0, swing.above_m)),
     ):
-        ctx.log.write(f"/learn/{child}", t_s, {"parent": "world", "child": child, "position_m": place})
+        ctx.log.write(f"/learn/{child}", t_s, FrameTransform("world", child, place))

@@ -19,11 +19,14 @@ from kendama_cli.devices.camera.interface import Camera, SceneSource
 from kendama_cli.devices.camera.opening import Look, look, open_cameras
 from kendama_cli.devices.camera.staged_flight import StagedFlight
 from kendama_cli.errors import ConfigError
+from kendama_cli.log.messages import DetectionMessage
 from kendama_cli.rendering.scene import ScenePose
 from kendama_cli.schema.arrays import Array
+from kendama_cli.schema.foxglove import CompressedImage, FrameTransform
 from kendama_cli.settings.camera import CameraSettings, LightingSettings, VirtualCamera
 from kendama_cli.settings.game import GameSettings
 from kendama_cli.stages.interface import Made, Metric, StageContext
+from kendama_cli.stages.predict.messages import CatchEstimateMessage, PredictionErrorMessage
 from kendama_cli.vision.release import draw_release
 from kendama_cli.vision.settings import PredictSettings
 
@@ -161,12 +164,12 @@ class _Watch:
         self._ctx.log.write(
             "/predict/error",
             self.begin_s + staged.seen_until_s(fraction),
-            {
-                "flight": number,
-                "horizon_ms": 1e3 * (1 - fraction) * staged.release.crossing_s,
-                "position_error_mm": position_mm,
-                "time_error_ms": time_ms,
-            },
+            PredictionErrorMessage(
+                flight=number,
+                horizon_ms=1e3 * (1 - fraction) * staged.release.crossing_s,
+                position_error_mm=position_mm,
+                time_error_ms=time_ms,
+            ),
         )
         return np.array([position_mm, time_ms])
 
@@ -176,22 +179,22 @@ class _Watch:
         for name, sighting in moment.sightings.items():
             if pictured:
                 jpeg = _jpeg(moment.frames[name].pixels, self._settings.jpeg_quality)
-                log.write(f"/predict/image/{name}", t_s, {"frame": name, "format": "jpeg", "data": jpeg})
+                log.write(f"/predict/image/{name}", t_s, CompressedImage(name, "jpeg", jpeg))
             place = (NO_NUMBER, NO_NUMBER) if sighting is None else sighting.centre_px
             log.write(
                 "/predict/detection",
                 t_s,
-                {
-                    "flight": number,
-                    "camera": name,
-                    "u_px": float(place[0]),
-                    "v_px": float(place[1]),
-                    "radius_px": NO_NUMBER if sighting is None else sighting.radius_px,
-                    "seen": sighting is not None,
-                },
+                DetectionMessage(
+                    flight=number,
+                    camera=name,
+                    u_px=float(place[0]),
+                    v_px=float(place[1]),
+                    radius_px=NO_NUMBER if sighting is None else sighting.radius_px,
+                    seen=sighting is not None,
+                ),
             )
         ball_m = self._staged.ball_m(moment.t_s)
-        log.write("/predict/ball", t_s, {"parent": "world", "child": "ball", "position_m": ball_m})
+        log.write("/predict/ball", t_s, FrameTransform("world", "ball", ball_m))
         if moment.pose is not None:
             log.write("/predict/estimate", t_s, _estimate(number, self.begin_s, moment.pose))
 
@@ -221,14 +224,24 @@ def _jpeg(pixels: NDArray[np.uint8], quality: int) -> bytes:
     return cv2.imencode(".jpg", pixels, [cv2.IMWRITE_JPEG_QUALITY, quality])[1].tobytes()
 
 
-def _estimate(flight: int, begin_s: float, pose: CatchPose) -> dict[str, Any]:
-    sigma = np.sqrt(np.maximum(pose.covariance_m2.diagonal(), 0.0))
-    told: dict[str, Any] = {"flight": flight, "t_catch_s": begin_s + pose.t_s, "sigma_t_s": pose.time_sigma_s}
-    for axis, name in enumerate("xyz"):
-        told[f"{name}_m"] = float(pose.position_m[axis])
-        told[f"velocity_{name}_m_s"] = float(pose.velocity_m_s[axis])
-        told[f"sigma_{name}_m"] = float(sigma[axis])
-    return told
+def _estimate(flight: int, begin_s: float, pose: CatchPose) -> CatchEstimateMessage:
+    x_m, y_m, z_m = pose.position_m.tolist()
+    velocity_x, velocity_y, velocity_z = pose.velocity_m_s.tolist()
+    sigma_x_m, sigma_y_m, sigma_z_m = np.sqrt(np.maximum(pose.covariance_m2.diagonal(), 0.0)).tolist()
+    return CatchEstimateMessage(
+        flight=flight,
+        t_catch_s=begin_s + pose.t_s,
+        x_m=x_m,
+        y_m=y_m,
+        z_m=z_m,
+        velocity_x_m_s=velocity_x,
+        velocity_y_m_s=velocity_y,
+        velocity_z_m_s=velocity_z,
+        sigma_t_s=pose.time_sigma_s,
+        sigma_x_m=sigma_x_m,
+        sigma_y_m=sigma_y_m,
+        sigma_z_m=sigma_z_m,
+    )
 
 
 def _made(settings: PredictSettings, columns: Mapping[str, Array]) -> Made:

@@ -16,7 +16,6 @@ from kendama_cli.devices.robot.compensated import compensated
 from kendama_cli.devices.robot.interface import Exchange
 from kendama_cli.devices.robot.open_robot import open_robot
 from kendama_cli.errors import HardwareError
-from kendama_cli.game import trace
 from kendama_cli.game.game_runner import GameRunner, make_catch_geometry
 from kendama_cli.game.imitation import play_motion, tempos
 from kendama_cli.game.open_observer import CameraSetup, check_cameras, open_observer
@@ -37,6 +36,7 @@ from kendama_cli.settings.placement import placed
 from kendama_cli.settings.robot import RobotSettings
 from kendama_cli.simulation.placement.placement import cup_line
 from kendama_cli.stages.interface import Made, Metric, StageContext
+from kendama_cli.stages.transfer import trace
 from kendama_cli.vision.settings import PredictSettings
 
 _LEARNING: dict[Start, tuple[str, str]] = {
@@ -243,7 +243,7 @@ class _Visit:
             )
             self._finish(messages, steps[-1].t_s, phase="games", caught=sum(one["caught"] for one in progress.games))
 
-    def _scene(self, timed: Sequence[tuple[float, Exchange]], *, under: str) -> Iterator[trace.Message]:
+    def _scene(self, timed: Sequence[tuple[float, Exchange]], *, under: str) -> Iterator[trace.TimedMessage]:
         names, turn = self._ground.robot.joint_names, partial(cup_turn_wxyz, self._arm)
         return trace.scene_messages(timed, names, self._every, cup_turn=turn, under=under)
 

@@ -7,9 +7,10 @@ import pytest
 
 from kendama_cli.devices.flight.reader import read_tracks
 from kendama_cli.errors import InputError
-from kendama_cli.log.writer import McapLog
+from kendama_cli.schema.foxglove import FrameTransform
 from kendama_cli.vision.flight_search import RecordedTrack, find_flights
 from tests.devices.flight.files import c3d_bytes, csv_text, motive_text, qualisys_text
+from tests.log.made_logs import memory_log
 from tests.vision.flights import session
 
 RATE_HZ = 150.0
@@ -52,9 +53,9 @@ def test_every_format_gives_the_same_flights(tmp_path, track, name, write):
 
 def test_mcap_of_ours_is_read(tmp_path, track):
     seen = np.isfinite(track.position_m).all(axis=1)
-    log = McapLog()
+    log = memory_log()
     for t, point in zip(track.t_s[seen], track.position_m[seen], strict=True):
-        log.write("/predict/ball", float(t), {"parent": "world", "child": "ball", "position_m": point})
+        log.write("/predict/ball", float(t), FrameTransform("world", "ball", point))
     log.finish(tmp_path / "log.mcap", stage="predict", settings={}, metrics={})
     (read,) = read_tracks(tmp_path / "log.mcap")
     assert read.name == "/predict/ball ball"

@@ -10,7 +10,9 @@ from mcap.writer import CompressionType, Writer
 
 from kendama_cli.devices.hand.file import open_files
 from kendama_cli.errors import InputError
+from kendama_cli.schema import foxglove
 from tests.devices.hand.files import file_settings, read, swing
+from tests.log.made_logs import memory_log
 
 T, P = swing()
 
@@ -79,9 +81,9 @@ def test_the_usual_topic_is_taken_where_there_are_several(tmp_path):
 
 def test_a_capture_log_is_read_back_as_it_was(tmp_path):
     """What a capture stage logs, another capture reads: the same names, times and positions."""
-    log = pytest.importorskip("kendama_cli.log.writer").McapLog()
+    log = memory_log()
     for t, position in zip(T, P, strict=True):
-        log.write("/capture/cup", t, {"parent": "world", "child": "swing-07", "position_m": position})
+        log.write("/capture/cup", t, foxglove.FrameTransform("world", "swing-07", position))
     log.finish(tmp_path / "log.mcap", stage="capture", settings={}, metrics={})
     (hand,) = open_files(file_settings(tmp_path / "log.mcap"))
     assert hand.name == "swing-07"
