@@ -1,4 +1,4 @@
-"""Cameras that watch the game: the end of the swing-up, and the flight through images alone."""
+"""Observes the game through cameras: the end of the swing-up, and the flight through images alone."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ import numpy as np
 from kendama_cli.artifacts.catch_pose import CatchPose
 from kendama_cli.devices.camera.interface import Camera, StaleFrame
 from kendama_cli.game.cup_cart import CartStep
-from kendama_cli.game.flight_observer import CatchPrediction, FrameSeen, ObservationLog, Picture, foreseen
+from kendama_cli.game.flight_observer import CatchPrediction, ObservationLog, ObservedFrame, Picture, predict_catch
 from kendama_cli.game.settings import ObservationSettings
 from kendama_cli.schema.arrays import Array
 from kendama_cli.vision.interface import Sighting
@@ -23,13 +23,13 @@ SEARCH_HALF_PX = 40.0
 STALE_FRAMES = 3.0
 """A camera whose newest frame is older than so many of its periods is without one."""
 LOST_FRAMES = 6.0
-"""After so many frames without the ball it counts as lost: the foreseen catch is still gone for."""
-UNNOTICED_S = 0.12
-"""Free flight that is not noticed so long after the goal is worth a word."""
-HASTY_S = 0.1
-"""Free flight that the swing-up does not end with by then was none, or is over: the watch begins anew."""
+"""After so many frames without the ball it counts as lost: the predicted catch is still pursued."""
+UNDETECTED_S = 0.12
+"""Free flight that is not detected so long after the goal is reported as a problem."""
+FALSE_ALARM_S = 0.1
+"""Free flight that the swing-up does not end with by then was none, or is over: the observation begins anew."""
 SAME_S = 1e-6
-TIES = 16
+KEPT_TIES = 16
 """Places of the tie point that are remembered: an image is older than the newest by a few control periods."""
 
 
@@ -58,7 +58,7 @@ class CameraClock:
 
 
 class CameraObserver:
-    """A FlightWatch through images: tracker and estimator work in the frame of the cameras, ``origin_m`` (3,) away.
+    """A FlightObserver through images: tracker and estimator work in the frame of the cameras, ``origin_m`` (3,) away.
 
     While the ball rises through the last part of the swing-up the test for free flight already runs, so that its delay
     costs nothing; the search begins where the swing-up has the ball. From the goal on nothing but images and the joint
@@ -87,9 +87,9 @@ class CameraObserver:
         self.begin(0, pictured=False)
 
     def begin(self, seed: int, *, pictured: bool) -> None:
-        self.watched = ObservationLog(period_s=self._period_s)
+        self.observed = ObservationLog(period_s=self._period_s)
         self._pictured = pictured
-        self._watching = False
+        self._observing = False
         self._start_s = 0.0
         self._flying_s, self._sighted_s = math.inf, -math.inf
         for number, rng in enumerate(self._rngs):
@@ -106,47 +106,47 @@ class CameraObserver:
         state = step.state
         near = abs(state.angle_rad) >= math.radians(self._settings.watch_from_deg)
         if near and state.angle_rad * state.rate_rad_s > 0:
-            if not self._watching:
-                self._open(step)
+            if not self._observing:
+                self._begin_observing(step)
                 self._tracker.expect(step.exchange.state.ball_in_world_m - self._origin_m, SEARCH_HALF_PX)
                 self._aim()
-            self._look(step)
+            self._observe(step)
             found = self._tracker.found
-            if found is not None and step.exchange.t_s - found.declared_s > HASTY_S:
-                self._watching = False
+            if found is not None and step.exchange.t_s - found.declared_s > FALSE_ALARM_S:
+                self._observing = False
         else:
-            self._watching = False
+            self._observing = False
 
     def flying(self, step: CartStep) -> CatchPrediction | None:
         if math.isinf(self._flying_s):
             self._flying_s = step.exchange.t_s
-        if not self._watching:  # a swing-up that ends otherwise than by rising to its goal
-            self._open(step)
+        if not self._observing:  # a swing-up that ends otherwise than by rising to its goal
+            self._begin_observing(step)
             self._aim()
-        fed = self._look(step)
-        self._mind(step.exchange.t_s)
+        fed = self._observe(step)
+        self._report_problems(step.exchange.t_s)
         if not fed:
             return None
-        now = foreseen(self._tracker.estimator, step.t_s, rim_m=self._rim_m, catch_m=self._catch_m)
+        now = predict_catch(self._tracker.estimator, step.t_s, rim_m=self._rim_m, catch_m=self._catch_m)
         if now is None:
             return None
         return CatchPrediction(now.t_s, self._in_world(now.rim), self._in_world(now.catch))
 
-    def _open(self, step: CartStep) -> None:
-        """Begin to watch; frames from before have waited for nobody, and are left."""
-        self._watching = True
+    def _begin_observing(self, step: CartStep) -> None:
+        """Begin to observe; frames from before are left."""
+        self._observing = True
         self._tracker.reset()
         self._waiting.clear()
-        self.watched.free_s = None
+        self.observed.free_s = None
         self._newest = dict.fromkeys(self._newest, step.exchange.t_s - self._period_s)
 
-    def _look(self, step: CartStep) -> bool:
+    def _observe(self, step: CartStep) -> bool:
         """Take what is new; whether anything was."""
         exchange = step.exchange
         self._start_s = exchange.t_s - step.t_s
         self._clock.set(exchange.t_s)
         self._ties.append((exchange.t_s, self._cup_place(exchange.state.position_rad) - self._origin_m))
-        del self._ties[:-TIES]
+        del self._ties[:-KEPT_TIES]
         for camera in self._cameras:
             self._take(camera)
         return self._feed(exchange.t_s)
@@ -155,9 +155,9 @@ class CameraObserver:
         name = camera.model.name
         try:
             frame = camera.latest(max_age_s=STALE_FRAMES * self._period_s)
-        except StaleFrame as trouble:
-            if math.isfinite(trouble.age_s):
-                self._complain(f"camera '{name}' delivers no more")
+        except StaleFrame as stale:
+            if math.isfinite(stale.age_s):
+                self._report(f"camera '{name}' delivers no more")
             return
         if frame.t_s <= self._newest[name] + SAME_S:
             return
@@ -168,9 +168,9 @@ class CameraObserver:
             self._sighted_s = frame.t_s
         self._waiting.setdefault(round(frame.t_s, 6), {})[name] = sighting
         used_s = self._clock.now_s - self._start_s
-        self.watched.frames.append(FrameSeen(frame.t_s - self._start_s, used_s, name, sighting))
+        self.observed.frames.append(ObservedFrame(frame.t_s - self._start_s, used_s, name, sighting))
         if frame.pixels.shape[:2] == (camera.model.height_px, camera.model.width_px) and self._pictured:
-            self.watched.pictures.append(Picture(frame.t_s - self._start_s, name, frame.pixels))
+            self.observed.pictures.append(Picture(frame.t_s - self._start_s, name, frame.pixels))
 
     def _feed(self, now_s: float) -> bool:
         """Give the tracker each moment that all cameras have seen, or that one of them is too late for."""
@@ -183,8 +183,8 @@ class CameraObserver:
                 self._tracker.update(exposed_s, sightings, self._tie_m(exposed_s))
                 fed = True
         if fed:
-            if self._tracker.found is not None and self.watched.free_s is None:
-                self.watched.free_s = self._tracker.found.declared_s - self._start_s
+            if self._tracker.found is not None and self.observed.free_s is None:
+                self.observed.free_s = self._tracker.found.declared_s - self._start_s
             self._aim()
         return fed
 
@@ -198,7 +198,7 @@ class CameraObserver:
         return sum(delays) / len(delays) if delays else 0.0
 
     def _aim(self) -> None:
-        """Have every camera watch where the ball will be in its next frame, or all of it where a picture is due."""
+        """Have every camera read out where the ball will be in its next frame, or all of it where a picture is due."""
         for camera in self._cameras:
             name = camera.model.name
             if self._pictured and round(self._newest[name] / self._period_s + 1) % self._settings.image_every == 0:
@@ -211,18 +211,18 @@ class CameraObserver:
         places = np.array(ties)
         return np.array([np.interp(t_s, times, places[:, axis]) for axis in range(3)])
 
-    def _mind(self, now_s: float) -> None:
-        """Tell where the ball is lost from sight, or its free flight goes unnoticed."""
+    def _report_problems(self, now_s: float) -> None:
+        """Report where the ball is lost, or its free flight is not detected in time."""
         if now_s - max(self._sighted_s, self._flying_s) > LOST_FRAMES * self._period_s:
-            self._complain("the ball was lost from sight")
+            self._report("the ball was lost")
         if self._tracker.lost:
-            self._complain("what was seen contradicted itself and was given up")
-        if self.watched.free_s is None and now_s > self._flying_s + UNNOTICED_S:
-            self._complain("free flight was not noticed in time")
+            self._report("the sightings contradicted each other and were given up")
+        if self.observed.free_s is None and now_s > self._flying_s + UNDETECTED_S:
+            self._report("free flight was not detected in time")
 
-    def _complain(self, trouble: str) -> None:
-        if trouble not in self.watched.troubles:
-            self.watched.troubles.append(trouble)
+    def _report(self, problem: str) -> None:
+        if problem not in self.observed.problems:
+            self.observed.problems.append(problem)
 
     def _in_world(self, pose: CatchPose) -> CatchPose:
         """A pose of the cameras' frame and axis of time in the world, its time from the rollout's start."""

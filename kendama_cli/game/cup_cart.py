@@ -8,7 +8,7 @@ from typing import Protocol
 
 from kendama_cli.devices.robot.interface import Exchange, JointCommand, Robot
 from kendama_cli.game.cup_tilt import CupTilt, TiltingArm
-from kendama_cli.game.state_prediction import on_the_models_rope, predict_state
+from kendama_cli.game.state_prediction import predict_state, scaled_to_model_rope
 from kendama_cli.game.swing_state import SwingStateEstimator
 from kendama_cli.learning.limiter import BrakingLimiter
 from kendama_cli.learning.state import SwingState
@@ -33,7 +33,7 @@ class Point(Protocol):
 
 
 class Line(Protocol):
-    """The upright cup on a straight line; x is 0 in its middle (CupLine of the placement)."""
+    """The upright cup on a straight line; x is 0 in its middle (see CupLine)."""
 
     def at(self, x_m: float, velocity_m_s: float, acceleration_m_s2: float) -> Point:
         """The joints' motion for the cup's motion along the line."""
@@ -41,7 +41,7 @@ class Line(Protocol):
 
 @dataclass(frozen=True)
 class CartStep:
-    """One control period: what was asked for, what was seen after it."""
+    """One control period: what was asked for, what was observed after it."""
 
     t_s: float
     state: SwingState
@@ -50,11 +50,11 @@ class CartStep:
 
 
 class CupCart:
-    """Integrates accelerations to a reference along ``line``, kept inside by a limiter, and watches the swing.
+    """Integrates accelerations to a reference along ``line``, kept inside by a limiter; estimates the swing's state.
 
     The limiter keeps the reference itself inside, which is exact: whatever lag or latency the arm has, the cup runs
     through places where the reference was before, so that the limiter needs to know neither. The arm's total delay
-    ``lag_s`` is estimated from the rollout itself: the slope of (reference - seen position) over the reference's
+    ``lag_s`` is estimated from the rollout itself: the slope of (reference - observed position) over the reference's
     velocity.
     """
 
@@ -62,11 +62,11 @@ class CupCart:
         self,
         robot: Robot,
         line: Line,
-        watch: SwingStateEstimator,
+        estimator: SwingStateEstimator,
         game: GameSettings,
         rope_scale: float,
         *,
-        leaning: TiltingArm | None = None,
+        tilting: TiltingArm | None = None,
     ) -> None:
         self.period_s = robot.period_s
         self.tempo = math.sqrt(rope_scale)
@@ -75,46 +75,46 @@ class CupCart:
         self._rope_m = rope_scale * game.rope.length_m
         self._gravity_m_s2 = game.gravity_m_s2
         self._robot = robot
-        self._line, self._leaning = line, leaning
-        self._watch = watch
+        self._line, self._tilting = line, tilting
+        self._estimator = estimator
         self._clear(0.0)
 
     def begin(self, seed: int, x_m: float = 0.0) -> CartStep:
         """Come to rest at ``x_m`` with the ball hanging, and read the state there."""
         self._clear(x_m)
-        self._watch.begin()
+        self._estimator.begin()
         exchange = self._robot.reset(self._line.at(x_m, 0.0, 0.0).position_rad, seed)
         self._start_s = exchange.t_s
-        return CartStep(0.0, self._watch.see(exchange.state, 0.0), 0.0, exchange)
+        return CartStep(0.0, self._estimator.update(exchange.state, 0.0), 0.0, exchange)
 
-    def step(self, acceleration_m_s2: float, limiter: BrakingLimiter, lean: CupTilt | None = None) -> CartStep:
+    def step(self, acceleration_m_s2: float, limiter: BrakingLimiter, tilt: CupTilt | None = None) -> CartStep:
         """One control period under the acceleration nearest to the wanted one that ``limiter`` allows.
 
-        With a ``lean`` the cup leaves its line, from the first one on as far as the joints' limits allow.
+        With a ``tilt`` the cup leaves its line, from the first one on as far as the joints' limits allow.
         """
         h = self.period_s
         a = limiter.limit(acceleration_m_s2, self.x_m, self.velocity_m_s)
         self.x_m += self.velocity_m_s * h + 0.5 * a * h * h
         self.velocity_m_s += a * h
-        point = self._point(a, lean)
+        point = self._point(a, tilt)
         exchange = self._robot.exchange(
             JointCommand(point.position_rad, point.velocity_rad_s, point.acceleration_rad_s2)
         )
         self._sent.append(a)
         late = self._late
-        state = self._watch.see(exchange.state, self._sent[-1 - late] if late < len(self._sent) else 0.0)
+        state = self._estimator.update(exchange.state, self._sent[-1 - late] if late < len(self._sent) else 0.0)
         self.t_s = exchange.t_s - self._start_s
         self._behind += self.velocity_m_s * (self.x_m - state.x_m)
         self._moved += self.velocity_m_s**2
         return CartStep(self.t_s, state, a, exchange)
 
-    def _point(self, acceleration_m_s2: float, lean: CupTilt | None) -> Point:
+    def _point(self, acceleration_m_s2: float, tilt: CupTilt | None) -> Point:
         line = self._line.at(self.x_m, self.velocity_m_s, acceleration_m_s2)
-        if lean is None or self._leaning is None:
-            if self._leaning is not None:
-                self._leaning.begin(line.position_rad, line.velocity_rad_s)
+        if tilt is None or self._tilting is None:
+            if self._tilting is not None:
+                self._tilting.begin(line.position_rad, line.velocity_rad_s)
             return line
-        return self._leaning.at(self.x_m, self.velocity_m_s, lean) or line
+        return self._tilting.at(self.x_m, self.velocity_m_s, tilt) or line
 
     @property
     def lag_s(self) -> float:
@@ -137,7 +137,7 @@ class CupCart:
             rope_m=self._rope_m,
             gravity_m_s2=self._gravity_m_s2,
         )
-        return on_the_models_rope(coming, self._rope_scale)
+        return scaled_to_model_rope(coming, self._rope_scale)
 
     def _clear(self, x_m: float) -> None:
         self.x_m = x_m

@@ -26,7 +26,7 @@ class CupTilt:
 
 
 class TiltingArm:
-    """Joint commands for the cup on its line and leaning, each found from the one before.
+    """Joint commands for the cup on its line and tilted, each found from the one before.
 
     Newton's steps take the joints from the last command to the coming one; speeds solve J q' = v with the arm's own
     weights, and accelerations are their differences. ``direction`` (3,) is the line's, ``middle_m`` (3,) the tie point
@@ -40,12 +40,12 @@ class TiltingArm:
         """Go on from this command, with the cup on its line."""
         self._q, self._speed = np.array(position_rad), np.array(velocity_rad_s)
 
-    def at(self, x_m: float, velocity_m_s: float, lean: CupTilt) -> JointCommand | None:
+    def at(self, x_m: float, velocity_m_s: float, tilt: CupTilt) -> JointCommand | None:
         """The joints for the end of the coming period; None where they would leave their limits."""
         arm, along = self._arm, self._direction
         up = np.array([0.0, 0.0, 1.0])
-        place = self._middle_m + x_m * along + lean.lift_m * up
-        axis = math.sin(lean.tilt_rad) * along + math.cos(lean.tilt_rad) * up
+        place = self._middle_m + x_m * along + tilt.lift_m * up
+        axis = math.sin(tilt.tilt_rad) * along + math.cos(tilt.tilt_rad) * up
         about = np.cross(up, along)
         turns = np.array([about, np.cross(axis, about)])  # the cup may spin about its axis
         q = self._q
@@ -54,7 +54,7 @@ class TiltingArm:
             task = np.vstack([jacobian[:3], turns @ jacobian[3:]])
             miss = np.concatenate([place - cup.position_m, turns @ np.cross(cup.rotation[:, 2], axis)])
             q = q + weighted_step(task, miss, arm.redundancy_weights)
-        wanted = np.concatenate([velocity_m_s * along + lean.lift_m_s * up, [lean.tilt_rad_s, 0.0]])
+        wanted = np.concatenate([velocity_m_s * along + tilt.lift_m_s * up, [tilt.tilt_rad_s, 0.0]])
         speed = weighted_step(task, wanted, arm.redundancy_weights)
         change_rad_s2 = (speed - self._speed) / self._period_s
         inside = (

@@ -1,4 +1,4 @@
-"""Who watches the flying ball: cameras, or the robot's own tracking."""
+"""What observes the flying ball: cameras, or the robot's own tracking."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ class CatchPrediction:
 
 
 @dataclass(frozen=True)
-class FrameSeen:
+class ObservedFrame:
     """One camera's frame of mid-exposure ``t_s``, whose sighting was at hand for the command of ``used_s``."""
 
     t_s: float
@@ -48,13 +48,13 @@ class Picture:
 
 @dataclass
 class ObservationLog:
-    """What a watch has to tell of a game besides its estimates."""
+    """What an observer recorded of a game besides its estimates."""
 
-    frames: list[FrameSeen] = field(default_factory=list)
+    frames: list[ObservedFrame] = field(default_factory=list)
     pictures: list[Picture] = field(default_factory=list)
-    troubles: list[str] = field(default_factory=list)
+    problems: list[str] = field(default_factory=list)
     free_s: float | None = None
-    """When free flight was noticed."""
+    """When free flight was detected."""
     period_s: float = 1.0
     """Between two frames of a camera."""
 
@@ -72,9 +72,9 @@ class ObservationLog:
 
 
 class FlightObserver(Protocol):
-    """Sees one game, control period by control period."""
+    """Observes one game, control period by control period."""
 
-    watched: ObservationLog
+    observed: ObservationLog
 
     def begin(self, seed: int, *, pictured: bool) -> None:
         """A new game; a simulated sensor draws its noise from ``seed``, ``pictured`` asks for whole images to keep."""
@@ -98,7 +98,7 @@ class MarkerObserver:
 
     def begin(self, seed: int, *, pictured: bool) -> None:
         self._estimator.reset()
-        self.watched = ObservationLog()
+        self.observed = ObservationLog()
 
     def swinging(self, step: CartStep) -> None:
         self._goal_s = step.t_s
@@ -106,13 +106,13 @@ class MarkerObserver:
     def flying(self, step: CartStep) -> CatchPrediction | None:
         if step.t_s < self._goal_s + self._settings.free_after_s:
             return None
-        self.watched.free_s = self.watched.free_s or step.t_s
+        self.observed.free_s = self.observed.free_s or step.t_s
         covariance = np.eye(3) * self._settings.position_sigma_m**2
         self._estimator.update_position(step.t_s, step.exchange.state.ball_in_world_m, covariance)
-        return foreseen(self._estimator, step.t_s, rim_m=self._rim_m, catch_m=self._catch_m)
+        return predict_catch(self._estimator, step.t_s, rim_m=self._rim_m, catch_m=self._catch_m)
 
 
-def foreseen(estimator: CatchPoseEstimator, t_s: float, *, rim_m: float, catch_m: float) -> CatchPrediction | None:
-    """What ``estimator`` foresees at ``t_s``, or None as long as it does not."""
+def predict_catch(estimator: CatchPoseEstimator, t_s: float, *, rim_m: float, catch_m: float) -> CatchPrediction | None:
+    """What ``estimator`` predicts at ``t_s``, or None as long as it cannot."""
     rim, catch = estimator.catch(rim_m), estimator.catch(catch_m)
     return None if rim is None or catch is None else CatchPrediction(t_s, rim, catch)

@@ -1,4 +1,4 @@
-"""Puts together what watches the games: virtual, recorded or live cameras, or the robot's own tracking."""
+"""Opens what observes the games: virtual or live cameras, or the robot's own tracking."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from kendama_cli.devices.camera.interface import SceneSource
 from kendama_cli.devices.camera.opening import open_cameras
 from kendama_cli.errors import ConfigError
 from kendama_cli.game.camera_observer import CameraClock, CameraObserver
-from kendama_cli.game.catch_game import CatchGeometry
+from kendama_cli.game.catch_geometry import CatchGeometry
 from kendama_cli.game.flight_observer import FlightObserver, MarkerObserver
 from kendama_cli.game.scene_history import SceneHistory
 from kendama_cli.game.settings import ObservationSettings
@@ -28,26 +28,26 @@ OTHERWISE = "or choose transfer.observation.source=tracking"
 
 @dataclass(frozen=True)
 class CameraSetup:
-    """What the configuration says of seeing."""
+    """What the configuration says of cameras and images."""
 
     camera: CameraSettings
     lighting: LightingSettings
     predict: PredictSettings
 
 
-def check_cameras(sight: CameraSetup, observation: ObservationSettings, *, realtime: bool) -> None:
-    """Raise ConfigError where games cannot be watched so."""
+def check_cameras(cameras: CameraSetup, observation: ObservationSettings, *, realtime: bool) -> None:
+    """Raise ConfigError where games cannot be observed so."""
     if observation.source == "tracking":
         return
-    camera = sight.camera
+    camera = cameras.camera
     if camera.source == "recorded":
         problem = f"'camera.kind' is '{camera.kind}': a recording cannot show a game"
         raise ConfigError("camera.kind", f"{problem}; use camera=virtual, {OTHERWISE}")
     if len(camera.cameras) < 2:
-        problem = "'camera.cameras' has one camera; to notice free flight two are needed that expose together"
+        problem = "'camera.cameras' has one camera; to detect free flight two are needed that expose together"
         raise ConfigError("camera.cameras", f"{problem}; add one, {OTHERWISE}")
     if isinstance(camera, VirtualCamera) and camera.stagger_s > 0:
-        problem = f"'camera.stagger_s' is {camera.stagger_s}; to notice free flight the cameras must expose together"
+        problem = f"'camera.stagger_s' is {camera.stagger_s}; to detect free flight the cameras must expose together"
         raise ConfigError("camera.stagger_s", f"{problem}; set 0, {OTHERWISE}")
     if camera.source == "rendered" and realtime:
         raise ConfigError(
@@ -59,39 +59,39 @@ def check_cameras(sight: CameraSetup, observation: ObservationSettings, *, realt
 
 @contextmanager
 def open_observer(
-    sight: CameraSetup,
+    cameras: CameraSetup,
     observation: ObservationSettings,
     game: GameSettings,
     *,
     cup_place: Callable[[Array], Array],
     history: SceneHistory,
-    court: CatchGeometry,
+    geometry: CatchGeometry,
 ) -> Iterator[FlightObserver]:
-    """What watches the games on ``court``, with the tie point at ``cup_place`` (joint angles); closed in the end.
+    """What observes the games on ``geometry``, with the tie point at ``cup_place`` (joint angles); closed in the end.
 
     Raises MissingPartError where a camera is not there, ConfigError where ``history`` has nothing for virtual ones.
     """
-    rim_m, catch_m = court.rim_height_m, court.catch_height_m
-    camera = sight.camera
+    rim_m, catch_m = geometry.rim_height_m, geometry.catch_height_m
+    camera = cameras.camera
     rate_hz = camera.rate_hz
     if observation.source == "tracking" or camera.source == "recorded" or rate_hz is None:
         estimator = CatchPoseEstimator(game.gravity_m_s2, game.ball.drag_n_s_m / game.ball.mass_kg, rim_m)
         yield MarkerObserver(estimator, observation, rim_m=rim_m, catch_m=catch_m)
         return
-    if camera.source == "rendered" and not history.told:
+    if camera.source == "rendered" and not history.reported:
         raise ConfigError(
             "camera.kind",
-            "'camera.kind' is 'virtual', but this robot does not tell where everything is; use camera=device, "
+            "'camera.kind' is 'virtual', but this robot does not report where everything is; use camera=device, "
             f"{OTHERWISE}",
         )
     clock = CameraClock(observation.processing_s, live=camera.source == "live")
     rngs = [np.random.default_rng(0) for _ in camera.cameras]  # every game sets them to its own stream
-    cameras = open_cameras(camera, clock, SceneSource(history, game, sight.lighting, rngs))
+    opened = open_cameras(camera, clock, SceneSource(history, game, cameras.lighting, rngs))
     try:
-        models, above_m = [one.model for one in cameras], rim_m - float(history.origin_m[2])
+        models, above_m = [one.model for one in opened], rim_m - float(history.origin_m[2])
         yield CameraObserver(
-            cameras,
-            ball_tracker(sight.predict, game, models, rim_height_m=above_m, onset=True),
+            opened,
+            ball_tracker(cameras.predict, game, models, rim_height_m=above_m, onset=True),
             observation,
             cup_place=cup_place,
             clock=clock,
@@ -102,5 +102,5 @@ def open_observer(
             catch_m=catch_m,
         )
     finally:
-        for one in cameras:
+        for one in opened:
             one.close()

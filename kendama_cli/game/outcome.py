@@ -1,4 +1,4 @@
-"""How a catch ended, from what the robot's sensors can tell."""
+"""How a catch ended, from what the robot's sensors report."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from kendama_cli.game.cup_cart import CartStep
 HELD_S = 0.25
 """A ball in the cup for so long stays there: a bounce that leaves it is over by then."""
 BLOW_S = 0.08
-"""The blow of the ball is sought this long about the foreseen catch."""
+"""The blow of the ball is sought this long about the predicted catch."""
 BLOW_N = 2.0
 """A smaller change of the wrist's force from one reading to the next is the arm's own motion."""
 
@@ -21,7 +21,7 @@ BLOW_N = 2.0
 class CatchOutcome:
     """What the ball sensor says in the end, since when it has said so, and the largest blow that the wrist felt.
 
-    The blow is the largest change of the wrist's force from one control period to the next, about the foreseen catch.
+    The blow is the largest change of the wrist's force from one control period to the next, about the predicted catch.
     """
 
     caught: bool
@@ -44,7 +44,7 @@ def held(steps: Sequence[CartStep]) -> bool:
 
 
 def catch_outcome(steps: Sequence[CartStep], catch_s: float) -> CatchOutcome:
-    """The verdict on the control periods after the swing-up (one at least), where the catch was foreseen so."""
+    """How the control periods after the swing-up (one at least) ended; the catch was predicted for ``catch_s``."""
     forces = np.array([step.exchange.state.wrist_wrench[:3] for step in steps])
     times = np.array([step.t_s for step in steps])
     near = np.abs(times[1:] - catch_s) <= BLOW_S

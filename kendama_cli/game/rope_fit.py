@@ -18,8 +18,8 @@ from kendama_cli.schema.arrays import Array
 from kendama_cli.settings.game import GameSettings
 from kendama_cli.simulation.placement.limit_shares import require_within_limits
 
-LOOKS = 100
-"""Control periods at rest over which the hanging ball is watched."""
+MEASURED_PERIODS = 100
+"""Control periods at rest over which the hanging ball is observed."""
 KNOT_S = 0.004
 """Spacing of the solved postures, as in kendama_cli/simulation/catch/arm_motion.py."""
 RAMP = 20
@@ -27,14 +27,14 @@ RAMP = 20
 
 
 def measured_rope_m(robot: Robot, posture_rad: Array, game: GameSettings, seed: int) -> float:
-    """The untensioned rope as the tracked ball tells while it hangs at rest: mean distance less m g / Ks.
+    """The untensioned rope from the tracked ball while it hangs at rest: mean distance less m g / Ks.
 
     Raises HardwareError of the line.
     """
     robot.reset(posture_rad, seed)
     rest = np.zeros(len(posture_rad))
     lengths = []
-    for _ in range(LOOKS):
+    for _ in range(MEASURED_PERIODS):
         state = robot.exchange(JointCommand(posture_rad, rest, rest)).state
         lengths.append(float(np.linalg.norm(state.ball_in_world_m - state.cup_in_world_m)))
     return float(np.mean(lengths)) - game.ball.mass_kg * game.gravity_m_s2 / game.rope.stiffness_n_m

@@ -1,4 +1,4 @@
-"""What a simulated robot shows to virtual cameras, and keeps from everybody else."""
+"""The scene of a simulated robot, for virtual cameras and for nobody else."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ from kendama_cli.rendering.scene import ScenePose, hanging_rope
 from kendama_cli.robot_model.model import RobotModel
 from kendama_cli.schema.arrays import Array
 
-KEPT = 64
+KEPT_PERIODS = 64
 """Control periods that are remembered: a frame and its delay reach back 20 ms or so."""
-HANDLE_ENDS_M = 0.04
+HANDLE_END_M = 0.04
 """So far below the tie point is the end of the rods that stand for arm and handle."""
 SHARED_M = 1e-3
 
@@ -23,7 +23,7 @@ SHARED_M = 1e-3
 class SceneHistory:
     """The scene of the last control periods, straight between them; it is the ``Scene`` of virtual cameras.
 
-    Places are told relative to ``origin_m`` (3,), in whose frame the cameras stand. ``arm_places`` gives the points
+    Places are given relative to ``origin_m`` (3,), in whose frame the cameras stand. ``arm_places`` gives the points
     (k, 3) that an arm is drawn through for its joint angles (n,).
     """
 
@@ -42,11 +42,11 @@ class SceneHistory:
         """The scene at the end of a control period."""
         self._times.append(t_s)
         self._scenes.append(scene)
-        del self._times[:-KEPT], self._scenes[:-KEPT]
+        del self._times[:-KEPT_PERIODS], self._scenes[:-KEPT_PERIODS]
 
     @property
-    def told(self) -> bool:
-        """Whether the robot tells its scene at all."""
+    def reported(self) -> bool:
+        """Whether the robot reports its scene at all."""
         return bool(self._times)
 
     def __call__(self, t_s: float) -> ScenePose:
@@ -69,27 +69,27 @@ class SceneHistory:
             cup_m=cup,
             cup_rotation=rotation,
             rope_m=hanging_rope(cup, ball, self.rope_m),
-            arm_m=np.vstack([arm, cup - HANDLE_ENDS_M * rotation[:, 2]]),
+            arm_m=np.vstack([arm, cup - HANDLE_END_M * rotation[:, 2]]),
         )
 
 
 def joint_places(arm: RobotModel, position_rad: Array) -> Array:
     """The joints' origins (k, 3) in the world from base to hand; the last is the tip link's.
 
-    Where neighbours share one, as the axes of a wrist do, it is told once: how far apart they are never changes.
+    Where neighbours share one, as the axes of a wrist do, it is given once: how far apart they are never changes.
     """
     chain = arm.joint_places_m(position_rad)
     apart = np.linalg.norm(np.diff(chain, axis=0), axis=1) > SHARED_M
     return np.asarray(chain[np.concatenate([apart, [True]])])
 
 
-def cup_turn_wxyz(arm: RobotModel, position_rad: Array) -> Array:
-    """How the cup is turned in the world (4,) for the joint angles (n,)."""
+def cup_rotation_wxyz(arm: RobotModel, position_rad: Array) -> Array:
+    """The cup's rotation in the world (4,) for the joint angles (n,)."""
     return quaternion_of(arm.tool_pose(position_rad).rotation)
 
 
 class SceneRecordingRobot:
-    """``robot``, whose scene goes into ``history`` and is taken out of what everybody else is told."""
+    """``robot``, whose scene goes into ``history`` and is taken out of what everybody else is given."""
 
     def __init__(self, robot: Robot, history: SceneHistory) -> None:
         self._robot, self._history = robot, history
@@ -103,12 +103,12 @@ class SceneRecordingRobot:
 
     def exchange(self, command: JointCommand) -> Exchange:
         """One control period; raises HardwareError as the robot does."""
-        return self._veiled(self._robot.exchange(command))
+        return self._recorded(self._robot.exchange(command))
 
     def reset(self, position_rad: Array, seed: int) -> Exchange:
         """As the robot does."""
         self._history.clear()
-        return self._veiled(self._robot.reset(position_rad, seed))
+        return self._recorded(self._robot.reset(position_rad, seed))
 
     def halt(self) -> None:
         """As the robot does."""
@@ -118,7 +118,7 @@ class SceneRecordingRobot:
         """As the robot does."""
         self._robot.close()
 
-    def _veiled(self, exchange: Exchange) -> Exchange:
+    def _recorded(self, exchange: Exchange) -> Exchange:
         if exchange.scene is None:
             return exchange
         self._history.add(exchange.t_s, exchange.scene)

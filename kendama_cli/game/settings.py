@@ -10,17 +10,17 @@ from kendama_cli.schema.settings import setting
 
 @dataclass(frozen=True)
 class ObservationSettings:
-    """How the tracked cup and ball become the policy's state, and how the flight is watched."""
+    """How the tracked cup and ball become the policy's state, and how the flight is observed."""
 
     samples_n: int = setting("readings from which position, angle and their rates are fitted", at_least=2)
-    source: Literal["cameras", "tracking"] = setting("what sees the flight: images, or the robot's own tracking")
+    source: Literal["cameras", "tracking"] = setting("what observes the flight: images, or the robot's own tracking")
     watch_from_deg: float = setting(
         "cameras: the test for free flight runs while the rope rises beyond this angle [deg]", at_least=0, below=180
     )
     processing_s: float = setting(
         "virtual cameras: from the end of the exposure to the image's estimate [s]", at_least=0
     )
-    camera_origin: Literal["court", "world"] = setting(
+    camera_origin: Literal["line", "world"] = setting(
         "cameras: their poses count from the line's middle (the rope's tie point there), or are in the world"
     )
     image_every: int = setting("cameras: log every so many frames of the first game as whole images", at_least=1)
@@ -33,7 +33,7 @@ class ObservationSettings:
 
 @dataclass(frozen=True)
 class CatchSettings:
-    """How the cup goes to meet the ball."""
+    """How the cup intercepts the ball."""
 
     acceleration_m_s2: float = setting("largest acceleration of the cup on the way [m/s^2]", above=0)
     max_speed_m_s: float = setting("largest speed of the cup on the way [m/s]", above=0)
@@ -51,7 +51,7 @@ class CatchSettings:
     give_braking_m_s2: float = setting("deceleration of that after the catch [m/s^2]", above=0)
     settled_before_s: float = setting("the plan is kept as it is for this long before the catch [s]", above=0)
     braking_m_s2: float = setting("deceleration of the cup after the catch [m/s^2]", above=0)
-    watched_s: float = setting("the game ends this long after the foreseen catch [s]", above=0)
+    watched_s: float = setting("the game ends this long after the predicted catch [s]", above=0)
 
 
 @dataclass(frozen=True)
@@ -75,5 +75,5 @@ class TransferSettings:
     imitation_tempo_step: float = setting("step of that variation, as a fraction of tau", above=0, below=0.1)
     games: int = setting("full games: swing-up, flight, catch", above=0)
     log_period_s: float = setting("steps, joints and transforms are logged this often [s]", above=0)
-    observation: ObservationSettings = setting("how the robot is watched")
+    observation: ObservationSettings = setting("how ball and cup are observed")
     catch: CatchSettings = setting("how the ball is caught")

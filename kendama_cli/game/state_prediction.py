@@ -1,4 +1,4 @@
-"""What a policy is told on another body: the state in which its command will act, in the model's size and time."""
+"""What a policy is given on another body: the state in which its command will act, in the model's size and time."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def predict_state(
     return SwingState(*reference, math.remainder(angle, 2.0 * math.pi), rate)
 
 
-def on_the_models_rope(state: SwingState, rope_scale: float) -> SwingState:
+def scaled_to_model_rope(state: SwingState, rope_scale: float) -> SwingState:
     """The same swing on the model's rope, where the real one is ``rope_scale`` times as long.
 
     With lengths divided by s and times by sqrt(s) the equations of motion stay as they are under the same gravity

@@ -35,14 +35,14 @@ class SwingStateEstimator:
         self._middle_m = np.asarray(middle_m, dtype=np.float64)
         self._direction = np.asarray(direction, dtype=np.float64)
         self._rope_m, self._gravity_m_s2 = rope_m, gravity_m_s2
-        self._x, self._angle = _Follower(period_s, samples), _Follower(period_s, samples)
+        self._x, self._angle = _LineFit(period_s, samples), _LineFit(period_s, samples)
 
     def begin(self) -> None:
         """Forget everything: the next reading begins a new rollout."""
         self._x.begin()
         self._angle.begin()
 
-    def see(self, state: RobotState, acceleration_m_s2: float) -> SwingState:
+    def update(self, state: RobotState, acceleration_m_s2: float) -> SwingState:
         """The swing's state after one more reading; the cup has accelerated so since the reading before."""
         rope_m = state.ball_in_world_m - state.cup_in_world_m
         angle = math.atan2(float(self._direction @ rope_m), -float(rope_m[2]))
@@ -50,12 +50,14 @@ class SwingStateEstimator:
         angle += 2.0 * math.pi * round((before - angle) / (2.0 * math.pi))
         middle = 0.5 * (before + angle)
         pull = self._gravity_m_s2 * math.sin(middle) + acceleration_m_s2 * math.cos(middle)
-        x, velocity = self._x.see(float(self._direction @ (state.cup_in_world_m - self._middle_m)), acceleration_m_s2)
-        angle, rate = self._angle.see(angle, -pull / self._rope_m)
+        x, velocity = self._x.update(
+            float(self._direction @ (state.cup_in_world_m - self._middle_m)), acceleration_m_s2
+        )
+        angle, rate = self._angle.update(angle, -pull / self._rope_m)
         return SwingState(x, velocity, math.remainder(angle, 2.0 * math.pi), rate)
 
 
-class _Follower:
+class _LineFit:
     """Value and slope of one number whose acceleration between readings is known.
 
     With y_k the n readings less what the accelerations have added since the oldest, the line's slope is
@@ -76,7 +78,7 @@ class _Follower:
         """The last reading; 0 before the first."""
         return self._readings[-1] if self._readings else 0.0
 
-    def see(self, reading: float, acceleration: float) -> tuple[float, float]:
+    def update(self, reading: float, acceleration: float) -> tuple[float, float]:
         """Value and slope at this ``reading``; ``acceleration`` held since the one before."""
         self._readings.append(reading)
         self._accelerations.append(acceleration)

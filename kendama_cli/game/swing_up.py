@@ -1,4 +1,4 @@
-"""One swing-up on the robot: the policy acts on what is seen until the goal is reached or time is up."""
+"""One swing-up on the robot: the policy acts on what is observed until the goal is reached or time is up."""
 
 from __future__ import annotations
 
@@ -57,20 +57,20 @@ def swing_up(
     *,
     rollout_s: float,
     seed: int,
-    watched: Callable[[CartStep], None] = lambda step: None,
+    observe: Callable[[CartStep], None] = lambda step: None,
 ) -> SwingUpRollout:
-    """Swing from rest until ``goal`` is seen to be reached, or for ``rollout_s``; raises HardwareError of the line.
+    """Swing from rest until ``goal`` is observed to be reached, or for ``rollout_s``; raises HardwareError of the line.
 
     The actor is given the state in which its action will be carried out, on the model's rope and in the model's time,
-    so that neither a delay of the arm nor another rope is seen by it. ``watched`` is called after every period.
+    so that neither a delay of the arm nor another rope shows in it. ``observe`` is called after every period.
     """
     step = cart.begin(seed)
     steps = [step]
-    watched(step)
+    observe(step)
     while not goal.reached(step.state):
         if step.t_s >= rollout_s:
             return SwingUpRollout("timeout", tuple(steps))
         step = cart.step(actor.act(cart.predict_state(step.state), step.t_s / cart.tempo), limiter)
         steps.append(step)
-        watched(step)
+        observe(step)
     return SwingUpRollout("goal", tuple(steps))

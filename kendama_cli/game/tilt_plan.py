@@ -37,7 +37,7 @@ class TiltPlan:
         return min(max(math.atan2(-relative_m_s[0], -relative_m_s[1]), -most), most)
 
     def next(self, t_s: float, end_s: float, tilt_rad: float) -> CupTilt:
-        """The lean at the end of the period that begins at ``t_s``, where the cup meets the ball at ``end_s``."""
+        """Tilt and lift at the end of the period that begins at ``t_s``, where the cup meets the ball at ``end_s``."""
         catch, h = self._catch, self._period_s
         tilt, turn = self._tilt
         lift, rise = self._lift

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import zlib
 from collections.abc import Mapping
 from typing import Any, Literal
@@ -9,6 +10,7 @@ from typing import Any, Literal
 import numpy as np
 
 from kendama_cli.artifacts.policy import Policy
+from kendama_cli.game.figures import GameFigures, RopeFitFigures
 from kendama_cli.game.settings import TransferSettings
 from kendama_cli.learning.sarsa import SarsaLearner
 from kendama_cli.learning.settings import LearnSettings
@@ -29,8 +31,8 @@ class Progress:
         self.before: list[bool] = list(state["before"])
         self.after: list[bool] = list(state["after"])
         self.imitation: list[bool] = list(state["imitation"])
-        self.imitation_fit: dict[str, Any] = dict(state["imitation_fit"])
-        self.games: list[dict[str, Any]] = [dict(game) for game in state["games"]]
+        self.rope_fit = None if state["rope_fit"] is None else RopeFitFigures(**state["rope_fit"])
+        self.games = [GameFigures(**game) for game in state["games"]]
         self.clock_s = float(state["clock_s"])
         self.missed = int(state["missed"])
         self._seed = int(state["seed"])
@@ -53,7 +55,7 @@ class Progress:
         if state is not None:
             return cls(state, learn, transfer)
         fresh: dict[str, Any] = {name: [] for name in _RESULTS}
-        fresh |= {"imitation_fit": {}, "clock_s": 0.0, "missed": 0, "seed": int(rng.integers(2**63))}
+        fresh |= {"rope_fit": None, "clock_s": 0.0, "missed": 0, "seed": int(rng.integers(2**63))}
         fresh |= _parted(SarsaLearner(learn, q=policy.q).state(), "table")
         fresh |= _parted(SarsaLearner(learn).state(), "scratch")
         return cls(fresh, learn, transfer)
@@ -64,8 +66,8 @@ class Progress:
             "before": list(self.before),
             "after": list(self.after),
             "imitation": list(self.imitation),
-            "imitation_fit": dict(self.imitation_fit),
-            "games": [dict(game) for game in self.games],
+            "rope_fit": None if self.rope_fit is None else dataclasses.asdict(self.rope_fit),
+            "games": [dataclasses.asdict(game) for game in self.games],
             "clock_s": self.clock_s,
             "missed": self.missed,
             "seed": self._seed,

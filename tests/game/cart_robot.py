@@ -49,7 +49,7 @@ class CartRobot:
         self.caught = False
         command = JointCommand(np.array([self.cup[0]]), np.zeros(1), np.zeros(1))
         self.queue = [command] * (self.delay_n + 1)
-        return self._told(command)
+        return self._reported(command)
 
     def exchange(self, command: JointCommand) -> Exchange:
         self.queue = [*self.queue[1:], command]
@@ -61,7 +61,7 @@ class CartRobot:
             self._step(begin + (end - begin) * k / n, (end - begin) / self.period_s)
         self.cup[1] = speed
         self.t_s += self.period_s
-        return self._told(command)
+        return self._reported(command)
 
     def halt(self) -> None:
         pass
@@ -90,7 +90,7 @@ class CartRobot:
             self.caught = abs(x + vx * h - cup_x) < game.cup.radius_m - 0.5 * game.ball.radius_m
         self.ball = [x + vx * h, z + vz * h, vx, vz]
 
-    def _told(self, sent: JointCommand) -> Exchange:
+    def _reported(self, sent: JointCommand) -> Exchange:
         def seen(point: Array) -> Array:
             return np.asarray(point + self.noise_m * self.rng.standard_normal(3))
 

@@ -10,7 +10,8 @@ import numpy as np
 
 from kendama_cli.devices.robot.interface import Robot
 from kendama_cli.game.camera_observer import CameraObserver
-from kendama_cli.game.game_runner import GameRunner, make_catch_geometry
+from kendama_cli.game.catch_geometry import make_catch_geometry
+from kendama_cli.game.game_runner import GameRunner
 from kendama_cli.game.open_observer import CameraSetup, open_observer
 from kendama_cli.game.scene_history import SceneHistory, SceneRecordingRobot
 from kendama_cli.game.settings import TransferSettings
@@ -31,7 +32,7 @@ def configured(schema: Any, group: str, name: str) -> Any:
 GAME: GameSettings = configured(GameSettings, "game", "kendama")
 LEARN = learn_settings()
 TRANSFER: TransferSettings = configured(TransferSettings, "transfer", "default")
-SIGHT = CameraSetup(
+CAMERAS = CameraSetup(
     configured(CameraSettings, "camera", "virtual"),
     configured(LightingSettings, "lighting", "bright"),
     configured(PredictSettings, "predict", "flights"),
@@ -44,19 +45,19 @@ def on_the_line(position_rad: Array) -> Array:
 
 
 @contextmanager
-def watched_ground(
-    wrap: Callable[[Robot], Robot] = lambda robot: robot, sight: CameraSetup = SIGHT, **made: Any
+def observed_runner(
+    wrap: Callable[[Robot], Robot] = lambda robot: robot, cameras: CameraSetup = CAMERAS, **made: Any
 ) -> Iterator[tuple[GameRunner, CameraObserver]]:
-    """A playground whose flights are seen by cameras; ``wrap`` comes between the robot and the game."""
+    """Games whose flights are observed by cameras; ``wrap`` comes between the robot and the game."""
     history = SceneHistory(lambda _: np.empty((0, 3)), GAME.rope.length_m, MIDDLE_M)
     robot = wrap(SceneRecordingRobot(cast(Robot, CartRobot(GAME, **made)), history))
     robot.reset(np.zeros(1), 0)
-    court = make_catch_geometry(MIDDLE_M, DIRECTION, GAME, TRANSFER.catch, rope_scale=1.0, period_s=robot.period_s)
+    geometry = make_catch_geometry(MIDDLE_M, DIRECTION, GAME, TRANSFER.catch, rope_scale=1.0, period_s=robot.period_s)
     with open_observer(
-        sight, TRANSFER.observation, GAME, cup_place=on_the_line, history=history, court=court
-    ) as flight_watch:
-        eyes = cast(CameraObserver, flight_watch)
-        ground = GameRunner(
-            robot, Straight(), court=court, flight_watch=eyes, game=GAME, learn=LEARN, settings=TRANSFER
+        cameras, TRANSFER.observation, GAME, cup_place=on_the_line, history=history, geometry=geometry
+    ) as observer:
+        camera_observer = cast(CameraObserver, observer)
+        runner = GameRunner(
+            robot, Straight(), geometry=geometry, observer=observer, game=GAME, learn=LEARN, settings=TRANSFER
         )
-        yield ground, eyes
+        yield runner, camera_observer

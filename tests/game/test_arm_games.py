@@ -1,4 +1,4 @@
-"""Full games through images on the arm in DART: the figures that the README tells."""
+"""Full games through images on the arm in DART: the figures that the README states."""
 
 from __future__ import annotations
 
@@ -8,7 +8,6 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, cast
 
-import numpy as np
 import pytest
 
 from kendama_cli.artifacts.policy import Policy
@@ -17,24 +16,19 @@ from kendama_cli.config.site import find_site
 from kendama_cli.devices.robot.interface import Robot
 from kendama_cli.devices.robot.simulated import SimulatedRobot
 from kendama_cli.devices.robot.twin import RebuiltRobot
-from kendama_cli.game.game_runner import GameRunner, make_catch_geometry
-from kendama_cli.game.open_observer import CameraSetup, open_observer
-from kendama_cli.game.rope_fit import measured_rope_m
-from kendama_cli.game.scene_history import SceneHistory, SceneRecordingRobot, joint_places
+from kendama_cli.game.builder import GameBuilder, GameSetup
+from kendama_cli.game.game_runner import GameRunner
+from kendama_cli.game.open_observer import CameraSetup
 from kendama_cli.learning.policy import GreedyPolicy
 from kendama_cli.pipeline.nodes import build_settings
-from kendama_cli.robot_model.model import RobotModel
-from kendama_cli.simulation.placement.placement import cup_line
 from kendama_cli.stages.learn.stage import Learn
 from tests.memory_context import MemoryContext
 
 
 @contextmanager
-def arm_ground(node: dict[str, Any], *, nominal: bool) -> Iterator[GameRunner]:
-    """A playground on the simulated arm, without UDP; ``nominal``: the body that the model describes."""
+def arm_games(node: dict[str, Any], *, nominal: bool) -> Iterator[GameRunner]:
+    """Games on the simulated arm, without UDP; ``nominal``: the body that the model describes."""
     game, transfer, hardware = node["game"], node["transfer"], node["hardware"]
-    arm = RobotModel(node["robot"], game.cup, game.gravity_m_s2)
-    line = cup_line(node["robot"], game, transfer.catch.half_width_m)
     build = functools.partial(
         SimulatedRobot,
         node["robot"],
@@ -42,26 +36,10 @@ def arm_ground(node: dict[str, Any], *, nominal: bool) -> Iterator[GameRunner]:
         imperfection=None if nominal else hardware.imperfection,
         control_period_s=hardware.control_period_s,
     )
-    history = SceneHistory(functools.partial(joint_places, arm), game.rope.length_m, line.home_m)
-    robot = SceneRecordingRobot(cast(Robot, RebuiltRobot(build)), history)
-    history.rope_m = measured_rope_m(robot, line.home_rad, game, 5)
-    along = np.array([1.0, 0.0, 0.0])
-    scale = history.rope_m / game.rope.length_m
-    court = make_catch_geometry(line.home_m, along, game, transfer.catch, rope_scale=scale, period_s=robot.period_s)
-    sight = CameraSetup(node["camera"], node["lighting"], node["predict"])
-    with open_observer(
-        sight, transfer.observation, game, cup_place=arm.tool_place_m, history=history, court=court
-    ) as flight_watch:
-        yield GameRunner(
-            robot,
-            line,
-            court=court,
-            flight_watch=flight_watch,
-            game=game,
-            learn=node["learn"],
-            settings=transfer,
-            arm=arm,
-        )
+    cameras = CameraSetup(node["camera"], node["lighting"], node["predict"])
+    builder = GameBuilder(GameSetup(node["robot"], game, node["learn"], transfer, cameras))
+    with builder.open(cast(Robot, RebuiltRobot(build)), seed=5) as runner:
+        yield runner
 
 
 def nodes(folder: Path, *overrides: str) -> dict[str, Any]:
@@ -76,9 +54,9 @@ def policies(tmp_path_factory: pytest.TempPathFactory) -> list[Policy]:
 
 
 def caught(node: dict[str, Any], policies: list[Policy], count: int, seed: int, *, nominal: bool) -> int:
-    with arm_ground(node, nominal=nominal) as ground:
+    with arm_games(node, nominal=nominal) as runner:
         played = (
-            ground.play(GreedyPolicy(policies[k % len(policies)], node["learn"]), seed=seed + k) for k in range(count)
+            runner.play(GreedyPolicy(policies[k % len(policies)], node["learn"]), seed=seed + k) for k in range(count)
         )
         return sum(game.caught for game in played)
 

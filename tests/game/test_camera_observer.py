@@ -24,14 +24,14 @@ from kendama_cli.schema.arrays import Array
 from kendama_cli.settings.camera import CameraSettings, VirtualCamera
 from kendama_cli.vision.region import Region
 from tests.game.cart_robot import CartRobot
-from tests.game.observed_games import GAME, LEARN, SIGHT, TRANSFER, configured, watched_ground
+from tests.game.observed_games import CAMERAS, GAME, LEARN, TRANSFER, configured, observed_runner
 
 NOISE_M = 0.0005
 
 
 @pytest.fixture(scope="module")
 def place() -> Iterator[tuple[GameRunner, CameraObserver]]:
-    with watched_ground(noise_m=NOISE_M, delay_n=3) as made:
+    with observed_runner(noise_m=NOISE_M, delay_n=3) as made:
         yield made
 
 
@@ -50,8 +50,8 @@ def games(place: tuple[GameRunner, CameraObserver], policy: Policy) -> list[Game
     return [played(place[0], policy, seed) for seed in range(4)]
 
 
-def played(ground: GameRunner, policy: Policy, seed: int) -> Game:
-    return ground.play(GreedyPolicy(policy, LEARN), seed=seed)
+def played(runner: GameRunner, policy: Policy, seed: int) -> Game:
+    return runner.play(GreedyPolicy(policy, LEARN), seed=seed)
 
 
 def commands(game: Game) -> Array:
@@ -66,19 +66,19 @@ def test_games_through_images_are_caught(games: list[Game]) -> None:
 def test_the_ball_is_seen_nearly_always_in_flight_and_within_a_frame(games: list[Game]) -> None:
     """Before, a wide swing at the edge of the workspace can take it out of one camera's image."""
     for game in games:
-        watched = game.watched
-        flight = [frame for frame in watched.frames if frame.t_s >= game.swing.duration_s]
+        observed = game.observed
+        flight = [frame for frame in observed.frames if frame.t_s >= game.swing.duration_s]
         assert len(flight) > 40
         assert sum(frame.sighting is not None for frame in flight) >= 0.95 * len(flight)
-        assert watched.seen >= 0.8 * len(watched.frames)
-        assert max(frame.used_s - frame.t_s for frame in watched.frames) <= watched.period_s + 1e-9
-        assert watched.latency_frames is not None
-        assert watched.latency_frames <= 1.0
+        assert observed.seen >= 0.8 * len(observed.frames)
+        assert max(frame.used_s - frame.t_s for frame in observed.frames) <= observed.period_s + 1e-9
+        assert observed.latency_frames is not None
+        assert observed.latency_frames <= 1.0
 
 
-def test_free_flight_is_noticed_after_the_goal_and_long_before_the_catch(games: list[Game]) -> None:
+def test_free_flight_is_detected_after_the_goal_and_long_before_the_catch(games: list[Game]) -> None:
     for game in games:
-        free_s, catch_s = game.watched.free_s, game.estimates[-1].catch.t_s
+        free_s, catch_s = game.observed.free_s, game.estimates[-1].catch.t_s
         assert free_s is not None
         assert game.swing.duration_s - 0.05 < free_s < catch_s - 0.15
 
@@ -127,9 +127,9 @@ def test_in_flight_no_marker_counts_and_the_true_scene_is_out_of_reach(policy: P
         robots.append(Misleading(robot))
         return robots[0]
 
-    with watched_ground(wrap, noise_m=NOISE_M, delay_n=3) as (ground, _):
+    with observed_runner(wrap, noise_m=NOISE_M, delay_n=3) as (runner, _):
         robots[0].after_s = games[1].swing.duration_s
-        game = played(ground, policy, 1)
+        game = played(runner, policy, 1)
     assert game.caught
     assert np.array_equal(commands(game), commands(games[1]))
     assert robots[0].scenes
@@ -178,9 +178,9 @@ def test_whatever_the_cameras_do_the_arm_stays_inside_and_ends_at_rest(
     policy: Policy, games: list[Game], fault: str, early: bool
 ) -> None:
     after_s = games[0].swing.duration_s + (-0.3 if early else 0.15)
-    with watched_ground(noise_m=NOISE_M, delay_n=3) as (ground, eyes):
-        eyes._cameras = [Faulty(camera, fault, after_s) for camera in eyes._cameras]
-        game = played(ground, policy, 0)
+    with observed_runner(noise_m=NOISE_M, delay_n=3) as (runner, observer):
+        observer._cameras = [Faulty(camera, fault, after_s) for camera in observer._cameras]
+        game = played(runner, policy, 0)
     asked = commands(game)[:, 0]
     assert np.abs(asked).max() <= TRANSFER.catch.half_width_m + 1e-9
     speed = np.diff(asked) / 0.004
@@ -189,37 +189,39 @@ def test_whatever_the_cameras_do_the_arm_stays_inside_and_ends_at_rest(
     if fault == "stops":
         assert "camera 'left' delivers no more; camera 'right' delivers no more" in game.outcome
     if fault == "dark":
-        assert "lost from sight" in game.outcome
-        assert game.watched.seen < len(game.watched.frames)
+        assert "lost from cameras" in game.outcome
+        assert game.observed.seen < len(game.observed.frames)
     if early and fault in {"stops", "dark"}:
         assert not game.estimates
-        assert "free flight was not noticed" in game.outcome
+        assert "free flight was not detected" in game.outcome
     if fault == "lags":
-        assert game.caught, "stamps tell how old an image is"
+        assert game.caught, "the stamp says how old an image is"
 
 
 @pytest.mark.parametrize("fault", ["stops", "dark"])
-def test_a_flight_that_was_seen_for_a_while_is_caught_blindly(policy: Policy, games: list[Game], fault: str) -> None:
-    with watched_ground(noise_m=NOISE_M, delay_n=3) as (ground, eyes):
-        eyes._cameras = [Faulty(camera, fault, games[3].swing.duration_s + 0.2) for camera in eyes._cameras]
-        assert played(ground, policy, 3).caught
+def test_a_flight_that_was_seen_for_a_while_is_caught_without_further_images(
+    policy: Policy, games: list[Game], fault: str
+) -> None:
+    with observed_runner(noise_m=NOISE_M, delay_n=3) as (runner, observer):
+        observer._cameras = [Faulty(camera, fault, games[3].swing.duration_s + 0.2) for camera in observer._cameras]
+        assert played(runner, policy, 3).caught
 
 
 def test_a_rolling_shutter_is_known_from_its_rows(policy: Policy) -> None:
-    camera = cast(VirtualCamera, SIGHT.camera)
+    camera = cast(VirtualCamera, CAMERAS.camera)
     sensor = dataclasses.replace(camera.sensor, shutter="rolling", readout_s=0.006)
-    rolling = dataclasses.replace(SIGHT, camera=dataclasses.replace(camera, sensor=sensor))
-    with watched_ground(sight=rolling, noise_m=NOISE_M, delay_n=3) as (ground, _):
-        made = [played(ground, policy, seed) for seed in range(3)]
+    rolling = dataclasses.replace(CAMERAS, camera=dataclasses.replace(camera, sensor=sensor))
+    with observed_runner(cameras=rolling, noise_m=NOISE_M, delay_n=3) as (runner, _):
+        made = [played(runner, policy, seed) for seed in range(3)]
     assert all(game.caught for game in made)
     early = [game.estimates[4].rim.position_m - game.crossing.place_m for game in made if game.crossing is not None]
     assert np.median(np.linalg.norm(early, axis=1)) < 0.002, "measured 1.1 to 1.3 mm; at the middle row's time 3.1 mm"
 
 
 def test_a_wrong_stamp_shows_in_the_residuals_and_widens_the_estimate(policy: Policy, games: list[Game]) -> None:
-    with watched_ground(noise_m=NOISE_M, delay_n=3) as (ground, eyes):
-        eyes._cameras = [Faulty(camera, "doubles", games[0].swing.duration_s + 0.1) for camera in eyes._cameras]
-        game = played(ground, policy, 0)
+    with observed_runner(noise_m=NOISE_M, delay_n=3) as (runner, observer):
+        observer._cameras = [Faulty(camera, "doubles", games[0].swing.duration_s + 0.1) for camera in observer._cameras]
+        game = played(runner, policy, 0)
     good, bad = (np.trace(one.estimates[-1].rim.covariance_m2) for one in (games[0], game))
     assert bad > 4 * good
 
@@ -242,28 +244,28 @@ def _one(camera: Any) -> Any:
     ],
     ids=["one camera", "staggered", "recorded", "real time"],
 )
-def test_cameras_that_cannot_watch_a_game_are_refused_in_one_line(change: Any, realtime: bool, says: str) -> None:
-    sight = dataclasses.replace(SIGHT, camera=change(SIGHT.camera))
+def test_cameras_that_cannot_observe_a_game_are_refused_in_one_line(change: Any, realtime: bool, says: str) -> None:
+    cameras = dataclasses.replace(CAMERAS, camera=change(CAMERAS.camera))
     with pytest.raises(ConfigError, match=says) as refused:
-        check_cameras(sight, TRANSFER.observation, realtime=realtime)
+        check_cameras(cameras, TRANSFER.observation, realtime=realtime)
     assert "\n" not in str(refused.value)
-    check_cameras(sight, dataclasses.replace(TRANSFER.observation, source="tracking"), realtime=realtime)
+    check_cameras(cameras, dataclasses.replace(TRANSFER.observation, source="tracking"), realtime=realtime)
 
 
 def test_a_robot_without_a_scene_needs_real_cameras(monkeypatch: pytest.MonkeyPatch) -> None:
     def bare(self: Any, sent: JointCommand) -> Exchange:
-        return dataclasses.replace(told(self, sent), scene=None)
+        return dataclasses.replace(report(self, sent), scene=None)
 
-    told = CartRobot._told
-    monkeypatch.setattr(CartRobot, "_told", bare)
-    with pytest.raises(ConfigError, match="this robot does not tell where everything is; use camera=device, or"):
-        watched_ground().__enter__()
+    report = CartRobot._reported
+    monkeypatch.setattr(CartRobot, "_reported", bare)
+    with pytest.raises(ConfigError, match="this robot does not report where everything is; use camera=device, or"):
+        observed_runner().__enter__()
 
 
-def test_games_foresee_by_what_predict_says_of_gravity() -> None:
-    gravity = dataclasses.replace(SIGHT.predict.gravity, scale=1.02, tilt_rad=(0.01, 0.0))
-    leaning = dataclasses.replace(SIGHT, predict=dataclasses.replace(SIGHT.predict, gravity=gravity))
-    with watched_ground(sight=leaning) as (_, eyes):
-        pull_m_s2 = eyes._tracker.estimator.flight.gravity_m_s2
+def test_games_predict_with_the_gravity_of_the_predict_settings() -> None:
+    gravity = dataclasses.replace(CAMERAS.predict.gravity, scale=1.02, tilt_rad=(0.01, 0.0))
+    tilted = dataclasses.replace(CAMERAS, predict=dataclasses.replace(CAMERAS.predict, gravity=gravity))
+    with observed_runner(cameras=tilted) as (_, observer):
+        pull_m_s2 = observer._tracker.estimator.flight.gravity_m_s2
     assert np.linalg.norm(pull_m_s2) == pytest.approx(1.02 * GAME.gravity_m_s2)
     assert pull_m_s2[0] / -pull_m_s2[2] == pytest.approx(np.tan(0.01))

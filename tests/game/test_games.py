@@ -9,9 +9,10 @@ import pytest
 
 from kendama_cli.artifacts.policy import Policy
 from kendama_cli.devices.robot.remote import UdpRobot
-from kendama_cli.game.catch_game import crossing
+from kendama_cli.game.catch_geometry import make_catch_geometry
+from kendama_cli.game.crossing import find_crossing
 from kendama_cli.game.flight_observer import MarkerObserver
-from kendama_cli.game.game_runner import GameRunner, make_catch_geometry
+from kendama_cli.game.game_runner import GameRunner
 from kendama_cli.game.imitation import tempos
 from kendama_cli.game.settings import TransferSettings
 from kendama_cli.learning.policy import GreedyPolicy
@@ -35,67 +36,69 @@ LEARN: LearnSettings = learn_settings()
 TRANSFER: TransferSettings = configured(TransferSettings, "transfer", "default")
 
 
-def ground(believed_scale: float = 1.0, **made: Any) -> GameRunner:
-    """The marker of a robot without an arm is what it is watched by; its rope is measured elsewhere."""
+def make_runner(believed_scale: float = 1.0, **made: Any) -> GameRunner:
+    """Games observed through the marker of a robot without an arm; its rope is measured elsewhere."""
     robot = CartRobot(GAME, **made)
-    court = make_catch_geometry(
+    geometry = make_catch_geometry(
         MIDDLE_M, DIRECTION, GAME, TRANSFER.catch, rope_scale=believed_scale, period_s=robot.period_s
     )
-    rim_m, catch_m = court.rim_height_m, court.catch_height_m
+    rim_m, catch_m = geometry.rim_height_m, geometry.catch_height_m
     estimator = CatchPoseEstimator(GAME.gravity_m_s2, GAME.ball.drag_n_s_m / GAME.ball.mass_kg, rim_m)
     return GameRunner(
         cast(UdpRobot, robot),
         Straight(),
-        court=court,
-        flight_watch=MarkerObserver(estimator, TRANSFER.observation, rim_m=rim_m, catch_m=catch_m),
+        geometry=geometry,
+        observer=MarkerObserver(estimator, TRANSFER.observation, rim_m=rim_m, catch_m=catch_m),
         game=GAME,
         learn=LEARN,
         settings=TRANSFER,
     )
 
 
-def learned(place: GameRunner, seed: int, cap: int = 400) -> SarsaLearner:
+def learned(runner: GameRunner, seed: int, cap: int = 400) -> SarsaLearner:
     learner, rng = SarsaLearner(LEARN), np.random.default_rng(seed)
     while not learner.count.learned and learner.rollouts < cap:
         learner.begin_rollout(rng)
-        swing = place.swing_up(learner, seed=int(rng.integers(2**63)))
+        swing = runner.swing_up(learner, seed=int(rng.integers(2**63)))
         learner.end_rollout(swing.outcome, swing.last)
     return learner
 
 
 @pytest.fixture(scope="module")
 def policy() -> Policy:
-    return learned(ground(noise_m=0.0005), 0).policy
+    return learned(make_runner(noise_m=0.0005), 0).policy
 
 
 def test_the_swing_up_is_learned_through_observations_alone() -> None:
-    assert learned(ground(noise_m=0.0005, delay_n=4, rope_scale=1.05), 4).count.learned
+    assert learned(make_runner(noise_m=0.0005, delay_n=4, rope_scale=1.05), 4).count.learned
 
 
 def test_the_cup_stays_inside_while_it_swings(policy: Policy) -> None:
     for seed in range(5):
-        swing = ground(noise_m=0.0005).swing_up(GreedyPolicy(policy, LEARN), seed=seed)
+        swing = make_runner(noise_m=0.0005).swing_up(GreedyPolicy(policy, LEARN), seed=seed)
         assert swing.peak_displacement_m <= LEARN.workspace.half_width_m + 0.003, "noise of the marker is on top"
 
 
-@pytest.mark.parametrize(("scale", "room_m"), [(0.9, 0.36), (1.0, 0.4), (1.04, 0.416), (1.3, 0.42)])
-def test_the_room_is_similar_to_the_models_as_far_as_the_catch_may_use_it(scale: float, room_m: float) -> None:
+@pytest.mark.parametrize(("scale", "half_width_m"), [(0.9, 0.36), (1.0, 0.4), (1.04, 0.416), (1.3, 0.42)])
+def test_the_workspace_is_similar_to_the_models_as_far_as_the_catch_may_use_it(
+    scale: float, half_width_m: float
+) -> None:
     class Outward:
         def act(self, state: SwingState, t_s: float) -> float:
             return 8.0
 
-    swing = ground(scale, rope_scale=scale).swing_up(Outward(), seed=0)
-    assert swing.peak_displacement_m == pytest.approx(room_m, abs=1e-3)
+    swing = make_runner(scale, rope_scale=scale).swing_up(Outward(), seed=0)
+    assert swing.peak_displacement_m == pytest.approx(half_width_m, abs=1e-3)
 
 
 @pytest.mark.parametrize(("rope_scale", "delay_n"), [(1.0, 0), (1.05, 6), (0.95, 3)])
 def test_games_are_caught_in_spite_of_rope_delay_and_noise(rope_scale: float, delay_n: int) -> None:
     """Four tables learned on that body, four games each; a table may have learned a goal that is hard to catch."""
-    place = ground(noise_m=0.0005, rope_scale=rope_scale, delay_n=delay_n)
+    runner = make_runner(noise_m=0.0005, rope_scale=rope_scale, delay_n=delay_n)
     games = []
     for seed in range(4):
-        table = learned(place, seed).policy
-        games += [place.play(GreedyPolicy(table, LEARN), seed=number) for number in range(4)]
+        table = learned(runner, seed).policy
+        games += [runner.play(GreedyPolicy(table, LEARN), seed=number) for number in range(4)]
     played = [game for game in games if game.swung_up]
     assert len(played) >= 12
     assert sum(game.caught for game in played) >= 0.6 * len(played)
@@ -104,24 +107,24 @@ def test_games_are_caught_in_spite_of_rope_delay_and_noise(rope_scale: float, de
 
 
 def test_a_game_is_the_same_for_the_same_seed(policy: Policy) -> None:
-    games = [ground(noise_m=0.0005).play(GreedyPolicy(policy, LEARN), seed=7) for _ in range(2)]
+    games = [make_runner(noise_m=0.0005).play(GreedyPolicy(policy, LEARN), seed=7) for _ in range(2)]
     assert str(games[0]) == str(games[1])
 
 
-def test_the_arms_delay_is_told_by_the_rollout_itself(policy: Policy) -> None:
-    place = ground(noise_m=0.0005, delay_n=5)
-    place.swing_up(GreedyPolicy(policy, LEARN), seed=1)
-    assert place._cart.lag_s == pytest.approx(0.020, abs=0.002)
+def test_the_arms_delay_is_estimated_from_the_rollout_itself(policy: Policy) -> None:
+    runner = make_runner(noise_m=0.0005, delay_n=5)
+    runner.swing_up(GreedyPolicy(policy, LEARN), seed=1)
+    assert runner._cart.lag_s == pytest.approx(0.020, abs=0.002)
 
 
 def test_the_crossing_is_the_first_fall_through_the_height() -> None:
     path = np.array([[float(k), 0.1 * k, 0.0, z] for k, z in enumerate([0.0, 1.0, 2.0, 1.0, 0.0, 1.0])])
-    found = crossing(path, 0.5, 0.0)
+    found = find_crossing(path, 0.5, 0.0)
     assert found is not None
     assert found.t_s == pytest.approx(3.5)
     assert found.place_m == pytest.approx([0.35, 0.0, 0.5])
-    assert crossing(path[:3], 0.5, 0.0) is None
-    assert crossing(path, 0.5, 4.0) is None, "what was before free flight does not count"
+    assert find_crossing(path[:3], 0.5, 0.0) is None
+    assert find_crossing(path, 0.5, 4.0) is None, "what was before free flight does not count"
 
 
 def test_the_crossing_of_a_noisy_flight_is_known_better_than_one_reading() -> None:
@@ -133,7 +136,7 @@ def test_the_crossing_of_a_noisy_flight_is_known_better_than_one_reading() -> No
     misses = []
     for _ in range(200):
         noisy = flight + np.column_stack([np.zeros(len(t)), rng.normal(0.0, 0.002, (len(t), 3))])
-        found = crossing(noisy, 0.95, 0.0)
+        found = find_crossing(noisy, 0.95, 0.0)
         assert found is not None
         misses.append(np.linalg.norm(found.place_m[:2] - wanted[:2]))
     assert np.sqrt(np.mean(np.square(misses))) < 0.002, "measured 1.0 mm; a single reading is 2.8 mm off"

@@ -32,12 +32,12 @@ def steps(sensor: str, blow_n: float = 0.0, at: int = 5) -> list[CartStep]:
         ("............", 0.5, "passed by", 0.0),
     ],
 )
-def test_the_last_word_of_the_ball_sensor_counts(sensor: str, blow_n: float, words: str, since_s: float) -> None:
-    verdict = catch_outcome(steps(sensor, blow_n), 0.1)
-    assert verdict.words == words
-    assert verdict.caught == (words == "caught")
-    assert verdict.since_s == pytest.approx(since_s)
-    assert verdict.blow_n == pytest.approx(blow_n)
+def test_the_final_reading_of_the_ball_sensor_counts(sensor: str, blow_n: float, words: str, since_s: float) -> None:
+    outcome = catch_outcome(steps(sensor, blow_n), 0.1)
+    assert outcome.words == words
+    assert outcome.caught == (words == "caught")
+    assert outcome.since_s == pytest.approx(since_s)
+    assert outcome.blow_n == pytest.approx(blow_n)
 
 
 def test_a_blow_long_after_the_catch_is_not_the_balls() -> None:

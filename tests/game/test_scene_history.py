@@ -9,7 +9,7 @@ import pytest
 
 from kendama_cli.devices.robot.interface import JointCommand, SceneState
 from kendama_cli.devices.robot.simulated import SimulatedRobot
-from kendama_cli.game.scene_history import KEPT, SceneHistory, joint_places
+from kendama_cli.game.scene_history import KEPT_PERIODS, SceneHistory, joint_places
 from tests.devices.robot.test_simulated import WORN
 from tests.simulation.dart.bench_robot import kendama_game, modelled, pa10
 
@@ -37,13 +37,13 @@ def test_between_two_periods_everything_moves_straight(t_s: float) -> None:
 
 
 def test_before_and_after_what_is_known_the_scene_is_held() -> None:
-    history = recorded(KEPT + 30)
-    first, last = 0.004 * 30, 0.004 * (KEPT + 29)
+    history = recorded(KEPT_PERIODS + 30)
+    first, last = 0.004 * 30, 0.004 * (KEPT_PERIODS + 29)
     assert history(first - 0.01).cup_m == pytest.approx(moving(first).cup_m - ORIGIN_M)
     assert history(last + 0.01).cup_m == pytest.approx(moving(last).cup_m - ORIGIN_M)
-    assert history.told
+    assert history.reported
     history.clear()
-    assert not history.told
+    assert not history.reported
 
 
 def test_the_scene_is_where_the_arm_truly_is_without_the_noise_of_what_is_read() -> None:
@@ -61,7 +61,7 @@ def test_the_scene_is_where_the_arm_truly_is_without_the_noise_of_what_is_read()
         ball_noise.append(exchange.state.ball_in_world_m - scene.ball_m)
     assert np.std(ball_noise) == pytest.approx(WORN.ball_noise_m, rel=0.2)
     places = functools.partial(joint_places, arm)(home)
-    assert np.linalg.norm(np.diff(places, axis=0), axis=1).min() > 0.01, "a shared origin is told once"
+    assert np.linalg.norm(np.diff(places, axis=0), axis=1).min() > 0.01, "a shared origin is given once"
     elsewhere = joint_places(arm, home + 0.3)
     assert np.linalg.norm(np.diff(elsewhere, axis=0), axis=1) == pytest.approx(
         np.linalg.norm(np.diff(places, axis=0), axis=1)

@@ -13,11 +13,11 @@ from kendama_cli.config.compose import composed, group_options
 from kendama_cli.config.site import find_site
 from kendama_cli.devices.robot.remote import UdpRobot
 from kendama_cli.game import cup_cart
-from kendama_cli.game.state_prediction import on_the_models_rope, predict_state
+from kendama_cli.game.state_prediction import predict_state, scaled_to_model_rope
 from kendama_cli.learning.policy import GreedyPolicy
 from kendama_cli.learning.state import SwingState
 from tests.game.cart_robot import CartRobot
-from tests.game.test_games import GAME, LEARN, ground, learned
+from tests.game.test_games import GAME, LEARN, learned, make_runner
 
 PENDULUM = {"rope_m": 0.4, "gravity_m_s2": 9.81}
 
@@ -69,8 +69,8 @@ def test_the_same_accelerations_swing_alike_on_a_rope_of_any_length(scale: float
         rope_m=0.4 * scale,
         gravity_m_s2=gravity,
     )
-    assert on_the_models_rope(real, scale) == pytest.approx(model, rel=1e-9)
-    assert on_the_models_rope(real, 1.0) == real
+    assert scaled_to_model_rope(real, scale) == pytest.approx(model, rel=1e-9)
+    assert scaled_to_model_rope(real, 1.0) == real
 
 
 class Witness:
@@ -87,9 +87,9 @@ class Witness:
 
 def test_what_was_foreseen_is_seen_one_delay_later() -> None:
     delay_n = 8
-    table = learned(ground(), 1).policy
+    table = learned(make_runner(), 1).policy
     witness = Witness(GreedyPolicy(table, LEARN))
-    swing = ground(delay_n=delay_n).swing_up(witness, seed=2)
+    swing = make_runner(delay_n=delay_n).swing_up(witness, seed=2)
     late = slice(100, len(witness.told) - delay_n - 1)
     told = np.array(witness.told[late])
     seen = np.array([step.state for step in swing.steps[late.start + delay_n : late.stop + delay_n]])
@@ -101,12 +101,12 @@ def test_what_was_foreseen_is_seen_one_delay_later() -> None:
 
 
 def _succeeded(table: Any, delay_n: int) -> float:
-    place = ground(noise_m=0.0005, delay_n=delay_n)
+    place = make_runner(noise_m=0.0005, delay_n=delay_n)
     return float(np.mean([place.swing_up(GreedyPolicy(table, LEARN), seed=k).outcome == "goal" for k in range(15)]))
 
 
 def test_a_table_learned_without_delay_swings_up_with_fifty_milliseconds_of_it(monkeypatch: pytest.MonkeyPatch) -> None:
-    tables = [learned(ground(noise_m=0.0005), seed).policy for seed in (0, 1, 2, 3)]
+    tables = [learned(make_runner(noise_m=0.0005), seed).policy for seed in (0, 1, 2, 3)]
     assert np.mean([_succeeded(table, 12) for table in tables]) >= 0.9
     monkeypatch.setattr(cup_cart, "foreseen", lambda state, *_, **__: state)
     assert np.mean([_succeeded(table, 12) for table in tables]) < 0.9, "without foresight they do not"
@@ -121,7 +121,7 @@ def test_whatever_the_delay_the_cup_stays_inside(delay_n: int) -> None:
             return 8.0 if t_s < 1.0 else -8.0
 
     robot = CartRobot(GAME, delay_n=delay_n)
-    place = ground()
+    place = make_runner()
     place._cart._robot = cast(UdpRobot, robot)
     swing = place.swing_up(Outward(), seed=0)
     assert 0.35 < swing.peak_displacement_m <= LEARN.workspace.half_width_m + 1e-3

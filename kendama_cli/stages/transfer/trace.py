@@ -48,12 +48,12 @@ def scene_messages(
     joint_names: Sequence[str],
     every: int,
     *,
-    cup_turn: Callable[[Array], Array],
+    cup_rotation: Callable[[Array], Array],
     under: str = "/transfer",
 ) -> Iterator[TimedMessage]:
     """Joints (of the whole game only), wrench, cup and ball of every ``every``-th control period, below ``under``.
 
-    ``cup_turn`` gives the cup's rotation (4,) for joint angles.
+    ``cup_rotation`` gives the cup's rotation (4,) for joint angles.
     """
     for t_s, exchange in timed[::every]:
         state = exchange.state
@@ -61,14 +61,18 @@ def scene_messages(
             joints = JointStates(joint_names, state.position_rad, state.velocity_rad_s, state.effort_nm)
             yield f"{under}/joints", t_s, joints
         yield f"{under}/wrench", t_s, WrenchMessage(*state.wrist_wrench.tolist())
-        yield f"{under}/cup", t_s, FrameTransform("world", "cup", state.cup_in_world_m, cup_turn(state.position_rad))
+        yield (
+            f"{under}/cup",
+            t_s,
+            FrameTransform("world", "cup", state.cup_in_world_m, cup_rotation(state.position_rad)),
+        )
         yield f"{under}/ball", t_s, FrameTransform("world", "ball", state.ball_in_world_m)
 
 
 def game_messages(game: Game, index: int, start_s: float, horizon_s: float) -> Iterator[TimedMessage]:
     """Sightings, images and estimates of one game, and how it ended."""
-    watched = game.watched
-    for frame in watched.frames:
+    observed = game.observed
+    for frame in observed.frames:
         seen = frame.sighting
         u_px, v_px = (math.nan, math.nan) if seen is None else seen.centre_px.tolist()
         detection = DetectionMessage(
@@ -80,11 +84,11 @@ def game_messages(game: Game, index: int, start_s: float, horizon_s: float) -> I
             seen=seen is not None,
         )
         yield "/transfer/detection", start_s + frame.t_s, detection
-    for picture in watched.pictures:
+    for picture in observed.pictures:
         jpeg = cv2.imencode(".jpg", picture.pixels, [cv2.IMWRITE_JPEG_QUALITY, JPEG_QUALITY])[1].tobytes()
         yield f"/transfer/image/{picture.camera}", start_s + picture.t_s, CompressedImage(picture.camera, "jpeg", jpeg)
-    for foreseen in game.estimates:
-        yield "/transfer/estimate", start_s + foreseen.t_s, _estimate(foreseen.rim, index, start_s)
+    for prediction in game.estimates:
+        yield "/transfer/estimate", start_s + prediction.t_s, _estimate(prediction.rim, index, start_s)
     end_s = (game.steps or game.swing.steps)[-1].t_s
     yield "/transfer/game", start_s + end_s, _game(game, index, start_s, horizon_s)
 
@@ -107,7 +111,7 @@ def _estimate(pose: CatchPose, index: int, start_s: float) -> GameEstimateMessag
 
 
 def _game(game: Game, index: int, start_s: float, horizon_s: float) -> GameMessage:
-    watched, verdict, crossing = game.watched, game.verdict, game.crossing
+    observed, catch, crossing = game.observed, game.catch, game.crossing
     error_m = game.prediction_error_m(horizon_s)
     return GameMessage(
         index=index,
@@ -116,12 +120,12 @@ def _game(game: Game, index: int, start_s: float, horizon_s: float) -> GameMessa
         caught=game.caught,
         prediction_error_mm=math.nan if error_m is None else 1e3 * error_m,
         outcome=game.outcome,
-        since_s=math.nan if verdict is None else start_s + verdict.since_s,
-        free_s=math.nan if watched.free_s is None else start_s + watched.free_s,
-        frames=len(watched.frames),
-        seen=watched.seen,
-        latency_frames=math.nan if watched.latency_frames is None else watched.latency_frames,
-        blow_n=math.nan if verdict is None else verdict.blow_n,
+        since_s=math.nan if catch is None else start_s + catch.since_s,
+        free_s=math.nan if observed.free_s is None else start_s + observed.free_s,
+        frames=len(observed.frames),
+        seen=observed.seen,
+        latency_frames=math.nan if observed.latency_frames is None else observed.latency_frames,
+        blow_n=math.nan if catch is None else catch.blow_n,
         crossing_s=math.nan if crossing is None else start_s + crossing.t_s,
         crossing_m=() if crossing is None else crossing.place_m,
     )

@@ -1,0 +1,84 @@
+"""From observations of the flying ball to the cup's acceleration and tilt, control period by control period."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from kendama_cli.game.catch_geometry import CatchGeometry
+from kendama_cli.game.cup_cart import CupCart
+from kendama_cli.game.cup_tilt import CupTilt
+from kendama_cli.game.flight_observer import CatchPrediction
+from kendama_cli.game.interception import InterceptionPlan, plan_interception
+from kendama_cli.game.settings import CatchSettings
+from kendama_cli.game.swing_up import SwingUpRollout
+from kendama_cli.game.tilt_plan import TiltPlan
+
+UNOBSERVED_FALL_M = 0.2
+"""So high the ball is taken to fall as long as it has not been seen."""
+
+
+class CatchController:
+    """Plans the interception anew in every period, for where the ball is predicted to come down.
+
+    Until the first prediction that is good enough, that is where the ballistic flight of the swing-up's last state
+    lands. ``believed_sigma_m`` is the standard deviation below which a prediction is followed.
+    """
+
+    def __init__(
+        self,
+        swing: SwingUpRollout,
+        cart: CupCart,
+        geometry: CatchGeometry,
+        *,
+        catch: CatchSettings,
+        believed_sigma_m: float,
+    ) -> None:
+        self._cart, self._geometry, self._catch = cart, geometry, catch
+        self._believed_sigma_m = believed_sigma_m
+        self._lag_s = cart.lag_s  # as the swing-up has shown it: in flight only images and joint angles count
+        landing = geometry.flight.landing(swing.last)
+        rate, angle = swing.last.rate_rad_s, swing.last.angle_rad
+        self.catch_s = swing.duration_s + (landing.time_s if landing else 0.0)
+        """When the ball is caught, as it is predicted now."""
+        self._target_m = landing.x_m if landing else cart.x_m
+        self._speed_m_s = swing.last.velocity_m_s + geometry.flight.rope_m * rate * math.cos(angle) if landing else 0.0
+        self._fall_m_s = -math.sqrt(2 * geometry.flight.gravity_m_s2 * UNOBSERVED_FALL_M)
+        self._interception: InterceptionPlan | None = None
+        self._tilt_plan = TiltPlan(catch, cart.period_s)
+        self._tilt_rad = 0.0
+
+    def follow(self, prediction: CatchPrediction) -> None:
+        """Aim at what is predicted now, where that is certain enough."""
+        pose = prediction.catch
+        if np.trace(pose.covariance_m2) > self._believed_sigma_m**2:
+            return
+        self.catch_s = pose.t_s
+        self._target_m = self._geometry.along(pose.position_m - self._geometry.middle_m)
+        self._speed_m_s = self._geometry.along(pose.velocity_m_s)
+        self._fall_m_s = float(pose.velocity_m_s[2])
+
+    def acceleration_m_s2(self, t_s: float) -> float:
+        """What to ask of the cup for the period that begins at ``t_s``."""
+        cart, catch = self._cart, self._catch
+        end_s = self.catch_s - self._lag_s
+        if end_s - t_s > catch.settled_before_s:
+            self._interception = plan_interception(
+                way_m=self._target_m - self._geometry.below_rim_lever_m * math.sin(self._tilt_rad) - cart.x_m,
+                velocity_m_s=cart.velocity_m_s,
+                wanted_m_s=catch.matching * self._speed_m_s,
+                start_s=t_s,
+                end_s=end_s,
+                limit_m_s2=catch.acceleration_m_s2,
+            )
+            across = self._speed_m_s - self._interception.speed_m_s
+            self._tilt_rad = self._tilt_plan.tilt_rad(np.array([across, self._fall_m_s + catch.give_m_s]))
+        if self._interception is not None and t_s < end_s:
+            return self._interception.acceleration_m_s2(t_s + 0.5 * cart.period_s)
+        stop = -cart.velocity_m_s / cart.period_s
+        return min(max(stop, -catch.braking_m_s2), catch.braking_m_s2)
+
+    def tilt(self, t_s: float) -> CupTilt | None:
+        """How the cup is to be tilted at the end of that period; None where it stays upright on its line."""
+        return None if self._tilt_plan.flat else self._tilt_plan.next(t_s, self.catch_s - self._lag_s, self._tilt_rad)

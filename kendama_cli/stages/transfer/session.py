@@ -1,0 +1,131 @@
+"""The steps of one transfer on an opened robot: evaluate, learn on, imitate, play; each logged and saved at once."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from functools import partial
+
+import numpy as np
+
+from kendama_cli.artifacts.motion_plan import CatchMotion
+from kendama_cli.artifacts.policy import Policy
+from kendama_cli.devices.robot.interface import Exchange
+from kendama_cli.game.figures import GameFigures, RopeFitFigures
+from kendama_cli.game.game_runner import GameRunner
+from kendama_cli.game.imitation import play_motion, tempos
+from kendama_cli.game.rope_fit import fitted
+from kendama_cli.game.scene_history import cup_rotation_wxyz
+from kendama_cli.game.settings import TransferSettings
+from kendama_cli.game.transfer_progress import Progress, Start
+from kendama_cli.learning.policy import GreedyPolicy
+from kendama_cli.learning.settings import LearnSettings
+from kendama_cli.robot_model.model import RobotModel
+from kendama_cli.settings.game import GameSettings
+from kendama_cli.stages.interface import StageContext
+from kendama_cli.stages.transfer import trace
+
+_LEARNING: dict[Start, tuple[str, str]] = {
+    "table": ("learn", "/transfer/rollout"),
+    "scratch": ("scratch", "/transfer/scratch/rollout"),
+}
+"""Name and topic of the two ways to learn on the hardware."""
+HORIZON_S = 0.1
+"""The prediction error of a game is that of the estimate this long before the catch."""
+
+
+class TransferSession:
+    """Each step begins where ``progress`` stands, and ends when it has what the settings want."""
+
+    def __init__(
+        self,
+        runner: GameRunner,
+        progress: Progress,
+        ctx: StageContext,
+        *,
+        settings: TransferSettings,
+        learn: LearnSettings,
+        arm: RobotModel,
+    ) -> None:
+        self._runner, self._arm = runner, arm
+        self._progress = progress
+        self._ctx = ctx
+        self._settings = settings
+        self._learn = learn
+        self._every = max(1, round(settings.log_period_s / runner.robot.period_s))
+
+    def evaluate(self, results: list[bool], policy: Policy, name: str) -> None:
+        """Rollouts of the frozen policy; appends whether each reached the goal."""
+        while len(results) < self._settings.evaluation_n:
+            rng = self._progress.rng(name, len(results))
+            actor = GreedyPolicy(policy, self._learn)
+            swing = self._runner.swing_up(actor, seed=int(rng.integers(2**63)))
+            messages = trace.step_messages(swing.steps, 0, self._progress.clock_s, self._every)
+            results.append(swing.outcome == "goal")
+            self._finish(messages, swing.duration_s, phase=name, success_rate=float(np.mean(results)))
+
+    def learn(self, start: Start) -> None:
+        """Learn, from the table or from scratch, until the streak of greedy successes, or the cap."""
+        progress = self._progress
+        phase, topic = _LEARNING[start]
+        while not progress.frozen(start):
+            learner = progress.learner(start)
+            rng = progress.rng(phase, learner.rollouts)
+            seed = int(rng.integers(2**63))
+            learner.begin_rollout(rng)
+            swing = self._runner.swing_up(learner, seed=seed)
+            finished = learner.end_rollout(swing.outcome, swing.last)
+            progress.keep(learner, start)
+            start_s = progress.clock_s
+            messages = [trace.rollout_message(topic, swing, finished, start_s)]
+            if start == "table":
+                messages += trace.step_messages(swing.steps, finished.index, start_s, self._every)
+            self._finish(messages, swing.duration_s, phase=phase, rollouts=finished.index, streak=learner.count.streak)
+
+    def imitate(self, motion: CatchMotion | None, game: GameSettings) -> None:
+        """Play the imitation motion, fitted to the rope, until it catches; at slightly other tempos after a miss."""
+        tried = self._progress.imitation
+        wanted = tempos(self._settings.imitation_tempo_step, self._settings.imitation_tries)
+        if motion is None or any(tried) or len(tried) == len(wanted):
+            return
+        robot = self._runner.robot
+        seed = int(self._progress.rng("rope", 0).integers(2**63))
+        fit = fitted(robot, self._arm, motion.joints, game, seed)
+        self._progress.rope_fit = RopeFitFigures(fit.rope_scale, fit.resized)
+        while not any(tried) and len(tried) < len(wanted):
+            seed = int(self._progress.rng("imitation", len(tried)).integers(2**63))
+            played = play_motion(robot, fit.joints, tempo=wanted[len(tried)], seed=seed)
+            start_s = self._progress.clock_s
+            timed = [(start_s + exchange.t_s, exchange) for exchange in played.exchanges]
+            messages = self._scene(timed, under="/transfer/imitation")
+            tried.append(played.caught)
+            self._finish(messages, played.exchanges[-1].t_s, phase="imitation", caught=int(played.caught))
+
+    def play(self) -> None:
+        """Full games with the policy as it stands."""
+        progress = self._progress
+        while len(progress.games) < self._settings.games:
+            index = len(progress.games)
+            seed = int(progress.rng("game", index).integers(2**63))
+            game = self._runner.play(GreedyPolicy(progress.policy, self._learn), seed=seed, pictured=index == 0)
+            steps = [*game.swing.steps, *game.steps]
+            start_s = progress.clock_s
+            timed = [(start_s + step.t_s, step.exchange) for step in steps]
+            messages = [
+                *trace.step_messages(steps, -1 - index, start_s, self._every),
+                *self._scene(timed, under="/transfer"),
+                *trace.game_messages(game, index, start_s, HORIZON_S),
+            ]
+            progress.games.append(GameFigures.of(game, HORIZON_S))
+            self._finish(messages, steps[-1].t_s, phase="games", caught=sum(one.caught for one in progress.games))
+
+    def _scene(self, timed: Sequence[tuple[float, Exchange]], *, under: str) -> Iterator[trace.TimedMessage]:
+        names, rotation = self._runner.robot.joint_names, partial(cup_rotation_wxyz, self._arm)
+        return trace.scene_messages(timed, names, self._every, cup_rotation=rotation, under=under)
+
+    def _finish(self, messages: Iterable[trace.TimedMessage], duration_s: float, **figures: float | int | str) -> None:
+        """Log a whole rollout at once and save: nothing of an unfinished rollout is ever kept."""
+        for topic, t_s, message in sorted(messages, key=lambda item: item[1]):
+            self._ctx.log.write(topic, t_s, message)
+        self._progress.finished(duration_s, self._runner.robot.missed)
+        self._ctx.progress(self._progress.count, None, **figures)
+        self._ctx.checkpoint(self._progress.saved)
