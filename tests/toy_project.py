@@ -1,7 +1,8 @@
 """A project of its own, with stages registered by entry point: small, quick, and able to misbehave on request.
 
-``roll`` draws random numbers with checkpoints, ``total`` adds up what it is given. Used to test the caretaker without
-the weight of the real stages, and as the proof that a project can bring stages of its own.
+``roll`` draws random numbers with checkpoints; its folder holds its declaration, artifact, messages, chapter and
+settings. ``total`` adds up what it is given. Used to test runs without the weight of the real stages, and as the proof
+that a project brings stages of its own with nothing outside their folders but values in ``conf/``.
 """
 
 from __future__ import annotations
@@ -13,19 +14,67 @@ import sys
 from pathlib import Path
 from typing import Any
 
-STAGES = '''
-"""Toy stages."""
+DECLARATION = '''
+"""The stage toy_roll, declared."""
+from kendama_cli.schema.declaration import Headline, StageDeclaration
+from toy.roll.messages import TOPICS
+from toy.roll.settings import ToySettings
+
+STAGE = StageDeclaration(
+    name="toy_roll",
+    title="Rolled numbers",
+    lead="Numbers are drawn one after the other.",
+    run="toy.roll.stage:Roll",
+    gives="toy.roll.artifact:Rolls",
+    settings={"toy": ToySettings},
+    topics=TOPICS,
+    chapter="toy.roll.chapter:figures",
+    headline=(Headline("sum", "is the sum of the numbers"),),
+)
+'''
+
+ARTIFACT = '''
+"""What toy_roll gives."""
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+
+@dataclass(frozen=True)
+class Fair:
+    kind: Literal["fair"]
+
+
+@dataclass(frozen=True)
+class Loaded:
+    kind: Literal["loaded"]
+    side: int
+
+
+@dataclass(frozen=True)
+class Rolls:
+    values: np.ndarray
+    names: tuple[str, ...]
+    die: Fair | Loaded
+    counts: Mapping[str, int]
+    largest: float | None
+'''
+
+STAGE = '''
+"""Draws numbers, with checkpoints."""
 import os
 import signal
 import time
 
 import numpy as np
 
-from kendama_cli.artifacts.policy import Policy
 from kendama_cli.errors import StageError
 from kendama_cli.stages.interface import Made
-from toy.messages import NumberMessage
 from toy.numbers import SCALE
+from toy.roll.artifact import Fair, Loaded, Rolls
+from toy.roll.messages import NumberMessage
 
 
 class Roll:
@@ -35,33 +84,40 @@ class Roll:
     def run(self, given, ctx):
         rng = ctx.rng("dice")
         state = ctx.restore()
-        rows = list(state["rows"]) if state else []
-        while len(rows) < self.toy.steps:
-            if self.toy.fail_at == len(rows):
-                raise StageError(f"told to fail at {len(rows)}")
-            if self.toy.kill_file and len(rows) == self.toy.steps // 2 and not os.path.exists(self.toy.kill_file):
+        values = list(state["values"]) if state else []
+        while len(values) < self.toy.steps:
+            if self.toy.fail_at == len(values):
+                raise StageError(f"told to fail at {len(values)}")
+            if self.toy.kill_file and len(values) == self.toy.steps // 2 and not os.path.exists(self.toy.kill_file):
                 open(self.toy.kill_file, "w").close()
                 os.kill(os.getpid(), signal.SIGKILL)
             if self.toy.count_file:
                 with open(self.toy.count_file, "a") as stream:
                     stream.write("x")
-            rows.append(float(rng.normal()) * SCALE)
-            ctx.log.write("/roll/number", len(rows) * 0.1, NumberMessage(len(rows), rows[-1]))
-            ctx.checkpoint(lambda: {"rows": np.array(rows)}, force=True)
-            ctx.progress(len(rows), self.toy.steps, last=rows[-1])
+            values.append(float(rng.normal()) * SCALE)
+            ctx.log.write("/roll/number", len(values) * 0.1, NumberMessage(len(values), values[-1]))
+            ctx.checkpoint(lambda: {"values": np.array(values)}, force=True)
+            ctx.progress(len(values), self.toy.steps, last=values[-1])
             time.sleep(self.toy.pause_s)
-        return Made(Policy.seal(np.array([rows]), "{}"), {
-            "n": len(rows), "sum": sum(rows), "seen_nan": float("nan"),
+        die = Fair("fair") if SCALE == 1.0 else Loaded("loaded", 6)
+        counts = {"below": sum(value < 0 for value in values), "above": sum(value >= 0 for value in values)}
+        rolls = Rolls(np.array([values]), tuple(map(str, range(len(values)))), die, counts, max(values))
+        return Made([1] if self.toy.gives_list else rolls, {
+            "n": len(values), "sum": sum(values), "seen_nan": float("nan"),
             "blas_threads": int(os.environ["OPENBLAS_NUM_THREADS"]),
         })
+'''
+
+CHAPTER = '''
+"""The report's chapter of toy_roll."""
+from kendama_cli.report.figure import Figure, Panel
 
 
-class Total:
-    def __init__(self, toy):
-        self.toy = toy
-
-    def run(self, given, ctx):
-        return Made(Policy.seal(np.array([[given["roll"].q.sum()]]), "{}"), {"total": float(given["roll"].q.sum())})
+def figures(log):
+    if log.setting("toy", "fail_at", default=-1) == -2:
+        raise KeyError("a field that older logs lack")
+    n = len(log.table("/roll/number"))
+    return [Figure("Every number that was drawn.", (Panel("Numbers", f"<b>{n} numbers</b>"),))]
 '''
 
 MESSAGES = '''
@@ -89,12 +145,43 @@ from kendama_cli.schema.settings import setting
 class ToySettings:
     steps: int = setting("how many numbers", at_least=1)
     pause_s: float = setting("between numbers [s]", at_least=0)
-    fail_at: int = setting("fail at this number; -1 never")
+    fail_at: int = setting("fail at this number; -1 never; -2 only where the chapter is drawn")
     kill_file: str = setting("end by SIGKILL half way unless this file exists; empty: never")
     count_file: str = setting("append an x here for each number; empty: do not")
+    gives_list: bool = setting("give a list instead of what is declared")
 '''
 
-CONF = "steps: 20\npause_s: 0.0\nfail_at: -1\nkill_file: ''\ncount_file: ''\n"
+TOTAL = '''
+"""The stage toy_total, its artifact and its declaration in one file: nothing asks for a folder."""
+from dataclasses import dataclass
+
+from kendama_cli.schema.declaration import StageDeclaration
+from kendama_cli.stages.interface import Made
+
+
+@dataclass(frozen=True)
+class Sum:
+    total: float
+
+
+class Total:
+    def __init__(self, toy):
+        self.toy = toy
+
+    def run(self, given, ctx):
+        rolls = given["roll"]
+        assert rolls.die.kind in ("fair", "loaded") and rolls.largest == rolls.values.max()
+        assert sum(rolls.counts.values()) == len(rolls.names) == rolls.values.size
+        total = float(rolls.values.sum())
+        return Made(Sum(total), {"total": total})
+
+
+STAGE = StageDeclaration(
+    name="toy_total", title="Total", lead="", run="toy.total:Total", gives="toy.total:Sum", settings={}, topics={},
+)
+'''
+
+CONF = "steps: 20\npause_s: 0.0\nfail_at: -1\nkill_file: ''\ncount_file: ''\ngives_list: false\n"
 
 PIPELINE = """
 overrides: ["+toy=default"]
@@ -105,10 +192,8 @@ stages:
 
 ENTRY_POINTS = """
 [kendama.stages]
-toy_roll = toy.stages:Roll
-toy_total = toy.stages:Total
-[kendama.settings]
-toy = toy.settings:ToySettings
+toy_roll = toy.roll:STAGE
+toy_total = toy.total:STAGE
 """
 
 
@@ -119,9 +204,13 @@ class ToyProject:
         self.folder = folder
         files = {
             "lib/toy/__init__.py": "",
-            "lib/toy/stages.py": STAGES,
-            "lib/toy/messages.py": MESSAGES,
-            "lib/toy/settings.py": SETTINGS,
+            "lib/toy/roll/__init__.py": DECLARATION,
+            "lib/toy/roll/artifact.py": ARTIFACT,
+            "lib/toy/roll/chapter.py": CHAPTER,
+            "lib/toy/roll/messages.py": MESSAGES,
+            "lib/toy/roll/settings.py": SETTINGS,
+            "lib/toy/roll/stage.py": STAGE,
+            "lib/toy/total.py": TOTAL,
             "lib/toy/numbers.py": "SCALE = 1.0\n",
             "lib/toy-1.0.dist-info/METADATA": "Metadata-Version: 2.1\nName: toy\nVersion: 1.0\n",
             "lib/toy-1.0.dist-info/entry_points.txt": ENTRY_POINTS,

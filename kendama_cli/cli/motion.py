@@ -10,7 +10,7 @@ import typer
 from kendama_cli.cli import completion, render
 from kendama_cli.cli.options import Home, Json
 from kendama_cli.config.site import find_site
-from kendama_cli.errors import UsageError
+from kendama_cli.errors import StoreError, UsageError
 from kendama_cli.pipeline.record import find_run, past_runs
 
 if TYPE_CHECKING:
@@ -123,12 +123,11 @@ def _plan(source: str | None, stage: str, home: Path | None) -> MotionPlan:
     if source is not None and Path(source).suffix.lower() in (".yaml", ".yml", ".json"):
         return read_plan(source)
     folder = Path(source) if source is not None and Path(source).is_dir() else _of_run(source, stage, home)
-    artifact = load_artifact(folder)
-    if isinstance(artifact, CatchMotion):
-        return artifact.plan
-    if not isinstance(artifact, MotionPlan):
-        raise UsageError(f"{folder} holds a {type(artifact).__name__}, no primitive; name what encode or adapt gave")
-    return artifact
+    try:
+        artifact: MotionPlan | CatchMotion = load_artifact(MotionPlan | CatchMotion, folder)
+    except StoreError as error:
+        raise UsageError(f"{folder} holds no primitive that can be read; name what encode or adapt gave") from error
+    return artifact.plan if isinstance(artifact, CatchMotion) else artifact
 
 
 def _of_run(run: str | None, stage: str, home: Path | None) -> Path:

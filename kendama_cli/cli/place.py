@@ -9,6 +9,7 @@ from typing import Any
 
 import yaml
 
+from kendama_cli.artifacts.motion_plan import MotionPlan
 from kendama_cli.cli import render
 from kendama_cli.cli.progress import PlainLines, observer
 from kendama_cli.config.compose import composed
@@ -47,7 +48,7 @@ def place(site: Site, overrides: list[str], output: Path | None, *, line: bool, 
     last = record.stages[-1]
     if record.outcome != "done" or last.artifact is None:
         raise StageError(last.error or f"{last.name} gave nothing")
-    plan = load_artifact(Path(last.artifact))
+    plan = load_artifact(MotionPlan, Path(last.artifact))
     robot = resolve_files(settings["robot"], "robot", site.data_roots)
     game, lead_in = settings["game"], settings["adapt"].lead_in_m_s2
 

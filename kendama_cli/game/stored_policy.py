@@ -9,18 +9,20 @@ from pathlib import Path
 import numpy as np
 
 from kendama_cli.artifacts.policy import Policy
+from kendama_cli.artifacts.transfer_result import TransferResult
 from kendama_cli.errors import InputError
+from kendama_cli.schema.artifacts import from_plain
 
 
 def load_policy(path: str) -> Policy:
     """The policy whose structure is in ``path``; raises InputError where it is none (its seal is checked elsewhere)."""
     remedy = "give the artifact.json that `kendama run --json` names for the stage learn or transfer"
     try:
-        document = json.loads(Path(path).read_bytes())
-        body = {"Policy": document["body"], "TransferResult": document["body"].get("policy")}[document["kind"]]
-        with np.load(Path(path).with_name("arrays.npz"), allow_pickle=False) as arrays:
-            table = arrays[body["q"]["array"]]
-        return Policy(q=table, learning=str(body["learning"]), digest=str(body["digest"]))
+        body = json.loads(Path(path).read_bytes())
+        with np.load(Path(path).with_name("arrays.npz"), allow_pickle=False) as archive:
+            arrays = {name: archive[name] for name in archive.files}
+        found: Policy | TransferResult = from_plain(Policy | TransferResult, body, arrays)
+        return found.policy if isinstance(found, TransferResult) else found
     except (OSError, ValueError, KeyError, TypeError, AttributeError, EOFError, zipfile.BadZipFile) as error:
         problem = f"holds no Q-table ({type(error).__name__}: {' '.join(str(error).split())})"
         raise InputError(path, problem, remedy=remedy) from None

@@ -1,12 +1,7 @@
-"""Which stages and pipelines there are, by name; nothing here imports a stage.
-
-A project adds stages of its own by entry points: group ``kendama.stages``, value ``module:Class``; and the settings
-of their configuration nodes by group ``kendama.settings``.
-"""
+"""Pipelines by name: which stages, what each needs, which configuration feeds it; nothing here imports a stage."""
 
 from __future__ import annotations
 
-import importlib.metadata
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -16,18 +11,8 @@ from typing import Any
 import yaml
 
 from kendama_cli.errors import ConfigError, UsageError
+from kendama_cli.schema.declaration import STAGES, StageDeclaration, find_stage, stage_names
 from kendama_cli.schema.settings import nearest
-
-STAGES = {
-    "capture": "kendama_cli.stages.capture.stage:Capture",
-    "encode": "kendama_cli.stages.encode.stage:Encode",
-    "identify": "kendama_cli.stages.identify.stage:Identify",
-    "adapt": "kendama_cli.stages.adapt.stage:Adapt",
-    "learn": "kendama_cli.stages.learn.stage:Learn",
-    "predict": "kendama_cli.stages.predict.stage:Predict",
-    "transfer": "kendama_cli.stages.transfer.stage:Transfer",
-    "interact": "kendama_cli.stages.interact.stage:Interact",
-}
 
 
 @dataclass(frozen=True)
@@ -39,7 +24,7 @@ class StageSpec:
     """
 
     name: str
-    target: str
+    declaration: StageDeclaration
     needs: Mapping[str, str]
     config: Mapping[str, str]
     seeded: bool
@@ -90,16 +75,6 @@ def load_pipeline(name: str, folders: Sequence[Path]) -> Pipeline:
     raise UsageError(f"no pipeline '{name}'; there are {', '.join(known)}{nearest(name, known)}")
 
 
-def stage_target(name: str) -> str | None:
-    """``module:Class`` of the stage ``name``, built in or registered; None where there is none."""
-    if name in STAGES:
-        return STAGES[name]
-    for point in importlib.metadata.entry_points(group="kendama.stages"):
-        if point.name == name:
-            return point.value
-    return None
-
-
 def _parse(name: str, path: Path) -> Pipeline:
     try:
         document = yaml.safe_load(path.read_text(encoding="utf-8"))
@@ -122,17 +97,18 @@ def _spec(path: Path, name: str, body: Any) -> StageSpec:
     for key in body:
         if key not in ("stage", "needs", "config"):
             raise ConfigError(name, f"{path}: stage '{name}' has an unknown key '{key}'; allowed: config, needs, stage")
-    target = stage_target(str(body.get("stage", name)))
-    if target is None:
-        known = sorted(STAGES)
+    chosen = str(body.get("stage", name))
+    declaration = find_stage(chosen)
+    if declaration is None:
+        known = stage_names()
         raise ConfigError(
             name,
-            f"{path}: no stage '{body.get('stage', name)}'; built in are {', '.join(known)}, others come by "
-            f"entry point group kendama.stages{nearest(name, known)}",
+            f"{path}: no stage '{chosen}'; there are {', '.join(known)}{nearest(chosen, known)} (another comes with a "
+            f"package that declares it in the entry point group {STAGES})",
         )
     config = _mapping(path, name, "config", body.get("config") or [])
     seeded = config.pop("seed", None) is not None
-    return StageSpec(name, target, _mapping(path, name, "needs", body.get("needs") or []), config, seeded)
+    return StageSpec(name, declaration, _mapping(path, name, "needs", body.get("needs") or []), config, seeded)
 
 
 def _mapping(path: Path, stage: str, key: str, value: Any) -> dict[str, str]:

@@ -1,4 +1,4 @@
-"""The digest of a stage's code: every module it imports within its package, compared by syntax tree.
+"""The digest of a stage's code: every module it imports of its own package and of kendama's, by syntax tree.
 
 Comments, blank lines and docstrings do not count, so that mending a sentence reruns nothing.
 """
@@ -10,12 +10,15 @@ import functools
 import hashlib
 import importlib.util
 import time
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from kendama_cli.errors import UsageError
+from kendama_cli.schema.declaration import StageDeclaration
 from kendama_cli.store import durable
 
+PACKAGE = "kendama_cli"
 SETTLED_S = 2.0
 """A file changed more recently than this could change again within one tick of its time stamp: not indexed."""
 
@@ -49,36 +52,38 @@ class FileIndex:
             self._changed = False
 
 
-def code_digests(target: str, index: FileIndex) -> dict[str, str]:
-    """Digest of each module in the import closure of ``module:Class``, by its path from the package's parent.
+def code_digests(targets: Sequence[str], index: FileIndex) -> dict[str, str]:
+    """Digest of each module in the import closure of ``targets``, by its path from its package's parent.
 
-    Raises UsageError where the module cannot be found.
+    A target is a module, or ``module:name``. Imports are followed within kendama's package and those of the targets.
+    Raises UsageError where a target's module cannot be found.
     """
-    module = target.partition(":")[0]
-    package = module.partition(".")[0]
-    root = _package_folder(package)
-    if root is None or _module_file(root, module) is None:
-        raise UsageError(f"stage module '{module}' is not installed; check the entry point that names it")
+    waiting = sorted({target.partition(":")[0] for target in targets})
+    packages = {PACKAGE, *(module.partition(".")[0] for module in waiting)}
+    origins = {package: _origin(package) for package in packages}
+    for module in waiting:
+        if _module_file(origins, module) is None:
+            raise UsageError(f"module '{module}' is not installed; check the entry point or declaration that names it")
     digests: dict[str, str] = {}
-    waiting = [module]
     while waiting:
         name = waiting.pop()
-        file = _module_file(root, name)
+        file = _module_file(origins, name)
         if file is None:
             continue
-        place = str(file.relative_to(root.parent))
+        place = str(Path(*name.split("."))) + ("/__init__.py" if file.name == "__init__.py" else ".py")
         if place in digests:
             continue
-        digest, imports = index.facts(file, f"code {package} {name}", functools.partial(_read_module, package, name))
+        digest, imports = index.facts(file, f"code {name}", functools.partial(_read_module, name))
         digests[place] = digest
         parents = name.split(".")[:-1]
         waiting += [*imports, *(".".join(parents[: i + 1]) for i in range(len(parents)))]
     return dict(sorted(digests.items()))
 
 
-def _read_module(package: str, name: str, file: Path) -> list[Any]:
+def _read_module(name: str, file: Path) -> list[Any]:
     tree = ast.parse(file.read_bytes(), filename=str(file))
-    imports = sorted(_imports(tree, package, name, is_package=file.name == "__init__.py"))
+    imports = sorted(_imports(tree, name, is_package=file.name == "__init__.py"))
+    tree.body = [item for item in tree.body if not _is_declaration(item)]
     for node in ast.walk(tree):
         if isinstance(node, (ast.Module, ast.ClassDef, ast.FunctionDef, ast.AsyncFunctionDef)):
             # bare strings do nothing wherever they stand: docstrings of modules, classes, functions and fields
@@ -86,11 +91,21 @@ def _read_module(package: str, name: str, file: Path) -> list[Any]:
     return [hashlib.sha256(ast.dump(tree).encode()).hexdigest(), imports]
 
 
+def _is_declaration(node: ast.stmt) -> bool:
+    """Whether a stage is declared here: title and chapter must not count, and what counts is in the key elsewhere."""
+    return (
+        isinstance(node, ast.Assign)
+        and isinstance(node.value, ast.Call)
+        and isinstance(node.value.func, ast.Name)
+        and node.value.func.id == StageDeclaration.__name__
+    )
+
+
 def _is_bare_string(node: ast.stmt) -> bool:
     return isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant) and isinstance(node.value.value, str)
 
 
-def _imports(tree: ast.Module, package: str, name: str, *, is_package: bool) -> set[str]:
+def _imports(tree: ast.Module, name: str, *, is_package: bool) -> set[str]:
     found: set[str] = set()
     for node in ast.walk(tree):
         if isinstance(node, ast.Import):
@@ -102,17 +117,22 @@ def _imports(tree: ast.Module, package: str, name: str, *, is_package: bool) -> 
                 here = here[: len(here) - node.level + 1]
                 base = ".".join([*here, base] if base else here)
             found |= {base, *(f"{base}.{alias.name}" for alias in node.names)}
-    return {item for item in found if item == package or item.startswith(package + ".")}
+    return found
 
 
-def _package_folder(package: str) -> Path | None:
+def _origin(package: str) -> Path | None:
+    """The file that importing ``package`` runs."""
     spec = importlib.util.find_spec(package)
-    return Path(spec.origin).parent if spec is not None and spec.origin else None
+    return Path(spec.origin) if spec is not None and spec.origin else None
 
 
-def _module_file(root: Path, module: str) -> Path | None:
-    base = root.parent.joinpath(*module.split("."))
-    for file in (base.with_suffix(".py"), base / "__init__.py"):
-        if file.is_file():
-            return file
-    return None
+def _module_file(origins: Mapping[str, Path | None], module: str) -> Path | None:
+    """The file of ``module`` where it is one of the packages in ``origins``."""
+    package, *inside = module.split(".")
+    origin = origins.get(package)
+    if not inside or origin is None:
+        return origin
+    if origin.name != "__init__.py":
+        return None
+    base = origin.parent.joinpath(*inside)
+    return next((file for file in (base / "__init__.py", base.with_suffix(".py")) if file.is_file()), None)

@@ -1,4 +1,4 @@
-"""What the caretaker lends a running stage: log, random streams, checkpoints, progress."""
+"""What the worker lends a running stage: log, random streams, checkpoints, progress."""
 
 from __future__ import annotations
 
@@ -30,9 +30,9 @@ class WorkerContext:
         seed: int | None,
         checkpoints: CheckpointFolder,
         topics: Mapping[str, type],
-        tell: Callable[[Mapping[str, Any]], None],
+        emit: Callable[[Mapping[str, Any]], None],
     ) -> None:
-        """``topics`` are those of the stage's declaration, ``tell`` passes progress on.
+        """``topics`` are those of the stage's declaration, ``emit`` passes progress on.
 
         ``seed`` is None for a stage whose pipeline entry does not list it.
         """
@@ -40,10 +40,10 @@ class WorkerContext:
         self.log = McapLog(topics, self._log_file)
         self._seed = seed
         self._checkpoints = checkpoints
-        self._tell = tell
+        self._emit = emit
         self._streams: dict[str, np.random.Generator] = {}
         self._due_s = time.monotonic() + CHECKPOINT_PERIOD_S
-        self._told_s = 0.0
+        self._emitted_s = 0.0
 
     def rng(self, purpose: str) -> np.random.Generator:
         """The random stream for ``purpose``; raises RuntimeError where the pipeline does not feed ``seed``."""
@@ -76,9 +76,9 @@ class WorkerContext:
     def progress(self, done: int, total: int | None, **figures: float | int | str) -> None:
         """Pass on where the work stands, at most ten times a second."""
         now = time.monotonic()
-        if done == total or now - self._told_s >= PROGRESS_PERIOD_S:
-            self._told_s = now
-            self._tell({"event": "progress", "done": done, "total": total, "figures": figures})
+        if done == total or now - self._emitted_s >= PROGRESS_PERIOD_S:
+            self._emitted_s = now
+            self._emit({"event": "progress", "done": done, "total": total, "figures": figures})
 
     def close(self) -> None:
         """Let go of the log's file, and of the folder where no checkpoint needs it."""

@@ -5,14 +5,15 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 from kendama_cli.errors import ConfigError, UsageError
 from kendama_cli.pipeline.catalogue import Pipeline, StageSpec
 from kendama_cli.pipeline.code import FileIndex, code_digests
 from kendama_cli.pipeline.inputs import describe, resolve_files
-from kendama_cli.schema.registry import makers_below
-from kendama_cli.schema.settings import nearest
+from kendama_cli.pipeline.nodes import node_schemas
+from kendama_cli.schema.declaration import KINDS, Kind
+from kendama_cli.schema.settings import chosen, nearest
 from kendama_cli.store import durable
 from kendama_cli.store.store import Store, StoredResult
 
@@ -53,27 +54,28 @@ class Planner:
             spec.name: {own: describe(value, self._index) for own, value in self.settings[spec.name].items()}
             for spec in pipeline.stages
         }
-        self._code = {spec.name: self._code_of(spec) for spec in pipeline.stages}
+        self._kinds = {spec.name: kind_of(spec, self.settings[spec.name]) for spec in pipeline.stages}
+        schemas, _ = node_schemas()
+        self._code = {
+            spec.name: code_digests(code_targets(spec, self.settings[spec.name], schemas), self._index)
+            for spec in pipeline.stages
+        }
         self._index.save()
 
-    def _code_of(self, spec: StageSpec) -> dict[str, str]:
-        """The code of the stage, and of the registered parts that its settings choose."""
-        digests = code_digests(spec.target, self._index)
-        for target in sorted({made for value in self.settings[spec.name].values() for made in makers_below(value)}):
-            digests |= code_digests(target, self._index)
-        return dict(sorted(digests.items()))
-
-    def moves(self, stage: str) -> bool:
-        """Whether the stage moves real hardware: then no cached result stands in for it."""
-        return any(getattr(type(value), "moves", False) for value in self.settings[stage].values())
+    def kind(self, stage: str) -> Kind:
+        """What the stage does under these settings: compute, record, or move hardware that may be real."""
+        return self._kinds[stage]
 
     def parts(self, spec: StageSpec, inputs: Mapping[str, str]) -> dict[str, Any]:
         """What the key of ``spec`` is made of, given the digests of its inputs by its own names for them."""
+        recording = self.kind(spec.name) == "records"
         return {
-            "stage": spec.target,
+            "stage": spec.declaration.run,
+            "gives": spec.declaration.gives,
             "config": {**self._config[spec.name], **({"seed": self.seed} if spec.seeded else {})},
             "inputs": dict(inputs),
-            "code": self._code[spec.name],
+            # another version of the code is no reason to have a person swing again
+            "code": {} if recording else self._code[spec.name],
         }
 
     def plan(self, forced: frozenset[str] = frozenset()) -> list[StagePlan]:
@@ -97,7 +99,7 @@ class Planner:
         key = durable.sha256(durable.canonical_json(parts))[:40]
         if forced:
             return StagePlan(spec, key, parts, None, ("forced",))
-        if self.moves(spec.name):
+        if self.kind(spec.name) == "moves":
             return StagePlan(spec, key, parts, None, ("moves hardware: every run is a new attempt",))
         result = self.store.find(spec.name, key)
         if result is not None:
@@ -137,8 +139,9 @@ class Planner:
                 if before["inputs"].get(own) != parts["inputs"].get(own)
             ]
         reasons += [f"code {file} changed" for file, _, _ in _differences(before["code"], parts["code"])]
-        if before["stage"] != parts["stage"]:
-            reasons.append(f"stage {before['stage']} -> {parts['stage']}")
+        reasons += [
+            f"{part} {before[part]} -> {parts[part]}" for part in ("stage", "gives") if before.get(part) != parts[part]
+        ]
         return reasons or (["did not finish last time"] if inputs_known else [])
 
 
@@ -149,9 +152,42 @@ def check_forced(pipeline: Pipeline, forced: list[str]) -> frozenset[str]:
 
 def check_armed(planner: Planner, *, armed: bool) -> None:
     """Raise UsageError where a stage would move hardware and ``--arm`` was not given."""
-    moving = [spec.name for spec in planner.pipeline.stages if planner.moves(spec.name)]
+    moving = [spec.name for spec in planner.pipeline.stages if planner.kind(spec.name) == "moves"]
     if moving and not armed:
         raise UsageError(f"stage '{moving[0]}' would move real hardware; clear its surroundings and add --arm")
+
+
+def kind_of(spec: StageSpec, settings: Mapping[str, Any]) -> Kind:
+    """What a stage does under ``settings``; raises ConfigError where that is more than it declares."""
+    kind: Kind = "computes"
+    for own, value in settings.items():
+        for attribute, doing in (("live", "records"), ("moves", "moves")):
+            if not getattr(type(value), attribute, False):
+                continue
+            kind = max(kind, cast(Kind, doing), key=KINDS.index)
+            if KINDS.index(kind) > KINDS.index(spec.declaration.kind):
+                raise ConfigError(
+                    spec.config[own],
+                    f"stage '{spec.name}' declares that it {spec.declaration.kind}, but its settings "
+                    f"'{spec.config[own]}' are of a device for one that {doing}; declare kind=\"{doing}\"",
+                )
+    return kind
+
+
+def code_targets(spec: StageSpec, settings: Mapping[str, Any], schemas: Mapping[str, Any]) -> list[str]:
+    """What a stage's result depends on: its run, artifact, messages, settings, and the blocks that these choose.
+
+    Not its chapter: what draws a result does not change it.
+    """
+    declaration = spec.declaration
+    types = {*declaration.topics.values(), *(type(value) for value in settings.values())}
+    blocks = [
+        target
+        for own, value in settings.items()
+        for registry, kind in chosen(schemas[spec.config[own]], value)
+        for target in (registry.variant(kind).makes, registry.variant(kind).settings)
+    ]
+    return [declaration.run, declaration.gives, *(kind.__module__ for kind in types), *blocks]
 
 
 def _result(plan: StagePlan) -> StoredResult:

@@ -51,7 +51,7 @@ class Interpreters:
             env=one_thread(),
         )
         assert process.stdin is not None
-        # one that died at once is told when its end of the events closes
+        # the death of one that died at once is seen when its end of the events closes
         with contextlib.suppress(BrokenPipeError):
             process.stdin.write(json.dumps({**request, "events": events}).encode())
             process.stdin.close()

@@ -24,9 +24,10 @@ LIBRARIES = ("dartpy", "numpy", "scipy", "opencv-python-headless", "pandas", "mc
 
 @dataclass(frozen=True)
 class StageOutcome:
-    """How one stage of a run ended; ``artifact`` is the artifact's folder."""
+    """How one stage of a run ended: ``name`` is the pipeline's, ``stage`` the declaration's; ``artifact`` a folder."""
 
     name: str
+    stage: str
     key: str | None
     status: str
     seconds: float
@@ -38,6 +39,7 @@ class StageOutcome:
         """The entry of ``run --json``."""
         entry = {
             "name": self.name,
+            "stage": self.stage,
             "key": self.key,
             "status": self.status,
             "seconds": round(self.seconds, 3),
@@ -76,7 +78,7 @@ class RunRecord:
 
     @contextlib.contextmanager
     def going_on(self) -> Iterator[None]:
-        """Lock the run's folder meanwhile: by that others tell a run that goes on from one that was killed."""
+        """Lock the run's folder meanwhile: by that others distinguish a run that goes on from one that was killed."""
         with contextlib.ExitStack() as held:
             with contextlib.suppress(OSError):  # a file system without locks
                 handle = os.open(self.folder, os.O_RDONLY | os.O_CLOEXEC)

@@ -88,7 +88,7 @@ class Runner:
         self._failed: set[str] = set()
         self._waiting: dict[str, StageSpec] = {spec.name: spec for spec in planner.pipeline.stages}
         self._jobs: dict[str, _Job] = {}
-        self._told: set[str] = set()
+        self._waits_reported: set[str] = set()
         self._selector = selectors.DefaultSelector()
 
     def run(self) -> RunRecord:
@@ -149,14 +149,14 @@ class Runner:
         """Start a worker, or leave the stage waiting while another run holds its key."""
         name = plan.spec.name
         path = durable.make_folder(self._planner.store.home / "locks") / f"{name}-{plan.key}.lock"
-        with durable.told_plainly(path):
+        with durable.plain_disk_errors(path):
             lock = os.open(path, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o644)
         try:
             fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:
             os.close(lock)
-            if name not in self._told:
-                self._told.add(name)
+            if name not in self._waits_reported:
+                self._waits_reported.add(name)
                 self._observer.stage_waits(name)
             return
         # whoever held the lock may have finished between our look and the lock
@@ -171,7 +171,7 @@ class Runner:
         spec = plan.spec
         read, write = os.pipe()
         request = {
-            "target": spec.target,
+            "declared": spec.declaration.name,
             "stage": spec.name,
             "key": plan.key,
             "parts": plan.parts,
@@ -179,13 +179,16 @@ class Runner:
                 own: {"name": node, "value": dataclasses.asdict(self._planner.settings[spec.name][own])}
                 for own, node in spec.config.items()
             },
-            "given": {own: str(self._result(needed).artifact) for own, needed in spec.needs.items()},
+            "given": {
+                own: {"folder": str(self._result(needed).artifact), "gives": self._plans[needed].spec.declaration.gives}
+                for own, needed in spec.needs.items()
+            },
             "seed": self._planner.seed if spec.seeded else None,
             "home": str(self._planner.store.home),
             "fresh": spec.name in self._forced,
         }
         output = durable.make_folder(self._record.folder) / f"{spec.name}.txt"
-        with durable.told_plainly(output), output.open("wb") as printed:
+        with durable.plain_disk_errors(output), output.open("wb") as printed:
             process = self._starter.start(request, events=write, lock=lock, printed=printed.fileno())
         os.close(write)
         events = os.fdopen(read, "rb", buffering=0)
@@ -203,11 +206,11 @@ class Runner:
             if data:
                 *lines, job.pending = (job.pending + data).split(b"\n")
                 for line in lines:
-                    self._hear(job, json.loads(line))
+                    self._receive(job, json.loads(line))
             elif data == b"":
                 self._finish(job)
 
-    def _hear(self, job: _Job, event: dict[str, Any]) -> None:
+    def _receive(self, job: _Job, event: dict[str, Any]) -> None:
         if event["event"] == "progress":
             self._observer.stage_progress(job.plan.spec.name, event["done"], event["total"], event["figures"])
         elif event["event"] == "done":
@@ -222,24 +225,26 @@ class Runner:
         code = job.process.wait()
         os.close(job.lock)
         del self._jobs[name]
-        seconds = time.monotonic() - job.started_s
+        seconds, stage = time.monotonic() - job.started_s, job.plan.spec.declaration.name
         result = None if job.done is None or job.plan.key is None else self._planner.store.find(name, job.plan.key)
         if result is not None:
             self._plans[name] = dataclasses.replace(job.plan, result=result)
             self._planner.remember(job.plan)
-            outcome = StageOutcome(name, job.plan.key, "ran", seconds, str(result.artifact), result.metrics)
+            outcome = StageOutcome(name, stage, job.plan.key, "ran", seconds, str(result.artifact), result.metrics)
         else:
             self._failed.add(name)
             message = _failure(name, job.failed, code, self._record.folder / f"{name}.txt")
-            outcome = StageOutcome(name, job.plan.key, "failed", seconds, None, {}, message)
+            outcome = StageOutcome(name, stage, job.plan.key, "failed", seconds, None, {}, message)
         self._end(outcome)
 
     def _finish_cached(self, plan: StagePlan) -> None:
         assert plan.result is not None
-        self._waiting.pop(plan.spec.name)
-        self._plans[plan.spec.name] = plan
+        name, result = plan.spec.name, plan.result
+        self._waiting.pop(name)
+        self._plans[name] = plan
         self._planner.remember(plan)
-        self._end(StageOutcome(plan.spec.name, plan.key, "cached", 0.0, str(plan.result.artifact), plan.result.metrics))
+        stage = plan.spec.declaration.name
+        self._end(StageOutcome(name, stage, plan.key, "cached", 0.0, str(result.artifact), result.metrics))
 
     def _end(self, outcome: StageOutcome) -> None:
         self._record.stages.append(outcome)

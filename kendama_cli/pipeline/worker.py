@@ -1,8 +1,8 @@
 """The process that runs one stage: ``python -m kendama_cli.pipeline.worker``, a request on its standard input.
 
-Only here are stages and blocks imported. It tells its parent what happens as JSON lines on the file descriptor that
-the request names; what the stage or a library prints goes wherever standard output and error point. The request's
-lock stays held until this process ends, even where the parent was killed.
+Only here are stages and blocks imported. It reports what happens to its parent as JSON lines on the file descriptor
+that the request names; what the stage or a library prints goes wherever standard output and error point. The
+request's lock stays held until this process ends, even where the parent was killed.
 """
 
 from __future__ import annotations
@@ -10,7 +10,6 @@ from __future__ import annotations
 import contextlib
 import ctypes
 import dataclasses
-import importlib
 import inspect
 import json
 import math
@@ -18,22 +17,27 @@ import os
 import signal
 import sys
 import traceback
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
 from kendama_cli.errors import KendamaError, StageError
 from kendama_cli.pipeline.context import WorkerContext
 from kendama_cli.pipeline.nodes import node_schemas
+from kendama_cli.schema.artifacts import artifact_type
+from kendama_cli.schema.declaration import StageDeclaration, find_stage
+from kendama_cli.schema.registry import resolve
 from kendama_cli.schema.settings import build_value
 from kendama_cli.stages.interface import Made
 from kendama_cli.store.checkpoint import CheckpointFolder
 from kendama_cli.store.codecs import load_artifact, save_artifact
-from kendama_cli.store.durable import canonical_json, told_plainly
+from kendama_cli.store.durable import canonical_json, plain_disk_errors
 from kendama_cli.store.store import Store
 
 LOG = "log.mcap"
 PR_SET_PDEATHSIG = 1
+Emit = Callable[[Mapping[str, Any]], None]
+"""Sends one event to the process that started the worker."""
 
 
 def main() -> int:
@@ -48,31 +52,31 @@ def work(request: Mapping[str, Any]) -> int:
     signal.signal(signal.SIGTERM, _interrupt)
     channel = os.fdopen(request["events"], "w", encoding="utf-8", buffering=1)
 
-    def tell(event: Mapping[str, Any]) -> None:
+    def emit(event: Mapping[str, Any]) -> None:
         channel.write(json.dumps(event) + "\n")
 
     try:
-        tell(run_stage(request, tell))
+        emit(run_stage(request, emit))
     except KeyboardInterrupt:
         return 130
     except KendamaError as error:
         _print_traceback()
-        tell({"event": "failed", "message": str(error), "unexpected": False})
+        emit({"event": "failed", "message": str(error), "unexpected": False})
         return 1
     except Exception as error:
         _print_traceback()
         message = f"{type(error).__name__}: {error}".splitlines()[0]
-        tell({"event": "failed", "message": message, "unexpected": True})
+        emit({"event": "failed", "message": message, "unexpected": True})
         return 1
     return 0
 
 
 def make_stage(request: Mapping[str, Any]) -> tuple[Any, dict[str, Any]]:
     """The stage that ``request`` names, imported and constructed, and its settings by its own names for them."""
-    module, _, name = str(request["target"]).partition(":")
-    stage_class = getattr(importlib.import_module(module), name)
+    stage_class = resolve(_declaration(request).run, f"stage '{request['stage']}'")
+    schemas, _ = node_schemas()
     settings = {
-        own: build_value(node_schemas()[node["name"]], node["value"], node["name"])
+        own: build_value(schemas[node["name"]], node["value"], node["name"])
         for own, node in request["settings"].items()
     }
     try:
@@ -86,42 +90,50 @@ def make_stage(request: Mapping[str, Any]) -> tuple[Any, dict[str, Any]]:
     return stage_class(**settings), settings
 
 
-def run_stage(request: Mapping[str, Any], tell: Any) -> dict[str, Any]:
-    """Carry out ``request``: make the stage, feed it, keep what it made; the event that tells of it."""
+def run_stage(request: Mapping[str, Any], emit: Emit) -> dict[str, Any]:
+    """Carry out ``request``: make the stage, feed it, keep what it made; the event that reports it."""
     stage, settings = make_stage(request)
-    given = _Given({own: load_artifact(Path(folder)) for own, folder in request["given"].items()})
+    artifact_type(_declaration(request).gives, f"stage '{request['stage']}'")  # what cannot be kept need not be made
+    given = _Given(
+        {
+            own: load_artifact(artifact_type(one["gives"], f"stage '{own}'"), Path(one["folder"]))
+            for own, one in request["given"].items()
+        }
+    )
     store = Store(Path(request["home"]))
     checkpoints = CheckpointFolder(store.checkpoint_folder(request["stage"], request["key"]))
     if request["fresh"]:
         checkpoints.discard()
-    context = WorkerContext(seed=request["seed"], checkpoints=checkpoints, topics=_topics(request), tell=tell)
+    topics = _declaration(request).topics
+    context = WorkerContext(seed=request["seed"], checkpoints=checkpoints, topics=topics, emit=emit)
     with contextlib.closing(context):
         return _finish(request, store, context, settings, stage.run(given, context))
-
-
-def _topics(request: Mapping[str, Any]) -> Mapping[str, type]:
-    """The messages that the stage declares, by topic."""
-    package = str(request["target"]).partition(":")[0].rpartition(".")[0]
-    topics: Mapping[str, type] = importlib.import_module(f"{package}.messages").TOPICS
-    return topics
 
 
 def _finish(
     request: Mapping[str, Any], store: Store, context: WorkerContext, settings: Mapping[str, Any], made: Any
 ) -> dict[str, Any]:
     """Keep what the stage made; the event that reports it."""
+    gives = artifact_type(_declaration(request).gives, f"stage '{request['stage']}'")
     if not isinstance(made, Made):
         raise StageError(
             f"stage '{request['stage']}' gave a {type(made).__name__}; a stage gives Made(artifact, metrics)"
         )
     metrics = {key: _plain(value) for key, value in made.metrics.items()}
-    with store.scratch_folder() as folder, told_plainly(folder):
-        save_artifact(made.artifact, folder)
+    with store.scratch_folder() as folder, plain_disk_errors(folder):
+        save_artifact(gives, made.artifact, folder, f"stage '{request['stage']}'")
         (folder / "metrics.json").write_bytes(canonical_json(metrics) + b"\n")
         plain = {own: dataclasses.asdict(value) for own, value in settings.items()}
         context.log.finish(folder / LOG, stage=request["stage"], settings=plain, metrics=metrics)
         result = store.put(folder, request["stage"], request["key"], metrics, request["parts"])
     return {"event": "done", "artifact": str(result.artifact), "metrics": metrics}
+
+
+def _declaration(request: Mapping[str, Any]) -> StageDeclaration:
+    found = find_stage(request["declared"])
+    if found is None:
+        raise StageError(f"stage '{request['declared']}' is not installed any more; install its package again")
+    return found
 
 
 def _print_traceback() -> None:

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 import pandas as pd
+from matplotlib.axes import Axes
 
 from kendama_cli.report.source import StageLog
 
@@ -131,3 +132,19 @@ def running_median(values: Array, half_width: int) -> Array:
     """The median over a centred window that shrinks at the ends."""
     n = len(values)
     return np.array([np.median(values[max(0, i - half_width) : min(n, i + half_width + 1)]) for i in range(n)])
+
+
+def paths_by_child(frame: pd.DataFrame, along: tuple[float, float] | None = None) -> list[Path2D]:
+    """One path per child frame, each relative to its own start, all in one plane."""
+    if len(frame) < 3:
+        return []
+    plane = direction(frame) if along is None else along
+    tracks = [track(part, plane) for _, part in frame.groupby("child", sort=True) if len(part) > 1]
+    return [one.moved(-one.x_m[0], -one.z_m[0]) for one in tracks]
+
+
+def side_view(axes: Axes) -> None:
+    """Label axes that show a path in the swing plane, one metre as long as another."""
+    axes.set_xlabel("x [m]")
+    axes.set_ylabel("z [m]")
+    axes.set_aspect("equal", adjustable="datalim")

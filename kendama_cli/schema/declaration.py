@@ -1,4 +1,8 @@
-"""What the pipeline, store, log, report and command line know of a stage: one declaration, nothing heavy imported."""
+"""What the pipeline, store, log, report and command line know of a stage: one declaration, nothing heavy imported.
+
+Stages come by the entry point group ``kendama.stages``, the nodes of configuration that several stages read by
+``kendama.settings``; ours stand in our own ``pyproject.toml`` as another package's do in its own.
+"""
 
 from __future__ import annotations
 
@@ -6,7 +10,15 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
+from kendama_cli.errors import ConfigError
+from kendama_cli.schema.registry import declared, resolve
+
+STAGES = "kendama.stages"
+NODES = "kendama.settings"
+
 Kind = Literal["computes", "records", "moves"]
+KINDS: tuple[Kind, ...] = ("computes", "records", "moves")
+"""In the order of what they touch: nothing, a person's hand, the world."""
 
 
 @dataclass(frozen=True)
@@ -21,11 +33,18 @@ class Headline:
 class StageDeclaration:
     """One stage; it stands as ``STAGE`` in the ``__init__`` of the stage's folder, an entry point names it.
 
-    ``run``, ``gives``, ``chapter`` and ``ensemble_chapter`` are ``module:name``: the stage's class, its artifact's
-    frozen dataclass, and what draws its chapters of a run's and of a comparison's report. ``settings`` are the schemas
-    of the configuration nodes that this stage brings; ``topics`` the message dataclasses of its log, by topic.
-    ``kind``: ``computes`` (cached), ``records`` (kept, never replaced unasked) or ``moves`` (never by a cache miss
-    alone: needs ``--arm``).
+    ``run``, ``gives``, ``chapter``, ``ensemble_chapter`` and ``film`` are ``module:name``: the stage's class; its
+    artifact's frozen dataclass; what draws its chapter of a run's report (``StageLog -> list[Figure]``); the
+    ``EnsembleChapter`` of a comparison's; what draws the moving picture at the head of the page
+    (``StageLog -> str | None``). ``settings`` are the schemas of the configuration nodes that this stage brings (a
+    frozen dataclass, a union of them told apart by ``kind``, or a Registry); ``topics`` the message dataclasses of its
+    log, by topic.
+
+    ``kind`` is the most that the stage may ever do: ``computes`` (cached by inputs, settings and code), ``records``
+    (cached without its code: a recording is never replaced unasked), ``moves`` (never cached, and needs ``--arm``).
+    What it does in one run is for its settings to say, by a class attribute: ``live = True`` on those of a device
+    that a person must act for, ``moves = True`` on those of hardware that may be real. Where no settings say so it
+    computes: a hand that reads files, or a simulated twin.
     """
 
     name: str
@@ -38,4 +57,29 @@ class StageDeclaration:
     kind: Kind = "computes"
     chapter: str | None = None
     ensemble_chapter: str | None = None
+    film: str | None = None
     headline: tuple[Headline, ...] = field(default=())
+
+
+def stage_names() -> list[str]:
+    """The stages that installed packages declare, sorted."""
+    return sorted(declared(STAGES))
+
+
+def find_stage(name: str) -> StageDeclaration | None:
+    """The declaration of the stage ``name``; None where no package declares it.
+
+    Raises MissingPartError where its module cannot be imported, ConfigError where it is no declaration of that name.
+    """
+    target = declared(STAGES).get(name)
+    if target is None:
+        return None
+    found = resolve(target, f"stage '{name}'")
+    if not isinstance(found, StageDeclaration) or found.name != name or found.kind not in KINDS:
+        raise ConfigError(
+            name,
+            f"entry point '{name}' of group {STAGES} names {target}, which is {type(found).__name__} "
+            f"'{getattr(found, 'name', '')}'; it must name a StageDeclaration of name '{name}' whose kind is one of "
+            f"{', '.join(KINDS)}",
+        )
+    return found

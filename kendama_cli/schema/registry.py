@@ -10,7 +10,7 @@ from __future__ import annotations
 import functools
 import importlib
 from collections.abc import Mapping
-from dataclasses import dataclass, fields, is_dataclass
+from dataclasses import dataclass
 from typing import Any
 
 from kendama_cli.errors import ConfigError, MissingPartError
@@ -27,24 +27,6 @@ class Variant:
     kind: str
     settings: str
     makes: str
-
-
-_CHOSEN: dict[tuple[type, str], Variant] = {}
-"""The variants whose settings were asked for, by their dataclass and kind."""
-
-
-def makers_below(settings: Any) -> set[str]:
-    """The ``makes`` of every registered variant whose settings are ``settings`` or stand below them.
-
-    A stage imports them by name alone, so that whoever asks which code a result depends on must ask here too.
-    """
-    if isinstance(settings, tuple):
-        return {target for item in settings for target in makers_below(item)}
-    if not is_dataclass(settings) or isinstance(settings, type):
-        return set()
-    variant = _CHOSEN.get((type(settings), str(getattr(settings, "kind", ""))))
-    below = {target for field in fields(settings) for target in makers_below(getattr(settings, field.name))}
-    return below | ({variant.makes} if variant else set())
 
 
 class Registry:
@@ -70,10 +52,8 @@ class Registry:
 
     def settings(self, kind: str) -> type:
         """The settings' dataclass of ``kind``."""
-        variant = self.variant(kind)
-        found = resolve(variant.settings, f"{self.block} '{kind}'")
+        found = resolve(self.variant(kind).settings, f"{self.block} '{kind}'")
         assert isinstance(found, type)
-        _CHOSEN[found, kind] = variant
         return found
 
     def maker(self, kind: str) -> Any:

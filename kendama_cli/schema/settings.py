@@ -144,6 +144,32 @@ def input_files(settings: Any, key: str = "") -> dict[str, tuple[str, ...]]:
     return found
 
 
+def chosen(annotation: Any, value: Any) -> list[tuple[Registry, str]]:
+    """Every registered variant that ``value``, built by ``annotation``, names: its registry and kind."""
+    registry = registry_of(annotation)
+    if registry is not None:
+        return [(registry, value.kind), *_chosen_within(value)]
+    if typing.get_origin(annotation) is Annotated:
+        return chosen(typing.get_args(annotation)[0], value)
+    if isinstance(value, tuple):
+        members = typing.get_args(annotation)
+        item = members[0] if members else Any
+        return [found for one in value for found in chosen(item, one)]
+    if value is not None and _is_union(annotation):
+        registries = [member for member in typing.get_args(annotation) if registry_of(member) is not None]
+        return chosen(registries[0], value) if registries else _chosen_within(value)
+    return _chosen_within(value)
+
+
+def _chosen_within(value: Any) -> list[tuple[Registry, str]]:
+    if not dataclasses.is_dataclass(value):
+        return []
+    hints = typing.get_type_hints(type(value), include_extras=True)
+    return [
+        found for field in dataclasses.fields(value) for found in chosen(hints[field.name], getattr(value, field.name))
+    ]
+
+
 def _join(key: str, name: str) -> str:
     return f"{key}.{name}" if key else name
 

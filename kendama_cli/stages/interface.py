@@ -29,7 +29,7 @@ class LogWriter(Protocol):
 
 
 class StageContext(Protocol):
-    """What the caretaker lends a stage while it runs."""
+    """What the worker lends a stage while it runs."""
 
     log: LogWriter
 
@@ -43,12 +43,12 @@ class StageContext(Protocol):
         """Save what ``state()`` returns, durably on return; called often, it saves only when one is due (or forced)."""
 
     def progress(self, done: int, total: int | None, **figures: float | int | str) -> None:
-        """Tell the progress view where the work stands, with a few named figures."""
+        """Report where the work stands to who watches the run, with a few named figures."""
 
 
 @dataclass(frozen=True)
 class Made:
-    """What a stage gives: an artifact (a noun of ``kendama_cli.artifacts``) and its metrics."""
+    """What a stage gives: an artifact of the dataclass that its declaration names, and its metrics."""
 
     artifact: Any
     metrics: Mapping[str, Metric] = field(default_factory=dict)

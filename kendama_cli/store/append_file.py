@@ -26,7 +26,7 @@ class DurableAppendFile:
         file = self._file or self._open("w")
         self._unsynced = True
         left = memoryview(data)
-        with durable.told_plainly(self.path):
+        with durable.plain_disk_errors(self.path):
             while left:
                 left = left[file.write(left) :]
 
@@ -34,7 +34,7 @@ class DurableAppendFile:
         """Have all that was written on the disk."""
         if self._file is None or not self._unsynced:
             return
-        with durable.told_plainly(self.path):
+        with durable.plain_disk_errors(self.path):
             os.fsync(self._file.fileno())
             durable.sync(self.path.parent)
         self._unsynced = False
@@ -42,7 +42,7 @@ class DurableAppendFile:
     def cut(self, size: int) -> None:
         """Keep the first ``size`` bytes."""
         file = self._file or self._open("r+" if self.path.exists() else "w")
-        with durable.told_plainly(self.path):
+        with durable.plain_disk_errors(self.path):
             file.truncate(size)
             file.seek(size)
 
@@ -58,6 +58,6 @@ class DurableAppendFile:
 
     def _open(self, mode: str) -> io.FileIO:
         durable.make_folder(self.path.parent)
-        with durable.told_plainly(self.path):
+        with durable.plain_disk_errors(self.path):
             self._file = io.FileIO(self.path, mode)
         return self._file

@@ -23,7 +23,7 @@ SCRATCH = ".scratch"
 
 
 @contextlib.contextmanager
-def told_plainly(path: Path) -> Iterator[None]:
+def plain_disk_errors(path: Path) -> Iterator[None]:
     """Turn an operating-system error on ``path`` into one line with a next step."""
     try:
         yield
@@ -100,7 +100,7 @@ def remove(path: Path) -> None:
 
     Raises StoreError where it cannot be deleted.
     """
-    with told_plainly(path):
+    with plain_disk_errors(path):
         if path.is_dir() and not path.is_symlink():
             retired = path.parent / f"{SCRATCH}-{uuid.uuid4().hex}"
             if not path.name.startswith(SCRATCH):
@@ -114,7 +114,7 @@ def remove(path: Path) -> None:
 
 def make_folder(path: Path) -> Path:
     """Create ``path`` with its parents, durably."""
-    with told_plainly(path):
+    with plain_disk_errors(path):
         missing = [folder for folder in (path, *path.parents) if not folder.exists()]
         path.mkdir(parents=True, exist_ok=True)
         for folder in missing:
@@ -126,7 +126,7 @@ def write_file(path: Path, data: bytes) -> None:
     """Replace ``path`` by ``data``, durably."""
     make_folder(path.parent)
     scratch = path.parent / f"{SCRATCH}-{uuid.uuid4().hex}"
-    with told_plainly(path):
+    with plain_disk_errors(path):
         try:
             with scratch.open("wb") as stream:
                 stream.write(data)
@@ -160,7 +160,7 @@ def read_index(path: Path) -> Any:
 
 def publish_folder(scratch: Path, target: Path) -> None:
     """Move the finished folder ``scratch`` to ``target``, durably; a ``target`` that exists is replaced."""
-    with told_plainly(target):
+    with plain_disk_errors(target):
         for file in sorted(scratch.iterdir()):
             sync(file)
         sync(scratch)
@@ -195,7 +195,7 @@ def read_sealed(path: Path) -> dict[str, Any] | None:
 
 
 def _sealed(record: dict[str, Any]) -> bytes:
-    # in the order given: metrics are shown in the order in which a stage told them
+    # in the order given: metrics are shown in the order in which a stage gave them
     body = json.dumps(record, allow_nan=False, ensure_ascii=False)
     return f'{{"record": {body}, "seal": "{sha256(body.encode())}"}}\n'.encode()
 

@@ -21,7 +21,7 @@ from kendama_cli.errors import StoreError
 from kendama_cli.store import durable
 
 MANIFEST = "manifest.json"
-NOUN = ("artifact.json", "arrays.npz")
+ARTIFACT_FILES = ("artifact.json", "arrays.npz")
 """The files that later stages read; log and metrics do not enter their keys."""
 
 
@@ -80,7 +80,7 @@ class Store:
     def scratch_folder(self) -> Iterator[Path]:
         """A folder on the store's own file system that is gone afterwards unless it was published."""
         folder = durable.make_folder(self.scratch) / uuid.uuid4().hex
-        with durable.told_plainly(folder):
+        with durable.plain_disk_errors(folder):
             folder.mkdir()
         try:
             yield folder
@@ -96,7 +96,7 @@ class Store:
         manifest = {"files": files}
         data = durable.canonical_json(manifest)
         digest = durable.sha256(data)
-        with durable.told_plainly(folder):
+        with durable.plain_disk_errors(folder):
             (folder / MANIFEST).write_bytes(data)
         target = self.object_folder(digest)
         kept = read_manifest(target)
@@ -131,7 +131,7 @@ class Store:
     @contextlib.contextmanager
     def _lock(self, how: int) -> Iterator[None]:
         path = durable.make_folder(self.home / "locks") / "home.lock"
-        with durable.told_plainly(path):
+        with durable.plain_disk_errors(path):
             handle = os.open(path, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o644)
         try:
             fcntl.flock(handle, how)
@@ -179,5 +179,5 @@ def damaged_files(folder: Path, manifest: dict[str, Any]) -> list[tuple[str, str
 
 def content_digest(manifest: dict[str, Any]) -> str:
     """Digest of what later stages read of an artifact."""
-    files = {name: facts["sha256"] for name, facts in manifest["files"].items() if name in NOUN}
+    files = {name: facts["sha256"] for name, facts in manifest["files"].items() if name in ARTIFACT_FILES}
     return durable.sha256(durable.canonical_json(files))

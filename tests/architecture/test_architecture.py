@@ -74,12 +74,46 @@ def test_package_files_are_empty_or_hold_declarations_that_import_nothing_heavy(
                 assert name.split(".")[0] in {*sys.stdlib_module_names, "kendama_cli"}, f"{file}: {name}"
 
 
+def test_package_files_hold_declarations_only() -> None:
+    for file in PACKAGE.rglob("__init__.py"):
+        if file.parent == PACKAGE or file.parent.name == "display":  # it loads a library, as its docstring says
+            continue
+        for node in ast.parse(file.read_text()).body:
+            declares = isinstance(node, ast.Assign) and isinstance(node.value, ast.Call)
+            says = isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant)
+            assert declares or says or isinstance(node, ast.ImportFrom), f"{file}:{node.lineno}"
+
+
+def test_importing_every_declaration_imports_nothing_heavy() -> None:
+    probe = (
+        "import sys; from kendama_cli.schema.declaration import find_stage, stage_names;"
+        "from kendama_cli.pipeline.nodes import node_schemas;"
+        "found = [find_stage(name).name for name in stage_names()]; schemas, broken = node_schemas();"
+        "heavy = {'numpy', 'typer', 'hydra', 'pandas', 'cv2', 'dartpy', 'numba', 'scipy', 'google', 'yaml'};"
+        "print(len(found), len(schemas), broken, sorted(heavy & set(sys.modules)))"
+    )
+    done = subprocess.run([sys.executable, "-c", probe], capture_output=True, text=True, check=True)
+    assert done.stdout.split(maxsplit=2) == ["8", "14", "None []\n"]
+
+
+def test_every_declared_target_is_there() -> None:
+    from kendama_cli.schema import declaration, registry  # noqa: PLC0415
+
+    for name in declaration.stage_names():
+        stage = declaration.find_stage(name)
+        assert stage is not None
+        for target in (stage.run, stage.gives, stage.chapter, stage.ensemble_chapter, stage.film):
+            assert target is None or registry.resolve(target, name) is not None
+        assert stage.run.startswith(f"kendama_cli.stages.{name}.")
+
+
 def test_settings_have_no_defaults_so_that_values_live_in_conf_alone() -> None:
     from kendama_cli.pipeline import nodes  # noqa: PLC0415
     from kendama_cli.schema import settings as schema  # noqa: PLC0415
 
     seen = 0
-    waiting = [kind for node in nodes.NODES.values() for kind in schema.variants(node).values()]
+    found, _ = nodes.node_schemas()
+    waiting = [kind for node in found.values() for kind in schema.variants(node).values()]
     while waiting:
         kind = waiting.pop()
         for field in dataclasses.fields(kind):

@@ -34,7 +34,7 @@ def home(tmp_path: Path, plan: MotionPlan) -> Path:
     for name, artifact in (("encode", plan), ("adapt", catch)):
         folder = tmp_path / name
         folder.mkdir()
-        save_artifact(artifact, folder)
+        save_artifact(type(artifact), artifact, folder)
         stages.append({"name": name, "artifact": str(folder)})
     record = {"run": "20260101-120000-abcdef", "pipeline": "imitation", "overrides": [], "outcome": "done"}
     folder = tmp_path / "home" / "runs" / record["run"]
@@ -122,7 +122,7 @@ def test_nothing_is_drawn_from_one_demonstration(
 ) -> None:
     folder = tmp_path / "alone"
     folder.mkdir()
-    save_artifact(encode_demonstrations([demonstration()], settings()), folder)
+    save_artifact(MotionPlan, encode_demonstrations([demonstration()], settings()), folder)
     assert motion(home, "sample", str(folder)) == 2
     assert "comes from one demonstration, so nothing varies" in capsys.readouterr().err
     assert motion(home, "show", str(folder)) == 0
@@ -131,6 +131,6 @@ def test_nothing_is_drawn_from_one_demonstration(
 def test_a_result_that_is_no_primitive_is_told(home: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     folder = tmp_path / "capture"
     folder.mkdir()
-    save_artifact(DemonstrationSet((demonstration(),)), folder)
+    save_artifact(DemonstrationSet, DemonstrationSet((demonstration(),)), folder)
     assert motion(home, "show", str(folder)) == 2
-    assert "holds a DemonstrationSet, no primitive; name what encode or adapt gave" in capsys.readouterr().err
+    assert "holds no primitive that can be read; name what encode or adapt gave" in capsys.readouterr().err

@@ -13,8 +13,8 @@ import pytest
 
 from kendama_cli.errors import ConfigError, MissingPartError
 from kendama_cli.schema import registry
-from kendama_cli.schema.registry import Registry, makers_below
-from kendama_cli.schema.settings import build, build_value, setting, variants
+from kendama_cli.schema.registry import Registry
+from kendama_cli.schema.settings import build, build_value, chosen, setting, variants
 
 SHAPES = Registry("toy.shapes", "shape")
 
@@ -131,8 +131,9 @@ def test_what_does_not_fit_is_named_with_what_is_allowed(shapes: Path, change: d
 
 def test_the_makers_of_all_chosen_parts_are_known_so_that_their_code_counts(shapes: Path) -> None:
     cut: Any = build(Drawing, {**GOOD, "hole": {"kind": "square", "size_m": 2}}, "drawing")
-    assert makers_below(cut) == {"toy_round:make", "toy_square:make"}
-    assert makers_below(build(Drawing, GOOD, "drawing")) == {"toy_round:make"}
+    assert chosen(Drawing, cut) == [(SHAPES, "round"), (SHAPES, "square"), (SHAPES, "round")]
+    assert chosen(Drawing, build(Drawing, GOOD, "drawing")) == [(SHAPES, "round"), (SHAPES, "round")]
+    assert chosen(SHAPES, cut.hole) == [(SHAPES, "square")]
 
 
 def test_a_declaration_whose_module_is_missing_names_the_part(shapes: Path) -> None:

@@ -290,11 +290,11 @@ def test_a_table_that_does_not_fit_is_refused_before_anything_moves(policy: Poli
 
 @pytest.mark.usefixtures("nothing_moves")
 def test_a_table_from_a_file_is_verified_the_same_way(policy: Policy, tmp_path: Path) -> None:
-    save_artifact(policy, tmp_path)
+    save_artifact(Policy, policy, tmp_path)
     settings = dataclasses.replace(SHORT, policy=str(tmp_path / "artifact.json"))
     with pytest.raises(AssertionError, match="the robot was opened"):
         stage(settings).run({}, MemoryContext(0))
-    save_artifact(_changed(policy), tmp_path)
+    save_artifact(Policy, _changed(policy), tmp_path)
     with pytest.raises(StageError, match=r"artifact\.json is damaged"):
         stage(settings).run({}, MemoryContext(0))
 

@@ -18,8 +18,9 @@ from kendama_cli.artifacts.policy import Policy
 from kendama_cli.artifacts.prediction import PredictionStudy
 from kendama_cli.artifacts.transfer_result import TransferResult
 from kendama_cli.errors import StageError, StoreError
+from kendama_cli.schema.declaration import find_stage, stage_names
 from kendama_cli.settings.placement import Placement
-from kendama_cli.store.codecs import KINDS, load_artifact, save_artifact
+from kendama_cli.store.codecs import load_artifact, save_artifact
 
 RNG = np.random.default_rng(0)
 PLAN = MotionPlan(
@@ -74,8 +75,9 @@ def same(one: Any, other: Any) -> bool:
     return type(one) is type(other) and bool(one == other)
 
 
-def test_every_kind_has_an_example() -> None:
-    assert {type(example).__name__ for example in EXAMPLES} == set(KINDS)
+def test_what_every_stage_gives_has_an_example() -> None:
+    declared = {stage.gives.partition(":")[2] for name in stage_names() if (stage := find_stage(name))}
+    assert {type(example).__name__ for example in EXAMPLES} == declared
 
 
 @pytest.mark.parametrize("artifact", EXAMPLES, ids=lambda item: type(item).__name__)
@@ -84,14 +86,14 @@ def test_an_artifact_comes_back_as_it_was_and_twice_to_the_same_bytes(artifact: 
     for name in ("one", "two"):
         folder = tmp_path / name
         folder.mkdir()
-        save_artifact(artifact, folder)
+        save_artifact(type(artifact), artifact, folder)
         files.append({file.name: file.read_bytes() for file in folder.iterdir()})
     assert files[0] == files[1]
-    assert same(load_artifact(tmp_path / "one"), artifact)
+    assert same(load_artifact(type(artifact), tmp_path / "one"), artifact)
 
 
 def test_no_artifact_needs_pickle_or_carries_a_date(tmp_path: Path) -> None:
-    save_artifact(PLAN, tmp_path)
+    save_artifact(MotionPlan, PLAN, tmp_path)
     with zipfile.ZipFile(tmp_path / "arrays.npz") as archive:
         assert {member.date_time for member in archive.infolist()} == {(1980, 1, 1, 0, 0, 0)}
         for name in archive.namelist():
@@ -103,14 +105,22 @@ class Stranger:
     value: int
 
 
-def test_an_unknown_kind_is_refused_with_those_that_are_known(tmp_path: Path) -> None:
-    with pytest.raises(StageError, match=r"gave a Stranger; the store keeps CatchMotion, DemonstrationSet"):
-        save_artifact(Stranger(1), tmp_path)
+def test_something_else_than_declared_is_refused_in_one_line(tmp_path: Path) -> None:
+    with pytest.raises(StageError) as caught:
+        save_artifact(Policy, Stranger(1), tmp_path, "stage 'learn'")
+    assert str(caught.value) == "stage 'learn' gave a Stranger; its declaration says Policy"
+    assert not list(tmp_path.iterdir())
+
+
+def test_who_reads_an_artifact_says_what_it_must_be(tmp_path: Path) -> None:
+    save_artifact(Stranger, Stranger(1), tmp_path)
+    with pytest.raises(StoreError, match=r"cannot read the Policy in .*a Policy has the fields digest, learning, q"):
+        load_artifact(Policy, tmp_path)
 
 
 @pytest.mark.parametrize("file", ["artifact.json", "arrays.npz"])
 def test_an_unreadable_artifact_names_its_folder(tmp_path: Path, file: str) -> None:
-    save_artifact(PLAN, tmp_path)
+    save_artifact(MotionPlan, PLAN, tmp_path)
     (tmp_path / file).write_bytes(b"rubbish")
     with pytest.raises(StoreError, match=str(tmp_path)):
-        load_artifact(tmp_path)
+        load_artifact(MotionPlan, tmp_path)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Annotated, Literal, Protocol
+from typing import Annotated, ClassVar, Literal, Protocol
 
 from kendama_cli.errors import ConfigError
 from kendama_cli.schema.registry import Registry
@@ -91,6 +91,9 @@ class FileCapture:
 class MocapCapture:
     """A motion capture system that streams the pose of a rigid body fixed to the cup."""
 
+    live: ClassVar[bool] = True
+    """A person swings for it: what was recorded is kept until someone asks for another recording."""
+
     kind: Literal["mocap"]
     host: str = setting("address of the motion capture server")
     port: int = setting("its port", at_least=1, at_most=65535)
@@ -102,6 +105,9 @@ class MocapCapture:
 @dataclass(frozen=True)
 class HapticCapture:
     """A haptic device whose stylus moves a virtual hand and feels the rope's force."""
+
+    live: ClassVar[bool] = True
+    """A person swings for it: what was recorded is kept until someone asks for another recording."""
 
     kind: Literal["haptic"]
     device: str = setting("name of the device as its driver lists it")

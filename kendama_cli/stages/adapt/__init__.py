@@ -1,0 +1,23 @@
+"""The stage ``adapt``, declared."""
+
+from __future__ import annotations
+
+from kendama_cli.schema.declaration import Headline, StageDeclaration
+from kendama_cli.simulation.catch.settings import AdaptSettings
+from kendama_cli.stages.adapt.messages import TOPICS
+
+STAGE = StageDeclaration(
+    name="adapt",
+    title="Adaptation",
+    lead=("An arm plays the primitive in simulation, and its time scale is searched until the ball lands in the cup."),
+    run="kendama_cli.stages.adapt.stage:Adapt",
+    gives="kendama_cli.artifacts.motion_plan:CatchMotion",
+    settings={"adapt": AdaptSettings},
+    topics=TOPICS,
+    chapter="kendama_cli.stages.adapt.chapter:adaptation_figures",
+    film="kendama_cli.stages.adapt.chapter:film",
+    headline=(
+        Headline("success_rate", "of perturbed repeats caught by the adapted swing"),
+        Headline("tau_scale", "time scale tau of the catch"),
+    ),
+)

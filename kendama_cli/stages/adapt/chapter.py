@@ -8,6 +8,7 @@ import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 
+from kendama_cli.report.animation import player
 from kendama_cli.report.figure import Figure, Panel, figure, lettered
 from kendama_cli.report.plot import drawing, legend_above
 from kendama_cli.report.source import StageLog
@@ -16,6 +17,17 @@ from kendama_cli.report.tracks import Array, Geometry, Path2D, catch_time_s, pai
 
 _MOST_MISS_MM = 300.0
 _JUMP_MM = 500.0
+
+
+def film(log: StageLog) -> str | None:
+    """The adapted swing from start to catch, for the head of the page."""
+    paths = pair(log, "/adapt")
+    if paths is None:
+        return None
+    sizes = Geometry.of(log)
+    caught_s = catch_time_s(*paths, sizes.cup_depth_m)
+    shown = player("catch", *paths, sizes, poster_s=None if caught_s is None else caught_s - 0.12, autoplay=True)
+    return shown + "<p class=run style='margin:8px 0 0'>The adapted swing, played by the arm in simulation.</p>"
 
 
 def adaptation_figures(log: StageLog) -> list[Figure]:

@@ -1,0 +1,19 @@
+"""The stage ``capture``, declared."""
+
+from __future__ import annotations
+
+from kendama_cli.devices.hand.settings import CaptureSettings
+from kendama_cli.schema.declaration import StageDeclaration
+from kendama_cli.stages.capture.messages import TOPICS
+
+STAGE = StageDeclaration(
+    name="capture",
+    title="Demonstration",
+    lead="A person's swings, recorded at the hand that holds the cup.",
+    run="kendama_cli.stages.capture.stage:Capture",
+    gives="kendama_cli.artifacts.demonstration:DemonstrationSet",
+    settings={"capture": CaptureSettings},
+    topics=TOPICS,
+    kind="records",
+    chapter="kendama_cli.stages.capture.chapter:capture_figures",
+)

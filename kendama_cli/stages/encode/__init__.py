@@ -1,0 +1,21 @@
+"""The stage ``encode``, declared."""
+
+from __future__ import annotations
+
+from kendama_cli.motion.settings import EncodeSettings
+from kendama_cli.schema.declaration import Headline, StageDeclaration
+from kendama_cli.stages.encode.messages import TOPICS
+
+STAGE = StageDeclaration(
+    name="encode",
+    title="Movement primitive",
+    lead=(
+        "Every coordinate becomes a dynamic movement primitive; its parameters are averaged over the demonstrations."
+    ),
+    run="kendama_cli.stages.encode.stage:Encode",
+    gives="kendama_cli.artifacts.motion_plan:MotionPlan",
+    settings={"encode": EncodeSettings},
+    topics=TOPICS,
+    chapter="kendama_cli.stages.encode.chapter:encode_figures",
+    headline=(Headline("rmse_mm", "error of the movement primitive"),),
+)

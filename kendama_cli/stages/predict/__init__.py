@@ -1,0 +1,19 @@
+"""The stage ``predict``, declared."""
+
+from __future__ import annotations
+
+from kendama_cli.schema.declaration import Headline, StageDeclaration
+from kendama_cli.stages.predict.messages import TOPICS
+from kendama_cli.vision.settings import PredictSettings
+
+STAGE = StageDeclaration(
+    name="predict",
+    title="Catch prediction",
+    lead="A camera watches the ball fly; from its images the pose for the catch is predicted.",
+    run="kendama_cli.stages.predict.stage:Predict",
+    gives="kendama_cli.artifacts.prediction:PredictionStudy",
+    settings={"predict": PredictSettings},
+    topics=TOPICS,
+    chapter="kendama_cli.stages.predict.chapter:prediction_figures",
+    headline=(Headline("position_error_mm_p50", "median error of the predicted catch"),),
+)

@@ -1,0 +1,27 @@
+"""The stage ``transfer``, declared."""
+
+from __future__ import annotations
+
+from kendama_cli.game.settings import TransferSettings
+from kendama_cli.schema.declaration import Headline, StageDeclaration
+from kendama_cli.stages.transfer.messages import TOPICS
+
+STAGE = StageDeclaration(
+    name="transfer",
+    title="Transfer to the robot",
+    lead=(
+        "Table and primitive go to the hardware (a simulated twin in a process of its own, unless configured "
+        "otherwise), and the learning goes on there."
+    ),
+    run="kendama_cli.stages.transfer.stage:Transfer",
+    gives="kendama_cli.artifacts.transfer_result:TransferResult",
+    settings={"transfer": TransferSettings},
+    topics=TOPICS,
+    kind="moves",
+    chapter="kendama_cli.stages.transfer.chapter:transfer_figures",
+    ensemble_chapter="kendama_cli.stages.transfer.comparison:CHAPTER",
+    headline=(
+        Headline("success_rate_after", "of swing-ups succeed on the hardware"),
+        Headline("caught_rate", "of full games caught on the hardware"),
+    ),
+)

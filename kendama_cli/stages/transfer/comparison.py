@@ -8,14 +8,15 @@ from typing import Any
 import numpy as np
 
 from kendama_cli.report.bootstrap import bootstrap, bootstrap_ratio
+from kendama_cli.report.chapters import EnsembleChapter
 from kendama_cli.report.ensemble import Ensemble, Group
 from kendama_cli.report.figure import Figure, Panel, figure
 from kendama_cli.report.grid import EMPTY, Cell, grid, percent, quantity, with_interval
 from kendama_cli.report.plot import drawing, legend_above
 from kendama_cli.report.style import BALL, CUP, INK, PAPER
 from kendama_cli.report.tracks import Array, wilson
+from kendama_cli.schema.declaration import Headline
 
-TOPICS: tuple[str, ...] = ()
 _HEAD = ("body", "seeds", "from Q", "from scratch", "ratio", "frozen, before", "frozen, after", "games caught")
 _TWIN: tuple[tuple[str, str, Callable[[float], str]], ...] = (
     ("rope_scale", "rope", lambda value: f"{100 * (value - 1):+.0f} %".replace("-", "−")),
@@ -150,3 +151,18 @@ def _spread(values: Array) -> Array:
         k = seen[value]
         shifts.append(0.02 * (k // 2) * (1 if k % 2 else -1))
     return np.clip(shifts, -0.12, 0.12)
+
+
+CHAPTER = EnsembleChapter(
+    title="Transfer to other bodies",
+    lead="The table goes to hardware that is not what it was learned on, and the learning goes on there.",
+    topics=(),
+    figures=transfer_sweep_figures,
+    tables=transfer_table,
+    headline=(
+        Headline("rollouts", "further rollouts on the hardware, mean"),
+        Headline("rollouts_from_scratch", "rollouts there from scratch, mean"),
+        Headline("success_rate_after", "of swing-ups succeed on the hardware"),
+    ),
+    pooled=True,
+)

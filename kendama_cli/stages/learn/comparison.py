@@ -9,6 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.ticker import MaxNLocator, MultipleLocator, PercentFormatter
 
 from kendama_cli.report.bootstrap import Statistic, bootstrap, bootstrap_ratio, p90
+from kendama_cli.report.chapters import EnsembleChapter
 from kendama_cli.report.ensemble import Ensemble, Group
 from kendama_cli.report.figure import Figure, Panel, figure, lettered
 from kendama_cli.report.grid import EMPTY, Cell, grid, percent, quantity, with_interval
@@ -16,8 +17,8 @@ from kendama_cli.report.plot import drawing, legend_above
 from kendama_cli.report.source import StageLog
 from kendama_cli.report.style import INK, SERIES
 from kendama_cli.report.tracks import Array
+from kendama_cli.schema.declaration import Headline
 
-TOPICS = ("/learn/rollout",)
 _TAIL = 10
 """A run that has ended is carried on with the median reward of its last greedy rollouts."""
 _LONG = 100
@@ -288,3 +289,17 @@ def _colours(groups: Sequence[Group]) -> list[str]:
 def _legend(axes: Axes, groups: Sequence[Group]) -> None:
     if len(groups) > 1:
         legend_above(axes, columns=min(3, len(groups)))
+
+
+CHAPTER = EnsembleChapter(
+    title="Swing-up without prior knowledge",
+    lead="SARSA(λ) learns from nothing, once for each seed.",
+    topics=("/learn/rollout",),
+    figures=learning_figures,
+    tables=learning_tables,
+    headline=(
+        Headline("rollouts_to_learn", "rollouts to learn, mean over the seeds"),
+        Headline("frozen_success_rate", "of swing-ups by the frozen tables succeed"),
+        Headline("swings", "half-swings to the goal, mean"),
+    ),
+)

@@ -1,0 +1,42 @@
+"""The figures of capture: what the person did."""
+
+from __future__ import annotations
+
+from kendama_cli.report.figure import Figure, Panel, figure, lettered
+from kendama_cli.report.plot import drawing
+from kendama_cli.report.source import StageLog
+from kendama_cli.report.style import CUP
+from kendama_cli.report.tracks import paths_by_child, side_view
+
+
+def capture_figures(log: StageLog) -> list[Figure]:
+    """The demonstrations: path of the cup, and its coordinates over time."""
+    tracks = paths_by_child(log.table("/capture/cup"))
+    if not tracks:
+        return []
+    n = len(tracks)
+    with drawing("capture-path", "Path of the hand-held cup, side view", height_in=3.4) as path:
+        axes = path.axes()[0]
+        for one in tracks:
+            axes.plot(one.x_m, one.z_m, color=CUP, lw=1.5 if n == 1 else 0.9, alpha=1 if n == 1 else 0.55)
+            axes.plot(one.x_m[:1], one.z_m[:1], "o", color=CUP, ms=3.5)
+        side_view(axes)
+    with drawing("capture-time", "Coordinates of the cup over time", height_in=3.4) as time:
+        for axes, label in zip(time.axes(2, share_x=True), ("x", "z"), strict=True):
+            for one in tracks:
+                values = one.x_m if label == "x" else one.z_m
+                axes.plot(one.t_s - one.t_s[0], values, color=CUP, lw=0.9 if n > 1 else 1.5, alpha=0.55 if n > 1 else 1)
+            axes.set_ylabel(f"{label} [m]")
+        axes.set_xlabel("time [s]")
+    panels: list[Panel | None] = [Panel("Path of the cup", path.svg), Panel("Coordinates over time", time.svg)]
+    one_or_many = "the demonstration" if n == 1 else f"each of the {n} demonstrations"
+    return figure(
+        lettered(
+            panels,
+            [
+                f"Side view of the cup as the person moved it, in {one_or_many}, relative to where it begins (dot).",
+                "The horizontal (x) and vertical (z) coordinate over time, in metres and seconds.",
+            ],
+        ),
+        panels,
+    )
