@@ -11,6 +11,7 @@ import sys
 import textwrap
 import time
 from collections.abc import Iterator
+from contextlib import closing, contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -216,9 +217,10 @@ def test_a_robot_that_already_listens_is_played_through_its_address(
 def test_the_robot_behind_udp_keeps_the_laws_of_its_interface(
     check: Any, twin: tuple[subprocess.Popen[bytes], tuple[str, int]]
 ) -> None:
-    def begun() -> UdpRobot:
-        robot = UdpRobot(*twin[1], silence_s=10.0)
-        robot.reset(np.array(ROBOT.home_rad), 0)
-        return robot
+    @contextmanager
+    def begun() -> Iterator[UdpRobot]:
+        with closing(UdpRobot(*twin[1], silence_s=10.0)) as robot:
+            robot.reset(np.array(ROBOT.home_rad), 0)
+            yield robot
 
     check(begun)

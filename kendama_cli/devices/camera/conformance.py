@@ -1,13 +1,98 @@
-"""What every camera must do; run it on each variant, and on a camera of one's own."""
+"""The laws of a camera, for every variant or a project's own (run: see kendama_cli/conformance.py)."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import time
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from typing import Any
 
 import numpy as np
 
-from kendama_cli.devices.camera.interface import Camera, Frame, StaleFrame
+from kendama_cli.devices.camera.interface import Camera, Frame, SceneSource, StaleFrame
+from kendama_cli.devices.camera.opening import open_cameras
+from kendama_cli.rendering.scene import ScenePose, hanging_rope
 from kendama_cli.vision.region import Region, whole
+
+
+class _Clock:
+    """The wall's time for live cameras, else a time that is set."""
+
+    def __init__(self, *, live: bool) -> None:
+        self._live, self._set_s, self._began_s = live, 0.0, time.monotonic()
+
+    def __call__(self) -> float:
+        return time.monotonic() - self._began_s if self._live else self._set_s
+
+    def wait(self, duration_s: float) -> None:
+        if self._live:
+            time.sleep(duration_s)
+        else:
+            self._set_s += duration_s
+
+
+class Opened:
+    """The cameras of one configuration, opened anew for each law, with their clock."""
+
+    def __init__(self, configuration: Mapping[str, Any]) -> None:
+        self._configuration = configuration
+
+    @contextmanager
+    def cameras(self) -> Iterator[tuple[list[Camera], _Clock, float]]:
+        """The cameras, their clock, and the time between two frames [s]."""
+        given = self._configuration
+        settings = given["camera"]
+        rngs = [np.random.default_rng(number) for number, _ in enumerate(settings.cameras)]
+        clock = _Clock(live=settings.source == "live")
+        opened = open_cameras(settings, clock, SceneSource(_still, given["game"], given["lighting"], rngs))
+        try:
+            yield opened, clock, 1 / settings.rate_hz if settings.rate_hz is not None else _period_s(opened[0], clock)
+        finally:
+            for one in opened:
+                one.close()
+
+
+def check_frames(opened: Opened) -> None:
+    """Every camera shows whole and watched images in the order of time, and refuses what is too old."""
+    with opened.cameras() as (cameras, clock, period_s):
+        for camera in cameras:
+            check_camera(camera, clock, clock.wait, period_s)
+
+
+def check_models(opened: Opened) -> None:
+    """Cameras come in the order of the settings, each with its own calibration."""
+    with opened.cameras() as (cameras, _, _):
+        names = [camera.model.name for camera in cameras]
+        wanted = [one.name for one in opened._configuration["camera"].cameras]
+        _must(names == wanted, f"there is one camera per calibration, in order: {wanted}, not {names}")
+
+
+CHECKS = (check_models, check_frames)
+
+
+def subject(configuration: Mapping[str, Any]) -> Opened:
+    """Opens the cameras of ``camera``, before a ball that hangs still."""
+    return Opened(configuration)
+
+
+def test_the_cameras_keep_the_law(law: Callable[[Opened], None], configuration: Mapping[str, Any]) -> None:
+    """Run by kendama_cli/conformance.py for every law."""
+    law(subject(configuration))
+
+
+def _still(t_s: float) -> ScenePose:
+    ball, tie = np.array([0.0, 0.0, -0.3]), np.zeros(3)
+    return ScenePose(
+        ball_m=ball, cup_m=tie, cup_rotation=np.eye(3), rope_m=hanging_rope(tie, ball, 0.4), arm_m=np.empty((0, 3))
+    )
+
+
+def _period_s(camera: Camera, clock: _Clock) -> float:
+    """Between the first two frames of a recording."""
+    first = camera.next_s or 0.0
+    clock.wait(first - clock())
+    camera.latest(max_age_s=np.inf)
+    return (camera.next_s or first) - first
 
 
 def check_camera(camera: Camera, now: Callable[[], float], wait: Callable[[float], None], period_s: float) -> None:

@@ -1,4 +1,4 @@
-"""The laws of a task-space controller, for every variant or a project's own.
+"""The laws of a task-space controller, for every variant or a project's own (run: see kendama_cli/conformance.py).
 
 Each check takes a function that makes a fresh controller and raises AssertionError, with the law in words, where the
 controller breaks it. ``CHECKS`` lists them all. The arm is a random one: no law depends on which it is.
@@ -7,11 +7,13 @@ controller breaks it. ``CHECKS`` lists them all. The arm is a random one: no law
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from typing import Any
 
 import numpy as np
 
 from kendama_cli.devices.controller.interface import TaskController
+from kendama_cli.devices.controller.open_controller import make_controller
 from kendama_cli.motion.impedance import TaskReference, TaskState
 from kendama_cli.motion.rotation_matrix import exp_of
 
@@ -76,6 +78,16 @@ def check_reset(make: MakeController) -> None:
 
 
 CHECKS = (check_rest, check_pull, check_damping, check_force, check_reset)
+
+
+def subject(configuration: Mapping[str, Any]) -> MakeController:
+    """Makes the controller of ``interact.controller``."""
+    return lambda: make_controller(configuration["interact"].controller)
+
+
+def test_the_controller_keeps_the_law(law: Callable[[MakeController], None], configuration: Mapping[str, Any]) -> None:
+    """Run by kendama_cli/conformance.py for every law."""
+    law(subject(configuration))
 
 
 def bench_state() -> TaskState:

@@ -1,30 +1,32 @@
-"""The laws of the robot's interface, for every variant: simulated, behind UDP, or a project's own.
+"""The laws of the robot's interface, for every variant or a project's own (run: see kendama_cli/conformance.py).
 
-Each check takes a function that opens a fresh robot, closes what it opened, and raises AssertionError, with the law in
+Each check takes a function that opens a fresh robot in a context, and raises AssertionError, with the law in
 words, where the robot breaks it. ``CHECKS`` lists them all.
 """
 
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable, Mapping
+from contextlib import AbstractContextManager
+from typing import Any
 
 import numpy as np
 
 from kendama_cli.devices.robot.interface import Exchange, JointCommand, Robot
-from kendama_cli.errors import HardwareError
+from kendama_cli.devices.robot.open_robot import open_robot
+from kendama_cli.errors import HardwareError, UsageError
 from kendama_cli.schema.arrays import Array
 
-OpenRobot = Callable[[], Robot]
+OpenRobot = Callable[[], AbstractContextManager[Robot]]
 
 ROUNDING = 1e-9
 """Relative slack for limits that are reached exactly."""
 
 
-def check_description(open_robot: OpenRobot) -> None:
+def check_description(opened: OpenRobot) -> None:
     """Names, limits and period fit together."""
-    with _opened(open_robot) as robot:
+    with opened() as robot:
         limits, n = robot.limits, len(robot.joint_names)
         _law(n > 0 and len(set(robot.joint_names)) == n, "joint names are there and differ")
         _law(len(limits.lower_rad) == n, "there is one limit of each kind per joint")
@@ -34,9 +36,9 @@ def check_description(open_robot: OpenRobot) -> None:
         _law(robot.period_s > 0, "the control period is positive")
 
 
-def check_time(open_robot: OpenRobot) -> None:
+def check_time(opened: OpenRobot) -> None:
     """Time starts at 0 with a reset and advances by one period per exchange."""
-    with _opened(open_robot) as robot:
+    with opened() as robot:
         rest = _rest(robot)
         _law(robot.reset(rest.position_rad, 1).t_s == 0.0, "time is 0 after a reset")
         for k in range(1, 6):
@@ -44,25 +46,25 @@ def check_time(open_robot: OpenRobot) -> None:
             _law(abs(t_s - k * robot.period_s) < 1e-9, f"time advances by one period per exchange (is {t_s}, {k} in)")
 
 
-def check_rest(open_robot: OpenRobot) -> None:
-    """A robot that is told to stay stays, and tells of itself in the right shapes."""
-    with _opened(open_robot) as robot:
+def check_rest(opened: OpenRobot) -> None:
+    """A robot that is commanded to stay stays, and reports its state in the right shapes."""
+    with opened() as robot:
         rest = _rest(robot)
         last = robot.reset(rest.position_rad, 1)
         for _ in range(20):
             last = robot.exchange(rest)
             _law(bool(np.array_equal(last.sent.position_rad, rest.position_rad)), "a feasible command is sent as it is")
-        _law(bool(np.abs(last.state.position_rad - rest.position_rad).max() < 0.02), "told to stay, the arm stays")
+        _law(bool(np.abs(last.state.position_rad - rest.position_rad).max() < 0.02), "commanded to stay, the arm stays")
         _law(len(last.state.effort_nm) == len(robot.joint_names), "there is one effort per joint")
-        _law(last.state.wrist_wrench.shape == (6,), "the wrist's sensor tells three forces and three torques")
-        _law(bool(np.isfinite(last.state.wrist_wrench).all()), "the wrist's sensor tells finite values")
+        _law(last.state.wrist_wrench.shape == (6,), "the wrist's sensor reads three forces and three torques")
+        _law(bool(np.isfinite(last.state.wrist_wrench).all()), "the wrist's sensor reads finite values")
         _law(last.state.cup_in_world_m.shape == (3,) == last.state.ball_in_world_m.shape, "cup and ball are places")
         _law(not last.state.caught, "a ball that hangs is not caught")
 
 
-def check_limits(open_robot: OpenRobot) -> None:
+def check_limits(opened: OpenRobot) -> None:
     """Whatever is commanded, what is sent keeps to the position, speed and acceleration limits."""
-    with _opened(open_robot) as robot:
+    with opened() as robot:
         limits, n = robot.limits, len(robot.joint_names)
         rng = np.random.default_rng(5)
         last = robot.reset(_rest(robot).position_rad, 1).sent
@@ -83,9 +85,9 @@ def check_limits(open_robot: OpenRobot) -> None:
             last = sent
 
 
-def check_feedforward(open_robot: OpenRobot) -> None:
+def check_feedforward(opened: OpenRobot) -> None:
     """A torque that is added reaches the motors: at rest the arm gives way to it, and gives it back in its effort."""
-    with _opened(open_robot) as robot:
+    with opened() as robot:
         rest = _rest(robot)
         pushed = dataclasses.replace(rest, effort_nm=0.02 * robot.limits.effort_nm)
         plain, added = (_settled(robot, rest, command) for command in (rest, pushed))
@@ -95,9 +97,9 @@ def check_feedforward(open_robot: OpenRobot) -> None:
         _law(bool(moved > 1e-6), "an added effort moves the arm out of its rest")
 
 
-def check_reset(open_robot: OpenRobot) -> None:
+def check_reset(opened: OpenRobot) -> None:
     """The same seed and commands give the same rollout, bit for bit, whatever happened before."""
-    with _opened(open_robot) as robot:
+    with opened() as robot:
         first = _short_rollout(robot, seed=3)
         _short_rollout(robot, seed=4)
         again = _short_rollout(robot, seed=3)
@@ -107,10 +109,11 @@ def check_reset(open_robot: OpenRobot) -> None:
                 _law(same, f"a reset with the same seed repeats {name} exactly")
 
 
-def check_halt(open_robot: OpenRobot) -> None:
+def check_halt(opened: OpenRobot) -> None:
     """Halting may be done twice, at any time; after it nothing is carried out."""
-    with _opened(open_robot) as robot:
+    with opened() as robot:
         rest = _rest(robot)
+        robot.reset(rest.position_rad, 0)
         robot.exchange(rest)
         robot.halt()
         robot.halt()
@@ -122,13 +125,17 @@ def check_halt(open_robot: OpenRobot) -> None:
 CHECKS = (check_description, check_time, check_rest, check_limits, check_feedforward, check_reset, check_halt)
 
 
-@contextmanager
-def _opened(open_robot: OpenRobot) -> Iterator[Robot]:
-    robot = open_robot()
-    try:
-        yield robot
-    finally:
-        robot.close()
+def subject(configuration: Mapping[str, Any]) -> OpenRobot:
+    """Opens the robot of ``hardware``; raises UsageError where it may be real and is not armed."""
+    hardware = configuration["hardware"]
+    if hardware.moves and not configuration["armed"]:
+        raise UsageError(f"robot '{hardware.kind}' may be real and would move; clear its surroundings and add --arm")
+    return lambda: open_robot(hardware, configuration["robot"], configuration["game"])
+
+
+def test_the_robot_keeps_the_law(law: Callable[[OpenRobot], None], configuration: Mapping[str, Any]) -> None:
+    """Run by kendama_cli/conformance.py for every law."""
+    law(subject(configuration))
 
 
 def _rest(robot: Robot) -> JointCommand:

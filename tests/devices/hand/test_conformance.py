@@ -4,6 +4,9 @@ import numpy as np
 import pytest
 import yaml
 
+from kendama_cli.devices.hand.conformance import CHECKS
+from kendama_cli.devices.hand.file import RecordedHand
+from kendama_cli.devices.hand.interface import HandSample
 from kendama_cli.devices.hand.open_hands import open_hands
 from kendama_cli.devices.hand.settings import HapticCapture, MocapCapture
 from kendama_cli.errors import MissingPartError
@@ -23,19 +26,45 @@ def test_each_demonstration_is_a_hand_with_a_name(hands):
     assert [hand.name for hand in hands] == ["a", "b"]
 
 
-def test_samples_start_at_zero_and_rise(hands):
-    for hand in hands:
-        t_s = [sample.t_s for sample in hand.samples()]
-        assert t_s[0] == 0
-        assert (np.diff(t_s) > 0).all()
-        assert hand.rate_hz == pytest.approx(1 / np.median(np.diff(t_s)))
+@pytest.mark.parametrize("check", CHECKS)
+def test_recorded_hands_keep_every_law(hands, check):
+    check(lambda: hands)
 
 
-def test_rotations_are_unit_quaternions_and_all_samples_are_tracked(hands):
-    for hand in hands:
-        for sample in hand.samples():
-            assert np.linalg.norm(sample.rotation_wxyz) == pytest.approx(1)
-            assert sample.tracked
+def _check_all(subject):
+    for check in CHECKS:
+        check(subject)
+
+
+class _Wrong(RecordedHand):
+    """A recorded hand with one fault."""
+
+    def __init__(self, right, fault):
+        super().__init__("" if fault == "nameless" else right.name, right._recording)
+        self.rate_hz, self.fault = right.rate_hz * (2 if fault == "fast" else 1), fault
+
+    def samples(self):
+        late = 0.1 if self.fault == "late" else 0.0
+        scale = {"millimetres": 1e3}.get(self.fault, 1.0)
+        for one in super().samples():
+            turn = one.rotation_wxyz * (2.0 if self.fault == "long quaternion" else 1.0)
+            yield HandSample(one.t_s + late, scale * one.position_m, turn, self.fault != "lost")
+
+
+@pytest.mark.parametrize(
+    ("fault", "words"),
+    [
+        ("nameless", "name of its own"),
+        ("fast", "comes at its rate"),
+        ("late", "is at time 0"),
+        ("millimetres", "metres are meant"),
+        ("long quaternion", "unit quaternions"),
+        ("lost", "are tracked"),
+    ],
+)
+def test_the_laws_notice_a_hand_that_breaks_them(hands, fault, words):
+    with pytest.raises(AssertionError, match=words):
+        _check_all(lambda: [_Wrong(hands[0], fault)])
 
 
 def test_samples_can_be_read_twice_and_forces_are_ignored(hands):

@@ -3,14 +3,15 @@ from __future__ import annotations
 import dataclasses
 import itertools
 from collections.abc import Callable
+from contextlib import closing
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from kendama_cli.devices.robot.conformance import CHECKS, check_halt, check_limits
-from kendama_cli.devices.robot.interface import Exchange, JointCommand, Robot
+from kendama_cli.devices.robot.conformance import CHECKS, OpenRobot, check_halt, check_limits
+from kendama_cli.devices.robot.interface import Exchange, JointCommand
 from kendama_cli.devices.robot.limiter import limit_command
 from kendama_cli.devices.robot.simulated import SimulatedRobot
 from kendama_cli.errors import HardwareError
@@ -62,9 +63,9 @@ def _nod(robot: Robot, seed: int = 0, periods: int = 100) -> list[Exchange]:
 @pytest.mark.parametrize("imperfection", [None, WORN], ids=["perfect", "worn"])
 @pytest.mark.parametrize("check", CHECKS, ids=lambda check: check.__name__)
 def test_the_simulated_robot_keeps_the_laws_of_the_interface(
-    check: Callable[[Callable[[], Robot]], None], imperfection: Imperfection | None
+    check: Callable[[OpenRobot], None], imperfection: Imperfection | None
 ) -> None:
-    check(lambda: _robot(imperfection))
+    check(lambda: closing(_robot(imperfection)))
 
 
 def test_the_laws_catch_a_robot_that_ignores_its_limits() -> None:
@@ -74,7 +75,7 @@ def test_the_laws_catch_a_robot_that_ignores_its_limits() -> None:
             return dataclasses.replace(made, sent=command)
 
     with pytest.raises(AssertionError, match="broken law: what is sent keeps to the position limits"):
-        check_limits(lambda: Reckless(pa10(), kendama_game(), imperfection=None, control_period_s=0.004))
+        check_limits(lambda: closing(Reckless(pa10(), kendama_game(), imperfection=None, control_period_s=0.004)))
 
 
 def test_the_laws_catch_a_robot_that_goes_on_after_a_halt() -> None:
@@ -83,7 +84,7 @@ def test_the_laws_catch_a_robot_that_goes_on_after_a_halt() -> None:
             pass
 
     with pytest.raises(AssertionError, match="broken law: a halted robot refuses"):
-        check_halt(lambda: Restless(pa10(), kendama_game(), imperfection=None, control_period_s=0.004))
+        check_halt(lambda: closing(Restless(pa10(), kendama_game(), imperfection=None, control_period_s=0.004)))
 
 
 def test_a_perfect_robot_follows_within_a_milliradian() -> None:

@@ -1,0 +1,57 @@
+"""A pytest plugin: a block's conformance suite, run on the part that the configuration chooses.
+
+    pytest -p kendama_cli.conformance --pyargs kendama_cli.devices.robot.conformance --override hardware=mine
+
+The suites: ``kendama_cli.devices.{hand,camera,robot,controller}.conformance`` and ``kendama_cli.vision.conformance``.
+Each lists its laws as ``CHECKS`` and makes what they are tried on from the configuration, by ``subject``; configuration
+is found and overridden as ``kendama run`` does it in the current folder.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping
+from typing import Any
+
+import pytest
+
+from kendama_cli.config.compose import composed
+from kendama_cli.config.site import find_site
+from kendama_cli.errors import KendamaError
+from kendama_cli.pipeline.inputs import resolve_files
+from kendama_cli.pipeline.nodes import build_settings
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    """Add the options that choose a part and arm a robot."""
+    group = parser.getgroup("kendama", "conformance of parts of kendama")
+    group.addoption(
+        "--override",
+        action="append",
+        default=[],
+        metavar="KEY=VALUE",
+        help="override configuration, as kendama run",
+    )
+    group.addoption("--arm", action="store_true", help="let a robot move that may be real; clear its surroundings")
+
+
+def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
+    """Run a conformance suite once per law."""
+    if "law" in metafunc.fixturenames:
+        checks = metafunc.module.CHECKS
+        metafunc.parametrize("law", checks, ids=[check.__name__.removeprefix("check_") for check in checks])
+
+
+@pytest.fixture(scope="session")
+def configuration(pytestconfig: pytest.Config) -> Mapping[str, Any]:
+    """Settings by node; a robot that may be real is refused without ``--arm``."""
+    try:
+        site = find_site(None, None)
+        settings = build_settings(composed(site, pytestconfig.getoption("--override")))
+        found = {
+            name: resolve_files(value, name, site.data_roots) if dataclasses.is_dataclass(value) else value
+            for name, value in settings.items()
+        }
+    except KendamaError as error:
+        raise pytest.UsageError(str(error)) from None
+    return found | {"armed": bool(pytestconfig.getoption("--arm"))}

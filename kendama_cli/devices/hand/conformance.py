@@ -1,0 +1,86 @@
+"""The laws of a hand, for every variant or a project's own (run: see kendama_cli/conformance.py).
+
+Each check takes a function that opens the hands, and raises AssertionError, with the law in words, where one of them
+breaks it. ``CHECKS`` lists them all. Every hand is recorded anew for each law.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from kendama_cli.devices.hand.interface import HandDevice
+from kendama_cli.devices.hand.open_hands import open_hands
+
+OpenHands = Callable[[], Sequence[HandDevice]]
+
+RATE_SHARE = 0.05
+"""By so much the median rate of the samples may differ from the one that a live device states."""
+
+
+def check_names(opened: OpenHands) -> None:
+    """There is at least one hand, and each has a name of its own, for a demonstration is called by it."""
+    hands = opened()
+    names = [hand.name for hand in hands]
+    _close(hands)
+    _law(len(hands) > 0, "there is at least one hand")
+    _law(all(names) and len(set(names)) == len(names), f"every hand has a name of its own (are {names})")
+
+
+def check_time(opened: OpenHands) -> None:
+    """Samples begin at time 0 and rise, at about the rate that the hand states."""
+    for hand in opened():
+        t_s = np.array([sample.t_s for sample in hand.samples()])
+        hand.close()
+        _law(len(t_s) >= 2, f"hand '{hand.name}' has two samples or more")
+        _law(t_s[0] == 0, f"the first sample of '{hand.name}' is at time 0")
+        _law(bool((np.diff(t_s) > 0).all()), f"the times of '{hand.name}' rise")
+        rate_hz = 1 / float(np.median(np.diff(t_s)))
+        _law(abs(rate_hz / hand.rate_hz - 1) < RATE_SHARE, f"'{hand.name}' comes at its rate (is {rate_hz:.1f} Hz)")
+
+
+def check_poses(opened: OpenHands) -> None:
+    """Positions are finite places in metres, rotations unit quaternions, and most of the swing is tracked."""
+    for hand in opened():
+        samples = list(hand.samples())
+        hand.close()
+        places = np.array([sample.position_m for sample in samples])
+        turns = np.array([sample.rotation_wxyz for sample in samples])
+        _law(bool(np.isfinite(places).all()), f"the positions of '{hand.name}' are finite")
+        _law(bool(np.abs(places - places[0]).max() < 10.0), f"'{hand.name}' moves by less than 10 m: metres are meant")
+        _law(bool(np.allclose(np.linalg.norm(turns, axis=1), 1.0, atol=1e-6)), "rotations are unit quaternions")
+        _law(2 * sum(sample.tracked for sample in samples) > len(samples), f"most samples of '{hand.name}' are tracked")
+
+
+def check_close(opened: OpenHands) -> None:
+    """A force may be rendered to any hand, and closing twice is as good as once."""
+    hands = opened()
+    for hand in hands:
+        hand.render_force(np.array([0.0, 0.0, -0.1]))
+    _close(hands)
+    _close(hands)
+
+
+CHECKS = (check_names, check_time, check_poses, check_close)
+
+
+def subject(configuration: Mapping[str, Any]) -> OpenHands:
+    """Opens the hands of ``capture``."""
+    return lambda: open_hands(configuration["capture"])
+
+
+def test_the_hands_keep_the_law(law: Callable[[OpenHands], None], configuration: Mapping[str, Any]) -> None:
+    """Run by kendama_cli/conformance.py for every law."""
+    law(subject(configuration))
+
+
+def _close(hands: Sequence[HandDevice]) -> None:
+    for hand in hands:
+        hand.close()
+
+
+def _law(holds: bool, words: str) -> None:
+    if not holds:
+        raise AssertionError(f"broken law: {words}")

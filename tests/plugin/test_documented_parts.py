@@ -1,0 +1,106 @@
+"""The parts that docs/extending.md shows, as a package beside ours: chosen by kind, conforming, and run."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+import tomllib
+from pathlib import Path
+
+import pytest
+
+from tests.documented_package import declare_installed, write_documented
+
+SUITES = [
+    ("kendama_cli.devices.hand.conformance", "capture=bench"),
+    ("kendama_cli.devices.camera.conformance", "camera=bench"),
+    ("kendama_cli.devices.robot.conformance", "hardware=bench"),
+    ("kendama_cli.devices.controller.conformance", "interact/controller=bench"),
+    ("kendama_cli.vision.conformance", "predict/detector=bench"),
+]
+SHIPPED = [
+    ("kendama_cli.devices.hand.conformance", "capture=file"),
+    ("kendama_cli.devices.camera.conformance", "camera=virtual"),
+    ("kendama_cli.devices.robot.conformance", "hardware=twin"),
+    ("kendama_cli.devices.controller.conformance", "interact/controller=force"),
+    ("kendama_cli.devices.controller.conformance", "interact/controller=impedance"),
+    ("kendama_cli.vision.conformance", "predict/detector=colour"),
+]
+
+
+@pytest.fixture(scope="module")
+def bench(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with the documented package, as if it were installed."""
+    folder = tmp_path_factory.mktemp("bench")
+    names = write_documented("extending.md", folder)
+    assert {"bench/robot.py", "conf/hardware/bench.yaml", "pyproject.toml"} <= set(names)
+    points = tomllib.loads((folder / "pyproject.toml").read_text())["project"]["entry-points"]
+    entries = {group: "\n".join(f"{name} = {value}" for name, value in one.items()) for group, one in points.items()}
+    declare_installed(folder, "bench", entries)
+    return folder
+
+
+def _run(folder: Path, *command: str) -> subprocess.CompletedProcess[str]:
+    environment = {**os.environ, "PYTHONPATH": str(folder), "PYTHONDONTWRITEBYTECODE": "1"}
+    words = [sys.executable, "-m", *command]
+    return subprocess.run(words, cwd=folder, env=environment, capture_output=True, text=True, timeout=240, check=False)
+
+
+def _conformance(folder: Path, suite: str, *overrides: str) -> subprocess.CompletedProcess[str]:
+    words = [word for override in overrides for word in ("--override", override)]
+    plain = ("pytest", "-q", "-p", "no:cacheprovider", "-p", "no:xdist")
+    return _run(folder, *plain, "-p", "kendama_cli.conformance", "--pyargs", suite, *words)
+
+
+@pytest.mark.parametrize(("suite", "override"), SUITES)
+def test_a_documented_part_passes_its_conformance_suite_chosen_by_kind_alone(
+    bench: Path, suite: str, override: str
+) -> None:
+    done = _conformance(bench, suite, override)
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert " passed" in done.stdout
+
+
+@pytest.mark.parametrize(("suite", "override"), SHIPPED)
+def test_our_own_parts_go_through_the_same_command(tmp_path: Path, suite: str, override: str) -> None:
+    done = _conformance(tmp_path, suite, override)
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert " passed" in done.stdout
+
+
+def test_the_suite_names_the_law_that_a_part_breaks(bench: Path) -> None:
+    done = _conformance(bench, SUITES[2][0], "hardware=bench", "hardware.compliance_rad_nm=1e-9")
+    assert done.returncode == 1
+    assert "broken law: an added effort moves the arm out of its rest" in done.stdout
+
+
+def test_the_suite_does_not_move_a_robot_that_may_be_real_without_being_armed(tmp_path: Path) -> None:
+    done = _conformance(tmp_path, SUITES[2][0], "hardware=udp")
+    assert done.returncode == 1
+    assert "robot 'udp' may be real and would move; clear its surroundings and add --arm" in done.stdout
+
+
+def test_a_kind_that_nobody_declares_is_refused_with_those_that_are_there(bench: Path) -> None:
+    done = _conformance(bench, SUITES[2][0], "hardware.kind=bonch")
+    assert "'hardware.kind' is 'bonch'; allowed: bench, " in done.stdout + done.stderr
+
+
+def test_a_documented_hand_is_captured_by_its_kind_alone(bench: Path) -> None:
+    (bench / "pipelines").mkdir(exist_ok=True)
+    (bench / "pipelines" / "swings.yaml").write_text("stages:\n  capture: {config: [capture]}\n")
+    done = _run(bench, "kendama_cli.cli.main", "run", "-p", "swings", "--json", "capture=bench")
+    assert done.returncode == 0, done.stderr
+    metrics = json.loads(done.stdout)["stages"][0]["metrics"]
+    assert metrics["n_demonstrations"] == 2
+    assert metrics["sample_rate_hz"] == pytest.approx(200.0)
+
+
+def test_a_documented_camera_and_detector_are_checked_by_their_kinds_alone(bench: Path) -> None:
+    words = ("camera", "check", "--seconds", "0.3", "--json", "camera=bench", "predict/detector=bench")
+    done = _run(bench, "kendama_cli.cli.main", *words)
+    assert done.returncode == 0, done.stderr
+    (front,) = json.loads(done.stdout)["cameras"].values()
+    assert front["frames"] >= 5
+    assert front["seen"] == 0.0
