@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from kendama_cli.devices.robot.conformance import CHECKS, OpenRobot, check_halt, check_limits
-from kendama_cli.devices.robot.interface import Exchange, JointCommand
+from kendama_cli.devices.robot.interface import Exchange, JointCommand, Robot
 from kendama_cli.devices.robot.limiter import limit_command
 from kendama_cli.devices.robot.simulated import SimulatedRobot
 from kendama_cli.errors import HardwareError
