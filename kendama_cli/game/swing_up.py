@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from itertools import pairwise
 from typing import Protocol
 
 from kendama_cli.game.cup_cart import CartStep, CupCart
+from kendama_cli.learning.half_swings import count_half_swings
 from kendama_cli.learning.limiter import BrakingLimiter
 from kendama_cli.learning.reward import Goal, Outcome
 from kendama_cli.learning.state import SwingState
@@ -44,9 +44,8 @@ class SwingUpRollout:
 
     @property
     def half_swings(self) -> int:
-        """How often the hanging ball came to rest and turned: sign changes of its rate, small ones left out."""
-        signs = [step.state.rate_rad_s > 0 for step in self.steps if abs(step.state.rate_rad_s) > 1.0]
-        return sum(a != b for a, b in pairwise(signs))
+        """Stretches in which the ball swings one way, the last one included (count_half_swings)."""
+        return count_half_swings(step.state.rate_rad_s for step in self.steps)
 
 
 def swing_up(

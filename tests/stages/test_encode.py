@@ -77,7 +77,7 @@ def test_the_log_holds_the_weights_of_each_demonstration_and_of_the_average():
     ctx = MemoryContext()
     plan = encode([demonstration(name="a"), demonstration(2.2, name="b")], ctx).artifact
     weights = {
-        (message.demonstration, message.coordinate): message.values
+        (message.demonstration, message.coordinate): np.array(message.values)
         for topic, _, message in ctx.log.messages
         if topic == "/encode/weights"
     }

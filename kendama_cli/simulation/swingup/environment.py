@@ -9,13 +9,14 @@ from typing import cast
 import numpy as np
 
 from kendama_cli.errors import ConfigError
+from kendama_cli.learning.half_swings import swing_direction
 from kendama_cli.learning.reward import Ball, Flight, Goal, Landing, Outcome
 from kendama_cli.learning.settings import LearnSettings
 from kendama_cli.learning.state import SwingState
 from kendama_cli.settings.game import GameSettings
 from kendama_cli.simulation.swingup.compiled_rollouts import CompiledRollouts
 from kendama_cli.simulation.swingup.engine import SwingEngine, rate
-from kendama_cli.simulation.swingup.rollout import TURN_RAD_S, Actor, Catch, RolloutNoise, SimulatedRollout
+from kendama_cli.simulation.swingup.rollout import Actor, Catch, RolloutNoise, SimulatedRollout
 from kendama_cli.simulation.swingup.workspace import limiter
 
 FURTHEST_ERROR = 3.0
@@ -134,8 +135,9 @@ class SwingUpEnvironment:
                     outcome = "outside"
                     break
             turning = rate(swing)
-            if turning * towards < TURN_RAD_S and abs(turning) > TURN_RAD_S:
-                towards = 1 if turning > 0.0 else -1
+            now = swing_direction(turning, towards)
+            if now != towards:
+                towards = now
                 half_swings += 1
             if swing.above_m >= lowest and goal.reached(self.state()):
                 outcome = "goal"

@@ -10,11 +10,11 @@ from numpy.typing import NDArray
 
 from kendama_cli.errors import SimulationError
 from kendama_cli.learning.decision import ROUNDING_S
+from kendama_cli.learning.half_swings import TURN_RAD_S
 from kendama_cli.learning.settings import LearnSettings
 from kendama_cli.learning.state import SwingState
 from kendama_cli.settings.game import GameSettings
 from kendama_cli.simulation.swingup import rail_kernel as kernel
-from kendama_cli.simulation.swingup.rollout import TURN_RAD_S
 from kendama_cli.simulation.swingup.workspace import limiter
 
 

@@ -12,8 +12,6 @@ from numpy.typing import NDArray
 from kendama_cli.learning.reward import Outcome
 from kendama_cli.learning.state import SwingState
 
-TURN_RAD_S = 0.5
-"""The ball's angular velocity from which it counts as swinging one way: a half-swing begins there."""
 Numbers = Sequence[float] | NDArray[np.float64]
 
 
@@ -55,8 +53,7 @@ class RolloutNoise:
 class SimulatedRollout:
     """How a rollout went; ``final`` is the true state at its end.
 
-    ``half_swings`` counts the stretches in which the ball swings one way faster than 0.5 rad/s, the last one, which
-    reaches the goal, included.
+    ``half_swings`` is what count_half_swings gives for the ball's true rates.
     """
 
     outcome: Outcome

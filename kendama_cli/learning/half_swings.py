@@ -1,0 +1,28 @@
+"""Half-swings: stretches in which the ball swings one way, counted alike in simulation and on the robot."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+TURN_RAD_S = 0.5
+"""The ball's angular velocity from which it counts as swinging one way: a half-swing begins there."""
+
+
+def swing_direction(rate_rad_s: float, before: int) -> int:
+    """Which way the ball swings at ``rate_rad_s``: 1 or -1; while it is slower than TURN_RAD_S, as ``before``."""
+    if abs(rate_rad_s) > TURN_RAD_S:
+        return 1 if rate_rad_s > 0.0 else -1
+    return before
+
+
+def count_half_swings(rates_rad_s: Iterable[float]) -> int:
+    """How many stretches there are in which the ball swings one way, the first and the last included.
+
+    A ball that swings out from rest, turns once and reaches the goal made two half-swings; one at rest made none.
+    """
+    count = direction = 0
+    for rate_rad_s in rates_rad_s:
+        now = swing_direction(rate_rad_s, direction)
+        count += now != direction
+        direction = now
+    return count
