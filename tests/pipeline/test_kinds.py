@@ -1,0 +1,107 @@
+"""What a stage does in one run is for its settings to say, within what it declares; code counts where it is chosen."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, ClassVar
+
+import pytest
+
+from kendama_cli.config.compose import composed
+from kendama_cli.config.site import find_site
+from kendama_cli.errors import ConfigError
+from kendama_cli.pipeline.catalogue import StageSpec, load_pipeline
+from kendama_cli.pipeline.nodes import build_settings, node_schemas
+from kendama_cli.pipeline.plan import Planner, code_targets, kind_of
+from kendama_cli.schema.declaration import Kind, StageDeclaration, find_stage
+from kendama_cli.store.store import Store
+
+
+@dataclass(frozen=True)
+class Simulated:
+    moves: ClassVar[bool] = False
+
+
+@dataclass(frozen=True)
+class Person:
+    live: ClassVar[bool] = True
+
+
+@dataclass(frozen=True)
+class Arm:
+    moves: ClassVar[bool] = True
+
+
+def spec(kind: Kind) -> StageSpec:
+    stage = StageDeclaration("toy", "", "", "toy:Toy", "toy:Given", settings={}, topics={}, kind=kind)
+    return StageSpec("toy", stage, {}, {"device": "hardware", "hand": "capture"}, seeded=False)
+
+
+@pytest.mark.parametrize(
+    ("declared", "settings", "does"),
+    [
+        ("computes", {"device": Simulated()}, "computes"),
+        ("moves", {"device": Simulated()}, "computes"),
+        ("records", {"hand": Person()}, "records"),
+        ("moves", {"hand": Person()}, "records"),
+        ("moves", {"hand": Person(), "device": Arm()}, "moves"),
+        ("moves", {"device": Arm(), "hand": Person()}, "moves"),
+    ],
+)
+def test_settings_say_what_is_done(declared: Kind, settings: dict[str, Any], does: str) -> None:
+    assert kind_of(spec(declared), settings) == does
+
+
+@pytest.mark.parametrize(("declared", "settings"), [("computes", {"hand": Person()}), ("records", {"device": Arm()})])
+def test_a_stage_may_not_do_more_than_it_declares(declared: Kind, settings: dict[str, Any]) -> None:
+    with pytest.raises(ConfigError, match=rf"stage 'toy' declares that it {declared}, but its settings"):
+        kind_of(spec(declared), settings)
+
+
+def planner(home: Path, *overrides: str) -> Planner:
+    site = find_site(home)
+    pipeline = load_pipeline("kendama", site.pipeline_folders)
+    return Planner(Store(home), pipeline, build_settings(composed(site, list(overrides))), site.data_roots)
+
+
+def test_files_are_computed_from_and_another_code_is_no_reason_to_swing_again(tmp_path: Path) -> None:
+    files, device = planner(tmp_path), planner(tmp_path, "capture=mocap")
+    capture = files.pipeline.stages[0]
+    assert (files.kind("capture"), device.kind("capture")) == ("computes", "records")
+    assert files.parts(capture, {})["code"]
+    assert device.parts(capture, {})["code"] == {}
+
+
+def test_a_simulated_arm_computes_and_one_that_may_be_real_moves(tmp_path: Path) -> None:
+    real = planner(tmp_path, "hardware=udp", "hardware.host=localhost", "hardware.port=4000")
+    assert (planner(tmp_path).kind("transfer"), real.kind("transfer"), real.kind("learn")) == (
+        "computes",
+        "moves",
+        "computes",
+    )
+
+
+def test_the_code_of_the_chosen_parts_counts_and_that_of_others_and_of_the_chapter_does_not(tmp_path: Path) -> None:
+    made = planner(tmp_path)
+    code = {one.name: set(made.parts(one, {})["code"]) for one in made.pipeline.stages}
+    assert "kendama_cli/devices/robot/twin_client.py" in code["transfer"]
+    assert "kendama_cli/devices/hand/file.py" in code["capture"]
+    assert "kendama_cli/devices/hand/mocap.py" not in code["capture"]
+    for name, files in code.items():
+        assert f"kendama_cli/stages/{name}/stage.py" in files
+        assert f"kendama_cli/stages/{name}/messages.py" in files
+        assert not [file for file in files if file.startswith("kendama_cli/report/") or "chapter" in file], name
+
+
+def test_targets_are_the_run_the_artifact_the_messages_the_settings_and_the_chosen_parts(tmp_path: Path) -> None:
+    stage = find_stage("predict")
+    assert stage is not None
+    settings = build_settings(composed(find_site(tmp_path), []))
+    schemas, broken = node_schemas()
+    assert broken is None
+    one = StageSpec("predict", stage, {}, {"predict": "predict", "camera": "camera"}, seeded=True)
+    targets = set(code_targets(one, {node: settings[node] for node in ("predict", "camera")}, schemas))
+    assert targets >= {stage.run, stage.gives, "kendama_cli.vision.settings", "kendama_cli.stages.predict.messages"}
+    assert any(target.startswith("kendama_cli.devices.camera.virtual:") for target in targets)
+    assert any(target.startswith("kendama_cli.devices.camera.colour_file:") for target in targets)

@@ -1,0 +1,104 @@
+"""A stage of another package, with an artifact, messages, a chapter and settings of its own, is one of ours."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from tests.toy_project import ToyProject, statuses
+
+
+def page(toy: ToyProject) -> str:
+    toy.kendama("report", "-o", "page.html")
+    return (toy.folder / "page.html").read_text()
+
+
+def test_its_artifact_messages_chapter_and_headline_are_found_by_its_declaration(toy: ToyProject) -> None:
+    document = toy.run_json()
+    assert [stage["stage"] for stage in document["stages"]] == ["toy_roll", "toy_total"]
+    body = json.loads((Path(document["stages"][0]["artifact"]) / "artifact.json").read_text())
+    assert set(body) == {"values", "names", "die", "counts", "largest"}, "the file names no type"
+    shown = page(toy)
+    for seen in ("Rolled numbers", "Every number that was drawn.", "<b>20 numbers</b>", "is the sum of the numbers"):
+        assert seen in shown
+    toy.kendama("run", "-p", "toy", "seed=5")
+    runs = [record["run"] for record in json.loads(toy.kendama("runs", "--json").stdout)]
+    toy.kendama("report", *runs, "-o", "both.html")
+    assert "Rolled numbers" in (toy.folder / "both.html").read_text()
+
+
+def test_a_changed_chapter_or_title_reruns_nothing_but_changed_messages_do(toy: ToyProject) -> None:
+    toy.run_json()
+    chapter, declaration = toy.folder / "lib/toy/roll/chapter.py", toy.folder / "lib/toy/roll/__init__.py"
+    chapter.write_text(chapter.read_text().replace("was drawn", "was thrown"))
+    declaration.write_text(declaration.read_text().replace("Rolled numbers", "Thrown numbers"))
+    assert statuses(toy.run_json()) == {"roll": "cached", "total": "cached"}
+    assert "Thrown numbers" in page(toy)
+    messages = toy.folder / "lib/toy/roll/messages.py"
+    messages.write_text(messages.read_text() + "\nLIMIT = 3\n")
+    plan = json.loads(toy.kendama("plan", "-p", "toy", "--json").stdout)
+    assert plan["stages"][0]["reasons"] == ["code toy/roll/messages.py changed"]
+
+
+def test_a_stage_that_gives_something_else_than_declared_fails_in_one_line(toy: ToyProject) -> None:
+    document = toy.run_json("toy.gives_list=true", expect=1)
+    assert document["stages"][0]["error"] == "stage 'roll' gave a list; its declaration says Rolls"
+
+
+def test_an_artifact_of_fields_that_cannot_be_kept_is_refused_before_the_stage_runs(toy: ToyProject) -> None:
+    artifact = toy.folder / "lib/toy/roll/artifact.py"
+    artifact.write_text(artifact.read_text().replace("names: tuple[str, ...]", "names: list[str]"))
+    document = toy.run_json(f"toy.count_file={toy.folder}/count", expect=1)
+    assert (
+        "stage 'roll' declares that it gives toy.roll.artifact:Rolls, whose field 'names' is declared list[str]"
+        in (document["stages"][0]["error"])
+    )
+    assert not (toy.folder / "count").exists()
+
+
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        (
+            "def figures(log):\n    raise KeyError('a field')\n",
+            "cannot be drawn from this log (KeyError: &#x27;a field",
+        ),
+        ("import nowhere_to_be_found\n", "needs module &#x27;nowhere_to_be_found&#x27;, which is not installed"),
+        ("", "has no &#x27;figures&#x27;"),
+    ],
+)
+def test_where_a_chapter_cannot_be_drawn_the_page_says_so_and_goes_on(toy: ToyProject, text: str, says: str) -> None:
+    toy.run_json()
+    (toy.folder / "lib/toy/roll/chapter.py").write_text(text)
+    shown = page(toy)
+    assert says in shown
+    assert 'id="total"' in shown
+
+
+def test_a_run_of_a_stage_that_is_no_longer_installed_still_has_a_page(toy: ToyProject) -> None:
+    toy.run_json()
+    (toy.folder / "lib/toy-1.0.dist-info/entry_points.txt").write_text("")
+    assert 'id="roll"' in page(toy)
+
+
+@pytest.mark.parametrize(
+    ("entry", "says"),
+    [
+        ("toy_roll = toy.numbers:SCALE", "it must name a StageDeclaration of name 'toy_roll'"),
+        ("toy_roll = toy.nowhere:STAGE", "stage 'toy_roll' needs module 'toy.nowhere', which is not installed"),
+        ("other = toy.roll:STAGE", "no stage 'toy_roll'; there are adapt, capture, encode, identify, "),
+    ],
+)
+def test_a_wrong_entry_point_is_named_in_one_line(toy: ToyProject, entry: str, says: str) -> None:
+    (toy.folder / "lib/toy-1.0.dist-info/entry_points.txt").write_text(f"[kendama.stages]\n{entry}\n")
+    error = toy.kendama("plan", "-p", "toy", expect=2).stderr
+    assert says in error
+    assert error.count("\n") == 1
+
+
+def test_a_broken_package_stops_only_those_who_use_it(toy: ToyProject) -> None:
+    (toy.folder / "lib/toy-1.0.dist-info/entry_points.txt").write_text("[kendama.stages]\ntoy_roll = toy.nowhere:S\n")
+    toy.kendama("plan", "-p", "imitation")
+    assert "needs module 'toy.nowhere'" in toy.kendama("config", "+toy=default", expect=2).stderr
