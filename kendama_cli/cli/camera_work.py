@@ -27,7 +27,7 @@ PRINT_DPI = 300
 
 
 def board_of(squares: str, square_mm: float, marker_mm: float) -> Board:
-    """The board that the options tell; raises UsageError where there can be none."""
+    """The board that the options describe; raises UsageError where there can be none."""
     columns, _, rows = squares.lower().partition("x")
     if not (columns.isdecimal() and rows.isdecimal() and 3 <= int(columns) <= 22 and 3 <= int(rows) <= 22):
         raise UsageError(f"--board {squares}: allowed are COLUMNSxROWS of 3 to 22 squares each, such as 7x5")
@@ -112,7 +112,7 @@ def check(site: Site, overrides: Sequence[str], seconds: float, output: Path | N
     if output is not None:
         _require_png(output)
     settings = build_settings(composed(site, overrides))
-    watched = check_cameras(
+    records = check_cameras(
         resolve_files(settings["camera"], "camera", site.data_roots),
         settings["lighting"],
         settings["game"],
@@ -120,17 +120,19 @@ def check(site: Site, overrides: Sequence[str], seconds: float, output: Path | N
         seconds=seconds,
         seed=settings["seed"],
     )
-    told = {name: figures(one) for name, one in watched.items()}
-    shown = {name: one.shown for name, one in watched.items() if one.shown is not None}
+    reported = {name: figures(one) for name, one in records.items()}
+    shown = {name: one.shown for name, one in records.items() if one.shown is not None}
     if not shown:
         raise StageError(f"no camera gave a frame within {seconds:g} s; look longer, or check the recording's times")
     if output is not None:
         _write_png(output, check_picture(shown))
     if as_json:
-        render.document({"cameras": told, "picture": None if output is None else str(output)})
+        render.document({"cameras": reported, "picture": None if output is None else str(output)})
         return
-    names = next(iter(told.values()))
-    render.table([(name, *(render.figure(one[name]) for one in told.values())) for name in names], head=("", *told))
+    names = next(iter(reported.values()))
+    render.table(
+        [(name, *(render.figure(one[name]) for one in reported.values())) for name in names], head=("", *reported)
+    )
 
 
 def _row(one: CalibratedCamera) -> tuple[str, ...]:

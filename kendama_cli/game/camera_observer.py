@@ -5,30 +5,26 @@ from __future__ import annotations
 import dataclasses
 import math
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
 from kendama_cli.artifacts.catch_pose import CatchPose
-from kendama_cli.devices.camera.interface import Camera, StaleFrame
+from kendama_cli.devices.camera.image_loop import ImageLoop, ObservedImage
+from kendama_cli.devices.camera.interface import StaleFrame
 from kendama_cli.game.cup_cart import CartStep
 from kendama_cli.game.flight_observer import CatchPrediction, ObservationLog, ObservedFrame, Picture, predict_catch
 from kendama_cli.game.settings import ObservationSettings
 from kendama_cli.schema.arrays import Array
-from kendama_cli.vision.interface import Sighting
-from kendama_cli.vision.tracker import BallTracker
 
 SEARCH_HALF_PX = 40.0
 """The swing-up knows the ball so well that the search begins this near to it."""
-STALE_FRAMES = 3.0
-"""A camera whose newest frame is older than so many of its periods is without one."""
 LOST_FRAMES = 6.0
 """After so many frames without the ball it counts as lost: the predicted catch is still pursued."""
 UNDETECTED_S = 0.12
 """Free flight that is not detected so long after the goal is reported as a problem."""
 FALSE_ALARM_S = 0.1
 """Free flight that the swing-up does not end with by then was none, or is over: the observation begins anew."""
-SAME_S = 1e-6
 KEPT_TIES = 16
 """Places of the tie point that are remembered: an image is older than the newest by a few control periods."""
 
@@ -68,39 +64,39 @@ class CameraObserver:
 
     def __init__(
         self,
-        cameras: Sequence[Camera],
-        tracker: BallTracker,
+        loop: ImageLoop,
         settings: ObservationSettings,
         *,
         cup_place: Callable[[Array], Array],
         clock: CameraClock,
         rngs: Sequence[np.random.Generator],
-        rate_hz: float,
         origin_m: Array,
         rim_m: float,
         catch_m: float,
     ) -> None:
-        self._cameras, self._tracker, self._settings, self._cup_place = cameras, tracker, settings, cup_place
-        self._clock, self._rngs, self._period_s = clock, rngs, 1 / rate_hz
+        self.loop = loop
+        self._tracker, self._settings, self._cup_place = loop.tracker, settings, cup_place
+        self._clock, self._rngs = clock, rngs
         self._origin_m = np.asarray(origin_m)
         self._rim_m, self._catch_m = rim_m - float(origin_m[2]), catch_m - float(origin_m[2])
         self.begin(0, pictured=False)
 
     def begin(self, seed: int, *, pictured: bool) -> None:
-        self.observed = ObservationLog(period_s=self._period_s)
+        self.observed = ObservationLog(period_s=self.loop.period_s)
         self._pictured = pictured
+        self.loop.whole_every = self._settings.image_every if pictured else 0
         self._observing = False
         self._start_s = 0.0
         self._flying_s, self._sighted_s = math.inf, -math.inf
         for number, rng in enumerate(self._rngs):
             rng.bit_generator.state = np.random.default_rng([seed, number]).bit_generator.state
-        for camera in self._cameras:
-            camera.restart()
-        self._row_s: dict[str, float] = {}
-        self._newest = {camera.model.name: -math.inf for camera in self._cameras}
-        self._waiting: dict[float, dict[str, Sighting | None]] = {}
+        self.loop.restart()
         self._ties: list[tuple[float, Array]] = []
-        self._tracker.reset()
+
+    def report_stale(self, stale: StaleFrame) -> None:
+        """A camera has no young frame; one that has only not begun yet is no problem."""
+        if math.isfinite(stale.age_s):
+            self._report(f"camera '{stale.camera}' delivers no more")
 
     def swinging(self, step: CartStep) -> None:
         state = step.state
@@ -109,7 +105,7 @@ class CameraObserver:
             if not self._observing:
                 self._begin_observing(step)
                 self._tracker.expect(step.exchange.state.ball_in_world_m - self._origin_m, SEARCH_HALF_PX)
-                self._aim()
+                self.loop.aim()
             self._observe(step)
             found = self._tracker.found
             if found is not None and step.exchange.t_s - found.declared_s > FALSE_ALARM_S:
@@ -122,7 +118,7 @@ class CameraObserver:
             self._flying_s = step.exchange.t_s
         if not self._observing:  # a swing-up that ends otherwise than by rising to its goal
             self._begin_observing(step)
-            self._aim()
+            self.loop.aim()
         fed = self._observe(step)
         self._report_problems(step.exchange.t_s)
         if not fed:
@@ -135,76 +131,33 @@ class CameraObserver:
     def _begin_observing(self, step: CartStep) -> None:
         """Begin to observe; frames from before are left."""
         self._observing = True
-        self._tracker.reset()
-        self._waiting.clear()
         self.observed.free_s = None
-        self._newest = dict.fromkeys(self._newest, step.exchange.t_s - self._period_s)
+        self.loop.begin(step.exchange.t_s - self.loop.period_s)
 
     def _observe(self, step: CartStep) -> bool:
-        """Take what is new; whether anything was."""
+        """Take what is new; whether the tracker was given anything."""
         exchange = step.exchange
         self._start_s = exchange.t_s - step.t_s
         self._clock.set(exchange.t_s)
         self._ties.append((exchange.t_s, self._cup_place(exchange.state.position_rad) - self._origin_m))
         del self._ties[:-KEPT_TIES]
-        for camera in self._cameras:
-            self._take(camera)
-        return self._feed(exchange.t_s)
+        images = self.loop.take()
+        for image in images:
+            self._record(image)
+        if not self.loop.feed(images, exchange.t_s, self._tie_m):
+            return False
+        if self._tracker.found is not None and self.observed.free_s is None:
+            self.observed.free_s = self._tracker.found.declared_s - self._start_s
+        self.loop.aim()
+        return True
 
-    def _take(self, camera: Camera) -> None:
-        name = camera.model.name
-        try:
-            frame = camera.latest(max_age_s=STALE_FRAMES * self._period_s)
-        except StaleFrame as stale:
-            if math.isfinite(stale.age_s):
-                self._report(f"camera '{name}' delivers no more")
-            return
-        if frame.t_s <= self._newest[name] + SAME_S:
-            return
-        self._newest[name] = frame.t_s
-        self._row_s[name] = frame.row_s
-        sighting = self._tracker.look(name, frame.t_s, frame.pixels, frame.origin_px)
-        if sighting is not None:
-            self._sighted_s = frame.t_s
-        self._waiting.setdefault(round(frame.t_s, 6), {})[name] = sighting
-        used_s = self._clock.now_s - self._start_s
-        self.observed.frames.append(ObservedFrame(frame.t_s - self._start_s, used_s, name, sighting))
-        if frame.pixels.shape[:2] == (camera.model.height_px, camera.model.width_px) and self._pictured:
-            self.observed.pictures.append(Picture(frame.t_s - self._start_s, name, frame.pixels))
-
-    def _feed(self, now_s: float) -> bool:
-        """Give the tracker each moment that all cameras have seen, or that one of them is too late for."""
-        fed = False
-        for t_s in sorted(self._waiting):
-            late = now_s - t_s > 2 * self._period_s or self._tracker.found is not None
-            if len(self._waiting[t_s]) == len(self._cameras) or late:
-                sightings = self._waiting.pop(t_s)
-                exposed_s = t_s + self._row_delay_s(sightings)
-                self._tracker.update(exposed_s, sightings, self._tie_m(exposed_s))
-                fed = True
-        if fed:
-            if self._tracker.found is not None and self.observed.free_s is None:
-                self.observed.free_s = self._tracker.found.declared_s - self._start_s
-            self._aim()
-        return fed
-
-    def _row_delay_s(self, sightings: Mapping[str, Sighting | None]) -> float:
-        """How long after the middle row that of the ball was exposed, in the mean: stereo pairs see it about level."""
-        delays = [
-            (float(seen.centre_px[1]) - (camera.model.height_px - 1) / 2) * self._row_s.get(camera.model.name, 0.0)
-            for camera in self._cameras
-            if (seen := sightings.get(camera.model.name)) is not None
-        ]
-        return sum(delays) / len(delays) if delays else 0.0
-
-    def _aim(self) -> None:
-        """Have every camera read out where the ball will be in its next frame, or all of it where a picture is due."""
-        for camera in self._cameras:
-            name = camera.model.name
-            if self._pictured and round(self._newest[name] / self._period_s + 1) % self._settings.image_every == 0:
-                camera.watch(None)
-            else:
-                camera.watch(self._tracker.region(name, self._newest[name] + self._period_s))
+    def _record(self, image: ObservedImage) -> None:
+        t_s, model = image.frame.t_s - self._start_s, self._tracker.cameras[image.camera]
+        if image.sighting is not None:
+            self._sighted_s = image.frame.t_s
+        self.observed.frames.append(ObservedFrame(t_s, image.used_s - self._start_s, image.camera, image.sighting))
+        if image.frame.pixels.shape[:2] == (model.height_px, model.width_px) and self._pictured:
+            self.observed.pictures.append(Picture(t_s, image.camera, image.frame.pixels))
 
     def _tie_m(self, t_s: float) -> Array:
         times, ties = zip(*self._ties, strict=True)
@@ -213,7 +166,7 @@ class CameraObserver:
 
     def _report_problems(self, now_s: float) -> None:
         """Report where the ball is lost, or its free flight is not detected in time."""
-        if now_s - max(self._sighted_s, self._flying_s) > LOST_FRAMES * self._period_s:
+        if now_s - max(self._sighted_s, self._flying_s) > LOST_FRAMES * self.loop.period_s:
             self._report("the ball was lost")
         if self._tracker.lost:
             self._report("the sightings contradicted each other and were given up")

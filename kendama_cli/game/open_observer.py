@@ -8,7 +8,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from kendama_cli.devices.camera.ball_tracker import ball_tracker
+from kendama_cli.devices.camera.ball_tracker import ball_tracker, catch_pose_estimator
+from kendama_cli.devices.camera.image_loop import ImageLoop
 from kendama_cli.devices.camera.interface import SceneSource
 from kendama_cli.devices.camera.opening import open_cameras
 from kendama_cli.errors import ConfigError
@@ -20,9 +21,12 @@ from kendama_cli.game.settings import ObservationSettings
 from kendama_cli.schema.arrays import Array
 from kendama_cli.settings.camera import CameraSettings, LightingSettings, VirtualCamera
 from kendama_cli.settings.game import GameSettings
-from kendama_cli.vision.catch_pose import CatchPoseEstimator
 from kendama_cli.vision.settings import PredictSettings
 
+STALE_FRAMES = 3.0
+"""A camera whose newest frame is older than so many of its periods is without one."""
+STAMP_DECIMALS = 6
+"""Two cameras of a game exposed together where their stamps agree to a microsecond."""
 OTHERWISE = "or choose transfer.observation.source=tracking"
 
 
@@ -75,7 +79,7 @@ def open_observer(
     camera = cameras.camera
     rate_hz = camera.rate_hz
     if observation.source == "tracking" or camera.source == "recorded" or rate_hz is None:
-        estimator = CatchPoseEstimator(game.gravity_m_s2, game.ball.drag_n_s_m / game.ball.mass_kg, rim_m)
+        estimator = catch_pose_estimator(cameras.predict.motion, game, rim_m)
         yield MarkerObserver(estimator, observation, rim_m=rim_m, catch_m=catch_m)
         return
     if camera.source == "rendered" and not history.reported:
@@ -89,18 +93,26 @@ def open_observer(
     opened = open_cameras(camera, clock, SceneSource(history, game, cameras.lighting, rngs))
     try:
         models, above_m = [one.model for one in opened], rim_m - float(history.origin_m[2])
-        yield CameraObserver(
+        loop = ImageLoop(
             opened,
             ball_tracker(cameras.predict, game, models, rim_height_m=above_m, onset=True),
+            now_s=lambda: clock.now_s,
+            period_s=1 / rate_hz,
+            max_age_s=STALE_FRAMES / rate_hz,
+            stamp_decimals=STAMP_DECIMALS,
+        )
+        observer = CameraObserver(
+            loop,
             observation,
             cup_place=cup_place,
             clock=clock,
             rngs=rngs,
-            rate_hz=rate_hz,
             origin_m=history.origin_m,
             rim_m=rim_m,
             catch_m=catch_m,
         )
+        loop.on_stale = observer.report_stale
+        yield observer
     finally:
         for one in opened:
             one.close()

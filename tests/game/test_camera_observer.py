@@ -172,6 +172,10 @@ class Faulty:
         self._camera.close()
 
 
+def spoil(observer: CameraObserver, fault: str, after_s: float) -> None:
+    observer.loop.cameras = [Faulty(camera, fault, after_s) for camera in observer.loop.cameras]
+
+
 @pytest.mark.parametrize("fault", ["stops", "dark", "doubles", "lags"])
 @pytest.mark.parametrize("early", [True, False], ids=["before the flight", "in the flight"])
 def test_whatever_the_cameras_do_the_arm_stays_inside_and_ends_at_rest(
@@ -179,7 +183,7 @@ def test_whatever_the_cameras_do_the_arm_stays_inside_and_ends_at_rest(
 ) -> None:
     after_s = games[0].swing.duration_s + (-0.3 if early else 0.15)
     with observed_runner(noise_m=NOISE_M, delay_n=3) as (runner, observer):
-        observer._cameras = [Faulty(camera, fault, after_s) for camera in observer._cameras]
+        spoil(observer, fault, after_s)
         game = played(runner, policy, 0)
     asked = commands(game)[:, 0]
     assert np.abs(asked).max() <= TRANSFER.catch.half_width_m + 1e-9
@@ -203,7 +207,9 @@ def test_a_flight_that_was_seen_for_a_while_is_caught_without_further_images(
     policy: Policy, games: list[Game], fault: str
 ) -> None:
     with observed_runner(noise_m=NOISE_M, delay_n=3) as (runner, observer):
-        observer._cameras = [Faulty(camera, fault, games[3].swing.duration_s + 0.2) for camera in observer._cameras]
+        observer.loop.cameras = [
+            Faulty(camera, fault, games[3].swing.duration_s + 0.2) for camera in observer.loop.cameras
+        ]
         assert played(runner, policy, 3).caught
 
 
@@ -220,7 +226,9 @@ def test_a_rolling_shutter_is_known_from_its_rows(policy: Policy) -> None:
 
 def test_a_wrong_stamp_shows_in_the_residuals_and_widens_the_estimate(policy: Policy, games: list[Game]) -> None:
     with observed_runner(noise_m=NOISE_M, delay_n=3) as (runner, observer):
-        observer._cameras = [Faulty(camera, "doubles", games[0].swing.duration_s + 0.1) for camera in observer._cameras]
+        observer.loop.cameras = [
+            Faulty(camera, "doubles", games[0].swing.duration_s + 0.1) for camera in observer.loop.cameras
+        ]
         game = played(runner, policy, 0)
     good, bad = (np.trace(one.estimates[-1].rim.covariance_m2) for one in (games[0], game))
     assert bad > 4 * good
@@ -266,6 +274,6 @@ def test_games_predict_with_the_gravity_of_the_predict_settings() -> None:
     gravity = dataclasses.replace(CAMERAS.predict.gravity, scale=1.02, tilt_rad=(0.01, 0.0))
     tilted = dataclasses.replace(CAMERAS, predict=dataclasses.replace(CAMERAS.predict, gravity=gravity))
     with observed_runner(cameras=tilted) as (_, observer):
-        pull_m_s2 = observer._tracker.estimator.flight.gravity_m_s2
+        pull_m_s2 = observer.loop.tracker.estimator.flight.gravity_m_s2
     assert np.linalg.norm(pull_m_s2) == pytest.approx(1.02 * GAME.gravity_m_s2)
     assert pull_m_s2[0] / -pull_m_s2[2] == pytest.approx(np.tan(0.01))

@@ -4,25 +4,36 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from kendama_cli.schema.arrays import Array
 from kendama_cli.settings.game import GameSettings
 from kendama_cli.vision.camera_model import CameraModel
 from kendama_cli.vision.catch_pose import CatchPoseEstimator
 from kendama_cli.vision.free_flight import leaning_gravity
 from kendama_cli.vision.make_detector import make_detector
 from kendama_cli.vision.onset import FreeFlightOnset
-from kendama_cli.vision.settings import PredictSettings
+from kendama_cli.vision.settings import MotionSettings, PredictSettings
 from kendama_cli.vision.tracker import BallTracker
+
+
+def catch_pose_estimator(
+    motion: MotionSettings, game: GameSettings, rim_height_m: float, gravity_m_s2: float | Array | None = None
+) -> CatchPoseEstimator:
+    """The one estimator, of the ball's way down through ``rim_height_m``.
+
+    ``gravity_m_s2`` is its size or (3,) in the frame that the ball is observed in; None: straight down, as in ``game``.
+    """
+    pull_m_s2 = game.gravity_m_s2 if gravity_m_s2 is None else gravity_m_s2
+    return CatchPoseEstimator(pull_m_s2, game.ball.drag_n_s_m / game.ball.mass_kg, rim_height_m, motion=motion)
 
 
 def ball_tracker(
     settings: PredictSettings, game: GameSettings, models: Sequence[CameraModel], *, rim_height_m: float, onset: bool
 ) -> BallTracker:
-    """The tracker that ``settings`` describe for these cameras, foreseeing the way down through ``rim_height_m``.
+    """The tracker that ``settings`` describe for these cameras, predicting the way down through ``rim_height_m``.
 
     Without ``onset`` every sighting counts as free flight. Raises InputError where a learned colour cannot be read.
     """
     gravity_m_s2 = leaning_gravity(settings.gravity.scale * game.gravity_m_s2, settings.gravity.tilt_rad)
-    drag_per_s = game.ball.drag_n_s_m / game.ball.mass_kg
-    estimator = CatchPoseEstimator(gravity_m_s2, drag_per_s, rim_height_m, motion=settings.motion)
+    estimator = catch_pose_estimator(settings.motion, game, rim_height_m, gravity_m_s2)
     test = FreeFlightOnset(settings.onset, estimator.flight) if onset else None
     return BallTracker(models, make_detector(settings.detector), estimator, test)

@@ -1,4 +1,4 @@
-"""Watching cameras for a while: their rate, their delay, and what the detector sees in their images."""
+"""Observing cameras for a while: their rate, their delay, and what is detected in their images, as games do it."""
 
 from __future__ import annotations
 
@@ -10,24 +10,27 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from kendama_cli.devices.camera.ball_tracker import ball_tracker
+from kendama_cli.devices.camera.image_loop import ImageLoop, ObservedImage, raise_stale
 from kendama_cli.devices.camera.interface import Camera, SceneSource, StaleFrame
 from kendama_cli.devices.camera.opening import open_cameras
 from kendama_cli.devices.camera.staged_flight import StagedFlight
 from kendama_cli.rendering.scene import ScenePose
 from kendama_cli.settings.camera import CameraSettings, LightingSettings, VirtualCamera
 from kendama_cli.settings.game import GameSettings
-from kendama_cli.vision.interface import Detector, Sighting
-from kendama_cli.vision.make_detector import make_detector
+from kendama_cli.vision.interface import Sighting
 from kendama_cli.vision.release import draw_release
 from kendama_cli.vision.settings import PredictSettings
 
 POLL_S = 0.0005
+DEFAULT_RATE_HZ = 30.0
+"""Where a recording leaves its rate open; nothing that is checked depends on it."""
 SILENCE_S = 2.0
 """A live camera that gives nothing for so long has stopped."""
 
 
 @dataclass
-class Watched:
+class CameraRecord:
     """What one camera showed: stamps, ages on arrival, times to detect, sightings; ``shown`` is its last image with the
     ball in it, or its first, and what was seen there."""
 
@@ -48,7 +51,7 @@ def check_cameras(
     *,
     seconds: float,
     seed: int,
-) -> dict[str, Watched]:
+) -> dict[str, CameraRecord]:
     """Look through all cameras for ``seconds``: of a virtual scene with flights, of a recording, or of the clock.
 
     Raises what opening the cameras raises, and StaleFrame where a live one gives nothing.
@@ -56,33 +59,41 @@ def check_cameras(
     now, flights = _Clock(live=camera.source == "live"), _Flights(game, predict, np.random.default_rng([seed, 1]))
     rngs = [np.random.default_rng([seed, 2, number]) for number in range(len(camera.cameras))]
     opened = open_cameras(camera, now, SceneSource(flights.scene, game, lighting, rngs))
-    detector, watched = make_detector(predict.detector), {one.model.name: Watched() for one in opened}
+    records = {one.model.name: CameraRecord() for one in opened}
     try:
+        loop = ImageLoop(
+            opened,
+            ball_tracker(predict, game, [one.model for one in opened], rim_height_m=game.cup.depth_m, onset=True),
+            now_s=now,
+            period_s=1 / (camera.rate_hz or DEFAULT_RATE_HZ),
+            max_age_s=SILENCE_S if now.live else np.inf,
+            on_stale=raise_stale if now.live else _raise_unless_coming,
+        )
         for _ in _moments(opened, now, seconds, camera if isinstance(camera, VirtualCamera) else None):
-            for one in opened:
-                _take(one, detector, watched[one.model.name], now)
+            for image in loop.take():
+                _record(records[image.camera], image, live=now.live)
     finally:
         for one in opened:
             one.close()
-    return watched
+    return records
 
 
-def figures(watched: Watched) -> dict[str, Any]:
+def figures(record: CameraRecord) -> dict[str, Any]:
     """The figures of one camera: frames, rate, missed and doubled frames, delays, and the share of sightings."""
-    stamps = np.array(watched.stamps_s)
+    stamps = np.array(record.stamps_s)
     steps = np.diff(stamps)
     usual = float(np.median(steps)) if len(steps) else None
-    seen = [one for one in watched.sightings if one is not None]
+    seen = [one for one in record.sightings if one is not None]
     sigma = [float(np.sqrt(np.trace(one.covariance_px2) / 2)) for one in seen]
     return {
         "frames": len(stamps),
         "rate_hz": None if not usual else 1 / usual,
         "missed": int(sum(round(float(step) / usual) - 1 for step in steps)) if usual else 0,
-        "doubled": watched.doubled,
-        "latency_ms_p50": _quantile(watched.ages_s, 0.5, 1e3),
-        "latency_ms_p95": _quantile(watched.ages_s, 0.95, 1e3),
-        "detection_ms_p50": _quantile(watched.detect_s, 0.5, 1e3),
-        "detection_ms_p95": _quantile(watched.detect_s, 0.95, 1e3),
+        "doubled": record.doubled,
+        "latency_ms_p50": _quantile(record.ages_s, 0.5, 1e3),
+        "latency_ms_p95": _quantile(record.ages_s, 0.95, 1e3),
+        "detection_ms_p50": _quantile(record.detect_s, 0.5, 1e3),
+        "detection_ms_p95": _quantile(record.detect_s, 0.95, 1e3),
         "seen": len(seen) / len(stamps) if len(stamps) else 0.0,
         "radius_px_p50": _quantile([one.radius_px for one in seen], 0.5),
         "sigma_px_p50": _quantile(sigma, 0.5),
@@ -124,6 +135,12 @@ class _Flights:
         return staged.scene(t_s - begin_s)
 
 
+def _raise_unless_coming(stale: StaleFrame) -> None:
+    """A recording may begin later than another one."""
+    if np.isfinite(stale.age_s):
+        raise stale
+
+
 def _moments(cameras: Sequence[Camera], now: _Clock, seconds: float, virtual: VirtualCamera | None) -> Iterator[None]:
     """Let time pass to where new frames may be, until ``seconds`` are over or all recordings are at their end."""
     if now.live:
@@ -143,23 +160,14 @@ def _moments(cameras: Sequence[Camera], now: _Clock, seconds: float, virtual: Vi
             yield
 
 
-def _take(camera: Camera, detector: Detector, watched: Watched, now: _Clock) -> None:
-    try:
-        frame = camera.latest(max_age_s=SILENCE_S if now.live else np.inf)
-    except StaleFrame as error:
-        if np.isinf(error.age_s) and not now.live:
-            return  # this recording begins later than another one
-        raise
-    if watched.stamps_s and frame.t_s <= watched.stamps_s[-1]:
-        return
-    age_s, began_s = now() - frame.t_s, time.perf_counter()
-    sighting = next(detector.candidates(frame.pixels, frame.origin_px), None)
-    if now.live:  # a simulated clock knows no delay
-        watched.ages_s.append(age_s)
-    watched.detect_s.append(time.perf_counter() - began_s)
-    watched.doubled += watched.newest is not None and np.array_equal(watched.newest, frame.pixels)
-    watched.newest = frame.pixels
-    watched.stamps_s.append(frame.t_s)
-    watched.sightings.append(sighting)
-    if watched.shown is None or sighting is not None:
-        watched.shown = frame.pixels, sighting
+def _record(record: CameraRecord, image: ObservedImage, *, live: bool) -> None:
+    frame = image.frame
+    if live:  # a simulated clock knows no delay
+        record.ages_s.append(image.arrived_s - frame.t_s)
+    record.detect_s.append(image.detection_s)
+    record.doubled += record.newest is not None and np.array_equal(record.newest, frame.pixels)
+    record.newest = frame.pixels
+    record.stamps_s.append(frame.t_s)
+    record.sightings.append(image.sighting)
+    if record.shown is None or image.sighting is not None:
+        record.shown = frame.pixels, image.sighting

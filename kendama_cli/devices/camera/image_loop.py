@@ -1,0 +1,149 @@
+"""The one loop that takes images: of the flights that predict studies, of games, and of ``kendama camera check``.
+
+It stands beside the cameras and not on the game's floor: it needs cameras and a tracker, and knows no robot.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from kendama_cli.artifacts.catch_pose import CatchPose
+from kendama_cli.devices.camera.interface import Camera, Frame, StaleFrame
+from kendama_cli.schema.arrays import Array
+from kendama_cli.vision.interface import Sighting
+from kendama_cli.vision.tracker import BallTracker
+
+SAME_STAMP_S = 1e-6
+"""A frame whose stamp is no later than this after the newest one's is that one again."""
+LATE_PERIODS = 2.0
+"""A moment that one camera has not seen after so many periods is taken without it."""
+
+
+@dataclass(frozen=True)
+class ObservedImage:
+    """A new frame of ``camera``, and the ball in it.
+
+    It ``arrived_s`` and its sighting was at hand at ``used_s`` on the loop's clock; ``detection_s`` is the wall's time
+    that finding the ball took.
+    """
+
+    camera: str
+    frame: Frame
+    sighting: Sighting | None
+    arrived_s: float
+    used_s: float
+    detection_s: float
+
+
+@dataclass(frozen=True)
+class Moment:
+    """What the tracker was given for one time of exposure, and the catching pose as known after it."""
+
+    t_s: float
+    pose: CatchPose | None
+
+
+def raise_stale(stale: StaleFrame) -> None:
+    """What a loop does about a camera without a young frame, unless it is given something else."""
+    raise stale
+
+
+class ImageLoop:
+    """Takes every frame of every camera once, finds the ball in it, and feeds the tracker moment by moment.
+
+    A moment is what the cameras exposed together; it waits for all of them until it is late, or until free flight has
+    been found: from then on each sighting counts by itself. ``now_s`` is the clock of the frames' stamps, which are
+    compared with ``stamp_decimals`` (None: exactly). ``on_stale`` is called where a camera's newest frame is older
+    than ``max_age_s``. Of the next frame each camera reads out the tracker's region only; every ``whole_every``-th
+    frame (0: none) is a whole image.
+    """
+
+    def __init__(
+        self,
+        cameras: Sequence[Camera],
+        tracker: BallTracker,
+        *,
+        now_s: Callable[[], float],
+        period_s: float,
+        max_age_s: float,
+        stamp_decimals: int | None = None,
+        on_stale: Callable[[StaleFrame], None] = raise_stale,
+    ) -> None:
+        self.cameras, self.tracker, self.period_s = cameras, tracker, period_s
+        self.whole_every = 0
+        self.on_stale = on_stale
+        self._now_s, self._max_age_s, self._stamp_decimals = now_s, max_age_s, stamp_decimals
+        self._newest_s = {camera.model.name: -np.inf for camera in cameras}
+        self._waiting: dict[float, dict[str, ObservedImage]] = {}
+
+    def restart(self) -> None:
+        """The clock was set back: forget everything, as a new rollout begins."""
+        for camera in self.cameras:
+            camera.restart()
+        self.begin(-np.inf)
+
+    def begin(self, after_s: float) -> None:
+        """A new flight, of which only frames after ``after_s`` count."""
+        self.tracker.reset()
+        self._waiting.clear()
+        self._newest_s = dict.fromkeys(self._newest_s, after_s)
+
+    def take(self) -> list[ObservedImage]:
+        """Every camera's frame, where it is a new one, with the ball found in it."""
+        return [image for camera in self.cameras if (image := self._take(camera)) is not None]
+
+    def feed(self, images: Sequence[ObservedImage], now_s: float, tie_m: Callable[[float], Array]) -> list[Moment]:
+        """Give the tracker each moment that is complete or late at ``now_s``, with the rope's tie point at its time."""
+        tracker = self.tracker
+        for image in images:
+            stamp_s = image.frame.t_s
+            moment_s = stamp_s if self._stamp_decimals is None else round(stamp_s, self._stamp_decimals)
+            self._waiting.setdefault(moment_s, {})[image.camera] = image
+        fed = []
+        for moment_s in sorted(self._waiting):
+            late = now_s - moment_s > LATE_PERIODS * self.period_s
+            single = tracker.onset is None or tracker.found is not None
+            if late or single or len(self._waiting[moment_s]) == len(self.cameras):
+                together = self._waiting.pop(moment_s)
+                exposed_s = moment_s + self._row_delay_s(together)
+                sightings = {name: image.sighting for name, image in together.items()}
+                fed.append(Moment(exposed_s, tracker.update(exposed_s, sightings, tie_m(exposed_s))))
+        return fed
+
+    def aim(self) -> None:
+        """Have every camera read out where the ball will be in its next frame, or all of it where that is due."""
+        for camera in self.cameras:
+            newest_s = self._newest_s[camera.model.name]
+            if self.whole_every == 1 or (
+                self.whole_every > 1 and round(newest_s / self.period_s + 1) % self.whole_every == 0
+            ):
+                camera.watch(None)
+            else:
+                camera.watch(self.tracker.region(camera.model.name, newest_s + self.period_s))
+
+    def _take(self, camera: Camera) -> ObservedImage | None:
+        name = camera.model.name
+        try:
+            frame = camera.latest(max_age_s=self._max_age_s)
+        except StaleFrame as stale:
+            self.on_stale(stale)
+            return None
+        if frame.t_s <= self._newest_s[name] + SAME_STAMP_S:
+            return None
+        self._newest_s[name] = frame.t_s
+        arrived_s, began_s = self._now_s(), time.perf_counter()
+        sighting = self.tracker.look(name, frame.t_s, frame.pixels, frame.origin_px)
+        return ObservedImage(name, frame, sighting, arrived_s, self._now_s(), time.perf_counter() - began_s)
+
+    def _row_delay_s(self, images: dict[str, ObservedImage]) -> float:
+        """How long after the middle row that of the ball was exposed, in the mean: stereo pairs see it about level."""
+        delays = [
+            (float(image.sighting.centre_px[1]) - (camera.model.height_px - 1) / 2) * image.frame.row_s
+            for camera in self.cameras
+            if (image := images.get(camera.model.name)) is not None and image.sighting is not None
+        ]
+        return sum(delays) / len(delays) if delays else 0.0
