@@ -1,3 +1,60 @@
-"""kendama: robot learning for the ball-in-a-cup game."""
+"""kendama: robot learning for the ball-in-a-cup game.
 
-__version__ = "0.1.0"
+    import kendama_cli as kendama
+    run = kendama.run("imitation", ["robot=iiwa"])
+
+See kendama_cli.api for what is exported; it is imported when first asked for, so that the command line starts at once.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from kendama_cli.api import (
+        CameraModel,
+        CatchPose,
+        CatchPoseEstimator,
+        Demonstration,
+        DmpMotion,
+        LogFile,
+        MotionPlan,
+        Run,
+        configuration,
+        encode,
+        environment,
+        estimator,
+        open_run,
+        play,
+        run,
+        runs,
+    )
+
+__version__ = "0.2.0"
+__all__ = [
+    "CameraModel",
+    "CatchPose",
+    "CatchPoseEstimator",
+    "Demonstration",
+    "DmpMotion",
+    "LogFile",
+    "MotionPlan",
+    "Run",
+    "__version__",
+    "configuration",
+    "encode",
+    "environment",
+    "estimator",
+    "open_run",
+    "play",
+    "run",
+    "runs",
+]
+
+
+def __getattr__(name: str) -> Any:
+    if name not in __all__:
+        raise AttributeError(f"module 'kendama_cli' has no attribute '{name}'")
+    import importlib  # noqa: PLC0415 - by name: numpy, pandas and OpenCV come only where the library is used
+
+    return getattr(importlib.import_module("kendama_cli.api"), name)

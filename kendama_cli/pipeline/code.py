@@ -82,6 +82,8 @@ def code_digests(targets: Sequence[str], index: FileIndex) -> dict[str, str]:
 
 def _read_module(name: str, file: Path) -> list[Any]:
     tree = ast.parse(file.read_bytes(), filename=str(file))
+    # what only a type checker reads changes no result
+    tree.body = [item for item in tree.body if not _is_for_type_checkers(item)]
     imports = sorted(_imports(tree, name, is_package=file.name == "__init__.py"))
     tree.body = [item for item in tree.body if not _is_declaration(item)]
     for node in ast.walk(tree):
@@ -99,6 +101,10 @@ def _is_declaration(node: ast.stmt) -> bool:
         and isinstance(node.value.func, ast.Name)
         and node.value.func.id == StageDeclaration.__name__
     )
+
+
+def _is_for_type_checkers(node: ast.stmt) -> bool:
+    return isinstance(node, ast.If) and isinstance(node.test, ast.Name) and node.test.id == "TYPE_CHECKING"
 
 
 def _is_bare_string(node: ast.stmt) -> bool:

@@ -1,0 +1,366 @@
+"""The Python interface: ``import kendama_cli as kendama``.
+
+What is exported here by name stays what it is from one minor version to the next; anything else may move. The same
+configuration, cache and store are used as by the command line.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from kendama_cli.artifacts.catch_pose import CatchPose
+from kendama_cli.artifacts.demonstration import Demonstration
+from kendama_cli.artifacts.motion_plan import MotionPlan
+from kendama_cli.config.compose import composed
+from kendama_cli.config.site import Site, find_site
+from kendama_cli.errors import StageError, UsageError
+from kendama_cli.log.reader import LogFile
+from kendama_cli.motion.averaging import encode_demonstrations
+from kendama_cli.motion.dmp import DmpMotion
+from kendama_cli.motion.dmp import play as play_plan
+from kendama_cli.pipeline.catalogue import load_pipeline
+from kendama_cli.pipeline.nodes import build_settings
+from kendama_cli.pipeline.plan import Planner, check_armed, check_forced
+from kendama_cli.pipeline.record import begin, find_run, past_runs
+from kendama_cli.pipeline.report import write_report
+from kendama_cli.pipeline.runner import Runner
+from kendama_cli.schema.registry import resolve
+from kendama_cli.schema.settings import nearest
+from kendama_cli.store.codecs import load_artifact
+from kendama_cli.store.store import Store
+from kendama_cli.vision.camera_model import CameraModel
+from kendama_cli.vision.catch_pose import CatchPoseEstimator
+
+if TYPE_CHECKING:
+    from kendama_cli.gym import SwingUp
+    from kendama_cli.pipeline.record import StageOutcome
+
+__all__ = [
+    "CameraModel",
+    "CatchPose",
+    "CatchPoseEstimator",
+    "Demonstration",
+    "DmpMotion",
+    "LogFile",
+    "MotionPlan",
+    "Run",
+    "configuration",
+    "encode",
+    "environment",
+    "estimator",
+    "open_run",
+    "play",
+    "run",
+    "runs",
+]
+
+
+class Run:
+    """A run of a pipeline: what was asked, how it ended, and everything that its stages made."""
+
+    def __init__(self, record: Mapping[str, Any], site: Site) -> None:
+        self.record = dict(record)
+        """The document that ``kendama run --json`` prints, with when, where and with which versions."""
+        self._site = site
+
+    def __repr__(self) -> str:
+        return f"<Run {self.name} of {self.pipeline}: {self.outcome}>"
+
+    @property
+    def name(self) -> str:
+        """The run's name, as ``kendama runs`` lists it."""
+        return str(self.record["run"])
+
+    @property
+    def pipeline(self) -> str:
+        """The pipeline that was run."""
+        return str(self.record["pipeline"])
+
+    @property
+    def overrides(self) -> list[str]:
+        """What was overridden in the configuration."""
+        return list(self.record["overrides"])
+
+    @property
+    def outcome(self) -> str:
+        """``done``, ``failed``, ``interrupted``, ``killed`` or ``running``."""
+        return str(self.record["outcome"])
+
+    @property
+    def stages(self) -> list[str]:
+        """The stages that ended or failed, in the pipeline's order."""
+        return [str(stage["name"]) for stage in self.record["stages"]]
+
+    def metrics(self, stage: str) -> dict[str, Any]:
+        """What the stage measured, by name; units stand in the names.
+
+        Parameters
+        ----------
+        stage : str
+            One of ``stages``.
+
+        Raises
+        ------
+        UsageError
+            Where the run has no such stage.
+        """
+        return dict(self._stage(stage)["metrics"])
+
+    def folder(self, stage: str) -> Path:
+        """Where the stage's artifact, metrics and log are stored; raises UsageError where it did not end."""
+        entry = self._stage(stage)
+        if entry["artifact"] is None:
+            raise UsageError(f"stage '{stage}' of run {self.name} {entry['status']}; it has no artifact")
+        return Path(entry["artifact"])
+
+    def artifact(self, stage: str) -> Any:
+        """What the stage gave: the frozen dataclass that its declaration names.
+
+        Parameters
+        ----------
+        stage : str
+            One of ``stages``.
+
+        Raises
+        ------
+        UsageError
+            Where the run has no such stage, or it did not end.
+        StoreError
+            Where the artifact is damaged or gone.
+        """
+        folder = self.folder(stage)
+        declaration = load_pipeline(self.pipeline, self._site.pipeline_folders).stage(stage, "stage").declaration
+        return load_artifact(resolve(declaration.gives, f"stage '{stage}'"), folder)
+
+    def log(self, stage: str) -> LogFile:
+        """The stage's log; ``log(stage).table(topic)`` is a pandas DataFrame with ``t_s`` and a column per field.
+
+        Parameters
+        ----------
+        stage : str
+            One of ``stages``.
+
+        Raises
+        ------
+        UsageError
+            Where the run has no such stage, or it did not end.
+        InputError
+            Where the log is damaged or gone.
+        """
+        return LogFile(self.folder(stage) / "log.mcap")
+
+    def report(self, output: Path | str | None = None) -> Path:
+        """Write the run's report, a self-contained HTML page, to ``output`` or into the current folder; where it is."""
+        return write_report([self.record], None if output is None else Path(output))
+
+    def _stage(self, name: str) -> Mapping[str, Any]:
+        for stage in self.record["stages"]:
+            if stage["name"] == name:
+                return dict(stage)
+        raise UsageError(
+            f"run {self.name} has no stage '{name}'; it has {', '.join(self.stages)}{nearest(name, self.stages)}"
+        )
+
+
+class _Silent:
+    """Watches a run and says nothing."""
+
+    def stage_waits(self, name: str) -> None: ...
+
+    def stage_starts(self, name: str, reasons: tuple[str, ...]) -> None: ...
+
+    def stage_progress(self, name: str, done: int, total: int | None, figures: Mapping[str, Any]) -> None: ...
+
+    def stage_ends(self, outcome: StageOutcome) -> None: ...
+
+
+def run(
+    pipeline: str = "kendama",
+    overrides: Sequence[str] = (),
+    *,
+    until: str | None = None,
+    force: Sequence[str] = (),
+    arm: bool = False,
+    home: Path | str | None = None,
+    config_dir: Path | str | None = None,
+) -> Run:
+    """Run a pipeline as ``kendama run`` does: what is cached is not computed again.
+
+    Parameters
+    ----------
+    pipeline : str
+        A pipeline's name, or the path of its YAML file.
+    overrides : sequence of str
+        ``KEY=VALUE`` or ``GROUP=CHOICE`` each, as on the command line.
+    until : str, optional
+        Run only what this stage needs, and the stage itself.
+    force : sequence of str
+        Stages to run although they are cached.
+    arm : bool
+        Whether stages may move real hardware.
+    home, config_dir : path, optional
+        Store and runs; a folder with ``conf/`` and ``pipelines/``. As the options of the command line.
+
+    Returns
+    -------
+    Run
+
+    Raises
+    ------
+    UsageError, ConfigError
+        Where what is asked for does not exist or does not fit.
+    StageError
+        Where a stage failed, with its message; what was finished is kept, and ``runs()[-1]`` is the run.
+    """
+    site = _site(home, config_dir)
+    declared = load_pipeline(pipeline, site.pipeline_folders)
+    if until is not None:
+        declared = declared.until(until)
+    settings = build_settings(composed(site, [*declared.overrides, *overrides]))
+    planner = Planner(Store(site.home), declared, settings, site.data_roots)
+    check_armed(planner, armed=arm)
+    forced = check_forced(declared, list(force))
+    record = Runner(planner, begin(site.home, pipeline, list(overrides)), _Silent(), forced=forced).run()
+    for stage in record.stages:
+        if stage.error is not None:
+            raise StageError(f"stage '{stage.name}' of run {record.run}: {stage.error}")
+    return Run(find_run(site.home, record.run), site)
+
+
+def runs(home: Path | str | None = None) -> list[Run]:
+    """All runs whose record can be read, oldest first.
+
+    Parameters
+    ----------
+    home : path, optional
+        The store; by default ``KENDAMA_HOME`` or ``.kendama``.
+    """
+    site = _site(home, None)
+    return [Run(record, site) for record in past_runs(site.home)]
+
+
+def open_run(name: str | None = None, home: Path | str | None = None) -> Run:
+    """The run of this name (a unique beginning will do), or the newest.
+
+    Parameters
+    ----------
+    name : str, optional
+        As ``kendama runs`` lists it.
+    home : path, optional
+        The store; by default ``KENDAMA_HOME`` or ``.kendama``.
+
+    Raises
+    ------
+    UsageError
+        Where there is none, or more than one.
+    """
+    site = _site(home, None)
+    return Run(find_run(site.home, name), site)
+
+
+def configuration(overrides: Sequence[str] = (), config_dir: Path | str | None = None) -> Mapping[str, Any]:
+    """The settings of every node of the configuration, checked: frozen dataclasses by the node's name, and ``seed``.
+
+    Parameters
+    ----------
+    overrides : sequence of str
+        ``KEY=VALUE`` or ``GROUP=CHOICE`` each, as on the command line.
+    config_dir : path, optional
+        A folder with ``conf/``.
+
+    Raises
+    ------
+    ConfigError
+        Naming the key that does not exist or does not fit.
+    """
+    return build_settings(composed(_site(None, config_dir), list(overrides)))
+
+
+def encode(demonstrations: Sequence[Demonstration], overrides: Sequence[str] = ()) -> MotionPlan:
+    """The average dynamic movement primitive of demonstrations (PAPER.md eq. 3-5).
+
+    Parameters
+    ----------
+    demonstrations : sequence of Demonstration
+        Each with ``t_s`` (n,) [s] and ``position_m`` (n, 3) [m]; x lies in the swing plane, z points up.
+    overrides : sequence of str
+        Of the node ``encode``, as in ``["encode.functions=25"]``.
+
+    Returns
+    -------
+    MotionPlan
+        Goal, duration and weights of every coordinate.
+
+    Raises
+    ------
+    ValueError
+        Where a demonstration does not move or is too short.
+    """
+    return encode_demonstrations(demonstrations, configuration(overrides)["encode"])
+
+
+def play(plan: MotionPlan, t_s: Any) -> DmpMotion:
+    """What a primitive plays at the instants ``t_s`` (n,) [s] after its start.
+
+    Parameters
+    ----------
+    plan : MotionPlan
+        ``dataclasses.replace(plan, tau_scale=1.1)`` plays it ten per cent slower.
+    t_s : array_like, shape (n,)
+        In any order; after ``tau_scale * duration_s`` the motion stays on its goal.
+
+    Returns
+    -------
+    DmpMotion
+        ``position_m``, ``velocity_m_s`` and ``acceleration_m_s2``, each (n, coordinates).
+    """
+    return play_plan(plan, t_s)
+
+
+def environment(overrides: Sequence[str] = (), hold_s: float | None = None) -> SwingUp:
+    """The swing-up as a Gymnasium environment (needs the extra ``gym``).
+
+    Parameters
+    ----------
+    overrides : sequence of str
+        As on the command line: ``["simulation/engine=rail", "learn=terminate"]``.
+    hold_s : float, optional
+        How long an action is held [s]; by default ``learn.decision.longest_s``.
+
+    Raises
+    ------
+    ConfigError
+        Where either is not allowed.
+    """
+    from kendama_cli.gym import SwingUp  # noqa: PLC0415 - gymnasium is an extra
+
+    return SwingUp(overrides, hold_s)
+
+
+def estimator(rim_height_m: float, overrides: Sequence[str] = ()) -> CatchPoseEstimator:
+    """An estimator of where and when a flying ball falls through the plane of the rim, from images or positions.
+
+    Parameters
+    ----------
+    rim_height_m : float
+        Height of the plane in the world [m].
+    overrides : sequence of str
+        Of ``game`` and ``predict``: gravity, drag, and ``predict/motion=ballistic|process_noise|coloured``.
+
+    Returns
+    -------
+    CatchPoseEstimator
+        Feed it with ``update_pixels(camera, t_s, centre_px, covariance_px2)`` or ``update_position``, ask it by
+        ``catch()``.
+    """
+    chosen = configuration(overrides)
+    game, predict = chosen["game"], chosen["predict"]
+    return CatchPoseEstimator(
+        game.gravity_m_s2, game.ball.drag_n_s_m / game.ball.mass_kg, rim_height_m, motion=predict.motion
+    )
+
+
+def _site(home: Path | str | None, config_dir: Path | str | None) -> Site:
+    return find_site(None if home is None else Path(home), None if config_dir is None else Path(config_dir))

@@ -1,0 +1,73 @@
+"""The Python interface: what is exported, what it costs to import, and what it gives."""
+
+from __future__ import annotations
+
+import inspect
+import subprocess
+import sys
+
+import pytest
+
+import kendama_cli as kendama
+from kendama_cli import api
+from kendama_cli.errors import ConfigError, StageError, UsageError
+from tests.toy_project import ToyProject
+
+
+def test_the_package_exports_what_the_interface_exports_and_nothing_else() -> None:
+    assert set(kendama.__all__) == {*api.__all__, "__version__"}
+    for name in api.__all__:
+        assert getattr(kendama, name) is getattr(api, name)
+    with pytest.raises(AttributeError, match="no attribute 'ran'"):
+        kendama.ran  # noqa: B018
+
+
+def test_importing_the_package_loads_nothing_of_it() -> None:
+    code = "import sys, kendama_cli; print([name for name in sys.modules if name.startswith('kendama_cli.')])"
+    assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout == "[]\n"
+
+
+@pytest.mark.parametrize("name", [name for name in api.__all__ if inspect.isfunction(getattr(api, name))])
+def test_every_function_is_documented_in_numpydoc_with_each_of_its_parameters(name: str) -> None:
+    function = getattr(api, name)
+    text = inspect.getdoc(function) or ""
+    parameters = inspect.signature(function).parameters
+    if parameters:
+        assert "Parameters\n----------" in text
+    for parameter in parameters:
+        assert f"{parameter} :" in text or f"{parameter}," in text or f", {parameter} :" in text, parameter
+
+
+def test_a_run_gives_metrics_artifacts_and_logs(toy: ToyProject) -> None:
+    toy.run_json()
+    (run,) = kendama.runs(toy.home)
+    again = kendama.open_run(run.name[:15], toy.home)
+    assert (again.name, again.outcome, again.pipeline) == (run.name, "done", "toy")
+    assert run.stages == ["roll", "total"]
+    assert run.metrics("roll")["n"] == len(run.log("roll").table(run.log("roll").topics[0]))
+    with pytest.raises(UsageError, match="has no stage 'rol'; it has roll, total, did you mean 'roll'"):
+        run.metrics("rol")
+
+
+def test_a_pipeline_is_run_and_read_without_the_command_line(tmp_path_factory: pytest.TempPathFactory) -> None:
+    home = tmp_path_factory.mktemp("home")
+    run = kendama.run("imitation", until="encode", home=home)
+    assert run.outcome == "done"
+    plan = run.artifact("encode")
+    assert isinstance(plan, kendama.MotionPlan)
+    assert kendama.play(plan, [0.0]).position_m.shape == (1, len(plan.coordinates))
+    again = kendama.run("imitation", until="encode", home=home)
+    assert [stage["status"] for stage in again.record["stages"]] == ["cached", "cached"]
+    with pytest.raises(ConfigError, match="encode"):
+        kendama.run("imitation", ["encode.functions=no"], home=home)
+
+
+def test_a_failed_stage_raises_its_message_and_the_run_is_kept(
+    tmp_path: object, tmp_path_factory: pytest.TempPathFactory
+) -> None:
+    home = tmp_path_factory.mktemp("home")
+    bad = home / "bad.csv"
+    bad.write_text("t_s,x_m,y_m,z_m\n0,0,0,0\n0,0,0,0\n0.2,0,0,0\n0.3,0,0,0\n")
+    with pytest.raises(StageError, match="stage 'capture' of run"):
+        kendama.run("imitation", [f"capture.path={bad}"], until="capture", home=home)
+    assert kendama.runs(home)[-1].outcome == "failed"
