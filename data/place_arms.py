@@ -19,6 +19,7 @@ from kendama_cli.pipeline.inputs import resolve_files
 from kendama_cli.robot_model.model import RobotModel
 from kendama_cli.schema.settings import build
 from kendama_cli.settings.game import GameSettings
+from kendama_cli.settings.placement import LineSettings
 from kendama_cli.settings.robot import RobotSettings
 from kendama_cli.simulation.placement.find_placement import current_placement
 from kendama_cli.simulation.placement.placement_search import Demand, PlacementProblem, line_demands, search
@@ -30,6 +31,7 @@ STEP_M = 0.025
 LINES = {"pa10": (2.0, 14.0, 0.75), "ur10": (2.0, 14.0, 0.75)}
 """Speed [m/s], acceleration [m/s^2] and weight of the line, for arms that can run it as learning and catching wish."""
 SLOW_LINE = (1.5, 8.0, 0.5)
+HALF_WIDTH_M, BRAKING_M_S2 = 0.43, 12.6
 
 
 def ways(rng: np.random.Generator) -> Demand:
@@ -55,7 +57,9 @@ def main() -> None:
         values = yaml.safe_load((CONF / f"robot/{name}.yaml").read_text())
         robot = resolve_files(build(RobotSettings, values, "robot"), "robot", find_site().data_roots)
         arm = RobotModel(robot, game.cup, game.gravity_m_s2)
-        demands = [*line_demands(0.43, *LINES.get(name, SLOW_LINE)), *family]
+        speed, acceleration, weight = LINES.get(name, SLOW_LINE)
+        line = LineSettings(HALF_WIDTH_M, speed, acceleration)
+        demands = [*line_demands(line, weight, braking_m_s2=BRAKING_M_S2), *family]
         problem = PlacementProblem(arm, game, demands)
         best = search(problem, current_placement(arm), rng=np.random.default_rng(3), effort=1.0)
         placement = problem.placement(best.place)

@@ -51,12 +51,13 @@ def place(site: Site, overrides: list[str], output: Path | None, *, line: bool, 
     plan = load_artifact(MotionPlan, Path(last.artifact))
     robot = resolve_files(settings["robot"], "robot", site.data_roots)
     game, lead_in = settings["game"], settings["adapt"].lead_in_m_s2
+    kept = settings["adapt"].line if line else None
 
     def tell(done: int, total: int, cost: float) -> None:
         render.note(f"place: {done}/{total}, {'nothing reaches yet' if cost >= 1e1 else f'peak {cost:.3f}'}")
 
     try:
-        found = find_placement(robot, game, plan, lead_in, line=line, effort=effort, progress=tell)
+        found = find_placement(robot, game, plan, lead_in, line=kept, effort=effort, progress=tell)
     except SystemError as error:  # how compiled code that was interrupted ends
         raise KeyboardInterrupt from error
     arm = placed(robot, found)

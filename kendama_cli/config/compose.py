@@ -11,7 +11,7 @@ import copy
 import hashlib
 import json
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -23,6 +23,7 @@ from kendama_cli.store import durable
 PLAIN_KEY = re.compile(r"[A-Za-z_]\w*(\.[A-Za-z_]\w*)*")
 RESOLVER = re.compile(r"\$\{.*:")
 """May find too much (a colon after a plain interpolation): that composes once more, and never gives an old value."""
+REFERENCE = re.compile(r"\$\{([^{}]*)\}")
 PLAIN_NUMBER = re.compile(r"-?(0|[1-9]\d*)(\.\d+)?")
 
 
@@ -51,7 +52,7 @@ def composed_each(site: Site, combinations: Sequence[Sequence[str]]) -> Iterator
     Composing costs a tenth of a second; so what remains of a list without its plain ``KEY=NUMBER`` overrides is
     composed once, and these are set in the result. Values that others refer to (``${...}``) are composed in full.
     """
-    bases: dict[tuple[str, ...], tuple[dict[str, Any], bool]] = {}
+    bases: dict[tuple[str, ...], tuple[dict[str, Any], frozenset[str]]] = {}
     for overrides in combinations:
         plain = {}
         for text in overrides:
@@ -63,7 +64,7 @@ def composed_each(site: Site, combinations: Sequence[Sequence[str]]) -> Iterator
             bases[rest] = (composed(site, rest), _refers(site))
         base, refers = bases[rest]
         config = copy.deepcopy(base)
-        if refers or not all(_set_number(config, key, value) for key, (_, value) in plain.items()):
+        if _may_mean(refers, plain) or not all(_set_number(config, key, value) for key, (_, value) in plain.items()):
             config = composed(site, overrides)
         yield config
 
@@ -124,9 +125,20 @@ def depends_on_surroundings(site: Site, overrides: Sequence[str]) -> bool:
     return any(RESOLVER.search(text) for text in (*overrides, *_texts(site)))
 
 
-def _refers(site: Site) -> bool:
-    """Whether any configuration file on the search path has an interpolation."""
-    return any("${" in text for text in _texts(site))
+def _refers(site: Site) -> frozenset[str]:
+    """What the interpolations of the configuration files on the search path name; "" where that is not plain."""
+    found: set[str] = set()
+    for text in _texts(site):
+        names = REFERENCE.findall(text)
+        found.update(name if PLAIN_KEY.fullmatch(name) else "" for name in names)
+        if text.count("${") != len(names):  # nested
+            found.add("")
+    return frozenset(found)
+
+
+def _may_mean(names: Collection[str], keys: Collection[str]) -> bool:
+    """Whether an interpolation of one of ``names`` may read one of ``keys``."""
+    return any(not name or key == name or key.startswith(f"{name}.") for name in names for key in keys)
 
 
 def _texts(site: Site) -> Iterator[str]:

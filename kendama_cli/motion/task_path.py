@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from kendama_cli.motion import minimum_jerk
 from kendama_cli.motion.impedance import TaskReference
 from kendama_cli.motion.rotation_matrix import exp_of, log_of
 from kendama_cli.motion.task_settings import StepSettings
@@ -45,9 +46,9 @@ class TaskPath:
         index = self.step_at(t_s)
         duration_s = self._script[index].duration_s
         r = min((t_s - float(self._ends_s[index])) / duration_s + 1.0, 1.0)
-        share = r**3 * (10 + r * (6 * r - 15))
-        rate = 30 * r**2 * (1 - r) ** 2 / duration_s
-        change = 60 * r * (1 - r) * (1 - 2 * r) / duration_s**2
+        share = float(minimum_jerk.step(r))
+        rate = float(minimum_jerk.step_rate(r)) / duration_s
+        change = float(minimum_jerk.step_change(r)) / duration_s**2
         way = self._ways[index]
         before, after = self._forces[index], self._forces[index + 1]
         force = before + share * (after - before)

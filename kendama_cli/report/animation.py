@@ -13,8 +13,6 @@ from kendama_cli.report.tracks import Array, Geometry, Path2D
 
 _FRAMES_PER_S = 60
 _MOST_FRAMES = 720
-GRAVITY_M_S2 = 9.81
-"""For the picture of the way ahead only."""
 STILL = ' style="display:none"'
 _WIDTH, _HEIGHT, _MARGIN = 560.0, 430.0, 26.0
 
@@ -111,7 +109,7 @@ def player(
     rows = np.column_stack([x, y, np.degrees(held.tilt_rad), u, v]).round(1).tolist()
     poster = len(t) - 1 if poster_s is None else int(np.clip(round((poster_s - start) * rate), 0, len(t) - 1))
     rope = round(sizes.rope_m * scale, 2)
-    ahead = [_ahead(foreseen, float(now), scale, left, top) for now in t]
+    ahead = [_ahead(foreseen, float(now), sizes.gravity_m_s2, scale=scale, left_m=left, top_m=top) for now in t]
     film = {"x": rows, "ahead": ahead, "rate": rate, "rope": rope, "poster": poster, "start": round(start, 4)}
     shown = ahead[poster]
     a, b, c, d, e, f, g, h = shown or (0.0,) * 8
@@ -143,7 +141,9 @@ def player(
     )
 
 
-def _ahead(foreseen: Sequence[Ahead], t_s: float, scale: float, left_m: float, top_m: float) -> list[float] | None:
+def _ahead(
+    foreseen: Sequence[Ahead], t_s: float, gravity_m_s2: float, *, scale: float, left_m: float, top_m: float
+) -> list[float] | None:
     """The way ahead at ``t_s`` [px]: begin, control point and end of its parabola, and half axes of the crossing."""
     known = [one for one in foreseen if one.t_s <= t_s]
     if not known or t_s >= known[-1].crossing_s:
@@ -152,7 +152,7 @@ def _ahead(foreseen: Sequence[Ahead], t_s: float, scale: float, left_m: float, t
     left_s = one.crossing_s - t_s
     x = (one.x_m - left_s * one.x_m_s, one.x_m - left_s / 2 * one.x_m_s, one.x_m)
     # the tangents at both ends of a parabola meet half way between them, also where it is drawn in one piece
-    begin_z = one.z_m - left_s * one.z_m_s - 0.5 * GRAVITY_M_S2 * left_s**2
+    begin_z = one.z_m - left_s * one.z_m_s - 0.5 * gravity_m_s2 * left_s**2
     z = (begin_z, one.z_m - left_s / 2 * one.z_m_s, one.z_m)
     points = [value for u, v in zip(x, z, strict=True) for value in ((u - left_m) * scale, (top_m - v) * scale)]
     return [round(value, 1) for value in (*points, max(2 * one.sigma_m * scale, 4.0), 3.0)]

@@ -8,6 +8,7 @@ from typing import Any
 
 import pandas as pd
 
+from kendama_cli.errors import InputError
 from kendama_cli.log.reader import LogFile
 
 
@@ -18,6 +19,7 @@ class StageLog:
     """
 
     def __init__(self, path: Path | str, topics: Collection[str] | None = None) -> None:
+        self._path = path
         self._file = LogFile(path, topics)
         facts = self._file.stage
         self.settings: Mapping[str, Any] = facts.get("settings", {})
@@ -31,10 +33,19 @@ class StageLog:
         """The topics that begin with ``prefix``, sorted."""
         return [topic for topic in self._file.topics if topic.startswith(prefix)]
 
-    def setting(self, *names: str, default: float) -> float:
-        """A number in the settings by the last parts of its name (``rope``, ``length_m``), wherever it stands."""
+    def setting(self, *names: str, default: float | None = None) -> float:
+        """A number in the settings by the last parts of its name (``rope``, ``length_m``), wherever it stands.
+
+        Raises InputError where it is not there and there is no ``default``.
+        """
         found = _find(self.settings, names)
-        return float(found) if isinstance(found, int | float) else default
+        if isinstance(found, int | float):
+            return float(found)
+        if default is None:
+            raise InputError(
+                str(self._path), f"has no setting '{'.'.join(names)}'", remedy="run the stage again with --force"
+            )
+        return default
 
 
 def _find(settings: Any, names: tuple[str, ...]) -> Any:

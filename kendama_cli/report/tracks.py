@@ -41,21 +41,23 @@ class Path2D:
 
 @dataclass(frozen=True)
 class Geometry:
-    """The game's sizes [m], from the settings in the log."""
+    """The game's sizes [m] and gravity, from the settings in the log."""
 
     rope_m: float
     ball_m: float
     cup_radius_m: float
     cup_depth_m: float
+    gravity_m_s2: float
 
     @staticmethod
     def of(log: StageLog) -> Geometry:
-        """The sizes that the stage was run with; those of conf/game/kendama.yaml where the log has none."""
+        """What the stage was run with; raises InputError where the log's settings do not have it."""
         return Geometry(
-            rope_m=log.setting("rope", "length_m", default=0.40),
-            ball_m=log.setting("ball", "radius_m", default=0.020),
-            cup_radius_m=log.setting("cup", "radius_m", default=0.045),
-            cup_depth_m=log.setting("cup", "depth_m", default=0.070),
+            rope_m=log.setting("rope", "length_m"),
+            ball_m=log.setting("ball", "radius_m"),
+            cup_radius_m=log.setting("cup", "radius_m"),
+            cup_depth_m=log.setting("cup", "depth_m"),
+            gravity_m_s2=log.setting("gravity_m_s2"),
         )
 
 
@@ -118,14 +120,6 @@ def catch_time_s(cup: Path2D, ball: Path2D, depth_m: float) -> float | None:
     down = np.flatnonzero((height[:-1] > 0) & (height[1:] <= 0))
     near = [i for i in down if abs(ball.x_m[i] - held.x_m[i]) < 0.1]
     return float(ball.t_s[near[-1]]) if near else None
-
-
-def wilson(successes: int, n: int) -> tuple[float, float]:
-    """The 95 % interval of a proportion (Wilson 1927)."""
-    z = 1.959964
-    center = (successes + z * z / 2) / (n + z * z)
-    half = z / (n + z * z) * math.sqrt(successes * (n - successes) / n + z * z / 4)
-    return max(0.0, center - half), min(1.0, center + half)
 
 
 def running_median(values: Array, half_width: int) -> Array:

@@ -1,11 +1,21 @@
-"""Where an arm stands and how it holds the cup: what a search over placements finds."""
+"""Where an arm stands and how it holds the cup: what a search over placements finds, and what it keeps in reach."""
 
 from __future__ import annotations
 
 import dataclasses
 from dataclasses import dataclass
 
+from kendama_cli.schema.settings import setting
 from kendama_cli.settings.robot import RobotSettings, ToolSettings
+
+
+@dataclass(frozen=True)
+class LineSettings:
+    """The line along x of the swing-up and the catch, which a searched placement keeps in reach."""
+
+    half_width_m: float = setting("how far the cup goes from the line's middle [m]", above=0)
+    max_speed_m_s: float = setting("largest speed of the cup on the line [m/s]", above=0)
+    acceleration_m_s2: float = setting("largest acceleration of the cup on the line [m/s^2]", above=0)
 
 
 @dataclass(frozen=True)

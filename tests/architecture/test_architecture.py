@@ -26,7 +26,7 @@ def test_imports_go_down_the_floors_only() -> None:
     [
         ("hydra", {"config"}),
         ("omegaconf", {"config"}),
-        ("dartpy", {"simulation"}),
+        ("dartpy", {"robot_model", "simulation"}),
         ("typer", {"cli"}),
         ("rich", {"cli"}),
         ("cv2", {"vision", "devices", "rendering", "game", "stages"}),

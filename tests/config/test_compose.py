@@ -36,6 +36,24 @@ def test_a_value_that_another_refers_to_is_composed_in_full(site: Site, tmp_path
     assert depths == [0.05, 0.06]
 
 
+def test_the_shipped_configurations_references_are_followed_in_a_sweep(site: Site) -> None:
+    combinations = expand_sweep(site, ["transfer.catch.half_width_m=0.3,0.31", "transfer.catch.give_m_s=0.1,0.2"])
+    made = list(composed_each(site, combinations))
+    assert made == [composed(site, texts) for texts in combinations]
+    assert [one["adapt"]["line"]["half_width_m"] for one in made] == [0.3, 0.3, 0.31, 0.31]
+
+
+def test_references_that_are_not_plain_may_mean_anything(site: Site, tmp_path: Path) -> None:
+    folder = tmp_path / "conf/game"
+    folder.mkdir(parents=True)
+    text = (bundled_root() / "conf/game/kendama.yaml").read_text()
+    for name, reference in (("relative", "${.radius_m}"), ("nested", "${game.${oc.select:nothing,cup}.radius_m}")):
+        (folder / f"{name}.yaml").write_text(text.replace("depth_m: 0.070", f"depth_m: {reference}"))
+        combinations = [[f"game={name}", f"game.cup.radius_m={radius}"] for radius in (0.05, 0.06)]
+        depths = [config["game"]["cup"]["depth_m"] for config in composed_each(find_site(), combinations)]
+        assert depths == [0.05, 0.06], name
+
+
 @pytest.mark.parametrize("wrong", ["learn.alph=1", "learn=1", "lern.alpha=1"])
 def test_a_wrong_key_in_a_sweep_is_named(site: Site, wrong: str) -> None:
     with pytest.raises(ConfigError):

@@ -5,7 +5,7 @@ import pandas as pd
 import pytest
 
 from kendama_cli.report.tables import label_and_unit, number
-from kendama_cli.report.tracks import Path2D, catch_time_s, direction, last_start_s, running_median, track, wilson
+from kendama_cli.report.tracks import Path2D, catch_time_s, direction, last_start_s, running_median, track
 
 
 def _frame(t, x, y, z, q=(1.0, 0.0, 0.0, 0.0)):
@@ -53,12 +53,6 @@ def test_attempts_are_parted_by_jumps():
     two = _frame(t + 1, 0 * t + 0.4, 0 * t, 0 * t)
     assert last_start_s(pd.concat([one, two])) == t[-1]
     assert last_start_s(one) == -np.inf
-
-
-def test_the_wilson_interval_has_its_published_value():
-    assert wilson(27, 30) == pytest.approx((0.7438, 0.9654), abs=1e-4)
-    assert wilson(0, 10)[0] == 0
-    assert wilson(10, 10)[1] == 1
 
 
 def test_the_running_median_ignores_a_single_outlier():

@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-import yaml
 
 from kendama_cli.artifacts.demonstration import Demonstration
 from kendama_cli.artifacts.motion_plan import CatchMotion, MotionPlan
@@ -21,9 +20,9 @@ from kendama_cli.stages.adapt.stage import Adapt
 from kendama_cli.stages.interface import Made
 from tests.memory_context import MemoryContext
 from tests.motion.swings import settings as encode_settings
-from tests.simulation.dart.bench_robot import ROOT, kendama_game, modelled, pa10
+from tests.simulation.dart.bench_robot import ROOT, adapt_values, kendama_game, modelled, pa10
 
-SHIPPED = build(AdaptSettings, yaml.safe_load((ROOT / "conf/adapt/catch.yaml").read_text()), "adapt")
+SHIPPED = build(AdaptSettings, adapt_values(), "adapt")
 QUICK = dataclasses.replace(SHIPPED, tau_range=(0.96, 1.04), amplitudes=(), max_shift_m=0.0, repeats=3)
 
 

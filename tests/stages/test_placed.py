@@ -9,7 +9,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-import yaml
 
 from kendama_cli.artifacts.demonstration import Demonstration
 from kendama_cli.artifacts.motion_plan import CatchMotion, MotionPlan
@@ -17,7 +16,7 @@ from kendama_cli.artifacts.policy import Policy
 from kendama_cli.errors import ConfigError, HardwareError, StageError
 from kendama_cli.motion.averaging import encode_demonstrations
 from kendama_cli.schema.settings import build
-from kendama_cli.settings.placement import Placement, placed
+from kendama_cli.settings.placement import LineSettings, Placement, placed
 from kendama_cli.settings.robot import RobotSettings
 from kendama_cli.simulation.catch.settings import AdaptSettings
 from kendama_cli.simulation.placement.find_placement import current_placement, find_placement
@@ -26,11 +25,11 @@ from kendama_cli.stages.adapt.stage import Adapt
 from kendama_cli.stages.transfer import stage as transfer_stage
 from tests.memory_context import MemoryContext
 from tests.motion.swings import settings as encode_settings
-from tests.simulation.dart.bench_robot import ROOT, kendama_game, modelled, pa10
+from tests.simulation.dart.bench_robot import ROOT, adapt_values, kendama_game, modelled, pa10
 from tests.stages.test_transfer import stage as transfer_of_pa10
 
 GAME = kendama_game()
-FILE = yaml.safe_load((ROOT / "conf/adapt/catch.yaml").read_text())
+FILE = adapt_values()
 BRIEF = {"tau_range": [1.6, 1.62], "tau_start": 1.6, "amplitudes": [], "max_shift_m": 0.0, "repeats": 1}
 SEARCHED = build(AdaptSettings, FILE | BRIEF | {"placement": "search"}, "adapt")
 
@@ -44,7 +43,13 @@ def plan() -> MotionPlan:
 @pytest.fixture(scope="module")
 def elsewhere(plan: MotionPlan) -> Placement:
     return find_placement(
-        pa10(), GAME, plan, SEARCHED.lead_in_m_s2, line=True, effort=0.05, progress=lambda done, total, cost: None
+        pa10(),
+        GAME,
+        plan,
+        SEARCHED.lead_in_m_s2,
+        line=SEARCHED.line,
+        effort=0.05,
+        progress=lambda done, total, cost: None,
     )
 
 
@@ -58,9 +63,9 @@ def motion(plan: MotionPlan, elsewhere: Placement, monkeypatch: pytest.MonkeyPat
 def test_where_the_swing_ups_line_would_cost_the_motion_it_is_given_up(
     plan: MotionPlan, elsewhere: Placement, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    asked: list[bool] = []
+    asked: list[LineSettings | None] = []
 
-    def find(*_: Any, line: bool, **__: Any) -> Placement:
+    def find(*_: Any, line: LineSettings | None, **__: Any) -> Placement:
         asked.append(line)
         if line:
             raise StageError("the line leaves the workspace")
@@ -68,7 +73,7 @@ def test_where_the_swing_ups_line_would_cost_the_motion_it_is_given_up(
 
     monkeypatch.setattr(adapt_stage, "find_placement", find)
     made = Adapt(adapt=SEARCHED, robot=pa10(), game=GAME).run({"encode": plan}, MemoryContext(1)).artifact
-    assert asked == [True, False]
+    assert asked == [SEARCHED.line, None]
     assert made.placement == elsewhere
 
 

@@ -10,6 +10,7 @@ from scipy.interpolate import CubicSpline
 from kendama_cli.artifacts.motion_plan import JointTrajectory
 from kendama_cli.devices.robot.identify_settings import IdentifySettings
 from kendama_cli.errors import StageError
+from kendama_cli.motion import minimum_jerk
 from kendama_cli.robot_model.model import RobotModel
 from kendama_cli.schema.arrays import Array
 from kendama_cli.settings.game import GameSettings
@@ -98,7 +99,7 @@ def _motion(
         slowest = min(settings.slowest_rad_s / (omega * speed), 1.0)
         phase_s = CubicSpline(t_s, slowest**exponent).antiderivative()(t_s)
         wave[:, j] = (size * np.sin(phase_s[:, None] * k * omega + start)).sum(axis=1)
-    window = _smooth_step(t_s / RAMP_S) * _smooth_step((t_s[-1] - t_s) / RAMP_S)
+    window = minimum_jerk.step(t_s / RAMP_S) * minimum_jerk.step((t_s[-1] - t_s) / RAMP_S)
     angles = middle_rad + settings.amplitude_rad * window[:, None] * wave
     curve = CubicSpline(t_s, angles)
     return JointTrajectory(arm.joint_names, t_s, angles, curve(t_s, 1), curve(t_s, 2))
@@ -129,8 +130,3 @@ def _require_clear(arm: RobotModel, game: GameSettings, joints: JointTrajectory)
             f"motion; allowed: {-1e3 * allowed_m:.0f} mm of their capsules: lower identify.amplitude_rad or choose "
             "another robot.home_rad"
         )
-
-
-def _smooth_step(share: Array) -> Array:
-    u = np.clip(share, 0.0, 1.0)
-    return np.asarray(u**3 * (10 - 15 * u + 6 * u**2))

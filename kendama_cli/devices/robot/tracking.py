@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike
 from scipy.interpolate import CubicSpline
 from scipy.optimize import minimize_scalar
 
@@ -13,6 +12,7 @@ from kendama_cli.artifacts.motion_plan import JointTrajectory
 from kendama_cli.devices.robot.identify_settings import IdentifySettings
 from kendama_cli.devices.robot.recording import Recording
 from kendama_cli.errors import StageError
+from kendama_cli.motion import minimum_jerk
 from kendama_cli.robot_model.model import RobotModel
 from kendama_cli.schema.arrays import Array
 from kendama_cli.simulation.placement.limit_shares import limit_shares
@@ -55,15 +55,11 @@ def _path(settings: IdentifySettings, speed_m_s: float, period_s: float) -> tupl
     steady_s = 2 * np.pi * radius * settings.tracking_laps / speed_m_s
     t_s = np.arange(round((steady_s + 2 * RAMP_S) / period_s) + 1, dtype=np.float64) * period_s
     ending = (t_s - RAMP_S - steady_s) / RAMP_S
-    seconds = RAMP_S * (_ramped(t_s / RAMP_S) + np.clip(ending, 0.0, 1.0) - _ramped(ending))
+    seconds = RAMP_S * (
+        minimum_jerk.step_integral(t_s / RAMP_S) + np.clip(ending, 0.0, 1.0) - minimum_jerk.step_integral(ending)
+    )
     angle = speed_m_s / radius * (seconds + np.clip(t_s - RAMP_S, 0.0, steady_s))
     return t_s, radius * np.column_stack([np.sin(angle), np.zeros(len(t_s)), 1 - np.cos(angle)])
-
-
-def _ramped(share: ArrayLike) -> Array:
-    """The integral of the smooth step 10 u^3 - 15 u^4 + 6 u^5."""
-    u = np.clip(np.asarray(share, dtype=np.float64), 0.0, 1.0)
-    return np.asarray(u**4 * (2.5 - 3 * u + u**2))
 
 
 class CupPath:

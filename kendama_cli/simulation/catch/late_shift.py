@@ -7,6 +7,7 @@ import dataclasses
 import numpy as np
 
 from kendama_cli.artifacts.motion_plan import MotionPlan
+from kendama_cli.motion import minimum_jerk
 from kendama_cli.motion.dmp import play
 from kendama_cli.schema.arrays import Array
 
@@ -42,8 +43,7 @@ def shifted_plan(plan: MotionPlan, shift_m: tuple[float, float], flight: tuple[f
     )
     response = play(still, t_s).position_m
     pulled = play(dataclasses.replace(still, weights=np.zeros((m, m)), goal_m=np.ones(m)), t_s).position_m[:, 0]
-    s = np.clip((share - flight[0]) / max(flight[1] - flight[0], 1e-3), 0.0, 1.0)
-    wanted = s**3 * (10 - 15 * s + 6 * s**2) - pulled
+    wanted = minimum_jerk.step((share - flight[0]) / max(flight[1] - flight[0], 1e-3)) - pulled
     scale = np.linalg.norm(response, axis=0)
     unit = response / scale
     change = np.linalg.solve(unit.T @ unit + RIDGE * np.eye(m), unit.T @ wanted) / scale

@@ -7,6 +7,7 @@ from typing import Literal
 
 from kendama_cli.errors import ConfigError
 from kendama_cli.schema.settings import setting
+from kendama_cli.settings.placement import LineSettings
 
 
 @dataclass(frozen=True)
@@ -30,6 +31,7 @@ class AdaptSettings:
     """The search for the catch in the closed loop of the arm."""
 
     perturbation: PerturbationSettings
+    line: LineSettings
     placement: Literal["given", "search"] = setting(
         "given: the arm stands as conf/robot says; search: a placement is found for this motion first"
     )

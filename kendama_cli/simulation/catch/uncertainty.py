@@ -7,7 +7,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy.special import ndtr
-from scipy.stats import beta
 
 from kendama_cli.simulation.catch.settings import PerturbationSettings
 from kendama_cli.simulation.dart.world import WorldErrors
@@ -79,18 +78,3 @@ def predicted_success(nominal_m: float, corners: Sequence[Repeat], mouth_m: floa
     share = float(np.mean(ndtr((mouth_m - m) / spread) - ndtr((-mouth_m - m) / spread)))
     lost = sum(not corner.caught and abs(corner.miss_m or 0.0) < mouth_m for corner in corners)
     return share * (1 - lost / len(corners))
-
-
-@dataclass(frozen=True)
-class Interval:
-    """A rate's 95 % interval."""
-
-    low: float
-    high: float
-
-
-def success_interval(successes: int, n: int) -> Interval:
-    """The exact 95 % interval of a proportion (Clopper and Pearson 1934); the whole of [0, 1] where n is 0."""
-    low = float(beta.ppf(0.025, successes, n - successes + 1)) if successes > 0 else 0.0
-    high = float(beta.ppf(0.975, successes + 1, n - successes)) if successes < n else 1.0
-    return Interval(low, high)

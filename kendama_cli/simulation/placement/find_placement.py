@@ -12,7 +12,7 @@ from kendama_cli.errors import StageError
 from kendama_cli.robot_model.model import RobotModel
 from kendama_cli.schema.arrays import Array
 from kendama_cli.settings.game import GameSettings
-from kendama_cli.settings.placement import Placement
+from kendama_cli.settings.placement import LineSettings, Placement
 from kendama_cli.settings.robot import RobotSettings
 from kendama_cli.simulation.catch.arm_motion import ArmMotion
 from kendama_cli.simulation.dart.cup_path import CupPath
@@ -29,9 +29,8 @@ from kendama_cli.simulation.placement.placement_search import (
 SEED = 1
 """Of the search's own random numbers: one motion and one arm have one placement, whatever the run's seed."""
 SAMPLE_S = 0.02
-LINE_M, LINE_M_S, LINE_M_S2, LINE_WEIGHT = 0.43, 2.0, 14.0, 0.35
-"""The line of the swing-up and the catch, as conf/learn and conf/transfer use it: it may need all of the limits where
-the motion needs this share of them."""
+LINE_WEIGHT = 0.35
+"""The line of the swing-up and the catch may need all of the limits where the motion needs this share of them."""
 WORKABLE = 1.0
 
 
@@ -64,13 +63,13 @@ def find_placement(
     plan: MotionPlan,
     lead_in_m_s2: float,
     *,
-    line: bool,
+    line: LineSettings | None,
     effort: float,
     progress: Callable[[int, int, float], None],
 ) -> Placement:
     """The placement of ``robot`` in which ``plan``, at its own tempo, needs the least share of the limits.
 
-    With ``line`` it also keeps the line within reach on which the swing-up is learned and the ball caught. ``effort``
+    With a ``line`` it also keeps that within reach, on which the swing-up is learned and the ball caught. ``effort``
     scales the time that is spent; the same call finds the same placement. ``progress`` is told of starts done, starts
     in all and the least cost so far (the largest share of a speed limit, or 0.6 of that of an acceleration or effort
     limit). Raises StageError where the motion leaves the workspace, saying where and how far.
@@ -78,8 +77,8 @@ def find_placement(
     path = CupPath(plan, lead_in_m_s2)
     path_m = path.at(SAMPLE_S * np.arange(int(np.ceil(path.duration_s / SAMPLE_S)) + 1, dtype=np.float64))
     demands = [motion_demand(path_m, SAMPLE_S)]
-    if line:
-        demands += line_demands(LINE_M, LINE_M_S, LINE_M_S2, LINE_WEIGHT)
+    if line is not None:
+        demands += line_demands(line, LINE_WEIGHT)
     arm = RobotModel(robot, game.cup, game.gravity_m_s2)
     problem = PlacementProblem(arm, game, demands)
     best = search(problem, current_placement(arm), rng=np.random.default_rng(SEED), effort=effort, progress=progress)

@@ -14,7 +14,7 @@ from kendama_cli.robot_model.chain_kernel import Curve, IkSettings, ToolGeometry
 from kendama_cli.robot_model.model import RobotModel
 from kendama_cli.schema.arrays import Array
 from kendama_cli.settings.game import GameSettings
-from kendama_cli.settings.placement import Placement
+from kendama_cli.settings.placement import LineSettings, Placement
 from kendama_cli.simulation.placement.clearance import room_about
 from kendama_cli.simulation.placement.evolution import Minimum, minimise
 
@@ -38,8 +38,8 @@ CLEARANCE_EVERY = 8
 MARGIN_M = 0.01
 """Room that is kept beside every part for what the capsules do not show."""
 LINE_STEP_M = 0.02
-BRAKING_M_S2 = 12.6
-"""What the catch brakes with: conf/transfer, a tenth in reserve."""
+BRAKING_SHARE = 0.9
+"""What of the line's acceleration braking counts on: a tenth is kept in reserve."""
 SAMPLES = 4000
 BLOCKED = 5.0
 UNREACHED = 10.0
@@ -68,19 +68,19 @@ def motion_demand(path_m: Array, step_s: float, weight: float = 1.0) -> Demand:
     return Demand(np.asarray(path_m, dtype=np.float64), step_s, np.ones(len(path_m)), 0.0, weight, REST_SHARE)
 
 
-def line_demands(
-    half_width_m: float, velocity_m_s: float, acceleration_m_s2: float, weight: float = 1.0
-) -> tuple[Demand, ...]:
-    """The demands of a line along x, both ways out of home: anywhere at this acceleration and at this speed.
+def line_demands(line: LineSettings, weight: float = 1.0, *, braking_m_s2: float | None = None) -> tuple[Demand, ...]:
+    """The demands of ``line``, both ways out of home: anywhere at its acceleration and at its speed.
 
-    Toward the ends the speed falls to what can still be braked with ``BRAKING_M_S2`` within the line.
+    Toward the ends the speed falls to what can still be braked within the line with ``braking_m_s2``, by default
+    ``BRAKING_SHARE`` of the line's acceleration.
     """
-    count = round(half_width_m / LINE_STEP_M) + 2
+    braking = BRAKING_SHARE * line.acceleration_m_s2 if braking_m_s2 is None else braking_m_s2
+    count = round(line.half_width_m / LINE_STEP_M) + 2
     out = LINE_STEP_M * np.arange(count)
-    left = np.maximum(half_width_m + LINE_STEP_M - out, 0.0)
-    velocity = np.minimum(velocity_m_s, np.sqrt(2 * BRAKING_M_S2 * left))
+    left = np.maximum(line.half_width_m + LINE_STEP_M - out, 0.0)
+    velocity = np.minimum(line.max_speed_m_s, np.sqrt(2 * braking * left))
     return tuple(
-        Demand(out[:, None] * [sign, 0.0, 0.0], LINE_STEP_M, velocity, acceleration_m_s2, weight, 1.0)
+        Demand(out[:, None] * [sign, 0.0, 0.0], LINE_STEP_M, velocity, line.acceleration_m_s2, weight, 1.0)
         for sign in (1.0, -1.0)
     )
 
@@ -119,7 +119,7 @@ class PlacementProblem:
 
     def __init__(self, arm: RobotModel, game: GameSettings, demands: Sequence[Demand]) -> None:
         self._chain = compiled_chain(arm)
-        self._demands = tuple(demands)
+        self.demands = tuple(demands)
         self._limits = (arm.limits.velocity_rad_s, arm.limits.acceleration_rad_s2, arm.limits.effort_nm)
         self._held_kg = game.cup.mass_kg + game.ball.mass_kg
         self._room = room_about(arm, game, 0.0, 0.0)
@@ -174,7 +174,7 @@ class PlacementProblem:
         """Where the candidate misses a demand most: the demand, the sample and by how much [m]; None where nowhere."""
         one = self._try(place)
         worst: tuple[Demand, int, float] | None = None
-        for demand in self._demands:
+        for demand in self.demands:
             path = demand.path_m @ heading_turn(one.heading_rad)
             _, missed = follow(self._chain, one.grip, one.stance, path, True)
             k = int(missed.argmax())
@@ -196,11 +196,11 @@ class PlacementProblem:
             return IMPOSSIBLE + blocked
         room = self._room._replace(floor_m=-pedestal_m, side=side)
         peak = 0.0
-        for number, demand in enumerate(self._demands):
+        for number, demand in enumerate(self.demands):
             angles, missed = follow(self._chain, one.grip, one.stance, demand.path_m @ turn, False)
             if not np.isfinite(missed[-1]):
-                left = float(np.isinf(missed).mean()) + len(self._demands) - 1 - number
-                return UNREACHED + UNREACHED * left / len(self._demands) + blocked
+                left = float(np.isinf(missed).mean()) + len(self.demands) - 1 - number
+                return UNREACHED + UNREACHED * left / len(self.demands) + blocked
             stop = max(float((self._lower_rad - angles).max()), float((angles - self._upper_rad).max()))
             gap = clearance(self._chain, one.grip, room, angles, CLEARANCE_EVERY)[0]
             blocked += max(0.0, stop + RANGE_MARGIN_RAD) + 5.0 * max(0.0, MARGIN_M - gap)

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from kendama_cli.artifacts.motion_plan import CatchMotion, MotionPlan
+from kendama_cli.artifacts.proportion import success_interval
 from kendama_cli.errors import StageError
 from kendama_cli.learning.friction_known import with_identified
 from kendama_cli.robot_model.model import RobotModel
@@ -33,7 +34,7 @@ from kendama_cli.simulation.catch.catch_search import (
     windows,
 )
 from kendama_cli.simulation.catch.settings import AdaptSettings
-from kendama_cli.simulation.catch.uncertainty import CORNERS, Repeat, corner_errors, drawn_errors, success_interval
+from kendama_cli.simulation.catch.uncertainty import CORNERS, Repeat, corner_errors, drawn_errors
 from kendama_cli.simulation.dart.rollout import RolloutResult, play_rollout
 from kendama_cli.simulation.dart.world import NO_ERRORS, ArmWorld
 from kendama_cli.simulation.placement.find_placement import current_placement, find_placement
@@ -93,11 +94,11 @@ class Adapt:
         lead_in = self._settings.lead_in_m_s2
         find = functools.partial(find_placement, robot, self._game, plan, lead_in, effort=1.0, progress=tell)
         with contextlib.suppress(StageError):  # out of reach: perhaps only the line is
-            found = placed(robot, find(line=True))
+            found = placed(robot, find(line=self._settings.line))
             arm = RobotModel(found, self._game.cup, self._game.gravity_m_s2)
             if ArmMotion(arm, plan, lead_in).least_tau_scale() <= self._settings.tau_range[1]:
                 return found
-        return placed(robot, find(line=False))
+        return placed(robot, find(line=None))
 
     def _require_playable(self, family: CatchFamily, bounds: Bounds) -> None:
         least, most = bounds.lowest_tau[1.0], self._settings.tau_range[1]

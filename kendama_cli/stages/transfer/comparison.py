@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from kendama_cli.artifacts.proportion import success_interval
 from kendama_cli.report.bootstrap import bootstrap, bootstrap_ratio
 from kendama_cli.report.chapters import EnsembleChapter
 from kendama_cli.report.ensemble import Ensemble, Group
@@ -14,7 +15,7 @@ from kendama_cli.report.figure import Figure, Panel, figure
 from kendama_cli.report.grid import EMPTY, Cell, grid, percent, quantity, with_interval
 from kendama_cli.report.plot import drawing, legend_above
 from kendama_cli.report.style import BALL, CUP, INK, PAPER
-from kendama_cli.report.tracks import Array, wilson
+from kendama_cli.report.tracks import Array
 from kendama_cli.schema.declaration import Headline
 
 _HEAD = ("body", "seeds", "from Q", "from scratch", "ratio", "frozen, before", "frozen, after", "games caught")
@@ -105,8 +106,8 @@ def _rate(group: Group, metric: str, trials: str) -> Cell:
     if not each:
         return percent(float(rates.mean()))
     n = each * len(rates)
-    low, high = wilson(round(float(rates.sum()) * each), n)
-    return percent(float(rates.mean()), f"{100 * low:.0f} … {100 * high:.0f}")
+    sure = success_interval(round(float(rates.sum()) * each), n)
+    return percent(float(rates.mean()), f"{100 * sure.low:.0f} … {100 * sure.high:.0f}")
 
 
 def _body(settings: Mapping[str, Any]) -> str:

@@ -6,7 +6,6 @@ import math
 from collections.abc import Callable
 
 import pytest
-import yaml
 
 from kendama_cli.schema.settings import build
 from kendama_cli.simulation.catch.catch_obstacle import obstacle
@@ -23,9 +22,9 @@ from kendama_cli.simulation.catch.catch_search import (
 )
 from kendama_cli.simulation.catch.settings import AdaptSettings
 from kendama_cli.simulation.catch.uncertainty import CORNERS, Repeat
-from tests.simulation.dart.bench_robot import ROOT
+from tests.simulation.dart.bench_robot import adapt_values
 
-SHIPPED = build(AdaptSettings, yaml.safe_load((ROOT / "conf/adapt/catch.yaml").read_text()), "adapt")
+SHIPPED = build(AdaptSettings, adapt_values(), "adapt")
 SETTINGS = dataclasses.replace(SHIPPED, repeats=5)
 BOUNDS = Bounds({1.0: 0.7, 1.05: 0.7, 0.95: 0.7, 1.1: 0.7, 0.9: 0.7}, 0.038)
 

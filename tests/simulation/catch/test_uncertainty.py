@@ -8,6 +8,7 @@ import pytest
 import yaml
 from scipy.stats import binom
 
+from kendama_cli.artifacts.proportion import success_interval
 from kendama_cli.schema.settings import build
 from kendama_cli.simulation.catch.settings import PerturbationSettings
 from kendama_cli.simulation.catch.uncertainty import (
@@ -17,7 +18,6 @@ from kendama_cli.simulation.catch.uncertainty import (
     corner_errors,
     drawn_errors,
     predicted_success,
-    success_interval,
 )
 from tests.simulation.dart.bench_robot import ROOT
 
@@ -94,6 +94,12 @@ def test_the_interval_leaves_a_fortieth_on_either_side(k: int, n: int) -> None:
         assert binom.sf(k - 1, n, interval.low) == pytest.approx(0.025)
     if k < n:
         assert binom.cdf(k, n, interval.high) == pytest.approx(0.025)
+
+
+def test_the_exact_interval_has_its_published_value() -> None:
+    """Clopper and Pearson 1934; 81 of 263 as in R. G. Newcombe, Statist. Med. 17, 1998, table I, method 5."""
+    interval = success_interval(81, 263)
+    assert (interval.low, interval.high) == pytest.approx((0.2527, 0.3676), abs=5e-5)
 
 
 def test_without_repeats_nothing_is_known() -> None:

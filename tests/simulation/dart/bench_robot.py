@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from pathlib import Path
+from typing import Any
 
 import yaml
 
@@ -36,3 +37,10 @@ def modelled(robot: RobotSettings) -> RobotModel:
     """What is believed about ``robot`` with the cup of the shipped game."""
     game = kendama_game()
     return RobotModel(robot, game.cup, game.gravity_m_s2)
+
+
+def adapt_values() -> dict[str, Any]:
+    """conf/adapt/catch.yaml with what it takes from the shipped transfer settings."""
+    values: dict[str, Any] = yaml.safe_load((ROOT / "conf/adapt/catch.yaml").read_text())
+    transfer = yaml.safe_load((ROOT / "conf/transfer/default.yaml").read_text())
+    return values | {"line": {name: transfer["catch"][name] for name in values["line"]}}
