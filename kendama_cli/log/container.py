@@ -17,8 +17,9 @@ from mcap.stream_reader import CRCValidationError, StreamReader, get_chunk_data_
 from zstandard import ZstdError
 
 from kendama_cli.errors import InputError
+from kendama_cli.log.container_summary import MAGIC
 
-_MAGIC = b"\x89MCAP0\r\n"
+REMEDY = "copy or record it again ('mcap recover' saves what is whole)"
 _RECORD = struct.Struct("<BQ")
 _MESSAGE = struct.Struct("<HIQQ")  # channel, sequence, log time, publish time
 _MESSAGE_RECORD = 5
@@ -131,7 +132,7 @@ def read_container(path: Path | str, topics: Collection[str] | None = None) -> C
     with _open(path) as file:
         size = file.seek(0, 2)
         file.seek(0)
-        if file.read(len(_MAGIC)) != _MAGIC:
+        if file.read(len(MAGIC)) != MAGIC:
             problem = f"not an MCAP file (its {size} bytes do not begin with the MCAP magic)"
             raise InputError(str(path), problem, remedy="name an MCAP file")
         file.seek(0)
@@ -143,12 +144,12 @@ def read_container(path: Path | str, topics: Collection[str] | None = None) -> C
                     _check_summary(file, record, size)
         except (McapError, CRCValidationError, ZstdError, struct.error, ValueError, MemoryError) as wrong:
             at = file.tell()
-            file.seek(max(0, size - len(_MAGIC)))
-            if size < 2 * len(_MAGIC) or file.read() != _MAGIC:
+            file.seek(max(0, size - len(MAGIC)))
+            if size < 2 * len(MAGIC) or file.read() != MAGIC:
                 problem = f"the MCAP file is cut short after {size} bytes ({_whole(reader.content)})"
-                raise InputError(str(path), problem, remedy=_REMEDY) from None
+                raise InputError(str(path), problem, remedy=REMEDY) from None
             problem = f"the MCAP file is damaged ({wrong or type(wrong).__name__}; {_whole(reader.content)})"
-            raise InputError(str(path), problem, where=f"before byte {at}", remedy=_REMEDY) from None
+            raise InputError(str(path), problem, where=f"before byte {at}", remedy=REMEDY) from None
         return reader.content
 
 
@@ -161,10 +162,10 @@ def _open(path: Path | str) -> BinaryIO:
 
 def _check_summary(file: BinaryIO, footer: Footer, size: int) -> None:
     """Hold the end of the file against what the library's stream reader does not look at: frames and summary CRC."""
-    footer_at = size - len(_MAGIC) - _RECORD.size - _FOOTER_BYTES
+    footer_at = size - len(MAGIC) - _RECORD.size - _FOOTER_BYTES
     start = footer.summary_start or footer_at
     here = file.tell()
-    if not len(_MAGIC) <= start <= footer_at:
+    if not len(MAGIC) <= start <= footer_at:
         raise ValueError("the footer points outside the file")
     file.seek(start - _RECORD.size - _DATA_END_BYTES)
     data_end = _RECORD.unpack(file.read(_RECORD.size))
@@ -181,6 +182,3 @@ def _check_summary(file: BinaryIO, footer: Footer, size: int) -> None:
 
 def _whole(content: Content) -> str:
     return f"{content.messages_n} messages in {content.chunks} chunks before it are whole"
-
-
-_REMEDY = "copy or record it again ('mcap recover' saves what is whole)"

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import dataclasses
 import json
 from collections.abc import Callable, Iterable
 from operator import attrgetter
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 import pandas as pd
@@ -15,8 +16,16 @@ from google.protobuf.message import DecodeError, Message
 from google.protobuf.message_factory import GetMessageClass
 
 from kendama_cli.log.container import ChannelContent
+from kendama_cli.schema.messages import codec
+
+M = TypeVar("M")
 
 _MESSAGE_TYPES = {10, 11}
+_SPECIAL_COLUMNS: dict[str, tuple[str, ...]] = {
+    "foxglove.FrameTransform": ("parent", "child", "x_m", "y_m", "z_m", "qw", "qx", "qy", "qz"),
+    "foxglove.JointStates": (),
+    "foxglove.CompressedImage": ("frame_id", "format", "data"),
+}
 
 
 class UndecodableError(ValueError):
@@ -43,6 +52,48 @@ def decode(channel: ChannelContent) -> pd.DataFrame:
         frame = frame.rename(columns={"t_s": "message.t_s"})
     frame.insert(0, "t_s", t_s)
     return frame
+
+
+def check_schema(channel: ChannelContent, kind: type) -> None:
+    """Raise UndecodableError unless ``channel`` holds the fields of message dataclass ``kind``, as it declares them."""
+    wanted = codec(kind)
+    if channel.schema_name == wanted.schema and channel.schema_data != wanted.descriptor_set:
+        ours, theirs = (_fields(wanted.schema, data) for data in (wanted.descriptor_set, channel.schema_data))
+        if ours != theirs:
+            listed = ", ".join(name for name, *_ in theirs) or "none"
+            raise UndecodableError(
+                f"the fields of {channel.schema_name} on topic '{channel.topic}' are not those of {kind.__name__} but "
+                f"{listed}; it was logged by another version: run the stage again"
+            )
+    elif channel.schema_name != wanted.schema:
+        raise UndecodableError(
+            f"topic '{channel.topic}' holds {channel.schema_name or 'messages without a schema'}, not {wanted.schema}"
+        )
+
+
+def decode_as(channel: ChannelContent, kind: type[M]) -> tuple[list[int], list[M]]:
+    """Times [ns] and messages of ``channel`` in order of time; raises UndecodableError where they are no ``kind``."""
+    check_schema(channel, kind)
+    of_any: type = kind  # mypy takes type[M] for unhashable
+    made = codec(of_any).decode
+    times_ns, messages = [], []
+    for number, (t_ns, data) in enumerate(sorted(channel.messages, key=lambda message: message[0])):
+        times_ns.append(t_ns)
+        try:
+            messages.append(made(data))
+        except DecodeError:
+            raise UndecodableError(f"message {number} of topic '{channel.topic}' is no {channel.schema_name}") from None
+    return times_ns, messages
+
+
+def columns_of(kind: type) -> tuple[str, ...]:
+    """The columns that a table of ``kind`` always has: those of joints are named after the joints."""
+    return ("t_s", *_SPECIAL_COLUMNS.get(codec(kind).schema, tuple(field.name for field in dataclasses.fields(kind))))
+
+
+def _fields(name: str, descriptor_set: bytes) -> list[tuple[str, int, int, bool]]:
+    fields = message_class(name, descriptor_set).DESCRIPTOR.fields
+    return [(field.name, field.number, field.type, field.is_repeated) for field in fields]
 
 
 def message_class(name: str, descriptor_set: bytes) -> type[Message]:
@@ -105,7 +156,7 @@ def _columns(names: list[str], paths: list[str], parsed: list[Any]) -> pd.DataFr
 def _frame_transforms(parsed: list[Any]) -> pd.DataFrame:
     rotation = [f"rotation.{axis}" for axis in "wxyz"]
     paths = ["parent_frame_id", "child_frame_id", *(f"translation.{axis}" for axis in "xyz"), *rotation]
-    return _columns(["parent", "child", "x_m", "y_m", "z_m", "qw", "qx", "qy", "qz"], paths, parsed)
+    return _columns(list(_SPECIAL_COLUMNS["foxglove.FrameTransform"]), paths, parsed)
 
 
 def _joint_states(parsed: list[Any]) -> pd.DataFrame:

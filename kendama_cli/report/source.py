@@ -4,12 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
+import numpy as np
 import pandas as pd
 
 from kendama_cli.errors import InputError
-from kendama_cli.log.reader import LogFile
+from kendama_cli.log.decode import columns_of
+from kendama_cli.log.reader import LogFile, TypedMessages
+
+M = TypeVar("M")
 
 
 class StageLog:
@@ -25,9 +29,20 @@ class StageLog:
         self.settings: Mapping[str, Any] = facts.get("settings", {})
         self.metrics: Mapping[str, Any] = facts.get("metrics", {})
 
-    def table(self, topic: str) -> pd.DataFrame:
-        """The messages of ``topic``; empty where the log has none."""
-        return self._file.table(topic) if topic in self._file.topics else pd.DataFrame()
+    def table(self, topic: str, kind: type) -> pd.DataFrame:
+        """The messages of ``topic``, with the columns that ``kind`` has; without rows where the log has none.
+
+        Raises InputError where the topic holds messages of another type.
+        """
+        if topic not in self._file.topics:
+            return pd.DataFrame(columns=list(columns_of(kind)))
+        return self._file.table(topic, kind)
+
+    def messages(self, topic: str, kind: type[M]) -> TypedMessages[M]:
+        """The messages of ``topic`` as ``kind``; none where the log has none."""
+        if topic not in self._file.topics:
+            return TypedMessages(np.empty(0), ())
+        return self._file.messages(topic, kind)
 
     def topics_under(self, prefix: str) -> list[str]:
         """The topics that begin with ``prefix``, sorted."""

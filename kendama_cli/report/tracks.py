@@ -11,6 +11,7 @@ import pandas as pd
 from matplotlib.axes import Axes
 
 from kendama_cli.report.source import StageLog
+from kendama_cli.schema.foxglove import FrameTransform
 
 Array = npt.NDArray[np.float64]
 
@@ -91,7 +92,7 @@ def pair(
 
     Positions are relative to where the cup begins. None where there are no paths.
     """
-    cup, ball = (_within(log.table(f"{prefix}/{body}"), start_s, end_s) for body in ("cup", "ball"))
+    cup, ball = (_within(log.table(f"{prefix}/{body}", FrameTransform), start_s, end_s) for body in ("cup", "ball"))
     if len(cup) < 2 or len(ball) < 2:
         return None
     along = direction(ball)

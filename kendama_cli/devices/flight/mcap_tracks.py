@@ -15,11 +15,12 @@ SCHEMA = "foxglove.FrameTransform"
 
 def read_mcap_tracks(path: Path) -> list[RecordedTrack]:
     """A track per topic and child frame, samples of equal time dropped; raises InputError without any."""
-    log = LogFile(path)
+    log = LogFile(path, topics=())
     topics = [one["topic"] for one in log.describe()["channels"] if one["schema"] == SCHEMA and one["messages"]]
     if not topics:
         listed = ", ".join(log.topics) or "none"
         raise InputError(str(path), f"no messages of {SCHEMA}; its topics: {listed}", remedy="log the ball as one")
+    log = LogFile(path, topics)  # images, say, were not worth keeping
     tracks = []
     for topic in topics:
         for child, table in log.table(topic).groupby("child", sort=True):

@@ -9,11 +9,12 @@ from pathlib import Path
 import numpy as np
 
 from kendama_cli.devices.hand.interface import HandSample
-from kendama_cli.devices.hand.mcap_log import MAGIC, read_mcap
+from kendama_cli.devices.hand.mcap_log import read_mcap
 from kendama_cli.devices.hand.recording import Recording, check
 from kendama_cli.devices.hand.settings import FileCapture
 from kendama_cli.devices.hand.text import read_text
 from kendama_cli.errors import InputError
+from kendama_cli.log.container_summary import MAGIC
 from kendama_cli.schema.arrays import Array
 
 UPRIGHT = np.array([1.0, 0.0, 0.0, 0.0])
@@ -73,5 +74,5 @@ def _read(path: str, settings: FileCapture) -> Sequence[Recording]:
         raise InputError(path, "is empty, no row", remedy="give a file that holds a swing")
     named = file.suffix.lower() == ".mcap"
     if settings.format == "mcap" or (settings.format == "auto" and (named or content.startswith(MAGIC))):
-        return read_mcap(path, content, settings)
+        return read_mcap(path, settings)
     return (read_text(path, content, settings),)

@@ -14,6 +14,8 @@ from kendama_cli.report.plot import drawing, legend_above
 from kendama_cli.report.source import StageLog
 from kendama_cli.report.style import BALL, CUP, GOOD, INK, LINE, MUTED, OTHER, PAPER
 from kendama_cli.report.tracks import Array, Geometry, Path2D, catch_time_s, pair
+from kendama_cli.schema.foxglove import FrameTransform, JointStates
+from kendama_cli.stages.adapt.messages import AdaptRepeatMessage, AdaptRolloutMessage, AdaptWindowMessage
 
 _MOST_MISS_MM = 300.0
 _JUMP_MM = 500.0
@@ -34,7 +36,7 @@ def adaptation_figures(log: StageLog) -> list[Figure]:
     """The search and the catch; then tracking, joint speeds and the perturbed repeats."""
     search = [_search(log), _catch(log)]
     repeats, told = _repeats(log)
-    execution = [_tracking(log), _joint_speeds(log.table("/adapt/joints")), repeats]
+    execution = [_tracking(log), _joint_speeds(log.table("/adapt/joints", JointStates)), repeats]
     return [
         *figure(
             lettered(
@@ -95,7 +97,7 @@ def swing_panel(name: str, title: str, paths: tuple[Path2D, Path2D], sizes: Geom
 
 
 def _search(log: StageLog) -> Panel | None:
-    rollouts = log.table("/adapt/rollout")
+    rollouts = log.table("/adapt/rollout", AdaptRolloutMessage)
     if rollouts.empty:
         return None
     rollouts = rollouts.sort_values(["tau_scale", "index"])
@@ -107,11 +109,13 @@ def _search(log: StageLog) -> Panel | None:
     known = np.isfinite(miss_mm)
     edge = min(_MOST_MISS_MM, 1.15 * float(np.abs(miss_mm[known]).max(initial=10.0)))
     shown = np.clip(np.where(known, miss_mm, -edge), -edge, edge)
-    corners, repeats, windows = (log.table(f"/adapt/{name}") for name in ("corner", "repeat", "window"))
+    corners = log.table("/adapt/corner", AdaptRolloutMessage)
+    repeats = log.table("/adapt/repeat", AdaptRepeatMessage)
+    windows = log.messages("/adapt/window", AdaptWindowMessage)
     with drawing("adapt-search", "Miss over time scale", height_in=3.6) as made:
         axes = made.axes()[0]
-        for low, high in windows[["low", "high"]].to_numpy(np.float64) if len(windows) else ():
-            axes.axvspan(low, high, color=GOOD, alpha=0.18, lw=0)
+        for window in windows.messages:
+            axes.axvspan(window.low, window.high, color=GOOD, alpha=0.18, lw=0)
         axes.axhline(0, color=MUTED, lw=0.7)
         plain = same & ~moved
         for run in _unbroken(miss_mm[plain]):
@@ -168,7 +172,7 @@ def _catch(log: StageLog) -> Panel | None:
 
 
 def _tracking(log: StageLog) -> Panel | None:
-    wanted, driven = log.table("/adapt/reference"), log.table("/adapt/cup")
+    wanted, driven = log.table("/adapt/reference", FrameTransform), log.table("/adapt/cup", FrameTransform)
     if len(wanted) < 2 or len(driven) < 2:
         return None
     wanted = wanted.iloc[:: max(1, len(wanted) // 800)]
@@ -207,7 +211,7 @@ def _joint_speeds(joints: pd.DataFrame) -> Panel | None:
 
 def _repeats(log: StageLog) -> tuple[Panel | None, str]:
     """The perturbed repeats sorted by miss, and the sentence that tells of them."""
-    repeats = log.table("/adapt/repeat")
+    repeats = log.table("/adapt/repeat", AdaptRepeatMessage)
     if repeats.empty:
         return None, ""
     repeats = repeats.sort_values(["miss_m", "index"], na_position="last").reset_index(drop=True)

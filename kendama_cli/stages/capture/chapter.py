@@ -7,11 +7,12 @@ from kendama_cli.report.plot import drawing
 from kendama_cli.report.source import StageLog
 from kendama_cli.report.style import CUP
 from kendama_cli.report.tracks import paths_by_child, side_view
+from kendama_cli.schema.foxglove import FrameTransform
 
 
 def capture_figures(log: StageLog) -> list[Figure]:
     """The demonstrations: path of the cup, and its coordinates over time."""
-    tracks = paths_by_child(log.table("/capture/cup"))
+    tracks = paths_by_child(log.table("/capture/cup", FrameTransform))
     if not tracks:
         return []
     n = len(tracks)

@@ -11,6 +11,7 @@ from kendama_cli.report.plot import drawing, legend_above
 from kendama_cli.report.source import StageLog
 from kendama_cli.report.style import CUP, MUTED
 from kendama_cli.report.tracks import direction, paths_by_child, side_view, track
+from kendama_cli.schema.foxglove import FrameTransform
 from kendama_cli.stages.encode.chapter_reproduction import reproduction_figures, weight_figures
 
 
@@ -20,7 +21,7 @@ def encode_figures(log: StageLog) -> list[Figure]:
 
 
 def _own_figures(log: StageLog) -> list[Figure]:
-    shown, made = log.table("/encode/demonstrated"), log.table("/encode/own")
+    shown, made = log.table("/encode/demonstrated", FrameTransform), log.table("/encode/own", FrameTransform)
     if len(shown) < 3 or len(made) < 3:
         return []
     along = direction(shown)
@@ -33,8 +34,8 @@ def _own_figures(log: StageLog) -> list[Figure]:
 
 
 def _average_figures(log: StageLog) -> list[Figure]:
-    shown = log.table("/encode/demonstrated")
-    made = log.table("/encode/reproduced")
+    shown = log.table("/encode/demonstrated", FrameTransform)
+    made = log.table("/encode/reproduced", FrameTransform)
     along = direction(shown) if len(shown) > 2 else (1.0, 0.0)
     demonstrated, reproduced = paths_by_child(shown, along), paths_by_child(made, along)
     if not demonstrated and not reproduced:

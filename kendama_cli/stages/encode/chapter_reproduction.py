@@ -12,6 +12,7 @@ from kendama_cli.report.plot import drawing, legend_above
 from kendama_cli.report.source import StageLog
 from kendama_cli.report.style import BALL, CUP, MUTED, SERIES
 from kendama_cli.report.tracks import Path2D
+from kendama_cli.stages.encode.messages import WeightsMessage
 
 COLUMNS = 4
 MOST = 24
@@ -83,7 +84,7 @@ def _distances(demonstrated: Mapping[str, Path2D], own: Mapping[str, Path2D], na
 
 def weight_figures(log: StageLog) -> list[Figure]:
     """The weights of every coordinate: of each demonstration, and of the primitive that is handed on."""
-    table = log.table("/encode/weights")
+    table = log.table("/encode/weights", WeightsMessage)
     if table.empty:
         return []
     coordinates = list(dict.fromkeys(table["coordinate"]))

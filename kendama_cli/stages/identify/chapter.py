@@ -9,6 +9,8 @@ from kendama_cli.report.plot import drawing, legend_above
 from kendama_cli.report.source import StageLog
 from kendama_cli.report.style import BALL, CUP, GOOD, INK, MUTED
 from kendama_cli.report.tracks import Array
+from kendama_cli.schema.foxglove import FrameTransform, JointStates
+from kendama_cli.stages.identify.messages import JointFrictionMessage
 
 _COLUMNS = 4
 _MOST_JOINTS = 8
@@ -55,10 +57,10 @@ def _rms(log: StageLog, when: str) -> str:
 
 
 def _friction(log: StageLog) -> Panel | None:
-    samples, chosen = log.table("/identify/friction"), log.metrics.get("model")
+    samples, chosen = log.table("/identify/friction", JointFrictionMessage), log.metrics.get("model")
     if samples.empty:
         return None
-    chain = [str(column).removesuffix(".position_rad") for column in log.table("/identify/joints").columns]
+    chain = [str(column).removesuffix(".position_rad") for column in log.table("/identify/joints", JointStates).columns]
     joints = sorted(set(samples["joint"]), key=lambda name: (chain.index(name) if name in chain else 0, name))
     joints = joints[:_MOST_JOINTS]
     rows = -(-len(joints) // _COLUMNS)
@@ -99,7 +101,7 @@ def _paths(log: StageLog) -> dict[str, tuple[Array, Array]]:
     delay_ms = log.metrics.get("drive_delay_ms")
     late_s = delay_ms / 1e3 if isinstance(delay_ms, int | float) else 0.0
     for name in ("reference", "before", "after"):
-        table = log.table(f"/identify/tracking/{name}")
+        table = log.table(f"/identify/tracking/{name}", FrameTransform)
         if len(table) > 1:
             places = table[_PLACE].to_numpy(np.float64)
             found[name] = (table["t_s"].to_numpy(np.float64) + (late_s if name == "reference" else 0.0), places)

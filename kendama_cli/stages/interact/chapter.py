@@ -19,15 +19,17 @@ from kendama_cli.report.source import StageLog
 from kendama_cli.report.style import BALL, CUP, GOOD, INK, LINE, MUTED, SERIES
 from kendama_cli.report.tables import number
 from kendama_cli.report.tracks import Array
+from kendama_cli.schema.foxglove import FrameTransform, JointStates
+from kendama_cli.stages.interact.messages import ContactMessage
 
 _ROUND = np.linspace(0.0, 2 * math.pi, 48, endpoint=False)
 
 
 def interaction_figures(log: StageLog) -> list[Figure]:
     """The scene with the tool's path, and the contact; then friction, deviation and efforts."""
-    contact = log.table("/interact/contact")
+    contact = log.table("/interact/contact", ContactMessage)
     first = [_scene(log), _force(contact)]
-    second = [_friction(log), _deviation(log), _efforts(log.table("/interact/joints"))]
+    second = [_friction(log), _deviation(log), _efforts(log.table("/interact/joints", JointStates))]
     error = log.metrics.get("force_error_rms_n")
     told = (
         f" Where the wanted force does not change, they differ by {number(error)} N rms." if error is not None else ""
@@ -62,7 +64,7 @@ def interaction_figures(log: StageLog) -> list[Figure]:
 
 
 def _scene(log: StageLog) -> Panel | None:
-    tool, contact = log.table("/interact/tool"), log.table("/interact/contact")
+    tool, contact = log.table("/interact/tool", FrameTransform), log.table("/interact/contact", ContactMessage)
     if len(tool) < 2:
         return None
     x, z = (tool[name].to_numpy(np.float64) for name in ("x_m", "z_m"))
@@ -137,7 +139,7 @@ def _steps(contact: pd.DataFrame) -> Iterator[tuple[float, float, str]]:
 
 
 def _friction(log: StageLog) -> Panel | None:
-    contact = log.table("/interact/contact")
+    contact = log.table("/interact/contact", ContactMessage)
     if contact.empty:
         return None
     t, wanted, along, across = (
@@ -163,7 +165,7 @@ def _friction(log: StageLog) -> Panel | None:
 
 
 def _deviation(log: StageLog) -> Panel | None:
-    tool, wanted = log.table("/interact/tool"), log.table("/interact/reference")
+    tool, wanted = log.table("/interact/tool", FrameTransform), log.table("/interact/reference", FrameTransform)
     if len(tool) < 2 or len(tool) != len(wanted):
         return None
     t = tool["t_s"].to_numpy(np.float64)

@@ -9,6 +9,7 @@ import numpy as np
 import pandas as pd
 from matplotlib.colors import ListedColormap
 
+from kendama_cli.log.messages import RolloutMessage
 from kendama_cli.report.animation import player
 from kendama_cli.report.figure import Figure, Panel, figure, lettered
 from kendama_cli.report.plot import drawing, legend_above
@@ -16,12 +17,15 @@ from kendama_cli.report.source import StageLog
 from kendama_cli.report.style import BALL, CUP, EXPLORED, INK, LINE, MUTED, OTHER, PAPER
 from kendama_cli.report.tracks import Geometry, pair, running_median
 from kendama_cli.stages.adapt.chapter import swing_panel
+from kendama_cli.stages.learn.messages import QTableMessage, SwingStateMessage
 
 
 def swingup_figures(log: StageLog) -> list[Figure]:
     """The paper's Fig. 5 and Fig. 6, and the learned table."""
-    learning: list[Panel | None] = [reward_panel(log.table("/learn/rollout"), "learn-reward", "rollout", _learned(log))]
-    steps = log.table("/learn/step")
+    learning: list[Panel | None] = [
+        reward_panel(log.table("/learn/rollout", RolloutMessage), "learn-reward", "rollout", _learned(log))
+    ]
+    steps = log.table("/learn/step", SwingStateMessage)
     trajectory = [_path(log), _series(steps)]
     film, table = _film(log), _table(log)
     return [
@@ -152,19 +156,19 @@ def series_panel(steps: pd.DataFrame, name: str, title: str) -> Panel:
 
 def _table(log: StageLog) -> Panel | None:
     """The greedy action per state; only for a table whose grid the settings tell (position, velocity, angle, rate)."""
-    tables = log.table("/learn/table")
+    tables = log.messages("/learn/table", QTableMessage).messages
     learning: Mapping[str, Any] = next(
         (value for value in log.settings.values() if isinstance(value, Mapping) and "grid" in value), {}
     )
     grid, actions = learning.get("grid", {}), learning.get("actions_m_s2", [])
-    if tables.empty or not {"position_edges_m", "velocity_edges_m_s", "angle_bins", "rate_edges_rad_s"} <= grid.keys():
+    if not tables or not {"position_edges_m", "velocity_edges_m_s", "angle_bins", "rate_edges_rad_s"} <= grid.keys():
         return None
     positions, velocities, rates = (
         len(grid[name]) + 1 for name in ("position_edges_m", "velocity_edges_m_s", "rate_edges_rad_s")
     )
     angles = int(grid["angle_bins"])
-    last = tables.iloc[-1]
-    q = np.asarray(last["values"], dtype=np.float64)
+    last = tables[-1]
+    q = np.array(tuple(last.values))
     if q.size != positions * velocities * angles * rates * len(actions):
         return None
     q = q.reshape(positions * velocities, angles, rates, len(actions)).transpose(0, 2, 1, 3)
@@ -200,4 +204,4 @@ def _table(log: StageLog) -> Panel | None:
         )
         bar.set_label("acceleration [m/s²]", color=INK)
         bar.outline.set_edgecolor(MUTED)
-    return Panel(f"The table after {int(last['rollout'])} rollouts", made.svg)
+    return Panel(f"The table after {last.rollout} rollouts", made.svg)

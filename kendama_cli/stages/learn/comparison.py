@@ -8,6 +8,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.ticker import MaxNLocator, MultipleLocator, PercentFormatter
 
+from kendama_cli.log.messages import RolloutMessage
 from kendama_cli.report.bootstrap import Statistic, bootstrap, bootstrap_ratio, p90
 from kendama_cli.report.chapters import EnsembleChapter
 from kendama_cli.report.ensemble import Ensemble, Group
@@ -177,7 +178,7 @@ def _rewards(groups: Sequence[Group]) -> Panel | None:
 
 def _reward(log: StageLog) -> Array:
     """The rewards of a run, and after its last one the reward that it goes on with; empty without rollouts."""
-    rollouts = log.table("/learn/rollout")
+    rollouts = log.table("/learn/rollout", RolloutMessage)
     if rollouts.empty:
         return np.empty(0)
     reward = rollouts["reward"].to_numpy(np.float64)

@@ -9,10 +9,13 @@ import numpy as np
 import pandas as pd
 from PIL import Image
 
+from kendama_cli.log.messages import DetectionMessage
 from kendama_cli.report.figure import Figure, Panel, figure, lettered
 from kendama_cli.report.plot import drawing, legend_above
 from kendama_cli.report.source import StageLog
 from kendama_cli.report.style import BALL, CUP, OTHER
+from kendama_cli.schema.foxglove import CompressedImage
+from kendama_cli.stages.predict.messages import CatchEstimateMessage, PredictionErrorMessage
 
 _THUMBNAILS = 4
 _MOST_IMAGE_BYTES = 1_200_000
@@ -21,12 +24,12 @@ _TRAIL, _RING = "#ffe14d", "#00e5ff"  # on the image, whatever the page's colour
 
 def prediction_figures(log: StageLog) -> list[Figure]:
     """Camera images with the detection; the error against the horizon; one estimate as it settles."""
-    errors = log.table("/predict/error")
+    errors = log.table("/predict/error", PredictionErrorMessage)
     film = thumbnails(log, "/predict")
     study = [
         error_panel(errors, "position_error_mm", "Position of the catch"),
         error_panel(errors, "time_error_ms", "Time of the catch"),
-        _convergence(log.table("/predict/estimate")),
+        _convergence(log.table("/predict/estimate", CatchEstimateMessage)),
     ]
     n = errors["flight"].nunique() if len(errors) else 0
     return [
@@ -122,8 +125,8 @@ def thumbnails(log: StageLog, stage: str) -> Panel | None:
     if not topics:
         return None
     camera = topics[0].removeprefix(under)
-    images = log.table(topics[0])
-    found = log.table(f"{stage}/detection")
+    images = log.table(topics[0], CompressedImage)
+    found = log.table(f"{stage}/detection", DetectionMessage)
     if images.empty:
         return None
     seen = found[(found["camera"] == camera) & found["seen"]] if len(found) else found

@@ -11,6 +11,8 @@ from kendama_cli.report.plot import drawing, legend_above
 from kendama_cli.report.source import StageLog
 from kendama_cli.report.style import CUP, MUTED, OTHER
 from kendama_cli.report.tracks import Array, Path2D, direction
+from kendama_cli.schema.foxglove import FrameTransform
+from kendama_cli.stages.transfer.messages import GameEstimateMessage, GameMessage
 
 _BINS = 10
 _COLUMNS = ["t_s", "t_catch_s", "x_m", "y_m", "z_m", "velocity_x_m_s", "velocity_y_m_s", "velocity_z_m_s"]
@@ -18,12 +20,12 @@ _COLUMNS = ["t_s", "t_catch_s", "x_m", "y_m", "z_m", "velocity_x_m_s", "velocity
 
 def ahead(log: StageLog, game: int, cup: Path2D, start_s: float) -> list[Ahead]:
     """The estimates of ``game`` in the plane of the tracks; ``cup`` is its path there, times count from ``start_s``."""
-    estimates = log.table("/transfer/estimate")
-    tracked = log.table("/transfer/cup")
+    estimates = log.table("/transfer/estimate", GameEstimateMessage)
+    tracked = log.table("/transfer/cup", FrameTransform)
     if estimates.empty or tracked.empty:
         return []
     first = tracked[tracked["t_s"] >= start_s].iloc[0]
-    balls = log.table("/transfer/ball")
+    balls = log.table("/transfer/ball", FrameTransform)
     along = np.array(direction(balls[balls["t_s"].between(start_s, start_s + float(np.ptp(cup.t_s)))]))
     of_game = estimates[estimates["game"] == game]
     t_s, crossing_s, x, y, z, v_x, v_y, v_z = of_game[_COLUMNS].to_numpy(np.float64).T
@@ -36,7 +38,7 @@ def ahead(log: StageLog, game: int, cup: Path2D, start_s: float) -> list[Ahead]:
 
 def error_over_time_panel(log: StageLog) -> Panel | None:
     """Error and stated uncertainty of every estimate of the games over the time left to the crossing."""
-    estimates, games = log.table("/transfer/estimate"), log.table("/transfer/game")
+    estimates, games = log.table("/transfer/estimate", GameEstimateMessage), log.table("/transfer/game", GameMessage)
     if estimates.empty or games.empty:
         return None
     rows = []

@@ -8,16 +8,19 @@ import numpy as np
 import pandas as pd
 from matplotlib.ticker import MaxNLocator
 
+from kendama_cli.log.messages import RolloutMessage
 from kendama_cli.report.animation import player
 from kendama_cli.report.figure import Figure, Panel, figure, lettered
 from kendama_cli.report.plot import drawing
 from kendama_cli.report.source import StageLog
 from kendama_cli.report.style import GOOD, INK, MUTED, PAPER
 from kendama_cli.report.tracks import Geometry, Path2D, catch_time_s, last_start_s, pair
+from kendama_cli.schema.foxglove import FrameTransform
 from kendama_cli.stages.adapt.chapter import swing_panel
 from kendama_cli.stages.learn.chapter import reward_panel, series_panel
 from kendama_cli.stages.predict.chapter import thumbnails
 from kendama_cli.stages.predict.chapter_foreseen import ahead, error_over_time_panel
+from kendama_cli.stages.transfer.messages import GameMessage, TransferStepMessage
 
 _PARTS = (("swung_up", "swung up"), ("predicted", "catch predicted"), ("caught", "caught"))
 
@@ -25,13 +28,15 @@ _PARTS = (("swung_up", "swung up"), ("predicted", "catch predicted"), ("caught",
 def transfer_figures(log: StageLog) -> list[Figure]:
     """Rollouts on the hardware; the games; one game in detail; the imitated swing."""
     rewards = [
-        reward_panel(log.table("/transfer/rollout"), "transfer-reward", "rollout on the hardware"),
-        reward_panel(log.table("/transfer/scratch/rollout"), "transfer-scratch", "rollout from scratch"),
+        reward_panel(log.table("/transfer/rollout", RolloutMessage), "transfer-reward", "rollout on the hardware"),
+        reward_panel(
+            log.table("/transfer/scratch/rollout", RolloutMessage), "transfer-scratch", "rollout from scratch"
+        ),
     ]
-    outcomes, told = _games(log.table("/transfer/game"))
+    outcomes, told = _games(log.table("/transfer/game", GameMessage))
     number, start_s, end_s = _shown_game(log)
     paths = pair(log, "/transfer", start_s, end_s)
-    detail = [_path(log, paths), _series(log.table("/transfer/step"), number)]
+    detail = [_path(log, paths), _series(log.table("/transfer/step", TransferStepMessage), number)]
     images = thumbnails(log, "/transfer")
     closing = [_film(log, paths, number), error_over_time_panel(log)]
     imitation = _imitation(log)
@@ -102,13 +107,12 @@ def transfer_figures(log: StageLog) -> list[Figure]:
 
 def _shown_game(log: StageLog) -> tuple[int, float, float]:
     """Number, begin and end of the game to show: the last that was caught, else the last; the last stretch if none."""
-    games = log.table("/transfer/game")
-    if games.empty:
-        return 0, last_start_s(log.table("/transfer/ball")), math.inf
-    caught = np.flatnonzero(games["caught"].to_numpy(bool))
+    games = log.messages("/transfer/game", GameMessage)
+    if not games.messages:
+        return 0, last_start_s(log.table("/transfer/ball", FrameTransform)), math.inf
+    caught = np.flatnonzero(games.column(lambda game: game.caught))
     row = int(caught[-1]) if len(caught) else len(games) - 1
-    ends_s = games["t_s"].to_numpy(np.float64)
-    return int(games["index"].iloc[row]), float(ends_s[row - 1]) if row else -math.inf, float(ends_s[row])
+    return games.messages[row].index, float(games.t_s[row - 1]) if row else -math.inf, float(games.t_s[row])
 
 
 def _path(log: StageLog, paths: tuple[Path2D, Path2D] | None) -> Panel | None:
@@ -181,7 +185,7 @@ def _games(games: pd.DataFrame) -> tuple[Panel | None, str]:
 
 def _imitation(log: StageLog) -> Panel | None:
     """The last try of the imitated swing, around the ball's way down through the rim plane."""
-    paths = pair(log, "/transfer/imitation", last_start_s(log.table("/transfer/imitation/ball")))
+    paths = pair(log, "/transfer/imitation", last_start_s(log.table("/transfer/imitation/ball", FrameTransform)))
     if paths is None:
         return None
     sizes = Geometry.of(log)
