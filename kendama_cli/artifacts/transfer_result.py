@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from kendama_cli.artifacts.policy import Policy
+from kendama_cli.artifacts.policy import PolicyArtifact
 
 
 @dataclass(frozen=True)
 class TransferResult:
     """The policy as it stands after learning on the hardware, with what was counted there."""
 
-    policy: Policy
+    policy: PolicyArtifact
     rollouts: int
     imitation_caught: bool | None
     """None where no imitation motion was handed over."""

@@ -1,4 +1,4 @@
-"""A Q-table from a file: the ``artifact.json`` of a stored Policy or TransferResult with ``arrays.npz`` beside it."""
+"""A policy from a file: the ``artifact.json`` of a PolicyArtifact or TransferResult, ``arrays.npz`` beside it."""
 
 from __future__ import annotations
 
@@ -8,21 +8,21 @@ from pathlib import Path
 
 import numpy as np
 
-from kendama_cli.artifacts.policy import Policy
+from kendama_cli.artifacts.policy import PolicyArtifact
 from kendama_cli.artifacts.transfer_result import TransferResult
 from kendama_cli.errors import InputError
 from kendama_cli.schema.artifacts import from_plain
 
 
-def load_policy(path: str) -> Policy:
+def load_policy(path: str) -> PolicyArtifact:
     """The policy whose structure is in ``path``; raises InputError where it is none (its seal is checked elsewhere)."""
     remedy = "give the artifact.json that `kendama run --json` names for the stage learn or transfer"
     try:
         body = json.loads(Path(path).read_bytes())
         with np.load(Path(path).with_name("arrays.npz"), allow_pickle=False) as archive:
             arrays = {name: archive[name] for name in archive.files}
-        found: Policy | TransferResult = from_plain(Policy | TransferResult, body, arrays)
+        found: PolicyArtifact | TransferResult = from_plain(PolicyArtifact | TransferResult, body, arrays)
         return found.policy if isinstance(found, TransferResult) else found
     except (OSError, ValueError, KeyError, TypeError, AttributeError, EOFError, zipfile.BadZipFile) as error:
-        problem = f"holds no Q-table ({type(error).__name__}: {' '.join(str(error).split())})"
+        problem = f"holds no policy ({type(error).__name__}: {' '.join(str(error).split())})"
         raise InputError(path, problem, remedy=remedy) from None

@@ -9,14 +9,15 @@ from typing import Any, Literal
 
 import numpy as np
 
-from kendama_cli.artifacts.policy import Policy
+from kendama_cli.artifacts.policy import PolicyArtifact
 from kendama_cli.game.figures import GameFigures, RopeFitFigures
 from kendama_cli.game.settings import TransferSettings
-from kendama_cli.learning.sarsa import SarsaLearner
+from kendama_cli.learning.interface import Learner
+from kendama_cli.learning.learners import begin_learner, joined_state, parted_state, resume_learner
 from kendama_cli.learning.settings import LearnSettings
 
 Start = Literal["table", "scratch"]
-"""What a learner on the hardware began with: the table that was handed over, or an empty one."""
+"""What a learner on the hardware began with: the policy that was handed over (mostly a table), or nothing."""
 STARTS: tuple[Start, ...] = ("table", "scratch")
 _RESULTS = ("before", "after", "imitation", "games")
 
@@ -39,25 +40,25 @@ class Progress:
         self._learn = learn
         self._cap = transfer.cap
         self._frozen = max(transfer.frozen, learn.count.streak)
-        self._learners: dict[str, dict[str, Any]] = {start: _joined(state, start) for start in STARTS}
+        self._learners: dict[str, dict[str, Any]] = {start: joined_state(state, start) for start in STARTS}
         self._missed_here = 0
 
     @classmethod
     def resumed(
         cls,
         state: Mapping[str, Any] | None,
-        policy: Policy,
+        policy: PolicyArtifact,
         learn: LearnSettings,
         transfer: TransferSettings,
         rng: np.random.Generator,
     ) -> Progress:
-        """Where ``state`` stands, or the beginning with ``policy``'s table."""
+        """Where ``state`` stands, or the beginning with ``policy``."""
         if state is not None:
             return cls(state, learn, transfer)
         fresh: dict[str, Any] = {name: [] for name in _RESULTS}
         fresh |= {"rope_fit": None, "clock_s": 0.0, "missed": 0, "seed": int(rng.integers(2**63))}
-        fresh |= _parted(SarsaLearner(learn, q=policy.q).state(), "table")
-        fresh |= _parted(SarsaLearner(learn).state(), "scratch")
+        fresh |= parted_state(begin_learner(learn, policy).state(), "table")
+        fresh |= parted_state(begin_learner(learn).state(), "scratch")
         return cls(fresh, learn, transfer)
 
     def saved(self) -> dict[str, Any]:
@@ -73,24 +74,24 @@ class Progress:
             "seed": self._seed,
         }
         for start, learner in self._learners.items():
-            saved |= _parted(learner, start)
+            saved |= parted_state(learner, start)
         return saved
 
     def rng(self, step: str, number: int) -> np.random.Generator:
         """The random stream of one rollout."""
         return np.random.default_rng([self._seed, zlib.crc32(step.encode()), number])
 
-    def learner(self, start: Start = "table") -> SarsaLearner:
+    def learner(self, start: Start = "table") -> Learner:
         """A learner that goes on from its last finished rollout."""
-        return SarsaLearner.from_state(self._learn, self._learners[start])
+        return resume_learner(self._learn, self._learners[start])
 
-    def keep(self, learner: SarsaLearner, start: Start = "table") -> None:
+    def keep(self, learner: Learner, start: Start = "table") -> None:
         """The rollout is finished: this is what the next one goes on from."""
         self._learners[start] = learner.state()
 
     @property
-    def policy(self) -> Policy:
-        """The table that was handed over as it stands, sealed."""
+    def policy(self) -> PolicyArtifact:
+        """The policy that was handed over as it stands, sealed."""
         return self.learner().policy
 
     def learned(self, start: Start = "table") -> bool:
@@ -112,21 +113,10 @@ class Progress:
     def count(self) -> int:
         """All rollouts, plays and games so far."""
         frozen = len(self.before) + len(self.after) + len(self.imitation) + len(self.games)
-        return frozen + sum(self.learner(start).rollouts for start in STARTS)
+        return frozen + sum(self.learner(start).count.rollouts for start in STARTS)
 
     def finished(self, duration_s: float, missed: int) -> None:
         """One rollout more: the log's clock moves on; ``missed`` counts since this process opened the line."""
         self.clock_s += duration_s
         self.missed += missed - self._missed_here
         self._missed_here = missed
-
-
-def _parted(learner: Mapping[str, Any], start: str) -> dict[str, Any]:
-    """A learner's state with its arrays at the top, as a checkpoint wants them: ``table/q`` beside ``table``."""
-    arrays = {f"{start}/{name}": value for name, value in learner.items() if isinstance(value, np.ndarray)}
-    return {**arrays, start: {name: value for name, value in learner.items() if not isinstance(value, np.ndarray)}}
-
-
-def _joined(state: Mapping[str, Any], start: str) -> dict[str, Any]:
-    arrays = {name.removeprefix(f"{start}/"): value for name, value in state.items() if name.startswith(f"{start}/")}
-    return {**state[start], **arrays}

@@ -3,17 +3,14 @@
 from __future__ import annotations
 
 import math
-from typing import Protocol
+from typing import NamedTuple, Protocol
 
 from numpy.random import Generator
 
-from kendama_cli.learning.settings import (
-    EpsilonGreedyExploration,
-    HarmonicExploration,
-    LearnSettings,
-    ScheduleSettings,
-)
+from kendama_cli.learning.exploration_settings import EpsilonGreedyExploration, HarmonicExploration, ScheduleSettings
+from kendama_cli.learning.settings import LearnSettings
 from kendama_cli.learning.state import SwingState
+from kendama_cli.learning.statistics import LearningCount
 from kendama_cli.learning.task_settings import LimitedWorkspace
 
 FOLLOWING_PER_S = 8.0
@@ -30,15 +27,41 @@ class Explorer(Protocol):
         """The probability of each action where the table would choose ``greedy``; None where it is certain."""
 
 
-def explores(settings: ScheduleSettings, *, succeeded_ever: bool, greedy_failed: bool, rng: Generator) -> bool:
+def explores(settings: ScheduleSettings, count: LearningCount, rng: Generator) -> bool:
     """Whether the next rollout explores.
 
     Until any rollout has succeeded there is nothing to be greedy about; from then on only a greedy rollout that
     failed gives reason to, with the probability ``after_failure``.
     """
-    if not succeeded_ever:
+    if not count.succeeded_ever:
         return True
-    return greedy_failed and rng.random() < settings.after_failure
+    return count.greedy_failed and rng.random() < settings.after_failure
+
+
+class DrawnHarmonic(NamedTuple):
+    """A cos(w t + phase): what is drawn for one rollout."""
+
+    frequency_rad_s: float
+    amplitude: float
+    """[m/s^2] where it drives the cup's acceleration, [m] where it drives the cup's place."""
+    phase_rad: float
+
+
+def drives_place(settings: HarmonicExploration, learn: LearnSettings) -> bool:
+    """Whether a harmonic drives the cup's place rather than its acceleration."""
+    if settings.drives == "suited":
+        return not isinstance(learn.workspace, LimitedWorkspace)
+    return settings.drives == "position"
+
+
+def draw_harmonic(settings: HarmonicExploration, learn: LearnSettings, rng: Generator) -> DrawnHarmonic:
+    """A harmonic from the ranges of ``settings``."""
+    scale = learn.workspace.half_width_m if drives_place(settings, learn) else learn.largest_action_m_s2
+    frequency = rng.uniform(*settings.band_rad_s)
+    amplitude = scale * rng.uniform(*settings.amplitude)
+    turn = rng.random()
+    phase = math.copysign(0.5 * math.pi, turn - 0.5) if settings.phase == "quarter" else 2.0 * math.pi * turn
+    return DrawnHarmonic(frequency, amplitude, phase)
 
 
 class Harmonic:
@@ -49,27 +72,19 @@ class Harmonic:
     acceleration drifts out of a workspace that has no limiter, a harmonic place does not.
     """
 
-    def __init__(self, settings: HarmonicExploration, learn: LearnSettings, rng: Generator) -> None:
+    def __init__(self, settings: HarmonicExploration, learn: LearnSettings, drawn: DrawnHarmonic) -> None:
         self._actions = learn.actions_m_s2
         self._largest = learn.largest_action_m_s2
-        limited = isinstance(learn.workspace, LimitedWorkspace)
-        self._follows_place = not limited if settings.drives == "suited" else settings.drives == "position"
-        scale = learn.workspace.half_width_m if self._follows_place else self._largest
-        self._frequency = rng.uniform(*settings.band_rad_s)
-        self._amplitude = scale * rng.uniform(*settings.amplitude)
-        turn = rng.random()
-        if settings.phase == "quarter":
-            self._phase = math.copysign(0.5 * math.pi, turn - 0.5)
-        else:
-            self._phase = 2.0 * math.pi * turn
+        self._drives_place = drives_place(settings, learn)
+        self._drawn = drawn
         self._bang_bang = settings.bang_bang
 
     def action(self, t_s: float, state: SwingState, greedy: int) -> int:
         """The action nearest to what the harmonic asks for at ``t_s``; the greedy one plays no part."""
-        w = self._frequency
-        wanted = self._amplitude * math.cos(w * t_s + self._phase)
-        if self._follows_place:
-            speed = -w * self._amplitude * math.sin(w * t_s + self._phase)
+        w, amplitude, phase = self._drawn
+        wanted = amplitude * math.cos(w * t_s + phase)
+        if self._drives_place:
+            speed = -w * amplitude * math.sin(w * t_s + phase)
             ahead = wanted - state.x_m
             wanted = -w * w * wanted + 2.0 * FOLLOWING_PER_S * (speed - state.velocity_m_s) + FOLLOWING_PER_S**2 * ahead
         if self._bang_bang:
@@ -105,5 +120,5 @@ class EpsilonGreedy:
 def explorer(learn: LearnSettings, rollout: int, rng: Generator) -> Explorer:
     """A newly drawn explorer for rollout number ``rollout``, of the kind that the settings name."""
     if isinstance(learn.exploration, HarmonicExploration):
-        return Harmonic(learn.exploration, learn, rng)
+        return Harmonic(learn.exploration, learn, draw_harmonic(learn.exploration, learn, rng))
     return EpsilonGreedy(learn.exploration, learn, rollout, rng)

@@ -3,34 +3,37 @@
 from __future__ import annotations
 
 import dataclasses
-import json
+from collections.abc import Mapping
 
-import numpy as np
-
-from kendama_cli.artifacts.policy import Policy
+from kendama_cli.artifacts.policy import PolicyArtifact
 from kendama_cli.learning.decision import HeldAction, greedy_column
 from kendama_cli.learning.discretisation import StateGrid
 from kendama_cli.learning.settings import LearnSettings
 from kendama_cli.learning.state import SwingState
+from kendama_cli.schema.arrays import Array
+
+KIND = "table"
 
 
-def learning_json(settings: LearnSettings) -> str:
-    """The settings that give a table its meaning (bins, actions, decisions, goal) as canonical JSON."""
-    meaning = {name: getattr(settings, name) for name in ("grid", "decision", "goal")}
-    plain: dict[str, object] = {name: dataclasses.asdict(part) for name, part in meaning.items()}
-    plain["actions_m_s2"] = settings.actions_m_s2
-    return json.dumps(plain, sort_keys=True, separators=(",", ":"))
+def table_meaning(settings: LearnSettings) -> Mapping[str, object]:
+    """The settings that give a table its meaning: bins, actions, decisions, goal."""
+    parts = {name: dataclasses.asdict(getattr(settings, name)) for name in ("grid", "decision", "goal")}
+    return {**parts, "actions_m_s2": settings.actions_m_s2}
+
+
+def seal_table(q: Array, settings: LearnSettings) -> PolicyArtifact:
+    """The policy of the table ``q`` (states, actions)."""
+    return PolicyArtifact.seal(KIND, table_meaning(settings), {"q": q})
 
 
 class GreedyPolicy:
     """Chooses the best action of a frozen table, at the times at which it was learned to be chosen."""
 
-    def __init__(self, policy: Policy, settings: LearnSettings) -> None:
+    def __init__(self, policy: PolicyArtifact, settings: LearnSettings) -> None:
+        """Raises ValueError where the table has not the shape that the settings need."""
         self._grid = StateGrid(settings.grid)
-        wanted = (self._grid.n_states, len(settings.actions_m_s2))
-        if policy.q.shape != wanted:
-            raise ValueError(f"the table has shape {policy.q.shape}; the settings need {wanted}")
-        self._table = np.asarray(policy.q).tolist()
+        self.table = checked_table(policy.array("q"), settings)
+        self._values = self.table.tolist()
         self._settings = settings
         self.begin_rollout()
 
@@ -51,6 +54,14 @@ class GreedyPolicy:
         if t_s >= held.next_look_s:
             row = held.due(state, t_s)
             if row is not None:
-                column = greedy_column(self._table[row], held.mirrored(held.action))
+                column = greedy_column(self._values[row], held.mirrored(held.action))
                 held.hold(row, held.mirrored(column), t_s)
         return self._settings.actions_m_s2[held.action]
+
+
+def checked_table(q: Array, settings: LearnSettings) -> Array:
+    """``q``; raises ValueError where it is not (states, actions) of ``settings``."""
+    wanted = StateGrid(settings.grid).n_states, len(settings.actions_m_s2)
+    if q.shape != wanted:
+        raise ValueError(f"the table has shape {q.shape}; the configuration 'learn' needs {wanted}")
+    return q

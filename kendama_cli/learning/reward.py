@@ -83,7 +83,12 @@ class Goal:
         return self._nearest
 
     def reached(self, state: SwingState) -> bool:
-        """Whether ``state`` is the goal; a ball that moves away from hanging has angle and rate of one sign."""
+        """Whether ``state`` is the goal; a ball that moves away from hanging has angle and rate of one sign.
+
+        The flight is predicted as if the rope were slack from here on. That is not looked at: a taut rope goes on
+        pulling until the ball is slower or higher, and the landing is then another than predicted. ``goal_slack_rate``
+        of the stage learn says how often the assumption holds.
+        """
         angle, rate = state.angle_rad, state.rate_rad_s
         if angle < 0.0:
             angle, rate = -angle, -rate

@@ -10,28 +10,18 @@ import numpy as np
 from numpy.random import Generator
 from numpy.typing import NDArray
 
-from kendama_cli.artifacts.policy import Policy
+from kendama_cli.artifacts.policy import PolicyArtifact
 from kendama_cli.learning.decision import HeldAction, greedy_column
 from kendama_cli.learning.discretisation import StateGrid
 from kendama_cli.learning.exploration import Explorer, explorer, explores
-from kendama_cli.learning.policy import learning_json
+from kendama_cli.learning.interface import FinishedRollout, LearnerMaker
+from kendama_cli.learning.policy import GreedyPolicy, checked_table, seal_table, table_meaning
 from kendama_cli.learning.reward import Outcome, final_reward, step_reward
 from kendama_cli.learning.settings import LearnSettings
 from kendama_cli.learning.state import SwingState
 from kendama_cli.learning.statistics import LearningCount
 from kendama_cli.learning.temporal_difference import ValueTable
 from kendama_cli.learning.updates import Transition
-
-
-@dataclasses.dataclass(frozen=True)
-class FinishedRollout:
-    """What the learner knows of a rollout at its end; ``index`` counts from 1."""
-
-    index: int
-    explored: bool
-    success: bool
-    reward: float
-    actions: int
 
 
 class SarsaLearner:
@@ -47,19 +37,17 @@ class SarsaLearner:
         self._grid = StateGrid(settings.grid)
         shape = (self._grid.n_states, len(settings.actions_m_s2))
         start = np.full(shape, settings.initial_q) if q is None else np.asarray(q, dtype=np.float64)
-        if start.shape[-2:] != shape:
-            raise ValueError(f"the table has shape {start.shape}; the settings need {shape}")
-        self._table = ValueTable(
+        for table in start if start.ndim == 3 else (start,):
+            checked_table(table, settings)
+        self._values = ValueTable(
             start,
             gamma=settings.gamma,
             trace_decay=settings.trace_decay,
             traces=settings.traces,
             update=settings.update,
         )
-        self.count = LearningCount()
-        self._succeeded_ever = q is not None
-        self._greedy_failed = False
-        self._best, self._best_streak = self.q, 0
+        self.count = LearningCount(succeeded_ever=q is not None)
+        self._best, self._best_streak = self.table, 0
         self._explorer: Explorer | None = None
         self._alpha = settings.alpha
         self._held = HeldAction(settings, self._grid)
@@ -72,26 +60,22 @@ class SarsaLearner:
         """The learner that ``state()`` described, between the same two rollouts."""
         learner = cls(settings, q=state["q"])
         learner.count = LearningCount(**state["count"])
-        learner._succeeded_ever = bool(state["succeeded_ever"])
-        learner._greedy_failed = bool(state["greedy_failed"])
         learner._best, learner._best_streak = np.asarray(state["best"]), int(state["best_streak"])
         return learner
 
     def state(self) -> dict[str, Any]:
         """The learner between two rollouts: the table (both of them for double_sarsa) and JSON values."""
         return {
-            "q": self._table.tables,
+            "q": self._values.tables,
             "count": dataclasses.asdict(self.count),
-            "succeeded_ever": self._succeeded_ever,
-            "greedy_failed": self._greedy_failed,
             "best": np.array(self._best),
             "best_streak": self._best_streak,
         }
 
     @property
-    def q(self) -> NDArray[np.float64]:
+    def table(self) -> NDArray[np.float64]:
         """A copy of the table (states, actions)."""
-        return np.array(self._table.q)
+        return np.array(self._values.q)
 
     @property
     def rollouts(self) -> int:
@@ -104,25 +88,22 @@ class SarsaLearner:
         return self._explorer is not None
 
     @property
-    def policy(self) -> Policy:
+    def policy(self) -> PolicyArtifact:
         """The table to act by, sealed with the settings that give it its meaning.
 
         It is the present one, unless an earlier one had the longer streak of greedy successes while it was frozen.
         """
-        q = self._best if self._best_streak > self.count.streak else self._table.q
-        return Policy.seal(q, learning_json(self._settings))
+        return seal_table(self._best if self._best_streak > self.count.streak else self._values.q, self._settings)
 
     def begin_rollout(self, rng: Generator) -> None:
         """Decide whether this rollout explores and draw what it tries; ``rng`` serves until the rollout ends."""
         settings = self._settings.exploration
-        explore = explores(
-            settings.schedule, succeeded_ever=self._succeeded_ever, greedy_failed=self._greedy_failed, rng=rng
-        )
+        explore = explores(settings.schedule, self.count, rng)
         self._explorer = explorer(self._settings, self.rollouts, rng) if explore else None
         fading = 1.0 + self.rollouts / self._settings.alpha_decay_rollouts
         self._alpha = 0.0 if self.count.frozen(self._settings.count) else self._settings.alpha / fading
         self._table_rng = rng if self._settings.update == "double_sarsa" else None
-        self._table.begin()
+        self._values.begin()
         self._held = HeldAction(self._settings, self._grid)
         self._reward = 0.0
         self._transitions = []
@@ -144,7 +125,7 @@ class SarsaLearner:
         return self._settings.actions_m_s2[held.action]
 
     def _choose(self, held: HeldAction, row: int, state: SwingState, t_s: float) -> None:
-        action = held.mirrored(greedy_column(self._table.values(row), held.mirrored(held.action)))
+        action = held.mirrored(greedy_column(self._values.values(row), held.mirrored(held.action)))
         probabilities = None
         if self._explorer is not None:
             probabilities = self._explorer.action_probabilities(action)
@@ -164,24 +145,30 @@ class SarsaLearner:
             self._learn(Transition(self._held.row, self._held.column, reward, None, None))
         actions = len(self._transitions)
         for _ in range(self._settings.replay_passes if self._alpha else 0):
-            self._table.begin()
+            self._values.begin()
             for transition in self._transitions:
-                self._table.update(transition, self._alpha, self._coin())
+                self._values.update(transition, self._alpha, self._coin())
         success = outcome == "goal"
         # a frozen table is still what made the streak that ends here
         longer = max(self._settings.count.streak, self._best_streak + 1)
         if not (success or self.explored) and self.count.streak >= longer:
-            self._best, self._best_streak = self.q, self.count.streak
+            self._best, self._best_streak = self.table, self.count.streak
         self.count = self.count.after(explored=self.explored, success=success, settings=self._settings.count)
-        self._succeeded_ever = self._succeeded_ever or success
-        self._greedy_failed = not success and not self.explored
         return FinishedRollout(self.count.rollouts, self.explored, success, self._reward, actions)
 
     def _learn(self, transition: Transition) -> None:
         if self._alpha:
-            self._table.update(transition, self._alpha, self._coin())
+            self._values.update(transition, self._alpha, self._coin())
         self._transitions.append(transition)
         self._reward += transition.reward
 
     def _coin(self) -> float:
         return 0.0 if self._table_rng is None else self._table_rng.random()
+
+
+def _begin(settings: LearnSettings, policy: PolicyArtifact | None) -> SarsaLearner:
+    return SarsaLearner(settings, q=None if policy is None else policy.array("q"))
+
+
+TABLE = LearnerMaker(begin=_begin, resume=SarsaLearner.from_state, policy=GreedyPolicy, meaning=table_meaning)
+"""The kind ``table``."""

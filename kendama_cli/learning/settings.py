@@ -6,9 +6,11 @@ import itertools
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Literal
+from typing import Annotated, Literal
 
 from kendama_cli.errors import ConfigError
+from kendama_cli.learning.exploration_settings import ExplorationSettings
+from kendama_cli.learning.interface import LEARNERS, LearnerSettings
 from kendama_cli.learning.task_settings import (
     CountSettings,
     EngineSettings,
@@ -64,55 +66,10 @@ class DecisionSettings:
 
 
 @dataclass(frozen=True)
-class ScheduleSettings:
-    """When a rollout explores: until the first success, and from then on by chance after a greedy failure."""
-
-    after_failure: float = setting(
-        "probability that the rollout after a greedy failure explores", at_least=0, at_most=1
-    )
-
-
-@dataclass(frozen=True)
-class HarmonicExploration:
-    """A harmonic A cos(w t + phase) drives the whole rollout, w, A and the phase drawn anew (PAPER.md)."""
-
-    kind: Literal["harmonic"]
-    schedule: ScheduleSettings
-    band_rad_s: tuple[float, float] = setting("range of the angular frequency w [rad/s]", above=0)
-    amplitude: tuple[float, float] = setting(
-        "range of A as a fraction of the largest action, or of the workspace's half width", above=0
-    )
-    drives: Literal["acceleration", "position", "suited"] = setting(
-        "what of the cup is the harmonic; 'suited': the acceleration where a limiter keeps the cup inside, else the "
-        "position"
-    )
-    phase: Literal["quarter", "any"] = setting("'quarter': +-pi/2, it starts from zero; 'any': uniform")
-    bang_bang: bool = setting("whether only the sign of the wanted acceleration is kept, at the largest action")
-
-    def __post_init__(self) -> None:
-        for key in ("band_rad_s", "amplitude"):
-            low, high = getattr(self, key)
-            if not 0 < low <= high:
-                raise ConfigError(key, f"'{key}' is [{low}, {high}]; allowed: [low, high] with 0 < low <= high")
-
-
-@dataclass(frozen=True)
-class EpsilonGreedyExploration:
-    """Each action of an exploring rollout is random with probability epsilon / (1 + k / decay) in rollout k."""
-
-    kind: Literal["epsilon_greedy"]
-    schedule: ScheduleSettings
-    epsilon: float = setting("probability of a random action in the first rollout", at_least=0, at_most=1)
-    decay_rollouts: float = setting("rollouts after which epsilon is halved", above=0)
-
-
-ExplorationSettings = HarmonicExploration | EpsilonGreedyExploration
-
-
-@dataclass(frozen=True)
 class LearnSettings:
-    """SARSA(lambda) on a table of binned states and accelerations of the cup."""
+    """The task, the learner, and what a table of binned states and accelerations of the cup is learned with."""
 
+    learner: Annotated[LearnerSettings, LEARNERS]
     grid: GridSettings
     decision: DecisionSettings
     goal: GoalSettings

@@ -24,10 +24,18 @@ class LearningCount:
     streak: int = 0
     streak_began: int = 0
     learned_at: int | None = None
+    succeeded_ever: bool = False
+    greedy_failed: bool = False
+    """Whether the last rollout was a greedy one that failed."""
 
     def after(self, *, explored: bool, success: bool, settings: CountSettings) -> LearningCount:
         """The count after one more rollout."""
-        count = replace(self, rollouts=self.rollouts + 1)
+        count = replace(
+            self,
+            rollouts=self.rollouts + 1,
+            succeeded_ever=self.succeeded_ever or success,
+            greedy_failed=not (success or explored),
+        )
         if explored:
             return count
         if not success:

@@ -1,4 +1,4 @@
-"""Whether a Q-table is what it says and fits what it is to be used for: asked before anything moves."""
+"""Whether a policy is what it says and fits what it is to be used for: asked before anything moves."""
 
 from __future__ import annotations
 
@@ -6,45 +6,47 @@ import json
 from collections.abc import Iterator
 from typing import Any
 
-from kendama_cli.artifacts.policy import Policy, policy_digest
+from kendama_cli.artifacts.policy import PolicyArtifact, canonical_json, policy_digest
 from kendama_cli.errors import StageError
-from kendama_cli.learning.discretisation import StateGrid
-from kendama_cli.learning.policy import learning_json
+from kendama_cli.learning.learners import maker
 from kendama_cli.learning.settings import LearnSettings
 
 
-def verify_policy(policy: Policy, settings: LearnSettings, source: str) -> None:
+def verify_policy(policy: PolicyArtifact, settings: LearnSettings, source: str) -> None:
     """Raise StageError, in one line that says what differs, unless ``policy`` may be acted by under ``settings``.
 
-    Checked are the digest over table and settings, the shape, and that bins, actions, decisions and goal are those
-    configured; that the values are finite is checked by the artifact itself.
+    Checked are the digest over all that it holds, the learner, the meaning that this learner's policies have under
+    ``settings``, and the arrays; that their values are finite is checked by the artifact itself.
     """
-    found = policy_digest(policy.q, policy.learning)
+    found = policy_digest(policy.kind, policy.meaning, policy.arrays)
     if found != policy.digest:
         raise StageError(
-            f"the Q-table of {source} is damaged: its digest is {found[:12]}, its seal says {policy.digest[:12]}; "
+            f"the policy of {source} is damaged: its digest is {found[:12]}, its seal says {policy.digest[:12]}; "
             "nothing was moved, learn it again"
         )
-    wanted = (StateGrid(settings.grid).n_states, len(settings.actions_m_s2))
-    if policy.q.shape != wanted:
+    if policy.kind != settings.learner.kind:
         raise StageError(
-            f"the Q-table of {source} has {policy.q.shape[0]} states x {policy.q.shape[1]} actions; the configuration "
-            f"'learn' needs {wanted[0]} x {wanted[1]}; nothing was moved"
+            f"the policy of {source} is one of learner '{policy.kind}'; the configuration has learn.learner.kind "
+            f"'{settings.learner.kind}'; nothing was moved, configure 'learn' as it was, or learn again"
         )
-    configured = learning_json(settings)
-    if policy.learning != configured:
-        differences = "; ".join(_differences(_parsed(policy.learning), json.loads(configured), "learn"))
+    configured = canonical_json(maker(settings).meaning(settings))
+    if policy.meaning != configured:
+        differences = "; ".join(_differences(_parsed(policy.meaning), json.loads(configured), "learn"))
         raise StageError(
-            f"the Q-table of {source} was learned with another configuration ({differences}); nothing was moved, "
+            f"the policy of {source} was learned with another configuration ({differences}); nothing was moved, "
             "configure 'learn' as it was, or learn again"
         )
-
-
-def _parsed(learning: str) -> Any:
     try:
-        return json.loads(learning)
+        maker(settings).policy(policy, settings)
+    except ValueError as error:
+        raise StageError(f"the policy of {source} cannot be acted by: {error}; nothing was moved") from error
+
+
+def _parsed(meaning: str) -> Any:
+    try:
+        return json.loads(meaning)
     except ValueError:
-        return learning
+        return meaning
 
 
 def _differences(have: Any, want: Any, key: str) -> Iterator[str]:

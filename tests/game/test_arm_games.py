@@ -10,7 +10,7 @@ from typing import Any, cast
 
 import pytest
 
-from kendama_cli.artifacts.policy import Policy
+from kendama_cli.artifacts.policy import PolicyArtifact
 from kendama_cli.config.compose import composed
 from kendama_cli.config.site import find_site
 from kendama_cli.devices.robot.interface import Robot
@@ -47,13 +47,13 @@ def nodes(folder: Path, *overrides: str) -> dict[str, Any]:
 
 
 @pytest.fixture(scope="module")
-def policies(tmp_path_factory: pytest.TempPathFactory) -> list[Policy]:
+def policies(tmp_path_factory: pytest.TempPathFactory) -> list[PolicyArtifact]:
     node = nodes(tmp_path_factory.mktemp("work"))
     learn = Learn(learn=node["learn"], game=node["game"])
     return [learn.run({}, MemoryContext(seed)).artifact for seed in range(70, 74)]
 
 
-def caught(node: dict[str, Any], policies: list[Policy], count: int, seed: int, *, nominal: bool) -> int:
+def caught(node: dict[str, Any], policies: list[PolicyArtifact], count: int, seed: int, *, nominal: bool) -> int:
     with arm_games(node, nominal=nominal) as runner:
         played = (
             runner.play(GreedyPolicy(policies[k % len(policies)], node["learn"]), seed=seed + k) for k in range(count)
@@ -61,14 +61,14 @@ def caught(node: dict[str, Any], policies: list[Policy], count: int, seed: int, 
         return sum(game.caught for game in played)
 
 
-def test_a_few_games_on_the_nominal_arm_are_caught(tmp_path: Path, policies: list[Policy]) -> None:
+def test_a_few_games_on_the_nominal_arm_are_caught(tmp_path: Path, policies: list[PolicyArtifact]) -> None:
     """200 of 200 were caught; with 0.9 each, fewer than 3 of 4 come once in 19 times."""
     assert caught(nodes(tmp_path), policies, 4, 900, nominal=True) >= 3
 
 
 @pytest.mark.slow
 @pytest.mark.timeout(600)
-def test_nearly_all_games_on_the_nominal_arm_are_caught(tmp_path: Path, policies: list[Policy]) -> None:
+def test_nearly_all_games_on_the_nominal_arm_are_caught(tmp_path: Path, policies: list[PolicyArtifact]) -> None:
     assert caught(nodes(tmp_path), policies, 100, 1000, nominal=True) >= 97
 
 
@@ -77,7 +77,7 @@ def test_nearly_all_games_on_the_nominal_arm_are_caught(tmp_path: Path, policies
 @pytest.mark.parametrize("twin", ["twin_long_slow", "twin_short_noisy", "twin_noise_3"])
 @pytest.mark.parametrize("lighting", ["bright", "dim", "side"])
 def test_most_games_on_other_bodies_are_caught(
-    tmp_path: Path, policies: list[Policy], twin: str, lighting: str
+    tmp_path: Path, policies: list[PolicyArtifact], twin: str, lighting: str
 ) -> None:
     node = nodes(tmp_path, f"hardware={twin}", f"lighting={lighting}")
     assert caught(node, policies, 12, 2000, nominal=False) >= 10

@@ -10,7 +10,7 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
-from kendama_cli.artifacts.policy import Policy
+from kendama_cli.artifacts.policy import PolicyArtifact
 from kendama_cli.devices.camera.interface import Camera, Frame, StaleFrame
 from kendama_cli.devices.robot.interface import Exchange, JointCommand, Robot
 from kendama_cli.errors import ConfigError
@@ -36,9 +36,9 @@ def place() -> Iterator[tuple[GameRunner, CameraObserver]]:
 
 
 @pytest.fixture(scope="module")
-def policy(place: tuple[GameRunner, CameraObserver]) -> Policy:
+def policy(place: tuple[GameRunner, CameraObserver]) -> PolicyArtifact:
     learner, rng = SarsaLearner(LEARN), np.random.default_rng(0)
-    while not learner.count.learned and learner.rollouts < 400:
+    while not learner.count.learned and learner.count.rollouts < 400:
         learner.begin_rollout(rng)
         swing = place[0].swing_up(learner, seed=int(rng.integers(2**63)))
         learner.end_rollout(swing.outcome, swing.last)
@@ -46,11 +46,11 @@ def policy(place: tuple[GameRunner, CameraObserver]) -> Policy:
 
 
 @pytest.fixture(scope="module")
-def games(place: tuple[GameRunner, CameraObserver], policy: Policy) -> list[Game]:
+def games(place: tuple[GameRunner, CameraObserver], policy: PolicyArtifact) -> list[Game]:
     return [played(place[0], policy, seed) for seed in range(4)]
 
 
-def played(runner: GameRunner, policy: Policy, seed: int) -> Game:
+def played(runner: GameRunner, policy: PolicyArtifact, seed: int) -> Game:
     return runner.play(GreedyPolicy(policy, LEARN), seed=seed)
 
 
@@ -84,7 +84,7 @@ def test_free_flight_is_detected_after_the_goal_and_long_before_the_catch(games:
 
 
 def test_a_game_repeats_bit_for_bit_whatever_was_played_before(
-    place: tuple[GameRunner, CameraObserver], policy: Policy, games: list[Game]
+    place: tuple[GameRunner, CameraObserver], policy: PolicyArtifact, games: list[Game]
 ) -> None:
     again = played(place[0], policy, 2)
     assert str(again.estimates) == str(games[2].estimates)
@@ -120,7 +120,9 @@ class Misleading:
         self._robot.close()
 
 
-def test_in_flight_no_marker_counts_and_the_true_scene_is_out_of_reach(policy: Policy, games: list[Game]) -> None:
+def test_in_flight_no_marker_counts_and_the_true_scene_is_out_of_reach(
+    policy: PolicyArtifact, games: list[Game]
+) -> None:
     robots: list[Misleading] = []
 
     def wrap(robot: Robot) -> Robot:
@@ -179,7 +181,7 @@ def spoil(observer: CameraObserver, fault: str, after_s: float) -> None:
 @pytest.mark.parametrize("fault", ["stops", "dark", "doubles", "lags"])
 @pytest.mark.parametrize("early", [True, False], ids=["before the flight", "in the flight"])
 def test_whatever_the_cameras_do_the_arm_stays_inside_and_ends_at_rest(
-    policy: Policy, games: list[Game], fault: str, early: bool
+    policy: PolicyArtifact, games: list[Game], fault: str, early: bool
 ) -> None:
     after_s = games[0].swing.duration_s + (-0.3 if early else 0.15)
     with observed_runner(noise_m=NOISE_M, delay_n=3) as (runner, observer):
@@ -204,7 +206,7 @@ def test_whatever_the_cameras_do_the_arm_stays_inside_and_ends_at_rest(
 
 @pytest.mark.parametrize("fault", ["stops", "dark"])
 def test_a_flight_that_was_seen_for_a_while_is_caught_without_further_images(
-    policy: Policy, games: list[Game], fault: str
+    policy: PolicyArtifact, games: list[Game], fault: str
 ) -> None:
     with observed_runner(noise_m=NOISE_M, delay_n=3) as (runner, observer):
         observer.loop.cameras = [
@@ -213,7 +215,7 @@ def test_a_flight_that_was_seen_for_a_while_is_caught_without_further_images(
         assert played(runner, policy, 3).caught
 
 
-def test_a_rolling_shutter_is_known_from_its_rows(policy: Policy) -> None:
+def test_a_rolling_shutter_is_known_from_its_rows(policy: PolicyArtifact) -> None:
     camera = cast(VirtualCamera, CAMERAS.camera)
     sensor = dataclasses.replace(camera.sensor, shutter="rolling", readout_s=0.006)
     rolling = dataclasses.replace(CAMERAS, camera=dataclasses.replace(camera, sensor=sensor))
@@ -224,7 +226,9 @@ def test_a_rolling_shutter_is_known_from_its_rows(policy: Policy) -> None:
     assert np.median(np.linalg.norm(early, axis=1)) < 0.002, "measured 1.1 to 1.3 mm; at the middle row's time 3.1 mm"
 
 
-def test_a_wrong_stamp_shows_in_the_residuals_and_widens_the_estimate(policy: Policy, games: list[Game]) -> None:
+def test_a_wrong_stamp_shows_in_the_residuals_and_widens_the_estimate(
+    policy: PolicyArtifact, games: list[Game]
+) -> None:
     with observed_runner(noise_m=NOISE_M, delay_n=3) as (runner, observer):
         observer.loop.cameras = [
             Faulty(camera, "doubles", games[0].swing.duration_s + 0.1) for camera in observer.loop.cameras

@@ -7,7 +7,7 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
-from kendama_cli.artifacts.policy import Policy
+from kendama_cli.artifacts.policy import PolicyArtifact
 from kendama_cli.devices.robot.remote import UdpRobot
 from kendama_cli.game.catch_geometry import make_catch_geometry
 from kendama_cli.game.crossing import find_crossing
@@ -57,7 +57,7 @@ def make_runner(believed_scale: float = 1.0, **made: Any) -> GameRunner:
 
 def learned(runner: GameRunner, seed: int, cap: int = 400) -> SarsaLearner:
     learner, rng = SarsaLearner(LEARN), np.random.default_rng(seed)
-    while not learner.count.learned and learner.rollouts < cap:
+    while not learner.count.learned and learner.count.rollouts < cap:
         learner.begin_rollout(rng)
         swing = runner.swing_up(learner, seed=int(rng.integers(2**63)))
         learner.end_rollout(swing.outcome, swing.last)
@@ -65,7 +65,7 @@ def learned(runner: GameRunner, seed: int, cap: int = 400) -> SarsaLearner:
 
 
 @pytest.fixture(scope="module")
-def policy() -> Policy:
+def policy() -> PolicyArtifact:
     return learned(make_runner(noise_m=0.0005), 0).policy
 
 
@@ -73,7 +73,7 @@ def test_the_swing_up_is_learned_through_observations_alone() -> None:
     assert learned(make_runner(noise_m=0.0005, delay_n=4, rope_scale=1.05), 4).count.learned
 
 
-def test_the_cup_stays_inside_while_it_swings(policy: Policy) -> None:
+def test_the_cup_stays_inside_while_it_swings(policy: PolicyArtifact) -> None:
     for seed in range(5):
         swing = make_runner(noise_m=0.0005).swing_up(GreedyPolicy(policy, LEARN), seed=seed)
         assert swing.peak_displacement_m <= LEARN.workspace.half_width_m + 0.003, "noise of the marker is on top"
@@ -106,12 +106,12 @@ def test_games_are_caught_in_spite_of_rope_delay_and_noise(rope_scale: float, de
     assert np.median([error for error in errors if error is not None]) < 0.004
 
 
-def test_a_game_is_the_same_for_the_same_seed(policy: Policy) -> None:
+def test_a_game_is_the_same_for_the_same_seed(policy: PolicyArtifact) -> None:
     games = [make_runner(noise_m=0.0005).play(GreedyPolicy(policy, LEARN), seed=7) for _ in range(2)]
     assert str(games[0]) == str(games[1])
 
 
-def test_the_arms_delay_is_estimated_from_the_rollout_itself(policy: Policy) -> None:
+def test_the_arms_delay_is_estimated_from_the_rollout_itself(policy: PolicyArtifact) -> None:
     runner = make_runner(noise_m=0.0005, delay_n=5)
     runner.swing_up(GreedyPolicy(policy, LEARN), seed=1)
     assert runner._cart.lag_s == pytest.approx(0.020, abs=0.002)

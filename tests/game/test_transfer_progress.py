@@ -7,15 +7,14 @@ import dataclasses
 import numpy as np
 import pytest
 
-from kendama_cli.artifacts.policy import Policy
 from kendama_cli.game.transfer_progress import STARTS, Progress, Start
-from kendama_cli.learning.policy import learning_json
+from kendama_cli.learning.policy import seal_table
 from kendama_cli.learning.state import SwingState
 from tests.game.test_games import LEARN, TRANSFER
 
 REST = SwingState(0.0, 0.0, 0.0, 0.0)
 TABLE = np.random.default_rng(0).normal(size=(324, 5))
-POLICY = Policy.seal(TABLE, learning_json(LEARN))
+POLICY = seal_table(TABLE, LEARN)
 FREEZING = dataclasses.replace(TRANSFER, frozen=14, cap=40)
 
 
@@ -58,7 +57,7 @@ def test_from_scratch_nothing_more_is_wanted_than_the_streak_that_counts() -> No
     while not progress.learned("scratch"):
         succeed(progress, "scratch")
     assert progress.frozen("scratch")
-    assert progress.learner("table").rollouts == 0
+    assert progress.learner("table").count.rollouts == 0
 
 
 @pytest.mark.parametrize("start", ["table", "scratch"])
@@ -97,5 +96,5 @@ def test_what_is_saved_is_all_there_is() -> None:
 
 def test_the_empty_table_is_empty_and_the_other_as_handed_over() -> None:
     progress = begun()
-    assert np.array_equal(progress.learner("table").q, TABLE)
-    assert np.unique(progress.learner("scratch").q).tolist() == [LEARN.initial_q]
+    assert np.array_equal(progress.learner("table").table, TABLE)
+    assert np.unique(progress.learner("scratch").table).tolist() == [LEARN.initial_q]

@@ -7,8 +7,8 @@ import json
 import numpy as np
 import pytest
 
-from kendama_cli.artifacts.policy import Policy
-from kendama_cli.learning.policy import GreedyPolicy, learning_json
+from kendama_cli.artifacts.policy import canonical_json
+from kendama_cli.learning.policy import GreedyPolicy, seal_table, table_meaning
 from kendama_cli.learning.sarsa import SarsaLearner
 from kendama_cli.learning.state import SwingState
 from kendama_cli.learning.statistics import LearningCount
@@ -29,7 +29,7 @@ def preferring(*columns: int) -> np.ndarray:
 
 
 def test_an_action_is_held_for_the_shortest_time_even_if_the_state_changes():
-    policy = GreedyPolicy(Policy.seal(preferring(0, 4), learning_json(SETTINGS)), SETTINGS)
+    policy = GreedyPolicy(seal_table(preferring(0, 4), SETTINGS), SETTINGS)
     assert policy.act(HANGING, 0.0) == -8.0
     assert policy.act(SWUNG, 0.018) == -8.0
     assert policy.act(SWUNG, 0.020) == 8.0
@@ -39,7 +39,7 @@ def test_the_learner_and_the_frozen_policy_of_its_table_act_alike():
     q = preferring(1, 3)
     learner = SarsaLearner(SETTINGS, q=q)
     learner.begin_rollout(np.random.default_rng(0))
-    policy = GreedyPolicy(Policy.seal(q, learning_json(SETTINGS)), SETTINGS)
+    policy = GreedyPolicy(seal_table(q, SETTINGS), SETTINGS)
     assert not learner.explored
     for k in range(30):
         state = HANGING if k // 7 % 2 else SWUNG
@@ -59,7 +59,7 @@ def test_in_the_same_state_a_new_choice_comes_after_the_longest_time():
 
 
 def test_ties_keep_the_previous_action_and_the_first_is_to_rest():
-    policy = GreedyPolicy(Policy.seal(np.zeros((324, 5)), learning_json(SETTINGS)), SETTINGS)
+    policy = GreedyPolicy(seal_table(np.zeros((324, 5)), SETTINGS), SETTINGS)
     assert policy.act(HANGING, 0.0) == 0.0
 
 
@@ -69,7 +69,7 @@ def test_success_raises_and_timeout_lowers_what_was_tried():
         learner.begin_rollout(np.random.default_rng(0))
         learner.act(HANGING, 0.0)
         learner.end_rollout(outcome, HANGING)
-        change = learner.q - 5.0
+        change = learner.table - 5.0
         assert np.count_nonzero(change) == 1
         assert np.sign(change.sum()) == sign
 
@@ -145,7 +145,7 @@ def test_from_state_goes_on_bit_for_bit(update):
         for step in range(20):
             resumed.act(SwingState(0.1 * step, 0.0, rng.normal(), 0.0), 0.1 * step)
         resumed.end_rollout("goal" if k % 3 else "timeout", HANGING)
-    np.testing.assert_array_equal(resumed.q, whole.q)
+    np.testing.assert_array_equal(resumed.table, whole.table)
     assert resumed.count == whole.count
 
 
@@ -166,19 +166,19 @@ def test_on_a_mirrored_grid_the_mirror_image_is_answered_by_the_opposite_and_tea
     assert len(set(actions)) == 5
     here.end_rollout("goal", states[-1])
     there.end_rollout("goal", mirror(states[-1]))
-    np.testing.assert_array_equal(there.q, here.q)
-    assert (here.q != q).any()
+    np.testing.assert_array_equal(there.table, here.table)
+    assert (here.table != q).any()
 
 
 def test_from_the_tenth_success_on_the_table_is_frozen_until_a_failure():
     learner = SarsaLearner(SETTINGS, q=np.zeros((324, 5)))
     changed = []
     for outcome in ["goal"] * 12 + ["timeout"] * 2:
-        before = learner.q
+        before = learner.table
         learner.begin_rollout(np.random.default_rng(0))
         learner.act(HANGING, 0.0)
         learner.end_rollout(outcome, HANGING)
-        changed.append(bool((learner.q != before).any()))
+        changed.append(bool((learner.table != before).any()))
     assert changed == [True] * 10 + [False] * 3 + [True]
 
 
@@ -193,16 +193,16 @@ def test_the_policy_is_the_table_with_the_longest_streak_while_it_was_frozen():
             learner.act(HANGING, 0.0)
             learner.end_rollout("goal" if result == "g" else "timeout", SWUNG)
             learner = SarsaLearner.from_state(never, learner.state())
-        return np.asarray(learner.policy.q)
+        return np.asarray(learner.policy.array("q"))
 
     first = play("f" + "g" * 15)
-    np.testing.assert_array_equal(first, learner.q)
+    np.testing.assert_array_equal(first, learner.table)
     second = play("f" + "ff" + "g" * 12)
-    assert np.any(learner.q != first)
+    assert np.any(learner.table != first)
     np.testing.assert_array_equal(second, first)
     np.testing.assert_array_equal(play("f" + "f"), first)
     third = play("g" * 17)
-    np.testing.assert_array_equal(third, learner.q)
+    np.testing.assert_array_equal(third, learner.table)
     np.testing.assert_array_equal(play("fff"), third)
 
 
@@ -225,25 +225,25 @@ def test_replay_changes_the_table_but_not_the_count():
         learner.act(HANGING, 0.0)
         learner.act(SWUNG, 0.1)
         learner.end_rollout("goal", SWUNG)
-        tables.append(learner.q)
-        assert learner.rollouts == 1
+        tables.append(learner.table)
+        assert learner.count.rollouts == 1
     assert (tables[1] >= tables[0]).all()
     assert (tables[1] > tables[0]).any()
 
 
 def test_a_table_of_another_shape_is_refused():
-    with pytest.raises(ValueError, match=r"the table has shape \(3, 5\); the settings need \(324, 5\)"):
+    with pytest.raises(ValueError, match=r"the table has shape \(3, 5\); the configuration 'learn' needs \(324, 5\)"):
         SarsaLearner(SETTINGS, q=np.zeros((3, 5)))
     with pytest.raises(ValueError, match=r"the table has shape \(324, 4\)"):
-        GreedyPolicy(Policy.seal(np.zeros((324, 4)), "{}"), SETTINGS)
+        GreedyPolicy(seal_table(np.zeros((324, 4)), SETTINGS), SETTINGS)
 
 
 def test_the_policy_is_sealed_with_what_gives_it_its_meaning_and_with_nothing_else():
     sealed = SarsaLearner(SETTINGS).policy
-    assert sealed.digest == Policy.seal(sealed.q, sealed.learning).digest
-    assert set(json.loads(sealed.learning)) == {"grid", "decision", "goal", "actions_m_s2"}
-    assert learning_json(learn_settings(alpha=0.1)) == sealed.learning
-    assert learning_json(learn_settings(grid__rate_edges_rad_s=[-1.0, 1.0])) != sealed.learning
+    assert sealed.digest == seal_table(sealed.array("q"), SETTINGS).digest
+    assert set(json.loads(sealed.meaning)) == {"grid", "decision", "goal", "actions_m_s2"}
+    assert canonical_json(table_meaning(learn_settings(alpha=0.1))) == sealed.meaning
+    assert canonical_json(table_meaning(learn_settings(grid__rate_edges_rad_s=[-1.0, 1.0]))) != sealed.meaning
 
 
 def counted(results: str) -> LearningCount:

@@ -48,8 +48,8 @@ def test_the_ten_rollouts_that_count_as_learned_are_greedy_successes(whole):
 
 def test_the_policy_is_sealed_and_of_the_papers_size(whole):
     policy = whole[0].artifact
-    assert policy.q.shape == (324, 5)
-    assert policy.digest == policy_digest(policy.q, policy.learning)
+    assert policy.array("q").shape == (324, 5)
+    assert policy.digest == policy_digest(policy.kind, policy.meaning, policy.arrays)
 
 
 def test_the_log_shows_the_flight(whole):

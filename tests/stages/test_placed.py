@@ -12,7 +12,7 @@ import pytest
 
 from kendama_cli.artifacts.demonstration import Demonstration
 from kendama_cli.artifacts.motion_plan import CatchMotion, MotionPlan
-from kendama_cli.artifacts.policy import Policy
+from kendama_cli.artifacts.policy import PolicyArtifact
 from kendama_cli.errors import ConfigError, HardwareError, StageError
 from kendama_cli.motion.averaging import encode_demonstrations
 from kendama_cli.schema.settings import build
@@ -104,7 +104,7 @@ def test_transfer_opens_the_robot_where_the_motion_was_made_for(
 
     monkeypatch.setattr(transfer_stage, "open_robot", refuse)
     monkeypatch.setattr(transfer_stage, "verify_policy", lambda *_: None)
-    policy = Policy.seal(np.zeros((324, 5)), "{}")
+    policy = PolicyArtifact.seal("table", {}, {"q": np.zeros((324, 5))})
     with pytest.raises(HardwareError, match="no robot in this test"):
         transfer_of_pa10().run({"learn": policy, "adapt": motion}, MemoryContext(1))
     assert opened == [placed(pa10(), elsewhere)]

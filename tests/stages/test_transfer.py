@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from kendama_cli.artifacts.motion_plan import CatchMotion, JointTrajectory, MotionPlan
-from kendama_cli.artifacts.policy import Policy
+from kendama_cli.artifacts.policy import NamedArray, PolicyArtifact
 from kendama_cli.errors import HardwareError, InputError, StageError
 from kendama_cli.game.settings import TransferSettings
 from kendama_cli.learning.settings import LearnSettings
@@ -57,9 +57,9 @@ SHORT = dataclasses.replace(FULL, evaluation_n=1, cap=2, games=3, imitation_trie
 
 
 @pytest.fixture(scope="module")
-def policy() -> Policy:
+def policy() -> PolicyArtifact:
     quick = dataclasses.replace(LEARN, count=dataclasses.replace(LEARN.count, evaluation=1))
-    made: Policy = Learn(learn=quick, game=GAME).run({}, MemoryContext(0)).artifact
+    made: PolicyArtifact = Learn(learn=quick, game=GAME).run({}, MemoryContext(0)).artifact
     return made
 
 
@@ -100,7 +100,7 @@ def log_bytes(ctx: MemoryContext) -> bytes:
 
 
 @pytest.fixture(scope="module")
-def uninterrupted(policy: Policy, still: CatchMotion) -> tuple[Made, MemoryContext]:
+def uninterrupted(policy: PolicyArtifact, still: CatchMotion) -> tuple[Made, MemoryContext]:
     ctx = MemoryContext(3)
     return stage().run({"learn": policy, "adapt": still}, ctx), ctx
 
@@ -134,7 +134,7 @@ def test_the_stage_tells_what_was_asked_for(uninterrupted: tuple[Made, MemoryCon
     assert made.metrics["missed_packets"] == 0
     assert made.metrics["imitation_caught"] is False
     assert made.metrics["imitation_tries"] == 2
-    assert made.artifact.policy.learning
+    assert made.artifact.policy.meaning
 
 
 def test_times_do_not_go_back_on_any_topic(uninterrupted: tuple[Made, MemoryContext]) -> None:
@@ -175,7 +175,7 @@ def test_the_log_tells_how_each_game_was_seen_and_how_it_ended(uninterrupted: tu
         assert game.seen == sum(one.seen for one in seen)
 
 
-def test_without_cameras_the_marker_is_followed(policy: Policy) -> None:
+def test_without_cameras_the_marker_is_followed(policy: PolicyArtifact) -> None:
     tracked = dataclasses.replace(FULL.observation, source="tracking")
     settings = dataclasses.replace(SHORT, cap=1, games=1, baseline=False, observation=tracked)
     ctx = MemoryContext(1)
@@ -192,7 +192,7 @@ def test_no_twin_is_left_behind(uninterrupted: tuple[Made, MemoryContext]) -> No
 
 @pytest.mark.parametrize("stop_after", [1, 4, 5, 8, 10])
 def test_killed_and_resumed_equals_uninterrupted(
-    policy: Policy, still: CatchMotion, uninterrupted: tuple[Made, MemoryContext], stop_after: int
+    policy: PolicyArtifact, still: CatchMotion, uninterrupted: tuple[Made, MemoryContext], stop_after: int
 ) -> None:
     killed = MemoryContext(3, stop_after=stop_after)
     with pytest.raises(KeyboardInterrupt):
@@ -216,7 +216,7 @@ class KillsTheTwin(MemoryContext):
 
 
 def test_what_was_learned_before_the_twin_died_is_kept_and_gone_on_from(
-    policy: Policy, still: CatchMotion, uninterrupted: tuple[Made, MemoryContext]
+    policy: PolicyArtifact, still: CatchMotion, uninterrupted: tuple[Made, MemoryContext]
 ) -> None:
     broken = KillsTheTwin(3, after=2)
     with pytest.raises(HardwareError) as caught:
@@ -230,14 +230,14 @@ def test_what_was_learned_before_the_twin_died_is_kept_and_gone_on_from(
     assert same(made, resumed, *uninterrupted)
 
 
-def test_without_an_imitation_motion_nothing_is_said_about_it(policy: Policy) -> None:
+def test_without_an_imitation_motion_nothing_is_said_about_it(policy: PolicyArtifact) -> None:
     settings = dataclasses.replace(SHORT, cap=1, games=1, baseline=False)
     made = stage(settings).run({"learn": policy}, MemoryContext(1))
     assert made.metrics["imitation_caught"] is None
     assert "rollouts_from_scratch" not in made.metrics
 
 
-def test_a_motion_for_other_joints_is_refused(policy: Policy, still: CatchMotion) -> None:
+def test_a_motion_for_other_joints_is_refused(policy: PolicyArtifact, still: CatchMotion) -> None:
     joints = still.joints
     names = tuple(f"other_{k}" for k in range(len(joints.joint_names)))
     wrong = JointTrajectory(names, joints.t_s, joints.position_rad, joints.velocity_rad_s, joints.acceleration_rad_s2)
@@ -254,34 +254,41 @@ def nothing_moves(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(transfer_stage, "open_robot", moved)
 
 
-def _changed(policy: Policy) -> Policy:
-    table = policy.q.copy()
+def _changed(policy: PolicyArtifact) -> PolicyArtifact:
+    table = policy.array("q").copy()
     table[7, 2] += 1e-12
-    return dataclasses.replace(policy, q=table)
+    return dataclasses.replace(policy, arrays=(NamedArray("q", table),))
 
 
-def _other_goal(policy: Policy) -> Policy:
-    learning = json.loads(policy.learning)
-    learning["goal"]["angle_deg"] = 120.0
-    return Policy.seal(policy.q, json.dumps(learning, sort_keys=True, separators=(",", ":")))
+def _other_goal(policy: PolicyArtifact) -> PolicyArtifact:
+    meaning = json.loads(policy.meaning)
+    meaning["goal"]["angle_deg"] = 120.0
+    return PolicyArtifact.seal(policy.kind, meaning, {"q": policy.array("q")})
 
 
-def _short(policy: Policy) -> Policy:
-    return dataclasses.replace(policy, q=policy.q[:-1], digest=Policy.seal(policy.q[:-1], policy.learning).digest)
+def _short(policy: PolicyArtifact) -> PolicyArtifact:
+    return PolicyArtifact.seal(policy.kind, json.loads(policy.meaning), {"q": policy.array("q")[:-1]})
+
+
+def _of_another_learner(policy: PolicyArtifact) -> PolicyArtifact:
+    return PolicyArtifact.seal("harmonic_search", json.loads(policy.meaning), {"harmonic": np.zeros(3)})
 
 
 @pytest.mark.parametrize(
     ("spoil", "says"),
     [
-        (_changed, "the Q-table of the stage 'learn' is damaged: its digest is"),
-        (_short, "has 323 states x 5 actions; the configuration 'learn' needs 324 x 5"),
+        (_changed, "the policy of the stage 'learn' is damaged: its digest is"),
+        (_short, r"cannot be acted by: the table has shape \(323, 5\); the configuration 'learn' needs \(324, 5\)"),
         (_other_goal, r"another configuration \(learn.goal.angle_deg is 130.0, it was 120.0\)"),
-        (lambda policy: Policy.seal(policy.q, "rubbish"), "another configuration"),
+        (_of_another_learner, "is one of learner 'harmonic_search'; the configuration has learn.learner.kind 'table'"),
+        (lambda policy: PolicyArtifact.seal(policy.kind, {}, {"q": policy.array("q")}), "another configuration"),
     ],
-    ids=["digest", "shape", "goal", "rubbish"],
+    ids=["digest", "shape", "goal", "learner", "nothing"],
 )
 @pytest.mark.usefixtures("nothing_moves")
-def test_a_table_that_does_not_fit_is_refused_before_anything_moves(policy: Policy, spoil: Any, says: str) -> None:
+def test_a_policy_that_does_not_fit_is_refused_before_anything_moves(
+    policy: PolicyArtifact, spoil: Any, says: str
+) -> None:
     with pytest.raises(StageError, match=says) as caught:
         stage().run({"learn": spoil(policy)}, MemoryContext(0))
     assert "nothing was moved" in str(caught.value)
@@ -289,27 +296,27 @@ def test_a_table_that_does_not_fit_is_refused_before_anything_moves(policy: Poli
 
 
 @pytest.mark.usefixtures("nothing_moves")
-def test_a_table_from_a_file_is_verified_the_same_way(policy: Policy, tmp_path: Path) -> None:
-    save_artifact(Policy, policy, tmp_path)
+def test_a_table_from_a_file_is_verified_the_same_way(policy: PolicyArtifact, tmp_path: Path) -> None:
+    save_artifact(PolicyArtifact, policy, tmp_path)
     settings = dataclasses.replace(SHORT, policy=str(tmp_path / "artifact.json"))
     with pytest.raises(AssertionError, match="the robot was opened"):
         stage(settings).run({}, MemoryContext(0))
-    save_artifact(Policy, _changed(policy), tmp_path)
+    save_artifact(PolicyArtifact, _changed(policy), tmp_path)
     with pytest.raises(StageError, match=r"artifact\.json is damaged"):
         stage(settings).run({}, MemoryContext(0))
 
 
-@pytest.mark.parametrize("content", [b"", b"{}", b'{"kind": "Policy", "body": {}}', b"\xff\xfe\x00"])
+@pytest.mark.parametrize("content", [b"", b"{}", b'{"kind": "PolicyArtifact", "body": {}}', b"\xff\xfe\x00"])
 @pytest.mark.usefixtures("nothing_moves")
-def test_a_file_that_holds_no_table_is_one_clear_line(tmp_path: Path, content: bytes) -> None:
+def test_a_file_that_holds_no_policy_is_one_clear_line(tmp_path: Path, content: bytes) -> None:
     path = tmp_path / "artifact.json"
     path.write_bytes(content)
-    with pytest.raises(InputError, match="holds no Q-table") as caught:
+    with pytest.raises(InputError, match="holds no policy") as caught:
         stage(dataclasses.replace(SHORT, policy=str(path))).run({}, MemoryContext(0))
     assert "\n" not in str(caught.value)
 
 
-def test_the_default_games_on_the_default_twin_are_caught(policy: Policy) -> None:
+def test_the_default_games_on_the_default_twin_are_caught(policy: PolicyArtifact) -> None:
     """119 of 120 games over twelve fresh seeds were caught; at 0.9 fewer than 4 of 6 come once in 60 times."""
     settings = dataclasses.replace(FULL, evaluation_n=1, cap=1, games=6)
     made = stage(settings).run({"learn": policy}, MemoryContext(11))

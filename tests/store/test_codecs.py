@@ -14,7 +14,7 @@ from kendama_cli.artifacts.demonstration import Demonstration, DemonstrationSet
 from kendama_cli.artifacts.friction_model import FrictionModel, NetworkFriction, ParametricFriction
 from kendama_cli.artifacts.interaction import InteractionResult
 from kendama_cli.artifacts.motion_plan import CatchMotion, JointTrajectory, MotionPlan
-from kendama_cli.artifacts.policy import Policy
+from kendama_cli.artifacts.policy import PolicyArtifact
 from kendama_cli.artifacts.prediction import PredictionStudy
 from kendama_cli.artifacts.transfer_result import TransferResult
 from kendama_cli.errors import StageError, StoreError
@@ -39,7 +39,7 @@ PLAN = MotionPlan(
     variation=RNG.normal(size=(2, 47)),
 )
 JOINTS = JointTrajectory(("a", "b"), np.arange(5.0), *(RNG.normal(size=(5, 2)) for _ in range(3)))
-POLICY = Policy.seal(RNG.normal(size=(324, 5)), '{"gamma":0.95}')
+POLICY = PolicyArtifact.seal("table", {"gamma": 0.95}, {"q": RNG.normal(size=(324, 5)), "bias": RNG.normal(size=5)})
 PLACEMENT = Placement((0.1, 0.2, 0.3), 0.4, (0.5, 0.6), (0.0, 0.0, 0.3), (1.0, 0.0, 0.0), (1.0, 2.0))
 EXAMPLES: list[Any] = [
     DemonstrationSet(tuple(Demonstration(f"d{i}", np.arange(4.0), RNG.normal(size=(4, 3))) for i in range(3))),
@@ -107,15 +107,18 @@ class Stranger:
 
 def test_something_else_than_declared_is_refused_in_one_line(tmp_path: Path) -> None:
     with pytest.raises(StageError) as caught:
-        save_artifact(Policy, Stranger(1), tmp_path, "stage 'learn'")
-    assert str(caught.value) == "stage 'learn' gave a Stranger; its declaration says Policy"
+        save_artifact(PolicyArtifact, Stranger(1), tmp_path, "stage 'learn'")
+    assert str(caught.value) == "stage 'learn' gave a Stranger; its declaration says PolicyArtifact"
     assert not list(tmp_path.iterdir())
 
 
 def test_who_reads_an_artifact_says_what_it_must_be(tmp_path: Path) -> None:
     save_artifact(Stranger, Stranger(1), tmp_path)
-    with pytest.raises(StoreError, match=r"cannot read the Policy in .*a Policy has the fields digest, learning, q"):
-        load_artifact(Policy, tmp_path)
+    with pytest.raises(
+        StoreError,
+        match=r"cannot read the PolicyArtifact in .*a PolicyArtifact has the fields arrays, digest, kind, meaning",
+    ):
+        load_artifact(PolicyArtifact, tmp_path)
 
 
 @pytest.mark.parametrize("file", ["artifact.json", "arrays.npz"])

@@ -6,13 +6,14 @@ import math
 
 import numpy as np
 
+from kendama_cli.learning.interface import Actor
 from kendama_cli.learning.reward import Outcome
 from kendama_cli.learning.settings import LearnSettings
 from kendama_cli.learning.state import SwingState
 from kendama_cli.settings.game import GameSettings
 from kendama_cli.simulation.swingup import rail_kernel as kernel
 from kendama_cli.simulation.swingup.rail import CompiledRail, Rules
-from kendama_cli.simulation.swingup.rollout import Actor, Catch, RolloutNoise, SimulatedRollout
+from kendama_cli.simulation.swingup.rollout import Catch, RolloutNoise, SimulatedRollout
 
 ENDS: dict[int, Outcome] = {kernel.GOAL: "goal", kernel.OUTSIDE: "outside", kernel.TIMEOUT: "timeout"}
 
@@ -62,7 +63,7 @@ class CompiledRollouts:
         duration_s = k * step_s
         swing.check_finite(duration_s)
         peak_m, half_swings, _ = tally.tolist()
-        return SimulatedRollout(ENDS[end], duration_s, peak_m, int(half_swings), self.state())
+        return SimulatedRollout(ENDS[end], duration_s, peak_m, int(half_swings), self.state(), swing.tension_n)
 
     def catch(self) -> Catch:
         """The free flight after the goal, as SwingUpEnvironment.catch."""

@@ -10,13 +10,14 @@ import numpy as np
 
 from kendama_cli.errors import ConfigError
 from kendama_cli.learning.half_swings import swing_direction
+from kendama_cli.learning.interface import Actor
 from kendama_cli.learning.reward import Ball, Flight, Goal, Landing, Outcome
 from kendama_cli.learning.settings import LearnSettings
 from kendama_cli.learning.state import SwingState
 from kendama_cli.settings.game import GameSettings
 from kendama_cli.simulation.swingup.compiled_rollouts import CompiledRollouts
 from kendama_cli.simulation.swingup.engine import SwingEngine, rate
-from kendama_cli.simulation.swingup.rollout import Actor, Catch, RolloutNoise, SimulatedRollout
+from kendama_cli.simulation.swingup.rollout import Catch, RolloutNoise, SimulatedRollout
 from kendama_cli.simulation.swingup.workspace import limiter
 
 FURTHEST_ERROR = 3.0
@@ -144,7 +145,7 @@ class SwingUpEnvironment:
                 break
         duration_s = (k + 1) * step_s
         swing.check_finite(duration_s)
-        return SimulatedRollout(outcome, duration_s, peak_m, half_swings, self.state())
+        return SimulatedRollout(outcome, duration_s, peak_m, half_swings, self.state(), swing.tension_n)
 
     def state(self) -> SwingState:
         """The true plain state now."""

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,24 +12,6 @@ from kendama_cli.learning.reward import Outcome
 from kendama_cli.learning.state import SwingState
 
 Numbers = Sequence[float] | NDArray[np.float64]
-
-
-class Actor(Protocol):
-    """Chooses the cup's acceleration from readings; a learner or a frozen policy."""
-
-    @property
-    def decides_on_bins(self) -> bool:
-        """Whether ``act`` changes its answer only where ``learn.decision`` and the bins of ``learn.grid`` ask for it.
-
-        Compiled code then finds the next decision itself. Any other actor is asked at every reading that it wants.
-        """
-
-    @property
-    def next_look_s(self) -> float:
-        """No reading is needed before this time into the rollout."""
-
-    def act(self, state: SwingState, t_s: float) -> float:
-        """The cup's acceleration [m/s^2]."""
 
 
 @dataclass(frozen=True)
@@ -51,7 +32,7 @@ class RolloutNoise:
 
 @dataclass(frozen=True)
 class SimulatedRollout:
-    """How a rollout went; ``final`` is the true state at its end.
+    """How a rollout went; ``final`` is the true state at its end, ``tension_n`` the rope's pull in its last step.
 
     ``half_swings`` is what count_half_swings gives for the ball's true rates.
     """
@@ -61,6 +42,7 @@ class SimulatedRollout:
     peak_displacement_m: float
     half_swings: int
     final: SwingState
+    tension_n: float
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ from functools import partial
 import numpy as np
 
 from kendama_cli.artifacts.motion_plan import CatchMotion
-from kendama_cli.artifacts.policy import Policy
+from kendama_cli.artifacts.policy import PolicyArtifact
 from kendama_cli.devices.robot.interface import Exchange
 from kendama_cli.game.figures import GameFigures, RopeFitFigures
 from kendama_cli.game.game_runner import GameRunner
@@ -17,7 +17,7 @@ from kendama_cli.game.rope_fit import fitted
 from kendama_cli.game.scene_history import cup_rotation_wxyz
 from kendama_cli.game.settings import TransferSettings
 from kendama_cli.game.transfer_progress import Progress, Start
-from kendama_cli.learning.policy import GreedyPolicy
+from kendama_cli.learning.learners import make_policy
 from kendama_cli.learning.settings import LearnSettings
 from kendama_cli.robot_model.model import RobotModel
 from kendama_cli.settings.game import GameSettings
@@ -53,11 +53,11 @@ class TransferSession:
         self._learn = learn
         self._every = max(1, round(settings.log_period_s / runner.robot.period_s))
 
-    def evaluate(self, results: list[bool], policy: Policy, name: str) -> None:
+    def evaluate(self, results: list[bool], policy: PolicyArtifact, name: str) -> None:
         """Rollouts of the frozen policy; appends whether each reached the goal."""
         while len(results) < self._settings.evaluation_n:
             rng = self._progress.rng(name, len(results))
-            actor = GreedyPolicy(policy, self._learn)
+            actor = make_policy(policy, self._learn)
             swing = self._runner.swing_up(actor, seed=int(rng.integers(2**63)))
             messages = trace.step_messages(swing.steps, 0, self._progress.clock_s, self._every)
             results.append(swing.outcome == "goal")
@@ -69,7 +69,7 @@ class TransferSession:
         phase, topic = _LEARNING[start]
         while not progress.frozen(start):
             learner = progress.learner(start)
-            rng = progress.rng(phase, learner.rollouts)
+            rng = progress.rng(phase, learner.count.rollouts)
             seed = int(rng.integers(2**63))
             learner.begin_rollout(rng)
             swing = self._runner.swing_up(learner, seed=seed)
@@ -106,7 +106,7 @@ class TransferSession:
         while len(progress.games) < self._settings.games:
             index = len(progress.games)
             seed = int(progress.rng("game", index).integers(2**63))
-            game = self._runner.play(GreedyPolicy(progress.policy, self._learn), seed=seed, pictured=index == 0)
+            game = self._runner.play(make_policy(progress.policy, self._learn), seed=seed, pictured=index == 0)
             steps = [*game.swing.steps, *game.steps]
             start_s = progress.clock_s
             timed = [(start_s + step.t_s, step.exchange) for step in steps]

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from kendama_cli.artifacts.motion_plan import CatchMotion
-from kendama_cli.artifacts.policy import Policy
+from kendama_cli.artifacts.policy import PolicyArtifact
 from kendama_cli.artifacts.transfer_result import TransferResult
 from kendama_cli.devices.robot.compensated import compensated
 from kendama_cli.devices.robot.open_robot import open_robot
@@ -29,8 +29,8 @@ from kendama_cli.vision.settings import PredictSettings
 
 
 class Transfer:
-    """Takes the Policy of ``learn`` and, where they are there, the CatchMotion of ``adapt`` and the FrictionModel of
-    ``identify``; gives a TransferResult.
+    """Takes the PolicyArtifact of ``learn`` and, where they are there, the CatchMotion of ``adapt`` and the
+    FrictionModel of ``identify``; gives a TransferResult.
     """
 
     def __init__(
@@ -51,12 +51,12 @@ class Transfer:
     def run(self, given: Mapping[str, Any], ctx: StageContext) -> Made:
         """Evaluate, learn on, evaluate again, imitate, play; what was learned survives whatever goes wrong.
 
-        Raises StageError before anything moves where the Q-table does not fit, HardwareError where the line or the
+        Raises StageError before anything moves where the policy does not fit, HardwareError where the line or the
         robot fails: the finished rollouts are kept, and the next run goes on from them.
         """
         settings, learn = self._setup.transfer, self._setup.learn
         check_cameras(self._setup.cameras, settings.observation, realtime=False)  # the open robot says whether it is
-        policy: Policy = load_policy(settings.policy) if settings.policy else given["learn"]
+        policy: PolicyArtifact = load_policy(settings.policy) if settings.policy else given["learn"]
         verify_policy(policy, learn, settings.policy or "the stage 'learn'")
         progress = Progress.resumed(ctx.restore(), policy, learn, settings, ctx.rng("transfer"))
         motion: CatchMotion | None = given.get("adapt")

@@ -12,7 +12,7 @@ from kendama_cli.devices.robot.interface import Exchange
 from kendama_cli.game.catch_game import Game
 from kendama_cli.game.cup_cart import CartStep
 from kendama_cli.game.swing_up import SwingUpRollout
-from kendama_cli.learning.sarsa import FinishedRollout
+from kendama_cli.learning.interface import FinishedRollout
 from kendama_cli.log.messages import DetectionMessage, RolloutMessage, WrenchMessage
 from kendama_cli.schema.arrays import Array
 from kendama_cli.schema.foxglove import CompressedImage, FrameTransform, JointStates

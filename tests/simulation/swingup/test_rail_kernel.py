@@ -10,10 +10,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from kendama_cli.artifacts.policy import Policy
 from kendama_cli.errors import SimulationError
 from kendama_cli.learning.discretisation import StateGrid
-from kendama_cli.learning.policy import GreedyPolicy, learning_json
+from kendama_cli.learning.policy import GreedyPolicy, seal_table
 from kendama_cli.learning.reward import Flight, Goal
 from kendama_cli.learning.sarsa import SarsaLearner
 from kendama_cli.learning.settings import LearnSettings
@@ -137,7 +136,7 @@ def learned(engine: str, name: str, seed: int, **replaced: object) -> tuple[np.n
         policy.begin_rollout()
         seen.append(environment.roll_out(policy, environment.noise(noise_rng)))
         seen.append(environment.catch(0.0))
-    return learner.q, seen
+    return learner.table, seen
 
 
 @pytest.mark.parametrize("seed", range(3))
@@ -186,7 +185,7 @@ def test_watching_a_rollout_does_not_change_it():
     noise, watched = environment.noise(np.random.default_rng(2)), []
     ends = []
     for on_step in (None, lambda t_s, swing, sent: watched.append(t_s)):
-        policy = GreedyPolicy(Policy.seal(table, learning_json(chosen)), chosen)
+        policy = GreedyPolicy(seal_table(table, chosen), chosen)
         ends.append(environment.roll_out(policy, noise, on_step))
     assert ends[0] == ends[1]
     assert len(watched) == round(ends[0].duration_s / STEP_S)

@@ -1,0 +1,209 @@
+"""The laws of the learner's interface, for every variant: a table's, the null model's, or another project's own.
+
+Each check takes settings, with the learner that ``learn.learner`` chooses, and raises AssertionError, with the law in
+words, where the learner breaks it. ``CHECKS`` lists them all. No simulator is needed: the readings are those of a ball
+on a circle, and the outcomes of the rollouts are drawn.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import numpy as np
+from numpy.random import Generator
+
+from kendama_cli.artifacts.policy import NamedArray, PolicyArtifact, policy_digest
+from kendama_cli.learning.interface import Actor, Learner
+from kendama_cli.learning.learners import begin_learner, make_policy, maker, resume_learner
+from kendama_cli.learning.reward import Outcome
+from kendama_cli.learning.settings import LearnSettings
+from kendama_cli.learning.state import SwingState
+from kendama_cli.learning.verification import verify_policy
+
+SEED = 12345
+ROLLOUTS = 8
+
+
+def check_determinism(settings: LearnSettings) -> None:
+    """The same random numbers and readings give the same actions and the same policy."""
+    one, other = (_Practice(begin_learner(settings), settings, SEED) for _ in range(2))
+    for _ in range(ROLLOUTS):
+        _law(one.rollout() == other.rollout(), "the same seed and readings give the same actions")
+    _law(one.learner.policy.digest == other.learner.policy.digest, "and the same policy")
+
+
+def check_actions(settings: LearnSettings) -> None:
+    """Accelerations are finite and within the largest action, whatever is read."""
+    practice = _Practice(begin_learner(settings), settings, SEED)
+    lowest, highest = settings.actions_m_s2[0], settings.actions_m_s2[-1]
+    for _ in range(ROLLOUTS):
+        for action in practice.rollout():
+            _law(math.isfinite(action), f"an action is a finite number (is {action})")
+            _law(lowest <= action <= highest, f"an action lies within {lowest} and {highest} m/s^2 (is {action})")
+
+
+def check_holding(settings: LearnSettings) -> None:
+    """Before ``next_look_s`` the action stays what it is, whatever is read."""
+    practice = _Practice(begin_learner(settings), settings, SEED)
+    for _ in range(ROLLOUTS):
+        practice.rollout()
+    practice.learner.begin_rollout(practice.rng)
+    first = practice.learner.act(practice.reading(0), 0.0)
+    if practice.learner.next_look_s > 0.0:
+        early_s = 0.5 * practice.learner.next_look_s
+        again = practice.learner.act(SwingState(0.1, -1.0, 2.0, -4.0), early_s)
+        _law(again == first, "before next_look_s the action stays what it is")
+
+
+def check_count(settings: LearnSettings) -> None:
+    """Every rollout is counted once, by the counting rule, and told of as it went."""
+    practice = _Practice(begin_learner(settings), settings, SEED)
+    count = practice.learner.count
+    _law(count.rollouts == 0, "before the first rollout none is counted")
+    for number in range(1, ROLLOUTS + 1):
+        practice.rollout()
+        finished = practice.finished
+        _law(finished is not None and finished.index == number, "rollouts are numbered from 1")
+        assert finished is not None
+        _law(finished.success == (practice.outcome == "goal"), "a rollout that reached the goal is a success")
+        _law(math.isfinite(finished.reward), "its reward is finite")
+        count = count.after(explored=finished.explored, success=finished.success, settings=settings.count)
+        _law(practice.learner.count == count, "the count is that of the counting rule")
+
+
+def check_checkpoint(settings: LearnSettings) -> None:
+    """A learner that goes on from its saved state does what one does that was never interrupted."""
+    whole = _Practice(begin_learner(settings), settings, SEED)
+    for _ in range(ROLLOUTS):
+        whole.rollout()
+    saved = _through_a_file(whole.learner.state())
+    resumed = _Practice(resume_learner(settings, saved), settings, 0)
+    resumed.rng.bit_generator.state = whole.rng.bit_generator.state
+    resumed.number = whole.number
+    _law(resumed.learner.count == whole.learner.count, "the count is saved")
+    _law(resumed.learner.policy.digest == whole.learner.policy.digest, "the policy is saved bit for bit")
+    for _ in range(ROLLOUTS):
+        _law(resumed.rollout() == whole.rollout(), "resumed, it acts as if it had not been interrupted")
+    _law(resumed.learner.policy.digest == whole.learner.policy.digest, "resumed, it learns the same bit for bit")
+
+
+def check_freezing(settings: LearnSettings) -> None:
+    """Frozen, a learner acts as its policy does and learns nothing; a failure ends that."""
+    practice = _frozen(settings)
+    for _ in range(2):
+        before = practice.learner.policy
+        policy = make_policy(before, settings)
+        policy.begin_rollout()
+        actions = practice.rollout("goal")
+        _law(practice.finished is not None and not practice.finished.explored, "frozen, it does not explore")
+        _law(actions == _Practice.acted(policy, practice), "frozen, it acts as its policy does")
+        _law(practice.learner.policy.digest == before.digest, "frozen, nothing is learned")
+    practice.rollout("timeout")
+    _law(not practice.learner.count.frozen(settings.count), "a failure ends the freezing")
+
+
+def check_policy(settings: LearnSettings) -> None:
+    """A policy is sealed, passes its own verification, forgets the last rollout, and a learner can begin from it."""
+    practice = _frozen(settings)
+    sealed = _stored(practice.learner.policy)
+    _law(sealed.kind == settings.learner.kind, "a policy names the learner whose it is")
+    json.loads(sealed.meaning)
+    verify_policy(sealed, settings, "the conformance suite")
+    policy = make_policy(sealed, settings)
+    runs = []
+    for _ in range(2):
+        policy.begin_rollout()
+        runs.append(_Practice.acted(policy, practice))
+    _law(runs[0] == runs[1], "the same readings give the same actions in every rollout of a policy")
+    again = begin_learner(settings, sealed)
+    _law(again.count.rollouts == 0, "a learner that begins from a policy has had no rollout")
+    _law(again.policy.digest == sealed.digest, "before its first rollout its policy is the one that it begins from")
+
+
+def check_meaning(settings: LearnSettings) -> None:
+    """What gives a policy its meaning does not depend on how it was learned."""
+    meaning = json.dumps(maker(settings).meaning(settings), sort_keys=True)
+    again = json.dumps(maker(settings).meaning(settings), sort_keys=True)
+    _law(meaning == again, "the meaning of a policy follows from the settings alone")
+    _law(bool(json.loads(meaning)), "some settings must match wherever a policy is acted by")
+
+
+CHECKS: tuple[Callable[[LearnSettings], None], ...] = (
+    check_determinism,
+    check_actions,
+    check_holding,
+    check_count,
+    check_checkpoint,
+    check_freezing,
+    check_policy,
+    check_meaning,
+)
+
+
+class _Practice:
+    """Rollouts with readings that are a function of their number, and outcomes that are drawn."""
+
+    def __init__(self, learner: Learner, settings: LearnSettings, seed: int) -> None:
+        self.learner, self.settings = learner, settings
+        self.rng: Generator = np.random.default_rng(seed)
+        self.number = 0
+        self.finished: Any = None
+        self.outcome: Outcome = "timeout"
+
+    def reading(self, step: int) -> SwingState:
+        """The ball on a circle, wider from rollout to rollout; the cup beneath it to and fro."""
+        phase = 0.11 * step + 0.7 * self.number
+        angle = (0.5 + 0.3 * (self.number % 7)) * math.sin(phase)
+        return SwingState(0.3 * math.cos(0.6 * phase), 0.9 * math.sin(phase), angle, 5.0 * math.cos(phase))
+
+    def rollout(self, outcome: Outcome | None = None) -> list[float]:
+        """One rollout; the actions at every reading."""
+        learner = self.learner
+        learner.begin_rollout(self.rng)
+        self.number += 1
+        actions = self.acted(learner, self)
+        self.outcome = outcome or ("goal" if self.rng.random() < 0.5 else "timeout")
+        self.finished = learner.end_rollout(self.outcome, self.reading(self.steps))
+        return actions
+
+    @property
+    def steps(self) -> int:
+        """Readings of a rollout, 10 ms apart."""
+        return min(150, round(self.settings.rollout_s / 0.01))
+
+    @staticmethod
+    def acted(actor: Actor, practice: _Practice) -> list[float]:
+        """The actions of ``actor`` at the readings of the present rollout."""
+        return [float(actor.act(practice.reading(step), 0.01 * step)) for step in range(practice.steps)]
+
+
+def _frozen(settings: LearnSettings) -> _Practice:
+    """A learner whose streak has frozen it."""
+    practice = _Practice(begin_learner(settings), settings, SEED)
+    for _ in range(20 * settings.count.streak):
+        if practice.learner.count.frozen(settings.count):
+            return practice
+        practice.rollout("goal")
+    raise AssertionError(f"the law is broken: a learner that always succeeds is frozen after {settings.count.streak}")
+
+
+def _through_a_file(state: Mapping[str, Any]) -> dict[str, Any]:
+    """``state`` as a checkpoint gives it back: arrays, and JSON values."""
+    arrays = {name: np.array(value) for name, value in state.items() if isinstance(value, np.ndarray)}
+    plain = {name: value for name, value in state.items() if not isinstance(value, np.ndarray)}
+    return {**json.loads(json.dumps(plain)), **arrays}
+
+
+def _stored(policy: PolicyArtifact) -> PolicyArtifact:
+    """``policy`` as a store gives it back."""
+    arrays = tuple(NamedArray(entry.name, np.array(entry.values)) for entry in policy.arrays)
+    _law(policy_digest(policy.kind, policy.meaning, arrays) == policy.digest, "a policy is sealed over all it holds")
+    return PolicyArtifact(policy.kind, policy.meaning, arrays, policy.digest)
+
+
+def _law(holds: bool, law: str) -> None:
+    if not holds:
+        raise AssertionError(f"the law is broken: {law}")

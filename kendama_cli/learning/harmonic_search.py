@@ -1,0 +1,181 @@
+"""The null model of learning the swing-up: random harmonics, replayed from the first that reached the goal.
+
+It has no table and learns nothing about states: what a learner needs fewer rollouts for than this, it owes to more than
+to chance. Harmonics are drawn as an exploring rollout draws them, until one reaches the goal; from then on that one is
+replayed, and counts as the greedy policy. After a replay that failed the next rollout draws anew with the probability
+``after_failure``, and a success replaces what is replayed. Actions change at the same times as those of a table.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from numpy.random import Generator
+
+from kendama_cli.artifacts.policy import PolicyArtifact
+from kendama_cli.learning.decision import HeldAction
+from kendama_cli.learning.discretisation import StateGrid
+from kendama_cli.learning.exploration import DrawnHarmonic, Harmonic, draw_harmonic, drives_place, explores
+from kendama_cli.learning.interface import FinishedRollout, LearnerMaker
+from kendama_cli.learning.learner_settings import HarmonicSearchSettings
+from kendama_cli.learning.reward import Outcome, final_reward, step_reward
+from kendama_cli.learning.settings import LearnSettings
+from kendama_cli.learning.state import SwingState
+from kendama_cli.learning.statistics import LearningCount
+from kendama_cli.schema.arrays import Array
+
+KIND = "harmonic_search"
+STILL = DrawnHarmonic(0.0, 0.0, 0.0)
+"""What is replayed before anything was drawn: the cup stays where it is."""
+
+
+class HarmonicPolicy:
+    """Replays one harmonic, its action held by ``learn.decision`` on the bins of ``learn.grid``."""
+
+    table = None
+    decides_on_bins = True
+
+    def __init__(self, artifact: PolicyArtifact, settings: LearnSettings) -> None:
+        """Raises ValueError where the artifact does not hold one harmonic."""
+        self._settings = settings
+        self._grid = StateGrid(settings.grid)
+        self.play(_harmonic_of(artifact))
+
+    def play(self, drawn: DrawnHarmonic) -> None:
+        """Begin a rollout that replays ``drawn``."""
+        self._drawn = drawn
+        self._harmonic = Harmonic(_own(self._settings).harmonic, self._settings, drawn)
+        self._held = HeldAction(self._settings, self._grid)
+        self.decisions = 0
+
+    def begin_rollout(self) -> None:
+        """Begin the same harmonic anew."""
+        self.play(self._drawn)
+
+    @property
+    def next_look_s(self) -> float:
+        """``act`` changes nothing before this time into the rollout, so no reading is needed before it [s]."""
+        return self._held.next_look_s
+
+    def act(self, state: SwingState, t_s: float) -> float:
+        """The cup's acceleration [m/s^2] at ``t_s`` into the rollout."""
+        held = self._held
+        if t_s >= held.next_look_s:
+            row = held.due(state, t_s)
+            if row is not None:
+                held.hold(row, self._harmonic.action(t_s, state, held.action), t_s)
+                self.decisions += 1
+        return self._settings.actions_m_s2[held.action]
+
+
+class HarmonicSearchLearner:
+    """Draws harmonics until one reaches the goal, and replays that one; see the module."""
+
+    table = None
+    decides_on_bins = True
+
+    def __init__(self, settings: LearnSettings, policy: PolicyArtifact | None = None) -> None:
+        """From nothing, or from the harmonic of a ``policy``, which counts as one that reached the goal."""
+        self._settings = settings
+        self.count = LearningCount(succeeded_ever=policy is not None)
+        self._replayed = STILL if policy is None else _harmonic_of(policy)
+        self._best, self._best_streak = self._replayed, 0
+        self._present = self._replayed
+        self._actor = HarmonicPolicy(_sealed(self._replayed, settings), settings)
+        self._explored = False
+        self._reward = 0.0
+
+    @classmethod
+    def from_state(cls, settings: LearnSettings, state: Mapping[str, Any]) -> HarmonicSearchLearner:
+        """The learner that ``state()`` described, between the same two rollouts."""
+        learner = cls(settings)
+        learner.count = LearningCount(**state["count"])
+        learner._replayed = DrawnHarmonic(*state["replayed"])
+        learner._best, learner._best_streak = DrawnHarmonic(*state["best"]), int(state["best_streak"])
+        return learner
+
+    def state(self) -> dict[str, Any]:
+        """The learner between two rollouts, as JSON values."""
+        return {
+            "count": dataclasses.asdict(self.count),
+            "replayed": list(self._replayed),
+            "best": list(self._best),
+            "best_streak": self._best_streak,
+        }
+
+    @property
+    def policy(self) -> PolicyArtifact:
+        """The harmonic that is replayed, unless an earlier one had the longer streak of successes while frozen."""
+        longer = self._best_streak > self.count.streak
+        return _sealed(self._best if longer else self._replayed, self._settings)
+
+    @property
+    def next_look_s(self) -> float:
+        """``act`` changes nothing before this time into the rollout, so no reading is needed before it [s]."""
+        return self._actor.next_look_s
+
+    def begin_rollout(self, rng: Generator) -> None:
+        """Replay, or draw a harmonic from ``rng``."""
+        harmonic = _own(self._settings).harmonic
+        self._explored = explores(harmonic.schedule, self.count, rng)
+        self._present = draw_harmonic(harmonic, self._settings, rng) if self._explored else self._replayed
+        self._actor.play(self._present)
+        self._reward = 0.0
+
+    def act(self, state: SwingState, t_s: float) -> float:
+        """The cup's acceleration [m/s^2] at ``t_s`` into the rollout."""
+        decisions = self._actor.decisions
+        acceleration = self._actor.act(state, t_s)
+        if self._actor.decisions > decisions > 0:
+            self._reward += step_reward(self._settings.reward, state.x_m)
+        return acceleration
+
+    def end_rollout(self, outcome: Outcome, state: SwingState) -> FinishedRollout:
+        """Keep a drawn harmonic that reached the goal, and count; ``state`` is the last reading."""
+        rewards, success, decisions = self._settings.reward, outcome == "goal", self._actor.decisions
+        if decisions:
+            self._reward += step_reward(rewards, state.x_m) + final_reward(rewards, outcome)
+        longer = max(self._settings.count.streak, self._best_streak + 1)
+        if not (success or self._explored) and self.count.streak >= longer:
+            self._best, self._best_streak = self._replayed, self.count.streak
+        if self._explored and (success or not self.count.succeeded_ever):
+            self._replayed = self._present
+        self.count = self.count.after(explored=self._explored, success=success, settings=self._settings.count)
+        return FinishedRollout(self.count.rollouts, self._explored, success, self._reward, decisions)
+
+
+def _own(settings: LearnSettings) -> HarmonicSearchSettings:
+    own = settings.learner
+    assert isinstance(own, HarmonicSearchSettings)
+    return own
+
+
+def _sealed(drawn: DrawnHarmonic, settings: LearnSettings) -> PolicyArtifact:
+    return PolicyArtifact.seal(KIND, _meaning(settings), {"harmonic": np.array(drawn)})
+
+
+def _harmonic_of(artifact: PolicyArtifact) -> DrawnHarmonic:
+    values: Array = artifact.array("harmonic")
+    if values.shape != (3,):
+        raise ValueError(f"the harmonic has shape {values.shape}; allowed: (3,), frequency, amplitude and phase")
+    return DrawnHarmonic(*values.tolist())
+
+
+def _meaning(settings: LearnSettings) -> Mapping[str, object]:
+    """The settings that give a harmonic its meaning: what it drives and how, actions, decisions, goal."""
+    harmonic = _own(settings).harmonic
+    return {
+        **{name: dataclasses.asdict(getattr(settings, name)) for name in ("grid", "decision", "goal")},
+        "actions_m_s2": settings.actions_m_s2,
+        "drives_place": drives_place(harmonic, settings),
+        "bang_bang": harmonic.bang_bang,
+    }
+
+
+HARMONIC_SEARCH = LearnerMaker(
+    begin=HarmonicSearchLearner, resume=HarmonicSearchLearner.from_state, policy=HarmonicPolicy, meaning=_meaning
+)
+"""The kind ``harmonic_search``."""

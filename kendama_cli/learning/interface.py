@@ -1,0 +1,121 @@
+"""The interfaces of what learns the swing-up and of what acts by it, and the registry of learners.
+
+A learner of another project implements ``Learner`` and ``Policy``, bundles what makes them in a ``LearnerMaker``, and
+names that in a ``Variant`` of the entry point group ``kendama.learners``. Imports nothing heavy: settings read this.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Protocol
+
+from kendama_cli.learning.reward import Outcome
+from kendama_cli.learning.state import SwingState
+from kendama_cli.learning.statistics import LearningCount
+from kendama_cli.schema.registry import Registry
+
+if TYPE_CHECKING:
+    from numpy.random import Generator
+
+    from kendama_cli.artifacts.policy import PolicyArtifact
+    from kendama_cli.learning.settings import LearnSettings
+    from kendama_cli.schema.arrays import Array
+
+LEARNERS = Registry("kendama.learners", "learner")
+
+
+@dataclass(frozen=True)
+class FinishedRollout:
+    """What the learner knows of a rollout at its end; ``index`` counts from 1, ``actions`` counts its decisions."""
+
+    index: int
+    explored: bool
+    success: bool
+    reward: float
+    actions: int
+
+
+class LearnerSettings(Protocol):
+    """What the settings of every learner have beside fields of their own."""
+
+    @property
+    def kind(self) -> str:
+        """The name under which the learner is registered."""
+
+
+class Actor(Protocol):
+    """Chooses the cup's acceleration from readings: a learner, a policy, or a script."""
+
+    @property
+    def decides_on_bins(self) -> bool:
+        """Whether ``act`` changes its answer only where ``learn.decision`` and the bins of ``learn.grid`` ask for it.
+
+        Compiled code then finds the next decision itself. Any other actor is asked at every reading that it wants.
+        """
+
+    @property
+    def next_look_s(self) -> float:
+        """``act`` changes nothing before this time into the rollout, so no reading is needed before it [s]."""
+
+    def act(self, state: SwingState, t_s: float) -> float:
+        """The cup's acceleration [m/s^2] at ``t_s`` into the rollout, within ``learn.actions_m_s2``."""
+
+
+class Policy(Actor, Protocol):
+    """Acts by what was learned and learns no more: the same readings give the same accelerations."""
+
+    @property
+    def table(self) -> Array | None:
+        """Values of the actions by state (states, actions), to show; None where it keeps no such table."""
+
+    def begin_rollout(self) -> None:
+        """Forget the last rollout."""
+
+
+class Learner(Actor, Protocol):
+    """Learns from rollouts: ``begin_rollout``, ``act`` as often as there are readings, ``end_rollout``.
+
+    It is made by a LearnerMaker. All that is random comes from the generator handed to ``begin_rollout``. Where
+    ``count`` says frozen, the next rollout validates: it acts as ``policy`` does, and nothing is learned from it.
+    """
+
+    @property
+    def count(self) -> LearningCount:
+        """Rollouts so far, and how far learning has come by the counting rule."""
+
+    @property
+    def table(self) -> Array | None:
+        """Values of the actions by state (states, actions), to show; None where it keeps no such table."""
+
+    @property
+    def policy(self) -> PolicyArtifact:
+        """What to act by if learning ended now, sealed."""
+
+    def begin_rollout(self, rng: Generator) -> None:
+        """Begin a rollout, exploring or not; ``rng`` serves until it ends."""
+
+    def end_rollout(self, outcome: Outcome, state: SwingState) -> FinishedRollout:
+        """Learn from the end of the rollout and count it; ``state`` is the last reading."""
+
+    def state(self) -> dict[str, Any]:
+        """Between two rollouts all there is to save: arrays and JSON values by name. Going on from it is bit for bit
+        the same as going on.
+        """
+
+
+@dataclass(frozen=True)
+class LearnerMaker:
+    """What makes the learners and policies of one kind; ``makes`` of its Variant names one of these.
+
+    ``begin`` gives a learner before its first rollout: from nothing, or from a verified policy that it is to go on
+    from. ``resume`` gives the one that ``Learner.state`` described. ``policy`` gives what acts by an artifact, and
+    raises ValueError, in one line, where its arrays are not what the settings need. ``meaning`` gives, as JSON values,
+    the settings that must be the same wherever an artifact is acted by: it is sealed with them, and nothing moves
+    where they differ.
+    """
+
+    begin: Callable[[LearnSettings, PolicyArtifact | None], Learner]
+    resume: Callable[[LearnSettings, Mapping[str, Any]], Learner]
+    policy: Callable[[PolicyArtifact, LearnSettings], Policy]
+    meaning: Callable[[LearnSettings], Mapping[str, object]]

@@ -1,0 +1,118 @@
+"""Every learner keeps the laws of its interface, and the laws notice one that does not."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+import pytest
+
+from kendama_cli.learning import conformance
+from kendama_cli.learning.interface import LEARNERS, FinishedRollout, LearnerMaker
+from kendama_cli.learning.policy import GreedyPolicy
+from kendama_cli.learning.sarsa import TABLE, SarsaLearner
+from kendama_cli.learning.settings import LearnSettings
+from kendama_cli.learning.state import SwingState
+from tests.learning.settings_files import learn_settings
+
+
+@pytest.mark.parametrize("check", conformance.CHECKS)
+@pytest.mark.parametrize("workspace", ["sarsa", "terminate"])
+@pytest.mark.parametrize("kind", ["table", "harmonic_search"])
+def test_every_learner_keeps_every_law(kind, workspace, check):
+    check(learn_settings(workspace, f"learn/learner={kind}"))
+
+
+@pytest.mark.parametrize("update", ["expected_sarsa", "q", "double_sarsa"])
+@pytest.mark.parametrize("check", conformance.CHECKS)
+def test_every_update_of_a_table_keeps_every_law(update, check):
+    check(learn_settings("sarsa", "learn/exploration=epsilon_greedy", update=update))
+
+
+def test_the_learners_are_found_by_their_entry_points():
+    assert {"table", "harmonic_search"} <= set(LEARNERS.kinds())
+    for kind in ("table", "harmonic_search"):
+        assert isinstance(LEARNERS.maker(kind), LearnerMaker)
+
+
+class _Drawing(SarsaLearner):
+    """Acts by random numbers of its own."""
+
+    _own = np.random.default_rng(7)
+
+    def act(self, state: SwingState, t_s: float) -> float:
+        return float(self._own.uniform(-8.0, 8.0))
+
+
+class _Restless(SarsaLearner):
+    """Changes its answer before it said it would."""
+
+    def act(self, state: SwingState, t_s: float) -> float:
+        return super().act(state, t_s) + 1e-9 * t_s
+
+
+class _TooStrong(SarsaLearner):
+    def act(self, state: SwingState, t_s: float) -> float:
+        return 1.01 * super().act(state, t_s)
+
+
+class _Forgetful(SarsaLearner):
+    """Saves its table rounded."""
+
+    def state(self) -> dict[str, Any]:
+        return {**super().state(), "q": self.table.astype(np.float32).astype(np.float64)}
+
+
+class _Generous(SarsaLearner):
+    """Counts every rollout as a success."""
+
+    def end_rollout(self, outcome: Any, state: SwingState) -> FinishedRollout:
+        return super().end_rollout("goal", state)
+
+
+class _NeverFrozen(SarsaLearner):
+    """Goes on learning while it is validated."""
+
+    def end_rollout(self, outcome: Any, state: SwingState) -> FinishedRollout:
+        self._alpha = 0.5
+        return super().end_rollout(outcome, state)
+
+
+@pytest.mark.parametrize(
+    ("wrong", "check", "words"),
+    [
+        (_Drawing, conformance.check_determinism, "the same seed and readings give the same actions"),
+        (_Restless, conformance.check_holding, "before next_look_s the action stays what it is"),
+        (_TooStrong, conformance.check_actions, r"an action lies within -8.0 and 8.0"),
+        (_Forgetful, conformance.check_checkpoint, "the policy is saved bit for bit"),
+        (_Generous, conformance.check_count, "a rollout that reached the goal is a success"),
+        (_NeverFrozen, conformance.check_freezing, "frozen, nothing is learned"),
+    ],
+)
+def test_the_laws_notice_a_learner_that_breaks_them(monkeypatch, wrong, check, words):
+    def resume(settings: LearnSettings, state: Mapping[str, Any]) -> SarsaLearner:
+        return wrong.from_state(settings, state)
+
+    broken = dataclasses.replace(TABLE, begin=lambda settings, policy: wrong(settings), resume=resume)
+    monkeypatch.setattr(type(LEARNERS), "maker", lambda registry, kind: broken)
+    with pytest.raises(AssertionError, match=words):
+        check(learn_settings())
+
+
+def test_the_laws_notice_a_policy_that_remembers_the_last_rollout(monkeypatch):
+    class Remembering(GreedyPolicy):
+        rollouts = 0
+
+        def begin_rollout(self) -> None:
+            super().begin_rollout()
+            self.rollouts += 1
+
+        def act(self, state: SwingState, t_s: float) -> float:
+            return super().act(state, t_s) * (0.9 if self.rollouts > 2 else 1.0)
+
+    broken = dataclasses.replace(TABLE, policy=Remembering)
+    monkeypatch.setattr(type(LEARNERS), "maker", lambda registry, kind: broken)
+    with pytest.raises(AssertionError, match="in every rollout of a policy"):
+        conformance.check_policy(learn_settings())
