@@ -23,8 +23,8 @@ from kendama_cli.vision.region import around  # noqa: E402
 from kendama_cli.vision.settings import BallisticMotion, ColouredMotion, ProcessNoiseMotion  # noqa: E402
 from kendama_cli.vision.triangulation import sight_rows  # noqa: E402
 from tests.vision.scenes import first_found, stereo  # noqa: E402
-from tests.vision.test_catch_pose import DRAG, FLIGHT, RIM_M, SIGMA_PX, START, VELOCITY, stamps  # noqa: E402
-from tests.vision.test_colour_detector import DETECTOR, Studio  # noqa: E402
+from tests.vision.seen_flight import DRAG, FLIGHT, RIM_M, SIGMA_PX, START, VELOCITY, stamps  # noqa: E402
+from tests.vision.studio import DETECTOR, Studio  # noqa: E402
 
 NOISE_PX2 = SIGMA_PX**2 * np.eye(2)
 

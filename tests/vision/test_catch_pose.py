@@ -9,16 +9,18 @@ from kendama_cli.vision.catch_pose import CatchPoseEstimator, opening_against
 from kendama_cli.vision.free_flight import FreeFlight, leaning_gravity
 from kendama_cli.vision.settings import ColouredMotion, ProcessNoiseMotion
 from tests.vision.scenes import stereo
-
-RATE_HZ, SIGMA_PX, RIM_M, DRAG = 120.0, 0.2, 0.15, 0.04
-FLIGHT = FreeFlight(np.array([0.0, 0.0, -9.81]), DRAG)
-START, VELOCITY = np.array([0.1, 0.0, 0.3]), np.array([-0.5, 0.1, 1.53])
-CROSSING_S = FLIGHT.descent_s(START, VELOCITY, RIM_M)
-CROSSING_M = FLIGHT.position_m(START, VELOCITY, CROSSING_S)
-
-
-def stamps(fraction, offset_s=0.0):
-    return np.arange(offset_s, fraction * CROSSING_S, 1 / RATE_HZ)
+from tests.vision.seen_flight import (
+    CROSSING_M,
+    CROSSING_S,
+    DRAG,
+    FLIGHT,
+    RATE_HZ,
+    RIM_M,
+    SIGMA_PX,
+    START,
+    VELOCITY,
+    stamps,
+)
 
 
 def predicted(cameras, fraction, rng, *, offsets=(0.0, 0.0), sigma_px=SIGMA_PX, estimator=None):

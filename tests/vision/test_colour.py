@@ -7,7 +7,7 @@ import pytest
 from kendama_cli.vision.colour import HsvThresholds, LearnedColour, learn_colour, learn_from_clicks
 from kendama_cli.vision.colour_detector import ColourDetector
 from tests.vision.scenes import first_found, predict
-from tests.vision.test_colour_detector import CUP, Studio
+from tests.vision.studio import CUP, Studio
 
 
 @pytest.fixture(scope="module")

@@ -9,7 +9,7 @@ from kendama_cli.devices.camera.colour_file import colour_detector, read_colour
 from kendama_cli.errors import InputError
 from kendama_cli.vision.colour import learn_from_clicks
 from tests.vision.scenes import first_found, predict
-from tests.vision.test_colour_detector import Studio
+from tests.vision.studio import Studio
 
 
 def test_a_detector_goes_by_the_file_that_its_settings_name(tmp_path):
