@@ -1,4 +1,7 @@
-"""The ``kendama`` command: runs the app and turns every error into one line and an exit code."""
+"""The ``kendama`` command: carries it out and turns every error into one line and an exit code.
+
+Nothing here imports the command line's parser: a run with nothing to do is told from its files alone.
+"""
 
 from __future__ import annotations
 
@@ -7,39 +10,28 @@ import signal
 import sys
 from types import FrameType
 
-import typer
-
-from kendama_cli.cli import completion, render
-from kendama_cli.cli.app import app
+from kendama_cli.cli import render
+from kendama_cli.cli.repeat import repeat_run
 from kendama_cli.errors import KendamaError
+from kendama_cli.pipeline.unchanged import Question, question
 
-USAGE = 2
 INTERRUPTED = 130
 
 
 def main(arguments: list[str] | None = None) -> int:
     """Run the command line; 0 done, 1 a stage failed, 2 wrong usage or configuration, 130 interrupted."""
     signal.signal(signal.SIGTERM, _interrupt)
-    if os.environ.get("_KENDAMA_COMPLETE") == "complete_bash":
-        render.text(completion.in_bash(lambda: app(args=[], standalone_mode=False, prog_name="kendama")))
-        return 0
     try:
-        code = app(args=arguments, standalone_mode=False, prog_name="kendama")
+        asked = question(sys.argv[1:] if arguments is None else arguments)
+        repeated = None if "_KENDAMA_COMPLETE" in os.environ else repeat_run(asked)
+        code = _parsed(asked) if repeated is None else repeated
     except KendamaError as error:
         if os.environ.get("KENDAMA_DEBUG"):
             raise
         render.error(str(error))
         return error.exit_code
-    except (KeyboardInterrupt, typer.Abort):
+    except KeyboardInterrupt:
         code = INTERRUPTED
-    except typer.TyperException as error:
-        if error.format_message().startswith("Usage:"):  # no command was given
-            render.text(error.format_message())
-            return USAGE
-        context = getattr(error, "ctx", None)
-        where = f"; see '{context.command_path} --help'" if context is not None else ""
-        render.error(" ".join(error.format_message().split()).rstrip(".") + where)
-        return USAGE
     except BrokenPipeError:
         # the reader of our output (head, less) has left: nobody to tell, and nothing to flush at exit
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
@@ -51,7 +43,13 @@ def main(arguments: list[str] | None = None) -> int:
         code = 1
     if code == INTERRUPTED:  # typer itself turns Ctrl-C inside a command into this code
         render.error("interrupted; what was finished is kept, the same command goes on from there")
-    return code if isinstance(code, int) else 0
+    return code
+
+
+def _parsed(asked: Question) -> int:
+    from kendama_cli.cli.parsed import run_command  # noqa: PLC0415 - typer, and all commands
+
+    return run_command(asked)
 
 
 def _interrupt(signum: int, frame: FrameType | None) -> None:

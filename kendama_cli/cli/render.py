@@ -5,10 +5,11 @@ from __future__ import annotations
 import json
 import sys
 from collections.abc import Iterable, Mapping, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from kendama_cli.pipeline.plan import StagePlan
-from kendama_cli.pipeline.record import RunRecord
+if TYPE_CHECKING:  # a run with nothing to do prints without planning
+    from kendama_cli.pipeline.plan import StagePlan
+    from kendama_cli.pipeline.record import RunRecord
 
 
 def error(message: str) -> None:

@@ -12,11 +12,11 @@ import hashlib
 import json
 import re
 from collections.abc import Collection, Iterator, Sequence
-from pathlib import Path
 from typing import Any
 
 from kendama_cli.config.site import Site
 from kendama_cli.errors import ConfigError
+from kendama_cli.pipeline.unchanged import stamps
 from kendama_cli.schema.settings import nearest, unknown_key
 from kendama_cli.store import durable
 
@@ -33,16 +33,16 @@ def composed(site: Site, overrides: Sequence[str]) -> dict[str, Any]:
         if not durable.is_text(text):
             key = text.partition("=")[0]
             raise ConfigError(key, f"{text!a} is not UTF-8 text; rename the file or folder that it names")
-    stamps = {str(file): _stamp(file) for folder in site.conf_folders for file in sorted(folder.rglob("*.yaml"))}
+    states = stamps(file for folder in site.conf_folders for file in sorted(folder.rglob("*.yaml")))
     question = {"overrides": list(overrides), "folders": [str(folder) for folder in site.conf_folders]}
     name = hashlib.sha256(durable.canonical_json(question)).hexdigest()[:32]
     path = site.home / "index" / "compose" / f"{name}.json"
     known = durable.read_index(path)
-    if known is not None and known["question"] == question and known["stamps"] == stamps:
+    if known is not None and known["question"] == question and known["stamps"] == states:
         return dict(known["answer"])
     answer = _compose(site, list(overrides))
     if not depends_on_surroundings(site, overrides):
-        durable.write_index(path, {"question": question, "stamps": stamps, "answer": answer})
+        durable.write_index(path, {"question": question, "stamps": states, "answer": answer})
     return answer
 
 
@@ -154,14 +154,6 @@ def _sweep_values(override: Any, options: list[str]) -> list[str]:
     if isinstance(override.value(), Glob):
         return list(override.value().filter(options))
     return list(override.sweep_string_iterator())
-
-
-def _stamp(file: Path) -> list[int]:
-    try:
-        status = file.stat()
-    except OSError:  # a dangling link: an error only where something chooses it
-        return []
-    return [status.st_size, status.st_mtime_ns, status.st_ino]
 
 
 def _parse(overrides: list[str]) -> list[Any]:

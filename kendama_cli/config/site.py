@@ -18,6 +18,8 @@ class Site:
     conf_folders: tuple[Path, ...]
     pipeline_folders: tuple[Path, ...]
     data_roots: tuple[Path, ...]
+    considered: tuple[Path, ...] = ()
+    """Every folder that conf/ and pipelines/ were looked for in, whether it exists or not."""
 
 
 def bundled_root() -> Path:
@@ -49,13 +51,14 @@ def find_site(home: Path | None = None, config_dir: Path | None = None) -> Site:
             roots.insert(0, chosen.parent)
     roots.append(bundled_root())
     home = home or Path(os.environ.get("KENDAMA_HOME") or ".kendama")
+    conf_folders = [*conf, *(root / "conf" for root in roots)]
+    pipeline_folders = [*(folder / "pipelines" for folder in conf), *(root / "pipelines" for root in roots)]
     return Site(
         home=home.expanduser().absolute(),
-        conf_folders=_existing([*conf, *(root / "conf" for root in roots)]),
-        pipeline_folders=_existing(
-            [*(folder / "pipelines" for folder in conf), *(root / "pipelines" for root in roots)]
-        ),
+        conf_folders=_existing(conf_folders),
+        pipeline_folders=_existing(pipeline_folders),
         data_roots=_existing([here, *roots]),
+        considered=(*conf_folders, *pipeline_folders),
     )
 
 

@@ -30,11 +30,14 @@ class FileIndex:
         self._path = path
         self._known: dict[str, Any] = durable.read_index(path) or {}
         self._changed = False
+        self.read: dict[str, list[int]] = {}
+        """State of every file that facts were asked of, when it was read."""
 
     def facts(self, file: Path, kind: str, compute: Any) -> Any:
         """``compute(file)``, remembered while the file stays the same."""
         status = file.stat()
-        stamp = [status.st_size, status.st_mtime_ns, status.st_ino]
+        stamp = [status.st_size, status.st_mtime_ns, status.st_ctime_ns, status.st_ino]
+        self.read[str(file)] = stamp
         name = f"{kind}:{file}"
         known = self._known.get(name)
         if known is not None and known[0] == stamp:

@@ -11,6 +11,7 @@ from kendama_cli.errors import ConfigError, UsageError
 from kendama_cli.pipeline.catalogue import Pipeline, StageSpec
 from kendama_cli.pipeline.code import FileIndex, code_digests
 from kendama_cli.pipeline.inputs import describe, resolve_files
+from kendama_cli.pipeline.latest import keep_latest, read_latest
 from kendama_cli.pipeline.nodes import node_schemas
 from kendama_cli.schema.declaration import KINDS, Kind
 from kendama_cli.schema.settings import chosen, nearest
@@ -111,18 +112,17 @@ class Planner:
             reasons = [*(reason for reason in reasons if reason != "never ran"), "goes on from its last checkpoint"]
         return StagePlan(spec, key, parts, None, tuple(reasons))
 
+    @property
+    def read_files(self) -> Mapping[str, list[int]]:
+        """Every file that was read for the keys, with the state in which it was read."""
+        return self._index.read
+
     def remember(self, plan: StagePlan) -> None:
         """Make this key the one that the next plan compares with."""
-        path = self._latest_path(plan.spec.name)
-        record = {"key": plan.key, "parts": plan.parts}
-        if durable.read_index(path) != record:
-            durable.write_index(path, record)
-
-    def _latest_path(self, stage: str) -> Path:
-        return self.store.home / "index" / "latest" / self.pipeline.name / f"{stage}.json"
+        keep_latest(self.store.home, self.pipeline.name, plan.spec.name, plan.key, plan.parts)
 
     def _reasons(self, spec: StageSpec, parts: Mapping[str, Any], *, inputs_known: bool) -> list[str]:
-        latest = durable.read_index(self._latest_path(spec.name))
+        latest = read_latest(self.store.home, self.pipeline.name, spec.name)
         if latest is None:
             return ["never ran"]
         before = latest["parts"]

@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import contextlib
-import datetime
 import fcntl
-import importlib.metadata
 import os
-import platform
-import uuid
+import sys
+import time
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -16,7 +14,6 @@ from typing import Any
 
 import kendama_cli
 from kendama_cli.errors import StoreError, UsageError
-from kendama_cli.schema.settings import nearest
 from kendama_cli.store import durable
 
 LIBRARIES = ("dartpy", "numpy", "scipy", "opencv-python-headless", "pandas", "mcap", "hydra-core")
@@ -60,6 +57,7 @@ class RunRecord:
     started: str
     outcome: str = "running"
     stages: list[StageOutcome] = field(default_factory=list)
+    versions: dict[str, str] = field(default_factory=dict)
 
     @property
     def folder(self) -> Path:
@@ -88,15 +86,16 @@ class RunRecord:
 
     def save(self) -> None:
         """Write the record, durably."""
-        beside = {"started": self.started, "host": platform.node(), "versions": versions()}
+        beside = {"started": self.started, "host": _host(), "versions": self.versions}
         durable.write_sealed(self.folder / "run.json", {**self.document(), **beside})
 
 
-def begin(home: Path, pipeline: str, overrides: list[str]) -> RunRecord:
-    """A new record; ids sort by time."""
-    now = datetime.datetime.now(datetime.UTC)
-    run = f"{now:%Y%m%d-%H%M%S}-{uuid.uuid4().hex[:6]}"
-    return RunRecord(home, run, pipeline, overrides, now.isoformat(timespec="seconds"))
+def begin(home: Path, pipeline: str, overrides: list[str], known_versions: dict[str, str] | None = None) -> RunRecord:
+    """A new record; ids sort by time. ``known_versions`` spares looking up what is installed."""
+    now = time.gmtime()
+    run = f"{time.strftime('%Y%m%d-%H%M%S', now)}-{os.urandom(3).hex()}"
+    started = time.strftime("%Y-%m-%dT%H:%M:%S+00:00", now)
+    return RunRecord(home, run, pipeline, overrides, started, versions=known_versions or versions())
 
 
 def past_runs(home: Path) -> list[dict[str, Any]]:
@@ -134,16 +133,28 @@ def find_run(home: Path, run: str | None) -> dict[str, Any]:
     if run is None:
         return records[-1]
     matching = [record for record in records if str(record["run"]).startswith(run)]
-    names = [str(record["run"]) for record in records]
     if len(matching) != 1:
+        from kendama_cli.schema.settings import nearest  # noqa: PLC0415 - only where there is something to say
+
+        names = [str(record["run"]) for record in records]
         problem = "no run" if not matching else "several runs begin with"
         raise UsageError(f"{problem} '{run}'; 'kendama runs' lists them{nearest(run, names)}")
     return matching[0]
 
 
+def _host() -> str:
+    if hasattr(os, "uname"):
+        return os.uname().nodename
+    import platform  # noqa: PLC0415 - as below
+
+    return platform.node()
+
+
 def versions() -> dict[str, str]:
     """Versions of Python, kendama and the libraries that results depend on."""
-    found = {"python": platform.python_version(), "kendama": kendama_cli.__version__}
+    import importlib.metadata  # noqa: PLC0415 - slow to import, and a run with nothing to do needs none of it
+
+    found = {"python": sys.version.partition(" ")[0], "kendama": kendama_cli.__version__}
     for name in LIBRARIES:
         try:
             found[name] = importlib.metadata.version(name)

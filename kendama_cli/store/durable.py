@@ -10,8 +10,6 @@ import errno
 import hashlib
 import json
 import os
-import shutil
-import uuid
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -95,6 +93,13 @@ def readable(path: Path) -> Iterator[None]:
         ) from error
 
 
+def remove_tree(folder: Path, *, ignore_errors: bool = False) -> None:
+    """Delete ``folder`` with all that is in it."""
+    import shutil  # noqa: PLC0415 - slow to import, and a run with nothing to do deletes nothing
+
+    shutil.rmtree(folder, ignore_errors=ignore_errors)
+
+
 def remove(path: Path) -> None:
     """Delete a file or a folder; whoever dies in the middle of a folder leaves a name that is not finished.
 
@@ -102,12 +107,12 @@ def remove(path: Path) -> None:
     """
     with plain_disk_errors(path):
         if path.is_dir() and not path.is_symlink():
-            retired = path.parent / f"{SCRATCH}-{uuid.uuid4().hex}"
+            retired = path.parent / f"{SCRATCH}-{os.urandom(16).hex()}"
             if not path.name.startswith(SCRATCH):
                 os.replace(path, retired)
             else:
                 retired = path
-            shutil.rmtree(retired)
+            remove_tree(retired)
         else:
             path.unlink(missing_ok=True)
 
@@ -125,7 +130,7 @@ def make_folder(path: Path) -> Path:
 def write_file(path: Path, data: bytes) -> None:
     """Replace ``path`` by ``data``, durably."""
     make_folder(path.parent)
-    scratch = path.parent / f"{SCRATCH}-{uuid.uuid4().hex}"
+    scratch = path.parent / f"{SCRATCH}-{os.urandom(16).hex()}"
     with plain_disk_errors(path):
         try:
             with scratch.open("wb") as stream:
@@ -140,7 +145,7 @@ def write_file(path: Path, data: bytes) -> None:
 
 def write_index(path: Path, value: Any) -> None:
     """Replace a rebuildable index: whole or absent, not worth an fsync, silently lost where it cannot be kept."""
-    scratch = path.parent / f"{SCRATCH}-{uuid.uuid4().hex}"
+    scratch = path.parent / f"{SCRATCH}-{os.urandom(16).hex()}"
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         scratch.write_bytes(canonical_json(value))
@@ -166,9 +171,9 @@ def publish_folder(scratch: Path, target: Path) -> None:
         sync(scratch)
         make_folder(target.parent)
         if target.exists():
-            retired = target.parent / f"{SCRATCH}-{uuid.uuid4().hex}"
+            retired = target.parent / f"{SCRATCH}-{os.urandom(16).hex()}"
             os.replace(target, retired)
-            shutil.rmtree(retired, ignore_errors=True)
+            remove_tree(retired, ignore_errors=True)
         os.replace(scratch, target)
         sync(target.parent)
 

@@ -10,8 +10,6 @@ import contextlib
 import fcntl
 import json
 import os
-import shutil
-import uuid
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -79,13 +77,13 @@ class Store:
     @contextlib.contextmanager
     def scratch_folder(self) -> Iterator[Path]:
         """A folder on the store's own file system that is gone afterwards unless it was published."""
-        folder = durable.make_folder(self.scratch) / uuid.uuid4().hex
+        folder = durable.make_folder(self.scratch) / os.urandom(16).hex()
         with durable.plain_disk_errors(folder):
             folder.mkdir()
         try:
             yield folder
         finally:
-            shutil.rmtree(folder, ignore_errors=True)
+            durable.remove_tree(folder, ignore_errors=True)
 
     def put(self, folder: Path, stage: str, key: str, metrics: dict[str, Any], parts: dict[str, Any]) -> StoredResult:
         """Publish the files in ``folder`` as the artifact of ``key``; the folder is consumed."""
@@ -104,7 +102,7 @@ class Store:
             durable.publish_folder(folder, target)
         record = {"stage": stage, "key": key, "artifact": digest, "metrics": metrics, "parts": parts}
         durable.write_sealed(self.result_path(stage, key), record)
-        shutil.rmtree(self.checkpoint_folder(stage, key), ignore_errors=True)
+        durable.remove_tree(self.checkpoint_folder(stage, key), ignore_errors=True)
         return StoredResult(stage, key, target, content_digest(manifest), metrics, parts)
 
     def entries(self) -> list[StoredResult]:

@@ -1,0 +1,33 @@
+"""A command line that has to be parsed: typer's own complaints become one line and an exit code here."""
+
+from __future__ import annotations
+
+import os
+
+import typer
+
+from kendama_cli.cli import completion, render
+from kendama_cli.cli.app import app
+from kendama_cli.errors import UsageError
+from kendama_cli.pipeline.unchanged import Question
+
+USAGE = 2
+
+
+def run_command(asked: Question) -> int:
+    """Parse and carry out the command line; its exit code. Raises UsageError for what typer does not take."""
+    if os.environ.get("_KENDAMA_COMPLETE") == "complete_bash":
+        render.text(completion.in_bash(lambda: app(args=[], standalone_mode=False, prog_name="kendama")))
+        return 0
+    try:
+        code = app(args=asked.arguments, standalone_mode=False, prog_name="kendama", obj=asked)
+    except typer.Abort:
+        raise KeyboardInterrupt from None
+    except typer.TyperException as error:
+        if error.format_message().startswith("Usage:"):  # no command was given
+            render.text(error.format_message())
+            return USAGE
+        context = getattr(error, "ctx", None)
+        where = f"; see '{context.command_path} --help'" if context is not None else ""
+        raise UsageError(" ".join(error.format_message().split()).rstrip(".") + where) from error
+    return code if isinstance(code, int) else 0

@@ -1,0 +1,28 @@
+"""The quick way of ``kendama run``: where it has nothing to do, what it prints without parsing the command line."""
+
+from __future__ import annotations
+
+from kendama_cli.cli import render
+from kendama_cli.pipeline.record import RunRecord
+from kendama_cli.pipeline.unchanged import Question, repeat
+
+
+def repeat_run(asked: Question) -> int | None:
+    """Repeat the run that ``asked`` is, and its exit code; None where it has to be planned."""
+    if "run" not in asked.arguments:
+        return None
+    record = repeat(asked)
+    if record is None:
+        return None
+    for stage in record.stages:
+        render.note(f"{stage.name}: {stage.status}")
+    if "--json" in asked.arguments:
+        render.document(record.document())
+    else:
+        render.summary(record, next_step(record))
+    return 0
+
+
+def next_step(record: RunRecord) -> str:
+    """What to do after a run."""
+    return f"see it with: kendama report {record.run}"

@@ -1,0 +1,124 @@
+"""A run with nothing to do, without planning it: the same command line, where no file that it depends on has changed.
+
+After a run every file and folder that decided its outcome is kept with its size, times and inode, beside the command
+line, the folder, the environment and the interpreter. Where all of that is the same next time, the outcome is too,
+and only the stored artifacts are read, byte by byte as ever. Any doubt leads to the full way. Here is what the quick
+way imports: nothing that parses command lines or configuration; ``watched`` collects what it compares.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import os
+import sys
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import kendama_cli
+from kendama_cli.pipeline.latest import keep_latest
+from kendama_cli.pipeline.record import RunRecord, StageOutcome, begin
+from kendama_cli.store import durable
+from kendama_cli.store.store import Store
+
+SETTLED_S = 2.0
+"""A file changed more recently than this before the command began could have changed within one tick of its stamp."""
+
+Stamps = dict[str, list[int]]
+"""Size, times of modification and change [ns] and inode by path; an empty list where there is nothing."""
+
+
+def stamp(path: str | Path) -> list[int]:
+    """The state of ``path``; the time of change shows even a write that put the time of modification back."""
+    try:
+        status = os.stat(path)
+    except (OSError, ValueError):
+        return []
+    return [status.st_size, status.st_mtime_ns, status.st_ctime_ns, status.st_ino]
+
+
+def stamps(paths: Iterable[str | Path]) -> Stamps:
+    """The state of each of ``paths``."""
+    return {str(path): stamp(path) for path in paths}
+
+
+@dataclasses.dataclass(frozen=True)
+class Question:
+    """What was asked: the command line, and all but files that its meaning depends on."""
+
+    arguments: list[str]
+    folder: str
+    environment: dict[str, str]
+    python: list[str]
+
+    def path(self) -> Path:
+        """Where the answer would be; a home that is guessed wrongly has none."""
+        name = durable.sha256(durable.canonical_json(dataclasses.asdict(self)))[:32]
+        home = Path(self._home()).expanduser().absolute()
+        return home / "index" / "unchanged" / f"{name}.json"
+
+    def _home(self) -> str:
+        for option, value in zip(self.arguments, [*self.arguments[1:], ""], strict=True):
+            if option == "--home" or option.startswith("--home="):
+                return option.partition("=")[2] or value
+        return self.environment.get("KENDAMA_HOME") or ".kendama"
+
+
+def question(arguments: Sequence[str]) -> Question:
+    """The question that ``arguments`` are, asked here and now."""
+    counts = ("HOME", "USERPROFILE")
+    environment = {name: value for name, value in os.environ.items() if name.startswith("KENDAMA_") or name in counts}
+    python = [sys.version, sys.executable, str(sys.flags), kendama_cli.__version__, *sys.path]
+    return Question(list(arguments), os.getcwd(), environment, python)
+
+
+def keep(asked: Question, record: RunRecord, parts: Mapping[str, Any], watched: Stamps, began_s: float) -> None:
+    """Remember that ``asked`` has nothing to do while ``watched`` stays; not where one of these is too young.
+
+    ``parts`` are what the key of each of the record's stages is made of; ``began_s`` is when the command began.
+    """
+    youngest_ns = max((max(state[1:3]) for state in watched.values() if state), default=0)
+    if youngest_ns / 1e9 > began_s - SETTLED_S:
+        return
+    stages = [{**dataclasses.asdict(outcome), "status": "cached", "seconds": 0.0} for outcome in record.stages]
+    answer = {
+        "question": dataclasses.asdict(asked),
+        "stamps": watched,
+        "home": str(record.home),
+        "pipeline": record.pipeline,
+        "overrides": record.overrides,
+        "stages": stages,
+        "parts": parts,
+        "versions": record.versions,
+    }
+    durable.write_index(asked.path(), answer)
+
+
+def repeat(asked: Question) -> RunRecord | None:
+    """The finished record of a run that had nothing to do; None where that is not certain.
+
+    Raises StoreError where the record cannot be written.
+    """
+    try:
+        answer = durable.read_index(asked.path())
+        if answer is None or answer["question"] != dataclasses.asdict(asked):
+            return None
+        if any(stamp(path) != state for path, state in answer["stamps"].items()):
+            return None
+        outcomes = [StageOutcome(**stage) for stage in answer["stages"]]
+        parts = answer["parts"]
+        record = begin(Path(answer["home"]), answer["pipeline"], answer["overrides"], answer["versions"])
+    except (OSError, ValueError, KeyError, TypeError):
+        return None
+    store = Store(record.home)
+    with store.in_use():
+        for outcome in outcomes:
+            result = None if outcome.key is None else store.find(outcome.name, outcome.key)
+            if result is None or (str(result.artifact), result.metrics) != (outcome.artifact, outcome.metrics):
+                return None
+        for outcome in outcomes:
+            keep_latest(record.home, record.pipeline, outcome.name, outcome.key, parts[outcome.name])
+        record.stages = outcomes
+        record.outcome = "done"
+        record.save()
+    return record

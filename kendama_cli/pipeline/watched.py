@@ -1,0 +1,80 @@
+"""Every file and folder that decides what a run with nothing to do says, with the state in which it was read."""
+
+from __future__ import annotations
+
+import glob
+import os
+import sys
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from kendama_cli.pipeline.plan import Planner
+from kendama_cli.pipeline.unchanged import Stamps, stamps
+from kendama_cli.schema.settings import input_files
+
+STANDARD_LIBRARY = os.path.dirname(os.__file__)
+
+
+def configuration_stamps(folders: Sequence[Path], pipeline: str) -> Stamps:
+    """The state of all that configuration and pipelines are read from: ``folders`` whole, whether they exist or not."""
+    named = [Path(pipeline)] if pipeline.endswith((".yaml", ".yml")) else []
+    return stamps([*named, *(path for folder in folders for path in _tree(folder))])
+
+
+def input_stamps(planner: Planner, settings: Mapping[str, Any], roots: Sequence[Path]) -> Stamps | None:
+    """The state of input files, code and installed packages; None where a file has changed since it was read.
+
+    ``settings`` are those that the configuration gave, ``roots`` the folders in which their files were looked for.
+    """
+    nodes = {node for spec in planner.pipeline.stages for node in spec.config.values()}
+    patterns = {pattern for node in nodes for found in input_files(settings[node]).values() for pattern in found}
+    if any("**" in pattern for pattern in patterns):
+        return None
+    looked = {path for pattern in patterns for path in looked_at(pattern, roots)}
+    read = planner.read_files
+    folders = {Path(path).parent for path in read if path.endswith(".py")}
+    found = stamps([*looked, *folders, *_installed(), *_modules(), *read])
+    return found if all(found[path] == state for path, state in read.items()) else None
+
+
+def looked_at(pattern: str, roots: Sequence[Path]) -> Iterator[Path]:
+    """Files and folders whose state decides which files ``pattern`` means: every place up to the first absent one."""
+    expanded = Path(pattern).expanduser()
+    if expanded.is_absolute():
+        roots, expanded = [Path(expanded.anchor)], expanded.relative_to(expanded.anchor)
+    for root in roots:
+        yield root / expanded  # a file whose name has the signs of a pattern
+        places = [root]
+        for part in expanded.parts:
+            if glob.has_magic(part):
+                yield from places
+            places = [
+                Path(path)
+                for place in places
+                for path in (glob.glob(str(place / part)) if glob.has_magic(part) else [place / part])
+            ]
+        yield from places
+
+
+def _tree(folder: Path) -> Iterator[Path]:
+    yield folder
+    for place, folders, files in os.walk(folder, followlinks=True):
+        yield from (Path(place) / name for name in folders)
+        yield from (Path(place) / name for name in files if name.endswith((".yaml", ".yml")))
+
+
+def _installed() -> Iterator[Path]:
+    """Folders of ``sys.path``, and the entry points of what is installed there."""
+    for name in sys.path:
+        folder = Path(name or ".")
+        yield folder
+        yield from folder.glob("*-info/entry_points.txt")
+
+
+def _modules() -> Iterator[str]:
+    """Files of the modules imported by now, but the standard library's."""
+    for module in list(sys.modules.values()):
+        file = getattr(module, "__file__", None)
+        if file is not None and (not file.startswith(STANDARD_LIBRARY) or "-packages" in file):
+            yield file
