@@ -44,7 +44,7 @@ class PlainLines:
         self._say(f"{name}: starts ({'; '.join(reasons) or 'goes on'})")
 
     def stage_progress(self, name: str, done: int, total: int | None, figures: Mapping[str, Any]) -> None:
-        """The stage tells where its work stands."""
+        """The stage reports where its work stands."""
         now = time.monotonic()
         if now - self._told_s.get(name, 0.0) >= LINE_PERIOD_S:
             self._told_s[name] = now
@@ -105,7 +105,7 @@ class LiveView:
         self._progress.update(self._row(name), mark="▸", shown="; ".join(reasons))
 
     def stage_progress(self, name: str, done: int, total: int | None, figures: Mapping[str, Any]) -> None:
-        """The stage tells where its work stands."""
+        """The stage reports where its work stands."""
         of = "" if total is None else f"/{total}"
         shown = f"{done}{of}  {render.figures(figures)}"
         self._progress.update(self._row(name), completed=done, total=total, shown=shown)

@@ -8,27 +8,23 @@ from __future__ import annotations
 
 import contextlib
 import dataclasses
-import fcntl
-import json
 import os
-import selectors
 import signal
-import subprocess
 import threading
 import time
 from collections.abc import Mapping
 from pathlib import Path
-from typing import IO, Any, Protocol
+from typing import Any, Protocol
 
 from kendama_cli.errors import KendamaError
 from kendama_cli.pipeline.catalogue import StageSpec
 from kendama_cli.pipeline.plan import Planner, StagePlan
-from kendama_cli.pipeline.process import ForkServer, Interpreters, Worker
+from kendama_cli.pipeline.process import ForkServer, Interpreters
 from kendama_cli.pipeline.record import RunRecord, StageOutcome
+from kendama_cli.pipeline.workers import Job, Workers, lock_file
 from kendama_cli.store import durable
 
 POLL_S = 0.1
-GRACE_S = 10.0
 
 
 class Observer(Protocol):
@@ -41,22 +37,10 @@ class Observer(Protocol):
         """A worker for the stage has started."""
 
     def stage_progress(self, name: str, done: int, total: int | None, figures: Mapping[str, Any]) -> None:
-        """The stage tells where its work stands."""
+        """The stage reports where its work stands."""
 
     def stage_ends(self, outcome: StageOutcome) -> None:
         """The stage ran, was cached, or failed."""
-
-
-@dataclasses.dataclass
-class _Job:
-    plan: StagePlan
-    process: Worker
-    events: IO[bytes]
-    lock: int
-    started_s: float
-    pending: bytes = b""
-    done: dict[str, Any] | None = None
-    failed: dict[str, Any] | None = None
 
 
 class Runner:
@@ -82,14 +66,12 @@ class Runner:
         self._observer = observer
         self._forced = set(forced)
         self._workers = workers or os.cpu_count() or 1
-        self._starter = starter or Interpreters()
         self._stop = stop or threading.Event()
         self._plans: dict[str, StagePlan] = {}
         self._failed: set[str] = set()
         self._waiting: dict[str, StageSpec] = {spec.name: spec for spec in planner.pipeline.stages}
-        self._jobs: dict[str, _Job] = {}
+        self._running = Workers(starter or Interpreters())
         self._waits_reported: set[str] = set()
-        self._selector = selectors.DefaultSelector()
 
     def run(self) -> RunRecord:
         """Run to the end; ``outcome`` is then done or failed, or interrupted before KeyboardInterrupt is raised."""
@@ -100,29 +82,29 @@ class Runner:
 
     def _run(self) -> RunRecord:
         try:
-            while self._waiting or self._jobs:
+            while self._waiting or self._running:
                 if self._stop.is_set():
                     raise KeyboardInterrupt
                 self._start_ready()
-                if self._jobs:
+                if self._running:
                     self._listen()
                 elif self._waiting:
                     if not self._startable():
                         break
                     time.sleep(POLL_S)
         except KeyboardInterrupt:
-            self._stop_workers()
+            self._running.stop()
             self._record.outcome = "interrupted"
             self._record.save()
             raise
         except KendamaError:
-            self._stop_workers()
+            self._running.stop()
             self._record.outcome = "failed"
             with contextlib.suppress(KendamaError):  # a full disk may not take this either
                 self._record.save()
             raise
         finally:
-            self._selector.close()
+            self._running.close()
         order = [spec.name for spec in self._planner.pipeline.stages]
         self._record.stages.sort(key=lambda outcome: order.index(outcome.name))
         self._record.outcome = "failed" if self._failed else "done"
@@ -130,11 +112,7 @@ class Runner:
         return self._record
 
     def _startable(self) -> list[StageSpec]:
-        return [
-            spec
-            for spec in self._waiting.values()
-            if all(self._plans.get(needed) is not None for needed in spec.needs.values())
-        ]
+        return [spec for spec in self._waiting.values() if all(name in self._plans for name in spec.needs.values())]
 
     def _start_ready(self) -> None:
         for spec in self._startable():
@@ -142,19 +120,15 @@ class Runner:
             plan = self._planner.look_up(spec, inputs, forced=spec.name in self._forced)
             if plan.result is not None:
                 self._finish_cached(plan)
-            elif len(self._jobs) < self._workers:
+            elif len(self._running) < self._workers:
                 self._start_locked(plan, inputs)
 
     def _start_locked(self, plan: StagePlan, inputs: Mapping[str, str]) -> None:
         """Start a worker, or leave the stage waiting while another run holds its key."""
         name = plan.spec.name
         path = durable.make_folder(self._planner.store.home / "locks") / f"{name}-{plan.key}.lock"
-        with durable.plain_disk_errors(path):
-            lock = os.open(path, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o644)
-        try:
-            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except BlockingIOError:
-            os.close(lock)
+        lock = lock_file(path)
+        if lock is None:
             if name not in self._waits_reported:
                 self._waits_reported.add(name)
                 self._observer.stage_waits(name)
@@ -169,63 +143,26 @@ class Runner:
 
     def _start(self, plan: StagePlan, lock: int) -> None:
         spec = plan.spec
-        read, write = os.pipe()
-        request = {
-            "declared": spec.declaration.name,
-            "stage": spec.name,
-            "key": plan.key,
-            "parts": plan.parts,
-            "settings": {
-                own: {"name": node, "value": dataclasses.asdict(self._planner.settings[spec.name][own])}
-                for own, node in spec.config.items()
-            },
-            "given": {
-                own: {"folder": str(self._result(needed).artifact), "gives": self._plans[needed].spec.declaration.gives}
-                for own, needed in spec.needs.items()
-            },
-            "seed": self._planner.seed if spec.seeded else None,
-            "home": str(self._planner.store.home),
-            "fresh": spec.name in self._forced,
-        }
-        output = durable.make_folder(self._record.folder) / f"{spec.name}.txt"
-        with durable.plain_disk_errors(output), output.open("wb") as printed:
-            process = self._starter.start(request, events=write, lock=lock, printed=printed.fileno())
-        os.close(write)
-        events = os.fdopen(read, "rb", buffering=0)
-        os.set_blocking(read, False)
+        request = _request(self._planner, plan, self._plans, fresh=spec.name in self._forced)
+        self._running.start(plan, request, lock, durable.make_folder(self._record.folder) / f"{spec.name}.txt")
         self._waiting.pop(spec.name)
         self._forced.discard(spec.name)
-        self._jobs[spec.name] = _Job(plan, process, events, lock, time.monotonic())
-        self._selector.register(events, selectors.EVENT_READ, spec.name)
         self._observer.stage_starts(spec.name, plan.reasons)
 
     def _listen(self) -> None:
-        for ready, _ in self._selector.select(POLL_S):
-            job = self._jobs[ready.data]
-            data = job.events.read()
-            if data:
-                *lines, job.pending = (job.pending + data).split(b"\n")
-                for line in lines:
-                    self._receive(job, json.loads(line))
-            elif data == b"":
-                self._finish(job)
+        for job, event in self._running.events(POLL_S):
+            if event["event"] == "progress":
+                self._observer.stage_progress(job.plan.spec.name, event["done"], event["total"], event["figures"])
+            elif event["event"] == "done":
+                job.done = event
+            elif event["event"] == "failed":
+                job.failed = event
+            else:
+                self._finish(job, event["code"])
 
-    def _receive(self, job: _Job, event: dict[str, Any]) -> None:
-        if event["event"] == "progress":
-            self._observer.stage_progress(job.plan.spec.name, event["done"], event["total"], event["figures"])
-        elif event["event"] == "done":
-            job.done = event
-        elif event["event"] == "failed":
-            job.failed = event
-
-    def _finish(self, job: _Job) -> None:
-        name = job.plan.spec.name
-        self._selector.unregister(job.events)
-        job.events.close()
-        code = job.process.wait()
-        os.close(job.lock)
-        del self._jobs[name]
-        seconds, stage = time.monotonic() - job.started_s, job.plan.spec.declaration.name
+    def _finish(self, job: Job, code: int) -> None:
+        name, stage = job.plan.spec.name, job.plan.spec.declaration.name
+        seconds = time.monotonic() - job.started_s
         result = None if job.done is None or job.plan.key is None else self._planner.store.find(name, job.plan.key)
         if result is not None:
             self._plans[name] = dataclasses.replace(job.plan, result=result)
@@ -257,18 +194,29 @@ class Runner:
         assert result is not None
         return result
 
-    def _stop_workers(self) -> None:
-        for job in self._jobs.values():
-            job.process.send_signal(signal.SIGTERM)
-        deadline = time.monotonic() + GRACE_S
-        for job in self._jobs.values():
-            try:
-                job.process.wait(max(0.0, deadline - time.monotonic()))
-            except subprocess.TimeoutExpired:
-                job.process.kill()
-                job.process.wait()
-            os.close(job.lock)
-            job.events.close()
+
+def _request(planner: Planner, plan: StagePlan, plans: Mapping[str, StagePlan], *, fresh: bool) -> dict[str, Any]:
+    """What the worker of ``plan`` must know, as JSON values; ``plans`` has what it needs."""
+    spec = plan.spec
+    given = {own: plans[needed] for own, needed in spec.needs.items()}
+    return {
+        "declared": spec.declaration.name,
+        "stage": spec.name,
+        "key": plan.key,
+        "parts": plan.parts,
+        "settings": {
+            own: {"name": node, "value": dataclasses.asdict(planner.settings[spec.name][own])}
+            for own, node in spec.config.items()
+        },
+        "given": {
+            own: {"folder": str(one.result.artifact), "gives": one.spec.declaration.gives}
+            for own, one in given.items()
+            if one.result is not None
+        },
+        "seed": planner.seed if spec.seeded else None,
+        "home": str(planner.store.home),
+        "fresh": fresh,
+    }
 
 
 def _failure(name: str, failed: Mapping[str, Any] | None, code: int, printed: Path) -> str:
