@@ -6,7 +6,6 @@ import json
 import os
 import subprocess
 import sys
-import sysconfig
 import zipfile
 from pathlib import Path
 
@@ -47,7 +46,7 @@ def installed(wheel: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
             [python, "-c", "import sysconfig; print(sysconfig.get_path('purelib'))"], text=True
         ).strip()
     )
-    (own / "libraries.pth").write_text(sysconfig.get_path("purelib") + "\n")
+    (own / "libraries.pth").write_text("\n".join(path for path in sys.path if path.endswith("site-packages")))
     return folder / "bin" / "kendama"
 
 

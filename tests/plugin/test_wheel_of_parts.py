@@ -1,0 +1,91 @@
+"""The package that docs/extending.md shows, built as a wheel and installed beside ours in a new environment."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from tests.documented_package import write_documented
+
+ROOT = Path(__file__).resolve().parents[2]
+
+
+@pytest.fixture(scope="module")
+def laboratory(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with ``conf/`` and ``pipelines/`` of the documented package, and ``venv/`` with its wheel and ours."""
+    folder = tmp_path_factory.mktemp("laboratory")
+    source = tmp_path_factory.mktemp("source")
+    for name in write_documented("extending.md", source):
+        if name.startswith(("conf/", "pipelines/")):
+            target = folder / name
+            target.parent.mkdir(parents=True, exist_ok=True)
+            (source / name).rename(target)
+    wheels = folder / "wheels"
+    build = [sys.executable, "-m", "pip", "wheel", "-q", "--no-deps", "--no-build-isolation", "-w", str(wheels)]
+    for project in (ROOT, source):
+        subprocess.run([*build, str(project)], check=True, capture_output=True)
+    subprocess.run([sys.executable, "-m", "venv", str(folder / "venv")], check=True)
+    python = folder / "venv" / "bin" / "python"
+    install = [python, "-m", "pip", "install", "-q", "--no-deps", "--no-index", *map(str, wheels.glob("*.whl"))]
+    subprocess.run(install, check=True)
+    where = [python, "-c", "import sysconfig; print(sysconfig.get_path('purelib'))"]
+    own = Path(subprocess.check_output(where, text=True).strip())
+    # the libraries are the test environment's; ours and the documented package are the wheels'
+    (own / "libraries.pth").write_text("\n".join(path for path in sys.path if path.endswith("site-packages")))
+    return folder
+
+
+def kendama(laboratory: Path, *words: str) -> subprocess.CompletedProcess[str]:
+    environment = {key: value for key, value in os.environ.items() if not key.startswith(("PYTHON", "KENDAMA"))}
+    return subprocess.run(
+        [laboratory / "venv" / "bin" / "kendama", *words],
+        cwd=laboratory,
+        env=environment,
+        capture_output=True,
+        text=True,
+        check=False,
+        timeout=240,
+    )
+
+
+def test_both_wheels_are_what_is_run(laboratory: Path) -> None:
+    code = "import bench, kendama_cli; print(bench.__file__, kendama_cli.__file__)"
+    python = laboratory / "venv" / "bin" / "python"
+    for file in subprocess.check_output([python, "-P", "-c", code], cwd=laboratory, text=True).split():
+        assert Path(file).is_relative_to(laboratory / "venv")
+
+
+def test_its_stage_runs_in_a_pipeline_on_its_own_hand_and_is_cached_and_planned(laboratory: Path) -> None:
+    run = ("run", "-p", "tempo", "--json", "capture=bench")
+    first, again = kendama(laboratory, *run), kendama(laboratory, *run)
+    assert first.returncode == again.returncode == 0, first.stderr + again.stderr
+    stages = {stage["name"]: stage for stage in json.loads(first.stdout)["stages"]}
+    assert stages["capture"]["metrics"]["n_demonstrations"] == 2
+    assert stages["tempo"]["metrics"]["peak_speed_m_s"] > 0
+    assert {stage["status"] for stage in json.loads(again.stdout)["stages"]} == {"cached"}
+    planned = kendama(laboratory, "plan", "-p", "tempo", "capture=bench", "tempo.allowed_m_s=0.9")
+    assert "config tempo.allowed_m_s 1.2 -> 0.9" in planned.stdout
+    wrong = kendama(laboratory, "plan", "-p", "tempo", "capture=bench", "tempo.allowed_m_s=-1")
+    assert wrong.returncode == 2
+    assert "'tempo.allowed_m_s' is -1.0; allowed: above 0" in wrong.stderr
+
+
+def test_its_artifact_and_log_are_read_and_its_chapter_is_in_the_report(laboratory: Path) -> None:
+    assert kendama(laboratory, "run", "-p", "tempo", "capture=bench").returncode == 0
+    code = (
+        "import kendama_cli as kendama; run = kendama.open_run(); study = run.artifact('tempo');"
+        "print(type(study).__name__, study.tau_scale.tolist(), list(run.log('tempo').table('/tempo/scale')))"
+    )
+    python = laboratory / "venv" / "bin" / "python"
+    shown = subprocess.check_output([python, "-P", "-c", code], cwd=laboratory, text=True)
+    assert shown.startswith("TempoStudy [0.8, 1.0, 1.2, 1.4]")
+    assert "peak_speed_m_s" in shown
+    assert kendama(laboratory, "report", "-o", "page.html").returncode == 0
+    page = (laboratory / "page.html").read_text()
+    assert "Speed over time scale" in page
+    assert "the dashed line is allowed" in page
