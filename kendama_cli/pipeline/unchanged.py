@@ -112,13 +112,16 @@ def repeat(asked: Question) -> RunRecord | None:
         return None
     store = Store(record.home)
     with store.in_use():
+        stages = []
         for outcome in outcomes:
             result = None if outcome.key is None else store.find(outcome.name, outcome.key)
             if result is None or (str(result.artifact), result.metrics) != (outcome.artifact, outcome.metrics):
                 return None
+            # the store keeps metrics in the order in which the stage gave them, the index does not
+            stages.append(dataclasses.replace(outcome, metrics=result.metrics))
         for outcome in outcomes:
             keep_latest(record.home, record.pipeline, outcome.name, outcome.key, parts[outcome.name])
-        record.stages = outcomes
+        record.stages = stages
         record.outcome = "done"
         record.save()
     return record
