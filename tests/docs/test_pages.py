@@ -1,0 +1,44 @@
+"""What README and docs list is what is declared."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+
+from kendama_cli.pipeline.catalogue import pipeline_names
+from kendama_cli.schema.declaration import find_stage, stage_names
+
+ROOT = Path(__file__).resolve().parents[2]
+README = (ROOT / "README.md").read_text()
+BUILT_IN = [name for name in stage_names() if (ROOT / "kendama_cli" / "stages" / name).is_dir()]
+
+
+def test_the_readmes_table_has_every_stage_with_what_it_gives() -> None:
+    rows = dict(re.findall(r"^\| `(\w+)` \| .* \| `(\w+)` \|$", README, re.M))
+    declarations = {name: find_stage(name) for name in BUILT_IN}
+    assert rows == {name: one.gives.partition(":")[2] for name, one in declarations.items() if one is not None}
+
+
+def test_the_logs_page_has_every_topic_with_its_schema() -> None:
+    page = (ROOT / "docs" / "logs.md").read_text()
+    listed = {topic for row in re.findall(r"^\| (`/[^|]*) \|", page, re.M) for topic in re.findall(r"`([^`]+)`", row)}
+    declared = {topic for name in BUILT_IN for topic in getattr(find_stage(name), "topics", {})}
+    assert listed == declared
+
+
+def test_the_readme_names_every_pipeline_and_every_page() -> None:
+    for name in pipeline_names([ROOT / "pipelines"]):
+        assert f"`{name}`" in README, name
+    linked = set(re.findall(r"\]\((docs/[\w-]+\.md)\)", README))
+    assert linked == {f"docs/{path.name}" for path in (ROOT / "docs").glob("*.md")}
+
+
+@pytest.mark.parametrize(
+    "page", sorted([ROOT / "README.md", *(ROOT / "docs").glob("*.md")]), ids=lambda path: path.name
+)
+def test_no_link_between_pages_leads_nowhere(page: Path) -> None:
+    for target in re.findall(r"\]\(([^)#]+)(?:#[^)]*)?\)", page.read_text()):
+        if "://" not in target:
+            assert (page.parent / target).exists(), target
