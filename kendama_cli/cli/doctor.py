@@ -11,7 +11,10 @@ import sys
 from dataclasses import dataclass
 
 import kendama_cli
+from kendama_cli.errors import KendamaError
 from kendama_cli.robot_model.display import SONAMES
+from kendama_cli.schema.declaration import NODES, STAGES
+from kendama_cli.schema.registry import declared, resolve
 
 
 @dataclass(frozen=True)
@@ -48,6 +51,11 @@ DEVICES = {
 }
 
 
+BLOCKS = ("hands", "cameras", "robots", "controllers", "detectors", "learners")
+GROUPS = (STAGES, NODES, *(f"kendama.{block}" for block in BLOCKS))
+"""The entry point groups by which packages bring parts."""
+
+
 def examine() -> list[Part]:
     """Try every part; an import that fails is told with what brings it."""
     cores = os.cpu_count() or 1
@@ -56,7 +64,19 @@ def examine() -> list[Part]:
     found += [*_display_libraries(), _embree()]
     found += [_extra(name, needs) for name, needs in EXTRAS.items()]
     found += [Part(name, "optional", f"needs {needs}") for name, needs in DEVICES.items()]
-    return found
+    return found + [part for group in GROUPS for part in _declared(group)]
+
+
+def _declared(group: str) -> list[Part]:
+    """What packages declare in ``group``, in one line; and a line for each declaration that cannot be imported."""
+    names, broken = [], []
+    for name, target in sorted(declared(group).items()):
+        try:
+            resolve(target, f"'{name}' of {group}")
+            names.append(name)
+        except KendamaError as error:
+            broken.append(Part(name, "missing", str(error)))
+    return [*([Part(group, "ok", ", ".join(names))] if names else []), *broken]
 
 
 def _extra(name: str, serves: str) -> Part:

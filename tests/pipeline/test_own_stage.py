@@ -102,3 +102,12 @@ def test_a_broken_package_stops_only_those_who_use_it(toy: ToyProject) -> None:
     (toy.folder / "lib/toy-1.0.dist-info/entry_points.txt").write_text("[kendama.stages]\ntoy_roll = toy.nowhere:S\n")
     toy.kendama("plan", "-p", "imitation")
     assert "needs module 'toy.nowhere'" in toy.kendama("config", "+toy=default", expect=2).stderr
+
+
+def test_doctor_lists_what_packages_declare_and_what_of_it_is_broken(toy: ToyProject) -> None:
+    entries = toy.folder / "lib/toy-1.0.dist-info/entry_points.txt"
+    entries.write_text(entries.read_text() + "lost = toy.nowhere:STAGE\n")
+    parts = {part["name"]: part for part in json.loads(toy.kendama("doctor", "--json", expect=1).stdout)}
+    assert "learn, predict, toy_roll, toy_total, transfer" in parts["kendama.stages"]["detail"]
+    assert parts["lost"]["state"] == "missing"
+    assert "needs module 'toy.nowhere', which is not installed" in parts["lost"]["detail"]

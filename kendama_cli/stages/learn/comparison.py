@@ -9,22 +9,20 @@ from matplotlib.axes import Axes
 from matplotlib.ticker import MaxNLocator, MultipleLocator, PercentFormatter
 
 from kendama_cli.log.messages import RolloutMessage
-from kendama_cli.report.bootstrap import Statistic, bootstrap, bootstrap_ratio, p90
 from kendama_cli.report.chapters import EnsembleChapter
 from kendama_cli.report.ensemble import Ensemble, Group
 from kendama_cli.report.figure import Figure, Panel, figure, lettered
-from kendama_cli.report.grid import EMPTY, Cell, grid, percent, quantity, with_interval
 from kendama_cli.report.plot import drawing, legend_above
 from kendama_cli.report.source import StageLog
 from kendama_cli.report.style import INK, SERIES
 from kendama_cli.report.tracks import Array
 from kendama_cli.schema.declaration import Headline
+from kendama_cli.stages.learn.comparison_tables import learning_tables
 
 _TAIL = 10
 """A run that has ended is carried on with the median reward of its last greedy rollouts."""
 _LONG = 100
 """Beyond so many rollouts the axis is logarithmic."""
-_STATISTICS: tuple[tuple[str, Statistic], ...] = (("mean", np.mean), ("median", np.median), ("90 %", p90))
 
 
 def learning_figures(runs: Ensemble) -> list[Figure]:
@@ -59,92 +57,6 @@ def learning_figures(runs: Ensemble) -> list[Figure]:
             columns=3,
         ),
     ]
-
-
-def learning_tables(runs: Ensemble) -> str:
-    """Figures by group with bootstrap intervals, ratios to the first group, and the failures by seed."""
-    groups = [group for group in runs.groups if len(group.figures("rollouts_to_learn"))]
-    if not groups:
-        return ""
-    head = [runs.differs or "", "seeds", "failed", *(f"rollouts, {name}" for name, _ in _STATISTICS)]
-    rows = [_counts(group) for group in groups]
-    parts = ["<h3>Rollouts to learn</h3>", grid(head, rows)]
-    told = [sentence for group in groups if (sentence := _failures(group, runs.differs))]
-    parts.append(f'<p class="note">{" ".join(told) or "No seed failed."} {_RULE}</p>')
-    if len(groups) > 1:
-        reference, *others = groups
-        names = [f"ratio of {name}s" if name != "90 %" else "ratio of 90 % quantiles" for name, _ in _STATISTICS]
-        parts.append(f"<h3>Against {_plain(reference.label)}</h3>")
-        parts.append(grid([runs.differs, *names], [_ratios(group, reference) for group in others]))
-    head = [runs.differs or "", "reached the goal", "worst seed", "and caught", "half-swings", "time to goal"]
-    head += ["soonest found by search", "peak displacement"]
-    parts += ["<h3>The frozen tables</h3>", grid(head, [_quality(group) for group in groups])]
-    return "".join(parts)
-
-
-_RULE = (
-    "Counted up to the first of ten greedy successes in a row, exploring rollouts included; a failure counts as the"
-    " cap. Below each figure its 95 % interval (bootstrap over the seeds)."
-)
-
-
-def _plain(label: str) -> str:
-    return label.replace("&", "&amp;").replace("<", "&lt;")
-
-
-def _counts(group: Group) -> list[Cell]:
-    values = group.figures("rollouts_to_learn")
-    failed = len(_failed(group))
-    cells = [with_interval(float(figure(values, axis=0)), bootstrap(values, figure)) for _, figure in _STATISTICS]
-    return [Cell(group.label), Cell(str(len(values))), Cell(str(failed)), *cells]
-
-
-def _ratios(group: Group, reference: Group) -> list[Cell]:
-    values, others = group.figures("rollouts_to_learn"), reference.figures("rollouts_to_learn")
-    cells = []
-    for _, statistic in _STATISTICS:
-        ratio = float(statistic(values, axis=0)) / float(statistic(others, axis=0))
-        cells.append(with_interval(ratio, bootstrap_ratio(values, others, statistic)))
-    return [Cell(group.label), *cells]
-
-
-def _failed(group: Group) -> list[str]:
-    return [member.seed for member in group.members if member.log.metrics.get("learned") is False]
-
-
-def _failures(group: Group, differs: str) -> str:
-    failed = _failed(group)
-    if not failed:
-        return ""
-    of = f" ({_plain(group.label)})" if differs else ""
-    return f"Failed{of}: seed {', '.join(_plain(seed or 'as configured') for seed in failed)}."
-
-
-def _quality(group: Group) -> list[Cell]:
-    success = group.figures("frozen_success_rate")
-    rates = ((member.figure("frozen_success_rate"), member.seed) for member in group.members)
-    worst = min(((rate, seed) for rate, seed in rates if rate is not None), default=None)
-    least, peak = group.figures("time_to_goal_bound_s"), group.figures("peak_displacement_m")
-    caught = group.figures("frozen_caught_rate")
-    middle = {name: _median(group.figures(name)) for name in ("swings", "time_to_goal_s")}
-    return [
-        Cell(group.label),
-        percent(float(success.mean()), _span(bootstrap(success, np.mean))) if len(success) else EMPTY,
-        EMPTY if worst is None else percent(worst[0], f"seed {worst[1]}" if worst[1] else ""),
-        percent(float(caught.mean())) if len(caught) else EMPTY,
-        Cell(quantity(middle["swings"])),
-        Cell(quantity(middle["time_to_goal_s"], unit="s")),
-        Cell(quantity(_median(least), unit="s")),
-        Cell(quantity(float(peak.max()) if len(peak) else None, unit="m")),
-    ]
-
-
-def _span(low_high: tuple[float, float] | None) -> str:
-    return "" if low_high is None else f"{100 * low_high[0]:.1f} … {100 * low_high[1]:.1f}"
-
-
-def _median(values: Array) -> float | None:
-    return float(np.median(values)) if len(values) else None
 
 
 def _rewards(groups: Sequence[Group]) -> Panel | None:
