@@ -6,24 +6,20 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.interpolate import CubicSpline
 
-from kendama_cli.artifacts.motion_plan import JointTrajectory
+from kendama_cli.artifacts.motion_plan import CatchMotion, JointTrajectory, MotionPlan
 from kendama_cli.devices.robot.interface import JointCommand, Robot
 from kendama_cli.errors import StageError
 from kendama_cli.game.imitation import require_same_joints
-from kendama_cli.robot_model.inverse_kinematics import follow_path
 from kendama_cli.robot_model.model import RobotModel
 from kendama_cli.schema.arrays import Array
 from kendama_cli.settings.game import GameSettings
+from kendama_cli.simulation.catch.arm_motion import ArmMotion, scaled_plan
+from kendama_cli.simulation.catch.settings import AdaptSettings
 from kendama_cli.simulation.placement.limit_shares import require_within_limits
 
 MEASURED_PERIODS = 100
 """Control periods at rest over which the hanging ball is observed."""
-KNOT_S = 0.004
-"""Spacing of the solved postures, as in kendama_cli/simulation/catch/arm_motion.py."""
-RAMP = 20
-"""Steps from home to the first posture."""
 
 
 def measured_rope_m(robot: Robot, posture_rad: Array, game: GameSettings, seed: int) -> float:
@@ -40,22 +36,18 @@ def measured_rope_m(robot: Robot, posture_rad: Array, game: GameSettings, seed: 
     return float(np.mean(lengths)) - game.ball.mass_kg * game.gravity_m_s2 / game.rope.stiffness_n_m
 
 
-def resized(arm: RobotModel, motion: JointTrajectory, scale: float) -> JointTrajectory:
-    """The same swing of the cup for a rope ``scale`` times as long.
+def scaled_motion(
+    arm: RobotModel, plan: MotionPlan, scale: float, *, lead_in_m_s2: float, hold_s: float
+) -> JointTrajectory:
+    """The arm's motion for the swing of ``plan`` on a rope ``scale`` times as long; at scale 1 it ends with ``hold_s``.
 
     A pendulum with all lengths times s and all times times sqrt(s) obeys the same equations of motion under the same
-    gravity, so that the path is made s times as large and sqrt(s) times as slow. Raises StageError where the arm
-    cannot follow within its limits.
+    gravity, so that the primitive is made s times as large and sqrt(s) times as slow. At tau_scale 1 its lead-in takes
+    as long as before: ``lead_in_m_s2`` grows with the path. Raises StageError where the arm cannot follow within its
+    limits.
     """
-    thin = max(1, round(KNOT_S / float(np.diff(motion.t_s).mean())))
-    t_s = motion.t_s[::thin]
-    home_m = arm.tool_place_m(arm.home_rad)
-    cup_m = scale * (np.array([arm.tool_place_m(posture) for posture in motion.position_rad[::thin]]) - home_m)
-    start = follow_path(arm, home_m + np.linspace(0.0, 1.0, RAMP)[:, None] * cup_m[0], arm.home_rad)[-1]
-    angles = follow_path(arm, home_m + cup_m, start)
-    t_s = t_s * math.sqrt(scale)
-    curve = CubicSpline(t_s, angles)
-    joints = JointTrajectory(motion.joint_names, t_s, angles, curve(t_s, 1), curve(t_s, 2))
+    longer = scaled_plan(plan, scale, plan.tau_scale * math.sqrt(scale))
+    joints = ArmMotion(arm, longer, scale * lead_in_m_s2).joints(longer.tau_scale, hold_s * math.sqrt(scale))
     require_within_limits(arm, joints)
     return joints
 
@@ -69,14 +61,18 @@ class FittedMotion:
     resized: bool
 
 
-def fitted(robot: Robot, arm: RobotModel, motion: JointTrajectory, game: GameSettings, seed: int) -> FittedMotion:
-    """``motion`` for the rope that is measured on ``robot``; as planned where the arm cannot follow the fitted one.
+def fitted(
+    robot: Robot, arm: RobotModel, motion: CatchMotion, game: GameSettings, adapt: AdaptSettings, *, seed: int
+) -> FittedMotion:
+    """``motion`` for the rope that is measured on ``robot``; as planned where the arm cannot follow the scaled one.
 
-    Raises StageError, before anything moves, where the motion was made for other joints; HardwareError of the line.
+    ``adapt`` says how its joints were made from its plan. Raises StageError, before anything moves, where the motion
+    was made for other joints; HardwareError of the line.
     """
-    require_same_joints(robot, motion)
-    scale = measured_rope_m(robot, motion.position_rad[0], game, seed) / game.rope.length_m
+    require_same_joints(robot, motion.joints)
+    scale = measured_rope_m(robot, motion.joints.position_rad[0], game, seed) / game.rope.length_m
     try:
-        return FittedMotion(resized(arm, motion, scale), scale, resized=True)
+        joints = scaled_motion(arm, motion.plan, scale, lead_in_m_s2=adapt.lead_in_m_s2, hold_s=adapt.hold_s)
     except StageError:
-        return FittedMotion(motion, scale, resized=False)
+        return FittedMotion(motion.joints, scale, resized=False)
+    return FittedMotion(joints, scale, resized=True)

@@ -23,6 +23,7 @@ from kendama_cli.settings.camera import CameraSettings, LightingSettings
 from kendama_cli.settings.game import GameSettings
 from kendama_cli.settings.hardware import HardwareSettings, TwinHardware
 from kendama_cli.settings.robot import RobotSettings
+from kendama_cli.simulation.catch.settings import AdaptSettings
 from kendama_cli.simulation.placement.find_placement import current_placement
 from kendama_cli.simulation.placement.placement import joint_trajectory
 from kendama_cli.stages.interface import Made
@@ -52,6 +53,7 @@ LEARN: LearnSettings = learn_settings()
 CAMERA: CameraSettings = configured(CameraSettings, "camera", "virtual")
 LIGHTING: LightingSettings = configured(LightingSettings, "lighting", "bright")
 PREDICT: PredictSettings = configured(PredictSettings, "predict", "flights")
+ADAPT: AdaptSettings = configured(AdaptSettings, "adapt", "catch")
 FULL: TransferSettings = configured(TransferSettings, "transfer", "default")
 SHORT = dataclasses.replace(FULL, evaluation_n=1, cap=2, games=3, imitation_tries=2, baseline=True)
 
@@ -84,6 +86,7 @@ def stage(settings: TransferSettings = SHORT, hardware: HardwareSettings = TWIN)
         camera=CAMERA,
         lighting=LIGHTING,
         predict=PREDICT,
+        adapt=ADAPT,
     )
 
 
@@ -321,3 +324,21 @@ def test_the_default_games_on_the_default_twin_are_caught(policy: PolicyArtifact
     settings = dataclasses.replace(FULL, evaluation_n=1, cap=1, games=6)
     made = stage(settings).run({"learn": policy}, MemoryContext(11))
     assert float(made.metrics["caught_rate"] or 0.0) >= 4 / 6
+
+
+@pytest.mark.usefixtures("nothing_moves")
+def test_a_motion_without_the_settings_that_made_it_is_refused_before_anything_moves(
+    policy: Policy, still: CatchMotion
+) -> None:
+    bare = Transfer(
+        transfer=SHORT,
+        hardware=TWIN,
+        robot=ROBOT,
+        game=GAME,
+        learn=LEARN,
+        camera=CAMERA,
+        lighting=LIGHTING,
+        predict=PREDICT,
+    )
+    with pytest.raises(StageError, match="add 'adapt' to transfer's config in the pipeline; nothing was moved"):
+        bare.run({"learn": policy, "adapt": still}, MemoryContext(0))

@@ -21,6 +21,7 @@ from kendama_cli.learning.learners import make_policy
 from kendama_cli.learning.settings import LearnSettings
 from kendama_cli.robot_model.model import RobotModel
 from kendama_cli.settings.game import GameSettings
+from kendama_cli.simulation.catch.settings import AdaptSettings
 from kendama_cli.stages.interface import StageContext
 from kendama_cli.stages.transfer import trace
 
@@ -81,15 +82,15 @@ class TransferSession:
                 messages += trace.step_messages(swing.steps, finished.index, start_s, self._every)
             self._finish(messages, swing.duration_s, phase=phase, rollouts=finished.index, streak=learner.count.streak)
 
-    def imitate(self, motion: CatchMotion | None, game: GameSettings) -> None:
+    def imitate(self, motion: CatchMotion, game: GameSettings, adapt: AdaptSettings) -> None:
         """Play the imitation motion, fitted to the rope, until it catches; at slightly other tempos after a miss."""
         tried = self._progress.imitation
         wanted = tempos(self._settings.imitation_tempo_step, self._settings.imitation_tries)
-        if motion is None or any(tried) or len(tried) == len(wanted):
+        if any(tried) or len(tried) == len(wanted):
             return
         robot = self._runner.robot
         seed = int(self._progress.rng("rope", 0).integers(2**63))
-        fit = fitted(robot, self._arm, motion.joints, game, seed)
+        fit = fitted(robot, self._arm, motion, game, adapt, seed=seed)
         self._progress.rope_fit = RopeFitFigures(fit.rope_scale, fit.resized)
         while not any(tried) and len(tried) < len(wanted):
             seed = int(self._progress.rng("imitation", len(tried)).integers(2**63))

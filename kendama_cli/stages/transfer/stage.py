@@ -10,7 +10,7 @@ from kendama_cli.artifacts.policy import PolicyArtifact
 from kendama_cli.artifacts.transfer_result import TransferResult
 from kendama_cli.devices.robot.compensated import compensated
 from kendama_cli.devices.robot.open_robot import open_robot
-from kendama_cli.errors import HardwareError
+from kendama_cli.errors import HardwareError, StageError
 from kendama_cli.game.builder import GameBuilder, GameSetup
 from kendama_cli.game.open_observer import CameraSetup, check_cameras
 from kendama_cli.game.settings import TransferSettings
@@ -22,6 +22,7 @@ from kendama_cli.settings.camera import CameraSettings, LightingSettings
 from kendama_cli.settings.game import GameSettings
 from kendama_cli.settings.hardware import HardwareSettings
 from kendama_cli.settings.robot import RobotSettings
+from kendama_cli.simulation.catch.settings import AdaptSettings
 from kendama_cli.stages.interface import Made, StageContext
 from kendama_cli.stages.transfer.metrics import transfer_metrics
 from kendama_cli.stages.transfer.session import TransferSession
@@ -30,7 +31,8 @@ from kendama_cli.vision.settings import PredictSettings
 
 class Transfer:
     """Takes the PolicyArtifact of ``learn`` and, where they are there, the CatchMotion of ``adapt`` and the
-    FrictionModel of ``identify``; gives a TransferResult.
+    FrictionModel of ``identify``; gives a TransferResult. ``adapt`` is
+    needed with a CatchMotion: it says how that was made.
     """
 
     def __init__(
@@ -44,7 +46,9 @@ class Transfer:
         camera: CameraSettings,
         lighting: LightingSettings,
         predict: PredictSettings,
+        adapt: AdaptSettings | None = None,
     ) -> None:
+        self._adapt = adapt
         self._hardware = hardware
         self._setup = GameSetup(robot, game, learn, transfer, CameraSetup(camera, lighting, predict))
 
@@ -60,6 +64,12 @@ class Transfer:
         verify_policy(policy, learn, settings.policy or "the stage 'learn'")
         progress = Progress.resumed(ctx.restore(), policy, learn, settings, ctx.rng("transfer"))
         motion: CatchMotion | None = given.get("adapt")
+        adapt = self._adapt
+        if motion is not None and adapt is None:
+            raise StageError(
+                "'transfer' is given the motion of 'adapt' without its settings; add 'adapt' to transfer's config in "
+                "the pipeline; nothing was moved"
+            )
         setup = self._setup if motion is None else self._setup.placed_at(motion.placement)
         builder = GameBuilder(setup)
         seed = int(progress.rng("body", 0).integers(2**63))
@@ -74,7 +84,8 @@ class Transfer:
                 session.evaluate(progress.after, progress.policy, "after")
                 if settings.baseline:
                     session.learn("scratch")
-                session.imitate(motion, setup.game)
+                if motion is not None and adapt is not None:
+                    session.imitate(motion, setup.game, adapt)
                 session.play()
             except HardwareError:
                 ctx.checkpoint(progress.saved, force=True)
