@@ -35,6 +35,7 @@ from kendama_cli.vision.settings import PredictSettings
 from tests.learning.settings_files import learn_settings
 from tests.memory_context import MemoryContext
 from tests.shipped_conf import plain
+from tests.simulation.dart.bench_robot import adapt_values
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -53,7 +54,7 @@ LEARN: LearnSettings = learn_settings()
 CAMERA: CameraSettings = configured(CameraSettings, "camera", "virtual")
 LIGHTING: LightingSettings = configured(LightingSettings, "lighting", "bright")
 PREDICT: PredictSettings = configured(PredictSettings, "predict", "flights")
-ADAPT: AdaptSettings = configured(AdaptSettings, "adapt", "catch")
+ADAPT: AdaptSettings = build_value(AdaptSettings, adapt_values(), "adapt")
 FULL: TransferSettings = configured(TransferSettings, "transfer", "default")
 SHORT = dataclasses.replace(FULL, evaluation_n=1, cap=2, games=3, imitation_tries=2, baseline=True)
 
