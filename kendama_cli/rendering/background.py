@@ -1,4 +1,4 @@
-"""The room behind the scene: a wall and a table, seen once by each camera."""
+"""What is behind the scene: a wall and a table, seen once by each camera."""
 
 from __future__ import annotations
 

@@ -146,29 +146,29 @@ def collect(
     pixel: Array, weight: Array, owner: Array, irradiance: Array, paints: Array, level: Array, region: Array,
     image: Array,
 ) -> None:  # fmt: skip
-    """Put the samples' light into ``image`` (h, w, 3) of ``region``, which holds the room's light at first.
+    """Put the samples' light into ``image`` (h, w, 3) of ``region``, which holds the background's light at first.
 
     ``paints`` are the reflectances: of the parts by number, then, from the end, rope, cup and ball.
     """
     width = level.shape[1]
     last = -1
-    room = np.zeros(3)
+    background = np.zeros(3)
     for n in range(len(pixel)):
         v, u = pixel[n] // width, pixel[n] % width
         y, x = v - region[1], u - region[0]
         if pixel[n] != last:
             last = pixel[n]
             for i in range(3):
-                room[i], image[y, x, i] = image[y, x, i], 0.0
+                background[i], image[y, x, i] = image[y, x, i], 0.0
         which = owner[n]
         for i in range(3):
-            light = room[i] if which == -1 else irradiance[n] * paints[which if which >= 0 else which + 1, i]
+            light = background[i] if which == -1 else irradiance[n] * paints[which if which >= 0 else which + 1, i]
             image[y, x, i] += weight[n] * light
 
 
 @compiled
-def room_light(region: Array, unlit: Array, lit: Array, free: Array, strength: Array, image: Array) -> None:
-    """The room's light: its own, and each lamp's where nothing stands between."""
+def background_light(region: Array, unlit: Array, lit: Array, free: Array, strength: Array, image: Array) -> None:
+    """The background's light: its own, and each lamp's where nothing stands between."""
     for v in range(region[1], region[3]):
         for u in range(region[0], region[2]):
             for i in range(3):

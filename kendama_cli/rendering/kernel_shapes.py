@@ -155,7 +155,7 @@ def meet(
 ) -> None:  # fmt: skip
     """Enter into ``depth``, ``owner`` and ``normals`` where rays from ``start`` meet ball, cup or rope first.
 
-    ``bits`` tell, ray by ray, which bodies are near. Owners are -2 ball, -3 cup, -4 rope.
+    ``bits`` say, ray by ray, which bodies are near. Owners are -2 ball, -3 cup, -4 rope.
     """
     normal = np.empty(3)
     for i in range(len(directions)):

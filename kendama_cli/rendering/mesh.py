@@ -14,7 +14,7 @@ from kendama_cli.schema.arrays import Array
 try:
     from embreex.mesh_construction import TriangleMesh
     from embreex.rtcore_scene import EmbreeScene
-except ImportError:  # it has no wheel for Linux on aarch64; nothing stands in for it: who asks for a mesh is told
+except ImportError:  # it has no wheel for Linux on aarch64; nothing stands in for it: a mesh is refused
     TriangleMesh = EmbreeScene = None
 
 Triple = tuple[float, float, float]

@@ -48,7 +48,7 @@ class Moving:
     parts: tuple[Part, ...]
 
 
-class Watcher:
+class SceneSampler:
     """Asks a scene for its poses, and sees its robot as meshes: links that were given once, and rods between joints."""
 
     def __init__(self, appearance: AppearanceSettings, links: Sequence[LinkMesh]) -> None:

@@ -45,7 +45,7 @@ class Shot:
 
 @dataclass(frozen=True)
 class _Samples:
-    """Rays (n,) of the pixels that see more than the room, tile by tile, and what they meet.
+    """Rays (n,) of the pixels that see more than the background, tile by tile, and what they meet.
 
     ``weight`` is a sample's part of its pixel, ``near`` the bits of the bodies that it may meet, ``fresh`` whether its
     ray is still to be traced; ``owner`` and the rest are as the kernels name them.
@@ -63,10 +63,10 @@ class _Samples:
 
 
 class Raycaster:
-    """One camera's view of a room and of bodies in it; light is linear, reflectance times irradiance in red green blue.
+    """One camera's view of bodies before a background; light is linear, reflectance times irradiance in red green blue.
 
     A pixel near ball or rope takes 16 samples, spread over its area and its exposure, one near the cup or at a mesh's
-    edge four (16 where the edge sweeps over more than two), and one inside a mesh a single one. The room takes one, at
+    edge four (16 where the edge sweeps over more than two), and one inside a mesh a single one. The background: one, at
     mid-exposure.
     """
 
@@ -75,8 +75,8 @@ class Raycaster:
     ) -> None:
         self._model, self._appearance, self._ambient = model, appearance, lighting.ambient
         self._origin = np.array(model.position_in_world_m, dtype=np.float64)
-        self._room = Background(model, appearance, lighting)
-        self._tiles = Tiles(self._room.rays, self._room.points, self._origin)
+        self._background = Background(model, appearance, lighting)
+        self._tiles = Tiles(self._background.rays, self._background.points, self._origin)
         self._tracer = Tracer(self._tiles, model.height_px, model.width_px)
         self._lamps = [(np.array(lamp.position_m, dtype=np.float64), lamp.irradiance) for lamp in lighting.lamps]
         cup = game.cup
@@ -96,10 +96,10 @@ class Raycaster:
         self._look(shot, grown.within(whole(self._model.width_px, self._model.height_px)), blur)
         samples = self._samples(shot, _corners(region))
         irradiance = self._irradiance(shot, samples)
-        self._darken_room(shot.moving, shot.row_tau, region)
+        self._darken_background(shot.moving, shot.row_tau, region)
         light = np.empty((region.bottom - region.top, region.right - region.left, 3))
-        room, look, corners = self._room, self._appearance, _corners(region)
-        kernel_light.room_light(corners, room.unlit, room.lit, self._free, shot.strength, light)
+        background, look, corners = self._background, self._appearance, _corners(region)
+        kernel_light.background_light(corners, background.unlit, background.lit, self._free, shot.strength, light)
         paints = [*(part.surface.rgb for part in shot.moving.parts), look.rope_rgb, look.cup_rgb, look.ball_rgb]
         kernel_light.collect(
             samples.pixel, samples.weight, samples.owner, irradiance, np.array(paints), self._level, corners, light
@@ -117,7 +117,7 @@ class Raycaster:
         rows, columns = slice(window.top, window.bottom), slice(window.left, window.right)
         self._level[rows, columns], self._bits[rows, columns] = kernel_rays.SMOOTH, 0
         self._owner[rows, columns], self._depth[rows, columns] = kernel_rays.NOTHING, np.inf
-        rays, corners = self._room.rays, _corners(window)
+        rays, corners = self._background.rays, _corners(window)
         if shot.moving.parts:
             met = Met(self._depth.reshape(-1), self._owner.reshape(-1), self._triangle.reshape(-1))
             self._tracer.look(shot.moving.parts, window, rays, self._origin, row_tau=shot.row_tau, met=met)
@@ -146,9 +146,9 @@ class Raycaster:
             fresh=np.empty(n, dtype=np.uint8),
         )
         kernel_light.list_samples(
-            corners, self._room.rays, self._level, self._bits, self._owner, self._depth, self._triangle, shot.row_tau,
-            shot.spread_tau, self._pattern, made.pixel, made.weight, made.direction, made.tau, made.near, made.owner,
-            made.depth, made.triangle, made.fresh,
+            corners, self._background.rays, self._level, self._bits, self._owner, self._depth, self._triangle,
+            shot.row_tau, shot.spread_tau, self._pattern, made.pixel, made.weight, made.direction, made.tau,
+            made.near, made.owner, made.depth, made.triangle, made.fresh,
         )  # fmt: skip
         met = Met(made.depth, made.owner, made.triangle)
         self._tracer.trace(shot.moving.parts, self._origin, made.direction, tau=made.tau, wanted=made.fresh, met=met)
@@ -174,8 +174,8 @@ class Raycaster:
             kernel_light.add_light(free, strength, cosine, brightness, irradiance)
         return irradiance
 
-    def _darken_room(self, moving: Moving, row_tau: Array, region: Region) -> None:
-        """Which points of the room each lamp reaches."""
+    def _darken_background(self, moving: Moving, row_tau: Array, region: Region) -> None:
+        """Which points of the background each lamp reaches."""
         tiles = self._tiles.inside(region)
         bodies = [way for way in _ways(moving, self._sizes) if way[0] < ROPE]
         for free, (lamp, _) in zip(self._free, self._lamps, strict=True):
@@ -184,13 +184,15 @@ class Raycaster:
                 middle, half = (a_m + b_m) / 2, float(np.linalg.norm(b_m - a_m)) / 2
                 near = self._tiles.shaded(tiles, middle, half + reach_m, lamp)
                 pixel = kernel_rays.pixels_of(near, _corners(region), self._model.width_px)
-                start, still = self._room.points.reshape(-1, 3)[pixel], free.reshape(-1)[pixel]
+                start, still = self._background.points.reshape(-1, 3)[pixel], free.reshape(-1)[pixel]
                 kernel_shapes.shade(
                     start, lamp, row_tau[pixel // self._model.width_px], moving.ball_m, moving.cup_m,
                     moving.cup_rotation, self._sizes, np.full(len(pixel), kernel_rays.NOTHING, dtype=np.int32), still,
                 )  # fmt: skip
                 free.reshape(-1)[pixel] = still
-            self._tracer.darken_room(moving.parts, region, self._room.points, lamp, row_tau=row_tau, free=free)
+            self._tracer.darken_background(
+                moving.parts, region, self._background.points, lamp, row_tau=row_tau, free=free
+            )
 
 
 def _ways(moving: Moving, sizes: Sizes) -> Iterator[tuple[int, Array, Array, float]]:

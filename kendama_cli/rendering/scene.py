@@ -1,4 +1,4 @@
-"""What a virtual camera is told of the world: poses, and nothing of how they are modelled."""
+"""What a virtual camera knows of the world: poses, and nothing of how they are modelled."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def hanging_rope(tie_m: Array, ball_m: Array, length_m: float, n_points: int = 9
     """Points (n, 3) of a rope of ``length_m`` from ``tie_m`` to ``ball_m``: straight if taut, else a parabola.
 
     The sag d of a shallow parabola over a chord c is c sqrt(3/8 (l/c - 1)) (from l = c + 8 d^2 / (3 c)); it is only
-    looks, and no pose depends on it.
+    appearance, and no pose depends on it.
     """
     chord = float(np.linalg.norm(ball_m - tie_m))
     part = np.linspace(0.0, 1.0, n_points)

@@ -13,7 +13,7 @@ from kendama_cli.vision.region import Region
 
 
 class Tiles:
-    """The tiles of one camera: the cone of rays through each, and a sphere about the room's points seen in it."""
+    """The tiles of one camera: the cone of rays through each, and a sphere about the background's points seen in it."""
 
     def __init__(self, rays: Array, points: Array, origin: Array) -> None:
         height, width = rays.shape[:2]
@@ -50,7 +50,7 @@ class Tiles:
         return np.asarray(tiles[off <= widest])
 
     def shaded(self, tiles: NDArray[np.int64], centre_m: Array, reach_m: float, lamp_m: Array) -> NDArray[np.int64]:
-        """Those of ``tiles`` whose room a body within ``reach_m`` of ``centre_m`` can shade from ``lamp_m``."""
+        """Those of ``tiles`` whose background a body within ``reach_m`` of ``centre_m`` can shade from ``lamp_m``."""
         start = self._centre[tiles]
         way, apart = lamp_m - start, centre_m - start
         share = np.clip((way * apart).sum(axis=1) / (way * way).sum(axis=1), 0.0, 1.0)

@@ -91,7 +91,7 @@ class Tracer:
             )  # fmt: skip
             self._block(part, count, free)
 
-    def darken_room(
+    def darken_background(
         self,
         parts: Sequence[Part],
         region: Region,
@@ -101,7 +101,7 @@ class Tracer:
         row_tau: Array,
         free: NDArray[np.uint8],
     ) -> None:
-        """Set ``free`` (h, w) to 0 where a mesh stands between the room's ``points`` (h, w, 3) and ``lamp``."""
+        """Set ``free`` (h, w) to 0 where a mesh stands between the background's ``points`` (h, w, 3) and ``lamp``."""
         tiles = self._tiles.inside(region)
         for part in parts:
             near = self._tiles.shaded(tiles, part.centre_m, part.reach_m, lamp)

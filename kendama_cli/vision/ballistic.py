@@ -62,7 +62,7 @@ class BallisticFit:
             self._accumulate(t_s - self._start_s, sight, weighted=True)
         else:
             self._early.append((t_s - self._start_s, sight))
-            if len(self._early) > MOST_EARLY_SIGHTS and self._state is None:  # nothing could be told from them
+            if len(self._early) > MOST_EARLY_SIGHTS and self._state is None:  # they did not suffice
                 self.count -= len(self._early.pop(0)[1].right)
 
     def state(self, t_s: float) -> tuple[Array, Array] | None:

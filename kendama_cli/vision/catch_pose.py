@@ -37,7 +37,7 @@ class CatchPoseEstimator:
         max_sigma_m: float = 0.25,
         motion: MotionSettings = BALLISTIC,
     ) -> None:
-        """``gravity_m_s2`` is a magnitude along -z or a vector (3,); no pose is told above ``max_sigma_m``."""
+        """``gravity_m_s2`` is a magnitude along -z or a vector (3,); no pose is given above ``max_sigma_m``."""
         vector = np.asarray(gravity_m_s2, dtype=np.float64)
         self.flight = FreeFlight(vector if vector.ndim else np.array([0.0, 0.0, -float(vector)]), drag_per_s)
         self.rim_height_m = rim_height_m
@@ -73,7 +73,7 @@ class CatchPoseEstimator:
         self._fit.add(t_s, sight)
 
     def update_position(self, t_s: float, position_m: ArrayLike, covariance_m2: ArrayLike) -> None:
-        """Take the ball's centre (3,) in the world, as motion capture tells it, with its covariance (3, 3)."""
+        """Take the ball's centre (3,) in the world, as motion capture measures it, with its covariance (3, 3)."""
         factor = np.linalg.cholesky(np.asarray(covariance_m2, dtype=np.float64))
         whiten = np.asarray(np.linalg.inv(factor), dtype=np.float64)
         self._fit.add(t_s, SightRows(whiten, whiten @ np.asarray(position_m, dtype=np.float64), np.zeros(3), 1.0))

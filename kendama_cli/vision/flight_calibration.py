@@ -1,4 +1,4 @@
-"""What recorded flights tell of gravity, drag, noise and wobble: the maximum of their restricted likelihood."""
+"""What recorded flights reveal of gravity, drag, noise and wobble: the maximum of their restricted likelihood."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ class FlightModel:
 
     @property
     def tilt_rad(self) -> Array:
-        """The lean of gravity towards +x and +y (2,)."""
+        """The tilt of gravity towards +x and +y (2,)."""
         return np.asarray(np.arctan2(self.gravity_m_s2[:2], -self.gravity_m_s2[2]))
 
     def estimator(self, height_m: float) -> CatchPoseEstimator:

@@ -18,7 +18,7 @@ MOST_FOLDS = 6
 
 @dataclass(frozen=True)
 class Trial:
-    """Errors (n, h) of n flights' foreseen ends after h parts of them: lateral place [mm], time [ms]; nan: no answer.
+    """Errors (n, h) of n flights' predicted ends after h parts of them: lateral place [mm], time [ms]; nan: no answer.
 
     ``model`` is the one learned from all flights that any prediction was calibrated on.
     """
@@ -34,10 +34,10 @@ def try_flights(
     seen_fractions: Sequence[float],
     calibration: Sequence[RecordedFlight] | None = None,
 ) -> Trial:
-    """Foresee where and when every flight falls through its last height.
+    """Predict where and when every flight falls through its last height.
 
     Gravity, drag, noise and wobble are learned from ``calibration``; without it, from the other flights, the one that
-    is foreseen (or, of many, its group) left out.
+    is predicted (or, of many, its group) left out.
     """
     fractions = np.array(seen_fractions)
     errors = np.full((len(flights), len(fractions), 2), np.nan)
@@ -50,17 +50,17 @@ def try_flights(
         others = [flight for i, flight in enumerate(flights) if i not in left_out]
         held = model if calibration is not None else fit_flight_model(others)
         for i in left_out:
-            errors[i] = foresee(flights[i], held, fractions)
+            errors[i] = predict_end(flights[i], held, fractions)
     return Trial(fractions, errors[:, :, 0], errors[:, :, 1], model)
 
 
-def foresee(flight: RecordedFlight, model: FlightModel, fractions: Array) -> Array:
-    """Lateral [mm] and time error [ms] (h, 2) of the foreseen crossing of the flight's last height."""
+def predict_end(flight: RecordedFlight, model: FlightModel, fractions: Array) -> Array:
+    """Lateral [mm] and time error [ms] (h, 2) of the predicted crossing of the flight's last height."""
     end_s = float(flight.t_s[-1])
     end = _end(flight)
     estimator = model.estimator(float(end[2]))
     covariance = model.sigma_m**2 * np.eye(3)
-    told = np.full((len(fractions), 2), np.nan)
+    errors_of_parts = np.full((len(fractions), 2), np.nan)
     taken = 0
     for j, until_s in enumerate(fractions * end_s):
         while taken < len(flight.t_s) and flight.t_s[taken] <= until_s:
@@ -69,8 +69,8 @@ def foresee(flight: RecordedFlight, model: FlightModel, fractions: Array) -> Arr
         pose = estimator.catch()
         if pose is not None:
             lateral = float(np.linalg.norm(pose.position_m[:2] - end[:2]))
-            told[j] = 1e3 * lateral, 1e3 * abs(pose.t_s - end_s)
-    return told
+            errors_of_parts[j] = 1e3 * lateral, 1e3 * abs(pose.t_s - end_s)
+    return errors_of_parts
 
 
 def _end(flight: RecordedFlight) -> Array:

@@ -86,7 +86,7 @@ class FreeFlight:
         return s
 
 
-def leaning_gravity(magnitude_m_s2: float, tilt_rad: ArrayLike) -> Array:
-    """The gravity vector (3,) of a frame whose vertical leans: ``tilt_rad`` (2,) is how far towards +x and +y."""
+def tilted_gravity(magnitude_m_s2: float, tilt_rad: ArrayLike) -> Array:
+    """The gravity vector (3,) of a frame whose vertical is tilted: ``tilt_rad`` (2,) is how far towards +x and +y."""
     x, y = np.tan(np.asarray(tilt_rad, dtype=np.float64))
     return np.asarray(magnitude_m_s2 / math.sqrt(x * x + y * y + 1) * np.array([x, y, -1.0]))

@@ -84,10 +84,10 @@ MotionSettings = BallisticMotion | ProcessNoiseMotion | ColouredMotion
 
 @dataclass(frozen=True)
 class GravitySettings:
-    """Gravity as the calibrated cameras see it; `kendama log predict` tells the values of one's own flights."""
+    """Gravity as the calibrated cameras see it; `kendama log predict` estimates the values of one's own flights."""
 
     scale: float = setting("its magnitude over game.gravity_m_s2, for a wrong scale", above=0.8, below=1.2)
-    tilt_rad: tuple[float, float] = setting("its lean towards +x and +y [rad]", above=-0.3, below=0.3)
+    tilt_rad: tuple[float, float] = setting("its tilt towards +x and +y [rad]", above=-0.3, below=0.3)
 
 
 @dataclass(frozen=True)
@@ -113,7 +113,7 @@ class PredictSettings:
     seen_fractions: tuple[float, ...] = setting("parts of a flight after which the error is taken", above=0, below=1)
     stated_fraction: float = setting("the one of them that the metrics state", above=0, below=1)
     onset_from: Literal["images", "truth"] = setting(
-        "who tells when the flight begins: the sequential test, or the truth"
+        "what decides when the flight begins: the sequential test, or the truth"
     )
     image_every: int = setting("log every so many frames of the first flight as images; 0: none", at_least=0)
     jpeg_quality: int = setting("quality of logged images", at_least=1, at_most=100)

@@ -89,7 +89,7 @@ class BallTracker:
                 self._expected[name] = around(pixel, half_px)
 
     def region(self, camera: str, t_s: float) -> Region:
-        """Where to look for the ball at ``t_s``: about its foreseen place; the whole image when it was lost."""
+        """Where to look for the ball at ``t_s``: about its predicted place; the whole image when it was lost."""
         model = self.cameras[camera]
         image = whole(model.width_px, model.height_px)
         track = self._tracks.get(camera)
@@ -123,7 +123,7 @@ class BallTracker:
         return sighting
 
     def update(self, t_s: float, sightings: Mapping[str, Sighting | None], tie_m: ArrayLike) -> CatchPose | None:
-        """Take the sightings of one moment with the rope's tie point (3,) at that moment; tell the catching pose."""
+        """Take the sightings of one moment with the rope's tie point (3,) at that moment; give the catching pose."""
         rows = [
             self._rows(name, seen)
             for name, seen in sightings.items()

@@ -329,7 +329,7 @@ def test_the_default_games_on_the_default_twin_are_caught(policy: PolicyArtifact
 
 @pytest.mark.usefixtures("nothing_moves")
 def test_a_motion_without_the_settings_that_made_it_is_refused_before_anything_moves(
-    policy: Policy, still: CatchMotion
+    policy: PolicyArtifact, still: CatchMotion
 ) -> None:
     bare = Transfer(
         transfer=SHORT,

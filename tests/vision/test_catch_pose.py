@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from kendama_cli.vision.catch_pose import CatchPoseEstimator, opening_against
-from kendama_cli.vision.free_flight import FreeFlight, leaning_gravity
+from kendama_cli.vision.free_flight import FreeFlight, tilted_gravity
 from kendama_cli.vision.settings import ColouredMotion, ProcessNoiseMotion
 from tests.vision.scenes import stereo
 from tests.vision.seen_flight import (
@@ -205,7 +205,7 @@ def test_an_observation_costs_the_same_however_many_came_before():
 
 def test_a_tilted_calibration_of_gravity_is_taken_out():
     tilt = np.array([0.01, -0.007])
-    gravity = leaning_gravity(9.9, tilt)
+    gravity = tilted_gravity(9.9, tilt)
     assert np.linalg.norm(gravity) == pytest.approx(9.9)
     assert np.allclose(np.arctan2(gravity[:2], -gravity[2]), tilt)
     true, t = FreeFlight(gravity, DRAG), np.arange(0.0, 0.15, 1 / RATE_HZ)

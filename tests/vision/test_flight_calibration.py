@@ -6,7 +6,7 @@ import pytest
 from kendama_cli.vision.flight_calibration import NOMINAL, fit_flight_model
 from kendama_cli.vision.flight_search import RecordedFlight, find_flights
 from kendama_cli.vision.flight_trial import try_flights
-from kendama_cli.vision.free_flight import FreeFlight, leaning_gravity
+from kendama_cli.vision.free_flight import FreeFlight, tilted_gravity
 from kendama_cli.vision.settings import ColouredMotion
 from tests.vision.flights import session
 
@@ -23,7 +23,7 @@ def wobbling(seed, throws, wobble_m=4e-3, length_s=0.25):
     d = np.sqrt(3) / length_s * np.abs(t[:, None] - t)
     factor = np.linalg.cholesky(wobble_m**2 * (1 + d) * np.exp(-d) + 1e-8 * np.eye(len(t)))
     for _ in range(throws):
-        flight = FreeFlight(leaning_gravity(9.7, (0.02, -0.01)), 0.1)
+        flight = FreeFlight(tilted_gravity(9.7, (0.02, -0.01)), 0.1)
         points = flight.position_m(np.zeros(3), np.array([*rng.uniform(-0.5, 0.5, 2), 3.0]), t)
         made.append(RecordedFlight("ball", 0.0, t, points + factor @ rng.standard_normal((len(t), 3))))
     return made
@@ -31,7 +31,7 @@ def wobbling(seed, throws, wobble_m=4e-3, length_s=0.25):
 
 def test_gravity_is_found_in_size_and_lean():
     """Eight flights with 0.5 mm of noise: a flight's acceleration is known to 0.03 m/s^2, eight to 0.01."""
-    true = FreeFlight(leaning_gravity(9.69, (0.01, -0.02)), 0.05)
+    true = FreeFlight(tilted_gravity(9.69, (0.01, -0.02)), 0.05)
     model = fit_flight_model(flights(10200, 8, rate_hz=300.0, flight=true))
     assert np.linalg.norm(model.gravity_m_s2 - true.gravity_m_s2) < 0.05
     assert np.abs(model.tilt_rad - [0.01, -0.02]).max() < 0.004

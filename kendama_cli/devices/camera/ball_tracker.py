@@ -8,7 +8,7 @@ from kendama_cli.schema.arrays import Array
 from kendama_cli.settings.game import GameSettings
 from kendama_cli.vision.camera_model import CameraModel
 from kendama_cli.vision.catch_pose import CatchPoseEstimator
-from kendama_cli.vision.free_flight import leaning_gravity
+from kendama_cli.vision.free_flight import tilted_gravity
 from kendama_cli.vision.make_detector import make_detector
 from kendama_cli.vision.onset import FreeFlightOnset
 from kendama_cli.vision.settings import MotionSettings, PredictSettings
@@ -33,7 +33,7 @@ def ball_tracker(
 
     Without ``onset`` every sighting counts as free flight. Raises InputError where a learned colour cannot be read.
     """
-    gravity_m_s2 = leaning_gravity(settings.gravity.scale * game.gravity_m_s2, settings.gravity.tilt_rad)
+    gravity_m_s2 = tilted_gravity(settings.gravity.scale * game.gravity_m_s2, settings.gravity.tilt_rad)
     estimator = catch_pose_estimator(settings.motion, game, rim_height_m, gravity_m_s2)
     test = FreeFlightOnset(settings.onset, estimator.flight) if onset else None
     return BallTracker(models, make_detector(settings.detector), estimator, test)

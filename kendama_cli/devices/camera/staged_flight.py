@@ -1,4 +1,4 @@
-"""The scene of one known flight: what virtual cameras are shown where no simulator runs."""
+"""The scene of one known flight: what virtual cameras show where no simulator runs."""
 
 from __future__ import annotations
 

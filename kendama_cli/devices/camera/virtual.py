@@ -11,7 +11,7 @@ from kendama_cli.devices.camera.interface import Frame, SceneSource, StaleFrame,
 from kendama_cli.errors import ConfigError
 from kendama_cli.rendering import kernel_light
 from kendama_cli.rendering.mesh import LinkMesh
-from kendama_cli.rendering.moving import Watcher
+from kendama_cli.rendering.moving import SceneSampler
 from kendama_cli.rendering.raycast import Raycaster, Shot
 from kendama_cli.rendering.scene import Scene
 from kendama_cli.schema.arrays import Array
@@ -69,7 +69,7 @@ class VirtualCameraBlock:
     ) -> None:
         self.model = model
         self._settings, self._lighting = settings, lighting
-        self._watcher = Watcher(settings.appearance, links)
+        self._sampler = SceneSampler(settings.appearance, links)
         self._raycaster = Raycaster(model, settings.appearance, lighting, game)
         sensor = settings.sensor
         self._row_s, self._busy_s = sensor.rows_s / model.height_px, sensor.busy_s
@@ -133,7 +133,7 @@ class VirtualCameraBlock:
     def _shot(self, t_s: float) -> Shot:
         """The scene from the first row's opening to the last row's closing about ``t_s``."""
         exposure_s, half = self._settings.sensor.exposure_s, self._busy_s / 2
-        moving = self._watcher.moving(self._scene, t_s - half, t_s + half)
+        moving = self._sampler.moving(self._scene, t_s - half, t_s + half)
         moments = len(moving.ball_m) - 1
         rows = np.arange(self.model.height_px, dtype=np.float64) - (self.model.height_px - 1) / 2
         row_tau = (0.5 + rows * self._row_s / self._busy_s) * moments

@@ -1,4 +1,4 @@
-"""Watches flights that are known exactly through the loop that plays games, and holds predictions against them."""
+"""Observes flights that are known exactly through the loop that plays games, and holds predictions against them."""
 
 from __future__ import annotations
 

@@ -19,8 +19,8 @@ from kendama_cli.schema.foxglove import FrameTransform
 from kendama_cli.stages.adapt.chapter import swing_panel
 from kendama_cli.stages.learn.chapter import reward_panel, series_panel
 from kendama_cli.stages.predict.chapter import thumbnails
-from kendama_cli.stages.predict.chapter_foreseen import ahead, error_over_time_panel
 from kendama_cli.stages.transfer.messages import GameMessage, TransferStepMessage
+from kendama_cli.stages.transfer.prediction_panels import ahead, error_over_time_panel
 
 _PARTS = (("swung_up", "swung up"), ("predicted", "catch predicted"), ("caught", "caught"))
 
@@ -33,7 +33,7 @@ def transfer_figures(log: StageLog) -> list[Figure]:
             log.table("/transfer/scratch/rollout", RolloutMessage), "transfer-scratch", "rollout from scratch"
         ),
     ]
-    outcomes, told = _games(log.table("/transfer/game", GameMessage))
+    outcomes, caption = _games(log.table("/transfer/game", GameMessage))
     number, start_s, end_s = _shown_game(log)
     paths = pair(log, "/transfer", start_s, end_s)
     detail = [_path(log, paths), _series(log.table("/transfer/step", TransferStepMessage), number)]
@@ -62,7 +62,7 @@ def transfer_figures(log: StageLog) -> list[Figure]:
             rewards,
             columns=1,
         ),
-        *figure([told], [outcomes], columns=1),
+        *figure([caption], [outcomes], columns=1),
         *figure(
             lettered(
                 detail,
@@ -87,10 +87,10 @@ def transfer_figures(log: StageLog) -> list[Figure]:
                 closing,
                 [
                     "The game of the last figure but one as a film; green, from the time it is known: the ball's"
-                    " foreseen way, and where it is to come down through the rim plane (two standard deviations).",
-                    "How far the foreseen crossing of the rim plane was from the real one, over the time left until"
+                    " predicted way, and where it is to come down through the rim plane (two standard deviations).",
+                    "How far the predicted crossing of the rim plane was from the real one, over the time left until"
                     " it: every estimate of all games, their median, and the median of the stated standard deviation."
-                    " The real one is what the tracked ball tells, to a few tenths of a millimetre.",
+                    " The real one is that of the tracked ball, to a few tenths of a millimetre.",
                 ],
             ),
             closing,
@@ -131,11 +131,11 @@ def _film(log: StageLog, paths: tuple[Path2D, Path2D] | None, game: int) -> Pane
         return None
     sizes = Geometry.of(log)
     start_s = float(paths[0].t_s[0])
-    foreseen = ahead(log, game, paths[0], start_s)
+    predictions = ahead(log, game, paths[0], start_s)
     cup, ball = (Path2D(body.t_s - start_s, body.x_m, body.z_m, body.tilt_rad) for body in paths)
     caught_s = catch_time_s(cup, ball, sizes.cup_depth_m)
     poster_s = None if caught_s is None else caught_s - 0.1
-    film = player("transfer-film", cup, ball, sizes, poster_s=poster_s, autoplay=False, foreseen=foreseen)
+    film = player("transfer-film", cup, ball, sizes, poster_s=poster_s, autoplay=False, foreseen=predictions)
     return Panel("Film of the game", film)
 
 
@@ -151,7 +151,7 @@ def _series(steps: pd.DataFrame, game: int) -> Panel | None:
 
 
 def _games(games: pd.DataFrame) -> tuple[Panel | None, str]:
-    """Which part of each game succeeded, with the error of its prediction; and the sentence that tells of it."""
+    """Which part of each game succeeded, with the error of its prediction; and the sentence that says so."""
     if games.empty:
         return None, ""
     number = np.arange(1, len(games) + 1)

@@ -31,9 +31,9 @@ def transfer_sweep_figures(runs: Ensemble) -> list[Figure]:
     """Further rollouts of every seed, from the table and from scratch, for each group."""
     groups = [group for group in runs.groups if len(group.figures("rollouts"))]
     compared = any(len(group.figures("rollouts_from_scratch")) for group in groups)
-    told = "Further rollouts needed on the hardware, a mark for each seed and a bar for their mean: from the table"
-    told += " learned in simulation, and from an empty table on the same body." if compared else "."
-    return figure([told], [_further(groups)], columns=1)
+    caption = "Further rollouts needed on the hardware, a mark for each seed and a bar for their mean: from the table"
+    caption += " learned in simulation, and from an empty table on the same body." if compared else "."
+    return figure([caption], [_further(groups)], columns=1)
 
 
 def transfer_table(runs: Ensemble) -> str:

@@ -1,4 +1,4 @@
-"""What was foreseen in the games: for the film, and held against what came."""
+"""What was predicted in the games: for the film, and compared with what came."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ def error_over_time_panel(log: StageLog) -> Panel | None:
     middle = (
         pd.DataFrame({"left": left_ms, "error": error_mm, "sigma": sigma_mm}).groupby(group, observed=True).median()
     )
-    with drawing("transfer-foreseen", "Error over the time left to the catch", width_in=4.6, height_in=3.1) as made:
+    with drawing("transfer-prediction", "Error over the time left to the catch", width_in=4.6, height_in=3.1) as made:
         axes = made.axes()[0]
         axes.plot(left_ms, error_mm, ".", color=MUTED, ms=2.5, alpha=0.6, label="estimate")
         axes.plot(middle["left"], middle["error"], "o-", color=CUP, ms=3.5, lw=1.4, label="median")
@@ -65,7 +65,7 @@ def error_over_time_panel(log: StageLog) -> Panel | None:
         axes.set_xlabel("time left to the catch [ms]")
         axes.set_ylabel("error [mm]")
         legend_above(axes, columns=3)
-    return Panel("Error of what was foreseen", made.svg)
+    return Panel("Error of the predictions", made.svg)
 
 
 def _covariance(estimates: pd.DataFrame) -> Array:

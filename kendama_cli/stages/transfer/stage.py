@@ -31,8 +31,8 @@ from kendama_cli.vision.settings import PredictSettings
 
 class Transfer:
     """Takes the PolicyArtifact of ``learn`` and, where they are there, the CatchMotion of ``adapt`` and the
-    FrictionModel of ``identify``; gives a TransferResult. ``adapt`` is
-    needed with a CatchMotion: it says how that was made.
+    FrictionModel of ``identify``; gives a TransferResult. ``adapt`` is needed with a CatchMotion: it
+    says how that was made.
     """
 
     def __init__(
