@@ -2,7 +2,8 @@
 
     pytest -p kendama_cli.conformance --pyargs kendama_cli.devices.robot.conformance --override hardware=mine
 
-The suites: ``kendama_cli.devices.{hand,camera,robot,controller}.conformance`` and ``kendama_cli.vision.conformance``.
+The suites: ``kendama_cli.devices.{hand,camera,robot,controller}.conformance``, ``kendama_cli.vision.conformance`` and
+``kendama_cli.learning.conformance``.
 Each lists its laws as ``CHECKS`` and makes what they are tried on from the configuration, by ``subject``; configuration
 is found and overridden as ``kendama run`` does it in the current folder.
 """

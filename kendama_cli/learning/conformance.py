@@ -143,6 +143,17 @@ CHECKS: tuple[Callable[[LearnSettings], None], ...] = (
 )
 
 
+def subject(configuration: Mapping[str, Any]) -> LearnSettings:
+    """The settings of the node ``learn``, which choose the learner."""
+    settings: LearnSettings = configuration["learn"]
+    return settings
+
+
+def test_the_learner_keeps_the_law(law: Callable[[LearnSettings], None], configuration: Mapping[str, Any]) -> None:
+    """Run by kendama_cli/conformance.py for every law."""
+    law(subject(configuration))
+
+
 class _Practice:
     """Rollouts with readings that are a function of their number, and outcomes that are drawn."""
 
