@@ -119,20 +119,23 @@ class SimulatedRobot:
         world = self._world
         n = len(self.joint_names)
         angles = world.position_rad + (self._rng.normal(0.0, self._joint_noise, n) if self._joint_noise > 0 else 0.0)
-        cup, ball = np.array(world.tie_m), np.array(world.ball_m)
+        cup, ball = np.array(world.ball.tie_m), np.array(world.ball.position_m)
         if self._ball_noise > 0:
             cup, ball = (
                 cup + self._rng.normal(0.0, self._ball_noise, 3),
                 ball + self._rng.normal(0.0, self._ball_noise, 3),
             )
         wrench = world.wrist_wrench()
-        return RobotState(angles, world.velocity_rad_s, world.effort_nm, wrench, cup, ball, world.ball_is_caught())
+        return RobotState(angles, world.velocity_rad_s, world.effort_nm, wrench, cup, ball, world.ball.is_caught())
 
     def _scene(self) -> SceneState:
         world = self._world
         place = world.body.cup.getWorldTransform()
         return SceneState(
-            np.array(world.position_rad), np.array(world.tie_m), np.array(place.rotation()), np.array(world.ball_m)
+            np.array(world.position_rad),
+            np.array(world.ball.tie_m),
+            np.array(place.rotation()),
+            np.array(world.ball.position_m),
         )
 
     def _refuse_when_halted(self) -> None:

@@ -1,13 +1,20 @@
-"""The ball: a sphere that moves freely without turning."""
+"""The ball on its rope: a sphere that moves freely without turning, pulled by the tie point."""
 
 from __future__ import annotations
 
+import math
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
+from kendama_cli.errors import SimulationError
+from kendama_cli.robot_model.body import Body
+from kendama_cli.robot_model.cup import set_restitution
 from kendama_cli.robot_model.dart_library import dartpy
-from kendama_cli.settings.game import BallSettings, CupSettings
+from kendama_cli.schema.arrays import Array
+from kendama_cli.settings.game import BallSettings, CupSettings, GameSettings
+from kendama_cli.simulation.dart import joint_kernel as kernel
 
 
 def make_ball(ball: BallSettings, cup: CupSettings) -> Any:
@@ -26,3 +33,94 @@ def make_ball(ball: BallSettings, cup: CupSettings) -> Any:
     surface.setRestitutionCoeff(1.0)
     surface.setFrictionCoeff(cup.friction)
     return skeleton
+
+
+class TetheredBall:
+    """The ball m z'' = f_r + f_a + m g (PAPER.md eq. 1) on the rope to the cup of ``arm``, which feels the reaction.
+
+    ``position_m`` and ``velocity_m_s`` (3,) are the ball's, ``tie_m`` and ``tie_m_s`` (3,) the tie point's, in the
+    world; ``tension_n`` is the rope's pull in the last step, 0 where it is slack.
+    """
+
+    def __init__(self, game: GameSettings, arm: Body) -> None:
+        self.skeleton = make_ball(game.ball, game.cup)
+        self.game = game
+        self._cup, self._tie = arm.cup, arm.tie
+        self._pulled = np.zeros(7)
+        self._reaction, self._force = self._pulled[4:], np.zeros(3)
+        self.perturb(1.0, None)
+
+    def perturb(self, rope_scale: float, restitution: float | None) -> None:
+        """Make the rope ``rope_scale`` times as long as the game's, and give ball and cup this restitution or its own.
+
+        It holds from the next ``hang`` on.
+        """
+        rope = self.game.rope
+        values = [rope.length_m * rope_scale, rope.stiffness_n_m, rope.damping_n_s_m, self.game.ball.drag_n_s_m]
+        self._rope = np.array(values)
+        set_restitution(self._cup, self.game.cup.restitution if restitution is None else restitution)
+
+    def hang(self, aside_m: float) -> None:
+        """Hang still under the tie point, ``aside_m`` along x from where it would come to rest."""
+        weight_n = self.game.ball.mass_kg * self.game.gravity_m_s2
+        length = float(self._rope[0]) + weight_n / self.game.rope.stiffness_n_m
+        x, y, z = self._tie.getCOM().tolist()
+        self.skeleton.setPositions([x + aside_m, y, z - math.sqrt(length**2 - aside_m**2)])
+        self.skeleton.resetVelocities()
+        self.skeleton.resetAccelerations()
+        self._pulled[:] = (0.0, 0.0, weight_n, weight_n, 0.0, 0.0, -weight_n)
+        self.observe()
+
+    def put(self, place_m: Sequence[float], velocity_m_s: Sequence[float]) -> None:
+        """Put the ball at ``place_m`` (3,), moving with ``velocity_m_s`` (3,)."""
+        self.skeleton.setPositions(list(place_m))
+        self.skeleton.setVelocities(list(velocity_m_s))
+        self.observe()
+
+    def pull(self, t_s: float) -> None:
+        """Set the forces of rope and air for the coming step; raises SimulationError where the ball is far away."""
+        pulled, force = self._pulled, self._force
+        if kernel.pull(self.position_m, self.velocity_m_s, self.tie_m, self.tie_m_s, self._rope, pulled, force):
+            self._abort(t_s)
+        self.skeleton.setForces(force)
+        if pulled[3] > 0.0:
+            self._tie.addExtForce(self._reaction)
+
+    def in_cup_m(self) -> Array:
+        """The ball's centre in the cup's frame (3,): z along the axis from the tie point."""
+        place = self._cup.getWorldTransform()
+        return np.asarray(place.rotation().T @ (self.position_m - place.translation()))
+
+    def is_caught(self) -> bool:
+        """Whether the ball's centre is inside the cup, below the rim: what a sensor in the cup would say."""
+        cup = self.game.cup
+        x, y, z = (self.position_m - self.tie_m).tolist()
+        if x * x + y * y + z * z > (2 * cup.depth_m) ** 2:
+            return False
+        x, y, z = self.in_cup_m()
+        return bool(0.0 < z < cup.depth_m and math.hypot(x, y) < cup.radius_m)
+
+    def react(self) -> None:
+        """Let the last step's pull act on the tie point again."""
+        self._tie.addExtForce(self._reaction)
+
+    def observe(self) -> None:
+        """Read the state after a step."""
+        self.position_m: Array = self.skeleton.getPositions()
+        self.velocity_m_s: Array = self.skeleton.getVelocities()
+        self.tie_m: Array = self._tie.getCOM()
+        self.tie_m_s: Array = self._tie.getCOMLinearVelocity()
+
+    @property
+    def tension_n(self) -> float:
+        """The rope's pull in the last step [N]."""
+        return float(self._pulled[3])
+
+    def _abort(self, t_s: float) -> None:
+        place, speed = self.position_m.round(3).tolist(), self.velocity_m_s.round(3).tolist()
+        raise SimulationError(
+            "ball",
+            t_s,
+            f"the ball is at {place} m with {speed} m/s at {t_s:.3f} s: the time step is too long for the rope or the "
+            "contact; lower game.rope.stiffness_n_m and game.rope.damping_n_s_m or use a heavier ball",
+        )

@@ -8,6 +8,7 @@ import numpy as np
 
 from kendama_cli.artifacts.motion_plan import JointTrajectory
 from kendama_cli.schema.arrays import Array
+from kendama_cli.simulation.dart.ball import TetheredBall
 from kendama_cli.simulation.dart.world import ArmWorld
 
 TRACE_EVERY = 10
@@ -60,7 +61,7 @@ def play_rollout(
 
     ``noise_rad`` is the standard deviation of the angles read, drawn from ``rng``. Raises SimulationError.
     """
-    game = world.game
+    ball, game = world.ball, world.ball.game
     world.reset(joints.position_rad[0])
     places, speeds, changes = list(joints.position_rad), list(joints.velocity_rad_s), list(joints.acceleration_rad_s2)
     noises = [0.0] * len(places)
@@ -72,26 +73,26 @@ def play_rollout(
     above, apex, slack_s = False, -np.inf, 0.0
     fastest, strongest = np.zeros(len(world.position_rad)), np.zeros(len(world.position_rad))
     crossings: list[tuple[float, float, tuple[float, float]]] = []
-    samples: list[tuple[float, list[float], list[float], Array, Array, Array]] = []
+    samples: list[tuple[float, Array, Array, Array, Array, Array]] = []
     for k in range(1, len(places)):
         world.step(places[k], speeds[k], changes[k], noises[k])
-        height = world.ball_m[2] - world.tie_m[2]
+        height = float(ball.position_m[2] - ball.tie_m[2])
         apex = max(apex, height)
-        if world.tension_n > 0.0:
+        if ball.tension_n > 0.0:
             slack_s = world.t_s
         if above and height <= plane and not (crossings and abs(crossings[-1][0]) < near):
             fall_m = height - rim
-            crossings.append((_miss(world, 0, fall_m), _miss(world, 1, fall_m), (slack_s, world.t_s)))
+            crossings.append((_miss(ball, 0, fall_m), _miss(ball, 1, fall_m), (slack_s, world.t_s)))
         above = height > plane
         fastest = np.maximum(fastest, np.abs(world.velocity_rad_s))
         strongest = np.maximum(strongest, np.abs(world.effort_nm))
         if record and k % TRACE_EVERY == 0:
             joint_state = (world.position_rad, world.velocity_rad_s, world.effort_nm)
-            samples.append((world.t_s, world.tie_m, world.ball_m, *joint_state))
+            samples.append((world.t_s, ball.tie_m, ball.position_m, *joint_state))
     nearest = min(crossings, key=lambda one: abs(one[0])) if crossings else (None, None, None)
     efforts = strongest / world.arm.limits.effort_nm
     return RolloutResult(
-        caught=world.ball_is_caught(),
+        caught=ball.is_caught(),
         signed_miss_m=nearest[0],
         side_miss_m=nearest[1],
         flight_s=nearest[2],
@@ -103,7 +104,7 @@ def play_rollout(
     )
 
 
-def _miss(world: ArmWorld, axis: int, fall_m: float) -> float:
-    down = max(world.tie_m_s[2] - world.ball_m_s[2], 1e-3)
-    aside = world.ball_m_s[axis] - world.tie_m_s[axis]
-    return world.ball_m[axis] - world.tie_m[axis] + aside * fall_m / down
+def _miss(ball: TetheredBall, axis: int, fall_m: float) -> float:
+    down = max(float(ball.tie_m_s[2] - ball.velocity_m_s[2]), 1e-3)
+    aside = float(ball.velocity_m_s[axis] - ball.tie_m_s[axis])
+    return float(ball.position_m[axis] - ball.tie_m[axis]) + aside * fall_m / down

@@ -1,32 +1,37 @@
-"""The arm, the cup, the ball and the rope in one DART world, in the closed loop of the arm's controller."""
+"""The arm with its tool, the ball on its rope and the bodies of a scene in one DART world, under a controller."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Never
 
 import numpy as np
 
 from kendama_cli.errors import SimulationError
-from kendama_cli.robot_model.cup import set_restitution
-from kendama_cli.robot_model.dart_library import awake_world
+from kendama_cli.motion.impedance import JointTorque, TaskState
+from kendama_cli.motion.task_settings import InteractSettings
+from kendama_cli.robot_model.dart_library import awake_world, dartpy
 from kendama_cli.robot_model.model import RobotModel
 from kendama_cli.schema.arrays import Array
 from kendama_cli.settings.game import GameSettings
 from kendama_cli.settings.robot import RobotSettings
-from kendama_cli.simulation.dart.ball import make_ball
+from kendama_cli.settings.scene import SceneSettings
+from kendama_cli.simulation.dart import joint_kernel as kernel
+from kendama_cli.simulation.dart.ball import TetheredBall
 from kendama_cli.simulation.dart.drive import Drive
 from kendama_cli.simulation.dart.joint_friction import JointFriction
-from kendama_cli.simulation.dart.rope import rope_force
+from kendama_cli.simulation.dart.scene import Scene, check_clear
+from kendama_cli.simulation.dart.task_state import coriolis_nm, task_state
+from kendama_cli.simulation.dart.wrist import ContactSensor, wrist_wrench
 
 STEP_S = 0.001
 """Step of simulation and control: at 1 ms nothing tunnels up to 8 m/s and the rope is far from its stability limit."""
 MAY_STOP_STEPS = 2.0
 """A joint that its acceleration limit could stop within this many steps is left to DART's friction constraint."""
-
-FAR = 1e4
-"""A ball farther away or faster than this, in m and m/s, has left the domain of the model."""
+FAR_RAD_S = 1e4
+"""A joint faster than this has left the domain of the model."""
+NO_SCENE = SceneSettings(bodies=())
 
 
 @dataclass(frozen=True)
@@ -48,75 +53,75 @@ NO_ERRORS = WorldErrors()
 
 
 class ArmWorld:
-    """One world, stepped by ``step``; the state is in plain attributes after every step.
+    """One world, advanced by ``step`` or ``step_torque``; what it holds is read from attributes after every step.
 
-    The arm obeys q'' = H^-1 (tau - C q' - xi - g - J^T F) (PAPER.md eq. 2), the ball m z'' = f_r + f_a + m g (eq. 1),
-    with the rope's reaction on the cup. The controller is computed torque:
+    The arm obeys q'' = H^-1 (tau - C q' - xi - g - J^T F) (PAPER.md eq. 2). For a game its tool is the cup, from which
+    ``ball`` hangs; for an interaction its tool is the probe, whose contacts ``sensor`` feels. ``position_rad``,
+    ``velocity_rad_s`` and ``effort_nm`` are (n,).
 
-        tau = H (q_ref'' + Kd (q_ref' - q') + Kp (q_ref - q)) + C q' + g + xi,   Kd = 2 sqrt Kp
-
-    with the errors of this instant and the mean acceleration that takes the reference to the next one.
+    Raises ConfigError, naming the body, where one of the ``scene`` holds the arm's base or the probe at home.
     """
 
-    def __init__(self, robot: RobotSettings, game: GameSettings) -> None:
-        self.arm = RobotModel(robot, game.cup, game.gravity_m_s2)
-        self.game = game
-        self.body = self.arm.new_body()
+    def __init__(
+        self, robot: RobotSettings, task: GameSettings | InteractSettings, scene: SceneSettings = NO_SCENE
+    ) -> None:
+        tool = task.cup if isinstance(task, GameSettings) else task.probe
+        self.arm = arm = RobotModel(robot, tool, task.gravity_m_s2)
+        self.body = arm.new_body()
         self._skeleton = self.body.skeleton
-        self._ball = make_ball(game.ball, game.cup)
-        self._world = awake_world(STEP_S, game.gravity_m_s2)
+        self._world = awake_world(STEP_S, task.gravity_m_s2)
         self._world.addSkeleton(self._skeleton)
-        self._world.addSkeleton(self._ball)
-        arm = self.arm
+        self._ball: TetheredBall | None = None
+        self._sensor: ContactSensor | None = None
+        n = len(arm.joint_names)
+        if isinstance(task, GameSettings):
+            self._ball = TetheredBall(task, self.body)
+            self._world.addSkeleton(self._ball.skeleton)
+            slow, change = MAY_STOP_STEPS * STEP_S * arm.limits.acceleration_rad_s2, STEP_S * arm.mobility(arm.home_rad)
+        else:
+            self._sensor = ContactSensor(self.body.cup, task.probe.mass_kg, task.sensor_hz, STEP_S)
+            base_m = np.linspace(robot.base_position_m, arm.joint_places_m(arm.home_rad)[0], num=50)
+            check_clear(scene, base_m, arm.tool_place_m(arm.home_rad), task.probe.radius_m)
+            # DART's default bounds friction by the normal force that would act without it: on an arm, whose directions
+            # are coupled, that was wrong by a quarter; this one iterates until Coulomb's law holds
+            self._world.getConstraintSolver().setBoxedLcpSolver(dartpy.constraint.NsgsFrictionSolver())
+            # in contact any joint may stop within a step: DART's constraint holds the friction of all of them
+            slow, change = np.full(n, np.inf), np.zeros(n)
+        self.scene = Scene(self._world, scene)
         self._friction = JointFriction(
-            self.body.joints,
-            arm.friction,
-            slow_rad_s=MAY_STOP_STEPS * STEP_S * arm.limits.acceleration_rad_s2,
-            change_rad_s=STEP_S * arm.mobility(arm.home_rad),
+            self.body.joints, arm.friction, arm.limits.effort_nm, slow_rad_s=slow, change_rad_s=change
         )
         self._drive = Drive(arm.limits, STEP_S)
-        self._kp = robot.stiffness_1_s2
-        self._kd = 2.0 * math.sqrt(robot.stiffness_1_s2)
-        self._least_nm = -arm.limits.effort_nm
-        self._ones = np.ones(len(self.arm.joint_names))
-        self.perturb(NO_ERRORS)
-        self.reset(self.arm.home_rad)
+        kp = robot.stiffness_1_s2
+        self._gains = np.array([kp, 2.0 * math.sqrt(kp), STEP_S, 1.0 / STEP_S])
+        self._none, self._wanted = np.zeros(n), np.zeros(n)
+        self._start_m = 0.0
+        self.reset(arm.home_rad)
 
     def perturb(self, errors: WorldErrors) -> None:
-        """Take on these errors from the next ``reset`` on."""
-        rope = self.game.rope
-        self._errors = errors
-        self._rope = (rope.length_m * errors.rope_scale, rope.stiffness_n_m, rope.damping_n_s_m)
+        """Take on these errors from the next ``reset`` on; those of ball and rope need a game."""
         self._friction.set_unknown(errors.joint_friction_nm, errors.joint_friction_share)
-        set_restitution(self.body.cup, self.game.cup.restitution if errors.restitution is None else errors.restitution)
+        if self._ball is not None:
+            self._ball.perturb(errors.rope_scale, errors.restitution)
+        self._start_m = errors.ball_start_m
 
     def reset(self, position_rad: Array) -> None:
-        """The arm at rest in ``position_rad`` (n,), the ball hanging still, the clock at 0."""
+        """The arm at rest in ``position_rad`` (n,), the ball hanging still, the scene as it began, the clock at 0."""
         self._skeleton.resetVelocities()
         self._skeleton.resetAccelerations()
         self._skeleton.resetGeneralizedForces()
         self._skeleton.setPositions(position_rad)
         self._skeleton.clearExternalForces()
-        length, stiffness, _ = self._rope
-        length += self.game.ball.mass_kg * self.game.gravity_m_s2 / stiffness
-        aside = self._errors.ball_start_m
-        x, y, z = self.body.tie.getCOM().tolist()
-        self._ball.setPositions([x + aside, y, z - math.sqrt(length**2 - aside**2)])
-        self._ball.resetVelocities()
-        self._ball.resetAccelerations()
+        self.scene.reset()
         self._drive.reset(position_rad)
         self._world.setTime(0.0)
         self._steps = 0
         self.t_s = 0.0
-        self.effort_nm = np.zeros(len(self._ones))
-        self.tension_n = self.game.ball.mass_kg * self.game.gravity_m_s2
-        self._pull: tuple[float, float, float] | None = (0.0, 0.0, self.tension_n)
-        self._observe()
-
-    def put_ball(self, place_m: Sequence[float], velocity_m_s: Sequence[float]) -> None:
-        """Put the ball at ``place_m`` (3,) in the world, moving with ``velocity_m_s`` (3,)."""
-        self._ball.setPositions(list(place_m))
-        self._ball.setVelocities(list(velocity_m_s))
+        self.effort_nm: Array = np.zeros(len(self._none))
+        if self._ball is not None:
+            self._ball.hang(self._start_m)
+        if self._sensor is not None:
+            self._sensor.reset()
         self._observe()
 
     def step(
@@ -129,110 +134,118 @@ class ArmWorld:
     ) -> None:
         """Advance by STEP_S toward the reference (n,) for this instant, after the drive has held it to the limits.
 
+            tau = H (q_ref'' + Kd (q_ref' - q') + Kp (q_ref - q)) + C q' + g + xi,   Kd = 2 sqrt Kp
+
+        with the errors of this instant and the mean acceleration that takes the reference to the next one.
         ``noise_rad`` is added to the angles read, ``feedforward_nm`` to the torque commanded; the motors clip the sum
         to their limits. Raises SimulationError, naming the joint, where a torque would not be finite.
         """
-        skeleton = self._skeleton
-        drive = self._drive
-        wanted = self._kd * (drive.mean_rad_s - self.velocity_rad_s)
-        wanted += self._kp * (drive.position_rad - self.position_rad - noise_rad)
-        wanted += drive.follow(position_rad, velocity_rad_s, acceleration_rad_s2)
-        if not math.isfinite(wanted.dot(self._ones)):
-            self._abort(wanted)
+        skeleton, drive, friction, wanted = self._skeleton, self._drive, self._friction, self._wanted
+        answer = kernel.computed_torque(
+            position_rad,
+            velocity_rad_s,
+            acceleration_rad_s2,
+            self._per_joint(noise_rad),
+            self.position_rad,
+            self.velocity_rad_s,
+            drive.state,
+            drive.limits,
+            friction.constants,
+            self._gains,
+            wanted,
+            friction.terms,
+        )
+        drive.limited = bool(answer & kernel.LIMITED)
+        if answer & kernel.NOT_FINITE:
+            self._abort(wanted, "torque", "check the reference and robot.stiffness_1_s2")
         skeleton.setAccelerations(wanted)
         skeleton.computeInverseDynamics(False, False, False)
-        effort = (
-            skeleton.getForces() + self._friction.compensation(drive.mean_rad_s, self.velocity_rad_s) + feedforward_nm
-        )
-        if not math.isfinite(effort.dot(self._ones)):
-            self._abort(effort)
-        self.effort_nm = np.minimum(np.maximum(effort, self._least_nm), self.arm.limits.effort_nm)
-        skeleton.setForces(self.effort_nm + self._friction.torque(self.velocity_rad_s))
-        tie = self.body.tie
-        bx, by, bz = self.ball_m
-        cx, cy, cz = self.tie_m
-        vx, vy, vz = self.ball_m_s
-        if not abs(bx) + abs(by) + abs(bz) + abs(vx) + abs(vy) + abs(vz) < FAR:
-            self._abort_ball()
-        ux, uy, uz = self.tie_m_s
-        drag = -self.game.ball.drag_n_s_m
-        self._pull = pull = rope_force(bx - cx, by - cy, bz - cz, vx - ux, vy - uy, vz - uz, *self._rope)
-        if pull is None:
-            self.tension_n = 0.0
-            self._ball.setForces([drag * vx, drag * vy, drag * vz])
-        else:
-            fx, fy, fz = pull
-            self.tension_n = math.sqrt(fx * fx + fy * fy + fz * fz)
-            self._ball.setForces([fx + drag * vx, fy + drag * vy, fz + drag * vz])
-            tie.addExtForce([-fx, -fy, -fz])
+        self._advance(skeleton.getForces(), self._per_joint(feedforward_nm), "check the reference and its feedforward")
+
+    def step_torque(self, command: JointTorque) -> None:
+        """Advance by STEP_S under the commanded torque, with weight, Coriolis and the known friction compensated.
+
+        Raises SimulationError, naming the joint, where the torque or the motion is not finite.
+        """
+        friction, remedy = self._friction, "lower interact.controller.stiffness_n_m, or check the script"
+        kernel.friction_terms(command.velocity_rad_s, self.velocity_rad_s, friction.constants, friction.terms)
+        carried = self._skeleton.getGravityForces() + coriolis_nm(self._skeleton, command.velocity_rad_s)
+        self._advance(command.torque_nm, carried, remedy)
+        fast = ~(np.abs(self.velocity_rad_s) < FAR_RAD_S)
+        if fast.any():
+            self._abort(np.where(fast, np.nan, 0.0), "speed", remedy)
+
+    def _advance(self, torque_nm: Array, added_nm: Array, remedy: str) -> None:
+        """One step of DART under what the motors give for the sum of both torques (n,) and the known friction."""
+        self.effort_nm = np.empty_like(self._none)
+        force = self._friction.forces(torque_nm, added_nm, self.velocity_rad_s, self.effort_nm)
+        if force is None:
+            self._abort(self.effort_nm, "torque", remedy)
+        self._skeleton.setForces(force)
+        if self._ball is not None:
+            self._ball.pull(self.t_s)
+        self.scene.pull()
         self._world.step()
         self._steps += 1
         self.t_s = self._steps * STEP_S
         self._observe()
+        if self._sensor is not None:
+            self._sensor.read(self._world)
+
+    def state(self) -> TaskState:
+        """What a task-space controller with the probe knows of the arm and its contact."""
+        return task_state(self.body, self.sensor.felt_n)
 
     def wrist_wrench(self) -> Array:
-        """What a sensor between the tip link and the handle feels after the last step: (6,), force [N], torque [Nm].
-
-        It is what handle, cup, rope and ball exert on the tip link, in the tip link's frame at its origin: the weight
-        of the tool at rest, its inertia in motion, the pull of the rope and the blow of the ball.
-        """
-        body, skeleton = self.body, self._skeleton
-        if self._pull is not None:
-            body.tie.addExtForce([-one for one in self._pull])
-        for contact in self._world.getLastCollisionResult().getContacts():
-            if contact.collisionObject1.getShapeFrame().asShapeNode().getBodyNodePtr() == body.cup:
-                body.cup.addExtForce(contact.force, contact.point, False, False)
-            elif contact.collisionObject2.getShapeFrame().asShapeNode().getBodyNodePtr() == body.cup:
-                body.cup.addExtForce(-contact.force, contact.point, False, False)
-        skeleton.computeInverseDynamics(True, False, False)
-        held = np.array(body.cup.getBodyForce())
-        skeleton.clearExternalForces()
-        turn, at = body.tool_in_tip.rotation(), body.tool_in_tip.translation()
-        force = turn @ held[3:]
-        return -np.concatenate([force, turn @ held[:3] + np.cross(at, force)])
+        """What a sensor between the tip link and the tool feels after the last step: (6,), force [N], torque [Nm]."""
+        if self._ball is not None:
+            self._ball.react()
+        return wrist_wrench(self.body, self._world)
 
     @property
     def limited(self) -> bool:
         """Whether the drive had to change the last reference to keep to the joints' limits."""
         return self._drive.limited
 
-    def ball_in_cup_m(self) -> Array:
-        """The ball's centre in the cup's frame (3,): z along the axis from the tie point."""
-        place = self.body.cup.getWorldTransform()
-        return np.asarray(place.rotation().T @ (np.array(self.ball_m) - place.translation()))
+    @property
+    def tool_m(self) -> Array:
+        """Where the tool's tie point, or the probe's centre, is in the world (3,)."""
+        return np.array(self.body.tie.getCOM())
 
-    def ball_is_caught(self) -> bool:
-        """Whether the ball's centre is inside the cup, below the rim: what a sensor in the cup would tell."""
-        bx, by, bz = self.ball_m
-        cx, cy, cz = self.tie_m
-        if (bx - cx) ** 2 + (by - cy) ** 2 + (bz - cz) ** 2 > (2 * self.game.cup.depth_m) ** 2:
-            return False
-        x, y, z = self.ball_in_cup_m()
-        cup = self.game.cup
-        return bool(0.0 < z < cup.depth_m and math.hypot(x, y) < cup.radius_m)
+    @property
+    def tool_rotation(self) -> Array:
+        """The rotation (3, 3) from the tool to the world."""
+        return np.array(self.body.cup.getWorldTransform().rotation())
+
+    @property
+    def ball(self) -> TetheredBall:
+        """The ball of the game; there is none beside a probe."""
+        assert self._ball is not None
+        return self._ball
+
+    @property
+    def sensor(self) -> ContactSensor:
+        """What feels the probe's contacts; there is none beside a cup."""
+        assert self._sensor is not None
+        return self._sensor
+
+    def _per_joint(self, value: Array | float) -> Array:
+        if isinstance(value, np.ndarray):
+            return value
+        return np.full_like(self._none, value) if value else self._none
 
     def _observe(self) -> None:
-        skeleton, tie = self._skeleton, self.body.tie
-        self.position_rad: Array = skeleton.getPositions()
-        self.velocity_rad_s: Array = skeleton.getVelocities()
-        self.ball_m: list[float] = self._ball.getPositions().tolist()
-        self.ball_m_s: list[float] = self._ball.getVelocities().tolist()
-        self.tie_m: list[float] = tie.getCOM().tolist()
-        self.tie_m_s: list[float] = tie.getCOMLinearVelocity().tolist()
+        self.position_rad: Array = self._skeleton.getPositions()
+        self.velocity_rad_s: Array = self._skeleton.getVelocities()
+        if self._ball is not None:
+            self._ball.observe()
 
-    def _abort(self, wanted: Array) -> None:
-        bad = int(np.argmin(np.isfinite(wanted)))
+    def _abort(self, values: Array, what: str, remedy: str) -> Never:
+        bad = int(np.argmin(np.isfinite(values)))
         name = self.arm.joint_names[bad]
-        message = f"the torque of joint '{name}' of {self.arm.settings.name} is {wanted[bad]} at {self.t_s:.3f} s"
         raise SimulationError(
-            name, self.t_s, f"{message}; the simulation stops: check the reference and robot.stiffness_1_s2"
-        )
-
-    def _abort_ball(self) -> None:
-        place, speed = np.array(self.ball_m).round(3).tolist(), np.array(self.ball_m_s).round(3).tolist()
-        raise SimulationError(
-            "ball",
+            name,
             self.t_s,
-            f"the ball is at {place} m with {speed} m/s at {self.t_s:.3f} s: the step of {STEP_S} s is too long for "
-            "the rope or the contact; lower game.rope.stiffness_n_m and game.rope.damping_n_s_m or use a heavier ball",
+            f"the {what} of joint '{name}' of {self.arm.settings.name} is {values[bad]} at {self.t_s:.3f} s; the "
+            f"simulation stops: {remedy}",
         )

@@ -19,7 +19,7 @@ from kendama_cli.schema.arrays import Array
 from kendama_cli.schema.foxglove import FrameTransform, JointStates
 from kendama_cli.settings.robot import RobotSettings
 from kendama_cli.settings.scene import SceneSettings, StaticBody
-from kendama_cli.simulation.dart.task_world import STEP_S, TaskWorld
+from kendama_cli.simulation.dart.world import STEP_S, ArmWorld
 from kendama_cli.stages.interact.messages import ContactMessage
 from kendama_cli.stages.interface import Made, Metric, StageContext
 
@@ -43,7 +43,7 @@ class Interact:
         scene holds the arm, SimulationError where the motion is not finite or the tool is left behind.
         """
         settings = self._settings
-        world = TaskWorld(self._robot, settings, self._scene)
+        world = ArmWorld(self._robot, settings, self._scene)
         path = TaskPath(settings.script, world.tool_m, world.tool_rotation)
         controller = make_controller(settings.controller)
         controller.reset(world.position_rad)
@@ -53,19 +53,19 @@ class Interact:
         played = _Played(world)
         for k in range(total):
             reference = path.at(k * STEP_S)
-            world.step(controller.command(world.state(), reference, STEP_S))
+            world.step_torque(controller.command(world.state(), reference, STEP_S))
             self._check_reached(world, reference, path.step_at(k * STEP_S))
             played.note(path.step_at(k * STEP_S), reference)
             if (k + 1) % every == 0:
                 _log(ctx, world, reference, settings.script[path.step_at(k * STEP_S)].name, moving)
             if (k + 1) % PROGRESS_STEPS == 0:
                 ctx.progress(
-                    k + 1, total, t_s=round(world.t_s, 1), force_n=round(float(np.linalg.norm(world.felt_n)), 1)
+                    k + 1, total, t_s=round(world.t_s, 1), force_n=round(float(np.linalg.norm(world.sensor.felt_n)), 1)
                 )
         result = played.result(tuple(step.name for step in settings.script))
         return Made(result, played.metrics(path))
 
-    def _check_reached(self, world: TaskWorld, reference: TaskReference, step: int) -> None:
+    def _check_reached(self, world: ArmWorld, reference: TaskReference, step: int) -> None:
         missing = reference.position_m - world.tool_m
         missing = missing - float(reference.force_axis @ missing) * reference.force_axis
         error_m = float(np.linalg.norm(missing))
@@ -84,7 +84,7 @@ class Interact:
 class _Played:
     """What was played so far."""
 
-    def __init__(self, world: TaskWorld) -> None:
+    def __init__(self, world: ArmWorld) -> None:
         self._world = world
         self._rows: list[tuple[float, ...]] = []
         self._touched: set[str] = set()
@@ -92,10 +92,10 @@ class _Played:
 
     def note(self, step: int, reference: TaskReference) -> None:
         world = self._world
-        parts = (world.tool_m, reference.position_m, reference.force_n, reference.force_axis, world.felt_n)
-        touches = float(bool(world.touched))
+        parts = (world.tool_m, reference.position_m, reference.force_n, reference.force_axis, world.sensor.felt_n)
+        touches = float(bool(world.sensor.touched))
         self._rows.append((world.t_s, step, float(reference.velocity.any()), touches, *np.concatenate(parts)))
-        self._touched |= {world.touched} - {""}
+        self._touched |= {world.sensor.touched} - {""}
         self._effort_share = max(
             self._effort_share, float((np.abs(world.effort_nm) / world.arm.limits.effort_nm).max())
         )
@@ -140,7 +140,7 @@ def _rms(values: Array) -> float | None:
     return float(np.sqrt(np.mean(values**2))) if len(values) else None
 
 
-def _log(ctx: StageContext, world: TaskWorld, reference: TaskReference, step: str, moving: list[str]) -> None:
+def _log(ctx: StageContext, world: ArmWorld, reference: TaskReference, step: str, moving: list[str]) -> None:
     t_s, axis = world.t_s, reference.force_axis
     joints = JointStates(
         names=world.arm.joint_names,
@@ -156,10 +156,10 @@ def _log(ctx: StageContext, world: TaskWorld, reference: TaskReference, step: st
         ctx.log.write("/interact/body", t_s, _frame(name, place.translation(), place.rotation()))
     ctx.log.write("/interact/wrench", t_s, WrenchMessage(*world.wrist_wrench().tolist()))
     # where no force is wanted, whatever is felt counts as along it
-    along = float(axis @ world.felt_n) if axis.any() else float(np.linalg.norm(world.felt_n))
-    across = float(np.linalg.norm(world.felt_n - along * axis)) if axis.any() else 0.0
+    along = float(axis @ world.sensor.felt_n) if axis.any() else float(np.linalg.norm(world.sensor.felt_n))
+    across = float(np.linalg.norm(world.sensor.felt_n - along * axis)) if axis.any() else 0.0
     contact = ContactMessage(
-        step=step, body=world.touched, wanted_n=float(axis @ reference.force_n), along_n=along, across_n=across
+        step=step, body=world.sensor.touched, wanted_n=float(axis @ reference.force_n), along_n=along, across_n=across
     )
     ctx.log.write("/interact/contact", t_s, contact)
 

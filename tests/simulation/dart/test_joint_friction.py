@@ -9,12 +9,23 @@ import pytest
 from kendama_cli.artifacts.friction_model import ParametricFriction
 from kendama_cli.robot_model.dart_library import dartpy
 from kendama_cli.schema.arrays import Array
+from kendama_cli.simulation.dart import joint_kernel as kernel
 from kendama_cli.simulation.dart.joint_friction import JointFriction
 from kendama_cli.simulation.dart.world import STEP_S, ArmWorld, WorldErrors
 from tests.simulation.dart.bench_robot import frictionless_pa10, kendama_game, modelled, pa10
 
 COULOMB, STRIBECK, SPEED, VISCOUS = 2.0, 1.0, 0.1, 3.0
 INERTIA = 0.5
+
+
+def uncompensated(friction: JointFriction, torque_nm: float, velocity_rad_s: Array) -> Array:
+    """The forces for joints that a controller drives which knows of no friction."""
+    none = np.zeros_like(velocity_rad_s)
+    kernel.friction_terms(none, velocity_rad_s, friction.constants, friction.terms)
+    viscous = friction.constants[kernel.VISCOUS] * velocity_rad_s  # what the controller would add at any speed
+    force = friction.forces(torque_nm - viscous, none, velocity_rad_s, np.empty_like(none))
+    assert force is not None
+    return np.array(force)
 
 
 class Wheel:
@@ -28,15 +39,15 @@ class Wheel:
         self.world = dartpy.simulation.World()
         self.world.setTimeStep(STEP_S)
         self.world.addSkeleton(self.skeleton)
-        law = ParametricFriction(*(np.array([value]) for value in (COULOMB, STRIBECK, SPEED, VISCOUS, 0.0)))
-        change = np.array([STEP_S / inertia_kg_m2])
-        self.friction = JointFriction([self.joint], law, slow_rad_s=np.array([0.02]), change_rad_s=change)
+        known = ParametricFriction(*(np.array([value]) for value in (COULOMB, STRIBECK, SPEED, VISCOUS, 0.0)))
+        slow, change = np.array([0.02]), np.array([STEP_S / inertia_kg_m2])
+        self.friction = JointFriction([self.joint], known, np.array([1e3]), slow_rad_s=slow, change_rad_s=change)
 
     def turn(self, torque_nm: float, steps: int, speed_rad_s: float = 0.0) -> Array:
         self.skeleton.setVelocities([speed_rad_s])
         speeds = []
         for _ in range(steps):
-            self.skeleton.setForces(torque_nm + self.friction.torque(self.skeleton.getVelocities()))
+            self.skeleton.setForces(uncompensated(self.friction, torque_nm, self.skeleton.getVelocities()))
             self.world.step()
             speeds.append(self.skeleton.getVelocities()[0])
         return np.array(speeds)
@@ -101,17 +112,44 @@ def test_the_controller_that_knows_all_friction_follows_as_if_there_were_none() 
 
 def test_unknown_shares_scale_every_known_friction() -> None:
     arm = modelled(pa10())
-    joints = arm.new_body().joints
+    known, joints = arm.friction, arm.new_body().joints
     change = STEP_S * arm.mobility(arm.home_rad)
-    friction = JointFriction(joints, arm.friction, slow_rad_s=np.full(7, 0.02), change_rad_s=change)
+    friction = JointFriction(joints, known, arm.limits.effort_nm, slow_rad_s=np.full(7, 0.02), change_rad_s=change)
     friction.set_unknown(0.25, 0.1)
-    assert not friction.torque(np.zeros(7)).any()
+    assert not uncompensated(friction, 0.0, np.zeros(7)).any()
     found = [joint.getCoulombFriction(0) for joint in joints]
-    assert found == pytest.approx(1.1 * (arm.friction.coulomb_nm + arm.friction.stribeck_nm) + 0.25)
+    assert found == pytest.approx(1.1 * (known.coulomb_nm + known.stribeck_nm) + 0.25)
     # far above the Stribeck speed the rest is Coulomb's, against the motion, and no longer the constraint's
-    assert friction.torque(np.full(7, 5.0)) == pytest.approx(-1.1 * arm.friction.coulomb_nm - 0.25)
+    assert uncompensated(friction, 0.0, np.full(7, 5.0)) == pytest.approx(-1.1 * known.coulomb_nm - 0.25)
     assert not any(joint.getCoulombFriction(0) for joint in joints)
-    assert [joint.getDampingCoefficient(0) for joint in joints] == pytest.approx(1.1 * arm.friction.viscous_nm_s)
+    assert [joint.getDampingCoefficient(0) for joint in joints] == pytest.approx(1.1 * known.viscous_nm_s)
+
+
+def test_the_motors_give_what_is_asked_with_the_law_of_the_known_friction_within_their_limits() -> None:
+    """The compiled law beside ParametricFriction, in whose direction the sign of the wanted speed is blurred."""
+    arm = modelled(pa10())
+    fast = np.zeros(7)
+    friction = JointFriction(
+        arm.new_body().joints, arm.friction, arm.limits.effort_nm, slow_rad_s=fast, change_rad_s=fast
+    )
+    rng = np.random.default_rng(7)
+    clipped = 0
+    for size in (0.01, 0.1, 1.0, 10.0):
+        for _ in range(50):
+            wanted, speed, torque, added = size * rng.normal(size=(4, 7))
+            torque *= arm.limits.effort_nm
+            effort = np.empty(7)
+            kernel.friction_terms(wanted, speed, friction.constants, friction.terms)
+            force = friction.forces(torque, added, speed, effort)
+            direction = np.tanh(wanted / kernel.REVERSAL_RAD_S)
+            compensated = arm.friction.dry_nm(wanted) * direction + arm.friction.viscous_nm_s * speed
+            asked = torque + compensated + added
+            clipped += int((np.abs(asked) > arm.limits.effort_nm).sum())
+            # a handful of roundings of torques up to a thousand Nm
+            assert effort == pytest.approx(np.clip(asked, -arm.limits.effort_nm, arm.limits.effort_nm), abs=1e-11)
+            dry = arm.friction.torque_nm(speed, np.sign(speed)) - arm.friction.viscous_nm_s * speed
+            assert force == pytest.approx(effort - dry, abs=1e-11)
+    assert 0 < clipped < 1400
 
 
 def test_two_percent_of_friction_that_nobody_knows_costs_little() -> None:

@@ -41,12 +41,12 @@ def test_the_flight_is_the_time_in_which_the_rope_is_slack_before_the_ball_comes
     start, end = result.flight_s
     t_s, apart_m = result.trace.t_s, np.linalg.norm(result.trace.ball_m - result.trace.cup_m, axis=1)
     flying = (t_s > start) & (t_s < end)
-    assert (apart_m[flying] < world.game.rope.length_m).all()
+    assert (apart_m[flying] < world.ball.game.rope.length_m).all()
     # a ball that rises 0.25 m over the rim and falls back needs 0.45 s
     assert 0.2 < end - start < 0.7
     # what rises freely falls with gravity: the ball's second difference is -g, but for the drag of the air
     fall = np.diff(result.trace.ball_m[flying, 2], 2) / 0.01**2
-    assert fall == pytest.approx(-world.game.gravity_m_s2, abs=0.2)
+    assert fall == pytest.approx(-world.ball.game.gravity_m_s2, abs=0.2)
 
 
 def test_moving_the_goal_while_the_ball_flies_moves_the_miss_by_as_much(world: ArmWorld, plan: MotionPlan) -> None:

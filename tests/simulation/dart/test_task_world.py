@@ -13,7 +13,8 @@ from kendama_cli.errors import ConfigError, SimulationError
 from kendama_cli.motion.impedance import JointTorque, pose_error
 from kendama_cli.motion.rotation_matrix import exp_of
 from kendama_cli.motion.task_settings import ProbeSettings
-from kendama_cli.simulation.dart.task_world import STEP_S, TaskWorld
+from kendama_cli.simulation.dart.task_state import coriolis_nm
+from kendama_cli.simulation.dart.world import STEP_S, ArmWorld
 from tests.devices.controller.shipped import body, controller, press, scene
 from tests.simulation.dart.bench_robot import frictionless_pa10, pa10
 
@@ -22,8 +23,8 @@ GRAVITY_M_S2 = 9.81
 STILL = np.zeros(7)
 
 
-def _world(*bodies, robot=None, probe: ProbeSettings = PROBE) -> TaskWorld:
-    return TaskWorld(robot or frictionless_pa10(), press(probe=dataclasses.asdict(probe)), scene(*bodies))
+def _world(*bodies, robot=None, probe: ProbeSettings = PROBE) -> ArmWorld:
+    return ArmWorld(robot or frictionless_pa10(), press(probe=dataclasses.asdict(probe)), scene(*bodies))
 
 
 def _hold(world, kind="impedance", *, steps, push_n=None, reference=None, after=None, **changed):
@@ -33,8 +34,8 @@ def _hold(world, kind="impedance", *, steps, push_n=None, reference=None, after=
     made.reset(world.position_rad)
     for _ in range(steps):
         if push_n is not None:
-            world.push(push_n)
-        world.step(made.command(world.state(), reference, STEP_S))
+            world.body.cup.addExtForce(push_n)
+        world.step_torque(made.command(world.state(), reference, STEP_S))
         if after is not None:
             after(world.state())
     return reference
@@ -65,7 +66,7 @@ def test_coriolis_forces_take_no_energy_from_any_motion():
     """s^T (H' / 2 - C(q, q')) s = 0 for every s, H' being the inertia's change along q'; and C q' is DART's own."""
     rng = np.random.default_rng(6)
     world = _world()
-    skeleton = world._skeleton
+    skeleton = world.body.skeleton
     for _ in range(5):
         position, speed, s = rng.uniform(-1, 1, (3, 7))
         inertias = []
@@ -74,11 +75,10 @@ def test_coriolis_forces_take_no_energy_from_any_motion():
             inertias.append(skeleton.getMassMatrix())
         skeleton.setPositions(position)
         skeleton.setVelocities(speed)
-        world._observe()
         rate = (inertias[0] - inertias[1]) / 2e-5
         scale = float(s @ rate @ s)
-        assert s @ (rate @ s / 2 - world.coriolis_nm(s)) == pytest.approx(0.0, abs=1e-6 * max(1.0, abs(scale)))
-        assert world.coriolis_nm(speed) == pytest.approx(skeleton.getCoriolisForces(), abs=1e-9)
+        assert s @ (rate @ s / 2 - coriolis_nm(skeleton, s)) == pytest.approx(0.0, abs=1e-6 * max(1.0, abs(scale)))
+        assert coriolis_nm(skeleton, speed) == pytest.approx(skeleton.getCoriolisForces(), abs=1e-9)
 
 
 @pytest.mark.parametrize(
@@ -100,7 +100,10 @@ def test_energy_in_contact_with_a_passive_wall_never_grows(restitution, friction
     stiffness = np.array([150.0, 100.0, 80.0, 6.0, 6.0, 6.0])
 
     def energy_j(state):
-        return world.energy_j() + float(stiffness @ pose_error(beyond, state, spin_free=True) ** 2) / 2
+        return (
+            float(world.body.skeleton.computeKineticEnergy())
+            + float(stiffness @ pose_error(beyond, state, spin_free=True) ** 2) / 2
+        )
 
     energies, touched, efforts = [energy_j(start)], [], []
     _hold(
@@ -109,7 +112,7 @@ def test_energy_in_contact_with_a_passive_wall_never_grows(restitution, friction
         reference=beyond,
         after=lambda state: (
             energies.append(energy_j(state)),
-            touched.append(world.touched),
+            touched.append(world.sensor.touched),
             efforts.append(np.abs(world.effort_nm) / world.arm.limits.effort_nm),
         ),
         stiffness_n_m=stiffness[:3].tolist(),
@@ -127,7 +130,7 @@ def test_the_wrist_feels_the_tools_weight_at_rest_and_the_contact_when_it_presse
     world = _world(body(position_m=[0.0, 0.0, 1.158]))
     _hold(world, steps=500)
     weight = PROBE.mass_kg * GRAVITY_M_S2
-    tip = world._skeleton.getBodyNode(world.arm.tip_link).getWorldTransform()
+    tip = world.body.skeleton.getBodyNode(world.arm.tip_link).getWorldTransform()
 
     def felt():
         wrench = world.wrist_wrench()
@@ -140,12 +143,12 @@ def test_the_wrist_feels_the_tools_weight_at_rest_and_the_contact_when_it_presse
     down = np.array([0.0, 0.0, -1.0])
     pressing = dataclasses.replace(resting_at(world.state()), force_n=25.0 * down, force_axis=down, force_share=1.0)
     _hold(world, "force", steps=1500, reference=pressing)
-    assert world.touched == "table"
-    assert world.contact_n[2] == pytest.approx(-25.0, abs=0.02)
+    assert world.sensor.touched == "table"
+    assert world.sensor.contact_n[2] == pytest.approx(-25.0, abs=0.02)
     force, torque = felt()
-    assert force == pytest.approx([0, 0, -weight] - world.contact_n, abs=5e-3)
+    assert force == pytest.approx([0, 0, -weight] - world.sensor.contact_n, abs=5e-3)
     below = np.array([0.0, 0.0, -PROBE.radius_m])
-    wanted = np.cross(lever, force) - np.cross(below, world.contact_n)
+    wanted = np.cross(lever, force) - np.cross(below, world.sensor.contact_n)
     assert torque == pytest.approx(wanted, abs=5e-3)  # the contact is 0.1 mm or so inside
 
 
@@ -158,7 +161,7 @@ def test_what_happened_in_another_world_changes_nothing():
         seen: list[list[float]] = []
         _hold(world, steps=400, reference=lower, after=lambda state: seen.append(state.position_rad.tolist()))  # noqa: B023
         paths.append(seen)
-        assert world.touched == "table"
+        assert world.sensor.touched == "table"
     assert paths[0] == paths[1]
 
 
@@ -166,18 +169,18 @@ def test_a_torque_that_is_not_finite_stops_the_simulation_and_names_the_joint():
     world = _world()
     torque = STILL.copy()
     torque[4] = np.nan
-    with pytest.raises(SimulationError, match=r"the torque of joint 'e2' of pa10 is nan Nm at 0\.000 s; .*stiffness"):
-        world.step(JointTorque(torque, STILL))
+    with pytest.raises(SimulationError, match=r"the torque of joint 'e2' of pa10 is nan at 0\.000 s; .*stiffness"):
+        world.step_torque(JointTorque(torque, STILL))
     torque[4], torque[1] = 0.0, np.inf
     with pytest.raises(SimulationError) as caught:
-        world.step(JointTorque(torque, STILL))
+        world.step_torque(JointTorque(torque, STILL))
     assert caught.value.quantity == "s2"
 
 
 def test_efforts_are_clipped_to_the_joints_limits():
     world = _world()
     for sign in (1.0, -1.0):
-        world.step(JointTorque(sign * np.full(7, 1e6), STILL))
+        world.step_torque(JointTorque(sign * np.full(7, 1e6), STILL))
         assert world.effort_nm == pytest.approx(sign * world.arm.limits.effort_nm)
 
 

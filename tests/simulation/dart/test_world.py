@@ -19,7 +19,7 @@ def _sway(world: ArmWorld, steps: int) -> list[list[float]]:
     for k in range(1, steps + 1):
         t = k * STEP_S
         world.step(home + 0.05 * (1 - math.cos(6 * t)), 0.3 * math.sin(6 * t) + STILL, 1.8 * math.cos(6 * t) + STILL)
-        seen.append([*world.ball_m, *world.tie_m, *world.tie_m_s])
+        seen.append([*world.ball.position_m, *world.ball.tie_m, *world.ball.tie_m_s])
     return seen
 
 
@@ -42,9 +42,9 @@ def test_dart_moves_the_ball_as_semi_implicit_euler_does() -> None:
     world.perturb(WorldErrors(ball_start_m=0.25))
     world.reset(world.arm.home_rad)
     rope = (game.rope.length_m, game.rope.stiffness_n_m, game.rope.damping_n_s_m)
-    world.put_ball(world.ball_m, [1.0, 0.3, 3.0])
-    ball, speed = np.array(world.ball_m), np.array(world.ball_m_s)
-    tie, tie_speed = np.array(world.tie_m), np.array(world.tie_m_s)
+    world.ball.put(world.ball.position_m, [1.0, 0.3, 3.0])
+    ball, speed = np.array(world.ball.position_m), np.array(world.ball.velocity_m_s)
+    tie, tie_speed = np.array(world.ball.tie_m), np.array(world.ball.tie_m_s)
     slack = taut = 0
     for seen in _sway(world, 3000):
         force = rope_force(*(ball - tie), *(speed - tie_speed), *rope)
@@ -147,7 +147,7 @@ def test_the_arm_follows_within_what_the_ball_s_pull_costs() -> None:
     worst = {}
     for name, each in (("ball", game), ("none", limp)):
         world = ArmWorld(frictionless_pa10(), each)
-        world.put_ball([world.tie_m[0], world.tie_m[1], world.tie_m[2] - 0.4], [0.0, 0.0, 0.0])
+        world.ball.put([world.ball.tie_m[0], world.ball.tie_m[1], world.ball.tie_m[2] - 0.4], [0.0, 0.0, 0.0])
         errors = []
         for k in range(1, 1500):
             t = k * STEP_S
@@ -188,12 +188,12 @@ def test_a_ball_leaves_the_cup_s_floor_with_the_share_of_its_speed_that_restitut
     world = ArmWorld(pa10(), kendama_game())
     world.perturb(WorldErrors(restitution=restitution))
     world.reset(world.arm.home_rad)
-    x, y, z = world.tie_m
-    world.put_ball([x, y, z + 0.1], [0.0, 0.0, -1.5])
+    x, y, z = world.ball.tie_m
+    world.ball.put([x, y, z + 0.1], [0.0, 0.0, -1.5])
     before = after = 0.0
     for _ in range(200):
         _hold(world, 1)
-        speed = world.ball_m_s[2] - world.tie_m_s[2]
+        speed = world.ball.velocity_m_s[2] - world.ball.tie_m_s[2]
         before, after = min(before, speed), max(after, speed)
     assert after / -before == pytest.approx(restitution, abs=0.02)
 
@@ -221,24 +221,24 @@ def test_what_happened_before_a_reset_changes_nothing() -> None:
 def test_a_ball_dropped_into_the_cup_stays_and_is_caught() -> None:
     game = kendama_game()
     world = ArmWorld(pa10(), game)
-    x, y, z = world.tie_m
-    assert not world.ball_is_caught()
+    x, y, z = world.ball.tie_m
+    assert not world.ball.is_caught()
     for aside, down_m_s in ((0.0, 0.0), (0.02, 4.0), (-0.024, 2.0)):
         world.reset(world.arm.home_rad)
-        world.put_ball([x + aside, y, z + 0.12], [0.0, 0.0, -down_m_s])
+        world.ball.put([x + aside, y, z + 0.12], [0.0, 0.0, -down_m_s])
         for _ in range(1500):
             world.step(world.arm.home_rad, STILL, STILL)
-        assert world.ball_is_caught()
+        assert world.ball.is_caught()
 
 
 def test_a_ball_dropped_beside_the_cup_is_not_caught() -> None:
     world = ArmWorld(pa10(), kendama_game())
-    x, y, z = world.tie_m
-    world.put_ball([x + 0.075, y, z + 0.12], [0.0, 0.0, 0.0])
+    x, y, z = world.ball.tie_m
+    world.ball.put([x + 0.075, y, z + 0.12], [0.0, 0.0, 0.0])
     for _ in range(1500):
         world.step(world.arm.home_rad, STILL, STILL)
-    assert not world.ball_is_caught()
-    assert world.ball_m[2] < z
+    assert not world.ball.is_caught()
+    assert world.ball.position_m[2] < z
 
 
 def test_friction_that_the_controller_does_not_know_costs_accuracy() -> None:

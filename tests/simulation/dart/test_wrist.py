@@ -32,17 +32,17 @@ def test_at_rest_the_wrist_feels_the_weight_of_cup_and_ball() -> None:
         force, torque = in_world(world)
         weight = np.array([0.0, 0.0, -(game.cup.mass_kg + game.ball.mass_kg) * game.gravity_m_s2])
         assert force == pytest.approx(weight, abs=1e-3)
-        arm = np.array(world.tie_m) - world.body.tip.getWorldTransform().translation()
+        arm = np.array(world.ball.tie_m) - world.body.tip.getWorldTransform().translation()
         assert torque == pytest.approx(np.cross(arm, weight), abs=1e-3)
 
 
 def test_a_ball_that_lies_in_the_cup_weighs_as_much_as_one_that_hangs() -> None:
     game = kendama_game()
     world = ArmWorld(pa10(), game)
-    x, y, z = world.tie_m
-    world.put_ball([x, y, z + 0.03], [0.0, 0.0, 0.0])
+    x, y, z = world.ball.tie_m
+    world.ball.put([x, y, z + 0.03], [0.0, 0.0, 0.0])
     hold(world, 1500)
-    assert world.tension_n == 0.0
+    assert world.ball.tension_n == 0.0
     force, _ = in_world(world)
     assert force[2] == pytest.approx(-(game.cup.mass_kg + game.ball.mass_kg) * game.gravity_m_s2, abs=1e-3)
 
@@ -50,10 +50,10 @@ def test_a_ball_that_lies_in_the_cup_weighs_as_much_as_one_that_hangs() -> None:
 def test_a_free_ball_weighs_nothing_at_the_wrist() -> None:
     game = kendama_game()
     world = ArmWorld(pa10(), game)
-    x, y, z = world.tie_m
-    world.put_ball([x + 0.1, y, z], [0.0, 0.0, 0.0])
+    x, y, z = world.ball.tie_m
+    world.ball.put([x + 0.1, y, z], [0.0, 0.0, 0.0])
     hold(world, 50)
-    assert world.tension_n == 0.0
+    assert world.ball.tension_n == 0.0
     force, _ = in_world(world)
     assert force[2] == pytest.approx(-game.cup.mass_kg * game.gravity_m_s2, abs=5e-3)
 
@@ -63,14 +63,14 @@ def test_a_swinging_ball_pulls_with_its_centripetal_force() -> None:
     game = kendama_game()
     bare = dataclasses.replace(game, ball=dataclasses.replace(game.ball, drag_n_s_m=0.0))
     world = ArmWorld(pa10(), bare)
-    x, y, z = world.tie_m
+    x, y, z = world.ball.tie_m
     length = bare.rope.length_m
-    world.put_ball([x + length, y, z], [0.0, 0.0, 0.0])
+    world.ball.put([x + length, y, z], [0.0, 0.0, 0.0])
     weight, tool = bare.ball.mass_kg * bare.gravity_m_s2, bare.cup.mass_kg * bare.gravity_m_s2
     seen = []
     for _ in range(600):
         hold(world, 1)
-        bx, _, bz = (b - t for b, t in zip(world.ball_m, world.tie_m, strict=True))
+        bx, _, bz = (b - t for b, t in zip(world.ball.position_m, world.ball.tie_m, strict=True))
         force, _ = in_world(world)
         seen.append((math.atan2(bx, -bz), math.hypot(force[0], force[2] + tool)))
     angle, pull = min(seen, key=lambda one: abs(one[0]))
@@ -82,11 +82,13 @@ def test_a_swinging_ball_pulls_with_its_centripetal_force() -> None:
 def test_an_accelerated_cup_is_felt_as_mass_times_acceleration() -> None:
     game = dataclasses.replace(kendama_game(), gravity_m_s2=1e-9)
     world = ArmWorld(frictionless_pa10(), game)
-    world.put_ball([world.tie_m[0], world.tie_m[1], world.tie_m[2] - 0.2], [0.0, 0.0, 0.0])  # a slack rope
+    world.ball.put(
+        [world.ball.tie_m[0], world.ball.tie_m[1], world.ball.tie_m[2] - 0.2], [0.0, 0.0, 0.0]
+    )  # a slack rope
     home = world.arm.home_rad
     for k in range(1, 301):
         t = k * STEP_S
-        before = np.array(world.tie_m_s)
+        before = np.array(world.ball.tie_m_s)
         wave = np.array([1.0, -0.4, 0.3, 0.2, 0.1, 0.5, 0.3])
         world.step(
             home + wave * 0.05 * (1 - math.cos(9 * t)), wave * 0.45 * math.sin(9 * t), wave * 4.05 * math.cos(9 * t)
@@ -94,7 +96,7 @@ def test_an_accelerated_cup_is_felt_as_mass_times_acceleration() -> None:
     cup = world.body.cup
     middle = np.array(cup.getCOMLinearAcceleration())
     force, _ = in_world(world)
-    assert world.tension_n == 0.0
+    assert world.ball.tension_n == 0.0
     assert force == pytest.approx(-game.cup.mass_kg * middle, abs=1e-3)
     assert np.linalg.norm(before) > 0.05
 
@@ -111,4 +113,4 @@ def test_reading_the_wrist_changes_nothing() -> None:
             )
         read.wrist_wrench()
     assert (read.position_rad == unread.position_rad).all()
-    assert read.ball_m == unread.ball_m
+    assert read.ball.position_m == unread.ball.position_m

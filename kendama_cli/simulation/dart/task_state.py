@@ -1,0 +1,43 @@
+"""What a task-space controller knows of the arm in a world, and the torques that depend on its motion."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from kendama_cli.motion.impedance import TaskState
+from kendama_cli.robot_model.body import Body
+from kendama_cli.schema.arrays import Array
+
+
+def task_state(body: Body, felt_n: Array) -> TaskState:
+    """The arm as it is, with ``felt_n`` (3,), the contact's force as the wrist's sensor reads it, in the world."""
+    tool, skeleton = body.cup, body.skeleton
+    jacobian, rate = skeleton.getWorldJacobian(tool), skeleton.getJacobianClassicDeriv(tool)
+    place = tool.getWorldTransform()
+    return TaskState(
+        position_rad=skeleton.getPositions(),
+        velocity_rad_s=skeleton.getVelocities(),
+        tool_m=np.array(place.translation()),
+        tool_rotation=np.array(place.rotation()),
+        jacobian=np.vstack([jacobian[3:], jacobian[:3]]),
+        jacobian_rate=np.vstack([rate[3:], rate[:3]]),
+        inertia=skeleton.getMassMatrix(),
+        contact_n=felt_n,
+    )
+
+
+def coriolis_nm(skeleton: Any, velocity_rad_s: Array) -> Array:
+    """C(q, q') v (n,) for any v = ``velocity_rad_s``, C being that of Christoffel's symbols.
+
+    C(q, a) b is symmetric in a and b, and C(q, a) a is what DART knows: C(q, a) b is a quarter of its difference
+    at a + b and a - b.
+    """
+    now = skeleton.getVelocities()
+    skeleton.setVelocities(now + velocity_rad_s)
+    plus = skeleton.getCoriolisForces()
+    skeleton.setVelocities(now - velocity_rad_s)
+    minus = skeleton.getCoriolisForces()
+    skeleton.setVelocities(now)
+    return np.asarray((plus - minus) / 4)

@@ -1,0 +1,73 @@
+"""What a sensor at the wrist feels: the wrench between the tip link and the tool, and the force of a contact."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from kendama_cli.robot_model.body import Body
+from kendama_cli.schema.arrays import Array
+
+
+def wrist_wrench(body: Body, world: Any) -> Array:
+    """What the tool exerts on the tip link after the last step, in that link's frame at its origin.
+
+    (6,), force [N], then torque [Nm]: the weight of the tool at rest, its inertia in motion, and what touches it. Other
+    forces on the tool must be set on its bodies before; all of them are cleared.
+    """
+    tool = body.cup
+    for contact in world.getLastCollisionResult().getContacts():
+        if _body_of(contact.collisionObject1) == tool:
+            tool.addExtForce(contact.force, contact.point, False, False)
+        elif _body_of(contact.collisionObject2) == tool:
+            tool.addExtForce(-contact.force, contact.point, False, False)
+    body.skeleton.computeInverseDynamics(True, False, False)
+    held = np.array(tool.getBodyForce())
+    body.skeleton.clearExternalForces()
+    turn, at = body.tool_in_tip.rotation(), body.tool_in_tip.translation()
+    force = turn @ held[3:]
+    return -np.concatenate([force, turn @ held[:3] + np.cross(at, force)])
+
+
+class ContactSensor:
+    """The force that the tool exerts on other bodies, as it is and as a sensor at the wrist reads it.
+
+    ``contact_n`` (3,) is that of the last step, in the world, ``felt_n`` the reading: the sensor sits before the tool,
+    whose weight is taken off, whose inertia is not, and it is of first order. ``touched`` is the body's name or "".
+    """
+
+    def __init__(self, tool: Any, mass_kg: float, sensor_hz: float, step_s: float) -> None:
+        self._tool = tool
+        self._mass_kg = mass_kg
+        self._share = 1.0 - math.exp(-2.0 * math.pi * sensor_hz * step_s)
+        self.reset()
+
+    def reset(self) -> None:
+        """Nothing is felt."""
+        self.contact_n: Array = np.zeros(3)
+        self.felt_n: Array = np.zeros(3)
+        self.touched = ""
+
+    def read(self, world: Any) -> None:
+        """Gather what the tool exerted in the last step."""
+        force, touched = np.zeros(3), ""
+        for contact in world.getLastCollisionResult().getContacts():
+            first, second = contact.collisionObject1, contact.collisionObject2
+            # DART's force acts on the first of the two
+            if _body_of(first) == self._tool:
+                force, touched = force - contact.force, _name(second)
+            elif _body_of(second) == self._tool:
+                force, touched = force + contact.force, _name(first)
+        self.contact_n, self.touched = force, touched
+        reading = force + self._mass_kg * self._tool.getCOMLinearAcceleration()
+        self.felt_n = self.felt_n + self._share * (reading - self.felt_n)
+
+
+def _body_of(touching: Any) -> Any:
+    return touching.getShapeFrame().asShapeNode().getBodyNodePtr()
+
+
+def _name(touching: Any) -> str:
+    return str(touching.getShapeFrame().getName()).removeprefix("scene ")
