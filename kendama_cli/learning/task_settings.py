@@ -7,6 +7,7 @@ from typing import Literal
 
 from kendama_cli.errors import ConfigError
 from kendama_cli.schema.settings import setting
+from kendama_cli.settings.robot import RobotSettings
 
 
 @dataclass(frozen=True)
@@ -85,7 +86,15 @@ class RailEngine:
     kind: Literal["rail"]
 
 
-EngineSettings = RailEngine
+@dataclass(frozen=True)
+class DartEngine:
+    """The world of the whole arm in DART: line, drive and controller carry the cup, the ball touches cup and arm."""
+
+    kind: Literal["dart"]
+    robot: RobotSettings
+
+
+EngineSettings = DartEngine | RailEngine
 """What computes the dynamics, told apart by ``kind``."""
 
 

@@ -26,6 +26,8 @@ class EvenSpline:
         knots = start + step * np.arange(len(values))
         self.start, self.step, self.end = start, step, float(knots[-1])
         pieces = CubicSpline(knots, values, bc_type="not-a-knot").c
+        self.coefficients: Array = np.ascontiguousarray(pieces)
+        """Those of every piece's cubic (4, k - 1, n), the highest power first."""
         self._pieces = [tuple(pieces[:, i]) for i in range(pieces.shape[1])]
 
     def at(self, parameter: float) -> CurvePoint:

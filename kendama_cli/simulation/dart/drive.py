@@ -34,9 +34,9 @@ class Drive:
         self._periods = (period_s, 1.0 / period_s)
         self.reset((lower + upper) / 2)
 
-    def reset(self, position_rad: Array) -> None:
-        """Rest at ``position_rad`` (n,)."""
-        self.state[:] = 0.0
+    def reset(self, position_rad: Array, velocity_rad_s: Array | float = 0.0) -> None:
+        """Begin at ``position_rad`` (n,), moving with ``velocity_rad_s``."""
+        self.state[:] = velocity_rad_s
         self.state[kernel.POSITION] = np.clip(position_rad, self.limits[kernel.LOWER], self.limits[kernel.UPPER])
         self.limited = False
         """Whether the last sample was changed."""

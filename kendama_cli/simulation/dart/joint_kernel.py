@@ -43,6 +43,8 @@ FAR_AWAY = 1e4
 
 READ = types.Array(float64, 1, "A", readonly=True)
 READ_2D = types.Array(float64, 2, "A", readonly=True)
+_types: Any = types
+PAIR = _types.UniTuple(float64, 2)
 WRITE, WRITE_2D = float64[::1], float64[:, ::1]
 
 
@@ -108,7 +110,7 @@ def _passes(position: Array, velocity: Array, state: Array, limits: Array, perio
     return True
 
 
-@_compiled(types.UniTuple(float64, 2)(float64, READ_2D, READ_2D, int64))
+@_compiled(PAIR(float64, READ_2D, READ_2D, int64))
 def _speeds(velocity: float, state: Array, limits: Array, i: int) -> tuple[float, float]:
     """The least and the highest speed that leaves joint ``i`` room to brake."""
     place, fastest, top, change = state[POSITION, i], limits[FASTEST, i], limits[TOP, i], limits[CHANGE, i]

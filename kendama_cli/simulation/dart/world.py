@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Never
+from typing import Any, Never
 
 import numpy as np
 
 from kendama_cli.errors import SimulationError
 from kendama_cli.motion.impedance import JointTorque, TaskState
 from kendama_cli.motion.task_settings import InteractSettings
+from kendama_cli.robot_model.body import Body
 from kendama_cli.robot_model.dart_library import awake_world, dartpy
 from kendama_cli.robot_model.model import RobotModel
 from kendama_cli.schema.arrays import Array
@@ -65,36 +66,29 @@ class ArmWorld:
     def __init__(
         self, robot: RobotSettings, task: GameSettings | InteractSettings, scene: SceneSettings = NO_SCENE
     ) -> None:
-        tool = task.cup if isinstance(task, GameSettings) else task.probe
-        self.arm = arm = RobotModel(robot, tool, task.gravity_m_s2)
+        game = task if isinstance(task, GameSettings) else None
+        self.arm = arm = RobotModel(
+            robot, task.probe if isinstance(task, InteractSettings) else task.cup, task.gravity_m_s2
+        )
         self.body = arm.new_body()
         self._skeleton = self.body.skeleton
-        self._world = awake_world(STEP_S, task.gravity_m_s2)
+        self._exact_friction = game is None
+        self._world = _new_world(task.gravity_m_s2, exact_friction=game is None)
         self._world.addSkeleton(self._skeleton)
-        self._ball: TetheredBall | None = None
-        self._sensor: ContactSensor | None = None
-        n = len(arm.joint_names)
-        if isinstance(task, GameSettings):
-            self._ball = TetheredBall(task, self.body)
+        self._ball = TetheredBall(game, self.body) if game is not None else None
+        if self._ball is not None:
             self._world.addSkeleton(self._ball.skeleton)
-            slow, change = MAY_STOP_STEPS * STEP_S * arm.limits.acceleration_rad_s2, STEP_S * arm.mobility(arm.home_rad)
-        else:
+        self._sensor: ContactSensor | None = None
+        if isinstance(task, InteractSettings):
             self._sensor = ContactSensor(self.body.cup, task.probe.mass_kg, task.sensor_hz, STEP_S)
             base_m = np.linspace(robot.base_position_m, arm.joint_places_m(arm.home_rad)[0], num=50)
             check_clear(scene, base_m, arm.tool_place_m(arm.home_rad), task.probe.radius_m)
-            # DART's default bounds friction by the normal force that would act without it: on an arm, whose directions
-            # are coupled, that was wrong by a quarter; this one iterates until Coulomb's law holds
-            self._world.getConstraintSolver().setBoxedLcpSolver(dartpy.constraint.NsgsFrictionSolver())
-            # in contact any joint may stop within a step: DART's constraint holds the friction of all of them
-            slow, change = np.full(n, np.inf), np.zeros(n)
         self.scene = Scene(self._world, scene)
-        self._friction = JointFriction(
-            self.body.joints, arm.friction, arm.limits.effort_nm, slow_rad_s=slow, change_rad_s=change
-        )
+        self._friction = _friction(arm, self.body, always_held=game is None)
         self._drive = Drive(arm.limits, STEP_S)
         kp = robot.stiffness_1_s2
         self._gains = np.array([kp, 2.0 * math.sqrt(kp), STEP_S, 1.0 / STEP_S])
-        self._none, self._wanted = np.zeros(n), np.zeros(n)
+        self._none, self._wanted = np.zeros(len(arm.joint_names)), np.zeros(len(arm.joint_names))
         self._start_m = 0.0
         self.reset(arm.home_rad)
 
@@ -105,16 +99,20 @@ class ArmWorld:
             self._ball.perturb(errors.rope_scale, errors.restitution)
         self._start_m = errors.ball_start_m
 
-    def reset(self, position_rad: Array) -> None:
-        """The arm at rest in ``position_rad`` (n,), the ball hanging still, the scene as it began, the clock at 0."""
-        self._skeleton.resetVelocities()
+    def reset(self, position_rad: Array, velocity_rad_s: Array | None = None) -> None:
+        """The arm in ``position_rad`` (n,), at rest where no ``velocity_rad_s`` (n,) is given, the clock at 0.
+
+        The ball hangs still, the scene is as it began, and nothing of the time before is left in DART.
+        """
+        self._renew()
+        velocity = self._none if velocity_rad_s is None else velocity_rad_s
         self._skeleton.resetAccelerations()
         self._skeleton.resetGeneralizedForces()
         self._skeleton.setPositions(position_rad)
+        self._skeleton.setVelocities(velocity)
         self._skeleton.clearExternalForces()
         self.scene.reset()
-        self._drive.reset(position_rad)
-        self._world.setTime(0.0)
+        self._drive.reset(position_rad, velocity)
         self._steps = 0
         self.t_s = 0.0
         self.effort_nm: Array = np.zeros(len(self._none))
@@ -240,6 +238,15 @@ class ArmWorld:
         if self._ball is not None:
             self._ball.observe()
 
+    def _renew(self) -> None:
+        """Move everything into a new world of DART, whose solver would start from what it found before."""
+        old = self._world
+        skeletons = [old.getSkeleton(number) for number in range(old.getNumSkeletons())]
+        old.removeAllSkeletons()
+        self._world = _new_world(self.arm.gravity_m_s2, exact_friction=self._exact_friction)
+        for skeleton in skeletons:
+            self._world.addSkeleton(skeleton)
+
     def _abort(self, values: Array, what: str, remedy: str) -> Never:
         bad = int(np.argmin(np.isfinite(values)))
         name = self.arm.joint_names[bad]
@@ -249,3 +256,20 @@ class ArmWorld:
             f"the {what} of joint '{name}' of {self.arm.settings.name} is {values[bad]} at {self.t_s:.3f} s; the "
             f"simulation stops: {remedy}",
         )
+
+
+def _new_world(gravity_m_s2: float, *, exact_friction: bool) -> Any:
+    world = awake_world(STEP_S, gravity_m_s2)
+    if exact_friction:
+        # DART's default bounds friction by the normal force that would act without it: on an arm, whose directions
+        # are coupled, that was wrong by a quarter; this one iterates until Coulomb's law holds
+        world.getConstraintSolver().setBoxedLcpSolver(dartpy.constraint.NsgsFrictionSolver())
+    return world
+
+
+def _friction(arm: RobotModel, body: Body, *, always_held: bool) -> JointFriction:
+    """The joints' friction; in contact any joint may stop within a step, so that all are ``always_held``."""
+    slow, change = MAY_STOP_STEPS * STEP_S * arm.limits.acceleration_rad_s2, STEP_S * arm.mobility(arm.home_rad)
+    if always_held:
+        slow, change = np.full_like(slow, np.inf), np.zeros_like(slow)
+    return JointFriction(body.joints, arm.friction, arm.limits.effort_nm, slow_rad_s=slow, change_rad_s=change)

@@ -13,8 +13,8 @@ from kendama_cli.robot_model.chain_kernel import Chain, CollisionGeometry, ToolG
 from kendama_cli.robot_model.model import RobotModel
 from kendama_cli.schema.arrays import Array
 from kendama_cli.settings.game import GameSettings
+from kendama_cli.simulation.dart.links import HANDLE_RADIUS_M
 
-HANDLE_RADIUS_M = 0.015
 EVERY_S = 0.01
 FAR_M = 1e3
 

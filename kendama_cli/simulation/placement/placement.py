@@ -46,7 +46,7 @@ class CupLine:
         right = follow_path(arm, self.home_m + out, arm.home_rad)
         left = follow_path(arm, self.home_m - out, arm.home_rad)
         self._table = np.vstack([left[:0:-1], right])
-        self._curve = EvenSpline(-LINE_STEP_M * count, LINE_STEP_M, self._table)
+        self.curve = EvenSpline(-LINE_STEP_M * count, LINE_STEP_M, self._table)
 
     def at(self, x_m: float, velocity_m_s: float, acceleration_m_s2: float) -> JointPoint:
         """The joints with the cup at ``x_m`` from home, moving with the given velocity and acceleration along x.
@@ -57,7 +57,7 @@ class CupLine:
         """
         if not abs(x_m) <= self.half_width_m + LINE_STEP_M:
             raise StageError(f"the cup's line is asked for x = {x_m:.3f} m; allowed: +-{self.half_width_m:.3f} m")
-        point = self._curve.at(x_m)
+        point = self.curve.at(x_m)
         speed = point.first * velocity_m_s
         return JointPoint(point.value, speed, point.first * acceleration_m_s2 + point.second * velocity_m_s**2)
 
@@ -68,7 +68,7 @@ class CupLine:
         """
         worst = 0.0
         for x in np.linspace(-self.half_width_m, self.half_width_m, 201):
-            point = self._curve.at(float(x))
+            point = self.curve.at(float(x))
             running = min(velocity_m_s, math.sqrt(2 * acceleration_m_s2 * (self.half_width_m - abs(float(x)))))
             speed = np.abs(point.first) * running / self._arm.limits.velocity_rad_s
             change = np.abs(point.first) * acceleration_m_s2 + np.abs(point.second) * running**2

@@ -24,6 +24,10 @@ class SwingEngine(Protocol):
     above_m_s: float
 
     @property
+    def reference(self) -> tuple[float, float]:
+        """Where the cup is commanded to be and how fast, x [m] and v [m/s]: what a limiter keeps inside."""
+
+    @property
     def tension_n(self) -> float:
         """The rope's pull in the step that led here [N]; 0 where it is slack."""
 

@@ -14,6 +14,7 @@ from kendama_cli.learning.interface import Actor
 from kendama_cli.learning.reward import Ball, Flight, Goal, Landing, Outcome
 from kendama_cli.learning.settings import LearnSettings
 from kendama_cli.learning.state import SwingState
+from kendama_cli.learning.task_settings import DartEngine
 from kendama_cli.settings.game import GameSettings
 from kendama_cli.simulation.swingup.compiled_rollouts import CompiledRollouts
 from kendama_cli.simulation.swingup.engine import SwingEngine, rate
@@ -125,7 +126,7 @@ class SwingUpEnvironment:
                 wanted, next_look_s = yield reading, t_s
                 if next_look_s != look_s:
                     look_s, gain, decisions = next_look_s, noise.gain[decisions], decisions + 1
-            sent = limit(wanted, swing.x_m, swing.velocity_m_s) * gain
+            sent = limit(wanted, *swing.reference) * gain
             swing.step(sent)
             if on_step is not None:
                 on_step(t_s + step_s, swing, sent)
@@ -166,7 +167,7 @@ class SwingUpEnvironment:
         steps = 0
         while landing is not None and landing.time_s > 0.5 * step_s and steps < self.n_steps:
             wanted = max(-largest, min(largest, landing.acceleration_m_s2))
-            sent = self._limiter.limit(wanted, swing.x_m, swing.velocity_m_s)
+            sent = self._limiter.limit(wanted, *swing.reference)
             swing.step(sent)
             steps += 1
             if on_step is not None:
@@ -182,5 +183,9 @@ class SwingUpEnvironment:
 
 def _opened(settings: LearnSettings, game: GameSettings) -> tuple[SwingEngine, CompiledRollouts | None]:
     """The engine of ``settings.engine`` and, where it has them, its compiled rollouts."""
+    if isinstance(settings.engine, DartEngine):
+        from kendama_cli.simulation.swingup.arm import ArmSwing  # noqa: PLC0415 - sweeps on the rail load no DART
+
+        return ArmSwing(settings.engine.robot, settings, game), None
     compiled = CompiledRollouts(settings, game)
     return compiled.swing, compiled

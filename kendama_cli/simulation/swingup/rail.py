@@ -127,6 +127,11 @@ class CompiledRail:
         self.across_m_s, self.above_m_s = ball_vx - velocity_m_s, ball_vz
 
     @property
+    def reference(self) -> tuple[float, float]:
+        """The cup obeys at once: where it is and how fast."""
+        return self.x_m, self.velocity_m_s
+
+    @property
     def tension_n(self) -> float:
         """The rope's pull in the step that led here [N]."""
         return math.hypot(self.numbers[6], self.numbers[7])

@@ -107,6 +107,11 @@ class DartRail:
         self._read()
 
     @property
+    def reference(self) -> tuple[float, float]:
+        """The cup obeys at once: where it is and how fast."""
+        return self.x_m, self.velocity_m_s
+
+    @property
     def tension_n(self) -> float:
         """The rope's pull in the step that led here [N]."""
         return 0.0 if self.rope_force is None else math.hypot(self.rope_force[0], self.rope_force[2])

@@ -1,0 +1,107 @@
+"""The engine ``dart``: the whole arm carries the cup along its line, the ball hangs from it and touches both."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from kendama_cli.errors import ConfigError
+from kendama_cli.learning.settings import LearnSettings
+from kendama_cli.learning.state import SwingState
+from kendama_cli.settings.game import GameSettings
+from kendama_cli.settings.robot import RobotSettings
+from kendama_cli.simulation.dart.links import attach_links
+from kendama_cli.simulation.dart.world import STEP_S, ArmWorld
+from kendama_cli.simulation.placement.placement import CupLine
+from kendama_cli.simulation.swingup import line_kernel
+
+MARGIN_M = 0.01
+"""The line goes on so far beyond the workspace: the error of an acceleration carries the reference a little over."""
+
+
+class ArmSwing:
+    """The world of the whole arm (ArmWorld) with the cup's acceleration along x as its only input.
+
+    The acceleration is integrated to a reference along the line of the upright cup, which becomes the joints' motion;
+    drive, controller, motors and friction of the arm follow it. The attributes are what the cup and the ball really do
+    (see SwingEngine): the cup lags behind ``reference``, and the ball's pull moves it.
+
+    Raises ConfigError where ``learn.step_s`` is no multiple of the world's step, StageError where the arm cannot carry
+    the upright cup through the workspace.
+    """
+
+    def __init__(self, robot: RobotSettings, settings: LearnSettings, game: GameSettings) -> None:
+        steps = round(settings.step_s / STEP_S)
+        if steps < 1 or not math.isclose(steps * STEP_S, settings.step_s, rel_tol=1e-9):
+            raise ConfigError(
+                "learn.step_s",
+                f"'learn.step_s' is {settings.step_s}; allowed with simulation/engine=dart: multiples of {STEP_S}",
+            )
+        self._world = ArmWorld(robot, game)
+        attach_links(self._world.body, self._world.arm, game.cup)
+        self._line = CupLine(self._world.arm, _reach_m(settings))
+        curve = self._line.curve
+        self._pieces, self._first_m, self._knot_m = curve.coefficients, curve.start, curve.step
+        self._home_x_m = float(self._line.home_m[0])
+        rope_m = game.rope.length_m
+        self._hang_m = rope_m + game.ball.mass_kg * game.gravity_m_s2 / game.rope.stiffness_n_m
+        self._cup = np.zeros(2)
+        self._motion = np.zeros((steps, 3, len(self._world.arm.joint_names)))
+        self._instants = [tuple(instant) for instant in self._motion]
+        self.start(SwingState(0.0, 0.0, 0.0, 0.0))
+
+    def start(self, state: SwingState) -> None:
+        """Put arm and ball into ``state`` with the rope stretched as by the hanging ball."""
+        point = self._line.at(state.x_m, state.velocity_m_s, 0.0)
+        self._cup[:] = state.x_m, state.velocity_m_s
+        world = self._world
+        world.reset(point.position_rad, point.velocity_rad_s)
+        sine, cosine = math.sin(state.angle_rad), math.cos(state.angle_rad)
+        speed = self._hang_m * state.rate_rad_s
+        x, y, z = world.ball.tie_m.tolist()
+        place = [x + self._hang_m * sine, y, z - self._hang_m * cosine]
+        world.ball.put(place, [state.velocity_m_s + speed * cosine, 0.0, speed * sine])
+        self._read()
+
+    def step(self, acceleration_m_s2: float) -> None:
+        """Advance by ``learn.step_s``; raises SimulationError where arm or ball leave their domain."""
+        motion = (self._pieces, self._first_m, self._knot_m, self._cup, float(acceleration_m_s2), STEP_S, self._motion)
+        line_kernel.references(*motion)
+        step = self._world.step
+        for position_rad, velocity_rad_s, acceleration_rad_s2 in self._instants:
+            step(position_rad, velocity_rad_s, acceleration_rad_s2)
+        self._read()
+
+    @property
+    def reference(self) -> tuple[float, float]:
+        """Where the cup is commanded to be and how fast, x [m] and v [m/s]."""
+        x_m, velocity_m_s = self._cup.tolist()
+        return x_m, velocity_m_s
+
+    @property
+    def tension_n(self) -> float:
+        """The rope's pull in the step that led here [N]."""
+        return self._world.ball.tension_n
+
+    def check_finite(self, t_s: float) -> None:
+        """Nothing is left to check: ``step`` has raised SimulationError where arm or ball have left their domain."""
+
+    def _read(self) -> None:
+        ball = self._world.ball
+        x_m, _, z_m = ball.tie_m.tolist()
+        velocity_m_s, _, rising_m_s = ball.tie_m_s.tolist()
+        ball_x_m, _, ball_z_m = ball.position_m.tolist()
+        ball_m_s, _, ball_rising_m_s = ball.velocity_m_s.tolist()
+        self.x_m, self.velocity_m_s = x_m - self._home_x_m, velocity_m_s
+        self.across_m, self.above_m = ball_x_m - x_m, ball_z_m - z_m
+        self.across_m_s, self.above_m_s = ball_m_s - velocity_m_s, ball_rising_m_s - rising_m_s
+
+
+def _reach_m(settings: LearnSettings) -> float:
+    """How far out the reference may come: with a limiter to the edge, without one as far as it takes to stop there."""
+    workspace = settings.workspace
+    if workspace.kind == "limit":
+        return workspace.half_width_m + MARGIN_M
+    weaker = min(-settings.actions_m_s2[0], settings.actions_m_s2[-1])
+    return workspace.half_width_m + workspace.max_speed_m_s**2 / (2.0 * weaker) + MARGIN_M
