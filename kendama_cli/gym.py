@@ -23,6 +23,7 @@ from kendama_cli.errors import ConfigError
 from kendama_cli.learning.reward import final_reward, step_reward
 from kendama_cli.learning.settings import LearnSettings
 from kendama_cli.learning.state import SwingState
+from kendama_cli.pipeline.inputs import resolve_files
 from kendama_cli.schema.settings import build
 from kendama_cli.settings.game import GameSettings
 from kendama_cli.simulation.swingup.environment import Rolling, SwingUpEnvironment
@@ -53,8 +54,11 @@ class SwingUp(gymnasium.Env[Observation, np.int64]):
         Without ``hold_s`` an action is held for ``learn.decision.longest_s``. Raises ConfigError for either where it
         is not allowed.
         """
-        config = composed(find_site(), list(overrides))
-        self.settings = build(LearnSettings, config["learn"], "learn")
+        site = find_site()
+        config = composed(site, list(overrides))
+        self.settings: LearnSettings = resolve_files(
+            build(LearnSettings, config["learn"], "learn"), "learn", site.data_roots
+        )
         self._environment = SwingUpEnvironment(self.settings, build(GameSettings, config["game"], "game"))
         self._hold_s = self.settings.decision.longest_s if hold_s is None else hold_s
         if not self.settings.step_s <= self._hold_s <= self.settings.rollout_s:

@@ -21,7 +21,9 @@ CONF = Path(__file__).parents[2] / "conf"
 @functools.cache
 def _composed(choices: tuple[str, ...]) -> dict[str, Any]:
     with initialize_config_dir(str(CONF), version_base="1.3"):
-        plain: dict[str, Any] = OmegaConf.to_container(compose("config", overrides=list(choices)).learn, resolve=True)
+        plain: dict[str, Any] = OmegaConf.to_container(
+            compose("config", overrides=["simulation/engine=rail", *choices]).learn, resolve=True
+        )
     return plain
 
 
