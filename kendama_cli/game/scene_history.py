@@ -94,7 +94,7 @@ class SceneRecordingRobot:
     def __init__(self, robot: Robot, history: SceneHistory) -> None:
         self._robot, self._history = robot, history
         self.joint_names, self.limits, self.period_s = robot.joint_names, robot.limits, robot.period_s
-        self.realtime = robot.realtime
+        self.realtime, self.torque = robot.realtime, None
 
     @property
     def missed(self) -> int:

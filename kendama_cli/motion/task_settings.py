@@ -8,6 +8,7 @@ from typing import Annotated, Protocol
 from kendama_cli.errors import ConfigError
 from kendama_cli.schema.registry import Registry
 from kendama_cli.schema.settings import setting
+from kendama_cli.settings.scene import SceneSettings
 
 CONTROLLERS = Registry("kendama.controllers", "controller")
 
@@ -57,10 +58,18 @@ class InteractSettings:
     most_error_m: float = setting(
         "the run stops where the tool is farther than this from its reference, across a wanted force [m]", above=0
     )
-    sensor_hz: float = setting("bandwidth of the force sensor at the wrist, of first order [Hz]", above=0)
+    sensor_hz: float = setting("bandwidth to which the force at the wrist is filtered, of first order [Hz]", above=0)
     gravity_m_s2: float = setting("gravity, along -z of the world [m/s^2]", at_least=0)
     log_rate_hz: float = setting("rate of what is logged [Hz]", above=0, at_most=1000)
 
     def __post_init__(self) -> None:
         if not self.script:
             raise ConfigError("script", "'script' is empty; allowed: one step or more")
+
+
+@dataclass(frozen=True)
+class InteractionTask:
+    """A script and the scene that it is played in: what a simulated robot must know to hold the probe there."""
+
+    interact: InteractSettings
+    scene: SceneSettings

@@ -42,6 +42,17 @@ class TwinHardware:
 
 
 @dataclass(frozen=True)
+class SimulatedHardware:
+    """The simulated robot in the stage's own process, without a line between."""
+
+    moves: ClassVar[bool] = False
+
+    kind: Literal["simulated"]
+    control_period_s: float = setting("one position command per period; whole milliseconds [s]", above=0, at_most=0.02)
+    imperfection: Imperfection | None = setting("how it differs from the model; null: not at all")
+
+
+@dataclass(frozen=True)
 class UdpHardware:
     """A robot, or its controller, that runs and speaks the protocol of kendama_cli/devices/robot/protocol.py."""
 

@@ -152,7 +152,7 @@ def test_silence_of_the_commander_stops_the_robot() -> None:
         client.reset(np.zeros(2), 0)
         client.exchange(command(0.1))
         assert stands(server)
-        with pytest.raises(HardwareError, match=r"it stopped: nothing was heard for 0\.2 s while moving"):
+        with pytest.raises(HardwareError, match=r"it stopped: no datagram came for 0\.2 s while moving"):
             client.exchange(command(0.2))
 
 
@@ -195,7 +195,7 @@ def test_an_old_session_cannot_be_begun_again() -> None:
     robot = ObedientRobot()
     with served(robot) as (_, address):
         UdpRobot(*address, silence_s=1.0, session=77).close()
-        with pytest.raises(HardwareError, match="it stopped: the commander said HALT"):
+        with pytest.raises(HardwareError, match="it stopped: the commander sent HALT"):
             UdpRobot(*address, silence_s=1.0, session=77)
 
 

@@ -37,6 +37,7 @@ class CartRobot:
         self.noise_m = noise_m
         self.missed = 0
         self.realtime = False
+        self.torque = None
         self.reset(np.zeros(1), 0)
 
     def reset(self, position_rad: Array, seed: int) -> Exchange:

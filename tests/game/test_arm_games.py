@@ -14,8 +14,8 @@ from kendama_cli.artifacts.policy import PolicyArtifact
 from kendama_cli.config.compose import composed
 from kendama_cli.config.site import find_site
 from kendama_cli.devices.robot.interface import Robot
+from kendama_cli.devices.robot.rebuilt import RebuiltRobot
 from kendama_cli.devices.robot.simulated import SimulatedRobot
-from kendama_cli.devices.robot.twin import RebuiltRobot
 from kendama_cli.game.builder import GameBuilder, GameSetup
 from kendama_cli.game.game_runner import GameRunner
 from kendama_cli.game.open_observer import CameraSetup

@@ -6,6 +6,11 @@ a Robot (see interface.py).
 
 from kendama_cli.schema.registry import Variant
 
+SIMULATED = Variant(
+    "simulated",
+    settings="kendama_cli.settings.hardware:SimulatedHardware",
+    makes="kendama_cli.devices.robot.rebuilt:open_simulated",
+)
 TWIN = Variant(
     "twin",
     settings="kendama_cli.settings.hardware:TwinHardware",

@@ -30,6 +30,7 @@ class CompensatedRobot:
         self.limits = robot.limits
         self.period_s = robot.period_s
         self.realtime = robot.realtime
+        self.torque = None  # friction is added to position commands only
 
     @property
     def missed(self) -> int:

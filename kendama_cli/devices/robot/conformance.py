@@ -13,9 +13,10 @@ from typing import Any
 
 import numpy as np
 
-from kendama_cli.devices.robot.interface import Exchange, JointCommand, Robot
+from kendama_cli.devices.robot.interface import Exchange, JointCommand, Robot, torque_interface
 from kendama_cli.devices.robot.open_robot import open_robot
 from kendama_cli.errors import HardwareError, UsageError
+from kendama_cli.motion.impedance import JointTorque
 from kendama_cli.schema.arrays import Array
 
 OpenRobot = Callable[[], AbstractContextManager[Robot]]
@@ -122,7 +123,48 @@ def check_halt(opened: OpenRobot) -> None:
         robot.close()
 
 
-CHECKS = (check_description, check_time, check_rest, check_limits, check_feedforward, check_reset, check_halt)
+def check_torque(opened: OpenRobot) -> None:
+    """Where torque commands are offered: none keeps the arm at rest, one moves its joint, and limits are kept."""
+    with opened() as robot:
+        rest = _rest(robot)
+        robot.reset(rest.position_rad, 1)
+        torque = robot.torque
+        if torque is None:
+            return
+        n = len(robot.joint_names)
+        _law(torque.period_s > 0, "the period of torque control is positive")
+        _law(
+            torque.effort_nm.shape == (n,) and bool((torque.effort_nm > 0).all()),
+            "there is one largest torque per joint",
+        )
+        none = np.zeros(n)
+        for _ in range(50):
+            still = torque.exchange(JointTorque(none, none))
+        moved = np.abs(still.state.position_rad - rest.position_rad).max()
+        _law(bool(moved < 0.02), "without torque the arm stays: the robot carries its own weight")
+        robot.reset(rest.position_rad, 1)
+        torque = torque_interface(robot, "conformance")
+        push = np.where(np.arange(n) == 0, 0.2 * torque.effort_nm, 0.0)
+        for _ in range(50):
+            pushed = torque.exchange(JointTorque(push, none))
+        _law(bool(np.array_equal(pushed.sent.torque_nm, push)), "a feasible torque is sent as it is")
+        _law(bool(pushed.state.position_rad[0] > rest.position_rad[0] + 1e-6), "a torque moves its joint its own way")
+        robot.reset(rest.position_rad, 1)
+        wild = torque_interface(robot, "conformance").exchange(JointTorque(100.0 * torque.effort_nm, none))
+        _within(wild.sent.torque_nm, torque.effort_nm, "effort")
+        _law(_refuses(robot.exchange, rest), "position commands are refused after torque commands, until a reset")
+
+
+CHECKS = (
+    check_description,
+    check_time,
+    check_rest,
+    check_limits,
+    check_feedforward,
+    check_reset,
+    check_torque,
+    check_halt,
+)
 
 
 def subject(configuration: Mapping[str, Any]) -> OpenRobot:

@@ -7,6 +7,8 @@ from typing import Protocol
 
 import numpy as np
 
+from kendama_cli.errors import HardwareError
+from kendama_cli.motion.impedance import JointTorque
 from kendama_cli.robot_model.limits import JointLimits
 from kendama_cli.schema.arrays import Array, array
 
@@ -80,6 +82,47 @@ class Exchange:
     scene: SceneState | None = None
 
 
+@dataclass(frozen=True)
+class BodyPose:
+    """Where one movable body of the scene truly is: centre (3,) [m] and rotation (3, 3), in the world."""
+
+    name: str
+    position_m: Array
+    rotation: Array
+
+
+@dataclass(frozen=True)
+class ContactTruth:
+    """What only a simulated robot knows: the body that the tool touches, or "", and where the movable ones are."""
+
+    touched: str
+    bodies: tuple[BodyPose, ...]
+
+
+@dataclass(frozen=True)
+class TorqueExchange:
+    """One period under torque: what was commanded after the limits, the state after it, its time [s]."""
+
+    sent: JointTorque
+    state: RobotState
+    t_s: float
+    truth: ContactTruth | None = None
+
+
+class TorqueInterface(Protocol):
+    """Torque commands, for a robot that carries its own weight, Coriolis forces and known friction.
+
+    Position and torque commands are not mixed: the first one after a ``reset`` says which are taken until the next.
+    """
+
+    period_s: float
+    effort_nm: Array
+    """(n,) largest torque of each joint"""
+
+    def exchange(self, command: JointTorque) -> TorqueExchange:
+        """Carry out one period of torque control; raises HardwareError when the line or the robot has failed."""
+
+
 class Robot(Protocol):
     """An arm that holds the cup; one call of ``exchange`` is one control period.
 
@@ -90,6 +133,10 @@ class Robot(Protocol):
     limits: JointLimits
     period_s: float
     realtime: bool
+
+    @property
+    def torque(self) -> TorqueInterface | None:
+        """Torque commands, from the last ``reset`` on; None for a robot that takes none."""
 
     @property
     def missed(self) -> int:
@@ -109,3 +156,13 @@ class Robot(Protocol):
 
     def close(self) -> None:
         """Halt and let go of the device."""
+
+
+def torque_interface(robot: Robot, wanted_by: str) -> TorqueInterface:
+    """The torque interface of ``robot``; raises HardwareError where it has none."""
+    if robot.torque is None:
+        raise HardwareError(
+            f"{wanted_by} needs a robot that takes torque commands, and this one takes none: choose "
+            "hardware=simulated, hardware=twin or a robot that declares them; nothing was moved"
+        )
+    return robot.torque

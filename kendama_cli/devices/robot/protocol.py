@@ -2,7 +2,8 @@
 
 Every datagram is a header (magic, version, kind, session, sequence, length, CRC-32 over all the rest) and a payload of
 one fixed layout per kind. The side that commands sends HELLO (sequence 0), RESET, COMMAND and HALT with sequence
-numbers that rise by one; the robot answers each with WELCOME, STATE or STOPPED under the same number.
+numbers that rise by one, or TORQUE in place of COMMAND; the robot answers each with WELCOME, STATE, TORQUE_STATE
+or STOPPED under the same number. TORQUE and TORQUE_STATE are laid out in torque_protocol.py.
 """
 
 from __future__ import annotations
@@ -20,12 +21,12 @@ from kendama_cli.robot_model.limits import JointLimits
 from kendama_cli.schema.arrays import Array
 
 MAGIC = b"KNDM"
-VERSION = 3
+VERSION = 4
 LARGEST_BYTES = 4096
 """No datagram of this protocol is longer."""
 _HEADER = struct.Struct("<4sHHQQII")
-_WELCOME = struct.Struct("<BBdd")
-_NAME_BYTES = 48
+_WELCOME = struct.Struct("<BBddd")
+NAME_BYTES = 48
 _RESET = struct.Struct("<Q")
 _STATE = struct.Struct("<dIB")
 _REASON_BYTES = 400
@@ -42,6 +43,8 @@ class Kind(IntEnum):
     STATE = 5
     HALT = 6
     STOPPED = 7
+    TORQUE = 8
+    TORQUE_STATE = 9
 
 
 class DatagramError(HardwareError):
@@ -60,9 +63,10 @@ class Datagram:
 
 @dataclass(frozen=True)
 class Welcome:
-    """What a robot tells about itself: joints, limits, control period, and how it keeps time.
+    """What a robot reports about itself: joints, limits, control period, and how it keeps time.
 
-    ``watchdog_s`` is the silence after which a moving robot stops and stays stopped.
+    ``watchdog_s`` is the silence after which a moving robot stops and stays stopped, ``torque_period_s`` the period of
+    torque commands, 0 where it takes none.
     """
 
     joint_names: tuple[str, ...]
@@ -70,6 +74,7 @@ class Welcome:
     period_s: float
     realtime: bool
     watchdog_s: float
+    torque_period_s: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -110,13 +115,13 @@ def unpack(data: bytes) -> Datagram:
 def pack_welcome(welcome: Welcome) -> bytes:
     """The payload of WELCOME; raises ValueError for a joint name that does not fit."""
     n = len(welcome.joint_names)
-    parts = [_WELCOME.pack(n, welcome.realtime, welcome.period_s, welcome.watchdog_s)]
+    parts = [_WELCOME.pack(n, welcome.realtime, welcome.period_s, welcome.watchdog_s, welcome.torque_period_s)]
     for name in welcome.joint_names:
         encoded = name.encode()
-        if len(encoded) > _NAME_BYTES:
-            raise ValueError(f"joint name '{name}' is longer than {_NAME_BYTES} bytes")
-        parts.append(encoded.ljust(_NAME_BYTES, b"\0"))
-    parts += [_bytes(getattr(welcome.limits, name)) for name in _LIMITS]
+        if len(encoded) > NAME_BYTES:
+            raise ValueError(f"joint name '{name}' is longer than {NAME_BYTES} bytes")
+        parts.append(encoded.ljust(NAME_BYTES, b"\0"))
+    parts += [as_bytes(getattr(welcome.limits, name)) for name in _LIMITS]
     return b"".join(parts)
 
 
@@ -124,46 +129,46 @@ def unpack_welcome(payload: bytes) -> Welcome:
     """The robot's own account of itself; raises DatagramError where the layout does not fit."""
     if len(payload) < _WELCOME.size:
         raise DatagramError(f"malformed WELCOME of {len(payload)} bytes")
-    n, realtime, period_s, watchdog_s = _WELCOME.unpack_from(payload)
-    _expect("WELCOME", payload, _WELCOME.size + n * (_NAME_BYTES + 8 * len(_LIMITS)))
+    n, realtime, period_s, watchdog_s, torque_period_s = _WELCOME.unpack_from(payload)
+    expect("WELCOME", payload, _WELCOME.size + n * (NAME_BYTES + 8 * len(_LIMITS)))
     start = _WELCOME.size
     try:
         names = tuple(
-            payload[start + i * _NAME_BYTES : start + (i + 1) * _NAME_BYTES].rstrip(b"\0").decode() for i in range(n)
+            payload[start + i * NAME_BYTES : start + (i + 1) * NAME_BYTES].rstrip(b"\0").decode() for i in range(n)
         )
-        values = _floats(payload, start + n * _NAME_BYTES).reshape(len(_LIMITS), n)
+        values = floats(payload, start + n * NAME_BYTES).reshape(len(_LIMITS), n)
         limits = JointLimits(**dict(zip(_LIMITS, values, strict=True)))
     except ValueError as error:
         raise DatagramError(f"malformed WELCOME: {error}") from None
-    return Welcome(names, limits, period_s, bool(realtime), watchdog_s)
+    return Welcome(names, limits, period_s, bool(realtime), watchdog_s, torque_period_s)
 
 
 def pack_reset(position_rad: Array, seed: int) -> bytes:
     """The payload of RESET: where to bring the joints, and the seed of a simulated robot's noise."""
-    return _RESET.pack(seed) + _bytes(position_rad)
+    return _RESET.pack(seed) + as_bytes(position_rad)
 
 
 def unpack_reset(payload: bytes, n: int) -> tuple[Array, int]:
     """Joint positions (n,) and seed; raises DatagramError where the layout or a value does not fit."""
-    _expect("RESET", payload, _RESET.size + 8 * n)
-    return _finite("RESET", _floats(payload, _RESET.size)), int(_RESET.unpack_from(payload)[0])
+    expect("RESET", payload, _RESET.size + 8 * n)
+    return finite("RESET", floats(payload, _RESET.size)), int(_RESET.unpack_from(payload)[0])
 
 
 def pack_command(command: JointCommand) -> bytes:
     """The payload of COMMAND."""
-    return _bytes(command.position_rad, command.velocity_rad_s, command.acceleration_rad_s2, command.effort_nm)
+    return as_bytes(command.position_rad, command.velocity_rad_s, command.acceleration_rad_s2, command.effort_nm)
 
 
 def unpack_command(payload: bytes, n: int) -> JointCommand:
     """The wanted state of n joints; raises DatagramError where the layout or a value does not fit."""
-    _expect("COMMAND", payload, 32 * n)
-    return JointCommand(*_finite("COMMAND", _floats(payload)).reshape(4, n))
+    expect("COMMAND", payload, 32 * n)
+    return JointCommand(*finite("COMMAND", floats(payload)).reshape(4, n))
 
 
 def pack_report(report: Report) -> bytes:
     """The payload of STATE."""
     sent, state = report.exchange.sent, report.exchange.state
-    return _STATE.pack(report.exchange.t_s, report.missed, state.caught) + _bytes(
+    return _STATE.pack(report.exchange.t_s, report.missed, state.caught) + as_bytes(
         sent.position_rad,
         sent.velocity_rad_s,
         sent.acceleration_rad_s2,
@@ -180,11 +185,11 @@ def pack_report(report: Report) -> bytes:
 
 def unpack_report(payload: bytes, n: int) -> Report:
     """The answered control period of n joints; raises DatagramError where the layout or a value does not fit."""
-    _expect("STATE", payload, _STATE.size + 8 * (8 * n + 27))
+    expect("STATE", payload, _STATE.size + 8 * (8 * n + 27))
     t_s, missed, caught = _STATE.unpack_from(payload)
-    values = _floats(payload, _STATE.size)
+    values = floats(payload, _STATE.size)
     sent = JointCommand(*values[: 4 * n].reshape(4, n))
-    sensed = _finite("STATE", values[4 * n : 7 * n + 6])
+    sensed = finite("STATE", values[4 * n : 7 * n + 6])
     position, velocity, effort = sensed[: 3 * n].reshape(3, n)
     cup, ball = values[7 * n + 6 : 7 * n + 12].reshape(2, 3)
     state = RobotState(position, velocity, effort, sensed[3 * n :], cup, ball, bool(caught))
@@ -202,7 +207,7 @@ def unpack_reason(payload: bytes) -> str:
 
 
 def _scene_values(scene: SceneState | None, n: int) -> Array:
-    """The scene as (n + 15,) numbers; nan where the robot tells none."""
+    """The scene as (n + 15,) numbers; nan where the robot knows none."""
     if scene is None:
         return np.full(n + 15, np.nan)
     return np.concatenate([scene.position_rad, scene.cup_m, scene.cup_rotation.ravel(), scene.ball_m])
@@ -214,20 +219,24 @@ def _scene(values: Array, n: int) -> SceneState | None:
     return SceneState(values[:n], values[n : n + 3], values[n + 3 : n + 12].reshape(3, 3), values[n + 12 :])
 
 
-def _bytes(*arrays: Array) -> bytes:
+def as_bytes(*arrays: Array) -> bytes:
+    """The arrays one after the other, little-endian doubles."""
     return np.concatenate(arrays).astype("<f8", copy=False).tobytes()
 
 
-def _floats(payload: bytes, offset: int = 0) -> Array:
+def floats(payload: bytes, offset: int = 0) -> Array:
+    """The doubles from byte ``offset`` on."""
     return np.frombuffer(payload, "<f8", offset=offset).astype(np.float64, copy=False)
 
 
-def _finite(what: str, values: Array) -> Array:
+def finite(what: str, values: Array) -> Array:
+    """``values``; raises DatagramError where one is not finite."""
     if not np.isfinite(values).all():
         raise DatagramError(f"{what} holds a value that is not finite")
     return values
 
 
-def _expect(what: str, payload: bytes, size: int) -> None:
+def expect(what: str, payload: bytes, size: int) -> None:
+    """Raise DatagramError where ``payload`` has not ``size`` bytes."""
     if len(payload) != size:
         raise DatagramError(f"malformed {what}: {len(payload)} bytes of payload instead of {size}")

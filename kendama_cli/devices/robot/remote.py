@@ -9,31 +9,46 @@ from collections.abc import Callable, Iterator
 from contextlib import closing, contextmanager, suppress
 
 from kendama_cli.devices.robot import protocol
-from kendama_cli.devices.robot.interface import Exchange, JointCommand
+from kendama_cli.devices.robot.interface import Exchange, JointCommand, TorqueExchange
 from kendama_cli.devices.robot.protocol import Datagram, DatagramError, Kind, Report
+from kendama_cli.devices.robot.task import Task
+from kendama_cli.devices.robot.torque_protocol import pack_torque, unpack_torque_report
 from kendama_cli.errors import HardwareError
+from kendama_cli.motion.impedance import JointTorque
 from kendama_cli.schema.arrays import Array
-from kendama_cli.settings.game import GameSettings
 from kendama_cli.settings.hardware import UdpHardware
 from kendama_cli.settings.robot import RobotSettings
 
-_GLANCE_S = 0.25
-"""How often a waiting commander looks whether the other process still lives."""
+_CHECK_S = 0.25
+"""How often a waiting commander checks whether the other process still lives."""
 _PERIODS_TO_WAIT = 3
 """In real time, an answer that is later than this many periods counts as lost, and the next command goes out."""
 
 
 @contextmanager
-def open_udp(hardware: UdpHardware, robot: RobotSettings, game: GameSettings) -> Iterator[UdpRobot]:
+def open_udp(hardware: UdpHardware, robot: RobotSettings, task: Task) -> Iterator[UdpRobot]:
     """Whatever robot listens at the configured address; raises HardwareError where none answers."""
     with closing(UdpRobot(hardware.host, hardware.port, silence_s=hardware.silence_s)) as client:
         yield client
 
 
+class UdpTorque:
+    """The TorqueInterface of a robot behind UDP."""
+
+    def __init__(self, robot: UdpRobot, period_s: float) -> None:
+        self.period_s = period_s
+        self.effort_nm = robot.limits.effort_nm
+        self._robot = robot
+
+    def exchange(self, command: JointTorque) -> TorqueExchange:
+        """See UdpRobot.exchange_torque."""
+        return self._robot.exchange_torque(command)
+
+
 class UdpRobot:
     """The Robot behind ``host:port``; opening it is the handshake.
 
-    The first thing that goes wrong raises HardwareError, tells the robot to halt, and stays: every later call raises
+    The first fault raises HardwareError, halts the robot, and stays: every later call raises
     the same error. ``exit_reason`` says how the other process ended, or None while it lives. ``missed`` counts the
     periods in which the robot had no command in time.
     """
@@ -70,6 +85,7 @@ class UdpRobot:
         self.period_s = welcome.period_s
         self.realtime = welcome.realtime
         self.watchdog_s = welcome.watchdog_s
+        self.torque = UdpTorque(self, welcome.torque_period_s) if welcome.torque_period_s > 0 else None
 
     def exchange(self, command: JointCommand) -> Exchange:
         """Carry out one control period; raises HardwareError when the line or the robot has failed."""
@@ -79,6 +95,16 @@ class UdpRobot:
     def reset(self, position_rad: Array, seed: int) -> Exchange:
         """Bring the robot to rest at ``position_rad`` (n,) with the ball hanging still."""
         return self._report(Kind.RESET, protocol.pack_reset(position_rad, seed)).exchange
+
+    def exchange_torque(self, command: JointTorque) -> TorqueExchange:
+        """Carry out one period of torque control; raises HardwareError when the line or the robot has failed."""
+        answer = self._ask(Kind.TORQUE, pack_torque(command), Kind.TORQUE_STATE)
+        try:
+            report = unpack_torque_report(answer, len(self.joint_names))
+        except DatagramError as error:
+            raise self._fail(str(error)) from None
+        self.missed = report.missed
+        return report.exchange
 
     def halt(self) -> None:
         """Stop the robot and stay stopped; idempotent, never raises."""
@@ -103,8 +129,8 @@ class UdpRobot:
     def _ask(self, kind: Kind, payload: bytes, wanted: Kind) -> bytes:
         if self._failure is not None:
             raise HardwareError(self._failure)
-        hold = kind is Kind.COMMAND and self.realtime
-        wait_s = _PERIODS_TO_WAIT * self.period_s if hold else self._silence_s
+        hold = kind in (Kind.COMMAND, Kind.TORQUE) and self.realtime
+        wait_s = _PERIODS_TO_WAIT * self._period_s(kind) if hold else self._silence_s
         give_up_s = time.monotonic() + (min(self._silence_s, self.watchdog_s) if hold else self._silence_s)
         while True:
             self._send(kind, payload)
@@ -113,6 +139,9 @@ class UdpRobot:
                 return answer
             if time.monotonic() >= give_up_s:
                 raise self._fail(f"no answer to {kind.name} {self._sequence} within {self._silence_s:g} s")
+
+    def _period_s(self, kind: Kind) -> float:
+        return self.torque.period_s if kind is Kind.TORQUE and self.torque is not None else self.period_s
 
     def _send(self, kind: Kind, payload: bytes) -> None:
         self._sequence += 1
@@ -126,7 +155,7 @@ class UdpRobot:
     def _await(self, wanted: Kind, until_s: float, *, stale_is_late: bool) -> bytes | None:
         """The payload that answers the last datagram, or None when the time is over."""
         while (left_s := until_s - time.monotonic()) > 0:
-            self._line.settimeout(min(left_s, _GLANCE_S))
+            self._line.settimeout(min(left_s, _CHECK_S))
             try:
                 data = self._line.recv(protocol.LARGEST_BYTES + 1)
             except ConnectionRefusedError:

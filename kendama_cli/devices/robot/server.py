@@ -2,8 +2,8 @@
 
 A stop is latched: from then on every datagram is answered with STOPPED and its reason, and only a new session
 (HELLO with a number never seen before, then RESET) leaves it. In lockstep the robot moves one control period per
-COMMAND and the wall clock serves as a watchdog only; in real time it moves at every period of the wall clock, holds
-the last command where none came in time, counts that, and stops after ``watchdog_s`` of silence.
+COMMAND or TORQUE and the wall clock serves as a watchdog only; in real time it moves at every period of the wall clock,
+holds the last command where none came in time, counts that, and stops after ``watchdog_s`` of silence.
 """
 
 from __future__ import annotations
@@ -13,13 +13,17 @@ import time
 from collections.abc import Callable
 
 from kendama_cli.devices.robot import protocol
-from kendama_cli.devices.robot.interface import JointCommand, Robot
+from kendama_cli.devices.robot.interface import JointCommand, Robot, torque_interface
 from kendama_cli.devices.robot.protocol import Datagram, DatagramError, Kind, Report, Welcome
+from kendama_cli.devices.robot.torque_protocol import TorqueReport, pack_torque_report, unpack_torque
 from kendama_cli.errors import KendamaError
+from kendama_cli.motion.impedance import JointTorque
 
 Address = tuple[str, int]
-_GLANCE_S = 0.5
-"""How often a waiting server looks whether it should go on."""
+Command = JointCommand | JointTorque
+ANSWERS = (Kind.WELCOME, Kind.STATE, Kind.STOPPED, Kind.TORQUE_STATE)
+_CHECK_S = 0.5
+"""How often a waiting server checks whether it should go on."""
 
 
 class RobotServer:
@@ -52,12 +56,12 @@ class RobotServer:
         self._ready = False
         self._moving = False
         self._missed = 0
-        self._held: JointCommand | None = None
-        self._heard_s = 0.0
+        self._held: Command | None = None
+        self._received_s = 0.0
         self._tick_s = 0.0
 
     def serve(self) -> None:
-        """Answer until told to end; the robot is closed on the way out."""
+        """Answer until ``keep_going()`` is false; the robot is closed on the way out."""
         try:
             while self._keep_going():
                 if self._realtime and self._moving:
@@ -68,9 +72,9 @@ class RobotServer:
             self._robot.close()
 
     def _one_answer(self) -> None:
-        received = self._receive(min(_GLANCE_S, self._watchdog_s))
+        received = self._receive(min(_CHECK_S, self._watchdog_s))
         if received is None:
-            self._mind_silence()
+            self._check_silence()
             return
         command = self._take(*received)
         if command is not None and not self._realtime:
@@ -81,9 +85,10 @@ class RobotServer:
             self._move(command, answer=True)
 
     def _one_period(self) -> None:
-        period_s = self._robot.period_s
+        torque = self._robot.torque if isinstance(self._held, JointTorque) else None
+        period_s = self._robot.period_s if torque is None else torque.period_s
         self._tick_s = max(self._tick_s + period_s, time.monotonic() - period_s)
-        fresh: JointCommand | None = None
+        fresh: Command | None = None
         while True:
             left_s = self._tick_s - time.monotonic()
             received = self._receive(max(left_s, 0.0))
@@ -100,7 +105,7 @@ class RobotServer:
             self._move(fresh, answer=True)
             return
         self._missed += 1
-        self._mind_silence()
+        self._check_silence()
         if self._moving and self._held is not None:
             self._move(self._held, answer=False)
 
@@ -112,7 +117,7 @@ class RobotServer:
             return None
         return data, sender
 
-    def _take(self, data: bytes, sender: Address) -> JointCommand | None:
+    def _take(self, data: bytes, sender: Address) -> Command | None:
         """The command to carry out, if that is what came; everything else is answered here."""
         try:
             datagram = protocol.unpack(data)
@@ -120,11 +125,11 @@ class RobotServer:
             self._stop(f"{error} (from {sender[0]}:{sender[1]})")
             self._refuse(sender, Datagram(Kind.HELLO, self._session if sender == self._peer else 0, 0))
             return None
-        if datagram.kind in (Kind.WELCOME, Kind.STATE, Kind.STOPPED):  # a robot's own words: never answer, never obey
+        if datagram.kind in ANSWERS:  # never answer, never obey
             self._stop(f"{datagram.kind.name} came from {sender[0]}:{sender[1]}, where only commands belong")
             return None
         if datagram.kind is Kind.HELLO:
-            self._greet(datagram, sender)
+            self._begin_session(datagram, sender)
             return None
         if self.stopped is None:
             self._check_order(datagram, sender)
@@ -133,7 +138,7 @@ class RobotServer:
             return None
         self._missed += datagram.sequence - self._sequence - 1
         self._sequence = datagram.sequence
-        self._heard_s = time.monotonic()
+        self._received_s = time.monotonic()
         try:
             return self._obey(datagram)
         except (DatagramError, KendamaError) as error:
@@ -141,7 +146,7 @@ class RobotServer:
             self._refuse(sender, datagram)
             return None
 
-    def _greet(self, datagram: Datagram, sender: Address) -> None:
+    def _begin_session(self, datagram: Datagram, sender: Address) -> None:
         known = datagram.session in self._sessions
         if self.stopped is None or known:
             what = "a repeated HELLO" if known else "the HELLO of another session"
@@ -155,7 +160,8 @@ class RobotServer:
         self._session, self._peer, self._sequence = datagram.session, sender, datagram.sequence
         self._ready, self._moving, self._missed, self.stopped = False, False, 0, None
         robot = self._robot
-        welcome = Welcome(robot.joint_names, robot.limits, robot.period_s, self._realtime, self._watchdog_s)
+        torque_s = 0.0 if robot.torque is None else robot.torque.period_s
+        welcome = Welcome(robot.joint_names, robot.limits, robot.period_s, self._realtime, self._watchdog_s, torque_s)
         self._answer(Kind.WELCOME, datagram, protocol.pack_welcome(welcome), sender)
 
     def _check_order(self, datagram: Datagram, sender: Address) -> None:
@@ -171,11 +177,12 @@ class RobotServer:
                 f"{datagram.kind.name} {datagram.sequence} came where {self._sequence + 1} was due: a datagram is lost"
             )
 
-    def _obey(self, datagram: Datagram) -> JointCommand | None:
-        if datagram.kind is Kind.COMMAND:
-            command = protocol.unpack_command(datagram.payload, self._n)
+    def _obey(self, datagram: Datagram) -> Command | None:
+        if datagram.kind in (Kind.COMMAND, Kind.TORQUE):
+            unpack = protocol.unpack_command if datagram.kind is Kind.COMMAND else unpack_torque
+            command: Command = unpack(datagram.payload, self._n)
             if not self._ready:
-                raise DatagramError("COMMAND came before the first RESET")
+                raise DatagramError(f"{datagram.kind.name} came before the first RESET")
             return command
         peer = self._peer
         assert peer is not None
@@ -186,27 +193,33 @@ class RobotServer:
             self._ready = True
             self._answer(Kind.STATE, datagram, protocol.pack_report(Report(exchange, self._missed)), peer)
         else:
-            self._stop("the commander said HALT")
+            self._stop("the commander sent HALT")
             self._refuse(peer, datagram)
         return None
 
-    def _move(self, command: JointCommand, *, answer: bool) -> None:
+    def _move(self, command: Command, *, answer: bool) -> None:
         peer = self._peer
         assert peer is not None
         self._moving = True
         asked = Datagram(Kind.COMMAND, self._session, self._sequence)
         try:
-            exchange = self._robot.exchange(command)
+            kind, payload = self._exchange(command)
         except KendamaError as error:
             self._stop(str(error))
             self._refuse(peer, asked)
             return
         if answer:
-            self._answer(Kind.STATE, asked, protocol.pack_report(Report(exchange, self._missed)), peer)
+            self._answer(kind, asked, payload, peer)
 
-    def _mind_silence(self) -> None:
-        if self._moving and time.monotonic() - self._heard_s > self._watchdog_s:
-            self._stop(f"nothing was heard for {self._watchdog_s:g} s while moving")
+    def _exchange(self, command: Command) -> tuple[Kind, bytes]:
+        if isinstance(command, JointTorque):
+            done = torque_interface(self._robot, "a torque command").exchange(command)
+            return Kind.TORQUE_STATE, pack_torque_report(TorqueReport(done, self._missed))
+        return Kind.STATE, protocol.pack_report(Report(self._robot.exchange(command), self._missed))
+
+    def _check_silence(self) -> None:
+        if self._moving and time.monotonic() - self._received_s > self._watchdog_s:
+            self._stop(f"no datagram came for {self._watchdog_s:g} s while moving")
 
     def _stop(self, reason: str) -> None:
         if self.stopped is None:

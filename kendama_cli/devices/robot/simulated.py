@@ -7,12 +7,24 @@ import math
 
 import numpy as np
 
-from kendama_cli.devices.robot.interface import Exchange, JointCommand, RobotState, SceneState
+from kendama_cli.devices.robot.interface import (
+    BodyPose,
+    ContactTruth,
+    Exchange,
+    JointCommand,
+    RobotState,
+    SceneState,
+    TorqueExchange,
+)
 from kendama_cli.devices.robot.limiter import limit_command
+from kendama_cli.devices.robot.task import Task
 from kendama_cli.errors import HardwareError
+from kendama_cli.motion.impedance import JointTorque
+from kendama_cli.motion.task_settings import InteractionTask
 from kendama_cli.schema.arrays import Array
 from kendama_cli.settings.game import GameSettings
 from kendama_cli.settings.robot import Imperfection, RobotSettings
+from kendama_cli.settings.scene import StaticBody
 from kendama_cli.simulation.dart.world import STEP_S, ArmWorld, WorldErrors
 
 Reference = tuple[Array, Array, Array, Array]
@@ -20,22 +32,28 @@ Reference = tuple[Array, Array, Array, Array]
 
 
 class SimulatedRobot:
-    """A robot (see blocks.robot.interface) that lives in DART.
+    """A robot (see devices.robot.interface) that lives in DART: with the cup for a game, with the probe in a scene.
 
     ``exchange`` runs ``control_period_s`` of 1 ms steps along the cubic between the last command and this one, after
     the limits; with an ``imperfection`` the reference arrives late and lagging, readings are noisy, and rope and
-    friction are not what the controller believes.
+    friction are not what the controller believes. Lag and latency are those of its drive, which torque passes by.
     """
 
     def __init__(
         self,
         robot: RobotSettings,
-        game: GameSettings,
+        task: Task,
         *,
         imperfection: Imperfection | None,
         control_period_s: float,
     ) -> None:
-        self._world = ArmWorld(robot, game)
+        if isinstance(task, InteractionTask):
+            self._world = ArmWorld(robot, task.interact, task.scene)
+            self._moving = tuple(one.name for one in task.scene.bodies if not isinstance(one, StaticBody))
+        else:
+            self._world = ArmWorld(robot, task)
+            self._moving = ()
+        self._game = isinstance(task, GameSettings)
         arm = self._world.arm
         self.joint_names = arm.joint_names
         self.limits = arm.limits
@@ -67,6 +85,7 @@ class SimulatedRobot:
         start = np.clip(position_rad, self.limits.lower_rad, self.limits.upper_rad)
         self._world.perturb(errors)
         self._world.reset(start)
+        self._commands: type | None = None
         self._last = JointCommand(start, rest, rest)
         self._reference: Reference = (start, rest, rest, rest)
         self._queue = [self._reference] * delay
@@ -74,8 +93,7 @@ class SimulatedRobot:
 
     def exchange(self, command: JointCommand) -> Exchange:
         """Carry out one control period; raises HardwareError after ``halt`` or for a command that is not finite."""
-        self._refuse_when_halted()
-        self._refuse_not_finite(command)
+        self._accept(command, ("position_rad", "velocity_rad_s", "acceleration_rad_s2", "effort_nm"))
         sent = limit_command(self._last, command, self.limits, self.period_s)
         most = self.limits.effort_nm
         sent = dataclasses.replace(sent, effort_nm=np.clip(command.effort_nm, -most, most))
@@ -95,6 +113,19 @@ class SimulatedRobot:
             self._world.step(q, v, a, noise, effort)
         self._last = sent
         return Exchange(sent, self._state(), self._world.t_s, self._scene())
+
+    @property
+    def torque(self) -> SimulatedTorque:
+        """Torque commands."""
+        return SimulatedTorque(self)
+
+    def exchange_torque(self, command: JointTorque) -> TorqueExchange:
+        """One step under ``command``, clipped to the motors' limits; raises HardwareError as ``exchange`` does."""
+        self._accept(command, ("torque_nm", "velocity_rad_s"))
+        most = self.limits.effort_nm
+        sent = JointTorque(np.clip(command.torque_nm, -most, most), command.velocity_rad_s)
+        self._world.step_torque(sent)
+        return TorqueExchange(sent, self._state(), self._world.t_s, self._truth())
 
     def halt(self) -> None:
         """Stop and stay stopped."""
@@ -119,17 +150,29 @@ class SimulatedRobot:
         world = self._world
         n = len(self.joint_names)
         angles = world.position_rad + (self._rng.normal(0.0, self._joint_noise, n) if self._joint_noise > 0 else 0.0)
-        cup, ball = np.array(world.ball.tie_m), np.array(world.ball.position_m)
+        cup, ball, caught = world.tool_m, np.full(3, np.nan), False
+        if self._game:
+            cup, ball = np.array(world.ball.tie_m), np.array(world.ball.position_m)
+            caught = world.ball.is_caught()
         if self._ball_noise > 0:
             cup, ball = (
                 cup + self._rng.normal(0.0, self._ball_noise, 3),
                 ball + self._rng.normal(0.0, self._ball_noise, 3),
             )
         wrench = world.wrist_wrench()
-        return RobotState(angles, world.velocity_rad_s, world.effort_nm, wrench, cup, ball, world.ball.is_caught())
+        return RobotState(angles, world.velocity_rad_s, world.effort_nm, wrench, cup, ball, caught)
 
-    def _scene(self) -> SceneState:
+    def _truth(self) -> ContactTruth | None:
+        if self._game:
+            return None
+        places = [(name, self._world.scene.bodies[name].getWorldTransform()) for name in self._moving]
+        poses = [BodyPose(name, np.array(one.translation()), np.array(one.rotation())) for name, one in places]
+        return ContactTruth(self._world.sensor.touched, tuple(poses))
+
+    def _scene(self) -> SceneState | None:
         world = self._world
+        if not self._game:
+            return None
         place = world.body.cup.getWorldTransform()
         return SceneState(
             np.array(world.position_rad),
@@ -142,8 +185,10 @@ class SimulatedRobot:
         if self._halted:
             raise HardwareError("the simulated robot is halted and stays so: open it anew")
 
-    def _refuse_not_finite(self, command: JointCommand) -> None:
-        for kind in ("position_rad", "velocity_rad_s", "acceleration_rad_s2", "effort_nm"):
+    def _accept(self, command: JointCommand | JointTorque, kinds: tuple[str, ...]) -> None:
+        """Raise HardwareError, and halt, for a command that is not finite or of another kind than those before it."""
+        self._refuse_when_halted()
+        for kind in kinds:
             values = np.asarray(getattr(command, kind))
             if values.shape != (len(self.joint_names),) or not np.isfinite(values).all():
                 self.halt()
@@ -151,3 +196,21 @@ class SimulatedRobot:
                     f"the command's {kind} is {values.tolist()}; allowed: {len(self.joint_names)} finite numbers: "
                     "the robot halts"
                 )
+        if self._commands not in (None, type(command)):
+            self.halt()
+            raise HardwareError("position and torque commands came without a reset between them: the robot halts")
+        self._commands = type(command)
+
+
+class SimulatedTorque:
+    """The TorqueInterface of a simulated robot: one command per step of the simulation."""
+
+    period_s = STEP_S
+
+    def __init__(self, robot: SimulatedRobot) -> None:
+        self.effort_nm = robot.limits.effort_nm
+        self._robot = robot
+
+    def exchange(self, command: JointTorque) -> TorqueExchange:
+        """One step; raises HardwareError after ``halt``, SimulationError where the motion is not finite."""
+        return self._robot.exchange_torque(command)

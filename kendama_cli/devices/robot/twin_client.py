@@ -12,9 +12,9 @@ from contextlib import closing, contextmanager, suppress
 from typing import IO
 
 from kendama_cli.devices.robot.remote import UdpRobot
+from kendama_cli.devices.robot.task import Task
 from kendama_cli.devices.robot.twin_process import settings_document
 from kendama_cli.errors import HardwareError
-from kendama_cli.settings.game import GameSettings
 from kendama_cli.settings.hardware import TwinHardware
 from kendama_cli.settings.robot import RobotSettings
 
@@ -24,9 +24,9 @@ _END_S = 5.0
 
 
 @contextmanager
-def open_twin(hardware: TwinHardware, robot: RobotSettings, game: GameSettings) -> Iterator[UdpRobot]:
+def open_twin(hardware: TwinHardware, robot: RobotSettings, task: Task) -> Iterator[UdpRobot]:
     """A twin in a process of its own, which ends with this context; raises HardwareError where it does not come up."""
-    with _twin_process(hardware, robot, game) as process:
+    with _twin_process(hardware, robot, task) as process:
         host, port = process.address
         with closing(UdpRobot(host, port, silence_s=hardware.silence_s, exit_reason=process.exit_reason)) as client:
             yield client
@@ -86,7 +86,7 @@ class _Twin:
 
 
 @contextmanager
-def _twin_process(hardware: TwinHardware, robot: RobotSettings, game: GameSettings) -> Iterator[_Twin]:
+def _twin_process(hardware: TwinHardware, robot: RobotSettings, task: Task) -> Iterator[_Twin]:
     with tempfile.TemporaryFile() as errors:
         process = subprocess.Popen(
             [sys.executable, "-P", "-m", "kendama_cli.devices.robot.twin_process"],
@@ -97,7 +97,7 @@ def _twin_process(hardware: TwinHardware, robot: RobotSettings, game: GameSettin
         )
         twin = _Twin(process, errors)
         try:
-            twin.start(settings_document(robot, game, hardware))
+            twin.start(settings_document(robot, task, hardware))
             yield twin
         finally:
             twin.end()

@@ -14,17 +14,20 @@ import threading
 from collections.abc import Mapping
 from typing import Any
 
+from kendama_cli.devices.robot.task import Task
 from kendama_cli.devices.robot.twin import LOOPBACK, serve_twin
 from kendama_cli.errors import KendamaError
+from kendama_cli.motion.task_settings import InteractionTask
 from kendama_cli.schema.settings import build_value
 from kendama_cli.settings.game import GameSettings
 from kendama_cli.settings.hardware import TwinHardware
 from kendama_cli.settings.robot import RobotSettings
 
 
-def settings_document(robot: RobotSettings, game: GameSettings, hardware: TwinHardware) -> str:
-    """The one JSON line that tells a twin process what to simulate."""
-    parts: dict[str, Any] = {"robot": robot, "game": game, "hardware": hardware}
+def settings_document(robot: RobotSettings, task: Task, hardware: TwinHardware) -> str:
+    """The one JSON line that says what a twin process simulates."""
+    kind = "interaction" if isinstance(task, InteractionTask) else "game"
+    parts: dict[str, Any] = {"robot": robot, kind: task, "hardware": hardware}
     return json.dumps({name: dataclasses.asdict(part) for name, part in parts.items()})
 
 
@@ -34,11 +37,15 @@ def main() -> int:
     try:
         document = json.loads(sys.stdin.readline())
         robot = build_value(RobotSettings, document["robot"], "robot")
-        game = build_value(GameSettings, document["game"], "game")
+        task: Task
+        if "interaction" in document:
+            task = build_value(InteractionTask, document["interaction"], "interaction")
+        else:
+            task = build_value(GameSettings, document["game"], "game")
         hardware = build_value(TwinHardware, document["hardware"], "hardware")
         threading.Thread(target=_end_with_input, daemon=True).start()
         serve_twin(
-            robot, game, hardware, host=LOOPBACK, port=0, on_ready=_announce, keep_going=lambda: os.getppid() == parent
+            robot, task, hardware, host=LOOPBACK, port=0, on_ready=_announce, keep_going=lambda: os.getppid() == parent
         )
     except KendamaError as error:
         sys.stderr.write(f"{error}\n")

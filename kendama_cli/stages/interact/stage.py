@@ -9,72 +9,90 @@ import numpy as np
 
 from kendama_cli.artifacts.interaction import InteractionResult
 from kendama_cli.devices.controller.open_controller import make_controller
-from kendama_cli.errors import SimulationError
+from kendama_cli.devices.robot.interface import ContactTruth, TorqueExchange, torque_interface
+from kendama_cli.devices.robot.open_robot import open_robot
+from kendama_cli.errors import StageError
 from kendama_cli.log.messages import WrenchMessage
-from kendama_cli.motion.impedance import TaskReference
+from kendama_cli.motion.impedance import TaskReference, TaskState
 from kendama_cli.motion.rotation_matrix import quaternion_of
 from kendama_cli.motion.task_path import TaskPath
-from kendama_cli.motion.task_settings import InteractSettings
+from kendama_cli.motion.task_settings import InteractionTask, InteractSettings
+from kendama_cli.robot_model.limits import JointLimits
 from kendama_cli.schema.arrays import Array
 from kendama_cli.schema.foxglove import FrameTransform, JointStates
+from kendama_cli.settings.hardware import HardwareSettings
 from kendama_cli.settings.robot import RobotSettings
-from kendama_cli.settings.scene import SceneSettings, StaticBody
-from kendama_cli.simulation.dart.world import STEP_S, ArmWorld
+from kendama_cli.settings.scene import SceneSettings
 from kendama_cli.stages.interact.messages import ContactMessage
+from kendama_cli.stages.interact.probe_state import ProbeState
 from kendama_cli.stages.interface import Made, Metric, StageContext
 
 PROGRESS_STEPS = 500
 
 
 class Interact:
-    """Takes nothing; gives the InteractionResult of the script in ``interact``, played in ``scene`` by ``robot``."""
+    """Takes nothing; gives the InteractionResult of the script in ``interact``, played in ``scene`` by ``hardware``."""
 
-    def __init__(self, *, interact: InteractSettings, scene: SceneSettings, robot: RobotSettings) -> None:
+    def __init__(
+        self, *, interact: InteractSettings, scene: SceneSettings, robot: RobotSettings, hardware: HardwareSettings
+    ) -> None:
         self._settings = interact
         self._scene = scene
         self._robot = robot
+        self._hardware = hardware
 
     def run(self, given: Mapping[str, Any], ctx: StageContext) -> Made:
         """Play the script, and compare what the sensor felt that the tool exerted with what was wanted.
 
         ``force_error_*`` are along the wanted force over the steps throughout which it stays what it is, ``friction``
         is the median ratio of the contact's other part to it while the tool is moved in them, ``path_error_rms_mm`` is
-        across it, over the whole script; None where no step is of that kind. Raises ConfigError where a body of the
-        scene holds the arm, SimulationError where the motion is not finite or the tool is left behind.
+        across it, over the whole script; None where no step is of that kind, or only a simulated robot would know.
+        Raises ConfigError where a body of the scene holds the arm, HardwareError where the robot takes no torque
+        commands or fails, StageError where the tool is left behind.
         """
         settings = self._settings
-        world = ArmWorld(self._robot, settings, self._scene)
-        path = TaskPath(settings.script, world.tool_m, world.tool_rotation)
-        controller = make_controller(settings.controller)
-        controller.reset(world.position_rad)
-        moving = [body.name for body in self._scene.bodies if not isinstance(body, StaticBody)]
-        total = round(path.duration_s / STEP_S)
-        every = round(1.0 / (STEP_S * settings.log_rate_hz))
-        played = _Played(world)
-        for k in range(total):
-            reference = path.at(k * STEP_S)
-            world.step_torque(controller.command(world.state(), reference, STEP_S))
-            self._check_reached(world, reference, path.step_at(k * STEP_S))
-            played.note(path.step_at(k * STEP_S), reference)
-            if (k + 1) % every == 0:
-                _log(ctx, world, reference, settings.script[path.step_at(k * STEP_S)].name, moving)
-            if (k + 1) % PROGRESS_STEPS == 0:
-                ctx.progress(
-                    k + 1, total, t_s=round(world.t_s, 1), force_n=round(float(np.linalg.norm(world.sensor.felt_n)), 1)
-                )
+        seed = int(ctx.rng("body").integers(2**62))
+        with open_robot(self._hardware, self._robot, InteractionTask(settings, self._scene)) as robot:
+            arm = ProbeState(self._robot, settings, torque_interface(robot, "interact").period_s)
+            arm.check_joints(robot)
+            arm.take(robot.reset(arm.home_rad, seed).state, 0.0)
+            torque = torque_interface(robot, "interact")
+            path = TaskPath(settings.script, arm.state.tool_m, arm.state.tool_rotation)
+            controller = make_controller(settings.controller)
+            controller.reset(arm.state.position_rad)
+            period_s = torque.period_s
+            total = round(path.duration_s / period_s)
+            every = max(1, round(1.0 / (period_s * settings.log_rate_hz)))
+            played = _Played(robot.limits)
+            for k in range(total):
+                reference, step = path.at(k * period_s), path.step_at(k * period_s)
+                exchange = torque.exchange(controller.command(arm.state, reference, period_s))
+                arm.take(exchange.state, exchange.t_s)
+                self._check_reached(arm, reference, step)
+                played.note(step, reference, arm, exchange)
+                if (k + 1) % every == 0:
+                    _log(
+                        ctx,
+                        robot.joint_names,
+                        arm.state,
+                        exchange,
+                        reference=reference,
+                        step=settings.script[step].name,
+                    )
+                if (k + 1) % PROGRESS_STEPS == 0:
+                    force_n = float(np.linalg.norm(arm.state.contact_n))
+                    ctx.progress(k + 1, total, t_s=round(exchange.t_s, 1), force_n=round(force_n, 1))
         result = played.result(tuple(step.name for step in settings.script))
         return Made(result, played.metrics(path))
 
-    def _check_reached(self, world: ArmWorld, reference: TaskReference, step: int) -> None:
-        missing = reference.position_m - world.tool_m
+    def _check_reached(self, arm: ProbeState, reference: TaskReference, step: int) -> None:
+        missing = reference.position_m - arm.state.tool_m
         missing = missing - float(reference.force_axis @ missing) * reference.force_axis
         error_m = float(np.linalg.norm(missing))
         if error_m > self._settings.most_error_m:
             place = f"[{', '.join(f'{value:.3f}' for value in reference.position_m)}]"
-            raise SimulationError(
-                "tool",
-                world.t_s,
-                f"step '{self._settings.script[step].name}' at {world.t_s:.3f} s: the tool of {self._robot.name} is "
+            raise StageError(
+                f"step '{self._settings.script[step].name}' at {arm.t_s:.3f} s: the tool of {self._robot.name} is "
                 f"{error_m:.3f} m from its reference {place} m; allowed: interact.most_error_m, "
                 f"{self._settings.most_error_m}; move interact.script[{step}].position_m within reach, "
                 "give it more time, or move what stands in the way",
@@ -84,22 +102,23 @@ class Interact:
 class _Played:
     """What was played so far."""
 
-    def __init__(self, world: ArmWorld) -> None:
-        self._world = world
+    def __init__(self, limits: JointLimits) -> None:
+        self._limits = limits
         self._rows: list[tuple[float, ...]] = []
         self._touched: set[str] = set()
+        self._truthful = True
         self._effort_share = self._speed_share = 0.0
 
-    def note(self, step: int, reference: TaskReference) -> None:
-        world = self._world
-        parts = (world.tool_m, reference.position_m, reference.force_n, reference.force_axis, world.sensor.felt_n)
-        touches = float(bool(world.sensor.touched))
-        self._rows.append((world.t_s, step, float(reference.velocity.any()), touches, *np.concatenate(parts)))
-        self._touched |= {world.sensor.touched} - {""}
-        self._effort_share = max(
-            self._effort_share, float((np.abs(world.effort_nm) / world.arm.limits.effort_nm).max())
-        )
-        speed = np.abs(world.velocity_rad_s) / world.arm.limits.velocity_rad_s
+    def note(self, step: int, reference: TaskReference, arm: ProbeState, exchange: TorqueExchange) -> None:
+        state, truth, limits = exchange.state, exchange.truth, self._limits
+        parts = (arm.state.tool_m, reference.position_m, reference.force_n, reference.force_axis, arm.state.contact_n)
+        self._truthful = self._truthful and truth is not None
+        touched = "" if truth is None else truth.touched
+        moves = float(reference.velocity.any())
+        self._rows.append((exchange.t_s, step, moves, float(bool(touched)), *np.concatenate(parts)))
+        self._touched |= {touched} - {""}
+        self._effort_share = max(self._effort_share, float((np.abs(state.effort_nm) / limits.effort_nm).max()))
+        speed = np.abs(state.velocity_rad_s) / limits.velocity_rad_s
         self._speed_share = max(self._speed_share, float(speed.max()))
 
     def result(self, steps: tuple[str, ...]) -> InteractionResult:
@@ -121,7 +140,7 @@ class _Played:
             "force_error_rms_n": _rms(error[settled]),
             "force_error_n_p95": float(np.quantile(np.abs(error[settled]), 0.95)) if settled.any() else None,
             "force_error_max_n": float(np.abs(error[settled]).max()) if settled.any() else None,
-            "contact_share": float(touches[settled].mean()) if settled.any() else None,
+            "contact_share": float(touches[settled].mean()) if settled.any() and self._truthful else None,
             "peak_force_n": float(np.linalg.norm(contact, axis=1).max()),
             "friction": float(np.median(across[sliding] / along[sliding])) if sliding.any() else None,
             "path_error_rms_mm": _rms(1e3 * np.linalg.norm(missing, axis=1)),
@@ -140,26 +159,35 @@ def _rms(values: Array) -> float | None:
     return float(np.sqrt(np.mean(values**2))) if len(values) else None
 
 
-def _log(ctx: StageContext, world: ArmWorld, reference: TaskReference, step: str, moving: list[str]) -> None:
-    t_s, axis = world.t_s, reference.force_axis
+def _log(
+    ctx: StageContext,
+    joint_names: tuple[str, ...],
+    state: TaskState,
+    exchange: TorqueExchange,
+    *,
+    reference: TaskReference,
+    step: str,
+) -> None:
+    t_s, axis, sensed = exchange.t_s, reference.force_axis, exchange.state
+    truth = exchange.truth or ContactTruth("", ())
     joints = JointStates(
-        names=world.arm.joint_names,
-        position_rad=world.position_rad,
-        velocity_rad_s=world.velocity_rad_s,
-        effort_nm=world.effort_nm,
+        names=joint_names,
+        position_rad=sensed.position_rad,
+        velocity_rad_s=sensed.velocity_rad_s,
+        effort_nm=sensed.effort_nm,
     )
     ctx.log.write("/interact/joints", t_s, joints)
-    ctx.log.write("/interact/tool", t_s, _frame("tool", world.tool_m, world.tool_rotation))
+    ctx.log.write("/interact/tool", t_s, _frame("tool", state.tool_m, state.tool_rotation))
     ctx.log.write("/interact/reference", t_s, _frame("reference", reference.position_m, reference.rotation))
-    for name in moving:
-        place = world.scene.bodies[name].getWorldTransform()
-        ctx.log.write("/interact/body", t_s, _frame(name, place.translation(), place.rotation()))
-    ctx.log.write("/interact/wrench", t_s, WrenchMessage(*world.wrist_wrench().tolist()))
+    for body in truth.bodies:
+        ctx.log.write("/interact/body", t_s, _frame(body.name, body.position_m, body.rotation))
+    ctx.log.write("/interact/wrench", t_s, WrenchMessage(*sensed.wrist_wrench.tolist()))
     # where no force is wanted, whatever is felt counts as along it
-    along = float(axis @ world.sensor.felt_n) if axis.any() else float(np.linalg.norm(world.sensor.felt_n))
-    across = float(np.linalg.norm(world.sensor.felt_n - along * axis)) if axis.any() else 0.0
+    felt_n = state.contact_n
+    along = float(axis @ felt_n) if axis.any() else float(np.linalg.norm(felt_n))
+    across = float(np.linalg.norm(felt_n - along * axis)) if axis.any() else 0.0
     contact = ContactMessage(
-        step=step, body=world.sensor.touched, wanted_n=float(axis @ reference.force_n), along_n=along, across_n=across
+        step=step, body=truth.touched, wanted_n=float(axis @ reference.force_n), along_n=along, across_n=across
     )
     ctx.log.write("/interact/contact", t_s, contact)
 

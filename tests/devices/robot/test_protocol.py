@@ -51,7 +51,7 @@ def test_the_layout_is_fixed_and_little_endian() -> None:
     [
         (lambda data: data[:10], "malformed datagram of 10 bytes"),
         (lambda data: b"JUNK" + data[4:], "begins with b'JUNK' instead of b'KNDM'"),
-        (lambda data: data[:4] + b"\x09\x00" + data[6:], "protocol version 9; version 3 is spoken here"),
+        (lambda data: data[:4] + b"\x09\x00" + data[6:], "protocol version 9; version 4 is spoken here"),
         (lambda data: data + b"x", "bytes of payload where the header announces"),
         (lambda data: data[:-1] + b"\xff", "its CRC-32 does not fit its content"),
     ],

@@ -147,7 +147,7 @@ def test_in_real_time_silence_while_moving_latches_the_stop() -> None:
         client.exchange(command(0.1))
         time.sleep(0.6)
         assert server.stopped is not None
-        with pytest.raises(HardwareError, match=r"nothing was heard for 0\.1 s while moving"):
+        with pytest.raises(HardwareError, match=r"no datagram came for 0\.1 s while moving"):
             client.exchange(command(0.2))
         client.close()
     assert robot.halts >= 1
