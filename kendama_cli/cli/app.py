@@ -1,4 +1,4 @@
-"""The commands: each reads its options, asks the rooms below, and hands the answer to ``render``."""
+"""The commands: each reads its options, asks the packages below, and hands the answer to ``render``."""
 
 from __future__ import annotations
 
