@@ -5,6 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from kendama_cli.robot_model.limits import JointLimits
 from kendama_cli.schema.arrays import Array
 from kendama_cli.simulation.dart.drive import Drive
 
@@ -15,7 +16,7 @@ ROUNDING = 1e-9
 
 
 def drive() -> Drive:
-    made = Drive(LOW, HIGH, FASTEST, TOP, PERIOD)
+    made = Drive(JointLimits(LOW, HIGH, FASTEST, TOP, np.ones(2)), PERIOD)
     made.reset(np.zeros(2))
     return made
 
