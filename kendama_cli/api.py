@@ -15,20 +15,17 @@ from kendama_cli.artifacts.demonstration import Demonstration
 from kendama_cli.artifacts.motion_plan import MotionPlan
 from kendama_cli.config.compose import composed
 from kendama_cli.config.site import Site, find_site
-from kendama_cli.errors import StageError, UsageError
+from kendama_cli.errors import StageError
 from kendama_cli.log.reader import LogFile
 from kendama_cli.motion.averaging import encode_demonstrations
 from kendama_cli.motion.dmp import DmpMotion
 from kendama_cli.motion.dmp import play as play_plan
 from kendama_cli.pipeline.catalogue import load_pipeline
+from kendama_cli.pipeline.finished_run import Run
 from kendama_cli.pipeline.nodes import build_settings
 from kendama_cli.pipeline.plan import Planner, check_armed, check_forced
 from kendama_cli.pipeline.record import begin, find_run, past_runs
-from kendama_cli.pipeline.report import write_report
 from kendama_cli.pipeline.runner import Runner
-from kendama_cli.schema.registry import resolve
-from kendama_cli.schema.settings import nearest
-from kendama_cli.store.codecs import load_artifact
 from kendama_cli.store.store import Store
 from kendama_cli.vision.camera_model import CameraModel
 from kendama_cli.vision.catch_pose import CatchPoseEstimator
@@ -55,113 +52,6 @@ __all__ = [
     "run",
     "runs",
 ]
-
-
-class Run:
-    """A run of a pipeline: what was asked, how it ended, and everything that its stages made."""
-
-    def __init__(self, record: Mapping[str, Any], site: Site) -> None:
-        self.record = dict(record)
-        """The document that ``kendama run --json`` prints, with when, where and with which versions."""
-        self._site = site
-
-    def __repr__(self) -> str:
-        return f"<Run {self.name} of {self.pipeline}: {self.outcome}>"
-
-    @property
-    def name(self) -> str:
-        """The run's name, as ``kendama runs`` lists it."""
-        return str(self.record["run"])
-
-    @property
-    def pipeline(self) -> str:
-        """The pipeline that was run."""
-        return str(self.record["pipeline"])
-
-    @property
-    def overrides(self) -> list[str]:
-        """What was overridden in the configuration."""
-        return list(self.record["overrides"])
-
-    @property
-    def outcome(self) -> str:
-        """``done``, ``failed``, ``interrupted``, ``killed`` or ``running``."""
-        return str(self.record["outcome"])
-
-    @property
-    def stages(self) -> list[str]:
-        """The stages that ended or failed, in the pipeline's order."""
-        return [str(stage["name"]) for stage in self.record["stages"]]
-
-    def metrics(self, stage: str) -> dict[str, Any]:
-        """What the stage measured, by name; units stand in the names.
-
-        Parameters
-        ----------
-        stage : str
-            One of ``stages``.
-
-        Raises
-        ------
-        UsageError
-            Where the run has no such stage.
-        """
-        return dict(self._stage(stage)["metrics"])
-
-    def folder(self, stage: str) -> Path:
-        """Where the stage's artifact, metrics and log are stored; raises UsageError where it did not end."""
-        entry = self._stage(stage)
-        if entry["artifact"] is None:
-            raise UsageError(f"stage '{stage}' of run {self.name} {entry['status']}; it has no artifact")
-        return Path(entry["artifact"])
-
-    def artifact(self, stage: str) -> Any:
-        """What the stage gave: the frozen dataclass that its declaration names.
-
-        Parameters
-        ----------
-        stage : str
-            One of ``stages``.
-
-        Raises
-        ------
-        UsageError
-            Where the run has no such stage, or it did not end.
-        StoreError
-            Where the artifact is damaged or gone.
-        """
-        folder = self.folder(stage)
-        declaration = load_pipeline(self.pipeline, self._site.pipeline_folders).stage(stage, "stage").declaration
-        return load_artifact(resolve(declaration.gives, f"stage '{stage}'"), folder)
-
-    def log(self, stage: str) -> LogFile:
-        """The stage's log; ``log(stage).table(topic)`` is a pandas DataFrame with ``t_s`` and a column per field.
-
-        Parameters
-        ----------
-        stage : str
-            One of ``stages``.
-
-        Raises
-        ------
-        UsageError
-            Where the run has no such stage, or it did not end.
-        InputError
-            Where the log is damaged or gone.
-        """
-        return LogFile(self.folder(stage) / "log.mcap")
-
-    def report(self, output: Path | str | None = None) -> Path:
-        """Write the run's report, a self-contained HTML page, to ``output`` or into the current folder; where it is."""
-        return write_report([self.record], None if output is None else Path(output))
-
-    def _stage(self, name: str) -> Mapping[str, Any]:
-        for stage in self.record["stages"]:
-            if stage["name"] == name:
-                return dict(stage)
-        raise UsageError(
-            f"run {self.name} has no stage '{name}'; it has {', '.join(self.stages)}{nearest(name, self.stages)}"
-        )
 
 
 class _Silent:
@@ -226,7 +116,7 @@ def run(
     for stage in record.stages:
         if stage.error is not None:
             raise StageError(f"stage '{stage.name}' of run {record.run}: {stage.error}")
-    return Run(find_run(site.home, record.run), site)
+    return Run(find_run(site.home, record.run), site.pipeline_folders)
 
 
 def runs(home: Path | str | None = None) -> list[Run]:
@@ -238,7 +128,7 @@ def runs(home: Path | str | None = None) -> list[Run]:
         The store; by default ``KENDAMA_HOME`` or ``.kendama``.
     """
     site = _site(home, None)
-    return [Run(record, site) for record in past_runs(site.home)]
+    return [Run(record, site.pipeline_folders) for record in past_runs(site.home)]
 
 
 def open_run(name: str | None = None, home: Path | str | None = None) -> Run:
@@ -257,7 +147,7 @@ def open_run(name: str | None = None, home: Path | str | None = None) -> Run:
         Where there is none, or more than one.
     """
     site = _site(home, None)
-    return Run(find_run(site.home, name), site)
+    return Run(find_run(site.home, name), site.pipeline_folders)
 
 
 def configuration(overrides: Sequence[str] = (), config_dir: Path | str | None = None) -> Mapping[str, Any]:

@@ -1,0 +1,122 @@
+"""A finished run as Python sees it: what was asked, how it ended, and everything that its stages made."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from kendama_cli.errors import UsageError
+from kendama_cli.log.reader import LogFile
+from kendama_cli.pipeline.catalogue import load_pipeline
+from kendama_cli.pipeline.report import write_report
+from kendama_cli.schema.registry import resolve
+from kendama_cli.schema.settings import nearest
+from kendama_cli.store.codecs import load_artifact
+
+
+class Run:
+    """A run of a pipeline: what was asked, how it ended, and everything that its stages made."""
+
+    def __init__(self, record: Mapping[str, Any], pipeline_folders: Sequence[Path]) -> None:
+        self.record = dict(record)
+        """The document that ``kendama run --json`` prints, with when, where and with which versions."""
+        self._pipeline_folders = tuple(pipeline_folders)
+
+    def __repr__(self) -> str:
+        return f"<Run {self.name} of {self.pipeline}: {self.outcome}>"
+
+    @property
+    def name(self) -> str:
+        """The run's name, as ``kendama runs`` lists it."""
+        return str(self.record["run"])
+
+    @property
+    def pipeline(self) -> str:
+        """The pipeline that was run."""
+        return str(self.record["pipeline"])
+
+    @property
+    def overrides(self) -> list[str]:
+        """What was overridden in the configuration."""
+        return list(self.record["overrides"])
+
+    @property
+    def outcome(self) -> str:
+        """``done``, ``failed``, ``interrupted``, ``killed`` or ``running``."""
+        return str(self.record["outcome"])
+
+    @property
+    def stages(self) -> list[str]:
+        """The stages that ended or failed, in the pipeline's order."""
+        return [str(stage["name"]) for stage in self.record["stages"]]
+
+    def metrics(self, stage: str) -> dict[str, Any]:
+        """What the stage measured, by name; units stand in the names.
+
+        Parameters
+        ----------
+        stage : str
+            One of ``stages``.
+
+        Raises
+        ------
+        UsageError
+            Where the run has no such stage.
+        """
+        return dict(self._stage(stage)["metrics"])
+
+    def folder(self, stage: str) -> Path:
+        """Where the stage's artifact, metrics and log are stored; raises UsageError where it did not end."""
+        entry = self._stage(stage)
+        if entry["artifact"] is None:
+            raise UsageError(f"stage '{stage}' of run {self.name} {entry['status']}; it has no artifact")
+        return Path(entry["artifact"])
+
+    def artifact(self, stage: str) -> Any:
+        """What the stage gave: the frozen dataclass that its declaration names.
+
+        Parameters
+        ----------
+        stage : str
+            One of ``stages``.
+
+        Raises
+        ------
+        UsageError
+            Where the run has no such stage, or it did not end.
+        StoreError
+            Where the artifact is damaged or gone.
+        """
+        folder = self.folder(stage)
+        declaration = load_pipeline(self.pipeline, self._pipeline_folders).stage(stage, "stage").declaration
+        return load_artifact(resolve(declaration.gives, f"stage '{stage}'"), folder)
+
+    def log(self, stage: str) -> LogFile:
+        """The stage's log; ``log(stage).table(topic)`` is a pandas DataFrame with ``t_s`` and a column per field.
+
+        Parameters
+        ----------
+        stage : str
+            One of ``stages``.
+
+        Raises
+        ------
+        UsageError
+            Where the run has no such stage, or it did not end.
+        InputError
+            Where the log is damaged or gone.
+        """
+        return LogFile(self.folder(stage) / "log.mcap")
+
+    def report(self, output: Path | str | None = None) -> Path:
+        """Write the run's report, a self-contained HTML page, to ``output`` or into the current folder; where it is."""
+        return write_report([self.record], None if output is None else Path(output))
+
+    def _stage(self, name: str) -> Mapping[str, Any]:
+        for stage in self.record["stages"]:
+            if stage["name"] == name:
+                return dict(stage)
+        raise UsageError(
+            f"run {self.name} has no stage '{name}'; it has {', '.join(self.stages)}{nearest(name, self.stages)}"
+        )
