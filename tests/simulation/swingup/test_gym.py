@@ -35,7 +35,7 @@ def test_naming_the_module_registers_it_in_a_new_interpreter():
 
 
 def test_an_action_held_here_is_the_same_action_held_in_the_learning_environment():
-    env = gymnasium.make(NAME, overrides=QUIET, hold_s=0.1).unwrapped
+    env = gymnasium.make(NAME, overrides=[*QUIET, "simulation/engine=rail"], hold_s=0.1).unwrapped
     wanted = [4, 4, 0, 0, 0, 4, 4, 0]
     observation, _ = env.reset(seed=0)
     seen = [observation]
