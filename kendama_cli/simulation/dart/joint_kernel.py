@@ -27,12 +27,16 @@ SLACK = 1e-6
 LEAST_MARGIN = 0.2
 """Share of the acceleration limit that is left for catching up where the reference itself needs nearly all of it."""
 
-COULOMB, STRIBECK, PER_SPEED, VISCOUS, SLOW, EFFORT = range(6)
-"""Rows of the joints' constants (6, n): Fc, Fs, 1 / vs, b, the speed up to which DART's constraint holds a joint, and
-the motors' limits."""
+COULOMB, STRIBECK, PER_SPEED, VISCOUS, SLOW, EFFORT, PER_NM = range(7)
+"""Rows of the joints' constants (7, n): Fc, Fs, 1 / vs, b, the speed from which nothing stops a joint within a step,
+the motors' limits, and the change of speed in one step that 1 Nm makes."""
 WANTED_FADE, FADE, DIRECTION = range(3)
 """Rows of the friction's terms (3, n): -(v / vs)^2 of the wanted and the present speed, and the wanted speed over
 REVERSAL_RAD_S; then their exponentials and hyperbolic tangent."""
+STILL_RAD_S = 0.002
+"""A joint that a step would leave slower than this may stop in it."""
+UNCOMMANDED = 0.5
+"""Share of the friction that forces which nobody commanded may take of a joint's speed in one step."""
 REVERSAL_RAD_S = 0.02
 """The controller's compensation turns its sign over about this speed."""
 
@@ -220,11 +224,24 @@ def computed_torque(  # noqa: PLR0917
     return answer
 
 
-@_compiled(boolean(READ, READ, READ, READ_2D, READ_2D, READ, WRITE, WRITE, WRITE))
+@_compiled(boolean(float64, float64, float64, float64))
+def _slides_on(speed: float, change: float, friction: float, moved: float) -> bool:
+    """Whether a joint with ``speed`` goes on in its direction through the step, so that friction is known beforehand.
+
+    ``change`` is what the motors make of its speed, ``friction`` what friction does, both in one step; ``moved`` is how
+    much of what friction does is left for what nobody commanded, the rope's pull say.
+    """
+    side = 1.0 if speed > 0.0 else -1.0
+    return side * (speed + change) - friction > moved * friction + STILL_RAD_S
+
+
+@_compiled(boolean(READ, READ, READ, READ, float64, READ_2D, READ_2D, READ, WRITE, WRITE, WRITE))
 def efforts(  # noqa: PLR0917
     torque: Array,
     added: Array,
     velocity_rad_s: Array,
+    wanted: Array,
+    period: float,
     joints: Array,
     terms: Array,
     unknown: Array,
@@ -234,6 +251,7 @@ def efforts(  # noqa: PLR0917
 ) -> bool:
     """What the motors give for ``torque``, and what then acts on the joints; False where it is not finite.
 
+    ``torque`` is what gives the accelerations ``wanted`` without friction.
     ``effort`` is the torque with the compensation of the known friction and what is ``added``, within the motors'
     limits; ``force`` is that with the friction of fast joints, ``held`` (n,) the level up to which DART's constraint
     holds the others. ``unknown`` is the factor on all friction and the Coulomb friction beyond it.
@@ -250,7 +268,9 @@ def efforts(  # noqa: PLR0917
         else:
             finite = False
         level = factor * joints[COULOMB, i] + extra + factor * joints[STRIBECK, i] * terms[FADE, i]
-        fast = abs(v) > joints[SLOW, i]
+        per_nm = joints[PER_NM, i]
+        change = period * wanted[i] + per_nm * (effort[i] - torque[i] - joints[VISCOUS, i] * v)
+        fast = abs(v) > joints[SLOW, i] or (per_nm > 0.0 and _slides_on(v, change, per_nm * level, UNCOMMANDED))
         held[i] = 0.0 if fast else level
         force[i] = effort[i] - math.copysign(level, v) if fast else effort[i]
     return finite

@@ -176,7 +176,7 @@ class ArmWorld:
     def _advance(self, torque_nm: Array, added_nm: Array, remedy: str) -> None:
         """One step of DART under what the motors give for the sum of both torques (n,) and the known friction."""
         self.effort_nm = np.empty_like(self._none)
-        force = self._friction.forces(torque_nm, added_nm, self.velocity_rad_s, self.effort_nm)
+        force = self._friction.forces(torque_nm, added_nm, self.velocity_rad_s, self._wanted, self.effort_nm)
         if force is None:
             self._abort(self.effort_nm, "torque", remedy)
         self._skeleton.setForces(force)
@@ -272,4 +272,6 @@ def _friction(arm: RobotModel, body: Body, *, always_held: bool) -> JointFrictio
     slow, change = MAY_STOP_STEPS * STEP_S * arm.limits.acceleration_rad_s2, STEP_S * arm.mobility(arm.home_rad)
     if always_held:
         slow, change = np.full_like(slow, np.inf), np.zeros_like(slow)
-    return JointFriction(body.joints, arm.friction, arm.limits.effort_nm, slow_rad_s=slow, change_rad_s=change)
+    return JointFriction(
+        body.joints, arm.friction, arm.limits.effort_nm, slow_rad_s=slow, change_rad_s=change, step_s=STEP_S
+    )

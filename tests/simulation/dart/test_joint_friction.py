@@ -23,7 +23,9 @@ def uncompensated(friction: JointFriction, torque_nm: float, velocity_rad_s: Arr
     none = np.zeros_like(velocity_rad_s)
     kernel.friction_terms(none, velocity_rad_s, friction.constants, friction.terms)
     viscous = friction.constants[kernel.VISCOUS] * velocity_rad_s  # what the controller would add at any speed
-    force = friction.forces(torque_nm - viscous, none, velocity_rad_s, np.empty_like(none))
+    torque = torque_nm - viscous
+    wanted = torque * friction.constants[kernel.PER_NM] / STEP_S
+    force = friction.forces(torque, none, velocity_rad_s, wanted, np.empty_like(none))
     assert force is not None
     return np.array(force)
 
@@ -41,7 +43,9 @@ class Wheel:
         self.world.addSkeleton(self.skeleton)
         known = ParametricFriction(*(np.array([value]) for value in (COULOMB, STRIBECK, SPEED, VISCOUS, 0.0)))
         slow, change = np.array([0.02]), np.array([STEP_S / inertia_kg_m2])
-        self.friction = JointFriction([self.joint], known, np.array([1e3]), slow_rad_s=slow, change_rad_s=change)
+        self.friction = JointFriction(
+            [self.joint], known, np.array([1e3]), slow_rad_s=slow, change_rad_s=change, step_s=STEP_S
+        )
 
     def turn(self, torque_nm: float, steps: int, speed_rad_s: float = 0.0) -> Array:
         self.skeleton.setVelocities([speed_rad_s])
@@ -114,7 +118,9 @@ def test_unknown_shares_scale_every_known_friction() -> None:
     arm = modelled(pa10())
     known, joints = arm.friction, arm.new_body().joints
     change = STEP_S * arm.mobility(arm.home_rad)
-    friction = JointFriction(joints, known, arm.limits.effort_nm, slow_rad_s=np.full(7, 0.02), change_rad_s=change)
+    friction = JointFriction(
+        joints, known, arm.limits.effort_nm, slow_rad_s=np.full(7, 0.02), change_rad_s=change, step_s=STEP_S
+    )
     friction.set_unknown(0.25, 0.1)
     assert not uncompensated(friction, 0.0, np.zeros(7)).any()
     found = [joint.getCoulombFriction(0) for joint in joints]
@@ -130,7 +136,7 @@ def test_the_motors_give_what_is_asked_with_the_law_of_the_known_friction_within
     arm = modelled(pa10())
     fast = np.zeros(7)
     friction = JointFriction(
-        arm.new_body().joints, arm.friction, arm.limits.effort_nm, slow_rad_s=fast, change_rad_s=fast
+        arm.new_body().joints, arm.friction, arm.limits.effort_nm, slow_rad_s=fast, change_rad_s=fast, step_s=STEP_S
     )
     rng = np.random.default_rng(7)
     clipped = 0
@@ -140,7 +146,7 @@ def test_the_motors_give_what_is_asked_with_the_law_of_the_known_friction_within
             torque *= arm.limits.effort_nm
             effort = np.empty(7)
             kernel.friction_terms(wanted, speed, friction.constants, friction.terms)
-            force = friction.forces(torque, added, speed, effort)
+            force = friction.forces(torque, added, speed, fast, effort)
             direction = np.tanh(wanted / kernel.REVERSAL_RAD_S)
             compensated = arm.friction.dry_nm(wanted) * direction + arm.friction.viscous_nm_s * speed
             asked = torque + compensated + added

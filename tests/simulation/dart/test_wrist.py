@@ -113,4 +113,4 @@ def test_reading_the_wrist_changes_nothing() -> None:
             )
         read.wrist_wrench()
     assert (read.position_rad == unread.position_rad).all()
-    assert read.ball.position_m == unread.ball.position_m
+    assert (read.ball.position_m == unread.ball.position_m).all()
