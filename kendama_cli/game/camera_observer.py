@@ -104,7 +104,7 @@ class CameraObserver:
         if near and state.angle_rad * state.rate_rad_s > 0:
             if not self._observing:
                 self._begin_observing(step)
-                self._tracker.expect(step.exchange.state.ball_in_world_m - self._origin_m, SEARCH_HALF_PX)
+                self._tracker.search.expect(step.exchange.state.ball_in_world_m - self._origin_m, SEARCH_HALF_PX)
                 self.loop.aim()
             self._observe(step)
             found = self._tracker.found

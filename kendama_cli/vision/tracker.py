@@ -1,25 +1,21 @@
-"""From frames to the catching pose: detection, region of interest, onset of free flight, estimator."""
+"""From sightings to the catching pose: what is refused, the onset of free flight, the estimator."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from kendama_cli.artifacts.catch_pose import CatchPose
 from kendama_cli.schema.arrays import Array
+from kendama_cli.vision.ball_search import BallSearch
 from kendama_cli.vision.camera_model import CameraModel
 from kendama_cli.vision.catch_pose import CatchPoseEstimator
-from kendama_cli.vision.interface import Detector, SearchHint, Sighting
+from kendama_cli.vision.interface import Detector, Sighting
 from kendama_cli.vision.onset import FreeFlightFound, FreeFlightOnset
-from kendama_cli.vision.region import Region, around, whole
 from kendama_cli.vision.triangulation import NEAREST_DEPTH_M, SightRows, sight_rows, triangulate
 
-MARGIN_PX = 10.0
-LOST_FRAMES = 5
-"""After so many frames without the ball the whole image is searched again."""
 SAME_MOMENT_S = 1e-4
 TRUSTED_SIGMA_M = 0.02
 GATE_PX, GATE_SIGMAS = 4.0, 5.0
@@ -32,19 +28,8 @@ SAME_PX = 1e-6
 """Noise moves the centre from image to image by more: nearer, it is the same image again."""
 
 
-@dataclass
-class _Track:
-    """What one camera saw last."""
-
-    t_s: float
-    centre_px: Array
-    speed_px_s: Array
-    radius_px: float
-    lost: int
-
-
 class BallTracker:
-    """Follows the ball in every camera and feeds the estimator with free flight only.
+    """Feeds the estimator with free flight only; ``search`` finds the ball in the images that it is fed from.
 
     The onset test runs on points triangulated from images of one moment; without an ``onset`` every sighting counts
     as free flight from the start. An image that comes twice is taken once; a sighting far from a trusted prediction
@@ -61,12 +46,12 @@ class BallTracker:
         self.cameras = {camera.name: camera for camera in cameras}
         self.estimator = estimator
         self.onset = onset
-        self._detector = detector
+        self.search = BallSearch(self.cameras, detector, self._trusted_m)
         self.reset()
 
     def reset(self) -> None:
         """Begin a new flight."""
-        self._expected: dict[str, Region] = {}
+        self.search.reset()
         self._begin()
 
     def _begin(self) -> None:
@@ -75,52 +60,11 @@ class BallTracker:
         self._refused = 0
         self._tested_s = -np.inf
         self._newest: dict[str, tuple[float, Array]] = {}
-        self._tracks: dict[str, _Track] = {}
+        self.search.forget()
         self._waiting: list[tuple[float, SightRows]] = []
         self.estimator.reset()
         if self.onset is not None:
             self.onset.reset()
-
-    def expect(self, ball_m: ArrayLike, half_px: float) -> None:
-        """Begin the search about a roughly known place (3,), instead of in the whole image."""
-        for name, model in self.cameras.items():
-            pixel = model.project(ball_m)[0]
-            if np.isfinite(pixel).all():
-                self._expected[name] = around(pixel, half_px)
-
-    def region(self, camera: str, t_s: float) -> Region:
-        """Where to look for the ball at ``t_s``: about its predicted place; the whole image when it was lost."""
-        model = self.cameras[camera]
-        image = whole(model.width_px, model.height_px)
-        track = self._tracks.get(camera)
-        if track is None and camera in self._expected:
-            box = self._expected[camera].within(image)
-            return image if box.empty else box
-        if track is None or track.lost >= LOST_FRAMES:
-            return image
-        box = around(self._centre(model, track, t_s), 1.6 * track.radius_px + MARGIN_PX * (1 + track.lost)).within(
-            image
-        )
-        return image if box.empty else box
-
-    def look(self, camera: str, t_s: float, pixels: NDArray[np.uint8], origin_px: tuple[int, int]) -> Sighting | None:
-        """Find the ball in one image; what is found is kept as this camera's track. Feeds nothing yet."""
-        track = self._tracks.get(camera)
-        followed = track is not None and track.lost < LOST_FRAMES
-        hint = None
-        if track is not None and followed:
-            hint = SearchHint(self._centre(self.cameras[camera], track, t_s), track.radius_px)
-        sighting = next(self._detector.candidates(pixels, origin_px, hint), None)
-        self._expected.pop(camera, None)
-        if sighting is None:
-            if track is not None:
-                track.lost += 1
-            return None
-        speed = np.zeros(2)
-        if track is not None and track.lost < LOST_FRAMES and t_s > track.t_s:
-            speed = (sighting.centre_px - track.centre_px) / (t_s - track.t_s)
-        self._tracks[camera] = _Track(t_s, sighting.centre_px, speed, sighting.radius_px, 0)
-        return sighting
 
     def update(self, t_s: float, sightings: Mapping[str, Sighting | None], tie_m: ArrayLike) -> CatchPose | None:
         """Take the sightings of one moment with the rope's tie point (3,) at that moment; give the catching pose."""
@@ -173,6 +117,11 @@ class BallTracker:
         covariance = self.estimator.position_covariance_at(t_s)
         return float("inf") if covariance is None else float(np.sqrt(max(np.trace(covariance), 0.0)))
 
+    def _trusted_m(self, t_s: float) -> Array | None:
+        """Where the ball is estimated to be (3,), where that estimate is good enough to search by."""
+        state = self.estimator.state_at(t_s)
+        return state[:3] if state is not None and self._sigma_m(t_s) < TRUSTED_SIGMA_M else None
+
     def _test(self, t_s: float, rows: Sequence[SightRows], tie_m: ArrayLike) -> None:
         point = triangulate(rows)
         if point is None or self.onset is None or t_s <= self._tested_s:  # a late image: kept, but no more tested
@@ -189,15 +138,6 @@ class BallTracker:
     def _rows(self, camera: str, seen: Sighting) -> SightRows:
         model = self.cameras[camera]
         return sight_rows(model, sphere_centre(model, seen.centre_px, seen.radius_px), seen.covariance_px2)
-
-    def _centre(self, model: CameraModel, track: _Track, t_s: float) -> Array:
-        """Where the ball should be in the image: by the estimate where that is trusted, else as it moved last."""
-        state = self.estimator.state_at(t_s)
-        if state is not None and self._sigma_m(t_s) < TRUSTED_SIGMA_M:
-            pixel = model.project(state[:3])[0]
-            if np.isfinite(pixel).all():
-                return np.asarray(pixel)
-        return np.asarray(track.centre_px + (t_s - track.t_s) * track.speed_px_s)
 
 
 def sphere_centre(camera: CameraModel, disc_px: ArrayLike, radius_px: float) -> Array:

@@ -11,13 +11,8 @@ import pytest
 PACKAGE = Path(__file__).resolve().parents[2] / "kendama_cli"
 FILE_LINES, CLASS_LINES, FUNCTION_LINES = 300, 150, 60
 TOO_LONG = {
-    "api.py": 366,
-    "game/camera_observer.py:CameraObserver": 170,
-    "learning/sarsa.py:SarsaLearner": 151,
     "simulation/catch/catch_search.py": 319,
     "simulation/dart/world.py:ArmWorld": 189,
-    "stages/transfer/chapter.py:transfer_figures": 78,
-    "vision/tracker.py:BallTracker": 155,
 }
 """What still breaks a limit, with the lines that it may have at most; nothing may join."""
 

@@ -195,7 +195,7 @@ def test_whatever_the_cameras_do_the_arm_stays_inside_and_ends_at_rest(
     if fault == "stops":
         assert "camera 'left' delivers no more; camera 'right' delivers no more" in game.outcome
     if fault == "dark":
-        assert "lost from cameras" in game.outcome
+        assert "the ball was lost" in game.outcome
         assert game.observed.seen < len(game.observed.frames)
     if early and fault in {"stops", "dark"}:
         assert not game.estimates

@@ -144,17 +144,31 @@ def test_the_pipeline_press_is_declared_and_takes_other_scenes_and_controllers(o
     assert [(stage["name"], stage["reasons"]) for stage in document["stages"]] == [("interact", ["never ran"])]
 
 
+def test_a_robot_that_may_be_real_is_never_cached_and_moves_only_when_armed(tmp_path):
+    document = json.loads(_kendama(tmp_path, "plan", "-p", "press", "hardware=udp", "--json"))
+    assert document["stages"][0]["reasons"] == ["moves hardware: every run is a new attempt"]
+    refused = _finished(tmp_path, "run", "-p", "press", "hardware=udp")
+    assert refused.returncode == 2
+    assert "stage 'interact' would move real hardware; clear its surroundings and add --arm" in refused.stderr
+    assert len(refused.stderr.splitlines()) == 1
+
+
 @pytest.mark.slow
-def test_the_worked_example_runs_from_the_command_line_to_a_report(tmp_path):
+def test_the_worked_example_runs_from_the_command_line_to_a_report_and_is_cached(tmp_path):
     document = json.loads(_kendama(tmp_path, "run", "-p", "press", "--json"))
     assert document["stages"][0]["metrics"]["touched"] == "table"
+    assert json.loads(_kendama(tmp_path, "plan", "-p", "press", "--json"))["stages"][0]["reasons"] == []
     _kendama(tmp_path, "report", "-o", "press.html")
     assert "Wanted and exerted force" in (tmp_path / "press.html").read_text()
 
 
-def _kendama(folder, *arguments):
+def _finished(folder, *arguments):
     command = [sys.executable, "-m", "kendama_cli.cli.main", *arguments]
-    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
+    return subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
+
+
+def _kendama(folder, *arguments):
+    done = _finished(folder, *arguments)
     assert done.returncode == 0, done.stderr
     return done.stdout
 

@@ -5,38 +5,40 @@ import dataclasses
 import numpy as np
 import pytest
 
+from kendama_cli.vision.ball_search import LOST_FRAMES
 from kendama_cli.vision.catch_pose import CatchPoseEstimator
-from kendama_cli.vision.colour_detector import ColourDetector
 from kendama_cli.vision.interface import Sighting
 from kendama_cli.vision.onset import FreeFlightOnset
 from kendama_cli.vision.region import Region, whole
 from kendama_cli.vision.release import draw_release
-from kendama_cli.vision.tracker import LOST_FRAMES, BallTracker, sphere_centre
+from kendama_cli.vision.tracker import BallTracker, sphere_centre
 from tests.vision.scenes import game, predict, stereo
 
 CAMERAS = stereo()
 BLACK = np.zeros((40, 40, 3), dtype=np.uint8)
 
 
-class Script(ColourDetector):
-    """A detector that says what it is told to."""
+class Script:
+    """A detector that finds ``answer``, whatever the image, and keeps the hints that it is given."""
 
     def __init__(self):
         self.answer = None
+        self.hints = []
 
-    def find(self, pixels, origin_px=(0, 0), expected_px=None):
-        return self.answer
+    def candidates(self, pixels, origin_px=(0, 0), hint=None):
+        self.hints.append(hint)
+        return iter(() if self.answer is None else (self.answer,))
 
 
 def sighting(pixel, sigma_px=0.1):
     return Sighting(np.asarray(pixel, dtype=float), sigma_px**2 * np.eye(2), 8.0, 1.0)
 
 
-def tracker(onset=True):
+def tracker(onset=True, detector=None):
     rim, drag = game().cup.depth_m, game().ball.drag_n_s_m / game().ball.mass_kg
     estimator = CatchPoseEstimator(game().gravity_m_s2, drag, rim)
     test = FreeFlightOnset(predict().onset, estimator.flight) if onset else None
-    return BallTracker(CAMERAS, Script(), estimator, test)
+    return BallTracker(CAMERAS, detector or Script(), estimator, test)
 
 
 def shown(ball_m, rng, cameras=CAMERAS):
@@ -78,34 +80,36 @@ def test_without_the_onset_test_taut_frames_would_spoil_the_prediction():
 
 
 def test_the_search_follows_the_ball_and_widens_while_it_is_lost():
-    made = tracker(onset=False)
+    detector = Script()
+    made = tracker(onset=False, detector=detector)
     everything = whole(640, 480)
-    assert made.region("left", 0.0) == everything
-    made._detector.answer = sighting([200.0, 200.0])
-    made.look("left", 0.0, BLACK, (0, 0))
-    made._detector.answer = sighting([205.0, 198.0])
-    made.look("left", 0.01, BLACK, (0, 0))
-    near = made.region("left", 0.02)
+    assert made.search.region("left", 0.0) == everything
+    detector.answer = sighting([200.0, 200.0])
+    made.search.detect("left", 0.0, BLACK, (0, 0))
+    detector.answer = sighting([205.0, 198.0])
+    made.search.detect("left", 0.01, BLACK, (0, 0))
+    near = made.search.region("left", 0.02)
     assert (near.left + near.right - 1) / 2 == pytest.approx(210.0)
     assert (near.top + near.bottom - 1) / 2 == pytest.approx(196.0)
-    made._detector.answer = None
+    detector.answer = None
     sizes = [near.right - near.left]
     for frame in range(LOST_FRAMES):
-        assert made.look("left", 0.02 + 0.01 * frame, BLACK, (0, 0)) is None
-        region = made.region("left", 0.03 + 0.01 * frame)
+        assert made.search.detect("left", 0.02 + 0.01 * frame, BLACK, (0, 0)) is None
+        region = made.search.region("left", 0.03 + 0.01 * frame)
         sizes.append(region.right - region.left)
     assert sizes == sorted(sizes)
-    assert made.region("left", 0.1) == everything
+    assert made.search.region("left", 0.1) == everything
 
 
 def test_the_search_follows_the_prediction_through_frames_in_which_nothing_is_seen():
+    detector = Script()
     rng = np.random.default_rng(43)
-    release, made = draw_release(rng, predict().release, game(), 0.2), tracker(onset=False)
+    release, made = draw_release(rng, predict().release, game(), 0.2), tracker(onset=False, detector=detector)
     camera = CAMERAS[0]
-    made._detector.answer = sighting(camera.project(release.ball_m(0.1))[0])
-    made.look("left", 0.1, BLACK, (0, 0))
+    detector.answer = sighting(camera.project(release.ball_m(0.1))[0])
+    made.search.detect("left", 0.1, BLACK, (0, 0))
     fly(made, release, rng, 0.0, 0.2)
-    region = made.region("left", 0.24)
+    region = made.search.region("left", 0.24)
     u, v = camera.project(release.ball_m(0.24))[0]
     assert region.left < u < region.right
     assert region.top < v < region.bottom
@@ -113,16 +117,17 @@ def test_the_search_follows_the_prediction_through_frames_in_which_nothing_is_se
 
 
 def test_the_first_search_may_begin_at_an_expected_place():
-    made = tracker()
-    made.expect([0.1, 0.0, 0.3], 40.0)
+    detector = Script()
+    made = tracker(detector=detector)
+    made.search.expect([0.1, 0.0, 0.3], 40.0)
     u, v = CAMERAS[1].project([0.1, 0.0, 0.3])[0]
-    region = made.region("right", 0.0)
+    region = made.search.region("right", 0.0)
     assert region == Region(
         int(np.floor(u - 40)), int(np.floor(v - 40)), int(np.ceil(u + 40)) + 1, int(np.ceil(v + 40)) + 1
     )
-    made._detector.answer = None
-    made.look("right", 0.0, BLACK, (0, 0))
-    assert made.region("right", 0.01) == whole(640, 480)
+    detector.answer = None
+    made.search.detect("right", 0.0, BLACK, (0, 0))
+    assert made.search.region("right", 0.01) == whole(640, 480)
 
 
 def test_sphere_centre_is_where_the_middle_of_the_sphere_projects():
@@ -283,21 +288,15 @@ def test_a_wrong_calibration_is_owned_to():
         assert last is None or np.trace(last.covariance_m2) > 4 * np.trace(best.covariance_m2)
 
 
-def test_the_search_tells_the_detector_where_the_ball_should_be():
+def test_the_search_hints_the_detector_where_the_ball_should_be():
     """So that of two balls in the region the right one is taken."""
-    told = []
-
-    class Listening(Script):
-        def find(self, pixels, origin_px=(0, 0), expected_px=None):
-            told.append(expected_px)
-            return self.answer
-
-    made = BallTracker(CAMERAS, Listening(), CatchPoseEstimator(9.81, 0.0, 0.07))
+    detector = Script()
+    made = BallTracker(CAMERAS, detector, CatchPoseEstimator(9.81, 0.0, 0.07))
     for step in range(3):
-        made._detector.answer = sighting([200.0 + 5 * step, 200.0])
-        made.look("left", 0.01 * step, BLACK, (0, 0))
-    assert told[0] is None
-    assert told[2] == pytest.approx([210.0, 200.0])
+        detector.answer = sighting([200.0 + 5 * step, 200.0])
+        made.search.detect("left", 0.01 * step, BLACK, (0, 0))
+    assert detector.hints[0] is None
+    assert detector.hints[2].centre_px == pytest.approx([210.0, 200.0])
 
 
 def test_a_rope_that_was_slack_for_a_moment_only_is_noticed():

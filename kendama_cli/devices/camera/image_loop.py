@@ -123,7 +123,7 @@ class ImageLoop:
             ):
                 camera.watch(None)
             else:
-                camera.watch(self.tracker.region(camera.model.name, newest_s + self.period_s))
+                camera.watch(self.tracker.search.region(camera.model.name, newest_s + self.period_s))
 
     def _take(self, camera: Camera) -> ObservedImage | None:
         name = camera.model.name
@@ -136,7 +136,7 @@ class ImageLoop:
             return None
         self._newest_s[name] = frame.t_s
         arrived_s, began_s = self._now_s(), time.perf_counter()
-        sighting = self.tracker.look(name, frame.t_s, frame.pixels, frame.origin_px)
+        sighting = self.tracker.search.detect(name, frame.t_s, frame.pixels, frame.origin_px)
         return ObservedImage(name, frame, sighting, arrived_s, self._now_s(), time.perf_counter() - began_s)
 
     def _row_delay_s(self, images: dict[str, ObservedImage]) -> float:

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import dataclasses
-import math
 
 import numpy as np
 
+from kendama_cli.devices.robot.drive_delay import DriveDelay, path_between
 from kendama_cli.devices.robot.interface import (
     BodyPose,
     ContactTruth,
@@ -26,9 +26,6 @@ from kendama_cli.settings.game import GameSettings
 from kendama_cli.settings.robot import Imperfection, RobotSettings
 from kendama_cli.settings.scene import StaticBody
 from kendama_cli.simulation.dart.world import STEP_S, ArmWorld, WorldErrors
-
-Reference = tuple[Array, Array, Array, Array]
-"""Positions, velocities, accelerations and the torque to add, at the end of one step."""
 
 
 class SimulatedRobot:
@@ -69,7 +66,7 @@ class SimulatedRobot:
         """At rest in ``position_rad`` (n,), the ball hanging still, time 0; all noise is drawn from ``seed``."""
         self._refuse_when_halted()
         self._rng = np.random.default_rng(seed)
-        errors, delay, self._follow, self._joint_noise, self._ball_noise = WorldErrors(), 0, 1.0, 0.0, 0.0
+        errors, latency_s, lag_s, self._joint_noise, self._ball_noise = WorldErrors(), 0.0, 0.0, 0.0, 0.0
         if self._imperfection is not None:
             made = self._imperfection
             errors = WorldErrors(
@@ -78,8 +75,7 @@ class SimulatedRobot:
                 joint_friction_nm=made.joint_friction_nm,
                 joint_friction_share=made.joint_friction_share,
             )
-            delay = round(made.latency_s / STEP_S)
-            self._follow = 1.0 if made.lag_s <= 0 else 1.0 - math.exp(-STEP_S / made.lag_s)
+            latency_s, lag_s = made.latency_s, made.lag_s
             self._joint_noise, self._ball_noise = made.joint_noise_rad, made.ball_noise_m
         rest = np.zeros(len(self.joint_names))
         start = np.clip(position_rad, self.limits.lower_rad, self.limits.upper_rad)
@@ -87,8 +83,7 @@ class SimulatedRobot:
         self._world.reset(start)
         self._commands: type | None = None
         self._last = JointCommand(start, rest, rest)
-        self._reference: Reference = (start, rest, rest, rest)
-        self._queue = [self._reference] * delay
+        self._delay = DriveDelay((start, rest, rest, rest), latency_s=latency_s, lag_s=lag_s, step_s=STEP_S)
         return Exchange(self._last, self._state(), 0.0, self._scene())
 
     def exchange(self, command: JointCommand) -> Exchange:
@@ -97,19 +92,11 @@ class SimulatedRobot:
         sent = limit_command(self._last, command, self.limits, self.period_s)
         most = self.limits.effort_nm
         sent = dataclasses.replace(sent, effort_nm=np.clip(command.effort_nm, -most, most))
-        for reference in self._between(self._last, sent):
-            self._queue.append(reference)
-            target = self._queue.pop(0)
-            if self._follow < 1.0:
-                q, v, a, effort = (
-                    old + self._follow * (new - old) for old, new in zip(self._reference, target, strict=True)
-                )
-                target = (q, v, a, effort)
-            self._reference = target
+        for reference in path_between(self._last, sent, steps=self._steps, step_s=STEP_S):
+            q, v, a, effort = self._delay.delayed(reference)
             noise: Array | float = 0.0
             if self._joint_noise > 0:
                 noise = self._rng.normal(0.0, self._joint_noise, len(self.joint_names))
-            q, v, a, effort = target
             self._world.step(q, v, a, noise, effort)
         self._last = sent
         return Exchange(sent, self._state(), self._world.t_s, self._scene())
@@ -134,17 +121,6 @@ class SimulatedRobot:
     def close(self) -> None:
         """Halt; there is no device to let go of."""
         self.halt()
-
-    def _between(self, last: JointCommand, sent: JointCommand) -> list[Reference]:
-        """The reference at the end of every step: the cubic through both commands, the added torque on a line."""
-        total = self.period_s
-        q0, v0, q1, v1 = last.position_rad, last.velocity_rad_s, sent.position_rad, sent.velocity_rad_s
-        c = (3 * (q1 - q0) / total - 2 * v0 - v1) / total
-        d = (v0 + v1 - 2 * (q1 - q0) / total) / total**2
-        t = STEP_S * np.arange(1, self._steps + 1)[:, None]
-        positions = q0 + t * (v0 + t * (c + t * d))
-        efforts = last.effort_nm + t / total * (sent.effort_nm - last.effort_nm)
-        return list(zip(positions, v0 + t * (2 * c + 3 * t * d), 2 * c + 6 * t * d, efforts, strict=True))
 
     def _state(self) -> RobotState:
         world = self._world

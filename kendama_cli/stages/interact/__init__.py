@@ -14,6 +14,7 @@ STAGE = StageDeclaration(
     gives="kendama_cli.artifacts.interaction:InteractionResult",
     settings={"interact": InteractSettings},
     topics=TOPICS,
+    kind="moves",
     chapter="kendama_cli.stages.interact.chapter:interaction_figures",
     headline=(Headline("force_error_rms_n", "rms error of the force on what the arm touches"),),
 )

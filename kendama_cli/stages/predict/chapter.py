@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import base64
-import io
 
+import cv2
 import numpy as np
 import pandas as pd
-from PIL import Image
 
 from kendama_cli.log.messages import DetectionMessage
 from kendama_cli.report.figure import Figure, Panel, figure, lettered
@@ -141,16 +140,21 @@ def thumbnails(log: StageLog, stage: str) -> Panel | None:
     for row in picked:
         image = images.iloc[row]
         total += len(image["data"])
-        if total <= _MOST_IMAGE_BYTES:
-            cells.append(_thumbnail(image, seen, near=bool(cells)))
+        if total <= _MOST_IMAGE_BYTES and (cell := _thumbnail(image, seen, near=bool(cells))):
+            cells.append(cell)
     return Panel(f"Camera “{camera}”", f'<div class="thumbs">{"".join(cells)}</div>') if cells else None
 
 
 def _thumbnail(image: pd.Series, seen: pd.DataFrame, *, near: bool) -> str:
-    """One camera image with the trail and the circle; ``near`` cuts out the surroundings of the trail."""
+    """One camera image with the trail and the circle; ``near`` cuts out the surroundings of the trail.
+
+    Empty where the image cannot be decoded.
+    """
     data = bytes(image["data"])
-    with Image.open(io.BytesIO(data)) as opened:
-        width, height = opened.size
+    decoded = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_GRAYSCALE)
+    if decoded is None:
+        return ""
+    height, width = decoded.shape
     left, top, wide = _cut(seen, width, height) if near and len(seen) else (0.0, 0.0, float(width))
     marks, caption = "", f"{1e3 * image['t_s']:.0f} ms"
     if len(seen):

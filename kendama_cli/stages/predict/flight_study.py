@@ -114,7 +114,7 @@ class FlightStudy:
         loop.whole_every = self._settings.image_every if number == 0 else 0
         loop.begin((frame - 1) / rate_hz)
         blur = self._ctx.rng("releases").normal(0.0, ANGLE_KNOWN_RAD * self._game.rope.length_m, 3)
-        loop.tracker.expect(self._staged.ball_m(frame / rate_hz) + blur, SEARCH_HALF_PX)
+        loop.tracker.search.expect(self._staged.ball_m(frame / rate_hz) + blur, SEARCH_HALF_PX)
         loop.aim()
 
     def _scene(self, t_s: float) -> ScenePose:

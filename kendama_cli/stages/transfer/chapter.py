@@ -27,42 +27,44 @@ _PARTS = (("swung_up", "swung up"), ("predicted", "catch predicted"), ("caught",
 
 def transfer_figures(log: StageLog) -> list[Figure]:
     """Rollouts on the hardware; the games; one game in detail; the imitated swing."""
+    return [*_learning(log), *_all_games(log), *_one_game(log), *_imitated(log)]
+
+
+def _learning(log: StageLog) -> list[Figure]:
+    """The rewards of the rollouts, and the rates of success before and after them."""
     rewards = [
         reward_panel(log.table("/transfer/rollout", RolloutMessage), "transfer-reward", "rollout on the hardware"),
         reward_panel(
             log.table("/transfer/scratch/rollout", RolloutMessage), "transfer-scratch", "rollout from scratch"
         ),
     ]
+    before, after = (log.metrics.get(f"success_rate_{when}") for when in ("before", "after"))
+    rates = ""
+    if isinstance(before, int | float) and isinstance(after, int | float):
+        rates = f"Greedy trials that reached the goal: {before:.0%} before this learning, {after:.0%} after it."
+    captions = lettered(
+        rewards,
+        [
+            "Reward of every rollout on the hardware, going on from the table learned in simulation.",
+            "The same hardware, learning from an empty table.",
+        ],
+    )
+    return figure([*captions, "Filled: the goal was reached.", rates], rewards, columns=1)
+
+
+def _all_games(log: StageLog) -> list[Figure]:
     outcomes, caption = _games(log.table("/transfer/game", GameMessage))
+    return figure([caption], [outcomes], columns=1)
+
+
+def _one_game(log: StageLog) -> list[Figure]:
+    """One game as paths and over time, as its camera saw it, and as a film beside the errors of all predictions."""
     number, start_s, end_s = _shown_game(log)
     paths = pair(log, "/transfer", start_s, end_s)
     detail = [_path(log, paths), _series(log.table("/transfer/step", TransferStepMessage), number)]
     images = thumbnails(log, "/transfer")
     closing = [_film(log, paths, number), error_over_time_panel(log)]
-    imitation = _imitation(log)
-    before, after = (log.metrics.get(f"success_rate_{when}") for when in ("before", "after"))
-    imitated = log.metrics.get("imitation_caught")
-    ended = "" if imitated is None else "; it was caught" if imitated else "; it was missed"
-    rates = ""
-    if isinstance(before, int | float) and isinstance(after, int | float):
-        rates = f"Greedy trials that reached the goal: {before:.0%} before this learning, {after:.0%} after it."
     return [
-        *figure(
-            [
-                *lettered(
-                    rewards,
-                    [
-                        "Reward of every rollout on the hardware, going on from the table learned in simulation.",
-                        "The same hardware, learning from an empty table.",
-                    ],
-                ),
-                "Filled: the goal was reached.",
-                rates,
-            ],
-            rewards,
-            columns=1,
-        ),
-        *figure([caption], [outcomes], columns=1),
         *figure(
             lettered(
                 detail,
@@ -95,14 +97,19 @@ def transfer_figures(log: StageLog) -> list[Figure]:
             ),
             closing,
         ),
-        *figure(
-            [
-                "The imitated swing as the hardware carried it out, until shortly after the ball came down to the"
-                f" rim{ended}."
-            ],
-            [imitation],
-        ),
     ]
+
+
+def _imitated(log: StageLog) -> list[Figure]:
+    imitated = log.metrics.get("imitation_caught")
+    ended = "" if imitated is None else "; it was caught" if imitated else "; it was missed"
+    return figure(
+        [
+            "The imitated swing as the hardware carried it out, until shortly after the ball came down to the"
+            f" rim{ended}."
+        ],
+        [_imitation(log)],
+    )
 
 
 def _shown_game(log: StageLog) -> tuple[int, float, float]:

@@ -40,6 +40,7 @@ class ScriptedTracker:
     """Finds the ball 10 rows under the middle row of every image, and writes down what it is given."""
 
     def __init__(self, *, onset: bool = True) -> None:
+        self.search = self
         self.onset = object() if onset else None
         self.found: object | None = None
         self.given: list[tuple[float, set[str], Any]] = []
@@ -47,7 +48,7 @@ class ScriptedTracker:
     def reset(self) -> None:
         self.given.clear()
 
-    def look(self, camera: str, t_s: float, pixels: Any, origin_px: Any) -> Any:
+    def detect(self, camera: str, t_s: float, pixels: Any, origin_px: Any) -> Any:
         return SimpleNamespace(centre_px=np.array([20.0, 24.5]))
 
     def update(self, t_s: float, sightings: dict[str, Any], tie_m: Any) -> None:
