@@ -100,7 +100,7 @@ class CameraObserver:
 
     def swinging(self, step: CartStep) -> None:
         state = step.state
-        near = abs(state.angle_rad) >= math.radians(self._settings.watch_from_deg)
+        near = abs(state.angle_rad) >= math.radians(self._settings.observe_from_deg)
         if near and state.angle_rad * state.rate_rad_s > 0:
             if not self._observing:
                 self._begin_observing(step)

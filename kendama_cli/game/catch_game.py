@@ -74,7 +74,7 @@ def finish_game(
     estimates: list[CatchPrediction] = []
     step = swing.steps[-1]
     resting_s = 0.0
-    while not (resting_s >= REST_S and (held(steps) or step.t_s >= controller.catch_s + catch.watched_s)):
+    while not (resting_s >= REST_S and (held(steps) or step.t_s >= controller.catch_s + catch.after_catch_s)):
         if step.t_s < controller.catch_s and (prediction := observer.flying(step)) is not None:
             estimates.append(prediction)
             controller.follow(prediction)

@@ -14,7 +14,7 @@ class ObservationSettings:
 
     samples_n: int = setting("readings from which position, angle and their rates are fitted", at_least=2)
     source: Literal["cameras", "tracking"] = setting("what observes the flight: images, or the robot's own tracking")
-    watch_from_deg: float = setting(
+    observe_from_deg: float = setting(
         "cameras: the test for free flight runs while the rope rises beyond this angle [deg]", at_least=0, below=180
     )
     processing_s: float = setting(
@@ -51,7 +51,7 @@ class CatchSettings:
     give_braking_m_s2: float = setting("deceleration of that after the catch [m/s^2]", above=0)
     settled_before_s: float = setting("the plan is kept as it is for this long before the catch [s]", above=0)
     braking_m_s2: float = setting("deceleration of the cup after the catch [m/s^2]", above=0)
-    watched_s: float = setting("the game ends this long after the predicted catch [s]", above=0)
+    after_catch_s: float = setting("the game ends this long after the predicted catch [s]", above=0)
 
 
 @dataclass(frozen=True)

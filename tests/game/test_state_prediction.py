@@ -108,7 +108,7 @@ def _succeeded(table: Any, delay_n: int) -> float:
 def test_a_table_learned_without_delay_swings_up_with_fifty_milliseconds_of_it(monkeypatch: pytest.MonkeyPatch) -> None:
     tables = [learned(make_runner(noise_m=0.0005), seed).policy for seed in (0, 1, 2, 3)]
     assert np.mean([_succeeded(table, 12) for table in tables]) >= 0.9
-    monkeypatch.setattr(cup_cart, "foreseen", lambda state, *_, **__: state)
+    monkeypatch.setattr(cup_cart, "predict_state", lambda state, *_, **__: state)
     assert np.mean([_succeeded(table, 12) for table in tables]) < 0.9, "without foresight they do not"
 
 
