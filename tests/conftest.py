@@ -21,6 +21,13 @@ def toy(tmp_path: Path) -> ToyProject:
     return ToyProject(tmp_path)
 
 
+@pytest.fixture(params=["0", "1"], ids=["linux", "portable"])
+def each_way(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> bool:
+    """Locks and processes by Linux's own means and by the portable ones, in turn; whether they are portable."""
+    monkeypatch.setenv("KENDAMA_PORTABLE", request.param)
+    return bool(request.param == "1")
+
+
 @pytest.fixture(scope="session")
 def recordings() -> Path:
     """The folder of real recordings beside the repository; the test is skipped where it is absent."""

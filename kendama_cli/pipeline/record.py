@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import fcntl
 import os
 import sys
 import time
@@ -15,6 +14,7 @@ from typing import Any
 import kendama_cli
 from kendama_cli.errors import StoreError, UsageError
 from kendama_cli.store import durable
+from kendama_cli.system.choice import system
 
 LIBRARIES = ("dartpy", "numpy", "scipy", "opencv-python-headless", "pandas", "mcap", "hydra-core")
 
@@ -77,11 +77,7 @@ class RunRecord:
     @contextlib.contextmanager
     def going_on(self) -> Iterator[None]:
         """Lock the run's folder meanwhile: by that others distinguish a run that goes on from one that was killed."""
-        with contextlib.ExitStack() as held:
-            with contextlib.suppress(OSError):  # a file system without locks
-                handle = os.open(self.folder, os.O_RDONLY | os.O_CLOEXEC)
-                held.callback(os.close, handle)
-                fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        with system().mark_in_use(self.folder):
             yield
 
     def save(self) -> None:
@@ -106,23 +102,9 @@ def past_runs(home: Path) -> list[dict[str, Any]]:
         with contextlib.suppress(StoreError):  # one that cannot be read now hides no other
             record = durable.read_sealed(path)
         if record is not None:
-            killed = record["outcome"] == "running" and not _goes_on(path.parent)
+            killed = record["outcome"] == "running" and not system().is_in_use(path.parent)
             found.append({**record, "outcome": "killed"} if killed else record)
     return found
-
-
-def _goes_on(folder: Path) -> bool:
-    try:
-        handle = os.open(folder, os.O_RDONLY | os.O_CLOEXEC)
-    except OSError:
-        return True
-    try:
-        fcntl.flock(handle, fcntl.LOCK_SH | fcntl.LOCK_NB)
-    except OSError:
-        return True
-    finally:
-        os.close(handle)
-    return False
 
 
 def find_run(home: Path, run: str | None) -> dict[str, Any]:

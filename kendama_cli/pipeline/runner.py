@@ -1,7 +1,7 @@
 """Runs a pipeline: looks up what is there, starts one worker process for each stage that is not, keeps the record.
 
 Stages that do not wait for each other run side by side. A lock per key lets two runs on one home compute a shared
-stage once; it is held by the worker too, so it outlives a killed parent.
+stage once; where locks are inherited, the worker holds it too, so it outlives a killed parent.
 """
 
 from __future__ import annotations
@@ -19,10 +19,11 @@ from typing import Any, Protocol
 from kendama_cli.errors import KendamaError
 from kendama_cli.pipeline.catalogue import StageSpec
 from kendama_cli.pipeline.plan import Planner, StagePlan
-from kendama_cli.pipeline.process import ForkServer, Interpreters
 from kendama_cli.pipeline.record import RunRecord, StageOutcome
-from kendama_cli.pipeline.workers import Job, Workers, lock_file
+from kendama_cli.pipeline.workers import Job, Workers
 from kendama_cli.store import durable
+from kendama_cli.system.choice import system
+from kendama_cli.system.interface import Lock, Starter
 
 POLL_S = 0.1
 
@@ -54,7 +55,7 @@ class Runner:
         *,
         forced: frozenset[str] = frozenset(),
         workers: int | None = None,
-        starter: Interpreters | ForkServer | None = None,
+        starter: Starter | None = None,
         stop: threading.Event | None = None,
     ) -> None:
         """``workers``: how many stages may compute at once, None for one per core; ``stop`` interrupts from outside.
@@ -70,7 +71,7 @@ class Runner:
         self._plans: dict[str, StagePlan] = {}
         self._failed: set[str] = set()
         self._waiting: dict[str, StageSpec] = {spec.name: spec for spec in planner.pipeline.stages}
-        self._running = Workers(starter or Interpreters())
+        self._running = Workers(starter or system().interpreters())
         self._waits_reported: set[str] = set()
 
     def run(self) -> RunRecord:
@@ -103,8 +104,6 @@ class Runner:
             with contextlib.suppress(KendamaError):  # a full disk may not take this either
                 self._record.save()
             raise
-        finally:
-            self._running.close()
         order = [spec.name for spec in self._planner.pipeline.stages]
         self._record.stages.sort(key=lambda outcome: order.index(outcome.name))
         self._record.outcome = "failed" if self._failed else "done"
@@ -127,7 +126,8 @@ class Runner:
         """Start a worker, or leave the stage waiting while another run holds its key."""
         name = plan.spec.name
         path = durable.make_folder(self._planner.store.home / "locks") / f"{name}-{plan.key}.lock"
-        lock = lock_file(path)
+        with durable.plain_disk_errors(path):
+            lock = system().try_lock(path)
         if lock is None:
             if name not in self._waits_reported:
                 self._waits_reported.add(name)
@@ -136,12 +136,12 @@ class Runner:
         # whoever held the lock may have finished between our look and the lock
         again = self._planner.look_up(plan.spec, inputs, forced=name in self._forced)
         if again.result is not None:
-            os.close(lock)
+            lock.release()
             self._finish_cached(again)
             return
         self._start(plan, lock)
 
-    def _start(self, plan: StagePlan, lock: int) -> None:
+    def _start(self, plan: StagePlan, lock: Lock) -> None:
         spec = plan.spec
         request = _request(self._planner, plan, self._plans, fresh=spec.name in self._forced)
         self._running.start(plan, request, lock, durable.make_folder(self._record.folder) / f"{spec.name}.txt")

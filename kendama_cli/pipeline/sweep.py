@@ -11,10 +11,11 @@ from dataclasses import dataclass
 
 from kendama_cli.errors import KendamaError
 from kendama_cli.pipeline.plan import Planner
-from kendama_cli.pipeline.process import ForkServer
 from kendama_cli.pipeline.record import RunRecord, begin
 from kendama_cli.pipeline.runner import Observer, Runner
 from kendama_cli.store.durable import canonical_json
+from kendama_cli.system.choice import system
+from kendama_cli.system.interface import Starter
 
 
 @dataclass(frozen=True)
@@ -43,19 +44,19 @@ def run_sweep(
     A KendamaError other than a failed stage (a full disk) stops the sweep and is raised, as KeyboardInterrupt is.
     """
     stop = threading.Event()
-    fork_servers: queue.SimpleQueue[ForkServer] = queue.SimpleQueue()
+    starters: queue.SimpleQueue[Starter] = queue.SimpleQueue()
 
     def run(job: SweepJob) -> RunRecord:
         record = begin(job.planner.store.home, job.planner.pipeline.name, job.overrides)
-        fork_server = fork_servers.get()
+        starter = starters.get()
         try:
-            return Runner(job.planner, record, observe(job, record), workers=1, starter=fork_server, stop=stop).run()
+            return Runner(job.planner, record, observe(job, record), workers=1, starter=starter, stop=stop).run()
         finally:
-            fork_servers.put(fork_server)
+            starters.put(starter)
 
     with contextlib.ExitStack() as stack, concurrent.futures.ThreadPoolExecutor(at_once) as pool:
         for _ in range(min(at_once, len(jobs))):
-            fork_servers.put(stack.enter_context(contextlib.closing(ForkServer())))
+            starters.put(stack.enter_context(contextlib.closing(system().sweep_starter())))
         futures = [pool.submit(run, job) for job in jobs]
         try:
             return [future.result() for future in futures]

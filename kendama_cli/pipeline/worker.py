@@ -1,14 +1,13 @@
 """The process that runs one stage: ``python -m kendama_cli.pipeline.worker``, a request on its standard input.
 
-Only here are stages and blocks imported. It reports what happens to its parent as JSON lines on the file descriptor
-that the request names; what the stage or a library prints goes wherever standard output and error point. The
-request's lock stays held until this process ends, even where the parent was killed.
+Only here are stages and blocks imported. It reports what happens to its parent as JSON lines on standard output; what
+the stage or a library prints goes wherever standard error points. Where locks are inherited, the stage's stays held
+until this process ends, even where the parent was killed.
 """
 
 from __future__ import annotations
 
 import contextlib
-import ctypes
 import dataclasses
 import inspect
 import json
@@ -33,29 +32,32 @@ from kendama_cli.store.checkpoint import CheckpointFolder
 from kendama_cli.store.codecs import load_artifact, save_artifact
 from kendama_cli.store.durable import canonical_json, plain_disk_errors
 from kendama_cli.store.store import Store
+from kendama_cli.system.choice import system
 
 LOG = "log.mcap"
-PR_SET_PDEATHSIG = 1
 Emit = Callable[[Mapping[str, Any]], None]
 """Sends one event to the process that started the worker."""
 
 
 def main() -> int:
     """Run the stage that standard input asks for; 0 where its artifact is in the store."""
-    return work(json.loads(sys.stdin.buffer.read()))
+    request = json.loads(sys.stdin.buffer.readline())
+    events = os.dup(1)
+    os.dup2(2, 1)  # libraries print to 1 without asking Python
+    return work(request, events)
 
 
-def work(request: Mapping[str, Any]) -> int:
-    """Be the worker for ``request``; the exit code."""
-    end_with_parent(signal.SIGTERM)
+def work(request: Mapping[str, Any], events: int) -> int:
+    """Be the worker for ``request`` that reports on the file descriptor ``events``; the exit code."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C reaches the whole group; the parent decides
     signal.signal(signal.SIGTERM, _interrupt)
-    channel = os.fdopen(request["events"], "w", encoding="utf-8", buffering=1)
+    channel = os.fdopen(events, "w", encoding="utf-8", buffering=1, newline="\n")
 
     def emit(event: Mapping[str, Any]) -> None:
         channel.write(json.dumps(event) + "\n")
 
     try:
+        system().end_with_parent()
         emit(run_stage(request, emit))
     except KeyboardInterrupt:
         return 130
@@ -156,12 +158,6 @@ def _plain(value: Any) -> Any:
 
 def _interrupt(signum: int, frame: Any) -> None:
     raise KeyboardInterrupt
-
-
-def end_with_parent(number: int) -> None:
-    """Have Linux send this process ``number`` when its parent ends, so that ``kill -9`` leaves nothing running."""
-    if sys.platform == "linux":
-        ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, number)
 
 
 if __name__ == "__main__":

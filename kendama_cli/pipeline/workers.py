@@ -2,21 +2,19 @@
 
 from __future__ import annotations
 
-import fcntl
 import json
-import os
-import selectors
-import signal
+import queue
 import subprocess
+import threading
 import time
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import IO, Any
+from typing import Any
 
 from kendama_cli.pipeline.plan import StagePlan
-from kendama_cli.pipeline.process import ForkServer, Interpreters, Worker
 from kendama_cli.store import durable
+from kendama_cli.system.interface import Lock, Starter, Worker
 
 GRACE_S = 10.0
 
@@ -27,10 +25,8 @@ class Job:
 
     plan: StagePlan
     process: Worker
-    events: IO[bytes]
-    lock: int
+    lock: Lock
     started_s: float
-    pending: bytes = b""
     done: dict[str, Any] | None = None
     failed: dict[str, Any] | None = None
 
@@ -38,41 +34,39 @@ class Job:
 class Workers:
     """The workers that run now; ``starter`` makes their processes."""
 
-    def __init__(self, starter: Interpreters | ForkServer) -> None:
+    def __init__(self, starter: Starter) -> None:
         self._starter = starter
         self._jobs: dict[str, Job] = {}
-        self._selector = selectors.DefaultSelector()
+        # a thread reads each pipe: not every system can wait for several pipes at once
+        self._lines: queue.SimpleQueue[tuple[str, bytes]] = queue.SimpleQueue()
 
     def __len__(self) -> int:
         """How many there are."""
         return len(self._jobs)
 
-    def start(self, plan: StagePlan, request: Mapping[str, Any], lock: int, output: Path) -> None:
+    def start(self, plan: StagePlan, request: Mapping[str, Any], lock: Lock, output: Path) -> None:
         """Have a worker carry out ``request``; it holds ``lock``, and what it prints goes to ``output``."""
-        read, write = os.pipe()
         with durable.plain_disk_errors(output), output.open("wb") as printed:
-            process = self._starter.start(request, events=write, lock=lock, printed=printed.fileno())
-        os.close(write)
-        events = os.fdopen(read, "rb", buffering=0)
-        os.set_blocking(read, False)
-        self._jobs[plan.spec.name] = Job(plan, process, events, lock, time.monotonic())
-        self._selector.register(events, selectors.EVENT_READ, plan.spec.name)
+            process = self._starter.start(request, lock=lock, printed=printed.fileno())
+        name = plan.spec.name
+        self._jobs[name] = Job(plan, process, lock, time.monotonic())
+        threading.Thread(target=_read, args=(name, process, self._lines), daemon=True).start()
 
     def events(self, timeout_s: float) -> Iterator[tuple[Job, dict[str, Any]]]:
         """What the workers report within ``timeout_s``; the last event of each is ``ended``, with its exit code."""
-        for ready, _ in self._selector.select(timeout_s):
-            job = self._jobs[ready.data]
-            data = job.events.read()
-            if data:
-                *lines, job.pending = (job.pending + data).split(b"\n")
-                yield from ((job, json.loads(line)) for line in lines)
-            elif data == b"":
-                yield job, {"event": "ended", "code": self._end(job)}
+        try:
+            name, line = self._lines.get(timeout=timeout_s)
+            while True:
+                job = self._jobs[name]
+                yield job, json.loads(line) if line else {"event": "ended", "code": self._end(job)}
+                name, line = self._lines.get_nowait()
+        except queue.Empty:
+            return
 
     def stop(self) -> None:
         """End every worker: asked first, and killed where it does not end in time."""
         for job in self._jobs.values():
-            job.process.send_signal(signal.SIGTERM)
+            job.process.ask_to_end()
         deadline_s = time.monotonic() + GRACE_S
         for job in self._jobs.values():
             try:
@@ -80,29 +74,19 @@ class Workers:
             except subprocess.TimeoutExpired:
                 job.process.kill()
                 job.process.wait()
-            os.close(job.lock)
-            job.events.close()
-
-    def close(self) -> None:
-        """Listen no more."""
-        self._selector.close()
+            job.lock.release()
 
     def _end(self, job: Job) -> int:
-        self._selector.unregister(job.events)
-        job.events.close()
         code = job.process.wait()
-        os.close(job.lock)
+        job.lock.release()
         del self._jobs[job.plan.spec.name]
         return code
 
 
-def lock_file(path: Path) -> int | None:
-    """A descriptor that holds the lock on ``path`` until it and its copies are closed; None where another has it."""
-    with durable.plain_disk_errors(path):
-        lock = os.open(path, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o644)
-    try:
-        fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except BlockingIOError:
-        os.close(lock)
-        return None
-    return lock
+def _read(name: str, process: Worker, lines: queue.SimpleQueue[tuple[str, bytes]]) -> None:
+    """Pass on each whole line that the worker reports, and an empty one at the end."""
+    with process.events as events:
+        for line in events:
+            if line.endswith(b"\n"):  # what a killed worker began is no event
+                lines.put((name, line))
+    lines.put((name, b""))

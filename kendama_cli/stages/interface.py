@@ -9,9 +9,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
-import numpy as np
+if TYPE_CHECKING:  # a declaration may stand beside its stage in one file, and imports nothing heavy
+    import numpy as np
 
 Metric = float | int | bool | str | None
 State = Mapping[str, Any]

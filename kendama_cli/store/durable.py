@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from kendama_cli.errors import StoreError
+from kendama_cli.system.choice import system
 
 SCRATCH = ".scratch"
 """Prefix of names that are not finished; whoever finds one without its writer may delete it."""
@@ -207,8 +208,4 @@ def _sealed(record: dict[str, Any]) -> bytes:
 
 def sync(path: Path) -> None:
     """Have a file or folder on the disk."""
-    handle = os.open(path, os.O_RDONLY)
-    try:
-        os.fsync(handle)
-    finally:
-        os.close(handle)
+    system().sync(path)

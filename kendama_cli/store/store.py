@@ -7,7 +7,6 @@
 from __future__ import annotations
 
 import contextlib
-import fcntl
 import json
 import os
 from collections.abc import Iterator
@@ -17,6 +16,7 @@ from typing import Any
 
 from kendama_cli.errors import StoreError
 from kendama_cli.store import durable
+from kendama_cli.system.choice import system
 
 MANIFEST = "manifest.json"
 ARTIFACT_FILES = ("artifact.json", "arrays.npz")
@@ -117,29 +117,27 @@ class Store:
     @contextlib.contextmanager
     def in_use(self) -> Iterator[None]:
         """Keep garbage collection away while a run goes on."""
-        with self._lock(fcntl.LOCK_SH):
+        path = self._lock_path()
+        with contextlib.ExitStack() as held:
+            with durable.plain_disk_errors(path):
+                held.enter_context(system().shared(path))
             yield
 
     @contextlib.contextmanager
     def alone(self) -> Iterator[None]:
         """Keep runs away meanwhile; raises StoreError while one goes on."""
-        with self._lock(fcntl.LOCK_EX | fcntl.LOCK_NB):
+        path = self._lock_path()
+        with contextlib.ExitStack() as held:
+            with durable.plain_disk_errors(path):
+                try:
+                    held.enter_context(system().alone(path))
+                except BlockingIOError as error:
+                    message = f"a run is using {self.home}; collect garbage when it has ended"
+                    raise StoreError(str(self.home), message) from error
             yield
 
-    @contextlib.contextmanager
-    def _lock(self, how: int) -> Iterator[None]:
-        path = durable.make_folder(self.home / "locks") / "home.lock"
-        with durable.plain_disk_errors(path):
-            handle = os.open(path, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o644)
-        try:
-            fcntl.flock(handle, how)
-            yield
-        except BlockingIOError as error:
-            raise StoreError(
-                str(self.home), f"a run is using {self.home}; collect garbage when it has ended"
-            ) from error
-        finally:
-            os.close(handle)
+    def _lock_path(self) -> Path:
+        return durable.make_folder(self.home / "locks") / "home.lock"
 
     def object_folder(self, digest: str) -> Path:
         """Where the artifact of this digest stands or would stand."""

@@ -34,8 +34,10 @@ def test_imports_go_down_the_floors_only() -> None:
         ("numba", {"simulation", "rendering", "robot_model"}),
         ("embreex", {"rendering"}),
         ("gymnasium", {"gym.py"}),
-        ("socket", {"devices", "pipeline"}),
-        ("subprocess", {"devices", "pipeline", "cli"}),
+        ("socket", {"devices", "system"}),
+        ("subprocess", {"devices", "pipeline", "system", "cli"}),
+        ("fcntl", {"system"}),
+        ("filelock", {"system"}),
     ],
 )
 def test_a_library_lives_in_its_own_folders_only(library: str, folders: set[str]) -> None:
@@ -55,6 +57,23 @@ def test_numerics_know_no_clock_no_global_seed_and_no_files() -> None:
             text = file.read_text()
             for word in ("import time", "np.random.seed", "np.random.rand", "open(", "logging"):
                 assert word not in text, f"{file.name} has {word}"
+
+
+def test_what_only_linux_has_stands_in_the_files_of_linux() -> None:
+    words = (
+        "fcntl",
+        "prctl",
+        "os.fork",
+        "waitpid",
+        "send_fds",
+        "recv_fds",
+        "SEQPACKET",
+        "AF_UNIX",
+        "os.killpg",
+        "SIGKILL",
+    )
+    linux = {PACKAGE / "system" / name for name in ("linux.py", "fork_server.py", "choice.py")}
+    assert [file.name for file in FILES for word in words if word in file.read_text() and file not in linux] == []
 
 
 def test_no_pickle_anywhere() -> None:

@@ -39,6 +39,7 @@ def worker_of(process: subprocess.Popen[str]) -> list[int]:
     return [int(pid) for pid in children.read_text().split()] if children.exists() else []
 
 
+@pytest.mark.usefixtures("each_way")
 def test_kill_9_of_the_worker_fails_the_run_and_the_next_goes_on_to_the_same_bytes(toy: ToyProject) -> None:
     count = toy.folder / "count"
     options = [f"toy.kill_file={toy.folder}/killed", f"toy.count_file={count}"]
@@ -55,6 +56,7 @@ def test_kill_9_of_the_worker_fails_the_run_and_the_next_goes_on_to_the_same_byt
 
 
 @pytest.mark.parametrize("after", [1, 7, 20])
+@pytest.mark.usefixtures("each_way")
 def test_kill_9_of_the_run_at_any_moment_ends_in_the_same_bytes(toy: ToyProject, after: int) -> None:
     process = toy.start("run", "-p", "toy", *SLOW)
     wait_for(lambda: checkpoints(toy) and number(checkpoints(toy)[-1]) >= after)
@@ -82,6 +84,7 @@ def test_a_damaged_newest_checkpoint_is_passed_over_for_the_one_before(toy: ToyP
     assert artifact_bytes(resumed) == artifact_bytes(toy.run_json(*options, "--home", "other"))
 
 
+@pytest.mark.usefixtures("each_way")
 def test_a_killed_run_is_listed_as_killed_and_one_that_goes_on_as_running(toy: ToyProject) -> None:
     process = toy.start("run", "-p", "toy", *SLOW)
     wait_for(lambda: checkpoints(toy))
@@ -91,6 +94,7 @@ def test_a_killed_run_is_listed_as_killed_and_one_that_goes_on_as_running(toy: T
     assert json.loads(toy.kendama("runs", "--json").stdout)[0]["outcome"] == "killed"
 
 
+@pytest.mark.usefixtures("each_way")
 def test_ctrl_c_ends_with_130_and_one_line_and_keeps_what_was_done(toy: ToyProject) -> None:
     process = toy.start("run", "-p", "toy", *SLOW)
     wait_for(lambda: len(checkpoints(toy)) > 1)
@@ -104,6 +108,7 @@ def test_ctrl_c_ends_with_130_and_one_line_and_keeps_what_was_done(toy: ToyProje
     assert statuses(toy.run_json(*SLOW)) == {"roll": "ran", "total": "ran"}
 
 
+@pytest.mark.usefixtures("each_way")
 def test_two_runs_at_once_compute_a_shared_stage_once(toy: ToyProject) -> None:
     count = toy.folder / "count"
     options = ("toy.steps=20", "toy.pause_s=0.05", f"toy.count_file={count}")
@@ -114,6 +119,7 @@ def test_two_runs_at_once_compute_a_shared_stage_once(toy: ToyProject) -> None:
     assert len({json.dumps(document["stages"][1]["metrics"]) for document in documents}) == 1
 
 
+@pytest.mark.usefixtures("each_way")
 def test_a_rival_takes_over_when_the_first_run_is_killed(toy: ToyProject) -> None:
     first = toy.start("run", "-p", "toy", *SLOW)
     wait_for(lambda: len(checkpoints(toy)) > 1)
@@ -125,6 +131,7 @@ def test_a_rival_takes_over_when_the_first_run_is_killed(toy: ToyProject) -> Non
     assert artifact_bytes(document) == artifact_bytes(toy.run_json(*SLOW, "--home", "other"))
 
 
+@pytest.mark.usefixtures("each_way")
 def test_garbage_is_not_collected_under_a_run(toy: ToyProject) -> None:
     process = toy.start("run", "-p", "toy", *SLOW)
     wait_for(lambda: checkpoints(toy))
@@ -184,6 +191,7 @@ def test_a_home_that_cannot_be_written_is_one_line(toy: ToyProject) -> None:
     assert "cannot write" in done.stderr
 
 
+@pytest.mark.usefixtures("each_way")
 def test_no_lock_or_scratch_outlives_the_run_that_made_it(toy: ToyProject) -> None:
     toy.run_json()
     left = [path for path in toy.home.rglob("*") if path.name.startswith(".scratch") or path.parent.name == "scratch"]

@@ -15,6 +15,7 @@ from kendama_cli.store.store import Store
 from tests.toy_project import ToyProject, artifact_bytes, statuses
 
 
+@pytest.mark.usefixtures("each_way")
 def test_a_second_run_computes_nothing(toy: ToyProject) -> None:
     assert statuses(toy.run_json()) == {"roll": "ran", "total": "ran"}
     assert statuses(toy.run_json()) == {"roll": "cached", "total": "cached"}
@@ -100,6 +101,7 @@ def test_a_pipeline_that_does_not_fit_its_stage_is_told_as_such(toy: ToyProject,
     assert "not foreseen" not in told
 
 
+@pytest.mark.usefixtures("each_way")
 def test_force_runs_a_cached_stage_to_the_same_bytes(toy: ToyProject) -> None:
     before = toy.run_json()
     after = toy.run_json("--force", "roll")
@@ -153,6 +155,7 @@ def test_every_flipped_byte_of_the_store_is_found(toy: ToyProject) -> None:
     toy.kendama("cache", "verify")
 
 
+@pytest.mark.usefixtures("each_way")
 def test_gc_removes_the_damaged_and_keeps_the_rest(toy: ToyProject) -> None:
     document = toy.run_json()
     (Path(document["stages"][0]["artifact"]) / "artifact.json").write_text("{}")
@@ -161,6 +164,7 @@ def test_gc_removes_the_damaged_and_keeps_the_rest(toy: ToyProject) -> None:
     assert statuses(toy.run_json()) == {"roll": "ran", "total": "cached"}
 
 
+@pytest.mark.usefixtures("each_way")
 def test_an_idle_run_imports_nothing_heavy(toy: ToyProject) -> None:
     toy.run_json()
     probe = (

@@ -9,6 +9,8 @@ import time
 from pathlib import Path
 from typing import Any
 
+import pytest
+
 from tests.toy_project import ToyProject, artifact_bytes
 
 
@@ -35,6 +37,7 @@ def test_choice_and_glob_work_and_equal_combinations_run_once(toy: ToyProject) -
     assert len(runs) == 2, "two groups of equal content and a seed given twice are two runs, not six"
 
 
+@pytest.mark.usefixtures("each_way")
 def test_a_shared_stage_is_computed_once(toy: ToyProject) -> None:
     (toy.folder / "pipelines/toy.yaml").write_text(
         (toy.folder / "pipelines/toy.yaml")
@@ -48,6 +51,7 @@ def test_a_shared_stage_is_computed_once(toy: ToyProject) -> None:
     assert [run["stages"][1]["status"] for run in runs] == ["ran"] * 3
 
 
+@pytest.mark.usefixtures("each_way")
 def test_a_failed_job_stops_no_other_and_a_second_sweep_does_only_what_is_missing(toy: ToyProject) -> None:
     runs = sweep(toy, "toy.fail_at=-1,3", "seed=1,2", expect=1)
     assert [run["outcome"] for run in runs] == ["done", "done", "failed", "failed"]
@@ -66,7 +70,9 @@ def test_a_wrong_value_is_told_before_anything_runs(toy: ToyProject) -> None:
     assert not (toy.home / "runs").exists()
 
 
-def test_kill_9_of_a_sweep_leaves_nothing_running_and_the_next_does_what_is_missing(toy: ToyProject) -> None:
+def test_kill_9_of_a_sweep_leaves_nothing_running_and_the_next_does_what_is_missing(
+    toy: ToyProject, each_way: bool
+) -> None:
     overrides = ("seed=range(0,4)", "toy.steps=20", "toy.pause_s=0.05")
     process = toy.start("sweep", "-p", "toy", "-j", "2", *overrides)
     deadline = time.monotonic() + 30
@@ -74,7 +80,7 @@ def test_kill_9_of_a_sweep_leaves_nothing_running_and_the_next_does_what_is_miss
         assert time.monotonic() < deadline
         time.sleep(0.05)
     family = descendants(process.pid)
-    assert len(family) >= 2, "two nurseries at least"
+    assert len(family) >= (1 if each_way else 2), "two fork servers, or what interpreters compute now"
     process.kill()
     process.wait()
     while any(Path(f"/proc/{pid}").exists() and "Z" not in state(pid) for pid in family):

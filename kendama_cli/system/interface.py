@@ -1,0 +1,75 @@
+"""What the pipeline and the store ask of the operating system beyond files: locks, worker processes, durable names."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from contextlib import AbstractContextManager
+from pathlib import Path
+from typing import IO, Any, Protocol
+
+
+class Lock(Protocol):
+    """A lock that this process holds; the system releases it when its holders have ended."""
+
+    @property
+    def inherited(self) -> tuple[int, ...]:
+        """File descriptors with which a child process holds the lock too; none where it cannot."""
+
+    def release(self) -> None:
+        """Let go of it; children that inherited it hold it until they end."""
+
+
+class Worker(Protocol):
+    """A process that runs one stage; ``events`` is what it reports, one JSON document a line."""
+
+    events: IO[bytes]
+
+    def ask_to_end(self) -> None:
+        """Have it interrupt its stage and end."""
+
+    def kill(self) -> None:
+        """End it at once."""
+
+    def wait(self, timeout: float | None = None) -> int:
+        """Its exit code, negative for a signal; raises subprocess.TimeoutExpired."""
+
+
+class Starter(Protocol):
+    """Starts worker processes."""
+
+    def start(self, request: Mapping[str, Any], *, lock: Lock, printed: int) -> Worker:
+        """Start a worker for ``request``; what it prints goes to the file descriptor ``printed``."""
+
+    def close(self) -> None:
+        """End what is kept between workers."""
+
+
+class System(Protocol):
+    """The operating system; every method but ``end_with_parent`` is safe from several threads."""
+
+    def try_lock(self, path: Path) -> Lock | None:
+        """The lock on the file ``path``, which is made; None where another process has it. Raises OSError."""
+
+    def shared(self, path: Path) -> AbstractContextManager[None]:
+        """Hold ``path`` together with others that share it; waits while one has it alone. Raises OSError."""
+
+    def alone(self, path: Path) -> AbstractContextManager[None]:
+        """Hold ``path`` against all others; raises BlockingIOError where one has it, and OSError."""
+
+    def mark_in_use(self, folder: Path) -> AbstractContextManager[None]:
+        """Have ``is_in_use`` true of ``folder`` meanwhile; without effect where the file system knows no locks."""
+
+    def is_in_use(self, folder: Path) -> bool:
+        """Whether a living process has marked ``folder``; true where that cannot be found out."""
+
+    def sync(self, path: Path) -> None:
+        """Have a file, or the names in a folder, on the disk. Raises OSError."""
+
+    def interpreters(self) -> Starter:
+        """Workers that are interpreters of their own: each costs its stage's imports, and shares nothing."""
+
+    def sweep_starter(self) -> Starter:
+        """Workers for many runs one after the other, one at a time."""
+
+    def end_with_parent(self) -> None:
+        """Raise SIGTERM in this process when its parent has ended or asks for it, so that nothing is left running."""

@@ -1,0 +1,116 @@
+"""Linux's own means: flock, which children inherit, a fork server, and the signal at the parent's death."""
+
+from __future__ import annotations
+
+import contextlib
+import fcntl
+import os
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+from kendama_cli.system.interface import Starter
+
+PR_SET_PDEATHSIG = 1
+
+
+@dataclass(frozen=True)
+class Flock:
+    """A descriptor that holds a lock until it and all its copies are closed."""
+
+    descriptor: int
+
+    @property
+    def inherited(self) -> tuple[int, ...]:
+        """The descriptor: a child that has it holds the lock even where its parent was killed."""
+        return (self.descriptor,)
+
+    def release(self) -> None:
+        """Close the descriptor."""
+        os.close(self.descriptor)
+
+
+class Linux:
+    """See ``System``."""
+
+    def try_lock(self, path: Path) -> Flock | None:
+        """An exclusive flock, or None."""
+        lock = Flock(_open(path))
+        try:
+            fcntl.flock(lock.descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            lock.release()
+            return None
+        return lock
+
+    @contextlib.contextmanager
+    def shared(self, path: Path) -> Iterator[None]:
+        """A shared flock."""
+        with _flock(_open(path), fcntl.LOCK_SH):
+            yield
+
+    @contextlib.contextmanager
+    def alone(self, path: Path) -> Iterator[None]:
+        """An exclusive flock, or BlockingIOError."""
+        with _flock(_open(path), fcntl.LOCK_EX | fcntl.LOCK_NB):
+            yield
+
+    @contextlib.contextmanager
+    def mark_in_use(self, folder: Path) -> Iterator[None]:
+        """A flock on the folder itself, which leaves no file behind."""
+        with contextlib.ExitStack() as held:
+            with contextlib.suppress(OSError):  # a file system without locks
+                held.enter_context(_flock(_open_folder(folder), fcntl.LOCK_EX | fcntl.LOCK_NB))
+            yield
+
+    def is_in_use(self, folder: Path) -> bool:
+        """Whether a shared flock on the folder is refused."""
+        try:
+            with _flock(_open_folder(folder), fcntl.LOCK_SH | fcntl.LOCK_NB):
+                return False
+        except OSError:
+            return True
+
+    def sync(self, path: Path) -> None:
+        """fsync, which Linux takes of folders too."""
+        handle = os.open(path, os.O_RDONLY | os.O_CLOEXEC)
+        try:
+            os.fsync(handle)
+        finally:
+            os.close(handle)
+
+    def interpreters(self) -> Starter:
+        """Interpreters that inherit the lock and are asked to end by SIGTERM."""
+        from kendama_cli.system.interpreters import Interpreters  # noqa: PLC0415 - a run with nothing to do has none
+
+        return Interpreters(ended_by_signal=True)
+
+    def sweep_starter(self) -> Starter:
+        """A fork server: it pays for the imports of a stage once."""
+        from kendama_cli.system.fork_server import ForkServer  # noqa: PLC0415 - only a sweep has one
+
+        return ForkServer()
+
+    def end_with_parent(self) -> None:
+        """The kernel's signal at the parent's death; SIGTERM itself comes from the parent where it asks."""
+        import ctypes  # noqa: PLC0415 - only workers need it
+        import signal  # noqa: PLC0415
+
+        ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGTERM)
+
+
+def _open(path: Path) -> int:
+    return os.open(path, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o644)
+
+
+def _open_folder(folder: Path) -> int:
+    return os.open(folder, os.O_RDONLY | os.O_CLOEXEC)
+
+
+@contextlib.contextmanager
+def _flock(descriptor: int, how: int) -> Iterator[None]:
+    try:
+        fcntl.flock(descriptor, how)
+        yield
+    finally:
+        os.close(descriptor)
