@@ -240,7 +240,7 @@ class ToyProject:
             env=self.environment(),
             capture_output=True,
             text=True,
-            timeout=120,
+            timeout=240,  # only a hang takes as long, on a busy machine too
             check=False,
         )
         assert done.returncode == expect, f"{arguments}: exit {done.returncode}\n{done.stdout}\n{done.stderr}"

@@ -75,7 +75,7 @@ def test_kill_9_of_a_sweep_leaves_nothing_running_and_the_next_does_what_is_miss
 ) -> None:
     overrides = ("seed=range(0,4)", "toy.steps=20", "toy.pause_s=0.05")
     process = toy.start("sweep", "-p", "toy", "-j", "2", *overrides)
-    deadline = time.monotonic() + 30
+    deadline = time.monotonic() + 90
     while len(list(toy.home.glob("results/toy_total/*"))) + len(list(toy.home.glob("results/total/*"))) < 1:
         assert time.monotonic() < deadline
         time.sleep(0.05)
@@ -97,7 +97,7 @@ def test_a_killed_fork_server_fails_one_job_at_most_and_the_sweep_goes_on(toy: T
     process = toy.start(
         "sweep", "-p", "toy", "-j", "1", "--json", "seed=range(0,4)", "toy.steps=10", "toy.pause_s=0.05"
     )
-    deadline = time.monotonic() + 30
+    deadline = time.monotonic() + 90
     while not list(toy.home.glob("results/total/*")):
         assert time.monotonic() < deadline
         time.sleep(0.05)
@@ -105,7 +105,7 @@ def test_a_killed_fork_server_fails_one_job_at_most_and_the_sweep_goes_on(toy: T
         pid for pid in descendants(process.pid) if b"forkserver" in Path(f"/proc/{pid}/cmdline").read_bytes()
     ]
     os.kill(fork_servers[0], signal.SIGKILL)
-    outcomes = [run["outcome"] for run in json.loads(process.communicate(timeout=60)[0])["runs"]]
+    outcomes = [run["outcome"] for run in json.loads(process.communicate(timeout=180)[0])["runs"]]
     assert outcomes.count("done") >= 3
     assert len(outcomes) == 4
 
