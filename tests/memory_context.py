@@ -47,15 +47,16 @@ class MemoryContext:
     def restore(self) -> Mapping[str, Any] | None:
         if self.saved is None:
             return None
-        state, streams, messages = copy.deepcopy(self.saved)
+        state, streams = copy.deepcopy(self.saved[:2])
         for purpose, stream in streams.items():
             self.rng(purpose).bit_generator.state = stream
-        self.log.messages = messages
+        self.log.messages = list(self.saved[2])
         return state
 
     def checkpoint(self, state: Callable[[], Mapping[str, Any]], *, force: bool = False) -> None:
         streams = {purpose: stream.bit_generator.state for purpose, stream in self._streams.items()}
-        self.saved = copy.deepcopy((dict(state()), streams, self.log.messages))
+        # what was logged stays as it is: only the list is copied, for all of it at every checkpoint costs minutes
+        self.saved = (*copy.deepcopy((dict(state()), streams)), list(self.log.messages))
         self.checkpoints += 1
         if self.stop_after is not None and self.checkpoints >= self.stop_after:
             raise KeyboardInterrupt

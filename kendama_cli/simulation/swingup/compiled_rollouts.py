@@ -35,9 +35,9 @@ class CompiledRollouts:
     def roll_out(self, actor: Actor, noise: RolloutNoise) -> SimulatedRollout:
         """One rollout, as SwingUpEnvironment.roll_out."""
         swing, step_s = self.swing, self._rules.physics.step_s
-        constants, edges = self._packed
+        rules, edges = self._packed
         if noise.workspace_scale != 1.0:
-            constants, edges = Rules.of(self._settings.with_workspace_scale(noise.workspace_scale), self._game).packed()
+            rules, edges = Rules.of(self._settings.with_workspace_scale(noise.workspace_scale), self._game).packed()
         errors = np.array([noise.angle_rad, noise.rate_rad_s], dtype=np.float64)
         swing.start(SwingState(noise.start_position_m, 0.0, noise.start_angle_rad, 0.0))
         s, tally, reading = swing.numbers, np.zeros(3), np.array(self.state())
@@ -56,7 +56,7 @@ class CompiledRollouts:
                 wanted,
                 gain,
                 actor.next_look_s,
-                constants,
+                rules,
                 edges,
             )
         swing.read()

@@ -80,7 +80,7 @@ class Rules:
             ),
         )
 
-    def packed(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    def packed(self) -> tuple[kernel.Record, NDArray[np.float64]]:
         """All of them as the compiled loop takes them."""
         return kernel.packed(self.physics, self.limits, self.aim, self.bins)
 

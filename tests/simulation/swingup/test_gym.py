@@ -17,11 +17,12 @@ gymnasium = pytest.importorskip("gymnasium", reason="the extra 'gym' is not inst
 from kendama_cli.gym import NAME  # noqa: E402 - needs gymnasium
 from tests.simulation.swingup.cross_entropy import LinearPolicy, improved, played  # noqa: E402 - needs gymnasium
 
-QUIET = [f"learn.noise.{key}=0.0" for key in ("start_angle_deg", "start_position_m", "angle_reading_deg")]
+RAIL = "simulation/engine=rail"
+QUIET = [RAIL, *(f"learn.noise.{key}=0.0" for key in ("start_angle_deg", "start_position_m", "angle_reading_deg"))]
 QUIET += ["learn.noise.rate_reading_rad_s=0.0", "learn.noise.acceleration=0.0"]
 
 
-@pytest.mark.parametrize("overrides", [[], ["learn=terminate"], ["simulation/engine=rail"]])
+@pytest.mark.parametrize("overrides", [[], ["learn=terminate"], [RAIL]])
 def test_gymnasiums_own_checks_pass(overrides):
     from gymnasium.utils.env_checker import check_env  # noqa: PLC0415
 
@@ -94,7 +95,7 @@ def test_a_hold_shorter_than_a_time_step_is_refused_in_one_line():
 
 
 def test_a_cross_entropy_agent_from_outside_learns_the_swing_up():
-    env = gymnasium.make(NAME, overrides=["learn.goal.catchable=false"], hold_s=0.05)
+    env = gymnasium.make(NAME, overrides=[RAIL, "learn.goal.catchable=false"], hold_s=0.05)
     rng = np.random.default_rng(0)
     untrained = np.mean([played(env, LinearPolicy.drawn(rng), seed)[1] for seed in range(20)])
     policy = improved(env, rng, generations=8, population=24)
