@@ -59,7 +59,7 @@ def check_holding(settings: LearnSettings) -> None:
 
 
 def check_count(settings: LearnSettings) -> None:
-    """Every rollout is counted once, by the counting rule, and told of as it went."""
+    """Every rollout is counted once, by the counting rule, and reported as it went."""
     practice = _Practice(begin_learner(settings), settings, SEED)
     count = practice.learner.count
     _law(count.rollouts == 0, "before the first rollout none is counted")

@@ -14,7 +14,7 @@ class StateGrid:
 
     A cell holds its lower edge but not its upper one. The angle's bins are equal and the first is centred on 0. A
     *mirrored* grid bins |x| and turns left and right about where x < 0: the swing is symmetric, so that what is learned
-    on one side holds on the other, and the table still tells whether cup and ball move outward or inward.
+    on one side holds on the other, and the table still distinguishes whether cup and ball move outward or inward.
     """
 
     def __init__(self, settings: GridSettings) -> None:

@@ -46,7 +46,7 @@ def _fit_joint(velocity_rad_s: Array, torque_nm: Array) -> tuple[float, float, f
     best = (coulomb, 0.0, WIDEST_RAD_S, viscous, offset)
     slowest, fastest = np.quantile(np.abs(velocity_rad_s), [0.02, 0.98])
     least *= 1 - WORTH
-    # a bump narrower than the slowest motion, or nearly as wide as the fastest, cannot be told from the other terms
+    # a bump narrower than the slowest motion, or nearly as wide as the fastest, is not separable
     for speed in np.geomspace(max(NARROWEST_RAD_S, slowest), max(min(WIDEST_RAD_S, fastest / 4), NARROWEST_RAD_S), 24):
         bump = plain[:, 0] * np.exp(-((velocity_rad_s / speed) ** 2))
         (coulomb, viscous, offset, stribeck), rss = _least_squares(np.column_stack([plain, bump]), torque_nm)

@@ -95,7 +95,7 @@ class DartEngine:
 
 
 EngineSettings = DartEngine | RailEngine
-"""What computes the dynamics, told apart by ``kind``."""
+"""What computes the dynamics, distinguished by ``kind``."""
 
 
 @dataclass(frozen=True)

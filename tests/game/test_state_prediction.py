@@ -78,10 +78,10 @@ class Witness:
 
     def __init__(self, policy: GreedyPolicy) -> None:
         self.policy = policy
-        self.told: list[SwingState] = []
+        self.readings: list[SwingState] = []
 
     def act(self, state: SwingState, t_s: float) -> float:
-        self.told.append(state)
+        self.readings.append(state)
         return self.policy.act(state, t_s)
 
 
@@ -90,11 +90,11 @@ def test_what_was_foreseen_is_seen_one_delay_later() -> None:
     table = learned(make_runner(), 1).policy
     witness = Witness(GreedyPolicy(table, LEARN))
     swing = make_runner(delay_n=delay_n).swing_up(witness, seed=2)
-    late = slice(100, len(witness.told) - delay_n - 1)
-    told = np.array(witness.told[late])
+    late = slice(100, len(witness.readings) - delay_n - 1)
+    given = np.array(witness.readings[late])
     seen = np.array([step.state for step in swing.steps[late.start + delay_n : late.stop + delay_n]])
     now = np.array([step.state for step in swing.steps[late]])
-    apart = np.sqrt(np.mean((told - seen) ** 2, axis=0))
+    apart = np.sqrt(np.mean((given - seen) ** 2, axis=0))
     unforeseen = np.sqrt(np.mean((now - seen) ** 2, axis=0))
     assert apart[0] < 0.003
     assert (apart[1:] < 0.35 * unforeseen[1:]).all(), (apart, unforeseen)

@@ -42,7 +42,7 @@ def test_the_cup_never_leaves_the_workspace_nor_exceeds_its_speed(commands):
 
 
 @given(COMMANDS | HARD, st.floats(0.91, 1.0))
-def test_an_actuator_that_brakes_a_little_less_than_told_is_kept_inside_by_the_reserve(commands, gain):
+def test_an_actuator_that_brakes_a_little_less_than_commanded_is_kept_inside_by_the_reserve(commands, gain):
     x, _ = drive(BrakingLimiter(0.4, 2.0, 7.2, 8.0, STEP_S), commands, gain=gain)
     assert np.abs(x).max() <= 0.4 + 1e-4  # one step at the edge with 9 % less braking: far below 0.1 mm
 

@@ -107,7 +107,7 @@ def test_a_harmonic_rollout_follows_a_cosine_within_the_band():
     assert 3.0 * 4.0 / np.pi - 1 <= reversals <= 8.0 * 4.0 / np.pi + 1  # w t / pi over 4 s
 
 
-def test_epsilon_greedy_takes_other_than_greedy_actions_as_often_as_told():
+def test_epsilon_greedy_takes_other_than_greedy_actions_as_often_as_configured():
     exploration = {
         "kind": "epsilon_greedy",
         "schedule": {"after_failure": 0.6},

@@ -1,4 +1,4 @@
-"""Wrong learning settings are told in one line that names the key and what is allowed."""
+"""Wrong learning settings are refused in one line that names the key and what is allowed."""
 
 from __future__ import annotations
 
@@ -43,12 +43,12 @@ WRONG = [
 
 
 @pytest.mark.parametrize(("replaced", "message"), WRONG, ids=[next(iter(replaced)) for replaced, _ in WRONG])
-def test_a_wrong_value_is_told_with_its_key_and_what_is_allowed(replaced, message):
-    with pytest.raises(ConfigError) as told:
+def test_a_wrong_value_is_refused_with_its_key_and_what_is_allowed(replaced, message):
+    with pytest.raises(ConfigError) as refused:
         learn_settings(**replaced)
-    assert message in str(told.value)
-    assert "\n" not in str(told.value)
-    assert told.value.key.startswith("learn.")
+    assert message in str(refused.value)
+    assert "\n" not in str(refused.value)
+    assert refused.value.key.startswith("learn.")
 
 
 @pytest.mark.parametrize("name", ["sarsa", "terminate", "paper"])

@@ -19,6 +19,7 @@ SUITES = [
     ("kendama_cli.devices.robot.conformance", "hardware=bench"),
     ("kendama_cli.devices.controller.conformance", "interact/controller=bench"),
     ("kendama_cli.vision.conformance", "predict/detector=bench"),
+    ("kendama_cli.learning.conformance", "learn/learner=bench"),
 ]
 SHIPPED = [
     ("kendama_cli.devices.hand.conformance", "capture=file"),
@@ -27,6 +28,8 @@ SHIPPED = [
     ("kendama_cli.devices.controller.conformance", "interact/controller=force"),
     ("kendama_cli.devices.controller.conformance", "interact/controller=impedance"),
     ("kendama_cli.vision.conformance", "predict/detector=colour"),
+    ("kendama_cli.learning.conformance", "learn/learner=table"),
+    ("kendama_cli.learning.conformance", "learn/learner=harmonic_search"),
 ]
 
 

@@ -89,3 +89,21 @@ def test_its_artifact_and_log_are_read_and_its_chapter_is_in_the_report(laborato
     page = (laboratory / "page.html").read_text()
     assert "Speed over time scale" in page
     assert "the dashed line is allowed" in page
+
+
+def test_its_learner_learns_in_the_stage_of_ours_and_its_policy_is_read(laboratory: Path) -> None:
+    quick = ("learn.count.cap=30", "learn.count.evaluation=5")
+    run = ("run", "-p", "swingup", "--until", "learn", "--json", "learn/learner=bench", "simulation/engine=rail")
+    done = kendama(laboratory, *run, *quick)
+    assert done.returncode == 0, done.stderr
+    (learn,) = json.loads(done.stdout)["stages"]
+    assert 1 <= learn["metrics"]["rollouts"] <= 30
+    code = (
+        "import kendama_cli as kendama; policy = kendama.open_run().artifact('learn');"
+        "print(policy.kind, policy.array('gains').shape)"
+    )
+    python = laboratory / "venv" / "bin" / "python"
+    assert subprocess.check_output([python, "-P", "-c", code], cwd=laboratory, text=True) == "bench (4,)\n"
+    refused = kendama(laboratory, *run, "learn.learner.draw_anew=0")
+    assert refused.returncode == 2
+    assert "'learn.learner.draw_anew' is 0.0; allowed: above 0" in refused.stderr

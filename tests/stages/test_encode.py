@@ -155,7 +155,7 @@ def test_without_demonstrations_and_without_a_plan_it_says_what_to_set():
 
 
 @pytest.mark.parametrize(
-    ("name", "content", "told"),
+    ("name", "content", "message"),
     [
         ("swing.yaml", "format: x", r"swing\.yaml: no movement primitive: its 'format' is 'x'"),
         ("swing.json", "{", r"swing\.json: line 1: not JSON .* 'kendama motion export'"),
@@ -163,11 +163,11 @@ def test_without_demonstrations_and_without_a_plan_it_says_what_to_set():
         ("swing.yaml", None, r"swing\.yaml: cannot be read \(No such file"),
     ],
 )
-def test_a_plan_that_cannot_be_read_is_named(tmp_path, name, content, told):
+def test_a_plan_that_cannot_be_read_is_named(tmp_path, name, content, message):
     file = tmp_path / name
     if content is not None:
         file.write_text(content)
-    with pytest.raises(InputError, match=told):
+    with pytest.raises(InputError, match=message):
         Encode(encode=settings(plan=str(file))).run({}, MemoryContext())
 
 

@@ -77,8 +77,8 @@ def test_a_killed_and_resumed_identification_ends_as_an_uninterrupted_one(contex
     again = run(ctx=resumed)
     assert again.metrics == made.metrics
     assert np.array_equal(again.artifact.network.hidden, made.artifact.network.hidden)
-    told, untroubled = ([(topic, t_s) for topic, t_s, _ in one.log.messages] for one in (resumed, context))
-    assert told == untroubled
+    resumed_log, whole_log = ([(topic, t_s) for topic, t_s, _ in one.log.messages] for one in (resumed, context))
+    assert resumed_log == whole_log
 
 
 def test_a_joint_without_the_room_to_be_excited_is_named_before_anything_moves() -> None:

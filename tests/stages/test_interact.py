@@ -1,4 +1,4 @@
-"""The stage that plays a script under force control: what it reaches on tables that it was not told of."""
+"""The stage that plays a script under force control: what it reaches on tables that it does not know."""
 
 from __future__ import annotations
 

@@ -26,14 +26,16 @@ def whole() -> tuple[Made, MemoryContext]:
 
 
 def test_it_learns_the_swing_up_from_nothing(whole):
+    """Bounds: seeds 3 and 10000..10019, 20 evaluated; rollouts to learn: the largest of seeds 0..199."""
     made, ctx = whole
     metrics = made.metrics
     assert metrics["learned"] is True
-    assert 1 <= metrics["rollouts_to_learn"] <= metrics["rollouts"] < 1000
-    assert metrics["frozen_success_rate"] > 0.8
+    assert 1 <= metrics["rollouts_to_learn"] <= 59
+    assert metrics["rollouts_to_learn"] <= metrics["rollouts"] < 1000
+    assert metrics["frozen_success_rate"] >= 0.95, "1.0 on each of the 21; 0.95 is the worst of seeds 800..999"
     assert metrics["peak_displacement_m"] <= 0.4 + 1e-4
-    assert 2 <= metrics["swings"] <= 8
-    assert 0.8 < metrics["time_to_goal_s"] < 4.0
+    assert 3 <= metrics["swings"] <= 4
+    assert 1.59 <= metrics["time_to_goal_s"] <= 2.53
     rollouts = [message for topic, _, message in ctx.log.messages if topic == "/learn/rollout"]
     assert [message.index for message in rollouts] == list(range(1, metrics["rollouts"] + 1))
 
@@ -90,8 +92,8 @@ def test_reaching_the_cap_without_learning_ends_normally():
 @pytest.mark.parametrize(
     ("name", "mean", "largest"),
     # seeds 0..199: limit mean 8.6, p90 21, largest 59; terminate mean 28.8, p90 65, largest 99; none failed, frozen
-    # success at least 0.95 and above 0.99 in the mean
-    [("sarsa", 20, 120), ("terminate", 60, 250)],
+    # success at least 0.95 and above 0.99 in the mean; the mean's bound is three standard errors of six seeds above
+    [("sarsa", 20, 60), ("terminate", 60, 100)],
 )
 def test_rollouts_to_learn_stay_within_the_measured_distribution(name, mean, largest):
     every = [learn(MemoryContext(seed), name, count__evaluation=50).metrics for seed in range(1000, 1006)]
@@ -99,7 +101,7 @@ def test_rollouts_to_learn_stay_within_the_measured_distribution(name, mean, lar
     assert all(metrics["learned"] for metrics in every)
     assert np.mean(counts) < mean
     assert max(counts) < largest
-    assert np.mean([metrics["frozen_success_rate"] for metrics in every]) > 0.96
+    assert np.mean([metrics["frozen_success_rate"] for metrics in every]) >= 0.98
 
 
 @pytest.mark.parametrize("name", ["sarsa", "terminate"])
@@ -121,13 +123,16 @@ def test_the_cup_is_inside_in_the_ten_rollouts_that_count_and_in_all_after(name)
     ids=str,
 )
 def test_every_update_and_trace_learns_the_swing_up(replaced):
+    """Bounds: the worst of the seeds 6 and 10000..10019 over the four (largest 88, 42, 22 and 28)."""
     metrics = learn(MemoryContext(seed=6), count__evaluation=20, **replaced).metrics
     assert metrics["learned"] is True
-    assert metrics["frozen_success_rate"] > 0.8
+    assert metrics["rollouts_to_learn"] <= 88
+    assert metrics["frozen_success_rate"] >= 0.95
 
 
 def test_the_papers_own_setting_learns_too():
-    metrics = learn(MemoryContext(seed=1), "paper").metrics
+    """Bounds: the largest of seeds 10000..10049, and the worst of 1 and 10000..10019 with 100 evaluated rollouts."""
+    metrics = learn(MemoryContext(seed=1), "paper", count__evaluation=100).metrics
     assert metrics["learned"] is True
-    assert metrics["rollouts_to_learn"] < 400
-    assert metrics["frozen_success_rate"] > 0.8
+    assert metrics["rollouts_to_learn"] <= 168
+    assert metrics["frozen_success_rate"] >= 0.96

@@ -118,7 +118,7 @@ def twins() -> list[int]:
     return found
 
 
-def test_the_stage_tells_what_was_asked_for(uninterrupted: tuple[Made, MemoryContext]) -> None:
+def test_the_stage_reports_what_was_asked_for(uninterrupted: tuple[Made, MemoryContext]) -> None:
     made, _ = uninterrupted
     for name in (
         "rollouts",
@@ -164,7 +164,7 @@ def test_times_do_not_go_back_on_any_topic(uninterrupted: tuple[Made, MemoryCont
     }
 
 
-def test_the_log_tells_how_each_game_was_seen_and_how_it_ended(uninterrupted: tuple[Made, MemoryContext]) -> None:
+def test_the_log_says_how_each_game_was_seen_and_how_it_ended(uninterrupted: tuple[Made, MemoryContext]) -> None:
     made, ctx = uninterrupted
     games = [message for topic, _, message in ctx.log.messages if topic == "/transfer/game"]
     assert [game.index for game in games] == [0, 1, 2]
@@ -173,7 +173,7 @@ def test_the_log_tells_how_each_game_was_seen_and_how_it_ended(uninterrupted: tu
     for number, game in enumerate(games):
         of_game = [one for one in estimates if one.game == number]
         spread = [np.trace(np.reshape(one.covariance_m2, (3, 3))) for one in of_game]
-        assert spread[-1] < 0.01 * spread[0], "every frame tells more"
+        assert spread[-1] < 0.01 * spread[0], "every frame adds to what is known"
         seen = [one for topic, _, one in ctx.log.messages if topic == "/transfer/detection" and one.flight == number]
         assert game.frames == len(seen)
         assert game.seen == sum(one.seen for one in seen)
@@ -321,10 +321,10 @@ def test_a_file_that_holds_no_policy_is_one_clear_line(tmp_path: Path, content: 
 
 
 def test_the_default_games_on_the_default_twin_are_caught(policy: PolicyArtifact) -> None:
-    """119 of 120 games over twelve fresh seeds were caught; at 0.9 fewer than 4 of 6 come once in 60 times."""
+    """119 of 120 games over twelve fresh seeds were caught: at that rate fewer than 5 of 6 come once in 1000 times."""
     settings = dataclasses.replace(FULL, evaluation_n=1, cap=1, games=6)
     made = stage(settings).run({"learn": policy}, MemoryContext(11))
-    assert float(made.metrics["caught_rate"] or 0.0) >= 4 / 6
+    assert float(made.metrics["caught_rate"] or 0.0) >= 5 / 6
 
 
 @pytest.mark.usefixtures("nothing_moves")

@@ -155,7 +155,7 @@ def series_panel(steps: pd.DataFrame, name: str, title: str) -> Panel:
 
 
 def _table(log: StageLog) -> Panel | None:
-    """The greedy action per state; only for a table whose grid the settings tell (position, velocity, angle, rate)."""
+    """The greedy action per state; only for a table whose grid the settings give (position, velocity, angle, rate)."""
     tables = log.messages("/learn/table", QTableMessage).messages
     learning: Mapping[str, Any] = next(
         (value for value in log.settings.values() if isinstance(value, Mapping) and "grid" in value), {}

@@ -20,8 +20,8 @@ def learning_tables(runs: Ensemble) -> str:
     head = [runs.differs or "", "seeds", "failed", *(f"rollouts, {name}" for name, _ in _STATISTICS)]
     rows = [_counts(group) for group in groups]
     parts = ["<h3>Rollouts to learn</h3>", grid(head, rows)]
-    told = [sentence for group in groups if (sentence := _failures(group, runs.differs))]
-    parts.append(f'<p class="note">{" ".join(told) or "No seed failed."} {_RULE}</p>')
+    failures = [sentence for group in groups if (sentence := _failures(group, runs.differs))]
+    parts.append(f'<p class="note">{" ".join(failures) or "No seed failed."} {_RULE}</p>')
     if len(groups) > 1:
         reference, *others = groups
         names = [f"ratio of {name}s" if name != "90 %" else "ratio of 90 % quantiles" for name, _ in _STATISTICS]
