@@ -7,13 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from kendama_cli.game.settings import CatchSettings
-from kendama_cli.learning.limiter import BrakingLimiter
+from kendama_cli.learning.limiter import BRAKING_SHARE, BrakingLimiter
 from kendama_cli.learning.reward import Flight
 from kendama_cli.schema.arrays import Array
 from kendama_cli.settings.game import GameSettings
-
-BRAKING_SHARE = 0.9
-"""Part of the largest acceleration that braking counts on where the settings do not say."""
 
 
 @dataclass(frozen=True)

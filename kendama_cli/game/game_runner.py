@@ -6,14 +6,14 @@ from collections.abc import Callable
 
 from kendama_cli.devices.robot.interface import Robot
 from kendama_cli.game.catch_game import Game, finish_game
-from kendama_cli.game.catch_geometry import BRAKING_SHARE, CatchGeometry
+from kendama_cli.game.catch_geometry import CatchGeometry
 from kendama_cli.game.cup_cart import CartStep, CupCart, Line
 from kendama_cli.game.cup_tilt import TiltingArm
 from kendama_cli.game.flight_observer import FlightObserver
 from kendama_cli.game.settings import TransferSettings
 from kendama_cli.game.swing_state import SwingStateEstimator
 from kendama_cli.game.swing_up import Actor, SwingUpRollout, swing_up
-from kendama_cli.learning.limiter import BrakingLimiter
+from kendama_cli.learning.limiter import BRAKING_SHARE, BrakingLimiter
 from kendama_cli.learning.reward import Goal
 from kendama_cli.learning.settings import LearnSettings
 from kendama_cli.learning.task_settings import LimitedWorkspace

@@ -5,6 +5,9 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+BRAKING_SHARE = 0.9
+"""Part of the largest acceleration that braking counts on where the settings do not say; a tenth is in reserve."""
+
 
 @dataclass(frozen=True)
 class BrakingLimiter:

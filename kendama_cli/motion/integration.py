@@ -48,12 +48,19 @@ class Solution:
         begin = node / steps
         h = (s - begin)[:, None]
         y_gain, cross, u_gain = _free(h, self.frequency)
-        push = _forced(h, self.frequency, self.drive(begin), self.drive(begin + h[:, 0] / 2), self.drive(s))
+        drive = self.drive(s)
+        push = _forced(h, self.frequency, self.drive(begin), self.drive(begin + h[:, 0] / 2), drive)
         y = y_gain * self.nodes[node, 0] + cross * self.nodes[node, 1] + push[0]
         u = u_gain * self.nodes[node, 1] + push[1]
         rate = u - self.frequency * y
-        second = self.drive(s) - 2 * self.frequency * rate - self.frequency**2 * y
-        return State(y, rate, second)
+        return State(y, rate, drive - 2 * self.frequency * rate - self.frequency**2 * y)
+
+    def at_nodes(self) -> State:
+        """The state at the nodes, which needs no step."""
+        y, u = self.nodes[:, 0], self.nodes[:, 1]
+        rate = u - self.frequency * y
+        drive = self.drive(np.arange(len(y)) / (len(y) - 1))
+        return State(y, rate, drive - 2 * self.frequency * rate - self.frequency**2 * y)
 
 
 def solve(drive: Drive, start: Array, start_rate: Array, frequency: float, steps: int) -> Solution:

@@ -20,7 +20,8 @@ from functools import lru_cache
 import numpy as np
 
 from kendama_cli.motion.basis import Basis
-from kendama_cli.motion.integration import Solution, settle, solve
+from kendama_cli.motion.common_functions import CommonFunctions, beside, common_functions
+from kendama_cli.motion.integration import Solution, State, settle, solve
 from kendama_cli.schema.arrays import Array
 
 STEPS = 1000
@@ -46,6 +47,9 @@ END_WEIGHT = 10.0
 
 LEAST_COLUMN = 1e-6
 """Directions in which the motion does not change, relative to the others, are held at zero by this much."""
+
+LEAST_SEEN = 1e-3
+"""Of what dense samples see of a function: where they see less, normal equations would lose digits."""
 
 NONE = 1e-6
 """Freedom of a price that is out of the question."""
@@ -122,8 +126,7 @@ def even_operator(count: int, stride: int, bases: tuple[Basis, ...], ends: Ends)
 
 def operator(share: Array, bases: tuple[Basis, ...], ends: Ends) -> Operator:
     """Factorise the least squares for ``share`` (n,), for each of ``bases``."""
-    parts = [_factorised(share, basis, ends) for basis in bases]
-    project, lift, shrink = (np.array(part) for part in zip(*parts, strict=True))
+    project, lift, shrink = _factorised(share, bases, ends)
     freedom = len(share) - shrink.sum(axis=2)
     # a score from hardly any freedom would praise a motion that runs through every sample; the smoothest always counts
     freedom = np.where(freedom < LEAST_FREEDOM * len(share), NONE, freedom)
@@ -131,9 +134,54 @@ def operator(share: Array, bases: tuple[Basis, ...], ends: Ends) -> Operator:
     return Operator(project, lift, shrink, 2 * shrink - shrink**2, freedom)
 
 
-def _factorised(share: Array, basis: Basis, ends: Ends) -> tuple[Array, Array, Array]:
-    n, free = len(share), ends.columns + list(range(4, 4 + basis.functions))
-    position = _columns(basis, share)[0][:, free]
+def _factorised(share: Array, bases: tuple[Basis, ...], ends: Ends) -> tuple[Array, Array, Array]:
+    """Normal equations of the common functions where the samples see them all, or else Q and R of the columns."""
+    n, common = len(share), _common(bases, ends)
+    if n < 2 * common.lift.shape[1]:
+        return _each_by_columns(share, bases, ends)
+    seen = common.at(share)
+    across = seen.transpose(0, 2, 1)
+    gram = across @ seen + n * common.miss
+    # LEAST_COLUMN of each column's own size, as in ``_by_columns``
+    size2 = (common.triangle * (gram @ common.triangle)).sum(axis=1)
+    gram += LEAST_COLUMN**2 * (common.lift.transpose(0, 2, 1) * size2[:, None]) @ common.lift
+    triangle = np.linalg.cholesky(gram)
+    if (np.diagonal(triangle, axis1=1, axis2=2) ** 2).min() < LEAST_SEEN * n:
+        return _each_by_columns(share, bases, ends)
+    inverse = np.linalg.inv(triangle)
+    squared, turn = np.linalg.eigh(inverse @ common.jerk @ inverse.transpose(0, 2, 1))
+    to_components = turn.transpose(0, 2, 1) @ inverse
+    lift = np.zeros((len(bases), 4 + bases[0].functions, seen.shape[2]))
+    lift[:, _free(bases[0], ends)] = common.lift @ to_components.transpose(0, 2, 1)
+    shrink = 1.0 / (1.0 + PRICES[:, None] * n * np.maximum(squared, 0.0)[:, None])
+    return to_components @ across, lift, shrink
+
+
+def _free(basis: Basis, ends: Ends) -> list[int]:
+    return ends.columns + list(range(4, 4 + basis.functions))
+
+
+@lru_cache(maxsize=64)
+def _common(bases: tuple[Basis, ...], ends: Ends) -> CommonFunctions:
+    return beside([_common_of_one(basis, ends) for basis in bases])
+
+
+@lru_cache(maxsize=64)
+def _common_of_one(basis: Basis, ends: Ends) -> CommonFunctions:
+    free, nodes, whole = _free(basis, ends), _node_columns(basis), _whole_motion(basis)
+    states = (nodes.position[:, free], nodes.rate[:, free], nodes.second[:, free])
+    return common_functions(states, whole.jerk[:, free], END_WEIGHT * whole.miss[:, free])
+
+
+def _each_by_columns(share: Array, bases: tuple[Basis, ...], ends: Ends) -> tuple[Array, Array, Array]:
+    project, lift, shrink = zip(*(_by_columns(share, basis, ends) for basis in bases), strict=True)
+    return np.array(project), np.array(lift), np.array(shrink)
+
+
+def _by_columns(share: Array, basis: Basis, ends: Ends) -> tuple[Array, Array, Array]:
+    """Q and R of the columns themselves: safe where samples are few or far between."""
+    n, free = len(share), _free(basis, ends)
+    position = _columns(basis, share).position[:, free]
     whole = _whole_motion(basis)
     jerk, miss = whole.jerk[:, free], whole.miss[:, free]
     rows = np.vstack((position, END_WEIGHT * np.sqrt(n) * miss))
@@ -146,23 +194,37 @@ def _factorised(share: Array, basis: Basis, ends: Ends) -> tuple[Array, Array, A
     return (orthonormal @ turn.T)[:n].T, lift, 1.0 / (1.0 + PRICES[:, None] * n * bend**2)
 
 
-def _columns(basis: Basis, share: Array) -> tuple[Array, Array, Array]:
-    """What a unit of y0, y0', g, g' and each weight adds to y, y' and y''' at ``share`` (n,); each (n, 4 + m)."""
+def _columns(basis: Basis, share: Array) -> State:
+    """What a unit of y0, y0', g, g' and each weight adds to y, y' and y" at ``share`` (n,); each (n, 4 + m)."""
+    return _with_ends(basis, share, _responses(basis).at(share))
+
+
+@lru_cache(maxsize=64)
+def _node_columns(basis: Basis) -> State:
+    """The same at s = 0, 1 / ``STEPS``, ... 1."""
+    return _with_ends(basis, np.arange(STEPS + 1) / STEPS, _responses(basis).at_nodes())
+
+
+def _with_ends(basis: Basis, share: Array, made: State) -> State:
     w = basis.frequency
     unit, none = np.ones(1), np.zeros(1)
-    made = _responses(basis).at(share)
     place, speed = settle(unit, none, w, share), settle(none, unit, w, share)
-    bend = basis.feature_rates(share) - 2 * w * made.second - w**2 * made.rate
-    place_bend, speed_bend = (-2 * w * one.second - w**2 * one.rate for one in (place, speed))
     s = share[:, None]
     position = (place.position, speed.position, 1 - place.position, s - 1 + place.position - speed.position)
     rate = (place.rate, speed.rate, -place.rate, 1 + place.rate - speed.rate)
-    third = (place_bend, speed_bend, -place_bend, place_bend - speed_bend)
-    return (
-        np.hstack((*position, made.position)),
-        np.hstack((*rate, made.rate)),
-        np.hstack((*third, bend)),
+    second = (place.second, speed.second, -place.second, place.second - speed.second)
+    return State(
+        np.hstack((*position, made.position)), np.hstack((*rate, made.rate)), np.hstack((*second, made.second))
     )
+
+
+def _jerk_columns(basis: Basis, share: Array) -> Array:
+    """What they add to the jerk, df/ds - 2 w e" - w^2 e' of the distance e to the goal; (n, 4 + m)."""
+    w, state = basis.frequency, _columns(basis, share)
+    # the goal's own rate is in the columns of g', and has no jerk
+    rate = state.rate - np.eye(4 + basis.functions)[3]
+    drive = np.hstack((np.zeros((len(share), 4)), basis.feature_rates(share)))
+    return np.asarray(drive - 2 * w * state.second - w**2 * rate)
 
 
 def _tall_qr(rows: Array) -> tuple[Array, Array]:
@@ -188,8 +250,10 @@ class _Whole:
 
 @lru_cache(maxsize=64)
 def _whole_motion(basis: Basis) -> _Whole:
-    jerk = _columns(basis, np.linspace(0.0, 1.0, JERK_SAMPLES))[2] / np.sqrt(JERK_SAMPLES)
-    position, rate, _ = _columns(basis, np.ones(1))
+    """The jerk and the miss of a basis, of all its columns."""
+    jerk = _jerk_columns(basis, np.linspace(0.0, 1.0, JERK_SAMPLES)) / np.sqrt(JERK_SAMPLES)
+    end = _node_columns(basis)
+    position, rate = end.position[-1:].copy(), end.rate[-1:].copy()
     # the goal's own columns read g and g' there; what is left of them is the miss
     position[0, 2] -= 1.0
     rate[0, 3] -= 1.0

@@ -137,11 +137,11 @@ def cross(a: Array, b: Array) -> Array:
 
 
 @compiled
-def task(chain: Chain, grip: ToolGeometry, turns: Array, shifts: Array, jacobian: Array) -> Array:
+def task(chain: Chain, tool: ToolGeometry, turns: Array, shifts: Array, jacobian: Array) -> Array:
     """Tie point and the turn about x and y that is missing to upright (5,); its Jacobian into ``jacobian`` (5, n)."""
     n = len(chain.axes)
-    tie = put(turns[n], shifts[n], grip.tie_m)
-    up = turns[n, :, 0] * grip.axis[0] + turns[n, :, 1] * grip.axis[1] + turns[n, :, 2] * grip.axis[2]
+    tie = put(turns[n], shifts[n], tool.tie_m)
+    up = turns[n, :, 0] * tool.axis[0] + turns[n, :, 1] * tool.axis[1] + turns[n, :, 2] * tool.axis[2]
     for i in range(n):
         o, a, t = chain.origins[i], chain.axes[i], turns[i]
         x = t[0, 0] * a[0] + t[0, 1] * a[1] + t[0, 2] * a[2]
@@ -201,23 +201,23 @@ def least_step(jacobian: Array, change: Array, weights: Array) -> Array:
 
 
 @compiled
-def follow(chain: Chain, grip: ToolGeometry, stance: IkSettings, path_m: Array, whole: bool) -> tuple[Array, Array]:
+def follow(chain: Chain, tool: ToolGeometry, ik: IkSettings, path_m: Array, whole: bool) -> tuple[Array, Array]:
     """Angles (k, n) along ``path_m`` (k, 3) from the tie point at home, each found from the one before.
 
     Also what the task misses there (k,): a place out of reach is left as near as the steps come; unless the ``whole``
     path is wanted, all after it is missed without end.
     """
-    n, count = len(stance.home), len(path_m)
+    n, count = len(ik.home), len(path_m)
     turns, shifts = np.empty((n + 1, 3, 3)), np.empty((n + 1, 3))
     jacobian = np.empty((TASK, n))
-    frames(chain, stance.home, turns, shifts)
-    start = put(turns[n], shifts[n], grip.tie_m)
+    frames(chain, ik.home, turns, shifts)
+    start = put(turns[n], shifts[n], tool.tie_m)
     angles, missed = np.empty((count, n)), np.empty(count)
-    last = stance.home.copy()
+    last = ik.home.copy()
     for k in range(count):
         for _ in range(MOST_STEPS):
             frames(chain, last, turns, shifts)
-            value = task(chain, grip, turns, shifts, jacobian)
+            value = task(chain, tool, turns, shifts, jacobian)
             change = np.empty(TASK)
             for r in range(3):
                 change[r] = start[r] + path_m[k, r] - value[r]
@@ -225,7 +225,7 @@ def follow(chain: Chain, grip: ToolGeometry, stance: IkSettings, path_m: Array, 
             missed[k] = np.abs(change).max()
             if missed[k] < TOLERANCE:
                 break
-            step = least_step(jacobian, change, stance.weights)
+            step = least_step(jacobian, change, ik.weights)
             last = last + step * min(1.0, LONGEST_STEP_RAD / max(np.abs(step).max(), 1e-12))
         angles[k] = last
         if missed[k] > REACHED and not whole:
@@ -249,7 +249,7 @@ def times(turn: Array, inertia: Array, rate: Array) -> Array:
 
 
 @compiled
-def efforts(chain: Chain, grip: ToolGeometry, angles: Array, speeds: Array, changes: Array) -> Array:
+def efforts(chain: Chain, tool: ToolGeometry, angles: Array, speeds: Array, changes: Array) -> Array:
     """Torques (n,) of the motion by Newton and Euler, with known friction (PAPER.md eq. 2)."""
     n = len(angles)
     still = np.zeros(3)
@@ -272,8 +272,8 @@ def efforts(chain: Chain, grip: ToolGeometry, angles: Array, speeds: Array, chan
         turn, own = turns[i + 1], chain.inertia_kg_m2[i]
         forces[i] = chain.mass_kg[i] * (pull + cross(gain, out) + cross(spin, cross(spin, out)))
         moments[i] = times(turn, own, gain) + cross(spin, times(turn, own, spin)) + cross(out, forces[i])
-    out = put(turns[n], shifts[n], grip.tie_m) - last
-    held = grip.mass_kg * (pull + cross(gain, out) + cross(spin, cross(spin, out)))
+    out = put(turns[n], shifts[n], tool.tie_m) - last
+    held = tool.mass_kg * (pull + cross(gain, out) + cross(spin, cross(spin, out)))
     forces[n - 1] += held
     moments[n - 1] += cross(out, held)
     made = np.empty(n)
@@ -288,7 +288,7 @@ def efforts(chain: Chain, grip: ToolGeometry, angles: Array, speeds: Array, chan
 
 
 @compiled
-def peaks(chain: Chain, grip: ToolGeometry, curve: Curve) -> tuple[Array, Array, Array]:
+def peaks(chain: Chain, tool: ToolGeometry, curve: Curve) -> tuple[Array, Array, Array]:
     """Largest speeds, accelerations and efforts (n,) of ``curve``.
 
         q' = q_s v,   q'' = q_ss v^2 +- q_s a,   v = ds/dt, a = dv/dt
@@ -307,7 +307,7 @@ def peaks(chain: Chain, grip: ToolGeometry, curve: Curve) -> tuple[Array, Array,
             change = bend + sign * gain
             strongest = np.maximum(strongest, np.abs(change))
             if k % EFFORT_EVERY == 1:
-                hardest = np.maximum(hardest, np.abs(efforts(chain, grip, angles[k], speed, change)))
+                hardest = np.maximum(hardest, np.abs(efforts(chain, tool, angles[k], speed, change)))
             if curve.acceleration == 0.0:
                 break
     return fastest, strongest, hardest
@@ -330,7 +330,7 @@ def apart(a: Array, b: Array, c: Array, d: Array) -> float:
 
 @compiled
 def clearance(
-    chain: Chain, grip: ToolGeometry, room: CollisionGeometry, angles: Array, every: int
+    chain: Chain, tool: ToolGeometry, geometry: CollisionGeometry, angles: Array, every: int
 ) -> tuple[float, int, int, int]:
     """The least gap [m] along ``angles`` (k, n), which two parts have it, and at which sample.
 
@@ -347,24 +347,24 @@ def clearance(
         for i in range(n):
             points[i + 1] = put(turns[i], shifts[i], chain.origins[i])
         points[0] = points[1]
-        points[0, 2] = min(room.floor_m, points[1, 2])
+        points[0, 2] = min(geometry.floor_m, points[1, 2])
         points[n + 1] = put(turns[n], shifts[n], chain.tip_m)
-        tie = points[n + 2] = put(turns[n], shifts[n], grip.tie_m)
+        tie = points[n + 2] = put(turns[n], shifts[n], tool.tie_m)
         for i in range(n + 2):
             between = 0.0
             for j in range(i + 2, n + 2):
                 way = points[j] - points[j - 1]
                 between += math.sqrt(way @ way)
-                wide = room.radius_m[i] + room.radius_m[j]
+                wide = geometry.radius_m[i] + geometry.radius_m[j]
                 if between > 1.2 * wide:
                     gap = apart(points[i], points[i + 1], points[j], points[j + 1]) - wide
                     if gap < least:
                         least, one, two, when = gap, i, j, k
-            if i >= 2 and min(points[i, 2], points[i + 1, 2]) - room.floor_m - room.radius_m[i] < least:
-                least = min(points[i, 2], points[i + 1, 2]) - room.floor_m - room.radius_m[i]
+            if i >= 2 and min(points[i, 2], points[i + 1, 2]) - geometry.floor_m - geometry.radius_m[i] < least:
+                least = min(points[i, 2], points[i + 1, 2]) - geometry.floor_m - geometry.radius_m[i]
                 one, two, when = -1, i, k
-            if i <= n and tip_is_apart(points, i, n, room, grip):
-                gap = apart(points[i], points[i + 1], tie, tie) - room.radius_m[i] - room.cup_m
+            if i <= n and tip_is_apart(points, i, n, geometry, tool):
+                gap = apart(points[i], points[i + 1], tie, tie) - geometry.radius_m[i] - geometry.cup_m
                 if gap < least:
                     least, one, two, when = gap, i, n + 2, k
             for m in range(POINTS + 1):
@@ -372,19 +372,19 @@ def clearance(
                 if i == n + 1:  # the handle ends in the plane: a ball's width from the tie point counts
                     share *= 0.7
                 away = points[i] + share * (points[i + 1] - points[i]) - tie
-                off = away @ room.side
-                inside = max(math.sqrt(max(away @ away - off * off, 0.0)) - room.swing_m, 0.0)
-                gap = math.hypot(off, inside) - room.radius_m[i] - room.ball_m
+                off = away @ geometry.side
+                inside = max(math.sqrt(max(away @ away - off * off, 0.0)) - geometry.swing_m, 0.0)
+                gap = math.hypot(off, inside) - geometry.radius_m[i] - geometry.ball_m
                 if gap < least:
                     least, one, two, when = gap, i, n + 3, k
     return least, one, two, when
 
 
 @compiled
-def tip_is_apart(points: Array, i: int, n: int, room: CollisionGeometry, grip: ToolGeometry) -> bool:
+def tip_is_apart(points: Array, i: int, n: int, geometry: CollisionGeometry, tool: ToolGeometry) -> bool:
     """Whether link ``i`` is far enough along the chain from the cup to be compared with it."""
     between = 0.0
     for j in range(i + 1, n + 2):
         way = points[j + 1] - points[j]
         between += math.sqrt(way @ way)
-    return bool(between > 1.2 * (room.radius_m[i] + room.cup_m))
+    return bool(between > 1.2 * (geometry.radius_m[i] + geometry.cup_m))

@@ -67,7 +67,7 @@ def follow_path(arm: RobotModel, cup_m: Array, start_rad: Array, t_s: Array | No
     """The joint angles (k, n) along the path ``cup_m`` (k, 3), each found from the one before.
 
     Raises StageError where the arm cannot reach or, naming the joint and its limit, where a position limit stands in
-    the way; it tells the instant where ``t_s`` (k,) is given.
+    the way; the instant is named where ``t_s`` (k,) is given.
     """
     angles = np.empty((len(cup_m), len(start_rad)))
     last = start_rad

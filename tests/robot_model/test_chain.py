@@ -12,7 +12,7 @@ from kendama_cli.robot_model.chain import compiled_chain
 from kendama_cli.robot_model.chain_kernel import Curve, IkSettings, apart, efforts, follow, frames, peaks, put, task
 from kendama_cli.robot_model.model import RobotModel
 from kendama_cli.schema.arrays import Array
-from kendama_cli.simulation.placement.clearance import grip_of, least_clearance
+from kendama_cli.simulation.placement.clearance import least_clearance, tool_of
 from kendama_cli.simulation.placement.limit_shares import limit_shares
 from kendama_cli.simulation.placement.placement import joint_trajectory
 from tests.simulation.dart.bench_robot import kendama_game, pa10
@@ -30,13 +30,13 @@ def arm() -> RobotModel:
 
 def test_places_and_jacobian_are_those_of_dart(arm: RobotModel) -> None:
     chain = compiled_chain(arm)
-    grip = grip_of(arm, chain, GAME)
+    tool = tool_of(arm, chain, GAME)
     root, rng = heading_turn(arm.settings.base_heading_rad), np.random.default_rng(1)
     turns, shifts, jacobian = np.empty((8, 3, 3)), np.empty((8, 3)), np.empty((5, 7))
     for _ in range(20):
         angles = rng.uniform(-1.5, 1.5, 7)
         frames(chain, angles, turns, shifts)
-        value = task(chain, grip, turns, shifts, jacobian)
+        value = task(chain, tool, turns, shifts, jacobian)
         theirs, their_jacobian = arm.upright_task(angles)
         assert root @ value[:3] + arm.settings.base_position_m == pytest.approx(theirs[:3], abs=1e-12)
         assert root[:2, :2] @ value[3:] == pytest.approx(theirs[3:], abs=1e-12)
@@ -46,7 +46,7 @@ def test_places_and_jacobian_are_those_of_dart(arm: RobotModel) -> None:
 
 def test_torques_are_those_of_dart_and_the_known_friction(arm: RobotModel) -> None:
     chain = compiled_chain(arm)
-    grip = grip_of(arm, chain, GAME)._replace(mass_kg=POINT_CUP.mass_kg)
+    tool = tool_of(arm, chain, GAME)._replace(mass_kg=POINT_CUP.mass_kg)
     rng = np.random.default_rng(2)
     for _ in range(20):
         angles, speeds, changes = (
@@ -55,7 +55,7 @@ def test_torques_are_those_of_dart_and_the_known_friction(arm: RobotModel) -> No
             5 * rng.normal(size=7),
         )
         theirs = arm.rigid_effort_nm(angles, speeds, changes) + arm.friction.torque_nm(speeds, np.sign(speeds))
-        assert efforts(chain, grip, angles, speeds, changes) == pytest.approx(theirs, abs=1e-4)
+        assert efforts(chain, tool, angles, speeds, changes) == pytest.approx(theirs, abs=1e-4)
 
 
 def _swing(t_s: Array) -> Array:
@@ -66,12 +66,12 @@ def test_the_way_along_a_path_and_its_peaks_are_those_of_the_arm(arm: RobotModel
     t_s = np.linspace(0.0, 2.0, 401)
     joints = joint_trajectory(arm, t_s, _swing(t_s))
     chain = compiled_chain(arm)
-    grip = grip_of(arm, chain, GAME)._replace(mass_kg=POINT_CUP.mass_kg)
+    tool = tool_of(arm, chain, GAME)._replace(mass_kg=POINT_CUP.mass_kg)
     path = _swing(t_s) @ heading_turn(arm.settings.base_heading_rad)
-    angles, missed = follow(chain, grip, IkSettings(arm.home_rad, arm.redundancy_weights), path, False)
+    angles, missed = follow(chain, tool, IkSettings(arm.home_rad, arm.redundancy_weights), path, False)
     assert missed.max() < 1e-7
     assert angles == pytest.approx(joints.position_rad, abs=1e-6)
-    ours = peaks(chain, grip, Curve(angles, 0.005, np.ones(401), 0.0))
+    ours = peaks(chain, tool, Curve(angles, 0.005, np.ones(401), 0.0))
     theirs = limit_shares(arm, joints)
     limits = (arm.limits.velocity_rad_s, arm.limits.acceleration_rad_s2, arm.limits.effort_nm)
     for found, limit, share in zip(ours, limits, (theirs.velocity, theirs.acceleration, theirs.effort), strict=True):
@@ -81,23 +81,23 @@ def test_the_way_along_a_path_and_its_peaks_are_those_of_the_arm(arm: RobotModel
 
 def test_weights_decide_which_joint_moves(arm: RobotModel) -> None:
     chain = compiled_chain(arm)
-    grip = grip_of(arm, chain, GAME)
+    tool = tool_of(arm, chain, GAME)
     path = np.linspace(0.0, 0.2, 41)[:, None] * [1.0, 0.0, 0.0]
     moved = []
     for weight in (0.1, 10.0):
         weights = np.array(WEIGHTS)
         weights[2] = weight
-        angles, _ = follow(chain, grip, IkSettings(arm.home_rad, weights), path, False)
+        angles, _ = follow(chain, tool, IkSettings(arm.home_rad, weights), path, False)
         moved.append(abs(angles[-1, 2] - angles[0, 2]))
     assert moved[1] < 0.5 * moved[0]
 
 
 def test_beyond_reach_the_path_ends_unless_the_whole_is_wanted(arm: RobotModel) -> None:
     chain = compiled_chain(arm)
-    grip, stance = grip_of(arm, chain, GAME), IkSettings(arm.home_rad, arm.redundancy_weights)
+    tool, ik = tool_of(arm, chain, GAME), IkSettings(arm.home_rad, arm.redundancy_weights)
     path = np.linspace(0.0, 3.0, 31)[:, None] * [1.0, 0.0, 0.0]
-    _, missed = follow(chain, grip, stance, path, False)
-    _, whole = follow(chain, grip, stance, path, True)
+    _, missed = follow(chain, tool, ik, path, False)
+    _, whole = follow(chain, tool, ik, path, True)
     first = int(np.argmax(missed > 1e-6))
     assert 0 < first < 30
     assert np.isinf(missed[first + 1 :]).all()

@@ -1,4 +1,4 @@
-"""The room between the parts of an arm, what it stands on, and the ball's swing, along a motion."""
+"""The distance between the parts of an arm, what it stands on, and the ball's swing, along a motion."""
 
 from __future__ import annotations
 
@@ -28,7 +28,9 @@ class Clearance:
     t_s: float
 
 
-def room_about(arm: RobotModel, game: GameSettings, heading_rad: float, root_height_m: float) -> CollisionGeometry:
+def collision_geometry_about(
+    arm: RobotModel, game: GameSettings, heading_rad: float, root_height_m: float
+) -> CollisionGeometry:
     """What must stay apart where the root stands so: capsules of ``link_radius_m``, floor, pedestal, cup and swing.
 
     The pedestal reaches from the floor to the first joint and is as wide as the widest link.
@@ -43,7 +45,7 @@ def room_about(arm: RobotModel, game: GameSettings, heading_rad: float, root_hei
     )
 
 
-def grip_of(arm: RobotModel, chain: Chain, game: GameSettings) -> ToolGeometry:
+def tool_of(arm: RobotModel, chain: Chain, game: GameSettings) -> ToolGeometry:
     """The cup as ``arm`` holds it, with the ball in it."""
     axis = np.array(arm.settings.tool.cup_axis)
     return ToolGeometry(
@@ -57,12 +59,12 @@ def least_clearance(arm: RobotModel, game: GameSettings, joints: JointTrajectory
     """The least gap along ``joints``, which two parts have it, and when; ``swing``: the ball's swing is such a part."""
     chain = compiled_chain(arm)
     settings = arm.settings
-    room = room_about(arm, game, settings.base_heading_rad, settings.base_position_m[2])
+    geometry = collision_geometry_about(arm, game, settings.base_heading_rad, settings.base_position_m[2])
     if not swing:
-        room = room._replace(swing_m=-FAR_M)
+        geometry = geometry._replace(swing_m=-FAR_M)
     thin = max(1, round(EVERY_S / float(np.diff(joints.t_s).mean())))
     angles: Array = np.ascontiguousarray(joints.position_rad[::thin])
-    gap, one, two, sample = clearance(chain, grip_of(arm, chain, game), room, angles, 1)
+    gap, one, two, sample = clearance(chain, tool_of(arm, chain, game), geometry, angles, 1)
     names = _part(arm, one), _part(arm, two)
     return Clearance(float(gap), f"{names[0]} and {names[1]}", float(joints.t_s[::thin][sample]))
 

@@ -36,7 +36,7 @@ WORKABLE = 1.0
 
 @dataclass(frozen=True)
 class PlacedMotion:
-    """What a motion needs of an arm so placed: shares of its limits, room beside it, and how fast it may be played."""
+    """What a motion needs of an arm so placed: shares of its limits, clearance, and how fast it may play."""
 
     placement: Placement
     shares: LimitShares

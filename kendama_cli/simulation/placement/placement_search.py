@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from kendama_cli.learning.limiter import BRAKING_SHARE
 from kendama_cli.robot_model.body import heading_turn
 from kendama_cli.robot_model.chain import compiled_chain
 from kendama_cli.robot_model.chain_kernel import Curve, IkSettings, ToolGeometry, clearance, follow, frames, peaks
@@ -15,7 +16,7 @@ from kendama_cli.robot_model.model import RobotModel
 from kendama_cli.schema.arrays import Array
 from kendama_cli.settings.game import GameSettings
 from kendama_cli.settings.placement import LineSettings, Placement
-from kendama_cli.simulation.placement.clearance import room_about
+from kendama_cli.simulation.placement.clearance import collision_geometry_about
 from kendama_cli.simulation.placement.evolution import Minimum, minimise
 
 TIE_HEIGHT_M = 1.2
@@ -36,10 +37,8 @@ REST_SHARE = 0.6
 with no tempo, and an acceleration limit is met for an instant only."""
 CLEARANCE_EVERY = 8
 MARGIN_M = 0.01
-"""Room that is kept beside every part for what the capsules do not show."""
+"""Clearance that is kept beside every part for what the capsules do not show."""
 LINE_STEP_M = 0.02
-BRAKING_SHARE = 0.9
-"""What of the line's acceleration braking counts on: a tenth is kept in reserve."""
 SAMPLES = 4000
 BLOCKED = 5.0
 UNREACHED = 10.0
@@ -100,9 +99,9 @@ class _Try(NamedTuple):
     """A candidate in the terms of the chain."""
 
     heading_rad: float
-    stance: IkSettings
+    ik: IkSettings
     handle_m: Array
-    grip: ToolGeometry
+    tool: ToolGeometry
     tie_m: Array
     """(3,) tie point at home in the root's frame"""
     rise: Array
@@ -122,7 +121,7 @@ class PlacementProblem:
         self.demands = tuple(demands)
         self._limits = (arm.limits.velocity_rad_s, arm.limits.acceleration_rad_s2, arm.limits.effort_nm)
         self._held_kg = game.cup.mass_kg + game.ball.mass_kg
-        self._room = room_about(arm, game, 0.0, 0.0)
+        self._geometry = collision_geometry_about(arm, game, 0.0, 0.0)
         n = len(arm.joint_names)
         low, high = np.maximum(arm.limits.lower_rad, -WIDEST_RAD), np.minimum(arm.limits.upper_rad, WIDEST_RAD)
         self._lower_rad, self._upper_rad = arm.limits.lower_rad, arm.limits.upper_rad
@@ -164,10 +163,10 @@ class PlacementProblem:
         return Placement(
             base_position_m=_rounded(base),
             base_heading_rad=round(one.heading_rad, 6),
-            home_rad=tuple(round(float(angle), 6) for angle in one.stance.home),
+            home_rad=tuple(round(float(angle), 6) for angle in one.ik.home),
             handle_m=_rounded(one.handle_m),
-            cup_axis=_rounded(self._chain.tip_turn.T @ one.grip.axis),
-            redundancy_weights=tuple(float(f"{weight:.4g}") for weight in one.stance.weights),
+            cup_axis=_rounded(self._chain.tip_turn.T @ one.tool.axis),
+            redundancy_weights=tuple(float(f"{weight:.4g}") for weight in one.ik.weights),
         )
 
     def unreached(self, place: Array) -> tuple[Demand, int, float] | None:
@@ -176,7 +175,7 @@ class PlacementProblem:
         worst: tuple[Demand, int, float] | None = None
         for demand in self.demands:
             path = demand.path_m @ heading_turn(one.heading_rad)
-            _, missed = follow(self._chain, one.grip, one.stance, path, True)
+            _, missed = follow(self._chain, one.tool, one.ik, path, True)
             k = int(missed.argmax())
             if missed[k] > 1e-6 and (worst is None or missed[k] > worst[2]):
                 worst = (demand, k, float(missed[k]))
@@ -194,18 +193,18 @@ class PlacementProblem:
         blocked += max(0.0, LOWEST_RISE - rise) + max(0.0, rise - HIGHEST_RISE)
         if blocked > 0.5:
             return IMPOSSIBLE + blocked
-        room = self._room._replace(floor_m=-pedestal_m, side=side)
+        geometry = self._geometry._replace(floor_m=-pedestal_m, side=side)
         peak = 0.0
         for number, demand in enumerate(self.demands):
-            angles, missed = follow(self._chain, one.grip, one.stance, demand.path_m @ turn, False)
+            angles, missed = follow(self._chain, one.tool, one.ik, demand.path_m @ turn, False)
             if not np.isfinite(missed[-1]):
                 left = float(np.isinf(missed).mean()) + len(self.demands) - 1 - number
                 return UNREACHED + UNREACHED * left / len(self.demands) + blocked
             stop = max(float((self._lower_rad - angles).max()), float((angles - self._upper_rad).max()))
-            gap = clearance(self._chain, one.grip, room, angles, CLEARANCE_EVERY)[0]
+            gap = clearance(self._chain, one.tool, geometry, angles, CLEARANCE_EVERY)[0]
             blocked += max(0.0, stop + RANGE_MARGIN_RAD) + 5.0 * max(0.0, MARGIN_M - gap)
             curve = Curve(angles, demand.step, demand.velocity, demand.acceleration)
-            found = peaks(self._chain, one.grip, curve)
+            found = peaks(self._chain, one.tool, curve)
             speed, change, effort = (float((one / of).max()) for one, of in zip(found, self._limits, strict=True))
             peak = max(peak, demand.weight * max(speed, demand.rest_share * max(change, effort)))
         return peak + BLOCKED * blocked
@@ -221,9 +220,9 @@ class PlacementProblem:
         frames(self._chain, home, turns, shifts)
         out = self._chain.tip_turn @ handle
         tie = self._chain.tip_m + out
-        grip = ToolGeometry(tie, turns[n].T @ np.array([0.0, 0.0, 1.0]), self._held_kg)
+        tool = ToolGeometry(tie, turns[n].T @ np.array([0.0, 0.0, 1.0]), self._held_kg)
         rise = turns[n] @ out / np.linalg.norm(out)
-        return _Try(float(values[0]), IkSettings(home, weights), handle, grip, turns[n] @ tie + shifts[n], rise)
+        return _Try(float(values[0]), IkSettings(home, weights), handle, tool, turns[n] @ tie + shifts[n], rise)
 
 
 def search(
