@@ -12,7 +12,6 @@ PACKAGE = Path(__file__).resolve().parents[2] / "kendama_cli"
 FILE_LINES, CLASS_LINES, FUNCTION_LINES = 300, 150, 60
 TOO_LONG = {
     "simulation/catch/catch_search.py": 319,
-    "simulation/dart/world.py:ArmWorld": 189,
 }
 """What still breaks a limit, with the lines that it may have at most; nothing may join."""
 

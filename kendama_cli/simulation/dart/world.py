@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
-from typing import Any, Never
+from typing import Any
 
 import numpy as np
 
-from kendama_cli.errors import SimulationError
 from kendama_cli.motion.impedance import JointTorque, TaskState
 from kendama_cli.motion.task_settings import InteractSettings
 from kendama_cli.robot_model.body import Body
@@ -18,20 +16,14 @@ from kendama_cli.schema.arrays import Array
 from kendama_cli.settings.game import GameSettings
 from kendama_cli.settings.robot import RobotSettings
 from kendama_cli.settings.scene import SceneSettings
-from kendama_cli.simulation.dart import joint_kernel as kernel
 from kendama_cli.simulation.dart.ball import TetheredBall
-from kendama_cli.simulation.dart.drive import Drive
-from kendama_cli.simulation.dart.joint_friction import JointFriction
+from kendama_cli.simulation.dart.joint_control import TORQUE_REMEDY, JointControl
 from kendama_cli.simulation.dart.scene import Scene, check_clear
-from kendama_cli.simulation.dart.task_state import coriolis_nm, task_state
+from kendama_cli.simulation.dart.task_state import task_state
 from kendama_cli.simulation.dart.wrist import ContactSensor, wrist_wrench
 
 STEP_S = 0.001
 """Step of simulation and control: at 1 ms nothing tunnels up to 8 m/s and the rope is far from its stability limit."""
-MAY_STOP_STEPS = 2.0
-"""A joint that its acceleration limit could stop within this many steps is left to DART's friction constraint."""
-FAR_RAD_S = 1e4
-"""A joint faster than this has left the domain of the model."""
 NO_SCENE = SceneSettings(bodies=())
 
 
@@ -78,23 +70,15 @@ class ArmWorld:
         self._ball = TetheredBall(game, self.body) if game is not None else None
         if self._ball is not None:
             self._world.addSkeleton(self._ball.skeleton)
-        self._sensor: ContactSensor | None = None
-        if isinstance(task, InteractSettings):
-            self._sensor = ContactSensor(self.body.cup, task.probe.mass_kg, task.sensor_hz, STEP_S)
-            base_m = np.linspace(robot.base_position_m, arm.joint_places_m(arm.home_rad)[0], num=50)
-            check_clear(scene, base_m, arm.tool_place_m(arm.home_rad), task.probe.radius_m)
+        self._sensor = None if isinstance(task, GameSettings) else _sensor(task, arm, self.body, scene)
         self.scene = Scene(self._world, scene)
-        self._friction = _friction(arm, self.body, always_held=game is None)
-        self._drive = Drive(arm.limits, STEP_S)
-        kp = robot.stiffness_1_s2
-        self._gains = np.array([kp, 2.0 * math.sqrt(kp), STEP_S, 1.0 / STEP_S])
-        self._none, self._wanted = np.zeros(len(arm.joint_names)), np.zeros(len(arm.joint_names))
+        self._control = JointControl(arm, self.body, always_held=game is None, step_s=STEP_S)
         self._start_m = 0.0
         self.reset(arm.home_rad)
 
     def perturb(self, errors: WorldErrors) -> None:
         """Take on these errors from the next ``reset`` on; those of ball and rope need a game."""
-        self._friction.set_unknown(errors.joint_friction_nm, errors.joint_friction_share)
+        self._control.friction.set_unknown(errors.joint_friction_nm, errors.joint_friction_share)
         if self._ball is not None:
             self._ball.perturb(errors.rope_scale, errors.restitution)
         self._start_m = errors.ball_start_m
@@ -104,18 +88,17 @@ class ArmWorld:
 
         The ball hangs still, the scene is as it began, and nothing of the time before is left in DART.
         """
-        self._renew()
-        velocity = self._none if velocity_rad_s is None else velocity_rad_s
+        self._world = _renewed(self._world, self.arm.gravity_m_s2, exact_friction=self._exact_friction)
+        velocity = np.zeros_like(self.arm.home_rad) if velocity_rad_s is None else velocity_rad_s
         self._skeleton.resetAccelerations()
         self._skeleton.resetGeneralizedForces()
         self._skeleton.setPositions(position_rad)
         self._skeleton.setVelocities(velocity)
         self._skeleton.clearExternalForces()
         self.scene.reset()
-        self._drive.reset(position_rad, velocity)
+        self._control.reset(position_rad, velocity)
         self._steps = 0
         self.t_s = 0.0
-        self.effort_nm: Array = np.zeros(len(self._none))
         if self._ball is not None:
             self._ball.hang(self._start_m)
         if self._sensor is not None:
@@ -138,48 +121,24 @@ class ArmWorld:
         ``noise_rad`` is added to the angles read, ``feedforward_nm`` to the torque commanded; the motors clip the sum
         to their limits. Raises SimulationError, naming the joint, where a torque would not be finite.
         """
-        skeleton, drive, friction, wanted = self._skeleton, self._drive, self._friction, self._wanted
-        answer = kernel.computed_torque(
-            position_rad,
-            velocity_rad_s,
-            acceleration_rad_s2,
-            self._per_joint(noise_rad),
-            self.position_rad,
-            self.velocity_rad_s,
-            drive.state,
-            drive.limits,
-            friction.constants,
-            self._gains,
-            wanted,
-            friction.terms,
-        )
-        drive.limited = bool(answer & kernel.LIMITED)
-        if answer & kernel.NOT_FINITE:
-            self._abort(wanted, "torque", "check the reference and robot.stiffness_1_s2")
-        skeleton.setAccelerations(wanted)
-        skeleton.computeInverseDynamics(False, False, False)
-        self._advance(skeleton.getForces(), self._per_joint(feedforward_nm), "check the reference and its feedforward")
+        control = self._control
+        reference = (position_rad, velocity_rad_s, acceleration_rad_s2)
+        state = (self.position_rad, self.velocity_rad_s)
+        torque_nm = control.follow(reference, control.per_joint(noise_rad), state, self.t_s)
+        self._advance(torque_nm, control.per_joint(feedforward_nm), "check the reference and its feedforward")
 
     def step_torque(self, command: JointTorque) -> None:
         """Advance by STEP_S under the commanded torque, with weight, Coriolis and the known friction compensated.
 
         Raises SimulationError, naming the joint, where the torque or the motion is not finite.
         """
-        friction, remedy = self._friction, "lower interact.controller.stiffness_n_m, or check the script"
-        kernel.friction_terms(command.velocity_rad_s, self.velocity_rad_s, friction.constants, friction.terms)
-        carried = self._skeleton.getGravityForces() + coriolis_nm(self._skeleton, command.velocity_rad_s)
-        self._advance(command.torque_nm, carried, remedy)
-        fast = ~(np.abs(self.velocity_rad_s) < FAR_RAD_S)
-        if fast.any():
-            self._abort(np.where(fast, np.nan, 0.0), "speed", remedy)
+        carried_nm = self._control.carry(command, self.velocity_rad_s)
+        self._advance(command.torque_nm, carried_nm, TORQUE_REMEDY)
+        self._control.check_speed(self.velocity_rad_s, self.t_s)
 
     def _advance(self, torque_nm: Array, added_nm: Array, remedy: str) -> None:
         """One step of DART under what the motors give for the sum of both torques (n,) and the known friction."""
-        self.effort_nm = np.empty_like(self._none)
-        force = self._friction.forces(torque_nm, added_nm, self.velocity_rad_s, self._wanted, self.effort_nm)
-        if force is None:
-            self._abort(self.effort_nm, "torque", remedy)
-        self._skeleton.setForces(force)
+        self._control.act(torque_nm, added_nm, self.velocity_rad_s, remedy, self.t_s)
         if self._ball is not None:
             self._ball.pull(self.t_s)
         self.scene.pull()
@@ -203,7 +162,12 @@ class ArmWorld:
     @property
     def limited(self) -> bool:
         """Whether the drive had to change the last reference to keep to the joints' limits."""
-        return self._drive.limited
+        return self._control.drive.limited
+
+    @property
+    def effort_nm(self) -> Array:
+        """What the motors gave in the last step (n,)."""
+        return self._control.effort_nm
 
     @property
     def tool_m(self) -> Array:
@@ -227,35 +191,27 @@ class ArmWorld:
         assert self._sensor is not None
         return self._sensor
 
-    def _per_joint(self, value: Array | float) -> Array:
-        if isinstance(value, np.ndarray):
-            return value
-        return np.full_like(self._none, value) if value else self._none
-
     def _observe(self) -> None:
         self.position_rad: Array = self._skeleton.getPositions()
         self.velocity_rad_s: Array = self._skeleton.getVelocities()
         if self._ball is not None:
             self._ball.observe()
 
-    def _renew(self) -> None:
-        """Move everything into a new world of DART, whose solver would start from what it found before."""
-        old = self._world
-        skeletons = [old.getSkeleton(number) for number in range(old.getNumSkeletons())]
-        old.removeAllSkeletons()
-        self._world = _new_world(self.arm.gravity_m_s2, exact_friction=self._exact_friction)
-        for skeleton in skeletons:
-            self._world.addSkeleton(skeleton)
 
-    def _abort(self, values: Array, what: str, remedy: str) -> Never:
-        bad = int(np.argmin(np.isfinite(values)))
-        name = self.arm.joint_names[bad]
-        raise SimulationError(
-            name,
-            self.t_s,
-            f"the {what} of joint '{name}' of {self.arm.settings.name} is {values[bad]} at {self.t_s:.3f} s; the "
-            f"simulation stops: {remedy}",
-        )
+def _sensor(task: InteractSettings, arm: RobotModel, body: Body, scene: SceneSettings) -> ContactSensor:
+    base_m = np.linspace(arm.settings.base_position_m, arm.joint_places_m(arm.home_rad)[0], num=50)
+    check_clear(scene, base_m, arm.tool_place_m(arm.home_rad), task.probe.radius_m)
+    return ContactSensor(body.cup, task.probe.mass_kg, task.sensor_hz, STEP_S)
+
+
+def _renewed(old: Any, gravity_m_s2: float, *, exact_friction: bool) -> Any:
+    """A new world of DART with all that ``old`` held: a solver would start from what it found before."""
+    skeletons = [old.getSkeleton(number) for number in range(old.getNumSkeletons())]
+    old.removeAllSkeletons()
+    world = _new_world(gravity_m_s2, exact_friction=exact_friction)
+    for skeleton in skeletons:
+        world.addSkeleton(skeleton)
+    return world
 
 
 def _new_world(gravity_m_s2: float, *, exact_friction: bool) -> Any:
@@ -265,13 +221,3 @@ def _new_world(gravity_m_s2: float, *, exact_friction: bool) -> Any:
         # are coupled, that was wrong by a quarter; this one iterates until Coulomb's law holds
         world.getConstraintSolver().setBoxedLcpSolver(dartpy.constraint.NsgsFrictionSolver())
     return world
-
-
-def _friction(arm: RobotModel, body: Body, *, always_held: bool) -> JointFriction:
-    """The joints' friction; in contact any joint may stop within a step, so that all are ``always_held``."""
-    slow, change = MAY_STOP_STEPS * STEP_S * arm.limits.acceleration_rad_s2, STEP_S * arm.mobility(arm.home_rad)
-    if always_held:
-        slow, change = np.full_like(slow, np.inf), np.zeros_like(slow)
-    return JointFriction(
-        body.joints, arm.friction, arm.limits.effort_nm, slow_rad_s=slow, change_rad_s=change, step_s=STEP_S
-    )
