@@ -6,8 +6,8 @@ from kendama_cli.artifacts.motion_plan import MotionPlan
 from kendama_cli.errors import StageError
 from kendama_cli.robot_model.model import RobotModel
 from kendama_cli.simulation.catch.arm_motion import ArmMotion, scaled_plan
-from kendama_cli.simulation.catch.catch_search import Bounds, MotionVariation
 from kendama_cli.simulation.catch.late_shift import shifted_plan
+from kendama_cli.simulation.catch.search_record import Bounds, MotionVariation
 from kendama_cli.simulation.catch.uncertainty import MOUTH_SHARE
 
 

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from kendama_cli.simulation.catch.catch_search import LEAST_APEX_M, Attempt, Bounds, Search, nearest_attempt
+from kendama_cli.simulation.catch.catch_search import LEAST_APEX_M, nearest_attempt
+from kendama_cli.simulation.catch.search_record import Attempt, Bounds, Search
 from kendama_cli.simulation.catch.settings import AdaptSettings
 
 TORQUE_SPENT = 0.999

@@ -22,17 +22,13 @@ from kendama_cli.simulation.catch.arm_motion import ArmMotion
 from kendama_cli.simulation.catch.catch_family import CatchFamily
 from kendama_cli.simulation.catch.catch_obstacle import TORQUE_SPENT, obstacle
 from kendama_cli.simulation.catch.catch_search import (
-    Attempt,
-    Bounds,
-    MotionVariation,
-    Search,
-    Trial,
     best_candidate,
     expected_success,
     nearest_attempt,
     next_job,
     windows,
 )
+from kendama_cli.simulation.catch.search_record import Attempt, Bounds, MotionVariation, Search, Trial
 from kendama_cli.simulation.catch.settings import AdaptSettings
 from kendama_cli.simulation.catch.uncertainty import CORNERS, Repeat, corner_errors, drawn_errors
 from kendama_cli.simulation.dart.rollout import RolloutResult, play_rollout

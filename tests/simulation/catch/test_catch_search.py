@@ -9,17 +9,8 @@ import pytest
 
 from kendama_cli.schema.settings import build
 from kendama_cli.simulation.catch.catch_obstacle import obstacle
-from kendama_cli.simulation.catch.catch_search import (
-    Attempt,
-    Bounds,
-    MotionVariation,
-    Search,
-    Trial,
-    best_candidate,
-    nearest_attempt,
-    next_job,
-    windows,
-)
+from kendama_cli.simulation.catch.catch_search import best_candidate, nearest_attempt, next_job, windows
+from kendama_cli.simulation.catch.search_record import Attempt, Bounds, MotionVariation, Search, Trial
 from kendama_cli.simulation.catch.settings import AdaptSettings
 from kendama_cli.simulation.catch.uncertainty import CORNERS, Repeat
 from tests.simulation.dart.bench_robot import adapt_values

@@ -1,0 +1,130 @@
+"""What a search for a catch has tried and found so far; a search that was cut off goes on from it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, replace
+from math import hypot
+from typing import Any
+
+from kendama_cli.simulation.catch.uncertainty import Repeat
+
+
+@dataclass(frozen=True)
+class MotionVariation:
+    """What is adapted: ``shift_m`` moves the goal along x and y within the share ``flight`` of the motion."""
+
+    tau_scale: float
+    amplitude: float = 1.0
+    shift_m: tuple[float, float] = (0.0, 0.0)
+    flight: tuple[float, float] = (0.0, 1.0)
+
+    @property
+    def shifted(self) -> bool:
+        """Whether the goal is moved at all."""
+        return self.shift_m != (0.0, 0.0)
+
+
+@dataclass(frozen=True)
+class Attempt:
+    """One nominal rollout of the search; misses and ``apex_m`` as in RolloutResult.
+
+    ``flight`` is the share of the motion in which the ball flew; ``limit`` tells which limit of the arm forbade the
+    motion, so that nothing was played.
+    """
+
+    variation: MotionVariation
+    caught: bool
+    signed_miss_m: float | None
+    side_miss_m: float | None
+    apex_m: float
+    flight: tuple[float, float] | None
+    limit: str | None = None
+
+    @property
+    def off_m(self) -> float:
+        """How far from the cup's middle the ball came down; infinite where it did not."""
+        return hypot(self.signed_miss_m, self.side_miss_m or 0.0) if self.signed_miss_m is not None else float("inf")
+
+
+@dataclass(frozen=True)
+class Trial:
+    """What to play next: a nominal ``attempt``, or the perturbed world number ``index`` to ``judge`` or ``confirm``."""
+
+    kind: str
+    variation: MotionVariation
+    index: int
+
+
+@dataclass(frozen=True)
+class Search:
+    """All results so far: attempts in order, the corners of each judged candidate, and the chosen motion's repeats."""
+
+    attempts: tuple[Attempt, ...] = ()
+    judged: tuple[tuple[MotionVariation, tuple[Repeat, ...]], ...] = ()
+    confirmed: tuple[Repeat, ...] = ()
+
+    def to_json(self) -> dict[str, Any]:
+        """As JSON values."""
+        return {
+            "attempts": [asdict(one) for one in self.attempts],
+            "judged": [
+                [asdict(variation), [asdict(repeat) for repeat in repeats]] for variation, repeats in self.judged
+            ],
+            "confirmed": [asdict(one) for one in self.confirmed],
+        }
+
+    @staticmethod
+    def from_json(state: Mapping[str, Any]) -> Search:
+        """The search that ``to_json`` wrote."""
+        return Search(
+            tuple(_attempt(one) for one in state["attempts"]),
+            tuple(
+                (_variation(variation), tuple(Repeat(**one) for one in repeats))
+                for variation, repeats in state["judged"]
+            ),
+            tuple(Repeat(**one) for one in state["confirmed"]),
+        )
+
+    def with_attempt(self, attempt: Attempt) -> Search:
+        """This search and one attempt more."""
+        return replace(self, attempts=(*self.attempts, attempt))
+
+    def with_repeat(self, job: Trial, repeat: Repeat) -> Search:
+        """This search and the repeat that ``job`` asked for."""
+        if job.kind == "confirm":
+            return replace(self, confirmed=(*self.confirmed, repeat))
+        done = dict(self.judged)
+        done[job.variation] = (*done.get(job.variation, ()), repeat)
+        return replace(self, judged=tuple(done.items()))
+
+    def rollouts(self) -> int:
+        """All rollouts that the search took; the fresh repeats at its end are not part of it."""
+        return len(self.attempts) + sum(len(repeats) for _, repeats in self.judged)
+
+    def rollouts_to_first_catch(self) -> int | None:
+        """The number of the first attempt that caught, from 1."""
+        return next((i + 1 for i, one in enumerate(self.attempts) if one.caught), None)
+
+    def caught(self) -> int:
+        """How many attempts caught."""
+        return sum(one.caught for one in self.attempts)
+
+
+@dataclass(frozen=True)
+class Bounds:
+    """Where to search: the least tau within the arm's limits by amplitude; a miss below ``mouth_m`` is a catch."""
+
+    lowest_tau: Mapping[float, float]
+    mouth_m: float
+
+
+def _variation(values: Mapping[str, Any]) -> MotionVariation:
+    return MotionVariation(values["tau_scale"], values["amplitude"], tuple(values["shift_m"]), tuple(values["flight"]))
+
+
+def _attempt(values: Mapping[str, Any]) -> Attempt:
+    flight = values["flight"]
+    return Attempt(
+        **{**values, "variation": _variation(values["variation"]), "flight": None if flight is None else tuple(flight)}
+    )
