@@ -111,12 +111,13 @@ class Roll:
 CHAPTER = '''
 """The report's chapter of toy_roll."""
 from kendama_cli.report.figure import Figure, Panel
+from toy.roll.messages import NumberMessage
 
 
 def figures(log):
     if log.setting("toy", "fail_at", default=-1) == -2:
         raise KeyError("a field that older logs lack")
-    n = len(log.table("/roll/number"))
+    n = len(log.table("/roll/number", NumberMessage))
     return [Figure("Every number that was drawn.", (Panel("Numbers", f"<b>{n} numbers</b>"),))]
 '''
 

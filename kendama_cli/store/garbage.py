@@ -36,7 +36,8 @@ def verify(store: Store) -> list[Damage]:
     damage += [
         Damage(folder / "run.json", "the run's record is not as it was written")
         for folder in _runs(store)
-        if durable.read_sealed(folder / "run.json") is None
+        # a run that could not begin, on a full disk say, has left a folder without a record
+        if (folder / "run.json").exists() and durable.read_sealed(folder / "run.json") is None
     ]
     return damage
 

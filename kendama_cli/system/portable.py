@@ -132,7 +132,11 @@ class Portable:
 def _end_with_input() -> None:
     while os.read(0, 4096):  # not sys.stdin: its lock would bar the way out of the process
         pass
-    signal.raise_signal(signal.SIGTERM)
+    main = threading.main_thread().ident
+    if hasattr(signal, "pthread_kill") and main is not None:
+        signal.pthread_kill(main, signal.SIGTERM)  # raised here it would not wake the main thread from a system call
+    else:
+        signal.raise_signal(signal.SIGTERM)
     threading.Event().wait(END_S)
     os._exit(1)
 

@@ -10,6 +10,7 @@ from kendama_cli.errors import ConfigError, MissingPartError
 from kendama_cli.pipeline.code import FileIndex
 from kendama_cli.pipeline.inputs import describe, resolve_files
 from kendama_cli.schema.settings import setting
+from tests.extras import require_robot_descriptions
 
 
 @dataclass(frozen=True)
@@ -23,7 +24,7 @@ def resolved(path: str) -> str:
 
 
 def test_a_robot_of_the_extra_is_found_where_it_is_installed() -> None:
-    pytest.importorskip("cmeel", reason="example-robot-data (the extra 'robots') is not installed")
+    require_robot_descriptions()
     found = Path(resolved("package://example-robot-data/ur_description/urdf/ur10_robot.urdf"))
     assert found.is_file()
     assert found.name == "ur10_robot.urdf"
@@ -46,7 +47,7 @@ def test_other_packages_are_refused_with_the_one_that_is_known() -> None:
 
 
 def test_a_robot_that_the_extra_does_not_have_is_named() -> None:
-    pytest.importorskip("cmeel", reason="example-robot-data (the extra 'robots') is not installed")
+    require_robot_descriptions()
     with pytest.raises(ConfigError, match=r"robot\.path: no such file 'package://example-robot-data/r2d2\.urdf'"):
         resolved("package://example-robot-data/r2d2.urdf")
 

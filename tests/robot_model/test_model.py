@@ -14,6 +14,7 @@ from kendama_cli.robot_model.model import RobotModel
 from kendama_cli.schema.settings import build
 from kendama_cli.settings.robot import PER_JOINT, RobotSettings
 from kendama_cli.simulation.dart.world import STEP_S, ArmWorld
+from tests.extras import require_robot_descriptions
 from tests.simulation.dart.bench_robot import ROOT, kendama_game, modelled, pa10
 
 EXTRA = ("panda", "ur10", "ur5", "xarm7")
@@ -23,7 +24,7 @@ READY = ("pa10", "iiwa", *EXTRA)
 def ready(name: str) -> RobotSettings:
     """A shipped node of the group robot, its description found as the caretaker finds it."""
     if name in EXTRA:
-        pytest.importorskip("cmeel", reason="example-robot-data (the extra 'robots') is not installed")
+        require_robot_descriptions()
     values = yaml.safe_load((ROOT / "conf/robot" / f"{name}.yaml").read_text())
     found: RobotSettings = resolve_files(build(RobotSettings, values, "robot"), "robot", [ROOT])
     return found
