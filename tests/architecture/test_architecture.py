@@ -29,7 +29,7 @@ def test_imports_go_down_the_floors_only() -> None:
         ("dartpy", {"robot_model", "simulation"}),
         ("typer", {"cli"}),
         ("rich", {"cli"}),
-        ("cv2", {"vision", "devices", "rendering", "game", "stages"}),
+        ("cv2", {"vision", "devices", "rendering", "game", "report", "stages"}),
         ("matplotlib", {"report", "stages"}),
         ("numba", {"simulation", "rendering", "robot_model"}),
         ("embreex", {"rendering"}),

@@ -6,14 +6,14 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-from matplotlib.axes import Axes
 
 from kendama_cli.report.animation import player
 from kendama_cli.report.figure import Figure, Panel, figure, lettered
 from kendama_cli.report.plot import drawing, legend_above
 from kendama_cli.report.source import StageLog
 from kendama_cli.report.style import BALL, CUP, GOOD, INK, LINE, MUTED, OTHER, PAPER
-from kendama_cli.report.tracks import Array, Geometry, Path2D, catch_time_s, pair
+from kendama_cli.report.swing_panel import swing_panel
+from kendama_cli.report.tracks import Array, Geometry, catch_time_s, pair
 from kendama_cli.schema.foxglove import FrameTransform, JointStates
 from kendama_cli.stages.adapt.messages import AdaptRepeatMessage, AdaptRolloutMessage, AdaptWindowMessage
 
@@ -67,33 +67,6 @@ def adaptation_figures(log: StageLog) -> list[Figure]:
             columns=3,
         ),
     ]
-
-
-def draw_cup(axes: Axes, x_m: float, z_m: float, tilt_rad: float, sizes: Geometry) -> None:
-    """The cup's outline with its tie point at (x, z)."""
-    wide, deep = sizes.cup_radius_m, sizes.cup_depth_m
-    outline = np.array([[-wide, deep], [-wide, 0.0], [wide, 0.0], [wide, deep]])
-    c, s = np.cos(tilt_rad), np.sin(tilt_rad)
-    turned = outline @ np.array([[c, -s], [s, c]])
-    axes.plot(x_m + turned[:, 0], z_m + turned[:, 1], color=INK, lw=1.6, solid_joinstyle="round", zorder=4)
-
-
-def swing_panel(name: str, title: str, paths: tuple[Path2D, Path2D], sizes: Geometry, at_s: float | None) -> Panel:
-    """Cup and ball in the swing plane with a mark every 60 ms, and the cup's outline at ``at_s`` (else at the end)."""
-    cup, ball = paths
-    with drawing(name, f"{title}: path of cup and ball in the swing plane", height_in=3.6) as made:
-        axes = made.axes()[0]
-        for body, colour, label, size in ((cup, CUP, "cup (tie point)", 3.0), (ball, BALL, "ball", 4.2)):
-            axes.plot(body.x_m, body.z_m, color=colour, lw=1.0, alpha=0.8)
-            marks = body.at(np.arange(body.t_s[0], body.t_s[-1], 0.06))
-            axes.plot(marks.x_m, marks.z_m, "o", color=colour, ms=size, mec=PAPER, mew=0.4, label=label)
-        instant = cup.at(np.array([cup.t_s[-1] if at_s is None else at_s]))
-        draw_cup(axes, instant.x_m[0], instant.z_m[0], instant.tilt_rad[0], sizes)
-        axes.set_xlabel("x [m]")
-        axes.set_ylabel("z [m]")
-        axes.set_aspect("equal", adjustable="datalim")
-        legend_above(axes)
-    return Panel(title, made.svg)
 
 
 def _search(log: StageLog) -> Panel | None:

@@ -14,11 +14,11 @@ from kendama_cli.report.figure import Figure, Panel, figure, lettered
 from kendama_cli.report.plot import drawing
 from kendama_cli.report.source import StageLog
 from kendama_cli.report.style import GOOD, INK, MUTED, PAPER
+from kendama_cli.report.swing_panel import swing_panel
+from kendama_cli.report.swing_up_panels import reward_panel, series_panel
+from kendama_cli.report.thumbnails import thumbnails
 from kendama_cli.report.tracks import Geometry, Path2D, catch_time_s, last_start_s, pair
 from kendama_cli.schema.foxglove import FrameTransform
-from kendama_cli.stages.adapt.chapter import swing_panel
-from kendama_cli.stages.learn.chapter import reward_panel, series_panel
-from kendama_cli.stages.predict.chapter import thumbnails
 from kendama_cli.stages.transfer.messages import GameMessage, TransferStepMessage
 from kendama_cli.stages.transfer.prediction_panels import ahead, error_over_time_panel
 
