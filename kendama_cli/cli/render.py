@@ -51,7 +51,7 @@ def plan(stages: Sequence[StagePlan]) -> None:
     """One line per stage: cached, or run with the reasons."""
     table(
         [
-            (item.spec.name, "cached", (item.key or "")[:12])
+            (item.spec.name, "cached", "; ".join([(item.key or "")[:12], *item.reasons]))
             if item.result is not None
             else (item.spec.name, "run", "; ".join(item.reasons))
             for item in stages

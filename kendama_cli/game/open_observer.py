@@ -19,7 +19,7 @@ from kendama_cli.game.flight_observer import FlightObserver, MarkerObserver
 from kendama_cli.game.scene_history import SceneHistory
 from kendama_cli.game.settings import ObservationSettings
 from kendama_cli.schema.arrays import Array
-from kendama_cli.settings.camera import CameraSettings, LightingSettings, VirtualCamera
+from kendama_cli.settings.camera import CameraSettings, LightingSettings
 from kendama_cli.settings.game import GameSettings
 from kendama_cli.vision.settings import PredictSettings
 
@@ -50,13 +50,15 @@ def check_cameras(cameras: CameraSetup, observation: ObservationSettings, *, rea
     if len(camera.cameras) < 2:
         problem = "'camera.cameras' has one camera; to detect free flight two are needed that expose together"
         raise ConfigError("camera.cameras", f"{problem}; add one, {OTHERWISE}")
-    if isinstance(camera, VirtualCamera) and camera.stagger_s > 0:
-        problem = f"'camera.stagger_s' is {camera.stagger_s}; to detect free flight the cameras must expose together"
+    if camera.timing is not None and camera.timing.stagger_s > 0:
+        problem = (
+            f"'camera.stagger_s' is {camera.timing.stagger_s}; to detect free flight the cameras must expose together"
+        )
         raise ConfigError("camera.stagger_s", f"{problem}; set 0, {OTHERWISE}")
     if camera.source == "rendered" and realtime:
         raise ConfigError(
             "camera.kind",
-            "'camera.kind' is 'virtual' with a robot in real time, whose scene cannot be drawn in time; "
+            f"'camera.kind' is '{camera.kind}' with a robot in real time, whose scene cannot be drawn in time; "
             f"use camera=device, {OTHERWISE}",
         )
 
@@ -85,8 +87,8 @@ def open_observer(
     if camera.source == "rendered" and not history.reported:
         raise ConfigError(
             "camera.kind",
-            "'camera.kind' is 'virtual', but this robot does not report where everything is; use camera=device, "
-            f"{OTHERWISE}",
+            f"'camera.kind' is '{camera.kind}', but this robot does not report where everything is; "
+            f"use camera=device, {OTHERWISE}",
         )
     clock = CameraClock(observation.processing_s, live=camera.source == "live")
     rngs = [np.random.default_rng(0) for _ in camera.cameras]  # every game sets them to its own stream

@@ -21,7 +21,10 @@ from kendama_cli.store.store import Store, StoredResult
 
 @dataclass(frozen=True)
 class StagePlan:
-    """One stage: key and parts where its inputs are known, its stored result, or the reasons why it runs."""
+    """One stage: key and parts where its inputs are known, its stored result, or the reasons why it runs.
+
+    A result that was recorded has a reason too: why it stays, and how it is recorded anew.
+    """
 
     spec: StageSpec
     key: str | None
@@ -104,7 +107,8 @@ class Planner:
             return StagePlan(spec, key, parts, None, ("moves hardware: every run is a new attempt",))
         result = self.store.find(spec.name, key)
         if result is not None:
-            return StagePlan(spec, key, parts, result, ())
+            kept = (f"recorded before; --force {spec.name} records anew",) if self.kind(spec.name) == "records" else ()
+            return StagePlan(spec, key, parts, result, kept)
         if self.store.result_path(spec.name, key).exists():
             return StagePlan(spec, key, parts, None, ("stored artifact damaged or missing",))
         reasons = self._reasons(spec, parts, inputs_known=True)
@@ -169,7 +173,8 @@ def kind_of(spec: StageSpec, settings: Mapping[str, Any]) -> Kind:
                 raise ConfigError(
                     spec.config[own],
                     f"stage '{spec.name}' declares that it {spec.declaration.kind}, but its settings "
-                    f"'{spec.config[own]}' are of a device for one that {doing}; declare kind=\"{doing}\"",
+                    f"'{spec.config[own]}' are of a device for one that {doing}; choose others (or declare "
+                    f'kind="{doing}" where the stage is yours)',
                 )
     return kind
 

@@ -40,13 +40,37 @@ class CameraModelSettings:
 
 
 @dataclass(frozen=True)
+class FrameTiming:
+    """When cameras whose clock is set, not read, expose: frame k of camera i at k/rate_hz + i stagger_s."""
+
+    rate_hz: float
+    exposure_s: float
+    """Exposure of one row [s]."""
+    busy_s: float
+    """From the first row's opening to the last row's closing [s]."""
+    stagger_s: float = 0.0
+
+
+@dataclass(frozen=True)
 class CameraRig:
     """What the settings of every kind of camera have: the calibration of each camera."""
+
+    source: ClassVar[Source]
+    live: ClassVar[bool] = False
+    """A stage that takes images of what happens only once records; follows from ``source``."""
+
+    def __init_subclass__(cls) -> None:
+        cls.live = cls.source == "live"
 
     calibration: str | None = setting(
         "file of 'kendama camera calibrate' that replaces the values of 'cameras' by name, or null", file=True
     )
     cameras: tuple[CameraModelSettings, ...] = setting("calibration of every camera")
+
+    @property
+    def timing(self) -> FrameTiming | None:
+        """When frames are exposed; rendered cameras know it, others give None."""
+        return None
 
 
 @dataclass(frozen=True)
@@ -100,6 +124,11 @@ class VirtualCamera(CameraRig):
     sensor: SensorSettings = setting("the sensor, the same in every camera")
     appearance: AppearanceSettings = setting("colours of the scene")
 
+    @property
+    def timing(self) -> FrameTiming:
+        """All cameras have one rate and one kind of sensor."""
+        return FrameTiming(self.rate_hz, self.sensor.exposure_s, self.sensor.busy_s, self.stagger_s)
+
     def __post_init__(self) -> None:
         busy_s = self.sensor.busy_s
         if busy_s > 1 / self.rate_hz + 1e-12:
@@ -148,6 +177,10 @@ class CameraSettingsNode(Protocol):
     @property
     def rate_hz(self) -> float | None:
         """Frames per second of every camera; None only where the recording knows it."""
+
+    @property
+    def timing(self) -> FrameTiming | None:
+        """When frames are exposed, of cameras whose ``source`` is ``rendered``; see CameraRig."""
 
     @property
     def calibration(self) -> str | None:

@@ -138,10 +138,10 @@ def main() -> None:
         made, take = camera(light)
         whole_ms = milliseconds(take)
         print(f"{f'640 x 480, 70k triangles, {light}':<44}{whole_ms:>9.1f}  ms/frame  {whole_ms / base:.2f}")
-        made.watch(around(made.model.project(BALL_M)[0], 79))
+        made.set_region_of_interest(around(made.model.project(BALL_M)[0], 79))
         near_ms = milliseconds(take)
         print(f"{f'160 x 160 about the ball, {light}':<44}{near_ms:>9.1f}  ms/frame  {near_ms / base:.2f}")
-        made.watch(Region(240, 160, 400, 320))
+        made.set_region_of_interest(Region(240, 160, 400, 320))
         cup_ms = milliseconds(take)
         print(f"{f'160 x 160 about cup and hand, {light}':<44}{cup_ms:>9.1f}  ms/frame  {cup_ms / base:.2f}")
     shown = f"{base:>9.1f}  ms/frame  1.00" if isinstance(peer, float) else f"  {peer}"

@@ -163,8 +163,8 @@ class Faulty:
                 return self._old[0]
         return frame
 
-    def watch(self, region: Region | None) -> None:
-        self._camera.watch(region)
+    def set_region_of_interest(self, region: Region | None) -> None:
+        self._camera.set_region_of_interest(region)
 
     def restart(self) -> None:
         self._held, self._old = None, []

@@ -59,9 +59,9 @@ def test_a_stage_may_not_do_more_than_it_declares(declared: Kind, settings: dict
         kind_of(spec(declared), settings)
 
 
-def planner(home: Path, *overrides: str) -> Planner:
+def planner(home: Path, *overrides: str, pipeline: str = "kendama") -> Planner:
     site = find_site(home)
-    pipeline = load_pipeline("kendama", site.pipeline_folders)
+    pipeline = load_pipeline(pipeline, site.pipeline_folders)
     return Planner(Store(home), pipeline, build_settings(composed(site, list(overrides))), site.data_roots)
 
 
@@ -71,6 +71,27 @@ def test_files_are_computed_from_and_another_code_is_no_reason_to_swing_again(tm
     assert (files.kind("capture"), device.kind("capture")) == ("computes", "records")
     assert files.parts(capture, {})["code"]
     assert device.parts(capture, {})["code"] == {}
+
+
+def test_what_live_cameras_show_is_recorded_and_what_is_rendered_or_replayed_is_computed(tmp_path: Path) -> None:
+    def kind(*overrides: str) -> str:
+        return planner(tmp_path, *overrides, pipeline="swingup").kind("transfer")
+
+    assert kind("camera=device") == "records"
+    assert kind() == kind("camera=file") == "computes"
+    with pytest.raises(ConfigError, match=r"stage 'predict' declares that it computes, .* 'camera' .* choose others"):
+        planner(tmp_path, "camera=device")
+
+
+def test_a_recording_that_is_kept_says_how_it_is_recorded_anew(tmp_path: Path) -> None:
+    asked = planner(tmp_path, "capture=mocap")
+    (waiting, *_) = asked.plan()
+    assert waiting.key is not None
+    with asked.store.scratch_folder() as folder:
+        (folder / "swings.json").write_text("{}")
+        asked.store.put(folder, "capture", waiting.key, {}, {})
+    (kept, *_) = asked.plan()
+    assert (kept.result is not None, kept.reasons) == (True, ("recorded before; --force capture records anew",))
 
 
 def test_a_simulated_arm_computes_and_one_that_may_be_real_moves(tmp_path: Path) -> None:

@@ -25,7 +25,7 @@ def image(arm_m):
         shipped_models()[0], virtual(), game(), lighting("bright"),
         scene=lambda t_s: pose, clock=lambda: 1.0, rng=np.random.default_rng(3),
     )
-    camera.watch(Region(300, 200, 340, 240))
+    camera.set_region_of_interest(Region(300, 200, 340, 240))
     return camera.latest(max_age_s=1.0).pixels
 
 print(hashlib.sha256(image(np.empty((0, 3))).tobytes()).hexdigest())

@@ -30,7 +30,7 @@ class Studio:
     def shoot(self, ball, velocity=(0.0, 0.0, 0.0), region=None):
         self.ball, self.velocity = np.asarray(ball, dtype=float), np.asarray(velocity, dtype=float)
         self.camera.restart()
-        self.camera.watch(region)
+        self.camera.set_region_of_interest(region)
         return self.camera.latest(max_age_s=1.0)
 
     def true_centre(self):

@@ -16,7 +16,7 @@ from kendama_cli.devices.camera.interface import Camera, SceneSource, StaleFrame
 from kendama_cli.devices.camera.opening import open_cameras
 from kendama_cli.devices.camera.staged_flight import StagedFlight
 from kendama_cli.rendering.scene import ScenePose
-from kendama_cli.settings.camera import CameraSettings, LightingSettings, VirtualCamera
+from kendama_cli.settings.camera import CameraSettings, LightingSettings
 from kendama_cli.settings.game import GameSettings
 from kendama_cli.vision.interface import Sighting
 from kendama_cli.vision.release import draw_release
@@ -69,7 +69,7 @@ def check_cameras(
             max_age_s=SILENCE_S if now.live else np.inf,
             on_stale=raise_stale if now.live else _raise_unless_coming,
         )
-        for _ in _moments(opened, now, seconds, camera if isinstance(camera, VirtualCamera) else None):
+        for _ in _moments(opened, now, seconds):
             for image in loop.take():
                 _record(records[image.camera], image, live=now.live)
     finally:
@@ -125,7 +125,7 @@ class _Flights:
 
     def scene(self, t_s: float) -> ScenePose:
         """All poses."""
-        while t_s >= self._end_s:
+        while max(t_s, 0.0) >= self._end_s:
             lead_s = 0.15
             drawn = draw_release(self._rng, self._release, self._game, lead_s + 0.05)
             staged = StagedFlight(drawn, lead_s, self._game.rope.length_m)
@@ -141,16 +141,11 @@ def _raise_unless_coming(stale: StaleFrame) -> None:
         raise stale
 
 
-def _moments(cameras: Sequence[Camera], now: _Clock, seconds: float, virtual: VirtualCamera | None) -> Iterator[None]:
-    """Let time pass to where new frames may be, until ``seconds`` are over or all recordings are at their end."""
+def _moments(cameras: Sequence[Camera], now: _Clock, seconds: float) -> Iterator[None]:
+    """Let time pass to where new frames may be, until ``seconds`` are over or no frame comes any more."""
     if now.live:
         while now() < seconds:
             time.sleep(POLL_S)
-            yield
-    elif virtual is not None:
-        wait_s = virtual.sensor.busy_s / 2 + (len(cameras) - 1) * virtual.stagger_s + 1e-9
-        for number in range(1, 1 + round(seconds * virtual.rate_hz)):
-            now.set_s = number / virtual.rate_hz + wait_s
             yield
     else:
         while stamps := [one.next_s for one in cameras if one.next_s is not None]:

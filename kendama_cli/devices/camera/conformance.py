@@ -53,7 +53,7 @@ class Opened:
 
 
 def check_frames(opened: Opened) -> None:
-    """Every camera shows whole and watched images in the order of time, and refuses what is too old."""
+    """Every camera shows whole images and regions of interest in the order of time, and refuses what is too old."""
     with opened.cameras() as (cameras, clock, period_s):
         for camera in cameras:
             check_camera(camera, clock, clock.wait, period_s)
@@ -110,7 +110,7 @@ def check_camera(camera: Camera, now: Callable[[], float], wait: Callable[[float
         wait(1.05 * period_s)
     _must(stamps == sorted(stamps), f"stamps must not fall: {stamps}")
     _must(stamps[-1] > stamps[0], f"new frames must come: {stamps}")
-    _check_watch(camera, wait, period_s)
+    _check_region(camera, wait, period_s)
     _must(_refusal(camera) is not None, "a frame older than max_age_s must raise StaleFrame")
     refusal = _refusal(camera)
     _must(refusal is not None and refusal.camera == camera.model.name, "StaleFrame must name its camera")
@@ -132,22 +132,25 @@ def _refusal(camera: Camera) -> StaleFrame | None:
     return None
 
 
-def _check_watch(camera: Camera, wait: Callable[[float], None], period_s: float) -> None:
+def _check_region(camera: Camera, wait: Callable[[float], None], period_s: float) -> None:
     image = whole(camera.model.width_px, camera.model.height_px)
     wanted = Region(image.right // 4, image.bottom // 4, image.right // 2, image.bottom // 2)
     for region in (wanted, Region(-20, -20, 8, 8), Region(image.right + 5, 0, image.right + 9, 9), None):
-        camera.watch(region)
+        camera.set_region_of_interest(region)
         wait(1.05 * period_s)
         frame = camera.latest(max_age_s=10 * period_s)
         (left, top), (height, width) = frame.origin_px, frame.pixels.shape[:2]
         shown = Region(left, top, left + width, top + height)
         asked = image if region is None else region.within(image)
         _must(shown.within(image) == shown and not shown.empty, f"a frame must lie in the image, not at {shown}")
-        _must(asked.empty or asked.within(shown) == asked, f"a frame must hold the watched region {asked}")
+        _must(asked.empty or asked.within(shown) == asked, f"a frame must hold the region of interest {asked}")
 
 
 def _check_whole(camera: Camera, frame: Frame, now_s: float) -> None:
     size = (camera.model.height_px, camera.model.width_px, 3)
     _must(frame.pixels.dtype == np.uint8, f"pixels must be uint8, not {frame.pixels.dtype}")
-    _must(frame.pixels.shape == size, f"an unwatched camera must show its whole image {size}, not {frame.pixels.shape}")
+    _must(
+        frame.pixels.shape == size,
+        f"without a region of interest a camera must show its whole image {size}, not {frame.pixels.shape}",
+    )
     _must(frame.t_s <= now_s + 1e-9, f"a frame of {frame.t_s} s cannot come before it was taken, at {now_s} s")

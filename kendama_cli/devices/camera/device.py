@@ -10,7 +10,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from kendama_cli.devices.camera.interface import Frame, SceneSource, StaleFrame, WatchedRegion, too_old
+from kendama_cli.devices.camera.interface import Frame, RegionOfInterest, SceneSource, StaleFrame, too_old
 from kendama_cli.devices.camera.settings_check import require_one_each
 from kendama_cli.errors import HardwareError, MissingPartError
 from kendama_cli.settings.camera import DeviceCamera
@@ -52,7 +52,7 @@ class DeviceCameraBlock:
     ) -> None:
         self.model = model
         self._clock, self._latency_s = clock, settings.latency_s
-        self._watched = WatchedRegion(model)
+        self._region = RegionOfInterest(model)
         self._capture = open_device(index)
         if not self._capture.isOpened():
             self._capture.release()
@@ -74,8 +74,8 @@ class DeviceCameraBlock:
     def next_s(self) -> None:
         """Nobody knows."""
 
-    def watch(self, region: Region | None) -> None:
-        self._watched.watch(region)
+    def set_region_of_interest(self, region: Region | None) -> None:
+        self._region.set(region)
 
     def latest(self, *, max_age_s: float) -> Frame:
         self._arrived.wait(timeout=max_age_s)
@@ -105,7 +105,7 @@ class DeviceCameraBlock:
                     "connect it anew",
                 )
             raise too_old(self.model.name, age, max_age_s)
-        return self._watched.frame(t_s, pixels)
+        return self._region.frame(t_s, pixels)
 
     def restart(self) -> None:
         """Time goes on."""

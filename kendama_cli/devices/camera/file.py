@@ -11,7 +11,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from kendama_cli.devices.camera.interface import Frame, SceneSource, StaleFrame, WatchedRegion, too_old
+from kendama_cli.devices.camera.interface import Frame, RegionOfInterest, SceneSource, StaleFrame, too_old
 from kendama_cli.devices.camera.settings_check import require_one_each
 from kendama_cli.errors import InputError
 from kendama_cli.settings.camera import FileCamera
@@ -45,7 +45,7 @@ class FileCameraBlock:
         self, model: CameraModel, path: str, *, clock: Callable[[], float], rate_hz: float | None = None
     ) -> None:
         self.model = model
-        self._path, self._clock, self._watched = path, clock, WatchedRegion(model)
+        self._path, self._clock, self._region = path, clock, RegionOfInterest(model)
         self._source: _Images | _Video = _Images(path) if path.endswith(".csv") else _Video(path, rate_hz)
         self._shown: tuple[float, NDArray[np.uint8]] | None = None
         self._next = self._advance()
@@ -57,8 +57,8 @@ class FileCameraBlock:
         """The stamp of the frame after the newest; None at the recording's end."""
         return None if self._next is None else self._next[0]
 
-    def watch(self, region: Region | None) -> None:
-        self._watched.watch(region)
+    def set_region_of_interest(self, region: Region | None) -> None:
+        self._region.set(region)
 
     def latest(self, *, max_age_s: float) -> Frame:
         now = self._clock()
@@ -71,7 +71,7 @@ class FileCameraBlock:
         t_s, pixels = self._shown
         if now - t_s > max_age_s:
             raise too_old(self.model.name, now - t_s, max_age_s)
-        return self._watched.frame(t_s, pixels)
+        return self._region.frame(t_s, pixels)
 
     def restart(self) -> None:
         """A recording plays forward only."""

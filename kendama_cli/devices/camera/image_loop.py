@@ -121,9 +121,9 @@ class ImageLoop:
             if self.whole_every == 1 or (
                 self.whole_every > 1 and round(newest_s / self.period_s + 1) % self.whole_every == 0
             ):
-                camera.watch(None)
+                camera.set_region_of_interest(None)
             else:
-                camera.watch(self.tracker.search.region(camera.model.name, newest_s + self.period_s))
+                camera.set_region_of_interest(self.tracker.search.region(camera.model.name, newest_s + self.period_s))
 
     def _take(self, camera: Camera) -> ObservedImage | None:
         name = camera.model.name

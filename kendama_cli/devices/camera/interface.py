@@ -29,7 +29,7 @@ class StaleFrame(HardwareError):  # noqa: N818 - the name that callers know from
 
 @dataclass(frozen=True)
 class Frame:
-    """One image, or the watched part of it.
+    """One image, or the region of interest of it.
 
     ``t_s`` is mid-exposure; ``pixels`` (h, w, 3) uint8 in OpenCV's order blue, green, red; ``origin_px`` is the
     column and row of ``pixels[0, 0]`` in the whole image. A rolling shutter exposes each row ``row_s`` after the one
@@ -54,7 +54,7 @@ class Camera(Protocol):
     def latest(self, *, max_age_s: float) -> Frame:
         """The newest frame; raises StaleFrame where it is older than ``max_age_s``, or where there is none."""
 
-    def watch(self, region: Region | None) -> None:
+    def set_region_of_interest(self, region: Region | None) -> None:
         """From the next frame on only ``region`` is wanted (None: the whole image); a frame may still show more."""
 
     def restart(self) -> None:
@@ -91,20 +91,20 @@ class OpenCameras(Protocol):
         """
 
 
-class WatchedRegion:
-    """The part of a whole image that a camera is asked for."""
+class RegionOfInterest:
+    """Cuts from whole images the part that a camera is asked for."""
 
     def __init__(self, model: CameraModel) -> None:
         self._image = whole(model.width_px, model.height_px)
         self._region = self._image
 
-    def watch(self, region: Region | None) -> None:
+    def set(self, region: Region | None) -> None:
         """From now on ``region``, as far as it lies in the image (None, or nothing of it: the whole image)."""
         part = self._image if region is None else region.within(self._image)
         self._region = self._image if part.empty else part
 
     def frame(self, t_s: float, pixels: NDArray[np.uint8]) -> Frame:
-        """The watched part of the whole image ``pixels`` (h, w, 3)."""
+        """The region of interest of the whole image ``pixels`` (h, w, 3)."""
         r = self._region
         return Frame(t_s, pixels[r.top : r.bottom, r.left : r.right], (r.left, r.top))
 

@@ -85,7 +85,7 @@ class VirtualCameraBlock:
         self._frame: Frame | None = None
         self._key: int | None = None
 
-    def watch(self, region: Region | None) -> None:
+    def set_region_of_interest(self, region: Region | None) -> None:
         self._region = region
 
     @property

@@ -20,7 +20,7 @@ from kendama_cli.log.messages import DetectionMessage
 from kendama_cli.rendering.scene import ScenePose
 from kendama_cli.schema.arrays import Array
 from kendama_cli.schema.foxglove import CompressedImage, FrameTransform
-from kendama_cli.settings.camera import CameraSettings, LightingSettings, VirtualCamera
+from kendama_cli.settings.camera import CameraSettings, FrameTiming, LightingSettings
 from kendama_cli.settings.game import GameSettings
 from kendama_cli.stages.interface import StageContext
 from kendama_cli.stages.predict.figures import FlightFigures
@@ -58,7 +58,7 @@ class FlightStudy:
         rngs = [ctx.rng(f"sensor {model.name}") for model in camera.cameras]
         scene = SceneSource(self._scene, game, lighting, rngs)
         opened = open_cameras(camera, lambda: self._now_s, scene)
-        self._view = _virtual(camera, opened, settings)
+        self._timing = _timing(camera, opened, settings)
         tracker = ball_tracker(
             settings,
             game,
@@ -70,27 +70,27 @@ class FlightStudy:
             opened,
             tracker,
             now_s=lambda: self._now_s,
-            period_s=1 / self._view.rate_hz,
-            max_age_s=STALE_FRAMES / self._view.rate_hz,
+            period_s=1 / self._timing.rate_hz,
+            max_age_s=STALE_FRAMES / self._timing.rate_hz,
         )
 
     def flight(self, number: int) -> FlightFigures:
         """Observe one flight; after each wanted part of it, hold the prediction against the truth."""
-        settings, view, loop = self._settings, self._view, self._loop
+        settings, timing, loop = self._settings, self._timing, self._loop
         staged = self._stage()
         fractions = np.array(settings.seen_fractions)
         deadlines = [staged.seen_until_s(fraction) for fraction in fractions]
         end_s = staged.crossing_s if number == 0 else max(deadlines)
         known = settings.onset_from == "truth"
-        frame = math.ceil((staged.release_s + view.sensor.exposure_s) * view.rate_hz) if known else 0
+        frame = math.ceil((staged.release_s + timing.exposure_s) * timing.rate_hz) if known else 0
         self._begin(number, frame)
         errors: list[Array] = []
         pose: CatchPose | None = None
         frames = seen = 0
-        while (t_s := frame / view.rate_hz) < end_s:
+        while (t_s := frame / timing.rate_hz) < end_s:
             while len(errors) < len(fractions) and deadlines[len(errors)] < t_s:
                 errors.append(self._compare(number, fractions[len(errors)], pose))
-            self._now_s = t_s + view.sensor.busy_s / 2 + 1e-9
+            self._now_s = t_s + timing.busy_s / 2 + 1e-9
             images = loop.take()
             moments = loop.feed(images, self._now_s, staged.tie_m)
             pose = moments[-1].pose if moments else pose
@@ -110,7 +110,7 @@ class FlightStudy:
 
     def _begin(self, number: int, frame: int) -> None:
         """Search for the ball from ``frame`` on where the swing-up would have it."""
-        loop, rate_hz = self._loop, self._view.rate_hz
+        loop, rate_hz = self._loop, self._timing.rate_hz
         loop.whole_every = self._settings.image_every if number == 0 else 0
         loop.begin((frame - 1) / rate_hz)
         blur = self._ctx.rng("releases").normal(0.0, ANGLE_KNOWN_RAD * self._game.rope.length_m, 3)
@@ -121,10 +121,10 @@ class FlightStudy:
         return self._staged.scene(t_s)
 
     def _stage(self) -> StagedFlight:
-        release, view, rng = self._settings.release, self._view, self._ctx.rng("releases")
-        lead_s = (release.taut_frames + 1) / view.rate_hz
-        drawn = draw_release(rng, release, self._game, lead_s + 1 / view.rate_hz + view.sensor.exposure_s)
-        self._staged = StagedFlight(drawn, lead_s + float(rng.uniform(0, 1 / view.rate_hz)), self._game.rope.length_m)
+        release, timing, rng = self._settings.release, self._timing, self._ctx.rng("releases")
+        lead_s = (release.taut_frames + 1) / timing.rate_hz
+        drawn = draw_release(rng, release, self._game, lead_s + 1 / timing.rate_hz + timing.exposure_s)
+        self._staged = StagedFlight(drawn, lead_s + float(rng.uniform(0, 1 / timing.rate_hz)), self._game.rope.length_m)
         self._loop.restart()
         return self._staged
 
@@ -163,9 +163,10 @@ class FlightStudy:
             log.write("/predict/estimate", t_s, _estimate(number, self.begin_s, pose))
 
 
-def _virtual(camera: CameraSettings, opened: Sequence[Camera], settings: PredictSettings) -> VirtualCamera:
-    """The settings of virtual cameras that can show a known flight; raises ConfigError for any other."""
-    if not isinstance(camera, VirtualCamera):
+def _timing(camera: CameraSettings, opened: Sequence[Camera], settings: PredictSettings) -> FrameTiming:
+    """When cameras that can show a known flight expose; raises ConfigError for any other."""
+    timing = camera.timing
+    if camera.source != "rendered" or timing is None:
         for one in opened:
             one.close()
         raise ConfigError(
@@ -173,15 +174,15 @@ def _virtual(camera: CameraSettings, opened: Sequence[Camera], settings: Predict
             f"'camera.kind' is '{camera.kind}', but predict holds its errors against flights known exactly; "
             "choose camera=virtual",
         )
-    if camera.stagger_s >= 1 / camera.rate_hz:
-        raise ConfigError("camera.stagger_s", f"'camera.stagger_s' is {camera.stagger_s}; allowed: below 1/rate_hz")
-    if settings.onset_from == "images" and (len(opened) < 2 or camera.stagger_s > 0):
+    if timing.stagger_s >= 1 / timing.rate_hz:
+        raise ConfigError("camera.stagger_s", f"'camera.stagger_s' is {timing.stagger_s}; allowed: below 1/rate_hz")
+    if settings.onset_from == "images" and (len(opened) < 2 or timing.stagger_s > 0):
         raise ConfigError(
             "predict.onset_from",
             "'predict.onset_from' is 'images', which needs two cameras that expose together (camera.stagger_s=0); "
             "add a camera, or choose predict.onset_from=truth",
         )
-    return camera
+    return timing
 
 
 def _jpeg(pixels: NDArray[np.uint8], quality: int) -> bytes:

@@ -28,7 +28,7 @@ class Fake:
         shape = (24, 32, 3) if self.fault == "small" else (48, 64, 3)
         return Frame(stamp, np.zeros(shape, dtype=kind), self.origin)
 
-    def watch(self, region):
+    def set_region_of_interest(self, region):
         if self.fault == "outside" and region is not None:
             self.origin = (50, 0)
 

@@ -29,7 +29,7 @@ class ScriptedCamera:
             raise StaleFrame(self.model.name, 1.0, "no young frame")
         return Frame(stamp_s, np.zeros((30, 40, 3), dtype=np.uint8), (0, 0), row_s=ROW_S)
 
-    def watch(self, region: Any) -> None:
+    def set_region_of_interest(self, region: Any) -> None:
         self.regions.append(region)
 
     def restart(self) -> None:

@@ -51,7 +51,7 @@ def test_conforms(shutter):
 def test_stamps_are_mid_exposure_on_the_frame_grid_and_a_frame_comes_only_after_its_exposure():
     clock, period, half = Clock(), 1 / virtual().rate_hz, virtual().sensor.exposure_s / 2
     made = camera(still([0.1, 0, 0.3]), clock)
-    made.watch(Region(0, 0, 8, 8))
+    made.set_region_of_interest(Region(0, 0, 8, 8))
     clock.t_s = 3 * period + half - 1e-6
     assert made.latest(max_age_s=1.0).t_s == pytest.approx(2 * period)
     clock.t_s = 3 * period + half + 1e-6
@@ -80,7 +80,7 @@ def test_the_same_seed_gives_the_same_bytes_and_another_seed_other_noise():
 
     def shot(seed):
         made = camera(still([0.0, 0, 0.3]), clock, seed=seed)
-        made.watch(region)
+        made.set_region_of_interest(region)
         return made.latest(max_age_s=1.0).pixels
 
     assert np.array_equal(shot(1), shot(1))
@@ -101,7 +101,7 @@ ARM = np.array([[0.6, 0.5, -0.5], [0.3, 0.3, 0.1], [0.0, 0.0, -0.04]])
 
 
 @pytest.mark.parametrize("shutter", ["global", "rolling"])
-def test_a_watched_region_shows_what_the_whole_image_shows_there_byte_for_byte(shutter):
+def test_a_region_of_interest_shows_what_the_whole_image_shows_there_byte_for_byte(shutter):
     def scene(t_s):
         swing = np.array([0.4 * t_s, 0.0, 0.3 * t_s])
         return ScenePose(
@@ -112,7 +112,7 @@ def test_a_watched_region_shows_what_the_whole_image_shows_there_byte_for_byte(s
         clock = Clock()
         clock.t_s = 0.02
         made = camera(scene, clock, sensor={"shutter": shutter, "readout_s": 0.006})
-        made.watch(region)
+        made.set_region_of_interest(region)
         return made.latest(max_age_s=1.0)
 
     part = Region(270, 110, 417, 253)
@@ -186,7 +186,7 @@ def test_a_rolling_shutter_leans_what_moves_and_dates_each_row():
 def test_a_frame_of_a_rolling_shutter_comes_only_after_its_last_row():
     clock, period = Clock(), 1 / virtual().rate_hz
     made = camera(still([0.1, 0, 0.3]), clock, sensor={"shutter": "rolling", "readout_s": 0.006})
-    made.watch(Region(0, 0, 8, 8))
+    made.set_region_of_interest(Region(0, 0, 8, 8))
     clock.t_s = 3 * period + 0.004 - 1e-6
     assert made.latest(max_age_s=1.0).t_s == pytest.approx(2 * period)
     clock.t_s = 3 * period + 0.004 + 1e-6
@@ -261,7 +261,7 @@ def test_flicker_changes_from_frame_to_frame_and_bright_does_not():
     def scatter(light):
         clock, means = Clock(), []
         made = camera(still([0, 0, 0.3]), clock, light=light)
-        made.watch(Region(100, 60, 160, 120))
+        made.set_region_of_interest(Region(100, 60, 160, 120))
         for frame in range(1, 7):
             clock.t_s = frame / virtual().rate_hz + 0.0011
             means.append(made.latest(max_age_s=1).pixels.mean())
