@@ -11,10 +11,11 @@ from kendama_cli.artifacts.motion_plan import CatchMotion, JointTrajectory, Moti
 from kendama_cli.devices.robot.interface import JointCommand, Robot
 from kendama_cli.errors import StageError
 from kendama_cli.game.imitation import require_same_joints
+from kendama_cli.motion.amplitude import scaled_plan
+from kendama_cli.robot_model.arm_motion import ArmMotion
 from kendama_cli.robot_model.model import RobotModel
 from kendama_cli.schema.arrays import Array
 from kendama_cli.settings.game import GameSettings
-from kendama_cli.simulation.catch.arm_motion import ArmMotion, scaled_plan
 from kendama_cli.simulation.catch.settings import AdaptSettings
 from kendama_cli.simulation.placement.limit_shares import require_within_limits
 

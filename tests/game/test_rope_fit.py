@@ -13,8 +13,8 @@ from kendama_cli.artifacts.motion_plan import CatchMotion, JointTrajectory
 from kendama_cli.devices.robot.simulated import SimulatedRobot
 from kendama_cli.game.rope_fit import FittedMotion, fitted, measured_rope_m, scaled_motion
 from kendama_cli.motion.averaging import encode_demonstrations
+from kendama_cli.robot_model.arm_motion import ArmMotion
 from kendama_cli.robot_model.model import RobotModel
-from kendama_cli.simulation.catch.arm_motion import ArmMotion
 from kendama_cli.simulation.placement.find_placement import current_placement
 from tests.motion.swings import settings as encode_settings
 from tests.stages.test_transfer import ADAPT, GAME, ROBOT, TWIN

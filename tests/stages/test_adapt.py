@@ -12,9 +12,10 @@ import pytest
 from kendama_cli.artifacts.demonstration import Demonstration
 from kendama_cli.artifacts.motion_plan import CatchMotion, MotionPlan
 from kendama_cli.errors import ConfigError, StageError
+from kendama_cli.motion.amplitude import scaled_plan
 from kendama_cli.motion.averaging import encode_demonstrations
+from kendama_cli.robot_model.arm_motion import ArmMotion
 from kendama_cli.schema.settings import build
-from kendama_cli.simulation.catch.arm_motion import ArmMotion, scaled_plan
 from kendama_cli.simulation.catch.settings import AdaptSettings
 from kendama_cli.stages.adapt.stage import Adapt
 from kendama_cli.stages.interface import Made

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from kendama_cli.artifacts.motion_plan import MotionPlan
 from kendama_cli.errors import StageError
+from kendama_cli.motion.amplitude import scaled_plan
+from kendama_cli.robot_model.arm_motion import ArmMotion
 from kendama_cli.robot_model.model import RobotModel
-from kendama_cli.simulation.catch.arm_motion import ArmMotion, scaled_plan
 from kendama_cli.simulation.catch.late_shift import shifted_plan
 from kendama_cli.simulation.catch.search_record import Bounds, MotionVariation
 from kendama_cli.simulation.catch.uncertainty import MOUTH_SHARE

@@ -9,6 +9,7 @@ import numpy as np
 
 from kendama_cli.motion.impedance import JointTorque, TaskState
 from kendama_cli.motion.task_settings import InteractSettings
+from kendama_cli.robot_model.arm_motion import SAMPLE_S
 from kendama_cli.robot_model.body import Body
 from kendama_cli.robot_model.dart_library import awake_world, dartpy
 from kendama_cli.robot_model.model import RobotModel
@@ -22,8 +23,11 @@ from kendama_cli.simulation.dart.scene import Scene, check_clear
 from kendama_cli.simulation.dart.task_state import task_state
 from kendama_cli.simulation.dart.wrist import ContactSensor, wrist_wrench
 
-STEP_S = 0.001
-"""Step of simulation and control: at 1 ms nothing tunnels up to 8 m/s and the rope is far from its stability limit."""
+STEP_S = SAMPLE_S
+"""Step of simulation and control, one sample of a planned motion.
+
+At 1 ms nothing tunnels up to 8 m/s and the rope is far from its stability limit.
+"""
 NO_SCENE = SceneSettings(bodies=())
 
 

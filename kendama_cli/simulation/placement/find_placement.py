@@ -9,13 +9,13 @@ import numpy as np
 
 from kendama_cli.artifacts.motion_plan import MotionPlan
 from kendama_cli.errors import StageError
+from kendama_cli.motion.cup_path import CupPath
+from kendama_cli.robot_model.arm_motion import ArmMotion
 from kendama_cli.robot_model.model import RobotModel
 from kendama_cli.schema.arrays import Array
 from kendama_cli.settings.game import GameSettings
 from kendama_cli.settings.placement import LineSettings, Placement
 from kendama_cli.settings.robot import RobotSettings
-from kendama_cli.simulation.catch.arm_motion import ArmMotion
-from kendama_cli.simulation.dart.cup_path import CupPath
 from kendama_cli.simulation.placement.clearance import Clearance, least_clearance
 from kendama_cli.simulation.placement.limit_shares import LimitShares, limit_shares
 from kendama_cli.simulation.placement.placement_search import (

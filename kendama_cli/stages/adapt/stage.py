@@ -13,12 +13,12 @@ from kendama_cli.artifacts.motion_plan import CatchMotion, MotionPlan
 from kendama_cli.artifacts.proportion import success_interval
 from kendama_cli.errors import StageError
 from kendama_cli.learning.friction_known import with_identified
+from kendama_cli.robot_model.arm_motion import ArmMotion
 from kendama_cli.robot_model.model import RobotModel
 from kendama_cli.schema.foxglove import FrameTransform, JointStates
 from kendama_cli.settings.game import GameSettings
 from kendama_cli.settings.placement import placed
 from kendama_cli.settings.robot import RobotSettings
-from kendama_cli.simulation.catch.arm_motion import ArmMotion
 from kendama_cli.simulation.catch.catch_family import CatchFamily
 from kendama_cli.simulation.catch.catch_obstacle import TORQUE_SPENT, obstacle
 from kendama_cli.simulation.catch.catch_search import (

@@ -6,7 +6,7 @@ import pytest
 from kendama_cli.artifacts.demonstration import Demonstration
 from kendama_cli.artifacts.motion_plan import MotionPlan
 from kendama_cli.motion.averaging import encode_demonstrations
-from kendama_cli.simulation.catch.arm_motion import ArmMotion
+from kendama_cli.robot_model.arm_motion import ArmMotion
 from kendama_cli.simulation.catch.late_shift import shifted_plan
 from kendama_cli.simulation.dart.rollout import RolloutResult, play_rollout
 from kendama_cli.simulation.dart.world import NO_ERRORS, ArmWorld, WorldErrors

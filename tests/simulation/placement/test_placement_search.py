@@ -10,10 +10,10 @@ import pytest
 
 from kendama_cli.artifacts.motion_plan import MotionPlan
 from kendama_cli.errors import StageError
+from kendama_cli.motion.amplitude import scaled_plan
+from kendama_cli.motion.cup_path import CupPath
 from kendama_cli.motion.dmp import play
 from kendama_cli.settings.placement import LineSettings, Placement, placed
-from kendama_cli.simulation.catch.arm_motion import scaled_plan
-from kendama_cli.simulation.dart.cup_path import CupPath
 from kendama_cli.simulation.placement import find_placement as finding
 from kendama_cli.simulation.placement.evolution import Minimum
 from kendama_cli.simulation.placement.find_placement import (

@@ -2,20 +2,19 @@
 
 from __future__ import annotations
 
-import dataclasses
-
 import numpy as np
 from scipy.interpolate import CubicSpline
 
 from kendama_cli.artifacts.motion_plan import JointTrajectory, MotionPlan
+from kendama_cli.motion.cup_path import CupPath
 from kendama_cli.robot_model.inverse_kinematics import follow_path
 from kendama_cli.robot_model.model import RobotModel
 from kendama_cli.schema.arrays import Array
-from kendama_cli.simulation.dart.cup_path import CupPath
-from kendama_cli.simulation.dart.world import STEP_S
 
 KNOT_S = 0.004
 """Spacing of the solved postures; between them the spline is within 1e-7 rad."""
+SAMPLE_S = 0.001
+"""Spacing of a planned motion's samples; the simulated world takes one in each of its steps."""
 
 
 class ArmMotion:
@@ -57,9 +56,9 @@ class ArmMotion:
         )
 
     def joints(self, tau_scale: float, hold_s: float) -> JointTrajectory:
-        """The motion at ``tau_scale``, every STEP_S, followed by ``hold_s`` of settling and rest."""
+        """The motion at ``tau_scale``, every SAMPLE_S, followed by ``hold_s`` of settling and rest."""
         moving = (self.lead_in_s + self.plan.duration_s) * tau_scale
-        t_s: Array = STEP_S * np.arange(int(np.ceil((moving + hold_s) / STEP_S)) + 1, dtype=np.float64)
+        t_s: Array = SAMPLE_S * np.arange(int(np.ceil((moving + hold_s) / SAMPLE_S)) + 1, dtype=np.float64)
         inner = t_s / tau_scale
         resting = (inner > self._t_s[-1])[:, None]
         inner = np.minimum(inner, self._t_s[-1])
@@ -74,22 +73,6 @@ class ArmMotion:
     def cup_reference_m(self, tau_scale: float, t_s: Array) -> Array:
         """Where the tie point should be in the world (n, 3) at ``t_s`` (n,)."""
         return self.home_m + self._path.at(np.minimum(np.asarray(t_s) / tau_scale, self._t_s[-1]))
-
-
-def scaled_plan(plan: MotionPlan, amplitude: float, tau_scale: float) -> MotionPlan:
-    """The primitive with its motion about the start made ``amplitude`` times as large, played at ``tau_scale``.
-
-    The equations are linear in place, goal, weights and end velocities together, so the whole path scales.
-    """
-    return dataclasses.replace(
-        plan,
-        tau_scale=tau_scale,
-        start_velocity_m_s=plan.start_velocity_m_s * amplitude,
-        goal_m=plan.start_m + amplitude * (plan.goal_m - plan.start_m),
-        goal_velocity_m_s=plan.goal_velocity_m_s * amplitude,
-        weights=plan.weights * amplitude,
-        variation=np.hstack((plan.variation[:, :1], plan.variation[:, 1:] * amplitude)),
-    )
 
 
 def _ramp(place: Array) -> Array:
