@@ -105,9 +105,7 @@ def run(
         Where a stage failed, with its message; what was finished is kept, and ``runs()[-1]`` is the run.
     """
     site = _site(home, config_dir)
-    declared = load_pipeline(pipeline, site.pipeline_folders)
-    if until is not None:
-        declared = declared.until(until)
+    declared = load_pipeline(pipeline, site.pipeline_folders).until(until)
     settings = build_settings(composed(site, [*declared.overrides, *overrides]))
     planner = Planner(Store(site.home), declared, settings, site.data_roots)
     check_armed(planner, armed=arm)

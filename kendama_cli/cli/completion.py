@@ -9,11 +9,8 @@ import os
 import shlex
 from collections.abc import Callable
 
-from kendama_cli.config import compose
 from kendama_cli.config.site import find_site
 from kendama_cli.errors import KendamaError
-from kendama_cli.pipeline.catalogue import load_pipeline, pipeline_names
-from kendama_cli.pipeline.record import past_runs
 
 
 def in_bash(answer: Callable[[], object]) -> str:
@@ -52,12 +49,16 @@ def _quietly(offer: Callable[[str], list[str]]) -> Callable[[str], list[str]]:
 @_quietly
 def pipelines(incomplete: str) -> list[str]:
     """Names of pipelines."""
+    from kendama_cli.pipeline.catalogue import pipeline_names
+
     return pipeline_names(find_site().pipeline_folders)
 
 
 @_quietly
 def stages(incomplete: str) -> list[str]:
     """Names of the stages of all pipelines."""
+    from kendama_cli.pipeline.catalogue import load_pipeline, pipeline_names
+
     folders = find_site().pipeline_folders
     return sorted({spec.name for name in pipeline_names(folders) for spec in load_pipeline(name, folders).stages})
 
@@ -65,12 +66,16 @@ def stages(incomplete: str) -> list[str]:
 @_quietly
 def runs(incomplete: str) -> list[str]:
     """Ids of past runs, newest first."""
+    from kendama_cli.pipeline.record import past_runs
+
     return [str(record["run"]) for record in reversed(past_runs(find_site().home))]
 
 
 @_quietly
 def overrides(incomplete: str) -> list[str]:
     """Groups, keys, and the options of a group after its ``=``."""
+    from kendama_cli.config import compose
+
     site = find_site()
     group, equals, _ = incomplete.partition("=")
     if equals:

@@ -1,6 +1,7 @@
 """The ``kendama`` command: carries it out and turns every error into one line and an exit code.
 
-Nothing here imports the command line's parser: a run with nothing to do is told from its files alone.
+Nothing here imports the command line's parser: a run with nothing to do is told from its files alone. Every other
+command imports nothing of how that is told.
 """
 
 from __future__ import annotations
@@ -9,11 +10,13 @@ import os
 import signal
 import sys
 from types import FrameType
+from typing import TYPE_CHECKING
 
 from kendama_cli.cli import render
-from kendama_cli.cli.repeat import repeat_run
 from kendama_cli.errors import KendamaError
-from kendama_cli.pipeline.unchanged import Question, question
+
+if TYPE_CHECKING:
+    from kendama_cli.pipeline.unchanged import Question
 
 INTERRUPTED = 130
 
@@ -22,9 +25,7 @@ def main(arguments: list[str] | None = None) -> int:
     """Run the command line; 0 done, 1 a stage failed, 2 wrong usage or configuration, 130 interrupted."""
     signal.signal(signal.SIGTERM, _interrupt)
     try:
-        asked = question(sys.argv[1:] if arguments is None else arguments)
-        repeated = None if "_KENDAMA_COMPLETE" in os.environ else repeat_run(asked)
-        code = _parsed(asked) if repeated is None else repeated
+        code = _carry_out(sys.argv[1:] if arguments is None else arguments)
     except KendamaError as error:
         if os.environ.get("KENDAMA_DEBUG"):
             raise
@@ -46,10 +47,19 @@ def main(arguments: list[str] | None = None) -> int:
     return code
 
 
-def _parsed(asked: Question) -> int:
+def _carry_out(arguments: list[str]) -> int:
+    asked: Question | None = None
+    if "run" in arguments and "_KENDAMA_COMPLETE" not in os.environ:
+        from kendama_cli.cli.repeat import repeat_run  # noqa: PLC0415 - the store, which few commands need
+        from kendama_cli.pipeline.unchanged import question  # noqa: PLC0415
+
+        asked = question(arguments)
+        repeated = repeat_run(asked)
+        if repeated is not None:
+            return repeated
     from kendama_cli.cli.parsed import run_command  # noqa: PLC0415 - typer, and all commands
 
-    return run_command(asked)
+    return run_command(arguments, asked)
 
 
 def _interrupt(signum: int, frame: FrameType | None) -> None:

@@ -3,18 +3,12 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated
 
 import typer
 
-from kendama_cli.cli import completion, render
+from kendama_cli.cli import completion
 from kendama_cli.cli.options import Home, Json
-from kendama_cli.config.site import find_site
-from kendama_cli.errors import StoreError, UsageError
-from kendama_cli.pipeline.record import find_run, past_runs
-
-if TYPE_CHECKING:
-    from kendama_cli.artifacts.motion_plan import MotionPlan
 
 motion_app = typer.Typer(help="Movement primitives: show, export, draw from.", no_args_is_help=True)
 
@@ -34,36 +28,9 @@ Stage = Annotated[
 @motion_app.command("show")
 def motion_show(source: Source = None, stage: Stage = "encode", as_json: Json = False, home: Home = None) -> None:
     """Say what a primitive is: duration, start, goal, weights, and how its demonstrations differed."""
-    from kendama_cli.motion.variation import covariance  # numpy and what it brings
+    from kendama_cli.cli.motion_work import show
 
-    plan = _plan(source, stage, home)
-    deviations = covariance(plan).diagonal() ** 0.5
-    facts: dict[str, Any] = {
-        "duration_s": plan.duration_s,
-        "tau_scale": plan.tau_scale,
-        "stiffness": plan.stiffness,
-        "phase_decay": plan.phase_decay,
-        "n_parameters": plan.n_parameters,
-        "demonstrations_vary": bool(len(plan.variation)),
-        "duration_deviation_s": float(deviations[0] * plan.duration_s),
-    }
-    c = len(plan.coordinates)
-    rows = [
-        {
-            "coordinate": name,
-            "start_velocity_m_s": float(plan.start_velocity_m_s[i]),
-            "goal_m": float(plan.goal_m[i]),
-            "goal_deviation_m": float(deviations[1 + c + i]),
-            "goal_velocity_m_s": float(plan.goal_velocity_m_s[i]),
-            "largest_weight": float(abs(plan.weights[i]).max()),
-        }
-        for i, name in enumerate(plan.coordinates)
-    ]
-    if as_json:
-        render.document({**facts, "coordinates": rows})
-        return
-    render.text(render.figures(facts))
-    render.table([[render.figure(value) for value in row.values()] for row in rows], head=list(rows[0]))
+    show(source, stage, home, as_json=as_json)
 
 
 @motion_app.command("export")
@@ -76,7 +43,9 @@ def motion_export(
     home: Home = None,
 ) -> None:
     """Write a primitive as YAML or JSON, exact to the last bit; encode.plan=FILE takes it up again."""
-    _write(_plan(source, stage, home), output)
+    from kendama_cli.cli.motion_work import export
+
+    export(source, stage, home, output)
 
 
 @motion_app.command("sample")
@@ -92,52 +61,6 @@ def motion_sample(
     home: Home = None,
 ) -> None:
     """Draw perturbed swings from the distribution that the demonstrations spanned."""
-    import numpy as np
+    from kendama_cli.cli.motion_work import sample
 
-    from kendama_cli.motion.variation import sample_plan
-
-    plan = _plan(source, stage, home)
-    if not len(plan.variation):
-        raise UsageError("this primitive comes from one demonstration, so nothing varies; encode several to draw from")
-    rng = np.random.default_rng(seed)
-    for i in range(count):
-        name = output if count == 1 else output.with_stem(f"{output.stem}-{i + 1}")
-        _write(sample_plan(plan, rng, scale), name)
-
-
-def _write(plan: MotionPlan, output: Path) -> None:
-    from kendama_cli.devices.hand.plan_file import text_format
-    from kendama_cli.motion.plan_text import plan_text
-    from kendama_cli.store import durable
-
-    form = text_format(output)
-    durable.write_file(output.absolute(), plan_text(plan, form).encode())
-    render.text(str(output))
-
-
-def _plan(source: str | None, stage: str, home: Path | None) -> MotionPlan:
-    from kendama_cli.artifacts.motion_plan import CatchMotion, MotionPlan
-    from kendama_cli.devices.hand.plan_file import read_plan
-    from kendama_cli.store.codecs import load_artifact
-
-    if source is not None and Path(source).suffix.lower() in (".yaml", ".yml", ".json"):
-        return read_plan(source)
-    folder = Path(source) if source is not None and Path(source).is_dir() else _of_run(source, stage, home)
-    try:
-        artifact: MotionPlan | CatchMotion = load_artifact(MotionPlan | CatchMotion, folder)
-    except StoreError as error:
-        raise UsageError(f"{folder} holds no primitive that can be read; name what encode or adapt gave") from error
-    return artifact.plan if isinstance(artifact, CatchMotion) else artifact
-
-
-def _of_run(run: str | None, stage: str, home: Path | None) -> Path:
-    if stage not in ("encode", "adapt"):
-        raise UsageError(f"--stage is '{stage}'; allowed: encode, adapt")
-    place = find_site(home).home
-    newest = find_run(place, run)
-    for record in [newest] if run is not None else reversed(past_runs(place)):
-        for made in record["stages"]:
-            if made["name"] == stage and made["artifact"] is not None:
-                return Path(made["artifact"])
-    which = f"the run {newest['run']} has" if run is not None else f"the runs in {place} have"
-    raise UsageError(f"{which} no result of '{stage}'; name another run or --stage, or make one with 'kendama run'")
+    sample(source, stage, home, output, count=count, scale=scale, seed=seed)

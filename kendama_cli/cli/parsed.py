@@ -3,24 +3,30 @@
 from __future__ import annotations
 
 import os
+from typing import TYPE_CHECKING
 
 import typer
 
 from kendama_cli.cli import completion, render
 from kendama_cli.cli.app import app
 from kendama_cli.errors import UsageError
-from kendama_cli.pipeline.unchanged import Question
+
+if TYPE_CHECKING:
+    from kendama_cli.pipeline.unchanged import Question
 
 USAGE = 2
 
 
-def run_command(asked: Question) -> int:
-    """Parse and carry out the command line; its exit code. Raises UsageError for what typer does not take."""
+def run_command(arguments: list[str], asked: Question | None) -> int:
+    """Parse and carry out the command line; its exit code. Raises UsageError for what typer does not take.
+
+    ``asked`` is what ``run`` was asked, as it was before anything changed the environment.
+    """
     if os.environ.get("_KENDAMA_COMPLETE") == "complete_bash":
         render.text(completion.in_bash(lambda: app(args=[], standalone_mode=False, prog_name="kendama")))
         return 0
     try:
-        code = app(args=asked.arguments, standalone_mode=False, prog_name="kendama", obj=asked)
+        code = app(args=arguments, standalone_mode=False, prog_name="kendama", obj=asked)
     except typer.Abort:
         raise KeyboardInterrupt from None
     except typer.TyperException as error:

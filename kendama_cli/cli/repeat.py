@@ -9,8 +9,6 @@ from kendama_cli.pipeline.unchanged import Question, repeat
 
 def repeat_run(asked: Question) -> int | None:
     """Repeat the run that ``asked`` is, and its exit code; None where it has to be planned."""
-    if "run" not in asked.arguments:
-        return None
     record = repeat(asked)
     if record is None:
         return None

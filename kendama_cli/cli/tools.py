@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -11,13 +10,8 @@ import typer
 from kendama_cli.cli import render
 from kendama_cli.cli.log_predict import log_predict
 from kendama_cli.cli.options import ConfigDir, Home, Json, Overrides
-from kendama_cli.config.compose import composed
 from kendama_cli.config.site import find_site
 from kendama_cli.errors import UsageError
-from kendama_cli.pipeline.inputs import resolve_files
-from kendama_cli.pipeline.nodes import build_settings
-from kendama_cli.store.garbage import collect_garbage, verify
-from kendama_cli.store.store import Store
 
 cache_app = typer.Typer(help="Look after the store of finished work.", no_args_is_help=True)
 log_app = typer.Typer(help="Look into MCAP logs.", no_args_is_help=True)
@@ -27,6 +21,10 @@ robot_app = typer.Typer(help="Robots as processes of their own.", no_args_is_hel
 @cache_app.command("ls")
 def cache_ls(as_json: Json = False, home: Home = None) -> None:
     """List what is stored: stage, key, size, artifact, metrics."""
+    import dataclasses
+
+    from kendama_cli.store.store import Store
+
     entries = Store(find_site(home).home).entries()
     if as_json:
         render.document([{**dataclasses.asdict(item), "artifact": str(item.artifact)} for item in entries])
@@ -41,6 +39,9 @@ def cache_ls(as_json: Json = False, home: Home = None) -> None:
 @cache_app.command("verify")
 def cache_verify(as_json: Json = False, home: Home = None) -> int:
     """Read every stored byte and name what is damaged; damaged work is computed again when it is next needed."""
+    from kendama_cli.store.garbage import verify
+    from kendama_cli.store.store import Store
+
     damage = verify(Store(find_site(home).home))
     if as_json:
         render.document({"damaged": [{"path": str(item.path), "problem": item.problem} for item in damage]})
@@ -61,6 +62,9 @@ def cache_gc(
     home: Home = None,
 ) -> None:
     """Delete damaged entries, artifacts that nothing names, and what killed runs left behind."""
+    from kendama_cli.store.garbage import collect_garbage
+    from kendama_cli.store.store import Store
+
     gone = collect_garbage(Store(find_site(home).home), keep_runs)
     for path in gone:
         render.text(f"deleted {path}")
@@ -107,7 +111,10 @@ def robot_twin(
     config_dir: ConfigDir = None,
 ) -> None:
     """Run the simulated robot as a process of its own, behind UDP, until it is stopped."""
+    from kendama_cli.config.compose import composed
     from kendama_cli.devices.robot.twin import serve_twin  # dartpy
+    from kendama_cli.pipeline.inputs import resolve_files
+    from kendama_cli.pipeline.nodes import build_settings
 
     site = find_site(home, config_dir)
     settings = build_settings(composed(site, overrides or []))

@@ -47,8 +47,10 @@ class Pipeline:
         known = f"it has {', '.join(names)}{nearest(name, names)}"
         raise UsageError(f"{option} {name}: pipeline '{self.name}' has no such stage; {known}")
 
-    def until(self, name: str) -> Pipeline:
-        """The part of the pipeline that ``name`` needs, with itself."""
+    def until(self, name: str | None) -> Pipeline:
+        """The part of the pipeline that ``name`` needs, with itself; all of it for None."""
+        if name is None:
+            return self
         wanted = {self.stage(name, "--until").name}
         for spec in reversed(self.stages):
             if spec.name in wanted:

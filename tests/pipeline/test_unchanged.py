@@ -6,7 +6,6 @@ import json
 import os
 import subprocess
 import sys
-import tempfile
 import time
 from collections.abc import Callable
 from pathlib import Path
@@ -227,8 +226,42 @@ def test_a_new_file_that_a_pattern_means_changes_a_place_that_is_looked_at(
             assert state() != before, root
 
 
-def test_a_run_with_nothing_to_do_costs_a_few_bare_interpreters() -> None:
-    # 5 to 6 measured, on an idle machine and on a busy one; with the command line parsed and planned it is 20
-    with tempfile.TemporaryDirectory() as folder:
-        medians = startup.measured(folder, rounds=9)
-    assert medians["kendama run, nothing to do"] < 8 * medians["python -c pass"]
+def modules(toy: ToyProject, *arguments: str) -> set[str]:
+    """What ``kendama ARGUMENTS`` imports beyond a bare interpreter."""
+    code = (
+        "import sys; bare = set(sys.modules); from kendama_cli.cli.main import main; code = main(sys.argv[1:]);"
+        "print(*sorted(set(sys.modules) - bare), file=sys.stderr); sys.exit(code)"
+    )
+    command = [sys.executable, "-c", code, *arguments]
+    done = subprocess.run(
+        command, cwd=toy.folder, env=toy.environment(), capture_output=True, text=True, timeout=120, check=True
+    )
+    return set(done.stderr.splitlines()[-1].split())
+
+
+def test_a_run_with_nothing_to_do_imports_no_more_than_the_store_needs(idle: ToyProject) -> None:
+    # what it costs is what it imports: 91 modules here, 5 to 7 bare interpreters by ``tests.benchmarks.startup``; with
+    # the command line parsed and the run planned there are 400
+    assert len(modules(idle, "run", "-p", "toy", "--json")) <= 100
+
+
+PARSER = {"typer", "pydantic", "importlib.metadata"}
+"""typer, and what it brings where it reads the options of one command."""
+
+
+@pytest.mark.parametrize(
+    ("arguments", "heavy"),
+    [(["--help"], {"typer"}), (["--version"], {"typer"}), (["robot", "place", "--help"], PARSER)],
+)
+def test_help_imports_the_parser_and_nothing_that_does_the_work(
+    toy: ToyProject, arguments: list[str], heavy: set[str]
+) -> None:
+    found = modules(toy, *arguments)
+    assert found & {*HEAVY} == heavy
+    # of ours the commands' declarations, where things are, and errors
+    beside = {name for name in found if name.startswith("kendama_cli.") and not name.startswith("kendama_cli.cli")}
+    assert beside <= {"kendama_cli.config", "kendama_cli.config.site", "kendama_cli.errors"}
+
+
+def test_the_startup_benchmark_measures_each_command_to_its_end(tmp_path: Path) -> None:
+    assert startup.measured(str(tmp_path), rounds=1).keys() == startup.COMMANDS.keys()

@@ -192,7 +192,8 @@ def test_a_system_other_than_linux_takes_the_portable_way(monkeypatch: pytest.Mo
 def test_everything_can_be_imported_where_there_is_no_fcntl() -> None:
     code = (
         "import sys; sys.modules.update(dict.fromkeys(['fcntl', 'termios', 'pty', 'resource', 'grp', 'pwd']));"
-        "import kendama_cli.cli.app, kendama_cli.pipeline.sweep, kendama_cli.pipeline.worker;"
+        "import kendama_cli.cli.app, kendama_cli.cli.run_work, kendama_cli.cli.sweep_work, kendama_cli.store.garbage;"
+        "import kendama_cli.pipeline.worker;"
         "from kendama_cli.system.choice import system; print(type(system()).__name__)"
     )
     environment = {**os.environ, "KENDAMA_PORTABLE": "1"}

@@ -1,0 +1,99 @@
+"""What the commands for movement primitives do: find one, show it, write it, draw swings from its distribution."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from kendama_cli.artifacts.motion_plan import CatchMotion, MotionPlan
+from kendama_cli.cli import render
+from kendama_cli.config.site import find_site
+from kendama_cli.devices.hand.plan_file import read_plan, text_format
+from kendama_cli.errors import StoreError, UsageError
+from kendama_cli.motion.plan_text import plan_text
+from kendama_cli.motion.variation import covariance, sample_plan
+from kendama_cli.pipeline.record import find_run, past_runs
+from kendama_cli.store import durable
+from kendama_cli.store.codecs import load_artifact
+
+
+def show(source: str | None, stage: str, home: Path | None, *, as_json: bool) -> None:
+    """Duration, start, goal, weights, and how the demonstrations differed."""
+    plan = _plan(source, stage, home)
+    deviations = covariance(plan).diagonal() ** 0.5
+    facts: dict[str, Any] = {
+        "duration_s": plan.duration_s,
+        "tau_scale": plan.tau_scale,
+        "stiffness": plan.stiffness,
+        "phase_decay": plan.phase_decay,
+        "n_parameters": plan.n_parameters,
+        "demonstrations_vary": bool(len(plan.variation)),
+        "duration_deviation_s": float(deviations[0] * plan.duration_s),
+    }
+    c = len(plan.coordinates)
+    rows = [
+        {
+            "coordinate": name,
+            "start_velocity_m_s": float(plan.start_velocity_m_s[i]),
+            "goal_m": float(plan.goal_m[i]),
+            "goal_deviation_m": float(deviations[1 + c + i]),
+            "goal_velocity_m_s": float(plan.goal_velocity_m_s[i]),
+            "largest_weight": float(abs(plan.weights[i]).max()),
+        }
+        for i, name in enumerate(plan.coordinates)
+    ]
+    if as_json:
+        render.document({**facts, "coordinates": rows})
+        return
+    render.text(render.figures(facts))
+    render.table([[render.figure(value) for value in row.values()] for row in rows], head=list(rows[0]))
+
+
+def export(source: str | None, stage: str, home: Path | None, output: Path) -> None:
+    """Write a primitive as YAML or JSON."""
+    _write(_plan(source, stage, home), output)
+
+
+def sample(
+    source: str | None, stage: str, home: Path | None, output: Path, *, count: int, scale: float, seed: int
+) -> None:
+    """Write ``count`` swings drawn from a primitive's distribution; raises UsageError where it has none."""
+    plan = _plan(source, stage, home)
+    if not len(plan.variation):
+        raise UsageError("this primitive comes from one demonstration, so nothing varies; encode several to draw from")
+    rng = np.random.default_rng(seed)
+    for i in range(count):
+        name = output if count == 1 else output.with_stem(f"{output.stem}-{i + 1}")
+        _write(sample_plan(plan, rng, scale), name)
+
+
+def _write(plan: MotionPlan, output: Path) -> None:
+    form = text_format(output)
+    durable.write_file(output.absolute(), plan_text(plan, form).encode())
+    render.text(str(output))
+
+
+def _plan(source: str | None, stage: str, home: Path | None) -> MotionPlan:
+    if source is not None and Path(source).suffix.lower() in (".yaml", ".yml", ".json"):
+        return read_plan(source)
+    folder = Path(source) if source is not None and Path(source).is_dir() else _of_run(source, stage, home)
+    try:
+        artifact: MotionPlan | CatchMotion = load_artifact(MotionPlan | CatchMotion, folder)
+    except StoreError as error:
+        raise UsageError(f"{folder} holds no primitive that can be read; name what encode or adapt gave") from error
+    return artifact.plan if isinstance(artifact, CatchMotion) else artifact
+
+
+def _of_run(run: str | None, stage: str, home: Path | None) -> Path:
+    if stage not in ("encode", "adapt"):
+        raise UsageError(f"--stage is '{stage}'; allowed: encode, adapt")
+    place = find_site(home).home
+    newest = find_run(place, run)
+    for record in [newest] if run is not None else reversed(past_runs(place)):
+        for made in record["stages"]:
+            if made["name"] == stage and made["artifact"] is not None:
+                return Path(made["artifact"])
+    which = f"the run {newest['run']} has" if run is not None else f"the runs in {place} have"
+    raise UsageError(f"{which} no result of '{stage}'; name another run or --stage, or make one with 'kendama run'")

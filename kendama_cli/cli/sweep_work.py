@@ -1,0 +1,58 @@
+"""What sweep does: every combination of overrides, several at a time, and how each ended."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+from kendama_cli.cli import render
+from kendama_cli.cli.progress import PlainLines
+from kendama_cli.config.compose import composed_each, expand_sweep
+from kendama_cli.config.site import Site
+from kendama_cli.pipeline.catalogue import load_pipeline
+from kendama_cli.pipeline.nodes import build_settings
+from kendama_cli.pipeline.plan import Planner, check_armed
+from kendama_cli.pipeline.record import RunRecord
+from kendama_cli.pipeline.sweep import SweepJob, distinct, run_sweep
+from kendama_cli.store.store import Store
+
+
+def sweep_pipeline(
+    site: Site,
+    pipeline: str,
+    until: str | None,
+    overrides: list[str],
+    *,
+    jobs: int | None,
+    report: Path | None,
+    as_json: bool,
+) -> int:
+    """Run every combination, show how each ended, and compare them in one page where ``report`` is given."""
+    combinations = expand_sweep(site, overrides)
+    declared = load_pipeline(pipeline, site.pipeline_folders).until(until)
+    configs = composed_each(site, [[*declared.overrides, *texts] for texts in combinations])
+    store = Store(site.home)
+    planners = (Planner(store, declared, build_settings(config), site.data_roots) for config in configs)
+    wanted = distinct([SweepJob(texts, planner) for texts, planner in zip(combinations, planners, strict=True)])
+    for job in wanted:
+        check_armed(job.planner, armed=False)
+    number = {id(job): f"[{i}/{len(wanted)} {' '.join(job.overrides)}] " for i, job in enumerate(wanted, 1)}
+    records = run_sweep(wanted, lambda job, record: PlainLines(number[id(job)]), at_once=jobs or os.cpu_count() or 1)
+    _show_sweep(records, as_json=as_json)
+    if report is not None:
+        from kendama_cli.pipeline.report import write_report  # noqa: PLC0415 - matplotlib and pandas
+
+        render.note(f"report: {write_report([record.document() for record in records], report)}")
+    return 0 if all(record.outcome == "done" for record in records) else 1
+
+
+def _show_sweep(records: list[RunRecord], *, as_json: bool) -> None:
+    if as_json:
+        render.document({"runs": [record.document() for record in records]})
+        return
+    rows = []
+    for record in records:
+        last = record.stages[-1] if record.stages else None
+        shown = "" if last is None else last.error or f"{last.name}: {render.figures(last.metrics, 5)}"
+        rows.append((record.run, record.outcome, " ".join(record.overrides), shown))
+    render.table(rows, head=("run", "outcome", "overrides", "last stage"))
