@@ -91,5 +91,8 @@ def figures(values: Mapping[str, Any], most: int | None = None) -> str:
 def summary(record: RunRecord, next_step: str) -> None:
     """How a run ended, in a few lines."""
     for stage in record.stages:
-        print(f"{stage.name:<9} {stage.status:<6} {stage.error or figures(stage.metrics, 6)}")
+        shown = {name: value for name, value in stage.metrics.items() if name != "warnings"}
+        print(f"{stage.name:<9} {stage.status:<6} {stage.error or figures(shown, 6)}")
+        for warning in (stage.metrics.get("warnings") or "").splitlines():
+            print(f"{stage.name:<9} warns  {warning}")
     print(f"run {record.run} {record.outcome}; {next_step}")

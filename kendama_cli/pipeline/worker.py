@@ -122,6 +122,8 @@ def _finish(
             f"stage '{request['stage']}' gave a {type(made).__name__}; a stage gives Made(artifact, metrics)"
         )
     metrics = {key: _plain(value) for key, value in made.metrics.items()}
+    if made.warnings:
+        metrics["warnings"] = "\n".join(made.warnings)
     with store.scratch_folder() as folder, plain_disk_errors(folder):
         save_artifact(gives, made.artifact, folder, f"stage '{request['stage']}'")
         (folder / "metrics.json").write_bytes(canonical_json(metrics) + b"\n")

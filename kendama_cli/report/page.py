@@ -123,7 +123,9 @@ def _section(
             parts.append(shown.html(figures))
         if problem:
             parts.append(_notice(problem))
-        parts += [metrics_table(log.metrics), settings_table(log.settings)]
+        parts += [_notice(warning) for warning in str(log.metrics.get("warnings") or "").splitlines()]
+        figures_told = {metric: value for metric, value in log.metrics.items() if metric != "warnings"}
+        parts += [metrics_table(figures_told), settings_table(log.settings)]
     parts.append("</section>")
     return "".join(parts), figures
 

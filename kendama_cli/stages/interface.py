@@ -49,10 +49,15 @@ class StageContext(Protocol):
 
 @dataclass(frozen=True)
 class Made:
-    """What a stage gives: an artifact of the dataclass that its declaration names, and its metrics."""
+    """What a stage gives: an artifact of the dataclass that its declaration names, and its metrics.
+
+    ``warnings`` are sentences about what is suspicious but possible; they stand in the closing lines of a run and in
+    its report, and among the metrics as ``warnings``, one a line.
+    """
 
     artifact: Any
     metrics: Mapping[str, Metric] = field(default_factory=dict)
+    warnings: tuple[str, ...] = ()
 
 
 class Stage(Protocol):

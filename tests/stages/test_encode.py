@@ -98,14 +98,16 @@ def many(odd=None):
     return made
 
 
-def test_an_outlier_is_named_and_dropped_only_when_asked():
+def test_an_outlier_is_named_aloud_and_left_out_unless_it_is_to_be_kept():
     swing = demonstration(name="odd")
     wave = 0.25 * np.sin(3 * np.pi * swing.t_s / 2)[:, None] * np.array([0.0, 0.0, 1.0])
     odd = dataclasses.replace(swing, position_m=swing.position_m + wave)
-    kept, dropped = encode(many(odd)), encode(many(odd), outliers="drop")
+    kept, dropped = encode(many(odd), outliers="keep"), encode(many(odd))
     assert kept.metrics["outliers"] == dropped.metrics["outliers"] == "odd"
     assert kept.metrics["averaged"] == 6
     assert dropped.metrics["averaged"] == 5
+    assert kept.warnings == ("far from the others, but averaged in: odd",)
+    assert dropped.warnings == ("left out of the average, far from the other 5: odd (encode.outliers=keep)",)
     assert dropped.metrics["spread_mm"] < kept.metrics["spread_mm"] / 2
     without = [one for one in many(odd) if one.name != "odd"]
     assert np.array_equal(dropped.artifact.weights, encode(without).artifact.weights)

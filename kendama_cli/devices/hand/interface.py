@@ -27,7 +27,10 @@ class HandSample:
 
 
 class HandDevice(Protocol):
-    """One swing of a hand; ``name`` is what the demonstration is called."""
+    """One swing of a hand; ``name`` is what the demonstration is called.
+
+    It may also have ``warnings``, a tuple of sentences about what is suspicious in it but possible: capture tells them.
+    """
 
     name: str
     rate_hz: float

@@ -67,6 +67,7 @@ def _recording(path: str, topic: str, child: str, track: _Track) -> Recording:
         np.array(track.position_m),
         lambda sample: f"message {numbers[sample]} of {topic}",
         f"look at capture.topic and have {SCHEMA} written in metres, as it is defined",
+        "have the transforms written in a frame whose z points up and whose x lies in the swing's plane",
     )
 
 

@@ -1,4 +1,4 @@
-"""One recorded swing as it came from a file, and the checks that every recording must pass."""
+"""One recorded swing as it came from a file or a device, and the checks that every recording must pass."""
 
 from __future__ import annotations
 
@@ -7,7 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from kendama_cli.devices.hand.settings import FileCapture, PlausibleSettings
+from kendama_cli.devices.hand.continuity import check_frozen, check_jumps, check_rate, doubts_of_continuity
+from kendama_cli.devices.hand.settings import PlausibleSettings
+from kendama_cli.devices.hand.swing_axes import check_axes
 from kendama_cli.errors import InputError
 from kendama_cli.schema.arrays import Array
 
@@ -23,7 +25,7 @@ class Recording:
     """Samples of one demonstration: ``t_s`` (n,) from 0 and ``position_m`` (n, 3).
 
     ``place`` tells the user where a sample stands in the file (its line, its message), ``unit_remedy`` what to do
-    about wrong units in files of this kind.
+    about wrong units in files of this kind, ``axes_remedy`` where axes are declared.
     """
 
     path: str
@@ -32,15 +34,29 @@ class Recording:
     position_m: Array
     place: Callable[[int], str]
     unit_remedy: str
+    axes_remedy: str
+    warnings: tuple[str, ...] = ()
 
 
-def check(recording: Recording, settings: FileCapture) -> Recording:
-    """The recording itself; raises InputError for what cannot be a swing, with the sample, the value and the remedy."""
+def check_samples(recording: Recording, gap_factor: float) -> None:
+    """Raise InputError where samples are too few or too many, not finite, or not in the order of time without gaps."""
     _check_length(recording)
     _check_finite(recording)
-    _check_time(recording, settings.gap_factor)
-    _check_motion(recording, settings.plausible)
-    return recording
+    _check_time(recording, gap_factor)
+
+
+def check_swing(recording: Recording, plausible: PlausibleSettings) -> list[str]:
+    """What is suspicious in the motion but possible.
+
+    Raises InputError for what cannot be a swing of a hand, with the sample, the value and the remedy.
+    """
+    _check_extent(recording, plausible)
+    check_frozen(recording)
+    check_jumps(recording, plausible.max_acceleration_m_s2)
+    _check_speed(recording, plausible)
+    check_rate(recording, plausible.max_acceleration_m_s2)
+    _check_duration(recording, plausible.min_duration_s)
+    return doubts_of_continuity(recording) + check_axes(recording, plausible.axes)
 
 
 def _check_length(recording: Recording) -> None:
@@ -97,7 +113,7 @@ def _check_time(recording: Recording, gap_factor: float) -> None:
         )
 
 
-def _check_motion(recording: Recording, plausible: PlausibleSettings) -> None:
+def _check_extent(recording: Recording, plausible: PlausibleSettings) -> None:
     lengths = np.linalg.norm(np.diff(recording.position_m, axis=0), axis=1)
     steps = np.diff(recording.t_s)
     speeds = lengths / steps
@@ -119,7 +135,12 @@ def _check_motion(recording: Recording, plausible: PlausibleSettings) -> None:
             f"{plausible.max_extent_m:g} m",
             remedy=recording.unit_remedy,
         )
-    peak = float(speeds[fastest])
+
+
+def _check_speed(recording: Recording, plausible: PlausibleSettings) -> None:
+    speeds = np.linalg.norm(np.diff(recording.position_m, axis=0), axis=1) / np.diff(recording.t_s)
+    fastest = int(np.argmax(speeds))
+    peak, limit = float(speeds[fastest]), plausible.max_speed_m_s
     if not plausible.min_peak_speed_m_s <= peak <= limit:
         raise InputError(
             recording.path,
@@ -128,4 +149,14 @@ def _check_motion(recording: Recording, plausible: PlausibleSettings) -> None:
             where=recording.place(fastest + 1),
             remedy="look at the time (capture.time_unit, capture.columns.time or capture.rate_hz); else "
             + recording.unit_remedy,
+        )
+
+
+def _check_duration(recording: Recording, least_s: float) -> None:
+    duration_s = float(recording.t_s[-1] - recording.t_s[0])
+    if duration_s < least_s:
+        raise InputError(
+            recording.path,
+            f"it lasts {duration_s:.3g} s; a swing from the hanging ball to the catch takes at least {least_s:g} s",
+            remedy="record the whole swing, or look at capture.first_row, capture.last_row and the time",
         )

@@ -40,6 +40,11 @@ class PlausibleSettings:
     max_extent_m: float = setting("largest extent of a swing along any axis [m]", above=0)
     min_peak_speed_m_s: float = setting("smallest peak speed of a swing [m/s]", above=0)
     max_speed_m_s: float = setting("largest speed between neighbouring samples [m/s]", above=0)
+    max_acceleration_m_s2: float = setting("largest acceleration over 10 ms that a hand reaches [m/s^2]", above=0)
+    min_duration_s: float = setting("shortest swing [s]", above=0)
+    axes: Literal["refuse", "warn", "off"] = setting(
+        "what to do where the hand's path is a swing along other axes than the declared ones, or under gravity turned"
+    )
 
 
 @dataclass(frozen=True)
@@ -62,6 +67,7 @@ class FileCapture:
     time_unit: Literal["s", "ms", "us", "ns"] = setting("unit of the time column")
     rate_hz: float | None = setting("sampling rate where there is no time column [Hz]", above=0, at_most=1e5)
     gap_factor: float = setting("a time step above this multiple of the median step is a gap", above=1)
+    segments: Literal["auto", "one"] = setting("auto: several swings in a file are cut apart where the hand rests")
     topic: str | None = setting("MCAP: topic of the cup's foxglove.FrameTransform; null: the only one, or /capture/cup")
     child: str | None = setting("MCAP: child_frame_id of the cup; null: each child is a demonstration")
 

@@ -58,6 +58,7 @@ def read_text(path: str, content: bytes, settings: FileCapture) -> Recording:
         np.column_stack(axes),
         lambda sample: f"line {lines[sample]}",
         "look at the unit (capture.unit: m, cm or mm) and at capture.columns",
+        "look at capture.columns and capture.sign (z points up, x lies in the swing's plane)",
     )
 
 

@@ -27,9 +27,11 @@ class Capture:
         Raises InputError for a recording that cannot be used, MissingPartError for a device that is not there.
         """
         hands = open_hands(self._settings)
-        demonstrations = []
+        demonstrations: list[Demonstration] = []
+        warnings: list[str] = []
         for hand in hands:
             demonstrations.append(_record(hand, ctx))
+            warnings += getattr(hand, "warnings", ())
             ctx.progress(len(demonstrations), len(hands))
         rates = [1.0 / np.median(np.diff(swing.t_s)) for swing in demonstrations]
         return Made(
@@ -40,6 +42,7 @@ class Capture:
                 "duration_s": float(np.mean([swing.duration_s for swing in demonstrations])),
                 "peak_speed_m_s": max(swing.peak_speed_m_s for swing in demonstrations),
             },
+            tuple(warnings),
         )
 
 

@@ -41,7 +41,7 @@ class Encode:
         ``rmse_mm`` (pooled over all samples) and ``max_error_mm`` (of the worst sample) are between each
         demonstration and its own primitive; ``spread_mm`` is the rms distance of the demonstrations' primitives from
         their average at equal shares, ``spread_max_mm`` the largest; ``outliers`` names the demonstrations that stand
-        apart, which are left out only where ``encode.outliers`` is ``drop``. Raises StageError, naming the
+        apart, which are left out where ``encode.outliers`` is ``drop``. Raises StageError, naming the
         demonstration, where one cannot be encoded, and InputError for a plan that cannot be read.
         """
         if self._settings.plan is not None:
@@ -54,8 +54,11 @@ class Encode:
         _check_axes(demonstrations, paths)
         outside = apart(paths, encoding.parameters.duration_s)
         names = ", ".join(one.name for one, far in zip(demonstrations, outside, strict=True) if far) or "none"
+        warnings: tuple[str, ...] = (f"far from the others, but averaged in: {names}",) if outside.any() else ()
         if outside.any() and self._settings.outliers == "drop":
             demonstrations = [one for one, far in zip(demonstrations, outside, strict=True) if not far]
+            left = f"left out of the average, far from the other {len(demonstrations)}: {names} (encode.outliers=keep)"
+            warnings = (left,)
             encoding = self._encoded(demonstrations)
             paths = _paths(encoding)
         ctx.progress(len(demonstrations), len(demonstrations))
@@ -77,7 +80,7 @@ class Encode:
             "outliers": names,
             "averaged": len(encoding),
         }
-        return Made(mean, metrics)
+        return Made(mean, metrics, warnings)
 
     def _encoded(self, demonstrations: Sequence[Demonstration]) -> Encoding:
         try:

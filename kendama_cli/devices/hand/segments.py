@@ -1,0 +1,98 @@
+"""Several swings in one recording, cut apart where the hand rests between them."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kendama_cli.devices.hand.recording import MIN_SAMPLES, Recording
+from kendama_cli.motion.hanging_ball import rise_of
+from kendama_cli.motion.onset import moving_part
+from kendama_cli.schema.arrays import Array
+
+REST_SPEED_M_S, REST_SHARE = 0.05, 0.05
+SHORT_REST_S = 0.25
+"""A hand may rest so long within a swing, while the ball flies; so both sides must be swings of their own."""
+LONG_REST_S = 0.65
+"""No ball on a rope of 0.42 m flies longer than 0.6 s: a hand that rests so long has ended its swing."""
+MARGIN_S = 0.25
+"""So much of the rest is left on either side; two parts share no more than the rest between them."""
+SLOW_SHARE = 0.4
+"""A movement whose peak speed is below this share of the fastest one's is a way back."""
+LEAST_S = 0.3
+SWING_RISE = 0.5
+
+
+def cut_apart(recording: Recording) -> tuple[list[Recording], list[str]]:
+    """The swings in ``recording``, in order, and what was left out, one sentence each; itself where it is one swing."""
+    t_s, place_m = recording.t_s, recording.position_m
+    try:
+        whole = moving_part(t_s, place_m, rest_speed_m_s=REST_SPEED_M_S, rest_share=REST_SHARE)
+    except ValueError:
+        return [recording], []
+    pieces = _joined(recording, _stretches(t_s, whole.speed_m_s > whole.rest_m_s))
+    if len(pieces) < 2:
+        return [recording], []
+    peaks = [float(whole.speed_m_s[first : last + 1].max()) for first, last in pieces]
+    kept, left = [], []
+    for (first, last), peak in zip(pieces, peaks, strict=True):
+        lasts_s = float(t_s[last] - t_s[first])
+        if peak < SLOW_SHARE * max(peaks) or lasts_s < LEAST_S:
+            left.append(
+                f"left out: {lasts_s:.1f} s from {t_s[first]:.1f} s on, where the hand reaches {peak:.2f} m/s only: "
+                "no swing, a way back, say (capture.segments=one keeps it)"
+            )
+        else:
+            kept.append((first, last))
+    return [_part(recording, one, number, len(kept)) for number, one in enumerate(kept, start=1)], left
+
+
+def _stretches(t_s: Array, fast: NDArray[np.bool_]) -> list[tuple[int, int]]:
+    """First and last samples of the moving stretches that rests of SHORT_REST_S or longer separate."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], fast, [False]]).astype(int)))
+    found: list[tuple[int, int]] = []
+    for first, after in zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True):
+        if found and t_s[first] - t_s[found[-1][1]] < SHORT_REST_S:
+            found[-1] = (found[-1][0], after - 1)
+        else:
+            found.append((first, after - 1))
+    return found
+
+
+def _joined(recording: Recording, pieces: list[tuple[int, int]]) -> list[tuple[int, int]]:
+    """Neighbours put together unless the rest between them is long, or both are swings of their own."""
+    t_s = recording.t_s
+    joined = pieces[:1]
+    for piece in pieces[1:]:
+        before = joined[-1]
+        long = t_s[piece[0]] - t_s[before[1]] >= LONG_REST_S
+        if long or (_is_swing(recording, before) and _is_swing(recording, piece)):
+            joined.append(piece)
+        else:
+            joined[-1] = (before[0], piece[1])
+    return joined
+
+
+def _is_swing(recording: Recording, piece: tuple[int, int]) -> bool:
+    part = slice(max(piece[0] - 2, 0), piece[1] + 3)
+    t_s = recording.t_s[part]
+    if len(t_s) < MIN_SAMPLES or t_s[-1] - t_s[0] < LEAST_S:
+        return False
+    (rise,) = rise_of(t_s, recording.position_m[part], np.array([[0.0, 0.0, 1.0]]))
+    return rise.rising >= SWING_RISE
+
+
+def _part(recording: Recording, piece: tuple[int, int], number: int, count: int) -> Recording:
+    """The samples of ``piece`` with what of the rest around it is not another's."""
+    t_s = recording.t_s
+    first = int(np.searchsorted(t_s, t_s[piece[0]] - MARGIN_S))
+    last = int(np.searchsorted(t_s, t_s[piece[1]] + MARGIN_S, side="right"))
+    return replace(
+        recording,
+        name=recording.name if count == 1 else f"{recording.name}-{number}",
+        t_s=t_s[first:last] - t_s[first],
+        position_m=recording.position_m[first:last],
+        place=lambda sample: recording.place(sample + first),
+    )
