@@ -1,4 +1,4 @@
-"""Predictions: how well free flights were foreseen."""
+"""Predictions: how well free flights were predicted."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from kendama_cli.schema.arrays import Array, array
 
 @dataclass(frozen=True)
 class PredictionStudy:
-    """Errors of the predicted catch over n flights, each told after h parts of the flight.
+    """Errors of the predicted catch over n flights, each given after h parts of the flight.
 
     ``seen_fraction`` (h,) is the part of the flight that was seen, ``horizon_ms`` (n, h) the time then left to the
     catch; ``position_error_mm`` and ``time_error_ms`` (n, h) are the absolute errors of the crossing of the rim

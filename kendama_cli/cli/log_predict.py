@@ -32,7 +32,7 @@ def log_predict(
     ] = None,
     as_json: Json = False,
 ) -> None:
-    """Foresee the end of every free flight in a recording from its first part, and tell how far off that is."""
+    """Predict the end of every free flight in a recording from its first part, and say how far off that is."""
     from kendama_cli.vision.flight_trial import try_flights  # scipy and cv2
 
     flights = _flights(file)
@@ -70,16 +70,16 @@ def _document(path: Path, flights: list[RecordedFlight], trial: Trial) -> dict[s
 
     document: dict[str, Any] = {"path": str(path), "flights": len(flights)}
     for j, seen in enumerate(SEEN):
-        told: dict[str, Any] = {"seen_fraction": seen, "flights": len(flights)}
+        figures: dict[str, Any] = {"seen_fraction": seen, "flights": len(flights)}
         for name, errors in (
             ("position_error_mm", trial.position_error_mm[:, j]),
             ("time_error_ms", trial.time_error_ms[:, j]),
         ):
             known = errors[np.isfinite(errors)]
             for part in (50, 95):
-                told[f"{name}_p{part}"] = float(np.quantile(known, part / 100)) if len(known) else None
-        told["predicted"] = int(np.isfinite(trial.position_error_mm[:, j]).sum())
-        document[str(seen)] = told
+                figures[f"{name}_p{part}"] = float(np.quantile(known, part / 100)) if len(known) else None
+        figures["predicted"] = int(np.isfinite(trial.position_error_mm[:, j]).sum())
+        document[str(seen)] = figures
     model = trial.model
     document["model"] = {
         "calibrated_on": model.flights,

@@ -40,7 +40,7 @@ def main(arguments: list[str] | None = None) -> int:
     except Exception as error:
         if os.environ.get("KENDAMA_DEBUG"):
             raise
-        render.error(f"{type(error).__name__}: {error} (not foreseen; KENDAMA_DEBUG=1 shows its traceback)")
+        render.error(f"{type(error).__name__}: {error} (unexpected; KENDAMA_DEBUG=1 shows its traceback)")
         code = 1
     if code == INTERRUPTED:  # typer itself turns Ctrl-C inside a command into this code
         render.error("interrupted; what was finished is kept, the same command goes on from there")

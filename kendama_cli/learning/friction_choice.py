@@ -48,11 +48,11 @@ def choose_friction(
     parametric = fit_parametric(train.velocity_rad_s, train.torque_nm, kept)
     network = fit_network(train.velocity_rad_s, train.torque_nm, kept, fastest, hidden=hidden, rng=rng)
     plain = _rms(parametric_torque(parametric, held_out.velocity_rad_s) - held_out.torque_nm, held_out.kept)
-    learned = _rms(network_torque(network, held_out.velocity_rad_s, fastest) - held_out.torque_nm, held_out.kept)
+    of_network = _rms(network_torque(network, held_out.velocity_rad_s, fastest) - held_out.torque_nm, held_out.kept)
     size = np.maximum(_rms(held_out.torque_nm, held_out.kept), 1e-9)
-    better = np.sum((learned / size) ** 2) < BETTER**2 * np.sum((plain / size) ** 2)
+    better = np.sum((of_network / size) ** 2) < BETTER**2 * np.sum((plain / size) ** 2)
     chosen = "network" if better else "parametric"
-    return FrictionModel(tuple(joint_names), chosen, parametric, network, fastest, plain, learned)
+    return FrictionModel(tuple(joint_names), chosen, parametric, network, fastest, plain, of_network)
 
 
 def friction_torque(model: FrictionModel, velocity_rad_s: Array) -> Array:

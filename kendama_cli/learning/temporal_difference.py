@@ -13,7 +13,7 @@ class ValueTable:
     """Q += alpha [r + gamma V - Q(s, a)] e (PAPER.md eq. 6 and 7), with V of the update and e of the traces chosen.
 
     With dutch traces the error is taken from Q_old(s, a), the value looked ahead to before the last update, and
-    alpha (Q_old(s, a) - Q(s, a)) is added to the visited entry (true online Sarsa(lambda), Sutton and Barto, 2nd
+    alpha (Q_old(s, a) - Q(s, a)) is added to the entry of the state (true online Sarsa(lambda), Sutton and Barto, 2nd
     edition, section 12.7). Of two tables each has traces of its own, marked where it was the one to learn; earlier
     choices share in the other table's own error r + gamma V - Q2(s, a), so that lambda = 1 gives the return here too.
     """

@@ -16,10 +16,10 @@ class TraceLaw(Protocol):
     """One of the laws."""
 
     exact: bool
-    """Whether the update is corrected for how the visited value has changed since it was looked ahead to."""
+    """Whether the update is corrected for how the value of the state has changed since it was looked ahead to."""
 
     def marked(self, faded: float, alpha: float) -> float:
-        """The trace of the visited entry, ``faded`` just now."""
+        """The trace of the entry, ``faded`` just now."""
 
 
 class Replacing:
@@ -28,7 +28,7 @@ class Replacing:
     exact = False
 
     def marked(self, faded: float, alpha: float) -> float:
-        """1, however often it was visited before."""
+        """1, however often the state occurred before."""
         return 1.0
 
 
@@ -48,7 +48,7 @@ class Dutch:
     exact = True
 
     def marked(self, faded: float, alpha: float) -> float:
-        """One more, less what the visit itself will teach."""
+        """One more, less what this update itself will add."""
         return faded + (1.0 - alpha * faded)
 
 

@@ -13,7 +13,7 @@ REST_WINDOW_S = 0.2
 """Long enough to tell rest from noise: 1 mm of it at 100 Hz leaves 0.01 m/s; short beside a swing of a second."""
 
 STILL_SHARE = 0.2
-"""Below this share of the resting speed an end is at rest; above it, the fit must tell."""
+"""Below this share of the resting speed an end is at rest; above it, the fit must decide."""
 
 
 @dataclass(frozen=True)

@@ -25,7 +25,7 @@ class TrimmedDemonstration:
     ``position_m`` (n, k) is relative to the first sample; ``uneven_share`` (n,) is s = t / T from 0 to 1, None where
     the samples come at equal steps. ``onset_s`` is where it begins in the recording's own time.
     ``starts_still`` and ``ends_still`` say that it certainly rests there, ``starts_fast`` and ``ends_fast`` that it
-    certainly moves; between, the fit must tell.
+    certainly moves; between, the fit must decide.
     """
 
     position_m: Array

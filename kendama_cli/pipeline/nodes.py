@@ -23,7 +23,7 @@ class NodeSettings(dict[str, Any]):
 
 
 def node_schemas() -> tuple[dict[str, Any], KendamaError | None]:
-    """Schema by node; and, where a package's declaration cannot be read, the error that tells of it.
+    """Schema by node; and, where a package's declaration cannot be read, the error that says so.
 
     One broken package must not stop those who do not use it. Raises ConfigError where two bring one node.
     """

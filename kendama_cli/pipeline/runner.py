@@ -223,7 +223,7 @@ def _failure(name: str, failed: Mapping[str, Any] | None, code: int, printed: Pa
     if failed is not None and not failed["unexpected"]:
         return str(failed["message"])
     if failed is not None:
-        return f"{failed['message']} (not foreseen; its traceback is in {printed})"
+        return f"{failed['message']} (unexpected; its traceback is in {printed})"
     if code < 0:
         return (
             f"its worker was ended by {signal.Signals(-code).name}; the same command goes on from the last checkpoint"

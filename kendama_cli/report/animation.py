@@ -65,12 +65,12 @@ for (const player of document.querySelectorAll('.player')) {
   }
 }
 """
-"""Moves every ``.player`` of the page; without it each shows its most telling instant."""
+"""Moves every ``.player`` of the page; without it each shows its poster instant."""
 
 
 @dataclass(frozen=True)
 class Ahead:
-    """What was foreseen of the ball at ``t_s``: when, where and how fast it crosses, in the plane of the tracks.
+    """What was predicted of the ball at ``t_s``: when, where and how fast it crosses, in the plane of the tracks.
 
     ``sigma_m`` is the crossing's standard deviation along the plane.
     """
@@ -92,12 +92,12 @@ def player(
     *,
     poster_s: float | None,
     autoplay: bool,
-    foreseen: Sequence[Ahead] = (),
+    predictions: Sequence[Ahead] = (),
 ) -> str:
     """The film of one rollout as HTML; ``poster_s`` is the instant that is shown at rest and in print.
 
-    With ``foreseen`` the ball's way ahead is drawn as it was known at each instant, and where it was to cross the rim
-    plane with two standard deviations.
+    With ``predictions`` the ball's way ahead is drawn as it was known at each instant, and where it was to cross the
+    rim plane with two standard deviations.
     """
     start, end = max(cup.t_s[0], ball.t_s[0]), min(cup.t_s[-1], ball.t_s[-1])
     rate = min(float(_FRAMES_PER_S), _MOST_FRAMES / max(end - start, 1e-3))
@@ -109,7 +109,7 @@ def player(
     rows = np.column_stack([x, y, np.degrees(held.tilt_rad), u, v]).round(1).tolist()
     poster = len(t) - 1 if poster_s is None else int(np.clip(round((poster_s - start) * rate), 0, len(t) - 1))
     rope = round(sizes.rope_m * scale, 2)
-    ahead = [_ahead(foreseen, float(now), sizes.gravity_m_s2, scale=scale, left_m=left, top_m=top) for now in t]
+    ahead = [_ahead(predictions, float(now), sizes.gravity_m_s2, scale=scale, left_m=left, top_m=top) for now in t]
     film = {"x": rows, "ahead": ahead, "rate": rate, "rope": rope, "poster": poster, "start": round(start, 4)}
     shown = ahead[poster]
     a, b, c, d, e, f, g, h = shown or (0.0,) * 8
@@ -142,10 +142,10 @@ def player(
 
 
 def _ahead(
-    foreseen: Sequence[Ahead], t_s: float, gravity_m_s2: float, *, scale: float, left_m: float, top_m: float
+    predictions: Sequence[Ahead], t_s: float, gravity_m_s2: float, *, scale: float, left_m: float, top_m: float
 ) -> list[float] | None:
     """The way ahead at ``t_s`` [px]: begin, control point and end of its parabola, and half axes of the crossing."""
-    known = [one for one in foreseen if one.t_s <= t_s]
+    known = [one for one in predictions if one.t_s <= t_s]
     if not known or t_s >= known[-1].crossing_s:
         return None
     one = known[-1]

@@ -1,4 +1,4 @@
-"""Several runs as groups of seeds: which overrides tell them apart, and the logs of one stage over all of them."""
+"""Several runs as groups of seeds: which overrides distinguish them, and the logs of one stage over all of them."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ class Group:
 
 @dataclass(frozen=True)
 class Ensemble:
-    """A stage's logs over all runs; ``differs`` names the overrides that tell the groups apart."""
+    """A stage's logs over all runs; ``differs`` names the overrides that distinguish the groups."""
 
     differs: str
     groups: tuple[Group, ...]
@@ -71,9 +71,9 @@ def ensemble(runs: Sequence[Run], stage: str, topics: Collection[str]) -> Ensemb
             sharing.setdefault(run[1][stage], []).append(run)
     failed = []
     for document, logs in runs:
-        told = [entry for entry in document.get("stages", ()) if entry.get("name") == stage]
-        if stage not in logs and told:
-            failed.append(_sentence(document, str(told[0].get("status", "")), told[0].get("error")))
+        entries = [entry for entry in document.get("stages", ()) if entry.get("name") == stage]
+        if stage not in logs and entries:
+            failed.append(_sentence(document, str(entries[0].get("status", "")), entries[0].get("error")))
     common = {path: _common(_overrides(document) for document, _ in owners) for path, owners in sharing.items()}
     names = list(dict.fromkeys(name for values in common.values() for name in values if name != _SEED))
     differing = [name for name in names if len({values.get(name) for values in common.values()}) > 1]

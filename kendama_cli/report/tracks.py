@@ -1,4 +1,4 @@
-"""Paths of cup and ball as arrays in the swing plane, and the few numbers that captions tell."""
+"""Paths of cup and ball as arrays in the swing plane, and the few numbers that captions give."""
 
 from __future__ import annotations
 

@@ -26,7 +26,7 @@ class CameraModelSettings:
     distortion: tuple[float, float, float, float, float] = setting("k1, k2, p1, p2, k3 of OpenCV")
     position_m: Triple = setting("optical centre in the world [m]")
     look_at_m: Triple | None = setting(
-        "point that a level camera looks at [m]; null where rotation_wxyz tells the pose"
+        "point that a level camera looks at [m]; null where rotation_wxyz gives the pose"
     )
     rotation_wxyz: tuple[float, float, float, float] | None = setting(
         "camera axes in the world, unit quaternion, or null"
@@ -35,7 +35,7 @@ class CameraModelSettings:
     def __post_init__(self) -> None:
         if (self.look_at_m is None) == (self.rotation_wxyz is None):
             raise ConfigError(
-                "look_at_m", "'look_at_m' or 'rotation_wxyz' must tell the camera's pose: give one of them"
+                "look_at_m", "'look_at_m' or 'rotation_wxyz' must give the camera's pose: give one of them"
             )
 
 
@@ -148,7 +148,7 @@ class FileCamera(CameraRig):
     kind: Literal["file"] = setting("recorded images")
     paths: tuple[str, ...] = setting("one video file, or times.csv of an image folder, per camera", file=True)
     rate_hz: float | None = setting(
-        "frames per second, where a video does not tell [Hz]; null believes the file", above=0
+        "frames per second, where a video does not say [Hz]; null believes the file", above=0
     )
 
 

@@ -32,12 +32,12 @@ class _Body:
     def __post_init__(self) -> None:
         wanted = SIZES[self.shape]
         if len(self.size_m) != len(wanted):
-            told = f"[{', '.join(wanted)}]"
-            raise ConfigError("size_m", f"'size_m' is {list(self.size_m)}; allowed for a {self.shape}: {told}")
+            allowed = f"[{', '.join(wanted)}]"
+            raise ConfigError("size_m", f"'size_m' is {list(self.size_m)}; allowed for a {self.shape}: {allowed}")
         norm = math.hypot(*self.rotation_wxyz)
         if abs(norm - 1.0) > 1e-3:
-            told = f"'rotation_wxyz' is {list(self.rotation_wxyz)} of length {norm:.4g}; allowed: length 1"
-            raise ConfigError("rotation_wxyz", f"{told}, as [1, 0, 0, 0] for no rotation")
+            problem = f"'rotation_wxyz' is {list(self.rotation_wxyz)} of length {norm:.4g}; allowed: length 1"
+            raise ConfigError("rotation_wxyz", f"{problem}, as [1, 0, 0, 0] for no rotation")
 
 
 @dataclass(frozen=True)

@@ -24,7 +24,7 @@ CORE_S, FLIGHT_S = 0.08, 0.2
 DROP_M = 0.05
 """A flight ends at least so far under its apex: nearer to it the time of a crossing is not determined."""
 EDGE_S = 0.15
-"""So much of a flight foretells the samples beside it."""
+"""So much of a flight predicts the samples beside it."""
 
 
 @dataclass(frozen=True)
@@ -50,8 +50,8 @@ def find_flights(tracks: Sequence[RecordedTrack]) -> list[RecordedFlight]:
     """All free flights of ``tracks`` that end on the way down, in order of time.
 
     A parabola over a sliding window gives the acceleration; a flight is a stretch in which it is gravity's, made
-    longer at both ends as long as the samples there are where the flight foretells them. Which axis points up is told
-    by the falling itself.
+    longer at both ends as long as the samples there are where the flight predicts them. Which axis points up follows
+    from the falling itself.
     """
     pieces = [piece for track in tracks for piece in _pieces(track)]
     falls = [_acceleration(piece) for piece in pieces]
@@ -132,7 +132,7 @@ def _spans(t: Array, points: Array, free: NDArray[np.bool_]) -> list[tuple[int, 
 
 
 def _extended(t: Array, points: Array, begin: int, end: int) -> tuple[int, int]:
-    """``begin`` and ``end`` moved outward over samples that the flight beside them foretells."""
+    """``begin`` and ``end`` moved outward over samples that the flight beside them predicts."""
     last = end
     near = slice(max(begin, int(np.searchsorted(t, t[end - 1] - EDGE_S))), end)
     foretold = _Edge(t[near], points[near])
@@ -165,7 +165,7 @@ class _Edge:
         self._sigma_m = math.sqrt(float((left**2).sum()) / max(3 * (len(t) - degree - 1), 1)) + 1e-4
 
     def holds(self, t_s: float, point: Array) -> bool:
-        """Within four standard deviations of what the stretch foretells, its own uncertainty included."""
+        """Within four standard deviations of what the stretch predicts, its own uncertainty included."""
         s = t_s - self._middle_s
         row = s ** np.arange(len(self._weights))
         off = float(np.linalg.norm(point - row @ self._weights - s * s * self._fall))

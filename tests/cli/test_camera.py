@@ -62,12 +62,12 @@ def test_calibrate_writes_a_file_that_the_cameras_take_and_a_picture(folders, he
         "-o", "calibration.yaml", "--json",
     )  # fmt: skip
     assert code == 0, err
-    told = json.loads(out)
-    assert [one["name"] for one in told["cameras"]] == ["left", "right"]
-    assert set(told["reprojection"]["left"]["views_px"]) == {str(i) for i in range(7)}
-    assert told["reprojection"]["left"]["rms_px"] < 0.3
+    shown = json.loads(out)
+    assert [one["name"] for one in shown["cameras"]] == ["left", "right"]
+    assert set(shown["reprojection"]["left"]["views_px"]) == {str(i) for i in range(7)}
+    assert shown["reprojection"]["left"]["rms_px"] < 0.3
     assert "left, nothing: the board is not seen" in err
-    assert cv2.imread(told["picture"]).shape == (480, 1280, 3)
+    assert cv2.imread(shown["picture"]).shape == (480, 1280, 3)
     for one, true in zip(yaml.safe_load((here / "calibration.yaml").read_text())["cameras"], pair(), strict=True):
         assert np.abs(np.array(one["position_m"]) - (0.1, 0, -0.5) - true.position_in_world_m).max() < 0.006
     code, out, err = kendama(
@@ -127,8 +127,8 @@ def test_what_cannot_be_calibrated_is_told_in_one_line(here, capsys, words, mess
 def test_check_tells_rate_and_sightings_of_virtual_cameras_and_draws_them(here, capsys):
     code, out, err = kendama(capsys, "camera", "check", "--seconds", "0.1", "-o", "seen.png", "--json")
     assert code == 0, err
-    told = json.loads(out)["cameras"]
-    for one in told.values():
+    shown = json.loads(out)["cameras"]
+    for one in shown.values():
         assert one["frames"] == 12
         assert one["rate_hz"] == pytest.approx(120)
         assert one["missed"] == one["doubled"] == 0
@@ -157,10 +157,10 @@ def test_check_counts_missed_and_doubled_frames_of_a_recording(here, capsys):
         capsys, "camera", "check", "camera=file", "camera.paths=[times.csv]", one_camera(), "--json"
     )
     assert code == 0, err
-    told = json.loads(out)["cameras"]["left"]
-    assert (told["frames"], told["missed"], told["doubled"]) == (9, 1, 4)
-    assert told["rate_hz"] == pytest.approx(50)
-    assert told["seen"] == 0
+    shown = json.loads(out)["cameras"]["left"]
+    assert (shown["frames"], shown["missed"], shown["doubled"]) == (9, 1, 4)
+    assert shown["rate_hz"] == pytest.approx(50)
+    assert shown["seen"] == 0
 
 
 def disc(path, colour=(30, 40, 200), grey=120):

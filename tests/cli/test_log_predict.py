@@ -22,15 +22,15 @@ def throws(tmp_path_factory):
 
 def test_json_tells_errors_for_every_part_seen(throws, capsys):
     assert main(["log", "predict", str(throws), "--json"]) == 0
-    told = json.loads(capsys.readouterr().out)
+    shown = json.loads(capsys.readouterr().out)
     for seen in ("0.3", "0.5", "0.7", "0.9"):
-        row = told[seen]
+        row = shown[seen]
         assert set(row) >= FIGURES | {"flights"}
         assert row["flights"] == row["predicted"] == 3
         assert 0 <= row["position_error_mm_p50"] <= row["position_error_mm_p95"]
-    assert told["0.7"]["position_error_mm_p50"] < 3
-    assert told["model"]["calibrated_on"] == 3
-    assert told["model"]["gravity_m_s2"] == pytest.approx(9.81, abs=0.15)
+    assert shown["0.7"]["position_error_mm_p50"] < 3
+    assert shown["model"]["calibrated_on"] == 3
+    assert shown["model"]["gravity_m_s2"] == pytest.approx(9.81, abs=0.15)
 
 
 def test_other_files_calibrate_it(throws, tmp_path, capsys):
@@ -49,9 +49,9 @@ def test_a_single_flight_is_held_against_standard_gravity(tmp_path, capsys):
     track, _ = session(np.random.default_rng(10402), 1)
     (tmp_path / "one.csv").write_text(csv_text(track))
     assert main(["log", "predict", str(tmp_path / "one.csv"), "--json"]) == 0
-    told = json.loads(capsys.readouterr().out)
-    assert told["model"]["calibrated_on"] == 0
-    assert told["0.5"]["position_error_mm_p50"] < 10
+    shown = json.loads(capsys.readouterr().out)
+    assert shown["model"]["calibrated_on"] == 0
+    assert shown["0.5"]["position_error_mm_p50"] < 10
 
 
 @pytest.mark.parametrize(
@@ -64,7 +64,7 @@ def test_a_single_flight_is_held_against_standard_gravity(tmp_path, capsys):
 def test_a_file_without_a_flight_is_told_in_one_line(tmp_path, capsys, text, message):
     (tmp_path / "a.csv").write_text(text)
     assert main(["log", "predict", str(tmp_path / "a.csv")]) == 2
-    told = capsys.readouterr()
-    assert told.out == ""
-    assert len(told.err.splitlines()) == 1
-    assert message in told.err
+    shown = capsys.readouterr()
+    assert shown.out == ""
+    assert len(shown.err.splitlines()) == 1
+    assert message in shown.err

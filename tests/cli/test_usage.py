@@ -108,9 +108,9 @@ def test_home_is_taken_before_or_after_the_command_or_from_the_environment(toy: 
 )
 def test_a_wrong_pipeline_is_one_line_that_names_the_file(toy: ToyProject, text: str, message: str) -> None:
     (toy.folder / "pipelines/wrong.yaml").write_text(text)
-    told = complaint(toy, "plan", "-p", "wrong")
-    assert message in told
-    assert "wrong" in told
+    error = complaint(toy, "plan", "-p", "wrong")
+    assert message in error
+    assert "wrong" in error
 
 
 @pytest.mark.parametrize(

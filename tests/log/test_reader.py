@@ -195,7 +195,7 @@ def test_foreign_protobuf_is_read_by_its_embedded_descriptor(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("encoding", "schema", "told"),
+    ("encoding", "schema", "says"),
     [
         (
             "cdr",
@@ -207,9 +207,9 @@ def test_foreign_protobuf_is_read_by_its_embedded_descriptor(tmp_path):
         ("protobuf", ("Pose", "protobuf", b""), "the schema 'Pose' cannot be read"),
     ],
 )
-def test_what_cannot_be_decoded_is_named_but_still_described(tmp_path, encoding, schema, told):
+def test_what_cannot_be_decoded_is_named_but_still_described(tmp_path, encoding, schema, says):
     path = tmp_path / "f.mcap"
     _foreign(path, [struct.pack("<d", 1.0)], schema=schema, encoding=encoding)
     assert describe(path)["channels"][0]["encoding"] == encoding
-    with pytest.raises(InputError, match=f"f.mcap: {told}"):
+    with pytest.raises(InputError, match=f"f.mcap: {says}"):
         LogFile(path).table("/pose")

@@ -63,11 +63,11 @@ class Renamed:
 def test_a_log_of_another_version_is_refused_with_its_fields(tmp_path: Path) -> None:
     older = type("AdaptRepeatMessage", (Renamed,), {"__module__": "kendama_cli.older"})
     path = written(tmp_path / "old.mcap", {"/r": older}, [("/r", 0.0, older(1, True, 0.0))])
-    told = (
+    says = (
         "the fields of kendama.AdaptRepeat on topic '/r' are not those of AdaptRepeatMessage but index, caught, error_m"
     )
     for read in (LogFile(path).messages, LogFile(path).table, StageLog(path).table):
-        with pytest.raises(InputError, match=told) as caught:
+        with pytest.raises(InputError, match=says) as caught:
             read("/r", AdaptRepeatMessage)
         assert "\n" not in str(caught.value)
 

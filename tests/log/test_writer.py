@@ -150,7 +150,7 @@ class Lookalike:
 
 
 @pytest.mark.parametrize(
-    ("topic", "message", "told"),
+    ("topic", "message", "says"),
     [
         (
             "/adapt/repeats",
@@ -174,8 +174,8 @@ class Lookalike:
         ),
     ],
 )
-def test_what_is_not_declared_fails_the_stage_in_one_line(topic, message, told):
-    with pytest.raises(StageError, match=told) as caught:
+def test_what_is_not_declared_fails_the_stage_in_one_line(topic, message, says):
+    with pytest.raises(StageError, match=says) as caught:
         memory_log().write(topic, 0.0, message)
     assert "\n" not in str(caught.value)
     assert caught.value.topic == topic

@@ -20,8 +20,8 @@ def swings(count: int, seed: int, spread: float = 0.05) -> Array:
 @pytest.mark.parametrize("count", [4, 6, 10, 20])
 def test_alike_demonstrations_are_all_kept(count: int) -> None:
     """200 sets: less than one demonstration in a hundred is taken for an outlier (measured: none of 12 000)."""
-    told = [apart(swings(count, seed), np.full(count, 2.0)).sum() for seed in range(200)]
-    assert np.mean(told) / count < 0.01
+    counts = [apart(swings(count, seed), np.full(count, 2.0)).sum() for seed in range(200)]
+    assert np.mean(counts) / count < 0.01
 
 
 def test_a_swing_of_another_kind_stands_apart_and_only_it() -> None:
@@ -48,7 +48,7 @@ def test_of_three_nobody_stands_apart() -> None:
 
 
 @pytest.mark.parametrize(
-    ("read", "told"),
+    ("read", "sentence"),
     [
         (lambda p: p * [-1, 1, 1], "x is its -x"),
         (lambda p: p[:, [2, 1, 0]], "x is its z, z is its x"),
@@ -56,11 +56,11 @@ def test_of_three_nobody_stands_apart() -> None:
         (lambda p: p[:, [1, 2, 0]] * [1, -1, 1], "x is its z, z is its -y"),
     ],
 )
-def test_other_axes_are_recognised_and_told(read, told) -> None:  # type: ignore[no-untyped-def]
+def test_other_axes_are_recognised_and_named(read, sentence) -> None:  # type: ignore[no-untyped-def]
     paths = swings(6, 5)
     found = axes_of(read(paths[0]), list(paths[1:]), "xyz")
     assert found is not None
-    assert told in found
+    assert sentence in found
 
 
 def test_axes_that_agree_and_swings_of_another_kind_are_left_alone() -> None:

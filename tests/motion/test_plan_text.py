@@ -41,7 +41,7 @@ def changed(plan: MotionPlan, **values: object) -> str:
 
 
 @pytest.mark.parametrize(
-    ("values", "told"),
+    ("values", "says"),
     [
         ({"format": "other"}, "no movement primitive: its 'format' is 'other', not 'kendama motion 1'"),
         ({"weight": 1}, "unknown key 'weight'"),
@@ -55,8 +55,8 @@ def changed(plan: MotionPlan, **values: object) -> str:
         ({"widths": [0.0] * 20}, "widths must be positive; the smallest is 0"),
     ],
 )
-def test_what_is_wrong_is_named(plan: MotionPlan, values: dict[str, object], told: str) -> None:
-    with pytest.raises(ValueError, match=told):
+def test_what_is_wrong_is_named(plan: MotionPlan, values: dict[str, object], says: str) -> None:
+    with pytest.raises(ValueError, match=says):
         plan_from_text(changed(plan, **values), "json")
 
 
@@ -68,7 +68,7 @@ def test_a_missing_key_is_named(plan: MotionPlan) -> None:
 
 
 @pytest.mark.parametrize(
-    ("form", "text", "told"),
+    ("form", "text", "says"),
     [
         ("json", "{\n  oops", "line 2: not JSON"),
         ("yaml", "a: [1,\nb: 2", "line 2: not YAML"),
@@ -76,6 +76,6 @@ def test_a_missing_key_is_named(plan: MotionPlan) -> None:
         ("json", "", "line 1: not JSON"),
     ],
 )
-def test_text_that_is_something_else_is_told_with_its_line(form: TextFormat, text: str, told: str) -> None:
-    with pytest.raises(ValueError, match=told):
+def test_text_that_is_something_else_is_told_with_its_line(form: TextFormat, text: str, says: str) -> None:
+    with pytest.raises(ValueError, match=says):
         plan_from_text(text, form)

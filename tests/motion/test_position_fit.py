@@ -138,8 +138,8 @@ def test_a_gap_is_bridged_by_the_motion_not_by_a_straight_line() -> None:
 
 def test_a_gap_that_hides_the_motion_is_refused_with_its_sample() -> None:
     t = np.delete(np.arange(201) / 100, np.arange(90, 120))
-    told = r"demonstration 'gap': after sample 90 nothing is known for 0\.31 s of a motion of 2 s; allowed: 10% of it"
-    with pytest.raises(ValueError, match=told):
+    says = r"demonstration 'gap': after sample 90 nothing is known for 0\.31 s of a motion of 2 s; allowed: 10% of it"
+    with pytest.raises(ValueError, match=says):
         prepare([Demonstration("gap", t, path(t))], settings(trim="none"))
 
 

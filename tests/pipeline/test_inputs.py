@@ -58,8 +58,8 @@ def test_the_images_of_a_list_count_like_the_list_itself(tmp_path: Path, changed
     (tmp_path / "000.png").write_bytes(b"one image")
 
     def key() -> list[str]:
-        told = describe(Described(str(tmp_path / "times.csv")), FileIndex(tmp_path / "index.json"))
-        return list(told["path"])
+        described = describe(Described(str(tmp_path / "times.csv")), FileIndex(tmp_path / "index.json"))
+        return list(described["path"])
 
     before = key()
     assert key() == before

@@ -18,7 +18,7 @@ def _drop_px(gravity_m_s2: float) -> float:
     still = Path2D(t, 0 * t, 0 * t, 0 * t)
     sizes = Geometry(0.4, 0.02, 0.045, 0.07, gravity_m_s2)
     ahead = Ahead(t_s=0.0, crossing_s=2.0, x_m=0.0, x_m_s=0.0, z_m=0.0, z_m_s=0.0, sigma_m=0.01)
-    film = player("one", still, still, sizes, poster_s=0.0, autoplay=False, foreseen=[ahead])
+    film = player("one", still, still, sizes, poster_s=0.0, autoplay=False, predictions=[ahead])
     data = json.loads(re.search(r'application/json">(.*?)</script>', film)[1])
     _, begin, _, _, _, end, _, _ = data["ahead"][0]
     return float(end - begin)

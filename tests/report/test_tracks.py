@@ -1,4 +1,4 @@
-"""Paths in the swing plane and the numbers that captions tell."""
+"""Paths in the swing plane and the numbers that captions give."""
 
 import numpy as np
 import pandas as pd

@@ -28,7 +28,7 @@ def run():
     return stage().run({}, context), context
 
 
-def test_the_catch_is_foreseen_within_millimetres_from_half_of_the_flight(run):
+def test_the_catch_is_predicted_within_millimetres_from_half_of_the_flight(run):
     """Measured over 20 flights: p95 0.4 mm and 0.05 ms in bright light; the bound is the study's of 0.2 px, 6 mm."""
     made, _ = run
     assert made.metrics["predicted_rate"] == 1.0
@@ -108,7 +108,7 @@ def test_other_lights_are_no_obstacle(light):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("light", ["bright", "dim", "side", "flicker"])
-def test_in_every_light_the_catch_is_foreseen_within_the_bound_of_the_study(light):
+def test_in_every_light_the_catch_is_predicted_within_the_bound_of_the_study(light):
     """Measured: p95 0.4..0.9 mm and 0.05..0.09 ms, rms of the time 0.02..0.05 ms, delay of the onset 23 ms."""
     figures = stage(light, flights=20, image_every=0).run({}, MemoryContext(seed=9)).metrics
     assert figures["predicted_rate"] == 1.0

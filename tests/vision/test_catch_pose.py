@@ -243,7 +243,7 @@ def disturbed(motion, rng, sigma_m=2e-4):
     return points[: len(SEEN)] + sigma_m * rng.standard_normal((len(SEEN), 3)), crossing, t[last] + part / 300
 
 
-def foreseen(points, motion):
+def estimator_of(points, motion):
     options = {} if motion is None else {"motion": motion}
     estimator = CatchPoseEstimator(9.81, DRAG, RIM_M, **options)
     for moment, point in zip(SEEN, points, strict=True):
@@ -252,13 +252,13 @@ def foreseen(points, motion):
 
 
 @pytest.mark.parametrize("motion", [PROCESS, COLOURED])
-def test_a_wobbling_ball_is_foreseen_better_by_the_variant_that_expects_it_and_its_covariance_is_true(motion):
+def test_a_wobbling_ball_is_predicted_better_by_the_variant_that_expects_it_and_its_covariance_is_true(motion):
     """60 draws; mean normalised square of 2 numbers: 2 +- 0.26; it is scaled up, never down, by the innovations."""
     rng = np.random.default_rng(16)
     errors, squares, ratios = [], [], []
     for _ in range(60):
         points, crossing, crossing_s = disturbed(motion, rng)
-        knowing, plain = foreseen(points, motion), foreseen(points, None).catch()
+        knowing, plain = estimator_of(points, motion), estimator_of(points, None).catch()
         pose = knowing.catch()
         error = (pose.position_m - crossing)[:2]
         errors.append([np.sum(error**2), np.sum((plain.position_m - crossing)[:2] ** 2), (pose.t_s - crossing_s) ** 2])
@@ -282,12 +282,12 @@ def test_the_coloured_variant_is_generalised_least_squares():
     d_end = np.sqrt(3) / COLOURED.length_s * np.abs(SEEN[-1] + 0.1 - SEEN)
     wobble = COLOURED.sigma_m**2 * (1 + d_end) * np.exp(-d_end) @ inverse @ (left - design @ weights)
     expected = FLIGHT.position_m(weights[0], weights[1], SEEN[-1] + 0.1) + wobble
-    assert np.allclose(foreseen(points, COLOURED).state_at(SEEN[-1] + 0.1)[:3], expected, atol=2e-6)
+    assert np.allclose(estimator_of(points, COLOURED).state_at(SEEN[-1] + 0.1)[:3], expected, atol=2e-6)
 
 
 def test_wobble_that_was_not_expected_shows_in_the_residuals_and_widens_the_covariance():
     points, _, _ = disturbed(COLOURED, np.random.default_rng(18))
-    wrong, right = foreseen(points, None), foreseen(points, COLOURED)
+    wrong, right = estimator_of(points, None), estimator_of(points, COLOURED)
     assert wrong.residual_ratio > 3
     assert 0.7 < right.residual_ratio < 1.3
 

@@ -1,4 +1,4 @@
-"""What flights tell of gravity, drag and wobble, and how well other flights are foreseen with it."""
+"""What flights say of gravity, drag and wobble, and how well other flights are predicted with it."""
 
 import numpy as np
 import pytest
@@ -48,7 +48,7 @@ def test_wobble_is_told_from_noise():
     assert quiet.motion.intensity_m2_s3 < 3e-3
 
 
-def test_calibrated_on_other_flights_a_wobbling_ball_is_foreseen_better_than_by_standard_gravity():
+def test_calibrated_on_other_flights_a_wobbling_ball_is_predicted_better_than_by_standard_gravity():
     made = wobbling(10203, 10)
     halves = (0.5,)
     known = try_flights(made, halves, wobbling(10204, 6))
@@ -58,7 +58,7 @@ def test_calibrated_on_other_flights_a_wobbling_ball_is_foreseen_better_than_by_
     assert nominal.model is NOMINAL
 
 
-def test_every_flight_is_foreseen_without_its_own_help():
+def test_every_flight_is_predicted_without_its_own_help():
     """Spoil one flight's own gravity: calibrated on the others, its error is large; on itself it would not be."""
     made = flights(10205, 5)
     wrong = made[2]

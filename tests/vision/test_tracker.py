@@ -232,7 +232,7 @@ def test_old_images_under_new_stamps_are_not_believed():
         assert all(pose is None or honest(pose, release) for t, pose in poses)
 
 
-def test_a_ball_that_leaves_the_image_is_still_foreseen():
+def test_a_ball_that_leaves_the_image_is_still_predicted():
     rng, release = flight(54)
     made = tracker()
     poses = fly(
@@ -274,7 +274,7 @@ def test_a_ball_that_does_something_else_altogether_is_told_as_lost_and_followed
 
 
 def test_a_wrong_calibration_is_owned_to():
-    """The right camera looks up by two tenths of a degree, two pixels: no pose is told as surer than it is."""
+    """The right camera looks up by two tenths of a degree, two pixels: no pose is predicted as surer than it is."""
     pitch = np.deg2rad(0.2)
     turn = np.array([[1, 0, 0], [0, np.cos(pitch), -np.sin(pitch)], [0, np.sin(pitch), np.cos(pitch)]])
     believed = [CAMERAS[0], dataclasses.replace(CAMERAS[1], world_to_camera=turn @ CAMERAS[1].world_to_camera)]
@@ -302,7 +302,7 @@ def test_the_search_hints_the_detector_where_the_ball_should_be():
 def test_a_rope_that_was_slack_for_a_moment_only_is_noticed():
     """A swing of 80 deg: at its turning points the rope hardly pulls; soon after, no flight fits what is seen."""
     rng, made, pivot = np.random.default_rng(63), tracker(), np.array([0.0, 0.0, 0.4])
-    phi, rate, found, told = np.deg2rad(80.0), 0.0, [], []
+    phi, rate, found, predicted = np.deg2rad(80.0), 0.0, [], []
     for frame in range(180):
         for _ in range(20):
             rate -= 9.81 / 0.4 * np.sin(phi) / 2400
@@ -310,7 +310,7 @@ def test_a_rope_that_was_slack_for_a_moment_only_is_noticed():
         ball = pivot + 0.4 * np.array([np.sin(phi), 0.0, -np.cos(phi)])
         pose = made.update(frame / 120, shown(ball, rng), pivot)
         found.append(made.found is not None)
-        told.append(pose is not None)
+        predicted.append(pose is not None)
     first = found.index(True)
     assert not all(found[first : first + 48])
-    assert np.mean(told) < 0.5
+    assert np.mean(predicted) < 0.5

@@ -62,7 +62,7 @@ def _path(settings: IdentifySettings, speed_m_s: float, period_s: float) -> tupl
     return t_s, radius * np.column_stack([np.sin(angle), np.zeros(len(t_s)), 1 - np.cos(angle)])
 
 
-class CupPath:
+class TrackedPath:
     """Where the cup was meant to be, and where it was by the joints' readings, at full speed; places are (k, 3) [m]."""
 
     def __init__(self, arm: RobotModel, motion: JointTrajectory, recording: Recording) -> None:

@@ -59,5 +59,5 @@ def _cause(nearest: Attempt, settings: AdaptSettings, bounds: Bounds, limiting_j
             "the swing is too weak for the rope: widen adapt.amplitudes or shorten game.rope.length_m",
         ),
     )
-    told = (cause for holds, cause in causes if holds)
-    return next(told, "no tau within the range does better: raise adapt.max_shift_m or widen adapt.amplitudes")
+    named = (cause for holds, cause in causes if holds)
+    return next(named, "no tau within the range does better: raise adapt.max_shift_m or widen adapt.amplitudes")

@@ -21,11 +21,11 @@ from kendama_cli.simulation.catch.search_record import Attempt, Bounds, MotionVa
 from kendama_cli.simulation.catch.settings import AdaptSettings
 from kendama_cli.simulation.catch.uncertainty import CORNERS, Repeat, predicted_success
 
-MOST_JUDGED = 3
-"""At most so many windows are judged in perturbed worlds, the widest first."""
+MOST_EVALUATED = 3
+"""At most so many windows are evaluated in perturbed worlds, the widest first."""
 
 BUDGET = 40
-"""Rollouts in all for the windows over tau: what the attempts leave of it decides how many windows are judged."""
+"""Rollouts in all for the windows over tau: what the attempts leave of it decides how many windows are evaluated."""
 
 ENOUGH = 0.98
 """Predicted success from which on nothing but tau is changed."""
@@ -46,21 +46,22 @@ LEAST_APEX_M = 0.03
 """A ball that rises less over the rim is not in flight long enough to be waited for elsewhere."""
 
 
-def next_job(search: Search, settings: AdaptSettings, bounds: Bounds) -> Trial | None:
+def next_trial(search: Search, settings: AdaptSettings, bounds: Bounds) -> Trial | None:
     """The next rollout to play, or None when the search has ended.
 
     First attempts over tau until one catches, then over the whole range of tau for all windows, whose middles are
-    judged in the corners of the declared uncertainties. Only if none of them promises ENOUGH, the place of the catch
-    is moved; only if nothing catches at all, the motion's size is changed. The best is repeated afresh.
+    evaluated in the corners of the declared uncertainties. Only if none of them is predicted to succeed in ENOUGH of
+    all worlds, the place of the catch is moved; only if nothing catches at all, the motion's size is changed. The best
+    is repeated afresh.
     """
     for amplitude in (1.0, *settings.amplitudes):
-        job = _explore(search, settings, bounds, amplitude)
-        if job is None:
-            job = _judge(search, _middles(search, settings, bounds, amplitude))
-        if job is None and _promise(search, bounds, amplitude) < ENOUGH:
-            job = _move_catch(search, settings, amplitude) or _judge(search, _moved(search, amplitude))
-        if job is not None:
-            return job
+        trial = _explore(search, settings, bounds, amplitude)
+        if trial is None:
+            trial = _evaluate(search, _middles(search, settings, bounds, amplitude))
+        if trial is None and _best_over_tau(search, bounds, amplitude) < ENOUGH:
+            trial = _move_catch(search, settings, amplitude) or _evaluate(search, _moved(search, amplitude))
+        if trial is not None:
+            return trial
         if any(one.caught and one.variation.amplitude == amplitude for one in search.attempts):
             break
     best = best_candidate(search, bounds)
@@ -80,20 +81,20 @@ def windows(search: Search, settings: AdaptSettings, bounds: Bounds) -> tuple[Wi
 
 
 def best_candidate(search: Search, bounds: Bounds) -> MotionVariation | None:
-    """The judged candidate with the largest predicted success; among equals the one whose corners are nearest."""
+    """The evaluated candidate with the largest predicted success; among equals the one whose corners are nearest."""
 
     def worth(entry: tuple[MotionVariation, tuple[Repeat, ...]]) -> tuple[float, float]:
         variation, corners = entry
         farthest = max(1.0 if corner.miss_m is None else abs(corner.miss_m) for corner in corners)
         return round(expected_success(search, variation, bounds), 3), -farthest
 
-    return max(search.judged, key=worth)[0] if search.judged else None
+    return max(search.evaluated, key=worth)[0] if search.evaluated else None
 
 
 def expected_success(search: Search, variation: MotionVariation, bounds: Bounds) -> float:
-    """What the corners of a judged candidate predict (see predicted_success)."""
+    """What the corners of an evaluated candidate predict (see predicted_success)."""
     nominal = next(one for one in search.attempts if one.variation == variation)
-    return predicted_success(nominal.signed_miss_m or 0.0, dict(search.judged)[variation], bounds.mouth_m)
+    return predicted_success(nominal.signed_miss_m or 0.0, dict(search.evaluated)[variation], bounds.mouth_m)
 
 
 def nearest_attempt(search: Search) -> Attempt:
@@ -110,9 +111,9 @@ def _explore(search: Search, settings: AdaptSettings, bounds: Bounds, amplitude:
     trials = _trials(search, bounds, amplitude)
     moved = [one for one in search.attempts if one.variation.shifted and one.variation.amplitude == amplitude]
     if len(trials) >= TAU_FIRST and len(moved) < EARLY_SHIFTS and not search.caught():
-        job = _move_catch(search, settings, amplitude)
-        if job is not None:
-            return job
+        trial = _move_catch(search, settings, amplitude)
+        if trial is not None:
+            return trial
     tau = next_window_tau(trials, where, bounds.mouth_m) if search.caught() else next_tau(trials, where)
     return None if tau is None else Trial("attempt", MotionVariation(tau, amplitude), len(search.attempts))
 
@@ -146,12 +147,12 @@ def _can_wait_elsewhere(attempt: Attempt) -> bool:
 
 
 def _middles(search: Search, settings: AdaptSettings, bounds: Bounds, amplitude: float) -> list[MotionVariation]:
-    """The middle of every window of this amplitude that there is still budget to judge, the widest first."""
+    """The middle of every window of this amplitude that there is still budget to evaluate, the widest first."""
     where = _range(settings, bounds, amplitude)
     if where is None:
         return []
     trials = _trials(search, bounds, amplitude)
-    most = min(MOST_JUDGED, max(1, (BUDGET - len(trials)) // len(CORNERS)))
+    most = min(MOST_EVALUATED, max(1, (BUDGET - len(trials)) // len(CORNERS)))
     return [
         MotionVariation(window.best.tau_scale, amplitude)
         for window in catch_windows(trials, where, bounds.mouth_m)[:most]
@@ -166,18 +167,20 @@ def _moved(search: Search, amplitude: float) -> list[MotionVariation]:
     return [min(caught, key=lambda one: one.off_m).variation] if caught else []
 
 
-def _judge(search: Search, candidates: list[MotionVariation]) -> Trial | None:
-    done = dict(search.judged)
+def _evaluate(search: Search, candidates: list[MotionVariation]) -> Trial | None:
+    done = dict(search.evaluated)
     for variation in candidates:
         made = len(done.get(variation, ()))
         if made < len(CORNERS):
-            return Trial("judge", variation, made)
+            return Trial("evaluate", variation, made)
     return None
 
 
-def _promise(search: Search, bounds: Bounds, amplitude: float) -> float:
-    """The largest predicted success of what was judged over tau alone."""
-    plain = [variation for variation, _ in search.judged if not variation.shifted and variation.amplitude == amplitude]
+def _best_over_tau(search: Search, bounds: Bounds, amplitude: float) -> float:
+    """The largest predicted success of what was evaluated over tau alone."""
+    plain = [
+        variation for variation, _ in search.evaluated if not variation.shifted and variation.amplitude == amplitude
+    ]
     return max((expected_success(search, variation, bounds) for variation in plain), default=0.0)
 
 

@@ -49,7 +49,7 @@ class Attempt:
 
 @dataclass(frozen=True)
 class Trial:
-    """What to play next: a nominal ``attempt``, or the perturbed world number ``index`` to ``judge`` or ``confirm``."""
+    """What to play next: a nominal ``attempt``, or perturbed world ``index`` to ``evaluate`` or ``confirm`` in."""
 
     kind: str
     variation: MotionVariation
@@ -58,18 +58,18 @@ class Trial:
 
 @dataclass(frozen=True)
 class Search:
-    """All results so far: attempts in order, the corners of each judged candidate, and the chosen motion's repeats."""
+    """All results so far: attempts in order, the corners of each candidate, and the chosen motion's repeats."""
 
     attempts: tuple[Attempt, ...] = ()
-    judged: tuple[tuple[MotionVariation, tuple[Repeat, ...]], ...] = ()
+    evaluated: tuple[tuple[MotionVariation, tuple[Repeat, ...]], ...] = ()
     confirmed: tuple[Repeat, ...] = ()
 
     def to_json(self) -> dict[str, Any]:
         """As JSON values."""
         return {
             "attempts": [asdict(one) for one in self.attempts],
-            "judged": [
-                [asdict(variation), [asdict(repeat) for repeat in repeats]] for variation, repeats in self.judged
+            "evaluated": [
+                [asdict(variation), [asdict(repeat) for repeat in repeats]] for variation, repeats in self.evaluated
             ],
             "confirmed": [asdict(one) for one in self.confirmed],
         }
@@ -81,7 +81,7 @@ class Search:
             tuple(_attempt(one) for one in state["attempts"]),
             tuple(
                 (_variation(variation), tuple(Repeat(**one) for one in repeats))
-                for variation, repeats in state["judged"]
+                for variation, repeats in state["evaluated"]
             ),
             tuple(Repeat(**one) for one in state["confirmed"]),
         )
@@ -90,17 +90,17 @@ class Search:
         """This search and one attempt more."""
         return replace(self, attempts=(*self.attempts, attempt))
 
-    def with_repeat(self, job: Trial, repeat: Repeat) -> Search:
-        """This search and the repeat that ``job`` asked for."""
-        if job.kind == "confirm":
+    def with_repeat(self, trial: Trial, repeat: Repeat) -> Search:
+        """This search and the repeat that ``trial`` asked for."""
+        if trial.kind == "confirm":
             return replace(self, confirmed=(*self.confirmed, repeat))
-        done = dict(self.judged)
-        done[job.variation] = (*done.get(job.variation, ()), repeat)
-        return replace(self, judged=tuple(done.items()))
+        done = dict(self.evaluated)
+        done[trial.variation] = (*done.get(trial.variation, ()), repeat)
+        return replace(self, evaluated=tuple(done.items()))
 
     def rollouts(self) -> int:
         """All rollouts that the search took; the fresh repeats at its end are not part of it."""
-        return len(self.attempts) + sum(len(repeats) for _, repeats in self.judged)
+        return len(self.attempts) + sum(len(repeats) for _, repeats in self.evaluated)
 
     def rollouts_to_first_catch(self) -> int | None:
         """The number of the first attempt that caught, from 1."""

@@ -70,9 +70,9 @@ def find_placement(
     """The placement of ``robot`` in which ``plan``, at its own tempo, needs the least share of the limits.
 
     With a ``line`` it also keeps that within reach, on which the swing-up is learned and the ball caught. ``effort``
-    scales the time that is spent; the same call finds the same placement. ``progress`` is told of starts done, starts
-    in all and the least cost so far (the largest share of a speed limit, or 0.6 of that of an acceleration or effort
-    limit). Raises StageError where the motion leaves the workspace, saying where and how far.
+    scales the time that is spent; the same call finds the same placement. ``progress`` is called with starts done,
+    starts in all and the least cost so far (the largest share of a speed limit, or 0.6 of that of an acceleration or
+    effort limit). Raises StageError where the motion leaves the workspace, saying where and how far.
     """
     path = CupPath(plan, lead_in_m_s2)
     path_m = path.at(SAMPLE_S * np.arange(int(np.ceil(path.duration_s / SAMPLE_S)) + 1, dtype=np.float64))

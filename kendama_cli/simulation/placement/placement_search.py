@@ -235,8 +235,8 @@ def search(
 ) -> Minimum:
     """The best candidate found: evolution leads on ``given`` and the best of many drawn evenly, in ever fewer rounds.
 
-    ``effort`` scales the number of candidates looked at. ``progress`` is told of starts done, starts in all, and the
-    least cost so far.
+    ``effort`` scales the number of candidates looked at. ``progress`` is called with starts done, starts in all, and
+    the least cost so far.
     """
     drawn = rng.uniform(size=(round(effort * SAMPLES), problem.dimensions))
     costs = np.array([problem.cost(place) for place in drawn])

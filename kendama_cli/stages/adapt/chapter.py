@@ -35,7 +35,7 @@ def film(log: StageLog) -> str | None:
 def adaptation_figures(log: StageLog) -> list[Figure]:
     """The search and the catch; then tracking, joint speeds and the perturbed repeats."""
     search = [_search(log), _catch(log)]
-    repeats, told = _repeats(log)
+    repeats, caption = _repeats(log)
     execution = [_tracking(log), _joint_speeds(log.table("/adapt/joints", JointStates)), repeats]
     return [
         *figure(
@@ -60,7 +60,7 @@ def adaptation_figures(log: StageLog) -> list[Figure]:
                 [
                     "Distance between the commanded and the driven cup.",
                     "Joint velocities of the arm during the same rollout.",
-                    told,
+                    caption,
                 ],
             ),
             execution,
@@ -183,7 +183,7 @@ def _joint_speeds(joints: pd.DataFrame) -> Panel | None:
 
 
 def _repeats(log: StageLog) -> tuple[Panel | None, str]:
-    """The perturbed repeats sorted by miss, and the sentence that tells of them."""
+    """The perturbed repeats sorted by miss, and the sentence about them."""
     repeats = log.table("/adapt/repeat", AdaptRepeatMessage)
     if repeats.empty:
         return None, ""

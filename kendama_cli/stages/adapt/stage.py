@@ -25,7 +25,7 @@ from kendama_cli.simulation.catch.catch_search import (
     best_candidate,
     expected_success,
     nearest_attempt,
-    next_job,
+    next_trial,
     windows,
 )
 from kendama_cli.simulation.catch.search_record import Attempt, Bounds, MotionVariation, Search, Trial
@@ -50,7 +50,7 @@ class Adapt:
         """Search tau, then goal and size, in the closed loop; the result is judged by perturbed repeats.
 
         ``caught`` is the nominal outcome, ``success_rate`` that over fresh perturbed repeats. Where nothing catches
-        the stage still ends, and its metrics tell how near it came and what stands in the way. Raises StageError,
+        the stage still ends, and its metrics say how near it came and what stands in the way. Raises StageError,
         naming the joint and its limit, where no tau in the range is within the arm's limits.
         """
         plan: MotionPlan = given["encode"]
@@ -66,14 +66,14 @@ class Adapt:
             seeds = ctx.rng("adapt repeats").integers(2**62, size=len(CORNERS) + settings.repeats).tolist()
         else:
             seeds = [int(seed) for seed in saved["seeds"]]
-        while (job := next_job(search, settings, bounds)) is not None:
-            if job.kind == "attempt":
-                search = search.with_attempt(self._attempt(world, family, job, ctx))
+        while (trial := next_trial(search, settings, bounds)) is not None:
+            if trial.kind == "attempt":
+                search = search.with_attempt(self._attempt(world, family, trial, ctx))
             else:
-                search = search.with_repeat(job, self._repeat(world, family, job, seeds, ctx))
+                search = search.with_repeat(trial, self._repeat(world, family, trial, seeds, ctx))
             ctx.checkpoint(functools.partial(_state, search, seeds))
-            total = search.rollouts() + settings.repeats if job.kind == "confirm" else None
-            ctx.progress(search.rollouts() + len(search.confirmed), total, **_figures(job, search))
+            total = search.rollouts() + settings.repeats if trial.kind == "confirm" else None
+            ctx.progress(search.rollouts() + len(search.confirmed), total, **_figures(trial, search))
         return self._made(world, family, bounds, search, ctx)
 
     def _placed(self, robot: RobotSettings, plan: MotionPlan, ctx: StageContext) -> RobotSettings:
@@ -84,11 +84,11 @@ class Adapt:
         if self._settings.placement == "given":
             return robot
 
-        def tell(done: int, total: int, cost: float) -> None:
+        def report_progress(done: int, total: int, cost: float) -> None:
             ctx.progress(done, total, placement=round(cost, 3))
 
         lead_in = self._settings.lead_in_m_s2
-        find = functools.partial(find_placement, robot, self._game, plan, lead_in, effort=1.0, progress=tell)
+        find = functools.partial(find_placement, robot, self._game, plan, lead_in, effort=1.0, progress=report_progress)
         with contextlib.suppress(StageError):  # out of reach: perhaps only the line is
             found = placed(robot, find(line=self._settings.line))
             arm = RobotModel(found, self._game.cup, self._game.gravity_m_s2)
@@ -107,15 +107,17 @@ class Adapt:
                 f"allowed: tau_scale up to {most}: raise adapt.tau_range, or {otherwise}"
             )
 
-    def _attempt(self, world: ArmWorld, family: CatchFamily, job: Trial, ctx: StageContext) -> Attempt:
-        variation = job.variation
+    def _attempt(self, world: ArmWorld, family: CatchFamily, trial: Trial, ctx: StageContext) -> Attempt:
+        variation = trial.variation
         limit = family.limit(variation)
         if limit is not None:
             return Attempt(variation, False, None, None, 0.0, None, limit)
         swing = family.swing(variation)
         world.perturb(NO_ERRORS)
         result = play_rollout(world, swing.joints(variation.tau_scale, self._settings.hold_s))
-        ctx.log.write("/adapt/rollout", float(job.index), _rollout_message(job, result.caught, result.signed_miss_m))
+        ctx.log.write(
+            "/adapt/rollout", float(trial.index), _rollout_message(trial, result.caught, result.signed_miss_m)
+        )
         flight = None
         if result.flight_s is not None:
             start, end = (
@@ -124,21 +126,23 @@ class Adapt:
             flight = (start, end)
         return Attempt(variation, result.caught, result.signed_miss_m, result.side_miss_m, result.apex_m, flight)
 
-    def _repeat(self, world: ArmWorld, family: CatchFamily, job: Trial, seeds: list[int], ctx: StageContext) -> Repeat:
-        """Every candidate is judged with the same noise; those that confirm have noise of their own."""
+    def _repeat(
+        self, world: ArmWorld, family: CatchFamily, trial: Trial, seeds: list[int], ctx: StageContext
+    ) -> Repeat:
+        """Every candidate is evaluated with the same noise; those that confirm have noise of their own."""
         perturbation, rope_m = self._settings.perturbation, self._game.rope.length_m
-        confirm = job.kind == "confirm"
-        rng = np.random.default_rng(seeds[job.index + len(CORNERS) * confirm])
-        draw = drawn_errors(perturbation, rope_m, rng) if confirm else corner_errors(perturbation, rope_m, job.index)
+        confirm = trial.kind == "confirm"
+        rng = np.random.default_rng(seeds[trial.index + len(CORNERS) * confirm])
+        draw = drawn_errors(perturbation, rope_m, rng) if confirm else corner_errors(perturbation, rope_m, trial.index)
         world.perturb(draw)
-        joints = family.swing(job.variation).joints(job.variation.tau_scale, self._settings.hold_s)
+        joints = family.swing(trial.variation).joints(trial.variation.tau_scale, self._settings.hold_s)
         result = play_rollout(world, joints, noise_rad=perturbation.joint_noise_rad, rng=rng)
         miss_m = _or_nan(result.signed_miss_m)
         if confirm:
-            message = AdaptRepeatMessage(index=job.index, caught=result.caught, miss_m=miss_m)
-            ctx.log.write("/adapt/repeat", float(job.index), message)
+            message = AdaptRepeatMessage(index=trial.index, caught=result.caught, miss_m=miss_m)
+            ctx.log.write("/adapt/repeat", float(trial.index), message)
         else:
-            ctx.log.write("/adapt/corner", float(job.index), _rollout_message(job, result.caught, miss_m))
+            ctx.log.write("/adapt/corner", float(trial.index), _rollout_message(trial, result.caught, miss_m))
         return Repeat(result.caught, result.signed_miss_m)
 
     def _made(self, world: ArmWorld, family: CatchFamily, bounds: Bounds, search: Search, ctx: StageContext) -> Made:
@@ -186,15 +190,15 @@ class Adapt:
         return Made(CatchMotion(family.plan(variation), joints, placement, result.caught, success), metrics)
 
 
-def _rollout_message(job: Trial, caught: bool, miss_m: float | None) -> AdaptRolloutMessage:
+def _rollout_message(trial: Trial, caught: bool, miss_m: float | None) -> AdaptRolloutMessage:
     return AdaptRolloutMessage(
-        index=job.index,
-        tau_scale=job.variation.tau_scale,
+        index=trial.index,
+        tau_scale=trial.variation.tau_scale,
         signed_miss_m=_or_nan(miss_m),
         caught=caught,
-        amplitude=job.variation.amplitude,
-        shift_x_m=job.variation.shift_m[0],
-        shift_y_m=job.variation.shift_m[1],
+        amplitude=trial.variation.amplitude,
+        shift_x_m=trial.variation.shift_m[0],
+        shift_y_m=trial.variation.shift_m[1],
     )
 
 
@@ -206,8 +210,8 @@ def _or_nan(value: float | None) -> float:
     return float("nan") if value is None else value
 
 
-def _figures(job: Trial, search: Search) -> dict[str, float | int]:
-    figures: dict[str, float | int] = {"tau": round(job.variation.tau_scale, 4), "caught": search.caught()}
+def _figures(trial: Trial, search: Search) -> dict[str, float | int]:
+    figures: dict[str, float | int] = {"tau": round(trial.variation.tau_scale, 4), "caught": search.caught()}
     if search.confirmed:
         figures["success_rate"] = round(sum(one.caught for one in search.confirmed) / len(search.confirmed), 2)
     return figures

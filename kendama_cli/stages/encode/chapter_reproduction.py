@@ -56,8 +56,8 @@ def _side_by_side(demonstrated: Mapping[str, Path2D], own: Mapping[str, Path2D],
             axes.plot(there.x_m, there.z_m, color=MUTED, lw=4.0, alpha=0.4)
             axes.plot(played.x_m, played.z_m, color=CUP, lw=1.1)
             apart = _distance_mm(there, played)
-            told = f"{name}: {np.sqrt(np.mean(apart**2)):.2f} mm rms, {apart.max():.2f} at most"
-            axes.set_title(told, loc="left", fontsize=7.2)
+            deviation = f"{name}: {np.sqrt(np.mean(apart**2)):.2f} mm rms, {apart.max():.2f} at most"
+            axes.set_title(deviation, loc="left", fontsize=7.2)
             axes.set_aspect("equal", adjustable="box")
             if number % columns == 0:
                 axes.set_ylabel("z [m]")

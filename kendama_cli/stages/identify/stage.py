@@ -17,7 +17,7 @@ from kendama_cli.devices.robot.identify_settings import IdentifySettings
 from kendama_cli.devices.robot.interface import Robot
 from kendama_cli.devices.robot.open_robot import open_robot
 from kendama_cli.devices.robot.recording import Recording, play
-from kendama_cli.devices.robot.tracking import CupPath, circle
+from kendama_cli.devices.robot.tracking import TrackedPath, circle
 from kendama_cli.learning.friction_choice import FrictionSamples, choose_friction
 from kendama_cli.learning.friction_network import network_torque
 from kendama_cli.learning.friction_parametric import parametric_torque
@@ -46,39 +46,39 @@ class Identify:
         self._game = game
 
     def run(self, given: Mapping[str, Any], ctx: StageContext) -> Made:
-        """Move the arm in two ways, fit on one, judge on the other; track a circle without and with the better model.
+        """Move the arm in two ways, fit on one, compare on the other; track a circle without and with the better model.
 
-        ``tracking_rms_mm_before`` and ``_after`` are told after the drive's own delay, ``drive_delay_ms``, has been
+        ``tracking_rms_mm_before`` and ``_after`` are given after the drive's own delay, ``drive_delay_ms``, has been
         taken off: the same for both, that of the compensated motion. Raises StageError where an excited joint would
-        leave its range or moves too little, HardwareError where the robot tells no efforts or fails.
+        leave its range or moves too little, HardwareError where the robot reports no efforts or fails.
         """
         settings = self._settings
         arm = RobotModel(self._robot, self._game.cup, self._game.gravity_m_s2)
-        visit = _Visit(ctx)
+        played = _PlayedMotions(ctx)
         with open_robot(self._hardware, self._robot, self._game) as robot:
-            round_and_round = circle(arm, settings, robot.period_s)
+            circling = circle(arm, settings, robot.period_s)
             exciting = {
                 name: excitation(
-                    arm, self._game, settings, duration_s=seconds, period_s=robot.period_s, rng=visit.rng(name)
+                    arm, self._game, settings, duration_s=seconds, period_s=robot.period_s, rng=played.rng(name)
                 )
                 for name, seconds in (("train", settings.duration_s), ("held_out", settings.held_out_s))
             }
             samples = Samples(self._robot, self._game)
-            learned, judged = (
-                samples.of(visit.play(name, robot, motion), settings.smoothing_s) for name, motion in exciting.items()
+            training, held_out = (
+                samples.of(played.play(name, robot, motion), settings.smoothing_s) for name, motion in exciting.items()
             )
-            hidden, rng = settings.hidden_units, visit.rng("network")
-            model = choose_friction(arm.joint_names, learned, judged, hidden=hidden, rng=rng)
+            hidden, rng = settings.hidden_units, played.rng("network")
+            model = choose_friction(arm.joint_names, training, held_out, hidden=hidden, rng=rng)
             tracked = {
-                name: CupPath(arm, round_and_round.joints, visit.play(name, one, round_and_round.joints))
+                name: TrackedPath(arm, circling.joints, played.play(name, one, circling.joints))
                 for name, one in (("before", robot), ("after", CompensatedRobot(robot, model)))
             }
-        _log_friction(ctx, judged, model, robot.period_s)
+        _log_friction(ctx, held_out, model, robot.period_s)
         _log_paths(ctx, tracked)
-        return Made(model, _metrics(model, tracked, round_and_round.speed_m_s))
+        return Made(model, _metrics(model, tracked, circling.speed_m_s))
 
 
-class _Visit:
+class _PlayedMotions:
     """Motions played one after the other; those that a killed run had finished are not played again."""
 
     def __init__(self, ctx: StageContext) -> None:
@@ -143,7 +143,7 @@ def _log_friction(ctx: StageContext, samples: FrictionSamples, model: FrictionMo
             ctx.log.write("/identify/friction", k * period_s, message)
 
 
-def _log_paths(ctx: StageContext, tracked: Mapping[str, CupPath]) -> None:
+def _log_paths(ctx: StageContext, tracked: Mapping[str, TrackedPath]) -> None:
     paths: dict[str, Array] = {"reference": tracked["after"].wanted_m}
     paths |= {name: path.reached_m for name, path in tracked.items()}
     for name, places in paths.items():
@@ -151,7 +151,7 @@ def _log_paths(ctx: StageContext, tracked: Mapping[str, CupPath]) -> None:
             ctx.log.write(f"/identify/tracking/{name}", float(t_s), FrameTransform("world", "cup", place))
 
 
-def _metrics(model: FrictionModel, tracked: Mapping[str, CupPath], speed_m_s: float) -> dict[str, Metric]:
+def _metrics(model: FrictionModel, tracked: Mapping[str, TrackedPath], speed_m_s: float) -> dict[str, Metric]:
     delay_s = tracked["after"].delay_s()
     chosen = model.network_rms_nm if model.chosen == "network" else model.parametric_rms_nm
     return {

@@ -31,7 +31,7 @@ def interaction_figures(log: StageLog) -> list[Figure]:
     first = [_scene(log), _force(contact)]
     second = [_friction(log), _deviation(log), _efforts(log.table("/interact/joints", JointStates))]
     error = log.metrics.get("force_error_rms_n")
-    told = (
+    ended = (
         f" Where the wanted force does not change, they differ by {number(error)} N rms." if error is not None else ""
     )
     return [
@@ -41,7 +41,7 @@ def interaction_figures(log: StageLog) -> list[Figure]:
                 [
                     "Side view of the scene: the tool's path, and where it was in contact. Bodies are grey.",
                     "What the tool exerted on the bodies along the wanted force, or in all where none is wanted, and"
-                    f" what it should; the steps of the script by name.{told}",
+                    f" what it should; the steps of the script by name.{ended}",
                 ],
             ),
             first,
@@ -87,7 +87,7 @@ def _scene(log: StageLog) -> Panel | None:
 
 
 def _outline(body: Mapping[str, Any]) -> Array:
-    """The outline (n, 2) in x and z of a body as the settings in the log tell of it."""
+    """The outline (n, 2) in x and z of a body as the settings in the log have it."""
     size, shape = body["size_m"], body["shape"]
     ring = np.column_stack([np.cos(_ROUND), np.sin(_ROUND)])
     if shape == "sphere":

@@ -34,8 +34,8 @@ def swingup_figures(log: StageLog) -> list[Figure]:
             [
                 "Reward of every rollout of the learning. Explored: driven by a random harmonic trajectory; greedy: by"
                 " the table as it stood; filled: the goal was reached. Line: running median of the greedy rollouts over"
-                " 21 of them. Once the row that counts as learned is there, the table is tried on other bodies, and"
-                " learns on where it fails. Compare with Fig. 5 of the paper."
+                " 21 of them. Once the streak that counts as learned is there, the table is validated on other bodies,"
+                " and learns on where it fails. Compare with Fig. 5 of the paper."
             ],
             learning,
             columns=1,

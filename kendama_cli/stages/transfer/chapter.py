@@ -142,7 +142,7 @@ def _film(log: StageLog, paths: tuple[Path2D, Path2D] | None, game: int) -> Pane
     cup, ball = (Path2D(body.t_s - start_s, body.x_m, body.z_m, body.tilt_rad) for body in paths)
     caught_s = catch_time_s(cup, ball, sizes.cup_depth_m)
     poster_s = None if caught_s is None else caught_s - 0.1
-    film = player("transfer-film", cup, ball, sizes, poster_s=poster_s, autoplay=False, foreseen=predictions)
+    film = player("transfer-film", cup, ball, sizes, poster_s=poster_s, autoplay=False, predictions=predictions)
     return Panel("Film of the game", film)
 
 

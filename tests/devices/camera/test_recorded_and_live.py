@@ -226,7 +226,7 @@ def test_two_cameras_of_one_name_or_no_camera_are_refused():
 
 def test_a_pose_is_told_once_and_only_once():
     one = plain("camera", "file")["cameras"][0]
-    with pytest.raises(ConfigError, match=r"'look_at_m' or 'rotation_wxyz' must tell|look_at_m"):
+    with pytest.raises(ConfigError, match=r"'look_at_m' or 'rotation_wxyz' must give|look_at_m"):
         file_settings(cameras=[one | {"rotation_wxyz": [1, 0, 0, 0]}])
     turned = file_settings(cameras=[one | {"look_at_m": None, "rotation_wxyz": [0.5, 0, 0, 0]}]).cameras[0]
     with pytest.raises(ConfigError, match=r"has length 0\.5; it must be 1"):

@@ -9,7 +9,7 @@ import pytest
 
 from kendama_cli.schema.settings import build
 from kendama_cli.simulation.catch.catch_obstacle import obstacle
-from kendama_cli.simulation.catch.catch_search import best_candidate, nearest_attempt, next_job, windows
+from kendama_cli.simulation.catch.catch_search import best_candidate, nearest_attempt, next_trial, windows
 from kendama_cli.simulation.catch.search_record import Attempt, Bounds, MotionVariation, Search, Trial
 from kendama_cli.simulation.catch.settings import AdaptSettings
 from kendama_cli.simulation.catch.uncertainty import CORNERS, Repeat
@@ -29,24 +29,24 @@ def _attempt(variation: MotionVariation, miss: float | None, side: float = 0.0) 
     return Attempt(variation, abs(miss) < 0.038 and abs(side) < 0.02, miss, side, 0.25, (0.7, 0.85))
 
 
-def _play(search: Search, job: Trial, miss: Miss, spread: Spread, side_m: float) -> Search:
-    here, (x, y) = miss(job.variation), job.variation.shift_m
+def _play(search: Search, trial: Trial, miss: Miss, spread: Spread, side_m: float) -> Search:
+    here, (x, y) = miss(trial.variation), trial.variation.shift_m
     if here is not None:
         here -= 0.95 * x
-    if job.kind == "attempt":
-        return search.with_attempt(_attempt(job.variation, here, side_m - 0.95 * y))
-    sign = CORNERS[job.index % 4][0]
-    off = (here or 0.0) + sign * spread(job.variation)
-    return search.with_repeat(job, Repeat(abs(off) < 0.038, off))
+    if trial.kind == "attempt":
+        return search.with_attempt(_attempt(trial.variation, here, side_m - 0.95 * y))
+    sign = CORNERS[trial.index % 4][0]
+    off = (here or 0.0) + sign * spread(trial.variation)
+    return search.with_repeat(trial, Repeat(abs(off) < 0.038, off))
 
 
 def _search(
     miss: Miss, *, spread: Spread = lambda variation: 0.01, side_m: float = 0.0, settings: AdaptSettings = SETTINGS
 ) -> Search:
     search = Search()
-    while (job := next_job(search, settings, BOUNDS)) is not None:
-        search = _play(search, job, miss, spread, side_m)
-        assert len(search.attempts) + len(search.judged) + len(search.confirmed) < 400
+    while (trial := next_trial(search, settings, BOUNDS)) is not None:
+        search = _play(search, trial, miss, spread, side_m)
+        assert len(search.attempts) + len(search.evaluated) + len(search.confirmed) < 400
     return search
 
 
@@ -134,13 +134,13 @@ def test_the_search_ends_where_nothing_ever_catches() -> None:
 
 def test_a_search_goes_on_from_json_as_if_nothing_had_happened() -> None:
     search = Search()
-    while (job := next_job(search, SETTINGS, BOUNDS)) is not None:
+    while (trial := next_trial(search, SETTINGS, BOUNDS)) is not None:
         search = _play(
-            search, job, lambda variation: 0.12 + 2 * (variation.tau_scale - 1.0) ** 2, lambda variation: 0.01, 0.0
+            search, trial, lambda variation: 0.12 + 2 * (variation.tau_scale - 1.0) ** 2, lambda variation: 0.01, 0.0
         )
         again = Search.from_json(json.loads(json.dumps(search.to_json())))
         assert again == search
-        assert next_job(again, SETTINGS, BOUNDS) == next_job(search, SETTINGS, BOUNDS)
+        assert next_trial(again, SETTINGS, BOUNDS) == next_trial(search, SETTINGS, BOUNDS)
 
 
 def _told(
