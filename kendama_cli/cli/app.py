@@ -17,7 +17,8 @@ from kendama_cli.cli import completion, render
 from kendama_cli.cli.camera import camera_app
 from kendama_cli.cli.motion import motion_app
 from kendama_cli.cli.options import Arm, ConfigDir, Force, Home, Json, Overrides, PipelineName, Until
-from kendama_cli.cli.tools import cache_app, log_app, robot_app
+from kendama_cli.cli.robot import robot_app
+from kendama_cli.cli.tools import cache_app, log_app
 from kendama_cli.config.site import find_site
 
 app = typer.Typer(

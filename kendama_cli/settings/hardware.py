@@ -35,9 +35,7 @@ class TwinHardware:
         "one command and one answer per period; whole milliseconds [s]", above=0, at_most=0.02
     )
     watchdog_s: float = setting("in real time: silence after which the moving robot stops for good [s]", above=0)
-    silence_s: float = setting(
-        "in lockstep, and for every answer: silence that is a broken line (wall clock) [s]", above=0
-    )
+    silence_s: float = setting("in real time: an answer that takes longer is a broken line [s]", above=0)
     imperfection: Imperfection = setting("how the twin differs from the model")
 
 
@@ -53,15 +51,16 @@ class SimulatedHardware:
 
 
 @dataclass(frozen=True)
-class UdpHardware:
-    """A robot, or its controller, that runs and speaks the protocol of kendama_cli/devices/robot/protocol.py."""
+class CommandHardware:
+    """A robot's controller that runs and speaks the protocol of docs/protocol.md."""
 
     moves: ClassVar[bool] = True
 
-    kind: Literal["udp"]
+    kind: Literal["command"]
     host: str = setting("name or address of the robot's controller")
     port: int = setting("UDP port on which it listens", above=0, at_most=65535)
-    silence_s: float = setting("an answer that takes longer is a broken line (wall clock) [s]", above=0)
+    key_file: str = setting("file of the key that the controller has too; 'kendama robot key' makes one")
+    silence_s: float = setting("an answer that takes longer is a broken line (while this process runs) [s]", above=0)
 
 
 HardwareSettings = Annotated[RobotSettingsNode, ROBOTS]

@@ -19,7 +19,12 @@ SHORT = ["transfer.games=1", "transfer.evaluation_n=1", "transfer.cap=1"]
 @pytest.fixture
 def twin(tmp_path: Path) -> Iterator[dict[str, Any]]:
     """A running twin: what it said of itself."""
-    process = subprocess.Popen([*COMMAND, "robot", "twin"], cwd=tmp_path, stdout=subprocess.PIPE, text=True)
+    key = str(tmp_path / "robot.key")
+    made = subprocess.run([*COMMAND, "robot", "key", key], capture_output=True, text=True, check=True)
+    assert made.stdout == f"{key}\n"
+    process = subprocess.Popen(
+        [*COMMAND, "robot", "twin", "--key-file", key], cwd=tmp_path, stdout=subprocess.PIPE, text=True
+    )
     assert process.stdout is not None
     yield json.loads(process.stdout.readline())
     process.send_signal(signal.SIGINT)
@@ -27,7 +32,18 @@ def twin(tmp_path: Path) -> Iterator[dict[str, Any]]:
 
 
 def play(twin: dict[str, Any], folder: Path, *options: str) -> subprocess.CompletedProcess[str]:
-    command = [*COMMAND, "run", "-p", "swingup", "hardware=udp", f"hardware.port={twin['port']}", *SHORT, *options]
+    key = f"hardware.key_file={folder / 'robot.key'}"
+    command = [
+        *COMMAND,
+        "run",
+        "-p",
+        "swingup",
+        "hardware=command",
+        f"hardware.port={twin['port']}",
+        key,
+        *SHORT,
+        *options,
+    ]
     return subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
 
 

@@ -9,6 +9,7 @@ import signal
 import subprocess
 import sys
 import textwrap
+import threading
 import time
 from collections.abc import Iterator
 from contextlib import closing, contextmanager
@@ -27,8 +28,9 @@ from kendama_cli.devices.robot.twin_process import settings_document
 from kendama_cli.errors import HardwareError
 from kendama_cli.schema.settings import build_value
 from kendama_cli.settings.game import GameSettings
-from kendama_cli.settings.hardware import HardwareSettings, TwinHardware, UdpHardware
+from kendama_cli.settings.hardware import CommandHardware, HardwareSettings, TwinHardware
 from kendama_cli.settings.robot import RobotSettings
+from tests.devices.robot.stand_in import SECRET, key_file
 from tests.shipped_conf import plain
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -67,7 +69,7 @@ def twin() -> Iterator[tuple[subprocess.Popen[bytes], tuple[str, int]]]:
     )
     assert process.stdin is not None
     assert process.stdout is not None
-    process.stdin.write(settings_document(ROBOT, GAME, TWIN).encode() + b"\n")
+    process.stdin.write(f"{SECRET.hex()}\n{settings_document(ROBOT, GAME, TWIN)}\n".encode())
     process.stdin.flush()
     ready = json.loads(process.stdout.readline())
     try:
@@ -113,10 +115,10 @@ def test_the_twin_listens_on_loopback_only(twin: tuple[subprocess.Popen[bytes], 
 def test_a_new_session_follows_a_stopped_one_on_the_same_twin(
     twin: tuple[subprocess.Popen[bytes], tuple[str, int]],
 ) -> None:
-    first = UdpRobot(*twin[1], silence_s=10.0)
+    first = UdpRobot(*twin[1], SECRET, silence_s=10.0)
     before = as_bytes(session(first, 5))
     first.close()
-    second = UdpRobot(*twin[1], silence_s=10.0)
+    second = UdpRobot(*twin[1], SECRET, silence_s=10.0)
     assert as_bytes(session(second, 5)) == before
     second.close()
 
@@ -164,6 +166,45 @@ def test_kill_9_of_the_twin_while_it_is_commanded_is_one_clear_error() -> None:
         assert "\n" not in str(caught.value)
 
 
+def test_in_lockstep_a_suspended_twin_is_waited_for() -> None:
+    patient = dataclasses.replace(TWIN, silence_s=0.2, watchdog_s=0.2)
+    with open_robot(patient, ROBOT, GAME) as robot:
+        told = as_bytes(session(robot, 1))
+        (pid,) = [int(p) for f in Path("/proc/self/task").glob("*/children") for p in f.read_text().split()]
+        os.kill(pid, signal.SIGSTOP)
+        threading.Timer(2.5, os.kill, (pid, signal.SIGCONT)).start()
+        begin = time.monotonic()
+        assert as_bytes(session(robot, 1)) == told
+        assert time.monotonic() - begin > 2.0
+
+
+def test_in_lockstep_a_suspended_commander_goes_on(tmp_path: Path) -> None:
+    script = tmp_path / "commander.py"
+    script.write_text(
+        textwrap.dedent("""
+        import dataclasses
+        from kendama_cli.devices.robot.open_robot import open_robot
+        from tests.faults.test_twin_process import GAME, ROBOT, TWIN, session, as_bytes
+        with open_robot(dataclasses.replace(TWIN, silence_s=0.2, watchdog_s=0.2), ROBOT, GAME) as robot:
+            told = as_bytes(session(robot, 1))
+            print("moving", flush=True)
+            for _ in range(10):
+                assert as_bytes(session(robot, 1)) == told
+        """)
+    )
+    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
+    commander = subprocess.Popen([sys.executable, str(script)], stdout=subprocess.PIPE, env=environment)
+    assert commander.stdout is not None
+    assert commander.stdout.readline() == b"moving\n"
+    for _ in range(2):
+        time.sleep(0.1)
+        commander.send_signal(signal.SIGSTOP)
+        time.sleep(1.5)
+        commander.send_signal(signal.SIGCONT)
+    assert commander.wait() == 0
+    commander.stdout.close()
+
+
 def test_a_twin_that_cannot_start_says_why(tmp_path: Path) -> None:
     broken = tmp_path / "broken.urdf"
     broken.write_text("<robot")
@@ -182,13 +223,13 @@ def test_without_settings_the_process_says_what_it_needs() -> None:
         [sys.executable, "-m", "kendama_cli.devices.robot.twin_process"], input=b"", capture_output=True, check=False
     )
     assert done.returncode == 2
-    assert b"needs its settings as one JSON line on standard input" in done.stderr
+    assert b"needs secret and settings, a line each, on standard input" in done.stderr
 
 
 def test_a_port_that_is_taken_is_one_clear_error(twin: tuple[subprocess.Popen[bytes], tuple[str, int]]) -> None:
     host, port = twin[1]
     with pytest.raises(HardwareError, match=f"the twin cannot listen on {host}:{port}: .*; choose another port"):
-        serve_twin(ROBOT, GAME, TWIN, host=host, port=port, on_ready=lambda ready: None)
+        serve_twin(ROBOT, GAME, TWIN, SECRET, host=host, port=port, on_ready=lambda ready: None)
 
 
 def test_in_real_time_the_twin_runs_by_the_wall_clock() -> None:
@@ -204,12 +245,12 @@ def test_in_real_time_the_twin_runs_by_the_wall_clock() -> None:
 
 
 def test_a_robot_that_already_listens_is_played_through_its_address(
-    twin: tuple[subprocess.Popen[bytes], tuple[str, int]],
+    twin: tuple[subprocess.Popen[bytes], tuple[str, int]], tmp_path: Path
 ) -> None:
     host, port = twin[1]
-    with open_robot(UdpHardware("udp", host, port, 10.0), ROBOT, GAME) as robot:
+    with open_robot(CommandHardware("command", host, port, str(key_file(tmp_path)), 10.0), ROBOT, GAME) as robot:
         assert len(session(robot, 3)) == 101
-    assert UdpHardware.moves
+    assert CommandHardware.moves
     assert not getattr(TwinHardware, "moves", False)
 
 
@@ -219,7 +260,7 @@ def test_the_robot_behind_udp_keeps_the_laws_of_its_interface(
 ) -> None:
     @contextmanager
     def begun() -> Iterator[UdpRobot]:
-        with closing(UdpRobot(*twin[1], silence_s=10.0)) as robot:
+        with closing(UdpRobot(*twin[1], SECRET, silence_s=10.0)) as robot:
             robot.reset(np.array(ROBOT.home_rad), 0)
             yield robot
 

@@ -95,7 +95,7 @@ def test_a_recording_that_is_kept_says_how_it_is_recorded_anew(tmp_path: Path) -
 
 
 def test_a_simulated_arm_computes_and_one_that_may_be_real_moves(tmp_path: Path) -> None:
-    real = planner(tmp_path, "hardware=udp", "hardware.host=localhost", "hardware.port=4000")
+    real = planner(tmp_path, "hardware=command", "hardware.host=localhost", "hardware.port=4000")
     assert (planner(tmp_path).kind("transfer"), real.kind("transfer"), real.kind("learn")) == (
         "computes",
         "moves",

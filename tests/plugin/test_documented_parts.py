@@ -80,9 +80,9 @@ def test_the_suite_names_the_law_that_a_part_breaks(bench: Path) -> None:
 
 
 def test_the_suite_does_not_move_a_robot_that_may_be_real_without_being_armed(tmp_path: Path) -> None:
-    done = _conformance(tmp_path, SUITES[2][0], "hardware=udp")
+    done = _conformance(tmp_path, SUITES[2][0], "hardware=command")
     assert done.returncode == 1
-    assert "robot 'udp' may be real and would move; clear its surroundings and add --arm" in done.stdout
+    assert "robot 'command' may be real and would move; clear its surroundings and add --arm" in done.stdout
 
 
 def test_a_kind_that_nobody_declares_is_refused_with_those_that_are_there(bench: Path) -> None:

@@ -12,11 +12,11 @@ import pytest
 
 from kendama_cli.errors import HardwareError, StageError
 from kendama_cli.schema.settings import build
-from kendama_cli.settings.hardware import SimulatedHardware, TwinHardware, UdpHardware
+from kendama_cli.settings.hardware import CommandHardware, SimulatedHardware, TwinHardware
 from kendama_cli.stages.interact.stage import Interact
 from kendama_cli.stages.interface import Made
 from tests.devices.controller.shipped import body, press, robot, scene
-from tests.devices.robot.stand_in import ObedientRobot, served
+from tests.devices.robot.stand_in import ObedientRobot, key_file, served
 from tests.memory_context import MemoryContext
 from tests.shipped_conf import plain
 from tests.simulation.dart.bench_robot import pa10
@@ -145,9 +145,9 @@ def test_the_pipeline_press_is_declared_and_takes_other_scenes_and_controllers(o
 
 
 def test_a_robot_that_may_be_real_is_never_cached_and_moves_only_when_armed(tmp_path):
-    document = json.loads(_kendama(tmp_path, "plan", "-p", "press", "hardware=udp", "--json"))
+    document = json.loads(_kendama(tmp_path, "plan", "-p", "press", "hardware=command", "--json"))
     assert document["stages"][0]["reasons"] == ["moves hardware: every run is a new attempt"]
-    refused = _finished(tmp_path, "run", "-p", "press", "hardware=udp")
+    refused = _finished(tmp_path, "run", "-p", "press", "hardware=command")
     assert refused.returncode == 2
     assert "stage 'interact' would move real hardware; clear its surroundings and add --arm" in refused.stderr
     assert len(refused.stderr.splitlines()) == 1
@@ -199,12 +199,12 @@ def test_with_friction_that_nobody_models_the_twin_still_holds_the_force():
     assert metrics["force_error_rms_n"] < 1.5
 
 
-def test_a_robot_without_torque_commands_is_refused_in_one_line_before_anything_moves():
+def test_a_robot_without_torque_commands_is_refused_in_one_line_before_anything_moves(tmp_path):
     robot = ObedientRobot()
     with (
         served(robot) as (_, (host, port)),
         pytest.raises(HardwareError, match=r"^interact needs a robot that takes torque commands, .*nothing was moved$"),
     ):
-        _play(body(), hardware=UdpHardware("udp", host, port, 5.0))
+        _play(body(), hardware=CommandHardware("command", host, port, str(key_file(tmp_path)), 5.0))
     assert not robot.carried_out
     assert not robot.resets

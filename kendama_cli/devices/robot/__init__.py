@@ -16,6 +16,8 @@ TWIN = Variant(
     settings="kendama_cli.settings.hardware:TwinHardware",
     makes="kendama_cli.devices.robot.twin_client:open_twin",
 )
-UDP = Variant(
-    "udp", settings="kendama_cli.settings.hardware:UdpHardware", makes="kendama_cli.devices.robot.remote:open_udp"
+COMMAND = Variant(
+    "command",
+    settings="kendama_cli.settings.hardware:CommandHardware",
+    makes="kendama_cli.devices.robot.remote:open_command",
 )

@@ -1,21 +1,20 @@
-"""A robot under the session of a commander: obeys its datagrams, answers them, and stops for good when one errs."""
+"""A robot under the session of a commander: obeys its datagrams, answers them, and ignores everybody else's."""
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable
 
 from kendama_cli.devices.robot import protocol
-from kendama_cli.devices.robot.datagram_line import Address, DatagramLine
+from kendama_cli.devices.robot.datagram_line import DatagramLine
 from kendama_cli.devices.robot.interface import JointCommand, Robot, torque_interface
+from kendama_cli.devices.robot.liveness import Address
 from kendama_cli.devices.robot.protocol import Datagram, DatagramError, Kind, Report, Welcome
-from kendama_cli.devices.robot.session import Session
+from kendama_cli.devices.robot.session import Place, Session
 from kendama_cli.devices.robot.torque_protocol import TorqueReport, pack_torque_report, unpack_torque
 from kendama_cli.errors import KendamaError
 from kendama_cli.motion.impedance import JointTorque
 
 Command = JointCommand | JointTorque
-ANSWERS = (Kind.WELCOME, Kind.STATE, Kind.STOPPED, Kind.TORQUE_STATE)
 
 
 class CommandedRobot:
@@ -25,12 +24,12 @@ class CommandedRobot:
     """
 
     def __init__(
-        self, open_robot: Callable[[], Robot], line: DatagramLine, *, realtime: bool, watchdog_s: float
+        self, open_robot: Callable[[], Robot], line: DatagramLine, secret: bytes, *, realtime: bool, watchdog_s: float
     ) -> None:
         self.robot = open_robot()
-        self.session = Session(may_skip=realtime)
+        self.session = Session(secret, may_skip=realtime)
         self.moving = False
-        self.received_s = 0.0
+        self._answered: bytes | None = None
         self._open_robot = open_robot
         self._line = line
         self._realtime = realtime
@@ -42,49 +41,49 @@ class CommandedRobot:
         return self.robot.period_s if torque is None else torque.period_s
 
     def take(self, data: bytes, sender: Address) -> Command | None:
-        """The command to carry out, if that is what came; everything else is answered here."""
+        """The command to carry out, if that is what came; everything else is answered here, or ignored."""
         session = self.session
-        try:
-            datagram = protocol.unpack(data)
-        except DatagramError as error:
-            self.stop(f"{error} (from {sender[0]}:{sender[1]})")
-            self._refuse(sender, Datagram(Kind.HELLO, session.number if sender == session.peer else 0, 0))
-            return None
-        if datagram.kind in ANSWERS:  # never answer, never obey
-            self.stop(f"{datagram.kind.name} came from {sender[0]}:{sender[1]}, where only commands belong")
+        datagram = session.authentic(data, sender)
+        if datagram is None:
             return None
         if datagram.kind is Kind.HELLO:
+            self._send(session.challenge(datagram, moving=self.moving), sender)
+        elif datagram.kind is Kind.OPEN and datagram.session != session.number:
             self._begin_session(datagram, sender)
-            return None
-        disorder = None if session.stopped is not None else session.disorder(datagram, sender)
-        if disorder is not None:
-            self.stop(disorder)
-        if session.stopped is not None:
-            self._refuse(sender, datagram)
-            return None
-        session.take(datagram)
-        self.received_s = time.monotonic()
-        try:
-            return self._obey(datagram, sender)
-        except (DatagramError, KendamaError) as error:
-            self.stop(str(error))
-            self._refuse(sender, datagram)
-            return None
+        elif (place := session.place(datagram)) is Place.REPEATED:
+            if self._answered is not None:
+                self._send(self._answered, sender)
+        elif place is not Place.OLD:
+            self._answered = None
+            return self._next(datagram, place)
+        return None
 
-    def _begin_session(self, hello: Datagram, sender: Address) -> None:
-        refused = self.session.refused(hello, sender)
-        if refused is not None:
-            self.stop(refused)
-            self._refuse(sender, hello)
+    def _next(self, datagram: Datagram, place: Place) -> Command | None:
+        """The command to carry out, if ``datagram``, which is new, brings one."""
+        session = self.session
+        try:
+            if place is Place.SKIPPING:
+                due = session.counter + 1
+                raise DatagramError(
+                    f"{datagram.kind.name} {datagram.counter} came where {due} was due: a datagram is lost"
+                )
+            if session.stopped is None:
+                return self._obey(datagram)
+        except KendamaError as error:
+            self.stop(str(error))
+        self._refuse(datagram.counter)
+        return None
+
+    def _begin_session(self, opening: Datagram, sender: Address) -> None:
+        if not self.session.begin(opening, sender, moving=self.moving):
             return
         if not self.session.is_first:
             self.robot.close()
             self.robot = self._open_robot()
-        self.moving = False
-        self.session.begin(hello, sender)
-        self._answer(Kind.WELCOME, hello, _welcome(self.robot, self._realtime, self._watchdog_s), sender)
+        self.session.is_first = self.moving = False
+        self._answer(Kind.WELCOME, opening.counter, _welcome(self.robot, self._realtime, self._watchdog_s))
 
-    def _obey(self, datagram: Datagram, peer: Address) -> Command | None:
+    def _obey(self, datagram: Datagram) -> Command | None:
         session, n = self.session, len(self.robot.joint_names)
         if datagram.kind in (Kind.COMMAND, Kind.TORQUE):
             unpack = protocol.unpack_command if datagram.kind is Kind.COMMAND else unpack_torque
@@ -97,26 +96,23 @@ class CommandedRobot:
             self.moving = False
             exchange = self.robot.reset(position, seed)
             session.ready = True
-            self._answer(Kind.STATE, datagram, protocol.pack_report(Report(exchange, session.missed)), peer)
-        else:
-            self.stop("the commander sent HALT")
-            self._refuse(peer, datagram)
-        return None
+            report = Report(exchange, session.missed, session.ignored)
+            self._answer(Kind.STATE, datagram.counter, protocol.pack_report(report))
+            return None
+        raise DatagramError("the commander sent HALT")
 
     def move(self, command: Command, *, answer: bool) -> None:
         """Have the robot carry out ``command``, and report it to the commander where ``answer``."""
-        peer = self.session.peer
-        assert peer is not None
         self.moving = True
-        asked = Datagram(Kind.COMMAND, self.session.number, self.session.sequence)
+        counter = self.session.counter
         try:
-            kind, report = _exchange(self.robot, command, self.session.missed)
+            kind, report = _exchange(self.robot, command, self.session)
         except KendamaError as error:
             self.stop(str(error))
-            self._refuse(peer, asked)
+            self._refuse(counter)
             return
         if answer:
-            self._answer(kind, asked, report, peer)
+            self._answer(kind, counter, report)
 
     def stop(self, reason: str) -> None:
         """Halt for good, because of ``reason``; the first reason is kept."""
@@ -125,12 +121,18 @@ class CommandedRobot:
             self.moving = False
             self.robot.halt()
 
-    def _refuse(self, sender: Address, datagram: Datagram) -> None:
-        self._answer(Kind.STOPPED, datagram, protocol.pack_reason(self.session.stopped or ""), sender)
+    def _refuse(self, counter: int) -> None:
+        self._answer(Kind.STOPPED, counter, protocol.pack_reason(self.session.stopped or ""))
 
-    def _answer(self, kind: Kind, to: Datagram, payload: bytes, receiver: Address) -> None:
+    def _answer(self, kind: Kind, counter: int, payload: bytes) -> None:
+        peer = self.session.peer
+        assert peer is not None
+        self._answered = self.session.pack(kind, counter, payload)
+        self._send(self._answered, peer)
+
+    def _send(self, data: bytes, receiver: Address) -> None:
         try:
-            self._line.send(Datagram(kind, to.session, to.sequence, payload), receiver)
+            self._line.send(data, receiver)
         except OSError as error:
             self.stop(f"the line cannot be written to: {error}")
 
@@ -142,9 +144,9 @@ def _welcome(robot: Robot, realtime: bool, watchdog_s: float) -> bytes:
     )
 
 
-def _exchange(robot: Robot, command: Command, missed: int) -> tuple[Kind, bytes]:
+def _exchange(robot: Robot, command: Command, session: Session) -> tuple[Kind, bytes]:
     """Have ``robot`` carry out ``command``; its report, packed."""
     if isinstance(command, JointTorque):
         done = torque_interface(robot, "a torque command").exchange(command)
-        return Kind.TORQUE_STATE, pack_torque_report(TorqueReport(done, missed))
-    return Kind.STATE, protocol.pack_report(Report(robot.exchange(command), missed))
+        return Kind.TORQUE_STATE, pack_torque_report(TorqueReport(done, session.missed, session.ignored))
+    return Kind.STATE, protocol.pack_report(Report(robot.exchange(command), session.missed, session.ignored))

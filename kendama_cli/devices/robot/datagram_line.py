@@ -1,12 +1,15 @@
-"""A UDP socket as a line of datagrams of the robot's protocol."""
+"""A UDP socket as a line of datagrams."""
 
 from __future__ import annotations
 
 import socket
+from contextlib import suppress
 
-from kendama_cli.devices.robot.protocol import LARGEST_BYTES, Datagram, pack
+from kendama_cli.devices.robot.liveness import Address
+from kendama_cli.devices.robot.protocol import LARGEST_BYTES
 
-Address = tuple[str, int]
+_BUFFER_BYTES = 1 << 22
+"""Asked of the system, which may give less: room for a flood beside the commander's datagrams."""
 
 
 class DatagramLine:
@@ -14,6 +17,8 @@ class DatagramLine:
 
     def __init__(self, line: socket.socket) -> None:
         self._line = line
+        with suppress(OSError):
+            line.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, _BUFFER_BYTES)
 
     def receive(self, timeout_s: float) -> tuple[bytes, Address] | None:
         """The next datagram's bytes, one more at most than any may have, with its sender; None where none comes."""
@@ -24,6 +29,6 @@ class DatagramLine:
             return None
         return data, sender
 
-    def send(self, datagram: Datagram, receiver: Address) -> None:
-        """Send ``datagram``; raises OSError where the line cannot be written to."""
-        self._line.sendto(pack(datagram), receiver)
+    def send(self, data: bytes, receiver: Address) -> None:
+        """Send ``data``; raises OSError where the line cannot be written to."""
+        self._line.sendto(data, receiver)

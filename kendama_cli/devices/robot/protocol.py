@@ -1,15 +1,15 @@
-"""The datagrams between a robot and whoever commands it: fixed little-endian structures sealed by a CRC.
+"""What robot and commander say to each other: kinds of datagrams, and one fixed little-endian layout for each.
 
-Every datagram is a header (magic, version, kind, session, sequence, length, CRC-32 over all the rest) and a payload of
-one fixed layout per kind. The side that commands sends HELLO (sequence 0), RESET, COMMAND and HALT with sequence
-numbers that rise by one, or TORQUE in place of COMMAND; the robot answers each with WELCOME, STATE, TORQUE_STATE
-or STOPPED under the same number. TORQUE and TORQUE_STATE are laid out in torque_protocol.py.
+docs/protocol.md describes all of it for whoever writes the robot's end. The commander sends HELLO and OPEN (see
+seal.py), then RESET, COMMAND and HALT under counters that rise by one, or TORQUE in place of COMMAND; the robot
+answers with WELCOME, STATE, TORQUE_STATE or STOPPED under the same counter, or WORKING while a RESET is under way.
+TORQUE and TORQUE_STATE are laid out in torque_protocol.py.
 """
 
 from __future__ import annotations
 
+import math
 import struct
-import zlib
 from dataclasses import dataclass
 from enum import IntEnum
 
@@ -20,16 +20,15 @@ from kendama_cli.errors import HardwareError
 from kendama_cli.robot_model.limits import JointLimits
 from kendama_cli.schema.arrays import Array
 
-MAGIC = b"KNDM"
-VERSION = 4
+VERSION = 5
 LARGEST_BYTES = 4096
 """No datagram of this protocol is longer."""
-_HEADER = struct.Struct("<4sHHQQII")
 _WELCOME = struct.Struct("<BBddd")
 NAME_BYTES = 48
 _RESET = struct.Struct("<Q")
-_STATE = struct.Struct("<dIB")
+_STATE = struct.Struct("<dIIB")
 _REASON_BYTES = 400
+MOST = 2**32 - 1
 _LIMITS = ("lower_rad", "upper_rad", "velocity_rad_s", "acceleration_rad_s2", "effort_nm")
 
 
@@ -37,27 +36,30 @@ class Kind(IntEnum):
     """What a datagram is for."""
 
     HELLO = 1
-    WELCOME = 2
-    RESET = 3
-    COMMAND = 4
-    STATE = 5
-    HALT = 6
-    STOPPED = 7
-    TORQUE = 8
-    TORQUE_STATE = 9
+    CHALLENGE = 2
+    OPEN = 3
+    WELCOME = 4
+    RESET = 5
+    COMMAND = 6
+    STATE = 7
+    HALT = 8
+    STOPPED = 9
+    TORQUE = 10
+    TORQUE_STATE = 11
+    WORKING = 12
 
 
 class DatagramError(HardwareError):
-    """A datagram that is not of this protocol, or not whole."""
+    """An authentic datagram whose content is not of this protocol."""
 
 
 @dataclass(frozen=True)
 class Datagram:
-    """One message with the numbers that order it."""
+    """One message: what for, of which session (0: none), and its place in it."""
 
     kind: Kind
     session: int
-    sequence: int
+    counter: int
     payload: bytes = b""
 
 
@@ -79,37 +81,11 @@ class Welcome:
 
 @dataclass(frozen=True)
 class Report:
-    """One answered control period, with the number of periods so far in which no command had come in time."""
+    """One answered control period, with how many had no command in time so far, and how many datagrams were foreign."""
 
     exchange: Exchange
     missed: int
-
-
-def pack(datagram: Datagram) -> bytes:
-    """The bytes of ``datagram``."""
-    numbers = (VERSION, int(datagram.kind), datagram.session, datagram.sequence, len(datagram.payload))
-    bare = _HEADER.pack(MAGIC, *numbers, 0)
-    crc = zlib.crc32(datagram.payload, zlib.crc32(bare))
-    return _HEADER.pack(MAGIC, *numbers, crc) + datagram.payload
-
-
-def unpack(data: bytes) -> Datagram:
-    """The datagram in ``data``; raises DatagramError that says in which way it is malformed."""
-    if len(data) < _HEADER.size:
-        raise DatagramError(f"malformed datagram of {len(data)} bytes; the header alone has {_HEADER.size}")
-    magic, version, kind, session, sequence, length, crc = _HEADER.unpack_from(data)
-    payload = data[_HEADER.size :]
-    if magic != MAGIC:
-        raise DatagramError(f"malformed datagram: it begins with {magic!r} instead of {MAGIC!r}")
-    if version != VERSION:
-        raise DatagramError(f"datagram of protocol version {version}; version {VERSION} is spoken here")
-    if length != len(payload):
-        raise DatagramError(f"malformed datagram: {len(payload)} bytes of payload where the header announces {length}")
-    if crc != zlib.crc32(payload, zlib.crc32(_HEADER.pack(magic, version, kind, session, sequence, length, 0))):
-        raise DatagramError("malformed datagram: its CRC-32 does not fit its content")
-    if kind not in Kind.__members__.values():
-        raise DatagramError(f"datagram of unknown kind {kind}")
-    return Datagram(Kind(kind), session, sequence, payload)
+    ignored: int = 0
 
 
 def pack_welcome(welcome: Welcome) -> bytes:
@@ -130,6 +106,9 @@ def unpack_welcome(payload: bytes) -> Welcome:
     if len(payload) < _WELCOME.size:
         raise DatagramError(f"malformed WELCOME of {len(payload)} bytes")
     n, realtime, period_s, watchdog_s, torque_period_s = _WELCOME.unpack_from(payload)
+    if not (0 < period_s < math.inf and 0 < watchdog_s < math.inf and 0 <= torque_period_s < math.inf):
+        times = f"{period_s}, {watchdog_s} and {torque_period_s} s"
+        raise DatagramError(f"malformed WELCOME: times of {times}; they must be positive, only the last may be 0")
     expect("WELCOME", payload, _WELCOME.size + n * (NAME_BYTES + 8 * len(_LIMITS)))
     start = _WELCOME.size
     try:
@@ -168,7 +147,7 @@ def unpack_command(payload: bytes, n: int) -> JointCommand:
 def pack_report(report: Report) -> bytes:
     """The payload of STATE."""
     sent, state = report.exchange.sent, report.exchange.state
-    return _STATE.pack(report.exchange.t_s, report.missed, state.caught) + as_bytes(
+    return _STATE.pack(report.exchange.t_s, report.missed, report.ignored & MOST, state.caught) + as_bytes(
         sent.position_rad,
         sent.velocity_rad_s,
         sent.acceleration_rad_s2,
@@ -186,14 +165,14 @@ def pack_report(report: Report) -> bytes:
 def unpack_report(payload: bytes, n: int) -> Report:
     """The answered control period of n joints; raises DatagramError where the layout or a value does not fit."""
     expect("STATE", payload, _STATE.size + 8 * (8 * n + 27))
-    t_s, missed, caught = _STATE.unpack_from(payload)
+    t_s, missed, ignored, caught = _STATE.unpack_from(payload)
     values = floats(payload, _STATE.size)
-    sent = JointCommand(*values[: 4 * n].reshape(4, n))
-    sensed = finite("STATE", values[4 * n : 7 * n + 6])
-    position, velocity, effort = sensed[: 3 * n].reshape(3, n)
+    known = finite("STATE", np.append(values[: 7 * n + 6], t_s))
+    sent = JointCommand(*known[: 4 * n].reshape(4, n))
+    position, velocity, effort = known[4 * n : 7 * n].reshape(3, n)
     cup, ball = values[7 * n + 6 : 7 * n + 12].reshape(2, 3)
-    state = RobotState(position, velocity, effort, sensed[3 * n :], cup, ball, bool(caught))
-    return Report(Exchange(sent, state, t_s, _scene(values[7 * n + 12 :], n)), missed)
+    state = RobotState(position, velocity, effort, known[7 * n : 7 * n + 6], cup, ball, bool(caught))
+    return Report(Exchange(sent, state, t_s, _scene(values[7 * n + 12 :], n)), missed, ignored)
 
 
 def pack_reason(reason: str) -> bytes:

@@ -1,9 +1,10 @@
-"""The robot's end of the line: serves any robot to one commander at a time, and stops for good when the line errs.
+"""The robot's end of the line: serves any robot to one commander at a time.
 
-A stop is latched: from then on every datagram is answered with STOPPED and its reason, and only a new session
-(HELLO with a number never seen before, then RESET) leaves it. In lockstep the robot moves one control period per
-COMMAND or TORQUE and the wall clock serves as a watchdog only; in real time it moves at every period of the wall clock,
-holds the last command where none came in time, counts that, and stops after ``watchdog_s`` of silence.
+A stop is latched: from then on the commander's datagrams are answered with STOPPED and its reason, and only a new
+session (see seal.py), then RESET, leaves it. In lockstep the robot moves one control period per COMMAND or TORQUE and
+knows no clock: a commander that says nothing may be suspended, and moves nothing. In real time it moves at every period
+of the wall clock, holds the last command where none came in time, counts that, and stops after ``watchdog_s`` of
+silence. Who has not the secret is ignored, and counted.
 """
 
 from __future__ import annotations
@@ -30,13 +31,14 @@ class RobotServer:
         self,
         open_robot: Callable[[], Robot],
         line: socket.socket,
+        secret: bytes,
         *,
         realtime: bool,
         watchdog_s: float,
         keep_going: Callable[[], bool] = lambda: True,
     ) -> None:
         self._line = DatagramLine(line)
-        self._commanded = CommandedRobot(open_robot, self._line, realtime=realtime, watchdog_s=watchdog_s)
+        self._commanded = CommandedRobot(open_robot, self._line, secret, realtime=realtime, watchdog_s=watchdog_s)
         self._realtime = realtime
         self._watchdog_s = watchdog_s
         self._keep_going = keep_going
@@ -47,6 +49,11 @@ class RobotServer:
     def stopped(self) -> str | None:
         """Why the robot stands until a new session begins; None while one is open."""
         return self._commanded.session.stopped
+
+    @property
+    def ignored(self) -> int:
+        """How many datagrams were no commander's, or came again."""
+        return self._commanded.session.ignored
 
     def serve(self) -> None:
         """Answer until ``keep_going()`` is false; the robot is closed on the way out."""
@@ -60,11 +67,8 @@ class RobotServer:
             self._commanded.robot.close()
 
     def _one_answer(self) -> None:
-        received = self._line.receive(min(_CHECK_S, self._watchdog_s))
-        if received is None:
-            self._check_silence()
-            return
-        command = self._commanded.take(*received)
+        received = self._line.receive(_CHECK_S)
+        command = None if received is None else self._commanded.take(*received)
         if command is None:
             return
         if self._realtime:
@@ -73,18 +77,18 @@ class RobotServer:
         self._commanded.move(command, answer=True)
 
     def _one_period(self) -> None:
+        """Take what comes until the period is over, then move; nobody can keep it from ending by sending much."""
         period_s = self._commanded.period_s(self._held)
         self._tick_s = max(self._tick_s + period_s, time.monotonic() - period_s)
         fresh: Command | None = None
-        while True:
+        left_s = period_s
+        while left_s > 0:
             left_s = self._tick_s - time.monotonic()
             received = self._line.receive(max(left_s, 0.0))
             if received is not None:
                 taken = self._commanded.take(*received)
                 self._commanded.session.missed += taken is not None and fresh is not None
                 fresh = taken or fresh
-            elif left_s <= 0:
-                break
             if not self._commanded.moving:
                 return
         if fresh is not None:
@@ -92,10 +96,8 @@ class RobotServer:
             self._commanded.move(fresh, answer=True)
             return
         self._commanded.session.missed += 1
-        self._check_silence()
-        if self._commanded.moving and self._held is not None:
-            self._commanded.move(self._held, answer=False)
-
-    def _check_silence(self) -> None:
-        if self._commanded.moving and time.monotonic() - self._commanded.received_s > self._watchdog_s:
+        silent_s = time.monotonic() - self._commanded.session.heard_s
+        if silent_s > self._watchdog_s:
             self._commanded.stop(f"no datagram came for {self._watchdog_s:g} s while moving")
+        elif self._held is not None:
+            self._commanded.move(self._held, answer=False)

@@ -1,58 +1,114 @@
-"""A session between one commander and a robot: whose datagrams are obeyed, and in which order."""
+"""A session between one commander and a robot: who is believed, whose datagrams are obeyed, and in which order."""
 
 from __future__ import annotations
 
-from kendama_cli.devices.robot.datagram_line import Address
-from kendama_cli.devices.robot.protocol import Datagram
+import time
+from enum import Enum
+
+from kendama_cli.devices.robot.liveness import Address, has_socket
+from kendama_cli.devices.robot.protocol import Datagram, Kind
+from kendama_cli.devices.robot.seal import (
+    NONCE_BYTES,
+    ForeignDatagramError,
+    Seal,
+    fresh_nonce,
+    read_header,
+    session_number,
+    session_seal,
+)
+
+COMMANDS = (Kind.RESET, Kind.COMMAND, Kind.TORQUE, Kind.HALT)
+LET_GO_S = 60.0
+"""A commander on another machine that was silent for so long, its robot at rest, has let go when another one asks."""
+_LOOK_S = 0.5
+"""How often it is looked, at most, whether the commander still lives."""
+
+
+class Place(Enum):
+    """Where a datagram stands in the order of its session."""
+
+    NEXT = "next"
+    REPEATED = "the newest one again"
+    OLD = "older than the newest one"
+    SKIPPING = "after one that never came"
 
 
 class Session:
-    """The open session, or in ``stopped`` the reason why none is open.
+    """The open session, or in ``stopped`` the reason why none is open; one commander has it until it lets go.
 
-    With ``may_skip`` a lost datagram is counted in ``missed``, as in real time; without it, it ends the session.
+    With ``may_skip`` a lost datagram is counted in ``missed``, as in real time. ``ignored`` counts the datagrams that
+    were no commander's, or came again.
     """
 
-    def __init__(self, *, may_skip: bool) -> None:
+    def __init__(self, secret: bytes, *, may_skip: bool) -> None:
         self.stopped: str | None = "no session has begun"
         self.peer: Address | None = None
-        self.number = self.sequence = self.missed = 0
-        self.ready = False
+        self.number = self.counter = self.missed = self.ignored = 0
+        self.ready = self.is_first = True
+        self.heard_s = 0.0
+        self._secret, self._greeting = secret, Seal(secret)
+        self._seal = self._greeting
+        self._nonce = fresh_nonce()
         self._may_skip = may_skip
-        self._numbers: set[int] = set()
+        self._looked_s, self._lives = float("-inf"), True
 
-    @property
-    def is_first(self) -> bool:
-        """Whether no session has begun yet."""
-        return not self._numbers
-
-    def refused(self, hello: Datagram, sender: Address) -> str | None:
-        """Why ``hello`` begins no session; None where it does."""
-        known = hello.session in self._numbers
-        if self.stopped is not None and not known:
-            return None
-        what = "a repeated HELLO" if known else "the HELLO of another session"
-        return f"{what} came from {sender[0]}:{sender[1]} while a session was open"
-
-    def begin(self, hello: Datagram, sender: Address) -> None:
-        """Open the session of ``hello``; commands are obeyed from its first RESET on (``ready``)."""
-        self._numbers.add(hello.session)
-        self.number, self.peer, self.sequence = hello.session, sender, hello.sequence
-        self.ready, self.missed, self.stopped = False, 0, None
-
-    def disorder(self, datagram: Datagram, sender: Address) -> str | None:
-        """What is wrong with the sender, session or place in the sequence of ``datagram``; None where nothing is."""
-        ahead, kind = datagram.sequence - self.sequence, datagram.kind.name
-        if sender != self.peer:
-            return f"a foreign {kind} came from {sender[0]}:{sender[1]}"
-        if datagram.session != self.number:
-            return f"a {kind} of another session came"
-        if ahead <= 0:
-            return f"{kind} {datagram.sequence} came late or again; {self.sequence + 1} was due"
-        if ahead > 1 and not self._may_skip:
-            return f"{kind} {datagram.sequence} came where {self.sequence + 1} was due: a datagram is lost"
+    def authentic(self, data: bytes, sender: Address) -> Datagram | None:
+        """What the commander says, or who wants to be it; None for all else, which is counted and costs no work."""
+        header = read_header(data)
+        try:
+            if header is not None:
+                kind, number, _ = header
+                if kind is Kind.HELLO:
+                    return self._greeting.unpack(data)
+                if kind is Kind.OPEN and number == session_number(self._nonce):
+                    return session_seal(self._secret, data[-NONCE_BYTES - 16 : -16], self._nonce).unpack(data)
+                if (kind in COMMANDS or kind is Kind.OPEN) and number == self.number and sender == self.peer:
+                    return self._seal.unpack(data)
+        except ForeignDatagramError:
+            pass
+        self.ignored += 1
         return None
 
-    def take(self, datagram: Datagram) -> None:
-        """Go on to the place of ``datagram`` in the sequence, counting those before it that are missing."""
-        self.missed += datagram.sequence - self.sequence - 1
-        self.sequence = datagram.sequence
+    def challenge(self, hello: Datagram, *, moving: bool) -> bytes:
+        """The answer to ``hello``: what the next OPEN must be made with, and the session that is open."""
+        number = self.number if self._is_held(moving) else 0
+        return self._greeting.pack(Datagram(Kind.CHALLENGE, number, 0, hello.payload[:NONCE_BYTES] + self._nonce))
+
+    def begin(self, opening: Datagram, sender: Address, *, moving: bool) -> bool:
+        """Open the session of ``opening``, unless a commander has one; obeyed from its first RESET on (``ready``)."""
+        if opening.session == self.number or len(opening.payload) != NONCE_BYTES or self._is_held(moving):
+            self.ignored += 1
+            return False
+        self._seal = session_seal(self._secret, opening.payload, self._nonce)
+        self._nonce = fresh_nonce()
+        self.number, self.peer, self.counter = opening.session, sender, opening.counter
+        self.ready, self.missed, self.stopped, self.heard_s = False, 0, None, time.monotonic()
+        self._looked_s, self._lives = self.heard_s, True
+        return True
+
+    def place(self, datagram: Datagram) -> Place:
+        """Where ``datagram`` stands; the next one is taken, counting those before it that are missing."""
+        ahead = datagram.counter - self.counter
+        if ahead <= 0:
+            self.ignored += ahead < 0
+            return Place.REPEATED if ahead == 0 else Place.OLD
+        if ahead > 1 and not self._may_skip:
+            return Place.SKIPPING
+        self.missed += ahead - 1
+        self.counter, self.heard_s = datagram.counter, time.monotonic()
+        return Place.NEXT
+
+    def pack(self, kind: Kind, counter: int, payload: bytes) -> bytes:
+        """An answer of this session."""
+        return self._seal.pack(Datagram(kind, self.number, counter, payload))
+
+    def _is_held(self, moving: bool) -> bool:
+        """Whether a commander has the session that does not show to be gone."""
+        if self.stopped is not None or self.peer is None:
+            return False
+        now_s = time.monotonic()
+        if now_s - self._looked_s >= _LOOK_S:
+            lives = has_socket(self.peer)
+            silent = not moving and now_s - self.heard_s >= LET_GO_S
+            self._looked_s, self._lives = now_s, not silent if lives is None else lives
+        return self._lives

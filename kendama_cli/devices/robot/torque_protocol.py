@@ -5,21 +5,24 @@ from __future__ import annotations
 import struct
 from dataclasses import dataclass
 
+import numpy as np
+
 from kendama_cli.devices.robot.interface import BodyPose, ContactTruth, RobotState, TorqueExchange
-from kendama_cli.devices.robot.protocol import NAME_BYTES, DatagramError, as_bytes, expect, finite, floats
+from kendama_cli.devices.robot.protocol import MOST, NAME_BYTES, DatagramError, as_bytes, expect, finite, floats
 from kendama_cli.motion.impedance import JointTorque
 
-_STATE = struct.Struct(f"<dIBBB{NAME_BYTES}s")
+_STATE = struct.Struct(f"<dIIBBB{NAME_BYTES}s")
 _MOST_BODIES = 20
 """So many movable bodies fit into one datagram beside the joints of any arm."""
 
 
 @dataclass(frozen=True)
 class TorqueReport:
-    """One answered period of torque control, with the number of periods so far in which no command had come in time."""
+    """One answered period of torque control; ``missed`` and ``ignored`` as in Report."""
 
     exchange: TorqueExchange
     missed: int
+    ignored: int = 0
 
 
 def pack_torque(command: JointTorque) -> bytes:
@@ -39,9 +42,9 @@ def pack_torque_report(report: TorqueReport) -> bytes:
     truth = exchange.truth or ContactTruth("", ())
     if len(truth.bodies) > _MOST_BODIES:
         raise DatagramError(f"a scene of {len(truth.bodies)} movable bodies; at most {_MOST_BODIES} fit a datagram")
-    head = _STATE.pack(
-        exchange.t_s, report.missed, state.caught, exchange.truth is not None, len(truth.bodies), _name(truth.touched)
-    )
+    counts = report.missed, report.ignored & MOST
+    scene = exchange.truth is not None, len(truth.bodies), _name(truth.touched)
+    head = _STATE.pack(exchange.t_s, *counts, state.caught, *scene)
     poses = [as_bytes(one.position_m, one.rotation.ravel()) for one in truth.bodies]
     joints = as_bytes(
         exchange.sent.torque_nm,
@@ -60,11 +63,11 @@ def unpack_torque_report(payload: bytes, n: int) -> TorqueReport:
     """The answered period of n joints; raises DatagramError where the layout or a value does not fit."""
     if len(payload) < _STATE.size:
         raise DatagramError(f"malformed TORQUE_STATE of {len(payload)} bytes")
-    t_s, missed, caught, truthful, bodies, touched = _STATE.unpack_from(payload)
+    t_s, missed, ignored, caught, truthful, bodies, touched = _STATE.unpack_from(payload)
     names_end = _STATE.size + NAME_BYTES * bodies
     expect("TORQUE_STATE", payload, names_end + 8 * (5 * n + 12 + 12 * bodies))
     values = floats(payload, names_end)
-    finite("TORQUE_STATE", values[: 5 * n + 6])
+    finite("TORQUE_STATE", np.append(values[: 5 * n + 6], t_s))
     torque, speed, position, velocity, effort = values[: 5 * n].reshape(5, n)
     wrench, cup, ball = values[5 * n : 5 * n + 12].reshape(2, 6)[0], *values[5 * n + 6 : 5 * n + 12].reshape(2, 3)
     state = RobotState(position, velocity, effort, wrench, cup, ball, bool(caught))
@@ -72,7 +75,7 @@ def unpack_torque_report(payload: bytes, n: int) -> TorqueReport:
     names = [_text(payload[_STATE.size + NAME_BYTES * i :][:NAME_BYTES]) for i in range(bodies)]
     placed = tuple(BodyPose(name, pose[:3], pose[3:].reshape(3, 3)) for name, pose in zip(names, poses, strict=True))
     truth = ContactTruth(_text(touched), placed) if truthful else None
-    return TorqueReport(TorqueExchange(JointTorque(torque, speed), state, t_s, truth), missed)
+    return TorqueReport(TorqueExchange(JointTorque(torque, speed), state, t_s, truth), missed, ignored)
 
 
 def _name(text: str) -> bytes:

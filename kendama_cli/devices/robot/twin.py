@@ -22,6 +22,7 @@ def serve_twin(
     robot: RobotSettings,
     task: Task,
     hardware: TwinHardware,
+    secret: bytes,
     *,
     host: str = LOOPBACK,
     port: int = 0,
@@ -30,21 +31,20 @@ def serve_twin(
 ) -> None:
     """Serve a simulated robot on ``host:port`` (0: any free port) until interrupted or ``keep_going()`` is false.
 
-    ``on_ready`` is called once, when datagrams can come, with ``host, port, protocol, pid``. Raises HardwareError
-    where the address cannot be used.
+    Who has ``secret`` may command it. ``on_ready`` is called once, when datagrams can come, with ``host, port,
+    protocol, pid``. Raises HardwareError where the address cannot be used.
     """
-
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as line:
         try:
             line.bind((host, port))
         except (OSError, OverflowError) as error:
             raise HardwareError(f"the twin cannot listen on {host}:{port}: {error}; choose another port") from None
-        watchdog_s = hardware.watchdog_s if hardware.realtime else hardware.silence_s
         server = RobotServer(
             lambda: rebuilt_robot(hardware, robot, task),
             line,
+            secret,
             realtime=hardware.realtime,
-            watchdog_s=watchdog_s,
+            watchdog_s=hardware.watchdog_s,
             keep_going=keep_going,
         )
         bound, number = line.getsockname()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import secrets
 import subprocess
 import sys
 import tempfile
@@ -12,6 +13,7 @@ from contextlib import closing, contextmanager, suppress
 from typing import IO
 
 from kendama_cli.devices.robot.remote import UdpRobot
+from kendama_cli.devices.robot.seal import KEY_BYTES
 from kendama_cli.devices.robot.task import Task
 from kendama_cli.devices.robot.twin_process import settings_document
 from kendama_cli.errors import HardwareError
@@ -27,8 +29,10 @@ _END_S = 5.0
 def open_twin(hardware: TwinHardware, robot: RobotSettings, task: Task) -> Iterator[UdpRobot]:
     """A twin in a process of its own, which ends with this context; raises HardwareError where it does not come up."""
     with _twin_process(hardware, robot, task) as process:
-        host, port = process.address
-        with closing(UdpRobot(host, port, silence_s=hardware.silence_s, exit_reason=process.exit_reason)) as client:
+        client = UdpRobot(
+            *process.address, process.secret, silence_s=hardware.silence_s, exit_reason=process.exit_reason
+        )
+        with closing(client):
             yield client
 
 
@@ -37,18 +41,19 @@ class _Twin:
 
     def __init__(self, process: subprocess.Popen[bytes], errors: IO[bytes]) -> None:
         self.address = ("", 0)
+        self.secret = secrets.token_bytes(KEY_BYTES)
         self._process = process
         self._errors = errors
 
     def start(self, document: str) -> None:
-        """Hand over the settings and learn the address; raises HardwareError where no address comes."""
+        """Hand over key and settings and learn the address; raises HardwareError where no address comes."""
         process = self._process
         assert process.stdin is not None
         assert process.stdout is not None
         give_up = threading.Timer(_START_S, process.kill)
         give_up.start()
         try:
-            process.stdin.write(document.encode() + b"\n")
+            process.stdin.write(f"{self.secret.hex()}\n{document}\n".encode())
             process.stdin.flush()
             line = process.stdout.readline()
         except BrokenPipeError:

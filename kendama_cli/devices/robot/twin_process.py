@@ -1,7 +1,8 @@
 """A twin as a child process: ``python -m kendama_cli.devices.robot.twin_process``.
 
-The process reads one JSON line with its settings from standard input, writes one JSON line with its address to
-standard output, and ends when standard input closes: whoever started it need only die to end it.
+The process reads two lines from standard input, its secret in hexadecimal and its settings as JSON, writes one JSON
+line with its address to standard output, and ends when standard input closes: whoever started it need only die to end
+it. The secret is neither an argument nor in the environment, where other users could read it.
 """
 
 from __future__ import annotations
@@ -15,7 +16,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from kendama_cli.devices.robot.task import Task
-from kendama_cli.devices.robot.twin import LOOPBACK, serve_twin
+from kendama_cli.devices.robot.twin import serve_twin
 from kendama_cli.errors import KendamaError
 from kendama_cli.motion.task_settings import InteractionTask
 from kendama_cli.schema.settings import build_value
@@ -35,6 +36,7 @@ def main() -> int:
     """Serve what standard input asks for; returns the exit code."""
     parent = os.getppid()
     try:
+        secret = bytes.fromhex(sys.stdin.readline())
         document = json.loads(sys.stdin.readline())
         robot = build_value(RobotSettings, document["robot"], "robot")
         task: Task
@@ -44,14 +46,14 @@ def main() -> int:
             task = build_value(GameSettings, document["game"], "game")
         hardware = build_value(TwinHardware, document["hardware"], "hardware")
         threading.Thread(target=_end_with_input, daemon=True).start()
-        serve_twin(
-            robot, task, hardware, host=LOOPBACK, port=0, on_ready=_announce, keep_going=lambda: os.getppid() == parent
-        )
+        serve_twin(robot, task, hardware, secret, on_ready=_announce, keep_going=lambda: os.getppid() == parent)
     except KendamaError as error:
         sys.stderr.write(f"{error}\n")
         return error.exit_code
     except (ValueError, KeyError) as error:
-        sys.stderr.write(f"the twin process needs its settings as one JSON line on standard input: {error}\n")
+        sys.stderr.write(
+            f"the twin process needs its secret and its settings, a line each, on standard input: {error}\n"
+        )
         return 2
     return 0
 

@@ -6,6 +6,7 @@ import socket
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from pathlib import Path
 
 import numpy as np
 
@@ -15,6 +16,7 @@ from kendama_cli.robot_model.limits import JointLimits
 from kendama_cli.schema.arrays import Array
 
 LOOPBACK = "127.0.0.1"
+SECRET = bytes(range(32))
 
 
 class ObedientRobot:
@@ -58,20 +60,28 @@ class ObedientRobot:
         return Exchange(command, state, self.t_s)
 
 
+def key_file(folder: Path) -> Path:
+    """A file with the key SECRET."""
+    file = folder / "robot.key"
+    file.write_text(SECRET.hex() + "\n")
+    file.chmod(0o600)
+    return file
+
+
 def command(value: float) -> JointCommand:
     return JointCommand(np.full(2, value), np.zeros(2), np.zeros(2))
 
 
 @contextmanager
 def served(
-    robot: ObedientRobot, *, realtime: bool = False, watchdog_s: float = 5.0
+    robot: ObedientRobot, *, realtime: bool = False, watchdog_s: float = 5.0, port: int = 0
 ) -> Iterator[tuple[RobotServer, tuple[str, int]]]:
     """A server for ``robot`` in a thread of its own, and its address."""
     over = threading.Event()
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as line:
-        line.bind((LOOPBACK, 0))
+        line.bind((LOOPBACK, port))
         server = RobotServer(
-            lambda: robot, line, realtime=realtime, watchdog_s=watchdog_s, keep_going=lambda: not over.is_set()
+            lambda: robot, line, SECRET, realtime=realtime, watchdog_s=watchdog_s, keep_going=lambda: not over.is_set()
         )
         thread = threading.Thread(target=server.serve)
         thread.start()
@@ -79,6 +89,8 @@ def served(
             yield server, line.getsockname()
         finally:
             over.set()
+            with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as waker:
+                waker.sendto(b"", line.getsockname())
             thread.join()
 
 

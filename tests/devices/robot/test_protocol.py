@@ -1,9 +1,8 @@
-"""Datagrams: what is packed is unpacked, and nothing else is ever taken for a datagram."""
+"""Payloads: what is packed is unpacked, to the last bit, and nothing malformed is ever taken for one."""
 
 from __future__ import annotations
 
 import dataclasses
-import struct
 
 import numpy as np
 import pytest
@@ -12,63 +11,8 @@ from hypothesis import strategies as st
 
 from kendama_cli.devices.robot import protocol
 from kendama_cli.devices.robot.interface import Exchange, JointCommand, RobotState, SceneState
-from kendama_cli.devices.robot.protocol import Datagram, DatagramError, Kind, Report, Welcome
+from kendama_cli.devices.robot.protocol import DatagramError, Report, Welcome
 from kendama_cli.robot_model.limits import JointLimits
-
-NUMBERS = st.integers(0, 2**64 - 1)
-
-
-@given(st.sampled_from(list(Kind)), NUMBERS, NUMBERS, st.binary(max_size=600))
-def test_what_is_packed_is_unpacked(kind: Kind, session: int, sequence: int, payload: bytes) -> None:
-    datagram = Datagram(kind, session, sequence, payload)
-    assert protocol.unpack(protocol.pack(datagram)) == datagram
-
-
-@given(st.binary(max_size=80))
-def test_arbitrary_bytes_are_malformed(data: bytes) -> None:
-    with pytest.raises(DatagramError):
-        protocol.unpack(data)
-
-
-@given(st.data())
-def test_every_flipped_bit_is_noticed(data: st.DataObject) -> None:
-    whole = bytearray(protocol.pack(Datagram(Kind.COMMAND, 7, 3, np.arange(6.0).tobytes())))
-    bit = data.draw(st.integers(0, 8 * len(whole) - 1))
-    whole[bit // 8] ^= 1 << bit % 8
-    with pytest.raises(DatagramError):
-        protocol.unpack(bytes(whole))
-
-
-def test_the_layout_is_fixed_and_little_endian() -> None:
-    data = protocol.pack(Datagram(Kind.RESET, 0x0102030405060708, 9, b"ab"))
-    assert data[:4] == b"KNDM"
-    assert struct.unpack_from("<HHQQI", data, 4) == (protocol.VERSION, 3, 0x0102030405060708, 9, 2)
-    assert data[32:] == b"ab"
-
-
-@pytest.mark.parametrize(
-    ("spoil", "says"),
-    [
-        (lambda data: data[:10], "malformed datagram of 10 bytes"),
-        (lambda data: b"JUNK" + data[4:], "begins with b'JUNK' instead of b'KNDM'"),
-        (lambda data: data[:4] + b"\x09\x00" + data[6:], "protocol version 9; version 4 is spoken here"),
-        (lambda data: data + b"x", "bytes of payload where the header announces"),
-        (lambda data: data[:-1] + b"\xff", "its CRC-32 does not fit its content"),
-    ],
-)
-def test_the_error_says_in_which_way_a_datagram_is_malformed(spoil: object, says: str) -> None:
-    assert callable(spoil)
-    with pytest.raises(DatagramError, match=says.replace("(", r"\(")):
-        protocol.unpack(spoil(protocol.pack(Datagram(Kind.COMMAND, 1, 1, b"\0" * 48))))
-
-
-def test_a_kind_that_does_not_exist_is_named() -> None:
-    data = bytearray(protocol.pack(Datagram(Kind.HALT, 1, 1)))
-    data[6] = 99
-    data[28:32] = b"\0" * 4
-    data[28:32] = struct.pack("<I", __import__("zlib").crc32(bytes(data)))
-    with pytest.raises(DatagramError, match="unknown kind 99"):
-        protocol.unpack(bytes(data))
 
 
 def test_welcome_tells_joints_limits_and_timing() -> None:
@@ -83,6 +27,17 @@ def test_welcome_tells_joints_limits_and_timing() -> None:
     )
     for name in ("lower_rad", "upper_rad", "velocity_rad_s", "acceleration_rad_s2", "effort_nm"):
         assert np.array_equal(getattr(told.limits, name), getattr(limits, name))
+
+
+@pytest.mark.parametrize(
+    "spoiled",
+    [{"period_s": float("nan")}, {"period_s": 0.0}, {"watchdog_s": -1.0}, {"torque_period_s": float("inf")}],
+)
+def test_a_welcome_whose_times_are_none_is_refused(spoiled: dict[str, float]) -> None:
+    limits = JointLimits(*(np.ones(2) for _ in range(5)))
+    welcome = dataclasses.replace(Welcome(("a", "b"), limits, 0.004, True, 0.2), **spoiled)
+    with pytest.raises(DatagramError, match="malformed WELCOME: times of"):
+        protocol.unpack_welcome(protocol.pack_welcome(welcome))
 
 
 def test_a_joint_name_too_long_for_the_line_is_refused() -> None:

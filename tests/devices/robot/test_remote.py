@@ -9,13 +9,13 @@ import pytest
 
 from kendama_cli.devices.robot.remote import UdpRobot
 from kendama_cli.errors import HardwareError
-from tests.devices.robot.stand_in import LOOPBACK, ObedientRobot, command, served
+from tests.devices.robot.stand_in import LOOPBACK, SECRET, ObedientRobot, command, served
 
 
 def test_the_handshake_tells_what_the_robot_is() -> None:
     robot = ObedientRobot()
     with served(robot) as (_, address):
-        client = UdpRobot(*address, silence_s=5.0)
+        client = UdpRobot(*address, SECRET, silence_s=5.0)
         assert client.joint_names == robot.joint_names
         assert client.period_s == robot.period_s
         assert not client.realtime
@@ -26,7 +26,7 @@ def test_the_handshake_tells_what_the_robot_is() -> None:
 def test_in_lockstep_every_command_is_carried_out_once_and_in_order() -> None:
     robot = ObedientRobot()
     with served(robot) as (_, address):
-        client = UdpRobot(*address, silence_s=5.0)
+        client = UdpRobot(*address, SECRET, silence_s=5.0)
         client.reset(np.array([0.5, -0.5]), 42)
         for k in range(200):
             exchange = client.exchange(command(k / 100))
@@ -41,7 +41,7 @@ def test_in_lockstep_every_command_is_carried_out_once_and_in_order() -> None:
 def test_in_lockstep_the_robot_waits_between_commands() -> None:
     robot = ObedientRobot()
     with served(robot) as (_, address):
-        client = UdpRobot(*address, silence_s=5.0)
+        client = UdpRobot(*address, SECRET, silence_s=5.0)
         client.reset(np.zeros(2), 0)
         client.exchange(command(0.1))
         time.sleep(0.1)
@@ -52,14 +52,14 @@ def test_in_lockstep_the_robot_waits_between_commands() -> None:
 def test_a_halted_robot_answers_nothing_but_the_reason_until_a_new_session() -> None:
     robot = ObedientRobot()
     with served(robot) as (server, address):
-        client = UdpRobot(*address, silence_s=5.0)
+        client = UdpRobot(*address, SECRET, silence_s=5.0)
         client.reset(np.zeros(2), 0)
         client.halt()
         client.halt()
         with pytest.raises(HardwareError, match="halted from here"):
             client.exchange(command(0.1))
         client.close()
-        again = UdpRobot(*address, silence_s=5.0)
+        again = UdpRobot(*address, SECRET, silence_s=5.0)
         again.reset(np.zeros(2), 0)
         assert again.exchange(command(0.3)).state.position_rad[0] == 0.3
         assert server.stopped is None
@@ -69,24 +69,24 @@ def test_a_halted_robot_answers_nothing_but_the_reason_until_a_new_session() -> 
 
 
 def test_nobody_at_the_other_end_is_one_clear_error() -> None:
-    with pytest.raises(HardwareError, match=r"the robot at 127\.0\.0\.1:9: nothing listens there any more"):
-        UdpRobot(LOOPBACK, 9, silence_s=0.5)
+    with pytest.raises(HardwareError, match=r"the robot at 127\.0\.0\.1:9: nothing listens there"):
+        UdpRobot(LOOPBACK, 9, SECRET, silence_s=0.5)
 
 
 def test_an_unknown_host_is_one_clear_error() -> None:
     with pytest.raises(HardwareError, match="cannot be reached"):
-        UdpRobot("no.such.host.invalid", 9, silence_s=0.5)
+        UdpRobot("no.such.host.invalid", 9, SECRET, silence_s=0.5)
 
 
 def test_a_dead_process_is_told_by_its_exit_reason() -> None:
     with pytest.raises(HardwareError, match="was killed by signal 9"):
-        UdpRobot(LOOPBACK, 9, silence_s=5.0, exit_reason=lambda: "the twin's process was killed by signal 9")
+        UdpRobot(LOOPBACK, 9, SECRET, silence_s=5.0, exit_reason=lambda: "the twin's process was killed by signal 9")
 
 
 def test_a_command_before_the_first_reset_latches_the_stop() -> None:
     robot = ObedientRobot()
     with served(robot) as (_, address):
-        client = UdpRobot(*address, silence_s=5.0)
+        client = UdpRobot(*address, SECRET, silence_s=5.0)
         with pytest.raises(HardwareError, match="COMMAND came before the first RESET"):
             client.exchange(command(0.1))
         client.close()
@@ -99,7 +99,7 @@ def test_a_robot_that_fails_says_why() -> None:
             raise HardwareError("joint 'elbow' is at its position limit")
 
     with served(Failing()) as (server, address):
-        client = UdpRobot(*address, silence_s=5.0)
+        client = UdpRobot(*address, SECRET, silence_s=5.0)
         client.reset(np.zeros(2), 0)
         with pytest.raises(HardwareError, match="it stopped: joint 'elbow' is at its position limit"):
             client.exchange(command(0.1))
@@ -110,7 +110,7 @@ def test_a_robot_that_fails_says_why() -> None:
 def test_in_real_time_the_wall_clock_paces_the_robot() -> None:
     robot = ObedientRobot()
     with served(robot, realtime=True, watchdog_s=2.0) as (_, address):
-        client = UdpRobot(*address, silence_s=5.0)
+        client = UdpRobot(*address, SECRET, silence_s=5.0)
         assert client.realtime
         client.reset(np.zeros(2), 0)
         begin = time.monotonic()
@@ -125,7 +125,7 @@ def test_in_real_time_the_wall_clock_paces_the_robot() -> None:
 def test_in_real_time_a_missed_period_holds_the_last_command_and_is_counted() -> None:
     robot = ObedientRobot()
     with served(robot, realtime=True, watchdog_s=5.0) as (_, address):
-        client = UdpRobot(*address, silence_s=5.0)
+        client = UdpRobot(*address, SECRET, silence_s=5.0)
         client.reset(np.zeros(2), 0)
         client.exchange(command(0.1))
         client.exchange(command(0.2))
@@ -142,7 +142,7 @@ def test_in_real_time_a_missed_period_holds_the_last_command_and_is_counted() ->
 def test_in_real_time_silence_while_moving_latches_the_stop() -> None:
     robot = ObedientRobot()
     with served(robot, realtime=True, watchdog_s=0.1) as (server, address):
-        client = UdpRobot(*address, silence_s=5.0)
+        client = UdpRobot(*address, SECRET, silence_s=5.0)
         client.reset(np.zeros(2), 0)
         client.exchange(command(0.1))
         time.sleep(0.6)
@@ -156,7 +156,7 @@ def test_in_real_time_silence_while_moving_latches_the_stop() -> None:
 def test_a_robot_at_rest_does_not_mind_silence() -> None:
     robot = ObedientRobot()
     with served(robot, realtime=True, watchdog_s=0.05) as (_, address):
-        client = UdpRobot(*address, silence_s=5.0)
+        client = UdpRobot(*address, SECRET, silence_s=5.0)
         client.reset(np.zeros(2), 0)
         time.sleep(0.3)
         client.exchange(command(0.1))

@@ -1,0 +1,87 @@
+"""Who may speak on the line: datagrams under a key, and the session that both ends derive from a secret.
+
+Every datagram is a header (magic, version, kind, session, counter), a payload, and a tag: BLAKE2s of 16 bytes over all
+before it, keyed by 32 bytes (RFC 7693). A session begins so:
+
+    commander  HELLO      its nonce                  under the secret
+    robot      CHALLENGE  that nonce, the robot's    under the secret; the header names the session that is open, or 0
+    commander  OPEN       its nonce                  under the session's key
+    robot      WELCOME                               under the session's key, as everything from here on
+
+The session's key is BLAKE2s of 32 bytes, keyed by the secret, over "kendama session" and both nonces. The robot draws
+another nonce whenever a session has begun and whenever it starts, so that nothing recorded is ever valid again; within
+a session the counter orders the commander's datagrams, and an answer bears the counter of what it answers.
+"""
+
+from __future__ import annotations
+
+import secrets
+import struct
+from hashlib import blake2s
+from hmac import compare_digest
+
+from kendama_cli.devices.robot.protocol import VERSION, Datagram, Kind
+
+KEY_BYTES = 32
+NONCE_BYTES = 16
+TAG_BYTES = 16
+MAGIC = b"KNDM"
+_HEADER = struct.Struct("<4sHHQQ")
+_PURPOSE = b"kendama session"
+_KINDS = {int(kind): kind for kind in Kind}
+
+
+class ForeignDatagramError(Exception):
+    """Bytes that nobody who has the key has packed; they are counted, and never acted on."""
+
+
+class Seal:
+    """Packs datagrams under one key of 32 bytes, and unpacks what was packed under the same."""
+
+    def __init__(self, key: bytes) -> None:
+        self._keyed = blake2s(key=key, digest_size=TAG_BYTES)
+
+    def pack(self, datagram: Datagram) -> bytes:
+        """The bytes of ``datagram``."""
+        kind, session, counter = int(datagram.kind), datagram.session, datagram.counter
+        bare = _HEADER.pack(MAGIC, VERSION, kind, session, counter) + datagram.payload
+        return bare + self._tag(bare)
+
+    def unpack(self, data: bytes) -> Datagram:
+        """The datagram in ``data``; raises ForeignDatagramError, before any other work is done, where it is none."""
+        header = read_header(data)
+        if header is None or not compare_digest(self._tag(data[:-TAG_BYTES]), data[-TAG_BYTES:]):
+            raise ForeignDatagramError
+        kind, session, counter = header
+        return Datagram(kind, session, counter, data[_HEADER.size : -TAG_BYTES])
+
+    def _tag(self, bare: bytes) -> bytes:
+        keyed = self._keyed.copy()
+        keyed.update(bare)
+        return keyed.digest()
+
+
+def read_header(data: bytes) -> tuple[Kind, int, int] | None:
+    """Kind, session and counter that ``data`` claims to have; None where it is not of this protocol."""
+    if len(data) < _HEADER.size + TAG_BYTES:
+        return None
+    magic, version, kind, session, counter = _HEADER.unpack_from(data)
+    known = _KINDS.get(kind)
+    return None if magic != MAGIC or version != VERSION or known is None else (known, session, counter)
+
+
+def session_seal(secret: bytes, commander_nonce: bytes, robot_nonce: bytes) -> Seal:
+    """What seals the session that these nonces began."""
+    return Seal(blake2s(_PURPOSE + commander_nonce + robot_nonce, key=secret, digest_size=KEY_BYTES).digest())
+
+
+def session_number(robot_nonce: bytes) -> int:
+    """The number of the session that begins with ``robot_nonce``: its first eight bytes."""
+    return int.from_bytes(robot_nonce[:8], "little")
+
+
+def fresh_nonce() -> bytes:
+    """Random bytes; as the number of a session they are not 0, which stands for none."""
+    while session_number(nonce := secrets.token_bytes(NONCE_BYTES)) == 0:
+        pass
+    return nonce
