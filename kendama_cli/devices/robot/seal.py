@@ -39,6 +39,8 @@ class Seal:
     """Packs datagrams under one key of 32 bytes, and unpacks what was packed under the same."""
 
     def __init__(self, key: bytes) -> None:
+        if len(key) != KEY_BYTES:
+            raise ValueError(f"a key has {KEY_BYTES} bytes; this one has {len(key)}")
         self._keyed = blake2s(key=key, digest_size=TAG_BYTES)
 
     def pack(self, datagram: Datagram) -> bytes:

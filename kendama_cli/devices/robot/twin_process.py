@@ -51,9 +51,7 @@ def main() -> int:
         sys.stderr.write(f"{error}\n")
         return error.exit_code
     except (ValueError, KeyError) as error:
-        sys.stderr.write(
-            f"the twin process needs its secret and its settings, a line each, on standard input: {error}\n"
-        )
+        sys.stderr.write(f"the twin process needs secret and settings, a line each, on standard input: {error}\n")
         return 2
     return 0
 

@@ -65,6 +65,12 @@ def test_another_key_unpacks_nothing(other: bytes) -> None:
         Seal(other).unpack(Seal(KEY).pack(Datagram(Kind.HALT, 1, 1)))
 
 
+@pytest.mark.parametrize("length", [0, 16, 31])
+def test_a_key_that_is_too_short_seals_nothing(length: int) -> None:
+    with pytest.raises(ValueError, match=f"a key has 32 bytes; this one has {length}"):
+        Seal(bytes(length))
+
+
 @pytest.mark.parametrize("part", ["secret", "commander", "robot"])
 def test_a_session_is_sealed_by_secret_and_both_nonces(part: str) -> None:
     given = {"secret": KEY, "commander": bytes(16), "robot": b"\1" * 16}
