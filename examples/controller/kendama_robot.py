@@ -1,0 +1,199 @@
+"""The robot's end of kendama's line (docs/protocol.md) for a controller in Python: standard library only, one file."""
+
+from __future__ import annotations
+
+import enum
+import hmac
+import math
+import secrets
+import socket
+import struct
+import time
+from dataclasses import dataclass, field
+from hashlib import blake2s
+from pathlib import Path
+
+VERSION, LARGEST, LET_GO_S = 5, 4096, 60.0
+HELLO, CHALLENGE, OPEN, WELCOME, RESET, COMMAND, STATE, HALT, STOPPED, TORQUE, TORQUE_STATE, WORKING = range(1, 13)
+HEADER = struct.Struct("<4sHHQQ")
+NAN3 = (math.nan,) * 3
+
+
+def read_key(path: str) -> bytes:
+    """The 32 bytes of a key file."""
+    return bytes.fromhex(Path(path).expanduser().read_text())
+
+
+def tag(key: bytes, data: bytes) -> bytes:
+    """Proof of having ``key``, for behind ``data``."""
+    return blake2s(data, key=key, digest_size=16).digest()
+
+
+class Heard(enum.Enum):
+    """What ``poll`` has heard; to a RESET and a COMMAND ``answer`` is due."""
+
+    NOTHING, RESET, COMMAND, STOP = range(4)
+
+
+@dataclass
+class Command:
+    """The wanted joints at the end of the coming period; of a RESET the position alone."""
+
+    position_rad: tuple[float, ...]
+    velocity_rad_s: tuple[float, ...] = ()
+    acceleration_rad_s2: tuple[float, ...] = ()
+    effort_nm: tuple[float, ...] = ()
+
+
+@dataclass
+class State:
+    """What was really sent to the motors, and what the sensors say; cup and ball in the world, NaN if not tracked."""
+
+    t_s: float
+    sent: Command
+    position_rad: tuple[float, ...]
+    velocity_rad_s: tuple[float, ...]
+    effort_nm: tuple[float, ...]
+    wrist_wrench: tuple[float, ...] = (0.0,) * 6
+    cup_m: tuple[float, ...] = NAN3
+    ball_m: tuple[float, ...] = NAN3
+    caught: bool = False
+
+
+@dataclass
+class Description:
+    """What the robot is; limits are n numbers each: lower, upper, speed, acceleration, effort."""
+
+    joint_names: tuple[str, ...]
+    limits: tuple[tuple[float, ...], ...]
+    period_s: float
+    watchdog_s: float
+    realtime: bool = True
+
+
+@dataclass
+class Robot:
+    """One commander at a time; call ``poll`` every period, and ``answer`` once to what it has heard."""
+
+    port: int
+    key: bytes
+    about: Description
+    host: str = "127.0.0.1"
+    reason: str | None = field(default="no session has begun", init=False)  # to hold; None while commanded
+    command: Command = field(default_factory=lambda: Command(()), init=False)
+    missed: int = field(default=0, init=False)
+    ignored: int = field(default=0, init=False)
+
+    def __post_init__(self) -> None:
+        self.line = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        self.line.bind((self.host, self.port))
+        self.nonce, self.session, self.counter, self.peer = secrets.token_bytes(16), 0, 0, ("", 0)
+        self.session_key, self.answered, self.heard_s = b"", b"", 0.0
+        self.moving, self.ready, self.last = False, False, HALT
+
+    def poll(self, timeout_s: float = 0.0) -> Heard:
+        """Sort out what has come; waits no longer than ``timeout_s`` for more."""
+        until_s = time.monotonic() + timeout_s
+        for _ in range(1000):  # nobody keeps the controller busy by sending much
+            if self.moving and self.about.realtime and time.monotonic() - self.heard_s > self.about.watchdog_s:
+                self.stop(f"no datagram came for {self.about.watchdog_s:g} s while moving")
+                return Heard.STOP
+            self.line.settimeout(max(until_s - time.monotonic(), 0.0))
+            try:
+                data, sender = self.line.recvfrom(LARGEST + 1)
+            except (BlockingIOError, TimeoutError, ConnectionError):
+                return Heard.NOTHING
+            heard = self._take(data, sender)
+            if heard is not Heard.NOTHING:
+                return heard
+        return Heard.NOTHING
+
+    def answer(self, state: State) -> None:
+        """Answer the RESET or COMMAND that was heard last."""
+        sent, n = state.sent, len(self.about.joint_names)
+        parts = (sent.position_rad, sent.velocity_rad_s, sent.acceleration_rad_s2, sent.effort_nm)
+        values = [value for part in parts for value in part or (0.0,) * n]
+        for part in (state.position_rad, state.velocity_rad_s, state.effort_nm, state.wrist_wrench):
+            values += part
+        values += [*state.cup_m, *state.ball_m, *[math.nan] * (n + 15)]
+        head = struct.pack("<dIIB", state.t_s, self.missed, self.ignored, state.caught)
+        self._say(STATE, head + struct.pack(f"<{len(values)}d", *values))
+
+    def stop(self, reason: str) -> None:
+        """Latch a stop: nothing is obeyed until another session begins."""
+        self.reason, self.moving, self.ready = self.reason or reason, False, False
+
+    def _take(self, data: bytes, sender: tuple[str, int]) -> Heard:
+        kind = session = counter = -1
+        if len(data) >= HEADER.size + 16:
+            magic, version, kind, session, counter = HEADER.unpack_from(data)
+            kind = kind if (magic, version) == (b"KNDM", VERSION) else -1
+        payload = data[HEADER.size : -16]
+        ours = session == self.session and sender == self.peer
+        key = self.session_key
+        if kind == HELLO:
+            key, ours = self.key, len(payload) == 16
+        elif kind == OPEN and session == int.from_bytes(self.nonce[:8], "little"):
+            key = blake2s(b"kendama session" + payload + self.nonce, key=self.key, digest_size=32).digest()
+            ours = not self._held()
+        believed = kind in (HELLO, OPEN, RESET, COMMAND, HALT) and ours
+        if not believed or not hmac.compare_digest(tag(key, data[:-16]), data[-16:]):
+            self.ignored += 1
+            return Heard.NOTHING
+        if kind == HELLO:
+            held = self.session if self._held() else 0
+            self._send(self.key, (CHALLENGE, held, 0), payload + self.nonce, sender)
+        elif kind == OPEN and session != self.session:
+            self.session_key, self.session, self.peer, self.nonce = key, session, sender, secrets.token_bytes(16)
+            self.reason, self.moving, self.ready, self.missed = None, False, False, 0
+            self.counter, self.heard_s = counter, time.monotonic()
+            self._welcome()
+        elif counter == self.counter and (self.answered or self.last == RESET):
+            if self.answered:
+                self.line.sendto(self.answered, sender)
+            else:
+                self._send(self.session_key, (WORKING, session, counter), b"", sender)
+        elif counter > self.counter:
+            self.missed += counter - self.counter - 1
+            self.counter, self.heard_s, self.answered, self.last = counter, time.monotonic(), b"", kind
+            return self._obey(kind, payload)
+        else:
+            self.ignored += 1
+        return Heard.NOTHING
+
+    def _obey(self, kind: int, payload: bytes) -> Heard:
+        n, was = len(self.about.joint_names), self.reason
+        count = {RESET: n, COMMAND: 4 * n}.get(kind, 0)
+        body = payload[8:] if kind == RESET else payload
+        values = struct.unpack(f"<{count}d", body) if count and len(body) == 8 * count else ()
+        if kind == HALT:
+            self.stop("the commander sent HALT")
+        elif not values or not all(map(math.isfinite, values)):
+            self.stop("a command of another length came, or one that is not finite")
+        elif kind == COMMAND and not self.ready:
+            self.stop("COMMAND came before the first RESET")
+        if self.reason is not None:
+            self._say(STOPPED, self.reason.encode()[:400])
+            return Heard.STOP if was is None else Heard.NOTHING
+        self.ready, self.moving = True, kind == COMMAND
+        self.command = Command(*(values[i : i + n] for i in range(0, count, n)))
+        return Heard.RESET if kind == RESET else Heard.COMMAND
+
+    def _welcome(self) -> None:
+        about, n = self.about, len(self.about.joint_names)
+        head = struct.pack("<BBddd", n, about.realtime, about.period_s, about.watchdog_s, 0.0)
+        names = b"".join(name.encode().ljust(48, b"\0") for name in about.joint_names)
+        self.last = OPEN
+        self._say(WELCOME, head + names + b"".join(struct.pack(f"<{n}d", *row) for row in about.limits))
+
+    def _held(self) -> bool:
+        return self.reason is None and (self.moving or time.monotonic() - self.heard_s < LET_GO_S)
+
+    def _say(self, kind: int, payload: bytes) -> None:
+        order = kind, self.session, self.counter
+        self.answered = self._send(self.session_key, order, payload, self.peer)
+
+    def _send(self, key: bytes, order: tuple[int, int, int], payload: bytes, to: tuple[str, int]) -> bytes:
+        bare = HEADER.pack(b"KNDM", VERSION, *order) + payload
+        self.line.sendto(data := bare + tag(key, bare), to)
+        return data

@@ -1,0 +1,41 @@
+// A controller without a robot: is where it was commanded to be a period ago.
+//   g++ -std=c++17 -O2 -Wall -Wextra stand_in.cpp -o stand_in && ./stand_in KEY_FILE PORT
+#include <algorithm>
+#include <iostream>
+#include <thread>
+
+#include "kendama_robot.hpp"
+
+int main(int count, char** words) {
+  if (count != 3) return std::cerr << "stand_in KEY_FILE PORT\n", 2;
+  constexpr double PERIOD_S = 0.004, SPEED = 1.0;  // how fast it goes to where a RESET wants it [rad/s]
+  auto times = [&](double value) { return kendama::Joints(7, value); };
+  kendama::Robot line(uint16_t(std::stoi(words[2])), kendama::read_key(words[1]),
+                      {{"s1", "s2", "s3", "e1", "e2", "w1", "w2"}, times(-3), times(3), times(2), times(20), times(50), PERIOD_S, 0.25});
+  kendama::Joints at = times(0), moved = times(0);
+  auto heard = kendama::Heard::nothing;
+  double t_s = 0.0, due_s = kendama::now_s();
+  std::cout << "listening" << std::endl;
+  while (true) {
+    due_s += PERIOD_S;
+    for (double left_s; (left_s = due_s - kendama::now_s()) > 0;) {  // the newest of what comes within the period counts
+      const auto now = line.poll(left_s);
+      heard = now == kendama::Heard::nothing ? heard : now;
+    }
+    const auto was = at;
+    const auto& target = line.command().position_rad;
+    if (!line.reason().empty()) {
+      heard = kendama::Heard::nothing;  // hold
+    } else if (heard == kendama::Heard::reset) {
+      t_s = 0.0;
+      for (size_t i = 0; i < 7; ++i) at[i] += std::clamp(target[i] - at[i], -SPEED * PERIOD_S, SPEED * PERIOD_S);
+    } else if (!target.empty()) {
+      at = target, t_s += PERIOD_S;
+    }
+    for (size_t i = 0; i < 7; ++i) moved[i] = (at[i] - was[i]) / PERIOD_S;
+    if (heard == kendama::Heard::command || (heard == kendama::Heard::reset && at == target)) {
+      line.answer({t_s, line.command(), at, moved, times(0)});
+      heard = kendama::Heard::nothing;
+    }
+  }
+}

@@ -1,0 +1,46 @@
+"""A controller without a robot: is where it was commanded to be a period ago. python stand_in.py KEY_FILE PORT"""
+
+from __future__ import annotations
+
+import sys
+import time
+
+from kendama_robot import Description, Heard, Robot, State, read_key
+
+PERIOD_S = 0.004
+SPEED = 1.0
+"""How fast it goes to where a RESET wants it [rad/s]."""
+
+
+def main(key_file: str, port: int) -> None:
+    limits = ((-3.0,) * 7, (3.0,) * 7, (2.0,) * 7, (20.0,) * 7, (50.0,) * 7)
+    names = ("s1", "s2", "s3", "e1", "e2", "w1", "w2")
+    line = Robot(port, read_key(key_file), Description(names, limits, PERIOD_S, watchdog_s=0.25))
+    at = target = (0.0,) * 7
+    heard, moved, t_s = Heard.NOTHING, (0.0,) * 7, 0.0
+    print("listening", flush=True)
+    due_s = time.monotonic()
+    while True:
+        due_s += PERIOD_S
+        while (left_s := due_s - time.monotonic()) > 0:  # the newest of what comes within the period counts
+            now = line.poll(left_s)
+            heard = now if now is not Heard.NOTHING else heard
+        was = at
+        if line.reason is not None:
+            heard = Heard.NOTHING  # hold
+        elif heard is Heard.RESET:
+            target, t_s = line.command.position_rad, 0.0
+            at = tuple(
+                a + max(-SPEED * PERIOD_S, min(SPEED * PERIOD_S, b - a)) for a, b in zip(at, target, strict=True)
+            )
+        else:
+            at = line.command.position_rad or at
+            t_s += PERIOD_S
+        moved = tuple((a - b) / PERIOD_S for a, b in zip(at, was, strict=True))
+        if heard is Heard.COMMAND or (heard is Heard.RESET and at == target):
+            line.answer(State(t_s, line.command, at, moved, (0.0,) * 7))
+            heard = Heard.NOTHING
+
+
+if __name__ == "__main__":
+    main(sys.argv[1], int(sys.argv[2]))

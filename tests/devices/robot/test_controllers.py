@@ -1,0 +1,174 @@
+"""The robot's end of the line as laboratories get it, in Python and in C++, each as a controller of its own."""
+
+from __future__ import annotations
+
+import ast
+import os
+import shutil
+import socket
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from contextlib import closing
+from hashlib import blake2s
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from kendama_cli.artifacts.motion_plan import JointTrajectory
+from kendama_cli.devices.robot.interface import JointCommand
+from kendama_cli.devices.robot.protocol import Datagram, Kind
+from kendama_cli.devices.robot.recording import play
+from kendama_cli.devices.robot.remote import UdpRobot
+from kendama_cli.devices.robot.seal import Seal
+from kendama_cli.errors import HardwareError
+from kendama_cli.motion import minimum_jerk
+from tests.devices.robot.stand_in import LOOPBACK, SECRET, key_file
+
+FOLDER = Path(__file__).resolve().parents[3] / "examples" / "controller"
+NAMES = ("s1", "s2", "s3", "e1", "e2", "w1", "w2")
+Address = tuple[str, int]
+
+
+@pytest.fixture(scope="module")
+def built(tmp_path_factory: pytest.TempPathFactory) -> Path | None:
+    """The folder with what g++ made; None where there is no compiler."""
+    if shutil.which("g++") is None:
+        return None
+    folder = tmp_path_factory.mktemp("built")
+    (folder / "hash.cpp").write_text(
+        '#include <cstdio>\n#include "blake2s.hpp"\nint main() {\n'
+        "  for (int size : {16, 32}) for (int n = 0; n < 260; ++n) {\n"
+        "    kendama::Bytes key(32), data(n);\n"
+        "    for (int i = 0; i < 32; ++i) key[i] = i;\n    for (int i = 0; i < n; ++i) data[i] = i * 7;\n"
+        '    for (int b : kendama::blake2s(key, data, size)) std::printf("%02x", b);\n    std::puts("");\n  }\n}\n'
+    )
+    for source in (FOLDER / "stand_in.cpp", folder / "hash.cpp"):
+        flags = ["-std=c++17", "-O1", "-Wall", "-Wextra", "-Werror", f"-I{FOLDER}"]
+        subprocess.run(["g++", *flags, str(source), "-o", str(folder / source.stem)], check=True)
+    return folder
+
+
+@pytest.fixture(params=["python", "c++"])
+def controller(
+    request: pytest.FixtureRequest, tmp_path: Path, built: Path | None
+) -> Iterator[tuple[subprocess.Popen[bytes], Address]]:
+    """A stand-in controller that listens."""
+    if request.param == "c++" and built is None:
+        pytest.skip("no g++ here; .ci/run installs it")
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as free:
+        free.bind((LOOPBACK, 0))
+        address: Address = free.getsockname()
+    made = [str((built or FOLDER) / "stand_in")]
+    program = made if request.param == "c++" else [sys.executable, str(FOLDER / "stand_in.py")]
+    process = subprocess.Popen([*program, str(key_file(tmp_path)), str(address[1])], stdout=subprocess.PIPE)
+    assert process.stdout is not None
+    assert process.stdout.readline() == b"listening\n"
+    yield process, address
+    process.kill()
+    process.wait()
+    process.stdout.close()
+
+
+def swing(period_s: float) -> JointTrajectory:
+    """A second of minimum jerk there, and one back."""
+    t_s = period_s * np.arange(round(2.0 / period_s) + 1)
+    s = np.asarray(minimum_jerk.step(np.minimum(t_s, 2.0 - t_s)))
+    reach = np.linspace(0.1, 0.3, 7)
+    position = 0.2 + s[:, None] * reach
+    velocity = np.gradient(position, t_s, axis=0)
+    return JointTrajectory(NAMES, t_s, position, velocity, np.gradient(velocity, t_s, axis=0))
+
+
+def test_a_controller_plays_a_motion_that_is_commanded(controller: tuple[object, Address]) -> None:
+    with closing(UdpRobot(*controller[1], SECRET, silence_s=5.0)) as robot:
+        assert (robot.joint_names, robot.period_s, robot.realtime) == (NAMES, 0.004, True)
+        assert np.array_equal(robot.limits.velocity_rad_s, np.full(7, 2.0))
+        motion = swing(robot.period_s)
+        played = play(robot, motion, seed=1)  # from where it is not: it goes there first, slowly
+        reached = played.position_rad
+        assert np.abs(reached[0] - motion.position_rad[0]).max() == 0.0
+        assert np.abs(reached - motion.position_rad).max() < 1e-12
+        assert played.t_s[-1] >= motion.t_s[-1] - 1e-9
+        assert robot.missed < 0.5 * len(motion.t_s)
+
+
+def test_a_controller_ignores_who_has_not_the_key(controller: tuple[object, Address]) -> None:
+    address = controller[1]
+    with pytest.raises(HardwareError, match=r"no answer to HELLO within 0\.2 s; has it the same key"):
+        UdpRobot(*address, bytes(32), silence_s=0.2)
+    with (
+        closing(UdpRobot(*address, SECRET, silence_s=5.0)) as robot,
+        socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as foreign,
+    ):
+        before = robot.reset(np.zeros(7), 0)
+        rng = np.random.default_rng(3)
+        number, counter = robot._line._number, robot._line._counter
+        for k in range(500):
+            kind = list(Kind)[k % len(Kind)]
+            foreign.sendto(Seal(bytes(32)).pack(Datagram(kind, number, counter + k % 3, bytes(224))), address)
+            foreign.sendto(rng.bytes(k % 90), address)
+            time.sleep(0.001)  # none is lost to the system's buffer: each is counted
+        with pytest.raises(HardwareError, match="another commander has it"):
+            UdpRobot(*address, SECRET, silence_s=5.0)
+        after = robot.exchange(JointCommand(np.zeros(7), np.zeros(7), np.zeros(7)))
+        assert np.array_equal(after.state.position_rad, before.state.position_rad)
+        assert robot.ignored >= 1000
+
+
+def test_a_controller_stops_for_good_when_its_commander_falls_silent(controller: tuple[object, Address]) -> None:
+    with closing(UdpRobot(*controller[1], SECRET, silence_s=5.0)) as robot:
+        robot.reset(np.zeros(7), 0)
+        robot.exchange(JointCommand(np.full(7, 0.004), np.zeros(7), np.zeros(7)))
+        time.sleep(0.5)
+        with pytest.raises(HardwareError, match=r"it stopped: no datagram came .* while moving"):
+            robot.exchange(JointCommand(np.full(7, 0.008), np.zeros(7), np.zeros(7)))
+    with closing(UdpRobot(*controller[1], SECRET, silence_s=5.0)) as again:
+        assert np.array_equal(again.reset(np.zeros(7), 0).state.position_rad, np.zeros(7))
+
+
+@pytest.mark.parametrize(
+    ("values", "says"),
+    [(np.full(7, np.nan), "not finite"), (np.zeros(6), "of another length")],
+    ids=["not_finite", "six_of_seven"],
+)
+def test_a_controller_stops_for_a_command_that_makes_no_sense(
+    controller: tuple[object, Address], values: np.ndarray, says: str
+) -> None:
+    with closing(UdpRobot(*controller[1], SECRET, silence_s=5.0)) as robot:
+        robot.reset(np.zeros(7), 0)
+        with pytest.raises(HardwareError, match=f"it stopped: .*{says}"):
+            robot.exchange(JointCommand(values, values, values))
+
+
+def test_a_controller_that_dies_is_one_clear_error(
+    controller: tuple[subprocess.Popen[bytes], Address],
+) -> None:
+    with closing(UdpRobot(*controller[1], SECRET, silence_s=5.0)) as robot:
+        robot.reset(np.zeros(7), 0)
+        controller[0].kill()
+        controller[0].wait()
+        with pytest.raises(HardwareError, match="nothing listens there; it is in a latched stop"):
+            robot.exchange(JointCommand(np.zeros(7), np.zeros(7), np.zeros(7)))
+
+
+def test_the_hash_in_c_plus_plus_is_blake2s(built: Path | None) -> None:
+    if built is None:
+        pytest.skip("no g++ here; .ci/run installs it")
+    said = subprocess.run([str(built / "hash")], capture_output=True, text=True, check=True).stdout.split()
+    data = bytes(i * 7 % 256 for i in range(260))
+    assert said == [
+        blake2s(data[:n], key=SECRET, digest_size=size).hexdigest() for size in (16, 32) for n in range(260)
+    ]
+
+
+def test_each_library_is_one_short_file_that_needs_nothing() -> None:
+    for name in ("kendama_robot.py", "kendama_robot.hpp"):
+        assert len((FOLDER / name).read_text().splitlines()) < 200, name
+    tree = ast.parse((FOLDER / "kendama_robot.py").read_text())
+    brought = {node.module or "" for node in ast.walk(tree) if isinstance(node, ast.ImportFrom)}
+    brought |= {one.name for node in ast.walk(tree) if isinstance(node, ast.Import) for one in node.names}
+    assert {name.partition(".")[0] for name in brought} <= sys.stdlib_module_names
+    assert os.path.isfile(FOLDER / "blake2s.hpp")
