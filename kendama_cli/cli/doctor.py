@@ -47,6 +47,7 @@ DEVICES = {
     "capture=mocap": "a motion capture system that streams rigid bodies",
     "capture=haptic": "a haptic device and its driver",
     "camera=device": "a camera that OpenCV can open",
+    "hardware=rsi": "a KUKA controller with RobotSensorInterface: docs/rsi.md",
     "hardware=command": "a controller that speaks the protocol of docs/protocol.md",
 }
 

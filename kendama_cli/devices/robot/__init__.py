@@ -21,3 +21,6 @@ COMMAND = Variant(
     settings="kendama_cli.settings.hardware:CommandHardware",
     makes="kendama_cli.devices.robot.remote:open_command",
 )
+RSI = Variant(
+    "rsi", settings="kendama_cli.settings.hardware:RsiHardware", makes="kendama_cli.devices.robot.rsi.robot:open_rsi"
+)

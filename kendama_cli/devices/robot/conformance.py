@@ -38,13 +38,16 @@ def check_description(opened: OpenRobot) -> None:
 
 
 def check_time(opened: OpenRobot) -> None:
-    """Time starts at 0 with a reset and advances by one period per exchange."""
+    """Time starts at 0 with a reset and advances by one period per exchange, and by one for each that was missed."""
     with opened() as robot:
         rest = _rest(robot)
         _law(robot.reset(rest.position_rad, 1).t_s == 0.0, "time is 0 after a reset")
+        before = robot.missed
         for k in range(1, 6):
             t_s = robot.exchange(rest).t_s
-            _law(abs(t_s - k * robot.period_s) < 1e-9, f"time advances by one period per exchange (is {t_s}, {k} in)")
+            periods = k + robot.missed - before
+            words = f"time advances by one period per exchange (is {t_s}, {periods} in)"
+            _law(abs(t_s - periods * robot.period_s) < 1e-9, words)
 
 
 def check_rest(opened: OpenRobot) -> None:
@@ -68,42 +71,53 @@ def check_limits(opened: OpenRobot) -> None:
     with opened() as robot:
         limits, n = robot.limits, len(robot.joint_names)
         rng = np.random.default_rng(5)
-        last = robot.reset(_rest(robot).position_rad, 1).sent
+        last, before = robot.reset(_rest(robot).position_rad, 1).sent, robot.missed
         for k in range(120):
             wild = rng.normal(0.0, 30.0, (4, n)) if k < 60 else np.full((4, n), 50.0)
-            sent = robot.exchange(JointCommand(*wild)).sent
+            try:
+                sent = robot.exchange(JointCommand(*wild)).sent
+            except HardwareError:
+                _law(robot.realtime, "a simulated robot limits what is commanded, and does not stop for it")
+                return  # it halts for a command so far from what it can do
+            elapsed_s, before = (1 + robot.missed - before) * robot.period_s, robot.missed
             inside = (sent.position_rad >= limits.lower_rad - ROUNDING) & (
                 sent.position_rad <= limits.upper_rad + ROUNDING
             )
             _law(bool(inside.all()), "what is sent keeps to the position limits")
             _within(sent.velocity_rad_s, limits.velocity_rad_s, "speed")
-            change = (sent.velocity_rad_s - last.velocity_rad_s) / robot.period_s
+            change = (sent.velocity_rad_s - last.velocity_rad_s) / elapsed_s
             _within(change, limits.acceleration_rad_s2, "acceleration")
             _within(sent.acceleration_rad_s2, limits.acceleration_rad_s2, "acceleration")
-            mean = (sent.position_rad - last.position_rad) / robot.period_s
+            mean = (sent.position_rad - last.position_rad) / elapsed_s
             _within(mean, limits.velocity_rad_s, "speed")
             _within(sent.effort_nm, limits.effort_nm, "effort")
             last = sent
 
 
 def check_feedforward(opened: OpenRobot) -> None:
-    """A torque that is added reaches the motors: at rest the arm gives way to it, and gives it back in its effort."""
+    """A torque that is said to be added reaches the motors: at rest the arm gives way to it."""
     with opened() as robot:
         rest = _rest(robot)
         pushed = dataclasses.replace(rest, effort_nm=0.02 * robot.limits.effort_nm)
         plain, added = (_settled(robot, rest, command) for command in (rest, pushed))
-        _law(bool(np.array_equal(added.sent.effort_nm, pushed.effort_nm)), "a feasible effort is sent as it is")
         _law(bool(np.array_equal(plain.sent.effort_nm, rest.effort_nm)), "no effort is added unasked")
+        if not added.sent.effort_nm.any():
+            return  # it says that it adds none
+        _law(bool(np.array_equal(added.sent.effort_nm, pushed.effort_nm)), "a feasible effort is sent as it is")
         moved = np.abs(added.state.position_rad - plain.state.position_rad).max()
         _law(bool(moved > 1e-6), "an added effort moves the arm out of its rest")
 
 
 def check_reset(opened: OpenRobot) -> None:
-    """The same seed and commands give the same rollout, bit for bit, whatever happened before."""
+    """The same seed and commands give the same rollout, bit for bit in lockstep, whatever happened before."""
     with opened() as robot:
         first = _short_rollout(robot, seed=3)
         _short_rollout(robot, seed=4)
         again = _short_rollout(robot, seed=3)
+        if robot.realtime:
+            off = np.abs(first[0].state.position_rad - again[0].state.position_rad).max()
+            _law(bool(off < 0.02), "a reset brings the arm to the same place")
+            return
         for a, b in zip(first, again, strict=True):
             for name in ("position_rad", "velocity_rad_s", "wrist_wrench", "ball_in_world_m", "cup_in_world_m"):
                 same = np.array_equal(getattr(a.state, name), getattr(b.state, name))

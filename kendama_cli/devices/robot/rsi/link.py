@@ -1,0 +1,183 @@
+"""The line to a KUKA controller: every telegram is answered within its cycle, by the newest command or by braking."""
+
+from __future__ import annotations
+
+import socket
+import threading
+import time
+
+import numpy as np
+
+from kendama_cli.devices.robot.interface import JointCommand
+from kendama_cli.devices.robot.limiter import limit_command
+from kendama_cli.devices.robot.rsi.telegram import LARGEST_BYTES, Telegram, read_telegram, write_answer
+from kendama_cli.errors import HardwareError, MissingPartError
+from kendama_cli.robot_model.limits import JointLimits
+from kendama_cli.schema.arrays import Array
+from kendama_cli.settings.hardware import RsiHardware
+
+_LISTENED = 5
+"""So many telegrams are listened to for the controller's cycle, before any is answered."""
+_JUMP = 1.5
+"""An arm that is said to have gone faster than its limits by this factor is lied about."""
+_RESOLUTION_DEG = 0.05
+_BRAKING_S = 2.0
+
+
+class RsiLink:
+    """Answers telegrams in a thread of its own, from ``start`` to ``close``; ``move`` gives it one command.
+
+    Angles are the controller's, in degrees. A fault of the controller's (silence, a wrong time stamp, a jump, no
+    number) is kept, and ends the answers: then the controller stops the arm by itself. ``late`` counts what it took
+    too late, ``foreign`` the datagrams of others.
+    """
+
+    def __init__(self, settings: RsiHardware, limits: JointLimits) -> None:
+        self._settings, self._limits = settings, limits
+        self._line = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        self._changed = threading.Condition()
+        self._thread = threading.Thread(target=self._serve, name="rsi", daemon=True)
+        self._wanted: JointCommand | None = None
+        self._sent_at: int | None = None
+        self._over = False
+        self._first_late = 0
+        self.failure: str | None = None
+        self.foreign = self.late = 0
+
+    def start(self) -> None:
+        """Wait for the controller, learn its cycle, answer from now on; raises MissingPartError, HardwareError."""
+        settings = self._settings
+        try:
+            self._line.bind((settings.host, settings.port))
+        except OSError as error:
+            raise HardwareError(f"RSI cannot listen on {settings.host}:{settings.port}: {error}") from None
+        first = self._receive(settings.wait_s)
+        if first is None:
+            raise MissingPartError(
+                "rsi",
+                f"no RSI telegram of {settings.controller} came to {settings.host}:{settings.port} within "
+                f"{settings.wait_s:g} s: start the RSI program on the controller, and see docs/rsi.md",
+            )
+        stamps = [first.ipoc]
+        while len(stamps) < _LISTENED:
+            stamps.append(self._heard(self._receive(settings.silence_s)).ipoc)
+        cycle_s = 1e-3 * float(np.diff(stamps).min())
+        if abs(cycle_s - settings.control_period_s) > 1e-9:
+            raise HardwareError(
+                f"the controller's cycle is {1e3 * cycle_s:g} ms by its IPOC; set hardware.control_period_s={cycle_s:g}"
+            )
+        self.start_deg = first.position_deg
+        self._last = JointCommand(first.position_deg, np.zeros(6), np.zeros(6))
+        self._newest, self._first_late = first, first.late
+        self._thread.start()
+
+    def move(self, wanted: JointCommand) -> tuple[JointCommand, Telegram, Telegram]:
+        """What was sent for ``wanted``, the telegram that it answered, and the next one; raises HardwareError."""
+        with self._changed:
+            self._wanted, self._sent_at = wanted, None
+            self._changed.notify_all()
+            self._changed.wait_for(self._is_over)
+            if self.failure is not None:
+                raise HardwareError(self.failure)
+            return self._sent, self._answered, self._newest
+
+    def _is_over(self) -> bool:
+        """Whether the cycle after the one that the command was sent in has come, or none will."""
+        return self.failure is not None or (self._sent_at is not None and self._newest.ipoc > self._sent_at)
+
+    @property
+    def newest(self) -> Telegram:
+        """What the controller said last."""
+        return self._newest
+
+    def fail(self, problem: str) -> HardwareError:
+        """Keep the first problem; the commander is told at its next command."""
+        with self._changed:
+            self.failure = self.failure or f"the controller at {self._settings.controller}: {problem}"
+            self._changed.notify_all()
+            return HardwareError(self.failure)
+
+    def rest(self) -> None:
+        """Wait until braking has brought the arm to rest; not for ever, and not where nothing is answered any more."""
+        until_s = time.monotonic() + _BRAKING_S
+        while self._thread.is_alive() and self._last.velocity_rad_s.any() and time.monotonic() < until_s:
+            time.sleep(self._settings.control_period_s)
+
+    def close(self) -> None:
+        """Answer no more: the controller ends RSI when its time for answers is over."""
+        self._over = True
+        if self._thread.is_alive():
+            self._thread.join()
+        self._line.close()
+
+    def _serve(self) -> None:
+        try:
+            while not self._over:
+                telegram = self._heard(self._receive(self._settings.silence_s))
+                self._check(telegram)
+                with self._changed:
+                    self._newest = telegram
+                    self.late = telegram.late - self._first_late
+                    self._changed.notify_all()
+                    self._changed.wait_for(lambda: self._wanted is not None, self._settings.reply_s)
+                    self._answer(telegram)
+        except (HardwareError, OSError) as error:
+            self.fail(f"{error}; it gets no more answers and stops the arm: start RSI anew there, and run again")
+
+    def _answer(self, telegram: Telegram) -> None:
+        """Send what is wanted, within the limits; where nothing is, or after a fault of the commander's, brake."""
+        wanted, last = self._wanted, self._last
+        if wanted is None or self.failure is not None:
+            step_s, most = self._settings.control_period_s, self._limits.acceleration_rad_s2
+            speed = last.velocity_rad_s - np.clip(last.velocity_rad_s, -most * step_s, most * step_s)
+            mean = (last.velocity_rad_s + speed) / 2
+            wanted = JointCommand(last.position_rad + mean * step_s, speed, np.zeros(6))
+        else:
+            self._wanted, self._answered, self._sent_at = None, telegram, telegram.ipoc
+        sent = limit_command(last, wanted, self._limits, self._settings.control_period_s)
+        self._last = self._sent = sent
+        correction_deg = sent.position_rad - self.start_deg
+        self._line.sendto(write_answer(self._settings.sentype, correction_deg, telegram.ipoc), self._to)
+
+    def _check(self, telegram: Telegram) -> None:
+        """Raise HardwareError where the time stamp or the place cannot follow the last one's."""
+        ahead_s = 1e-3 * (telegram.ipoc - self._newest.ipoc)
+        cycles = ahead_s / self._settings.control_period_s
+        if cycles < 0.5 or abs(cycles - round(cycles)) > 1e-6:
+            raise HardwareError(
+                f"IPOC {telegram.ipoc} came after {self._newest.ipoc}, which no clock of its cycle says"
+            )
+        moved = np.abs(telegram.position_deg - self._newest.position_deg)
+        over = moved - (_JUMP * self._limits.velocity_rad_s * ahead_s + _RESOLUTION_DEG)
+        if (over > 0).any():
+            axis = int(over.argmax())
+            jump = f"jumped by {moved[axis]:.2f} deg in {1e3 * ahead_s:g} ms"
+            raise HardwareError(f"axis A{axis + 1} is said to have {jump}")
+
+    def _heard(self, telegram: Telegram | None) -> Telegram:
+        if telegram is None:
+            raise HardwareError(f"no telegram came for {self._settings.silence_s:g} s")
+        return telegram
+
+    def _receive(self, timeout_s: float) -> Telegram | None:
+        until_s = time.monotonic() + timeout_s
+        while (left_s := until_s - time.monotonic()) > 0 and not self._over:
+            self._line.settimeout(min(left_s, 0.2))
+            try:
+                data, sender = self._line.recvfrom(LARGEST_BYTES + 1)
+            except (TimeoutError, ConnectionError):
+                continue
+            if sender[0] != self._settings.controller:
+                self.foreign += 1
+                continue
+            self._to = sender
+            return read_telegram(data)
+        return None
+
+
+def in_degrees(limits: JointLimits, to_deg: Array, offset_deg: Array) -> JointLimits:
+    """``limits`` as the controller counts: its angle is ``offset_deg`` + ``to_deg`` times the description's."""
+    lower, upper = np.sort([offset_deg + to_deg * limits.lower_rad, offset_deg + to_deg * limits.upper_rad], axis=0)
+    size = np.abs(to_deg)
+    speed, change = size * limits.velocity_rad_s, size * limits.acceleration_rad_s2
+    return JointLimits(lower, upper, speed, change, limits.effort_nm)

@@ -1,0 +1,105 @@
+"""An arm of six axes for RSI, and a controller that says whatever a test wants."""
+
+from __future__ import annotations
+
+import contextlib
+import dataclasses
+import re
+import socket
+import threading
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+from kendama_cli.schema.settings import build_value
+from kendama_cli.settings.game import GameSettings
+from kendama_cli.settings.hardware import HardwareSettings, RsiHardware
+from kendama_cli.settings.robot import RobotSettings
+from tests.shipped_conf import plain
+
+LOOPBACK = "127.0.0.1"
+GAME: GameSettings = build_value(GameSettings, plain("game", "kendama"), "game")
+RSI: RsiHardware = dataclasses.replace(
+    build_value(HardwareSettings, plain("hardware", "rsi"), "hardware"), host=LOOPBACK, controller=LOOPBACK, wait_s=5.0
+)
+LIMITS = '<limit lower="-2.9" upper="2.9" velocity="3.0" effort="200"/>'
+INERTIA = '<inertial><mass value="2"/><inertia ixx=".02" iyy=".02" izz=".02" ixy="0" ixz="0" iyz="0"/></inertial>'
+AXES = ("0 0 1", "0 1 0", "0 1 0", "0 0 1", "0 1 0", "0 0 1")
+
+
+def six_axes(folder: Path) -> RobotSettings:
+    """The settings of an arm whose description is written into ``folder``."""
+    links = "".join(f'<link name="l{k}">{INERTIA}</link>' for k in range(7))
+    joints = "".join(
+        f'<joint name="a{k + 1}" type="revolute"><parent link="l{k}"/><child link="l{k + 1}"/>'
+        f'<origin xyz="0 0 0.2"/><axis xyz="{axis}"/>{LIMITS}</joint>'
+        for k, axis in enumerate(AXES)
+    )
+    urdf = folder / "six.urdf"
+    urdf.write_text(f'<robot name="six">{links}{joints}</robot>')
+    per_joint = {
+        field.name: None
+        for field in dataclasses.fields(RobotSettings)
+        if "| None" in str(field.type) and "tuple" in str(field.type)
+    }
+    document: dict[str, Any] = {**plain("robot", "pa10"), **per_joint, "name": "six", "path": str(urdf)}
+    document |= {"base_link": None, "tip_link": None, "held_joints": []}
+    return build_value(RobotSettings, document, "robot")
+
+
+def free_port() -> int:
+    """A UDP port that nobody has now."""
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as free:
+        free.bind((LOOPBACK, 0))
+        return int(free.getsockname()[1])
+
+
+Said = Callable[[int, str], str | None]
+"""From a cycle's number and the true telegram to what is sent; None: nothing."""
+
+
+class Controller:
+    """A controller's end of RSI in a thread: carries out corrections, counts wrong IPOCs, may say what is not so."""
+
+    def __init__(self, port: int, said: Said, cycle_ms: int) -> None:
+        self.to, self._said, self._cycle_ms = (LOOPBACK, port), said, cycle_ms
+        self.answers: list[tuple[int, tuple[float, ...]]] = []
+        self.wrong = self.number = 0
+        self.over = threading.Event()
+
+    def serve(self) -> None:
+        place, ipoc = (0.0,) * 6, 1000
+        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as line:
+            line.bind((LOOPBACK, 0))
+            while not self.over.is_set():
+                at = " ".join(f'A{k + 1}="{value:.5f}"' for k, value in enumerate(place))
+                true = f'<Rob Type="KUKA"><AIPos {at}/><Delay D="{self.wrong}"/><IPOC>{ipoc}</IPOC></Rob>'
+                text = self._said(self.number, true)
+                if text is not None:
+                    line.sendto(text.encode(), self.to)
+                line.settimeout(1e-3 * self._cycle_ms)
+                with contextlib.suppress(TimeoutError, ConnectionError):
+                    answer = line.recv(8192).decode()
+                    told = re.search(r"<IPOC>(\d+)</IPOC>", answer)
+                    place = tuple(float(value) for value in re.findall(r'A\d="([^"]+)"', answer))
+                    self.wrong += told is None or int(told[1]) != ipoc
+                    self.answers.append((ipoc, place))
+                self.number += 1
+                ipoc += self._cycle_ms
+
+
+def truly(number: int, true: str) -> str | None:
+    return true
+
+
+@contextlib.contextmanager
+def controller(port: int, said: Said = truly, cycle_ms: int = 4) -> Iterator[Controller]:
+    """A controller that sends to ``port`` of this machine."""
+    made = Controller(port, said, cycle_ms)
+    thread = threading.Thread(target=made.serve)
+    thread.start()
+    try:
+        yield made
+    finally:
+        made.over.set()
+        thread.join()
