@@ -14,16 +14,23 @@ class Demonstration:
     """One recorded swing of the cup.
 
     ``t_s`` (n,) rises strictly; ``position_m`` (n, 3) is the cup in a frame whose z points up and whose x lies in the
-    swing plane.
+    swing plane. ``rotation_wxyz`` (n, 4) are unit quaternions that turn the upright cup; None where only places were
+    recorded.
     """
 
     name: str
     t_s: Array
     position_m: Array
+    rotation_wxyz: Array | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "t_s", rising("t_s", self.t_s))
         object.__setattr__(self, "position_m", array("position_m", self.position_m, (len(self.t_s), 3)))
+        if self.rotation_wxyz is not None:
+            turned = array("rotation_wxyz", self.rotation_wxyz, (len(self.t_s), 4))
+            if np.abs(np.linalg.norm(turned, axis=1) - 1).max() > 1e-6:
+                raise ValueError(f"rotation_wxyz of '{self.name}' holds quaternions that are not of unit length")
+            object.__setattr__(self, "rotation_wxyz", turned)
         if len(self.t_s) < 3:
             raise ValueError(f"a demonstration needs at least 3 samples, '{self.name}' has {len(self.t_s)}")
 

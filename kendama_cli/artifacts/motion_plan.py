@@ -10,6 +10,25 @@ from kendama_cli.settings.placement import Placement
 
 
 @dataclass(frozen=True)
+class TurnPlan:
+    """How the cup turns during a motion: rotation vectors from upright, on the motion's own basis and duration.
+
+    Arrays are (3,) in rad and rad/s as those of ``MotionPlan`` in m, ``weights`` (3, m).
+    """
+
+    start_rad: Array
+    start_velocity_rad_s: Array
+    goal_rad: Array
+    goal_velocity_rad_s: Array
+    weights: Array
+
+    def __post_init__(self) -> None:
+        for name in ("start_rad", "start_velocity_rad_s", "goal_rad", "goal_velocity_rad_s"):
+            object.__setattr__(self, name, array(name, getattr(self, name), (3,)))
+        object.__setattr__(self, "weights", array("weights", self.weights, (3, None)))
+
+
+@dataclass(frozen=True)
 class MotionPlan:
     """A dynamic movement primitive of c coordinates with m basis functions (PAPER.md eq. 3-5).
 
@@ -41,6 +60,8 @@ class MotionPlan:
     """(r, 1 + c (3 + m)) V, so that V^T V is the covariance of the parameters over the demonstrations; no rows where
     there was one. Columns: log T, then start rate, goal - start and goal rate (a rate is velocity x T), then the
     weights of the first coordinate, of the second, ..."""
+    turn: TurnPlan | None = None
+    """None where the demonstrations have no orientation: the cup stays upright."""
 
     def __post_init__(self) -> None:
         c = len(self.coordinates)
@@ -59,6 +80,8 @@ class MotionPlan:
         for name in ("duration_s", "tau_scale", "stiffness", "phase_decay"):
             if not 0 < getattr(self, name) < math.inf:
                 raise ValueError(f"{name} must be positive and finite, not {getattr(self, name)!r}")
+        if self.turn is not None and self.turn.weights.shape[1] != m:
+            raise ValueError(f"the turn has weights of {self.turn.weights.shape[1]} functions, the motion has {m}")
         if not (self.widths > 0).all():
             raise ValueError(f"widths must be positive; the smallest is {self.widths.min():g}")
 

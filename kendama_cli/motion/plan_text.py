@@ -9,7 +9,7 @@ from typing import Any, Literal
 import numpy as np
 import yaml
 
-from kendama_cli.artifacts.motion_plan import MotionPlan
+from kendama_cli.artifacts.motion_plan import MotionPlan, TurnPlan
 
 FORMAT = "kendama motion 1"
 TextFormat = Literal["json", "yaml"]
@@ -23,11 +23,9 @@ _HEAD = """\
 def plan_text(plan: MotionPlan, form: TextFormat) -> str:
     """``plan`` as text in ``form``."""
     document: dict[str, Any] = {"format": FORMAT}
-    for field in dataclasses.fields(plan):
-        value = getattr(plan, field.name)
-        document[field.name] = (
-            value.tolist() if isinstance(value, np.ndarray) else list(value) if isinstance(value, tuple) else value
-        )
+    document |= {field.name: _plain(getattr(plan, field.name)) for field in dataclasses.fields(plan)}
+    if plan.turn is None:
+        del document["turn"]
     if form == "json":
         return json.dumps(document, indent=1, allow_nan=False) + "\n"
     return _HEAD + yaml.safe_dump(document, sort_keys=False, default_flow_style=None, width=120)
@@ -47,11 +45,26 @@ def plan_from_text(text: str, form: TextFormat) -> MotionPlan:
         found = document.get("format") if isinstance(document, dict) else type(document).__name__
         raise ValueError(f"no movement primitive: its 'format' is {found!r}, not '{FORMAT}'")
     names = [field.name for field in dataclasses.fields(MotionPlan)]
-    missing = [name for name in names if name not in document]
+    missing = [name for name in names if name not in document and name != "turn"]
     unknown = [key for key in document if key not in names and key != "format"]
     if missing or unknown:
         raise ValueError(f"the key '{missing[0]}' is missing" if missing else f"unknown key '{unknown[0]}'")
-    return MotionPlan(**{name: _value(name, document[name], document) for name in names})
+    turn = _turn(document["turn"], document) if "turn" in document else None
+    values = {name: _value(name, document[name], document) for name in names if name != "turn"}
+    return MotionPlan(**values, turn=turn)
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, TurnPlan):
+        return {field.name: getattr(value, field.name).tolist() for field in dataclasses.fields(value)}
+    return value.tolist() if isinstance(value, np.ndarray) else list(value) if isinstance(value, tuple) else value
+
+
+def _turn(value: Any, document: dict[str, Any]) -> TurnPlan:
+    names = [field.name for field in dataclasses.fields(TurnPlan)]
+    if not isinstance(value, dict) or sorted(value) != sorted(names):
+        raise ValueError(f"'turn' must hold {', '.join(names)}, and nothing else")
+    return TurnPlan(**{name: _value(f"turn.{name}", value[name], document) for name in names})
 
 
 def _value(name: str, value: Any, document: dict[str, Any]) -> Any:

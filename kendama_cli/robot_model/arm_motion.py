@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import dataclasses
+
 import numpy as np
 from scipy.interpolate import CubicSpline
 
 from kendama_cli.artifacts.motion_plan import JointTrajectory, MotionPlan
 from kendama_cli.motion.cup_path import CupPath
+from kendama_cli.motion.turning import cup_axes, turns_of
 from kendama_cli.robot_model.inverse_kinematics import follow_path
 from kendama_cli.robot_model.model import RobotModel
 from kendama_cli.schema.arrays import Array
@@ -21,7 +24,7 @@ class ArmMotion:
     """A primitive as a motion of the arm: rest, lead-in if the primitive begins moving, the primitive, its settling.
 
     ``cup_m`` is relative to home; everything scales with tau, for a primitive played tau times slower runs through
-    the same places: q(t) = q1(t / tau), q' = q1' / tau, q'' = q1'' / tau^2.
+    the same places and tilts: q(t) = q1(t / tau), q' = q1' / tau, q'' = q1'' / tau^2.
     Raises StageError where the arm cannot follow.
     """
 
@@ -29,12 +32,15 @@ class ArmMotion:
         self.arm = arm
         self.plan = plan
         self._path = CupPath(plan, lead_in_m_s2)
+        self._inner = dataclasses.replace(plan, tau_scale=1.0)
         self.lead_in_s = self._path.lead_in_s
         self._t_s: Array = KNOT_S * np.arange(int(np.ceil(self._path.duration_s / KNOT_S)) + 1, dtype=np.float64)
         self.cup_m = self._path.at(self._t_s)
         home = arm.tool_place_m(arm.home_rad)
-        start = follow_path(arm, home + _ramp(self.cup_m[0]), arm.home_rad)[-1]
-        self._curve = CubicSpline(self._t_s, follow_path(arm, home + self.cup_m, start, self._t_s))
+        axes = None if plan.turn is None else cup_axes(turns_of(self._inner, self._t_s - self.lead_in_s))
+        to_start = None if axes is None else cup_axes(_ramp(turns_of(self._inner, np.zeros(1))[0]))
+        start = follow_path(arm, home + _ramp(self.cup_m[0]), arm.home_rad, axes=to_start)[-1]
+        self._curve = CubicSpline(self._t_s, follow_path(arm, home + self.cup_m, start, self._t_s, axes))
         self.home_m = home
         speed, change = np.abs(self._curve(self._t_s, 1)).max(axis=0), np.abs(self._curve(self._t_s, 2)).max(axis=0)
         self.velocity_shares = speed / arm.limits.velocity_rad_s

@@ -1,4 +1,4 @@
-"""Joint angles along a path of the upright cup."""
+"""Joint angles along a path of the cup, upright or tilted."""
 
 from __future__ import annotations
 
@@ -30,17 +30,17 @@ def weighted_step(jacobian: Array, change: Array, weights: Array, damping: float
     return np.asarray(spread.T @ np.linalg.solve(square, change))
 
 
-def solve_upright(arm: RobotModel, cup_m: Array, start_rad: Array) -> Array:
+def solve_upright(arm: RobotModel, cup_m: Array, start_rad: Array, axis: Array | None = None) -> Array:
     """The joint angles (n,), near ``start_rad``, that hold the cup upright with its tie point at ``cup_m`` (3,).
 
-    The redundancy goes where ``arm.redundancy_weights`` make it cheapest. Raises StageError where the arm cannot
-    reach.
+    With ``axis`` (3,), a unit vector, the cup's axis points along it instead. The redundancy goes where
+    ``arm.redundancy_weights`` make it cheapest. Raises StageError where the arm cannot reach.
     """
     angles = np.array(start_rad, dtype=np.float64)
     goal = np.concatenate([cup_m, np.zeros(2)])
     miss = np.inf
     for _ in range(MOST_STEPS):
-        value, jacobian = arm.upright_task(angles)
+        value, jacobian = arm.upright_task(angles) if axis is None else _tilted_task(arm, angles, axis)
         change = goal - value
         change[3:] = value[3:]  # the value is already the turn that is missing
         miss = float(np.abs(change).max())
@@ -49,6 +49,20 @@ def solve_upright(arm: RobotModel, cup_m: Array, start_rad: Array) -> Array:
         step = weighted_step(jacobian, change, arm.redundancy_weights)
         angles = angles + step * min(1.0, LONGEST_STEP_RAD / max(float(np.abs(step).max()), 1e-12))
     raise OutOfReachError(arm.settings.name, cup_m, miss)
+
+
+def _tilted_task(arm: RobotModel, angles: Array, axis: Array) -> tuple[Array, Array]:
+    """As ``RobotModel.upright_task`` for a cup whose axis is to point along ``axis``: the missing turn about two
+    directions across it, and the Jacobian of place and of turning about these."""
+    pose, jacobian = arm.tool_pose(angles), arm.tool_jacobian(angles)
+    aside = np.cross(axis, np.eye(3)[int(np.abs(axis).argmin())])
+    aside /= np.linalg.norm(aside)
+    across = np.array([aside, np.cross(axis, aside)])
+    now = pose.rotation[:, 2]
+    turn = across @ np.cross(now, axis)
+    if now @ axis < 0:  # it points the other way: lengthened to be found
+        turn /= max(float(np.linalg.norm(turn)), 1e-9)
+    return np.concatenate([pose.position_m, turn]), np.vstack([jacobian[:3], across @ jacobian[3:]])
 
 
 class OutOfReachError(StageError):
@@ -63,17 +77,20 @@ class OutOfReachError(StageError):
         )
 
 
-def follow_path(arm: RobotModel, cup_m: Array, start_rad: Array, t_s: Array | None = None) -> Array:
+def follow_path(
+    arm: RobotModel, cup_m: Array, start_rad: Array, t_s: Array | None = None, axes: Array | None = None
+) -> Array:
     """The joint angles (k, n) along the path ``cup_m`` (k, 3), each found from the one before.
 
-    Raises StageError where the arm cannot reach or, naming the joint and its limit, where a position limit stands in
-    the way; the instant is named where ``t_s`` (k,) is given.
+    The cup is upright, or its axis points along ``axes`` (k, 3). Raises StageError where the arm cannot reach or,
+    naming the joint and its limit, where a position limit stands in the way; the instant is named where ``t_s`` (k,)
+    is given.
     """
     angles = np.empty((len(cup_m), len(start_rad)))
     last = start_rad
     for i, place in enumerate(cup_m):
         try:
-            last = angles[i] = solve_upright(arm, place, last)
+            last = angles[i] = solve_upright(arm, place, last, None if axes is None else axes[i])
         except OutOfReachError as error:
             raise OutOfReachError(error.robot, error.cup_m, error.miss, _when(t_s, i)) from None
     outside = (angles < arm.limits.lower_rad) | (angles > arm.limits.upper_rad)

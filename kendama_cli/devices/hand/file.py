@@ -23,7 +23,7 @@ UPRIGHT = np.array([1.0, 0.0, 0.0, 0.0])
 
 
 class RecordedHand:
-    """One recorded swing behind the hand's interface; recordings hold positions, the cup is taken as upright."""
+    """One recorded swing behind the hand's interface; where a recording holds places only the cup is upright."""
 
     def __init__(self, name: str, recording: Recording) -> None:
         self.name = name
@@ -33,8 +33,10 @@ class RecordedHand:
 
     def samples(self) -> Iterator[HandSample]:
         """Every sample of the recording."""
-        for t_s, position_m in zip(self._recording.t_s, self._recording.position_m, strict=True):
-            yield HandSample(float(t_s), position_m, UPRIGHT, tracked=True)
+        recording = self._recording
+        turns = [UPRIGHT] * len(recording.t_s) if recording.rotation_wxyz is None else recording.rotation_wxyz
+        for t_s, position_m, rotation in zip(recording.t_s, recording.position_m, turns, strict=True):
+            yield HandSample(float(t_s), position_m, rotation, tracked=True)
 
     def render_force(self, force_n: Array) -> None:
         """Ignored: a recording feels nothing."""

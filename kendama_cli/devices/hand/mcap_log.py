@@ -10,7 +10,7 @@ import numpy as np
 from foxglove_schemas_protobuf.FrameTransform_pb2 import FrameTransform
 from google.protobuf.message import DecodeError
 
-from kendama_cli.devices.hand.recording import Recording
+from kendama_cli.devices.hand.recording import Recording, unit_rotations
 from kendama_cli.devices.hand.settings import FileCapture
 from kendama_cli.errors import InputError
 from kendama_cli.log.container import REMEDY
@@ -18,6 +18,7 @@ from kendama_cli.log.reader import LogFile
 
 SCHEMA = "foxglove.FrameTransform"
 USUAL_TOPIC = "/capture/cup"
+UPRIGHT = (1.0, 0.0, 0.0, 0.0)
 
 
 @dataclass
@@ -27,6 +28,7 @@ class _Track:
     t_ns: list[int] = field(default_factory=list)
     position_m: list[tuple[float, float, float]] = field(default_factory=list)
     message: list[int] = field(default_factory=list)
+    rotation_wxyz: list[tuple[float, float, float, float]] = field(default_factory=list)
 
 
 def read_mcap(path: str, settings: FileCapture) -> list[Recording]:
@@ -48,26 +50,37 @@ def read_mcap(path: str, settings: FileCapture) -> list[Recording]:
         at = transform.translation
         track.position_m.append((at.x, at.y, at.z))
         track.message.append(number)
+        turn = transform.rotation
+        # a producer that leaves the rotation out means none
+        track.rotation_wxyz.append((turn.w, turn.x, turn.y, turn.z) if transform.HasField("rotation") else UPRIGHT)
     if settings.child is not None:
         if settings.child not in tracks:
             listed = ", ".join(f"'{child}'" for child in tracks)
             problem = f"no child frame '{settings.child}' on {topic}; it has {listed}"
             raise InputError(path, problem, remedy="set capture.child to one of them")
         tracks = {settings.child: tracks[settings.child]}
-    return [_recording(path, topic, child, track) for child, track in tracks.items()]
+    from_start = settings.rotation.upright == "start"
+    return [_recording(path, topic, child, track, from_start) for child, track in tracks.items()]
 
 
-def _recording(path: str, topic: str, child: str, track: _Track) -> Recording:
+def _recording(path: str, topic: str, child: str, track: _Track, from_start: bool) -> Recording:
     t_ns = np.array(track.t_ns, dtype=np.int64)
     numbers = list(track.message)
+
+    def place(sample: int) -> str:
+        return f"message {numbers[sample]} of {topic}"
+
+    turned = any(rotation != UPRIGHT for rotation in track.rotation_wxyz)
+    rotation = np.array(track.rotation_wxyz)
     return Recording(
         path,
         child or Path(path).stem,
         (t_ns - t_ns[0]) * 1e-9,
         np.array(track.position_m),
-        lambda sample: f"message {numbers[sample]} of {topic}",
+        place,
         f"look at capture.topic and have {SCHEMA} written in metres, as it is defined",
         "have the transforms written in a frame whose z points up and whose x lies in the swing's plane",
+        rotation_wxyz=unit_rotations(path, rotation, place, from_start=from_start) if turned else None,
     )
 
 

@@ -11,6 +11,7 @@ from kendama_cli.devices.hand.continuity import check_frozen, check_jumps, check
 from kendama_cli.devices.hand.settings import PlausibleSettings
 from kendama_cli.devices.hand.swing_axes import check_axes
 from kendama_cli.errors import InputError
+from kendama_cli.motion.rotation import inverse, multiply
 from kendama_cli.schema.arrays import Array
 
 MIN_SAMPLES = 10
@@ -18,6 +19,10 @@ MIN_SAMPLES = 10
 
 MAX_SAMPLES = 100_000
 """More than a minute at 1 kHz is a whole session, or a wrong time unit, and would be smoothed for minutes."""
+
+
+UNIT_SLACK = 1e-2
+"""Recorded quaternions are rounded; a length farther from 1 means that the columns are something else."""
 
 
 @dataclass(frozen=True)
@@ -36,6 +41,26 @@ class Recording:
     unit_remedy: str
     axes_remedy: str
     warnings: tuple[str, ...] = ()
+    rotation_wxyz: Array | None = None
+    """(n, 4) unit quaternions that turn the upright cup; None where only places are there."""
+
+
+def unit_rotations(path: str, rotation_wxyz: Array, place: Callable[[int], str], *, from_start: bool) -> Array:
+    """Quaternions (n, 4) made exactly of unit length and, ``from_start``, relative to an upright cup at the start.
+
+    Raises InputError at the first that is of another length, for then the columns are something else.
+    """
+    norm = np.linalg.norm(rotation_wxyz, axis=1)
+    wrong = np.flatnonzero(~(np.abs(norm - 1) <= UNIT_SLACK))
+    if len(wrong):
+        raise InputError(
+            path,
+            f"a quaternion of length {norm[wrong[0]]:.4g}; it must be 1",
+            where=place(int(wrong[0])),
+            remedy="look at capture.rotation: w is the real part, some programs write it last",
+        )
+    unit = rotation_wxyz / norm[:, None]
+    return multiply(unit, inverse(unit[0])) if from_start else unit
 
 
 def check_samples(recording: Recording, gap_factor: float) -> None:

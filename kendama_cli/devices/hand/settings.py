@@ -24,6 +24,19 @@ class ColumnSettings:
 
 
 @dataclass(frozen=True)
+class RotationSettings:
+    """Which columns hold the orientation's unit quaternion, as ``ColumnSettings``; all null: only places are there."""
+
+    w: int | str | None = setting("column of its real part")
+    x: int | str | None = setting("column of its part along x, whose sign is that of the place")
+    y: int | str | None = setting("column of its part along y")
+    z: int | str | None = setting("column of its part along z")
+    upright: Literal["start", "given"] = setting(
+        "start: the cup is upright where the swing begins; given: the quaternion turns the upright cup"
+    )
+
+
+@dataclass(frozen=True)
 class SignSettings:
     """-1 turns an axis round."""
 
@@ -54,6 +67,7 @@ class FileCapture:
     kind: Literal["file"]
     columns: ColumnSettings
     sign: SignSettings
+    rotation: RotationSettings
     plausible: PlausibleSettings
     path: str | tuple[str, ...] | None = setting("file, glob or list of them; each is a demonstration", file=True)
     format: Literal["auto", "text", "mcap"] = setting("auto: MCAP by its magic bytes, text otherwise")
@@ -84,6 +98,11 @@ class FileCapture:
                     f"columns.{axis}",
                     f"'columns.{axis}' is {column}; allowed: at least {self.column_base} (column_base), or a name",
                 )
+        named = [axis for axis in "wxyz" if getattr(self.rotation, axis) is not None]
+        if 0 < len(named) < 4:
+            raise ConfigError(
+                "rotation", f"'rotation' names the columns of {', '.join(named)} only; a quaternion has w, x, y and z"
+            )
         if (self.columns.time is None) == (self.rate_hz is None):
             state = "both are null" if self.rate_hz is None else "both are set"
             raise ConfigError("rate_hz", f"'rate_hz': give it or columns.time, one of the two; {state}")

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
-from kendama_cli.devices.hand.recording import Recording
+from kendama_cli.devices.hand.recording import Recording, unit_rotations
 from kendama_cli.devices.hand.settings import Column, FileCapture
 from kendama_cli.errors import InputError
 from kendama_cli.schema.arrays import Array
@@ -43,23 +43,44 @@ def read_text(path: str, content: bytes, settings: FileCapture) -> Recording:
     axes = []
     for axis, sign in (("x", settings.sign.x), ("y", settings.sign.y), ("z", settings.sign.z)):
         column: Column = getattr(settings.columns, axis)
-        values = np.zeros(len(rows.data)) if column is None else _numbers(path, rows, axis, column, settings)
+        values = (
+            np.zeros(len(rows.data))
+            if column is None
+            else _numbers(path, rows, f"capture.columns.{axis}", column, settings)
+        )
         axes.append(sign * scale * values)
     if settings.columns.time is None:
         t_s = np.arange(len(rows.data)) / float(settings.rate_hz or np.nan)
     else:
-        stamps = _numbers(path, rows, "time", settings.columns.time, settings)
+        stamps = _numbers(path, rows, "capture.columns.time", settings.columns.time, settings)
         t_s = (stamps - stamps[0]) * SECONDS[settings.time_unit]
     lines = [row.line for row in rows.data]
+
+    def place(sample: int) -> str:
+        return f"line {lines[sample]}"
+
     return Recording(
         path,
         Path(path).stem,
         t_s,
         np.column_stack(axes),
-        lambda sample: f"line {lines[sample]}",
+        place,
         "look at the unit (capture.unit: m, cm or mm) and at capture.columns",
         "look at capture.columns and capture.sign (z points up, x lies in the swing's plane)",
+        rotation_wxyz=_rotation(path, rows, settings, place),
     )
+
+
+def _rotation(path: str, rows: Rows, settings: FileCapture, place: Callable[[int], str]) -> Array | None:
+    """The unit quaternions (n, 4) in our axes; None where no columns are named."""
+    named = settings.rotation
+    parts = []
+    for axis, sign in (("w", 1), ("x", settings.sign.x), ("y", settings.sign.y), ("z", settings.sign.z)):
+        column: Column = getattr(named, axis)
+        if column is None:
+            return None
+        parts.append(sign * _numbers(path, rows, f"capture.rotation.{axis}", column, settings))
+    return unit_rotations(path, np.column_stack(parts), place, from_start=named.upright == "start")
 
 
 def _decode(path: str, content: bytes) -> str:
@@ -140,11 +161,10 @@ def _no_number(row: Row) -> bool:
     return bool(filled) and all(_number(cell) is None for cell in filled)
 
 
-def _index(path: str, header: Sequence[Row], axis: str, column: int | str, base: int) -> int:
+def _index(path: str, header: Sequence[Row], key: str, column: int | str, base: int) -> int:
     """The position of ``column`` in a row's cells."""
     if isinstance(column, int):
         return column - base
-    key = f"capture.columns.{axis}"
     if not header:
         raise InputError(path, f"no header row, but {key} is the name '{column}'", remedy=f"set {key} to a number")
     names = [cell.strip() for cell in header[-1].cells]
@@ -160,9 +180,9 @@ def _index(path: str, header: Sequence[Row], axis: str, column: int | str, base:
     return names.index(column)
 
 
-def _numbers(path: str, rows: Rows, axis: str, column: int | str, settings: FileCapture) -> Array:
+def _numbers(path: str, rows: Rows, key: str, column: int | str, settings: FileCapture) -> Array:
     """The values of one column (n,); raises InputError at the first cell that is missing, empty or not finite."""
-    index = _index(path, rows.header, axis, column, settings.column_base)
+    index = _index(path, rows.header, key, column, settings.column_base)
     label = f"column {column}" if isinstance(column, str) else f"column {column} (counted from {settings.column_base})"
     values = np.empty(len(rows.data))
     for i, row in enumerate(rows.data):
@@ -176,7 +196,7 @@ def _numbers(path: str, rows: Rows, axis: str, column: int | str, settings: File
                 path,
                 f"missing: the row has {len(row.cells)} cell{'s' if len(row.cells) != 1 else ''}",
                 where=where,
-                remedy=f"look at capture.columns.{axis} and capture.delimiter",
+                remedy=f"look at {key} and capture.delimiter",
             )
         cell = row.cells[index].strip()
         value = _number(cell)
@@ -184,7 +204,7 @@ def _numbers(path: str, rows: Rows, axis: str, column: int | str, settings: File
             shown = "is empty" if not cell else f"'{cell[:40]}' is not a finite number"
             remedy = "fill or cut the gap in the recording, or choose rows without it"
             if cell and value is None:
-                remedy = f"look at capture.columns.{axis}, capture.delimiter and capture.header_rows"
+                remedy = f"look at {key}, capture.delimiter and capture.header_rows"
             raise InputError(path, shown, where=where, remedy=remedy)
         values[i] = value
     return values

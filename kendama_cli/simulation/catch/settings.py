@@ -43,6 +43,11 @@ class AdaptSettings:
     max_shift_m: float = setting("largest shift of the goal while the ball flies, if tau alone fails [m]", at_least=0)
     max_rollouts: int = setting("rollouts of the search without those that judge its finds", at_least=1)
     repeats: int = setting("fresh perturbed repeats of the chosen motion: success_rate is over these", at_least=1)
+    tilt_share: float = setting(
+        "share of the demonstrated tilt of the cup that is played, less where the arm cannot; 0: upright",
+        at_least=0,
+        at_most=1,
+    )
     hold_s: float = setting("how long the cup is held after the motion [s]", above=0)
     lead_in_m_s2: float = setting("acceleration that brings the cup to a motion that begins moving [m/s^2]", above=0)
 

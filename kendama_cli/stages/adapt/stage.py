@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import dataclasses
 import functools
 from collections.abc import Mapping
 from typing import Any
@@ -30,6 +31,7 @@ from kendama_cli.simulation.catch.catch_search import (
 )
 from kendama_cli.simulation.catch.search_record import Attempt, Bounds, MotionVariation, Search, Trial
 from kendama_cli.simulation.catch.settings import AdaptSettings
+from kendama_cli.simulation.catch.tilt import playable_tilt
 from kendama_cli.simulation.catch.uncertainty import CORNERS, Repeat, corner_errors, drawn_errors
 from kendama_cli.simulation.dart.rollout import RolloutResult, play_rollout
 from kendama_cli.simulation.dart.world import NO_ERRORS, ArmWorld
@@ -57,6 +59,7 @@ class Adapt:
         settings = self._settings
         robot = self._placed(with_identified(self._robot, given.get("identify")), plan, ctx)
         world = ArmWorld(robot, self._game)
+        plan, warnings = playable_tilt(world.arm, plan, settings)
         family = CatchFamily(world.arm, plan, settings.lead_in_m_s2)
         bounds = family.bounds(settings.amplitudes, self._game.cup.radius_m)
         self._require_playable(family, bounds)
@@ -74,7 +77,8 @@ class Adapt:
             ctx.checkpoint(functools.partial(_state, search, seeds))
             total = search.rollouts() + settings.repeats if trial.kind == "confirm" else None
             ctx.progress(search.rollouts() + len(search.confirmed), total, **_figures(trial, search))
-        return self._made(world, family, bounds, search, ctx)
+        made = self._made(world, family, bounds, search, ctx)
+        return dataclasses.replace(made, warnings=warnings)
 
     def _placed(self, robot: RobotSettings, plan: MotionPlan, ctx: StageContext) -> RobotSettings:
         """The arm where it stands, or where the search finds that it should: the same after a resumption.

@@ -14,6 +14,8 @@ from kendama_cli.devices.hand.settings import CaptureSettings
 from kendama_cli.schema.foxglove import FrameTransform
 from kendama_cli.stages.interface import Made, StageContext
 
+UPRIGHT = np.array([1.0, 0.0, 0.0, 0.0])
+
 
 class Capture:
     """Takes nothing; gives the DemonstrationSet of all swings that the configured hand offers."""
@@ -54,8 +56,11 @@ def _record(hand: HandDevice, ctx: StageContext) -> Demonstration:
     for sample in samples:
         message = FrameTransform("world", hand.name, sample.position_m, sample.rotation_wxyz)
         ctx.log.write("/capture/cup", sample.t_s, message)
+    rotation = np.array([sample.rotation_wxyz for sample in samples])
     return Demonstration(
         hand.name,
         np.array([sample.t_s for sample in samples]),
         np.array([sample.position_m for sample in samples]),
+        # a source without orientation says upright throughout
+        rotation if (rotation != UPRIGHT).any() else None,
     )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -15,6 +16,7 @@ from kendama_cli.motion.agreement import apart, axes_of
 from kendama_cli.motion.averaging import COORDINATES, Deviation, Encoding, encode, prepare
 from kendama_cli.motion.dmp import play
 from kendama_cli.motion.settings import EncodeSettings
+from kendama_cli.motion.turning import encode_turns, tilt_only, turns_of
 from kendama_cli.schema.arrays import Array
 from kendama_cli.schema.foxglove import FrameTransform
 from kendama_cli.stages.encode.messages import WeightsMessage
@@ -62,7 +64,7 @@ class Encode:
             encoding = self._encoded(demonstrations)
             paths = _paths(encoding)
         ctx.progress(len(demonstrations), len(demonstrations))
-        mean = encoding.average()
+        mean, turned_metrics = _with_turn(encoding.average(), demonstrations, encoding, self._settings)
         plans = [encoding.plan(i) for i in range(len(encoding))]
         _log_demonstrations(ctx, demonstrations, encoding, plans)
         _log_plan(ctx, mean)
@@ -79,6 +81,7 @@ class Encode:
             "width": encoding.basis.width,
             "outliers": names,
             "averaged": len(encoding),
+            **turned_metrics,
         }
         return Made(mean, metrics, warnings)
 
@@ -87,6 +90,23 @@ class Encode:
             return encode(prepare(demonstrations, self._settings), self._settings)
         except ValueError as error:
             raise StageError(f"encode: {error}") from None
+
+
+def _with_turn(
+    mean: MotionPlan, demonstrations: Sequence[Demonstration], encoding: Encoding, settings: EncodeSettings
+) -> tuple[MotionPlan, dict[str, Metric]]:
+    """The average primitive with the cup's turn where all demonstrations have one, and what that is like."""
+    found = encode_turns(demonstrations, encoding, settings)
+    if found is None:
+        return mean, {}
+    turned = dataclasses.replace(mean, turn=found[0])
+    tilt, spin = tilt_only(turns_of(turned, SHARES * turned.duration_s))
+    figures: dict[str, Metric] = {
+        "turn_rmse_deg": float(np.degrees(found[1])),
+        "tilt_max_deg": float(np.degrees(tilt.max())),
+        "spin_max_deg": float(np.degrees(spin.max())),
+    }
+    return turned, figures
 
 
 def _paths(encoding: Encoding) -> Array:

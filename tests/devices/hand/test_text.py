@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from kendama_cli.errors import ConfigError
+from kendama_cli.devices.hand.file import open_files
+from kendama_cli.errors import ConfigError, InputError
 from tests.devices.hand.files import csv_lines, file_settings, read, swing, write
 
 T, P = swing()
@@ -148,3 +149,20 @@ def test_a_wrong_declaration_names_its_key(changes, key, message):
 def test_the_ready_node_asks_for_its_path():
     with pytest.raises(ConfigError, match=r"'capture.path' names no recording; set it to a file"):
         file_settings("", "iiwa_kendama")
+
+
+def test_quaternions_turn_the_cup_from_where_it_begins(tmp_path):
+    t, p = swing()
+    angle = 0.4 * np.sin(np.pi * t / t[-1]) + 0.1
+    q = np.column_stack((np.cos(angle / 2), 0 * t, np.sin(angle / 2), 0 * t))
+    rows = [",".join(f"{v:.7f}" for v in (a, *b, *c)) for a, b, c in zip(t, p, q, strict=True)]
+    file = write(tmp_path / "a.csv", ["t_s,x_m,y_m,z_m,qw,qx,qy,qz", *rows])
+    named = {"w": "qw", "x": "qx", "y": "qy", "z": "qz"}
+    (hand,) = open_files(file_settings(file, rotation=named))
+    made = np.array([sample.rotation_wxyz for sample in hand.samples()])
+    assert 2 * np.arcsin(made[:, 2]) == pytest.approx(angle - 0.1, abs=1e-6)
+    (hand,) = open_files(file_settings(file, rotation={**named, "upright": "given"}))
+    made = np.array([sample.rotation_wxyz for sample in hand.samples()])
+    assert 2 * np.arcsin(made[:, 2]) == pytest.approx(angle, abs=1e-6)
+    with pytest.raises(InputError, match=r"line 2: a quaternion of length 0\.\d+; it must be 1; look at capture\.rot"):
+        open_files(file_settings(file, rotation={**named, "w": "x_m"}))
