@@ -17,6 +17,7 @@ from kendama_cli.cli import completion, render
 from kendama_cli.cli.camera import camera_app
 from kendama_cli.cli.motion import motion_app
 from kendama_cli.cli.options import Arm, ConfigDir, Force, Home, Json, Overrides, PipelineName, Until
+from kendama_cli.cli.play import play
 from kendama_cli.cli.robot import robot_app
 from kendama_cli.cli.tools import cache_app, log_app
 from kendama_cli.config.site import find_site
@@ -34,6 +35,7 @@ app.add_typer(camera_app, name="camera")
 app.add_typer(log_app, name="log")
 app.add_typer(motion_app, name="motion")
 app.add_typer(robot_app, name="robot")
+app.command()(play)
 
 
 def _show_version(wanted: bool) -> None:

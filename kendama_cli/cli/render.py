@@ -23,8 +23,8 @@ def note(message: str) -> None:
 
 
 def text(message: str) -> None:
-    """A result, on standard output."""
-    print(message)
+    """A result, on standard output; at once, for a program may wait for it."""
+    print(message, flush=True)
 
 
 def document(value: Any) -> None:

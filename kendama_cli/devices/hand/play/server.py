@@ -1,0 +1,168 @@
+"""The web server of the play: one page, one line to every player, all in one process on one thread."""
+
+from __future__ import annotations
+
+import datetime
+import secrets
+import socket
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from importlib import resources
+from pathlib import Path
+
+import uvicorn
+from starlette.applications import Starlette
+from starlette.requests import Request
+from starlette.responses import PlainTextResponse, Response
+from starlette.routing import Route, WebSocketRoute
+from starlette.websockets import WebSocket
+
+from kendama_cli.devices.hand.play.messages import LONGEST
+from kendama_cli.devices.hand.play.player import BYE, Player
+from kendama_cli.devices.hand.play.settings import PlaySettings
+from kendama_cli.errors import UsageError
+from kendama_cli.settings.game import GameSettings
+
+PAGE = {"play.css": "text/css", "play.js": "text/javascript", "icon.svg": "image/svg+xml"}
+HEADERS = {
+    "Content-Security-Policy": "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self'; "
+    "connect-src 'self'; form-action 'none'; base-uri 'none'; frame-ancestors 'none'",
+    "Referrer-Policy": "no-referrer",
+    "X-Content-Type-Options": "nosniff",
+    "Cache-Control": "no-store",
+}
+WRONG_TOKEN = "this address has expired or is not complete: open the one that 'kendama play' printed last"
+
+
+@dataclass(frozen=True)
+class Opened:
+    """Where the server listens: ``address`` is the page's, with the token."""
+
+    address: str
+    port: int
+
+
+class PlayServer:
+    """Serves the page to whoever knows the token; a name plays in one window at a time."""
+
+    def __init__(self, game: GameSettings, settings: PlaySettings, folder: Path, tell: Callable[[str], None]) -> None:
+        """``tell`` takes lines for whoever started the server: who comes, catches and leaves, and what went wrong."""
+        self._game, self._settings, self._folder, self._tell = game, settings, folder, tell
+        self._token = secrets.token_urlsafe(16)
+        self._players: dict[str, Player] = {}
+
+    def serve(self, host: str, port: int, ready: Callable[[Opened], None]) -> None:
+        """Serve until SIGINT or SIGTERM, which is raised again when all tries are kept; raises UsageError."""
+        listening = _listen(host, port)
+        bound = int(listening.getsockname()[1])
+        shown = f"[{host}]" if ":" in host else host
+        routes = [
+            Route("/", self._page),
+            Route("/assets/{name}", self._asset),
+            WebSocketRoute("/line", self._line),
+        ]
+        config = uvicorn.Config(
+            Starlette(routes=routes),
+            log_level="critical",
+            access_log=False,
+            ws_max_size=LONGEST,
+            ws_per_message_deflate=False,
+            timeout_graceful_shutdown=2,
+            lifespan="off",
+        )
+        ready(Opened(f"http://{shown}:{bound}/?token={self._token}", bound))
+        try:
+            uvicorn.Server(config).run(sockets=[listening])
+        finally:
+            listening.close()
+            for player in self._players.values():
+                player.leave()
+
+    async def _page(self, request: Request) -> Response:
+        if not self._knows(request.query_params.get("token", "")):
+            return PlainTextResponse(f"kendama: {WRONG_TOKEN}\n", 403, HEADERS)
+        return Response(_read("index.html"), 200, HEADERS, "text/html")
+
+    async def _asset(self, request: Request) -> Response:
+        name = request.path_params["name"]
+        if name not in PAGE:
+            return PlainTextResponse("not found\n", 404, HEADERS)
+        return Response(_read(name), 200, HEADERS, PAGE[name])
+
+    async def _line(self, line: WebSocket) -> None:
+        await line.accept()
+        if not self._knows(line.query_params.get("token", "")):
+            await line.close(BYE, WRONG_TOKEN)
+            return
+        try:
+            player = self._seat(line)
+        except UsageError as error:
+            await line.close(BYE, _reason(error))
+            return
+        old = self._players.get(player.name)
+        self._players[player.name] = player
+        if old is not None:
+            await old.replaced()
+        self._tell(f"{player.name} plays")
+        try:
+            await player.play()
+        except UsageError as error:
+            self._tell(f"{player.name}: {error}")
+            await line.close(BYE, _reason(error))
+        finally:
+            player.leave()
+            if self._players.get(player.name) is player:
+                del self._players[player.name]
+                self._tell(f"{player.name} has left")
+
+    def _seat(self, line: WebSocket) -> Player:
+        player = Player(
+            line,
+            line.query_params.get("player", ""),
+            self._game,
+            self._settings,
+            self._folder,
+            clock=time.monotonic,
+            today=lambda: datetime.datetime.now().astimezone(),
+            tell=self._tell,
+        )
+        if player.name not in self._players and len(self._players) >= self._settings.most_players:
+            raise UsageError(
+                f"{len(self._players)} play already, as many as this machine simulates in time "
+                "(play.most_players): wait until one leaves"
+            )
+        return player
+
+    def _knows(self, token: str) -> bool:
+        return secrets.compare_digest(token.encode(), self._token.encode())
+
+
+def own_address() -> str:
+    """This machine's address in its network, or loopback where it has none; nothing is sent to find out."""
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+        try:
+            probe.connect(("192.0.2.1", 9))  # an address for documentation: it only chooses an interface
+        except OSError:
+            return "127.0.0.1"
+        return str(probe.getsockname()[0])
+
+
+def _listen(host: str, port: int) -> socket.socket:
+    try:
+        family = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)[0][0]
+        listening = socket.create_server((host, port), family=family)
+    except OSError as error:
+        raise UsageError(
+            f"cannot listen on {host}:{port} ({error.strerror or error}): choose another --port, or 0 for a free one"
+        ) from None
+    return listening
+
+
+def _read(name: str) -> bytes:
+    return (resources.files(__package__) / "page" / name).read_bytes()
+
+
+def _reason(error: UsageError) -> str:
+    """A close frame holds 123 bytes."""
+    return str(error).encode()[:120].decode(errors="ignore")

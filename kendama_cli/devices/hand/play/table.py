@@ -1,0 +1,146 @@
+"""One player's table: the hand's samples move the cup, the ball follows, and tries begin and end."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from kendama_cli.devices.hand.play.conditions import Conditions
+from kendama_cli.devices.hand.play.hand_path import HandPath
+from kendama_cli.devices.hand.play.settings import PlaySettings
+from kendama_cli.devices.hand.play.try_record import TryRecord
+from kendama_cli.errors import UsageError
+from kendama_cli.schema.arrays import Array
+from kendama_cli.settings.game import GameSettings
+from kendama_cli.simulation.dart.hand_world import PLACE, HandWorld
+
+Phase = Literal["ready", "playing", "settling", "over"]
+LOOK_EVERY = 4
+"""Steps between two looks at the ball, and between two samples of what is kept: 250 Hz."""
+AHEAD_S = 0.5
+"""The hand's time may run ahead of the clock by what a browser sends at once after a stutter."""
+SETTLING_S = 1.2
+"""After the hand has let go the ball has this long to come to lie in the cup, and then the table is ready again."""
+BELOW_S = 0.3
+"""A ball that hangs under the cup so long after the hand has let go will not be caught."""
+
+Keep = Callable[[str, Conditions, Array], None]
+"""Called with the outcome, the conditions and the samples of every try that is worth keeping."""
+
+
+@dataclass(frozen=True)
+class HandSample:
+    """Where the hand was at ``t_s`` of its own clock, from where it took the cup: aside, up [m], tilt [rad]."""
+
+    t_s: float
+    aside_m: float
+    up_m: float
+    tilt_rad: float
+
+
+class PlayTable:
+    """Simulates what the hand's samples ask for, in steps of STEP_S of the hand's own time.
+
+    ``phase`` is ready (the ball hangs, nothing moves), playing (the hand holds the cup), settling (it has let go, the
+    ball may still come to lie in the cup) or over (the try has ended, the world goes on until the hand lets go or takes
+    the cup anew). ``steps`` counts all steps that were simulated, ``outcome`` is the last try's.
+    """
+
+    def __init__(self, game: GameSettings, settings: PlaySettings, keep: Keep) -> None:
+        self._game, self._settings, self._keep = game, settings, keep
+        self.steps = 0
+        self.outcome: str | None = None
+        self.phase: Phase = "ready"
+        self._held, self._budget_from_s = False, -math.inf
+        self.change(Conditions())
+
+    def change(self, conditions: Conditions) -> None:
+        """Play under other conditions from now on; a try that goes on ends."""
+        self.stop()
+        self.conditions = conditions.within(self._settings.ease)
+        self.world = HandWorld(self.conditions.game(self._game))
+
+    def hand(self, samples: Sequence[HandSample], *, held: bool, now_s: float) -> None:
+        """Move the cup as the samples say, whose times do not fall; ``now_s`` is the clock of this machine.
+
+        Raises UsageError where the hand's time runs ahead of the clock.
+        """
+        if self.phase != "ready" and (self._fell_silent(samples) or (held and not self._held)):
+            self.stop()
+        self._held = held
+        if self.phase == "ready":
+            if not held:
+                return
+            self._begin(samples[0])
+        if self.phase == "playing" and not held:
+            self.phase, self._let_go_s = "settling", self.world.t_s
+        self._check_clock(samples, now_s)
+        self._move(samples)
+
+    def stop(self) -> None:
+        """The hand has gone: what was recorded of a try is kept, and the ball hangs still again."""
+        if self.phase in ("playing", "settling"):
+            self._end("interrupted" if self.phase == "playing" else "missed")
+        if self.phase != "ready":
+            self.world.reset(np.zeros(PLACE))
+            self.phase = "ready"
+
+    def _begin(self, first: HandSample) -> None:
+        self._first = first
+        self._path = HandPath(self._settings.smoothing_s, np.zeros(3))
+        self._record = TryRecord(self._settings.caught_s)
+        self.phase, self.outcome, self._let_go_s = "playing", None, math.inf
+
+    def _fell_silent(self, samples: Sequence[HandSample]) -> bool:
+        times = [self._first.t_s + self._path.t_s, *(one.t_s for one in samples)]
+        return any(later - one > self._settings.pause_s for one, later in itertools.pairwise(times))
+
+    def _check_clock(self, samples: Sequence[HandSample], now_s: float) -> None:
+        """Each simulated second needs one of the clock, or one player could take all the machine's time."""
+        asked_s = samples[-1].t_s - self._first.t_s - self._path.t_s
+        self._budget_from_s = max(self._budget_from_s, now_s - AHEAD_S) + max(asked_s, 0.0)
+        if self._budget_from_s > now_s:
+            self.stop()
+            raise UsageError(f"the hand's time runs {self._budget_from_s - now_s:.1f} s ahead of the clock")
+
+    def _move(self, samples: Sequence[HandSample]) -> None:
+        place = np.zeros(PLACE)
+        for aside, up, tilt in self._path.follow([self._sample(one) for one in samples]).tolist():
+            place[0], place[2], place[3] = aside, up, tilt
+            self.world.step(place)
+            self.steps += 1
+            if self.steps % LOOK_EVERY == 0 and self.phase != "over":
+                self._look()
+        if not self._held and self.world.t_s > self._let_go_s + SETTLING_S:
+            self.stop()
+
+    def _sample(self, one: HandSample) -> tuple[float, Array]:
+        reach, first = self._settings.reach, self._first
+        place = (
+            min(max(one.aside_m - first.aside_m, -reach.aside_m), reach.aside_m),
+            min(max(one.up_m - first.up_m, -reach.down_m), reach.up_m),
+            min(max(one.tilt_rad - first.tilt_rad, -reach.tilt_rad), reach.tilt_rad),
+        )
+        return one.t_s - first.t_s, np.array(place)
+
+    def _look(self) -> None:
+        """End the try where the ball is caught, or where there is no hope left."""
+        self._record.look(self.world)
+        t_s, ball = self.world.t_s, self.world.ball
+        below = bool(ball.position_m[2] < ball.tie_m[2])
+        if self._record.caught:
+            self._end("caught")
+        elif t_s > self._settings.longest_try_s or (below and t_s > self._let_go_s + BELOW_S):
+            self._end("missed")
+
+    def _end(self, outcome: str) -> None:
+        self.outcome, self.phase = outcome, "over"
+        self._let_go_s = min(self._let_go_s, self.world.t_s)
+        samples = self._record.samples(self.conditions)
+        if samples is not None:
+            self._keep(outcome, self.conditions, samples)

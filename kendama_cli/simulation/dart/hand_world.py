@@ -1,0 +1,81 @@
+"""A cup that a hand carries, with the ball on its rope: no arm, the cup is where the hand puts it."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from kendama_cli.robot_model.body import Body
+from kendama_cli.robot_model.cup import attach_cup
+from kendama_cli.robot_model.dart_library import awake_world, dartpy
+from kendama_cli.schema.arrays import Array
+from kendama_cli.settings.game import GameSettings
+from kendama_cli.simulation.dart.ball import TetheredBall
+from kendama_cli.simulation.dart.world import STEP_S
+
+UP = np.array([0.0, 0.0, 1.0])
+PLACE = 4
+"""Numbers of a place: x, y, z of the tie point [m] and the cup's tilt about y [rad]."""
+
+
+class HandWorld:
+    """The cup at a given place in every step, moved by joints that nothing can push back; the ball hangs and flies.
+
+    ``place`` (4,) is x, y, z of the tie point [m] and the tilt about y [rad], positive toward +x. ``force_n`` (3,) is
+    what the hand feels of rope and ball in the last step: the rope's reaction and the ball's push on the cup.
+    """
+
+    def __init__(self, game: GameSettings) -> None:
+        self.game = game
+        self._skeleton, joints, holder = _moved_body()
+        cup, tie = attach_cup(self._skeleton, holder, dartpy.math.Isometry3(), game.cup)
+        for joint in joints:
+            joint.setActuatorType(dartpy.dynamics.ActuatorType.ACCELERATION)
+        body = Body(self._skeleton, joints, holder, cup, tie, dartpy.math.Isometry3())
+        self.ball = TetheredBall(game, body)
+        self.reset(np.zeros(PLACE))
+
+    def reset(self, place: Array) -> None:
+        """The cup at rest at ``place`` (4,), the ball hanging still under it, the clock at 0."""
+        # a new world: a solver would start from what it found before
+        self._world = awake_world(STEP_S, self.game.gravity_m_s2)
+        self._world.addSkeleton(self._skeleton)
+        self._world.addSkeleton(self.ball.skeleton)
+        self.place = np.array(place, dtype=np.float64)
+        self._skeleton.setPositions(self.place)
+        self._skeleton.resetVelocities()
+        self._skeleton.resetAccelerations()
+        self._skeleton.clearExternalForces()
+        self._steps, self.t_s = 0, 0.0
+        self.ball.hang(0.0)
+        self.force_n: Array = self.game.ball.mass_kg * self.game.gravity_m_s2 * -UP
+
+    def step(self, place: Array) -> None:
+        """Carry the cup evenly to ``place`` (4,) within STEP_S; raises SimulationError where the ball is far away."""
+        self._skeleton.setVelocities((place - self.place) / STEP_S)
+        ball, before_m_s = self.ball, self.ball.velocity_m_s
+        ball.pull(self.t_s)
+        self._world.step()
+        self.place = np.array(place, dtype=np.float64)
+        self._steps += 1
+        self.t_s = self._steps * STEP_S
+        ball.observe()
+        # momentum: what neither gravity nor air gave the ball came from rope and cup, and they feel the opposite
+        given = self.game.ball.mass_kg * ((ball.velocity_m_s - before_m_s) / STEP_S + self.game.gravity_m_s2 * UP)
+        self.force_n = -(given + self.game.ball.drag_n_s_m * before_m_s)
+
+
+def _moved_body() -> tuple[Any, tuple[Any, ...], Any]:
+    """A skeleton of three slides and a hinge about y, one after the other: (skeleton, joints, last body)."""
+    skeleton = dartpy.dynamics.Skeleton("hand")
+    slide, body = skeleton.createPrismaticJointAndBodyNodePair()
+    joints = [slide]
+    for _ in range(2):
+        slide, body = skeleton.createPrismaticJointAndBodyNodePair(body)
+        joints.append(slide)
+    for joint, axis in zip(joints, np.eye(3), strict=True):
+        joint.setAxis(axis)
+    hinge, body = skeleton.createRevoluteJointAndBodyNodePair(body)
+    hinge.setAxis([0.0, 1.0, 0.0])
+    return skeleton, (*joints, hinge), body
