@@ -41,6 +41,7 @@ REQUIRED = {
 }
 EXTRAS = {
     "example-robot-data": "robot=ur5, ur10, panda, xarm7: pip install 'kendama[robots]'",
+    "starlette": "kendama play: pip install 'kendama[play]'",
     "gymnasium": "the learning environment for others' agents: pip install 'kendama[gym]'",
 }
 DEVICES = {

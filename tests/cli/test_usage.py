@@ -47,7 +47,7 @@ def complaint(toy: ToyProject, *arguments: str) -> str:
         (["run", "~learn"], "learn"),
         (
             ["run", "capture=fil"],
-            "'capture' is 'fil'; allowed: file, haptic, iiwa_kendama, mocap, did you mean 'file'?",
+            "'capture' is 'fil'; allowed: file, haptic, iiwa_kendama, mocap, play, did you mean 'file'?",
         ),
         (["run", "capture.path=nowhere.csv"], "capture.path: no such file 'nowhere.csv'"),
         (["run", "-p", "kendma"], "no pipeline 'kendma'"),

@@ -85,7 +85,7 @@ class Player:
         if isinstance(said, Hand):
             try:
                 self._table.hand(said.samples, held=said.held, now_s=self._clock())
-            except SimulationError as error:
+            except (SimulationError, UsageError) as error:
                 self._table.change(self._table.conditions)
                 return [{"type": "error", "line": str(error)}]
             return [self._state(said)]

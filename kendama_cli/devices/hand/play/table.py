@@ -22,8 +22,8 @@ from kendama_cli.simulation.dart.hand_world import PLACE, HandWorld
 Phase = Literal["ready", "playing", "settling", "over"]
 LOOK_EVERY = 4
 """Steps between two looks at the ball, and between two samples of what is kept: 250 Hz."""
-AHEAD_S = 0.5
-"""The hand's time may run ahead of the clock by what a browser sends at once after a stutter."""
+AHEAD_S = 2.0
+"""So much of the hand's time may come at once, as it does after a stutter of browser or network."""
 SETTLING_S = 1.2
 """After the hand has let go the ball has this long to come to lie in the cup, and then the table is ready again."""
 BELOW_S = 0.3

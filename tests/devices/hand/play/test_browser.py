@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import time
 from pathlib import Path
 
@@ -34,10 +35,12 @@ def chromium(tmp_path_factory):
         yield made
 
 
+@contextlib.contextmanager
 def opened(chromium, game, player, *size, phone=False):
     tab = chromium.open(f"{game.address}&player={player}", *size, phone=phone)
     tab.wait("window.kendama && document.getElementById('folder').textContent")
-    return tab
+    yield tab
+    tab.send("Page.close")  # what is open goes on drawing
 
 
 def drag(tab, at=(450.0, 450.0), touch=False):
@@ -85,63 +88,64 @@ def farthest(t_s, places, dragged):
 
 
 def test_a_dragged_swing_arrives_within_a_millimetre_and_two_milliseconds(chromium, game):
-    tab = opened(chromium, game, "mouse")
-    tab.value(LISTEN)
-    asked, metre = drag(tab)
-    events = np.array(tab.value("dragged"))
-    felt = np.column_stack(
-        [(events[:, 0] - events[0, 0]) / 1e3, (events[:, 1] - 450) / metre, (450 - events[:, 2]) / metre]
-    )
-    t_s, places = recorded(game.folder, "mouse")
-    assert len(events) > 0.9 * len(asked)  # nothing was coalesced away
-    assert farthest(t_s, places, felt) < 1e-3
-    assert farthest(t_s, places, asked) < 1e-3
-    assert tab.value("document.querySelector('#tries li').className") in ("caught", "missed")
-    assert tab.said == []
+    with opened(chromium, game, "mouse") as tab:
+        tab.value(LISTEN)
+        asked, metre = drag(tab)
+        events = np.array(tab.value("dragged"))
+        felt = np.column_stack(
+            [(events[:, 0] - events[0, 0]) / 1e3, (events[:, 1] - 450) / metre, (450 - events[:, 2]) / metre]
+        )
+        t_s, places = recorded(game.folder, "mouse")
+        assert len(events) > 0.9 * len(asked)  # nothing was coalesced away
+        assert farthest(t_s, places, felt) < 1e-3
+        assert farthest(t_s, places, asked) < 1e-3
+        assert tab.value("document.querySelector('#tries li').className") in ("caught", "missed")
+        assert tab.said == []
 
 
 def test_the_page_fits_a_phone_and_a_finger_drags(chromium, game):
-    tab = opened(chromium, game, "finger", 390, 844, phone=True)
-    drag(tab, (195.0, 420.0), touch=True)
-    t_s, _ = recorded(game.folder, "finger")
-    assert t_s[-1] > 1
-    assert tab.value("document.documentElement.scrollWidth") <= 390
-    assert tab.value("document.getElementById('stage').getBoundingClientRect().height") > 400
-    assert tab.said == []
+    with opened(chromium, game, "finger", 390, 844, phone=True) as tab:
+        drag(tab, (195.0, 420.0), touch=True)
+        t_s, _ = recorded(game.folder, "finger")
+        assert t_s[-1] > 1
+        assert tab.value("document.documentElement.scrollWidth") <= 390
+        assert tab.value("document.getElementById('stage').getBoundingClientRect().height") > 400
+        assert tab.said == []
 
 
 def test_a_gamepad_drags_the_cup_and_shakes_with_the_rope(chromium, game):
-    tab = opened(chromium, game, "pad")
-    tab.value(PAD)
-    tab.value("pad.buttons[0].pressed = true")
-    tab.wait("kendama.state && kendama.state.phase === 'playing'")
-    for k in range(40):
-        tab.value(f"pad.axes = [{np.sin(0.35 * k):.4f}, {-0.3 * np.sin(0.35 * k):.4f}, 0.5, 0]")
-        time.sleep(0.02)
-    print(game.said, tab.said, tab.value("document.getElementById('problem').innerText"))
-    assert tab.value("Math.abs(kendama.state.cup[2])") > 0.05
-    tab.value("pad.buttons[0].pressed = false")
-    tab.wait("kendama.tries.length > 0")
-    shaken = tab.value("shaken")
-    assert min(shaken) > 0
-    assert np.ptp(shaken) > 0.1  # the rope's pull varies as the ball swings
+    with opened(chromium, game, "pad") as tab:
+        tab.value(PAD)
+        tab.value("pad.buttons[0].pressed = true")
+        tab.wait("kendama.state && kendama.state.phase === 'playing'")
+        for k in range(40):
+            tab.value(f"pad.axes = [{np.sin(0.35 * k):.4f}, {-0.3 * np.sin(0.35 * k):.4f}, 0.5, 0]")
+            time.sleep(0.02)
+        assert tab.value("Math.abs(kendama.state.cup[2])") > 0.05
+        tab.value("pad.buttons[0].pressed = false")
+        tab.wait("kendama.tries.length > 0")
+        shaken = tab.value("shaken")
+        assert min(shaken) > 0
+        assert np.ptp(shaken) > 0.1  # the rope's pull varies as the ball swings
 
 
 def test_a_try_is_shown_renamed_and_deleted_on_the_page(chromium, game):
-    tab = opened(chromium, game, "list")
-    drag(tab)
-    tab.value("document.querySelector('#tries .name').click()")
-    tab.wait("!document.getElementById('replay').hidden")
-    tab.value("document.getElementById('stop').click()")
-    tab.value("setTimeout(() => document.querySelector('#tries [title^=Give]').click())")
-    tab.wait("kendama.tries[0].name === 'list-a-name'")
-    tab.value("setTimeout(() => document.querySelector('#tries [title^=Delete]').click())")
-    tab.wait("kendama.tries.length === 0")
-    assert tab.value("document.getElementById('none').hidden") is False
+    with opened(chromium, game, "list") as tab:
+        drag(tab)
+        tab.value("document.querySelector('#tries .name').click()")
+        tab.wait("!document.getElementById('replay').hidden")
+        tab.value("document.getElementById('stop').click()")
+        tab.value("setTimeout(() => document.querySelector('#tries [title^=Give]').click())")
+        tab.wait("kendama.tries[0].name === 'list-a-name'")
+        tab.value("setTimeout(() => document.querySelector('#tries [title^=Delete]').click())")
+        tab.wait("kendama.tries.length === 0")
+        assert tab.value("document.getElementById('none').hidden") is False
 
 
 def test_a_second_window_takes_over_and_the_first_says_so(chromium, game):
-    first = opened(chromium, game, "twice")
-    opened(chromium, game, "twice")
-    said = first.wait("!document.getElementById('problem').hidden && document.getElementById('problem').innerText")
-    assert "'twice' plays in another window now" in said
+    with opened(chromium, game, "twice") as first:
+        with opened(chromium, game, "twice"):
+            said = first.wait(
+                "!document.getElementById('problem').hidden && document.getElementById('problem').innerText"
+            )
+        assert "'twice' plays in another window now" in said
