@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import webbrowser
 from pathlib import Path
 from typing import Annotated
 
@@ -10,10 +9,8 @@ import typer
 
 from kendama_cli.cli import render
 from kendama_cli.cli.options import ConfigDir, Home, Overrides
-from kendama_cli.config.compose import composed
 from kendama_cli.config.site import find_site
 from kendama_cli.errors import MissingPartError
-from kendama_cli.pipeline.nodes import build_settings
 
 LOOPBACK = ("127.0.0.1", "::1", "localhost")
 EVERYWHERE = ("0.0.0.0", "::")
@@ -28,6 +25,11 @@ def play(
     config_dir: ConfigDir = None,
 ) -> None:
     """Play in the browser: swings are simulated, caught and kept, and 'kendama run capture=play' learns from them."""
+    import webbrowser
+
+    from kendama_cli.config.compose import composed
+    from kendama_cli.pipeline.nodes import build_settings
+
     try:
         from kendama_cli.devices.hand.play.server import Opened, PlayServer, own_address  # dartpy, starlette
     except ModuleNotFoundError as error:

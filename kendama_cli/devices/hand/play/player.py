@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import datetime
-import platform
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 from starlette.websockets import WebSocket, WebSocketDisconnect, WebSocketState
 
+from kendama_cli.devices.hand.play import shown
 from kendama_cli.devices.hand.play.conditions import Conditions
 from kendama_cli.devices.hand.play.messages import About, Ease, Hand, parse
 from kendama_cli.devices.hand.play.settings import PlaySettings
@@ -21,9 +21,6 @@ from kendama_cli.settings.game import GameSettings
 
 BYE = 4000
 """The code with which a line is closed whose reason the page shows."""
-SLOW = 0.25
-SHOW_EVERY = 2
-"""Of the samples kept, every second is shown again: 125 Hz."""
 
 
 class Player:
@@ -51,8 +48,8 @@ class Player:
 
     async def play(self) -> None:
         """Answer every message; returns when the page has gone, raises UsageError for a message that is none."""
-        await self._line.send_json(self._about_table())
-        await self._line.send_json(self._tries())
+        await self._line.send_json(shown.table(self.name, self._folder.path, self._table, self._game, self._settings))
+        await self._line.send_json(shown.tries(self._folder))
         while True:
             try:
                 message = await self._line.receive()
@@ -88,26 +85,26 @@ class Player:
             except (SimulationError, UsageError) as error:
                 self._table.change(self._table.conditions)
                 return [{"type": "error", "line": str(error)}]
-            return [self._state(said)]
+            return [shown.state(self._table, said.samples[-1].t_s)]
         if isinstance(said, Ease):
             self._table.change(said.conditions)
-            return [self._about_table()]
+            return [shown.table(self.name, self._folder.path, self._table, self._game, self._settings)]
         try:
             return self._about_try(said)
         except UsageError as error:
-            return [{"type": "error", "line": str(error)}, self._tries()]
+            return [{"type": "error", "line": str(error)}, shown.tries(self._folder)]
 
     def _about_try(self, said: About) -> list[dict[str, Any]]:
         folder = self._folder
         if said.action == "show":
-            return [self._replay(said.name, folder.samples(said.name))]
+            return [shown.replay(said.name, folder.samples(said.name), self._game)]
         if said.action == "rename":
             folder.rename(said.name, said.value)
         elif said.action == "choose":
             folder.choose(said.name, chosen=said.value == "yes")
         else:
             folder.delete(said.name)
-        return [self._tries()]
+        return [shown.tries(self._folder)]
 
     def _keep(self, outcome: str, conditions: Conditions, samples: Array) -> None:
         try:
@@ -118,76 +115,4 @@ class Player:
             return
         if outcome == "caught":
             self._tell(f"{self.name} caught it: {made.name}")
-        self._unsaid.append(self._tries())
-
-    def _state(self, said: Hand) -> dict[str, Any]:
-        table = self._table
-        x, _, z, tilt = table.world.place.tolist()
-        ball = table.world.ball
-        return {
-            "type": "state",
-            "t": round(1000 * said.samples[-1].t_s, 3),
-            "cup": [round(x, 5), round(z, 5), round(tilt, 4)],
-            "ball": [round(float(ball.position_m[0]), 5), round(float(ball.position_m[2]), 5)],
-            "pull": round(ball.tension_n, 3),
-            "phase": table.phase,
-            "outcome": table.outcome,
-            "steps": table.steps,
-        }
-
-    def _about_table(self) -> dict[str, Any]:
-        ease, own = self._settings.ease, self._table.conditions
-        return {
-            "type": "table",
-            "player": self.name,
-            "folder": str(self._folder.path),
-            "machine": f"the computer '{platform.node()}'",
-            "ease": {
-                "gravity": [ease.least_gravity_share, 1.0],
-                "rope": list(ease.rope_scale),
-                "cup": [1.0, ease.most_cup_scale],
-            },
-            "conditions": {"gravity": own.gravity_share, "rope": own.rope_scale, "cup": own.cup_scale},
-            "game": _shapes(self._table.world.game),
-            "robot": {"rope": self._game.rope.length_m, "cup": self._game.cup.radius_m},
-            "delay_ms": 1000 * self._settings.smoothing_s,
-        }
-
-    def _tries(self) -> dict[str, Any]:
-        kept = [
-            {
-                "name": one.name,
-                "outcome": one.outcome,
-                "chosen": one.chosen,
-                "duration_s": one.duration_s,
-                "conditions": one.conditions,
-                "ease": one.conditions.partition(";")[0],
-            }
-            for one in self._folder.tries()
-        ]
-        return {"type": "tries", "tries": kept}
-
-    def _replay(self, name: str, samples: Array) -> dict[str, Any]:
-        shown = samples[::SHOW_EVERY]
-        tilt = 2 * shown[:, 6]  # a small half angle's sine
-        frames = [
-            [round(value, 4) for value in row]
-            for row in zip(*(shown[:, 1], shown[:, 3], tilt, shown[:, 8], shown[:, 10]), strict=True)
-        ]
-        return {
-            "type": "replay",
-            "name": name,
-            "speed": SLOW,
-            "times": shown[:, 0].tolist(),
-            "frames": frames,
-            "game": _shapes(self._game),
-        }
-
-
-def _shapes(game: GameSettings) -> dict[str, Any]:
-    cup = game.cup
-    return {
-        "rope": game.rope.length_m,
-        "ball": game.ball.radius_m,
-        "cup": {"radius": cup.radius_m, "depth": cup.depth_m, "wall": cup.wall_m},
-    }
+        self._unsaid.append(shown.tries(self._folder))
