@@ -12,7 +12,37 @@ from tests.toy_project import ToyProject
 # started as a shell's background job, this process ignores Ctrl-C, and so would all that it starts
 signal.signal(signal.SIGINT, signal.default_int_handler)
 
+LONGEST_FIRST = (
+    "test_whole_game.py",
+    "stages/test_transfer.py",
+    "stages/test_adapt.py",
+    "stages/test_identify.py",
+    "stages/test_interact.py",
+    "simulation/placement/test_placement_search.py",
+    "pipeline/test_unchanged.py",
+    "pipeline/test_sweep.py",
+    "faults/test_interruptions.py",
+    "cli/test_usage.py",
+    "pipeline/test_cache.py",
+    "pipeline/test_own_stage.py",
+    "report/test_browser.py",
+    "report/test_page.py",
+    "cli/test_place.py",
+    "plugin/test_documented_parts.py",
+    "plugin/test_wheel_of_parts.py",
+    "game/test_games.py",
+    "game/test_state_prediction.py",
+    "cli/test_robot_twin.py",
+)
+"""Files of a minute or so each, by their time: begun last, one of them would keep one core busy and the others idle."""
+
 RECORDINGS = Path(__file__).resolve().parents[2] / "shared" / "data"
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Begin with the files that take longest; the others keep their order."""
+    place = {Path(__file__).parent / name: i for i, name in enumerate(LONGEST_FIRST)}
+    items.sort(key=lambda item: place.get(item.path, len(place)))
 
 
 @pytest.fixture

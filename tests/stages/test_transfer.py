@@ -194,13 +194,16 @@ def test_no_twin_is_left_behind(uninterrupted: tuple[Made, MemoryContext]) -> No
     assert not twins()
 
 
-@pytest.mark.parametrize("stop_after", [1, 4, 5, 8, 10])
-def test_killed_and_resumed_equals_uninterrupted(
-    policy: PolicyArtifact, still: CatchMotion, uninterrupted: tuple[Made, MemoryContext], stop_after: int
+def test_killed_time_and_again_and_resumed_equals_uninterrupted(
+    policy: PolicyArtifact, still: CatchMotion, uninterrupted: tuple[Made, MemoryContext]
 ) -> None:
-    killed = MemoryContext(3, stop_after=stop_after)
-    with pytest.raises(KeyboardInterrupt):
-        stage().run({"learn": policy, "adapt": still}, killed)
+    killed: MemoryContext | None = None
+    points = [1, 4, 5, 8, 10]
+    for further in np.diff(points, prepend=0):
+        killed = MemoryContext(3, stop_after=int(further), resume_from=killed)
+        with pytest.raises(KeyboardInterrupt):
+            stage().run({"learn": policy, "adapt": still}, killed)
+    assert uninterrupted[1].checkpoints > points[-1]
     resumed = MemoryContext(3, resume_from=killed)
     made = stage().run({"learn": policy, "adapt": still}, resumed)
     assert same(made, resumed, *uninterrupted)
