@@ -11,7 +11,7 @@ import numpy as np
 from kendama_cli.motion.basis import Basis
 from kendama_cli.motion.position_fit import Ends, Operator, even_operator, operator, project, solve_positions
 from kendama_cli.motion.regression import locally_weighted, ridge_on_force, target_force
-from kendama_cli.motion.resampling import TrimmedDemonstration, derivatives
+from kendama_cli.motion.resampling import TrimmedDemonstration
 from kendama_cli.motion.settings import EncodeSettings
 from kendama_cli.schema.arrays import Array
 
@@ -119,6 +119,8 @@ class _ForceFit:
 
 def _fit_force(swing: TrimmedDemonstration, basis: Basis, settings: EncodeSettings) -> _ForceFit:
     """y0, y0', g, g' from the local cubics at the ends, weights from f; (4 + m, c)."""
+    from kendama_cli.motion.local_cubics import derivatives  # noqa: PLC0415 - scipy.signal, half a second to import
+
     motion = derivatives(swing, settings.smoothing_s)
     nothing = np.zeros(motion.position.shape[1])
     start_rate = motion.rate[0] if swing.starts_fast else nothing

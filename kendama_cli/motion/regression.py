@@ -9,13 +9,17 @@ the samples; ``position_fit`` needs none.
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from kendama_cli.motion.basis import Basis, activations
 from kendama_cli.motion.moving_goal import goal_path
 from kendama_cli.motion.phase import phase
-from kendama_cli.motion.resampling import Derivatives
 from kendama_cli.schema.arrays import Array
+
+if TYPE_CHECKING:
+    from kendama_cli.motion.local_cubics import Derivatives
 
 
 def target_force(motion: Derivatives, goal: Array, goal_rate: Array, basis: Basis) -> Array:

@@ -1,4 +1,4 @@
-"""From recorded samples to what the regression reads: the moving part, aligned with the others, and its derivatives."""
+"""From recorded samples to what the regression reads: the moving part, aligned with the others."""
 
 from __future__ import annotations
 
@@ -6,8 +6,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.interpolate import CubicSpline
-from scipy.signal import fftconvolve, savgol_coeffs
 
 from kendama_cli.motion.onset import Moving
 from kendama_cli.schema.arrays import Array
@@ -46,16 +44,6 @@ class TrimmedDemonstration:
     def share(self) -> Array:
         """s (n,) of every sample."""
         return np.linspace(0.0, 1.0, len(self.position_m)) if self.uneven_share is None else self.uneven_share
-
-
-@dataclass(frozen=True)
-class Derivatives:
-    """Smoothed positions, and derivatives by s, at even shares (n,); arrays are (n, k) [m]."""
-
-    share: Array
-    position: Array
-    rate: Array
-    second: Array
 
 
 def cut(t_s: Array, position_m: Array, moving: Moving, head: float | None, tail: float | None) -> TrimmedDemonstration:
@@ -103,29 +91,3 @@ def common_margins(t_s: Sequence[Array], moving: Sequence[Moving], wanted: float
         heads.append((t[one.first] - t[0]) / length)
         tails.append((t[-1] - t[one.last]) / length)
     return min(heads), min(tails)
-
-
-def derivatives(swing: TrimmedDemonstration, smoothing_s: float) -> Derivatives:
-    """Position and its derivatives by s, by local cubics (Savitzky-Golay) over ``smoothing_s`` of even samples."""
-    n = len(swing.position_m)
-    grid = np.linspace(0.0, 1.0, n)
-    even = swing.position_m if swing.even else np.asarray(CubicSpline(swing.share, swing.position_m, axis=0)(grid))
-    wanted = max(MIN_SAMPLES, 2 * round(smoothing_s / swing.duration_s * (n - 1) / 2) + 1)
-    window = min(wanted, n if n % 2 else n - 1)
-    return Derivatives(grid, *(_local_cubic(even, window, order, 1.0 / (n - 1)) for order in range(3)))
-
-
-def _local_cubic(position: Array, window: int, order: int, step: float) -> Array:
-    """The ``order``-th derivative of even samples (n, k); at the ends that of the first and last window's cubic.
-
-    By fast convolution, so that the effort grows with the samples and hardly with the window.
-    """
-    kernel = savgol_coeffs(window, 3, deriv=order, delta=step)[:, None]
-    made = fftconvolve(position, kernel, mode="same", axes=0)
-    half = window // 2
-    at = (np.arange(window) - half) * step
-    for samples, ends in ((slice(0, window), slice(0, half)), (slice(-window, None), slice(-half, None))):
-        cubic = np.polynomial.polynomial.polyfit(at, position[samples], 3)
-        slope = np.polynomial.polynomial.polyder(cubic, order)
-        made[samples][ends] = np.polynomial.polynomial.polyval(at[ends], slope).T
-    return np.asarray(made)
