@@ -40,6 +40,8 @@ class Solution:
     frequency: float
     nodes: Array
     """(steps + 1, 2, k): y and u at s = i / steps."""
+    driven: Array
+    """(steps + 1, k): r there."""
 
     def at(self, share: Array) -> State:
         """The state at ``share`` (n,), each in [0, 1]."""
@@ -50,7 +52,7 @@ class Solution:
         h = (s - begin)[:, None]
         y_gain, cross, u_gain = _free(h, self.frequency)
         drive = self.drive(s)
-        push = _forced(h, self.frequency, self.drive(begin), self.drive(begin + h[:, 0] / 2), drive)
+        push = _forced(h, self.frequency, self.driven[node], self.drive(begin + h[:, 0] / 2), drive)
         y = y_gain * self.nodes[node, 0] + cross * self.nodes[node, 1] + push[0]
         u = u_gain * self.nodes[node, 1] + push[1]
         rate = u - self.frequency * y
@@ -60,8 +62,7 @@ class Solution:
         """The state at the nodes, which needs no step."""
         y, u = self.nodes[:, 0], self.nodes[:, 1]
         rate = u - self.frequency * y
-        drive = self.drive(np.arange(len(y)) / (len(y) - 1))
-        return State(y, rate, drive - 2 * self.frequency * rate - self.frequency**2 * y)
+        return State(y, rate, self.driven - 2 * self.frequency * rate - self.frequency**2 * y)
 
 
 def solve(drive: Drive, start: Array, start_rate: Array, frequency: float, steps: int) -> Solution:
@@ -76,7 +77,7 @@ def solve(drive: Drive, start: Array, start_rate: Array, frequency: float, steps
     y_gain, cross, u_gain = (float(gain) for gain in _free(np.array(h), frequency))
     u = _recur(u_gain, push[1], start_rate + frequency * start)
     y = _recur(y_gain, push[0] + cross * u[:-1], start)
-    return Solution(drive, frequency, np.stack((y, u), axis=1))
+    return Solution(drive, frequency, np.stack((y, u), axis=1), drives)
 
 
 def settle(start: Array, start_rate: Array, frequency: float, since: Array) -> State:
