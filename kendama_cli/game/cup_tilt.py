@@ -8,11 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from kendama_cli.devices.robot.interface import JointCommand
-from kendama_cli.robot_model.inverse_kinematics import weighted_step
+from kendama_cli.robot_model.inverse_kinematics import OutOfReachError, solve_cup, weighted_step
 from kendama_cli.robot_model.model import RobotModel
 from kendama_cli.schema.arrays import Array
-
-NEWTON_STEPS = 2
 
 
 @dataclass(frozen=True)
@@ -28,9 +26,8 @@ class CupTilt:
 class TiltingArm:
     """Joint commands for the cup on its line and tilted, each found from the one before.
 
-    Newton's steps take the joints from the last command to the coming one; speeds solve J q' = v with the arm's own
-    weights, and accelerations are their differences. ``direction`` (3,) is the line's, ``middle_m`` (3,) the tie point
-    at x = 0.
+    Speeds solve J q' = v with the arm's own weights, and accelerations are their differences. ``direction`` (3,) is
+    the line's, ``middle_m`` (3,) the tie point at x = 0.
     """
 
     def __init__(self, arm: RobotModel, middle_m: Array, direction: Array, period_s: float) -> None:
@@ -48,12 +45,11 @@ class TiltingArm:
         axis = math.sin(tilt.tilt_rad) * along + math.cos(tilt.tilt_rad) * up
         about = np.cross(up, along)
         turns = np.array([about, np.cross(axis, about)])  # the cup may spin about its axis
-        q = self._q
-        for _ in range(NEWTON_STEPS):
-            cup, jacobian = arm.tool_pose(q), arm.tool_jacobian(q)
-            task = np.vstack([jacobian[:3], turns @ jacobian[3:]])
-            miss = np.concatenate([place - cup.position_m, turns @ np.cross(cup.rotation[:, 2], axis)])
-            q = q + weighted_step(task, miss, arm.redundancy_weights)
+        try:
+            q = solve_cup(arm, place, self._q, turns)
+        except OutOfReachError:
+            return None
+        _, task = arm.cup_task(q, turns)
         wanted = np.concatenate([velocity_m_s * along + tilt.lift_m_s * up, [tilt.tilt_rad_s, 0.0]])
         speed = weighted_step(task, wanted, arm.redundancy_weights)
         change_rad_s2 = (speed - self._speed) / self._period_s

@@ -22,11 +22,10 @@ COORDINATES = ("x", "y", "z")
 
 @dataclass(frozen=True)
 class Deviation:
-    """Distances between a primitive's motion and samples [m]: ``rms_m``, ``max_m``, ``final_m`` at the last sample."""
+    """Distances between a primitive's motion and samples [m]: ``rms_m``, ``max_m``, over ``samples``."""
 
     rms_m: float
     max_m: float
-    final_m: float
     samples: int
 
 
@@ -83,7 +82,6 @@ class Encoding:
         return Deviation(
             rms_m=float(np.sqrt(np.mean(distance**2))),
             max_m=float(distance.max()),
-            final_m=float(distance[-1]),
             samples=len(distance),
         )
 

@@ -1,11 +1,11 @@
-"""Joint angles along a path of the cup, upright or tilted."""
+"""Joint angles for places of the cup, upright or tilted, and along a path of it."""
 
 from __future__ import annotations
 
 import numpy as np
 
 from kendama_cli.errors import StageError
-from kendama_cli.robot_model.model import RobotModel
+from kendama_cli.robot_model.model import UPRIGHT, RobotModel
 from kendama_cli.schema.arrays import Array
 
 TOLERANCE = 1e-9
@@ -30,17 +30,17 @@ def weighted_step(jacobian: Array, change: Array, weights: Array, damping: float
     return np.asarray(spread.T @ np.linalg.solve(square, change))
 
 
-def solve_upright(arm: RobotModel, cup_m: Array, start_rad: Array, axis: Array | None = None) -> Array:
-    """The joint angles (n,), near ``start_rad``, that hold the cup upright with its tie point at ``cup_m`` (3,).
+def solve_cup(arm: RobotModel, cup_m: Array, start_rad: Array, about: Array = UPRIGHT) -> Array:
+    """The joint angles (n,), near ``start_rad``, that hold the cup's tie point at ``cup_m`` (3,), the cup upright.
 
-    With ``axis`` (3,), a unit vector, the cup's axis points along it instead. The redundancy goes where
+    With ``about`` (2, 3) it points where RobotModel.cup_task says instead. The redundancy goes where
     ``arm.redundancy_weights`` make it cheapest. Raises StageError where the arm cannot reach.
     """
     angles = np.array(start_rad, dtype=np.float64)
     goal = np.concatenate([cup_m, np.zeros(2)])
     miss = np.inf
     for _ in range(MOST_STEPS):
-        value, jacobian = arm.upright_task(angles) if axis is None else _tilted_task(arm, angles, axis)
+        value, jacobian = arm.cup_task(angles, about)
         change = goal - value
         change[3:] = value[3:]  # the value is already the turn that is missing
         miss = float(np.abs(change).max())
@@ -51,18 +51,11 @@ def solve_upright(arm: RobotModel, cup_m: Array, start_rad: Array, axis: Array |
     raise OutOfReachError(arm.settings.name, cup_m, miss)
 
 
-def _tilted_task(arm: RobotModel, angles: Array, axis: Array) -> tuple[Array, Array]:
-    """As ``RobotModel.upright_task`` for a cup whose axis is to point along ``axis``: the missing turn about two
-    directions across it, and the Jacobian of place and of turning about these."""
-    pose, jacobian = arm.tool_pose(angles), arm.tool_jacobian(angles)
+def across(axis: Array) -> Array:
+    """Two orthonormal directions (2, 3) across ``axis`` (3,), a unit vector that is their cross product."""
     aside = np.cross(axis, np.eye(3)[int(np.abs(axis).argmin())])
     aside /= np.linalg.norm(aside)
-    across = np.array([aside, np.cross(axis, aside)])
-    now = pose.rotation[:, 2]
-    turn = across @ np.cross(now, axis)
-    if now @ axis < 0:  # it points the other way: lengthened to be found
-        turn /= max(float(np.linalg.norm(turn)), 1e-9)
-    return np.concatenate([pose.position_m, turn]), np.vstack([jacobian[:3], across @ jacobian[3:]])
+    return np.array([aside, np.cross(axis, aside)])
 
 
 class OutOfReachError(StageError):
@@ -90,7 +83,7 @@ def follow_path(
     last = start_rad
     for i, place in enumerate(cup_m):
         try:
-            last = angles[i] = solve_upright(arm, place, last, None if axes is None else axes[i])
+            last = angles[i] = solve_cup(arm, place, last, UPRIGHT if axes is None else across(axes[i]))
         except OutOfReachError as error:
             raise OutOfReachError(error.robot, error.cup_m, error.miss, _when(t_s, i)) from None
     outside = (angles < arm.limits.lower_rad) | (angles > arm.limits.upper_rad)

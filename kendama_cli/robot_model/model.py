@@ -22,6 +22,8 @@ TOP_SPEED_WITHIN_S = 0.15
 """Acceleration where nothing else is known: makers state limits that reach top speed in 0.1 to 0.3 s."""
 STRIBECK_SHARE = 0.05
 LINK_RADIUS_M = 0.06
+UPRIGHT = np.eye(3)[:2]
+"""What the axis of an upright cup is perpendicular to."""
 
 
 class ToolPose(NamedTuple):
@@ -83,19 +85,20 @@ class RobotModel:
         jacobian = body.skeleton.getWorldJacobian(body.cup)
         return np.vstack([jacobian[3:], jacobian[:3]])
 
-    def upright_task(self, position_rad: Array) -> tuple[Array, Array]:
-        """Where the cup is, and how the joints move it.
+    def cup_task(self, position_rad: Array, about: Array = UPRIGHT) -> tuple[Array, Array]:
+        """Where the cup is and points, and how the joints move it; how far it has spun about its axis does not matter.
 
-        Returns the value (5,): tie point [m] and the turn that makes the cup upright, about world x and y [rad]; and
-        the Jacobian (5, n) of the cup's velocity and of its turning about world x and y.
+        ``about`` (2, 3) are the orthonormal directions to which the cup's axis shall be perpendicular: world x and y
+        where it shall be upright. Returns the value (5,): tie point [m] and the turn about these that is missing
+        [rad]; and the Jacobian (5, n) of the cup's velocity and of its turning about them.
         """
         pose, jacobian = self.tool_pose(position_rad), self.tool_jacobian(position_rad)
-        axis = pose.rotation[:, 2]
-        # the turn that carries the axis onto z is axis x z; where the cup is head down it is lengthened to be found
-        turn = np.array([axis[1], -axis[0]])
-        if axis[2] < 0:
+        axis, wanted = pose.rotation[:, 2], np.cross(about[0], about[1])
+        # the turn that carries the axis onto the wanted one; where the cup is head down it is lengthened to be found
+        turn = about @ np.cross(axis, wanted)
+        if axis @ wanted < 0:
             turn /= max(float(np.linalg.norm(turn)), 1e-9)
-        return np.concatenate([pose.position_m, turn]), jacobian[:5]
+        return np.concatenate([pose.position_m, turn]), np.vstack([jacobian[:3], about @ jacobian[3:]])
 
     def joint_places_m(self, position_rad: Array) -> Array:
         """The joints' origins and the tip link's (n + 1, 3) in the world [m] for the joint angles (n,)."""

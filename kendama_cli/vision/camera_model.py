@@ -107,13 +107,6 @@ class CameraModel:
         """fx, fy, cx, cy, k1, k2, p1, p2, k3 as plain numbers, for what is done pixel by pixel."""
         return tuple(float(value) for value in (*self.focal_px, *self.center_px, *self.distortion))
 
-    def pixel_jacobian(self, normalised: ArrayLike) -> Array:
-        """d(pixel) / d(normalised coordinates) (2, 2) at one undistorted point (x, y), distortion included."""
-        x, y = np.asarray(normalised, dtype=np.float64)
-        slope = self._distorted(float(x), float(y))
-        fx, fy = self.lens[:2]
-        return np.array([[fx * slope.x_x, fx * slope.x_y], [fy * slope.x_y, fy * slope.y_y]])
-
     def straight(self, u: float, v: float) -> Straight:
         """One pixel with the distortion taken out, and the slope of the distortion there.
 
@@ -153,13 +146,6 @@ class CameraModel:
         """Directions (n, 3) in the world through ``pixels`` (n, 2), of length 1 along the optical axis."""
         flat = self.undistort(pixels)
         return np.asarray(np.column_stack([flat, np.ones(len(flat))]) @ self.world_to_camera)
-
-    def sees(self, pixel: ArrayLike, margin_px: float = 0.0) -> bool:
-        """Whether ``pixel`` (2,) lies in the image, at least ``margin_px`` from its border."""
-        u, v = np.asarray(pixel, dtype=np.float64)
-        return bool(
-            margin_px <= u <= self.width_px - 1 - margin_px and margin_px <= v <= self.height_px - 1 - margin_px
-        )
 
 
 def looking_at(position_m: ArrayLike, target_m: ArrayLike) -> Array:

@@ -7,11 +7,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import scipy.constants
 from numpy.typing import NDArray
 
 from kendama_cli.schema.arrays import Array
 
-GRAVITY_M_S2 = 9.81
+GRAVITY_M_S2 = scipy.constants.g
+"""Standard gravity: a recording does not say where it was made, and the search bears a few percent of error."""
 NEAR_M_S2 = 2.5
 """How far an acceleration may be from gravity's (scale, tilt, drag, wobble) and count as free fall."""
 SURE_M_S2 = 0.4

@@ -67,10 +67,6 @@ class FreeFlightOnset:
         kept = min(first + self._settings.skipped_frames, len(self._times) - self._settings.min_frames)
         return FreeFlightFound(self._times[max(kept, first)], t_s)
 
-    def log_likelihood_ratios(self) -> Array:
-        """Log likelihood of free flight over a taut rope, for windows of min_frames, min_frames + 1, ... frames."""
-        return _free_over_taut(*self._pulls(), self._settings.pull_m_s2)
-
     def _pulls(self) -> tuple[Array, Array]:
         """Acceleration along the rope and its variance, for windows of min_frames, min_frames + 1, ... frames."""
         t = np.array(self._times)

@@ -37,7 +37,7 @@ def test_places_and_jacobian_are_those_of_dart(arm: RobotModel) -> None:
         angles = rng.uniform(-1.5, 1.5, 7)
         frames(chain, angles, turns, shifts)
         value = task(chain, tool, turns, shifts, jacobian)
-        theirs, their_jacobian = arm.upright_task(angles)
+        theirs, their_jacobian = arm.cup_task(angles)
         assert root @ value[:3] + arm.settings.base_position_m == pytest.approx(theirs[:3], abs=1e-12)
         assert root[:2, :2] @ value[3:] == pytest.approx(theirs[3:], abs=1e-12)
         assert root @ jacobian[:3] == pytest.approx(their_jacobian[:3], abs=1e-12)

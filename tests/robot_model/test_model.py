@@ -38,7 +38,7 @@ def bare() -> RobotSettings:
 @pytest.mark.parametrize("name", READY)
 def test_every_ready_arm_holds_the_cup_upright_over_the_origin_within_its_limits(name: str) -> None:
     arm = modelled(ready(name))
-    value, _ = arm.upright_task(arm.home_rad)
+    value, _ = arm.cup_task(arm.home_rad)
     assert value == pytest.approx([0, 0, 1.2, 0, 0], abs=2e-4)
     assert (arm.home_rad > arm.limits.lower_rad + 0.1).all()
     assert (arm.home_rad < arm.limits.upper_rad - 0.1).all()

@@ -81,7 +81,7 @@ def test_the_motion_is_that_of_the_arm_so_placed(motion: CatchMotion, elsewhere:
     assert motion.placement == elsewhere
     assert motion.joints.position_rad[0] == pytest.approx(elsewhere.home_rad, abs=0.02)
     arm = modelled(placed(pa10(), elsewhere))
-    value, _ = arm.upright_task(motion.joints.position_rad[200])
+    value, _ = arm.cup_task(motion.joints.position_rad[200])
     assert value[3:] == pytest.approx([0.0, 0.0], abs=1e-7)
 
 

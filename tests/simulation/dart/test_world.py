@@ -30,7 +30,7 @@ def _hold(world: ArmWorld, steps: int) -> None:
 
 def test_the_home_posture_holds_the_cup_upright_over_the_origin() -> None:
     world = ArmWorld(pa10(), kendama_game())
-    value, _ = world.arm.upright_task(world.arm.home_rad)
+    value, _ = world.arm.cup_task(world.arm.home_rad)
     assert np.abs(value[:2]).max() < 1e-5
     assert value[2] == pytest.approx(1.2, abs=1e-5)
     assert np.abs(value[3:]).max() < 1e-5
@@ -68,7 +68,7 @@ def test_the_arm_carries_the_weight_of_the_hanging_ball() -> None:
         for _ in range(3000):
             world.step(world.arm.home_rad, STILL, STILL)
         efforts.append(world.effort_nm)
-    _, jacobian = world.arm.upright_task(world.position_rad)
+    _, jacobian = world.arm.cup_task(world.position_rad)
     weight = (game.ball.mass_kg - 0.02) * game.gravity_m_s2
     # the arm sags by 1e-4 rad under the load, which changes the gravity terms by about 1e-3 Nm
     assert efforts[0] - efforts[1] == pytest.approx(jacobian[2] * weight, abs=5e-3)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from kendama_cli.errors import StageError
-from kendama_cli.robot_model.inverse_kinematics import solve_upright
+from kendama_cli.robot_model.inverse_kinematics import solve_cup
 from kendama_cli.robot_model.model import RobotModel
 from kendama_cli.simulation.placement.limit_shares import limit_shares, require_within_limits
 from kendama_cli.simulation.placement.placement import CupLine, cup_line, joint_trajectory
@@ -25,7 +25,7 @@ def arm() -> RobotModel:
 
 def test_the_cup_stays_upright_and_on_its_line(line: CupLine, arm: RobotModel) -> None:
     for x in np.linspace(-0.4, 0.4, 37):
-        value, _ = arm.upright_task(line.at(float(x), 0.0, 0.0).position_rad)
+        value, _ = arm.cup_task(line.at(float(x), 0.0, 0.0).position_rad)
         # between two knots of 5 mm the spline's error is below 1e-7 m
         assert np.abs(value[:3] - line.home_m - [x, 0.0, 0.0]).max() < 1e-7
         assert np.abs(value[3:]).max() < 1e-7
@@ -41,7 +41,7 @@ def test_the_lines_speeds_and_accelerations_are_those_of_its_positions(line: Cup
 
 def test_the_jacobian_turns_the_lines_joint_speeds_into_the_cups_speed(line: CupLine, arm: RobotModel) -> None:
     point = line.at(-0.2, 1.0, 0.0)
-    _, jacobian = arm.upright_task(point.position_rad)
+    _, jacobian = arm.cup_task(point.position_rad)
     assert jacobian @ point.velocity_rad_s == pytest.approx([1.0, 0.0, 0.0, 0.0, 0.0], abs=1e-6)
 
 
@@ -63,7 +63,7 @@ def test_leaving_the_line_is_refused(line: CupLine) -> None:
 
 def test_a_place_out_of_reach_is_refused(arm: RobotModel) -> None:
     with pytest.raises(StageError, match=r"pa10 cannot hold the cup upright at x 3\.0, y 0\.0, z 1\.2 m"):
-        solve_upright(arm, np.array([3.0, 0.0, 1.2]), arm.home_rad)
+        solve_cup(arm, np.array([3.0, 0.0, 1.2]), arm.home_rad)
 
 
 def test_a_path_that_ends_at_a_joints_stop_names_the_joint_and_its_limit(arm: RobotModel) -> None:
@@ -77,7 +77,7 @@ def test_a_trajectory_holds_the_cup_upright_on_its_path(arm: RobotModel) -> None
     cup_m = np.column_stack([0.25 * np.sin(3 * t_s) ** 2, 0 * t_s, 0.2 * np.sin(2 * t_s) ** 2])
     joints = joint_trajectory(arm, t_s, cup_m)
     for i in range(0, 401, 40):
-        value, jacobian = arm.upright_task(joints.position_rad[i])
+        value, jacobian = arm.cup_task(joints.position_rad[i])
         assert np.abs(value - [*(arm.tool_place_m(arm.home_rad) + cup_m[i]), 0, 0]).max() < 1e-8
         speed = [0.75 * np.sin(6 * t_s[i]), 0.0, 0.4 * np.sin(4 * t_s[i]), 0.0, 0.0]
         if i > 0:  # at its ends a spline's speed is less exact

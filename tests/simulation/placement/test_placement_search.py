@@ -88,7 +88,7 @@ def test_every_candidate_holds_the_cup_upright_at_the_same_place(problem: Placem
     for _ in range(10):
         placement = problem.placement(rng.uniform(size=problem.dimensions))
         arm = modelled(placed(pa10(), placement))
-        value, _ = arm.upright_task(arm.home_rad)
+        value, _ = arm.cup_task(arm.home_rad)
         assert value == pytest.approx([0.0, 0.0, 1.2, 0.0, 0.0], abs=1e-5)
 
 
