@@ -1,0 +1,95 @@
+"""Every command line that README and docs show is one: its options are there, and its groups and keys compose."""
+
+from __future__ import annotations
+
+import re
+import shlex
+from pathlib import Path
+from typing import Any
+
+import pytest
+from typer.main import get_command
+
+from kendama_cli.cli import sweep_work
+from kendama_cli.cli.app import app
+from kendama_cli.config.compose import composed
+from kendama_cli.config.site import find_site
+from kendama_cli.errors import ConfigError, UsageError
+from kendama_cli.pipeline.catalogue import load_pipeline
+from kendama_cli.pipeline.nodes import build_settings
+
+ROOT = Path(__file__).resolve().parents[2]
+# extending.md shows the parts of a package that is not installed here; tests/plugin runs what it shows
+PAGES = [ROOT / "README.md", *sorted(path for path in (ROOT / "docs").glob("*.md") if path.name != "extending.md")]
+SYNOPSIS = re.compile(r"\[-|OVERRIDE| \| |\.\.\.|  ")  # options left out, or the columns of a list
+
+
+def lines_of(text: str) -> list[str]:
+    """The command lines on a page: those of its code blocks, and those between backticks."""
+    blocks = list(re.findall(r"^```(?:sh)?\n(.*?)^```", text, re.M | re.S))
+    blocks += re.findall(r"^(?: {4}.*\n)+", text, re.M)
+    code = [line.split(" #")[0].strip() for block in blocks for line in block.splitlines()]
+    code += [" ".join(line.split()) for line in re.findall(r"`(kendama [^`]+)`", text)]
+    found = [part.strip(" &") for line in code for part in line.split("&&")]
+    return [line for line in found if line.startswith("kendama ") and not SYNOPSIS.search(line)]
+
+
+SHOWN = sorted({(page.name, line) for page in PAGES for line in lines_of(page.read_text())})
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_no_command_line_has_slipped_out_of_its_block(page: Path) -> None:
+    outside = re.sub(r"^```.*?^```", "", page.read_text(), flags=re.M | re.S)
+    assert re.findall(r"^(?:kendama|pip|python) .*", outside, re.M) == []
+
+
+def parsed(words: list[str]) -> tuple[str, dict[str, Any]]:
+    """The command that ``words`` name, and its parameters; raises what typer raises for what it does not take."""
+    command: Any = get_command(app)
+    names = []
+    while hasattr(command, "commands") and words and not words[0].startswith("-"):
+        names.append(words[0])
+        command = command.commands[words[0]]
+        words = words[1:]
+    if not words and hasattr(command, "commands"):
+        return " ".join(names), {}  # a group's name, as in a sentence
+    return " ".join(names), command.make_context(names[-1], words).params if names else {}
+
+
+def check(line: str, place: Path) -> None:
+    """Raise where ``line`` is no command, or its overrides do not compose in the folder ``place``."""
+    name, given = parsed(shlex.split(line)[1:])
+    site = find_site(place)
+    pipeline = load_pipeline(given.get("pipeline") or "kendama", site.pipeline_folders).until(given.get("until"))
+    overrides = given.get("overrides") or []
+    combinations = sweep_work.expand_sweep(site, overrides) if name == "sweep" else [overrides]
+    for texts in (combinations[0], combinations[-1]):
+        build_settings(composed(site, [*pipeline.overrides, *texts]))
+
+
+def test_the_pages_show_many_commands() -> None:
+    assert len(SHOWN) > 35
+    commands = {line.split()[1] for _, line in SHOWN}
+    assert commands >= {"run", "plan", "sweep", "report", "camera", "motion", "robot", "log"}
+
+
+@pytest.mark.parametrize(("page", "line"), SHOWN, ids=[f"{page}: {line}" for page, line in SHOWN])
+def test_a_command_of_the_docs_parses_and_composes(page: str, line: str, tmp_path: Path) -> None:
+    check(line, tmp_path)
+
+
+@pytest.mark.parametrize(
+    ("line", "error"),
+    [
+        ("kendama run --frobnicate", "No such option"),
+        ("kendama run robot=iiwo", "'robot' is 'iiwo'"),
+        ("kendama sweep learn.alfa=0.1,0.2", "unknown key 'learn.alfa'"),
+        ("kendama run learn.alpha=0.1,0.2", "learn.alpha"),
+        ("kendama run -p imitate", "imitate"),
+        ("kendama sweep --until lern seed=1,2", "lern"),
+    ],
+)
+def test_the_check_notices_what_is_no_command(line: str, error: str, tmp_path: Path) -> None:
+    with pytest.raises(Exception, match=re.escape(error)) as raised:
+        check(line, tmp_path)
+    assert isinstance(raised.value, ConfigError | UsageError) or "Option" in type(raised.value).__name__
