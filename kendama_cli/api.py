@@ -245,9 +245,8 @@ def estimator(rim_height_m: float, overrides: Sequence[str] = ()) -> CatchPoseEs
     """
     chosen = configuration(overrides)
     game, predict = chosen["game"], chosen["predict"]
-    return CatchPoseEstimator(
-        game.gravity_m_s2, game.ball.drag_n_s_m / game.ball.mass_kg, rim_height_m, motion=predict.motion
-    )
+    drag_per_s, drag_per_m = game.drag_per_mass
+    return CatchPoseEstimator(game.gravity_m_s2, drag_per_s, rim_height_m, drag_per_m=drag_per_m, motion=predict.motion)
 
 
 def _site(home: Path | str | None, config_dir: Path | str | None) -> Site:

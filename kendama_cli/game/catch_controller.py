@@ -39,11 +39,11 @@ class CatchController:
         self._believed_sigma_m = believed_sigma_m
         self._lag_s = cart.lag_s  # as the swing-up has shown it: in flight only images and joint angles count
         landing = geometry.flight.landing(swing.last)
-        rate, angle = swing.last.rate_rad_s, swing.last.angle_rad
+        ball = geometry.flight.rope.ball(swing.last.angle_rad, swing.last.rate_rad_s)
         self.catch_s = swing.duration_s + (landing.time_s if landing else 0.0)
         """When the ball is caught, as it is predicted now."""
         self._target_m = landing.x_m if landing else cart.x_m
-        self._speed_m_s = swing.last.velocity_m_s + geometry.flight.rope_m * rate * math.cos(angle) if landing else 0.0
+        self._speed_m_s = swing.last.velocity_m_s + ball.across_m_s if landing else 0.0
         self._fall_m_s = -math.sqrt(2 * geometry.flight.gravity_m_s2 * UNOBSERVED_FALL_M)
         self._interception: InterceptionPlan | None = None
         self._tilt_plan = TiltPlan(catch, cart.period_s)

@@ -44,13 +44,13 @@ def make_catch_geometry(
 
     ``rope_scale`` is the real rope's length over the model's.
     """
-    rim_m = float(middle_m[2]) + game.cup.depth_m
+    rim_m = float(middle_m[2]) + game.cup.rim_m
     return CatchGeometry(
         middle_m=np.asarray(middle_m),
         direction=np.asarray(direction),
         catch_height_m=rim_m - catch.below_rim_m,
         rim_height_m=rim_m + game.ball.radius_m,
-        flight=Flight(rope_scale * game.rope.length_m, game.cup.depth_m, game.gravity_m_s2),
+        flight=Flight.of(game, rope_scale),
         limiter=BrakingLimiter(
             half_width_m=catch.half_width_m,
             max_speed_m_s=catch.max_speed_m_s,

@@ -12,6 +12,7 @@ from kendama_cli.game.state_prediction import predict_state, scaled_to_model_rop
 from kendama_cli.game.swing_state import SwingStateEstimator
 from kendama_cli.learning.limiter import BrakingLimiter
 from kendama_cli.learning.state import SwingState
+from kendama_cli.physics.taut_rope import TautRope
 from kendama_cli.schema.arrays import Array
 from kendama_cli.settings.game import GameSettings
 
@@ -72,7 +73,7 @@ class CupCart:
         self.tempo = math.sqrt(rope_scale)
         """Times on this rope over times on the model's."""
         self._rope_scale = rope_scale
-        self._rope_m = rope_scale * game.rope.length_m
+        self._rope = TautRope.of(game, rope_scale)
         self._gravity_m_s2 = game.gravity_m_s2
         self._robot = robot
         self._line, self._tilting = line, tilting
@@ -134,7 +135,7 @@ class CupCart:
             (self.x_m, self.velocity_m_s),
             self._sent[-late:] if late else (),
             period_s=self.period_s,
-            rope_m=self._rope_m,
+            rope=self._rope,
             gravity_m_s2=self._gravity_m_s2,
         )
         return scaled_to_model_rope(coming, self._rope_scale)

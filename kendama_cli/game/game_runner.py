@@ -42,13 +42,13 @@ class GameRunner:
         self._geometry, self._observer = geometry, observer
         self._settings = settings
         self._rollout_s = learn.rollout_s
-        scale = geometry.flight.rope_m / game.rope.length_m
+        scale = geometry.flight.rope.length_m / game.rope.length_m
         estimator = SwingStateEstimator(
             robot.period_s,
             settings.observation.samples_n,
             geometry.middle_m,
             geometry.direction,
-            rope_m=geometry.flight.rope_m,
+            rope=geometry.flight.rope,
             gravity_m_s2=game.gravity_m_s2,
         )
         self._cart = CupCart(robot, line, estimator, game, scale, tilting=tilting)

@@ -6,6 +6,7 @@ import math
 from collections.abc import Sequence
 
 from kendama_cli.learning.state import SwingState
+from kendama_cli.physics.taut_rope import TautRope
 
 
 def predict_state(
@@ -14,21 +15,17 @@ def predict_state(
     coming_m_s2: Sequence[float],
     *,
     period_s: float,
-    rope_m: float,
+    rope: TautRope,
     gravity_m_s2: float,
 ) -> SwingState:
     """``state`` once the accelerations ``coming_m_s2``, commanded but not yet carried out, have passed.
 
     The cup will be where its ``reference`` (position, velocity) is now. The ball swings on about the accelerated tie
-    point, with the rope taut,
-
-        l phi'' = -g sin phi - a cos phi,
-
-    by semi-implicit Euler with one step per control period.
+    point with the rope taut (TautRope), by semi-implicit Euler with one step per control period.
     """
     angle, rate = state.angle_rad, state.rate_rad_s
     for a in coming_m_s2:
-        rate -= (gravity_m_s2 * math.sin(angle) + a * math.cos(angle)) / rope_m * period_s
+        rate += rope.acceleration_rad_s2(angle, rate, a, gravity_m_s2) * period_s
         angle += rate * period_s
     return SwingState(*reference, math.remainder(angle, 2.0 * math.pi), rate)
 

@@ -8,53 +8,57 @@ import numpy as np
 
 from kendama_cli.devices.robot.interface import RobotState
 from kendama_cli.learning.state import SwingState
+from kendama_cli.physics.taut_rope import TautRope
 from kendama_cli.schema.arrays import Array
 
 
 class SwingStateEstimator:
     """Follows cup and ball through the last ``samples`` readings of each, ``period_s`` apart.
 
-    The accelerations are known: the cup's from the commands, the ball's about the tie point from the pendulum,
+    The accelerations are known: the cup's from the commands, the ball's about the tie point from the pendulum on the
+    taut rope round the cup (TautRope),
 
-        phi'' = -(g sin phi + a cos phi) / l,
+        phi'' = -(g sin phi + a cos phi) / l   under the cup,
 
-    in which the rope's pull has no part, so that it holds for a taut rope and for one that has just gone slack. What
-    they add since the oldest reading is taken off, and a straight line (least squares) goes through the rest: its
-    slope has a quarter of the noise that the parabola needed for an unknown acceleration would have.
+    in which the rope's pull has no part, so that it holds for one that has just gone slack as well. What they add
+    since the oldest reading is taken off, and a straight line (least squares) goes through the rest: its slope has a
+    quarter of the noise that the parabola needed for an unknown acceleration would have.
 
     ``middle_m`` (3,) is the world position where the cup's x is zero, ``direction`` (3,) the unit vector of x,
-    ``rope_m`` the real rope's length l; the ball's angle is that of the line from tie point to ball, unwrapped from
+    ``rope`` the real rope; the ball's angle is that of the line from tie point to ball, unwrapped from
     reading to reading. Raises ValueError for fewer than two samples.
     """
 
     def __init__(
-        self, period_s: float, samples: int, middle_m: Array, direction: Array, *, rope_m: float, gravity_m_s2: float
+        self, period_s: float, samples: int, middle_m: Array, direction: Array, *, rope: TautRope, gravity_m_s2: float
     ) -> None:
         if samples < 2:
             raise ValueError(f"a line needs at least 2 samples, not {samples}")
         self._middle_m = np.asarray(middle_m, dtype=np.float64)
         self._direction = np.asarray(direction, dtype=np.float64)
-        self._rope_m, self._gravity_m_s2 = rope_m, gravity_m_s2
+        self._rope, self._gravity_m_s2 = rope, gravity_m_s2
         self._x, self._angle = _LineFit(period_s, samples), _LineFit(period_s, samples)
+        self._rate = 0.0
 
     def begin(self) -> None:
         """Forget everything: the next reading begins a new rollout."""
         self._x.begin()
         self._angle.begin()
+        self._rate = 0.0
 
     def update(self, state: RobotState, acceleration_m_s2: float) -> SwingState:
         """The swing's state after one more reading; the cup has accelerated so since the reading before."""
-        rope_m = state.ball_in_world_m - state.cup_in_world_m
-        angle = math.atan2(float(self._direction @ rope_m), -float(rope_m[2]))
+        ball_m = state.ball_in_world_m - state.cup_in_world_m
+        angle = math.atan2(float(self._direction @ ball_m), -float(ball_m[2]))
         before = self._angle.newest
         angle += 2.0 * math.pi * round((before - angle) / (2.0 * math.pi))
         middle = 0.5 * (before + angle)
-        pull = self._gravity_m_s2 * math.sin(middle) + acceleration_m_s2 * math.cos(middle)
+        turning = self._rope.acceleration_rad_s2(middle, self._rate, acceleration_m_s2, self._gravity_m_s2)
         x, velocity = self._x.update(
             float(self._direction @ (state.cup_in_world_m - self._middle_m)), acceleration_m_s2
         )
-        angle, rate = self._angle.update(angle, -pull / self._rope_m)
-        return SwingState(x, velocity, math.remainder(angle, 2.0 * math.pi), rate)
+        angle, self._rate = self._angle.update(angle, turning)
+        return SwingState(x, velocity, math.remainder(angle, 2.0 * math.pi), self._rate)
 
 
 class _LineFit:

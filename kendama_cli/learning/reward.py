@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Literal, NamedTuple
+from typing import Literal
 
 from kendama_cli.learning.state import SwingState
 from kendama_cli.learning.task_settings import GoalSettings, RewardSettings
+from kendama_cli.physics.taut_rope import Ball, TautRope
+from kendama_cli.settings.game import GameSettings
 
 Outcome = Literal["goal", "timeout", "outside"]
 """How a rollout ends: at the goal, with time up, or (where that ends it) outside the workspace."""
@@ -22,34 +24,27 @@ class Landing:
     acceleration_m_s2: float
 
 
-class Ball(NamedTuple):
-    """The ball's place and velocity relative to the tie point, along x and z."""
-
-    across_m: float
-    above_m: float
-    across_m_s: float
-    above_m_s: float
-
-
 @dataclass(frozen=True)
 class Flight:
-    """Free flight from a state with the rope just slack: tie point on z = 0, rim ``rim_m`` above it."""
+    """Free flight from a state with the ``rope`` just slack: tie point on z = 0, rim ``rim_m`` above it."""
 
-    rope_m: float
+    rope: TautRope
     rim_m: float
     gravity_m_s2: float
+
+    @classmethod
+    def of(cls, game: GameSettings, rope_scale: float = 1.0) -> Flight:
+        """That of the game, with a rope ``rope_scale`` times as long."""
+        return cls(TautRope.of(game, rope_scale), game.cup.rim_m, game.gravity_m_s2)
 
     def landing(self, state: SwingState) -> Landing | None:
         """The landing predicted from ``state``, or None where the ball does not rise over the rim.
 
-        The ball starts at l (sin phi, -cos phi) from the tie point with l phi' (cos phi, sin phi) plus the cup's
-        velocity, and falls freely.
+        The ball starts where the taut rope, which goes round the cup, has it at that angle, with the velocity that it
+        has there beside the cup's, and falls freely; the air, which moves the landing by millimetres, is left out.
         """
-        x_m, velocity_m_s, angle_rad, rate_rad_s = state
-        sine, cosine = math.sin(angle_rad), math.cos(angle_rad)
-        speed = self.rope_m * rate_rad_s
-        ball = Ball(self.rope_m * sine, -self.rope_m * cosine, speed * cosine, speed * sine)
-        return self.fall(x_m, velocity_m_s, ball)
+        ball = self.rope.ball(state.angle_rad, state.rate_rad_s)
+        return self.fall(state.x_m, state.velocity_m_s, ball)
 
     def fall(self, x_m: float, velocity_m_s: float, ball: Ball) -> Landing | None:
         """The landing of a ball that is wherever ``ball`` says from a cup at ``x_m``."""

@@ -9,7 +9,7 @@ import numpy as np
 
 from kendama_cli.robot_model.dart_library import dartpy
 from kendama_cli.schema.arrays import Array
-from kendama_cli.settings.game import CupSettings
+from kendama_cli.settings.game import CupSettings, HandleTie
 
 TIE_MASS_KG = 1e-6
 """The tie point is a body of its own, so that DART hands out its place and velocity in one cheap call."""
@@ -24,7 +24,7 @@ def cup_frame(cup_axis: tuple[float, float, float]) -> Array:
 
 
 def attach_cup(skeleton: Any, holder: Any, place: Any, cup: CupSettings) -> tuple[Any, Any]:
-    """Weld the cup to the body ``holder`` at ``place`` (its tie point, z along its axis); returns (cup, tie point)."""
+    """Weld the cup to the body ``holder`` at ``place`` (z along its axis); returns (cup, its place as a body)."""
     joint, body = skeleton.createWeldJointAndBodyNodePair(holder)
     joint.setTransformFromParentBodyNode(place)
     body.setName("cup")
@@ -32,7 +32,10 @@ def attach_cup(skeleton: Any, holder: Any, place: Any, cup: CupSettings) -> tupl
     for stave in range(cup.staves):
         _add_stave(body, cup, 2 * math.pi * stave / cup.staves)
     floor = dartpy.dynamics.CylinderShape(cup.radius_m, cup.wall_m)
-    _add_shape(body, floor, np.eye(3), (0.0, 0.0, cup.wall_m / 2), cup)
+    _add_shape(body, floor, np.eye(3), (0.0, 0.0, cup.floor_m + cup.wall_m / 2), cup)
+    if isinstance(cup.tie, HandleTie):
+        handle = dartpy.dynamics.CylinderShape(cup.tie.radius_m, cup.tie.length_m)
+        _add_shape(body, handle, np.eye(3), (0.0, 0.0, cup.tie.length_m / 2), cup)
     _, tie = skeleton.createWeldJointAndBodyNodePair(body)
     tie.setName("tie")
     tie.setInertia(dartpy.dynamics.Inertia(TIE_MASS_KG, np.zeros(3), np.eye(3) * 1e-10))
@@ -48,7 +51,8 @@ def set_restitution(cup: Any, restitution: float) -> None:
 def _inertia(cup: CupSettings) -> Any:
     across = cup.mass_kg * (cup.radius_m**2 / 2 + cup.depth_m**2 / 12)
     along = cup.mass_kg * cup.radius_m**2
-    return dartpy.dynamics.Inertia(cup.mass_kg, np.array([0, 0, cup.depth_m / 2]), np.diag([across, across, along]))
+    middle = np.array([0.0, 0.0, cup.floor_m + cup.depth_m / 2])
+    return dartpy.dynamics.Inertia(cup.mass_kg, middle, np.diag([across, across, along]))
 
 
 def _add_stave(body: Any, cup: CupSettings, angle: float) -> None:
@@ -57,7 +61,7 @@ def _add_stave(body: Any, cup: CupSettings, angle: float) -> None:
     c, s = math.cos(angle), math.sin(angle)
     out = cup.radius_m + cup.wall_m / 2
     turn = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
-    _add_shape(body, shape, turn, (out * c, out * s, cup.depth_m / 2), cup)
+    _add_shape(body, shape, turn, (out * c, out * s, cup.floor_m + cup.depth_m / 2), cup)
 
 
 def _add_shape(body: Any, shape: Any, turn: Array, at: tuple[float, float, float], cup: CupSettings) -> None:

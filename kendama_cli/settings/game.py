@@ -1,9 +1,12 @@
-"""The game itself: rope, ball and cup (PAPER.md eq. 1)."""
+"""The game itself: rope, ball, cup and air (PAPER.md eq. 1)."""
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
+from typing import Literal
 
+from kendama_cli.errors import ConfigError
 from kendama_cli.schema.settings import setting
 
 
@@ -22,20 +25,111 @@ class BallSettings:
 
     mass_kg: float = setting("mass [kg]", above=0)
     radius_m: float = setting("radius [m]", above=0)
+
+
+@dataclass(frozen=True)
+class QuadraticAir:
+    """Drag of a sphere and of a string that turns about its other end."""
+
+    kind: Literal["quadratic"]
+    density_kg_m3: float = setting("density of the air [kg/m^3]", at_least=0)
+    ball_coefficient: float = setting("drag coefficient of the ball", at_least=0)
+    string_coefficient: float = setting("drag coefficient of the string across its motion", at_least=0)
+    string_diameter_m: float = setting("diameter of the string [m]", at_least=0)
+
+
+@dataclass(frozen=True)
+class LinearAir:
+    """The drag of PAPER.md eq. 1."""
+
+    kind: Literal["linear"]
     drag_n_s_m: float = setting("linear air drag Ka: force = -Ka velocity [N s/m]", at_least=0)
 
 
 @dataclass(frozen=True)
+class MeasuredAir:
+    """Coefficients of drag as they were measured, those of the string included."""
+
+    kind: Literal["measured"]
+    linear_n_s_m: float = setting("k1 of force = -(k1 + k2 |v|) v [N s/m]", at_least=0)
+    quadratic_n_s2_m2: float = setting("k2 of force = -(k1 + k2 |v|) v [N s^2/m^2]", at_least=0)
+
+
+@dataclass(frozen=True)
+class FloorTie:
+    """The rope is tied under the middle of the cup's floor."""
+
+    kind: Literal["floor"]
+
+
+@dataclass(frozen=True)
+class SideTie:
+    """The rope is tied to the cup's outer wall."""
+
+    kind: Literal["side"]
+    height_m: float = setting("height of the tie over the underside of the floor [m]", at_least=0)
+    angle_deg: float = setting("where around the cup, from its x axis [deg]")
+
+
+@dataclass(frozen=True)
+class HandleTie:
+    """The rope is tied to the lower end of a round handle under the cup, on the axis."""
+
+    kind: Literal["handle"]
+    length_m: float = setting("from the tie point up to the underside of the floor [m]", above=0)
+    radius_m: float = setting("radius of the handle [m]", above=0)
+
+
+@dataclass(frozen=True)
 class CupSettings:
-    """A ring of staves on a floor; the rope is tied under the middle of the floor."""
+    """A ring of staves on a floor, and where the rope is tied to it."""
 
     radius_m: float = setting("inner radius [m]", above=0)
-    depth_m: float = setting("height of the rim over the tie point [m]", above=0)
+    depth_m: float = setting("height of the rim over the underside of the floor [m]", above=0)
     wall_m: float = setting("thickness of staves and floor [m]", above=0)
     staves: int = setting("number of staves", at_least=6)
     mass_kg: float = setting("mass with handle [kg]", above=0)
     restitution: float = setting("coefficient of restitution between ball and cup", at_least=0, at_most=1)
     friction: float = setting("Coulomb friction coefficient between ball and cup", at_least=0)
+    tie: FloorTie | SideTie | HandleTie = setting("where the rope is tied to the cup")
+
+    def __post_init__(self) -> None:
+        if isinstance(self.tie, SideTie) and self.tie.height_m > self.depth_m:
+            raise ConfigError(
+                "tie.height_m",
+                f"'tie.height_m' is {self.tie.height_m}: the tie would be outside the cup; allowed: up to depth_m, "
+                f"which is {self.depth_m}",
+            )
+        if isinstance(self.tie, HandleTie) and self.tie.radius_m > self.outer_radius_m:
+            raise ConfigError(
+                "tie.radius_m",
+                f"'tie.radius_m' is {self.tie.radius_m}: the handle would be wider than the cup; allowed: up to "
+                f"radius_m + wall_m, which is {self.outer_radius_m:g}",
+            )
+
+    @property
+    def outer_radius_m(self) -> float:
+        """Radius of the cylinder that the rope goes round."""
+        return self.radius_m + self.wall_m
+
+    @property
+    def floor_m(self) -> float:
+        """Height of the floor's underside over the cup's place, which is the tie point but for a tie at the side."""
+        return self.tie.length_m if isinstance(self.tie, HandleTie) else 0.0
+
+    @property
+    def rim_m(self) -> float:
+        """Height of the rim over the cup's place."""
+        return self.floor_m + self.depth_m
+
+    @property
+    def tie_in_cup_m(self) -> tuple[float, float, float]:
+        """The tie point in the cup's frame, whose origin is the cup's place and whose z is its axis."""
+        if not isinstance(self.tie, SideTie):
+            return (0.0, 0.0, 0.0)
+        angle = math.radians(self.tie.angle_deg)
+        r = self.outer_radius_m
+        return (r * math.cos(angle), r * math.sin(angle), self.tie.height_m)
 
 
 @dataclass(frozen=True)
@@ -45,4 +139,47 @@ class GameSettings:
     rope: RopeSettings
     ball: BallSettings
     cup: CupSettings
+    air: QuadraticAir | LinearAir | MeasuredAir = setting("what slows the ball down")
     gravity_m_s2: float = setting("gravity, along -z of the world [m/s^2]", above=0)
+
+    def __post_init__(self) -> None:
+        around_m = self.way_into_cup_m
+        if self.rope.length_m <= around_m:
+            raise ConfigError(
+                "rope.length_m",
+                f"'rope.length_m' is {self.rope.length_m}: the cup is too wide for it; allowed: above {around_m:.4g}, "
+                "the way from the tie point round the cup to the middle of its mouth; lengthen the rope or choose a "
+                "smaller cup (cup.radius_m, cup.depth_m)",
+            )
+
+    @property
+    def way_into_cup_m(self) -> float:
+        """From the tie point over floor and rim to the middle of the mouth [m]: a shorter rope lets no ball in."""
+        r, tie = self.cup.outer_radius_m, self.cup.tie
+        if isinstance(tie, SideTie):
+            return self.cup.depth_m - tie.height_m + r
+        if isinstance(tie, HandleTie):
+            return tie.radius_m + math.hypot(r - tie.radius_m, tie.length_m) + self.cup.depth_m + r
+        return r + self.cup.depth_m + r
+
+    @property
+    def drag(self) -> tuple[float, float]:
+        """k1 [N s/m] and k2 [N s^2/m^2] of the air's force -(k1 + k2 |v|) v on the ball with its string.
+
+        A sphere has k2 = C rho pi R^2 / 2. An element of a string of diameter d that turns with the ball moves with
+        v s / l, and a force at s acts on the ball with s / l: together C' rho d l / 8.
+        """
+        air = self.air
+        if isinstance(air, LinearAir):
+            return air.drag_n_s_m, 0.0
+        if isinstance(air, MeasuredAir):
+            return air.linear_n_s_m, air.quadratic_n_s2_m2
+        ball = air.ball_coefficient * math.pi * self.ball.radius_m**2
+        string = air.string_coefficient * air.string_diameter_m * self.rope.length_m / 4
+        return 0.0, 0.5 * air.density_kg_m3 * (ball + string)
+
+    @property
+    def drag_per_mass(self) -> tuple[float, float]:
+        """The same over the ball's mass: k1 / m [1/s] and k2 / m [1/m]."""
+        k1, k2 = self.drag
+        return k1 / self.ball.mass_kg, k2 / self.ball.mass_kg

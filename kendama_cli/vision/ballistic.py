@@ -30,9 +30,10 @@ class Moment(NamedTuple):
 class BallisticFit:
     """Position and velocity at the first observation, by weighted linear least squares.
 
-    ``FreeFlight`` makes every later position linear in the six unknowns x, and ``SightRows`` every pixel linear in
-    the position: J x = y, whitened. Only the sum of A^T A with A = (J, y - J x0) is kept, 7x7: information, vector
-    and square at once, about a fixed reference x0 near the solution so that nothing cancels.
+    ``FreeFlight`` gives every later position and how it changes with the six unknowns x, exactly linear without
+    quadratic drag and very nearly so with it; ``SightRows`` makes every pixel linear in the position: J x = y,
+    whitened. Only the sum of A^T A with A = (J, y - J x0) is kept, 7x7: information, vector and square at once, about
+    a fixed reference x0 near the solution so that nothing cancels.
     """
 
     def __init__(self, flight: FreeFlight) -> None:
@@ -73,19 +74,17 @@ class BallisticFit:
         start, velocity = self._state[:3], self._state[3:]
         if t_s == self._start_s:
             return start, velocity
-        k = self._flight.drag_per_s
-        a, b = self._flight.gains(t_s - self._start_s)
-        gravity = self._flight.gravity_m_s2
-        return start + a * velocity + b * gravity, (1 - k * a) * velocity + a * gravity
+        return self._flight.moved(start, velocity, t_s - self._start_s)
 
     def moment(self, t_s: float) -> Moment | None:
         """The ball at ``t_s``, with the covariance of its position, scaled up where the residuals are too large."""
         known = self.state(t_s)
-        if known is None:
+        if known is None or self._state is None:
             return None
-        a = self._flight.gains(t_s - self._start_s)[0]
+        ahead = self._flight.transition(self._state[3:], t_s - self._start_s).position_s
         p = self._covariance
-        covariance = p[:3, :3] + a * (p[:3, 3:] + p[3:, :3]) + a * a * p[3:, 3:]
+        moved = p[:3, 3:] @ ahead.T
+        covariance = p[:3, :3] + moved + moved.T + ahead @ p[3:, 3:] @ ahead.T
         return Moment(*known, covariance * max(1.0, self._ratio))
 
     def within(self, position_m: float, velocity_m_s: float) -> bool:
@@ -101,15 +100,15 @@ class BallisticFit:
 
     def _accumulate(self, s: float, sight: SightRows, *, weighted: bool) -> None:
         """Add one sight to the sums, weighted with the inverse depth of the reference."""
-        a, b = self._flight.gains(s)
         reference = self._reference
-        place = reference[:3] + a * reference[3:] + b * self._flight.gravity_m_s2
+        place = self._flight.moved(reference[:3], reference[3:], s)[0]
+        ahead = self._flight.transition(reference[3:], s).position_s
         scaled, right = sight.rows, sight.right
         if weighted:
             weight = 1.0 / max(float(sight.depth_row @ place) + sight.depth_right, NEAREST_DEPTH_M)
             scaled, right = weight * scaled, weight * right
         whole = np.empty((len(right), UNKNOWNS + 1))
-        whole[:, :3], whole[:, 3:UNKNOWNS], whole[:, UNKNOWNS] = scaled, a * scaled, right - scaled @ place
+        whole[:, :3], whole[:, 3:UNKNOWNS], whole[:, UNKNOWNS] = scaled, scaled @ ahead, right - scaled @ place
         self._sums += whole.T @ whole
 
     def _solve(self) -> None:

@@ -33,13 +33,19 @@ class CatchPoseEstimator:
         drag_per_s: float,
         rim_height_m: float,
         *,
+        drag_per_m: float = 0.0,
         cup_velocity_m_s: ArrayLike = (0.0, 0.0, 0.0),
         max_sigma_m: float = 0.25,
         motion: MotionSettings = BALLISTIC,
     ) -> None:
-        """``gravity_m_s2`` is a magnitude along -z or a vector (3,); no pose is given above ``max_sigma_m``."""
+        """``gravity_m_s2`` is a magnitude along -z or a vector (3,); no pose is given above ``max_sigma_m``.
+
+        The drags are those of FreeFlight: k1 / m and k2 / m.
+        """
         vector = np.asarray(gravity_m_s2, dtype=np.float64)
-        self.flight = FreeFlight(vector if vector.ndim else np.array([0.0, 0.0, -float(vector)]), drag_per_s)
+        self.flight = FreeFlight(
+            vector if vector.ndim else np.array([0.0, 0.0, -float(vector)]), drag_per_s, drag_per_m
+        )
         self.rim_height_m = rim_height_m
         self.cup_velocity_m_s = np.asarray(cup_velocity_m_s, dtype=np.float64)
         self.max_sigma_m = max_sigma_m

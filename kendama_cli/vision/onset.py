@@ -27,14 +27,17 @@ class FreeFlightOnset:
     """Is there still a pull along the rope?
 
     Over windows of the last n positions the motion z'' = g - k z' + a h is fitted, with h the unit vector from the
-    ball to the tie point: position, velocity and a, linear least squares. Free flight (a = 0) against a taut rope
-    (a >= a_min, the least pull) has the log likelihood ratio (a_min / 2 - a) a_min / sigma_a^2; flight is declared
-    when its maximum over n exceeds a threshold, and the maximum's window is known to be free.
+    ball to where the rope leaves the upright cup of ``edge_m`` radius (below it: to the tie point): position, velocity
+    and a, linear least squares. Free flight (a = 0) against a taut rope (a >= a_min, the least pull) has the log
+    likelihood ratio (a_min / 2 - a) a_min / sigma_a^2; flight is declared when its maximum over n exceeds a threshold,
+    and the maximum's window is known to be free. Drag that grows with the speed, a hundredth of the least pull, is
+    left out.
     """
 
-    def __init__(self, settings: OnsetSettings, flight: FreeFlight) -> None:
+    def __init__(self, settings: OnsetSettings, flight: FreeFlight, edge_m: float = 0.0) -> None:
         self._settings = settings
         self._flight = flight
+        self._edge_m = edge_m
         self.reset()
 
     def reset(self) -> None:
@@ -73,6 +76,8 @@ class FreeFlightOnset:
         s = t - t[-1]
         points, whiten = np.array(self._points), np.array(self._whiten)
         pull = np.array(self._ties) - points
+        outward = pull[:, :2] / np.maximum(np.linalg.norm(pull[:, :2], axis=1), 1e-9)[:, None]
+        pull[:, :2] -= np.where(pull[:, 2:] < 0.0, self._edge_m, 0.0) * outward
         pull /= np.maximum(np.linalg.norm(pull, axis=1), 1e-9)[:, None]
         n = len(s)
         design = np.zeros((n, 3, 7))

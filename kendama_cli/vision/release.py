@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kendama_cli.errors import ConfigError
+from kendama_cli.physics.taut_rope import TautRope
 from kendama_cli.schema.arrays import Array
 from kendama_cli.settings.game import GameSettings
 from kendama_cli.vision.free_flight import FreeFlight
@@ -64,39 +65,41 @@ def draw_release(
     way to follow the ball, apex within the settings' limits, rope slack until the crossing, and the crossing within
     0.25 m of the cup.
     """
-    flight = FreeFlight(np.array([0.0, 0.0, -game.gravity_m_s2]), game.ball.drag_n_s_m / game.ball.mass_kg)
-    rope, g = game.rope.length_m, game.gravity_m_s2
+    flight = FreeFlight(np.array([0.0, 0.0, -game.gravity_m_s2]), *game.drag_per_mass)
+    rope, g = TautRope.of(game), game.gravity_m_s2
     for _ in range(TRIES):
         side = float(rng.choice([-1.0, 1.0]))
         phi, rate = side * np.deg2rad(rng.uniform(100, 150)), side * rng.uniform(2.0, 7.0)
         pull, cup_x = -side * rng.uniform(2.0, 8.0), rng.uniform(-1, 1) * settings.cup_travel_m
         cup_speed, lateral = rng.uniform(-0.5, 0.5), rng.uniform(-1, 1) * settings.lateral_m_s
-        ball_angle = np.array([np.sin(phi), 0.0, -np.cos(phi)])
+        ball = rope.ball(phi, rate)
         cup, cup_velocity = np.array([cup_x, 0.0, 0.0]), np.array([cup_speed, 0.0, 0.0])
-        start = cup + rope * ball_angle
-        velocity = cup_velocity + rope * rate * np.array([np.cos(phi), 0.0, np.sin(phi)]) + [0.0, lateral, 0.0]
-        along_rope = rope * rate**2 + g * np.cos(phi) - pull * np.sin(phi)
-        apex = start[2] + max(velocity[2], 0.0) ** 2 / (2 * g) - game.cup.depth_m
+        start = cup + np.array([ball.across_m, 0.0, ball.above_m])
+        velocity = cup_velocity + np.array([ball.across_m_s, lateral, ball.above_m_s])
+        along_rope = rope.pull_m_s2(phi, rate, pull, g)
+        apex = start[2] + max(velocity[2], 0.0) ** 2 / (2 * g) - game.cup.rim_m
         if along_rope < 6.0 or velocity[2] <= 0 or not settings.apex_low_m <= apex <= settings.apex_high_m:
             continue
-        crossing_s = flight.descent_s(start, velocity, game.cup.depth_m)
+        crossing_s = flight.descent_s(start, velocity, game.cup.rim_m)
         if crossing_s is None:
             continue
         meeting = flight.position_m(start, velocity, crossing_s)
         follow = 2 * (meeting - cup - cup_velocity * crossing_s) / crossing_s**2 * [1.0, 0.0, 0.0]
         t = np.arange(0.0, crossing_s, CHECKED_STEP_S)
-        rope_needed = np.linalg.norm(
-            flight.position_m(start, velocity, t) - _cup_after(cup, cup_velocity, follow, t), axis=1
-        )
-        if (rope_needed > rope + 1e-9).any() or abs(meeting[0] - cup_x) > 0.25 or abs(follow[0]) > 8.0:
+        apart = flight.position_m(start, velocity, t) - _cup_after(cup, cup_velocity, follow, t)
+        if (
+            any(rope.cup.way_m(*row) > rope.length_m + 1e-9 for row in apart.tolist())
+            or abs(meeting[0] - cup_x) > 0.25
+            or abs(follow[0]) > 8.0
+        ):
             continue
         swing = _Swing(cup, cup_velocity, np.array([pull, 0.0, 0.0]), phi, rate, lateral)
-        taut_s, ball, tie = swing.before(game, taut_duration_s)
-        return Release(flight, start, velocity, crossing_s, cup, cup_velocity, follow, taut_s, ball, tie)
+        taut = swing.before(game, taut_duration_s)
+        return Release(flight, start, velocity, crossing_s, cup, cup_velocity, follow, *taut)
     raise ConfigError(
         "predict.release.apex_low_m",
         f"'predict.release': an apex {settings.apex_low_m}..{settings.apex_high_m} m over the rim is out of reach of a "
-        f"rope of {rope} m ({TRIES} draws); widen predict.release.apex_low_m and apex_high_m",
+        f"rope of {rope.length_m} m ({TRIES} draws); widen predict.release.apex_low_m and apex_high_m",
     )
 
 
@@ -114,13 +117,14 @@ class _Swing:
     def before(self, game: GameSettings, duration_s: float) -> tuple[Array, Array, Array]:
         """Times (n,) up to 0, ball and tie point (n, 3) during ``duration_s`` before the release.
 
-        The pendulum l phi'' = -g sin(phi) - x'' cos(phi), backward by RK4; sideways the ball drifts.
+        The taut pendulum, backward by RK4; sideways the ball drifts.
         """
-        rope, g, pull = game.rope.length_m, game.gravity_m_s2, float(self.cup_acceleration_m_s2[0])
+        rope, g, pull = TautRope.of(game), game.gravity_m_s2, float(self.cup_acceleration_m_s2[0])
         n = max(int(np.ceil(duration_s / TAUT_STEP_S)), 1)
 
         def slope(state: Array) -> Array:
-            return np.array([state[1], (-g * np.sin(state[0]) - pull * np.cos(state[0])) / rope])
+            angle, rate = state.tolist()
+            return np.array([rate, rope.acceleration_rad_s2(angle, rate, pull, g)])
 
         states, h = [np.array([self.angle_rad, self.rate_rad_s])], -TAUT_STEP_S
         for _ in range(n):
@@ -130,10 +134,10 @@ class _Swing:
             k3 = slope(y + h / 2 * k2)
             k4 = slope(y + h * k3)
             states.append(y + h / 6 * (k1 + 2 * k2 + 2 * k3 + k4))
-        angle = np.array(states)[::-1, 0]
+        balls = [rope.ball(*state.tolist()) for state in states[::-1]]
         t = np.arange(-n, 1, dtype=np.float64) * TAUT_STEP_S
         tie = _cup_after(self.cup_m, self.cup_velocity_m_s, self.cup_acceleration_m_s2, t)
-        ball = tie + rope * np.column_stack([np.sin(angle), np.zeros(n + 1), -np.cos(angle)])
+        ball = tie + [[one.across_m, 0.0, one.above_m] for one in balls]
         ball[:, 1] += self.lateral_m_s * t
         return t, ball, tie
 

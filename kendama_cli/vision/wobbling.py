@@ -19,7 +19,7 @@ WIDE_POSITION_M, WIDE_VELOCITY_M_S = 1.0, 10.0
 class WobblingFit:
     """The ball's state from sights in order of time, each at the same cost.
 
-    ``process_noise``: x = (p, v) with v' = g - k v + white noise of intensity q. ``coloured``: x = (p, v, w, w') where
+    ``process_noise``: x = (p, v) with v' = g - drag + white noise of intensity q. ``coloured``: x = (p, v, w, w') where
     what is seen is p + w and w is a Matern-3/2 process (lambda = sqrt(3) / length),
 
         w'' = -lambda^2 w - 2 lambda w' + white noise,  var(w) = sigma^2,
@@ -92,12 +92,13 @@ class WobblingFit:
             self._mean = self._mean_over(t_s - self.reference_s).ravel()
             self._covariance = self._covariance_over(t_s - self.reference_s)
             self.reference_s = t_s
-        a, b = self._flight.gains(late)  # a stamp from before is held against the flight traced back
-        place = self._mean[:3] + a * self._mean[3:6] + b * self._flight.gravity_m_s2
+        # a stamp from before is held against the flight traced back
+        place, _ = self._flight.moved(self._mean[:3], self._mean[3:6], late)
+        ahead = self._flight.transition(self._mean[3:6], late).position_s
         depth = float(sight.depth_row @ place) + sight.depth_right
         rows = sight.rows / max(depth, NEAREST_DEPTH_M)
         design = np.zeros((len(rows), self._size))
-        design[:, :3], design[:, 3:6] = rows, a * rows
+        design[:, :3], design[:, 3:6] = rows, rows @ ahead
         if self._size == 12:
             design[:, 6:9] = rows
             place = place + self._mean[6:9]
@@ -121,38 +122,40 @@ class WobblingFit:
         """The mean after ``s`` seconds, a row for each of p, v, w, w' (2 or 4, 3)."""
         if self._mean is None:
             raise ValueError("nothing is known yet")
-        mean = self._transition(s) @ self._mean.reshape(-1, 3)
-        a, b = self._flight.gains(s)
-        mean[0] += b * self._flight.gravity_m_s2
-        mean[1] += a * self._flight.gravity_m_s2
-        return np.asarray(mean)
+        mean = self._mean.reshape(-1, 3)
+        ahead: Array = np.empty_like(mean)
+        ahead[0], ahead[1] = self._flight.moved(mean[0], mean[1], s)
+        ahead[2:] = self._wobble(s) @ mean[2:]
+        return ahead
 
     def _covariance_over(self, s: float) -> Array:
         """The covariance after ``s`` seconds; backward, nothing is forgotten."""
-        small = self._transition(s)
-        ahead = _per_axis(small)
+        if self._mean is None:
+            raise ValueError("nothing is known yet")
+        wobble, flown = self._wobble(s), self._flight.transition(self._mean[3:6], s)
+        ahead = np.eye(self._size)
+        ahead[:3, 3:6], ahead[3:6, 3:6] = flown.position_s, flown.velocity
+        ahead[6:, 6:] = _per_axis(wobble)
         covariance = ahead @ self._covariance @ ahead.T
         if s > 0:
-            q, added = self._motion.intensity_m2_s3, np.zeros_like(small)
+            q, added = self._motion.intensity_m2_s3, np.zeros((self._size // 3,) * 2)
             added[0, 0], added[1, 1] = q * s**3 / 3, q * s
             added[0, 1] = added[1, 0] = q * s**2 / 2
             if self._size == 12:
                 still = np.diag(self._still())
-                added[2:, 2:] = still - small[2:, 2:] @ still @ small[2:, 2:].T
+                added[2:, 2:] = still - wobble @ still @ wobble.T
             covariance += _per_axis(added)
         return covariance
 
-    def _transition(self, s: float) -> Array:
-        """How p, v (and w, w') go on along one axis over ``s`` seconds (2, 2) or (4, 4); w stays backward."""
-        a = self._flight.gains(s)[0]
-        small = np.eye(self._size // 3)
-        small[0, 1], small[1, 1] = a, 1 - self._flight.drag_per_s * a
-        if isinstance(self._motion, ColouredMotion) and s > 0:
-            decay = math.sqrt(3) / self._motion.length_s
-            fade, turn = math.exp(-decay * s), decay * s
-            small[2, 2], small[2, 3] = fade * (1 + turn), fade * s
-            small[3, 2], small[3, 3] = -fade * decay * turn, fade * (1 - turn)
-        return small
+    def _wobble(self, s: float) -> Array:
+        """How w and w' go on along one axis over ``s`` seconds, (2, 2) or empty; backward they stay."""
+        if not isinstance(self._motion, ColouredMotion):
+            return np.zeros((0, 0))
+        if s <= 0:
+            return np.eye(2)
+        decay = math.sqrt(3) / self._motion.length_s
+        fade, turn = math.exp(-decay * s), decay * s
+        return np.array([[fade * (1 + turn), fade * s], [-fade * decay * turn, fade * (1 - turn)]])
 
 
 _AXES = np.arange(3)

@@ -107,7 +107,7 @@ def mujoco_model(arm: RobotModel, game: GameSettings) -> Any:
     model = spec.compile()
     n = len(arm.joint_names)
     model.dof_armature[:n] = arm.rotor_inertia_kg_m2
-    model.dof_damping[:] = [*arm.friction.viscous_nm_s, *(game.ball.drag_n_s_m,) * 3]
+    model.dof_damping[:] = [*arm.friction.viscous_nm_s, *(0.002,) * 3]
     model.dof_frictionloss[:n] = arm.friction.coulomb_nm
     return model
 

@@ -27,11 +27,11 @@ def test_each_of_a_sweep_is_composed_as_it_would_be_alone(site: Site) -> None:
 
 
 def test_a_value_that_another_refers_to_is_composed_in_full(site: Site, tmp_path: Path) -> None:
-    folder = tmp_path / "conf/game"
+    folder = tmp_path / "conf/game/cup"
     folder.mkdir(parents=True)
-    text = (bundled_root() / "conf/game/kendama.yaml").read_text()
+    text = (bundled_root() / "conf/game/cup/floor.yaml").read_text()
     (folder / "linked.yaml").write_text(text.replace("depth_m: 0.070", "depth_m: ${game.cup.radius_m}"))
-    combinations = [["game=linked", f"game.cup.radius_m={radius}"] for radius in (0.05, 0.06)]
+    combinations = [["game/cup=linked", f"game.cup.radius_m={radius}"] for radius in (0.05, 0.06)]
     depths = [config["game"]["cup"]["depth_m"] for config in composed_each(find_site(), combinations)]
     assert depths == [0.05, 0.06]
 
@@ -44,12 +44,12 @@ def test_the_shipped_configurations_references_are_followed_in_a_sweep(site: Sit
 
 
 def test_references_that_are_not_plain_may_mean_anything(site: Site, tmp_path: Path) -> None:
-    folder = tmp_path / "conf/game"
+    folder = tmp_path / "conf/game/cup"
     folder.mkdir(parents=True)
-    text = (bundled_root() / "conf/game/kendama.yaml").read_text()
+    text = (bundled_root() / "conf/game/cup/floor.yaml").read_text()
     for name, reference in (("relative", "${.radius_m}"), ("nested", "${game.${oc.select:nothing,cup}.radius_m}")):
         (folder / f"{name}.yaml").write_text(text.replace("depth_m: 0.070", f"depth_m: {reference}"))
-        combinations = [[f"game={name}", f"game.cup.radius_m={radius}"] for radius in (0.05, 0.06)]
+        combinations = [[f"game/cup={name}", f"game.cup.radius_m={radius}"] for radius in (0.05, 0.06)]
         depths = [config["game"]["cup"]["depth_m"] for config in composed_each(find_site(), combinations)]
         assert depths == [0.05, 0.06], name
 

@@ -11,14 +11,14 @@ from types import ModuleType
 
 import numpy as np
 import pytest
-import yaml
 
 from kendama_cli.artifacts.demonstration import Demonstration
 from kendama_cli.motion.averaging import encode_demonstrations
 from kendama_cli.motion.dmp import play
 from kendama_cli.schema.settings import build
 from kendama_cli.settings.game import GameSettings
-from tests.motion.swings import CONF, settings
+from tests.motion.swings import settings
+from tests.shipped_conf import plain
 
 DATA = Path(__file__).parents[2] / "data"
 FILES = sorted((DATA / "demonstrations").glob("*.csv"))
@@ -87,7 +87,7 @@ def test_no_two_are_alike_and_all_stay_within_what_an_arm_can_do(demonstrations)
 
 
 def test_the_designs_rope_and_cup_are_those_of_the_game(design):
-    game = build(GameSettings, yaml.safe_load((CONF / "game" / "kendama.yaml").read_text()), "game")
+    game = build(GameSettings, plain("game", "kendama"), "game")
     assert game.rope.length_m == design.ROPE_M
     assert game.rope.stiffness_n_m == design.STIFFNESS_N_M
     assert game.rope.damping_n_s_m == design.DAMPING_N_S_M

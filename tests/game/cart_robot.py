@@ -7,6 +7,7 @@ import math
 import numpy as np
 
 from kendama_cli.devices.robot.interface import Exchange, JointCommand, RobotState, SceneState
+from kendama_cli.physics.rope import RopeLaw, rope_pull
 from kendama_cli.robot_model.limits import JointLimits
 from kendama_cli.schema.arrays import Array
 from kendama_cli.settings.game import GameSettings
@@ -33,6 +34,8 @@ class CartRobot:
         self.limits = JointLimits(*(np.full(1, v) for v in (-0.5, 0.5, 3.0, 50.0, 100.0)))
         self.game = game
         self.rope_m = game.rope.length_m * rope_scale
+        self.law = RopeLaw.of(game, rope_scale)
+        self.drag_per_s, self.drag_per_m = game.drag_per_mass
         self.delay_n = delay_n
         self.noise_m = noise_m
         self.missed = 0
@@ -77,14 +80,12 @@ class CartRobot:
         if self.caught:
             self.ball = [cup_x, game.ball.radius_m, cup_v, 0.0]
             return
-        dx, dz = x - cup_x, z
-        length = math.hypot(dx, dz)
-        ax, az = -game.ball.drag_n_s_m * vx / game.ball.mass_kg, -game.gravity_m_s2
-        if length > self.rope_m:
-            rate = (dx * (vx - cup_v) + dz * vz) / length
-            pull = game.rope.stiffness_n_m * (length - self.rope_m) + game.rope.damping_n_s_m * rate
-            ax -= pull * dx / length / game.ball.mass_kg
-            az -= pull * dz / length / game.ball.mass_kg
+        drag = self.drag_per_s + self.drag_per_m * math.hypot(vx, vz)
+        ax, az = -drag * vx, -drag * vz - game.gravity_m_s2
+        pull = rope_pull(self.law, (x - cup_x, 0.0, z), (vx - cup_v, 0.0, vz))
+        if pull is not None:
+            ax += pull.force_n[0] / game.ball.mass_kg
+            az += pull.force_n[2] / game.ball.mass_kg
         vx, vz = vx + ax * h, vz + az * h
         rim = game.cup.depth_m
         if z >= rim > z + vz * h:

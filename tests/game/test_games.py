@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from kendama_cli.artifacts.policy import PolicyArtifact
+from kendama_cli.devices.camera.ball_tracker import catch_pose_estimator
 from kendama_cli.devices.robot.remote import UdpRobot
 from kendama_cli.game.catch_geometry import make_catch_geometry
 from kendama_cli.game.crossing import find_crossing
@@ -21,7 +22,7 @@ from kendama_cli.learning.settings import LearnSettings
 from kendama_cli.learning.state import SwingState
 from kendama_cli.schema.settings import build
 from kendama_cli.settings.game import GameSettings
-from kendama_cli.vision.catch_pose import CatchPoseEstimator
+from kendama_cli.vision.catch_pose import BALLISTIC
 from tests.game.cart_robot import DIRECTION, MIDDLE_M, CartRobot, Straight
 from tests.learning.settings_files import learn_settings
 from tests.shipped_conf import plain
@@ -43,7 +44,7 @@ def make_runner(believed_scale: float = 1.0, **made: Any) -> GameRunner:
         MIDDLE_M, DIRECTION, GAME, TRANSFER.catch, rope_scale=believed_scale, period_s=robot.period_s
     )
     rim_m, catch_m = geometry.rim_height_m, geometry.catch_height_m
-    estimator = CatchPoseEstimator(GAME.gravity_m_s2, GAME.ball.drag_n_s_m / GAME.ball.mass_kg, rim_m)
+    estimator = catch_pose_estimator(BALLISTIC, GAME, rim_m)
     return GameRunner(
         cast(UdpRobot, robot),
         Straight(),

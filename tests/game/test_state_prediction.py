@@ -18,8 +18,9 @@ from kendama_cli.learning.policy import GreedyPolicy
 from kendama_cli.learning.state import SwingState
 from tests.game.cart_robot import CartRobot
 from tests.game.test_games import GAME, LEARN, learned, make_runner
+from tests.physics.bare_rope import bare_rope
 
-PENDULUM = {"rope_m": 0.4, "gravity_m_s2": 9.81}
+PENDULUM = {"rope": bare_rope(0.4), "gravity_m_s2": 9.81}
 
 
 def pendulum(angle: float, rate: float, a_m_s2: float, duration_s: float) -> tuple[float, float]:
@@ -60,13 +61,13 @@ def test_the_same_accelerations_swing_alike_on_a_rope_of_any_length(scale: float
     root = math.sqrt(scale)
     start = SwingState(0.1, 0.3, 1.2, 2.0)
     gravity = PENDULUM["gravity_m_s2"]
-    model = predict_state(start, (0.2, 0.5), [6.0] * 50, period_s=0.001, rope_m=0.4, gravity_m_s2=gravity)
+    model = predict_state(start, (0.2, 0.5), [6.0] * 50, period_s=0.001, rope=bare_rope(0.4), gravity_m_s2=gravity)
     real = predict_state(
         SwingState(0.1 * scale, 0.3 * root, 1.2, 2.0 / root),
         (0.2 * scale, 0.5 * root),
         [6.0] * 50,
         period_s=0.001 * root,
-        rope_m=0.4 * scale,
+        rope=bare_rope(0.4 * scale),
         gravity_m_s2=gravity,
     )
     assert scaled_to_model_rope(real, scale) == pytest.approx(model, rel=1e-9)

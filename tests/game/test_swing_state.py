@@ -9,6 +9,7 @@ import pytest
 
 from kendama_cli.devices.robot.interface import RobotState
 from kendama_cli.game.swing_state import SwingStateEstimator
+from tests.physics.bare_rope import bare_rope
 
 PERIOD_S = 0.004
 MIDDLE_M = np.array([0.3, -0.2, 1.1])
@@ -23,7 +24,7 @@ def seen(x: float, angle: float, noise: np.ndarray | float = 0.0) -> RobotState:
 
 
 def watching(samples: int = 10, gravity_m_s2: float = 9.81) -> SwingStateEstimator:
-    return SwingStateEstimator(PERIOD_S, samples, MIDDLE_M, X, rope_m=ROPE_M, gravity_m_s2=gravity_m_s2)
+    return SwingStateEstimator(PERIOD_S, samples, MIDDLE_M, X, rope=bare_rope(ROPE_M), gravity_m_s2=gravity_m_s2)
 
 
 def swung(accelerations: list[float], angle: float, rate: float) -> list[tuple[float, float, float, float]]:

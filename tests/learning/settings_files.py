@@ -7,13 +7,13 @@ import functools
 from pathlib import Path
 from typing import Any
 
-import yaml
 from hydra import compose, initialize_config_dir
 from omegaconf import OmegaConf
 
 from kendama_cli.learning.settings import LearnSettings
 from kendama_cli.schema.settings import build
 from kendama_cli.settings.game import GameSettings
+from tests.shipped_conf import plain as shipped
 
 CONF = Path(__file__).parents[2] / "conf"
 
@@ -41,4 +41,4 @@ def learn_settings(name: str = "sarsa", *choices: str, **replaced: Any) -> Learn
 
 def game_settings() -> GameSettings:
     """``conf/game/kendama.yaml``."""
-    return build(GameSettings, yaml.safe_load((CONF / "game" / "kendama.yaml").read_text()), "game")
+    return build(GameSettings, shipped("game", "kendama"), "game")

@@ -8,11 +8,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from kendama_cli.learning.reward import Ball, Flight, Goal, final_reward, step_reward
+from kendama_cli.learning.reward import Flight, Goal, final_reward, step_reward
 from kendama_cli.learning.state import SwingState
+from kendama_cli.physics.taut_rope import Ball
 from tests.learning.settings_files import learn_settings
+from tests.physics.bare_rope import bare_rope
 
-FLIGHT = Flight(0.40, 0.07, 9.81)
+FLIGHT = Flight(bare_rope(0.40), 0.07, 9.81)
 
 
 def goal(**replaced: object) -> Goal:

@@ -18,7 +18,7 @@ from tests.report.synthetic_interaction import write_interaction
 GAME = {
     "gravity_m_s2": 9.81,
     "rope": {"length_m": 0.4, "stiffness_n_m": 2000.0, "damping_n_s_m": 2.0},
-    "ball": {"mass_kg": 0.05, "radius_m": 0.02, "drag_n_s_m": 0.002},
+    "ball": {"mass_kg": 0.05, "radius_m": 0.02},
     "cup": {"radius_m": 0.045, "depth_m": 0.07, "staves": 12},
 }
 ROPE_M = 0.4

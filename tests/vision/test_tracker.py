@@ -35,8 +35,8 @@ def sighting(pixel, sigma_px=0.1):
 
 
 def tracker(onset=True, detector=None):
-    rim, drag = game().cup.depth_m, game().ball.drag_n_s_m / game().ball.mass_kg
-    estimator = CatchPoseEstimator(game().gravity_m_s2, drag, rim)
+    drag_per_s, drag_per_m = game().drag_per_mass
+    estimator = CatchPoseEstimator(game().gravity_m_s2, drag_per_s, game().cup.rim_m, drag_per_m=drag_per_m)
     test = FreeFlightOnset(predict().onset, estimator.flight) if onset else None
     return BallTracker(CAMERAS, detector or Script(), estimator, test)
 

@@ -23,7 +23,8 @@ def catch_pose_estimator(
     ``gravity_m_s2`` is its size or (3,) in the frame that the ball is observed in; None: straight down, as in ``game``.
     """
     pull_m_s2 = game.gravity_m_s2 if gravity_m_s2 is None else gravity_m_s2
-    return CatchPoseEstimator(pull_m_s2, game.ball.drag_n_s_m / game.ball.mass_kg, rim_height_m, motion=motion)
+    drag_per_s, drag_per_m = game.drag_per_mass
+    return CatchPoseEstimator(pull_m_s2, drag_per_s, rim_height_m, drag_per_m=drag_per_m, motion=motion)
 
 
 def ball_tracker(
@@ -35,5 +36,5 @@ def ball_tracker(
     """
     gravity_m_s2 = tilted_gravity(settings.gravity.scale * game.gravity_m_s2, settings.gravity.tilt_rad)
     estimator = catch_pose_estimator(settings.motion, game, rim_height_m, gravity_m_s2)
-    test = FreeFlightOnset(settings.onset, estimator.flight) if onset else None
+    test = FreeFlightOnset(settings.onset, estimator.flight, game.cup.outer_radius_m) if onset else None
     return BallTracker(models, make_detector(settings.detector), estimator, test)

@@ -63,7 +63,7 @@ def check_cameras(
     try:
         loop = ImageLoop(
             opened,
-            ball_tracker(predict, game, [one.model for one in opened], rim_height_m=game.cup.depth_m, onset=True),
+            ball_tracker(predict, game, [one.model for one in opened], rim_height_m=game.cup.rim_m, onset=True),
             now_s=now,
             period_s=1 / (camera.rate_hz or DEFAULT_RATE_HZ),
             max_age_s=SILENCE_S if now.live else np.inf,

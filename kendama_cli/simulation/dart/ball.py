@@ -9,12 +9,13 @@ from typing import Any
 import numpy as np
 
 from kendama_cli.errors import SimulationError
+from kendama_cli.physics.rope import RopeLaw
 from kendama_cli.robot_model.body import Body
 from kendama_cli.robot_model.cup import set_restitution
 from kendama_cli.robot_model.dart_library import dartpy
 from kendama_cli.schema.arrays import Array
 from kendama_cli.settings.game import BallSettings, CupSettings, GameSettings
-from kendama_cli.simulation.dart import joint_kernel as kernel
+from kendama_cli.simulation.dart import rope_kernel as kernel
 
 
 def make_ball(ball: BallSettings, cup: CupSettings) -> Any:
@@ -38,16 +39,20 @@ def make_ball(ball: BallSettings, cup: CupSettings) -> Any:
 class TetheredBall:
     """The ball m z'' = f_r + f_a + m g (PAPER.md eq. 1) on the rope to the cup of ``arm``, which feels the reaction.
 
-    ``position_m`` and ``velocity_m_s`` (3,) are the ball's, ``tie_m`` and ``tie_m_s`` (3,) the tie point's, in the
-    world; ``tension_n`` is the rope's pull in the last step, 0 where it is slack.
+    ``position_m`` and ``velocity_m_s`` (3,) are the ball's, ``tie_m`` and ``tie_m_s`` (3,) those of the cup's place, in
+    the world; ``tension_n`` is the rope's pull in the last step, 0 where it is slack.
     """
 
     def __init__(self, game: GameSettings, arm: Body) -> None:
         self.skeleton = make_ball(game.ball, game.cup)
         self.game = game
         self._cup, self._tie = arm.cup, arm.tie
-        self._pulled = np.zeros(7)
-        self._reaction, self._force = self._pulled[4:], np.zeros(3)
+        self._pulled = np.zeros(13)
+        self._pulled[kernel.SIDE] = 1.0
+        self._tension = self._pulled[kernel.TENSION :]
+        self._reaction = self._pulled[kernel.REACTION : kernel.PIVOT]
+        self._pivot_m = self._pulled[kernel.PIVOT : kernel.SIDE]
+        self._force = np.zeros(3)
         self.perturb(1.0, None)
 
     def perturb(self, rope_scale: float, restitution: float | None) -> None:
@@ -55,20 +60,20 @@ class TetheredBall:
 
         It holds from the next ``hang`` on.
         """
-        rope = self.game.rope
-        values = [rope.length_m * rope_scale, rope.stiffness_n_m, rope.damping_n_s_m, self.game.ball.drag_n_s_m]
-        self._rope = np.array(values)
+        self._law = law = RopeLaw.of(self.game, rope_scale)
+        over_tie_m = float(self._cup.getLocalCOM()[2])
+        self._rope = np.array([*kernel.constants(law), *self.game.drag, over_tie_m])
         set_restitution(self._cup, self.game.cup.restitution if restitution is None else restitution)
 
     def hang(self, aside_m: float) -> None:
         """Hang still under the tie point, ``aside_m`` along x from where it would come to rest."""
         weight_n = self.game.ball.mass_kg * self.game.gravity_m_s2
-        length = float(self._rope[0]) + weight_n / self.game.rope.stiffness_n_m
+        length = self._law.length_m + weight_n / self._law.stiffness_n_m
         x, y, z = self._tie.getCOM().tolist()
         self.skeleton.setPositions([x + aside_m, y, z - math.sqrt(length**2 - aside_m**2)])
         self.skeleton.resetVelocities()
         self.skeleton.resetAccelerations()
-        self._pulled[:] = (0.0, 0.0, weight_n, weight_n, 0.0, 0.0, -weight_n)
+        self._pulled[: kernel.SIDE] = (0.0, 0.0, weight_n, weight_n, 0.0, 0.0, -weight_n, x, y, z)
         self.observe()
 
     def put(self, place_m: Sequence[float], velocity_m_s: Sequence[float]) -> None:
@@ -79,15 +84,16 @@ class TetheredBall:
 
     def pull(self, t_s: float) -> None:
         """Set the forces of rope and air for the coming step; raises SimulationError where the ball is far away."""
-        pulled, force = self._pulled, self._force
-        if kernel.pull(self.position_m, self.velocity_m_s, self.tie_m, self.tie_m_s, self._rope, pulled, force):
+        cup, ball = (self.tie_m, self.tie_m_s), (self.position_m, self.velocity_m_s)
+        over_tie = (self._cup.getCOM(), self._cup.getCOMLinearVelocity())
+        if not kernel.pull(*ball, *cup, *over_tie, self._rope, self._pulled, self._force):
             self._abort(t_s)
-        self.skeleton.setForces(force)
-        if pulled[3] > 0.0:
-            self._tie.addExtForce(self._reaction)
+        self.skeleton.setForces(self._force)
+        if self._tension[0] > 0.0:
+            self.react()
 
     def in_cup_m(self) -> Array:
-        """The ball's centre in the cup's frame (3,): z along the axis from the tie point."""
+        """The ball's centre in the cup's frame (3,): z along the axis from the cup's place."""
         place = self._cup.getWorldTransform()
         return np.asarray(place.rotation().T @ (self.position_m - place.translation()))
 
@@ -95,14 +101,14 @@ class TetheredBall:
         """Whether the ball's centre is inside the cup, below the rim: what a sensor in the cup would say."""
         cup = self.game.cup
         x, y, z = (self.position_m - self.tie_m).tolist()
-        if x * x + y * y + z * z > (2 * cup.depth_m) ** 2:
+        if x * x + y * y + z * z > (2 * cup.rim_m) ** 2:
             return False
         x, y, z = self.in_cup_m()
-        return bool(0.0 < z < cup.depth_m and math.hypot(x, y) < cup.radius_m)
+        return bool(cup.floor_m < z < cup.rim_m and math.hypot(x, y) < cup.radius_m)
 
     def react(self) -> None:
-        """Let the last step's pull act on the tie point again."""
-        self._tie.addExtForce(self._reaction)
+        """Let the last step's pull act on the cup again, where the rope leaves it."""
+        self._tie.addExtForce(self._reaction, self._pivot_m, False, False)
 
     def observe(self) -> None:
         """Read the state after a step."""
@@ -114,7 +120,7 @@ class TetheredBall:
     @property
     def tension_n(self) -> float:
         """The rope's pull in the last step [N]."""
-        return float(self._pulled[3])
+        return float(self._tension[0])
 
     def _abort(self, t_s: float) -> None:
         place, speed = self.position_m.round(3).tolist(), self.velocity_m_s.round(3).tolist()

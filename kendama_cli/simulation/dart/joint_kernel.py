@@ -1,4 +1,4 @@
-"""What happens between two steps of DART, compiled: drive, computed torque, friction and rope over plain arrays.
+"""What happens between two steps of DART, compiled: drive, computed torque and friction over plain arrays.
 
 Arrays (n,) have one value per joint. All compiled code of the arm lives in this one file, because numba's cache of a
 function notices changes in its own file only. Exponential and hyperbolic tangent are left to numpy, which the rest of
@@ -40,10 +40,8 @@ UNCOMMANDED = 0.5
 REVERSAL_RAD_S = 0.02
 """The controller's compensation turns its sign over about this speed."""
 
-FINE, LIMITED, NOT_FINITE, FAR = 0, 1, 2, 4
+FINE, LIMITED, NOT_FINITE = 0, 1, 2
 """What a step may answer: the bits of an integer."""
-FAR_AWAY = 1e4
-"""A ball farther away or faster than this, in m and m/s, has left the domain of the model."""
 
 READ = types.Array(float64, 1, "A", readonly=True)
 READ_2D = types.Array(float64, 2, "A", readonly=True)
@@ -274,32 +272,3 @@ def efforts(  # noqa: PLR0917
         held[i] = 0.0 if fast else level
         force[i] = effort[i] - math.copysign(level, v) if fast else effort[i]
     return finite
-
-
-@_compiled(int64(READ, READ, READ, READ, READ, WRITE, WRITE))
-def pull(  # noqa: PLR0917
-    ball_m: Array, ball_m_s: Array, tie_m: Array, tie_m_s: Array, rope: Array, pulled: Array, force: Array
-) -> int:
-    """The rope's pull (rope_force) and the drag, summed up in ``force`` (3,) on the ball; FAR where it has gone.
-
-    ``pulled`` (7,) is the rope's force on the ball, its size, and the force on the tie point; ``rope`` its length,
-    stiffness and damping, and the drag on the ball.
-    """
-    length_m, stiffness_n_m, damping_n_s_m, drag_n_s_m = rope
-    x, y, z = ball_m[0] - tie_m[0], ball_m[1] - tie_m[1], ball_m[2] - tie_m[2]
-    vx, vy, vz = ball_m_s[0] - tie_m_s[0], ball_m_s[1] - tie_m_s[1], ball_m_s[2] - tie_m_s[2]
-    square = x * x + y * y + z * z
-    k = 0.0
-    if square > length_m * length_m:
-        length = math.sqrt(square)
-        size = stiffness_n_m * (length - length_m) + damping_n_s_m * (x * vx + y * vy + z * vz) / length
-        if size > 0.0:
-            k = -size / length
-    fx, fy, fz = k * x, k * y, k * z
-    pulled[0], pulled[1], pulled[2], pulled[3] = fx, fy, fz, math.sqrt(fx * fx + fy * fy + fz * fz)
-    pulled[4], pulled[5], pulled[6] = -fx, -fy, -fz
-    extent = 0.0
-    for i in range(3):
-        force[i] = pulled[i] - drag_n_s_m * ball_m_s[i]
-        extent += abs(ball_m[i]) + abs(ball_m_s[i])
-    return FINE if extent < FAR_AWAY else FAR

@@ -31,11 +31,11 @@ class Trace:
 class RolloutResult:
     """What came of it.
 
-    ``signed_miss_m`` is the ball's place along x relative to the cup's axis as it comes down through the rim's plane,
-    measured one ball radius above and carried on, so that contact with the rim does not spoil it; None where it never
-    came down. ``side_miss_m`` is the same along y. ``flight_s`` is when the rope went slack for that flight and when it
-    ended there. ``apex_m`` is the largest height of the ball's centre over the rim. The shares are the peaks of speed
-    and torque over their limits, ``effort_joint`` the joint whose torque came nearest to its own.
+    ``signed_miss_m`` is the ball's place along x relative to the cup's axis as it first comes down through the rim's
+    plane, measured one ball radius above and carried on, so that contact with the rim does not spoil it; None where it
+    never came down. ``side_miss_m`` is the same along y. ``flight_s`` is when the rope went slack for that flight and
+    when it ended there. ``apex_m`` is the largest height of the ball's centre over the rim. The shares are the peaks of
+    speed and torque over their limits, ``effort_joint`` the joint whose torque came nearest to its own.
     """
 
     caught: bool
@@ -67,12 +67,11 @@ def play_rollout(
     noises = [0.0] * len(places)
     if rng is not None and noise_rad > 0:
         noises = list(rng.normal(0.0, noise_rad, joints.position_rad.shape))
-    rim = game.cup.depth_m
+    rim = game.cup.rim_m
     plane = rim + game.ball.radius_m
-    near = game.cup.radius_m + game.ball.radius_m
     above, apex, slack_s = False, -np.inf, 0.0
     fastest, strongest = np.zeros(len(world.position_rad)), np.zeros(len(world.position_rad))
-    crossings: list[tuple[float, float, tuple[float, float]]] = []
+    crossing: tuple[float, float, tuple[float, float]] | None = None
     samples: list[tuple[float, Array, Array, Array, Array, Array]] = []
     for k in range(1, len(places)):
         world.step(places[k], speeds[k], changes[k], noises[k])
@@ -80,22 +79,22 @@ def play_rollout(
         apex = max(apex, height)
         if ball.tension_n > 0.0:
             slack_s = world.t_s
-        if above and height <= plane and not (crossings and abs(crossings[-1][0]) < near):
+        if above and height <= plane and crossing is None:
             fall_m = height - rim
-            crossings.append((_miss(ball, 0, fall_m), _miss(ball, 1, fall_m), (slack_s, world.t_s)))
+            crossing = (_miss(ball, 0, fall_m), _miss(ball, 1, fall_m), (slack_s, world.t_s))
         above = height > plane
         fastest = np.maximum(fastest, np.abs(world.velocity_rad_s))
         strongest = np.maximum(strongest, np.abs(world.effort_nm))
         if record and k % TRACE_EVERY == 0:
             joint_state = (world.position_rad, world.velocity_rad_s, world.effort_nm)
             samples.append((world.t_s, ball.tie_m, ball.position_m, *joint_state))
-    nearest = min(crossings, key=lambda one: abs(one[0])) if crossings else (None, None, None)
+    miss_m, side_m, flight_s = crossing or (None, None, None)
     efforts = strongest / world.arm.limits.effort_nm
     return RolloutResult(
         caught=ball.is_caught(),
-        signed_miss_m=nearest[0],
-        side_miss_m=nearest[1],
-        flight_s=nearest[2],
+        signed_miss_m=miss_m,
+        side_miss_m=side_m,
+        flight_s=flight_s,
         apex_m=float(apex - rim),
         velocity_share=float((fastest / world.arm.limits.velocity_rad_s).max()),
         effort_share=float(efforts.max()),

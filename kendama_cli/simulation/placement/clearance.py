@@ -41,7 +41,7 @@ def collision_geometry_about(
         side=heading_turn(heading_rad).T @ np.array([0.0, 1.0, 0.0]),
         swing_m=game.rope.length_m + game.ball.radius_m,
         ball_m=game.ball.radius_m,
-        cup_m=float(np.hypot(game.cup.radius_m + game.cup.wall_m, game.cup.depth_m)),
+        cup_m=float(np.hypot(game.cup.outer_radius_m, game.cup.rim_m)),
     )
 
 

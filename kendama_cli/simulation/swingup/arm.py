@@ -9,6 +9,7 @@ import numpy as np
 from kendama_cli.errors import ConfigError
 from kendama_cli.learning.settings import LearnSettings
 from kendama_cli.learning.state import SwingState
+from kendama_cli.physics.taut_rope import TautRope
 from kendama_cli.settings.game import GameSettings
 from kendama_cli.settings.robot import RobotSettings
 from kendama_cli.simulation.dart.links import attach_links
@@ -44,8 +45,7 @@ class ArmSwing:
         curve = self._line.curve
         self._pieces, self._first_m, self._knot_m = curve.coefficients, curve.start, curve.step
         self._home_x_m = float(self._line.home_m[0])
-        rope_m = game.rope.length_m
-        self._hang_m = rope_m + game.ball.mass_kg * game.gravity_m_s2 / game.rope.stiffness_n_m
+        self._stretched = TautRope.hanging(game)
         self._cup = np.zeros(2)
         self._motion = np.zeros((steps, 3, len(self._world.arm.joint_names)))
         self._instants = [tuple(instant) for instant in self._motion]
@@ -57,11 +57,10 @@ class ArmSwing:
         self._cup[:] = state.x_m, state.velocity_m_s
         world = self._world
         world.reset(point.position_rad, point.velocity_rad_s)
-        sine, cosine = math.sin(state.angle_rad), math.cos(state.angle_rad)
-        speed = self._hang_m * state.rate_rad_s
+        ball = self._stretched.ball(state.angle_rad, state.rate_rad_s)
         x, y, z = world.ball.tie_m.tolist()
-        place = [x + self._hang_m * sine, y, z - self._hang_m * cosine]
-        world.ball.put(place, [state.velocity_m_s + speed * cosine, 0.0, speed * sine])
+        place = [x + ball.across_m, y, z + ball.above_m]
+        world.ball.put(place, [state.velocity_m_s + ball.across_m_s, 0.0, ball.above_m_s])
         self._read()
 
     def step(self, acceleration_m_s2: float) -> None:

@@ -11,10 +11,11 @@ import numpy as np
 from kendama_cli.errors import ConfigError
 from kendama_cli.learning.half_swings import swing_direction
 from kendama_cli.learning.interface import Actor
-from kendama_cli.learning.reward import Ball, Flight, Goal, Landing, Outcome
+from kendama_cli.learning.reward import Flight, Goal, Landing, Outcome
 from kendama_cli.learning.settings import LearnSettings
 from kendama_cli.learning.state import SwingState
 from kendama_cli.learning.task_settings import DartEngine
+from kendama_cli.physics.taut_rope import Ball
 from kendama_cli.settings.game import GameSettings
 from kendama_cli.simulation.swingup.compiled_rollouts import CompiledRollouts
 from kendama_cli.simulation.swingup.engine import SwingEngine, rate
@@ -52,7 +53,7 @@ class SwingUpEnvironment:
         self._settings = settings
         self._step_s = settings.step_s
         self.n_steps = max(1, round(settings.rollout_s / settings.step_s))
-        self.flight = Flight(game.rope.length_m, game.cup.depth_m, game.gravity_m_s2)
+        self.flight = Flight.of(game)
         self._limiter = limiter(settings)
         self._swing, self._compiled = (swing, None) if swing is not None else _opened(settings, game)
 

@@ -8,19 +8,28 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from kendama_cli.errors import SimulationError
+from kendama_cli.errors import ConfigError, SimulationError
 from kendama_cli.learning.decision import ROUNDING_S
 from kendama_cli.learning.half_swings import TURN_RAD_S
 from kendama_cli.learning.settings import LearnSettings
 from kendama_cli.learning.state import SwingState
-from kendama_cli.settings.game import GameSettings
+from kendama_cli.physics.taut_rope import TautRope
+from kendama_cli.settings.game import GameSettings, SideTie
 from kendama_cli.simulation.swingup import rail_kernel as kernel
 from kendama_cli.simulation.swingup.workspace import limiter
 
 
 def physics(game: GameSettings, step_s: float) -> kernel.Physics:
     """The constants of the dynamics; the mass is inverted as DART inverts a matrix with it on the diagonal."""
+    if isinstance(game.cup.tie, SideTie):
+        raise ConfigError(
+            "game.cup.tie.kind",
+            "'game.cup.tie.kind' is 'side', but simulation/engine=rail keeps the rope in the plane of the swing; "
+            "allowed: floor, handle; or choose simulation/engine=dart",
+        )
     mass = game.ball.mass_kg
+    rope, (linear, quadratic) = TautRope.of(game), game.drag
+    cup, (_, floor_rad, rim_rad) = rope.cup, rope.turns_rad
     return kernel.Physics(
         step_s=step_s,
         weight_n=game.gravity_m_s2 * mass,
@@ -28,9 +37,18 @@ def physics(game: GameSettings, step_s: float) -> kernel.Physics:
         length_m=game.rope.length_m,
         stiffness_n_m=game.rope.stiffness_n_m,
         damping_n_s_m=game.rope.damping_n_s_m,
-        drag_n_s_m=game.ball.drag_n_s_m,
+        drag_n_s_m=linear,
+        drag_n_s2_m2=quadratic,
         gravity_m_s2=game.gravity_m_s2,
-        rim_m=game.cup.depth_m,
+        rim_m=cup.rim_m,
+        radius_m=cup.radius_m,
+        floor_m=cup.floor_m,
+        handle_m=cup.handle_m,
+        at_edge_m=cup.used_m[0],
+        at_floor_m=cup.used_m[1],
+        at_rim_m=cup.used_m[2],
+        floor_rad=floor_rad,
+        rim_rad=rim_rad,
     )
 
 
@@ -94,21 +112,20 @@ class CompiledRail:
 
     def __init__(self, game: GameSettings, step_s: float) -> None:
         self._physics = physics(game, step_s)
-        self._hang_m = game.rope.length_m + game.ball.mass_kg * game.gravity_m_s2 / game.rope.stiffness_n_m
+        self._stretched = TautRope.hanging(game)
         self.numbers: NDArray[np.float64] = np.zeros(8)
         self.start(SwingState(0.0, 0.0, 0.0, 0.0))
 
     def start(self, state: SwingState) -> None:
         """Put cup and ball into ``state`` with the rope stretched as by the hanging ball."""
-        sine, cosine = math.sin(state.angle_rad), math.cos(state.angle_rad)
-        speed = self._hang_m * state.rate_rad_s
+        ball = self._stretched.ball(state.angle_rad, state.rate_rad_s)
         self.numbers[:] = (
             state.x_m,
-            state.x_m + self._hang_m * sine,
-            -self._hang_m * cosine,
+            state.x_m + ball.across_m,
+            ball.above_m,
             state.velocity_m_s,
-            state.velocity_m_s + speed * cosine,
-            speed * sine,
+            state.velocity_m_s + ball.across_m_s,
+            ball.above_m_s,
             0.0,
             0.0,
         )

@@ -39,8 +39,17 @@ class Physics(NamedTuple):
     stiffness_n_m: float
     damping_n_s_m: float
     drag_n_s_m: float
+    drag_n_s2_m2: float
     gravity_m_s2: float
     rim_m: float
+    radius_m: float
+    floor_m: float
+    handle_m: float
+    at_edge_m: float
+    at_floor_m: float
+    at_rim_m: float
+    floor_rad: float
+    rim_rad: float
 
 
 class Limits(NamedTuple):
@@ -111,15 +120,26 @@ def _moved(s: Moment, command: float, p: Physics) -> Moment:
     """One time step: v += h a, q += h v with the forces of the old state (semi-implicit Euler)."""
     cup_x, ball_x, ball_z, cup_v, ball_vx, ball_vz, _, _ = s
     across, across_rate = ball_x - cup_x, ball_vx - cup_v
-    push_x = -p.drag_n_s_m * (cup_v + across_rate)
-    push_z = -p.drag_n_s_m * ball_vz
-    square = across * across + ball_z * ball_z
-    length = math.sqrt(square)
+    air_x = cup_v + across_rate
+    drag = p.drag_n_s_m + p.drag_n_s2_m2 * math.sqrt(air_x * air_x + ball_vz * ball_vz)
+    push_x = -drag * air_x
+    push_z = -drag * ball_vz
+    # the rope's way of physics.rope.CupProfile.pivot, without a branch: many at once
+    out = abs(across)
+    over = ball_z > p.floor_m
+    rim = over & (out < p.radius_m)
+    edge = over & ((p.radius_m - p.handle_m) * ball_z > p.floor_m * (out - p.handle_m))
+    above = ball_z > 0.0
+    around = p.radius_m if rim | edge else (p.handle_m if above else 0.0)
+    used = p.at_rim_m if rim else (p.at_floor_m if edge else (p.at_edge_m if above else 0.0))
+    way_x = across - math.copysign(around, across)
+    way_z = ball_z - (p.rim_m if rim else (p.floor_m if edge else 0.0))
+    left = math.sqrt(way_x * way_x + way_z * way_z)
     pull = (
-        p.stiffness_n_m * (length - p.length_m) + p.damping_n_s_m * (across * across_rate + ball_z * ball_vz) / length
+        p.stiffness_n_m * (used + left - p.length_m) + p.damping_n_s_m * (way_x * across_rate + way_z * ball_vz) / left
     )
-    k = -pull / length if (square > p.length_m * p.length_m) & (pull > 0.0) else 0.0  # no branch: many at once
-    rope_x, rope_z = k * across, k * ball_z
+    k = -pull / left if (used + left > p.length_m) & (pull > 0.0) else 0.0
+    rope_x, rope_z = k * way_x, k * way_z
     push_x += rope_x
     push_z += rope_z
     cup_v += command * p.step_s
@@ -178,15 +198,36 @@ def reached(s: Array, p: Physics, aim: Aim) -> bool:  # noqa: PLR0911 - returns 
         return False
     if not aim.catchable:
         return True
-    sine, cosine, speed = math.sin(phi), math.cos(phi), p.length_m * rate
-    time_s = _fall_s(-p.length_m * cosine, speed * sine, p)
+    sine, cosine = math.sin(phi), math.cos(phi)
+    distance, slope = _reach(phi, p)
+    along, across = slope * rate, distance * rate
+    time_s = _fall_s(-distance * cosine, across * sine - along * cosine, p)
     if time_s <= 0.0:
         return False
-    apart = p.length_m * sine + speed * cosine * time_s
+    apart = distance * sine + (along * sine + across * cosine) * time_s
     landing = s[0] + s[3] * time_s + apart
     if abs(landing) > aim.landing_limit_m:
         return False
     return abs(2.0 * apart / (time_s * time_s)) <= aim.catch_acceleration_m_s2
+
+
+@compiled
+def _reach(angle_rad: float, p: Physics) -> tuple[float, float]:
+    """The taut rope's distance from the tie and its derivative by the angle (physics.taut_rope.TautRope.reach)."""
+    angle = abs(angle_rad)
+    if angle <= 0.5 * math.pi:
+        return p.length_m, 0.0
+    out, up, used = p.handle_m, 0.0, p.at_edge_m
+    if angle > p.rim_rad:
+        out, up, used = p.radius_m, p.rim_m, p.at_rim_m
+    elif angle > p.floor_rad:
+        out, up, used = p.radius_m, p.floor_m, p.at_floor_m
+    sine, cosine, left = math.sin(angle), math.cos(angle), p.length_m - used
+    along, turned = sine * out - cosine * up, cosine * out + sine * up
+    root = math.sqrt(left * left - out * out - up * up + along * along)
+    distance = along + root
+    slope = turned * distance / root
+    return distance, -slope if angle_rad < 0.0 else slope
 
 
 @compiled
@@ -345,7 +386,8 @@ def _load() -> None:
 
     It happens on import, so that processes forked from one that has imported this module need not do it each.
     """
-    p = Physics(0.002, 0.5, 20.0, 0.4, 2000.0, 2.0, 0.002, 9.81, 0.07)
+    cup = (0.049, 0.0, 0.049, 0.049, 0.049, 0.119, 3.0, 3.0)
+    p = Physics(0.002, 0.5, 20.0, 0.4, 2000.0, 2.0, 0.0, 4e-4, 9.81, 0.07, *cup)
     w = Limits(0.4, 2.0, 7.0, 8.0, math.inf)
     aim = Aim(2.0, 2.5, 1.0, 6.0, True, 0.4, 9.0, 0.0, 0.5)
     bins = Bins(False, False, np.zeros(1), np.zeros(1), np.zeros(1), 18, 3.0, 0.1)

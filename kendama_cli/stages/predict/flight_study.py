@@ -63,7 +63,7 @@ class FlightStudy:
             settings,
             game,
             [one.model for one in opened],
-            rim_height_m=game.cup.depth_m,
+            rim_height_m=game.cup.rim_m,
             onset=settings.onset_from == "images",
         )
         self._loop = ImageLoop(

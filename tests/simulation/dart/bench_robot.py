@@ -12,6 +12,7 @@ from kendama_cli.robot_model.model import RobotModel
 from kendama_cli.schema.settings import build
 from kendama_cli.settings.game import GameSettings
 from kendama_cli.settings.robot import RobotSettings
+from tests.shipped_conf import plain
 
 ROOT = Path(__file__).resolve().parents[3]
 
@@ -30,7 +31,7 @@ def frictionless_pa10() -> RobotSettings:
 
 def kendama_game() -> GameSettings:
     """The shipped game."""
-    return build(GameSettings, yaml.safe_load((ROOT / "conf/game/kendama.yaml").read_text()), "game")
+    return build(GameSettings, plain("game", "kendama"), "game")
 
 
 def modelled(robot: RobotSettings) -> RobotModel:

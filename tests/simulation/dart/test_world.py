@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from kendama_cli.errors import SimulationError
-from kendama_cli.simulation.dart.rope import rope_force
+from kendama_cli.physics.rope import RopeLaw, rope_pull
 from kendama_cli.simulation.dart.world import NO_ERRORS, STEP_S, ArmWorld, WorldErrors
 from tests.simulation.dart.bench_robot import frictionless_pa10, kendama_game, pa10
 
@@ -19,8 +19,15 @@ def _sway(world: ArmWorld, steps: int) -> list[list[float]]:
     for k in range(1, steps + 1):
         t = k * STEP_S
         world.step(home + 0.05 * (1 - math.cos(6 * t)), 0.3 * math.sin(6 * t) + STILL, 1.8 * math.cos(6 * t) + STILL)
-        seen.append([*world.ball.position_m, *world.ball.tie_m, *world.ball.tie_m_s])
+        seen.append([*world.ball.position_m, *world.ball.tie_m, *world.ball.tie_m_s, *np.ravel(_axis(world))])
     return seen
+
+
+def _axis(world: ArmWorld) -> tuple[np.ndarray, np.ndarray]:
+    """The cup's axis in the world and its rate."""
+    cup = world.body.cup
+    axis = cup.getWorldTransform().rotation()[:, 2]
+    return axis, np.cross(cup.getAngularVelocity(), axis)
 
 
 def _hold(world: ArmWorld, steps: int) -> None:
@@ -41,21 +48,25 @@ def test_dart_moves_the_ball_as_semi_implicit_euler_does() -> None:
     world = ArmWorld(pa10(), game)
     world.perturb(WorldErrors(ball_start_m=0.25))
     world.reset(world.arm.home_rad)
-    rope = (game.rope.length_m, game.rope.stiffness_n_m, game.rope.damping_n_s_m)
+    law, (linear, quadratic) = RopeLaw.of(game), game.drag
     world.ball.put(world.ball.position_m, [1.0, 0.3, 3.0])
     ball, speed = np.array(world.ball.position_m), np.array(world.ball.velocity_m_s)
     tie, tie_speed = np.array(world.ball.tie_m), np.array(world.ball.tie_m_s)
-    slack = taut = 0
+    axis, axis_rate = _axis(world)
+    slack = taut = around = 0
     for seen in _sway(world, 3000):
-        force = rope_force(*(ball - tie), *(speed - tie_speed), *rope)
-        taut, slack = taut + (force is not None), slack + (force is None)
-        pull = np.array(force or (0.0, 0.0, 0.0)) - game.ball.drag_n_s_m * speed
+        rope = rope_pull(law, tuple(ball - tie), tuple(speed - tie_speed), tuple(axis), tuple(axis_rate))
+        taut, slack = taut + (rope is not None), slack + (rope is None)
+        around += rope is not None and rope.pivot_m != (0.0, 0.0, 0.0)
+        drag = linear + quadratic * np.linalg.norm(speed)
+        pull = np.array(rope.force_n if rope else (0.0, 0.0, 0.0)) - drag * speed
         speed = speed + STEP_S * (pull / game.ball.mass_kg - [0, 0, game.gravity_m_s2])
         ball = ball + STEP_S * speed
         assert np.abs(ball - seen[:3]).max() < 1e-12
-        tie, tie_speed = np.array(seen[3:6]), np.array(seen[6:])
+        tie, tie_speed, axis, axis_rate = seen[3:6], seen[6:9], seen[9:12], seen[12:]
     assert taut > 100
     assert slack > 100
+    assert around > 10
 
 
 def test_the_arm_carries_the_weight_of_the_hanging_ball() -> None:

@@ -6,6 +6,7 @@ import math
 import numpy as np
 import pytest
 
+from kendama_cli.settings.game import LinearAir
 from kendama_cli.simulation.dart.world import STEP_S, ArmWorld
 from tests.simulation.dart.bench_robot import frictionless_pa10, kendama_game, pa10
 
@@ -61,7 +62,7 @@ def test_a_free_ball_weighs_nothing_at_the_wrist() -> None:
 def test_a_swinging_ball_pulls_with_its_centripetal_force() -> None:
     """Let go at the horizontal, a ball passes the bottom with m v^2 / l = 2 m g, so that the rope bears 3 m g."""
     game = kendama_game()
-    bare = dataclasses.replace(game, ball=dataclasses.replace(game.ball, drag_n_s_m=0.0))
+    bare = dataclasses.replace(game, air=LinearAir("linear", 0.0))
     world = ArmWorld(pa10(), bare)
     x, y, z = world.ball.tie_m
     length = bare.rope.length_m

@@ -7,9 +7,10 @@ from typing import Any
 
 from kendama_cli.errors import SimulationError
 from kendama_cli.learning.state import SwingState
+from kendama_cli.physics.rope import RopeLaw, rope_pull
+from kendama_cli.physics.taut_rope import TautRope
 from kendama_cli.robot_model.dart_library import awake_world, dartpy
 from kendama_cli.settings.game import GameSettings
-from kendama_cli.simulation.dart.rope import rope_force
 
 
 class DartRail:
@@ -25,14 +26,12 @@ class DartRail:
         "_ball_x",
         "_ball_z",
         "_cup",
-        "_damping",
         "_drag",
-        "_hang_m",
-        "_length_m",
+        "_law",
         "_positions",
         "_push_x",
         "_push_z",
-        "_stiffness",
+        "_stretched",
         "_velocities",
         "_world",
         "_world_step",
@@ -46,11 +45,7 @@ class DartRail:
     )
 
     def __init__(self, game: GameSettings, step_s: float) -> None:
-        self._length_m = game.rope.length_m
-        self._stiffness = game.rope.stiffness_n_m
-        self._damping = game.rope.damping_n_s_m
-        self._drag = game.ball.drag_n_s_m
-        self._hang_m = game.rope.length_m + game.ball.mass_kg * game.gravity_m_s2 / game.rope.stiffness_n_m
+        self._law, self._stretched, self._drag = RopeLaw.of(game), TautRope.hanging(game), game.drag
         self._world = awake_world(step_s, game.gravity_m_s2)
         scene = dartpy.dynamics.Skeleton("swing")
         rail, cup = scene.createPrismaticJointAndBodyNodePair()
@@ -69,37 +64,27 @@ class DartRail:
 
     def start(self, state: SwingState) -> None:
         """Put cup and ball into ``state`` with the rope stretched as by the hanging ball."""
-        sine, cosine = math.sin(state.angle_rad), math.cos(state.angle_rad)
-        speed = self._hang_m * state.rate_rad_s
+        ball = self._stretched.ball(state.angle_rad, state.rate_rad_s)
         self._cup.setPosition(state.x_m)
         self._cup.setVelocity(state.velocity_m_s)
-        self._ball_x.setPosition(state.x_m + self._hang_m * sine)
-        self._ball_z.setPosition(-self._hang_m * cosine)
-        self._ball_x.setVelocity(state.velocity_m_s + speed * cosine)
-        self._ball_z.setVelocity(speed * sine)
+        self._ball_x.setPosition(state.x_m + ball.across_m)
+        self._ball_z.setPosition(ball.above_m)
+        self._ball_x.setVelocity(state.velocity_m_s + ball.across_m_s)
+        self._ball_z.setVelocity(ball.above_m_s)
         self.rope_force: tuple[float, float, float] | None = None
         self._read()
 
     def step(self, acceleration_m_s2: float) -> None:
         """Advance by one time step with the forces of the present state."""
         across_m_s, above_m_s = self.across_m_s, self.above_m_s
-        push_x = -self._drag * (self.velocity_m_s + across_m_s)
-        push_z = -self._drag * above_m_s
-        rope = rope_force(
-            self.across_m,
-            0.0,
-            self.above_m,
-            across_m_s,
-            0.0,
-            above_m_s,
-            self._length_m,
-            self._stiffness,
-            self._damping,
-        )
-        self.rope_force = rope
-        if rope is not None:
-            push_x += rope[0]
-            push_z += rope[2]
+        air_m_s = self.velocity_m_s + across_m_s
+        drag = self._drag[0] + self._drag[1] * math.sqrt(air_m_s * air_m_s + above_m_s * above_m_s)
+        push_x, push_z = -drag * air_m_s, -drag * above_m_s
+        pull = rope_pull(self._law, (self.across_m, 0.0, self.above_m), (across_m_s, 0.0, above_m_s))
+        self.rope_force = None if pull is None else pull.force_n
+        if pull is not None:
+            push_x += pull.force_n[0]
+            push_z += pull.force_n[2]
         self._push_x(push_x)
         self._push_z(push_z)
         self._cup.setCommand(acceleration_m_s2)
@@ -119,7 +104,7 @@ class DartRail:
     def check_finite(self, t_s: float) -> None:
         """Raises SimulationError where the state is no longer finite, or far beyond any rope's stretch."""
         extent = abs(self.x_m) + abs(self.across_m) + abs(self.above_m)
-        if not extent < 1e3 * self._length_m:
+        if not extent < 1e3 * self._law.length_m:
             raise SimulationError(
                 "swing",
                 t_s,

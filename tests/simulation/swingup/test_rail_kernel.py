@@ -97,7 +97,7 @@ def test_the_limiter_is_the_same(name, x_m, velocity_m_s, command):
 def test_the_goal_is_the_same(name):
     chosen = learn_settings(name)
     rules = Rules.of(chosen, GAME)
-    goal = Goal(chosen.goal, Flight(GAME.rope.length_m, GAME.cup.depth_m, GAME.gravity_m_s2))
+    goal = Goal(chosen.goal, Flight.of(GAME))
     swing, rng, reached = CompiledRail(GAME, STEP_S), np.random.default_rng(0), 0
     for _ in range(4000):
         swing.start(SwingState(*rng.uniform([-0.4, -2.0, -math.pi, -7.0], [0.4, 2.0, math.pi, 7.0])))

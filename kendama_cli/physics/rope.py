@@ -1,0 +1,120 @@
+"""The rope round the cup: its shortest way from the tie point to the ball, and the force law on it (PAPER.md eq. 1)."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import NamedTuple
+
+from kendama_cli.settings.game import CupSettings, GameSettings, HandleTie
+
+Vector = tuple[float, float, float]
+
+
+class CupProfile(NamedTuple):
+    """The cup as the rope goes round it: solid, round about the axis, the tie on the axis at the height 0.
+
+    A handle of ``handle_m`` radius up to ``floor_m``, then the cup of ``radius_m`` up to ``rim_m``; without a handle
+    ``handle_m`` is the cup's radius and ``floor_m`` is 0. ``used_m`` is the rope from the tie to the three edges.
+    """
+
+    radius_m: float
+    floor_m: float
+    rim_m: float
+    handle_m: float
+    used_m: tuple[float, float, float]
+
+    @classmethod
+    def of(cls, cup: CupSettings) -> CupProfile:
+        """That of a cup with its tie on the axis."""
+        r, floor, rim = cup.outer_radius_m, cup.floor_m, cup.rim_m
+        handle = cup.tie.radius_m if isinstance(cup.tie, HandleTie) else r
+        at_floor = handle + math.hypot(r - handle, floor)
+        return cls(r, floor, rim, handle, (handle, at_floor, at_floor + rim - floor))
+
+    def pivot(self, across_m: float, above_m: float) -> tuple[float, float, float]:
+        """The last point that the rope touches on its way to a ball ``across_m`` from the axis, and the rope up to it.
+
+        Distance from the axis and height over the tie of that point, then the length used, all in the half-plane of
+        axis and ball. A frictionless rope takes the shortest way, which turns at convex edges only:
+
+            z <= 0: the tie itself;  z > 0: the lower edge;  beside the rim's circle above the floor: the rim.
+        """
+        if above_m > self.floor_m and across_m < self.radius_m:
+            return self.radius_m, self.rim_m, self.used_m[2]
+        r, h, floor = self.radius_m, self.handle_m, self.floor_m
+        if above_m > floor and (r - h) * above_m > floor * (across_m - h):
+            return r, floor, self.used_m[1]
+        if above_m > 0.0:
+            return h, 0.0, self.used_m[0]
+        return 0.0, 0.0, 0.0
+
+    def way_m(self, x_m: float, y_m: float, z_m: float) -> float:
+        """The rope's way from the tie of an upright cup to a ball at this place from it."""
+        across = math.hypot(x_m, y_m)
+        out, up, used = self.pivot(across, z_m)
+        return used + math.hypot(across - out, z_m - up)
+
+
+@dataclass(frozen=True)
+class RopeLaw:
+    """Length [m], stiffness [N/m] and damping [N s/m] of the rope, and the cup that it goes round."""
+
+    length_m: float
+    stiffness_n_m: float
+    damping_n_s_m: float
+    cup: CupProfile
+
+    @classmethod
+    def of(cls, game: GameSettings, rope_scale: float = 1.0) -> RopeLaw:
+        """That of the game, with a rope ``rope_scale`` times as long."""
+        rope = game.rope
+        return cls(rope.length_m * rope_scale, rope.stiffness_n_m, rope.damping_n_s_m, CupProfile.of(game.cup))
+
+
+class RopePull(NamedTuple):
+    """The rope's force on the ball [N]; the opposite acts on the cup at ``pivot_m`` from the tie."""
+
+    force_n: Vector
+    pivot_m: Vector
+
+
+def rope_pull(  # noqa: PLR0917 - vectors one after another, as in the formula
+    law: RopeLaw,
+    ball_m: Vector,
+    ball_m_s: Vector,
+    axis: Vector = (0.0, 0.0, 1.0),
+    axis_rate: Vector = (0.0, 0.0, 0.0),
+    side: Vector = (1.0, 0.0, 0.0),
+) -> RopePull | None:
+    """The pull on a ball at ``ball_m`` from the tie with ``ball_m_s`` relative to it; None where the rope is slack.
+
+        f = Ks d + Kd l'  if d > 0 and f > 0, else 0;   d = l - l0,  l = u + |p - q|,  n = (p - q) / |p - q|
+
+    with p the ball, q the last point that the rope touches, both from the tie, and u the rope up to q. The force on
+    the ball is -f n. The point q slides along the edge without moving the length, so that l' = n . (v - w), w being
+    the velocity of the cup's material at q. ``axis`` is the cup's unit axis and ``axis_rate`` its rate: the part of
+    the cup's turning about its own axis moves q across n and drops out. On the axis itself the rope lies toward
+    ``side``. A rope never pushes: where damping would outweigh the spring on the way in, the force is zero.
+    """
+    (x, y, z), (kx, ky, kz) = ball_m, axis
+    above = x * kx + y * ky + z * kz
+    wx, wy, wz = x - above * kx, y - above * ky, z - above * kz
+    across = math.sqrt(wx * wx + wy * wy + wz * wz)
+    ex, ey, ez = (wx / across, wy / across, wz / across) if across > 0.0 else side
+    out, up, used = law.cup.pivot(across, above)
+    qx, qy, qz = out * ex + up * kx, out * ey + up * ky, out * ez + up * kz
+    dx, dy, dz = x - qx, y - qy, z - qz
+    left = math.sqrt(dx * dx + dy * dy + dz * dz)
+    if used + left <= law.length_m or left == 0.0:
+        return None
+    lean = out * (axis_rate[0] * ex + axis_rate[1] * ey + axis_rate[2] * ez)
+    vx = ball_m_s[0] - (up * axis_rate[0] - lean * kx)
+    vy = ball_m_s[1] - (up * axis_rate[1] - lean * ky)
+    vz = ball_m_s[2] - (up * axis_rate[2] - lean * kz)
+    growth = (dx * vx + dy * vy + dz * vz) / left
+    pull = law.stiffness_n_m * (used + left - law.length_m) + law.damping_n_s_m * growth
+    if pull <= 0.0:
+        return None
+    k = -pull / left
+    return RopePull((k * dx, k * dy, k * dz), (qx, qy, qz))

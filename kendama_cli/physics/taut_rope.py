@@ -1,0 +1,123 @@
+"""The ball on a taut rope in the plane of the swing: its place, motion and equation of motion by its angle alone."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple
+
+from kendama_cli.physics.rope import CupProfile
+from kendama_cli.settings.game import GameSettings
+
+
+class Ball(NamedTuple):
+    """The ball's place and velocity relative to the tie point, along x and z."""
+
+    across_m: float
+    above_m: float
+    across_m_s: float
+    above_m_s: float
+
+
+class Reach(NamedTuple):
+    """The ball's distance from the tie point at an angle, and its first two derivatives by that angle."""
+
+    distance_m: float
+    first_m: float
+    second_m: float
+
+
+@dataclass(frozen=True)
+class TautRope:
+    """A rope of ``length_m`` from a tie on the cup's axis round the upright ``cup``.
+
+    With the ball on the angle phi from hanging, u = (sin phi, -cos phi), the rope is taut at the distance d(phi) from
+    the tie with |d u - q| = l - used, q being the last point that it touches: d = l under the cup, less beside and
+    above it.
+    """
+
+    length_m: float
+    cup: CupProfile
+
+    @classmethod
+    def of(cls, game: GameSettings, rope_scale: float = 1.0) -> TautRope:
+        """That of the game, ``rope_scale`` times as long."""
+        return cls(game.rope.length_m * rope_scale, CupProfile.of(game.cup))
+
+    @classmethod
+    def hanging(cls, game: GameSettings) -> TautRope:
+        """The rope as the ball stretches it that hangs on it at rest."""
+        stretch_m = game.ball.mass_kg * game.gravity_m_s2 / game.rope.stiffness_n_m
+        return cls(game.rope.length_m + stretch_m, CupProfile.of(game.cup))
+
+    @cached_property
+    def turns_rad(self) -> tuple[float, float, float]:
+        """The angles from which on the rope goes round the handle's or the cup's lower edge, the cup's and the rim.
+
+        Without a handle the first two are the same edge, and the second angle is never reached.
+        """
+        cup, used = self.cup, self.cup.used_m
+        straight_on = math.pi
+        if cup.floor_m > 0.0:
+            side, rest = math.hypot(cup.radius_m - cup.handle_m, cup.floor_m), self.length_m - used[0]
+            out, up = (cup.radius_m - cup.handle_m) / side, cup.floor_m / side
+            straight_on = math.atan2(cup.handle_m + rest * out, -rest * up)
+        beside = math.atan2(cup.radius_m, -(cup.floor_m + self.length_m - used[1]))
+        return 0.5 * math.pi, straight_on if cup.floor_m > 0.0 else beside, beside
+
+    def reach(self, angle_rad: float) -> Reach:
+        """d, d' and d'' at an angle within +-pi.
+
+        With c = u.q, w.q = dc/dphi and S = sqrt((l - used)^2 - q^2 + c^2):  d = c + S,  d' = w.q d / S.
+        """
+        angle, side = abs(angle_rad), -1.0 if angle_rad < 0.0 else 1.0
+        first, second, third = self.turns_rad
+        cup = self.cup
+        if angle <= first:
+            return Reach(self.length_m, 0.0, 0.0)
+        out, up, used = (
+            (cup.radius_m, cup.rim_m, cup.used_m[2])
+            if angle > third
+            else (cup.radius_m, cup.floor_m, cup.used_m[1])
+            if angle > second
+            else (cup.handle_m, 0.0, cup.used_m[0])
+        )
+        sine, cosine, left = math.sin(angle), math.cos(angle), self.length_m - used
+        along, turned = sine * out - cosine * up, cosine * out + sine * up
+        root = math.sqrt(left * left - out * out - up * up + along * along)
+        distance = along + root
+        slope = turned * distance / root
+        bend = (turned * slope - along * distance) / root - turned * distance * along * turned / (root * root * root)
+        return Reach(distance, side * slope, bend)
+
+    def ball(self, angle_rad: float, rate_rad_s: float) -> Ball:
+        """Where the ball is at ``angle_rad`` on the taut rope, and how it moves with ``rate_rad_s``."""
+        sine, cosine = math.sin(angle_rad), math.cos(angle_rad)
+        distance, slope, _ = self.reach(math.remainder(angle_rad, 2.0 * math.pi))
+        along, across = slope * rate_rad_s, distance * rate_rad_s
+        return Ball(distance * sine, -distance * cosine, along * sine + across * cosine, across * sine - along * cosine)
+
+    def pull_m_s2(self, angle_rad: float, rate_rad_s: float, cup_m_s2: float, gravity_m_s2: float) -> float:
+        """The rope's pull over the ball's mass on that way; negative where the rope would go slack.
+
+        Along n, from the last point that the rope touches to the ball: f / m = (g - a).n + v^2 / (l - used).
+        """
+        ball = self.ball(angle_rad, rate_rad_s)
+        out, up, used = self.cup.pivot(abs(ball.across_m), ball.above_m)
+        left = self.length_m - used
+        n_x, n_z = (ball.across_m - math.copysign(out, ball.across_m)) / left, (ball.above_m - up) / left
+        speed2 = ball.across_m_s**2 + ball.above_m_s**2
+        return -cup_m_s2 * n_x - gravity_m_s2 * n_z + speed2 / left
+
+    def acceleration_rad_s2(self, angle_rad: float, rate_rad_s: float, cup_m_s2: float, gravity_m_s2: float) -> float:
+        """phi'' of the taut pendulum whose cup accelerates by ``cup_m_s2`` along x: the rope's pull has no part in it.
+
+        Along the tangent t = d' u + d w of the ball's way:  t^2 phi'' = t.(g - a) - t.(P'') phi'^2, with
+        P'' = (d'' - d) u + 2 d' w. Under the cup that is phi'' = -(g sin phi + a cos phi) / l.
+        """
+        sine, cosine = math.sin(angle_rad), math.cos(angle_rad)
+        distance, slope, bend = self.reach(math.remainder(angle_rad, 2.0 * math.pi))
+        along, across = gravity_m_s2 * cosine - cup_m_s2 * sine, -gravity_m_s2 * sine - cup_m_s2 * cosine
+        bent = (slope * (bend - distance) + 2.0 * distance * slope) * rate_rad_s * rate_rad_s
+        return (slope * along + distance * across - bent) / (slope * slope + distance * distance)

@@ -1,0 +1,166 @@
+"""The rope round the cup: the shortest way, and a force that never pushes and never makes energy."""
+
+from __future__ import annotations
+
+import math
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from kendama_cli.physics.rope import CupProfile, RopeLaw, rope_pull
+from kendama_cli.schema.settings import build
+from kendama_cli.settings.game import CupSettings, GameSettings
+from tests.physics.bare_rope import NO_CUP
+from tests.shipped_conf import plain
+
+GAME = build(GameSettings, plain("game", "kendama"), "game")
+HANDLE = build(CupSettings, plain("game/cup", "handle"), "cup")
+BARE = RopeLaw(0.40, 2000.0, 2.0, NO_CUP)
+ROUND = RopeLaw.of(GAME)
+place = st.floats(-1.0, 1.0)
+speed = st.floats(-20.0, 20.0)
+
+
+def shortest(cup: CupProfile, across: float, above: float) -> float:
+    """By Dijkstra over the edges of the cup's outline that see each other: no use is made of which comes first."""
+    h, r = cup.handle_m, cup.radius_m
+    corners = [(0.0, 0.0), (h, 0.0), (h, cup.floor_m), (r, cup.floor_m), (r, cup.rim_m), (across, above)]
+    solids = [(h, 0.0, cup.floor_m), (r, cup.floor_m, cup.rim_m)]
+
+    def free(a: tuple[float, float], b: tuple[float, float]) -> bool:
+        points = np.array(a) + np.linspace(0, 1, 4001)[:, None] * (np.array(b) - np.array(a))
+        return not any(
+            ((points[:, 0] < wide - 1e-9) & (points[:, 1] > low + 1e-9) & (points[:, 1] < high - 1e-9)).any()
+            for wide, low, high in solids
+        )
+
+    best = {0: 0.0}
+    for _ in corners:
+        for i, j in np.ndindex(len(corners), len(corners)):
+            if i in best and free(corners[i], corners[j]):
+                way = best[i] + math.dist(corners[i], corners[j])
+                best[j] = min(best.get(j, math.inf), way)
+    return best[len(corners) - 1]
+
+
+@pytest.mark.parametrize("cup", [GAME.cup, HANDLE], ids=["floor", "handle"])
+def test_the_way_round_the_cup_is_the_shortest(cup: CupSettings) -> None:
+    profile, rng = CupProfile.of(cup), np.random.default_rng(0)
+
+    def solid(a: float, z: float) -> bool:
+        cup_there = a < profile.radius_m and profile.floor_m < z < profile.rim_m
+        return cup_there or (a < profile.handle_m and 0 < z < profile.floor_m)
+
+    compared = 0
+    while compared < 60:
+        across, above = rng.uniform(0, 0.3), rng.uniform(-0.3, 0.35)
+        if solid(across, above):
+            continue
+        out, up, used = profile.pivot(across, above)
+        way = used + math.hypot(across - out, above - up)
+        assert way == pytest.approx(shortest(profile, across, above), abs=1e-5)
+        compared += 1
+
+
+@given(st.floats(0.0, 0.4), st.floats(-0.4, 0.4))
+def test_the_way_has_no_step_but_where_the_ball_would_be_in_the_wall(across: float, above: float) -> None:
+    """It grows by no more than the ball moves."""
+    profile, step = ROUND.cup, 1e-6
+
+    def way(a: float, z: float) -> float:
+        out, up, used = profile.pivot(a, z)
+        return used + math.hypot(a - out, z - up)
+
+    wall = above > -2 * step and above < profile.rim_m + 2 * step and across < profile.radius_m + 2 * step
+    if not wall:
+        for da, dz in ((step, 0.0), (0.0, step)):
+            assert abs(way(across + da, above + dz) - way(across, above)) <= step * (1 + 1e-6)
+
+
+@given(st.tuples(place, place, place), st.tuples(speed, speed, speed))
+def test_the_rope_never_pushes_and_pulls_along_itself(ball, velocity) -> None:
+    for law in (BARE, ROUND):
+        pull = rope_pull(law, ball, velocity)
+        if pull is None:
+            continue
+        rest = np.subtract(ball, pull.pivot_m)
+        along = np.dot(pull.force_n, rest)
+        assert along < 0
+        assert np.linalg.norm(np.cross(pull.force_n, rest)) < 1e-9 * abs(along) + 1e-12
+
+
+@given(st.tuples(place, place, place), st.tuples(speed, speed, speed), st.tuples(speed, speed, speed))
+def test_what_the_spring_and_damper_take_is_what_ball_and_cup_lose(ball, velocity, turning) -> None:
+    """Power of both forces = -f l', and l' is what a difference of the length says: also for a cup that turns."""
+    axis = np.array([0.2, -0.1, 1.0]) / np.linalg.norm([0.2, -0.1, 1.0])
+    rate = np.cross(turning, axis)
+    pull = rope_pull(ROUND, ball, velocity, tuple(axis), tuple(rate))
+    if pull is None:
+        return
+
+    def length(s: float) -> float:
+        ahead = axis + s * rate
+        ahead, at = ahead / np.linalg.norm(ahead), np.add(ball, s * np.array(velocity))
+        above = float(at @ ahead)
+        across = float(np.linalg.norm(at - above * ahead))
+        out, up, used = ROUND.cup.pivot(across, above)
+        return used + math.hypot(across - out, above - up)
+
+    h = 1e-6
+    if abs(length(h) - 2 * length(0.0) + length(-h)) > 1e-8:  # a turn of the rope is about to begin or end
+        return
+    growth = (length(h) - length(-h)) / (2 * h)
+    power = np.dot(pull.force_n, velocity) - np.dot(np.cross(pull.pivot_m, pull.force_n), turning)
+    tension = float(np.linalg.norm(pull.force_n))
+    assert power == pytest.approx(-tension * growth, rel=1e-3, abs=1e-3 * tension)
+
+
+def test_a_slack_rope_has_no_force() -> None:
+    assert rope_pull(ROUND, (0.0, 0.0, -0.399), (0.0, 0.0, -5.0)) is None
+
+
+def test_a_taut_rope_pulls_with_spring_and_damper() -> None:
+    pull = rope_pull(ROUND, (0.0, 0.0, -0.41), (0.0, 0.0, -0.5))
+    assert pull is not None
+    assert pull.force_n == pytest.approx((0.0, 0.0, 2000 * 0.01 + 2 * 0.5))
+    assert pull.pivot_m == (0.0, 0.0, 0.0)
+
+
+def test_over_the_cup_the_rope_pulls_from_the_rim_and_is_shorter_by_floor_and_wall() -> None:
+    r, rim = GAME.cup.outer_radius_m, GAME.cup.rim_m
+    pull = rope_pull(ROUND, (0.01, 0.0, 0.4), (0.0, 0.0, 0.0))
+    assert pull is not None
+    assert pull.pivot_m == pytest.approx((r, 0.0, rim))
+    way = r + rim + math.hypot(0.01 - r, 0.4 - rim)
+    assert np.linalg.norm(pull.force_n) == pytest.approx(2000 * (way - 0.4))
+
+
+def test_a_damper_that_outweighs_the_spring_gives_no_push() -> None:
+    assert rope_pull(ROUND, (0.0, 0.0, -0.4001), (0.0, 0.0, 5.0)) is None
+
+
+@pytest.mark.parametrize(("dt", "ripple"), [(1e-3, 1e-2), (1e-4, 1e-3)])
+@pytest.mark.parametrize("start", [(0.3, 0.0, 0.2, 0.0), (0.05, 0.35, -1.5, 2.0), (0.39, 0.1, 0.0, -3.0)])
+@pytest.mark.parametrize("law", [BARE, ROUND], ids=["bare", "round"])
+def test_energy_never_grows_in_a_passive_rope(law: RopeLaw, start, dt: float, ripple: float) -> None:
+    mass, gravity = 0.05, 9.81
+    x, z, vx, vz = start
+    peaks = []
+    for _ in range(20):  # the peak over each 0.25 s
+        peak = 0.0
+        for _ in range(round(0.25 / dt)):
+            pull = rope_pull(law, (x, 0.0, z), (vx, 0.0, vz))
+            force = pull.force_n if pull else (0.0, 0.0, 0.0)
+            vx, vz = vx + dt * force[0] / mass, vz + dt * (force[2] / mass - gravity)
+            x, z = x + dt * vx, z + dt * vz
+            out, up, used = law.cup.pivot(abs(x), z)
+            stretch = max(used + math.hypot(abs(x) - out, z - up) - law.length_m, 0.0)
+            potential = mass * gravity * (z + 1.0) + 0.5 * law.stiffness_n_m * stretch**2
+            peak = max(peak, 0.5 * mass * (vx * vx + vz * vz) + potential)
+        peaks.append(peak)
+    # while the rope is taut the energy of semi-implicit Euler ripples, in proportion to dt
+    assert all(later <= earlier + ripple for earlier, later in pairwise(peaks))
+    assert peaks[-1] < peaks[0] - 0.02

@@ -1,0 +1,49 @@
+"""The compiled rope is the plain one."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from kendama_cli.physics.rope import RopeLaw, rope_pull
+from kendama_cli.schema.settings import build
+from kendama_cli.settings.game import GameSettings
+from kendama_cli.simulation.dart import rope_kernel as kernel
+from tests.shipped_conf import plain
+
+GAME = plain("game", "kendama")
+COMPARED = 3000
+
+
+@pytest.mark.parametrize("cup", ["floor", "handle"])
+def test_the_compiled_pull_is_the_plain_one_on_random_states_of_ball_and_cup(cup: str) -> None:
+    game = build(GameSettings, GAME | {"cup": plain("game/cup", cup)}, "game")
+    law, rng, high = RopeLaw.of(game), np.random.default_rng(1), 0.035
+    rope = np.array([*kernel.constants(law), 0.001, 0.0004, high])
+    pulled, force, kinds = np.zeros(13), np.zeros(3), set()
+    for _ in range(COMPARED):
+        ball, speed, tie, tie_speed = rng.normal(0, [[0.25], [2.0], [0.05], [0.5]], (4, 3))
+        axis = np.array([0.0, 0.0, 1.0]) + rng.normal(0, 0.3, 3)
+        axis /= np.linalg.norm(axis)
+        rate = np.cross(rng.normal(0, 3.0, 3), axis)
+        over = (tie + high * axis, tie_speed + high * rate)
+        assert kernel.pull(ball, speed, tie, tie_speed, *over, rope, pulled, force)
+        plain_pull = rope_pull(law, tuple(ball - tie), tuple(speed - tie_speed), tuple(axis), tuple(rate))
+        drag = -(0.001 + 0.0004 * np.linalg.norm(speed)) * speed
+        if plain_pull is None:
+            assert pulled[kernel.TENSION] == 0.0
+            np.testing.assert_allclose(force, drag, rtol=1e-12)
+            continue
+        kinds.add(round(float(np.linalg.norm(plain_pull.pivot_m)), 6))
+        # axis and rate pass through a difference of places: 1e-16 / 0.035 m, times up to 5 kN
+        np.testing.assert_allclose(pulled[:3], plain_pull.force_n, rtol=1e-9, atol=1e-9)
+        np.testing.assert_allclose(pulled[kernel.REACTION : kernel.PIVOT], -pulled[:3])
+        np.testing.assert_allclose(pulled[kernel.PIVOT : kernel.SIDE], tie + plain_pull.pivot_m, atol=1e-12)
+        np.testing.assert_allclose(force, pulled[:3] + drag, rtol=1e-12)
+    assert len(kinds) == (3 if cup == "floor" else 4), "some way of the rope was never compared"
+
+
+def test_a_ball_that_is_far_away_is_told() -> None:
+    rope = np.array([*kernel.constants(RopeLaw.of(build(GameSettings, GAME, "game"))), 0.0, 0.0, 0.035])
+    up, zero = np.array([0.0, 0.0, 0.035]), np.zeros(3)
+    assert not kernel.pull(np.array([2e4, 0, 0]), zero, zero, zero, up, zero, rope, np.zeros(13), np.zeros(3))
