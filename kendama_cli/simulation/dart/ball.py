@@ -122,6 +122,11 @@ class TetheredBall:
         """The rope's pull in the last step [N]."""
         return float(self._tension[0])
 
+    @property
+    def drag_n(self) -> Array:
+        """The air's force on ball and string in the last step (3,) [N]."""
+        return np.asarray(self._force - self._pulled[:3])
+
     def _abort(self, t_s: float) -> None:
         place, speed = self.position_m.round(3).tolist(), self.velocity_m_s.round(3).tolist()
         raise SimulationError(

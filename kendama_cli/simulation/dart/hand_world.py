@@ -63,7 +63,7 @@ class HandWorld:
         ball.observe()
         # momentum: what neither gravity nor air gave the ball came from rope and cup, and they feel the opposite
         given = self.game.ball.mass_kg * ((ball.velocity_m_s - before_m_s) / STEP_S + self.game.gravity_m_s2 * UP)
-        self.force_n = -(given + self.game.ball.drag_n_s_m * before_m_s)
+        self.force_n = ball.drag_n - given
 
 
 def _moved_body() -> tuple[Any, tuple[Any, ...], Any]:
