@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -17,6 +18,18 @@ from kendama_cli.simulation.dart.world import STEP_S
 UP = np.array([0.0, 0.0, 1.0])
 PLACE = 4
 """Numbers of a place: x, y, z of the tie point [m] and the cup's tilt about y [rad]."""
+
+
+@dataclass(frozen=True)
+class HandMoment:
+    """All that a HandWorld is at one moment; see ``HandWorld.go_back``."""
+
+    place: Array
+    place_s: Array
+    ball_m: Array
+    ball_m_s: Array
+    force_n: Array
+    steps: int
 
 
 class HandWorld:
@@ -64,6 +77,19 @@ class HandWorld:
         # momentum: what neither gravity nor air gave the ball came from rope and cup, and they feel the opposite
         given = self.game.ball.mass_kg * ((ball.velocity_m_s - before_m_s) / STEP_S + self.game.gravity_m_s2 * UP)
         self.force_n = ball.drag_n - given
+
+    def moment(self) -> HandMoment:
+        """The present moment, to which ``go_back`` can return."""
+        speeds = self._skeleton.getVelocities()
+        return HandMoment(self.place, speeds, self.ball.position_m, self.ball.velocity_m_s, self.force_n, self._steps)
+
+    def go_back(self, to: HandMoment) -> None:
+        """Be as at that moment of this world; what follows then may differ in rounding from what followed before."""
+        self.place, self.force_n, self._steps = to.place, to.force_n, to.steps
+        self.t_s = self._steps * STEP_S
+        self._skeleton.setPositions(self.place)
+        self._skeleton.setVelocities(to.place_s)
+        self.ball.put(to.ball_m.tolist(), to.ball_m_s.tolist())
 
 
 def _moved_body() -> tuple[Any, tuple[Any, ...], Any]:

@@ -3,11 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
 from kendama_cli.schema.arrays import Array
 from kendama_cli.simulation.dart.world import STEP_S
+
+
+@dataclass(frozen=True)
+class PathMoment:
+    """All that a HandPath remembers at one moment."""
+
+    t_s: float
+    last: Array
+    steps: int
+    recent: Array
 
 
 class HandPath:
@@ -52,3 +63,11 @@ class HandPath:
         if len(steps) == 0:  # numpy would take the shorter of path and weights for the weights
             return joined
         return np.column_stack([np.convolve(column, self._weights, "valid") for column in known.T])
+
+    def moment(self) -> PathMoment:
+        """The present moment, to which ``go_back`` can return."""
+        return PathMoment(self._t_s, self._last, self._steps, self._recent)
+
+    def go_back(self, to: PathMoment) -> None:
+        """Forget the samples since that moment."""
+        self._t_s, self._last, self._steps, self._recent = to.t_s, to.last, to.steps, to.recent

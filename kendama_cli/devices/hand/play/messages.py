@@ -21,10 +21,11 @@ FARTHEST = 1e3
 
 @dataclass(frozen=True)
 class Hand:
-    """Samples of the hand whose times do not fall, and whether it holds the cup."""
+    """Samples of the hand, whether it holds the cup, and whether the page only guesses that it stands still."""
 
     samples: Sequence[HandSample]
     held: bool
+    guessed: bool = False
 
 
 @dataclass(frozen=True)
@@ -56,7 +57,7 @@ def parse(text: str | bytes) -> Hand | Ease | About:
         raise UsageError("a message of the page is no object")
     kind = data.get("type")
     if kind == "hand":
-        return Hand(_samples(data.get("samples")), data.get("held") is True)
+        return Hand(_samples(data.get("samples")), data.get("held") is True, data.get("guessed") is True)
     if kind == "ease":
         return Ease(Conditions(*(_number(data, name) for name in ("gravity", "rope", "cup"))))
     if kind in ACTIONS:

@@ -81,7 +81,7 @@ class Player:
     def _answer(self, said: Hand | Ease | About) -> list[dict[str, Any]]:
         if isinstance(said, Hand):
             try:
-                self._table.hand(said.samples, held=said.held, now_s=self._clock())
+                self._table.hand(said.samples, held=said.held, now_s=self._clock(), guessed=said.guessed)
             except (SimulationError, UsageError) as error:
                 self._table.change(self._table.conditions)
                 return [{"type": "error", "line": str(error)}]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
+from collections import deque
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Literal
@@ -11,13 +12,13 @@ from typing import Literal
 import numpy as np
 
 from kendama_cli.devices.hand.play.conditions import Conditions
-from kendama_cli.devices.hand.play.hand_path import HandPath
+from kendama_cli.devices.hand.play.hand_path import HandPath, PathMoment
 from kendama_cli.devices.hand.play.settings import PlaySettings
-from kendama_cli.devices.hand.play.try_record import TryRecord
+from kendama_cli.devices.hand.play.try_record import RecordMoment, TryRecord
 from kendama_cli.errors import UsageError
 from kendama_cli.schema.arrays import Array
 from kendama_cli.settings.game import GameSettings
-from kendama_cli.simulation.dart.hand_world import PLACE, HandWorld
+from kendama_cli.simulation.dart.hand_world import PLACE, HandMoment, HandWorld
 
 Phase = Literal["ready", "playing", "settling", "over"]
 LOOK_EVERY = 4
@@ -26,6 +27,10 @@ AHEAD_S = 2.0
 """So much of the hand's time may come at once, as it does after a stutter of browser or network."""
 SETTLING_S = 1.2
 """After the hand has let go the ball has this long to come to lie in the cup, and then the table is ready again."""
+SILENCE_S, PERIOD_S = 0.06, 0.02
+"""After so long a silence a hand stood still until at most a period of the slowest device before it moves again."""
+MOST_MOMENTS = 20
+"""Guessed messages, one for each frame of the screen, that can be taken back: a third of a second."""
 BELOW_S = 0.3
 """A ball that hangs under the cup so long after the hand has let go will not be caught."""
 
@@ -41,6 +46,16 @@ class HandSample:
     aside_m: float
     up_m: float
     tilt_rad: float
+
+
+@dataclass(frozen=True)
+class _Moment:
+    """The table at one moment of a try."""
+
+    world: HandMoment
+    path: PathMoment
+    record: RecordMoment
+    steps: int
 
 
 class PlayTable:
@@ -65,10 +80,12 @@ class PlayTable:
         self.conditions = conditions.within(self._settings.ease)
         self.world = HandWorld(self.conditions.game(self._game))
 
-    def hand(self, samples: Sequence[HandSample], *, held: bool, now_s: float) -> None:
+    def hand(self, samples: Sequence[HandSample], *, held: bool, now_s: float, guessed: bool = False) -> None:
         """Move the cup as the samples say, whose times do not fall; ``now_s`` is the clock of this machine.
 
-        Raises UsageError where the hand's time runs ahead of the clock.
+        A hand that says nothing stands still or its samples are on their way: ``guessed`` samples say that it stands
+        where it was, the ball moves on, and real ones that come later and are older take the table back first. Raises
+        UsageError where the hand's time runs ahead of the clock.
         """
         if self.phase != "ready" and (self._fell_silent(samples) or (held and not self._held)):
             self.stop()
@@ -80,7 +97,14 @@ class PlayTable:
         if self.phase == "playing" and not held:
             self.phase, self._let_go_s = "settling", self.world.t_s
         self._check_clock(samples, now_s)
+        if self.phase == "playing" and not guessed:
+            self._go_back(samples[0].t_s - self._first.t_s)
+            self._heard_s = samples[-1].t_s - self._first.t_s
+        elif self.phase == "playing" and not self._moments:
+            self._moments.append(self._moment())
         self._move(samples)
+        if guessed and self.phase == "playing":
+            self._moments.append(self._moment())
 
     def stop(self) -> None:
         """The hand has gone: what was recorded of a try is kept, and the ball hangs still again."""
@@ -94,7 +118,28 @@ class PlayTable:
         self._first = first
         self._path = HandPath(self._settings.smoothing_s, np.zeros(3))
         self._record = TryRecord(self._settings.caught_s)
+        self._moments: deque[_Moment] = deque(maxlen=MOST_MOMENTS)
+        self._heard_s = self._reached_s = 0.0
         self.phase, self.outcome, self._let_go_s = "playing", None, math.inf
+
+    def _moment(self) -> _Moment:
+        return _Moment(self.world.moment(), self._path.moment(), self._record.moment(), self.steps)
+
+    def _go_back(self, t_s: float) -> None:
+        """Take back what was guessed and a real sample of ``t_s`` knows better.
+
+        A hand that was silent for long stood still until the last period of its device, one that was not has moved.
+        """
+        if not self._moments:
+            return
+        still_s = t_s - PERIOD_S if t_s - self._heard_s > SILENCE_S else self._heard_s
+        known = [one for one in self._moments if one.path.t_s <= still_s]
+        to = known[-1] if known else self._moments[0]
+        self._moments.clear()
+        self.world.go_back(to.world)
+        self._path.go_back(to.path)
+        self._record.go_back(to.record)
+        self.steps = to.steps
 
     def _fell_silent(self, samples: Sequence[HandSample]) -> bool:
         times = [self._first.t_s + self._path.t_s, *(one.t_s for one in samples)]
@@ -102,8 +147,9 @@ class PlayTable:
 
     def _check_clock(self, samples: Sequence[HandSample], now_s: float) -> None:
         """Each simulated second needs one of the clock, or one player could take all the machine's time."""
-        asked_s = samples[-1].t_s - self._first.t_s - self._path.t_s
-        self._budget_from_s = max(self._budget_from_s, now_s - AHEAD_S) + max(asked_s, 0.0)
+        reached_s = max(self._reached_s, samples[-1].t_s - self._first.t_s)
+        self._budget_from_s = max(self._budget_from_s, now_s - AHEAD_S) + reached_s - self._reached_s
+        self._reached_s = reached_s
         if self._budget_from_s > now_s:
             self.stop()
             raise UsageError(f"the hand's time runs {self._budget_from_s - now_s:.1f} s ahead of the clock")
@@ -139,6 +185,7 @@ class PlayTable:
             self._end("missed")
 
     def _end(self, outcome: str) -> None:
+        self._moments.clear()  # what has ended is not taken back
         self.outcome, self.phase = outcome, "over"
         self._let_go_s = min(self._let_go_s, self.world.t_s)
         samples = self._record.samples(self.conditions)

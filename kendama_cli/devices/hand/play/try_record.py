@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from kendama_cli.devices.hand.play.conditions import Conditions
@@ -15,6 +17,17 @@ ASIDE_SHARE = 0.1
 """A ball within this share of the rope's length from under the cup hangs."""
 LEAST_S, LEAST_WAY_M = 0.3, 0.05
 """Less is no swing, but a touch of the cup."""
+
+
+@dataclass(frozen=True)
+class RecordMoment:
+    """What a TryRecord knows at one moment while nothing is caught yet."""
+
+    rows: int
+    in_cup_since_s: float | None
+    rest: int
+    rest_before_highest: int
+    highest_m: float
 
 
 class TryRecord:
@@ -49,6 +62,17 @@ class TryRecord:
             self._in_cup_since_s = world.t_s
         elif world.t_s - self._in_cup_since_s >= self._caught_s:
             self.caught = True
+
+    def moment(self) -> RecordMoment:
+        """The present moment, to which ``go_back`` can return."""
+        found = (self._in_cup_since_s, self._rest, self._rest_before_highest, float(self._highest_m))
+        return RecordMoment(len(self._rows), *found)
+
+    def go_back(self, to: RecordMoment) -> None:
+        """Forget what was seen since that moment."""
+        del self._rows[to.rows :]
+        self._in_cup_since_s, self._rest = to.in_cup_since_s, to.rest
+        self._rest_before_highest, self._highest_m = to.rest_before_highest, to.highest_m
 
     def samples(self, conditions: Conditions) -> Array | None:
         """The demonstration (n, columns of a try's file) in the robot's game; None where it is hardly a swing."""

@@ -44,6 +44,45 @@ def test_when_messages_come_changes_nothing(caught):
         assert kept[0][2] == pytest.approx(samples, abs=1e-9)
 
 
+def test_samples_that_come_late_take_back_what_was_guessed(caught):
+    # every message is 50 to 150 ms late, and until it comes the page guesses in each frame that the hand stands still
+    scale, samples = caught
+    rng = np.random.default_rng(10002)
+    at, kept = table()
+    at.hand(hand(scale)[:1], held=True, now_s=0.0)
+    waiting, last = [], hand(scale)[0]
+    for k, one in enumerate(hand(scale)[1:]):
+        if kept:
+            break
+        waiting.append(one)
+        if k % 2:
+            guess = dataclasses.replace(last, t_s=one.t_s)
+            at.hand([guess], held=True, now_s=one.t_s, guessed=True)
+        if rng.random() < 0.1:
+            at.hand(waiting, held=True, now_s=one.t_s)
+            waiting, last = [], waiting[-1]
+    assert kept[0][0] == "caught"
+    both = min(len(kept[0][2]), len(samples)) - 80  # the catch may be seen on a guess
+    assert np.abs(kept[0][2][:both, 1:4] - samples[:both, 1:4]).max() < 1e-9
+    assert np.abs(kept[0][2][:both, 8:11] - samples[:both, 8:11]).max() < 1e-6
+
+
+def test_a_hand_that_stands_still_leaves_the_ball_swinging_without_a_halt():
+    at, _ = table()
+    drag(at, hand(1.0)[:150])
+    last, seen = hand(1.0)[149], []
+    for k in range(30):
+        one = dataclasses.replace(last, t_s=last.t_s + 0.016 * (k + 1))
+        at.hand([one], held=True, now_s=one.t_s, guessed=True)
+        seen.append(at.world.ball.position_m[0])
+    assert at.world.t_s == pytest.approx(last.t_s + 0.48 - hand()[0].t_s, abs=1.1e-3)
+    assert np.abs(np.diff(seen)).min() > 0
+    # it moves on after a long rest: the rest is a rest, not the first part of the motion
+    moved = dataclasses.replace(last, t_s=last.t_s + 0.49, aside_m=last.aside_m + 0.02)
+    at.hand([moved], held=True, now_s=moved.t_s)
+    assert at._record._rows[-8][1] == pytest.approx(last.aside_m, abs=1e-3)
+
+
 def test_every_millisecond_of_the_hand_is_simulated_once():
     at, _ = table()
     samples = hand(1.0, wait_s=0.0)

@@ -1,9 +1,7 @@
 // The page of 'kendama play': sends what the hand does, draws what the simulation answers. Nothing is simulated here.
 const $ = id => document.getElementById(id);
 const view = $('view'), pen = view.getContext('2d');
-const QUIET_MS = 50;      // a hand that sends nothing for so long is still
-const LAG_MS = 30;        // what a still hand says lies so far back that no sample under way is older
-const SEND_EVERY_MS = 4;
+const SEND_EVERY_MS = 4, FRAME_MS = 12;
 const STICK_M = 0.4, STICK_RAD = 0.6, TILT_RAD = 0.5, TILT_RATE = 4;
 const LEVELS = [{gravity: 0.4, rope: 1, cup: 1.6}, {gravity: 0.7, rope: 1, cup: 1.3}, {gravity: 1, rope: 1, cup: 1}];
 
@@ -72,6 +70,10 @@ function take(device, at, t) {
   flush(); held = true; by = device; start = at; tiltAt = t; view.classList.add('held'); $('hint').classList.add('gone');
   sample(t, at); flush();
 }
+// no sample since the last frame: the hand stands still, or its samples are on their way and will take this back
+function guess(now) {
+  say({type: 'hand', samples: [[now, last[0] - start[0], last[1] - start[1], tiltNow(now)]], held, by, guessed: true});
+}
 function letGo(t) {
   flush(); held = false; view.classList.remove('held');
   waiting.push([t, last[0] - start[0], last[1] - start[1], tilt]); flush();
@@ -130,9 +132,9 @@ matchMedia('(prefers-color-scheme: dark)').addEventListener('change', paints); p
 function draw() {
   requestAnimationFrame(draw);
   const now = performance.now();
-  if (held && pad === null && now - heardAt > QUIET_MS) waiting.push([now - LAG_MS, last[0] - start[0], last[1] - start[1], tiltNow(now - LAG_MS)]);
-  else if (!held && state && state.phase !== 'ready') waiting.push([now, last[0] - start[0], last[1] - start[1], tilt]);
   flush();
+  if (held && now - heardAt > FRAME_MS) guess(now);
+  else if (!held && state && state.phase !== 'ready') { waiting.push([now, last[0] - start[0], last[1] - start[1], tilt]); flush(); }
   if (!table) return;
   const ratio = devicePixelRatio || 1, width = view.width / ratio, height = view.height / ratio;
   pen.setTransform(ratio, 0, 0, ratio, 0, 0);
