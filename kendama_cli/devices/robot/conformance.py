@@ -94,6 +94,20 @@ def check_limits(opened: OpenRobot) -> None:
             last = sent
 
 
+def check_absurd(opened: OpenRobot) -> None:
+    """A command that nobody can mean is refused, not clipped, and the robot has halted for good."""
+    for absurd in (np.nan, np.inf, -1e300):
+        for field in ("position_rad", "velocity_rad_s", "acceleration_rad_s2", "effort_nm"):
+            with opened() as robot:
+                rest = _rest(robot)
+                robot.reset(rest.position_rad, 0)
+                values = np.array(getattr(rest, field))
+                values[-1] = absurd
+                command = dataclasses.replace(rest, **{field: values})
+                _law(_refuses(robot.exchange, command), f"a {field} of {absurd} is refused with HardwareError")
+                _law(_refuses(robot.exchange, rest), f"after a {field} of {absurd} the robot stays halted")
+
+
 def check_feedforward(opened: OpenRobot) -> None:
     """A torque that is said to be added reaches the motors: at rest the arm gives way to it."""
     with opened() as robot:
@@ -174,6 +188,7 @@ CHECKS = (
     check_time,
     check_rest,
     check_limits,
+    check_absurd,
     check_feedforward,
     check_reset,
     check_torque,

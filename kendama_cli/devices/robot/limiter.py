@@ -5,28 +5,49 @@ from __future__ import annotations
 import numpy as np
 
 from kendama_cli.devices.robot.interface import JointCommand
+from kendama_cli.errors import HardwareError
 from kendama_cli.robot_model.limits import JointLimits
+from kendama_cli.schema.arrays import Array
+from kendama_cli.simulation.dart import joint_kernel as kernel
+from kendama_cli.simulation.dart.drive import limit_rows
+
+ABSURD_RAD = 1e3
+ABSURD_FACTOR = 1e5
+"""No commander means a place farther away than ABSURD_RAD, or so many times what a joint's limits allow."""
 
 
 def limit_command(last: JointCommand, wanted: JointCommand, limits: JointLimits, period_s: float) -> JointCommand:
     """The command nearest to ``wanted`` that can follow ``last`` in one control period within all limits.
 
-    The reference between two commands is the cubic with their positions and velocities; its acceleration is largest
-    at the ends,
-
-        a(0) = (6 m - 4 v0 - 2 v1) / T,   a(T) = (4 v1 + 2 v0 - 6 m) / T,   m = (q1 - q0) / T,
-
-    so v1 is clipped first (speed, acceleration, room left to brake before the position limit) and then m.
+    The reference between two commands is the cubic with their positions and velocities. Where that keeps to the limits
+    of position, speed and acceleration and leaves room to brake (see Drive), ``wanted`` passes unchanged. Otherwise its
+    speed is clipped to what can be reached and braked from, then its place to what can be reached with that speed.
+    Raises HardwareError for a command that ``check_command`` refuses.
     """
-    q0, v0, top, step = last.position_rad, last.velocity_rad_s, limits.acceleration_rad_s2, period_s
-    room_up = np.sqrt(2 * top * np.maximum(limits.upper_rad - q0 - np.maximum(v0, 0.0) * step, 0.0))
-    room_down = np.sqrt(2 * top * np.maximum(q0 + np.minimum(v0, 0.0) * step - limits.lower_rad, 0.0))
-    fastest = limits.velocity_rad_s
-    v1 = np.clip(wanted.velocity_rad_s, -np.minimum(fastest, room_down), np.minimum(fastest, room_up))
-    v1 = np.clip(v1, v0 - top * step, v0 + top * step)
-    start, end = (4 * v0 + 2 * v1) / 6, (2 * v0 + 4 * v1) / 6
-    slack = top * step / 6
-    mean = np.clip((wanted.position_rad - q0) / step, np.maximum(start, end) - slack, np.minimum(start, end) + slack)
-    mean = np.clip(mean, -fastest, fastest)
-    q1 = np.clip(q0 + mean * step, limits.lower_rad, limits.upper_rad)
-    return JointCommand(q1, v1, np.clip(wanted.acceleration_rad_s2, -top, top))
+    check_command(wanted, limits)
+    begin, end = (np.array([one.position_rad, one.velocity_rad_s], dtype=np.float64) for one in (last, wanted))
+    sent = np.empty_like(end)
+    kernel.nearest_state(*begin, *end, limit_rows(limits, period_s), period_s, *sent)  # type: ignore[call-arg]
+    top = limits.acceleration_rad_s2
+    return JointCommand(sent[0], sent[1], np.clip(wanted.acceleration_rad_s2, -top, top))
+
+
+def check_command(command: JointCommand, limits: JointLimits) -> None:
+    """Raise HardwareError for a command that is not finite or absurd: clipped, it would still be a mistake.
+
+    A robot that is given one must also halt.
+    """
+    check_values("position_rad", command.position_rad, np.full_like(limits.lower_rad, ABSURD_RAD))
+    check_values("velocity_rad_s", command.velocity_rad_s, ABSURD_FACTOR * limits.velocity_rad_s)
+    check_values("acceleration_rad_s2", command.acceleration_rad_s2, ABSURD_FACTOR * limits.acceleration_rad_s2)
+    check_values("effort_nm", command.effort_nm, ABSURD_FACTOR * limits.effort_nm)
+
+
+def check_values(kind: str, values: Array, most: Array) -> None:
+    """Raise HardwareError where one of ``values`` (n,) of a command is not finite, or beyond ``most`` (n,)."""
+    given = np.asarray(values)
+    if given.shape != most.shape or not (np.abs(given) <= most).all():
+        raise HardwareError(
+            f"the command's {kind} is {given.tolist()}; allowed: {len(most)} finite numbers of at most "
+            f"{most.tolist()}: the robot halts"
+        )

@@ -16,7 +16,7 @@ from kendama_cli.devices.robot.interface import (
     SceneState,
     TorqueExchange,
 )
-from kendama_cli.devices.robot.limiter import limit_command
+from kendama_cli.devices.robot.limiter import ABSURD_FACTOR, ABSURD_RAD, check_command, check_values, limit_command
 from kendama_cli.devices.robot.task import Task
 from kendama_cli.errors import HardwareError
 from kendama_cli.motion.impedance import JointTorque
@@ -78,6 +78,11 @@ class SimulatedRobot:
             latency_s, lag_s = made.latency_s, made.lag_s
             self._joint_noise, self._ball_noise = made.joint_noise_rad, made.ball_noise_m
         rest = np.zeros(len(self.joint_names))
+        try:
+            check_values("position_rad", position_rad, np.full_like(rest, ABSURD_RAD))
+        except HardwareError:
+            self.halt()
+            raise
         start = np.clip(position_rad, self.limits.lower_rad, self.limits.upper_rad)
         self._world.perturb(errors)
         self._world.reset(start)
@@ -87,8 +92,8 @@ class SimulatedRobot:
         return Exchange(self._last, self._state(), 0.0, self._scene())
 
     def exchange(self, command: JointCommand) -> Exchange:
-        """Carry out one control period; raises HardwareError after ``halt`` or for a command that is not finite."""
-        self._accept(command, ("position_rad", "velocity_rad_s", "acceleration_rad_s2", "effort_nm"))
+        """Carry out one control period; raises HardwareError after ``halt`` or for a command that it refuses."""
+        self._accept(command)
         sent = limit_command(self._last, command, self.limits, self.period_s)
         most = self.limits.effort_nm
         sent = dataclasses.replace(sent, effort_nm=np.clip(command.effort_nm, -most, most))
@@ -108,7 +113,7 @@ class SimulatedRobot:
 
     def exchange_torque(self, command: JointTorque) -> TorqueExchange:
         """One step under ``command``, clipped to the motors' limits; raises HardwareError as ``exchange`` does."""
-        self._accept(command, ("torque_nm", "velocity_rad_s"))
+        self._accept(command)
         most = self.limits.effort_nm
         sent = JointTorque(np.clip(command.torque_nm, -most, most), command.velocity_rad_s)
         self._world.step_torque(sent)
@@ -161,17 +166,18 @@ class SimulatedRobot:
         if self._halted:
             raise HardwareError("the simulated robot is halted and stays so: open it anew")
 
-    def _accept(self, command: JointCommand | JointTorque, kinds: tuple[str, ...]) -> None:
-        """Raise HardwareError, and halt, for a command that is not finite or of another kind than those before it."""
+    def _accept(self, command: JointCommand | JointTorque) -> None:
+        """Raise HardwareError, and halt, for an absurd command, or one of another kind than those before it."""
         self._refuse_when_halted()
-        for kind in kinds:
-            values = np.asarray(getattr(command, kind))
-            if values.shape != (len(self.joint_names),) or not np.isfinite(values).all():
-                self.halt()
-                raise HardwareError(
-                    f"the command's {kind} is {values.tolist()}; allowed: {len(self.joint_names)} finite numbers: "
-                    "the robot halts"
-                )
+        try:
+            if isinstance(command, JointCommand):
+                check_command(command, self.limits)
+            else:
+                check_values("torque_nm", command.torque_nm, ABSURD_FACTOR * self.limits.effort_nm)
+                check_values("velocity_rad_s", command.velocity_rad_s, ABSURD_FACTOR * self.limits.velocity_rad_s)
+        except HardwareError:
+            self.halt()
+            raise
         if self._commands not in (None, type(command)):
             self.halt()
             raise HardwareError("position and torque commands came without a reset between them: the robot halts")

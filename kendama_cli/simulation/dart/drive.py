@@ -12,32 +12,36 @@ from kendama_cli.simulation.dart import joint_kernel as kernel
 class Drive:
     """Follows a sampled reference of n joints within their limits of position, velocity and acceleration.
 
-    A sample that can be reached from the last one passes unchanged. Otherwise the joint moves with constant
-    acceleration for one period, chosen by the discrete time-optimal law (J. Han, IEEE Trans. Ind. Electron. 56(3),
-    2009, fhan) on the distance to the reference, then held to the speed limit and to what leaves room to brake:
+    A sample passes unchanged where the cubic from the last one to it keeps to all limits and ends with room to brake.
+    Otherwise the joint moves with constant acceleration for one period, chosen by the discrete time-optimal law
+    (J. Han, IEEE Trans. Ind. Electron. 56(3), 2009, fhan) on the distance to the reference, then held to the speed
+    limit and to
 
-        v^2 <= 2 A (stop - q)   after every period.
+        q + w(v) <= stop,   w(v) = v^2 / 2 A + A T^2 / 8   (v T / 2 where v < A T / 2)
+
+    after every period: w is at least the way on which the joint comes to rest in whole periods of constant
+    acceleration, so that from such a state the next one can always be reached by braking with A. Where the reference is
+    not finite the joint brakes.
 
     ``state`` and ``limits`` are the arrays on which the compiled law works (joint_kernel.follow).
     """
 
     def __init__(self, limits: JointLimits, period_s: float) -> None:
-        lower, upper, fastest = limits.lower_rad, limits.upper_rad, limits.velocity_rad_s
-        top = limits.acceleration_rad_s2
-        change = top * period_s
-        bend = top * period_s**2 / 6 * (1 + kernel.SLACK) + 1e-12
-        brake = fastest**2 / (2 * top) + fastest * period_s
-        self.limits = np.stack(
-            [lower, upper, fastest, top, change, change * (1 + kernel.SLACK), bend, lower + brake, upper - brake]
-        )
-        self.state: Array = np.zeros((3, len(lower)))
-        self._periods = (period_s, 1.0 / period_s)
-        self.reset((lower + upper) / 2)
+        self.limits = limit_rows(limits, period_s)
+        self.state: Array = np.zeros((3, len(limits.lower_rad)))
+        self._period_s = period_s
+        self.reset((limits.lower_rad + limits.upper_rad) / 2)
 
     def reset(self, position_rad: Array, velocity_rad_s: Array | float = 0.0) -> None:
-        """Begin at ``position_rad`` (n,), moving with ``velocity_rad_s``."""
-        self.state[:] = velocity_rad_s
-        self.state[kernel.POSITION] = np.clip(position_rad, self.limits[kernel.LOWER], self.limits[kernel.UPPER])
+        """Begin at ``position_rad`` (n,), moving with ``velocity_rad_s``, or as near to that as the limits allow."""
+        lower, upper, fastest, top = self.limits[: kernel.TOP + 1]
+        place = np.clip(position_rad, lower, upper)
+        # w(v) <= v^2 / 2 A + A T^2 / 8, so that there is room for these speeds
+        spare = top * self._period_s**2 / 8
+        down, up = (np.sqrt(2 * top * np.maximum(room - spare, 0.0)) for room in (place - lower, upper - place))
+        self.state[kernel.POSITION] = place
+        self.state[kernel.VELOCITY] = np.clip(velocity_rad_s, -np.minimum(down, fastest), np.minimum(up, fastest))
+        self.state[kernel.MEAN] = self.state[kernel.VELOCITY]
         self.limited = False
         """Whether the last sample was changed."""
 
@@ -48,7 +52,7 @@ class Drive:
         """
         change = np.empty(self.state.shape[1])
         reference = (position_rad, velocity_rad_s, acceleration_rad_s2)
-        self.limited = bool(kernel.follow(*reference, self.state, self.limits, *self._periods, change))
+        self.limited = bool(kernel.follow(*reference, self.state, self.limits, self._period_s, change))
         return change
 
     @property
@@ -60,3 +64,11 @@ class Drive:
     def velocity_rad_s(self) -> Array:
         """How fast it is now (n,)."""
         return np.array(self.state[kernel.VELOCITY])
+
+
+def limit_rows(limits: JointLimits, period_s: float) -> Array:
+    """The limits (6, n) as compiled code takes them (joint_kernel.LOWER and so on) for periods of ``period_s``."""
+    lower, upper, fastest = limits.lower_rad, limits.upper_rad, limits.velocity_rad_s
+    top = limits.acceleration_rad_s2
+    brake = fastest**2 / (2 * top) + top * period_s**2 / 8 + fastest * period_s
+    return np.stack([lower, upper, fastest, top, lower + brake, upper - brake])

@@ -41,7 +41,7 @@ class JointControl:
         )
         self.drive = Drive(arm.limits, step_s)
         stiffness = arm.settings.stiffness_1_s2
-        self._gains = np.array([stiffness, 2.0 * math.sqrt(stiffness), step_s, 1.0 / step_s])
+        self._gains = np.array([stiffness, 2.0 * math.sqrt(stiffness), step_s])
         self._none, self._wanted = np.zeros(len(arm.joint_names)), np.zeros(len(arm.joint_names))
         self.effort_nm = self._none
 

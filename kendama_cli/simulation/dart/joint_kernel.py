@@ -17,15 +17,17 @@ F = TypeVar("F", bound=Callable[..., Any])
 Array = Any
 """A numpy array of float64; compiled code takes no finer annotation."""
 
-LOWER, UPPER, FASTEST, TOP, CHANGE, MOST_CHANGE, MOST_BEND, NEAR_LOWER, NEAR_UPPER = range(9)
-"""Rows of the drive's limits (9, n): stops, speed and acceleration limit, the change of speed in one period, what of
-speed and place a reference may differ from the last one, and between which places there is room to brake."""
+LOWER, UPPER, FASTEST, TOP, NEAR_LOWER, NEAR_UPPER = range(6)
+"""Rows of the joints' limits (6, n): stops, speed, acceleration, and between which places nothing is near a stop."""
 POSITION, VELOCITY, MEAN = range(3)
 """Rows of the drive's state (3, n): its reference now, and the mean speed over the last period."""
-SLACK = 1e-6
-"""Relative room for rounding in a reference that is just within its limits."""
+ROUNDING = 1e-9
+"""Relative room for rounding in an acceleration that is just within its limit."""
 LEAST_MARGIN = 0.2
 """Share of the acceleration limit that is left for catching up where the reference itself needs nearly all of it."""
+CHANGED_RAD = 1e-9
+"""A reference that was moved by less than this counts as unchanged."""
+BISECTIONS = 40
 
 COULOMB, STRIBECK, PER_SPEED, VISCOUS, SLOW, EFFORT, PER_NM = range(7)
 """Rows of the joints' constants (7, n): Fc, Fs, 1 / vs, b, the speed from which nothing stops a joint within a step,
@@ -78,104 +80,144 @@ def _catching_up(error: float, speed: float, acceleration: float, top: float, pe
     return -most * _clipped(a / d, -1.0, 1.0)
 
 
-@_compiled(float64(float64, float64, float64, float64, float64))
-def _fastest(velocity: float, room: float, fastest: float, top: float, change: float) -> float:
-    """The highest speed toward a stop at the distance ``room`` from which it can still be braked for."""
-    half = 0.5 * change
-    square = half * half - change * velocity + 2 * top * room
-    return min(fastest, math.sqrt(max(square, 0.0)) - half)
+@_compiled(float64(float64, float64, float64))
+def _way_to_rest(velocity: float, top: float, period: float) -> float:
+    """At least the way that a joint moves on until it rests, braking with ``top`` or less for whole periods.
+
+    v^2 / 2 A + A T^2 / 8, where v > A T / 2: the last period brakes with less, and takes up to A T^2 / 8 more.
+    """
+    if velocity <= 0.0:
+        return 0.0
+    half = 0.5 * top * period
+    return velocity**2 / (2.0 * top) + 0.25 * half * period if velocity > half else 0.5 * velocity * period
 
 
-@_compiled(boolean(float64, float64, READ_2D, READ_2D, float64, int64))
-def _fits(  # noqa: PLR0917 - plain numbers and arrays, as compiled code takes them
-    position: float, velocity: float, state: Array, limits: Array, period: float, i: int
+@_compiled(float64(float64, float64, float64, float64))
+def _fastest(velocity: float, room: float, top: float, period: float) -> float:
+    """The highest speed at the end of a period of constant acceleration after which ``room`` is enough to come to rest.
+
+    Where ``room`` was enough for ``velocity``, this is never less than braking with ``top`` reaches.
+    """
+    left, half = room - 0.5 * period * velocity, 0.5 * top * period
+    if left >= half * period:
+        return math.sqrt(2.0 * top * left) - half
+    return left / period if left >= 0.0 else 2.0 * left / period
+
+
+@_compiled(PAIR(float64, float64, READ_2D, float64, int64))
+def _speeds(position: float, velocity: float, limits: Array, period: float, i: int) -> tuple[float, float]:
+    """The least and the highest speed of joint ``i`` one period later that leave it room to brake."""
+    fastest, top = limits[FASTEST, i], limits[TOP, i]
+    up = min(_fastest(velocity, limits[UPPER, i] - position, top, period), fastest)
+    return -min(_fastest(-velocity, position - limits[LOWER, i], top, period), fastest), up
+
+
+@_compiled(boolean(float64, float64, float64, float64, READ_2D, float64, int64))
+def _keeps_stops(  # noqa: PLR0917
+    q0: float, v0: float, q1: float, v1: float, limits: Array, period: float, i: int
 ) -> bool:
-    """Whether joint ``i`` can be at ``position`` with ``velocity`` one period after ``state``."""
-    last = state[VELOCITY, i]
-    mean = 0.5 * (last + velocity)
-    return bool(
-        abs(velocity - last) <= limits[MOST_CHANGE, i]
-        and abs(position - state[POSITION, i] - period * mean) <= limits[MOST_BEND, i]
-    )
-
-
-@_compiled(boolean(READ, READ, READ_2D, READ_2D, float64))
-def _passes(position: Array, velocity: Array, state: Array, limits: Array, period: float) -> bool:
-    """Whether every joint can be there, and has room to brake at any speed."""
-    for i in range(position.size):
-        if not (
-            _fits(position[i], velocity[i], state, limits, period, i)
-            and abs(velocity[i]) <= limits[FASTEST, i]
-            and limits[NEAR_LOWER, i] <= position[i] <= limits[NEAR_UPPER, i]
-        ):
+    """Whether the cubic between both states stays between the stops and ends with room to brake."""
+    top, lower, upper = limits[TOP, i], limits[LOWER, i], limits[UPPER, i]
+    if q1 + _way_to_rest(v1, top, period) > upper or q1 - _way_to_rest(-v1, top, period) < lower:
+        return False
+    mean = (q1 - q0) / period
+    b, a = 3.0 * mean - 2.0 * v0 - v1, v0 + v1 - 2.0 * mean  # v(u) = v0 + 2 b u + 3 a u^2, u from 0 to 1
+    square = b * b - 3.0 * a * v0
+    if square <= 0.0:
+        return True
+    root = math.sqrt(square)
+    for sign in (-1.0, 1.0):
+        low = -b + sign * root
+        u = low / (3.0 * a) if abs(a) > 1e-12 * abs(b) else -0.5 * v0 / b
+        if 0.0 < u < 1.0 and not lower <= q0 + period * u * (v0 + u * (b + u * a)) <= upper:
             return False
     return True
 
 
-@_compiled(PAIR(float64, READ_2D, READ_2D, int64))
-def _speeds(velocity: float, state: Array, limits: Array, i: int) -> tuple[float, float]:
-    """The least and the highest speed that leaves joint ``i`` room to brake."""
-    place, fastest, top, change = state[POSITION, i], limits[FASTEST, i], limits[TOP, i], limits[CHANGE, i]
-    up = _fastest(velocity, limits[UPPER, i] - place, fastest, top, change)
-    return -_fastest(-velocity, place - limits[LOWER, i], fastest, top, change), up
-
-
-@_compiled(boolean(READ, READ, READ, WRITE_2D, READ_2D, float64))
-def _hold_back(  # noqa: PLR0917
-    position: Array, velocity: Array, acceleration: Array, state: Array, limits: Array, period: float
+@_compiled(boolean(float64, float64, float64, float64, READ_2D, float64, int64))
+def _within(  # noqa: PLR0917
+    q0: float, v0: float, q1: float, v1: float, limits: Array, period: float, i: int
 ) -> bool:
-    """Move ``state`` on as far as the limits let every joint; False, with nothing done, where they let all pass."""
-    all_fit = True
-    for i in range(position.size):
-        down, up = _speeds(state[VELOCITY, i], state, limits, i)
-        fits = _fits(position[i], velocity[i], state, limits, period, i)
-        all_fit = all_fit and fits and down - SLACK <= velocity[i] <= up + SLACK
-    if all_fit:
+    """Whether the cubic from place ``q0`` and speed ``v0`` to ``q1`` and ``v1`` keeps joint ``i`` to all its limits.
+
+        a(0) = (6 m - 4 v0 - 2 v1) / T,   a(T) = (4 v1 + 2 v0 - 6 m) / T,   m = (q1 - q0) / T
+
+    Its acceleration is largest at an end; its speed is so too, or where the acceleration changes its sign.
+    """
+    fastest, top = limits[FASTEST, i], limits[TOP, i]
+    mean, most = (q1 - q0) / period, top * period * (1.0 + ROUNDING)
+    begin, end = 6.0 * mean - 4.0 * v0 - 2.0 * v1, 4.0 * v1 + 2.0 * v0 - 6.0 * mean
+    if not (abs(begin) <= most and abs(end) <= most and abs(v1) <= fastest):
         return False
-    for i in range(position.size):
-        last, change = state[VELOCITY, i], limits[CHANGE, i]
-        down, up = _speeds(last, state, limits, i)
-        fits = _fits(position[i], velocity[i], state, limits, period, i)
-        if fits and down - SLACK <= velocity[i] <= up + SLACK:
-            state[POSITION, i], state[VELOCITY, i] = position[i], velocity[i]
-        else:
-            before = position[i] - period * velocity[i] + 0.5 * period**2 * acceleration[i]
-            speed = last - (velocity[i] - period * acceleration[i])
-            error = state[POSITION, i] - before
-            catching_up = _catching_up(error, speed, acceleration[i], limits[TOP, i], period)
-            wanted = last + period * (acceleration[i] + catching_up)
-            # the room to brake is kept exactly from step to step, so this never asks for more than the limit
-            held = _clipped(_clipped(wanted, last - change, last + change), down, up)
-            place = state[POSITION, i] + 0.5 * period * (last + held)
-            state[POSITION, i] = _clipped(place, limits[LOWER, i], limits[UPPER, i])
-            state[VELOCITY, i] = held
-        state[MEAN, i] = 0.5 * (last + state[VELOCITY, i])
-    return True
+    if begin * end < 0.0 and abs(v0 + 0.5 * begin * begin / (begin - end)) > fastest:
+        return False
+    if limits[NEAR_LOWER, i] <= q1 <= limits[NEAR_UPPER, i]:
+        return True
+    return _keeps_stops(q0, v0, q1, v1, limits, period, i)
 
 
-@_compiled(boolean(READ, READ, READ, WRITE_2D, READ_2D, float64, float64, WRITE))
+@_compiled(boolean(float64, float64, float64, WRITE_2D, READ_2D, float64, int64))
+def _hold_back(  # noqa: PLR0917
+    position: float, velocity: float, acceleration: float, state: Array, limits: Array, period: float, i: int
+) -> bool:
+    """Move joint ``i`` on by a period of constant acceleration as its limits let it; whether that changes anything."""
+    here, last, change = state[POSITION, i], state[VELOCITY, i], limits[TOP, i] * period
+    before = position - period * velocity + 0.5 * period**2 * acceleration
+    speed = last - (velocity - period * acceleration)
+    catching_up = _catching_up(here - before, speed, acceleration, limits[TOP, i], period)
+    wanted = last + period * (acceleration + catching_up)
+    if not math.isfinite(wanted):
+        wanted = 0.0  # to rest
+    down, up = _speeds(here, last, limits, period, i)
+    # the room to brake is kept from period to period, so this never asks for more than the limit
+    held = _clipped(_clipped(wanted, last - change, last + change), down, up)
+    place = _clipped(here + 0.5 * period * (last + held), limits[LOWER, i], limits[UPPER, i])
+    state[POSITION, i], state[VELOCITY, i] = place, held
+    return not (abs(place - position) <= CHANGED_RAD and abs(held - velocity) <= CHANGED_RAD / period)
+
+
+@_compiled(boolean(READ, READ, READ, WRITE_2D, READ_2D, float64, WRITE))
 def follow(  # noqa: PLR0917
-    position: Array,
-    velocity: Array,
-    acceleration: Array,
-    state: Array,
-    limits: Array,
-    period: float,
-    per_period: float,
-    change: Array,
+    position: Array, velocity: Array, acceleration: Array, state: Array, limits: Array, period: float, change: Array
 ) -> bool:
     """Drive.follow: moves ``state`` on, puts the change of its mean speed over the period into ``change``."""
+    limited = False
     for i in range(position.size):
-        change[i] = state[MEAN, i]
-    limited = not _passes(position, velocity, state, limits, period)
-    if limited:
-        limited = _hold_back(position, velocity, acceleration, state, limits, period)
-    for i in range(position.size):
-        if not limited:
-            state[MEAN, i] = 0.5 * (state[VELOCITY, i] + velocity[i])
+        before, mean = state[POSITION, i], state[MEAN, i]
+        if _within(before, state[VELOCITY, i], position[i], velocity[i], limits, period, i):
             state[POSITION, i], state[VELOCITY, i] = position[i], velocity[i]
-        change[i] = (state[MEAN, i] - change[i]) * per_period
+        else:
+            limited |= _hold_back(position[i], velocity[i], acceleration[i], state, limits, period, i)
+        state[MEAN, i] = (state[POSITION, i] - before) / period
+        change[i] = (state[MEAN, i] - mean) / period
     return limited
+
+
+@_compiled(types.void(READ, READ, READ, READ, READ_2D, float64, WRITE, WRITE))
+def nearest_state(  # noqa: PLR0917
+    q0: Array, v0: Array, wanted_rad: Array, wanted_rad_s: Array, limits: Array, period: float, q1: Array, v1: Array
+) -> None:
+    """devices.robot.limiter.limit_command: places ``q1`` and speeds ``v1`` one period after ``q0`` and ``v0``."""
+    for i in range(q0.size):
+        q, v = wanted_rad[i], wanted_rad_s[i]
+        if not _within(q0[i], v0[i], q, v, limits, period, i):
+            change = limits[TOP, i] * period
+            down, up = _speeds(q0[i], v0[i], limits, period, i)
+            v = _clipped(_clipped(v, v0[i] - change, v0[i] + change), down, up)
+            kept = _clipped(q0[i] + 0.5 * period * (v0[i] + v), limits[LOWER, i], limits[UPPER, i])
+            # the cubics that end with this speed and change it no faster than allowed end between these two places
+            level, slack = period * (v0[i] + v) / 2.0, period * max(change - abs(v - v0[i]), 0.0) / 6.0
+            far = _clipped(q, q0[i] + level - slack, q0[i] + level + slack)
+            q = far
+            if not _within(q0[i], v0[i], q, v, limits, period, i):
+                q = kept
+                for _ in range(BISECTIONS):
+                    half = 0.5 * (q + far)
+                    if _within(q0[i], v0[i], half, v, limits, period, i):
+                        q = half
+                    else:
+                        far = half
+        q1[i], v1[i] = q, v
 
 
 @_compiled(types.void(READ, READ, READ_2D, WRITE_2D))
@@ -206,16 +248,19 @@ def computed_torque(  # noqa: PLR0917
 ) -> int:
     """The accelerations ``wanted`` that ArmWorld's law asks of the joints, and the friction's ``terms`` for them.
 
-    ``gains`` are Kp, Kd, the period and its inverse; errors are those before the drive moves on.
+    ``gains`` are Kp, Kd and the period; errors are those before the drive moves on. A reference that is not finite lets
+    the drive brake, and its joint's answer is not finite.
     """
-    kp, kd, period, per_period = gains
+    kp, kd, period = gains
     errors = wanted.copy()
     for i in range(wanted.size):
         errors[i] = kd * (state[MEAN, i] - velocity_rad_s[i])
         errors[i] += kp * (state[POSITION, i] - position_rad[i] - noise[i])
-    answer = LIMITED if follow(position, velocity, acceleration, state, limits, period, per_period, wanted) else FINE
+    answer = LIMITED if follow(position, velocity, acceleration, state, limits, period, wanted) else FINE
     for i in range(wanted.size):
         wanted[i] = errors[i] + wanted[i]
+        if not math.isfinite(position[i] + velocity[i] + acceleration[i]):
+            wanted[i] = math.nan
         if not math.isfinite(wanted[i]):
             answer |= NOT_FINITE
     friction_terms(state[MEAN], velocity_rad_s, joints, terms)
