@@ -11,8 +11,8 @@ from kendama_cli.robot_model.model import RobotModel
 from kendama_cli.schema.arrays import Array
 
 
-def compiled_chain(arm: RobotModel) -> Chain:
-    """Axes, places and inertias of ``arm`` without what its tip link holds."""
+def compiled_chain(arm: RobotModel, *, with_tool: bool = False) -> Chain:
+    """Axes, places and inertias of ``arm``, without what its tip link holds unless it is asked for ``with_tool``."""
     body = arm.new_body()
     skeleton = body.skeleton
     n = len(arm.joint_names)
@@ -32,7 +32,7 @@ def compiled_chain(arm: RobotModel) -> Chain:
         while mover is not None and mover.getName() not in names:
             parent = mover.getParentBodyNode()
             mover = None if parent is None else parent.getParentJoint()
-        if mover is None or link.getName() in (body.cup.getName(), body.tie.getName()):
+        if mover is None or (not with_tool and link.getName() in (body.cup.getName(), body.tie.getName())):
             continue
         i = names.index(mover.getName())
         own = link.getInertia()

@@ -100,6 +100,11 @@ class RobotModel:
             turn /= max(float(np.linalg.norm(turn)), 1e-9)
         return np.concatenate([pose.position_m, turn]), np.vstack([jacobian[:3], about @ jacobian[3:]])
 
+    def base_pose(self) -> tuple[Array, Array]:
+        """The rotation (3, 3) and place (3,) [m] of the arm's root in the world."""
+        place = self._skeleton.getBodyNode(0).getWorldTransform()
+        return np.array(place.rotation()), np.array(place.translation())
+
     def joint_places_m(self, position_rad: Array) -> Array:
         """The joints' origins and the tip link's (n + 1, 3) in the world [m] for the joint angles (n,)."""
         body = self._posed(position_rad)

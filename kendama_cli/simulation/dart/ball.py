@@ -83,14 +83,15 @@ class TetheredBall:
         self.observe()
 
     def pull(self, t_s: float) -> None:
-        """Set the forces of rope and air for the coming step; raises SimulationError where the ball is far away."""
+        """Set what rope and air do to the ball in the coming step; raises SimulationError where it is far away.
+
+        What the rope does to the cup is in ``reaction``: whoever steps the world sets it, by ``react`` or otherwise.
+        """
         cup, ball = (self.tie_m, self.tie_m_s), (self.position_m, self.velocity_m_s)
         over_tie = (self._cup.getCOM(), self._cup.getCOMLinearVelocity())
         if not kernel.pull(*ball, *cup, *over_tie, self._rope, self._pulled, self._force):
             self._abort(t_s)
         self.skeleton.setForces(self._force)
-        if self._tension[0] > 0.0:
-            self.react()
 
     def in_cup_m(self) -> Array:
         """The ball's centre in the cup's frame (3,): z along the axis from the cup's place."""
@@ -107,7 +108,7 @@ class TetheredBall:
         return bool(cup.floor_m < z < cup.rim_m and math.hypot(x, y) < cup.radius_m)
 
     def react(self) -> None:
-        """Let the last step's pull act on the cup again, where the rope leaves it."""
+        """Let the pull of this step, or of the last one again, act on the cup, where the rope leaves it."""
         self._tie.addExtForce(self._reaction, self._pivot_m, False, False)
 
     def observe(self) -> None:
@@ -116,6 +117,16 @@ class TetheredBall:
         self.velocity_m_s: Array = self.skeleton.getVelocities()
         self.tie_m: Array = self._tie.getCOM()
         self.tie_m_s: Array = self._tie.getCOMLinearVelocity()
+
+    @property
+    def state(self) -> tuple[Array, Array]:
+        """``position_m`` and ``velocity_m_s``."""
+        return self.position_m, self.velocity_m_s
+
+    @property
+    def reaction(self) -> tuple[Array, Array]:
+        """What the rope pulls the cup with in the coming step (3,) [N], and where in the world (3,) [m]."""
+        return self._reaction, self._pivot_m
 
     @property
     def tension_n(self) -> float:

@@ -13,12 +13,11 @@ from kendama_cli.robot_model.body import Body
 from kendama_cli.robot_model.model import RobotModel
 from kendama_cli.schema.arrays import Array
 from kendama_cli.simulation.dart import joint_kernel as kernel
+from kendama_cli.simulation.dart.arm_dynamics import ArmDynamics
 from kendama_cli.simulation.dart.drive import Drive
 from kendama_cli.simulation.dart.joint_friction import JointFriction
 from kendama_cli.simulation.dart.task_state import coriolis_nm
 
-MAY_STOP_STEPS = 2.0
-"""A joint that its acceleration limit could stop within this many steps is left to DART's friction constraint."""
 FAR_RAD_S = 1e4
 """A joint faster than this has left the domain of the model."""
 TORQUE_REMEDY = "lower interact.controller.stiffness_n_m, or check the script"
@@ -30,19 +29,14 @@ class JointControl:
     ``effort_nm`` is what the motors gave last; ``drive`` holds references to the joints' limits.
     """
 
-    def __init__(self, arm: RobotModel, body: Body, *, always_held: bool, step_s: float) -> None:
-        """In contact any joint may stop within a step, so that all are ``always_held`` by DART's constraint there."""
-        self._arm, self._skeleton = arm, body.skeleton
-        slow, change = MAY_STOP_STEPS * step_s * arm.limits.acceleration_rad_s2, step_s * arm.mobility(arm.home_rad)
-        if always_held:
-            slow, change = np.full_like(slow, np.inf), np.zeros_like(slow)
-        self.friction = JointFriction(
-            body.joints, arm.friction, arm.limits.effort_nm, slow_rad_s=slow, change_rad_s=change, step_s=step_s
-        )
+    def __init__(self, arm: RobotModel, body: Body, dynamics: ArmDynamics, step_s: float) -> None:
+        self._dynamics = dynamics
+        self._arm, self._skeleton, self._joints = arm, body.skeleton, body.joints
+        self.friction = JointFriction(body.joints, arm.friction, arm.limits.effort_nm, step_s)
         self.drive = Drive(arm.limits, step_s)
         stiffness = arm.settings.stiffness_1_s2
         self._gains = np.array([stiffness, 2.0 * math.sqrt(stiffness), step_s])
-        self._none, self._wanted = np.zeros(len(arm.joint_names)), np.zeros(len(arm.joint_names))
+        self._none, self._force_nm = np.zeros(len(arm.joint_names)), np.zeros(len(arm.joint_names))
         self.effort_nm = self._none
 
     def reset(self, position_rad: Array, velocity_rad_s: Array) -> None:
@@ -51,38 +45,75 @@ class JointControl:
         self.effort_nm = np.zeros_like(self._none)
 
     def follow(
-        self, reference: tuple[Array, Array, Array], noise_rad: Array, state: tuple[Array, Array], t_s: float
-    ) -> Array:
-        """The torque (n,) toward ``reference`` (places, speeds, accelerations) from ``state``, by ArmWorld.step's law.
+        self,
+        reference: tuple[Array, Array, Array],
+        noise_rad: Array | float,
+        added_nm: Array | float,
+        state: tuple[Array, Array],
+        t_s: float,
+    ) -> None:
+        """Have the motors give the torque toward ``reference`` (places, speeds, accelerations) by ArmWorld.step's law.
 
-        Raises SimulationError, naming the joint, where it would not be finite.
+        ``state`` is where the joints are and how fast. Raises SimulationError, naming the joint, where a torque would
+        not be finite.
         """
-        drive, friction = self.drive, self.friction
-        answer = kernel.computed_torque(
-            *reference, noise_rad, *state, drive.state, drive.limits, friction.constants, self._gains, self._wanted,
-            friction.terms,
+        drive, friction, dynamics = self.drive, self.friction, self._dynamics
+        noise = noise_rad if isinstance(noise_rad, np.ndarray) else self._filled(noise_rad)
+        added = added_nm if isinstance(added_nm, np.ndarray) else self._filled(added_nm)
+        self.effort_nm = effort_nm = np.empty_like(self._none)
+        answer = kernel.command(
+            *reference, noise, added, *state, drive.state, drive.limits, self._gains, friction.constants,
+            friction.unknown, dynamics.inertia, dynamics.bias, effort_nm, friction.level_nm,
         )  # fmt: skip
-        drive.limited = bool(answer & kernel.LIMITED)
+        drive.limited = answer == kernel.LIMITED
         if answer & kernel.NOT_FINITE:
-            self._abort(self._wanted, "torque", "check the reference and robot.stiffness_1_s2", t_s)
-        self._skeleton.setAccelerations(self._wanted)
-        self._skeleton.computeInverseDynamics(False, False, False)
-        torque: Array = self._skeleton.getForces()
-        return torque
+            self._abort(effort_nm, "torque", "check the reference and robot.stiffness_1_s2", t_s)
 
-    def carry(self, command: JointTorque, velocity_rad_s: Array) -> Array:
-        """The torque (n,) that carries weight and Coriolis beside a commanded torque, and friction's terms for it."""
-        kernel.friction_terms(command.velocity_rad_s, velocity_rad_s, self.friction.constants, self.friction.terms)
+    def give(self, command: JointTorque, velocity_rad_s: Array, t_s: float) -> None:
+        """Have the motors give a commanded torque, and what carries weight, Coriolis and the known friction.
+
+        Raises SimulationError, naming the joint, where it is not finite.
+        """
         carried: Array = self._skeleton.getGravityForces() + coriolis_nm(self._skeleton, command.velocity_rad_s)
-        return carried
-
-    def act(self, torque_nm: Array, added_nm: Array, velocity_rad_s: Array, remedy: str, t_s: float) -> None:
-        """Set what the motors give for the sum of both torques and the known friction; raises SimulationError."""
+        friction = self.friction
         self.effort_nm = np.empty_like(self._none)
-        force = self.friction.forces(torque_nm, added_nm, velocity_rad_s, self._wanted, self.effort_nm)
-        if force is None:
-            self._abort(self.effort_nm, "torque", remedy, t_s)
-        self._skeleton.setForces(force)
+        if not kernel.efforts(
+            command.torque_nm, carried, velocity_rad_s, command.velocity_rad_s, friction.constants, friction.unknown,
+            self.effort_nm, friction.level_nm,
+        ):  # fmt: skip
+            self._abort(self.effort_nm, "torque", TORQUE_REMEDY, t_s)
+
+    def move_apart(
+        self, state: tuple[Array, Array], ball: tuple[Array, Array], rope: tuple[Array, Array], t_s: float
+    ) -> bool:
+        """Set the forces of motors, friction and ``rope`` (pull and where), if nothing can touch in the coming step.
+
+        ``state`` and ``ball`` are where joints and ball are, and how fast.
+        False where something may, or a joint come to its limits, and nothing was set.
+        """
+        friction, dynamics = self.friction, self._dynamics
+        answer = kernel.apart_forces(
+            *state, self.effort_nm, friction.level_nm, *ball, *rope, dynamics.screws, dynamics.inertia, dynamics.bias,
+            dynamics.points, dynamics.radii, friction.constants, self.drive.limits, friction.numbers, self._force_nm,
+        )  # fmt: skip
+        if answer == kernel.APART:
+            self._skeleton.setForces(self._force_nm)
+        elif answer == kernel.LOST:
+            unknown = np.full_like(self._none, np.nan)
+            self._abort(unknown, "friction", "check the masses of the robot's description", t_s)
+        return bool(answer == kernel.APART)
+
+    def move_touching(self) -> None:
+        """Set what the motors give; DART finds the friction beside contacts and stops."""
+        self.friction.hold()
+        self._skeleton.setForces(self.effort_nm)
+
+    def enforce_limits(self, *, enforce: bool) -> None:
+        """Let DART look after the joints' stops and top speeds, or not, where none can be reached."""
+        for joint in self._joints:
+            joint.setLimitEnforcement(enforce)
+        if not enforce:
+            self.friction.release()
 
     def check_speed(self, velocity_rad_s: Array, t_s: float) -> None:
         """Raise SimulationError, naming the joint, where one has left the domain of the model."""
@@ -90,10 +121,7 @@ class JointControl:
         if fast.any():
             self._abort(np.where(fast, np.nan, 0.0), "speed", TORQUE_REMEDY, t_s)
 
-    def per_joint(self, value: Array | float) -> Array:
-        """``value`` for every joint."""
-        if isinstance(value, np.ndarray):
-            return value
+    def _filled(self, value: float) -> Array:
         return np.full_like(self._none, value) if value else self._none
 
     def _abort(self, values: Array, what: str, remedy: str, t_s: float) -> Never:

@@ -1,8 +1,7 @@
 """What happens between two steps of DART, compiled: drive, computed torque and friction over plain arrays.
 
 Arrays (n,) have one value per joint. All compiled code of the arm lives in this one file, because numba's cache of a
-function notices changes in its own file only. Exponential and hyperbolic tangent are left to numpy, which the rest of
-the program uses: its vectorised ones differ from the C library's in the last bit.
+function notices changes in its own file only.
 """
 
 from __future__ import annotations
@@ -11,6 +10,7 @@ import math
 from collections.abc import Callable
 from typing import Any, TypeVar
 
+import numpy as np
 from numba import boolean, float64, int64, njit, types
 
 F = TypeVar("F", bound=Callable[..., Any])
@@ -28,22 +28,24 @@ LEAST_MARGIN = 0.2
 CHANGED_RAD = 1e-9
 """A reference that was moved by less than this counts as unchanged."""
 BISECTIONS = 40
+MOST_PIVOTS = 200
 
-COULOMB, STRIBECK, PER_SPEED, VISCOUS, SLOW, EFFORT, PER_NM = range(7)
-"""Rows of the joints' constants (7, n): Fc, Fs, 1 / vs, b, the speed from which nothing stops a joint within a step,
-the motors' limits, and the change of speed in one step that 1 Nm makes."""
-WANTED_FADE, FADE, DIRECTION = range(3)
-"""Rows of the friction's terms (3, n): -(v / vs)^2 of the wanted and the present speed, and the wanted speed over
-REVERSAL_RAD_S; then their exponentials and hyperbolic tangent."""
-STILL_RAD_S = 0.002
-"""A joint that a step would leave slower than this may stop in it."""
-UNCOMMANDED = 0.5
-"""Share of the friction that forces which nobody commanded may take of a joint's speed in one step."""
+COULOMB, STRIBECK, PER_SPEED, VISCOUS, EFFORT = range(5)
+"""Rows of the joints' constants (5, n): Fc, Fs, 1 / vs, b, the motors' limits."""
 REVERSAL_RAD_S = 0.02
 """The controller's compensation turns its sign over about this speed."""
 
+AXIS, ORIGIN, CENTER, INERTIA, MASS = 0, 3, 6, 9, 18
+"""Columns of the links (n, 19) in the posture of zeros, in the world: a joint's axis and a point of it, its link's
+centre of mass, the inertia about that, row by row, and the mass."""
+NEAR_M, NEAR_S, NEAR_RAD, NEAR_SPEED = 0.02, 0.002, 0.02, 0.9
+"""In one step of 1 ms no part of an arm comes nearer than the first to a ball that stands, a moving ball in addition no
+nearer than its way in the second; no joint goes farther than the third, or from the fourth of its top speed to all."""
+
 FINE, LIMITED, NOT_FINITE = 0, 1, 2
 """What a step may answer: the bits of an integer."""
+NEAR, APART, LOST = range(3)
+"""What apart_forces may answer."""
 
 READ = types.Array(float64, 1, "A", readonly=True)
 READ_2D = types.Array(float64, 2, "A", readonly=True)
@@ -220,18 +222,7 @@ def nearest_state(  # noqa: PLR0917
         q1[i], v1[i] = q, v
 
 
-@_compiled(types.void(READ, READ, READ_2D, WRITE_2D))
-def friction_terms(wanted_rad_s: Array, velocity_rad_s: Array, joints: Array, terms: Array) -> None:
-    """Fill ``terms`` with what numpy shall take the exponential and the hyperbolic tangent of."""
-    for i in range(velocity_rad_s.size):
-        ratio = wanted_rad_s[i] * joints[PER_SPEED, i]
-        terms[WANTED_FADE, i] = -ratio * ratio
-        ratio = velocity_rad_s[i] * joints[PER_SPEED, i]
-        terms[FADE, i] = -ratio * ratio
-        terms[DIRECTION, i] = wanted_rad_s[i] * (1.0 / REVERSAL_RAD_S)
-
-
-@_compiled(int64(READ, READ, READ, READ, READ, READ, WRITE_2D, READ_2D, READ_2D, READ, WRITE, WRITE_2D))
+@_compiled(int64(READ, READ, READ, READ, READ, READ, WRITE_2D, READ_2D, READ, READ_2D, READ, WRITE))
 def computed_torque(  # noqa: PLR0917
     position: Array,
     velocity: Array,
@@ -241,79 +232,457 @@ def computed_torque(  # noqa: PLR0917
     velocity_rad_s: Array,
     state: Array,
     limits: Array,
-    joints: Array,
     gains: Array,
-    wanted: Array,
-    terms: Array,
+    inertia: Array,
+    bias: Array,
+    torque: Array,
 ) -> int:
-    """The accelerations ``wanted`` that ArmWorld's law asks of the joints, and the friction's ``terms`` for them.
+    """The ``torque`` that ArmWorld's law commands without friction, from ``inertia`` H and ``bias`` C q' + g.
 
     ``gains`` are Kp, Kd and the period; errors are those before the drive moves on. A reference that is not finite lets
     the drive brake, and its joint's answer is not finite.
     """
     kp, kd, period = gains
-    errors = wanted.copy()
-    for i in range(wanted.size):
+    n = torque.size
+    errors, wanted = np.empty(n), np.empty(n)
+    for i in range(n):
         errors[i] = kd * (state[MEAN, i] - velocity_rad_s[i])
         errors[i] += kp * (state[POSITION, i] - position_rad[i] - noise[i])
     answer = LIMITED if follow(position, velocity, acceleration, state, limits, period, wanted) else FINE
-    for i in range(wanted.size):
-        wanted[i] = errors[i] + wanted[i]
-        if not math.isfinite(position[i] + velocity[i] + acceleration[i]):
-            wanted[i] = math.nan
-        if not math.isfinite(wanted[i]):
+    for i in range(n):
+        wanted[i] += errors[i]
+    for i in range(n):
+        torque[i] = bias[i]
+        for j in range(n):
+            torque[i] += inertia[i, j] * wanted[j]
+        if not math.isfinite(torque[i] + position[i] + velocity[i] + acceleration[i]):
+            torque[i] = math.nan
             answer |= NOT_FINITE
-    friction_terms(state[MEAN], velocity_rad_s, joints, terms)
     return answer
 
 
-@_compiled(boolean(float64, float64, float64, float64))
-def _slides_on(speed: float, change: float, friction: float, moved: float) -> bool:
-    """Whether a joint with ``speed`` goes on in its direction through the step, so that friction is known beforehand.
-
-    ``change`` is what the motors make of its speed, ``friction`` what friction does, both in one step; ``moved`` is how
-    much of what friction does is left for what nobody commanded, the rope's pull say.
-    """
-    side = 1.0 if speed > 0.0 else -1.0
-    return side * (speed + change) - friction > moved * friction + STILL_RAD_S
-
-
-@_compiled(boolean(READ, READ, READ, READ, float64, READ_2D, READ_2D, READ, WRITE, WRITE, WRITE))
+@_compiled(boolean(READ, READ, READ, READ, READ_2D, READ, WRITE, WRITE))
 def efforts(  # noqa: PLR0917
     torque: Array,
     added: Array,
     velocity_rad_s: Array,
-    wanted: Array,
-    period: float,
+    wanted_rad_s: Array,
     joints: Array,
-    terms: Array,
     unknown: Array,
     effort: Array,
-    force: Array,
-    held: Array,
+    level: Array,
 ) -> bool:
-    """What the motors give for ``torque``, and what then acts on the joints; False where it is not finite.
+    """What the motors give for ``torque``, and what friction may take; False where the first is not finite.
 
-    ``torque`` is what gives the accelerations ``wanted`` without friction.
-    ``effort`` is the torque with the compensation of the known friction and what is ``added``, within the motors'
-    limits; ``force`` is that with the friction of fast joints, ``held`` (n,) the level up to which DART's constraint
-    holds the others. ``unknown`` is the factor on all friction and the Coulomb friction beyond it.
+    ``effort`` is the torque with the compensation of the known friction for the speeds ``wanted_rad_s`` and what is
+    ``added``, within the motors' limits; ``level`` the dry friction of every joint. ``unknown`` is the factor on all
+    friction and the Coulomb friction beyond it.
     """
     factor, extra = unknown
     finite = True
     for i in range(torque.size):
-        v = velocity_rad_s[i]
-        known = (joints[COULOMB, i] + joints[STRIBECK, i] * terms[WANTED_FADE, i]) * terms[DIRECTION, i]
-        given = torque[i] + (known + joints[VISCOUS, i] * v) + added[i]
+        ratio = wanted_rad_s[i] * joints[PER_SPEED, i]
+        dry = joints[COULOMB, i] + joints[STRIBECK, i] * math.exp(-ratio * ratio)
+        known = dry * math.tanh(wanted_rad_s[i] * (1.0 / REVERSAL_RAD_S)) + joints[VISCOUS, i] * velocity_rad_s[i]
+        given = torque[i] + known + added[i]
         effort[i] = given
         if math.isfinite(given):
             effort[i] = _clipped(given, -joints[EFFORT, i], joints[EFFORT, i])
         else:
             finite = False
-        level = factor * joints[COULOMB, i] + extra + factor * joints[STRIBECK, i] * terms[FADE, i]
-        per_nm = joints[PER_NM, i]
-        change = period * wanted[i] + per_nm * (effort[i] - torque[i] - joints[VISCOUS, i] * v)
-        fast = abs(v) > joints[SLOW, i] or (per_nm > 0.0 and _slides_on(v, change, per_nm * level, UNCOMMANDED))
-        held[i] = 0.0 if fast else level
-        force[i] = effort[i] - math.copysign(level, v) if fast else effort[i]
+        ratio = velocity_rad_s[i] * joints[PER_SPEED, i]
+        level[i] = factor * (joints[COULOMB, i] + joints[STRIBECK, i] * math.exp(-ratio * ratio)) + extra
     return finite
+
+
+@_compiled(
+    int64(READ, READ, READ, READ, READ, READ, READ, WRITE_2D, READ_2D, READ, READ_2D, READ, READ_2D, READ, WRITE, WRITE)
+)
+def command(  # noqa: PLR0917
+    position: Array,
+    velocity: Array,
+    acceleration: Array,
+    noise: Array,
+    added: Array,
+    position_rad: Array,
+    velocity_rad_s: Array,
+    state: Array,
+    limits: Array,
+    gains: Array,
+    joints: Array,
+    unknown: Array,
+    inertia: Array,
+    bias: Array,
+    effort: Array,
+    level: Array,
+) -> int:
+    """``computed_torque`` and what the motors make of it (``efforts``)."""
+    torque = np.empty(effort.size)
+    answer = computed_torque(
+        position,
+        velocity,
+        acceleration,
+        noise,
+        position_rad,
+        velocity_rad_s,
+        state,
+        limits,
+        gains,
+        inertia,
+        bias,
+        torque,
+    )
+    if not efforts(torque, added, velocity_rad_s, state[MEAN], joints, unknown, effort, level):
+        answer |= NOT_FINITE
+    return answer
+
+
+@_compiled(boolean(WRITE_2D, int64))
+def _factorise(square: Array, size: int) -> bool:
+    """Cholesky's factor of the first ``size`` rows of a symmetric matrix, of which the lower triangle is given.
+
+    It takes the matrix's place, with the inverse on its diagonal. False where there is none.
+    """
+    for r in range(size):
+        for c in range(r + 1):
+            left = square[r, c]
+            for k in range(c):
+                left -= square[r, k] * square[c, k]
+            if c < r:
+                square[r, c] = left * square[c, c]
+            elif left > 0.0:
+                square[r, r] = 1.0 / math.sqrt(left)
+            else:
+                return False
+    return True
+
+
+@_compiled(types.void(READ_2D, WRITE, int64))
+def _solve(factor: Array, side: Array, size: int) -> None:
+    """Turn the first ``size`` numbers of ``side`` b into A^-1 b by the ``factor`` of A."""
+    for r in range(size):
+        value = side[r]
+        for k in range(r):
+            value -= factor[r, k] * side[k]
+        side[r] = value * factor[r, r]
+    for r in range(size - 1, -1, -1):
+        value = side[r]
+        for k in range(r + 1, size):
+            value -= factor[k, r] * side[k]
+        side[r] = value * factor[r, r]
+
+
+@_compiled(boolean(READ_2D, READ, READ, READ, READ, float64, WRITE))
+def held(  # noqa: PLR0912, PLR0917
+    factor: Array, diagonal: Array, speed: Array, load: Array, level: Array, period: float, friction: Array
+) -> bool:
+    """Coulomb's ``friction`` in a step, at most ``level`` at every joint; False where none was found.
+
+        A (v' - v) = T (load + friction),   where v'_i = 0,  or  friction_i = -level_i sign(v'_i)
+
+    A joint rests, or its friction is at its level against its speed. ``factor`` is that of A, whose ``diagonal`` is
+    given too, ``speed`` v. By block principal pivoting (J. J. Judice, F. M. Pires, Computers Oper. Res. 21(5), 1994):
+    what contradicts itself changes sides, all at once while that helps, then the first only, which ends for every
+    positive definite A.
+    """
+    n = friction.size
+    side, known = np.zeros(n, np.int64), np.zeros(n, np.int64)
+    columns, square = np.empty((n, n)), np.empty((n, n))
+    after, rest = np.empty(n), np.empty(n)
+    for i in range(n):  # a first guess: each joint alone
+        free = speed[i] * diagonal[i] + period * load[i]
+        if abs(free) > period * level[i]:
+            side[i] = -1 if free > 0.0 else 1
+    most, patience = n + 1, 3
+    for _ in range(MOST_PIVOTS):
+        resting = 0
+        for i in range(n):
+            friction[i] = side[i] * level[i]
+            after[i] = period * (load[i] + friction[i])
+        _solve(factor, after, n)
+        for i in range(n):
+            after[i] += speed[i]
+        for i in range(n):
+            if side[i] != 0:
+                continue
+            if not known[i]:
+                columns[i] = 0.0
+                columns[i, i] = period
+                _solve(factor, columns[i], n)
+                known[i] = 1
+            rest[resting] = -after[i]
+            c = 0
+            for j in range(i + 1):
+                if side[j] == 0:
+                    square[resting, c] = columns[i, j]
+                    c += 1
+            resting += 1
+        if not _factorise(square, resting):
+            return False
+        _solve(square, rest, resting)
+        r, wrong = 0, 0
+        for i in range(n):
+            if side[i] == 0:
+                friction[i] = rest[r]
+                r += 1
+                wrong += abs(friction[i]) > level[i]
+                for j in range(n):
+                    after[j] += columns[i, j] * friction[i]
+        for i in range(n):
+            wrong += side[i] * after[i] > 0.0
+        if wrong == 0:
+            return True
+        patience = 3 if wrong < most else patience - 1
+        most = min(most, wrong)
+        for i in range(n):
+            if side[i] == 0 and abs(friction[i]) > level[i]:
+                side[i] = 1 if friction[i] > 0.0 else -1
+            elif side[i] * after[i] > 0.0:
+                side[i] = 0
+            else:
+                continue
+            if patience < 0:
+                break
+    return False
+
+
+@_compiled(types.void(READ, READ, READ_2D, READ_2D, float64, WRITE_2D, WRITE, WRITE_2D, WRITE_2D))
+def move_chain(  # noqa: PLR0912, PLR0915, PLR0917
+    position_rad: Array,
+    velocity_rad_s: Array,
+    links: Array,
+    marks: Array,
+    gravity: float,
+    inertia: Array,
+    bias: Array,
+    screws: Array,
+    points: Array,
+) -> None:
+    """Where the arm is and what moves it: ``inertia`` H (n, n), ``bias`` C q' + g (n,), and its places in the world.
+
+    By products of exponentials, composite bodies and Newton and Euler, all in the world and about its origin, where a
+    joint's motion is the screw (a, o x a) of its axis a through o (R. Featherstone, Rigid Body Dynamics Algorithms,
+    2008, chapters 5 and 6). ``screws`` (n, 6); ``marks`` are points of the last link in the posture of zeros, and
+    ``points`` the joints' origins and after them the marks.
+    """
+    n = position_rad.size
+    turn, last, shift = np.eye(3), np.eye(3), np.zeros(3)
+    bodies, loads = np.empty((n, 10)), np.empty((n, 6))  # mass, m c, J about the origin; torque and force
+    w, u, dw, du = np.zeros(3), np.zeros(3), np.zeros(3), np.zeros(3)
+    du[2] = gravity
+    turned = np.empty(3)
+    for i in range(n):
+        link = links[i]
+        x, y, z = link[AXIS], link[AXIS + 1], link[AXIS + 2]
+        cosine, sine = math.cos(position_rad[i]), math.sin(position_rad[i])
+        for r in range(3):  # Rodrigues' turn about the axis, after the turn so far
+            p, q, s = turn[r, 0], turn[r, 1], turn[r, 2]
+            along = p * x + q * y + s * z
+            screws[i, r] = along
+            points[i, r] = p * link[ORIGIN] + q * link[ORIGIN + 1] + s * link[ORIGIN + 2] + shift[r]
+            across = (1.0 - cosine) * along
+            last[r, 0], last[r, 1], last[r, 2] = p, q, s
+            turn[r, 0] = p * cosine + across * x + sine * (q * z - s * y)
+            turn[r, 1] = q * cosine + across * y + sine * (s * x - p * z)
+            turn[r, 2] = s * cosine + across * z + sine * (p * y - q * x)
+            for k in range(3):
+                shift[r] += (last[r, k] - turn[r, k]) * link[ORIGIN + k]
+        a0, a1, a2 = screws[i, 0], screws[i, 1], screws[i, 2]
+        o0, o1, o2 = points[i]
+        b0, b1, b2 = o1 * a2 - o2 * a1, o2 * a0 - o0 * a2, o0 * a1 - o1 * a0
+        screws[i, 3], screws[i, 4], screws[i, 5] = b0, b1, b2
+        rate = velocity_rad_s[i]
+        # what the motion so far makes of the screw, times the rate, then the motion of this link
+        du[0] += (w[1] * b2 - w[2] * b1 + u[1] * a2 - u[2] * a1) * rate
+        du[1] += (w[2] * b0 - w[0] * b2 + u[2] * a0 - u[0] * a2) * rate
+        du[2] += (w[0] * b1 - w[1] * b0 + u[0] * a1 - u[1] * a0) * rate
+        dw[0] += (w[1] * a2 - w[2] * a1) * rate
+        dw[1] += (w[2] * a0 - w[0] * a2) * rate
+        dw[2] += (w[0] * a1 - w[1] * a0) * rate
+        for r in range(3):
+            w[r] += screws[i, r] * rate
+            u[r] += screws[i, 3 + r] * rate
+        mass = link[MASS]
+        for r in range(3):
+            turned[r] = shift[r]
+            for k in range(3):
+                turned[r] += turn[r, k] * link[CENTER + k]
+        c0, c1, c2 = turned
+        h0, h1, h2 = mass * c0, mass * c1, mass * c2
+        body = bodies[i]
+        body[0], body[1], body[2], body[3] = mass, h0, h1, h2
+        at = 4
+        for r in range(3):
+            for k in range(3):
+                last[r, k] = 0.0
+                for m in range(3):
+                    last[r, k] += turn[r, m] * link[INERTIA + 3 * m + k]
+        for r in range(3):
+            for k in range(r + 1):
+                body[at] = last[r, 0] * turn[k, 0] + last[r, 1] * turn[k, 1] + last[r, 2] * turn[k, 2]
+                body[at] -= mass * turned[r] * turned[k]
+                if r == k:
+                    body[at] += h0 * c0 + h1 * c1 + h2 * c2
+                at += 1
+        xx, xy, yy, xz, yz, zz = body[4], body[5], body[6], body[7], body[8], body[9]
+        l0 = xx * w[0] + xy * w[1] + xz * w[2] + h1 * u[2] - h2 * u[1]
+        l1 = xy * w[0] + yy * w[1] + yz * w[2] + h2 * u[0] - h0 * u[2]
+        l2 = xz * w[0] + yz * w[1] + zz * w[2] + h0 * u[1] - h1 * u[0]
+        p0 = mass * u[0] + w[1] * h2 - w[2] * h1
+        p1 = mass * u[1] + w[2] * h0 - w[0] * h2
+        p2 = mass * u[2] + w[0] * h1 - w[1] * h0
+        load = loads[i]
+        load[0] = xx * dw[0] + xy * dw[1] + xz * dw[2] + h1 * du[2] - h2 * du[1]
+        load[1] = xy * dw[0] + yy * dw[1] + yz * dw[2] + h2 * du[0] - h0 * du[2]
+        load[2] = xz * dw[0] + yz * dw[1] + zz * dw[2] + h0 * du[1] - h1 * du[0]
+        load[0] += w[1] * l2 - w[2] * l1 + u[1] * p2 - u[2] * p1
+        load[1] += w[2] * l0 - w[0] * l2 + u[2] * p0 - u[0] * p2
+        load[2] += w[0] * l1 - w[1] * l0 + u[0] * p1 - u[1] * p0
+        load[3] = mass * du[0] + dw[1] * h2 - dw[2] * h1 + w[1] * p2 - w[2] * p1
+        load[4] = mass * du[1] + dw[2] * h0 - dw[0] * h2 + w[2] * p0 - w[0] * p2
+        load[5] = mass * du[2] + dw[0] * h1 - dw[1] * h0 + w[0] * p1 - w[1] * p0
+    for mark in range(marks.shape[0]):
+        for r in range(3):
+            points[n + mark, r] = shift[r]
+            for k in range(3):
+                points[n + mark, r] += turn[r, k] * marks[mark, k]
+    for j in range(n - 1, -1, -1):
+        if j + 1 < n:
+            for k in range(10):
+                bodies[j, k] += bodies[j + 1, k]
+            for k in range(6):
+                loads[j, k] += loads[j + 1, k]
+        bias[j] = 0.0
+        for k in range(6):
+            bias[j] += screws[j, k] * loads[j, k]
+        mass, h0, h1, h2, xx, xy, yy, xz, yz, zz = bodies[j]
+        a0, a1, a2, b0, b1, b2 = screws[j]
+        l0 = xx * a0 + xy * a1 + xz * a2 + h1 * b2 - h2 * b1
+        l1 = xy * a0 + yy * a1 + yz * a2 + h2 * b0 - h0 * b2
+        l2 = xz * a0 + yz * a1 + zz * a2 + h0 * b1 - h1 * b0
+        p0 = mass * b0 + a1 * h2 - a2 * h1
+        p1 = mass * b1 + a2 * h0 - a0 * h2
+        p2 = mass * b2 + a0 * h1 - a1 * h0
+        for i in range(j + 1):
+            s = screws[i]
+            inertia[i, j] = s[0] * l0 + s[1] * l1 + s[2] * l2 + s[3] * p0 + s[4] * p1 + s[5] * p2
+            inertia[j, i] = inertia[i, j]
+
+
+@_compiled(float64(READ, READ, READ))
+def _distance(point: Array, start: Array, end: Array) -> float:
+    """From ``point`` to the segment between ``start`` and ``end``, all (3,)."""
+    along = square = 0.0
+    for r in range(3):
+        along += (point[r] - start[r]) * (end[r] - start[r])
+        square += (end[r] - start[r]) ** 2
+    share = min(max(along / square, 0.0), 1.0) if square > 0.0 else 0.0
+    gap = 0.0
+    for r in range(3):
+        gap += (point[r] - start[r] - share * (end[r] - start[r])) ** 2
+    return math.sqrt(gap)
+
+
+@_compiled(boolean(READ, READ, READ, READ, READ_2D, READ, READ_2D))
+def _is_near(  # noqa: PLR0917
+    position_rad: Array,
+    velocity_rad_s: Array,
+    ball_m: Array,
+    ball_m_s: Array,
+    points: Array,
+    radii: Array,
+    limits: Array,
+) -> bool:
+    """Whether ball and arm may touch within the next step, or a joint come to a stop or its top speed.
+
+    ``radii`` are those of the capsules between one of the ``points`` of the arm and the next, and last of the ball that
+    holds the cup about the last point; the ball's own is in each. Negative: there is no such part.
+    """
+    for i in range(position_rad.size):
+        q, v = position_rad[i], velocity_rad_s[i]
+        if (
+            not limits[LOWER, i] + NEAR_RAD < q < limits[UPPER, i] - NEAR_RAD
+            or abs(v) > NEAR_SPEED * limits[FASTEST, i]
+        ):
+            return True
+    cup, speed = radii.size - 1, abs(ball_m_s[0]) + abs(ball_m_s[1]) + abs(ball_m_s[2])
+    margin = NEAR_M + NEAR_S * speed
+    if _distance(ball_m, points[cup], points[cup]) < radii[cup] + margin:
+        return True
+    for i in range(cup):  # noqa: SIM110 - compiled code has no generators
+        if radii[i] >= 0.0 and _distance(ball_m, points[i], points[i + 1]) < radii[i] + margin:
+            return True
+    return False
+
+
+@_compiled(
+    int64(
+        READ,
+        READ,
+        READ,
+        READ,
+        READ,
+        READ,
+        READ,
+        READ,
+        READ_2D,
+        READ_2D,
+        READ,
+        READ_2D,
+        READ,
+        READ_2D,
+        READ_2D,
+        READ,
+        WRITE,
+    )
+)
+def apart_forces(  # noqa: PLR0917
+    position_rad: Array,
+    velocity_rad_s: Array,
+    effort: Array,
+    level: Array,
+    ball_m: Array,
+    ball_m_s: Array,
+    reaction_n: Array,
+    pivot_m: Array,
+    screws: Array,
+    inertia: Array,
+    bias: Array,
+    points: Array,
+    radii: Array,
+    joints: Array,
+    limits: Array,
+    numbers: Array,
+    force: Array,
+) -> int:
+    """The ``force`` on the joints, motors, dry friction and the rope's, where nothing can touch in the coming step.
+
+        (H + T B) (v' - v) = T (effort + friction + J^T F - C v - g - B v)
+
+    as DART steps, with the viscous friction B implicit; F = ``reaction_n`` pulls at ``pivot_m``, and the friction is
+    that with which v' obeys Coulomb's law (``held``). ``numbers`` are the factor on all friction and T. The answer is
+    APART, or NEAR where something may touch (see _is_near) and nothing was done, or LOST where the inertia has no
+    factor, or no friction was found.
+    """
+    if _is_near(position_rad, velocity_rad_s, ball_m, ball_m_s, points, radii, limits):
+        return NEAR
+    n = effort.size
+    factor, period = numbers
+    factor_of, diagonal, load, friction = np.empty((n, n)), np.empty(n), np.empty(n), np.empty(n)
+    for i in range(n):
+        viscous = factor * joints[VISCOUS, i]
+        for j in range(i):
+            factor_of[i, j] = inertia[i, j]
+        factor_of[i, i] = diagonal[i] = inertia[i, i] + period * viscous
+        pulled = reaction_n[0] * (screws[i, 1] * pivot_m[2] - screws[i, 2] * pivot_m[1] + screws[i, 3])
+        pulled += reaction_n[1] * (screws[i, 2] * pivot_m[0] - screws[i, 0] * pivot_m[2] + screws[i, 4])
+        pulled += reaction_n[2] * (screws[i, 0] * pivot_m[1] - screws[i, 1] * pivot_m[0] + screws[i, 5])
+        force[i] = effort[i] + pulled
+        load[i] = force[i] - bias[i] - viscous * velocity_rad_s[i]
+    if not _factorise(factor_of, n):
+        return LOST
+    if not held(factor_of, diagonal, velocity_rad_s, load, level, period, friction):
+        return LOST
+    for i in range(n):
+        force[i] += friction[i]
+    return APART

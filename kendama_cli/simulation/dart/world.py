@@ -3,31 +3,28 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
 from kendama_cli.motion.impedance import JointTorque, TaskState
 from kendama_cli.motion.task_settings import InteractSettings
-from kendama_cli.robot_model.arm_motion import SAMPLE_S
 from kendama_cli.robot_model.body import Body
-from kendama_cli.robot_model.dart_library import awake_world, dartpy
 from kendama_cli.robot_model.model import RobotModel
 from kendama_cli.schema.arrays import Array
 from kendama_cli.settings.game import GameSettings
 from kendama_cli.settings.robot import RobotSettings
 from kendama_cli.settings.scene import SceneSettings
+from kendama_cli.simulation.dart.arm_dynamics import ArmDynamics
 from kendama_cli.simulation.dart.ball import TetheredBall
-from kendama_cli.simulation.dart.joint_control import TORQUE_REMEDY, JointControl
+from kendama_cli.simulation.dart.joint_control import JointControl
+from kendama_cli.simulation.dart.links import attach_links
 from kendama_cli.simulation.dart.scene import Scene, check_clear
 from kendama_cli.simulation.dart.task_state import task_state
+from kendama_cli.simulation.dart.world_pair import STEP_S, WorldPair
 from kendama_cli.simulation.dart.wrist import ContactSensor, wrist_wrench
 
-STEP_S = SAMPLE_S
-"""Step of simulation and control, one sample of a planned motion.
+__all__ = ["NO_ERRORS", "NO_SCENE", "STEP_S", "ArmWorld", "WorldErrors"]
 
-At 1 ms nothing tunnels up to 8 m/s and the rope is far from its stability limit.
-"""
 NO_SCENE = SceneSettings(bodies=())
 
 
@@ -59,23 +56,32 @@ class ArmWorld:
     """
 
     def __init__(
-        self, robot: RobotSettings, task: GameSettings | InteractSettings, scene: SceneSettings = NO_SCENE
+        self,
+        robot: RobotSettings,
+        task: GameSettings | InteractSettings,
+        scene: SceneSettings = NO_SCENE,
+        *,
+        links: bool = False,
     ) -> None:
+        """With ``links`` the ball touches the arm's links and the handle as well as the cup."""
         game = task if isinstance(task, GameSettings) else None
         self.arm = arm = RobotModel(
             robot, task.probe if isinstance(task, InteractSettings) else task.cup, task.gravity_m_s2
         )
         self.body = arm.new_body()
+        if game is not None and links:
+            attach_links(self.body, arm, game.cup)
         self._skeleton = self.body.skeleton
-        self._exact_friction = game is None
-        self._world = _new_world(task.gravity_m_s2, exact_friction=game is None)
-        self._world.addSkeleton(self._skeleton)
+        self._dynamics = ArmDynamics(arm, game, links=links)
+        self._control = JointControl(arm, self.body, self._dynamics, STEP_S)
         self._ball = TetheredBall(game, self.body) if game is not None else None
-        if self._ball is not None:
-            self._world.addSkeleton(self._ball.skeleton)
         self._sensor = None if isinstance(task, GameSettings) else _sensor(task, arm, self.body, scene)
-        self.scene = Scene(self._world, scene)
-        self._control = JointControl(arm, self.body, always_held=game is None, step_s=STEP_S)
+        self._worlds = WorldPair(task.gravity_m_s2, exact_friction=game is None)
+        self._worlds.add(self._skeleton)
+        if self._ball is not None:
+            self._worlds.add(self._ball.skeleton)
+        self.scene = Scene(self._worlds.touching, scene)
+        self._alone = game is not None and not scene.bodies
         self._start_m = 0.0
         self.reset(arm.home_rad)
 
@@ -91,7 +97,9 @@ class ArmWorld:
 
         The ball hangs still, the scene is as it began, and nothing of the time before is left in DART.
         """
-        self._world = _renewed(self._world, self.arm.gravity_m_s2, exact_friction=self._exact_friction)
+        self._worlds.renew()
+        self._control.enforce_limits(enforce=True)
+        self._apart = False
         velocity = np.zeros_like(self.arm.home_rad) if velocity_rad_s is None else velocity_rad_s
         self._skeleton.resetAccelerations()
         self._skeleton.resetGeneralizedForces()
@@ -124,33 +132,48 @@ class ArmWorld:
         ``noise_rad`` is added to the angles read, ``feedforward_nm`` to the torque commanded; the motors clip the sum
         to their limits. Raises SimulationError, naming the joint, where a torque would not be finite.
         """
-        control = self._control
-        reference = (position_rad, velocity_rad_s, acceleration_rad_s2)
-        state = (self.position_rad, self.velocity_rad_s)
-        torque_nm = control.follow(reference, control.per_joint(noise_rad), state, self.t_s)
-        self._advance(torque_nm, control.per_joint(feedforward_nm), "check the reference and its feedforward")
+        state = self.position_rad, self.velocity_rad_s
+        reference = position_rad, velocity_rad_s, acceleration_rad_s2
+        self._control.follow(reference, noise_rad, feedforward_nm, state, self.t_s)
+        self._advance(state)
 
     def step_torque(self, command: JointTorque) -> None:
         """Advance by STEP_S under the commanded torque, with weight, Coriolis and the known friction compensated.
 
         Raises SimulationError, naming the joint, where the torque or the motion is not finite.
         """
-        carried_nm = self._control.carry(command, self.velocity_rad_s)
-        self._advance(command.torque_nm, carried_nm, TORQUE_REMEDY)
+        self._control.give(command, self.velocity_rad_s, self.t_s)
+        self._advance((self.position_rad, self.velocity_rad_s))
         self._control.check_speed(self.velocity_rad_s, self.t_s)
 
-    def _advance(self, torque_nm: Array, added_nm: Array, remedy: str) -> None:
-        """One step of DART under what the motors give for the sum of both torques (n,) and the known friction."""
-        self._control.act(torque_nm, added_nm, self.velocity_rad_s, remedy, self.t_s)
-        if self._ball is not None:
-            self._ball.pull(self.t_s)
-        self.scene.pull()
-        self._world.step()
+    def _advance(self, state: tuple[Array, Array]) -> None:
+        """One step of DART from ``state`` under what the motors give."""
+        ball, control = self._ball, self._control
+        if ball is not None:
+            ball.pull(self.t_s)
+        if ball is not None and self._alone and control.move_apart(state, ball.state, ball.reaction, self.t_s):
+            if not self._apart:
+                self._apart = True
+                control.enforce_limits(enforce=False)
+            self._worlds.apart.step()
+        else:
+            if self._apart:
+                self._apart = False
+                control.enforce_limits(enforce=True)
+            self._touch()
         self._steps += 1
         self.t_s = self._steps * STEP_S
         self._observe()
+
+    def _touch(self) -> None:
+        """The step in which DART looks for contacts, and after the joints' limits."""
+        if self._ball is not None and self._ball.tension_n > 0.0:
+            self._ball.react()
+        self._control.move_touching()
+        self.scene.pull()
+        self._worlds.touching.step()
         if self._sensor is not None:
-            self._sensor.read(self._world)
+            self._sensor.read(self._worlds.touching)
 
     def state(self) -> TaskState:
         """What a task-space controller with the probe knows of the arm and its contact."""
@@ -160,7 +183,7 @@ class ArmWorld:
         """What a sensor between the tip link and the tool feels after the last step: (6,), force [N], torque [Nm]."""
         if self._ball is not None:
             self._ball.react()
-        return wrist_wrench(self.body, self._world)
+        return wrist_wrench(self.body, self._worlds.apart if self._apart else self._worlds.touching)
 
     @property
     def limited(self) -> bool:
@@ -197,6 +220,7 @@ class ArmWorld:
     def _observe(self) -> None:
         self.position_rad: Array = self._skeleton.getPositions()
         self.velocity_rad_s: Array = self._skeleton.getVelocities()
+        self._dynamics.observe(self.position_rad, self.velocity_rad_s)
         if self._ball is not None:
             self._ball.observe()
 
@@ -205,22 +229,3 @@ def _sensor(task: InteractSettings, arm: RobotModel, body: Body, scene: SceneSet
     base_m = np.linspace(arm.settings.base_position_m, arm.joint_places_m(arm.home_rad)[0], num=50)
     check_clear(scene, base_m, arm.tool_place_m(arm.home_rad), task.probe.radius_m)
     return ContactSensor(body.cup, task.probe.mass_kg, task.sensor_hz, STEP_S)
-
-
-def _renewed(old: Any, gravity_m_s2: float, *, exact_friction: bool) -> Any:
-    """A new world of DART with all that ``old`` held: a solver would start from what it found before."""
-    skeletons = [old.getSkeleton(number) for number in range(old.getNumSkeletons())]
-    old.removeAllSkeletons()
-    world = _new_world(gravity_m_s2, exact_friction=exact_friction)
-    for skeleton in skeletons:
-        world.addSkeleton(skeleton)
-    return world
-
-
-def _new_world(gravity_m_s2: float, *, exact_friction: bool) -> Any:
-    world = awake_world(STEP_S, gravity_m_s2)
-    if exact_friction:
-        # DART's default bounds friction by the normal force that would act without it: on an arm, whose directions
-        # are coupled, that was wrong by a quarter; this one iterates until Coulomb's law holds
-        world.getConstraintSolver().setBoxedLcpSolver(dartpy.constraint.NsgsFrictionSolver())
-    return world

@@ -12,7 +12,6 @@ from kendama_cli.learning.state import SwingState
 from kendama_cli.physics.taut_rope import TautRope
 from kendama_cli.settings.game import GameSettings
 from kendama_cli.settings.robot import RobotSettings
-from kendama_cli.simulation.dart.links import attach_links
 from kendama_cli.simulation.dart.world import STEP_S, ArmWorld
 from kendama_cli.simulation.placement.placement import CupLine
 from kendama_cli.simulation.swingup import line_kernel
@@ -39,8 +38,7 @@ class ArmSwing:
                 "learn.step_s",
                 f"'learn.step_s' is {settings.step_s}; allowed with simulation/engine=dart: multiples of {STEP_S}",
             )
-        self._world = ArmWorld(robot, game)
-        attach_links(self._world.body, self._world.arm, game.cup)
+        self._world = ArmWorld(robot, game, links=True)
         self._line = CupLine(self._world.arm, _reach_m(settings))
         curve = self._line.curve
         self._pieces, self._first_m, self._knot_m = curve.coefficients, curve.start, curve.step

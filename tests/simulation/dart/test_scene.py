@@ -177,8 +177,7 @@ def test_a_reset_puts_every_body_back_and_the_same_happens_again():
 
 
 def test_the_games_own_world_takes_a_scene():
-    world = ArmWorld(pa10(), kendama_game())
-    Scene(world._world, scene(body()))
+    world = ArmWorld(pa10(), kendama_game(), scene(body()))
     world.ball.put([0.1, 0.0, 1.05], [0.0, 0.0, -1.0])
     for _ in range(800):
         world.step(world.arm.home_rad, np.zeros(7), np.zeros(7))

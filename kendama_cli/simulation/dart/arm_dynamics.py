@@ -1,0 +1,52 @@
+"""Where a simulated arm is and what moves it, by compiled code, from the positions and velocities that DART gives."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from kendama_cli.robot_model.chain import compiled_chain
+from kendama_cli.robot_model.model import RobotModel
+from kendama_cli.schema.arrays import Array
+from kendama_cli.settings.game import CupSettings, GameSettings
+from kendama_cli.simulation.dart import joint_kernel as kernel
+from kendama_cli.simulation.dart.links import HANDLE_RADIUS_M
+
+
+class ArmDynamics:
+    """Inertia H (n, n), bias C q' + g (n,), screws (n, 6) and points of ``arm`` after ``observe``.
+
+    The arrays are those on which compiled code works (joint_kernel.move_chain): they change with every call.
+    """
+
+    def __init__(self, arm: RobotModel, game: GameSettings | None, *, links: bool) -> None:
+        chain, n = compiled_chain(arm, with_tool=True), len(arm.joint_names)
+        zeros = np.zeros(n)
+        pose, root_m = arm.tool_pose(zeros), arm.joint_places_m(zeros)
+        turn, shift = arm.base_pose()
+        columns = (chain.axes @ turn.T, chain.origins @ turn.T + shift, chain.centers_m @ turn.T + shift)
+        inertia = turn @ chain.inertia_kg_m2 @ turn.T
+        self._links = np.hstack([*columns, inertia.reshape(n, 9), chain.mass_kg[:, None]])
+        cup = game.cup if game is not None else None
+        middle_m = pose.position_m + pose.rotation[:, 2] * (cup.rim_m / 2 if cup is not None else 0.0)
+        self._marks = np.array([root_m[-1], middle_m])
+        self._gravity_m_s2 = arm.gravity_m_s2
+        self.radii = np.full(n + 2, -1.0) if game is None else _radii(arm, game, links=links)
+        self.inertia, self.bias, self.screws = np.zeros((n, n)), np.zeros(n), np.zeros((n, 6))
+        self.points = np.zeros((n + len(self._marks), 3))
+
+    def observe(self, position_rad: Array, velocity_rad_s: Array) -> None:
+        """Take the arm's state (n,) from DART."""
+        kernel.move_chain(
+            position_rad, velocity_rad_s, self._links, self._marks, self._gravity_m_s2, self.inertia, self.bias,
+            self.screws, self.points,
+        )  # fmt: skip
+
+
+def _radii(arm: RobotModel, game: GameSettings, *, links: bool) -> Array:
+    """What the ball's centre may come near to: capsules of links and handle where there are any, and the cup."""
+    cup: CupSettings = game.cup
+    # staves are longer than the arc between them
+    around_m = float(np.hypot(cup.outer_radius_m / np.cos(np.pi / cup.staves), cup.rim_m / 2))
+    # the link's handle ends at the cup's place, half the cup's height beside the point that is taken for its end
+    parts = [*arm.link_radius_m, HANDLE_RADIUS_M + cup.rim_m / 2] if links else [-np.inf] * (len(arm.joint_names) + 1)
+    return np.array([*parts, around_m]) + game.ball.radius_m

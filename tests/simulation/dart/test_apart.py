@@ -1,0 +1,106 @@
+"""Where nothing can touch, DART looks for nothing: that must change nothing but the time it takes."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+
+from kendama_cli.schema.arrays import Array
+from kendama_cli.settings.robot import RobotSettings
+from kendama_cli.simulation.dart.arm_dynamics import ArmDynamics
+from kendama_cli.simulation.dart.world import STEP_S, ArmWorld, WorldErrors
+from tests.simulation.dart.bench_robot import kendama_game, modelled, pa10
+
+
+def watched(world: ArmWorld, *, always_touching: bool) -> list[bool]:
+    """Whether each step was one in which DART looked for contacts; ``always_touching``: it shall always look."""
+    looked: list[bool] = []
+    decide = world._control.move_apart
+
+    def move_apart(*arguments: object) -> bool:
+        apart = False if always_touching else decide(*arguments)  # type: ignore[arg-type]
+        looked.append(not apart)
+        return apart
+
+    world._control.move_apart = move_apart  # type: ignore[method-assign]
+    return looked
+
+
+def swayed(robot: RobotSettings, *, always_touching: bool, steps: int = 700) -> tuple[Array, list[bool]]:
+    """Joints and ball (steps, 10) while all joints sway through zero speed, and in which steps DART looked."""
+    world = ArmWorld(robot, kendama_game(), links=True)
+    looked = watched(world, always_touching=always_touching)
+    places = []
+    for k in range(1, steps):
+        t = k * STEP_S
+        turn = 0.1 * (1 - math.cos(8 * t)), 0.8 * math.sin(8 * t), 6.4 * math.cos(8 * t)
+        world.step(world.arm.home_rad + turn[0], *(np.full(7, one) for one in turn[1:]))
+        places.append(np.concatenate([world.position_rad, world.ball.position_m]))
+    return np.array(places), looked
+
+
+@pytest.mark.parametrize(
+    ("viscous", "rounding_rad"),
+    # DART applies constraints after viscous friction, compiled code beside it: 5 Nms of it are T B = 0.5 % of 1 kg m^2
+    [((0.0,) * 7, 1e-10), (pa10().viscous_nm_s, 2e-5)],
+    ids=["without viscous friction", "as shipped"],
+)
+def test_an_arm_moves_as_if_dart_had_looked_for_contacts_and_friction_in_every_step(
+    viscous: tuple[float, ...], rounding_rad: float
+) -> None:
+    robot = dataclasses.replace(pa10(), viscous_nm_s=viscous)
+    apart, looked = swayed(robot, always_touching=False)
+    touching, always = swayed(robot, always_touching=True)
+    assert np.mean(looked) < 0.2
+    assert all(always)
+    assert np.abs(apart - touching).max() < rounding_rad
+
+
+def test_dart_looks_before_anything_touches() -> None:
+    """A ball that falls onto cup, handle and links from many places meets none of them unseen."""
+    game = kendama_game()
+    world = ArmWorld(pa10(), game, links=True)
+    world.reset(world.arm.home_rad)
+    home, still = world.arm.home_rad, np.zeros(7)
+    places = world.arm.joint_places_m(home)
+    world.perturb(WorldErrors(rope_scale=5.0))  # long enough for every place
+    rng, touched = np.random.default_rng(2), 0
+    for _ in range(60):
+        looked = watched(world, always_touching=False)
+        world.reset(home)
+        a, b = places[(k := rng.integers(1, len(places) - 1))], places[k + 1]
+        target = world.ball.tie_m + np.array([0, 0, 0.05]) if rng.random() < 0.4 else a + rng.random() * (b - a)
+        way = rng.normal(size=3)
+        way *= 0.35 / np.linalg.norm(way)
+        world.ball.put((target + way).tolist(), (-way / 0.35 * rng.uniform(1.0, 12.0)).tolist())
+        for step in range(150):
+            world.step(home, still, still)
+            contacts = world._worlds.touching.getLastCollisionResult().getNumContacts()
+            if contacts and looked[-1]:
+                assert step == 0 or looked[-2], "something touched in the first step in which DART looked"
+                touched += 1
+                break
+        del world._control.move_apart  # type: ignore[attr-defined]
+    assert touched > 25
+
+
+def test_the_compiled_arm_is_dart_s() -> None:
+    arm = modelled(pa10())
+    dynamics, body = ArmDynamics(arm, kendama_game(), links=True), arm.new_body()
+    skeleton, rng = body.skeleton, np.random.default_rng(4)
+    skeleton.setGravity(np.array([0.0, 0.0, -arm.gravity_m_s2]))
+    for _ in range(20):
+        angles, speeds = rng.uniform(arm.limits.lower_rad, arm.limits.upper_rad), rng.normal(0.0, 2.0, 7)
+        skeleton.setPositions(angles)
+        skeleton.setVelocities(speeds)
+        dynamics.observe(angles, speeds)
+        assert dynamics.inertia == pytest.approx(skeleton.getMassMatrix(), abs=1e-12)
+        assert dynamics.bias == pytest.approx(skeleton.getCoriolisAndGravityForces(), abs=1e-10)
+        assert dynamics.points[:8] == pytest.approx(arm.joint_places_m(angles), abs=1e-12)
+        force = rng.normal(size=3)
+        jacobian = arm.tool_jacobian(angles)[:3]
+        moments = np.cross(body.tie.getCOM(), force)
+        assert dynamics.screws @ [*moments, *force] == pytest.approx(jacobian.T @ force, abs=1e-12)
