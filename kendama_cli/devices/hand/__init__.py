@@ -8,6 +8,16 @@ from kendama_cli.schema.registry import Variant
 FILE = Variant(
     "file", settings="kendama_cli.devices.hand.settings:FileCapture", makes="kendama_cli.devices.hand.file:open_files"
 )
+MARKER = Variant(
+    "marker",
+    settings="kendama_cli.devices.hand.settings:MarkerCapture",
+    makes="kendama_cli.devices.hand.marker:open_marker",
+)
+MARKER_LIVE = Variant(
+    "marker_live",
+    settings="kendama_cli.devices.hand.settings:MarkerLiveCapture",
+    makes="kendama_cli.devices.hand.marker_live:open_marker_live",
+)
 MOCAP = Variant(
     "mocap",
     settings="kendama_cli.devices.hand.settings:MocapCapture",

@@ -4,15 +4,14 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
 from kendama_cli.devices.hand.interface import HandSample
 from kendama_cli.devices.hand.mcap_log import read_mcap
-from kendama_cli.devices.hand.recording import Recording, check_samples, check_swing
-from kendama_cli.devices.hand.segments import cut_apart
+from kendama_cli.devices.hand.recording import Recording
+from kendama_cli.devices.hand.segments import checked_swings
 from kendama_cli.devices.hand.settings import FileCapture
 from kendama_cli.devices.hand.text import read_text
 from kendama_cli.errors import InputError
@@ -52,8 +51,16 @@ def open_files(settings: FileCapture) -> Sequence[RecordedHand]:
     """
     paths = (settings.path,) if isinstance(settings.path, str) else settings.path or ()
     recordings = [
-        swing for path in paths for recording in _read(path, settings) for swing in _swings(recording, settings)
+        swing
+        for path in paths
+        for recording in _read(path, settings)
+        for swing in checked_swings(recording, settings.plausible, settings.gap_factor, settings.segments)
     ]
+    return hands_of(recordings)
+
+
+def hands_of(recordings: Sequence[Recording]) -> tuple[RecordedHand, ...]:
+    """A hand for every recording; names that repeat are numbered."""
     names = Counter(recording.name for recording in recordings)
     seen: Counter[str] = Counter()
     hands = []
@@ -64,20 +71,6 @@ def open_files(settings: FileCapture) -> Sequence[RecordedHand]:
             RecordedHand(f"{recording.name}-{seen[recording.name]}" if repeated else recording.name, recording)
         )
     return tuple(hands)
-
-
-def _swings(recording: Recording, settings: FileCapture) -> list[Recording]:
-    """The checked swings in one recording, each with the warnings about it; the first also with what was left out."""
-    check_samples(recording, settings.gap_factor)
-    swings, left = cut_apart(recording) if settings.segments == "auto" else ([recording], [])
-    checked = []
-    for swing in swings:
-        told = [f"{swing.name}: {doubt}" for doubt in check_swing(swing, settings.plausible)]
-        checked.append(replace(swing, warnings=tuple(told)))
-    if left:
-        about = tuple(f"{recording.name}: {one}" for one in left)
-        checked[0] = replace(checked[0], warnings=about + checked[0].warnings)
-    return checked
 
 
 def _read(path: str, settings: FileCapture) -> Sequence[Recording]:

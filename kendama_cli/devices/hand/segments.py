@@ -7,7 +7,8 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from kendama_cli.devices.hand.recording import MIN_SAMPLES, Recording
+from kendama_cli.devices.hand.recording import MIN_SAMPLES, Recording, check_samples, check_swing
+from kendama_cli.devices.hand.settings import PlausibleSettings
 from kendama_cli.motion.hanging_ball import rise_of
 from kendama_cli.motion.onset import moving_part
 from kendama_cli.schema.arrays import Array
@@ -23,6 +24,23 @@ SLOW_SHARE = 0.4
 """A movement whose peak speed is below this share of the fastest one's is a way back."""
 LEAST_S = 0.3
 SWING_RISE = 0.5
+
+
+def checked_swings(
+    recording: Recording, plausible: PlausibleSettings, gap_factor: float, segments: str
+) -> list[Recording]:
+    """The checked swings in one recording, each with the warnings about it; the first also with what was left out.
+
+    Raises InputError where samples are missing, or a part is no swing that a hand can make.
+    """
+    check_samples(recording, gap_factor)
+    swings, left = cut_apart(recording) if segments == "auto" else ([recording], [])
+    checked: list[Recording] = []
+    for swing in swings:
+        told = [f"{swing.name}: {doubt}" for doubt in check_swing(swing, plausible)]
+        checked.append(replace(swing, warnings=recording.warnings + tuple(told) if not checked else tuple(told)))
+    about = tuple(f"{recording.name}: {one}" for one in left)
+    return [replace(checked[0], warnings=about + checked[0].warnings), *checked[1:]]
 
 
 def cut_apart(recording: Recording) -> tuple[list[Recording], list[str]]:

@@ -1,0 +1,172 @@
+"""A hand that is seen: a printed marker on the cup's handle, in films."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from kendama_cli.devices.camera.calibration import camera_model, read_calibration
+from kendama_cli.devices.hand.file import RecordedHand, hands_of
+from kendama_cli.devices.hand.recording import Recording
+from kendama_cli.devices.hand.segments import checked_swings
+from kendama_cli.devices.hand.settings import MarkerCapture, MarkerSettings
+from kendama_cli.errors import ConfigError, InputError
+from kendama_cli.motion.rotation import exponential, inverse, multiply
+from kendama_cli.motion.rotation_matrix import log_of
+from kendama_cli.schema.arrays import Array
+from kendama_cli.vision.camera_model import CameraModel
+from kendama_cli.vision.marker import MarkerDetector
+from kendama_cli.vision.marker_pose import PoseCandidate, marker_poses
+from kendama_cli.vision.pose_track import PoseTrack, smooth
+
+LEVEL = np.array([(1.0, 0.0, 0.0), (0.0, 0.0, -1.0), (0.0, 1.0, 0.0)])
+"""World to camera of a level one that looks along y: x right, z up."""
+FEWEST_SEEN = 10
+DOUBTFUL_SHARE = 0.9
+
+
+def open_marker(settings: MarkerCapture) -> Sequence[RecordedHand]:
+    """A hand for every swing in the films; raises InputError for one in which the marker cannot be followed."""
+    return films_of((settings.path,) if isinstance(settings.path, str) else settings.path or (), settings)
+
+
+def films_of(paths: Sequence[str], settings: MarkerSettings) -> Sequence[RecordedHand]:
+    """A hand for every swing in the films."""
+    recordings: list[Recording] = []
+    for path in paths:
+        recordings += checked_swings(_followed(path, settings), settings.plausible, math.inf, settings.segments)
+    return hands_of(recordings)
+
+
+def _followed(path: str, settings: MarkerSettings) -> Recording:
+    """The cup's motion in the film ``path``."""
+    camera: CameraModel | None = None
+    detector = MarkerDetector(settings.dictionary, settings.number)
+    stamps: list[float] = []
+    frames: list[list[PoseCandidate]] = []
+    last = None
+    for stamp_s, pixels in _frames(path, settings.rate_hz):
+        if camera is None:
+            camera = _camera(settings, pixels.shape[1], pixels.shape[0], path)
+        seen = detector.find(pixels, last)
+        last = seen or last
+        stamps.append(stamp_s)
+        frames.append([] if seen is None else marker_poses(seen.corners_px, settings.size_m, camera))
+    known = [i for i, candidates in enumerate(frames) if candidates]
+    if camera is None or len(known) < FEWEST_SEEN:
+        raise InputError(
+            path,
+            f"marker {settings.number} of {settings.dictionary} is seen in {len(known)} of {len(frames)} frames",
+            remedy="look at capture.dictionary and capture.number; the print needs its white edge, and light",
+        )
+    t_s = np.array(stamps[known[0] : known[-1] + 1])
+    _check_gaps(path, t_s, [i - known[0] for i in known], settings.longest_gap_s)
+    track = smooth(t_s, frames[known[0] : known[-1] + 1])
+    return _recording(path, settings, camera, t_s, track)
+
+
+def _recording(path: str, settings: MarkerSettings, camera: CameraModel, t_s: Array, track: PoseTrack) -> Recording:
+    to_world = camera.world_to_camera.T
+    offset = np.asarray(settings.marker_to_cup_m)
+    turned = multiply(exponential(log_of(to_world)), track.rotation_wxyz)
+    place_m = track.place_m @ to_world.T + camera.position_in_world_m + _rotated(turned, offset)
+    sigma_mm = 1e3 * np.sqrt(np.mean(track.place_sigma_m**2, axis=0))
+    share = float(track.seen.mean())
+    notes = [
+        f"{Path(path).name}: lengths rest on the marker's side, capture.size_m = {settings.size_m:g} m; places are "
+        f"known to about {sigma_mm[:2].max():.1f} mm across the view and {sigma_mm[2]:.1f} mm along it"
+    ]
+    if share < DOUBTFUL_SHARE:
+        notes.append(
+            f"{Path(path).name}: the marker is seen in {share:.0%} of the frames only; the rest is interpolated"
+        )
+    return Recording(
+        path,
+        Path(path).stem,
+        t_s - t_s[0],
+        place_m,
+        lambda sample: f"frame at {t_s[sample]:.3f} s",
+        "look at capture.size_m (the side of the black square), capture.field_of_view_deg or capture.calibration",
+        "the camera stands level and looks across the swing (capture.view); turn the film upright",
+        warnings=tuple(notes),
+        rotation_wxyz=multiply(turned, inverse(turned[0])),
+    )
+
+
+def _rotated(turns: Array, vector: Array) -> Array:
+    w, v = turns[:, :1], turns[:, 1:]
+    return np.asarray(vector + 2 * np.cross(v, np.cross(v, vector) + w * vector))
+
+
+def _check_gaps(path: str, t_s: Array, seen: list[int], longest_s: float) -> None:
+    gaps = np.diff(t_s[seen])
+    worst = int(gaps.argmax())
+    if gaps[worst] > longest_s:
+        raise InputError(
+            path,
+            f"the marker is not seen for {gaps[worst]:.2f} s; allowed: {longest_s:g} s",
+            where=f"frame at {t_s[seen[worst]]:.2f} s",
+            remedy="keep it in the picture and unblurred (more light, shorter exposure), cut the film, or raise "
+            "capture.longest_gap_s",
+        )
+
+
+def _frames(path: str, rate_hz: float | None) -> Iterator[tuple[float, NDArray[np.uint8]]]:
+    """Stamps and pictures; where no rate is declared, the film's own stamps (they may be uneven) or rate."""
+    if not Path(path).is_file():
+        raise InputError(path, "no such file", remedy="set capture.path to a film, a glob or a list of them")
+    film = cv2.VideoCapture(path)
+    try:
+        if not film.isOpened():
+            raise InputError(path, "OpenCV cannot open it as a film", remedy="convert it, e.g. to mp4")
+        own_hz = float(film.get(cv2.CAP_PROP_FPS))
+        announced = int(film.get(cv2.CAP_PROP_FRAME_COUNT))
+        if rate_hz is None and not (math.isfinite(own_hz) and own_hz > 0):
+            raise InputError(path, "the film does not tell its frame rate", remedy="give it by capture.rate_hz")
+        count, before = 0, -math.inf
+        while True:
+            good, pixels = film.read()
+            if not good:
+                break
+            t_s = count / (rate_hz or own_hz)
+            if rate_hz is None:
+                stamp = float(film.get(cv2.CAP_PROP_POS_MSEC)) / 1e3
+                t_s = stamp if stamp > before else before + 1 / own_hz
+            before, count = t_s, count + 1
+            yield t_s, np.asarray(pixels, dtype=np.uint8)
+        if count < 0.9 * announced - 2:
+            raise InputError(
+                path,
+                f"it can be read up to frame {count} of {announced}; it is damaged or was cut short",
+                remedy="record it again, or convert the part that can be read",
+            )
+    finally:
+        film.release()
+
+
+def _camera(settings: MarkerSettings, width: int, height: int, path: str) -> CameraModel:
+    if settings.calibration is None:
+        wide = math.radians(settings.field_of_view_deg or math.nan)
+        focal = width / 2 / math.tan(wide / 2)
+        centre = np.array([(width - 1) / 2, (height - 1) / 2])
+        return CameraModel("film", width, height, np.full(2, focal), centre, np.zeros(5), LEVEL, np.zeros(3))
+    known = {one.name: one for one in read_calibration(settings.calibration)}
+    name = settings.camera or next(iter(known))
+    if name not in known or (settings.camera is None and len(known) > 1):
+        raise ConfigError("capture.camera", f"'capture.camera' is {settings.camera}; allowed: {', '.join(known)}")
+    model = camera_model(known[name])
+    if (model.width_px, model.height_px) != (width, height):
+        raise InputError(
+            path,
+            f"its images are {width} x {height} px, camera '{name}' is calibrated for "
+            f"{model.width_px} x {model.height_px} px",
+            remedy="calibrate for this size, or film in the calibrated one",
+        )
+    if settings.view == "calibration":
+        return model
+    return CameraModel(name, width, height, model.focal_px, model.center_px, model.distortion, LEVEL, np.zeros(3))

@@ -1,0 +1,83 @@
+"""The pose of a square marker from its four corners: both solutions of the planar ambiguity, each with covariance.
+
+Four coplanar points seen from afar fit nearly as well with the plane tilted the other way; which is right is told by
+time (``kendama_cli.vision.pose_track``), never by one image. (T. Collins, A. Bartoli, "Infinitesimal plane-based pose
+estimation", IJCV 109, 2014: IPPE; both are refined to the least error of reprojection.)
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+
+from kendama_cli.schema.arrays import Array
+from kendama_cli.vision.camera_model import CameraModel
+
+CORNERS = np.array([(-1, 1, 0), (1, 1, 0), (1, -1, 0), (-1, -1, 0)], dtype=np.float64) / 2
+"""Of a marker of side 1, in the order of ``SeenMarker``: x right, y up, z out of the print, as IPPE_SQUARE wants it."""
+
+
+@dataclass(frozen=True)
+class PoseCandidate:
+    """The marker in the camera's frame: ``place_m`` (3,), ``rotation`` (3, 3) of its axes.
+
+    ``covariance`` (6, 6) is of place [m] and of a small turn in the camera's frame [rad] for corners known to 1 px;
+    ``error_px`` the rms distance of the reprojected corners.
+    """
+
+    place_m: Array
+    rotation: Array
+    covariance: Array
+    error_px: float
+
+
+def marker_poses(corners_px: Array, side_m: float, camera: CameraModel) -> list[PoseCandidate]:
+    """One or two candidates for corners (4, 2), best first; none where the corners are no square in front of it."""
+    points = side_m * CORNERS
+    try:
+        count, turns, places, _ = cv2.solvePnPGeneric(
+            points, corners_px, camera.matrix, camera.distortion, flags=cv2.SOLVEPNP_IPPE_SQUARE
+        )
+    except cv2.error:
+        return []
+    found = []
+    for turn, place in zip(turns[:count], places[:count], strict=True):
+        turned, placed = cv2.solvePnPRefineLM(
+            points, corners_px, camera.matrix, camera.distortion, turn.copy(), place.copy()
+        )
+        made, _ = cv2.projectPoints(points, turned, placed, camera.matrix, camera.distortion)
+        if not (np.isfinite(made).all() and float(placed[2, 0]) > 0):
+            continue
+        rotation = np.asarray(cv2.Rodrigues(turned)[0])
+        spread = np.sum((made.reshape(4, 2) - corners_px) ** 2)
+        found.append(
+            PoseCandidate(
+                np.asarray(placed, dtype=np.float64).ravel(),
+                np.asarray(rotation, dtype=np.float64),
+                _covariance(points @ rotation.T, np.asarray(placed, dtype=np.float64).ravel(), camera),
+                float(np.sqrt(spread / 4)),
+            )
+        )
+    return sorted(found, key=lambda one: one.error_px)
+
+
+def _covariance(turned_m: Array, place_m: Array, camera: CameraModel) -> Array:
+    """(J^T J)^-1 (6, 6) for corners with 1 px: of place and of a small turn w in the camera's frame.
+
+    A corner at p = place + v moves by dp = dplace + w x v; pinhole without the lens's small curvature.
+    """
+    rows = []
+    for v in turned_m:
+        x, y, z = place_m + v
+        pixel = np.array(
+            [
+                [camera.focal_px[0] / z, 0.0, -camera.focal_px[0] * x / z**2],
+                [0.0, camera.focal_px[1] / z, -camera.focal_px[1] * y / z**2],
+            ]
+        )
+        cross = np.array([[0.0, v[2], -v[1]], [-v[2], 0.0, v[0]], [v[1], -v[0], 0.0]])
+        rows.append(pixel @ np.hstack((np.eye(3), cross)))
+    jacobian = np.vstack(rows)
+    return np.asarray(np.linalg.pinv(jacobian.T @ jacobian, rcond=1e-12))

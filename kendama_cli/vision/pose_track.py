@@ -1,0 +1,200 @@
+"""From candidates per frame to one smooth motion: which solution, by time; then a smoother over gaps.
+
+Choosing is a shortest path (Viterbi) through the candidates: each costs its reprojection, each step the turn it asks
+for. Smoothing is a Kalman filter of constant acceleration (white jerk) and Rauch, Tung and Striebel's pass back (AIAA
+Journal 3, 1965); how lively the hand is, is chosen by likelihood.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kendama_cli.motion.rotation import continuous_logarithm, exponential, inverse, multiply
+from kendama_cli.motion.rotation_matrix import log_of
+from kendama_cli.schema.arrays import Array
+from kendama_cli.vision.marker_pose import PoseCandidate
+
+CORNER_PX = 0.25
+"""What corners are uncertain by at least; of blurred ones the reprojection tells more."""
+TURN_RAD_S = 3.0
+"""How fast a cup is turned, one standard deviation."""
+TURN_RAD = 0.15
+"""And how far two poses of one and the same marker differ by noise, one standard deviation."""
+JERKS = (1e1, 1e2, 1e3, 1e4)
+"""Spectral densities of a hand's jerk [m^2/s^5], of which the likeliest is taken."""
+SPINS = (1e0, 1e1, 1e2, 1e3)
+"""Of its angular acceleration [rad^2/s^3]."""
+OUTLIER = 25.0
+"""A frame whose squared innovation over its variance, a coordinate, is beyond this is not believed."""
+
+
+@dataclass(frozen=True)
+class _Seen:
+    """What was measured at some of the instants: ``values`` (k, 3) with covariances ``noise`` (k, 3, 3)."""
+
+    t_s: Array
+    seen: NDArray[np.bool_]
+    values: Array
+    noise: Array
+
+
+@dataclass(frozen=True)
+class PoseTrack:
+    """The smoothed marker at all frames (n,): places (n, 3) [m] and turns (n, 4) wxyz in the camera's frame.
+
+    ``place_sigma_m`` (n, 3) and ``turn_sigma_rad`` (n, 3) are standard deviations; ``seen`` (n,) says where the
+    marker was seen and believed; ``switched`` counts frames in which time overruled the lesser error.
+    """
+
+    place_m: Array
+    rotation_wxyz: Array
+    place_sigma_m: Array
+    turn_sigma_rad: Array
+    seen: NDArray[np.bool_]
+    switched: int
+
+
+def choose(t_s: Array, frames: Sequence[Sequence[PoseCandidate]]) -> list[int | None]:
+    """Which candidate of each frame; None where it has none."""
+    known = [i for i, candidates in enumerate(frames) if candidates]
+    if not known:
+        return [None] * len(frames)
+    cost = np.array([_unlikely(one) for one in frames[known[0]]])
+    back: list[NDArray[np.intp]] = []
+    for before, now in pairwise(known):
+        spread = TURN_RAD**2 + (TURN_RAD_S * (t_s[now] - t_s[before])) ** 2
+        step = np.array(
+            [[_angle(a, b) ** 2 / (2 * spread) for a in frames[before]] for b in frames[now]], dtype=np.float64
+        )
+        total = cost[None, :] + step
+        back.append(total.argmin(axis=1))
+        cost = total.min(axis=1) + np.array([_unlikely(one) for one in frames[now]])
+    chosen: list[int | None] = [None] * len(frames)
+    best = int(cost.argmin())
+    for at, ways in zip(reversed(known), [*reversed(back), None], strict=True):
+        chosen[at] = best
+        if ways is not None:
+            best = int(ways[best])
+    return chosen
+
+
+def smooth(t_s: Array, frames: Sequence[Sequence[PoseCandidate]]) -> PoseTrack:
+    """The motion at ``t_s`` (n,) through the candidates of the frames (n,); raises ValueError where none has any."""
+    chosen = choose(t_s, frames)
+    seen = np.array([one is not None for one in chosen])
+    if not seen.any():
+        raise ValueError("the marker is seen in no frame")
+    poses = [frames[i][one] for i, one in enumerate(chosen) if one is not None]
+    noise = [max(CORNER_PX, one.error_px) ** 2 * one.covariance for one in poses]
+    turns = _quaternions([one.rotation for one in poses])
+    vectors = continuous_logarithm(multiply(turns, inverse(turns[0])))
+    places = _Seen(t_s, seen, np.array([one.place_m for one in poses]), np.array([one[:3, :3] for one in noise]))
+    turned = _Seen(t_s, seen, vectors, np.array([one[3:, 3:] for one in noise]))
+    place, place_sigma, believed = _likeliest(places, 3, JERKS)
+    turn, turn_sigma, _ = _likeliest(turned, 2, SPINS)
+    kept = seen.copy()
+    kept[np.flatnonzero(seen)[~believed]] = False
+    return PoseTrack(
+        place,
+        multiply(exponential(turn), turns[0]),
+        place_sigma,
+        turn_sigma,
+        kept,
+        sum(one not in (None, 0) for one in chosen),
+    )
+
+
+def _unlikely(one: PoseCandidate) -> float:
+    return 4 * one.error_px**2 / (2 * CORNER_PX**2) / (1 + 4 * one.error_px**2)
+
+
+def _angle(one: PoseCandidate, other: PoseCandidate) -> float:
+    cosine = (np.trace(one.rotation.T @ other.rotation) - 1) / 2
+    return float(np.arccos(np.clip(cosine, -1.0, 1.0)))
+
+
+def _quaternions(rotations: Sequence[Array]) -> Array:
+    return np.array([exponential(log_of(one)) for one in rotations])
+
+
+def _likeliest(what: _Seen, order: int, densities: Sequence[float]) -> tuple[Array, Array, NDArray[np.bool_]]:
+    runs = [_filter(what, order, density) for density in densities]
+    return max(runs, key=lambda run: run.likelihood).backward()
+
+
+class _Run:
+    """A filter's pass forward, kept for the pass back."""
+
+    def __init__(self) -> None:
+        self.likelihood = 0.0
+        self.believed: list[bool] = []
+        self.states: list[tuple[Array, Array, Array, Array, Array]] = []
+
+    def backward(self) -> tuple[Array, Array, NDArray[np.bool_]]:
+        """Smoothed values (n, 3), their standard deviations (n, 3), and which measurements were believed."""
+        _, _, mean, spread, _ = self.states[-1]
+        made = [(mean[:3], np.sqrt(np.diag(spread)[:3]))]
+        for (_, _, m, p, _), (m_ahead, p_ahead, _, _, step) in zip(
+            reversed(self.states[:-1]), reversed(self.states[1:]), strict=True
+        ):
+            gain = np.linalg.solve(p_ahead, step @ p).T
+            mean = m + gain @ (mean - m_ahead)
+            spread = p + gain @ (spread - p_ahead) @ gain.T
+            made.append((mean[:3], np.sqrt(np.maximum(np.diag(spread)[:3], 0.0))))
+        made.reverse()
+        return np.array([one for one, _ in made]), np.array([one for _, one in made]), np.array(self.believed)
+
+
+def _filter(what: _Seen, order: int, density: float) -> _Run:
+    """Forward over all instants: ``order`` derivatives a coordinate, the highest a random walk of ``density``."""
+    run = _Run()
+    size = 3 * order
+    mean, spread = np.zeros(size), np.diag(np.repeat((1e2, 1e2, 1e3)[:order], 3))
+    mean[:3] = what.values[0]
+    row = 0
+    for k in range(len(what.t_s)):
+        step = np.eye(size)
+        if k:
+            step, drift = _model(float(what.t_s[k] - what.t_s[k - 1]), order, density)
+            mean, spread = step @ mean, step @ spread @ step.T + drift
+        m_ahead, p_ahead = mean, spread
+        if what.seen[k]:
+            surprise = what.values[row] - mean[:3]
+            variance = spread[:3, :3] + what.noise[row]
+            distance = float(surprise @ np.linalg.solve(variance, surprise))
+            far = distance > 3 * OUTLIER
+            run.believed.append(not far)
+            run.likelihood -= 0.5 * (min(distance, 3 * OUTLIER) + float(np.linalg.slogdet(variance)[1]))
+            if not far:
+                gain = np.linalg.solve(variance, spread[:3]).T
+                mean = mean + gain @ surprise
+                spread = spread - gain @ variance @ gain.T
+                spread = (spread + spread.T) / 2
+            row += 1
+        run.states.append((m_ahead, p_ahead, mean, spread, step))
+    return run
+
+
+def _model(dt_s: float, order: int, density: float) -> tuple[Array, Array]:
+    """Transition and process noise of white noise of ``density`` in the derivative after the last (Bar-Shalom)."""
+    powers = np.array([[dt_s ** (j - i) for j in range(order)] for i in range(order)])
+    factorial = np.array([1.0, 1.0, 2.0, 6.0])
+    one = np.array([[powers[i, j] / factorial[j - i] if j >= i else 0.0 for j in range(order)] for i in range(order)])
+    top = order - 1
+    drift = np.array(
+        [
+            [
+                density
+                * dt_s ** (2 * top - i - j + 1)
+                / (factorial[top - i] * factorial[top - j] * (2 * top - i - j + 1))
+                for j in range(order)
+            ]
+            for i in range(order)
+        ]
+    )
+    return np.kron(one, np.eye(3)), np.kron(drift, np.eye(3))
