@@ -8,6 +8,9 @@ from kendama_cli.schema.registry import Variant
 FILE = Variant(
     "file", settings="kendama_cli.devices.hand.settings:FileCapture", makes="kendama_cli.devices.hand.file:open_files"
 )
+BODY = Variant(
+    "body", settings="kendama_cli.devices.hand.settings:BodyCapture", makes="kendama_cli.devices.hand.body:open_bodies"
+)
 MARKER = Variant(
     "marker",
     settings="kendama_cli.devices.hand.settings:MarkerCapture",

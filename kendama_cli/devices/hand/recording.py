@@ -43,6 +43,8 @@ class Recording:
     warnings: tuple[str, ...] = ()
     rotation_wxyz: Array | None = None
     """(n, 4) unit quaternions that turn the upright cup; None where only places are there."""
+    ball_m: Array | None = None
+    """(n, 3) the ball, where it was recorded too; NaN where it was not seen."""
 
 
 def unit_rotations(path: str, rotation_wxyz: Array, place: Callable[[int], str], *, from_start: bool) -> Array:

@@ -112,6 +112,54 @@ class FileCapture:
             )
 
 
+Axis = Literal["x", "-x", "y", "-y", "z", "-z"]
+
+
+@dataclass(frozen=True)
+class BodyCapture:
+    """A tracked body in the files of motion capture systems and robots, and the ball where it was tracked too."""
+
+    kind: Literal["body"]
+    plausible: PlausibleSettings
+    path: str | tuple[str, ...] | None = setting("file, glob or list of them", file=True)
+    body: str | None = setting("name of the rigid body on the cup (or of a marker, a topic); null: the only one")
+    ball: str | None = setting("name of the ball's marker; null: it was not tracked")
+    axes: tuple[Axis, Axis, Axis] = setting("which axis of the file is our x, y and z (up): [x, -z, y] for y up")
+    body_to_cup_m: tuple[float, float, float] = setting(
+        "from the body's origin to the cup's tie point, in the body's axes (kendama capture pivot) [m]"
+    )
+    upright: Literal["start", "given"] = setting(
+        "start: the cup is upright where the recording begins; given: the body's own axes are the cup's"
+    )
+    longest_gap_s: float = setting("longest stretch without the body that is bridged [s]", above=0)
+    segments: Literal["auto", "one"] = setting("auto: several swings in a file are cut apart where the hand rests")
+    misses: Literal["drop", "keep"] = setting("swings after which the ball is not in the cup, where it was tracked")
+
+    def __post_init__(self) -> None:
+        if not self.path:
+            raise ConfigError("path", "'path' names no recording; set it to a file, a glob or a list of files")
+        if sorted(axis[-1] for axis in self.axes) != ["x", "y", "z"]:
+            raise ConfigError("axes", f"'axes' is {list(self.axes)}; allowed: each of x, y and z once, with its sign")
+        order = [axis[-1] for axis in self.axes]
+        odd = (order[0] > order[1]) ^ (order[0] > order[2]) ^ (order[1] > order[2])
+        if (sum(axis.startswith("-") for axis in self.axes) % 2 == 1) != odd:
+            raise ConfigError(
+                "axes",
+                f"'axes' is {list(self.axes)}, which mirrors the space: a right-handed frame becomes left-handed; turn "
+                f"one axis round, such as [{', '.join([_turned(self.axes[0]), *self.axes[1:]])}]",
+            )
+
+    def matrix(self) -> tuple[tuple[float, ...], ...]:
+        """The rows of the rotation from the file's axes to ours."""
+        return tuple(
+            tuple((-1.0 if axis.startswith("-") else 1.0) * (axis[-1] == one) for one in "xyz") for axis in self.axes
+        )
+
+
+def _turned(axis: str) -> str:
+    return axis[1:] if axis.startswith("-") else f"-{axis}"
+
+
 @dataclass(frozen=True)
 class MarkerSettings:
     """A printed square marker on the cup's handle, and the camera that sees it."""

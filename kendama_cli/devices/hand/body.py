@@ -1,0 +1,128 @@
+"""A hand that a motion capture system recorded: a body of a file in our axes, and the ball if it is there."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from kendama_cli.devices.flight.motive import is_motive
+from kendama_cli.devices.flight.reader import read_tracks
+from kendama_cli.devices.hand.ball_there import check_gravity, without_misses
+from kendama_cli.devices.hand.file import RecordedHand, hands_of
+from kendama_cli.devices.hand.recording import Recording, unit_rotations
+from kendama_cli.devices.hand.segments import checked_swings
+from kendama_cli.devices.hand.settings import BodyCapture
+from kendama_cli.devices.hand.tracks.body_track import BodyTrack
+from kendama_cli.devices.hand.tracks.motive import read_motive_bodies
+from kendama_cli.devices.hand.tracks.qualisys import is_qualisys_6d, read_qualisys_bodies
+from kendama_cli.devices.hand.tracks.rosbag import read_bag
+from kendama_cli.errors import InputError
+from kendama_cli.motion.rotation import exponential, multiply
+from kendama_cli.motion.rotation_matrix import log_of
+from kendama_cli.schema.arrays import Array
+
+BAGS = (".bag", ".db3")
+
+
+def open_bodies(settings: BodyCapture) -> Sequence[RecordedHand]:
+    """A hand for every swing of the body in every file; raises InputError for a file that does not hold it."""
+    recordings: list[Recording] = []
+    for path in (settings.path,) if isinstance(settings.path, str) else settings.path or ():
+        recording = _recording(path, settings)
+        if recording.ball_m is not None:
+            check_gravity(recording)
+        swings = checked_swings(recording, settings.plausible, math.inf, settings.segments)
+        recordings += without_misses(swings) if settings.misses == "drop" else swings
+    return hands_of(recordings)
+
+
+def read_bodies(path: str) -> list[BodyTrack]:
+    """Every body and marker in the file; its kind is told by what is in it."""
+    file = Path(path)
+    if file.suffix in BAGS or (file.is_dir() and (file / "metadata.yaml").is_file()):
+        return read_bag(file)
+    if file.is_file() and file.suffix.lower() in (".csv", ".tsv"):
+        text = file.read_bytes().decode("utf-8-sig", errors="replace")
+        if is_motive(text):
+            return read_motive_bodies(path, text)
+        if is_qualisys_6d(text):
+            return read_qualisys_bodies(path, text)
+    return [BodyTrack(one.name, one.t_s, one.position_m, None) for one in read_tracks(file)]
+
+
+def _recording(path: str, settings: BodyCapture) -> Recording:
+    tracks = {one.name: one for one in read_bodies(path)}
+    body = _named(path, tracks, settings.body, "body")
+    ball = None if settings.ball is None else _named(path, tracks, settings.ball, "ball")
+    seen = np.isfinite(body.position_m).all(axis=1)
+    if body.rotation_wxyz is not None:
+        seen &= np.isfinite(body.rotation_wxyz).all(axis=1)
+    if ball is not None:
+        seen &= np.isin(body.t_s, ball.t_s)
+    known = np.flatnonzero(seen)
+    if len(known) < 2:
+        raise InputError(path, f"'{settings.body}' is seen in {len(known)} samples", remedy="record the swing again")
+    t_s = body.t_s[known]
+    _check_gaps(path, settings, t_s)
+    to_ours = np.array(settings.matrix())
+    place_m = body.position_m[known] @ to_ours.T
+    turned = None
+    if body.rotation_wxyz is not None:
+        ours = exponential(log_of(to_ours))
+        turned = multiply(multiply(ours, body.rotation_wxyz[known]), ours * [1, -1, -1, -1])
+        w, v = turned[:, :1], turned[:, 1:]
+        offset = to_ours @ np.asarray(settings.body_to_cup_m)
+        place_m = place_m + offset + 2 * np.cross(v, np.cross(v, offset) + w * offset)
+    elif any(settings.body_to_cup_m):
+        problem = f"'{settings.body}' has no orientation, so capture.body_to_cup_m cannot be applied"
+        raise InputError(path, problem, remedy="give a rigid body, or set capture.body_to_cup_m=[0,0,0]")
+
+    def place(sample: int) -> str:
+        return f"{body.name} at {t_s[sample]:.3f} s"
+
+    return Recording(
+        path,
+        Path(path).stem,
+        t_s - t_s[0],
+        place_m,
+        place,
+        "look at the unit in which it was exported",
+        "look at capture.axes (z points up, x lies in the swing's plane)",
+        rotation_wxyz=None
+        if turned is None
+        else unit_rotations(path, turned, place, from_start=settings.upright == "start"),
+        ball_m=None if ball is None else _at(ball, t_s) @ to_ours.T,
+    )
+
+
+def _at(ball: BodyTrack, t_s: Array) -> Array:
+    """The ball's places (n, 3) at ``t_s`` (n,); NaN where it was not seen."""
+    return np.asarray(ball.position_m[np.searchsorted(ball.t_s, t_s)])
+
+
+def _named(path: str, tracks: dict[str, BodyTrack], name: str | None, key: str) -> BodyTrack:
+    if name is None and len(tracks) == 1:
+        return next(iter(tracks.values()))
+    if name not in tracks:
+        listed = ", ".join(f"'{one}'" for one in list(tracks)[:20])
+        problem = f"no '{name}'" if name is not None else f"{len(tracks)} bodies and markers"
+        raise InputError(path, f"{problem}; it has {listed}", remedy=f"set capture.{key} to one of them")
+    return tracks[name]
+
+
+def _check_gaps(path: str, settings: BodyCapture, t_s: Array) -> None:
+    steps = np.diff(t_s)
+    if steps.min() <= 0:
+        worst = int(steps.argmin())
+        raise InputError(path, f"time does not rise at {t_s[worst]:.4g} s", remedy="export the recording again")
+    worst = int(steps.argmax())
+    if steps[worst] > max(settings.longest_gap_s, 2.5 * float(np.median(steps))):
+        raise InputError(
+            path,
+            f"'{settings.body}' is not seen for {steps[worst]:.3g} s; allowed: {settings.longest_gap_s:g} s",
+            where=f"{t_s[worst]:.3f} s",
+            remedy="fill the gap in the capture program, cut the recording, or raise capture.longest_gap_s",
+        )

@@ -1,0 +1,1 @@
+"""Recordings of tracked bodies: what motion capture systems and robots write."""
