@@ -15,6 +15,7 @@ import typer
 import kendama_cli
 from kendama_cli.cli import completion, render
 from kendama_cli.cli.camera import camera_app
+from kendama_cli.cli.capture import capture_app
 from kendama_cli.cli.motion import motion_app
 from kendama_cli.cli.options import Arm, ConfigDir, Force, Home, Json, Overrides, PipelineName, Until
 from kendama_cli.cli.play import play
@@ -32,6 +33,7 @@ app = typer.Typer(
 )
 app.add_typer(cache_app, name="cache")
 app.add_typer(camera_app, name="camera")
+app.add_typer(capture_app, name="capture")
 app.add_typer(log_app, name="log")
 app.add_typer(motion_app, name="motion")
 app.add_typer(robot_app, name="robot")

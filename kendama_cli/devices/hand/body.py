@@ -14,11 +14,12 @@ from kendama_cli.devices.hand.ball_there import check_gravity, without_misses
 from kendama_cli.devices.hand.file import RecordedHand, hands_of
 from kendama_cli.devices.hand.recording import Recording, unit_rotations
 from kendama_cli.devices.hand.segments import checked_swings
-from kendama_cli.devices.hand.settings import BodyCapture
+from kendama_cli.devices.hand.settings import BodyCapture, BodySettings
 from kendama_cli.devices.hand.tracks.body_track import BodyTrack
 from kendama_cli.devices.hand.tracks.motive import read_motive_bodies
 from kendama_cli.devices.hand.tracks.qualisys import is_qualisys_6d, read_qualisys_bodies
 from kendama_cli.devices.hand.tracks.rosbag import read_bag
+from kendama_cli.devices.hand.tracks.stream_file import is_stream, read_stream
 from kendama_cli.errors import InputError
 from kendama_cli.motion.rotation import exponential, multiply
 from kendama_cli.motion.rotation_matrix import log_of
@@ -31,7 +32,10 @@ def open_bodies(settings: BodyCapture) -> Sequence[RecordedHand]:
     """A hand for every swing of the body in every file; raises InputError for a file that does not hold it."""
     recordings: list[Recording] = []
     for path in (settings.path,) if isinstance(settings.path, str) else settings.path or ():
-        recording = _recording(path, settings)
+        tracks = {one.name: one for one in read_bodies(path)}
+        body = named_body(path, tracks, settings.body, "body")
+        ball = None if settings.ball is None else named_body(path, tracks, settings.ball, "ball")
+        recording = recording_of(path, body, ball, settings)
         if recording.ball_m is not None:
             check_gravity(recording)
         swings = checked_swings(recording, settings.plausible, math.inf, settings.segments)
@@ -50,13 +54,13 @@ def read_bodies(path: str) -> list[BodyTrack]:
             return read_motive_bodies(path, text)
         if is_qualisys_6d(text):
             return read_qualisys_bodies(path, text)
+        if is_stream(text):
+            return [read_stream(path, text)]
     return [BodyTrack(one.name, one.t_s, one.position_m, None) for one in read_tracks(file)]
 
 
-def _recording(path: str, settings: BodyCapture) -> Recording:
-    tracks = {one.name: one for one in read_bodies(path)}
-    body = _named(path, tracks, settings.body, "body")
-    ball = None if settings.ball is None else _named(path, tracks, settings.ball, "ball")
+def recording_of(path: str, body: BodyTrack, ball: BodyTrack | None, settings: BodySettings) -> Recording:
+    """The cup's motion behind ``body`` in our axes; raises InputError where it is not seen for too long."""
     seen = np.isfinite(body.position_m).all(axis=1)
     if body.rotation_wxyz is not None:
         seen &= np.isfinite(body.rotation_wxyz).all(axis=1)
@@ -64,9 +68,9 @@ def _recording(path: str, settings: BodyCapture) -> Recording:
         seen &= np.isin(body.t_s, ball.t_s)
     known = np.flatnonzero(seen)
     if len(known) < 2:
-        raise InputError(path, f"'{settings.body}' is seen in {len(known)} samples", remedy="record the swing again")
+        raise InputError(path, f"'{body.name}' is seen in {len(known)} samples", remedy="record the swing again")
     t_s = body.t_s[known]
-    _check_gaps(path, settings, t_s)
+    _check_gaps(path, body.name, settings, t_s)
     to_ours = np.array(settings.matrix())
     place_m = body.position_m[known] @ to_ours.T
     turned = None
@@ -77,7 +81,7 @@ def _recording(path: str, settings: BodyCapture) -> Recording:
         offset = to_ours @ np.asarray(settings.body_to_cup_m)
         place_m = place_m + offset + 2 * np.cross(v, np.cross(v, offset) + w * offset)
     elif any(settings.body_to_cup_m):
-        problem = f"'{settings.body}' has no orientation, so capture.body_to_cup_m cannot be applied"
+        problem = f"'{body.name}' has no orientation, so capture.body_to_cup_m cannot be applied"
         raise InputError(path, problem, remedy="give a rigid body, or set capture.body_to_cup_m=[0,0,0]")
 
     def place(sample: int) -> str:
@@ -103,7 +107,8 @@ def _at(ball: BodyTrack, t_s: Array) -> Array:
     return np.asarray(ball.position_m[np.searchsorted(ball.t_s, t_s)])
 
 
-def _named(path: str, tracks: dict[str, BodyTrack], name: str | None, key: str) -> BodyTrack:
+def named_body(path: str, tracks: dict[str, BodyTrack], name: str | None, key: str) -> BodyTrack:
+    """The track that ``capture.<key>`` names, or the only one; raises InputError with those that are there."""
     if name is None and len(tracks) == 1:
         return next(iter(tracks.values()))
     if name not in tracks:
@@ -113,7 +118,7 @@ def _named(path: str, tracks: dict[str, BodyTrack], name: str | None, key: str) 
     return tracks[name]
 
 
-def _check_gaps(path: str, settings: BodyCapture, t_s: Array) -> None:
+def _check_gaps(path: str, name: str, settings: BodySettings, t_s: Array) -> None:
     steps = np.diff(t_s)
     if steps.min() <= 0:
         worst = int(steps.argmin())
@@ -122,7 +127,7 @@ def _check_gaps(path: str, settings: BodyCapture, t_s: Array) -> None:
     if steps[worst] > max(settings.longest_gap_s, 2.5 * float(np.median(steps))):
         raise InputError(
             path,
-            f"'{settings.body}' is not seen for {steps[worst]:.3g} s; allowed: {settings.longest_gap_s:g} s",
+            f"'{name}' is not seen for {steps[worst]:.3g} s; allowed: {settings.longest_gap_s:g} s",
             where=f"{t_s[worst]:.3f} s",
             remedy="fill the gap in the capture program, cut the recording, or raise capture.longest_gap_s",
         )

@@ -116,14 +116,10 @@ Axis = Literal["x", "-x", "y", "-y", "z", "-z"]
 
 
 @dataclass(frozen=True)
-class BodyCapture:
-    """A tracked body in the files of motion capture systems and robots, and the ball where it was tracked too."""
+class BodySettings:
+    """A tracked body on the cup: its axes, where the cup is in it, and what its swings can be."""
 
-    kind: Literal["body"]
     plausible: PlausibleSettings
-    path: str | tuple[str, ...] | None = setting("file, glob or list of them", file=True)
-    body: str | None = setting("name of the rigid body on the cup (or of a marker, a topic); null: the only one")
-    ball: str | None = setting("name of the ball's marker; null: it was not tracked")
     axes: tuple[Axis, Axis, Axis] = setting("which axis of the file is our x, y and z (up): [x, -z, y] for y up")
     body_to_cup_m: tuple[float, float, float] = setting(
         "from the body's origin to the cup's tie point, in the body's axes (kendama capture pivot) [m]"
@@ -133,11 +129,8 @@ class BodyCapture:
     )
     longest_gap_s: float = setting("longest stretch without the body that is bridged [s]", above=0)
     segments: Literal["auto", "one"] = setting("auto: several swings in a file are cut apart where the hand rests")
-    misses: Literal["drop", "keep"] = setting("swings after which the ball is not in the cup, where it was tracked")
 
     def __post_init__(self) -> None:
-        if not self.path:
-            raise ConfigError("path", "'path' names no recording; set it to a file, a glob or a list of files")
         if sorted(axis[-1] for axis in self.axes) != ["x", "y", "z"]:
             raise ConfigError("axes", f"'axes' is {list(self.axes)}; allowed: each of x, y and z once, with its sign")
         order = [axis[-1] for axis in self.axes]
@@ -158,6 +151,22 @@ class BodyCapture:
 
 def _turned(axis: str) -> str:
     return axis[1:] if axis.startswith("-") else f"-{axis}"
+
+
+@dataclass(frozen=True)
+class BodyCapture(BodySettings):
+    """A tracked body in the files of motion capture systems and robots, and the ball where it was tracked too."""
+
+    kind: Literal["body"] = setting("a tracked body in files")
+    path: str | tuple[str, ...] | None = setting("file, glob or list of them", file=True)
+    body: str | None = setting("name of the rigid body on the cup (or of a marker, a topic); null: the only one")
+    ball: str | None = setting("name of the ball's marker; null: it was not tracked")
+    misses: Literal["drop", "keep"] = setting("swings after which the ball is not in the cup, where it was tracked")
+
+    def __post_init__(self) -> None:
+        if not self.path:
+            raise ConfigError("path", "'path' names no recording; set it to a file, a glob or a list of files")
+        super().__post_init__()
 
 
 @dataclass(frozen=True)
@@ -220,18 +229,18 @@ class MarkerLiveCapture(MarkerSettings):
 
 
 @dataclass(frozen=True)
-class MocapCapture:
-    """A motion capture system that streams the pose of a rigid body fixed to the cup."""
+class MocapCapture(BodySettings):
+    """A motion capture system that streams the pose of a rigid body fixed to the cup, by OpenIGTLink."""
 
     live: ClassVar[bool] = True
     """A person swings for it: what was recorded is kept until someone asks for another recording."""
 
-    kind: Literal["mocap"]
-    host: str = setting("address of the motion capture server")
+    kind: Literal["mocap"] = setting("a tracked body that is streamed now")
+    host: str = setting("address of the OpenIGTLink server")
     port: int = setting("its port", at_least=1, at_most=65535)
-    body: str = setting("name of the rigid body fixed to the cup")
-    rate_hz: float = setting("rate that is asked of the server [Hz]", above=0)
-    swings: int = setting("number of demonstrations to record", at_least=1)
+    body: str = setting("name of the transform of the rigid body on the cup")
+    seconds: float = setting("how long it is recorded [s]", above=0)
+    record: str = setting("where the stream is kept as it comes; it is never overwritten")
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,111 @@
+"""A live stream by OpenIGTLink from pyigtl's server: recorded, kept, and told where it stutters, lies or goes away."""
+
+from __future__ import annotations
+
+import socket
+import threading
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+import yaml
+
+from kendama_cli.devices.hand.open_hands import open_hands
+from kendama_cli.devices.hand.settings import MocapCapture
+from kendama_cli.errors import ConfigError, HardwareError
+from kendama_cli.schema.settings import build
+
+pyigtl = pytest.importorskip("pyigtl")
+ROOT = Path(__file__).parents[3]
+
+
+def settings(tmp_path, port, **changes):
+    data = yaml.safe_load((ROOT / "conf/capture/mocap.yaml").read_text())
+    return build(
+        MocapCapture, data | {"port": port, "record": str(tmp_path / "kept.csv"), "seconds": 2.5} | changes, "capture"
+    )
+
+
+def free_port():
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        return probe.getsockname()[1]
+
+
+@pytest.fixture
+def streamed():
+    """Streams a bundled swing at its own pace until its end; ``change`` may alter each pose."""
+    running = []
+
+    def start(change=lambda i, matrix: matrix, name="cup"):
+        port = free_port()
+        server = pyigtl.OpenIGTLinkServer(port=port, local_server=True)
+        running.append(server)
+        rows = np.loadtxt(ROOT / "data/demonstrations/swing-01.csv", delimiter=",", comments=("#", "t"))
+
+        def send():
+            while not server.is_connected():
+                time.sleep(0.005)
+            began = time.time()
+            for i, (t_s, *place_m) in enumerate(rows):
+                time.sleep(max(began + t_s - time.time(), 0))
+                matrix = np.eye(4)
+                matrix[:3, 3] = 1e3 * np.array(place_m)
+                matrix = change(i, matrix)
+                if matrix is not None:
+                    server.send_message(
+                        pyigtl.TransformMessage(matrix, device_name=name, timestamp=began + t_s), wait=False
+                    )
+
+        threading.Thread(target=send, daemon=True).start()
+        return port, rows
+
+    yield start
+    for server in running:
+        server.stop()
+
+
+def test_every_pose_of_a_stream_arrives_and_is_kept(streamed, tmp_path):
+    port, rows = streamed()
+    (hand,) = open_hands(settings(tmp_path, port))
+    samples = list(hand.samples())
+    made = np.array([one.position_m for one in samples])
+    truth = np.column_stack([np.interp([one.t_s for one in samples], rows[:, 0], c) for c in rows[:, 1:].T])
+    assert np.abs(made - made[0] - truth + truth[0]).max() < 2e-3  # the first poses may come before we listen
+    assert len(samples) > 230
+    assert any("poses at 100.0 Hz" in one and "delay" in one for one in hand.warnings)
+    assert len((tmp_path / "kept.csv").read_text().splitlines()) == len(samples) + 2
+    with pytest.raises(ConfigError, match="which exists; a recording is never overwritten"):
+        open_hands(settings(tmp_path, port))
+
+
+def test_poses_that_are_no_numbers_are_left_out_and_told(streamed, tmp_path):
+    port, _ = streamed(lambda i, matrix: matrix * np.nan if i in (60, 61) else matrix)
+    (hand,) = open_hands(settings(tmp_path, port))
+    assert any("2 poses were not finite numbers" in one for one in hand.warnings)
+
+
+def test_a_body_of_another_name_is_told_with_what_is_streamed(streamed, tmp_path):
+    port, _ = streamed(name="stylus")
+    with pytest.raises(HardwareError, match="it streams stylus"):
+        open_hands(settings(tmp_path, port))
+    assert not (tmp_path / "kept.csv").exists()
+
+
+def test_a_server_that_goes_silent_leaves_what_came(streamed, tmp_path):
+    port, _ = streamed(lambda i, matrix: matrix if i < 230 else None)
+    (hand,) = open_hands(settings(tmp_path, port, seconds=30.0))
+    assert any("has been silent for 3 s" in one and "what came before is kept" in one for one in hand.warnings)
+
+
+def test_a_server_that_is_not_there(tmp_path):
+    with pytest.raises(HardwareError, match=r"is not there .*; look at capture\.host, capture\.port"):
+        open_hands(settings(tmp_path, free_port()))
+
+
+def test_another_protocol_is_told(tmp_path):
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        threading.Thread(target=lambda: server.accept()[0].sendall(b"HTTP/1.1 400 Bad Request\r\n" * 9)).start()
+        with pytest.raises(HardwareError, match="does not speak OpenIGTLink"):
+            open_hands(settings(tmp_path, server.getsockname()[1]))
