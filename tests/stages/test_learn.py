@@ -6,11 +6,14 @@ import numpy as np
 import pytest
 
 from kendama_cli.artifacts.policy import policy_digest
+from kendama_cli.learning.task_settings import DartEngine
+from kendama_cli.simulation.swingup.arm import ArmSwing
 from kendama_cli.stages.interface import Made
 from kendama_cli.stages.learn.stage import Learn
 from tests.learning.settings_files import game_settings, learn_settings
 from tests.memory_context import MemoryContext
 
+IN_DART = "simulation/validation=dart"
 QUICK = {"count__evaluation": 20}
 
 
@@ -136,3 +139,30 @@ def test_the_papers_own_setting_learns_too():
     assert metrics["learned"] is True
     assert metrics["rollouts_to_learn"] <= 168
     assert metrics["frozen_success_rate"] >= 0.96
+
+
+def test_what_is_learned_on_the_rail_may_be_validated_with_the_whole_arm(monkeypatch):
+    """Rollouts up to the streak are the rail's, bit for bit; those that validate it are the arm's."""
+    quick = {"count__frozen": 13, "count__evaluation": 1}
+    starts = []
+    start = ArmSwing.start
+    monkeypatch.setattr(ArmSwing, "start", lambda swing, state: (starts.append(state), start(swing, state))[1])
+    alone, both = (
+        Learn(learn=learn_settings("sarsa", *choice, **quick), game=game_settings()) for choice in ((), (IN_DART,))
+    )
+    rail, arm = MemoryContext(4), MemoryContext(4)
+    learned_at = alone.run({}, rail).metrics["rollouts_to_learn"]
+    assert not starts
+    metrics = both.run({}, arm).metrics
+    assert metrics["rollouts_to_learn"] == learned_at
+    assert len(starts) >= 3
+    first = learned_at + 9
+    told = [[m for topic, _, m in one.log.messages if topic == "/learn/rollout"][:first] for one in (rail, arm)]
+    assert told[0] == told[1]
+
+
+def test_only_an_engine_that_needs_the_robot_has_it_in_the_key():
+    assert isinstance(learn_settings("sarsa", IN_DART).validation.engine, DartEngine)
+    assert learn_settings().validation.engine is None
+    assert learn_settings() == learn_settings("sarsa", "robot=iiwa")
+    assert learn_settings("sarsa", IN_DART) != learn_settings("sarsa", IN_DART, "robot=iiwa")
