@@ -1,4 +1,4 @@
-"""The commands about robots: keys, the twin as a process of its own, and where an arm should stand."""
+"""The commands about robots: keys, the twin, where an arm should stand, the check before it moves, recovery."""
 
 from __future__ import annotations
 
@@ -8,11 +8,11 @@ from typing import Annotated
 import typer
 
 from kendama_cli.cli import render
-from kendama_cli.cli.options import ConfigDir, Home, Json, Overrides
+from kendama_cli.cli.options import Arm, ConfigDir, Home, Json, Overrides
 from kendama_cli.config.site import find_site
 from kendama_cli.errors import UsageError
 
-robot_app = typer.Typer(help="Robots: their keys, their twin, their place.", no_args_is_help=True)
+robot_app = typer.Typer(help="Robots: keys, twin, place, check, recovery.", no_args_is_help=True)
 
 KEY_FILE = "~/.config/kendama/robot.key"
 
@@ -23,6 +23,32 @@ def robot_key(file: Annotated[str, typer.Argument(metavar="[FILE]", help="Where 
     from kendama_cli.devices.robot.key_file import make_key  # dartpy
 
     render.text(str(make_key(file)))
+
+
+@robot_app.command("check")
+def robot_check(
+    overrides: Overrides = None,
+    as_json: Json = False,
+    home: Home = None,
+    config_dir: ConfigDir = None,
+) -> int:
+    """Check the imitated swing against limits, stops, gaps, table and workspace, with margins; nothing moves."""
+    from kendama_cli.cli.check import check  # dartpy and compiled code
+
+    return check(find_site(home, config_dir), overrides or [], as_json=as_json)
+
+
+@robot_app.command("recover")
+def robot_recover(
+    overrides: Overrides = None,
+    arm: Arm = False,
+    home: Home = None,
+    config_dir: ConfigDir = None,
+) -> None:
+    """Take a robot out of its latched stop, and say where it stands; it does not move before the next run."""
+    from kendama_cli.cli.recover import recover  # dartpy
+
+    recover(find_site(home, config_dir), overrides or [], armed=arm)
 
 
 @robot_app.command("twin")

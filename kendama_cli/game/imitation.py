@@ -34,8 +34,17 @@ def play_motion(robot: Robot, motion: JointTrajectory, *, tempo: float, seed: in
     """
     require_same_joints(robot, motion)
     exchanges = [robot.reset(motion.position_rad[0], seed)]
+    played = stretched(motion, tempo, robot.period_s)
+    for row in zip(played.position_rad, played.velocity_rad_s, played.acceleration_rad_s2, strict=True):
+        exchanges.append(robot.exchange(JointCommand(*row)))
+    return Played(tuple(exchanges))
+
+
+def stretched(motion: JointTrajectory, tempo: float, period_s: float) -> JointTrajectory:
+    """``motion`` with its time stretched by ``tempo``, at the end of every control period, and its end held."""
     planned_s = motion.t_s - motion.t_s[0]
-    t_s = np.arange(1, round((planned_s[-1] * tempo + SETTLE_S) / robot.period_s) + 1) * robot.period_s / tempo
+    ends_s = np.arange(1, round((planned_s[-1] * tempo + SETTLE_S) / period_s) + 1) * period_s
+    t_s = ends_s / tempo
     moving = (t_s <= planned_s[-1])[:, None]
     position, velocity, acceleration = (
         np.column_stack([np.interp(t_s, planned_s, column) for column in values.T])
@@ -43,9 +52,7 @@ def play_motion(robot: Robot, motion: JointTrajectory, *, tempo: float, seed: in
     )
     velocity = np.where(moving, velocity / tempo, 0.0)
     acceleration = np.where(moving, acceleration / tempo**2, 0.0)
-    for row in range(len(t_s)):
-        exchanges.append(robot.exchange(JointCommand(position[row], velocity[row], acceleration[row])))
-    return Played(tuple(exchanges))
+    return JointTrajectory(motion.joint_names, ends_s, position, velocity, acceleration)
 
 
 def require_same_joints(robot: Robot, motion: JointTrajectory) -> None:

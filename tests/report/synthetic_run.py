@@ -14,6 +14,7 @@ from PIL import Image, ImageDraw
 from kendama_cli.report.page import make_report
 from tests.log.made_logs import FieldLog
 from tests.report.synthetic_interaction import write_interaction
+from tests.report.synthetic_rehearsal import write_rehearsal
 
 GAME = {
     "gravity_m_s2": 9.81,
@@ -34,6 +35,7 @@ def write_run(folder: Path) -> tuple[dict[str, Any], dict[str, Path]]:
         "learn": _learn,
         "predict": _predict,
         "transfer": _transfer,
+        "rehearse": write_rehearsal,
         "interact": write_interaction,
     }
     logs = {}

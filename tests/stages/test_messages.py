@@ -10,7 +10,7 @@ import pytest
 
 from kendama_cli.schema.messages import codec
 
-STAGES = ("capture", "encode", "identify", "adapt", "learn", "predict", "transfer", "interact")
+STAGES = ("capture", "encode", "identify", "adapt", "learn", "predict", "transfer", "interact", "rehearse")
 
 
 @pytest.mark.parametrize("stage", STAGES)

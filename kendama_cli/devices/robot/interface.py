@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 
@@ -156,6 +156,14 @@ class Robot(Protocol):
 
     def close(self) -> None:
         """Halt and let go of the device."""
+
+
+@runtime_checkable
+class RecoverableRobot(Protocol):
+    """A robot whose controller keeps a stop, a reflex say, until it is told to recover ('kendama robot recover')."""
+
+    def recover(self) -> None:
+        """Leave the stop without moving; raises HardwareError where that is refused."""
 
 
 def torque_interface(robot: Robot, wanted_by: str) -> TorqueInterface:

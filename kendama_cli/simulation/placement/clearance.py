@@ -55,11 +55,16 @@ def tool_of(arm: RobotModel, chain: Chain, game: GameSettings) -> ToolGeometry:
     )
 
 
-def least_clearance(arm: RobotModel, game: GameSettings, joints: JointTrajectory, *, swing: bool = True) -> Clearance:
-    """The least gap along ``joints``, which two parts have it, and when; ``swing``: the ball's swing is such a part."""
+def least_clearance(
+    arm: RobotModel, game: GameSettings, joints: JointTrajectory, *, swing: bool = True, floor_m: float = 0.0
+) -> Clearance:
+    """The least gap along ``joints``, which two parts have it, and when; ``swing``: the ball's swing is such a part.
+
+    The floor, or a table, is at the height ``floor_m`` in the world.
+    """
     chain = compiled_chain(arm)
     settings = arm.settings
-    geometry = collision_geometry_about(arm, game, settings.base_heading_rad, settings.base_position_m[2])
+    geometry = collision_geometry_about(arm, game, settings.base_heading_rad, settings.base_position_m[2] - floor_m)
     if not swing:
         geometry = geometry._replace(swing_m=-FAR_M)
     thin = max(1, round(EVERY_S / float(np.diff(joints.t_s).mean())))

@@ -1,0 +1,18 @@
+"""What the stage rehearse is asked."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from kendama_cli.schema.settings import setting
+
+
+@dataclass(frozen=True)
+class RehearseSettings:
+    """How a motion is first tried on an arm."""
+
+    speed: float = setting("share of the motion's own speed; its tau is divided by it", above=0, at_most=1)
+    most_behind_rad: float = setting("a joint measured farther from what was sent to it halts the arm [rad]", above=0)
+    most_apart_rad: float = setting(
+        "a joint of the twin farther from what is commanded keeps the arm from being moved [rad]", above=0
+    )
