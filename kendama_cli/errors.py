@@ -82,3 +82,22 @@ class StoreError(KendamaError):
     def __init__(self, path: str, message: str) -> None:
         super().__init__(message)
         self.path = path
+
+
+class ReadOnlyError(StoreError):
+    """The place cannot be written by this user, though there may be nothing wrong with it."""
+
+
+class FormatError(StoreError):
+    """A file was written in another format than the one that is read here; ``found`` and ``known`` are the two."""
+
+    exit_code = 2
+
+    def __init__(self, path: str, what: str, found: object, known: object) -> None:
+        super().__init__(
+            path,
+            f"{path}: {what} of format {found}, and this version of kendama reads format {known}; read it with the "
+            f"version that wrote it",
+        )
+        self.found = found
+        self.known = known

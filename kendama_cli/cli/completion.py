@@ -74,11 +74,11 @@ def runs(incomplete: str) -> list[str]:
 @_quietly
 def overrides(incomplete: str) -> list[str]:
     """Groups, keys, and the options of a group after its ``=``."""
-    from kendama_cli.config import compose
+    from kendama_cli.config import compose, folders
 
     site = find_site()
     group, equals, _ = incomplete.partition("=")
     if equals:
-        return [f"{group}={option}" for option in compose.group_options(site, group)]
-    names = compose.groups(site)
+        return [f"{group}={option}" for option in folders.group_options(site, group)]
+    names = folders.groups(site)
     return [*(f"{name}=" for name in names), *(f"{key}=" for key in compose.keys(site) if key not in names)]

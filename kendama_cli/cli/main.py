@@ -6,6 +6,8 @@ command imports nothing of how that is told.
 
 from __future__ import annotations
 
+import contextlib
+import errno
 import os
 import signal
 import sys
@@ -24,8 +26,12 @@ INTERRUPTED = 130
 def main(arguments: list[str] | None = None) -> int:
     """Run the command line; 0 done, 1 a stage failed, 2 wrong usage or configuration, 130 interrupted."""
     signal.signal(signal.SIGTERM, _interrupt)
+    if hasattr(signal, "SIGHUP") and signal.getsignal(signal.SIGHUP) is not signal.SIG_IGN:  # as nohup sets it
+        signal.signal(signal.SIGHUP, _interrupt)
     try:
         code = _carry_out(sys.argv[1:] if arguments is None else arguments)
+        if sys.stdout is not None:
+            sys.stdout.flush()
     except KendamaError as error:
         if os.environ.get("KENDAMA_DEBUG"):
             raise
@@ -35,7 +41,13 @@ def main(arguments: list[str] | None = None) -> int:
         code = INTERRUPTED
     except BrokenPipeError:
         # the reader of our output (head, less) has left: nobody to tell, and nothing to flush at exit
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        _discard_output()
+        code = 1
+    except (OSError, MemoryError) as error:
+        if os.environ.get("KENDAMA_DEBUG"):
+            raise
+        render.error(_of_the_system(error))
+        _discard_output()
         code = 1
     except Exception as error:
         if os.environ.get("KENDAMA_DEBUG"):
@@ -45,6 +57,24 @@ def main(arguments: list[str] | None = None) -> int:
     if code == INTERRUPTED:  # typer itself turns Ctrl-C inside a command into this code
         render.error("interrupted; what was finished is kept, the same command goes on from there")
     return code
+
+
+def _of_the_system(error: OSError | MemoryError) -> str:
+    """What the system refused, and what may be done."""
+    if isinstance(error, MemoryError):
+        return "the memory is used up; end other programs, or ask for less at once"
+    number, reason = error.errno or 0, error.strerror or str(error)
+    hint = {errno.EMFILE: "; raise the limit (ulimit -n)", errno.ENFILE: "; end other programs"}.get(number, "")
+    if error.filename is not None:
+        return f"{error.filename}: {reason}{hint}"
+    known = {errno.ENOENT: "the current folder is gone", errno.EMFILE: "a process needs more files"}
+    return f"{known.get(number, 'the output cannot be written')}: {reason}{hint}"
+
+
+def _discard_output() -> None:
+    """Have what is still unwritten go nowhere, so that Python does not complain at the end that it cannot write it."""
+    with contextlib.suppress(OSError, AttributeError, ValueError):  # closed, or none at all
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 def _carry_out(arguments: list[str]) -> int:

@@ -23,4 +23,6 @@ def repeat_run(asked: Question) -> int | None:
 
 def next_step(record: RunRecord) -> str:
     """What to do after a run."""
+    if not record.is_recorded:
+        return f"not recorded: {record.home} cannot be written"
     return f"see it with: kendama report {record.run}"

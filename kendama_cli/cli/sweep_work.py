@@ -7,8 +7,8 @@ from pathlib import Path
 
 from kendama_cli.cli import render
 from kendama_cli.cli.progress import PlainLines
-from kendama_cli.config.compose import composed_each, expand_sweep
 from kendama_cli.config.site import Site
+from kendama_cli.config.sweep import composed_each, expand_sweep
 from kendama_cli.pipeline.catalogue import load_pipeline
 from kendama_cli.pipeline.nodes import build_settings
 from kendama_cli.pipeline.plan import Planner, check_armed

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import kendama_cli
 from kendama_cli.errors import UsageError
+from kendama_cli.store.durable import is_text
 
 
 @dataclass(frozen=True)
@@ -41,7 +42,7 @@ def find_site(home: Path | None = None, config_dir: Path | None = None) -> Site:
     if config_dir is None and os.environ.get("KENDAMA_CONFIG_DIR"):
         config_dir = Path(os.environ["KENDAMA_CONFIG_DIR"])
     if config_dir is not None:
-        chosen = config_dir.expanduser().resolve()
+        chosen = Path(os.path.expanduser(config_dir)).resolve()
         if not chosen.is_dir():
             raise UsageError(f"--config-dir {config_dir}: no such folder; name one that holds conf/ or YAML groups")
         if (chosen / "conf").is_dir() or (chosen / "pipelines").is_dir():
@@ -53,8 +54,12 @@ def find_site(home: Path | None = None, config_dir: Path | None = None) -> Site:
     home = home or Path(os.environ.get("KENDAMA_HOME") or ".kendama")
     conf_folders = [*conf, *(root / "conf" for root in roots)]
     pipeline_folders = [*(folder / "pipelines" for folder in conf), *(root / "pipelines" for root in roots)]
+    home = Path(os.path.expanduser(home)).absolute()
+    for what, folder in (("--home", home), *(("the folder of configuration", folder) for folder in conf_folders)):
+        if not is_text(str(folder)):
+            raise UsageError(f"{what} {str(folder)!a} is not UTF-8 text; rename it, or name another folder")
     return Site(
-        home=home.expanduser().absolute(),
+        home=home,
         conf_folders=_existing(conf_folders),
         pipeline_folders=_existing(pipeline_folders),
         data_roots=_existing([here, *roots]),

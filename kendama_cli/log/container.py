@@ -12,7 +12,7 @@ from typing import Any, BinaryIO
 
 from mcap.data_stream import ReadDataStream
 from mcap.exceptions import McapError
-from mcap.records import Channel, Chunk, Footer, Message, Metadata, Schema
+from mcap.records import Channel, Chunk, Footer, Header, Message, Metadata, Schema
 from mcap.stream_reader import CRCValidationError, StreamReader, get_chunk_data_stream
 from zstandard import ZstdError
 
@@ -52,6 +52,8 @@ class Content:
     channels: dict[int, ChannelContent] = field(default_factory=dict)
     metadata: list[tuple[str, dict[str, str]]] = field(default_factory=list)
     chunks: int = 0
+    library: str = ""
+    """Who wrote it, by its own account."""
 
     @property
     def messages_n(self) -> int:
@@ -79,6 +81,8 @@ class _Reader:
             self._open(record)
         elif isinstance(record, Message):
             self._message(record.channel_id, record.log_time, record.data)
+        elif isinstance(record, Header):
+            self.content.library = record.library
         elif isinstance(record, Metadata):
             self.content.metadata.append((record.name, dict(record.metadata)))
 

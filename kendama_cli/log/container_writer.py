@@ -10,7 +10,8 @@ import json
 import shutil
 import struct
 import zlib
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from pathlib import Path
 from typing import Any, BinaryIO, Protocol
 
 import zstandard
@@ -22,6 +23,8 @@ from kendama_cli.log.container_summary import MAGIC, Declarations, record_bytes,
 CHUNK_BYTES = 512 * 1024
 """A chunk ends with the message that brings it to this size."""
 LIBRARY = "kendama"
+FORMAT = 1
+"""Of a log; it stands in the header beside the library's name."""
 COMPRESSION = "zstd"
 
 _COPIED_BYTES = 1 << 20
@@ -98,7 +101,7 @@ class ContainerWriter:
         whole = zstandard.decompress(position)
         start = _POSITION_HEAD.size + _POSITION_HEAD.unpack_from(whole)[0]
         head = json.loads(whole[_POSITION_HEAD.size : start])
-        if _crc_of(self._file, head["size"]) != head["crc"]:
+        if _crc_of(self._file.reader, head["size"]) != head["crc"]:
             raise ValueError(f"the first {head['size']} bytes of the log are not those that were written")
         self._file.cut(head["size"])
         self._size, self._crc = head["size"], head["crc"]
@@ -147,7 +150,7 @@ class ContainerWriter:
 
     def _closed_chunk(self) -> bytes:
         """What comes next in the file: the open chunk with its message indexes; a new one is begun."""
-        beginning = b"" if self._size else MAGIC + record_bytes([Header(profile="", library=LIBRARY)])
+        beginning = b"" if self._size else MAGIC + record_bytes([Header(profile="", library=f"{LIBRARY} log {FORMAT}")])
         if not self._open:
             return self._counted(beginning)
         first_ns, last_ns = min(self._times_ns, default=0), max(self._times_ns, default=0)
@@ -190,11 +193,18 @@ class ContainerWriter:
         return data
 
 
-def _crc_of(file: AppendFile, size: int) -> int | None:
+def is_whole(position: bytes, path: Path) -> bool:
+    """Whether the file ``path`` still has what the log at ``position`` had written to it."""
+    whole = zstandard.decompress(position)
+    head = json.loads(whole[_POSITION_HEAD.size : _POSITION_HEAD.size + _POSITION_HEAD.unpack_from(whole)[0]])
+    return bool(_crc_of(lambda: path.open("rb"), head["size"]) == head["crc"])
+
+
+def _crc_of(reader: Callable[[], BinaryIO], size: int) -> int | None:
     """The CRC of the first ``size`` bytes; None where there are fewer or none can be read."""
     crc, left = 0, size
     try:
-        with file.reader() as stream:
+        with reader() as stream:
             while left:
                 part = stream.read(min(left, _COPIED_BYTES))
                 if not part:

@@ -12,8 +12,9 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from kendama_cli.errors import InputError
+from kendama_cli.errors import FormatError, InputError
 from kendama_cli.log.container import ChannelContent, read_container
+from kendama_cli.log.container_writer import FORMAT, LIBRARY
 from kendama_cli.log.decode import UndecodableError, check_schema, decode, decode_as
 from kendama_cli.log.writer import STAGE_METADATA
 from kendama_cli.schema.arrays import Array
@@ -42,12 +43,15 @@ class LogFile:
     """One MCAP file, read and checked whole on opening.
 
     ``topics`` limits what is kept in memory (None: all); every message is checked and counted nevertheless. Raises
-    InputError for a file that is absent, cut short, damaged or no MCAP.
+    InputError for a file that is absent, cut short, damaged or no MCAP, FormatError for one of ours of another format.
     """
 
     def __init__(self, path: Path | str, topics: Collection[str] | None = None) -> None:
         self.path = Path(path)
         self._content = read_container(path, topics)
+        name, _, number = self._content.library.partition(" log ")
+        if name == LIBRARY and number != str(FORMAT):
+            raise FormatError(str(path), "a log", number or "0", FORMAT)
         self._kept = topics
 
     @property

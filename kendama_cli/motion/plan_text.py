@@ -10,6 +10,7 @@ import numpy as np
 import yaml
 
 from kendama_cli.artifacts.motion_plan import MotionPlan, TurnPlan
+from kendama_cli.schema.plain_yaml import load_yaml
 
 FORMAT = "kendama motion 1"
 TextFormat = Literal["json", "yaml"]
@@ -34,13 +35,11 @@ def plan_text(plan: MotionPlan, form: TextFormat) -> str:
 def plan_from_text(text: str, form: TextFormat) -> MotionPlan:
     """The plan in ``text``; raises ValueError that names the line or the key that is wrong."""
     try:
-        document = json.loads(text) if form == "json" else yaml.safe_load(text)
+        document = json.loads(text) if form == "json" else load_yaml(text)
     except json.JSONDecodeError as error:
         raise ValueError(f"line {error.lineno}: not JSON ({error.msg})") from None
-    except yaml.YAMLError as error:
-        mark = getattr(error, "problem_mark", None)
-        where = "" if mark is None else f"line {mark.line + 1}: "
-        raise ValueError(f"{where}not YAML ({getattr(error, 'problem', None) or 'unreadable'})") from None
+    except RecursionError:
+        raise ValueError("it is nested too deep") from None
     if not isinstance(document, dict) or document.get("format") != FORMAT:
         found = document.get("format") if isinstance(document, dict) else type(document).__name__
         raise ValueError(f"no movement primitive: its 'format' is {found!r}, not '{FORMAT}'")

@@ -8,10 +8,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import yaml
-
 from kendama_cli.errors import ConfigError, UsageError
 from kendama_cli.schema.declaration import STAGES, StageDeclaration, find_stage, stage_names
+from kendama_cli.schema.plain_yaml import load_yaml
 from kendama_cli.schema.settings import nearest
 
 
@@ -79,8 +78,8 @@ def load_pipeline(name: str, folders: Sequence[Path]) -> Pipeline:
 
 def _parse(name: str, path: Path) -> Pipeline:
     try:
-        document = yaml.safe_load(path.read_text(encoding="utf-8"))
-    except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
+        document = load_yaml(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError) as error:
         raise ConfigError(str(path), f"{path}: not a pipeline: {' '.join(str(error).split())}") from error
     if not isinstance(document, dict) or not isinstance(document.get("stages"), dict) or not document["stages"]:
         raise ConfigError(str(path), f"{path}: a pipeline needs 'stages:' with at least one stage")

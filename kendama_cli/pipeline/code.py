@@ -43,7 +43,7 @@ class FileIndex:
         if known is not None and known[0] == stamp:
             return known[1]
         made = compute(file)
-        if time.time() - status.st_mtime > SETTLED_S:
+        if time.time() - max(status.st_mtime, status.st_ctime) > SETTLED_S:
             self._known[name] = [stamp, made]
             self._changed = True
         return made

@@ -21,6 +21,7 @@ def main() -> int:
     """Serve until the other end of the socket closes."""
     system().end_with_parent()
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    signal.signal(signal.SIGHUP, signal.SIG_IGN)
     serve(int(sys.argv[1]), _prepare, work)
     return 0
 

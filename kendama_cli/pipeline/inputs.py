@@ -6,6 +6,7 @@ import csv
 import dataclasses
 import glob
 import importlib.metadata
+import os
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -79,7 +80,7 @@ def _listed(path: Path) -> list[str]:
 
 
 def _find(pattern: str, key: str, roots: Sequence[Path], *, several: bool) -> tuple[str, ...]:
-    expanded = Path(_in_package(pattern, key) if pattern.startswith(PACKAGE) else pattern).expanduser()
+    expanded = Path(os.path.expanduser(_in_package(pattern, key) if pattern.startswith(PACKAGE) else pattern))
     for root in [Path("/")] if expanded.is_absolute() else roots:
         plain = root / expanded
         if plain.is_file():

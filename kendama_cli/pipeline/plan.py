@@ -109,10 +109,10 @@ class Planner:
         if result is not None:
             kept = (f"recorded before; --force {spec.name} records anew",) if self.kind(spec.name) == "records" else ()
             return StagePlan(spec, key, parts, result, kept)
-        if self.store.result_path(spec.name, key).exists():
+        if durable.exists(self.store.result_path(spec.name, key)):
             return StagePlan(spec, key, parts, None, ("stored artifact damaged or missing",))
         reasons = self._reasons(spec, parts, inputs_known=True)
-        if any(self.store.checkpoint_folder(spec.name, key).glob("*.ckpt")):
+        if any(path.suffix == ".ckpt" for path in durable.listed(self.store.checkpoint_folder(spec.name, key))):
             reasons = [*(reason for reason in reasons if reason != "never ran"), "goes on from its last checkpoint"]
         return StagePlan(spec, key, parts, None, tuple(reasons))
 

@@ -6,17 +6,29 @@ import contextlib
 import os
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 import kendama_cli
-from kendama_cli.errors import StoreError, UsageError
+from kendama_cli.errors import FormatError, StoreError, UsageError
 from kendama_cli.store import durable
 from kendama_cli.system.choice import system
 
-LIBRARIES = ("dartpy", "numpy", "scipy", "opencv-python-headless", "pandas", "mcap", "hydra-core")
+LIBRARIES = (
+    "dartpy",
+    "embreex",
+    "hydra-core",
+    "mcap",
+    "numba",
+    "numpy",
+    "opencv-python-headless",
+    "pandas",
+    "protobuf",
+    "scipy",
+    "zstandard",
+)
 
 
 @dataclass(frozen=True)
@@ -58,6 +70,8 @@ class RunRecord:
     outcome: str = "running"
     stages: list[StageOutcome] = field(default_factory=list)
     versions: dict[str, str] = field(default_factory=dict)
+    is_recorded: bool = True
+    """False where the home cannot be written: a run that has nothing to compute needs no home that can."""
 
     @property
     def folder(self) -> Path:
@@ -66,13 +80,14 @@ class RunRecord:
 
     def document(self) -> dict[str, Any]:
         """The document that ``run --json`` prints."""
-        return {
+        document = {
             "run": self.run,
             "pipeline": self.pipeline,
             "overrides": self.overrides,
             "outcome": self.outcome,
             "stages": [stage.document() for stage in self.stages],
         }
+        return document if self.is_recorded else {**document, "recorded": False}
 
     @contextlib.contextmanager
     def going_on(self) -> Iterator[None]:
@@ -81,26 +96,54 @@ class RunRecord:
             yield
 
     def save(self) -> None:
-        """Write the record, durably."""
-        beside = {"started": self.started, "host": _host(), "versions": self.versions}
+        """Write the record, durably; raises StoreError where the disk refuses."""
+        if not self.is_recorded:
+            return
+        beside = {"started": self.started, "host": _host(), "versions": self.versions, "printed": self._printed()}
         durable.write_sealed(self.folder / "run.json", {**self.document(), **beside})
 
+    def _printed(self) -> dict[str, str]:
+        """Digests of what the workers of ended stages printed."""
+        names = [f"{stage.name}.txt" for stage in self.stages if stage.status != "cached"]
+        found = {name: durable.read_file(self.folder / name) for name in names}
+        return {name: durable.sha256(data) for name, data in found.items() if data is not None}
 
-def begin(home: Path, pipeline: str, overrides: list[str], known_versions: dict[str, str] | None = None) -> RunRecord:
-    """A new record; ids sort by time. ``known_versions`` spares looking up what is installed."""
-    now = time.gmtime()
-    run = f"{time.strftime('%Y%m%d-%H%M%S', now)}-{os.urandom(3).hex()}"
-    started = time.strftime("%Y-%m-%dT%H:%M:%S+00:00", now)
+
+def next_number(home: Path) -> int:
+    """The number of the run that begins next; a clock that was set back does not make it older than another."""
+    return max((_number(path.name) for path in durable.listed(home / "runs")), default=0) + 1
+
+
+def _number(run: str) -> int:
+    digits = run.partition("-")[0]
+    return int(digits) if digits.isascii() and digits.isdecimal() else 0
+
+
+def begin(
+    home: Path,
+    pipeline: str,
+    overrides: list[str],
+    known_versions: dict[str, str] | None = None,
+    *,
+    number: int | None = None,
+) -> RunRecord:
+    """A new record; ids sort by ``number``, by default the next. ``known_versions`` spares looking up what is there."""
+    run = f"{next_number(home) if number is None else number:05d}-{os.urandom(3).hex()}"
+    started = time.strftime("%Y-%m-%dT%H:%M:%S+00:00", time.gmtime())
     return RunRecord(home, run, pipeline, overrides, started, versions=known_versions or versions())
 
 
 def past_runs(home: Path) -> list[dict[str, Any]]:
     """All readable records, oldest first."""
     found = []
-    for path in sorted((home / "runs").glob("*/run.json")):
-        record = None
-        with contextlib.suppress(StoreError):  # one that cannot be read now hides no other
+    for folder in sorted(durable.listed(home / "runs"), key=lambda folder: (_number(folder.name), folder.name)):
+        path, record = folder / "run.json", None
+        try:
             record = durable.read_sealed(path)
+        except FormatError:
+            raise
+        except StoreError:  # one that cannot be read now hides no other
+            continue
         if record is not None:
             killed = record["outcome"] == "running" and not system().is_in_use(path.parent)
             found.append({**record, "outcome": "killed"} if killed else record)
@@ -108,13 +151,14 @@ def past_runs(home: Path) -> list[dict[str, Any]]:
 
 
 def find_run(home: Path, run: str | None) -> dict[str, Any]:
-    """The record called ``run`` (a unique beginning will do), or the newest; raises UsageError for none."""
+    """The record called ``run`` (its number or a unique beginning will do), or the newest; else UsageError."""
     records = past_runs(home)
     if not records:
         raise UsageError(f"no runs in {home} yet; 'kendama run' makes one, --home names another folder")
     if run is None:
         return records[-1]
-    matching = [record for record in records if str(record["run"]).startswith(run)]
+    matching = [record for record in records if run.isdecimal() and _number(str(record["run"])) == int(run)]
+    matching = matching or [record for record in records if str(record["run"]).startswith(run)]
     if len(matching) != 1:
         from kendama_cli.schema.settings import nearest  # noqa: PLC0415 - only where there is something to say
 
@@ -122,6 +166,16 @@ def find_run(home: Path, run: str | None) -> dict[str, Any]:
         problem = "no run" if not matching else "several runs begin with"
         raise UsageError(f"{problem} '{run}'; 'kendama runs' lists them{nearest(run, names)}")
     return matching[0]
+
+
+def version_differences(made_with: Mapping[str, str]) -> list[str]:
+    """What a result was made with in another version than the one that is here: ``numpy 2.3.1, here 2.4.0``."""
+    here = versions()
+    return [
+        f"{name} {made_with.get(name, 'missing')}, here {here.get(name, 'missing')}"
+        for name in sorted({*made_with, *here} - {"kendama"})  # its code is part of the key
+        if made_with and made_with.get(name, "missing") != here.get(name, "missing")
+    ]
 
 
 def _host() -> str:
@@ -133,10 +187,12 @@ def _host() -> str:
 
 
 def versions() -> dict[str, str]:
-    """Versions of Python, kendama and the libraries that results depend on."""
+    """Versions of Python, kendama and the libraries that results depend on, and the kind of machine."""
     import importlib.metadata  # noqa: PLC0415 - slow to import, and a run with nothing to do needs none of it
+    import platform  # noqa: PLC0415 - as above
 
     found = {"python": sys.version.partition(" ")[0], "kendama": kendama_cli.__version__}
+    found["machine"] = platform.machine()
     for name in LIBRARIES:
         try:
             found[name] = importlib.metadata.version(name)

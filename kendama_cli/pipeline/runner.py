@@ -16,7 +16,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, Protocol
 
-from kendama_cli.errors import KendamaError
+from kendama_cli.errors import KendamaError, ReadOnlyError
 from kendama_cli.pipeline.catalogue import StageSpec
 from kendama_cli.pipeline.plan import Planner, StagePlan
 from kendama_cli.pipeline.record import RunRecord, StageOutcome
@@ -75,9 +75,17 @@ class Runner:
         self._waits_reported: set[str] = set()
 
     def run(self) -> RunRecord:
-        """Run to the end; ``outcome`` is then done or failed, or interrupted before KeyboardInterrupt is raised."""
+        """Run to the end; ``outcome`` is then done or failed, or interrupted before KeyboardInterrupt is raised.
+
+        In a home that cannot be written a run with nothing to compute is not recorded; any other raises StoreError.
+        """
         with self._planner.store.in_use():
-            self._record.save()
+            try:
+                self._record.save()
+            except ReadOnlyError:
+                if any(plan.result is None for plan in self._planner.plan(frozenset(self._forced))):
+                    raise
+                self._record.is_recorded = False
             with self._record.going_on():
                 return self._run()
 

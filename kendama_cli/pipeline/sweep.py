@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 from kendama_cli.errors import KendamaError
 from kendama_cli.pipeline.plan import Planner
-from kendama_cli.pipeline.record import RunRecord, begin
+from kendama_cli.pipeline.record import RunRecord, begin, next_number, versions
 from kendama_cli.pipeline.runner import Observer, Runner
 from kendama_cli.store.durable import canonical_json
 from kendama_cli.system.choice import system
@@ -46,8 +46,12 @@ def run_sweep(
     stop = threading.Event()
     starters: queue.SimpleQueue[Starter] = queue.SimpleQueue()
 
-    def run(job: SweepJob) -> RunRecord:
-        record = begin(job.planner.store.home, job.planner.pipeline.name, job.overrides)
+    first = next_number(jobs[0].planner.store.home) if jobs else 0
+    installed = versions()
+
+    def run(number: int, job: SweepJob) -> RunRecord:
+        home, pipeline = job.planner.store.home, job.planner.pipeline.name
+        record = begin(home, pipeline, job.overrides, installed, number=number)
         starter = starters.get()
         try:
             return Runner(job.planner, record, observe(job, record), workers=1, starter=starter, stop=stop).run()
@@ -57,7 +61,7 @@ def run_sweep(
     with contextlib.ExitStack() as stack, concurrent.futures.ThreadPoolExecutor(at_once) as pool:
         for _ in range(min(at_once, len(jobs))):
             starters.put(stack.enter_context(contextlib.closing(system().sweep_starter())))
-        futures = [pool.submit(run, job) for job in jobs]
+        futures = [pool.submit(run, number, job) for number, job in enumerate(jobs, first)]
         try:
             return [future.result() for future in futures]
         except (KeyboardInterrupt, KendamaError):

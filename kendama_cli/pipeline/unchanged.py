@@ -8,6 +8,7 @@ way imports: nothing that parses command lines or configuration; ``watched`` col
 
 from __future__ import annotations
 
+import contextlib
 import dataclasses
 import os
 import sys
@@ -16,6 +17,7 @@ from pathlib import Path
 from typing import Any
 
 import kendama_cli
+from kendama_cli.errors import ReadOnlyError
 from kendama_cli.pipeline.latest import keep_latest
 from kendama_cli.pipeline.record import RunRecord, StageOutcome, begin
 from kendama_cli.store import durable
@@ -42,6 +44,17 @@ def stamps(paths: Iterable[str | Path]) -> Stamps:
     return {str(path): stamp(path) for path in paths}
 
 
+def settled(states: Stamps, at_s: float) -> bool:
+    """Whether none of ``states`` is so young that its file may have changed again before ``at_s`` unseen."""
+    youngest_ns = max((max(state[1:3]) for state in states.values() if state), default=0)
+    return youngest_ns / 1e9 <= at_s - SETTLED_S
+
+
+def environment_now(names: Iterable[str]) -> dict[str, str | None]:
+    """The environment variables called ``names``; None for one that is not set."""
+    return {name: os.environ.get(name) for name in names}
+
+
 @dataclasses.dataclass(frozen=True)
 class Question:
     """What was asked: the command line, and all but files that its meaning depends on."""
@@ -54,7 +67,7 @@ class Question:
     def path(self) -> Path:
         """Where the answer would be; a home that is guessed wrongly has none."""
         name = durable.sha256(durable.canonical_json(dataclasses.asdict(self)))[:32]
-        home = Path(self._home()).expanduser().absolute()
+        home = Path(os.path.expanduser(self._home())).absolute()
         return home / "index" / "unchanged" / f"{name}.json"
 
     def _home(self) -> str:
@@ -72,18 +85,27 @@ def question(arguments: Sequence[str]) -> Question:
     return Question(list(arguments), os.getcwd(), environment, python)
 
 
-def keep(asked: Question, record: RunRecord, parts: Mapping[str, Any], watched: Stamps, began_s: float) -> None:
+def keep(
+    asked: Question,
+    record: RunRecord,
+    parts: Mapping[str, Any],
+    watched: Stamps,
+    *,
+    read: Mapping[str, str | None],
+    began_s: float,
+) -> None:
     """Remember that ``asked`` has nothing to do while ``watched`` stays; not where one of these is too young.
 
-    ``parts`` are what the key of each of the record's stages is made of; ``began_s`` is when the command began.
+    ``parts`` are what the key of each of the record's stages is made of, ``read`` the environment variables that the
+    configuration read; ``began_s`` is when the command began.
     """
-    youngest_ns = max((max(state[1:3]) for state in watched.values() if state), default=0)
-    if youngest_ns / 1e9 > began_s - SETTLED_S:
+    if not settled(watched, began_s):
         return
     stages = [{**dataclasses.asdict(outcome), "status": "cached", "seconds": 0.0} for outcome in record.stages]
     answer = {
         "question": dataclasses.asdict(asked),
         "stamps": watched,
+        "read": dict(read),
         "home": str(record.home),
         "pipeline": record.pipeline,
         "overrides": record.overrides,
@@ -91,7 +113,8 @@ def keep(asked: Question, record: RunRecord, parts: Mapping[str, Any], watched: 
         "parts": parts,
         "versions": record.versions,
     }
-    durable.write_index(asked.path(), answer)
+    with contextlib.suppress(ValueError):  # a folder whose name is not UTF-8 text
+        durable.write_index(asked.path(), answer)
 
 
 def repeat(asked: Question) -> RunRecord | None:
@@ -102,6 +125,8 @@ def repeat(asked: Question) -> RunRecord | None:
     try:
         answer = durable.read_index(asked.path())
         if answer is None or answer["question"] != dataclasses.asdict(asked):
+            return None
+        if environment_now(answer["read"]) != answer["read"]:
             return None
         if any(stamp(path) != state for path, state in answer["stamps"].items()):
             return None
@@ -123,5 +148,8 @@ def repeat(asked: Question) -> RunRecord | None:
             keep_latest(record.home, record.pipeline, outcome.name, outcome.key, parts[outcome.name])
         record.stages = stages
         record.outcome = "done"
-        record.save()
+        try:
+            record.save()
+        except ReadOnlyError:
+            record.is_recorded = False
     return record

@@ -40,7 +40,7 @@ def input_stamps(planner: Planner, settings: Mapping[str, Any], roots: Sequence[
 
 def looked_at(pattern: str, roots: Sequence[Path]) -> Iterator[Path]:
     """Files and folders whose state decides which files ``pattern`` means: every place up to the first absent one."""
-    expanded = Path(pattern).expanduser()
+    expanded = Path(os.path.expanduser(pattern))
     if expanded.is_absolute():
         roots, expanded = [Path(expanded.anchor)], expanded.relative_to(expanded.anchor)
     for root in roots:

@@ -23,6 +23,7 @@ from typing import Any
 from kendama_cli.errors import KendamaError, StageError
 from kendama_cli.pipeline.context import WorkerContext
 from kendama_cli.pipeline.nodes import node_schemas
+from kendama_cli.pipeline.record import versions
 from kendama_cli.schema.artifacts import artifact_type
 from kendama_cli.schema.declaration import StageDeclaration, find_stage
 from kendama_cli.schema.registry import resolve
@@ -50,6 +51,8 @@ def main() -> int:
 def work(request: Mapping[str, Any], events: int) -> int:
     """Be the worker for ``request`` that reports on the file descriptor ``events``; the exit code."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C reaches the whole group; the parent decides
+    if hasattr(signal, "SIGHUP"):
+        signal.signal(signal.SIGHUP, signal.SIG_IGN)  # as Ctrl-C
     signal.signal(signal.SIGTERM, _interrupt)
     channel = os.fdopen(events, "w", encoding="utf-8", buffering=1, newline="\n")
 
@@ -129,7 +132,7 @@ def _finish(
         (folder / "metrics.json").write_bytes(canonical_json(metrics) + b"\n")
         plain = {own: dataclasses.asdict(value) for own, value in settings.items()}
         context.log.finish(folder / LOG, stage=request["stage"], settings=plain, metrics=metrics)
-        result = store.put(folder, request["stage"], request["key"], metrics, request["parts"])
+        result = store.put(folder, request["stage"], request["key"], metrics, request["parts"], made_with=versions())
     return {"event": "done", "artifact": str(result.artifact), "metrics": metrics}
 
 

@@ -12,6 +12,8 @@ from pathlib import Path
 from kendama_cli.errors import InputError
 
 MOVING = ("revolute", "continuous")
+SHAPES = {"box": {"size": 3}, "cylinder": {"radius": 1, "length": 1}, "sphere": {"radius": 1}}
+LARGEST_M = 1e3
 XACRO = "{http://www.ros.org/wiki/xacro}"
 
 
@@ -87,6 +89,7 @@ def read_tree(path: str) -> UrdfTree:
     for name, link in links.items():
         for mesh in link.iter("mesh"):
             _check_mesh(path, name, mesh.get("filename", ""))
+        _check_shapes(path, name, link)
     joints = tuple(root.findall("joint"))
     for joint in joints:
         for side in ("parent", "child"):
@@ -95,6 +98,25 @@ def read_tree(path: str) -> UrdfTree:
                 where = f"joint '{joint.get('name')}'"
                 raise InputError(path, problem, where=where, remedy="name a link of the file")
     return UrdfTree(path, root.get("name", "robot"), links, joints, {end(joint, "child"): joint for joint in joints})
+
+
+def _check_shapes(path: str, name: str, link: ET.Element) -> None:
+    """Raise InputError for a box, cylinder or sphere without a size; nothing draws them, others would."""
+    for tag, sizes in SHAPES.items():
+        for shape in link.iter(tag):
+            for size, count in sizes.items():
+                words = shape.get(size, "").split()
+                if len(words) != count or not all(_is_length(word) for word in words):
+                    problem = f"has <{tag} {size}='{shape.get(size, '')}'>"
+                    wanted = f"give {count} positive numbers" if count > 1 else "give a positive number"
+                    raise InputError(path, problem, where=f"link '{name}'", remedy=f"{wanted} up to {LARGEST_M:g} m")
+
+
+def _is_length(word: str) -> bool:
+    try:
+        return 0 < float(word) <= LARGEST_M
+    except ValueError:
+        return False
 
 
 def _parse(path: str) -> ET.Element:

@@ -1,13 +1,13 @@
 """Checkpoints: numbered files of which the newest intact one counts; a torn or damaged one is passed over.
 
-A checkpoint is one file: the state's arrays and JSON values, the random streams, and where the log stood. The log
-itself grows in a file beside the checkpoints.
+A checkpoint is one file: a digest of what follows, its format, the state's arrays and JSON values, the random streams,
+and where the log stood. The log itself grows in a file beside the checkpoints.
 """
 
 from __future__ import annotations
 
+import contextlib
 import json
-import shutil
 import struct
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
@@ -16,6 +16,7 @@ from typing import Any
 
 import numpy as np
 
+from kendama_cli.errors import FormatError, StoreError
 from kendama_cli.store import durable
 from kendama_cli.store.codecs import pack_arrays, unpack_arrays
 
@@ -23,7 +24,9 @@ KEPT = 2
 """The newest, and one before it in case the newest is damaged later."""
 
 _DIGEST_BYTES = 64
-_LOG_BYTES = struct.Struct("<Q")
+_HEAD = struct.Struct("<IQ")  # format, bytes of the log's position
+FORMAT = 1
+LOG_PART = "log.part"
 
 
 @dataclass(frozen=True)
@@ -36,59 +39,80 @@ class Checkpoint:
 
 
 class CheckpointFolder:
-    """The checkpoints of one computation."""
+    """The checkpoints of one computation; every method raises StoreError where the disk refuses."""
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder
-        self._number = 0
+        self._number: int | None = None
 
     @property
     def log_path(self) -> Path:
         """Where the log grows that the checkpoints count on."""
-        return self.folder / "log.part"
+        return self.folder / LOG_PART
 
     def intact(self) -> Iterator[Checkpoint]:
-        """The intact checkpoints, newest first; saving goes on from the last one that was taken."""
-        for path in sorted(self.folder.glob("*.ckpt"), reverse=True):
-            found = _read(path)
+        """The intact checkpoints, newest first.
+
+        Raises StoreError where one cannot be read now, FormatError where it is of another format.
+        """
+        for path in reversed(self.files()):
+            found = read_checkpoint(path)
             if found is not None:
-                self._number = int(path.stem)
                 yield found
+
+    def files(self) -> list[Path]:
+        """The checkpoints' files, intact or not, oldest first."""
+        return checkpoint_files(self.folder)
 
     def discard(self) -> None:
         """Forget every checkpoint, so that the work begins from its start."""
-        shutil.rmtree(self.folder, ignore_errors=True)
+        if durable.exists(self.folder):
+            durable.remove(self.folder)
 
     def discard_unless_saved(self) -> None:
         """Leave nothing where there is no checkpoint that could be gone on from."""
-        if not any(self.folder.glob("*.ckpt")):
-            self.discard()
+        with contextlib.suppress(StoreError):  # what is left is collected as garbage
+            if not self.files():
+                self.discard()
 
     def save(self, state: Mapping[str, Any], streams: Mapping[str, Any], log: bytes) -> None:
         """Keep ``state``, ``streams`` and the position of the log, durably on return."""
+        if self._number is None:  # after all that stand there: a damaged one must not pass for the newest
+            self._number = max((int(path.stem) for path in self.files()), default=0)
         self._number += 1
         arrays = {f"a.{name}": value for name, value in state.items() if isinstance(value, np.ndarray)}
         plain = {name: value for name, value in state.items() if not isinstance(value, np.ndarray)}
         meta = durable.canonical_json({"plain": plain, "streams": streams})
         body = log + pack_arrays({**arrays, "meta": np.frombuffer(meta, dtype=np.uint8)})
-        head = _LOG_BYTES.pack(len(log))
+        head = _HEAD.pack(FORMAT, len(log))
         path = self.folder / f"{self._number:08d}.ckpt"
         durable.write_file(path, durable.sha256(head + body).encode() + head + body)
-        for old in sorted(self.folder.glob("*.ckpt"))[:-KEPT]:
-            old.unlink(missing_ok=True)
+        for old in self.files()[:-KEPT]:
+            durable.remove(old)
 
 
-def _read(path: Path) -> Checkpoint | None:
-    """The checkpoint at ``path``; None where it cannot be read or a byte of it is not as it was written."""
+def checkpoint_files(folder: Path) -> list[Path]:
+    """The files of checkpoints in ``folder``, intact or not, oldest first."""
+    return [path for path in durable.listed(folder) if path.suffix == ".ckpt" and path.stem.isdecimal()]
+
+
+def read_checkpoint(path: Path) -> Checkpoint | None:
+    """The checkpoint at ``path``; None where there is none or a byte of it is not as it was written.
+
+    Raises StoreError where it cannot be read now, FormatError where it is whole and of another format.
+    """
+    data = durable.read_file(path) or b""
+    digest, content = data[:_DIGEST_BYTES], data[_DIGEST_BYTES:]
+    if len(content) < _HEAD.size or durable.sha256(content).encode() != digest:
+        return None
+    number, log_bytes = _HEAD.unpack_from(content)
+    if number != FORMAT:
+        raise FormatError(str(path), "a checkpoint", number, FORMAT)
+    end = _HEAD.size + log_bytes
     try:
-        data = path.read_bytes()
-        digest, content = data[:_DIGEST_BYTES], data[_DIGEST_BYTES:]
-        if durable.sha256(content).encode() != digest:
-            return None
-        end = _LOG_BYTES.size + _LOG_BYTES.unpack_from(content)[0]
         arrays = unpack_arrays(content[end:])
         meta = json.loads(arrays.pop("meta").tobytes())
-    except (OSError, ValueError, KeyError):
+    except (ValueError, KeyError):
         return None
     state = {**meta["plain"], **{name[2:]: value for name, value in arrays.items()}}
-    return Checkpoint(state=state, streams=meta["streams"], log=content[_LOG_BYTES.size : end])
+    return Checkpoint(state=state, streams=meta["streams"], log=content[_HEAD.size : end])

@@ -10,15 +10,21 @@ import errno
 import hashlib
 import json
 import os
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
-from kendama_cli.errors import StoreError
+from kendama_cli.errors import FormatError, ReadOnlyError, StoreError
 from kendama_cli.system.choice import system
 
 SCRATCH = ".scratch"
 """Prefix of names that are not finished; whoever finds one without its writer may delete it."""
+
+
+FORMAT = 1
+"""Of sealed records: results and runs. 0 stands for those without a number, as 0.1 wrote them."""
+INDEX_FORMAT = 1
+"""Of files in ``index/``; one of another format is as good as none."""
 
 
 @contextlib.contextmanager
@@ -33,7 +39,8 @@ def plain_disk_errors(path: Path) -> Iterator[None]:
             errno.EROFS: "the file system is read-only; choose another folder with --home",
             errno.EACCES: "permission denied; choose another folder with --home",
         }.get(error.errno or 0, error.strerror or str(error))
-        raise StoreError(str(path), f"cannot write {path}: {reason} (what was finished is kept)") from error
+        kind = ReadOnlyError if error.errno in (errno.EROFS, errno.EACCES, errno.EPERM) else StoreError
+        raise kind(str(path), f"cannot write {path}: {reason} (what was finished is kept)") from error
 
 
 def canonical_json(value: Any) -> bytes:
@@ -68,6 +75,16 @@ def read_file(path: Path) -> bytes | None:
             return path.read_bytes()
         except (FileNotFoundError, NotADirectoryError, IsADirectoryError):
             return None
+
+
+def exists(path: Path) -> bool:
+    """Whether there is anything at ``path``; raises StoreError where that cannot be told now."""
+    with readable(path):
+        try:
+            os.lstat(path)
+        except (FileNotFoundError, NotADirectoryError):
+            return False
+        return True
 
 
 def listed(folder: Path) -> list[Path]:
@@ -144,24 +161,32 @@ def write_file(path: Path, data: bytes) -> None:
             scratch.unlink(missing_ok=True)
 
 
-def write_index(path: Path, value: Any) -> None:
+def write_index(path: Path, value: Mapping[str, Any]) -> None:
     """Replace a rebuildable index: whole or absent, not worth an fsync, silently lost where it cannot be kept."""
     scratch = path.parent / f"{SCRATCH}-{os.urandom(16).hex()}"
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        scratch.write_bytes(canonical_json(value))
+        body = canonical_json(value)
+        scratch.write_bytes(_index_seal(body) + body)
         os.replace(scratch, path)
     except (OSError, ValueError):  # ValueError: a value that JSON cannot hold, such as NaN
         with contextlib.suppress(OSError):
             scratch.unlink(missing_ok=True)
 
 
-def read_index(path: Path) -> Any:
-    """What ``write_index`` kept, or None."""
+def read_index(path: Path) -> dict[str, Any] | None:
+    """What ``write_index`` kept; None where there is nothing, or any byte is not as this version writes it."""
     try:
-        return json.loads(path.read_bytes())
-    except (OSError, ValueError):
+        data = path.read_bytes()
+        body = data[len(_index_seal(b"")) :]
+        value = json.loads(body) if data.startswith(_index_seal(body)) else None
+    except (OSError, ValueError, RecursionError):
         return None
+    return value if isinstance(value, dict) else None
+
+
+def _index_seal(body: bytes) -> bytes:
+    return f"kendama index {INDEX_FORMAT} {sha256(body)}\n".encode()
 
 
 def publish_folder(scratch: Path, target: Path) -> None:
@@ -187,23 +212,30 @@ def write_sealed(path: Path, record: dict[str, Any]) -> None:
 def read_sealed(path: Path) -> dict[str, Any] | None:
     """The record of ``write_sealed``; None where it is missing or any byte of it differs.
 
-    Raises StoreError where it cannot be read now, which is not to say that it is damaged.
+    Raises StoreError where it cannot be read now, which is not to say that it is damaged, and FormatError where it is
+    whole and of another format.
     """
     data = read_file(path)
     if data is None:
         return None
     try:
-        record = dict(json.loads(data)["record"])
-        whole = _sealed(record)
-    except (ValueError, KeyError, TypeError):
+        document = json.loads(data)
+        record, number = dict(document["record"]), document.get("format", 0)
+        whole = _sealed(record, number)
+    except (ValueError, KeyError, TypeError, AttributeError, RecursionError):
         return None
-    return record if data == whole else None
+    if data != whole:
+        return None
+    if number != FORMAT:
+        raise FormatError(str(path), "a record", number, FORMAT)
+    return record
 
 
-def _sealed(record: dict[str, Any]) -> bytes:
+def _sealed(record: dict[str, Any], number: Any = FORMAT) -> bytes:
     # in the order given: metrics are shown in the order in which a stage gave them
     body = json.dumps(record, allow_nan=False, ensure_ascii=False)
-    return f'{{"record": {body}, "seal": "{sha256(body.encode())}"}}\n'.encode()
+    numbered = f'"format": {json.dumps(number)}, ' if number else ""
+    return f'{{{numbered}"record": {body}, "seal": "{sha256((numbered + body).encode())}"}}\n'.encode()
 
 
 def sync(path: Path) -> None:

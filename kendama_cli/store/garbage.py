@@ -37,7 +37,14 @@ def verify(store: Store) -> list[Damage]:
         Damage(folder / "run.json", "the run's record is not as it was written")
         for folder in _runs(store)
         # a run that could not begin, on a full disk say, has left a folder without a record
-        if (folder / "run.json").exists() and durable.read_sealed(folder / "run.json") is None
+        if durable.exists(folder / "run.json") and durable.read_sealed(folder / "run.json") is None
+    ]
+    damage += [found for folder in _runs(store) for found in _damaged_prints(folder)]
+    damage += [found for folder in _checkpoints(store) for found in _damaged_checkpoints(folder)]
+    damage += [
+        Damage(path, "the index's bytes are not those written; what it says is found out anew")
+        for path in _index_files(store.home / "index")
+        if durable.read_index(path) is None
     ]
     return damage
 
@@ -67,11 +74,12 @@ def collect_garbage(store: Store, keep_runs: int | None = None) -> list[Path]:
         gone += [folder for folder in _objects(store) if folder not in named]
         gone += [
             folder
-            for stage in durable.listed(store.checkpoints)
-            for folder in durable.listed(stage)
-            if store.result_path(stage.name, folder.name) in kept or not any(folder.glob("*.ckpt"))
+            for folder in _checkpoints(store)
+            if store.result_path(folder.parent.name, folder.name) in kept
+            or not any(path.suffix == ".ckpt" for path in durable.listed(folder))
         ]
-        gone += [*durable.listed(store.scratch), *store.home.glob(f"**/{durable.SCRATCH}-*")]
+        gone += [path for path in _index_files(store.home / "index") if durable.read_index(path) is None]
+        gone += [*durable.listed(store.scratch), *_unfinished(store.home)]
         for path in gone:  # results go before the artifacts that they name
             durable.remove(path)
     return sorted(set(gone))
@@ -92,11 +100,57 @@ def _runs(store: Store) -> list[Path]:
     return [path for path in durable.listed(store.home / "runs") if not path.name.startswith(durable.SCRATCH)]
 
 
+def _checkpoints(store: Store) -> Iterator[Path]:
+    for stage in durable.listed(store.checkpoints):
+        yield from (path for path in durable.listed(stage) if not path.name.startswith(durable.SCRATCH))
+
+
+def _index_files(folder: Path) -> Iterator[Path]:
+    for path in durable.listed(folder):
+        if path.suffix == ".json":
+            yield path
+        elif not path.name.startswith(durable.SCRATCH):
+            yield from _index_files(path)
+
+
+def _unfinished(folder: Path) -> Iterator[Path]:
+    """Everything below ``folder`` that a process which was killed had not finished."""
+    for path in durable.listed(folder):
+        if path.name.startswith(durable.SCRATCH):
+            yield path
+        elif path.is_dir() and not path.is_symlink():
+            yield from _unfinished(path)
+
+
+def _damaged_prints(folder: Path) -> Iterator[Damage]:
+    """What the workers of a run printed and the run's record has the digest of."""
+    record = durable.read_sealed(folder / "run.json") or {}
+    for name, digest in record.get("printed", {}).items():
+        data = durable.read_file(folder / name)
+        if data is None or durable.sha256(data) != digest:
+            yield Damage(folder / name, "is missing" if data is None else "the bytes are not those written")
+
+
+def _damaged_checkpoints(folder: Path) -> Iterator[Damage]:
+    from kendama_cli.log.container_writer import is_whole  # noqa: PLC0415 - with mcap and numpy, for this alone
+    from kendama_cli.store.checkpoint import LOG_PART, checkpoint_files, read_checkpoint  # noqa: PLC0415
+
+    damaged_log = False
+    for path in checkpoint_files(folder):
+        found = read_checkpoint(path)
+        if found is None:
+            yield Damage(path, "the checkpoint's bytes are not those written")
+        elif not is_whole(found.log, folder / LOG_PART):
+            damaged_log = True
+    if damaged_log:
+        yield Damage(folder / LOG_PART, "the log that a checkpoint counts on is not as it was written")
+
+
 def _damaged_result(store: Store, path: Path) -> Iterator[Damage]:
     record = durable.read_sealed(path)
     if record is None:
         yield Damage(path, "the result's bytes are not those written")
-    elif not store.object_folder(str(record["artifact"])).is_dir():
+    elif not durable.exists(store.object_folder(str(record["artifact"]))):
         yield Damage(path, f"its artifact {str(record['artifact'])[:12]} is missing")
 
 
@@ -120,7 +174,7 @@ def _artifact_files(store: Store, results: list[Path]) -> list[Path]:
 
 def _forgotten(store: Store, keep: int, results: list[Path]) -> list[Path]:
     """Folders of all but the newest ``keep`` runs, and results that none of the others used."""
-    folders = _runs(store)
+    folders = sorted(_runs(store), key=lambda folder: (len(folder.name.partition("-")[0]), folder.name))  # by number
     newest = folders[max(0, len(folders) - keep) :]
     records = [durable.read_sealed(folder / "run.json") or {"stages": []} for folder in newest]
     used = {(stage["name"], stage["key"]) for record in records for stage in record["stages"]}

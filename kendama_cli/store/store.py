@@ -9,16 +9,18 @@ from __future__ import annotations
 import contextlib
 import json
 import os
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from kendama_cli.errors import StoreError
+from kendama_cli.errors import FormatError, ReadOnlyError, StoreError
 from kendama_cli.store import durable
 from kendama_cli.system.choice import system
 
 MANIFEST = "manifest.json"
+FORMAT = 1
+"""Of an artifact's folder; it stands in the manifest. 0 is that of a manifest without a number, as 0.1 wrote it."""
 ARTIFACT_FILES = ("artifact.json", "arrays.npz")
 """The files that later stages read; log and metrics do not enter their keys."""
 
@@ -33,6 +35,8 @@ class StoredResult:
     content_digest: str
     metrics: dict[str, Any]
     parts: dict[str, Any]
+    made_with: dict[str, str]
+    """Versions of the libraries that it was made with; they are no part of the key."""
 
 
 class Store:
@@ -72,6 +76,7 @@ class Store:
             content_digest=content_digest(manifest),
             metrics=dict(record["metrics"]),
             parts=dict(record["parts"]),
+            made_with=dict(record["made_with"]),
         )
 
     @contextlib.contextmanager
@@ -85,13 +90,22 @@ class Store:
         finally:
             durable.remove_tree(folder, ignore_errors=True)
 
-    def put(self, folder: Path, stage: str, key: str, metrics: dict[str, Any], parts: dict[str, Any]) -> StoredResult:
+    def put(
+        self,
+        folder: Path,
+        stage: str,
+        key: str,
+        metrics: dict[str, Any],
+        parts: dict[str, Any],
+        *,
+        made_with: Mapping[str, str] | None = None,
+    ) -> StoredResult:
         """Publish the files in ``folder`` as the artifact of ``key``; the folder is consumed."""
         files = {
             file.name: {"sha256": durable.file_sha256(file), "size": file.stat().st_size}
-            for file in sorted(folder.iterdir())
+            for file in durable.listed(folder)
         }
-        manifest = {"files": files}
+        manifest = {"format": FORMAT, "files": files}
         data = durable.canonical_json(manifest)
         digest = durable.sha256(data)
         with durable.plain_disk_errors(folder):
@@ -100,15 +114,18 @@ class Store:
         kept = read_manifest(target)
         if kept is None or damaged_files(target, kept):
             durable.publish_folder(folder, target)
-        record = {"stage": stage, "key": key, "artifact": digest, "metrics": metrics, "parts": parts}
+        record: dict[str, Any] = {"stage": stage, "key": key, "artifact": digest, "metrics": metrics, "parts": parts}
+        record["made_with"] = dict(made_with or {})
         durable.write_sealed(self.result_path(stage, key), record)
         durable.remove_tree(self.checkpoint_folder(stage, key), ignore_errors=True)
-        return StoredResult(stage, key, target, content_digest(manifest), metrics, parts)
+        return StoredResult(stage, key, target, content_digest(manifest), metrics, parts, record["made_with"])
 
     def entries(self) -> list[StoredResult]:
         """Every intact result, by stage and then by age."""
         found = []
-        for path in sorted(self.results.glob("*/*.json"), key=lambda item: (item.parent.name, item.stat().st_mtime_ns)):
+        stages = [stage for stage in durable.listed(self.results) if not stage.name.startswith(durable.SCRATCH)]
+        paths = [path for stage in stages for path in durable.listed(stage) if path.suffix == ".json"]
+        for path in sorted(paths, key=lambda item: (item.parent.name, _written_ns(item), item.name)):
             result = self.find(path.parent.name, path.stem)
             if result is not None:
                 found.append(result)
@@ -116,11 +133,12 @@ class Store:
 
     @contextlib.contextmanager
     def in_use(self) -> Iterator[None]:
-        """Keep garbage collection away while a run goes on."""
-        path = self._lock_path()
+        """Keep garbage collection away while a run goes on; in a home that cannot be written nothing is collected."""
         with contextlib.ExitStack() as held:
-            with durable.plain_disk_errors(path):
-                held.enter_context(system().shared(path))
+            with contextlib.suppress(ReadOnlyError):
+                path = self._lock_path()
+                with durable.plain_disk_errors(path):
+                    held.enter_context(system().shared(path))
             yield
 
     @contextlib.contextmanager
@@ -144,13 +162,23 @@ class Store:
         return self.objects / digest[:2] / digest
 
 
+def _written_ns(path: Path) -> int:
+    with durable.readable(path):
+        return path.stat().st_mtime_ns
+
+
 def read_manifest(folder: Path) -> dict[str, Any] | None:
     """The manifest of an artifact's folder; None unless its digest is the folder's name.
 
-    Raises StoreError where it cannot be read now.
+    Raises StoreError where it cannot be read now, FormatError where it is whole and of another format.
     """
     data = durable.read_file(folder / MANIFEST)
-    return dict(json.loads(data)) if data is not None and durable.sha256(data) == folder.name else None
+    if data is None or durable.sha256(data) != folder.name:
+        return None
+    manifest = dict(json.loads(data))
+    if manifest.get("format", 0) != FORMAT:
+        raise FormatError(str(folder / MANIFEST), "an artifact", manifest.get("format", 0), FORMAT)
+    return manifest
 
 
 def damaged_files(folder: Path, manifest: dict[str, Any]) -> list[tuple[str, str]]:

@@ -45,8 +45,12 @@ class Linux:
 
     @contextlib.contextmanager
     def shared(self, path: Path) -> Iterator[None]:
-        """A shared flock."""
-        with _flock(_open(path), fcntl.LOCK_SH):
+        """A shared flock; a file that may only be read can be locked too."""
+        try:
+            handle = _open(path)
+        except PermissionError:
+            handle = os.open(path, os.O_RDONLY | os.O_CLOEXEC)
+        with _flock(handle, fcntl.LOCK_SH):
             yield
 
     @contextlib.contextmanager

@@ -7,8 +7,9 @@ from pathlib import Path
 
 import pytest
 
-from kendama_cli.config.compose import composed, composed_each, expand_sweep
+from kendama_cli.config.compose import composed
 from kendama_cli.config.site import Site, bundled_root, find_site
+from kendama_cli.config.sweep import composed_each, expand_sweep
 from kendama_cli.errors import ConfigError
 
 

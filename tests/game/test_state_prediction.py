@@ -9,7 +9,8 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
-from kendama_cli.config.compose import composed, group_options
+from kendama_cli.config.compose import composed
+from kendama_cli.config.folders import group_options
 from kendama_cli.config.site import find_site
 from kendama_cli.devices.robot.remote import UdpRobot
 from kendama_cli.game import cup_cart

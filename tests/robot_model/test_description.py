@@ -211,3 +211,21 @@ def test_joint_lists_of_different_lengths_are_refused() -> None:
 def test_a_cup_axis_of_zero_is_refused() -> None:
     with pytest.raises(ConfigError, match="'cup_axis'"):
         dataclasses.replace(pa10().tool, cup_axis=(0.0, 0.0, 0.0))
+
+
+@pytest.mark.parametrize(
+    ("shape", "words"),
+    [
+        ('<box size="1e300 nan -1"/>', "has <box size='1e300 nan -1'>; give 3 positive numbers up to 1000 m"),
+        ('<box size="1 2"/>', "has <box size='1 2'>; give 3 positive numbers"),
+        ("<box/>", "has <box size=''>; give 3 positive numbers"),
+        ('<sphere radius="inf"/>', "has <sphere radius='inf'>; give a positive number"),
+        ('<cylinder radius="0.1" length="-1"/>', "has <cylinder length='-1'>; give a positive number"),
+    ],
+)
+@pytest.mark.parametrize("use", ["visual", "collision"])
+def test_a_shape_without_a_size_is_refused(tmp_path: Path, use: str, shape: str, words: str) -> None:
+    first = '<link name="link_s1">'
+    assert first in GOOD
+    text = GOOD.replace(first, f"{first}<{use}><geometry>{shape}</geometry></{use}>")
+    assert f"link 'link_s1': {words}" in str(_refusal(tmp_path, text))

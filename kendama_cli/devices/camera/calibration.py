@@ -7,11 +7,11 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import yaml
 from scipy.spatial.transform import Rotation
 
 from kendama_cli.errors import ConfigError, InputError
 from kendama_cli.schema.arrays import Array
+from kendama_cli.schema.plain_yaml import load_yaml
 from kendama_cli.schema.settings import build
 from kendama_cli.settings.camera import CameraModelSettings, CameraSettings
 from kendama_cli.vision.calibration import Board, CalibratedCamera
@@ -48,9 +48,9 @@ def camera_models(settings: CameraSettings) -> list[CameraModel]:
 def read_calibration(path: str) -> list[CameraModelSettings]:
     """The cameras of a calibration file; raises InputError where it is none."""
     try:
-        content = yaml.safe_load(Path(path).read_text(encoding="utf-8"))
-    except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
-        reason = getattr(error, "strerror", None) or getattr(error, "problem", None) or type(error).__name__
+        content = load_yaml(Path(path).read_text(encoding="utf-8"))
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or str(error)
         raise InputError(path, f"it cannot be read as a calibration ({reason})", remedy=MAKE_ONE) from None
     entries = content.get("cameras") if isinstance(content, dict) else None
     if not isinstance(entries, list) or not entries:

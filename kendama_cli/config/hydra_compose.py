@@ -1,0 +1,134 @@
+"""Hydra's compose API behind plain values and errors of one line; only this folder imports Hydra."""
+
+from __future__ import annotations
+
+import contextlib
+from typing import Any
+
+from hydra import compose, initialize_config_dir
+from hydra.core.override_parser.overrides_parser import OverridesParser
+from hydra.errors import OverrideParseException
+from omegaconf import OmegaConf
+
+from kendama_cli.config.folders import configuration_files, group_options, groups
+from kendama_cli.config.search_path import further_folders
+from kendama_cli.config.site import Site
+from kendama_cli.config.surroundings import Environment, recorded
+from kendama_cli.errors import ConfigError
+from kendama_cli.schema.plain_yaml import TooMuchError, check_plain, check_yaml, load_yaml
+from kendama_cli.schema.settings import nearest, unknown_key
+
+
+def parse_overrides(overrides: list[str]) -> list[Any]:
+    """``overrides`` by Hydra's grammar; raises ConfigError for one that is none."""
+    parsed = []
+    for text in overrides:
+        try:
+            parsed += OverridesParser.create().parse_overrides([text])
+        except OverrideParseException as error:
+            if "=" not in text:
+                raise ConfigError(
+                    text, f"'{text}' is not an override; write KEY=VALUE, as in seed=1 or capture=file"
+                ) from error
+            key = text.partition("=")[0]
+            raise ConfigError(
+                key, f"'{text}' cannot be read as KEY=VALUE; quote a value with special characters: {key}='\"...\"'"
+            ) from error
+    return parsed
+
+
+def compose_with_hydra(site: Site, overrides: list[str]) -> tuple[dict[str, Any], Environment]:
+    """The configuration for ``overrides`` and what its interpolations read; raises ConfigError."""
+    _check_overrides(site, overrides)
+    _check_files(site)
+    first, *others = site.conf_folders
+    try:
+        with (
+            further_folders(others),
+            initialize_config_dir(str(first), job_name="kendama", version_base="1.3"),
+            recorded() as environment,
+        ):
+            config = OmegaConf.to_container(compose("config", overrides=overrides), resolve=True)
+        if not isinstance(config, dict):
+            raise ValueError(f"config.yaml must be a group of keys, not {type(config).__name__}")
+        check_plain(config)
+    except RecursionError as error:
+        raise ConfigError("conf", "configuration: values are nested too deep, or refer to themselves") from error
+    except Exception as error:  # for odd files Hydra and OmegaConf also raise what any line of theirs may raise
+        raise _plain_error(site, overrides, error) from error
+    return {str(key): value for key, value in config.items()}, dict(environment)
+
+
+def _check_overrides(site: Site, overrides: list[str]) -> None:
+    names = groups(site)
+    for text, override in zip(overrides, parse_overrides(overrides), strict=True):
+        key = override.key_or_group
+        if not key:
+            raise ConfigError("", f"'{text}' has no key; write KEY=VALUE, as in seed=1 or capture=file")
+        if override.is_sweep_override():
+            raise ConfigError(
+                key, f"'{text}' gives several values; use 'kendama sweep' for one run each, or [a,b] for a list"
+            )
+        if key.partition(".")[0].partition("/")[0].partition("@")[0] == "hydra":
+            raise ConfigError(key, f"'{text}' would change Hydra itself, which kendama does not offer")
+        if key in names and not override.is_delete() and not isinstance(override.value(), str):
+            options = ", ".join(group_options(site, key))
+            raise ConfigError(key, f"'{text}' must name one choice of the group '{key}'; allowed: {options}")
+
+
+def _check_files(site: Site) -> None:
+    """Refuse files that would take Hydra all memory, and a first file that would have it import modules."""
+    for file in configuration_files(site):
+        with contextlib.suppress(OSError):  # a link to nothing, or a file that may not be read: Hydra says so if asked
+            try:
+                check_yaml(file.read_text(encoding="utf-8", errors="replace"))
+            except TooMuchError as error:
+                raise ConfigError("conf", f"{file}: {error}") from None
+            except ValueError:
+                continue  # not YAML: Hydra says so where it is chosen
+    first = next((folder / "config.yaml" for folder in site.conf_folders if (folder / "config.yaml").is_file()), None)
+    with contextlib.suppress(OSError, ValueError):  # Hydra says what is wrong with it
+        document = None if first is None else load_yaml(first.read_text(encoding="utf-8"))
+        if not isinstance(document, dict) or "hydra" not in document:
+            return
+        raise ConfigError("hydra", f"{first}: 'hydra' would change Hydra itself, which kendama does not offer")
+
+
+def _plain_error(site: Site, overrides: list[str], error: Exception) -> ConfigError:
+    """One line for whatever Hydra could not compose: the first override that does not fit, or Hydra's own words."""
+    names = groups(site)
+    choices = [
+        item for item in parse_overrides(overrides) if item.key_or_group in names and isinstance(item.value(), str)
+    ]
+    for override in choices:
+        options = group_options(site, override.key_or_group)
+        if override.value() not in options:
+            key = override.key_or_group
+            return ConfigError(
+                key,
+                f"'{key}' is '{override.value()}'; allowed: {', '.join(options)}{nearest(override.value(), options)}",
+            )
+    valid = [item.input_line for item in choices]
+    if len(valid) < len(overrides):
+        config, _ = compose_with_hydra(site, [text for text in valid if text is not None])
+        for override in parse_overrides(overrides):
+            problem = _missing(config, override.key_or_group, names)
+            if problem is not None and not override.is_add() and not override.is_force_add():
+                return problem
+    return ConfigError("conf", "configuration: " + " ".join(str(error).split()))
+
+
+def _missing(config: dict[str, Any], key: str, names: list[str]) -> ConfigError | None:
+    """The error for the first part of ``key`` that ``config`` does not have; None where it has them all."""
+    if "/" in key and key not in names:
+        return ConfigError(key, f"unknown group '{key}'; available: {', '.join(names)}{nearest(key, names)}")
+    node: Any = config
+    walked = ""
+    for part in key.split("."):
+        path = f"{walked}.{part}" if walked else part
+        if not isinstance(node, dict):
+            return ConfigError(key, f"unknown key '{key}': '{walked}' is a value and has no keys below it")
+        if part not in node and (walked or part not in names):
+            return unknown_key(path, node)
+        node, walked = node.get(part, {}), path
+    return None
