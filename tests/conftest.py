@@ -11,6 +11,7 @@ from tests.toy_project import ToyProject
 
 # started as a shell's background job, this process ignores Ctrl-C, and so would all that it starts
 signal.signal(signal.SIGINT, signal.default_int_handler)
+signal.signal(signal.SIGHUP, signal.SIG_DFL)  # and as a service it ignores the end of its terminal
 
 LONGEST_FIRST = (
     "test_whole_game.py",

@@ -103,10 +103,16 @@ class RunRecord:
         durable.write_sealed(self.folder / "run.json", {**self.document(), **beside})
 
     def _printed(self) -> dict[str, str]:
-        """Digests of what the workers of ended stages printed."""
-        names = [f"{stage.name}.txt" for stage in self.stages if stage.status != "cached"]
-        found = {name: durable.read_file(self.folder / name) for name in names}
-        return {name: durable.sha256(data) for name, data in found.items() if data is not None}
+        """Digests of what the workers of ended stages printed, which is on the disk then."""
+        digests = {}
+        for path in (self.folder / f"{stage.name}.txt" for stage in self.stages if stage.status != "cached"):
+            data = durable.read_file(path)
+            if data is not None:
+                with durable.plain_disk_errors(path):
+                    system().sync(path)
+                    system().sync(path.parent)
+                digests[path.name] = durable.sha256(data)
+        return digests
 
 
 def next_number(home: Path) -> int:

@@ -9,8 +9,8 @@ from typing import Any
 
 from kendama_cli.report.animation import SCRIPT
 from kendama_cli.report.chapters import declaration_of, draw, film
+from kendama_cli.report.page_head import page_head
 from kendama_cli.report.source import StageLog
-from kendama_cli.report.style import CSS
 from kendama_cli.report.tables import label_and_unit, metrics_table, number, settings_table
 from kendama_cli.schema.declaration import Headline, StageDeclaration
 
@@ -40,9 +40,7 @@ def make_report(run: Mapping[str, Any], logs: Mapping[str, Path]) -> str:
     if run.get("overrides"):
         described += ", with " + " ".join(map(str, run["overrides"]))
     return (
-        '<!doctype html>\n<html lang="en"><head><meta charset="utf-8">'
-        '<meta name="viewport" content="width=device-width,initial-scale=1"><link rel="icon" href="data:,">'
-        f"<title>{html.escape(title)}</title>\n<style>{CSS}</style></head>\n<body><main>"
+        f"{page_head(title, SCRIPT)}<body><main>"
         f"<h1>{html.escape(_heading(declarations))}</h1>"
         f'<p class="run">{html.escape(described)}</p>'
         f"{_contents(declarations, sources)}{_head(declarations, sources)}{''.join(sections)}"

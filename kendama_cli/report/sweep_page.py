@@ -12,7 +12,7 @@ from kendama_cli.report.chapters import EnsembleChapter, declaration_of, ensembl
 from kendama_cli.report.ensemble import Ensemble, Run, ensemble
 from kendama_cli.report.figure import Figure
 from kendama_cli.report.grid import EMPTY, Cell, grid, quantity
-from kendama_cli.report.style import CSS
+from kendama_cli.report.page_head import page_head
 from kendama_cli.report.tables import label_and_unit, settings_table
 
 _FEW = 3
@@ -59,9 +59,7 @@ def make_sweep_report(title: str, runs: Sequence[Run]) -> str:
         sections.append(section)
     described = title or f"{len(runs)} runs"
     return (
-        '<!doctype html>\n<html lang="en"><head><meta charset="utf-8">'
-        '<meta name="viewport" content="width=device-width,initial-scale=1"><link rel="icon" href="data:,">'
-        f"<title>{html.escape(f'kendama: {described}')}</title>\n<style>{CSS}</style></head>\n<body><main>"
+        f"{page_head(f'kendama: {described}')}<body><main>"
         "<h1>Ball in a cup: many runs side by side</h1>"
         f'<p class="run">{html.escape(described)}</p>'
         f"{_contents(chapters)}{_headlines(chapters, gathered)}{''.join(sections)}"

@@ -126,6 +126,8 @@ def _damaged_prints(folder: Path) -> Iterator[Damage]:
     """What the workers of a run printed and the run's record has the digest of."""
     record = durable.read_sealed(folder / "run.json") or {}
     for name, digest in record.get("printed", {}).items():
+        if Path(name).name != name:
+            continue  # not a file of the run
         data = durable.read_file(folder / name)
         if data is None or durable.sha256(data) != digest:
             yield Damage(folder / name, "is missing" if data is None else "the bytes are not those written")

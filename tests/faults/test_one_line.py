@@ -77,10 +77,9 @@ def test_too_few_open_files_are_one_line(toy: ToyProject) -> None:
 
     for number in (8, 10, 13):
         code, lines = started(toy, "run", "-p", "toy", f"seed={number}", before=few(number))
-        if code:
-            assert code in (1, 2)
-            assert "oo many open files" in " ".join(lines) or "Too many" in " ".join(lines)
-            assert len([line for line in lines if line.startswith("kendama: ")]) <= 1
+        assert code in (0, 1, 2)
+        assert code == 0 or "Too many open files" in " ".join(lines), lines
+        assert len([line for line in lines if line.startswith("kendama: ")]) <= 1
     assert statuses(toy.run_json("seed=8")) in ({"roll": "ran", "total": "ran"}, {"roll": "cached", "total": "cached"})
     toy.kendama("cache", "verify")
 
@@ -171,7 +170,7 @@ def test_an_environment_variable_of_the_pipelines_own_overrides_is_seen_by_the_q
     toy: ToyProject, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     path = toy.folder / "pipelines/toy.yaml"
-    seeded = '["+toy=default", "seed=${oc.decode:${oc.env:SEED}}"]'
+    seeded = """["+toy=default", 'seed="${oc.decode:${oc.env:SEED}}"']"""
     path.write_text(path.read_text().replace('["+toy=default"]', seeded))
     time.sleep(2.1)
     for seed, expected in (("4", "ran"), ("4", "cached"), ("4", "cached"), ("6", "ran"), ("4", "cached")):

@@ -1,5 +1,7 @@
 """The report in a real browser: it renders, moves, reports no error and fits a phone."""
 
+import base64
+import hashlib
 import json
 import re
 import shutil
@@ -61,11 +63,36 @@ def _chromium(tmp_path, page, *options):
     return done.stdout, done.stderr
 
 
+def _probed(page):
+    """The page with the probe in it, which its policy is told to let run."""
+    probe = PROBE.replace("\n", " ")
+    script = re.search(r"<script>(.*?)</script>", probe)[1]
+    allowed = f"script-src 'sha256-{base64.b64encode(hashlib.sha256(script.encode()).digest()).decode()}'"
+    policy = re.search(r"script-src '|style-src '", page)[0]
+    page = page.replace(policy, f"{allowed} '" if policy.startswith("script") else f"{allowed}; {policy}", 1)
+    return page.replace("<main>", probe + "<main>", 1)
+
+
+@pytest.mark.parametrize("many", [False, True])
+def test_no_script_runs_that_is_not_the_pages_own(tmp_path, run, logs, many):
+    html = make_sweep_report("made up", write_explorations(tmp_path, 2)) if many else make_report(run, logs)
+    own = "<script>document.title='taken'</script><svg onload=\"document.title='taken'\"></svg>"
+    own += "<img src='data:x' onerror=\"document.title='taken'\"><iframe src='data:text/html,x'></iframe>"
+    page = tmp_path / "report.html"
+    page.write_text(html.replace("<main>", own + "<main>", 1), encoding="utf-8")
+    out, err = _chromium(tmp_path, page, "--dump-dom")
+    assert "<title>kendama: " in out
+    assert "<title>taken" not in out
+    assert err.count("Content Security Policy") >= 3
+    page.write_text(re.sub("<meta http-equiv=.Content-Security-Policy.[^>]*>", "", html).replace("<main>", own, 1))
+    assert "<title>taken" in _chromium(tmp_path, page, "--dump-dom")[0], "the attack would do nothing anyway"
+
+
 @pytest.mark.parametrize("width", [1200, 500])
 def test_the_page_renders_moves_and_loads_nothing(tmp_path, run, logs, width):
     html = make_report(run, logs)
     page = tmp_path / "report.html"
-    page.write_text(html.replace("<main>", PROBE.replace("\n", " ") + "<main>", 1), encoding="utf-8")
+    page.write_text(_probed(html), encoding="utf-8")
     out, err = _chromium(tmp_path, page, "--dump-dom", f"--window-size={width},900")
     found = re.search(r'<pre id="probe">(.*?)</pre>', out)
     assert found is not None
@@ -83,7 +110,7 @@ def test_the_page_renders_moves_and_loads_nothing(tmp_path, run, logs, width):
 def test_the_page_over_many_runs_renders_and_fits(tmp_path, width):
     html = make_sweep_report("made up", [*write_explorations(tmp_path, 5), *write_transfers(tmp_path)])
     page = tmp_path / "report.html"
-    page.write_text(html.replace("<main>", PROBE.replace("\n", " ") + "<main>", 1), encoding="utf-8")
+    page.write_text(_probed(html), encoding="utf-8")
     out, _ = _chromium(tmp_path, page, "--dump-dom", f"--window-size={width},900")
     found = re.search(r'<pre id="probe">(.*?)</pre>', out)
     assert found is not None

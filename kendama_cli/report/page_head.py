@@ -1,0 +1,28 @@
+"""The head of a page: its style, and a policy that lets nothing but the page's own scripts run."""
+
+from __future__ import annotations
+
+import base64
+import hashlib
+import html
+
+from kendama_cli.report.style import CSS
+
+
+def page_head(title: str, *scripts: str) -> str:
+    """The beginning of a page up to its body; of all scripts that may ever stand in it only ``scripts`` run.
+
+    Titles, labels and text of a log are escaped where they are written. Should one not be, the browser still loads
+    nothing and runs nothing of it.
+    """
+    own = " ".join(f"'sha256-{base64.b64encode(hashlib.sha256(text.encode()).digest()).decode()}'" for text in scripts)
+    policy = (
+        f"default-src 'none'; {f'script-src {own}; ' if own else ''}style-src 'unsafe-inline'; "
+        "img-src data:; media-src data:; base-uri 'none'; form-action 'none'"
+    )
+    return (
+        '<!doctype html>\n<html lang="en"><head><meta charset="utf-8">'
+        f'<meta http-equiv="Content-Security-Policy" content="{policy}">'
+        '<meta name="viewport" content="width=device-width,initial-scale=1"><link rel="icon" href="data:,">'
+        f"<title>{html.escape(title)}</title>\n<style>{CSS}</style></head>\n"
+    )
