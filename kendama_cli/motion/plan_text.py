@@ -73,7 +73,7 @@ def _value(name: str, value: Any, document: dict[str, Any]) -> Any:
         return tuple(value)
     try:
         made = np.array(value, dtype=np.float64)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         raise ValueError(f"'{name}' must hold numbers in rows of equal length") from None
     if name == "variation" and not made.size:
         # text cannot tell how wide no rows are

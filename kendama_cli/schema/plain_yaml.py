@@ -14,6 +14,8 @@ import yaml
 MOST_VALUES = 1_000_000
 """A primitive of thousands of numbers is read; 'billion laughs' is not."""
 DEEPEST = 50
+MOST_BITS = 1023
+"""Larger whole numbers are no floating-point numbers, and Python may refuse to show them."""
 
 
 class TooMuchError(ValueError):
@@ -78,6 +80,8 @@ def check_plain(value: Any, place: str = "") -> None:
     elif isinstance(value, list):
         for number, item in enumerate(value):
             check_plain(item, f"{place}[{number}]")
+    elif isinstance(value, int) and value.bit_length() > MOST_BITS:
+        raise ValueError(f"'{place}' is a whole number of more than 300 digits")
     elif isinstance(value, str):
         try:
             value.encode()

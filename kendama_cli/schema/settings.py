@@ -246,7 +246,7 @@ def _scalar(annotation: Any, value: Any, key: str, facts: Mapping[str, Any]) -> 
         raise TypeError(f"{key}: settings cannot hold {annotation!r}")
     fits = isinstance(value, annotation) and not (annotation is int and isinstance(value, bool))
     if annotation is float and isinstance(value, int) and not isinstance(value, bool):
-        value, fits = float(value), True
+        value, fits = _as_float(value, key), True
     if not fits:
         raise ConfigError(key, f"'{key}' must be {wanted}, not {value!r}")
     if annotation in (int, float):
@@ -254,8 +254,15 @@ def _scalar(annotation: Any, value: Any, key: str, facts: Mapping[str, Any]) -> 
     return value
 
 
+def _as_float(value: int, key: str) -> float:
+    try:
+        return float(value)
+    except OverflowError:
+        raise ConfigError(key, f"'{key}' is a number of {value.bit_length()} bits; allowed: up to 1.8e308") from None
+
+
 def _check_range(value: float, key: str, facts: Mapping[str, Any]) -> None:
-    if not math.isfinite(value):
+    if isinstance(value, float) and not math.isfinite(value):
         raise ConfigError(key, f"'{key}' must be a finite number, not {value!r}")
     rules = (
         ("above", "above", operator.gt),

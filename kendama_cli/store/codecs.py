@@ -47,7 +47,7 @@ def load_artifact(declared: Any, folder: Path) -> Any:
         packed = folder / "arrays.npz"
         arrays = unpack_arrays(packed.read_bytes()) if packed.exists() else {}
         return from_plain(declared, body, arrays)
-    except (OSError, ValueError, KeyError, TypeError) as error:
+    except (OSError, ValueError, KeyError, TypeError, OverflowError, RecursionError) as error:
         raise StoreError(
             str(folder), f"cannot read the {type_name(declared)} in {folder}: {' '.join(str(error).split())}"
         ) from error
@@ -70,5 +70,5 @@ def unpack_arrays(data: bytes) -> dict[str, np.ndarray]:
     try:
         with np.load(io.BytesIO(data), allow_pickle=False) as archive:
             return {name: archive[name] for name in archive.files}
-    except (zipfile.BadZipFile, EOFError, OSError) as error:
-        raise ValueError(str(error)) from error
+    except Exception as error:  # zipfile, zlib and numpy raise many kinds for a spoiled archive, and name none of them
+        raise ValueError(f"{type(error).__name__}: {error}") from error

@@ -85,7 +85,7 @@ class LearnedColour:
         try:
             data = json.loads(text)
             return LearnedColour(np.array(data["log_odds"], dtype=np.float64), int(data["value_min"]))
-        except (KeyError, TypeError, ValueError) as wrong:
+        except (KeyError, TypeError, ValueError, OverflowError, RecursionError) as wrong:
             raise ValueError(f"no colour model of {HUES} x {SATURATIONS} log odds ({wrong})") from None
 
 
