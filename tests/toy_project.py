@@ -14,6 +14,8 @@ import sys
 from pathlib import Path
 from typing import Any
 
+from tests import warm_command
+
 DECLARATION = '''
 """The stage toy_roll, declared."""
 from kendama_cli.schema.declaration import Headline, StageDeclaration
@@ -235,15 +237,8 @@ class ToyProject:
 
     def kendama(self, *arguments: str, expect: int = 0) -> subprocess.CompletedProcess[str]:
         """Run ``kendama ARGUMENTS`` to its end and check its exit code."""
-        done = subprocess.run(
-            self.command(*arguments),
-            cwd=self.folder,
-            env=self.environment(),
-            capture_output=True,
-            text=True,
-            timeout=240,  # only a hang takes as long, on a busy machine too
-            check=False,
-        )
+        # only a hang takes 240 s, on a busy machine too
+        done = warm_command.kendama(arguments, self.folder, self.environment(), 240)
         assert done.returncode == expect, f"{arguments}: exit {done.returncode}\n{done.stdout}\n{done.stderr}"
         assert "Traceback" not in done.stderr
         return done

@@ -10,7 +10,7 @@ import functools
 import hashlib
 import importlib.util
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -87,9 +87,10 @@ def _read_module(name: str, file: Path) -> list[Any]:
     tree = ast.parse(file.read_bytes(), filename=str(file))
     # what only a type checker reads changes no result
     tree.body = [item for item in tree.body if not _is_for_type_checkers(item)]
-    imports = sorted(_imports(tree, name, is_package=file.name == "__init__.py"))
+    nodes = list(_statements(tree))
+    imports = sorted(_imports(nodes, name, is_package=file.name == "__init__.py"))
     tree.body = [item for item in tree.body if not _is_declaration(item)]
-    for node in ast.walk(tree):
+    for node in nodes:
         if isinstance(node, (ast.Module, ast.ClassDef, ast.FunctionDef, ast.AsyncFunctionDef)):
             # bare strings do nothing wherever they stand: docstrings of modules, classes, functions and fields
             node.body = [item for item in node.body if not _is_bare_string(item)]
@@ -114,9 +115,19 @@ def _is_bare_string(node: ast.stmt) -> bool:
     return isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant) and isinstance(node.value.value, str)
 
 
-def _imports(tree: ast.Module, name: str, *, is_package: bool) -> set[str]:
+def _statements(tree: ast.Module) -> Iterator[ast.AST]:
+    """The tree, and every statement in it: nothing else imports, or has a docstring, and most nodes are expressions."""
+    waiting: list[ast.AST] = [tree]
+    while waiting:
+        node = waiting.pop()
+        yield node
+        for name in ("body", "orelse", "finalbody", "handlers", "cases"):
+            waiting += getattr(node, name, ())
+
+
+def _imports(nodes: Sequence[ast.AST], name: str, *, is_package: bool) -> set[str]:
     found: set[str] = set()
-    for node in ast.walk(tree):
+    for node in nodes:
         if isinstance(node, ast.Import):
             found |= {alias.name for alias in node.names}
         elif isinstance(node, ast.ImportFrom):
