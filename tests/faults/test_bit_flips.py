@@ -107,6 +107,7 @@ def flip(home: Path, times: int, seed: int) -> dict[str, int]:
     return counted
 
 
+@pytest.mark.slow
 def test_some_damage_is_found_and_never_served(home: Path) -> None:
     counted = flip(home, QUICK, seed=1)
     assert {kind.split()[0] for kind in counted} == {"checkpoints", "index", "objects", "results", "runs"}

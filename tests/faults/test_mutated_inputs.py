@@ -26,11 +26,16 @@ from tests.faults.readers import Kind, kinds
 
 CORPUS = Path(__file__).with_name("corpus")
 """What once failed, a folder for each kind."""
-QUICK, WHOLE = 60, 20_000
+QUICK, WHOLE = 15, 20_000
+COMPOSE = {"override": 600, "first file": 400, "configuration": 600, "pipeline": 600}
+"""Kinds of which each input takes a composition by Hydra, and so many of them are enough."""
 MOST_S, MOST_BYTES = 10.0, 1 << 30
 BATCH = 40
 
-pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="memory is limited by a means of Linux")
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.skipif(sys.platform != "linux", reason="memory is limited by a means of Linux"),
+]
 
 
 @pytest.fixture(scope="module")
@@ -138,7 +143,7 @@ def test_sound_inputs_are_taken(readers: dict[str, Kind]) -> None:
 
 
 def test_some_spoiled_inputs_are_taken_well(readers: dict[str, Kind]) -> None:
-    failed = spoil(readers, dict.fromkeys(readers, QUICK // 4), seed=0)
+    failed = spoil(readers, {name: 3 if name in COMPOSE else QUICK for name in readers}, seed=0)
     assert not failed, told(failed)
 
 
@@ -176,9 +181,8 @@ def test_what_once_failed_is_taken_well(readers: dict[str, Kind]) -> None:
 @pytest.mark.slow
 @pytest.mark.timeout(7200)
 def test_spoiled_inputs_are_taken_well(readers: dict[str, Kind], tmp_path: Path) -> None:
-    dear = {"override": 600, "first file": 400, "configuration": 600, "pipeline": 600}  # each composes with Hydra
-    rest = (WHOLE - sum(dear.values())) // (len(readers) - len(dear)) + 1
-    failed = spoil(readers, {name: dear.get(name, rest) for name in readers}, seed=int(os.environ.get("SEED", "1")))
+    rest = (WHOLE - sum(COMPOSE.values())) // (len(readers) - len(COMPOSE)) + 1
+    failed = spoil(readers, {name: COMPOSE.get(name, rest) for name in readers}, seed=int(os.environ.get("SEED", "1")))
     for number, (name, data, _) in enumerate(failed):
         place = tmp_path / "failed" / name.replace(" ", "-").replace("'", "")
         place.mkdir(parents=True, exist_ok=True)

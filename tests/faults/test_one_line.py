@@ -150,7 +150,7 @@ def test_an_index_of_a_wrong_shape_blocks_nothing(toy: ToyProject) -> None:
     toy.run_json()
     paths = [path for name in INDEXES for path in [toy.home / "index" / name] if path.is_file()]
     paths += [path for name in INDEXES for path in (toy.home / "index" / name).glob("*.json")]
-    assert len(paths) >= 5
+    assert len(paths) >= 4  # that of a run with nothing to do is kept only where nothing installed is young
     for content in ("[1]", '{"roll": 1}'):
         for path in paths:
             path.write_text(content)

@@ -87,6 +87,7 @@ def race(toy: ToyProject, runs: int) -> int:
     return collected
 
 
+@pytest.mark.slow
 def test_collections_that_race_runs_lose_nothing(toy: ToyProject) -> None:
     race(toy, 8)
 

@@ -28,6 +28,8 @@ from kendama_cli.store.codecs import load_artifact, save_artifact
 from kendama_cli.store.garbage import collect_garbage
 from kendama_cli.store.store import Store
 
+pytestmark = pytest.mark.slow
+
 CANARY = "canary"
 MODULE = "kendama_canary"
 """A module beside the user's files whose import leaves the canary."""
