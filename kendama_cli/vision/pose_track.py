@@ -13,9 +13,8 @@ from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
 
-from kendama_cli.motion.rotation import continuous_logarithm, exponential, inverse, multiply
-from kendama_cli.motion.rotation_matrix import log_of
 from kendama_cli.schema.arrays import Array
 from kendama_cli.vision.marker_pose import PoseCandidate
 
@@ -91,8 +90,8 @@ def smooth(t_s: Array, frames: Sequence[Sequence[PoseCandidate]]) -> PoseTrack:
         raise ValueError("the marker is seen in no frame")
     poses = [frames[i][one] for i, one in enumerate(chosen) if one is not None]
     noise = [max(CORNER_PX, one.error_px) ** 2 * one.covariance for one in poses]
-    turns = _quaternions([one.rotation for one in poses])
-    vectors = continuous_logarithm(multiply(turns, inverse(turns[0])))
+    turns = Rotation.from_matrix(np.array([one.rotation for one in poses]))
+    vectors = (turns * turns[0].inv()).as_rotvec()  # a cup that is held turns by less than half a circle
     places = _Seen(t_s, seen, np.array([one.place_m for one in poses]), np.array([one[:3, :3] for one in noise]))
     turned = _Seen(t_s, seen, vectors, np.array([one[3:, 3:] for one in noise]))
     place, place_sigma, believed = _likeliest(places, 3, JERKS)
@@ -101,7 +100,7 @@ def smooth(t_s: Array, frames: Sequence[Sequence[PoseCandidate]]) -> PoseTrack:
     kept[np.flatnonzero(seen)[~believed]] = False
     return PoseTrack(
         place,
-        multiply(exponential(turn), turns[0]),
+        np.asarray((Rotation.from_rotvec(turn) * turns[0]).as_quat(scalar_first=True)),
         place_sigma,
         turn_sigma,
         kept,
@@ -116,10 +115,6 @@ def _unlikely(one: PoseCandidate) -> float:
 def _angle(one: PoseCandidate, other: PoseCandidate) -> float:
     cosine = (np.trace(one.rotation.T @ other.rotation) - 1) / 2
     return float(np.arccos(np.clip(cosine, -1.0, 1.0)))
-
-
-def _quaternions(rotations: Sequence[Array]) -> Array:
-    return np.array([exponential(log_of(one)) for one in rotations])
 
 
 def _likeliest(what: _Seen, order: int, densities: Sequence[float]) -> tuple[Array, Array, NDArray[np.bool_]]:

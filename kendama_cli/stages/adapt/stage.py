@@ -44,9 +44,7 @@ class Adapt:
     """Takes the MotionPlan of ``encode``; gives the CatchMotion of the arm in DART."""
 
     def __init__(self, *, adapt: AdaptSettings, robot: RobotSettings, game: GameSettings) -> None:
-        self._settings = adapt
-        self._robot = robot
-        self._game = game
+        self._settings, self._robot, self._game = adapt, robot, game
 
     def run(self, given: Mapping[str, Any], ctx: StageContext) -> Made:
         """Search tau, then goal and size, in the closed loop; the result is judged by perturbed repeats.
@@ -77,8 +75,7 @@ class Adapt:
             ctx.checkpoint(functools.partial(_state, search, seeds))
             total = search.rollouts() + settings.repeats if trial.kind == "confirm" else None
             ctx.progress(search.rollouts() + len(search.confirmed), total, **_figures(trial, search))
-        made = self._made(world, family, bounds, search, ctx)
-        return dataclasses.replace(made, warnings=warnings)
+        return dataclasses.replace(self._made(world, family, bounds, search, ctx), warnings=warnings)
 
     def _placed(self, robot: RobotSettings, plan: MotionPlan, ctx: StageContext) -> RobotSettings:
         """The arm where it stands, or where the search finds that it should: the same after a resumption.
