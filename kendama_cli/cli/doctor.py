@@ -46,7 +46,7 @@ EXTRAS = {
 }
 DEVICES = {
     "capture=mocap": "a motion capture system that streams rigid bodies",
-    "capture=haptic": "a haptic device and its driver",
+    "capture=haptic": "a haptic device behind an OpenIGTLink server",
     "camera=device": "a camera that OpenCV can open",
     "hardware=rsi": "a KUKA controller with RobotSensorInterface: docs/rsi.md",
     "hardware=command": "a controller that speaks the protocol of docs/protocol.md",

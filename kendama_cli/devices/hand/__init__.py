@@ -28,6 +28,6 @@ MOCAP = Variant(
 )
 HAPTIC = Variant(
     "haptic",
-    settings="kendama_cli.devices.hand.settings:HapticCapture",
-    makes="kendama_cli.devices.hand.haptic:open_haptic",
+    settings="kendama_cli.devices.hand.haptic.settings:HapticCapture",
+    makes="kendama_cli.devices.hand.haptic.device:open_haptic",
 )

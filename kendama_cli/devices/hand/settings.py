@@ -243,20 +243,6 @@ class MocapCapture(BodySettings):
     record: str = setting("where the stream is kept as it comes; it is never overwritten")
 
 
-@dataclass(frozen=True)
-class HapticCapture:
-    """A haptic device whose stylus moves a virtual hand and feels the rope's force."""
-
-    live: ClassVar[bool] = True
-    """A person swings for it: what was recorded is kept until someone asks for another recording."""
-
-    kind: Literal["haptic"]
-    device: str = setting("name of the device as its driver lists it")
-    scale: float = setting("metres of the virtual hand per metre of the stylus", above=0)
-    rate_hz: float = setting("rate of the force loop [Hz]", above=0)
-    swings: int = setting("number of demonstrations to record", at_least=1)
-
-
 class CaptureSettingsNode(Protocol):
     """What the settings of every hand have beside fields of their own."""
 

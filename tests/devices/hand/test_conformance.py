@@ -2,16 +2,12 @@
 
 import numpy as np
 import pytest
-import yaml
 
 from kendama_cli.devices.hand.conformance import CHECKS
 from kendama_cli.devices.hand.file import RecordedHand
 from kendama_cli.devices.hand.interface import HandSample
 from kendama_cli.devices.hand.open_hands import open_hands
-from kendama_cli.devices.hand.settings import HapticCapture
-from kendama_cli.errors import MissingPartError
-from kendama_cli.schema.settings import build
-from tests.devices.hand.files import CONF, csv_lines, file_settings, write
+from tests.devices.hand.files import csv_lines, file_settings, write
 from tests.devices.hand.test_mcap_log import P, T, write_mcap
 
 
@@ -82,13 +78,3 @@ def test_equal_file_names_are_told_apart(tmp_path):
         write(tmp_path / folder / "swing.csv", csv_lines())
     paths = sorted(tmp_path.glob("*/swing.csv"))
     assert [hand.name for hand in open_hands(file_settings(paths))] == ["swing-1", "swing-2"]
-
-
-def test_the_haptic_device_says_what_it_needs():
-    settings = build(HapticCapture, yaml.safe_load((CONF / "haptic.yaml").read_text()), "capture")
-    with pytest.raises(MissingPartError) as caught:
-        open_hands(settings)
-    message = str(caught.value)
-    for part in ("Phantom Omni", "'Default Device'", "capture.device", "OpenHaptics", "capture=file"):
-        assert part in message
-    assert "\n" not in message

@@ -1,0 +1,203 @@
+"""The hand of ``capture=haptic``: a swing lasts from the grip on the stylus to the catch, or until it is let go."""
+
+from __future__ import annotations
+
+import math
+import socket
+import struct
+import time
+from collections.abc import Callable, Iterator, Sequence
+
+import numpy as np
+
+from kendama_cli.devices.hand.haptic.coupling import Coupling
+from kendama_cli.devices.hand.haptic.igtl import MATRIX, IgtlLine, transform
+from kendama_cli.devices.hand.haptic.settings import HapticCapture
+from kendama_cli.devices.hand.interface import HandSample
+from kendama_cli.devices.hand.play.conditions import Conditions
+from kendama_cli.devices.hand.play.try_record import TryRecord
+from kendama_cli.errors import HardwareError
+from kendama_cli.schema.arrays import Array
+from kendama_cli.settings.game import GameSettings
+from kendama_cli.simulation.dart.hand_world import PLACE, HandWorld
+from kendama_cli.simulation.dart.world import STEP_S
+
+SLEEP_SHORT_S = 0.0003
+"""A sleeping process wakes up to so late; the rest of a period is waited for without sleeping."""
+LOOK_EVERY = 4
+MOST_DUE = 100
+"""Periods that are made up for after a stall."""
+
+
+class HapticLink:
+    """The device across the network, and the latched stop: after any fault it feels no force any more.
+
+    ``late_s`` has how late each period of the loop began.
+    """
+
+    def __init__(self, settings: HapticCapture, clock: Callable[[], float] = time.perf_counter) -> None:
+        """Connect; raises HardwareError where nothing answers."""
+        self.settings, self.clock = settings, clock
+        where = f"{settings.host}:{settings.port}"
+        try:
+            self._line = IgtlLine(socket.create_connection((settings.host, settings.port), timeout=5))
+        except OSError as error:
+            raise HardwareError(
+                f"no OpenIGTLink server of a haptic device at {where} ({error.strerror or error}); start it, or set "
+                "capture.host and capture.port; without a device use capture=play or capture=file"
+            ) from None
+        self.device_m: Array | None = None
+        self.gripped, self.late_s = False, list[float]()
+        self._heard_s, self._stopped = clock(), ""
+
+    def listen(self) -> None:
+        """Take what has come; raises HardwareError, and stops for good, for a device that lies or is silent."""
+        try:
+            self._take(self.clock())
+        except HardwareError as error:
+            self.stop(str(error))
+            raise
+
+    def feel(self, force_n: Array) -> None:
+        """Let the hand feel its share of the virtual hand's force [N]; none after a stop, or without a grip.
+
+        One share for all forces keeps the energy's sign, which a limit on the stylus alone would not.
+        """
+        force = np.asarray(force_n) * self.settings.scale * self.settings.felt_share
+        alive = self.gripped and not self._stopped and bool(np.isfinite(force).all())
+        x, y, z = force.tolist() if alive else (0.0, 0.0, 0.0)
+        self._line.send(transform(f"{self.settings.device}-force", (x, y, z)))
+
+    def stop(self, why: str) -> None:
+        """No force any more, whatever comes."""
+        self._stopped = self._stopped or why
+        try:
+            self.feel(np.zeros(3))
+        except HardwareError:  # it is gone anyway
+            return
+
+    def close(self) -> None:
+        """Stop and close; idempotent."""
+        self.stop("closed")
+        self._line.close()
+
+    def _take(self, now_s: float) -> None:
+        if self._stopped:
+            raise HardwareError(f"the haptic device stopped ({self._stopped}) and stays so: run it anew")
+        own = self.settings
+        for kind, name, body in self._line.receive():
+            if kind == "TRANSFORM" and name == own.device and len(body) == MATRIX.size:
+                place = own.scale * np.array(MATRIX.unpack(body)[9:])
+                self._check(place, now_s)
+                self.device_m, self._heard_s = place, now_s
+            elif kind == "STRING" and name == f"{own.device}-grip" and len(body) >= struct.calcsize(">HH"):
+                self.gripped = body[4:].strip(b"\0 ") == b"1"
+        if now_s - self._heard_s > own.watchdog_s and (self.gripped or self.device_m is None):
+            raise HardwareError(
+                f"no TRANSFORM '{own.device}' of the haptic device for {now_s - self._heard_s:.2f} s; look at "
+                "capture.device and its server"
+            )
+
+    def _check(self, place: Array, now_s: float) -> None:
+        if not np.isfinite(place).all():
+            raise HardwareError(f"the haptic device says that it is at {place.tolist()} m: no place")
+        if self.device_m is None or not self.gripped:
+            return
+        far = float(np.linalg.norm(place - self.device_m))
+        if far > self.settings.fastest_m_s * (now_s - self._heard_s + 5 * STEP_S):
+            raise HardwareError(f"the haptic device jumped by {far:.3f} m within {now_s - self._heard_s:.4f} s")
+
+
+class HapticHand:
+    """One swing at the device."""
+
+    rate_hz = 1 / (LOOK_EVERY * STEP_S)
+
+    def __init__(self, name: str, link: HapticLink) -> None:
+        self.name, self._link = name, link
+
+    def samples(self) -> Iterator[HandSample]:
+        """Record a swing; raises HardwareError."""
+        rows = None
+        while rows is None:  # a grip without a swing is none
+            rows = swing(self._link)
+        for row in rows:
+            yield HandSample(float(row[0]), row[1:4], row[4:8], tracked=True)
+
+    def render_force(self, force_n: Array) -> None:
+        """Let the hand feel a force until the next one."""
+        self._link.feel(force_n)
+
+    def close(self) -> None:
+        """No force between two swings."""
+        self._link.feel(np.zeros(3))
+
+
+def swing(link: HapticLink) -> Array | None:
+    """The samples of a try (n, columns) from grip to catch or release; None where it is hardly a swing."""
+    own, period = link.settings, Period(link)
+    until_s = link.clock() + own.wait_s
+    while not link.gripped or link.device_m is None:
+        period.wait()
+        link.listen()
+        if link.clock() > until_s:
+            raise HardwareError(f"nobody has gripped the stylus for {own.wait_s:g} s (capture.wait_s)")
+    cup, record = MovedCup(own.game), TryRecord(own.caught_s)
+    coupling = Coupling(own.coupling, STEP_S, own.game.cup.mass_kg)
+    origin_m, force_n = link.device_m.copy(), np.zeros(3)
+    while link.gripped and not record.caught:
+        due = min(period.wait(), MOST_DUE)
+        link.listen()
+        for _ in range(due - 1):  # in a stall the hand felt the last force all the while, and so does the cup
+            cup.step(force_n, record)
+        force_n = coupling.force(link.device_m - origin_m, cup.place[:3].copy(), cup.free_m())
+        link.feel(-force_n)
+        cup.step(force_n, record)
+    link.feel(np.zeros(3))
+    return record.samples(Conditions())
+
+
+class MovedCup:
+    """The cup as a light body, moved by the coupling's force, rope and ball; its own weight is not felt."""
+
+    def __init__(self, game: GameSettings) -> None:
+        self.world, self.place = HandWorld(game), np.zeros(PLACE)
+        self._speed_m_s, self._per_kg, self._steps = np.zeros(3), STEP_S / game.cup.mass_kg, 0
+
+    def free_m(self) -> Array:
+        """How far it would move in the next step without the coupling."""
+        return np.asarray((self._speed_m_s + self._per_kg * self.world.force_n) * STEP_S)
+
+    def step(self, force_n: Array, record: TryRecord) -> None:
+        """Move for a step under this force, and let ``record`` look now and then."""
+        self._speed_m_s = self._speed_m_s + self._per_kg * (self.world.force_n + force_n)
+        self.place[:3] += self._speed_m_s * STEP_S
+        self.world.step(self.place)
+        self._steps += 1
+        if self._steps % LOOK_EVERY == 0 and not record.caught:
+            record.look(self.world)
+
+
+class Period:
+    """Waits for the next of equal periods, and records how late each began."""
+
+    def __init__(self, link: HapticLink) -> None:
+        self._link, self._next_s = link, link.clock() + STEP_S
+
+    def wait(self) -> int:
+        """Return at a period's beginning: how many have begun since the last one, 1 but for a stall."""
+        clock = self._link.clock
+        while (left_s := self._next_s - clock()) > 0:
+            if left_s > SLEEP_SHORT_S:
+                time.sleep(left_s - SLEEP_SHORT_S)
+        late_s = -left_s
+        self._link.late_s.append(late_s)
+        due = 1 + math.floor(late_s / STEP_S)
+        self._next_s += STEP_S * due
+        return due
+
+
+def open_haptic(settings: HapticCapture) -> Sequence[HapticHand]:
+    """A hand for every swing that is asked for, all at one device; raises HardwareError where none answers."""
+    link = HapticLink(settings)
+    return tuple(HapticHand(f"swing-{number + 1}", link) for number in range(settings.swings))

@@ -1,0 +1,41 @@
+"""Settings of a haptic device across the network."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar, Literal
+
+from kendama_cli.schema.settings import setting
+from kendama_cli.settings.game import GameSettings
+
+
+@dataclass(frozen=True)
+class CouplingSettings:
+    """A spring and damper between device and cup, and what the hand may feel at most."""
+
+    stiffness_n_m: float = setting("spring between device and cup [N/m]", above=0)
+    damping_n_s_m: float = setting("damper beside it [N s/m]; above stiffness times half a period", at_least=0)
+    most_n: float = setting("largest force [N]", above=0)
+    most_n_s: float = setting("fastest rise of the force [N/s]", above=0)
+
+
+@dataclass(frozen=True)
+class HapticCapture:
+    """A haptic device behind an OpenIGTLink server: the stylus moves the cup, the hand feels rope and ball."""
+
+    live: ClassVar[bool] = True
+    """A person swings for it: what was recorded is kept until someone asks for another recording."""
+
+    kind: Literal["haptic"]
+    game: GameSettings
+    coupling: CouplingSettings
+    host: str = setting("address of the device's OpenIGTLink server")
+    port: int = setting("its TCP port", at_least=1, at_most=65535)
+    device: str = setting("name of the stylus' TRANSFORM there; its STRING is NAME-grip, our force goes to NAME-force")
+    scale: float = setting("metres of the virtual hand per metre of the stylus", above=0)
+    felt_share: float = setting("share of the force, scaled as the way is, that the stylus gives the hand", above=0)
+    watchdog_s: float = setting("a longer silence of the device stops the force for good [s]", above=0.002)
+    fastest_m_s: float = setting("a virtual hand that moves faster is a fault of the device [m/s]", above=0)
+    caught_s: float = setting("a ball that lies in the cup for this long is caught [s]", above=0)
+    wait_s: float = setting("how long to wait for a hand to grip the stylus [s]", above=0)
+    swings: int = setting("number of demonstrations to record", at_least=1)
