@@ -18,38 +18,45 @@ from tests.devices.hand.play.table_top import swing
 MASS_KG, STIFFNESS_N_M, DAMPING_N_S_M, PERIOD_S, WAIT_S = 1.0, 400.0, 30.0, 0.001, 0.5
 
 
+class Operator:
+    """A hand that follows the plan; ``place`` (3,) is the stylus'."""
+
+    def __init__(self, scale: float) -> None:
+        self.t_s, places = swing()
+        self._plan, self.place, self._speed, self._steps = places / scale, np.zeros(3), np.zeros(3), 0
+
+    def step(self, force: np.ndarray) -> None:
+        """A millisecond under the force that it feels; the plan's own speed and acceleration are fed forward."""
+        at_s = self._steps * PERIOD_S - WAIT_S
+        before, now, after = (
+            np.array([np.interp(at_s + h, self.t_s, column) for column in self._plan.T]) for h in (-0.01, 0, 0.01)
+        )
+        asked = STIFFNESS_N_M * (now - self.place[[0, 2]]) + DAMPING_N_S_M * ((after - before) / 0.02)
+        pull = force - DAMPING_N_S_M * self._speed
+        pull[[0, 2]] += asked + MASS_KG * (after - 2 * now + before) / 0.01**2
+        pull[1] -= STIFFNESS_N_M * self.place[1]
+        self._speed = self._speed + pull / MASS_KG * PERIOD_S
+        self.place = self.place + self._speed * PERIOD_S
+        self._steps += 1
+
+
 def operate(line: IgtlLine, scale: float, fault: str) -> None:
     """Grip, swing, and let go."""
-    t_s, places = swing()
-    place, speed, force = np.zeros(3), np.zeros(3), np.zeros(3)
-    began, steps = time.perf_counter(), 0
-    until_s = t_s[-1] + 1.5
-    while (now_s := time.perf_counter() - began) < until_s:
+    person, force, steps = Operator(scale), np.zeros(3), 0
+    began = time.perf_counter()
+    while (now_s := time.perf_counter() - began) < person.t_s[-1] + 1.5:
         for kind, name, body in line.receive():
             if kind == "TRANSFORM" and name == "Stylus-force":
                 force = np.array(MATRIX.unpack(body)[9:])
         while steps * PERIOD_S < now_s:
-            at_s = steps * PERIOD_S - WAIT_S
-            aside, up = (np.interp(at_s, t_s, column) / scale for column in places.T)
-            pull = STIFFNESS_N_M * (np.array([aside, 0, up]) - place) - DAMPING_N_S_M * speed + force
-            # the plan's own acceleration is fed forward, as arms do
-            later = np.array(
-                [np.interp(at_s + h, t_s, column) / scale for h in (-0.01, 0, 0.01) for column in places.T]
-            )
-            change = (later[4:6] - 2 * later[2:4] + later[:2]) / 0.01**2
-            rate = (later[4:6] - later[:2]) / 0.02
-            pull += np.array(
-                [MASS_KG * change[0] + DAMPING_N_S_M * rate[0], 0, MASS_KG * change[1] + DAMPING_N_S_M * rate[1]]
-            )
-            speed = speed + pull / MASS_KG * PERIOD_S
-            place = place + speed * PERIOD_S
+            person.step(force.copy())
             steps += 1
         faulty = now_s > 0.5
         if faulty and fault == "silence":
             time.sleep(1)
         if faulty and fault == "leave":
             return
-        said = place * np.nan if faulty and fault == "nan" else place + 5 * (faulty and fault == "jump")
+        said = person.place * np.nan if faulty and fault == "nan" else person.place + 5 * (faulty and fault == "jump")
         line.send(transform("Stylus", tuple(said.tolist())) + string("Stylus-grip", "1"))
         time.sleep(PERIOD_S / 2)
     line.send(string("Stylus-grip", "0"))
