@@ -156,6 +156,21 @@ def report(
 
 
 @app.command()
+def referee(
+    run_name: Annotated[
+        str | None,
+        typer.Argument(metavar="[RUN]", help="Id of a run; the newest if left out.", autocompletion=completion.runs),
+    ] = None,
+    as_json: Json = False,
+    home: Home = None,
+) -> None:
+    """Play a run's games again on a chain of links in MuJoCo, and say whether it agrees (extra 'referee')."""
+    from kendama_cli.cli.referee import referee as judge  # numpy, scipy and MuJoCo
+
+    judge(find_site(home).home, run_name, as_json=as_json)
+
+
+@app.command()
 def sweep(
     overrides: Overrides = None,
     pipeline: PipelineName = "kendama",

@@ -90,4 +90,5 @@ class GameBuilder:
                 learn=setup.learn,
                 settings=transfer,
                 tilting=TiltingArm(arm, geometry.middle_m, geometry.direction, robot.period_s),
+                history=history,
             )

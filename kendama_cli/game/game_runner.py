@@ -10,6 +10,7 @@ from kendama_cli.game.catch_geometry import CatchGeometry
 from kendama_cli.game.cup_cart import CartStep, CupCart, Line
 from kendama_cli.game.cup_tilt import TiltingArm
 from kendama_cli.game.flight_observer import FlightObserver
+from kendama_cli.game.scene_history import SceneHistory
 from kendama_cli.game.settings import TransferSettings
 from kendama_cli.game.swing_state import SwingStateEstimator
 from kendama_cli.game.swing_up import Actor, SwingUpRollout, swing_up
@@ -37,8 +38,11 @@ class GameRunner:
         learn: LearnSettings,
         settings: TransferSettings,
         tilting: TiltingArm | None = None,
+        history: SceneHistory | None = None,
     ) -> None:
         self.robot = robot
+        self.history = history
+        """What the robot reported of the present rollout's scene."""
         self._geometry, self._observer = geometry, observer
         self._settings = settings
         self._rollout_s = learn.rollout_s

@@ -15,7 +15,7 @@ from kendama_cli.motion.amplitude import scaled_plan
 from kendama_cli.robot_model.arm_motion import ArmMotion
 from kendama_cli.robot_model.model import RobotModel
 from kendama_cli.schema.arrays import Array
-from kendama_cli.settings.game import GameSettings, SideTie
+from kendama_cli.settings.game import GameSettings
 from kendama_cli.simulation.catch.settings import AdaptSettings
 from kendama_cli.simulation.placement.limit_shares import require_within_limits
 
@@ -26,17 +26,15 @@ MEASURED_PERIODS = 100
 def measured_rope_m(robot: Robot, posture_rad: Array, game: GameSettings, seed: int) -> float:
     """The untensioned rope from the tracked ball while it hangs at rest: mean distance less m g / Ks.
 
-    From a tie at the cup's side it hangs straight down, whichever way the cup is turned.
-
     Raises HardwareError of the line.
     """
     robot.reset(posture_rad, seed)
     rest = np.zeros(len(posture_rad))
-    lengths, tie = [], game.cup.tie
+    lengths = []
     for _ in range(MEASURED_PERIODS):
         state = robot.exchange(JointCommand(posture_rad, rest, rest)).state
         down_m = state.cup_in_world_m - state.ball_in_world_m
-        lengths.append(float(down_m[2]) + tie.height_m if isinstance(tie, SideTie) else float(np.linalg.norm(down_m)))
+        lengths.append(float(np.linalg.norm(down_m)))
     return float(np.mean(lengths)) - game.ball.mass_kg * game.gravity_m_s2 / game.rope.stiffness_n_m
 
 

@@ -32,17 +32,26 @@ class SceneHistory:
         self._arm_places, self.origin_m = arm_places, np.asarray(origin_m)
         self._times: list[float] = []
         self._scenes: list[SceneState] = []
+        self._rollout: list[tuple[float, ...]] = []
 
     def clear(self) -> None:
         """A new rollout begins."""
         self._times.clear()
         self._scenes.clear()
+        self._rollout.clear()
 
     def add(self, t_s: float, scene: SceneState) -> None:
         """The scene at the end of a control period."""
         self._times.append(t_s)
         self._scenes.append(scene)
         del self._times[:-KEPT_PERIODS], self._scenes[:-KEPT_PERIODS]
+        self._rollout.append((t_s, *scene.cup_m.tolist(), *scene.cup_rotation[:, 2].tolist(), *scene.ball_m.tolist()))
+
+    def rollout(self) -> Array:
+        """The whole rollout (n, 10): time from its start, cup, the cup's axis and ball in the world."""
+        way = np.array(self._rollout)
+        way[:, 0] -= way[0, 0]
+        return way
 
     @property
     def reported(self) -> bool:

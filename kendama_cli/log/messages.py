@@ -5,6 +5,7 @@ Standard library only. A message's fields are numbered in their order in the fil
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import dataclass
 
 
@@ -43,3 +44,27 @@ class WrenchMessage:
     torque_x_nm: float
     torque_y_nm: float
     torque_z_nm: float
+
+
+@dataclass(frozen=True)
+class ReplayMessage:
+    """One game as another physics can play it again: the body that was drawn for it, and the cup's and ball's way.
+
+    ``t_s`` (n,) counts from the game's start, ``cup_m``, ``cup_axis`` and ``ball_m`` (3 n) are places of the cup and of
+    the ball and the cup's unit axis in the world, one after another. Crossings of the rim's plane count from
+    ``since_s`` on; ``miss_m`` is nan where there was none.
+    """
+
+    index: int
+    rope_m: float
+    ball_kg: float
+    drag_n_s_m: float
+    drag_n_s2_m2: float
+    restitution: float
+    since_s: float
+    caught: bool
+    miss_m: float
+    t_s: Collection[float]
+    cup_m: Collection[float]
+    cup_axis: Collection[float]
+    ball_m: Collection[float]

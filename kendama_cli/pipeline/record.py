@@ -140,7 +140,7 @@ def begin(
 
 
 def past_runs(home: Path) -> list[dict[str, Any]]:
-    """All readable records, oldest first."""
+    """All readable records, oldest first, each with the ``folder`` that it stands in."""
     found = []
     for folder in sorted(durable.listed(home / "runs"), key=lambda folder: (_number(folder.name), folder.name)):
         path, record = folder / "run.json", None
@@ -152,7 +152,8 @@ def past_runs(home: Path) -> list[dict[str, Any]]:
             continue
         if record is not None:
             killed = record["outcome"] == "running" and not system().is_in_use(path.parent)
-            found.append({**record, "outcome": "killed"} if killed else record)
+            known = {**record, "folder": str(path.parent)}
+            found.append({**known, "outcome": "killed"} if killed else known)
     return found
 
 

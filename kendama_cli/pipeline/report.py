@@ -10,6 +10,9 @@ from kendama_cli.report.page import make_report
 from kendama_cli.report.sweep_page import make_sweep_report
 from kendama_cli.store import durable
 
+REFEREE_LOG = "referee.mcap"
+"""What ``kendama referee`` writes beside a run."""
+
 
 def write_report(records: Sequence[Mapping[str, Any]], output: Path | None) -> Path:
     """Write the page for one run, or for several beside each other; where it is (by default in the current folder)."""
@@ -26,9 +29,11 @@ def write_report(records: Sequence[Mapping[str, Any]], output: Path | None) -> P
 
 
 def _logs(record: Mapping[str, Any]) -> dict[str, Path]:
-    """The log of each stage that ended."""
-    return {
+    """The log of each stage that ended, and the referee's where there is one beside the run."""
+    logs = {
         str(stage["name"]): Path(stage["artifact"]) / "log.mcap"
         for stage in record["stages"]
         if stage["artifact"] is not None
     }
+    beside = Path(record["folder"]) / REFEREE_LOG if "folder" in record else None
+    return logs if beside is None or not beside.exists() else {**logs, "referee": beside}

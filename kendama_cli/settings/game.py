@@ -63,15 +63,6 @@ class FloorTie:
 
 
 @dataclass(frozen=True)
-class SideTie:
-    """The rope is tied to the cup's outer wall."""
-
-    kind: Literal["side"]
-    height_m: float = setting("height of the tie over the underside of the floor [m]", at_least=0)
-    angle_deg: float = setting("where around the cup, from its x axis [deg]")
-
-
-@dataclass(frozen=True)
 class HandleTie:
     """The rope is tied to the lower end of a round handle under the cup, on the axis."""
 
@@ -91,15 +82,9 @@ class CupSettings:
     mass_kg: float = setting("mass with handle [kg]", above=0)
     restitution: float = setting("coefficient of restitution between ball and cup", at_least=0, at_most=1)
     friction: float = setting("Coulomb friction coefficient between ball and cup", at_least=0)
-    tie: FloorTie | SideTie | HandleTie = setting("where the rope is tied to the cup")
+    tie: FloorTie | HandleTie = setting("where the rope is tied to the cup")
 
     def __post_init__(self) -> None:
-        if isinstance(self.tie, SideTie) and self.tie.height_m > self.depth_m:
-            raise ConfigError(
-                "tie.height_m",
-                f"'tie.height_m' is {self.tie.height_m}: the tie would be outside the cup; allowed: up to depth_m, "
-                f"which is {self.depth_m}",
-            )
         if isinstance(self.tie, HandleTie) and self.tie.radius_m > self.outer_radius_m:
             raise ConfigError(
                 "tie.radius_m",
@@ -114,22 +99,13 @@ class CupSettings:
 
     @property
     def floor_m(self) -> float:
-        """Height of the floor's underside over the cup's place, which is the tie point but for a tie at the side."""
+        """Height of the floor's underside over the cup's place, which is the tie point."""
         return self.tie.length_m if isinstance(self.tie, HandleTie) else 0.0
 
     @property
     def rim_m(self) -> float:
         """Height of the rim over the cup's place."""
         return self.floor_m + self.depth_m
-
-    @property
-    def tie_in_cup_m(self) -> tuple[float, float, float]:
-        """The tie point in the cup's frame, whose origin is the cup's place and whose z is its axis."""
-        if not isinstance(self.tie, SideTie):
-            return (0.0, 0.0, 0.0)
-        angle = math.radians(self.tie.angle_deg)
-        r = self.outer_radius_m
-        return (r * math.cos(angle), r * math.sin(angle), self.tie.height_m)
 
 
 @dataclass(frozen=True)
@@ -156,8 +132,6 @@ class GameSettings:
     def way_into_cup_m(self) -> float:
         """From the tie point over floor and rim to the middle of the mouth [m]: a shorter rope lets no ball in."""
         r, tie = self.cup.outer_radius_m, self.cup.tie
-        if isinstance(tie, SideTie):
-            return self.cup.depth_m - tie.height_m + r
         if isinstance(tie, HandleTie):
             return tie.radius_m + math.hypot(r - tie.radius_m, tie.length_m) + self.cup.depth_m + r
         return r + self.cup.depth_m + r

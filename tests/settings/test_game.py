@@ -32,9 +32,7 @@ def test_a_cup_that_the_rope_cannot_reach_over_is_refused() -> None:
     assert game(rope__length_m=0.17).way_into_cup_m == pytest.approx(0.168)
 
 
-def test_a_tie_outside_the_cup_is_refused() -> None:
-    with pytest.raises(ConfigError, match=r"'game\.cup\.tie\.height_m' is 0\.08.* outside the cup; allowed: up to"):
-        game("side", cup__tie__height_m=0.08)
+def test_a_handle_wider_than_the_cup_is_refused() -> None:
     with pytest.raises(ConfigError, match=r"'game\.cup\.tie\.radius_m' is 0\.05.* wider than the cup; allowed: up to"):
         game("handle", cup__tie__radius_m=0.05)
 

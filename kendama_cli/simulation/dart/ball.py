@@ -134,6 +134,11 @@ class TetheredBall:
         return float(self._tension[0])
 
     @property
+    def rope_m(self) -> float:
+        """The rope's length, untensioned, as it was drawn [m]."""
+        return self._law.length_m
+
+    @property
     def drag_n(self) -> Array:
         """The air's force on ball and string in the last step (3,) [N]."""
         return np.asarray(self._force - self._pulled[:3])

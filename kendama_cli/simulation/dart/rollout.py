@@ -17,11 +17,12 @@ TRACE_EVERY = 10
 
 @dataclass(frozen=True)
 class Trace:
-    """A rollout sampled at n instants: ``t_s`` (n,), places (n, 3) in the world, joints (n, joints)."""
+    """A rollout sampled at n instants: ``t_s`` (n,), places and the cup's unit axis (n, 3) in the world, joints."""
 
     t_s: Array
     cup_m: Array
     ball_m: Array
+    cup_axis: Array
     position_rad: Array
     velocity_rad_s: Array
     effort_nm: Array
@@ -72,7 +73,9 @@ def play_rollout(
     above, apex, slack_s = False, -np.inf, 0.0
     fastest, strongest = np.zeros(len(world.position_rad)), np.zeros(len(world.position_rad))
     crossing: tuple[float, float, tuple[float, float]] | None = None
-    samples: list[tuple[float, Array, Array, Array, Array, Array]] = []
+    samples: list[tuple[float | Array, ...]] = []
+    if record:
+        samples.append(_sample(world))
     for k in range(1, len(places)):
         world.step(places[k], speeds[k], changes[k], noises[k])
         height = float(ball.position_m[2] - ball.tie_m[2])
@@ -86,8 +89,7 @@ def play_rollout(
         fastest = np.maximum(fastest, np.abs(world.velocity_rad_s))
         strongest = np.maximum(strongest, np.abs(world.effort_nm))
         if record and k % TRACE_EVERY == 0:
-            joint_state = (world.position_rad, world.velocity_rad_s, world.effort_nm)
-            samples.append((world.t_s, ball.tie_m, ball.position_m, *joint_state))
+            samples.append(_sample(world))
     miss_m, side_m, flight_s = crossing or (None, None, None)
     efforts = strongest / world.arm.limits.effort_nm
     return RolloutResult(
@@ -101,6 +103,12 @@ def play_rollout(
         effort_joint=world.arm.joint_names[int(efforts.argmax())],
         trace=Trace(*(np.array(column) for column in zip(*samples, strict=True))) if record else None,
     )
+
+
+def _sample(world: ArmWorld) -> tuple[float | Array, ...]:
+    """One row of a Trace."""
+    joint_state = (world.position_rad, world.velocity_rad_s, world.effort_nm)
+    return (world.t_s, world.ball.tie_m, world.ball.position_m, world.tool_rotation[:, 2], *joint_state)
 
 
 def _miss(ball: TetheredBall, axis: int, fall_m: float) -> float:

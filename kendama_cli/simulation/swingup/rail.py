@@ -8,25 +8,19 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from kendama_cli.errors import ConfigError, SimulationError
+from kendama_cli.errors import SimulationError
 from kendama_cli.learning.decision import ROUNDING_S
 from kendama_cli.learning.half_swings import TURN_RAD_S
 from kendama_cli.learning.settings import LearnSettings
 from kendama_cli.learning.state import SwingState
 from kendama_cli.physics.taut_rope import TautRope
-from kendama_cli.settings.game import GameSettings, SideTie
+from kendama_cli.settings.game import GameSettings
 from kendama_cli.simulation.swingup import rail_kernel as kernel
 from kendama_cli.simulation.swingup.workspace import limiter
 
 
 def physics(game: GameSettings, step_s: float) -> kernel.Physics:
     """The constants of the dynamics; the mass is inverted as DART inverts a matrix with it on the diagonal."""
-    if isinstance(game.cup.tie, SideTie):
-        raise ConfigError(
-            "game.cup.tie.kind",
-            "'game.cup.tie.kind' is 'side', but simulation/engine=rail keeps the rope in the plane of the swing; "
-            "allowed: floor, handle; or choose simulation/engine=dart",
-        )
     mass = game.ball.mass_kg
     rope, (linear, quadratic) = TautRope.of(game), game.drag
     cup, (_, floor_rad, rim_rad) = rope.cup, rope.turns_rad

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+from kendama_cli.log.messages import ReplayMessage
 from kendama_cli.schema.foxglove import FrameTransform, JointStates
 
 
@@ -45,9 +46,11 @@ TOPICS: Mapping[str, type] = {
     "/adapt/corner": AdaptRolloutMessage,
     "/adapt/window": AdaptWindowMessage,
     "/adapt/repeat": AdaptRepeatMessage,
+    "/adapt/replay": ReplayMessage,
     "/adapt/joints": JointStates,
     "/adapt/cup": FrameTransform,
     "/adapt/ball": FrameTransform,
     "/adapt/reference": FrameTransform,
 }
-"""``corner``: rollouts of candidates under the same perturbations; the last four: the chosen motion, undisturbed."""
+"""``corner``: rollouts of candidates under the same perturbations; ``replay``: the repeats' bodies and ways; the last
+four: the chosen motion, undisturbed."""

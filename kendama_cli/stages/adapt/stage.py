@@ -12,8 +12,10 @@ import numpy as np
 
 from kendama_cli.artifacts.motion_plan import CatchMotion, MotionPlan
 from kendama_cli.artifacts.proportion import success_interval
+from kendama_cli.artifacts.toy_model import SIGMAS_95, ToyModel
 from kendama_cli.errors import StageError
 from kendama_cli.learning.friction_known import with_identified
+from kendama_cli.log.messages import ReplayMessage
 from kendama_cli.robot_model.arm_motion import ArmMotion
 from kendama_cli.robot_model.model import RobotModel
 from kendama_cli.schema.foxglove import FrameTransform, JointStates
@@ -34,7 +36,7 @@ from kendama_cli.simulation.catch.settings import AdaptSettings
 from kendama_cli.simulation.catch.tilt import playable_tilt
 from kendama_cli.simulation.catch.uncertainty import CORNERS, Repeat, corner_errors, drawn_errors
 from kendama_cli.simulation.dart.rollout import RolloutResult, play_rollout
-from kendama_cli.simulation.dart.world import NO_ERRORS, ArmWorld
+from kendama_cli.simulation.dart.world import NO_ERRORS, ArmWorld, WorldErrors
 from kendama_cli.simulation.placement.find_placement import current_placement, find_placement
 from kendama_cli.stages.adapt.messages import AdaptRepeatMessage, AdaptRolloutMessage, AdaptWindowMessage
 from kendama_cli.stages.interface import Made, Metric, StageContext, State
@@ -54,6 +56,9 @@ class Adapt:
         naming the joint and its limit, where no tau in the range is within the arm's limits.
         """
         plan: MotionPlan = given["encode"]
+        toy: ToyModel | None = given.get("measure")
+        if toy is not None:
+            self._game, self._settings = toy.applied(self._game), _narrowed(self._settings, toy)
         settings = self._settings
         robot = self._placed(with_identified(self._robot, given.get("identify")), plan, ctx)
         world = ArmWorld(robot, self._game)
@@ -137,11 +142,12 @@ class Adapt:
         draw = drawn_errors(perturbation, rope_m, rng) if confirm else corner_errors(perturbation, rope_m, trial.index)
         world.perturb(draw)
         joints = family.swing(trial.variation).joints(trial.variation.tau_scale, self._settings.hold_s)
-        result = play_rollout(world, joints, noise_rad=perturbation.joint_noise_rad, rng=rng)
+        result = play_rollout(world, joints, noise_rad=perturbation.joint_noise_rad, rng=rng, record=confirm)
         miss_m = _or_nan(result.signed_miss_m)
         if confirm:
             message = AdaptRepeatMessage(index=trial.index, caught=result.caught, miss_m=miss_m)
             ctx.log.write("/adapt/repeat", float(trial.index), message)
+            _log_replay(ctx, trial.index, world, draw, result)
         else:
             ctx.log.write("/adapt/corner", float(trial.index), _rollout_message(trial, result.caught, miss_m))
         return Repeat(result.caught, result.signed_miss_m)
@@ -229,6 +235,36 @@ def _log_chosen(ctx: StageContext, joint_names: tuple[str, ...], result: Rollout
         ctx.log.write("/adapt/joints", float(t_s), message)
     _log_frames(ctx, "/adapt/cup", "cup", trace.t_s, trace.cup_m)
     _log_frames(ctx, "/adapt/ball", "ball", trace.t_s, trace.ball_m)
+
+
+def _narrowed(settings: AdaptSettings, toy: ToyModel) -> AdaptSettings:
+    """The declared uncertainty with a rope that is no less certain than it was measured."""
+    declared = settings.perturbation
+    known_m = min(declared.rope_m, SIGMAS_95 * toy.rope_sigma_m)
+    return dataclasses.replace(settings, perturbation=dataclasses.replace(declared, rope_m=known_m))
+
+
+def _log_replay(ctx: StageContext, index: int, world: ArmWorld, drawn: WorldErrors, result: RolloutResult) -> None:
+    """What another physics needs to play the repeat again."""
+    trace, game = result.trace, world.ball.game
+    if trace is None:
+        return
+    message = ReplayMessage(
+        index=index,
+        rope_m=world.ball.rope_m,
+        ball_kg=game.ball.mass_kg,
+        drag_n_s_m=game.drag[0],
+        drag_n_s2_m2=game.drag[1],
+        restitution=game.cup.restitution if drawn.restitution is None else drawn.restitution,
+        since_s=0.0,
+        caught=result.caught,
+        miss_m=_or_nan(result.signed_miss_m),
+        t_s=trace.t_s,
+        cup_m=trace.cup_m.ravel(),
+        cup_axis=trace.cup_axis.ravel(),
+        ball_m=trace.ball_m.ravel(),
+    )
+    ctx.log.write("/adapt/replay", float(index), message)
 
 
 def _log_frames(ctx: StageContext, topic: str, child: str, t_s: Any, places_m: Any) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 
-from kendama_cli.log.messages import DetectionMessage, RolloutMessage, WrenchMessage
+from kendama_cli.log.messages import DetectionMessage, ReplayMessage, RolloutMessage, WrenchMessage
 from kendama_cli.schema.foxglove import CompressedImage, FrameTransform, JointStates
 
 
@@ -67,6 +67,7 @@ TOPICS: Mapping[str, type] = {
     "/transfer/detection": DetectionMessage,
     "/transfer/estimate": GameEstimateMessage,
     "/transfer/game": GameMessage,
+    "/transfer/replay": ReplayMessage,
     "/transfer/wrench": WrenchMessage,
     "/transfer/imitation/cup": FrameTransform,
     "/transfer/imitation/ball": FrameTransform,

@@ -24,6 +24,7 @@ from kendama_cli.settings.game import GameSettings
 from kendama_cli.simulation.catch.settings import AdaptSettings
 from kendama_cli.stages.interface import StageContext
 from kendama_cli.stages.transfer import trace
+from kendama_cli.stages.transfer.replay_trace import replay_message
 
 _LEARNING: dict[Start, tuple[str, str]] = {
     "table": ("learn", "/transfer/rollout"),
@@ -101,7 +102,7 @@ class TransferSession:
             tried.append(played.caught)
             self._finish(messages, played.exchanges[-1].t_s, phase="imitation", caught=int(played.caught))
 
-    def play(self) -> None:
+    def play(self, settings: GameSettings) -> None:
         """Full games with the policy as it stands."""
         progress = self._progress
         while len(progress.games) < self._settings.games:
@@ -116,6 +117,9 @@ class TransferSession:
                 *self._scene(timed, under="/transfer"),
                 *trace.game_messages(game, index, start_s, HORIZON_S),
             ]
+            if self._runner.history is not None:
+                again = replay_message(index, game, steps, self._runner.history, settings)
+                messages.append(("/transfer/replay", start_s, again))
             progress.games.append(GameFigures.of(game, HORIZON_S))
             self._finish(messages, steps[-1].t_s, phase="games", caught=sum(one.caught for one in progress.games))
 

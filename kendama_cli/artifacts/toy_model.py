@@ -1,0 +1,46 @@
+"""What a free swing has shown of ball and rope, and the game that has them."""
+
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import dataclass
+
+import numpy as np
+
+from kendama_cli.schema.arrays import Array, array
+from kendama_cli.settings.game import GameSettings, MeasuredAir
+
+SIGMAS_95 = 1.96
+
+
+@dataclass(frozen=True)
+class ToyModel:
+    """Length of the rope and drag -(k1 + k2 |v|) v of ball and string, with their standard deviations.
+
+    ``drag_covariance`` (2, 2) is that of k1 and k2, which a swing tells apart badly: their sum at the swing's speeds is
+    known much better than either. ``amplitude_rad`` and ``duration_s`` are the swing's, ``rms_m`` what the fit leaves.
+    """
+
+    rope_m: float
+    rope_sigma_m: float
+    linear_n_s_m: float
+    quadratic_n_s2_m2: float
+    drag_covariance: Array
+    amplitude_rad: float
+    duration_s: float
+    rms_m: float
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "drag_covariance", array("drag_covariance", self.drag_covariance, (2, 2)))
+
+    def drag_n_s_m(self, speed_m_s: float) -> tuple[float, float]:
+        """k1 + k2 v, and its standard deviation."""
+        by = np.array([1.0, speed_m_s])
+        value = self.linear_n_s_m + speed_m_s * self.quadratic_n_s2_m2
+        return value, float(np.sqrt(by @ self.drag_covariance @ by))
+
+    def applied(self, game: GameSettings) -> GameSettings:
+        """``game`` with the rope and the air that were measured; a coefficient below nothing counts as nothing."""
+        rope = dataclasses.replace(game.rope, length_m=self.rope_m)
+        air = MeasuredAir("measured", max(self.linear_n_s_m, 0.0), max(self.quadratic_n_s2_m2, 0.0))
+        return dataclasses.replace(game, rope=rope, air=air)

@@ -1,0 +1,140 @@
+"""The rope as a chain of colliding links between a cup that is carried and the ball, in MuJoCo."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from kendama_cli.errors import MissingPartError
+from kendama_cli.settings.game import GameSettings, HandleTie
+
+LINKS = 40
+LINK_RADIUS_M = 0.0005
+CHAIN_KG = 0.0005
+"""Mass of the whole chain."""
+STEP_S = 0.0002
+JOINT_DAMPING, ARMATURE = 1e-6, 1e-7
+CUP_KG, CUP_KG_M2 = 100.0, 10.0
+"""The carried cup is so heavy that chain and ball do not move it within a step; after each it is put on its way."""
+CONTACT_S = 0.002
+"""Time constant of a contact."""
+
+
+@dataclass(frozen=True)
+class Body:
+    """What is drawn for one replay beside the game: the rope's length, the ball, drag and restitution as they were."""
+
+    rope_m: float
+    ball_kg: float
+    drag: tuple[float, float]
+    restitution: float
+
+
+def mujoco() -> Any:
+    """MuJoCo; raises MissingPartError without it."""
+    try:
+        import mujoco as found  # noqa: PLC0415 - an extra
+    except ImportError as error:
+        raise MissingPartError(
+            "mujoco", "the referee needs MuJoCo; install it with: pip install 'kendama[referee]'"
+        ) from error
+    return found
+
+
+def chain_model(game: GameSettings, body: Body, step_s: float) -> Any:
+    """A model of cup, chain and ball: the cup on a free joint, then a hinge about y for every link and for the ball.
+
+    The chain is as long as the rope that the ball's weight stretches; it collides with the cup without friction, the
+    ball with the game's. Raises ConfigError for a tie at the cup's side.
+    """
+    cup = game.cup
+    mj = mujoco()
+    spec = mj.MjSpec()
+    spec.option.timestep = step_s
+    spec.option.integrator = mj.mjtIntegrator.mjINT_IMPLICITFAST
+    spec.option.gravity = [0.0, 0.0, -game.gravity_m_s2]
+    carried = spec.worldbody.add_body(
+        name="cup", gravcomp=1.0, mass=CUP_KG, inertia=[CUP_KG_M2] * 3, explicitinertial=1
+    )
+    carried.add_freejoint()
+    _add_cup(mj, carried, game)
+    length = (body.rope_m + body.ball_kg * game.gravity_m_s2 / game.rope.stiffness_n_m) / LINKS
+    holder, below = carried, 0.0
+    for number in range(LINKS):
+        holder = holder.add_body(name=f"link {number}", pos=[0.0, 0.0, below])
+        holder.add_joint(
+            name=f"hinge {number}",
+            type=mj.mjtJoint.mjJNT_HINGE,
+            axis=[0, 1, 0],
+            damping=JOINT_DAMPING,
+            armature=ARMATURE,
+        )
+        holder.add_geom(
+            type=mj.mjtGeom.mjGEOM_CAPSULE,
+            fromto=[0, 0, 0, 0, 0, -length],
+            size=[LINK_RADIUS_M, 0, 0],
+            mass=CHAIN_KG / LINKS,
+            contype=0,
+            conaffinity=1,
+            condim=1,
+            priority=1,
+            solref=[CONTACT_S, 1.0],
+        )
+        below = -length
+    ball = holder.add_body(name="ball", pos=[0.0, 0.0, below])
+    ball.add_joint(name="spin", type=mj.mjtJoint.mjJNT_HINGE, axis=[0, 1, 0])
+    ball.add_geom(
+        size=[game.ball.radius_m, 0, 0],
+        mass=body.ball_kg,
+        contype=0,
+        conaffinity=1,
+        condim=3,
+        priority=1,
+        friction=[cup.friction, 0, 0],
+        solref=[CONTACT_S, damping_ratio(body.restitution)],
+    )
+    ball.add_site(name="ball")
+    spec.add_sensor(
+        name="ball velocity", type=mj.mjtSensor.mjSENS_FRAMELINVEL, objtype=mj.mjtObj.mjOBJ_SITE, objname="ball"
+    )
+    return spec.compile()
+
+
+def damping_ratio(restitution: float) -> float:
+    """That of a linear contact from which a ball leaves with ``restitution`` of its speed."""
+    lost = -math.log(max(restitution, 1e-3))
+    return lost / math.hypot(math.pi, lost)
+
+
+def _add_cup(mj: Any, carried: Any, game: GameSettings) -> None:
+    """The staves and floor of the cup as DART has them, and its handle."""
+    cup = game.cup
+    solid = {"contype": 1, "conaffinity": 0, "condim": 1, "mass": 0.0}
+    width, out = cup.outer_radius_m * math.tan(math.pi / cup.staves), cup.radius_m + cup.wall_m / 2
+    middle = cup.floor_m + cup.depth_m / 2
+    for stave in range(cup.staves):
+        angle = 2 * math.pi * stave / cup.staves
+        carried.add_geom(
+            type=mj.mjtGeom.mjGEOM_BOX,
+            size=[cup.wall_m / 2, width, cup.depth_m / 2],
+            pos=[out * math.cos(angle), out * math.sin(angle), middle],
+            quat=[math.cos(angle / 2), 0, 0, math.sin(angle / 2)],
+            **solid,
+        )
+    floor = [cup.radius_m, cup.wall_m / 2, 0]
+    carried.add_geom(type=mj.mjtGeom.mjGEOM_CYLINDER, size=floor, pos=[0, 0, cup.floor_m + cup.wall_m / 2], **solid)
+    if isinstance(cup.tie, HandleTie):
+        stick = [cup.tie.radius_m, cup.tie.length_m / 2, 0]
+        carried.add_geom(type=mj.mjtGeom.mjGEOM_CYLINDER, size=stick, pos=[0, 0, cup.tie.length_m / 2], **solid)
+
+
+def hang(model: Any, data: Any, ball_m: Any) -> None:
+    """Straighten the chain from the tie toward ``ball_m`` (3,), at rest."""
+    apart = np.asarray(ball_m) - data.qpos[:3]
+    data.qpos[7:] = 0.0
+    data.qvel[:] = 0.0
+    data.qpos[7] = math.atan2(-apart[0], -apart[2])
+    mujoco().mj_forward(model, data)

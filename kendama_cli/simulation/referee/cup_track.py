@@ -1,0 +1,73 @@
+"""The logged way of a cup as a referee carries it: place, turn, their rates and accelerations at every step."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.interpolate import CubicSpline
+from scipy.spatial.transform import Rotation
+
+from kendama_cli.errors import InputError
+from kendama_cli.schema.arrays import Array
+
+FEWEST = 8
+"""Samples from which a way is made."""
+
+
+@dataclass(frozen=True)
+class CupTrack:
+    """A logged way: times ``t_s`` (n,) from 0, the cup's ``place_m`` (n, 3) and unit ``axis`` (n, 3) in the world.
+
+    The cup is round, so that its turn about the axis is left out. Raises InputError for a track that is too short.
+    """
+
+    t_s: Array
+    place_m: Array
+    axis: Array
+
+    def __post_init__(self) -> None:
+        if len(self.t_s) < FEWEST:
+            problem = f"a logged way of the cup has {len(self.t_s)} samples; at least {FEWEST} are needed"
+            raise InputError("replay", problem, remedy="run the stage again with --force")
+
+    def carried(self, step_s: float) -> Carried:
+        """The way every ``step_s``, by cubic splines through the samples."""
+        n = int((self.t_s[-1] - self.t_s[0]) / step_s)
+        t_s = self.t_s[0] + step_s * np.arange(n + 1)
+        place = CubicSpline(self.t_s, self.place_m)
+        axis = CubicSpline(self.t_s, self.axis)(t_s)
+        axis /= np.linalg.norm(axis, axis=1)[:, None]
+        turns = _upright_to(axis)
+        step = (turns[:-1].inv() * turns[1:]).as_rotvec() / step_s
+        rate = np.vstack([step[:1], 0.5 * (step[1:] + step[:-1]), step[-1:]])
+        return Carried(
+            t_s - t_s[0],
+            place(t_s),
+            place(t_s, 1),
+            place(t_s, 2),
+            np.roll(turns.as_quat(), 1, axis=1),
+            rate,
+            np.gradient(rate, step_s, axis=0),
+        )
+
+
+@dataclass(frozen=True)
+class Carried:
+    """The cup at every step: world place (n, 3) and its derivatives; ``turn_wxyz`` (n, 4), rates in the cup's frame."""
+
+    t_s: Array
+    place_m: Array
+    velocity_m_s: Array
+    acceleration_m_s2: Array
+    turn_wxyz: Array
+    rate_rad_s: Array
+    turning_rad_s2: Array
+
+
+def _upright_to(axis: Array) -> Rotation:
+    """The smallest rotations that take z to ``axis`` (n, 3)."""
+    across = np.cross([0.0, 0.0, 1.0], axis)
+    size = np.linalg.norm(across, axis=1)
+    angle = np.arctan2(size, axis[:, 2])
+    return Rotation.from_rotvec(across * (angle / np.maximum(size, 1e-12))[:, None])

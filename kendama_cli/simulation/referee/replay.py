@@ -1,0 +1,93 @@
+"""One game once more, under a referee's physics: the cup goes where it went, and the ball where the chain lets it."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from kendama_cli.errors import SimulationError
+from kendama_cli.schema.arrays import Array
+from kendama_cli.settings.game import GameSettings
+from kendama_cli.simulation.referee.chain import STEP_S, Body, chain_model, hang, mujoco
+from kendama_cli.simulation.referee.cup_track import CupTrack
+
+HALVINGS = 2
+"""A run that does not stay finite is tried again at half the step, so often."""
+KEPT_S = 0.01
+"""Spacing of the ball's path that is kept."""
+
+
+@dataclass(frozen=True)
+class Replay:
+    """What the referee saw: ``miss_m`` as in RolloutResult, None where the ball never came down through the rim.
+
+    ``t_s`` (n,) and ``ball_m`` (n, 3) are the ball's path.
+    """
+
+    caught: bool
+    miss_m: float | None
+    t_s: Array
+    ball_m: Array
+
+
+def replay(game: GameSettings, body: Body, track: CupTrack, ball_m: Array, since_s: float = 0.0) -> Replay:
+    """Carry the cup along ``track`` with the ball hanging at rest from ``ball_m`` (3,), on the chain in MuJoCo.
+
+    ``since_s`` is when the crossing begins to count. Raises SimulationError where no step stays finite.
+    """
+    step_s = STEP_S
+    for _ in range(HALVINGS + 1):
+        seen = _replayed(game, body, track, ball_m, since_s=since_s, step_s=step_s)
+        if seen is not None:
+            return seen
+        step_s /= 2
+    raise SimulationError("referee", 0.0, f"the referee's chain does not stay finite at steps of {2 * step_s:g} s")
+
+
+def _replayed(
+    game: GameSettings, body: Body, track: CupTrack, ball_m: Array, *, since_s: float, step_s: float
+) -> Replay | None:
+    mj = mujoco()
+    way, model = track.carried(step_s), chain_model(game, body, step_s)
+    data, ball = mj.MjData(model), model.body("ball").id
+    mass, inertia = float(model.body_mass[1]), float(model.body_inertia[1, 0])
+    data.qpos[:3], data.qpos[3:7] = way.place_m[0], way.turn_wxyz[0]
+    hang(model, data, ball_m)
+    (k1, k2), rim, radius = body.drag, game.cup.rim_m, game.ball.radius_m
+    pushes = np.hstack([mass * way.acceleration_m_s2, inertia * way.turning_rad_s2])
+    rates = np.hstack([way.velocity_m_s, way.rate_rad_s])
+    poses = np.hstack([way.place_m, way.turn_wxyz])
+    kept, every = [], round(KEPT_S / step_s)
+    miss: float | None = None
+    above = False
+    for k in range(len(way.t_s) - 1):
+        data.qpos[:7], data.qvel[:6], data.qfrc_applied[:6] = poses[k], rates[k], pushes[k]
+        vx, vy, vz = data.sensordata.tolist()
+        drag = k1 + k2 * math.sqrt(vx * vx + vy * vy + vz * vz)
+        data.xfrc_applied[ball, :3] = (-drag * vx, -drag * vy, -drag * vz)
+        mj.mj_step(model, data)
+        place = data.xpos[ball]  # of the step's beginning
+        height = float(place[2] - way.place_m[k, 2])
+        if above and miss is None and height <= rim + radius and way.t_s[k] >= since_s:
+            vx, _, vz = data.sensordata.tolist()
+            down = max(float(way.velocity_m_s[k, 2]) - vz, 1e-3)
+            aside = vx - float(way.velocity_m_s[k, 0])
+            miss = float(place[0] - way.place_m[k, 0]) + aside * (height - rim) / down
+        above = height > rim + radius
+        if k % every == 0:
+            if not math.isfinite(height):
+                return None
+            kept.append((way.t_s[k], *place.tolist()))
+    if not np.isfinite(data.qpos).all() or data.warning[mj.mjtWarning.mjWARN_BADQACC].number:
+        return None
+    path = np.array(kept)
+    return Replay(_inside(game, data, ball), miss, path[:, 0], path[:, 1:])
+
+
+def _inside(game: GameSettings, data: object, ball: int) -> bool:
+    """Whether the ball's centre is in the cup, below the rim."""
+    turn, apart = data.xmat[1].reshape(3, 3), data.xpos[ball] - data.xpos[1]  # type: ignore[attr-defined]
+    x, y, z = (turn.T @ apart).tolist()
+    return bool(game.cup.floor_m < z < game.cup.rim_m and math.hypot(x, y) < game.cup.radius_m)

@@ -1,0 +1,20 @@
+"""The stage ``measure``, declared."""
+
+from __future__ import annotations
+
+from kendama_cli.game.measure_settings import SwingMeasurement, TrackMeasurement
+from kendama_cli.schema.declaration import Headline, StageDeclaration
+from kendama_cli.stages.measure.messages import TOPICS
+
+STAGE = StageDeclaration(
+    name="measure",
+    title="The toy",
+    lead=("The ball swings freely under a cup at rest: its period tells the rope, its dying away the drag of the air."),
+    run="kendama_cli.stages.measure.stage:Measure",
+    gives="kendama_cli.artifacts.toy_model:ToyModel",
+    settings={"measure": SwingMeasurement | TrackMeasurement},
+    topics=TOPICS,
+    kind="moves",
+    chapter="kendama_cli.stages.measure.chapter:figures",
+    headline=(Headline("rope_mm", "length of the rope"), Headline("drag_n_s_m_at_3", "drag over speed at 3 m/s")),
+)

@@ -1,0 +1,76 @@
+"""The figures of the referee: both misses of every game, and one game with both balls."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from kendama_cli.report.figure import Figure, Panel, figure, lettered
+from kendama_cli.report.plot import drawing, legend_above
+from kendama_cli.report.source import StageLog
+from kendama_cli.report.style import BALL, CUP, GOOD, MUTED, OTHER, PAPER
+from kendama_cli.stages.referee.messages import RefereeMessage
+
+_MOST_MISS_MM = 150.0
+_BEFORE_S = 0.9
+
+
+def figures(log: StageLog) -> list[Figure]:
+    """Both sides of every game, and the last second of the one on which they differ most."""
+    games = list(log.messages("/referee/game", RefereeMessage).messages)
+    if not games:
+        return []
+    panels: list[Panel | None] = [_misses(games), _apart(games)]
+    return figure(
+        lettered(
+            panels,
+            [
+                "How far the ball crosses the rim's plane from the cup's middle, in our simulation and under the"
+                " referee's chain, on the same way of the cup; filled: caught by the referee. Misses beyond the frame"
+                " stand at its edge.",
+                "The last second of the game on which the two are farthest apart: the cup, and the ball under either.",
+            ],
+        ),
+        panels,
+    )
+
+
+def _misses(games: list[RefereeMessage]) -> Panel:
+    ours = 1e3 * np.array([one.ours_miss_m for one in games])
+    theirs = 1e3 * np.array([one.referee_miss_m for one in games])
+    caught = np.array([one.referee_caught for one in games])
+    edge = min(_MOST_MISS_MM, 1.1 * float(np.nanmax(np.abs([ours, theirs]), initial=20.0)))
+    with drawing("referee-misses", "Miss under the referee over our own", height_in=3.6) as made:
+        axes = made.axes()[0]
+        axes.plot([-edge, edge], [-edge, edge], color=MUTED, lw=0.7)
+        for which, colour, fill, label in ((caught, GOOD, GOOD, "caught"), (~caught, MUTED, PAPER, "missed")):
+            if which.any():
+                x, y = (np.clip(np.nan_to_num(miss[which], nan=edge), -edge, edge) for miss in (ours, theirs))
+                axes.plot(x, y, "o", color=colour, mfc=fill, ms=4.5, label=label)
+        axes.set_xlabel("our miss [mm]")
+        axes.set_ylabel("referee's miss [mm]")
+        axes.set_aspect("equal")
+        legend_above(axes)
+    return Panel("Both misses", made.svg)
+
+
+def _apart(games: list[RefereeMessage]) -> Panel:
+    def difference(one: RefereeMessage) -> float:
+        return float(np.nan_to_num(abs(one.ours_miss_m - one.referee_miss_m), nan=-1.0))
+
+    worst = max(games, key=difference)
+    t_s = np.array(list(worst.t_s))
+    late = t_s >= t_s[-1] - _BEFORE_S - 1.0
+    with drawing("referee-paths", "Cup and both balls in the swing plane", height_in=3.6) as made:
+        axes = made.axes()[0]
+        for values, colour, label in (
+            (worst.cup_m, CUP, "cup"),
+            (worst.ours_m, BALL, "ball, ours"),
+            (worst.referee_m, OTHER, "ball, referee"),
+        ):
+            way = np.array(list(values)).reshape(-1, 3)[late]
+            axes.plot(way[:, 0], way[:, 2], color=colour, lw=1.1, label=label)
+        axes.set_xlabel("x [m]")
+        axes.set_ylabel("z [m]")
+        axes.set_aspect("equal", adjustable="datalim")
+        legend_above(axes, columns=3)
+    return Panel(f"{worst.stage}, game {worst.index}", made.svg)

@@ -1,0 +1,28 @@
+"""What the referee logs; standard library only."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class RefereeMessage:
+    """One game under our physics and the referee's; a miss is nan where the ball never came down through the rim.
+
+    ``t_s`` (n,), ``cup_m``, ``ours_m`` and ``referee_m`` (3 n): the cup's way and the ball's under either.
+    """
+
+    stage: str
+    index: int
+    ours_caught: bool
+    referee_caught: bool
+    ours_miss_m: float
+    referee_miss_m: float
+    t_s: Collection[float]
+    cup_m: Collection[float]
+    ours_m: Collection[float]
+    referee_m: Collection[float]
+
+
+TOPICS: Mapping[str, type] = {"/referee/game": RefereeMessage}
