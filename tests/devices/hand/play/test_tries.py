@@ -76,7 +76,9 @@ def test_a_name_without_letters_is_refused(name):
 
 
 def capture(*paths, take="chosen"):
-    settings = build(PlayCapture, plain("capture", "play") | {"path": [str(path) for path in paths]})
+    usual, own = plain("capture", "file"), plain("capture", "play")
+    below = {key: {**usual[key], **own[key]} for key in ("plausible", "rotation")}  # as Hydra merges them
+    settings = build(PlayCapture, own | below | {"path": [str(path) for path in paths]})
     return open_hands(dataclasses.replace(settings, take=take))
 
 
@@ -88,6 +90,7 @@ def test_capture_takes_what_was_chosen(folder, samples):
     assert [hand.name for hand in capture(*files)] == ["anna-b-001"]
     assert [hand.name for hand in capture(*files, take="all")] == ["anna-b-001", "anna-b-002"]
     read = list(capture(*files)[0].samples())
+    assert np.abs(np.array([one.rotation_wxyz for one in read]) - samples[:, 4:8]).max() < 1e-5
     assert read[-1].t_s == pytest.approx(samples[-1, 0], abs=1e-5)
     assert np.abs([one.position_m for one in read] - samples[:, 1:4]).max() < 1e-5
     assert COLUMNS[:4] == ("t_s", "x_m", "y_m", "z_m")
