@@ -6,7 +6,7 @@ import dataclasses
 
 import numpy as np
 
-from kendama_cli.devices.robot.drive_delay import DriveDelay, path_between
+from kendama_cli.devices.robot.command_path import path_between
 from kendama_cli.devices.robot.interface import (
     BodyPose,
     ContactTruth,
@@ -25,6 +25,7 @@ from kendama_cli.schema.arrays import Array
 from kendama_cli.settings.game import GameSettings
 from kendama_cli.settings.robot import Imperfection, RobotSettings
 from kendama_cli.settings.scene import StaticBody
+from kendama_cli.simulation.dart.drive_delay import DriveDelay
 from kendama_cli.simulation.dart.world import STEP_S, ArmWorld, WorldErrors
 
 

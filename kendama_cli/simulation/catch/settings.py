@@ -11,26 +11,40 @@ from kendama_cli.settings.placement import LineSettings
 
 
 @dataclass(frozen=True)
-class PerturbationSettings:
-    """What differs from repeat to repeat, drawn anew each time, uniformly unless said otherwise."""
+class UncertaintySettings:
+    """What is not known of toy and arm: drawn for every rollout that judges a motion, uniformly unless said otherwise.
 
+    The cup's error is a sine along the world's x of a frequency (drawn on a logarithmic scale) and a phase of its own:
+    what a calibration, a compliance or a vibration leave, which unlike noise does not average out.
+    """
+
+    name: str = setting("what reports call it")
     rope_m: float = setting("+- error of the rope's length [m]", at_least=0)
     ball_start_m: float = setting("+- offset of the ball's start along x [m]", at_least=0)
+    mass_share: float = setting("+- error of the ball's mass, as a share of it", at_least=0, below=1)
+    drag_scale: tuple[float, float] = setting(
+        "least and largest factor on the air's force, drawn on a logarithmic scale", above=0
+    )
+    restitution: tuple[float, float] = setting("least and largest of ball and cup", at_least=0, at_most=1)
+    lag_s: tuple[float, float] = setting("least and largest first-order lag of the arm [s]", at_least=0)
+    cup_error_m: float = setting("amplitude of the cup's slow error along x [m]", at_least=0)
+    cup_error_hz: tuple[float, float] = setting("least and largest frequency of that error [Hz]", above=0)
     joint_noise_rad: float = setting("standard deviation of the joint angles read, every step [rad]", at_least=0)
     joint_friction_nm: float = setting("up to this: Coulomb friction that nobody models [Nm]", at_least=0)
     joint_friction_share: float = setting("share of each joint's friction that nobody models, always", at_least=0)
-    restitution: tuple[float, float] = setting("least and largest of ball and cup", at_least=0, at_most=1)
 
     def __post_init__(self) -> None:
-        if self.restitution[0] > self.restitution[1]:
-            raise ConfigError("restitution", f"'restitution' is {list(self.restitution)}; allowed: least, then largest")
+        for name in ("drag_scale", "restitution", "lag_s", "cup_error_hz"):
+            low, high = getattr(self, name)
+            if low > high:
+                raise ConfigError(name, f"'{name}' is {[low, high]}; allowed: least, then largest")
 
 
 @dataclass(frozen=True)
 class AdaptSettings:
     """The search for the catch in the closed loop of the arm."""
 
-    perturbation: PerturbationSettings
+    uncertainty: UncertaintySettings
     line: LineSettings
     placement: Literal["given", "search"] = setting(
         "given: the arm stands as conf/robot says; search: a placement is found for this motion first"

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from scipy.special import ndtr
 
-from kendama_cli.simulation.catch.settings import PerturbationSettings
+from kendama_cli.simulation.catch.settings import UncertaintySettings
+from kendama_cli.simulation.dart.arm_errors import ArmErrors
 from kendama_cli.simulation.dart.world import WorldErrors
 
 CORNERS = ((1, 1), (-1, -1), (1, -1), (-1, 1))
@@ -33,29 +35,68 @@ class Repeat:
     miss_m: float | None
 
 
-def drawn_errors(perturbation: PerturbationSettings, rope_m: float, rng: np.random.Generator) -> WorldErrors:
-    """One world of those that may be."""
-    rope, ball, friction, restitution = rng.uniform(-1, 1), rng.uniform(-1, 1), rng.uniform(), rng.uniform()
-    low, high = perturbation.restitution
-    return WorldErrors(
-        rope_scale=1 + rope * perturbation.rope_m / rope_m,
-        ball_start_m=ball * perturbation.ball_start_m,
-        joint_friction_nm=friction * perturbation.joint_friction_nm,
-        joint_friction_share=perturbation.joint_friction_share,
-        restitution=low + restitution * (high - low),
+@dataclass(frozen=True)
+class Draw:
+    """One world of those that may be, and the arm in it."""
+
+    world: WorldErrors
+    arm: ArmErrors
+
+
+def drawn_errors(uncertainty: UncertaintySettings, rope_m: float, rng: np.random.Generator) -> Draw:
+    """One of those that may be."""
+    rope, ball, mass, drag = rng.uniform(-1, 1, 4)
+    friction, restitution, lag, frequency, phase = rng.uniform(0, 1, 5)
+    return Draw(
+        WorldErrors(
+            rope_scale=1 + rope * uncertainty.rope_m / rope_m,
+            ball_start_m=ball * uncertainty.ball_start_m,
+            joint_friction_nm=friction * uncertainty.joint_friction_nm,
+            joint_friction_share=uncertainty.joint_friction_share,
+            restitution=_between(uncertainty.restitution, restitution),
+            mass_scale=1 + mass * uncertainty.mass_share,
+            drag_scale=_log_between(uncertainty.drag_scale, 0.5 * (1 + drag)),
+        ),
+        ArmErrors(
+            lag_s=_between(uncertainty.lag_s, lag),
+            cup_error_m=uncertainty.cup_error_m,
+            cup_error_hz=_log_between(uncertainty.cup_error_hz, frequency),
+            cup_error_phase_rad=2 * math.pi * phase,
+        ),
     )
 
 
-def corner_errors(perturbation: PerturbationSettings, rope_m: float, index: int) -> WorldErrors:
-    """The extreme world number ``index`` of CORNERS; every restitution meets every sign of either error."""
+def corner_errors(uncertainty: UncertaintySettings, rope_m: float, index: int) -> Draw:
+    """The extreme world number ``index`` of CORNERS; every restitution, drag and lag meets every sign of either error.
+
+    The cup's error is at the middle of its frequencies, and turns a quarter from one corner to the next.
+    """
     rope, ball = CORNERS[index]
-    return WorldErrors(
-        rope_scale=1 + rope * perturbation.rope_m / rope_m,
-        ball_start_m=ball * perturbation.ball_start_m,
-        joint_friction_nm=perturbation.joint_friction_nm,
-        joint_friction_share=perturbation.joint_friction_share,
-        restitution=perturbation.restitution[index // 2],
+    return Draw(
+        WorldErrors(
+            rope_scale=1 + rope * uncertainty.rope_m / rope_m,
+            ball_start_m=ball * uncertainty.ball_start_m,
+            joint_friction_nm=uncertainty.joint_friction_nm,
+            joint_friction_share=uncertainty.joint_friction_share,
+            restitution=uncertainty.restitution[index // 2],
+            mass_scale=1 + rope * ball * uncertainty.mass_share,
+            drag_scale=uncertainty.drag_scale[index // 2],
+        ),
+        ArmErrors(
+            lag_s=uncertainty.lag_s[index % 2],
+            cup_error_m=uncertainty.cup_error_m,
+            cup_error_hz=_log_between(uncertainty.cup_error_hz, 0.5),
+            cup_error_phase_rad=0.5 * math.pi * index,
+        ),
     )
+
+
+def _between(ends: tuple[float, float], share: float) -> float:
+    return ends[0] + share * (ends[1] - ends[0])
+
+
+def _log_between(ends: tuple[float, float], share: float) -> float:
+    return float(ends[0] * (ends[1] / ends[0]) ** share)
 
 
 def predicted_success(nominal_m: float, corners: Sequence[Repeat], mouth_m: float) -> float:

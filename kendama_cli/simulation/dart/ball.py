@@ -26,14 +26,18 @@ def make_ball(ball: BallSettings, cup: CupSettings) -> Any:
     skeleton = dartpy.dynamics.Skeleton("ball")
     _, body = skeleton.createTranslationalJointAndBodyNodePair()
     body.setName("ball")
-    moment = 0.4 * ball.mass_kg * ball.radius_m**2
-    body.setInertia(dartpy.dynamics.Inertia(ball.mass_kg, np.zeros(3), np.eye(3) * moment))
+    body.setInertia(_inertia(ball.mass_kg, ball.radius_m))
     node = body.createShapeNode(dartpy.dynamics.SphereShape(ball.radius_m))
     node.createCollisionAspect()
     surface = node.createDynamicsAspect()
     surface.setRestitutionCoeff(1.0)
     surface.setFrictionCoeff(cup.friction)
     return skeleton
+
+
+def _inertia(mass_kg: float, radius_m: float) -> Any:
+    """That of a solid sphere."""
+    return dartpy.dynamics.Inertia(mass_kg, np.zeros(3), np.eye(3) * 0.4 * mass_kg * radius_m**2)
 
 
 class TetheredBall:
@@ -55,19 +59,25 @@ class TetheredBall:
         self._force = np.zeros(3)
         self.perturb(1.0, None)
 
-    def perturb(self, rope_scale: float, restitution: float | None) -> None:
+    def perturb(
+        self, rope_scale: float, restitution: float | None, *, mass_scale: float = 1.0, drag_scale: float = 1.0
+    ) -> None:
         """Make the rope ``rope_scale`` times as long as the game's, and give ball and cup this restitution or its own.
 
-        It holds from the next ``hang`` on.
+        The ball is ``mass_scale`` times as heavy, the air ``drag_scale`` times as strong. It holds from
+        the next ``hang`` on.
         """
         self._law = law = RopeLaw.of(self.game, rope_scale)
         over_tie_m = float(self._cup.getLocalCOM()[2])
-        self._rope = np.array([*kernel.constants(law), *self.game.drag, over_tie_m])
+        drag = (drag_scale * one for one in self.game.drag)
+        self._rope = np.array([*kernel.constants(law), *drag, over_tie_m])
+        self.mass_kg = mass_scale * self.game.ball.mass_kg
+        self.skeleton.getBodyNode(0).setInertia(_inertia(self.mass_kg, self.game.ball.radius_m))
         set_restitution(self._cup, self.game.cup.restitution if restitution is None else restitution)
 
     def hang(self, aside_m: float) -> None:
         """Hang still under the tie point, ``aside_m`` along x from where it would come to rest."""
-        weight_n = self.game.ball.mass_kg * self.game.gravity_m_s2
+        weight_n = self.mass_kg * self.game.gravity_m_s2
         length = self._law.length_m + weight_n / self._law.stiffness_n_m
         x, y, z = self._tie.getCOM().tolist()
         self.skeleton.setPositions([x + aside_m, y, z - math.sqrt(length**2 - aside_m**2)])

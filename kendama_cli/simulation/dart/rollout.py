@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 
 from kendama_cli.artifacts.motion_plan import JointTrajectory
 from kendama_cli.schema.arrays import Array
+from kendama_cli.simulation.dart.arm_errors import ArmErrors, ErringArm
 from kendama_cli.simulation.dart.ball import TetheredBall
-from kendama_cli.simulation.dart.world import ArmWorld
+from kendama_cli.simulation.dart.world import STEP_S, ArmWorld
 
 TRACE_EVERY = 10
 """Steps between two samples of a recorded rollout."""
@@ -26,6 +28,13 @@ class Trace:
     position_rad: Array
     velocity_rad_s: Array
     effort_nm: Array
+
+
+class Steering(Protocol):
+    """What changes a planned motion while it is played."""
+
+    def command(self, step: int, world: ArmWorld) -> tuple[Array, Array, Array]:
+        """Places, speeds and accelerations (n,) for sample ``step``, from what was seen of ``world`` before it."""
 
 
 @dataclass(frozen=True)
@@ -54,18 +63,22 @@ def play_rollout(
     world: ArmWorld,
     joints: JointTrajectory,
     *,
+    errors: ArmErrors | None = None,
+    steering: Steering | None = None,
     noise_rad: float = 0.0,
     rng: np.random.Generator | None = None,
     record: bool = False,
 ) -> RolloutResult:
     """Play ``joints``, sampled every STEP_S, from rest with the ball hanging; the world keeps its perturbation.
 
-    ``noise_rad`` is the standard deviation of the angles read, drawn from ``rng``. Raises SimulationError.
+    ``steering`` changes what is commanded, and the arm follows that with its ``errors``. ``noise_rad`` is the standard
+    deviation of the angles read, drawn from ``rng``. Raises SimulationError.
     """
     ball, game = world.ball, world.ball.game
     world.reset(joints.position_rad[0])
     places, speeds, changes = list(joints.position_rad), list(joints.velocity_rad_s), list(joints.acceleration_rad_s2)
     noises = [0.0] * len(places)
+    erring = None if errors is None else ErringArm(world.arm, joints, errors, STEP_S)
     if rng is not None and noise_rad > 0:
         noises = list(rng.normal(0.0, noise_rad, joints.position_rad.shape))
     rim = game.cup.rim_m
@@ -77,7 +90,10 @@ def play_rollout(
     if record:
         samples.append(_sample(world))
     for k in range(1, len(places)):
-        world.step(places[k], speeds[k], changes[k], noises[k])
+        reference = (places[k], speeds[k], changes[k]) if steering is None else steering.command(k, world)
+        if erring is not None:
+            reference = erring.follows(k, *reference)
+        world.step(*reference, noises[k])
         height = float(ball.position_m[2] - ball.tie_m[2])
         apex = max(apex, height)
         if ball.tension_n > 0.0:

@@ -33,7 +33,8 @@ class WorldErrors:
     """How one world differs from what its controller believes (see settings.robot.Imperfection).
 
     ``joint_friction_nm`` is Coulomb friction of every joint beyond the known one, ``joint_friction_share`` the share of
-    each joint's known friction that comes on top of it; ``restitution`` that of ball and cup, None as in the game.
+    each joint's known friction that comes on top of it; ``restitution`` that of ball and cup, None as in the game;
+    ``mass_scale`` and ``drag_scale`` are factors on the ball's mass and on the air's force.
     """
 
     rope_scale: float = 1.0
@@ -41,6 +42,8 @@ class WorldErrors:
     joint_friction_nm: float = 0.0
     joint_friction_share: float = 0.0
     restitution: float | None = None
+    mass_scale: float = 1.0
+    drag_scale: float = 1.0
 
 
 NO_ERRORS = WorldErrors()
@@ -89,7 +92,9 @@ class ArmWorld:
         """Take on these errors from the next ``reset`` on; those of ball and rope need a game."""
         self._control.friction.set_unknown(errors.joint_friction_nm, errors.joint_friction_share)
         if self._ball is not None:
-            self._ball.perturb(errors.rope_scale, errors.restitution)
+            self._ball.perturb(
+                errors.rope_scale, errors.restitution, mass_scale=errors.mass_scale, drag_scale=errors.drag_scale
+            )
         self._start_m = errors.ball_start_m
 
     def reset(self, position_rad: Array, velocity_rad_s: Array | None = None) -> None:

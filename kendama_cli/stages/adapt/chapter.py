@@ -200,8 +200,10 @@ def _repeats(log: StageLog) -> tuple[Panel | None, str]:
         axes.set_ylabel("miss [mm]")
         legend_above(axes)
     n, k = len(caught), int(caught.sum())
+    preset = log.metrics.get("uncertainty", "unknown")
     low, high = (log.metrics.get(f"success_rate_{end}", float("nan")) for end in ("low", "high"))
     return (
         Panel("Perturbed repeats", made.svg),
-        f"Repeats with a perturbed rope, ball and arm: {k} of {n} caught (95 % interval {low:.3f} to {high:.3f}).",
+        f"Repeats with rope, ball, air and arm drawn from the uncertainty '{preset}': {k} of {n} caught (95 % interval"
+        f" {low:.3f} to {high:.3f}).",
     )

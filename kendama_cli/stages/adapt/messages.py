@@ -41,12 +41,31 @@ class AdaptRepeatMessage:
     miss_m: float
 
 
+@dataclass(frozen=True)
+class AdaptDrawMessage:
+    """The toy, the air and the arm that were drawn for one repeat."""
+
+    index: int
+    rope_scale: float
+    ball_start_m: float
+    mass_scale: float
+    drag_scale: float
+    restitution: float
+    joint_friction_nm: float
+    joint_friction_share: float
+    lag_s: float
+    cup_error_m: float
+    cup_error_hz: float
+    cup_error_phase_rad: float
+
+
 TOPICS: Mapping[str, type] = {
     "/adapt/rollout": AdaptRolloutMessage,
     "/adapt/corner": AdaptRolloutMessage,
     "/adapt/window": AdaptWindowMessage,
     "/adapt/repeat": AdaptRepeatMessage,
     "/adapt/replay": ReplayMessage,
+    "/adapt/drawn": AdaptDrawMessage,
     "/adapt/joints": JointStates,
     "/adapt/cup": FrameTransform,
     "/adapt/ball": FrameTransform,

@@ -34,11 +34,16 @@ from kendama_cli.simulation.catch.catch_search import (
 from kendama_cli.simulation.catch.search_record import Attempt, Bounds, MotionVariation, Search, Trial
 from kendama_cli.simulation.catch.settings import AdaptSettings
 from kendama_cli.simulation.catch.tilt import playable_tilt
-from kendama_cli.simulation.catch.uncertainty import CORNERS, Repeat, corner_errors, drawn_errors
+from kendama_cli.simulation.catch.uncertainty import CORNERS, Draw, Repeat, corner_errors, drawn_errors
 from kendama_cli.simulation.dart.rollout import RolloutResult, play_rollout
 from kendama_cli.simulation.dart.world import NO_ERRORS, ArmWorld, WorldErrors
 from kendama_cli.simulation.placement.find_placement import current_placement, find_placement
-from kendama_cli.stages.adapt.messages import AdaptRepeatMessage, AdaptRolloutMessage, AdaptWindowMessage
+from kendama_cli.stages.adapt.messages import (
+    AdaptDrawMessage,
+    AdaptRepeatMessage,
+    AdaptRolloutMessage,
+    AdaptWindowMessage,
+)
 from kendama_cli.stages.interface import Made, Metric, StageContext, State
 
 
@@ -136,18 +141,19 @@ class Adapt:
         self, world: ArmWorld, family: CatchFamily, trial: Trial, seeds: list[int], ctx: StageContext
     ) -> Repeat:
         """Every candidate is evaluated with the same noise; those that confirm have noise of their own."""
-        perturbation, rope_m = self._settings.perturbation, self._game.rope.length_m
+        uncertainty, rope_m = self._settings.uncertainty, self._game.rope.length_m
         confirm = trial.kind == "confirm"
         rng = np.random.default_rng(seeds[trial.index + len(CORNERS) * confirm])
-        draw = drawn_errors(perturbation, rope_m, rng) if confirm else corner_errors(perturbation, rope_m, trial.index)
-        world.perturb(draw)
+        draw = drawn_errors(uncertainty, rope_m, rng) if confirm else corner_errors(uncertainty, rope_m, trial.index)
+        world.perturb(draw.world)
         joints = family.swing(trial.variation).joints(trial.variation.tau_scale, self._settings.hold_s)
-        result = play_rollout(world, joints, noise_rad=perturbation.joint_noise_rad, rng=rng, record=confirm)
+        result = play_rollout(world, joints, errors=draw.arm, noise_rad=uncertainty.joint_noise_rad, rng=rng, record=confirm)
         miss_m = _or_nan(result.signed_miss_m)
         if confirm:
             message = AdaptRepeatMessage(index=trial.index, caught=result.caught, miss_m=miss_m)
             ctx.log.write("/adapt/repeat", float(trial.index), message)
-            _log_replay(ctx, trial.index, world, draw, result)
+            _log_replay(ctx, trial.index, world, draw.world, result)
+            ctx.log.write("/adapt/drawn", float(trial.index), _draw_message(trial.index, draw, self._game))
         else:
             ctx.log.write("/adapt/corner", float(trial.index), _rollout_message(trial, result.caught, miss_m))
         return Repeat(result.caught, result.signed_miss_m)
@@ -178,6 +184,7 @@ class Adapt:
         metrics |= {
             "tau_scale": variation.tau_scale,
             "rollouts": search.rollouts(),
+            "uncertainty": self._settings.uncertainty.name,
             "success_rate": success,
             "success_rate_low": interval.low if repeats else None,
             "success_rate_high": interval.high if repeats else None,
@@ -206,6 +213,24 @@ def _rollout_message(trial: Trial, caught: bool, miss_m: float | None) -> AdaptR
         amplitude=trial.variation.amplitude,
         shift_x_m=trial.variation.shift_m[0],
         shift_y_m=trial.variation.shift_m[1],
+    )
+
+
+def _draw_message(index: int, draw: Draw, game: GameSettings) -> AdaptDrawMessage:
+    world = draw.world
+    return AdaptDrawMessage(
+        index=index,
+        rope_scale=world.rope_scale,
+        ball_start_m=world.ball_start_m,
+        mass_scale=world.mass_scale,
+        drag_scale=world.drag_scale,
+        restitution=game.cup.restitution if world.restitution is None else world.restitution,
+        joint_friction_nm=world.joint_friction_nm,
+        joint_friction_share=world.joint_friction_share,
+        lag_s=draw.arm.lag_s,
+        cup_error_m=draw.arm.cup_error_m,
+        cup_error_hz=draw.arm.cup_error_hz,
+        cup_error_phase_rad=draw.arm.cup_error_phase_rad,
     )
 
 

@@ -5,12 +5,12 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
-import yaml
 from scipy.stats import binom
 
 from kendama_cli.artifacts.proportion import success_interval
+from kendama_cli.errors import ConfigError
 from kendama_cli.schema.settings import build
-from kendama_cli.simulation.catch.settings import PerturbationSettings
+from kendama_cli.simulation.catch.settings import UncertaintySettings
 from kendama_cli.simulation.catch.uncertainty import (
     CORNERS,
     LEAST_SPREAD_M,
@@ -19,12 +19,14 @@ from kendama_cli.simulation.catch.uncertainty import (
     drawn_errors,
     predicted_success,
 )
-from tests.simulation.dart.bench_robot import ROOT
+from kendama_cli.simulation.dart.world import WorldErrors
+from tests.shipped_conf import plain
 
 MOUTH_M = 0.038
-SHIPPED = build(
-    PerturbationSettings, yaml.safe_load((ROOT / "conf/adapt/catch.yaml").read_text())["perturbation"], "perturbation"
-)
+
+
+def _preset(name: str) -> UncertaintySettings:
+    return build(UncertaintySettings, plain("adapt/uncertainty", name), "uncertainty")
 
 
 def _corners(miss: Callable[[float, float], float]) -> list[Repeat]:
@@ -64,26 +66,49 @@ def test_balls_that_jumped_out_and_balls_that_never_came_down_lower_the_promise(
     assert predicted_success(0.0, [*good[:3], Repeat(False, None)], MOUTH_M) <= 0.5
 
 
-def test_the_corners_are_the_extremes_and_every_draw_is_within() -> None:
-    corners = [corner_errors(SHIPPED, 0.4, index) for index in range(len(CORNERS))]
-    assert {one.rope_scale for one in corners} == {0.995, 1.005}
-    assert {one.restitution for one in corners} == set(SHIPPED.restitution)
-    assert len({(one.rope_scale, one.ball_start_m) for one in corners}) == 4
+@pytest.mark.parametrize("preset", ["hard", "identified"])
+def test_the_corners_are_the_extremes_and_every_draw_is_within(preset: str) -> None:
+    shipped = _preset(preset)
+    corners = [corner_errors(shipped, 0.4, index) for index in range(len(CORNERS))]
+    assert {one.world.rope_scale for one in corners} == {0.995, 1.005}
+    assert {one.world.restitution for one in corners} == set(shipped.restitution)
+    assert {one.world.drag_scale for one in corners} == set(shipped.drag_scale)
+    assert {one.arm.lag_s for one in corners} == set(shipped.lag_s)
+    assert len({(one.world.rope_scale, one.world.ball_start_m) for one in corners}) == 4
     rng = np.random.default_rng(0)
-    draws = [drawn_errors(SHIPPED, 0.4, rng) for _ in range(500)]
-    assert all(0.995 <= one.rope_scale <= 1.005 for one in draws)
-    assert all(abs(one.ball_start_m) <= SHIPPED.ball_start_m for one in draws)
-    assert all(0.1 <= float(one.restitution or 0) <= 0.4 for one in draws)
-    assert {one.joint_friction_share for one in draws} == {0.02}
-    # uniform: the mean of 500 is within four standard errors of its middle
-    assert np.mean([one.rope_scale for one in draws]) == pytest.approx(1.0, abs=4 * 0.005 / np.sqrt(3 * 500))
+    draws = [drawn_errors(shipped, 0.4, rng) for _ in range(500)]
+    assert all(0.995 <= one.world.rope_scale <= 1.005 for one in draws)
+    assert all(abs(one.world.ball_start_m) <= shipped.ball_start_m for one in draws)
+    assert all(0.9 <= one.world.mass_scale <= 1.1 for one in draws)
+    ranges = (
+        (shipped.restitution, [one.world.restitution for one in draws]),
+        (shipped.drag_scale, [one.world.drag_scale for one in draws]),
+        (shipped.lag_s, [one.arm.lag_s for one in draws]),
+        (shipped.cup_error_hz, [one.arm.cup_error_hz for one in draws]),
+    )
+    for (low, high), drawn in ranges:
+        values = np.array(drawn, dtype=np.float64)
+        assert low <= values.min() < low + 0.05 * (high - low)
+        assert high - 0.05 * (high - low) < values.max() <= high
+    assert {one.world.joint_friction_share for one in draws} == {0.02}
+    # uniform: the mean of 500 is within four standard errors of its middle, on the scale that it is drawn on
+    assert np.mean([one.world.rope_scale for one in draws]) == pytest.approx(1.0, abs=4 * 0.005 / np.sqrt(3 * 500))
+    low, high = np.log(shipped.drag_scale)
+    logs = np.log([one.world.drag_scale for one in draws])
+    assert np.mean(logs) == pytest.approx((low + high) / 2, abs=4 * (high - low) / np.sqrt(12 * 500))
 
 
 def test_nothing_is_perturbed_where_nothing_may_differ() -> None:
-    none = dataclasses.replace(SHIPPED, rope_m=0.0, ball_start_m=0.0, joint_friction_share=0.0, restitution=(0.2, 0.2))
-    one = drawn_errors(none, 0.4, np.random.default_rng(1))
-    assert (one.rope_scale, one.ball_start_m, one.joint_friction_nm, one.joint_friction_share) == (1.0, 0.0, 0.0, 0.0)
-    assert one.restitution == pytest.approx(0.2)
+    values = plain("adapt/uncertainty", "none") | {"restitution": [0.2, 0.2]}
+    one = drawn_errors(build(UncertaintySettings, values, "uncertainty"), 0.4, np.random.default_rng(1))
+    assert one.world == WorldErrors(restitution=0.2)
+    assert (one.arm.lag_s, one.arm.cup_error_m) == (0.0, 0.0)
+
+
+@pytest.mark.parametrize("name", ["drag_scale", "restitution", "lag_s", "cup_error_hz"])
+def test_a_range_the_wrong_way_round_is_refused(name: str) -> None:
+    with pytest.raises(ConfigError, match=rf"'{name}' is \[0\.4, 0\.1\]; allowed: least, then largest"):
+        dataclasses.replace(_preset("hard"), **{name: (0.4, 0.1)})
 
 
 @pytest.mark.parametrize(("k", "n"), [(0, 30), (28, 30), (30, 30), (194, 200)])

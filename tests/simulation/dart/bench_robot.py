@@ -42,6 +42,6 @@ def modelled(robot: RobotSettings) -> RobotModel:
 
 def adapt_values() -> dict[str, Any]:
     """conf/adapt/catch.yaml with what it takes from the shipped transfer settings."""
-    values: dict[str, Any] = yaml.safe_load((ROOT / "conf/adapt/catch.yaml").read_text())
+    values = plain("adapt", "catch")
     transfer = yaml.safe_load((ROOT / "conf/transfer/default.yaml").read_text())
     return values | {"line": {name: transfer["catch"][name] for name in values["line"]}}

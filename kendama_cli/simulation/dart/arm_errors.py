@@ -1,0 +1,72 @@
+"""What an arm does otherwise than it is told: it lags, and its cup is not quite where it should be."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.interpolate import CubicSpline
+
+from kendama_cli.artifacts.motion_plan import JointTrajectory
+from kendama_cli.motion import minimum_jerk
+from kendama_cli.robot_model.inverse_kinematics import weighted_step
+from kendama_cli.robot_model.model import RobotModel
+from kendama_cli.schema.arrays import Array
+from kendama_cli.simulation.dart.drive_delay import DriveDelay
+
+KNOT_S = 0.02
+"""The cup's error is carried to the joints this often and interpolated between: eight times in a period of 6 Hz."""
+ONSET_S = 0.3
+"""The cup's error grows from nothing within this time, so that the arm begins at rest."""
+
+
+@dataclass(frozen=True)
+class ArmErrors:
+    """How one arm differs from its model: a lag of first order, and a slow error of the cup along the world's x.
+
+    e(t) = cup_error_m sin(2 pi cup_error_hz t + cup_error_phase_rad),   grown from nothing within ONSET_S
+    """
+
+    lag_s: float = 0.0
+    cup_error_m: float = 0.0
+    cup_error_hz: float = 1.0
+    cup_error_phase_rad: float = 0.0
+
+
+class ErringArm:
+    """What the drive follows in the place of the samples of ``joints``, or of what is commanded in their place.
+
+    The cup's error is carried to the joints along ``joints``: dq = J^+ e, the cup's tilt as it is.
+    """
+
+    def __init__(self, arm: RobotModel, joints: JointTrajectory, errors: ArmErrors, step_s: float) -> None:
+        start = joints.position_rad[0]
+        rest = np.zeros_like(start)
+        self._delay = DriveDelay((start, rest, rest, rest), latency_s=0.0, lag_s=errors.lag_s, step_s=step_s)
+        self._none = rest
+        self._offsets = _joint_offsets(arm, joints, errors) if errors.cup_error_m > 0 else None
+
+    def follows(self, step: int, position: Array, velocity: Array, acceleration: Array) -> tuple[Array, Array, Array]:
+        """The reference (n,) of places, speeds and accelerations at sample ``step``, taken in order."""
+        position, velocity, acceleration, _ = self._delay.delayed((position, velocity, acceleration, self._none))
+        if self._offsets is None:
+            return position, velocity, acceleration
+        place, speed, change = (one[step] for one in self._offsets)
+        return position + place, velocity + speed, acceleration + change
+
+
+def _joint_offsets(arm: RobotModel, joints: JointTrajectory, errors: ArmErrors) -> tuple[Array, Array, Array]:
+    """Joint offsets (n, joints) with their first two derivatives at every sample of ``joints``."""
+    t_s = joints.t_s - joints.t_s[0]
+    every = max(1, round(KNOT_S / float(t_s[1] - t_s[0])))
+    knots = np.append(np.arange(0, len(t_s) - 1, every), len(t_s) - 1)
+    turned = 2 * math.pi * errors.cup_error_hz * t_s[knots] + errors.cup_error_phase_rad
+    error_m = errors.cup_error_m * minimum_jerk.step(t_s[knots] / ONSET_S) * np.sin(turned)
+    aside = np.array([1.0, 0.0, 0.0, 0.0, 0.0, 0.0])
+    offsets = [
+        weighted_step(arm.tool_jacobian(joints.position_rad[k]), e * aside, arm.redundancy_weights)
+        for k, e in zip(knots, error_m, strict=True)
+    ]
+    curve = CubicSpline(t_s[knots], np.array(offsets))
+    return curve(t_s), curve(t_s, 1), curve(t_s, 2)
