@@ -109,3 +109,18 @@ class Imperfection:
     latency_s: float = setting("pure delay of the command [s]", at_least=0)
     joint_noise_rad: float = setting("standard deviation of the joint angle readings [rad]", at_least=0)
     ball_noise_m: float = setting("standard deviation of the tracked ball and cup, per axis [m]", at_least=0)
+    mass_scale: float = setting("factor on the ball's mass", above=0)
+    drag_scale: float = setting("factor on the air's force", at_least=0)
+    tie_friction_m: float = setting("moment of the rope's friction at its tie, over its pull [m]", at_least=0)
+    gravity_tilt_rad: float = setting("gravity leans so far toward +x in the frame of arm and cameras [rad]")
+    backlash_rad: float = setting("play of every joint between motor and link, from end to end [rad]", at_least=0)
+    drift_m: float = setting(
+        "standard deviation of a correlated error of the tracked ball and cup, per axis [m]", at_least=0
+    )
+    drift_s: float = setting("time over which that error forgets itself [s]", above=0)
+    tracking_delay_s: float = setting("the tracked ball and cup are so old when they are told [s]", at_least=0)
+    tracking_lost_share: float = setting(
+        "share of the periods in which ball and cup are not tracked and stay where they were told last",
+        at_least=0,
+        below=1,
+    )

@@ -152,3 +152,28 @@ def test_nine_twins_differ_from_the_twin_in_what_their_names_say(tmp_path: Path)
         for key in noise:
             assert changed[name][key] == pytest.approx(factor * plain["imperfection"][key])
     assert len(names) == 9
+
+
+def test_twelve_hard_twins_differ_from_the_twin_in_what_their_names_say(tmp_path: Path) -> None:
+    site = find_site(home=tmp_path)
+    plain = composed(site, [])["hardware"]
+    changed = {}
+    for name in (name for name in group_options(site, "hardware") if name.startswith("hard_")):
+        twin = composed(site, [f"hardware={name}"])["hardware"]
+        assert {**twin, "imperfection": None} == {**plain, "imperfection": None}
+        changed[name] = {key for key, value in twin["imperfection"].items() if value != plain["imperfection"][key]}
+    late = {"tracking_delay_s", "tracking_lost_share"}
+    assert changed == {
+        "hard_drag_half": {"drag_scale"},
+        "hard_drag_triple": {"drag_scale"},
+        "hard_tie_friction": {"tie_friction_m"},
+        "hard_ball_light": {"mass_scale"},
+        "hard_ball_heavy": {"mass_scale"},
+        "hard_tracking_late": late,
+        "hard_tracking_drift": {"drift_m"},
+        "hard_bandwidth_3hz": {"lag_s"},
+        "hard_tilt": {"gravity_tilt_rad"},
+        "hard_backlash": {"backlash_rad"},
+        "hard_drag_backlash": {"drag_scale", "backlash_rad"},
+        "hard_tilt_late_heavy": {"gravity_tilt_rad", "mass_scale", *late},
+    }

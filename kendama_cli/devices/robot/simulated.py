@@ -7,6 +7,7 @@ import dataclasses
 import numpy as np
 
 from kendama_cli.devices.robot.command_path import path_between
+from kendama_cli.devices.robot.imperfect_tracking import ImperfectTracking
 from kendama_cli.devices.robot.interface import (
     BodyPose,
     ContactTruth,
@@ -25,6 +26,7 @@ from kendama_cli.schema.arrays import Array
 from kendama_cli.settings.game import GameSettings
 from kendama_cli.settings.robot import Imperfection, RobotSettings
 from kendama_cli.settings.scene import StaticBody
+from kendama_cli.simulation.dart.backlash import Backlash
 from kendama_cli.simulation.dart.drive_delay import DriveDelay
 from kendama_cli.simulation.dart.world import STEP_S, ArmWorld, WorldErrors
 
@@ -67,7 +69,9 @@ class SimulatedRobot:
         """At rest in ``position_rad`` (n,), the ball hanging still, time 0; all noise is drawn from ``seed``."""
         self._refuse_when_halted()
         self._rng = np.random.default_rng(seed)
-        errors, latency_s, lag_s, self._joint_noise, self._ball_noise = WorldErrors(), 0.0, 0.0, 0.0, 0.0
+        errors, latency_s, lag_s, self._joint_noise = WorldErrors(), 0.0, 0.0, 0.0
+        self._tracking: ImperfectTracking | None = None
+        self._backlash: Backlash | None = None
         if self._imperfection is not None:
             made = self._imperfection
             errors = WorldErrors(
@@ -75,9 +79,14 @@ class SimulatedRobot:
                 ball_start_m=made.ball_start_m * self._rng.uniform(-1, 1),
                 joint_friction_nm=made.joint_friction_nm,
                 joint_friction_share=made.joint_friction_share,
+                mass_scale=made.mass_scale,
+                drag_scale=made.drag_scale,
+                tie_friction_m=made.tie_friction_m,
+                gravity_tilt_rad=made.gravity_tilt_rad,
             )
             latency_s, lag_s = made.latency_s, made.lag_s
-            self._joint_noise, self._ball_noise = made.joint_noise_rad, made.ball_noise_m
+            self._joint_noise = made.joint_noise_rad
+            self._tracking = ImperfectTracking(made, self.period_s, self._rng)
         rest = np.zeros(len(self.joint_names))
         try:
             check_values("position_rad", position_rad, np.full_like(rest, ABSURD_RAD))
@@ -85,6 +94,8 @@ class SimulatedRobot:
             self.halt()
             raise
         start = np.clip(position_rad, self.limits.lower_rad, self.limits.upper_rad)
+        if self._imperfection is not None and self._imperfection.backlash_rad > 0:
+            self._backlash = Backlash(start, self._imperfection.backlash_rad)
         self._world.perturb(errors)
         self._world.reset(start)
         self._commands: type | None = None
@@ -100,6 +111,8 @@ class SimulatedRobot:
         sent = dataclasses.replace(sent, effort_nm=np.clip(command.effort_nm, -most, most))
         for reference in path_between(self._last, sent, steps=self._steps, step_s=STEP_S):
             q, v, a, effort = self._delay.delayed(reference)
+            if self._backlash is not None:
+                q, v, a = self._backlash.follows(q, v, a)
             noise: Array | float = 0.0
             if self._joint_noise > 0:
                 noise = self._rng.normal(0.0, self._joint_noise, len(self.joint_names))
@@ -136,11 +149,10 @@ class SimulatedRobot:
         if self._game:
             cup, ball = np.array(world.ball.tie_m), np.array(world.ball.position_m)
             caught = world.ball.is_caught()
-        if self._ball_noise > 0:
-            cup, ball = (
-                cup + self._rng.normal(0.0, self._ball_noise, 3),
-                ball + self._rng.normal(0.0, self._ball_noise, 3),
-            )
+        if self._tracking is not None:
+            cup, ball = self._tracking.told(np.array([cup, ball]))
+        if self._backlash is not None:
+            angles = angles + self._backlash.gap_rad  # encoders sit on the motors
         wrench = world.wrist_wrench()
         return RobotState(angles, world.velocity_rad_s, world.effort_nm, wrench, cup, ball, caught)
 

@@ -17,6 +17,9 @@ from kendama_cli.schema.arrays import Array
 from kendama_cli.settings.game import BallSettings, CupSettings, GameSettings
 from kendama_cli.simulation.dart import rope_kernel as kernel
 
+RUBS_FULLY_M_S = 0.02
+"""Coulomb friction at the tie is smoothed below this speed of the ball across the rope."""
+
 
 def make_ball(ball: BallSettings, cup: CupSettings) -> Any:
     """A skeleton of one sphere on a translational joint, its three positions being those of the centre in the world.
@@ -60,18 +63,30 @@ class TetheredBall:
         self.perturb(1.0, None)
 
     def perturb(
-        self, rope_scale: float, restitution: float | None, *, mass_scale: float = 1.0, drag_scale: float = 1.0
+        self,
+        rope_scale: float,
+        restitution: float | None,
+        *,
+        mass_scale: float = 1.0,
+        drag_scale: float = 1.0,
+        tie_friction_m: float = 0.0,
+        gravity_tilt_rad: float = 0.0,
     ) -> None:
         """Make the rope ``rope_scale`` times as long as the game's, and give ball and cup this restitution or its own.
 
-        The ball is ``mass_scale`` times as heavy, the air ``drag_scale`` times as strong. It holds from
-        the next ``hang`` on.
+        The ball is ``mass_scale`` times as heavy, the air ``drag_scale`` times as strong; the rope rubs at its tie
+        with a moment of ``tie_friction_m`` times its pull, and gravity leans by ``gravity_tilt_rad`` to +x. It holds
+        from the next ``hang`` on.
         """
         self._law = law = RopeLaw.of(self.game, rope_scale)
         over_tie_m = float(self._cup.getLocalCOM()[2])
         drag = (drag_scale * one for one in self.game.drag)
         self._rope = np.array([*kernel.constants(law), *drag, over_tie_m])
+        self._tie_friction_m, self._tilt_rad = tie_friction_m, gravity_tilt_rad
         self.mass_kg = mass_scale * self.game.ball.mass_kg
+        weight_n = self.mass_kg * self.game.gravity_m_s2
+        self._leaning_n = weight_n * np.array([math.sin(gravity_tilt_rad), 0.0, 1.0 - math.cos(gravity_tilt_rad)])
+        self._other = tie_friction_m > 0.0 or gravity_tilt_rad != 0.0
         self.skeleton.getBodyNode(0).setInertia(_inertia(self.mass_kg, self.game.ball.radius_m))
         set_restitution(self._cup, self.game.cup.restitution if restitution is None else restitution)
 
@@ -80,6 +95,7 @@ class TetheredBall:
         weight_n = self.mass_kg * self.game.gravity_m_s2
         length = self._law.length_m + weight_n / self._law.stiffness_n_m
         x, y, z = self._tie.getCOM().tolist()
+        aside_m += length * math.sin(self._tilt_rad)
         self.skeleton.setPositions([x + aside_m, y, z - math.sqrt(length**2 - aside_m**2)])
         self.skeleton.resetVelocities()
         self.skeleton.resetAccelerations()
@@ -101,7 +117,7 @@ class TetheredBall:
         over_tie = (self._cup.getCOM(), self._cup.getCOMLinearVelocity())
         if not kernel.pull(*ball, *cup, *over_tie, self._rope, self._pulled, self._force):
             self._abort(t_s)
-        self.skeleton.setForces(self._force)
+        self.skeleton.setForces(self._force + self._leaning_n + self._rubbing() if self._other else self._force)
 
     def in_cup_m(self) -> Array:
         """The ball's centre in the cup's frame (3,): z along the axis from the cup's place."""
@@ -152,6 +168,15 @@ class TetheredBall:
     def drag_n(self) -> Array:
         """The air's force on ball and string in the last step (3,) [N]."""
         return np.asarray(self._force - self._pulled[:3])
+
+    def _rubbing(self) -> Array:
+        """Coulomb friction of the rope where it turns about its tie, as a force (3,) across the rope on the ball."""
+        across = self.velocity_m_s - self.tie_m_s
+        along = self.position_m - self.tie_m
+        along = along / max(float(np.linalg.norm(along)), 1e-9)
+        across = across - (across @ along) * along
+        size = self._tie_friction_m * float(self._tension[0]) / self._law.length_m
+        return -size * across / (float(np.linalg.norm(across)) + RUBS_FULLY_M_S)
 
     def _abort(self, t_s: float) -> None:
         place, speed = self.position_m.round(3).tolist(), self.velocity_m_s.round(3).tolist()

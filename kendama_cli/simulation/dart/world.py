@@ -34,7 +34,9 @@ class WorldErrors:
 
     ``joint_friction_nm`` is Coulomb friction of every joint beyond the known one, ``joint_friction_share`` the share of
     each joint's known friction that comes on top of it; ``restitution`` that of ball and cup, None as in the game;
-    ``mass_scale`` and ``drag_scale`` are factors on the ball's mass and on the air's force.
+    ``mass_scale`` and ``drag_scale`` are factors on the ball's mass and on the air's force; ``tie_friction_m`` is the
+    moment of the rope's friction at its tie over its pull, ``gravity_tilt_rad`` how far gravity leans toward +x for
+    the ball; the arm's stiff drive would not show it (g sin 1 deg / Kp is 0.05 mm).
     """
 
     rope_scale: float = 1.0
@@ -44,6 +46,8 @@ class WorldErrors:
     restitution: float | None = None
     mass_scale: float = 1.0
     drag_scale: float = 1.0
+    tie_friction_m: float = 0.0
+    gravity_tilt_rad: float = 0.0
 
 
 NO_ERRORS = WorldErrors()
@@ -93,7 +97,12 @@ class ArmWorld:
         self._control.friction.set_unknown(errors.joint_friction_nm, errors.joint_friction_share)
         if self._ball is not None:
             self._ball.perturb(
-                errors.rope_scale, errors.restitution, mass_scale=errors.mass_scale, drag_scale=errors.drag_scale
+                errors.rope_scale,
+                errors.restitution,
+                mass_scale=errors.mass_scale,
+                drag_scale=errors.drag_scale,
+                tie_friction_m=errors.tie_friction_m,
+                gravity_tilt_rad=errors.gravity_tilt_rad,
             )
         self._start_m = errors.ball_start_m
 

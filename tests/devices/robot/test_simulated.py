@@ -30,6 +30,15 @@ PERFECT = Imperfection(
     latency_s=0.0,
     joint_noise_rad=0.0,
     ball_noise_m=0.0,
+    mass_scale=1.0,
+    drag_scale=1.0,
+    tie_friction_m=0.0,
+    gravity_tilt_rad=0.0,
+    backlash_rad=0.0,
+    drift_m=0.0,
+    drift_s=0.3,
+    tracking_delay_s=0.0,
+    tracking_lost_share=0.0,
 )
 WORN = Imperfection(
     rope_scale=1.05,
@@ -41,6 +50,15 @@ WORN = Imperfection(
     latency_s=0.01,
     joint_noise_rad=0.0005,
     ball_noise_m=0.001,
+    mass_scale=1.0,
+    drag_scale=1.0,
+    tie_friction_m=0.0,
+    gravity_tilt_rad=0.0,
+    backlash_rad=0.0,
+    drift_m=0.0,
+    drift_s=0.3,
+    tracking_delay_s=0.0,
+    tracking_lost_share=0.0,
 )
 
 

@@ -8,6 +8,7 @@ import pytest
 from kendama_cli.artifacts.motion_plan import JointTrajectory
 from kendama_cli.schema.arrays import Array
 from kendama_cli.simulation.dart.arm_errors import ONSET_S, ArmErrors, ErringArm
+from kendama_cli.simulation.dart.backlash import Backlash
 from kendama_cli.simulation.dart.world import STEP_S, ArmWorld, WorldErrors
 from tests.simulation.dart.bench_robot import kendama_game, modelled, pa10
 
@@ -79,3 +80,41 @@ def test_a_heavier_ball_pulls_harder_and_thicker_air_slows_more() -> None:
         world.ball.pull(0.0)
         k1, k2 = game.drag
         assert world.ball.drag_n[0] == pytest.approx(-drag * (k1 + 2.0 * k2) * 2.0, rel=1e-9)
+
+
+def test_a_joint_with_backlash_rests_until_its_motor_has_crossed_the_play() -> None:
+    play = Backlash(np.zeros(1), 0.002)
+    motor = np.concatenate([np.linspace(0, 0.01, 101), np.linspace(0.01, 0, 101)])
+    made = [play.follows(np.array([one]), np.ones(1), np.ones(1)) for one in motor]
+    link = np.array([float(one[0][0]) for one in made])
+    assert link[100] == pytest.approx(0.009)
+    assert link[-1] == pytest.approx(0.001)
+    resting = np.diff(link) == 0
+    assert resting.sum() == pytest.approx(10 + 20 + 1, abs=2)  # half the play at first, all of it at the turn
+    assert all((float(one[1][0]) == 0.0) == rests for one, rests in zip(made[1:], resting, strict=True))
+
+
+def test_in_leaning_gravity_the_ball_hangs_aside_and_stays_there() -> None:
+    world = ArmWorld(pa10(), kendama_game())
+    world.perturb(WorldErrors(gravity_tilt_rad=0.01745))
+    world.reset(world.arm.home_rad)
+    zero = np.zeros(len(world.arm.joint_names))
+    aside = kendama_game().rope.length_m * np.sin(0.01745)
+    for _ in range(400):
+        world.step(world.arm.home_rad, zero, zero)
+        assert world.ball.position_m[0] - world.ball.tie_m[0] == pytest.approx(aside, abs=1e-4)
+
+
+def test_friction_at_the_tie_takes_what_it_should_from_a_swing() -> None:
+    """A small swing loses 4 mu r per period of its amplitude along the arc: M = mu r T over the length, T about m g."""
+    world, zero = ArmWorld(pa10(), kendama_game()), np.zeros(7)
+    amplitudes = []
+    for friction_m in (0.0, 0.002):
+        world.perturb(WorldErrors(ball_start_m=0.1, tie_friction_m=friction_m, drag_scale=1e-6))
+        world.reset(world.arm.home_rad)
+        places = []
+        for _ in range(1400):
+            world.step(world.arm.home_rad, zero, zero)
+            places.append(float(world.ball.position_m[0] - world.ball.tie_m[0]))
+        amplitudes.append(max(places[1000:]))
+    assert amplitudes[0] - amplitudes[1] == pytest.approx(4 * 0.002, rel=0.15)
