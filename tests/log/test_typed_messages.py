@@ -79,7 +79,14 @@ def test_another_message_than_asked_for_is_named(log_file: Path) -> None:
 
 def test_a_topic_that_is_not_there_is_an_empty_table_with_its_columns(log_file: Path) -> None:
     log = StageLog(log_file)
-    assert list(log.table("/adapt/window", AdaptWindowMessage).columns) == ["t_s", "index", "low", "high", "middle"]
+    assert list(log.table("/adapt/window", AdaptWindowMessage).columns) == [
+        "t_s",
+        "index",
+        "low",
+        "high",
+        "middle",
+        "swing_slack_s",
+    ]
     assert list(log.table("/adapt/none", FrameTransform).columns) == list(
         log.table("/adapt/cup", FrameTransform).columns
     )

@@ -74,16 +74,7 @@ class SimulatedRobot:
         self._backlash: Backlash | None = None
         if self._imperfection is not None:
             made = self._imperfection
-            errors = WorldErrors(
-                rope_scale=made.rope_scale * (1 + made.rope_scale_spread * self._rng.uniform(-1, 1)),
-                ball_start_m=made.ball_start_m * self._rng.uniform(-1, 1),
-                joint_friction_nm=made.joint_friction_nm,
-                joint_friction_share=made.joint_friction_share,
-                mass_scale=made.mass_scale,
-                drag_scale=made.drag_scale,
-                tie_friction_m=made.tie_friction_m,
-                gravity_tilt_rad=made.gravity_tilt_rad,
-            )
+            errors = _drawn(made, self._rng)
             latency_s, lag_s = made.latency_s, made.lag_s
             self._joint_noise = made.joint_noise_rad
             self._tracking = ImperfectTracking(made, self.period_s, self._rng)
@@ -195,6 +186,20 @@ class SimulatedRobot:
             self.halt()
             raise HardwareError("position and torque commands came without a reset between them: the robot halts")
         self._commands = type(command)
+
+
+def _drawn(made: Imperfection, rng: np.random.Generator) -> WorldErrors:
+    """The world of one reset."""
+    return WorldErrors(
+        rope_scale=made.rope_scale * (1 + made.rope_scale_spread * rng.uniform(-1, 1)),
+        ball_start_m=made.ball_start_m * rng.uniform(-1, 1),
+        joint_friction_nm=made.joint_friction_nm,
+        joint_friction_share=made.joint_friction_share,
+        mass_scale=made.mass_scale,
+        drag_scale=made.drag_scale,
+        tie_friction_m=made.tie_friction_m,
+        gravity_tilt_rad=made.gravity_tilt_rad,
+    )
 
 
 class SimulatedTorque:

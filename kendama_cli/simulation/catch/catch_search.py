@@ -81,12 +81,15 @@ def windows(search: Search, settings: AdaptSettings, bounds: Bounds) -> tuple[Wi
 
 
 def best_candidate(search: Search, bounds: Bounds) -> MotionVariation | None:
-    """The evaluated candidate with the largest predicted success; among equals the one whose corners are nearest."""
+    """The evaluated candidate with the largest predicted success; among equals the one whose corners are nearest.
 
-    def worth(entry: tuple[MotionVariation, tuple[Repeat, ...]]) -> tuple[float, float]:
+    One whose rope hangs slack in the swing is taken only where there is no other.
+    """
+
+    def worth(entry: tuple[MotionVariation, tuple[Repeat, ...]]) -> tuple[bool, float, float]:
         variation, corners = entry
         farthest = max(1.0 if corner.miss_m is None else abs(corner.miss_m) for corner in corners)
-        return round(expected_success(search, variation, bounds), 3), -farthest
+        return not _slack_in_swing(search, variation), round(expected_success(search, variation, bounds), 3), -farthest
 
     return max(search.evaluated, key=worth)[0] if search.evaluated else None
 
@@ -95,6 +98,10 @@ def expected_success(search: Search, variation: MotionVariation, bounds: Bounds)
     """What the corners of an evaluated candidate predict (see predicted_success)."""
     nominal = next(one for one in search.attempts if one.variation == variation)
     return predicted_success(nominal.signed_miss_m or 0.0, dict(search.evaluated)[variation], bounds.mouth_m)
+
+
+def _slack_in_swing(search: Search, variation: MotionVariation) -> bool:
+    return any(one.slack_in_swing for one in search.attempts if one.variation == variation)
 
 
 def nearest_attempt(search: Search) -> Attempt:
@@ -147,16 +154,18 @@ def _can_wait_elsewhere(attempt: Attempt) -> bool:
 
 
 def _middles(search: Search, settings: AdaptSettings, bounds: Bounds, amplitude: float) -> list[MotionVariation]:
-    """The middle of every window of this amplitude that there is still budget to evaluate, the widest first."""
+    """The middle of every window of this amplitude that there is still budget to evaluate, the widest first.
+
+    Those whose rope hangs slack in the swing come last.
+    """
     where = _range(settings, bounds, amplitude)
     if where is None:
         return []
     trials = _trials(search, bounds, amplitude)
     most = min(MOST_EVALUATED, max(1, (BUDGET - len(trials)) // len(CORNERS)))
-    return [
-        MotionVariation(window.best.tau_scale, amplitude)
-        for window in catch_windows(trials, where, bounds.mouth_m)[:most]
-    ]
+    found = catch_windows(trials, where, bounds.mouth_m)
+    middles = [MotionVariation(window.best.tau_scale, amplitude) for window in found]
+    return sorted(middles, key=lambda one: _slack_in_swing(search, one))[:most]
 
 
 def _moved(search: Search, amplitude: float) -> list[MotionVariation]:

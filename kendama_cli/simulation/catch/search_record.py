@@ -9,6 +9,9 @@ from typing import Any
 
 from kendama_cli.simulation.catch.uncertainty import Repeat
 
+SLACK_S = 0.02
+"""A rope that is slack for less swings on as if it had been taut: the ball falls 2 mm in that time."""
+
 
 @dataclass(frozen=True)
 class MotionVariation:
@@ -29,8 +32,8 @@ class MotionVariation:
 class Attempt:
     """One nominal rollout of the search; misses and ``apex_m`` as in RolloutResult.
 
-    ``flight`` is the share of the motion in which the ball flew; ``limit`` tells which limit of the arm forbade the
-    motion, so that nothing was played.
+    ``flight`` is the share of the motion in which the ball flew, ``swing_slack_s`` as in RolloutResult; ``limit``
+    tells which limit of the arm forbade the motion, so that nothing was played.
     """
 
     variation: MotionVariation
@@ -40,6 +43,12 @@ class Attempt:
     apex_m: float
     flight: tuple[float, float] | None
     limit: str | None = None
+    swing_slack_s: float = 0.0
+
+    @property
+    def slack_in_swing(self) -> bool:
+        """Whether the rope hung slack in the swing: then its mass, which no model here has, decides the miss."""
+        return self.swing_slack_s >= SLACK_S
 
     @property
     def off_m(self) -> float:

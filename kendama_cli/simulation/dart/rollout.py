@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
 
@@ -30,13 +29,6 @@ class Trace:
     effort_nm: Array
 
 
-class Steering(Protocol):
-    """What changes a planned motion while it is played."""
-
-    def command(self, step: int, world: ArmWorld) -> tuple[Array, Array, Array]:
-        """Places, speeds and accelerations (n,) for sample ``step``, from what was seen of ``world`` before it."""
-
-
 @dataclass(frozen=True)
 class RolloutResult:
     """What came of it.
@@ -44,14 +36,16 @@ class RolloutResult:
     ``signed_miss_m`` is the ball's place along x relative to the cup's axis as it first comes down through the rim's
     plane, measured one ball radius above and carried on, so that contact with the rim does not spoil it; None where it
     never came down. ``side_miss_m`` is the same along y. ``flight_s`` is when the rope went slack for that flight and
-    when it ended there. ``apex_m`` is the largest height of the ball's centre over the rim. The shares are the peaks of
-    speed and torque over their limits, ``effort_joint`` the joint whose torque came nearest to its own.
+    when it ended there; ``swing_slack_s`` is the longest time for which it was slack before. ``apex_m`` is the largest
+    height of the ball's centre over the rim. The shares are the peaks of speed and torque over their limits,
+    ``effort_joint`` the joint whose torque came nearest to its own.
     """
 
     caught: bool
     signed_miss_m: float | None
     side_miss_m: float | None
     flight_s: tuple[float, float] | None
+    swing_slack_s: float
     apex_m: float
     velocity_share: float
     effort_share: float
@@ -64,15 +58,14 @@ def play_rollout(
     joints: JointTrajectory,
     *,
     errors: ArmErrors | None = None,
-    steering: Steering | None = None,
     noise_rad: float = 0.0,
     rng: np.random.Generator | None = None,
     record: bool = False,
 ) -> RolloutResult:
     """Play ``joints``, sampled every STEP_S, from rest with the ball hanging; the world keeps its perturbation.
 
-    ``steering`` changes what is commanded, and the arm follows that with its ``errors``. ``noise_rad`` is the standard
-    deviation of the angles read, drawn from ``rng``. Raises SimulationError.
+    The arm follows ``joints`` with its ``errors``. ``noise_rad`` is the standard deviation of the angles read, drawn
+    from ``rng``. Raises SimulationError.
     """
     ball, game = world.ball, world.ball.game
     world.reset(joints.position_rad[0])
@@ -81,22 +74,23 @@ def play_rollout(
     erring = None if errors is None else ErringArm(world.arm, joints, errors, STEP_S)
     if rng is not None and noise_rad > 0:
         noises = list(rng.normal(0.0, noise_rad, joints.position_rad.shape))
-    rim = game.cup.rim_m
-    plane = rim + game.ball.radius_m
-    above, apex, slack_s = False, -np.inf, 0.0
-    fastest, strongest = np.zeros(len(world.position_rad)), np.zeros(len(world.position_rad))
+    rim, plane = game.cup.rim_m, game.cup.rim_m + game.ball.radius_m
+    above, apex, slack_s, longest_s = False, -np.inf, 0.0, 0.0
+    fastest = strongest = np.zeros(len(world.position_rad))
     crossing: tuple[float, float, tuple[float, float]] | None = None
     samples: list[tuple[float | Array, ...]] = []
     if record:
         samples.append(_sample(world))
     for k in range(1, len(places)):
-        reference = (places[k], speeds[k], changes[k]) if steering is None else steering.command(k, world)
+        place, speed, change = places[k], speeds[k], changes[k]
         if erring is not None:
-            reference = erring.follows(k, *reference)
-        world.step(*reference, noises[k])
+            place, speed, change = erring.follows(k, place, speed, change)
+        world.step(place, speed, change, noises[k])
         height = float(ball.position_m[2] - ball.tie_m[2])
         apex = max(apex, height)
         if ball.tension_n > 0.0:
+            if crossing is None:
+                longest_s = max(longest_s, world.t_s - slack_s - STEP_S)
             slack_s = world.t_s
         if above and height <= plane and crossing is None:
             fall_m = height - rim
@@ -113,6 +107,7 @@ def play_rollout(
         signed_miss_m=miss_m,
         side_miss_m=side_m,
         flight_s=flight_s,
+        swing_slack_s=longest_s,
         apex_m=float(apex - rim),
         velocity_share=float((fastest / world.arm.limits.velocity_rad_s).max()),
         effort_share=float(efforts.max()),

@@ -24,12 +24,13 @@ class AdaptRolloutMessage:
 
 @dataclass(frozen=True)
 class AdaptWindowMessage:
-    """A range of tau scales that catch, and the one in it that is taken."""
+    """A range of tau scales that catch, the one in it that is taken, how long the rope is slack in that one's swing."""
 
     index: int
     low: float
     high: float
     middle: float
+    swing_slack_s: float
 
 
 @dataclass(frozen=True)

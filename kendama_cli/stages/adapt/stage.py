@@ -15,7 +15,6 @@ from kendama_cli.artifacts.proportion import success_interval
 from kendama_cli.artifacts.toy_model import SIGMAS_95, ToyModel
 from kendama_cli.errors import StageError
 from kendama_cli.learning.friction_known import with_identified
-from kendama_cli.log.messages import ReplayMessage
 from kendama_cli.robot_model.arm_motion import ArmMotion
 from kendama_cli.robot_model.model import RobotModel
 from kendama_cli.schema.foxglove import FrameTransform, JointStates
@@ -34,15 +33,14 @@ from kendama_cli.simulation.catch.catch_search import (
 from kendama_cli.simulation.catch.search_record import Attempt, Bounds, MotionVariation, Search, Trial
 from kendama_cli.simulation.catch.settings import AdaptSettings
 from kendama_cli.simulation.catch.tilt import playable_tilt
-from kendama_cli.simulation.catch.uncertainty import CORNERS, Draw, Repeat, corner_errors, drawn_errors
+from kendama_cli.simulation.catch.uncertainty import CORNERS, Repeat, corner_errors, drawn_errors
 from kendama_cli.simulation.dart.rollout import RolloutResult, play_rollout
-from kendama_cli.simulation.dart.world import NO_ERRORS, ArmWorld, WorldErrors
+from kendama_cli.simulation.dart.world import NO_ERRORS, ArmWorld
 from kendama_cli.simulation.placement.find_placement import current_placement, find_placement
+from kendama_cli.stages.adapt.logged import draw_message, log_replay, log_windows
 from kendama_cli.stages.adapt.messages import (
-    AdaptDrawMessage,
     AdaptRepeatMessage,
     AdaptRolloutMessage,
-    AdaptWindowMessage,
 )
 from kendama_cli.stages.interface import Made, Metric, StageContext, State
 
@@ -129,13 +127,7 @@ class Adapt:
         ctx.log.write(
             "/adapt/rollout", float(trial.index), _rollout_message(trial, result.caught, result.signed_miss_m)
         )
-        flight = None
-        if result.flight_s is not None:
-            start, end = (
-                (t_s / variation.tau_scale - swing.lead_in_s) / swing.plan.duration_s for t_s in result.flight_s
-            )
-            flight = (start, end)
-        return Attempt(variation, result.caught, result.signed_miss_m, result.side_miss_m, result.apex_m, flight)
+        return _attempt_made(variation, swing, result)
 
     def _repeat(
         self, world: ArmWorld, family: CatchFamily, trial: Trial, seeds: list[int], ctx: StageContext
@@ -147,13 +139,15 @@ class Adapt:
         draw = drawn_errors(uncertainty, rope_m, rng) if confirm else corner_errors(uncertainty, rope_m, trial.index)
         world.perturb(draw.world)
         joints = family.swing(trial.variation).joints(trial.variation.tau_scale, self._settings.hold_s)
-        result = play_rollout(world, joints, errors=draw.arm, noise_rad=uncertainty.joint_noise_rad, rng=rng, record=confirm)
+        result = play_rollout(
+            world, joints, errors=draw.arm, noise_rad=uncertainty.joint_noise_rad, rng=rng, record=confirm
+        )
         miss_m = _or_nan(result.signed_miss_m)
         if confirm:
             message = AdaptRepeatMessage(index=trial.index, caught=result.caught, miss_m=miss_m)
             ctx.log.write("/adapt/repeat", float(trial.index), message)
-            _log_replay(ctx, trial.index, world, draw.world, result)
-            ctx.log.write("/adapt/drawn", float(trial.index), _draw_message(trial.index, draw, self._game))
+            log_replay(ctx, trial.index, world, draw.world, result)
+            ctx.log.write("/adapt/drawn", float(trial.index), draw_message(trial.index, draw, self._game))
         else:
             ctx.log.write("/adapt/corner", float(trial.index), _rollout_message(trial, result.caught, miss_m))
         return Repeat(result.caught, result.signed_miss_m)
@@ -170,9 +164,7 @@ class Adapt:
             reference_m = swing.cup_reference_m(variation.tau_scale, result.trace.t_s)
             _log_frames(ctx, "/adapt/reference", "reference", result.trace.t_s, reference_m)
         found = windows(search, self._settings, bounds)
-        for index, window in enumerate(found):
-            message = AdaptWindowMessage(index, low=window.low, high=window.high, middle=window.best.tau_scale)
-            ctx.log.write("/adapt/window", float(index), message)
+        log_windows(ctx, found, search)
         successes, repeats = sum(repeat.caught for repeat in search.confirmed), len(search.confirmed)
         success = successes / max(repeats, 1)
         interval = success_interval(successes, repeats)
@@ -195,6 +187,7 @@ class Adapt:
             "shift_mm": 1e3 * float(np.hypot(*variation.shift_m)),
             "signed_miss_mm": None if result.signed_miss_m is None else 1e3 * result.signed_miss_m,
             "side_miss_mm": None if result.side_miss_m is None else 1e3 * result.side_miss_m,
+            "swing_slack_ms": 1e3 * result.swing_slack_s,
             "apex_mm": 1e3 * result.apex_m,
             "planned_speed_over_limit": float(swing.velocity_shares.max() / variation.tau_scale),
             "speed_over_limit": result.velocity_share,
@@ -202,6 +195,22 @@ class Adapt:
         }
         placement = current_placement(world.arm)
         return Made(CatchMotion(family.plan(variation), joints, placement, result.caught, success), metrics)
+
+
+def _attempt_made(variation: MotionVariation, swing: ArmMotion, result: RolloutResult) -> Attempt:
+    flight = None
+    if result.flight_s is not None:
+        start, end = ((t_s / variation.tau_scale - swing.lead_in_s) / swing.plan.duration_s for t_s in result.flight_s)
+        flight = (start, end)
+    return Attempt(
+        variation,
+        result.caught,
+        result.signed_miss_m,
+        result.side_miss_m,
+        result.apex_m,
+        flight,
+        swing_slack_s=result.swing_slack_s,
+    )
 
 
 def _rollout_message(trial: Trial, caught: bool, miss_m: float | None) -> AdaptRolloutMessage:
@@ -213,24 +222,6 @@ def _rollout_message(trial: Trial, caught: bool, miss_m: float | None) -> AdaptR
         amplitude=trial.variation.amplitude,
         shift_x_m=trial.variation.shift_m[0],
         shift_y_m=trial.variation.shift_m[1],
-    )
-
-
-def _draw_message(index: int, draw: Draw, game: GameSettings) -> AdaptDrawMessage:
-    world = draw.world
-    return AdaptDrawMessage(
-        index=index,
-        rope_scale=world.rope_scale,
-        ball_start_m=world.ball_start_m,
-        mass_scale=world.mass_scale,
-        drag_scale=world.drag_scale,
-        restitution=game.cup.restitution if world.restitution is None else world.restitution,
-        joint_friction_nm=world.joint_friction_nm,
-        joint_friction_share=world.joint_friction_share,
-        lag_s=draw.arm.lag_s,
-        cup_error_m=draw.arm.cup_error_m,
-        cup_error_hz=draw.arm.cup_error_hz,
-        cup_error_phase_rad=draw.arm.cup_error_phase_rad,
     )
 
 
@@ -264,32 +255,9 @@ def _log_chosen(ctx: StageContext, joint_names: tuple[str, ...], result: Rollout
 
 def _narrowed(settings: AdaptSettings, toy: ToyModel) -> AdaptSettings:
     """The declared uncertainty with a rope that is no less certain than it was measured."""
-    declared = settings.perturbation
+    declared = settings.uncertainty
     known_m = min(declared.rope_m, SIGMAS_95 * toy.rope_sigma_m)
-    return dataclasses.replace(settings, perturbation=dataclasses.replace(declared, rope_m=known_m))
-
-
-def _log_replay(ctx: StageContext, index: int, world: ArmWorld, drawn: WorldErrors, result: RolloutResult) -> None:
-    """What another physics needs to play the repeat again."""
-    trace, game = result.trace, world.ball.game
-    if trace is None:
-        return
-    message = ReplayMessage(
-        index=index,
-        rope_m=world.ball.rope_m,
-        ball_kg=game.ball.mass_kg,
-        drag_n_s_m=game.drag[0],
-        drag_n_s2_m2=game.drag[1],
-        restitution=game.cup.restitution if drawn.restitution is None else drawn.restitution,
-        since_s=0.0,
-        caught=result.caught,
-        miss_m=_or_nan(result.signed_miss_m),
-        t_s=trace.t_s,
-        cup_m=trace.cup_m.ravel(),
-        cup_axis=trace.cup_axis.ravel(),
-        ball_m=trace.ball_m.ravel(),
-    )
-    ctx.log.write("/adapt/replay", float(index), message)
+    return dataclasses.replace(settings, uncertainty=dataclasses.replace(declared, rope_m=known_m))
 
 
 def _log_frames(ctx: StageContext, topic: str, child: str, t_s: Any, places_m: Any) -> None:

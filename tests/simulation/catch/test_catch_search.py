@@ -72,6 +72,23 @@ def test_the_window_that_stands_the_uncertainties_best_is_chosen_not_the_first(r
     assert best.tau_scale == pytest.approx(robust, abs=0.005)
 
 
+def test_a_window_whose_rope_is_slack_in_the_swing_is_taken_only_where_there_is_no_other() -> None:
+    def judged(slack_s: float) -> MotionVariation | None:
+        search = _search(_valley, spread=lambda variation: 0.01 if abs(variation.tau_scale - 1.043) < 0.03 else 0.035)
+        marked = [
+            dataclasses.replace(one, swing_slack_s=slack_s if one.variation.tau_scale > 1 else 0.0)
+            for one in search.attempts
+        ]
+        return best_candidate(dataclasses.replace(search, attempts=tuple(marked)), BOUNDS)
+
+    taut, brief, slack = judged(0.0), judged(0.01), judged(0.08)
+    assert taut is not None
+    assert slack is not None
+    assert taut == brief
+    assert taut.tau_scale == pytest.approx(1.043, abs=0.005)
+    assert slack.tau_scale == pytest.approx(0.897, abs=0.005)
+
+
 def test_many_windows_are_still_judged_within_the_budget() -> None:
     search = _search(lambda variation: 0.2 * math.sin(28 * (variation.tau_scale - 0.85)))
     assert len(windows(search, SETTINGS, BOUNDS)) == 4

@@ -1,0 +1,65 @@
+"""What adapt logs of its windows, and of the worlds that it drew."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from kendama_cli.log.messages import ReplayMessage
+from kendama_cli.motion.time_scaling import Window
+from kendama_cli.settings.game import GameSettings
+from kendama_cli.simulation.catch.search_record import Search
+from kendama_cli.simulation.catch.uncertainty import Draw
+from kendama_cli.simulation.dart.rollout import RolloutResult
+from kendama_cli.simulation.dart.world import ArmWorld, WorldErrors
+from kendama_cli.stages.adapt.messages import AdaptDrawMessage, AdaptWindowMessage
+from kendama_cli.stages.interface import StageContext
+
+
+def log_windows(ctx: StageContext, found: Sequence[Window], search: Search) -> None:
+    """The windows, each with its middle and what the rope does in its swing."""
+    for index, window in enumerate(found):
+        tau = window.best.tau_scale
+        slack_s = max(one.swing_slack_s for one in search.attempts if one.variation.tau_scale == tau)
+        ctx.log.write("/adapt/window", float(index), AdaptWindowMessage(index, window.low, window.high, tau, slack_s))
+
+
+def draw_message(index: int, draw: Draw, game: GameSettings) -> AdaptDrawMessage:
+    """What was drawn for the repeat ``index``."""
+    world = draw.world
+    return AdaptDrawMessage(
+        index=index,
+        rope_scale=world.rope_scale,
+        ball_start_m=world.ball_start_m,
+        mass_scale=world.mass_scale,
+        drag_scale=world.drag_scale,
+        restitution=game.cup.restitution if world.restitution is None else world.restitution,
+        joint_friction_nm=world.joint_friction_nm,
+        joint_friction_share=world.joint_friction_share,
+        lag_s=draw.arm.lag_s,
+        cup_error_m=draw.arm.cup_error_m,
+        cup_error_hz=draw.arm.cup_error_hz,
+        cup_error_phase_rad=draw.arm.cup_error_phase_rad,
+    )
+
+
+def log_replay(ctx: StageContext, index: int, world: ArmWorld, drawn: WorldErrors, result: RolloutResult) -> None:
+    """What another physics needs to play the repeat again."""
+    trace, game = result.trace, world.ball.game
+    if trace is None:
+        return
+    message = ReplayMessage(
+        index=index,
+        rope_m=world.ball.rope_m,
+        ball_kg=world.ball.mass_kg,
+        drag_n_s_m=drawn.drag_scale * game.drag[0],
+        drag_n_s2_m2=drawn.drag_scale * game.drag[1],
+        restitution=game.cup.restitution if drawn.restitution is None else drawn.restitution,
+        since_s=0.0,
+        caught=result.caught,
+        miss_m=float("nan") if result.signed_miss_m is None else result.signed_miss_m,
+        t_s=trace.t_s,
+        cup_m=trace.cup_m.ravel(),
+        cup_axis=trace.cup_axis.ravel(),
+        ball_m=trace.ball_m.ravel(),
+    )
+    ctx.log.write("/adapt/replay", float(index), message)
