@@ -1,4 +1,4 @@
-"""The commands about cameras: a board to print, a calibration with it, the ball's colour, and what cameras see."""
+"""The commands about cameras: a board to print, a calibration with it, what the ball looks like, what cameras see."""
 
 from __future__ import annotations
 
@@ -90,6 +90,96 @@ def camera_colour(
     from kendama_cli.cli.camera_work import learn_ball  # OpenCV
 
     learn_ball(clicks, radius_px, output)
+
+
+Teach = Annotated[
+    Path | None,
+    typer.Option(metavar="FOLDER", help="Images with boxes about the ball (images/, labels/): teach the ball by them."),
+]
+DetectorName = Annotated[
+    str | None,
+    typer.Option("--detector", metavar="NAME", help="taught, motion, colour, ... [taught with --teach, else motion]"),
+]
+Seed = Annotated[int, typer.Option(metavar="N", min=0, help="Of what is drawn while the ball is learned.")]
+
+
+@camera_app.command("teach")
+def camera_teach(
+    images: Annotated[Path, typer.Argument(metavar="FOLDER", help="3 to 10 images with boxes: images/ and labels/.")],
+    output: Annotated[Path, typer.Option("-o", "--output", metavar="FILE", help="The taught ball.")] = Path("ball.npz"),
+    seed: Seed = 0,
+) -> None:
+    """Learn what the ball looks like from a few images with a box about it."""
+    from kendama_cli.cli.camera_seeing import teach_ball  # OpenCV
+
+    teach_ball(images, output, seed)
+
+
+@camera_app.command("detect")
+def camera_detect(
+    images: Annotated[list[Path], typer.Argument(metavar="IMAGES...", help="Images, or folders of images.")],
+    output: Annotated[
+        Path, typer.Option("-o", "--output", metavar="FILE", help="A row per sighting: file,u_px,v_px,radius_px,score.")
+    ] = Path("found.csv"),
+    teach: Teach = None,
+    detector: DetectorName = None,
+    balls: Annotated[int, typer.Option(metavar="N", min=1, help="Most balls in one image.")] = 1,
+    score: Annotated[
+        Path | None, typer.Option(metavar="LABELS", help="Compare with the boxes in this folder, and say how well.")
+    ] = None,
+    seed: Seed = 0,
+    as_json: Json = False,
+    home: Home = None,
+    config_dir: ConfigDir = None,
+) -> None:
+    """Find the ball in images, each for itself."""
+    from kendama_cli.cli.camera_seeing import SeeingOptions, detect_balls  # OpenCV
+
+    options = SeeingOptions(find_site(home, config_dir), detector, teach, seed)
+    detect_balls(images, output, options, balls, score, as_json=as_json)
+
+
+@camera_app.command("track")
+def camera_track(
+    videos: Annotated[list[Path], typer.Argument(metavar="VIDEO...", help="A film per camera.")],
+    output: Annotated[
+        Path, typer.Option("-o", "--output", metavar="FILE", help="The track: a row per frame with the ball in it.")
+    ] = Path("throws.csv"),
+    calibration: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Of 'camera calibrate'; its cameras are called like the films.")
+    ] = None,
+    ball_mm: Annotated[
+        float | None, typer.Option(metavar="MM", min=1.0, help="The ball's diameter: one camera sees depth by it.")
+    ] = None,
+    teach: Teach = None,
+    box: Annotated[
+        list[str] | None,
+        typer.Option(metavar="FRAME:X,Y,W,H", help="Teach the ball by a box in the first film [px]; repeat, 3 to 10."),
+    ] = None,
+    detector: DetectorName = None,
+    same_clock: Annotated[
+        bool, typer.Option("--same-clock", help="The films begin at one moment; else that is found from the ball.")
+    ] = False,
+    overlay: Annotated[
+        Path | None, typer.Option(metavar="FILM", help="The first film with the track drawn in (.webm).")
+    ] = None,
+    seed: Seed = 0,
+    as_json: Json = False,
+    home: Home = None,
+    config_dir: ConfigDir = None,
+) -> None:
+    """Track the ball through films: in pixels, and in metres where the cameras are calibrated."""
+    from kendama_cli.cli.camera_seeing import SeeingOptions  # OpenCV
+    from kendama_cli.cli.camera_track import TrackOptions, track_films
+
+    seeing = SeeingOptions(find_site(home, config_dir), detector, teach, seed)
+    track_films(
+        videos,
+        output,
+        seeing,
+        TrackOptions(calibration, ball_mm, tuple(box or ()), same_clock, overlay),
+        as_json=as_json,
+    )
 
 
 @camera_app.command("check")

@@ -1,4 +1,4 @@
-"""The detector that comes with kendama, as a declaration for the entry point group ``kendama.detectors``.
+"""The detectors that come with kendama, as declarations for the entry point group ``kendama.detectors``.
 
 ``makes`` is called with the detector's settings and gives a Detector (see interface.py).
 """
@@ -9,4 +9,14 @@ COLOUR = Variant(
     "colour",
     settings="kendama_cli.vision.settings:ColourDetectorSettings",
     makes="kendama_cli.devices.camera.colour_file:colour_detector",
+)
+TAUGHT = Variant(
+    "taught",
+    settings="kendama_cli.vision.settings:TaughtDetectorSettings",
+    makes="kendama_cli.devices.camera.taught_file:taught_detector",
+)
+MOTION = Variant(
+    "motion",
+    settings="kendama_cli.vision.settings:MotionDetectorSettings",
+    makes="kendama_cli.vision.motion_detector:MotionDetector",
 )

@@ -1,0 +1,190 @@
+"""Teaching a ball, and finding it in images: the work of ``camera teach`` and ``camera detect``."""
+
+from __future__ import annotations
+
+import csv
+import dataclasses
+import io
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from itertools import islice
+from pathlib import Path
+
+import numpy as np
+
+from kendama_cli.cli import render
+from kendama_cli.config.compose import composed
+from kendama_cli.config.site import Site
+from kendama_cli.devices.camera.boxes import image_files, labelled, read_boxes, read_image, read_labelled
+from kendama_cli.errors import InputError, UsageError
+from kendama_cli.pipeline.nodes import build_settings
+from kendama_cli.store.durable import write_file
+from kendama_cli.vision.interface import Detector, Image, Sighting
+from kendama_cli.vision.make_detector import make_detector
+from kendama_cli.vision.motion_detector import MotionDetector
+from kendama_cli.vision.settings import DetectorSettings, TaughtDetectorSettings
+from kendama_cli.vision.taught_detector import TaughtDetector
+from kendama_cli.vision.teaching import TaughtBall, TaughtImage, teach
+
+ALIKE_SIZES = "images of one size from a camera that stands still"
+
+
+@dataclass(frozen=True)
+class SeeingOptions:
+    """How the ball is to be found: a detector by name, or taught by a folder of images with boxes."""
+
+    site: Site
+    detector: str | None
+    teach: Path | None
+    seed: int
+
+
+@dataclass(frozen=True)
+class Seeing:
+    """A detector and the score from which its sightings count."""
+
+    detector: Detector
+    threshold: float
+
+
+def teach_ball(folder: Path, output: Path, seed: int) -> None:
+    """Learn the ball from a folder of images with boxes, and write it."""
+    ball = taught(folder, [read_labelled(one) for one in labelled(folder)], seed)
+    write_file(output, ball.to_bytes())
+    render.text(f"{output}; use it with predict/detector=taught predict.detector.ball={output}")
+
+
+def taught(source: Path, images: Sequence[TaughtImage], seed: int) -> TaughtBall:
+    """The ball that ``images`` show; raises InputError, naming ``source``, where they teach none."""
+    try:
+        return teach(images, seed)
+    except ValueError as wrong:
+        raise InputError(str(source), str(wrong), remedy="draw each box close about the ball") from None
+
+
+def open_seeing(options: SeeingOptions, shown: Sequence[TaughtImage] = ()) -> Seeing:
+    """The detector that the options ask for; ``shown`` are images with boxes beside those of ``options.teach``.
+
+    Raises UsageError where name and boxes contradict each other, InputError where they teach nothing.
+    """
+    by_boxes = options.teach is not None or bool(shown)
+    name = options.detector or ("taught" if by_boxes else "motion")
+    if by_boxes and name != "taught":
+        raise UsageError(f"--detector {name}: boxes teach the detector 'taught'; leave out one of the two")
+    settings: DetectorSettings = build_settings(composed(options.site, [f"predict/detector={name}"]))[
+        "predict"
+    ].detector
+    if isinstance(settings, TaughtDetectorSettings) and by_boxes:
+        images = list(shown)
+        if options.teach is not None:
+            images += [read_labelled(one) for one in labelled(options.teach)]
+        ball = taught(options.teach or Path("--box"), images, options.seed)
+        return Seeing(TaughtDetector(settings, ball), settings.score_min)
+    threshold = settings.score_min if isinstance(settings, TaughtDetectorSettings) else 0.5
+    return Seeing(make_detector(settings), threshold)
+
+
+def detect_balls(
+    paths: Sequence[Path], output: Path, options: SeeingOptions, balls: int, score: Path | None, *, as_json: bool
+) -> None:
+    """Find the ball in every image, write what is above the detector's threshold, and compare with boxes if asked."""
+    files = image_files(paths)
+    seeing = open_seeing(options)
+    if isinstance(seeing.detector, MotionDetector):
+        seeing.detector.learn(_alike(files))
+    found: dict[Path, list[Sighting]] = {}
+    for file in files:
+        candidates = islice(seeing.detector.candidates(read_image(file)), balls)
+        found[file] = [one for one in candidates if one.score >= seeing.threshold]
+    text = io.StringIO()
+    rows = csv.writer(text, lineterminator="\n")
+    rows.writerow(("file", "u_px", "v_px", "radius_px", "score"))
+    for file, sightings in found.items():
+        for one in sightings:
+            u, v = one.centre_px
+            rows.writerow((str(file), f"{u:.2f}", f"{v:.2f}", f"{one.radius_px:.2f}", f"{one.score:.4f}"))
+    write_file(output, text.getvalue().encode())
+    seen = sum(bool(sightings) for sightings in found.values())
+    figures = {"images": len(files), "seen": seen, "output": str(output)}
+    scored = None if score is None else dataclasses.asdict(compare(found, score))
+    if as_json:
+        render.document(figures | ({} if scored is None else scored))
+        return
+    render.text(f"{output}: the ball is seen in {seen} of {len(files)} images")
+    if scored is not None:
+        render.table([(name, render.figure(value)) for name, value in scored.items()])
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """Sightings against boxes: a hit has its centre in a box."""
+
+    boxes: int
+    sightings: int
+    hits: int
+    recall: float | None
+    precision: float | None
+    error_radii_p50: float | None
+
+
+def compare(found: dict[Path, list[Sighting]], labels: Path) -> Comparison:
+    """Compare sightings with the boxes in ``labels``, a folder as of ``labelled`` or of text files alone."""
+    files = {path.stem: path for path in sorted(labels.rglob("*.txt"))} if labels.is_dir() else {}
+    if not files:
+        raise InputError(str(labels), "it holds no file of boxes", remedy="give the folder labels/ of the images")
+    boxes = hits = sightings = 0
+    errors = []
+    for file, seen in found.items():
+        if file.stem not in files:
+            continue
+        pixels = read_image(file)
+        left = list(read_boxes(files[file.stem], pixels.shape[1], pixels.shape[0]))
+        boxes += len(left)
+        sightings += len(seen)
+        for one in seen:
+            off = [one.centre_px - (box.u_px, box.v_px) for box in left]
+            inside = [
+                i
+                for i, (box, (u, v)) in enumerate(zip(left, off, strict=True))
+                if abs(u) <= box.width_px / 2 and abs(v) <= box.height_px / 2
+            ]
+            if inside:
+                hits += 1
+                errors.append(float(np.hypot(*off[inside[0]])) / left[inside[0]].radius_px)
+                left.pop(inside[0])
+    return Comparison(
+        boxes,
+        sightings,
+        hits,
+        hits / boxes if boxes else None,
+        hits / sightings if sightings else None,
+        float(np.median(errors)) if errors else None,
+    )
+
+
+def _alike(files: Sequence[Path]) -> list[Image]:
+    """Some of the images, for the background; raises InputError where they cannot be of one camera."""
+    chosen = [files[i] for i in np.unique(np.linspace(0, len(files) - 1, min(len(files), 41)).round().astype(int))]
+    images = list(_of_one_size(chosen))
+    if len(images) < 5:
+        raise InputError(
+            str(files[0].parent),
+            f"{len(images)} images are too few to know the background by",
+            remedy=f"give 5 or more {ALIKE_SIZES}, or teach the ball with --teach",
+        )
+    return images
+
+
+def _of_one_size(files: Sequence[Path]) -> Iterator[Image]:
+    shape: tuple[int, ...] | None = None
+    for file in files:
+        pixels = read_image(file)
+        if shape is not None and pixels.shape != shape:
+            size = f"{pixels.shape[1]} x {pixels.shape[0]} px after {shape[1]} x {shape[0]} px"
+            raise InputError(
+                str(file),
+                f"it has {size}",
+                remedy=f"the detector 'motion' needs {ALIKE_SIZES}; teach the ball with --teach",
+            )
+        shape = pixels.shape
+        yield pixels

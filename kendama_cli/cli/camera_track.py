@@ -1,0 +1,209 @@
+"""Tracking a ball through films: the work of ``camera track``."""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import cv2
+import numpy as np
+
+from kendama_cli.cli import render
+from kendama_cli.cli.camera_seeing import Seeing, SeeingOptions, open_seeing
+from kendama_cli.devices.camera.calibration import camera_model, read_calibration
+from kendama_cli.devices.camera.film import Film
+from kendama_cli.errors import InputError, UsageError
+from kendama_cli.store.durable import write_file
+from kendama_cli.vision.ball_film import FilmTrack, film_track
+from kendama_cli.vision.camera_model import CameraModel
+from kendama_cli.vision.film_positions import FilmPositions, from_one, from_several
+from kendama_cli.vision.motion_detector import MotionDetector
+from kendama_cli.vision.teaching import BallBox, TaughtImage
+
+BACKGROUND_FRAMES = 41
+
+
+@dataclass(frozen=True)
+class TrackOptions:
+    """What is known beside the films."""
+
+    calibration: Path | None
+    ball_mm: float | None
+    boxes: tuple[str, ...]
+    same_clock: bool
+    overlay: Path | None
+
+
+def track_films(
+    paths: Sequence[Path], output: Path, seeing: SeeingOptions, options: TrackOptions, *, as_json: bool
+) -> None:
+    """Track the ball through every film, write the track, and draw it if asked.
+
+    Raises UsageError or InputError, with nothing written, where films, calibration and boxes do not fit together.
+    """
+    films = [Film(path) for path in paths]
+    cameras = _cameras(films, options)
+    if output.suffix.lower() != ".csv":
+        raise UsageError(f"-o {output}: a track is a CSV; name it like {output.with_suffix('.csv')}")
+    if options.overlay is not None and options.overlay.suffix.lower() != ".webm":
+        raise UsageError(f"--overlay {options.overlay}: name it like {options.overlay.with_suffix('.webm')}")
+    detector = open_seeing(seeing, _shown(films[0], options.boxes))
+    tracks = []
+    for film in films:
+        frames = film.count()
+        if isinstance(detector.detector, MotionDetector):
+            every = max(frames // BACKGROUND_FRAMES, 1)
+            detector.detector.learn([pixels for _, pixels in film.frames(every)])
+        tracks.append(_track(film, detector))
+        render.note(f"{film.path}: the ball is seen in {len(tracks[-1].t_s)} of {frames} frames")
+    positions = _positions(paths, tracks, cameras, options)
+    write_file(output, _table(tracks, positions).encode())
+    if options.overlay is not None:
+        _draw(films[0], tracks[0], options.overlay)
+    document = _document(output, tracks, positions)
+    if as_json:
+        render.document(document)
+        return
+    unit = "pixels: give --calibration for metres" if positions is None else "metres and pixels"
+    render.text(f"{output}: {document['rows']} rows, in {unit}")
+    for name, offset in document["offset_s"].items():
+        render.text(f"{name}: its clock is {1e3 * offset:.1f} ms ahead of that of {films[0].name}")
+
+
+def _cameras(films: Sequence[Film], options: TrackOptions) -> list[CameraModel]:
+    """The model of each film's camera, by name, or in the calibration's order; none without a calibration."""
+    names = [film.name for film in films]
+    if len(set(names)) < len(names):
+        raise UsageError(f"two films are called {', '.join(names)}: a film has its camera's name")
+    if options.calibration is None:
+        if len(films) > 1:
+            raise UsageError("several films give places in metres: add --calibration (see 'kendama camera calibrate')")
+        return []
+    entries = read_calibration(str(options.calibration))
+    known = {entry.name: entry for entry in entries}
+    if all(name in known for name in names):
+        chosen = [known[name] for name in names]
+    elif len(entries) == len(films):
+        chosen = entries
+    else:
+        raise InputError(
+            str(options.calibration),
+            f"it calibrates the cameras {', '.join(known)}, not {', '.join(names)}",
+            remedy="give each film the name of its camera",
+        )
+    if len(films) == 1 and options.ball_mm is None:
+        raise UsageError("one camera sees depth by the ball's size: add --ball-mm, its diameter")
+    for film, entry in zip(films, chosen, strict=True):
+        if (film.width_px, film.height_px) != (entry.width_px, entry.height_px):
+            size = f"{film.width_px} x {film.height_px} px"
+            calibrated = f"{entry.width_px} x {entry.height_px} px"
+            raise InputError(
+                str(film.path),
+                f"it has {size}, but camera '{entry.name}' was calibrated with {calibrated}",
+                remedy="film and calibrate in one resolution and orientation",
+            )
+    return [camera_model(entry) for entry in chosen]
+
+
+def _shown(film: Film, boxes: Sequence[str]) -> list[TaughtImage]:
+    """The frames that ``boxes``, FRAME:X,Y,W,H each, point into; raises UsageError for a box that is none."""
+    wanted: dict[int, list[BallBox]] = {}
+    for box in boxes:
+        frame, _, place = box.partition(":")
+        try:
+            left, top, width, height = (float(part) for part in place.split(","))
+            number = int(frame)
+        except ValueError:
+            raise UsageError(f"--box {box}: give a frame and the box in it, such as 12:310,200,40,38") from None
+        inside = left >= 0 and left + width <= film.width_px and top >= 0 and top + height <= film.height_px
+        if number < 0 or not (width > 0 and height > 0 and inside):
+            raise UsageError(f"--box {box}: it lies outside of the film's {film.width_px} x {film.height_px} px")
+        wanted.setdefault(number, []).append(BallBox(left + width / 2 - 0.5, top + height / 2 - 0.5, width, height))
+    shown = []
+    for number, (_, pixels) in enumerate(film.frames()):
+        if not wanted:
+            break
+        if number in wanted:
+            shown.append(TaughtImage(pixels, tuple(wanted.pop(number))))
+    if wanted:
+        raise UsageError(f"--box {min(wanted)}:...: the film {film.path} has no frame {min(wanted)}")
+    return shown
+
+
+def _track(film: Film, seeing: Seeing) -> FilmTrack:
+    return film_track(film.name, film.frames(), seeing.detector, seeing.threshold)
+
+
+def _positions(
+    paths: Sequence[Path], tracks: Sequence[FilmTrack], cameras: Sequence[CameraModel], options: TrackOptions
+) -> FilmPositions | None:
+    if not cameras:
+        return None
+    if len(cameras) == 1:
+        assert options.ball_mm is not None
+        return from_one(tracks[0], cameras[0], options.ball_mm / 2e3)
+    try:
+        return from_several(tracks, cameras, same_clock=options.same_clock)
+    except ValueError as wrong:
+        raise InputError(", ".join(map(str, paths)), str(wrong), remedy="look at one film with --overlay") from None
+
+
+def _table(tracks: Sequence[FilmTrack], positions: FilmPositions | None) -> str:
+    """A row per moment: metres first where they are known, then the first film's pixels."""
+    first = tracks[0]
+    text = io.StringIO()
+    rows = csv.writer(text, lineterminator="\n")
+    metres = () if positions is None else ("x_m", "y_m", "z_m", "sigma_x_m", "sigma_y_m", "sigma_z_m")
+    rows.writerow(("t_s", *metres, "frame", "u_px", "v_px", "sigma_px", "radius_px", "score"))
+    for i in range(len(first.t_s)):
+        found: Iterable[str] = ()
+        if positions is not None:
+            at = int(np.searchsorted(positions.t_s, first.t_s[i]))
+            if at == len(positions.t_s) or positions.t_s[at] != first.t_s[i]:
+                continue
+            sigma = np.sqrt(np.diagonal(positions.covariance_m2[at]))
+            found = [f"{value:.6f}" for value in (*positions.position_m[at], *sigma)]
+        sigma_px = float(np.sqrt(np.trace(first.covariance_px2[i]) / 2))
+        pixels = (*first.centre_px[i], sigma_px, first.radius_px[i], first.score[i])
+        rows.writerow((f"{first.t_s[i]:.6f}", *found, int(first.frame[i]), *(f"{value:.3f}" for value in pixels)))
+    return text.getvalue()
+
+
+def _document(output: Path, tracks: Sequence[FilmTrack], positions: FilmPositions | None) -> dict[str, Any]:
+    rows = len(tracks[0].t_s) if positions is None else len(positions.t_s)
+    names = [one.name for one in tracks[1:]]
+    offsets = {} if positions is None else dict(zip(names, positions.offset_s.tolist(), strict=False))
+    return {
+        "output": str(output),
+        "rows": rows,
+        "seen": {one.name: len(one.t_s) for one in tracks},
+        "offset_s": offsets,
+    }
+
+
+def _draw(film: Film, found: FilmTrack, output: Path) -> None:
+    """Write the film with the track drawn in."""
+    rate_hz = 30.0
+    if len(found.t_s) > 1:
+        rate_hz = float(np.clip(1 / np.median(np.diff(found.t_s) / np.diff(found.frame)), 1, 240))
+    writer = cv2.VideoWriter(str(output), cv2.VideoWriter.fourcc(*"VP80"), rate_hz, (film.width_px, film.height_px))
+    if not writer.isOpened():
+        raise InputError(str(output), "the film cannot be written", remedy="give another folder, and a name in .webm")
+    at = {int(frame): i for i, frame in enumerate(found.frame)}
+    for number, (_, pixels) in enumerate(film.frames()):
+        drawn = pixels.copy()
+        i = at.get(number)
+        if i is not None:
+            u, v = (round(float(value)) for value in found.centre_px[i])
+            cv2.circle(drawn, (u, v), max(round(float(found.radius_px[i])), 2), (60, 60, 230), 2, cv2.LINE_AA)
+        trail = [j for j in (at.get(number - back) for back in range(12)) if j is not None]
+        if len(trail) > 1:
+            cv2.polylines(
+                drawn, [np.rint(found.centre_px[trail]).astype(np.int32)], False, (80, 200, 80), 2, cv2.LINE_AA
+            )
+        writer.write(drawn)
+    writer.release()

@@ -1,0 +1,104 @@
+"""Images with boxes about the ball, as YOLO's text files beside them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import cv2
+import numpy as np
+
+from kendama_cli.devices.camera.views import IMAGES
+from kendama_cli.errors import InputError
+from kendama_cli.vision.interface import Image
+from kendama_cli.vision.teaching import BallBox, TaughtImage
+
+LAYOUT = (
+    "boxes are YOLO text files (class, centre and size over the image's width and height) in labels/ beside images/"
+)
+
+
+@dataclass(frozen=True)
+class LabelledImage:
+    """An image's file and the file with its boxes; a missing or empty file of boxes says that there is no ball."""
+
+    image: Path
+    label: Path
+
+
+def image_files(paths: Sequence[Path]) -> list[Path]:
+    """The images among ``paths`` and in folders among them (a folder's own, or those of its ``images/``).
+
+    Raises InputError for a path that is not there, is no image, or is a folder without one.
+    """
+    found: list[Path] = []
+    for path in paths:
+        if path.is_dir():
+            folder = path / "images" if (path / "images").is_dir() else path
+            inside = sorted(item for item in folder.iterdir() if item.suffix.lower() in IMAGES)
+            if not inside:
+                raise InputError(str(path), "it holds no image", remedy=f"images end in {', '.join(IMAGES)}")
+            found += inside
+        elif not path.is_file():
+            raise InputError(str(path), "no such file or folder", remedy="give images, or folders of images")
+        elif path.suffix.lower() not in IMAGES:
+            raise InputError(str(path), "it is not an image", remedy="a film goes to 'kendama camera track'")
+        else:
+            found.append(path)
+    return found
+
+
+def labelled(folder: Path) -> list[LabelledImage]:
+    """The images of a folder with their boxes: ``images/`` and ``labels/`` in it, or both kinds of files side by side.
+
+    Raises InputError where there is no image, or not one file of boxes.
+    """
+    images = image_files([folder])
+    made = []
+    for image in images:
+        name = image.with_suffix(".txt").name
+        beside = image.parent.parent / "labels" / name
+        made.append(LabelledImage(image, beside if image.parent.name == "images" else image.with_suffix(".txt")))
+    if not any(one.label.is_file() for one in made):
+        raise InputError(str(folder), f"none of its {len(made)} images has a file of boxes", remedy=LAYOUT)
+    return made
+
+
+def read_image(path: Path) -> Image:
+    """Pixels (h, w, 3), blue, green, red; raises InputError for what OpenCV cannot read."""
+    coded = np.fromfile(path, dtype=np.uint8)
+    pixels = cv2.imdecode(coded, cv2.IMREAD_COLOR) if len(coded) else None
+    if pixels is None:
+        raise InputError(str(path), "it is not an image that OpenCV can read", remedy="remove or convert it")
+    return np.asarray(pixels, dtype=np.uint8)
+
+
+def read_boxes(label: Path, width_px: int, height_px: int) -> tuple[BallBox, ...]:
+    """The boxes of one image of that size; raises InputError for a line that is no box within the image."""
+    if not label.is_file():
+        return ()
+    boxes = []
+    try:
+        lines = label.read_text(encoding="utf-8").splitlines()
+    except UnicodeDecodeError:
+        raise InputError(str(label), "it is not text", remedy=LAYOUT) from None
+    for number, line in enumerate(lines, start=1):
+        if not line.strip():
+            continue
+        try:
+            _, u, v, width, height = (float(cell) for cell in line.split())
+        except ValueError:
+            raise InputError(str(label), f"'{line[:60]}' is no box", where=f"line {number}", remedy=LAYOUT) from None
+        if not (0 <= u <= 1 and 0 <= v <= 1 and 0 < width <= 1 and 0 < height <= 1):
+            raise InputError(
+                str(label), f"'{line[:60]}' lies outside of the image", where=f"line {number}", remedy=LAYOUT
+            )
+        boxes.append(BallBox(u * width_px - 0.5, v * height_px - 0.5, width * width_px, height * height_px))
+    return tuple(boxes)
+
+
+def read_labelled(one: LabelledImage) -> TaughtImage:
+    """The image with its boxes."""
+    pixels = read_image(one.image)
+    return TaughtImage(pixels, read_boxes(one.label, pixels.shape[1], pixels.shape[0]))

@@ -1,0 +1,89 @@
+"""Which of several candidates in each image is the ball: decided over time, not image by image."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from kendama_cli.schema.arrays import Array
+from kendama_cli.vision.interface import Sighting
+
+HALF_FRAMES = 5
+"""A candidate is judged with those of so many frames to either side."""
+NEAR_RADII = 0.7
+"""A candidate belongs to a motion when it lies within so many ball radii of it."""
+MOST_RADII_A_FRAME = 5.0
+"""A ball is at most so many radii from its place one frame before: 6 m/s at 30 frames a second, 20 mm of radius,
+come to 10; what is faster is followed through its neighbours."""
+LEAST_SUPPORT = 1.2
+"""Score of all candidates on a motion; one alone, sure as it may be, is not enough."""
+SOLITARY = 0.9
+
+
+@dataclass(frozen=True)
+class TrackedBall:
+    """The ball in one image: the sighting that was chosen, and the support that it has (0 to 2 HALF_FRAMES + 1)."""
+
+    frame: int
+    sighting: Sighting
+    support: float
+
+
+def track(candidates: Sequence[Sequence[Sighting]], threshold: float) -> list[TrackedBall | None]:
+    """The ball in every frame, None where it is not seen, from the ``candidates`` of each frame of one camera.
+
+    Track before detect: about each frame, parabolas u(t), v(t) (constant acceleration) through candidates of three
+    frames are tried; a motion's support is the sum of the scores of the candidates within NEAR_RADII of it, one a
+    frame. The candidate with the most support is the ball where the support is that of a motion, or where it is sure
+    by itself and alone in its neighbourhood in time.
+    """
+    chosen: list[TrackedBall | None] = []
+    for frame in range(len(candidates)):
+        first, last = max(0, frame - HALF_FRAMES), min(len(candidates), frame + HALF_FRAMES + 1)
+        window = [
+            (
+                k - frame,
+                np.array([one.centre_px for one in candidates[k]]),
+                np.array([one.score for one in candidates[k]]),
+            )
+            for k in range(first, last)
+            if k != frame and candidates[k]
+        ]
+        best: TrackedBall | None = None
+        for one in candidates[frame]:
+            support = one.score + _support(one, window)
+            sure = support >= LEAST_SUPPORT or (one.score >= max(threshold, SOLITARY) and not window)
+            if sure and (best is None or support > best.support):
+                best = TrackedBall(frame, one, support)
+        chosen.append(best)
+    return chosen
+
+
+def _support(one: Sighting, window: Sequence[tuple[int, Array, Array]]) -> float:
+    """The best sum of scores over motions through ``one`` and candidates of one frame before or after each."""
+    near = NEAR_RADII * one.radius_px
+    places = [
+        (k, row, float(score))
+        for k, rows, scores in window
+        if abs(k) <= 3
+        for row, score in zip(rows, scores, strict=True)
+        if float(np.hypot(*(row - one.centre_px))) <= MOST_RADII_A_FRAME * 2 * one.radius_px * abs(k)
+    ]
+    best = 0.0
+    for i, (k, a, _) in enumerate(places):
+        for m, b, _ in places[i + 1 :]:
+            if m == k:
+                continue
+            # u(t) = c + p t + q t^2 through 0, k and m
+            p = ((a - one.centre_px) * m / k - (b - one.centre_px) * k / m) / (m - k)
+            q = ((b - one.centre_px) / m - (a - one.centre_px) / k) / (m - k)
+            total = 0.0
+            for t, rows, scores in window:
+                off = np.hypot(*(rows - (one.centre_px + p * t + q * t * t)).T)
+                on = off <= near
+                if on.any():
+                    total += float(scores[on].max())
+            best = max(best, total)
+    return best

@@ -1,0 +1,181 @@
+"""Finding a ball that moves before a camera that stands still: what is round and differs from the background."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from kendama_cli.errors import StageError
+from kendama_cli.vision.interface import Image, SearchHint, Sighting
+from kendama_cli.vision.settings import MotionDetectorSettings
+
+NOISE_SIGMAS = 6.0
+"""A difference from the background counts from so many standard deviations of the image's noise on."""
+MAD_SIGMA = 1.4826
+"""Standard deviation of a Gaussian over its median absolute deviation."""
+STRING_PART = 0.35
+"""What is thinner than this part of the ball's diameter is the string: it is opened away."""
+SHAKE_SCALE = 0.5
+LESS = 0.9
+"""A shake is believed where it leaves less than this part of the difference."""
+SHAKE_PX = 3.0
+"""A camera on a table moves less; more is no shake but another view."""
+SIZE_OCTAVES = 0.35
+"""Balls of one film differ from their usual radius by about this many octaves: distance, blur, shadow."""
+SIGMA_PART = 0.1
+"""Standard deviation of a blob's centre, in radii: light and shadow are not the same on all its rim."""
+
+
+@dataclass(frozen=True)
+class _Blob:
+    """A connected part of what differs from the background."""
+
+    centre_px: NDArray[np.float64]
+    radius_px: float
+    roundness: float
+    """its area over that of the circle about it, 0..1"""
+    new: float
+    """part of its rim's contrast that this image has rather than the background, 0..1"""
+
+
+class MotionDetector:
+    """Blobs that differ from a median background, the string opened away; no colour and no teaching.
+
+    ``learn`` must have seen the camera's images first: the median of some of them over time is the background, and what
+    is round and moves in them says how large the ball is. The score is roundness times how alike its size is to that,
+    times how far the blob's rim is in this image rather than in the background (where the ball hung while the
+    background was taken it leaves a ghost).
+    """
+
+    def __init__(self, settings: MotionDetectorSettings) -> None:
+        self._settings = settings
+        self._background: Image | None = None
+        self._usual_px: float | None = None
+
+    def learn(self, images: Sequence[Image]) -> None:
+        """Take the background and the ball's size from images (h, w, 3) of one camera, spread over its film."""
+        chosen = np.linspace(0, len(images) - 1, min(len(images), self._settings.memory)).round().astype(int)
+        stack = np.array([images[i] for i in chosen])
+        self._background = np.partition(stack, len(stack) // 2, axis=0)[len(stack) // 2]
+        self._small = _small(self._background)
+        self._window = cv2.createHanningWindow(self._small.shape[::-1], cv2.CV_32F)
+        self._usual_px = None
+        weighed = [
+            (blob.roundness * blob.new, np.log2(blob.radius_px))
+            for i in chosen
+            for blob in self._blobs(images[i], (0, 0), self._settings.min_radius_px)
+            if blob.roundness > 0.6 and blob.new > 0.5
+        ]
+        if weighed:
+            weight, octave = np.array(weighed).T
+            near = np.abs(octave[:, None] - octave) < SIZE_OCTAVES
+            votes = near @ weight
+            self._usual_px = float(2 ** np.median(octave[near[int(votes.argmax())]]))
+
+    def candidates(
+        self, pixels: Image, origin_px: tuple[int, int] = (0, 0), hint: SearchHint | None = None
+    ) -> Iterator[Sighting]:
+        """See Detector: the highest score first, or the nearest to ``hint``; raises StageError before ``learn``."""
+        if self._background is None:
+            raise StageError(
+                "the detector 'motion' has seen no background: it works on films ('kendama camera track') and folders "
+                "('kendama camera detect'); for stages choose predict/detector=colour or taught"
+            )
+        usual = self._usual_px if hint is None else hint.radius_px
+        found = []
+        for blob in self._blobs(pixels, origin_px, usual or self._settings.min_radius_px):
+            size = 1.0 if usual is None else float(np.exp(-((np.log2(blob.radius_px / usual) / SIZE_OCTAVES) ** 2) / 2))
+            covariance = np.eye(2) * (SIGMA_PART * blob.radius_px) ** 2
+            score = float(np.clip(blob.roundness * blob.new * size, 0.0, 1.0))
+            found.append(Sighting(blob.centre_px + origin_px, covariance, blob.radius_px, score))
+        if hint is None:
+            found.sort(key=lambda one: -one.score)
+        else:
+            found.sort(key=lambda one: float(np.hypot(*(one.centre_px - hint.centre_px))))
+        yield from found[: self._settings.candidates]
+
+    def _blobs(self, pixels: Image, origin_px: tuple[int, int], radius_px: float) -> list[_Blob]:
+        """What differs from the background, in the coordinates of ``pixels``."""
+        assert self._background is not None
+        height, width = pixels.shape[:2]
+        left, top = origin_px
+        background = self._without_shake(pixels, self._background[top : top + height, left : left + width])
+        if background.shape != pixels.shape:
+            return []
+        blue, green, red = cv2.split(cv2.absdiff(pixels, background))
+        change = np.asarray(cv2.max(cv2.max(blue, green), red), dtype=np.uint8)
+        counts = np.bincount(change.ravel(), minlength=256)
+        middle = _median(counts)
+        noise = MAD_SIGMA * _median(np.bincount(np.abs(np.arange(256) - middle), weights=counts, minlength=256))
+        least = max(self._settings.contrast_min, middle + NOISE_SIGMAS * noise)
+        mask = (change > least).astype(np.uint8)
+        side = max(3, 2 * round(STRING_PART * radius_px) + 1)
+        mask = np.asarray(
+            cv2.morphologyEx(mask, cv2.MORPH_OPEN, cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (side, side)))
+        )
+        contours, _ = cv2.findContours(mask, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
+        made = []
+        for contour in contours:
+            blob = _blob(np.asarray(contour, dtype=np.int32), change, pixels, background)
+            if blob is not None and self._settings.min_radius_px <= blob.radius_px <= self._settings.max_radius_px:
+                made.append(blob)
+        return made
+
+    def _without_shake(self, pixels: Image, background: Image) -> Image:
+        """The background moved as the camera shook, where the whole image says so."""
+        assert self._background is not None
+        if pixels.shape != self._background.shape:
+            return background
+        right, down = cv2.phaseCorrelate(self._small, _small(pixels), self._window)[0]
+        right, down = right / SHAKE_SCALE, down / SHAKE_SCALE
+        if not 0.3 < float(np.hypot(right, down)) <= SHAKE_PX:
+            return background
+        way = np.array([[1, 0, right], [0, 1, down]], dtype=np.float64)
+        size = background.shape[1], background.shape[0]
+        moved = np.asarray(cv2.warpAffine(background, way, size, borderMode=cv2.BORDER_REPLICATE), dtype=np.uint8)
+        # what moved in the image pulls the correlation along: a true shake leaves less difference
+        left = [float(cv2.norm(pixels, one, cv2.NORM_L1)) for one in (background, moved)]
+        return moved if left[1] < LESS * left[0] else background
+
+
+def _small(pixels: Image) -> NDArray[np.float32]:
+    """The image's grey at SHAKE_SCALE."""
+    small = cv2.resize(pixels, None, fx=SHAKE_SCALE, fy=SHAKE_SCALE, interpolation=cv2.INTER_AREA)
+    return np.asarray(cv2.cvtColor(small, cv2.COLOR_BGR2GRAY), dtype=np.float32)
+
+
+def _median(counts: NDArray[np.float64] | NDArray[np.intp]) -> int:
+    """The median of values 0, 1, ... that occur so many times."""
+    return int(np.searchsorted(np.cumsum(counts), counts.sum() / 2))
+
+
+def _slope(pixels: Image) -> NDArray[np.float32]:
+    grey = cv2.cvtColor(pixels, cv2.COLOR_BGR2GRAY)
+    return np.asarray(np.hypot(cv2.Sobel(grey, cv2.CV_32F, 1, 0), cv2.Sobel(grey, cv2.CV_32F, 0, 1)), dtype=np.float32)
+
+
+def _blob(contour: NDArray[np.int32], change: Image, pixels: Image, background: Image) -> _Blob | None:
+    if len(contour) < 6 or float(cv2.contourArea(contour)) < 4:
+        return None
+    left, top, width, height = cv2.boundingRect(contour)
+    box = slice(top, top + height), slice(left, left + width)
+    inside = np.zeros((height, width), dtype=np.uint8)
+    cv2.drawContours(inside, [contour], -1, 1, -1, offset=(-left, -top))
+    weight = inside * change[box].astype(np.float64)
+    weight = np.minimum(weight, np.median(weight[inside > 0]))
+    total = float(weight.sum())
+    if total <= 0:
+        return None
+    u = left + float(weight.sum(axis=0) @ np.arange(width)) / total
+    v = top + float(weight.sum(axis=1) @ np.arange(height)) / total
+    area = float(inside.sum())
+    enclosing = float(cv2.minEnclosingCircle(contour)[1])
+    rows, columns = contour[:, 0, 1] - top, contour[:, 0, 0] - left
+    here, before = (float(_slope(np.ascontiguousarray(one[box]))[rows, columns].sum()) for one in (pixels, background))
+    new = here / (here + before) if here + before > 0 else 0.0
+    roundness = area / (np.pi * (enclosing + 0.5) ** 2)
+    return _Blob(np.array([u, v]), float(np.sqrt(area / np.pi)), float(min(roundness, 1.0)), new)

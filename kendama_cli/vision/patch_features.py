@@ -1,0 +1,85 @@
+"""What a patch looks like at the scale of the ball: colour, lightness and texture, as numbers for a classifier."""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from kendama_cli.vision.interface import Image
+
+Features = NDArray[np.float32]
+
+BALL_PX = 6.0
+"""Images are scaled so that the ball has this radius: the sizes below are in those pixels."""
+REACH_PX = 18
+"""No feature looks farther than this from its patch's middle."""
+BOXES_PX = (3, 9, 17, 33)
+RINGS_PX = (3.5, 10.0)
+DIRECTIONS = 8
+SPREADS_PX = (9, 17)
+EDGES_PX = (3, 13)
+
+FIXED = 3 * len(BOXES_PX)
+RINGS = 3 * DIRECTIONS * len(RINGS_PX)
+COUNT = FIXED + RINGS + 3 * len(SPREADS_PX) + len(EDGES_PX)
+
+
+def scaled(pixels: Image, scale: float) -> Image:
+    """The image resized by ``scale``; a pixel's centre u comes to scale (u + 0.5) - 0.5."""
+    height, width = pixels.shape[:2]
+    size = max(round(width * scale), 1), max(round(height * scale), 1)
+    way = cv2.INTER_AREA if scale < 1 else cv2.INTER_LINEAR
+    return np.asarray(cv2.resize(pixels, size, interpolation=way), dtype=np.uint8)
+
+
+def patch_features(pixels: Image, every: int = 1) -> Features:
+    """Features (h, w, COUNT) of the patch about every ``every``-th pixel of ``pixels`` (blue, green, red).
+
+    In CIE Lab: means over boxes, means of 3 x 3 at eight places on two rings (the inner one on the ball, the outer one
+    about it), standard deviations, and the mean gradient of the lightness. Beyond the border the image is mirrored.
+    """
+    lab = cv2.cvtColor(pixels.astype(np.float32) / np.float32(255), cv2.COLOR_BGR2LAB)
+    height, width = lab.shape[:2]
+    border = (REACH_PX,) * 4
+    wide = np.asarray(cv2.copyMakeBorder(lab, *border, cv2.BORDER_REFLECT_101), dtype=np.float32)
+    made = np.empty((-(-height // every), -(-width // every), COUNT), dtype=np.float32)
+    column = 0
+
+    def add(values: NDArray[np.float32], right: int = 0, down: int = 0) -> None:
+        nonlocal column
+        top, left = REACH_PX + down, REACH_PX + right
+        part = values[top : top + height : every, left : left + width : every]
+        depth = 1 if part.ndim == 2 else part.shape[2]
+        made[..., column : column + depth] = part.reshape(*part.shape[:2], depth)
+        column += depth
+
+    means = {side: _mean(wide, side) for side in BOXES_PX}
+    for side in BOXES_PX:
+        add(means[side])
+    for radius in RINGS_PX:
+        for angle in 2 * np.pi * np.arange(DIRECTIONS) / DIRECTIONS:
+            add(means[3], round(radius * np.cos(angle)), round(radius * np.sin(angle)))
+    squares = wide * wide
+    for side in SPREADS_PX:
+        add(np.sqrt(np.maximum(_mean(squares, side) - means[side] ** 2, 0)))
+    light = np.ascontiguousarray(wide[..., 0])
+    slope = np.hypot(cv2.Sobel(light, cv2.CV_32F, 1, 0), cv2.Sobel(light, cv2.CV_32F, 0, 1))
+    for side in EDGES_PX:
+        add(_mean(slope, side))
+    return made
+
+
+def turned(steps: int, *, mirrored: bool) -> NDArray[np.intp]:
+    """The order of features (COUNT,) of a patch turned by ``steps`` eighths of a turn, and mirrored before."""
+    order = list(range(FIXED))
+    for ring in range(len(RINGS_PX)):
+        first = FIXED + 3 * DIRECTIONS * ring
+        for place in range(DIRECTIONS):
+            source = (steps + (-place if mirrored else place)) % DIRECTIONS
+            order += [first + 3 * source + channel for channel in range(3)]
+    return np.array([*order, *range(FIXED + RINGS, COUNT)], dtype=np.intp)
+
+
+def _mean(values: NDArray[np.float32], side: int) -> NDArray[np.float32]:
+    return np.asarray(cv2.blur(values, (side, side)), dtype=np.float32)

@@ -1,0 +1,87 @@
+"""Finding a ball that was taught: every patch of the image is asked how much it looks like it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import cv2
+import numpy as np
+
+from kendama_cli.schema.arrays import Array
+from kendama_cli.vision.interface import Image, SearchHint, Sighting
+from kendama_cli.vision.patch_features import BALL_PX, COUNT, patch_features, scaled
+from kendama_cli.vision.settings import TaughtDetectorSettings
+from kendama_cli.vision.teaching import SCALES, TaughtBall
+
+EVERY_PX = 2
+"""Every second pixel of the scaled image is asked: a third of the ball's radius."""
+SMOOTHED_PX = 1.0
+SEARCHED_RADII = 4.0
+"""With a hint the ball is searched within so many of its radii about the expected place."""
+SIGMA_RADII = 0.15
+"""Standard deviation of a peak's place, in ball radii: measured on films that taught the detector with 5 boxes."""
+LEAST_SCORE = 0.03
+"""Weaker peaks are not worth a tracker's time."""
+
+
+class TaughtDetector:
+    """Peaks of a classifier's log odds over place and scale; the score is the probability that they give."""
+
+    def __init__(self, settings: TaughtDetectorSettings, ball: TaughtBall) -> None:
+        self._candidates, self.threshold = settings.candidates, settings.score_min
+        self._ball = ball
+
+    def candidates(
+        self, pixels: Image, origin_px: tuple[int, int] = (0, 0), hint: SearchHint | None = None
+    ) -> Iterator[Sighting]:
+        """See Detector: the highest score first; with a ``hint`` the nearest to it first, and only its surroundings."""
+        corner = np.array(origin_px, dtype=np.float64)
+        if hint is not None:
+            half = SEARCHED_RADII * max(self._ball.radius_px, hint.radius_px)
+            low = np.maximum(np.floor(hint.centre_px - corner - half), 0).astype(int)
+            high = np.ceil(hint.centre_px - corner + half).astype(int) + 1
+            pixels = pixels[low[1] : max(high[1], 0), low[0] : max(high[0], 0)]
+            corner = corner + low
+        found = sorted(self._peaks(pixels), key=lambda one: -one.score)
+        kept: list[Sighting] = []
+        for one in found:
+            if all(float(np.hypot(*(one.centre_px - other.centre_px))) > self._ball.radius_px for other in kept):
+                kept.append(one)
+        kept = kept[: self._candidates]
+        if hint is not None:
+            expected = np.asarray(hint.centre_px) - corner
+            kept.sort(key=lambda one: float(np.hypot(*(one.centre_px - expected))))
+        for one in kept:
+            yield Sighting(one.centre_px + corner, one.covariance_px2, one.radius_px, one.score)
+
+    def _peaks(self, pixels: Image) -> Iterator[Sighting]:
+        """The highest peaks at each scale, in the coordinates of ``pixels``."""
+        if min(pixels.shape[:2]) < 2:
+            return
+        for scale in SCALES:
+            radius_px = self._ball.radius_px * scale
+            shrink = BALL_PX / radius_px
+            features = patch_features(scaled(pixels, shrink), EVERY_PX)
+            rough = self._ball.log_odds(features.reshape(-1, COUNT)).reshape(features.shape[:2])
+            log_odds: Array = np.asarray(cv2.GaussianBlur(rough, (0, 0), SMOOTHED_PX), dtype=np.float64)
+            for _ in range(self._candidates):
+                row, column = divmod(int(log_odds.argmax()), log_odds.shape[1])
+                score = float(1 / (1 + np.exp(-float(log_odds[row, column]))))
+                if score < LEAST_SCORE:
+                    break
+                centre = (EVERY_PX * _top(log_odds, row, column) + 0.5) / shrink - 0.5
+                yield Sighting(centre, np.eye(2) * (SIGMA_RADII * radius_px) ** 2, radius_px, score)
+                cv2.circle(log_odds, (column, row), round(BALL_PX / EVERY_PX) + 1, -50.0, -1)
+
+
+def _top(values: Array, row: int, column: int) -> Array:
+    """Column and row (2,) of the top of the parabolas through a peak and its neighbours."""
+    place = np.array([column, row], dtype=np.float64)
+    for axis, (before, after) in enumerate(
+        (((row, column - 1), (row, column + 1)), ((row - 1, column), (row + 1, column)))
+    ):
+        if before[1 - axis] >= 0 and after[1 - axis] < values.shape[1 - axis]:
+            low, middle, high = float(values[before]), float(values[row, column]), float(values[after])
+            if low > -40 and high > -40 and low + high < 2 * middle:
+                place[axis] += np.clip((low - high) / (2 * (low + high - 2 * middle)), -0.5, 0.5)
+    return place

@@ -1,0 +1,163 @@
+"""kendama camera teach, detect and track: from a person's own images and films to sightings and a track."""
+
+import csv
+import json
+import shutil
+
+import numpy as np
+import pytest
+import yaml
+
+from kendama_cli.cli.main import main
+from kendama_cli.devices.camera.calibration import camera_model, read_calibration
+from tests.vision.ball_films import RATE_HZ, WIDTH, draw_ball, pendulum, textured, write_film, write_labelled
+
+
+@pytest.fixture
+def here(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("KENDAMA_HOME", str(tmp_path / "store"))
+    return tmp_path
+
+
+def kendama(capsys, *words):
+    code = main(list(words))
+    out, err = capsys.readouterr()
+    return code, out, err
+
+
+def rows(path):
+    with path.open(newline="") as file:
+        return list(csv.DictReader(file))
+
+
+@pytest.fixture(scope="module")
+def labelled(tmp_path_factory):
+    home = tmp_path_factory.mktemp("labelled")
+    write_labelled(home / "taught", range(10000, 10004))
+    boxes = write_labelled(home / "others", range(10100, 10112), without=(10103, 10107))
+    return home, boxes
+
+
+def test_a_taught_ball_is_found_and_scored_against_boxes(here, capsys, labelled):
+    home, boxes = labelled
+    words = ["camera", "detect", str(home / "others"), "--teach", str(home / "taught"), "-o", "found.csv"]
+    code, out, err = kendama(capsys, *words, "--score", str(home / "others" / "labels"), "--json")
+    assert code == 0, err
+    found = rows(here / "found.csv")
+    assert list(found[0]) == ["file", "u_px", "v_px", "radius_px", "score"]
+    hits = 0
+    for row in found:
+        box = boxes[row["file"].rsplit("/", 1)[-1].removesuffix(".png")]
+        hits += box is not None and np.hypot(float(row["u_px"]) - box[0], float(row["v_px"]) - box[1]) < box[2] / 2
+    document = json.loads(out)
+    assert document["hits"] == hits
+    assert document["boxes"] == 10
+    assert document["recall"] == hits / 10 >= 0.9
+    assert document["precision"] == hits / len(found) >= 0.9
+
+
+def test_a_ball_is_taught_once_and_used_by_name(here, capsys, labelled):
+    home, _ = labelled
+    code, out, err = kendama(capsys, "camera", "teach", str(home / "taught"), "-o", "mine.npz")
+    assert code == 0, err
+    assert "predict/detector=taught predict.detector.ball=mine.npz" in out
+    assert (here / "mine.npz").stat().st_size > 1000
+
+
+def test_a_film_of_a_ball_on_a_string_is_tracked_without_teaching(here, capsys):
+    frames, truth = pendulum(80, 10010, background=textured(10011))
+    write_film(here / "swing.avi", frames)
+    code, out, err = kendama(capsys, "camera", "track", "swing.avi", "-o", "swing.csv", "--overlay", "seen.webm")
+    assert code == 0, err
+    assert "in pixels: give --calibration" in out
+    found = rows(here / "swing.csv")
+    off = [
+        np.hypot(float(r["u_px"]) - truth[int(r["frame"])][0], float(r["v_px"]) - truth[int(r["frame"])][1])
+        for r in found
+    ]
+    assert len(found) >= 0.97 * len(truth)
+    assert np.mean(np.array(off) < 7) >= 0.99
+    assert np.sqrt(np.mean(np.square(off))) <= 1.0
+    assert (here / "seen.webm").stat().st_size > 10_000
+
+
+def camera(name, x_m, size=(WIDTH, 240)):
+    return {
+        "name": name,
+        "width_px": size[0],
+        "height_px": size[1],
+        "focal_px": [300.0, 300.0],
+        "center_px": [159.5, 119.5],
+        "distortion": [0.0] * 5,
+        "position_m": [x_m, -1.5, 0.0],
+        "look_at_m": [0.0, 0.0, 0.0],
+        "rotation_wxyz": None,
+    }
+
+
+def test_two_calibrated_films_with_clocks_of_their_own_give_metres_and_the_offset(here, capsys):
+    """A thrown ball, seen by two cameras of which the second's film begins 3.4 frames later."""
+    (here / "both.yaml").write_text(yaml.safe_dump({"cameras": [camera("left", -0.4), camera("right", 0.4)]}))
+    models = [camera_model(one) for one in read_calibration(str(here / "both.yaml"))]
+    start, speed = np.array([-0.3, 0.1, -0.25]), np.array([0.5, -0.1, 2.4])
+
+    def place(t_s):
+        return start + speed * t_s - np.array([0, 0, 9.81]) * t_s**2 / 2
+
+    late_s = 3.4 / RATE_HZ
+    for model, begin_s in zip(models, (0.0, late_s), strict=True):
+        rng = np.random.default_rng(10012)
+        frames = []
+        for frame in range(40):  # it flies half a second, and lies out of the image before and after
+            t_s = frame / RATE_HZ + begin_s - 0.5
+            image = np.full((240, 320, 3), 170, dtype=np.uint8)
+            pixel = model.project(place(t_s))[0]
+            if 0 <= t_s <= 0.5:
+                draw_ball(image, pixel, 300 * 0.03 / float(model.depth_m(place(t_s))), (40, 45, 50))
+            frames.append(np.clip(image + rng.normal(0, 2, image.shape), 0, 255).astype(np.uint8))
+        write_film(here / f"{model.name}.avi", frames)
+    code, out, err = kendama(
+        capsys, "camera", "track", "left.avi", "right.avi", "--calibration", "both.yaml", "-o", "throw.csv", "--json"
+    )
+    assert code == 0, err
+    offset_s = json.loads(out)["offset_s"]["right"]
+    assert offset_s == pytest.approx(-late_s, abs=0.003)
+    found = rows(here / "throw.csv")
+    off = [
+        np.linalg.norm(np.array([float(r[f"{axis}_m"]) for axis in "xyz"]) - place(float(r["t_s"]) - 0.5))
+        for r in found
+    ]
+    assert len(found) >= 9
+    assert np.median(off) < 0.01
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["camera", "detect", "nowhere"], "no such file or folder"),
+        (["camera", "detect", "empty"], "it holds no image"),
+        (["camera", "teach", "images"], "has a file of boxes"),
+        (["camera", "detect", "images"], "too few to know the background by"),
+        (["camera", "track", "nowhere.mp4"], "no such film"),
+        (["camera", "track", "text.mp4"], "OpenCV cannot read it as a film"),
+        (["camera", "track", "film.avi", "--box", "3"], "give a frame and the box in it"),
+        (["camera", "track", "film.avi", "--box", "3:310,10,30,30"], "lies outside of the film"),
+        (["camera", "track", "film.avi", "--box", "900:10,10,30,30"], "has no frame 900"),
+        (["camera", "track", "film.avi", "film.avi"], "two films are called"),
+        (["camera", "track", "film.avi", "--calibration", "other.yaml", "--ball-mm", "60"], "was calibrated with"),
+        (["camera", "track", "film.avi", "-o", "track.xlsx"], "a track is a CSV"),
+        (["camera", "detect", "images", "--detector", "nothing"], "nothing"),
+    ],
+)
+def test_what_cannot_be_seen_is_refused_in_one_line(here, capsys, labelled, words, message):
+    (here / "empty").mkdir()
+    (here / "images").mkdir()
+    shutil.copy(next((labelled[0] / "others" / "images").iterdir()), here / "images")
+    (here / "text.mp4").write_text("no film")
+    (here / "other.yaml").write_text(yaml.safe_dump({"cameras": [camera("film", 0.0, (640, 480))]}))
+    write_film(here / "film.avi", pendulum(5, 1, background=textured(2))[0])
+    code, _, err = kendama(capsys, *words)
+    assert code in (1, 2)
+    assert message in err
+    assert len(err.strip().splitlines()) == 1

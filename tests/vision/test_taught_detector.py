@@ -1,0 +1,89 @@
+"""A ball taught by boxes in a few images is found in others, and boxes that show something else are refused."""
+
+import numpy as np
+import pytest
+
+from kendama_cli.vision.interface import SearchHint
+from kendama_cli.vision.settings import TaughtDetectorSettings
+from kendama_cli.vision.taught_detector import TaughtDetector
+from kendama_cli.vision.teaching import BallBox, TaughtBall, TaughtImage, teach
+from tests.vision.ball_films import labelled_image
+
+SETTINGS = TaughtDetectorSettings("taught", "", 0.5, 6)
+
+
+def shown(seed, *, ball=True):
+    image, box = labelled_image(seed, ball=ball)
+    return TaughtImage(image, () if box is None else (BallBox(*box),))
+
+
+@pytest.fixture(scope="module")
+def ball():
+    return teach([shown(seed) for seed in range(10000, 10004)])
+
+
+def test_a_ball_taught_in_four_images_is_found_in_others(ball):
+    detector = TaughtDetector(SETTINGS, ball)
+    hits, sightings, tried = 0, 0, range(10100, 10120)
+    for seed in tried:
+        image, box = labelled_image(seed)
+        found = [one for one in detector.candidates(image) if one.score >= SETTINGS.score_min][:1]
+        sightings += len(found)
+        hits += sum(float(np.hypot(*(one.centre_px - box[:2]))) < box[2] / 2 for one in found)
+    assert hits >= 0.9 * len(tried)
+    assert hits >= 0.9 * sightings
+
+
+def test_no_ball_is_seen_where_there_is_none(ball):
+    detector = TaughtDetector(SETTINGS, ball)
+    wrong = sum(
+        any(one.score >= SETTINGS.score_min for one in detector.candidates(labelled_image(seed, ball=False)[0]))
+        for seed in range(10200, 10210)
+    )
+    assert wrong <= 1
+
+
+def test_near_a_hint_the_ball_is_found_in_a_part_of_the_image(ball):
+    image, box = labelled_image(10300)
+    detector = TaughtDetector(SETTINGS, ball)
+    hint = SearchHint(np.array(box[:2]) + 4.0, box[2] / 2)
+    found = next(detector.candidates(image, hint=hint))
+    assert np.hypot(*(found.centre_px - box[:2])) < box[2] / 2
+    cut = np.ascontiguousarray(image[10:, 10:])
+    assert np.allclose(next(detector.candidates(cut, (10, 10), hint)).centre_px, found.centre_px, atol=1.5)
+
+
+def test_a_taught_ball_comes_back_from_its_file_to_the_last_bit(ball):
+    again = TaughtBall.from_bytes(ball.to_bytes())
+    image = labelled_image(10301)[0]
+    first, second = (
+        [np.array([*one.centre_px, one.score]) for one in TaughtDetector(SETTINGS, one).candidates(image)]
+        for one in (ball, again)
+    )
+    assert np.array_equal(first, second)
+
+
+@pytest.mark.parametrize("content", [b"", b"PK\x03\x04", b"no archive"])
+def test_a_file_that_holds_no_taught_ball_is_refused(content):
+    with pytest.raises(ValueError, match="no taught ball"):
+        TaughtBall.from_bytes(content)
+
+
+def test_a_box_on_the_bare_wall_is_refused_and_named():
+    images = [shown(seed) for seed in range(10000, 10004)]
+    wall = TaughtImage(labelled_image(10004, ball=False)[0], (BallBox(160.0, 120.0, 20.0, 20.0),))
+    with pytest.raises(ValueError, match="box at 160,120 in image 5 shows something else"):
+        teach([*images, wall])
+
+
+@pytest.mark.parametrize(
+    ("images", "message"),
+    [
+        ([], "none of 0 images has a box"),
+        ([TaughtImage(np.zeros((40, 40, 3), dtype=np.uint8), ())], "none of 1 images has a box"),
+        ([TaughtImage(np.zeros((40, 40, 3), dtype=np.uint8), (BallBox(20, 20, 3, 3),))], "needs 4 px"),
+    ],
+)
+def test_what_teaches_nothing_is_refused(images, message):
+    with pytest.raises(ValueError, match=message):
+        teach(images)
