@@ -9,13 +9,13 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import cv2
 import numpy as np
 
 from kendama_cli.cli import render
 from kendama_cli.cli.camera_seeing import Seeing, SeeingOptions, open_seeing
 from kendama_cli.devices.camera.calibration import camera_model, read_calibration
 from kendama_cli.devices.camera.film import Film
+from kendama_cli.devices.camera.track_overlay import draw_track
 from kendama_cli.errors import InputError, UsageError
 from kendama_cli.store.durable import write_file
 from kendama_cli.vision.ball_film import FilmTrack, film_track
@@ -63,7 +63,7 @@ def track_films(
     positions = _positions(paths, tracks, cameras, options)
     write_file(output, _table(tracks, positions).encode())
     if options.overlay is not None:
-        _draw(films[0], tracks[0], options.overlay)
+        draw_track(films[0], tracks[0], options.overlay)
     document = _document(output, tracks, positions)
     if as_json:
         render.document(document)
@@ -183,27 +183,3 @@ def _document(output: Path, tracks: Sequence[FilmTrack], positions: FilmPosition
         "seen": {one.name: len(one.t_s) for one in tracks},
         "offset_s": offsets,
     }
-
-
-def _draw(film: Film, found: FilmTrack, output: Path) -> None:
-    """Write the film with the track drawn in."""
-    rate_hz = 30.0
-    if len(found.t_s) > 1:
-        rate_hz = float(np.clip(1 / np.median(np.diff(found.t_s) / np.diff(found.frame)), 1, 240))
-    writer = cv2.VideoWriter(str(output), cv2.VideoWriter.fourcc(*"VP80"), rate_hz, (film.width_px, film.height_px))
-    if not writer.isOpened():
-        raise InputError(str(output), "the film cannot be written", remedy="give another folder, and a name in .webm")
-    at = {int(frame): i for i, frame in enumerate(found.frame)}
-    for number, (_, pixels) in enumerate(film.frames()):
-        drawn = pixels.copy()
-        i = at.get(number)
-        if i is not None:
-            u, v = (round(float(value)) for value in found.centre_px[i])
-            cv2.circle(drawn, (u, v), max(round(float(found.radius_px[i])), 2), (60, 60, 230), 2, cv2.LINE_AA)
-        trail = [j for j in (at.get(number - back) for back in range(12)) if j is not None]
-        if len(trail) > 1:
-            cv2.polylines(
-                drawn, [np.rint(found.centre_px[trail]).astype(np.int32)], False, (80, 200, 80), 2, cv2.LINE_AA
-            )
-        writer.write(drawn)
-    writer.release()

@@ -5,14 +5,14 @@ from __future__ import annotations
 import zlib
 from pathlib import Path
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from kendama_cli.cli import render
 from kendama_cli.errors import UsageError
+from kendama_cli.rendering.pictures import as_png
 from kendama_cli.store.durable import write_file
-from kendama_cli.vision.marker import DICTIONARIES
+from kendama_cli.vision.marker import DICTIONARIES, black_cells, marker_count
 
 PRINT_DPI = 300
 MM_PER_INCH, POINTS_PER_INCH = 25.4, 72.0
@@ -22,12 +22,10 @@ def print_marker(dictionary: str, number: int, size_mm: float, output: Path) -> 
     """Write the marker with its white edge of one cell as PNG (300 dpi), SVG or PDF; raises UsageError."""
     if dictionary not in DICTIONARIES:
         raise UsageError(f"--dictionary {dictionary}: allowed are {', '.join(DICTIONARIES)}")
-    printed = cv2.aruco.getPredefinedDictionary(DICTIONARIES[dictionary])
-    count = len(printed.bytesList)
+    count = marker_count(dictionary)
     if not 0 <= number < count:
         raise UsageError(f"--number {number}: {dictionary} has the markers 0 to {count - 1}")
-    cells = printed.markerSize + 2
-    black = cv2.aruco.generateImageMarker(printed, number, cells) == 0
+    black = black_cells(dictionary, number)
     writers = {".png": _png, ".svg": _svg, ".pdf": _pdf}
     if output.suffix.lower() not in writers:
         raise UsageError(f"-o {output}: allowed are {', '.join(writers)}")
@@ -84,7 +82,7 @@ def _png(black: NDArray[np.bool_], size_mm: float) -> bytes:
     edged = np.pad(np.where(black, 0, 255).astype(np.uint8), 1, constant_values=255)
     # the resolution is that at which a whole number of pixels makes the declared size
     density = round(side * len(black) / size_mm * 1e3)
-    coded = cv2.imencode(".png", np.kron(edged, np.ones((side, side), np.uint8)))[1].tobytes()
+    coded = as_png(np.kron(edged, np.ones((side, side), np.uint8)))
     chunk = b"pHYs" + density.to_bytes(4, "big") * 2 + b"\1"
     physical = (9).to_bytes(4, "big") + chunk + zlib.crc32(chunk).to_bytes(4, "big")
     return coded[:33] + physical + coded[33:]

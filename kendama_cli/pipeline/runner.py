@@ -9,7 +9,6 @@ from __future__ import annotations
 import contextlib
 import dataclasses
 import os
-import signal
 import threading
 import time
 from collections.abc import Mapping
@@ -17,6 +16,7 @@ from pathlib import Path
 from typing import Any, Protocol
 
 from kendama_cli.errors import KendamaError, ReadOnlyError
+from kendama_cli.pipeline import outcomes
 from kendama_cli.pipeline.catalogue import StageSpec
 from kendama_cli.pipeline.plan import Planner, StagePlan
 from kendama_cli.pipeline.record import RunRecord, StageOutcome
@@ -133,9 +133,7 @@ class Runner:
     def _start_locked(self, plan: StagePlan, inputs: Mapping[str, str]) -> None:
         """Start a worker, or leave the stage waiting while another run holds its key."""
         name = plan.spec.name
-        path = durable.make_folder(self._planner.store.home / "locks") / f"{name}-{plan.key}.lock"
-        with durable.plain_disk_errors(path):
-            lock = system().try_lock(path)
+        lock = _try_lock(self._planner.store.home, plan)
         if lock is None:
             if name not in self._waits_reported:
                 self._waits_reported.add(name)
@@ -169,27 +167,21 @@ class Runner:
                 self._finish(job, event["code"])
 
     def _finish(self, job: Job, code: int) -> None:
-        name, stage = job.plan.spec.name, job.plan.spec.declaration.name
-        seconds = time.monotonic() - job.started_s
+        name, seconds = job.plan.spec.name, time.monotonic() - job.started_s
         result = None if job.done is None or job.plan.key is None else self._planner.store.find(name, job.plan.key)
         if result is not None:
-            self._plans[name] = dataclasses.replace(job.plan, result=result)
+            self._plans[name] = made = dataclasses.replace(job.plan, result=result)
             self._planner.remember(job.plan)
-            outcome = StageOutcome(name, stage, job.plan.key, "ran", seconds, str(result.artifact), result.metrics)
+            self._end(outcomes.ran(made, seconds))
         else:
             self._failed.add(name)
-            message = _failure(name, job.failed, code, self._record.folder / f"{name}.txt")
-            outcome = StageOutcome(name, stage, job.plan.key, "failed", seconds, None, {}, message)
-        self._end(outcome)
+            self._end(outcomes.failed(job, code, seconds, self._record.folder / f"{name}.txt"))
 
     def _finish_cached(self, plan: StagePlan) -> None:
-        assert plan.result is not None
-        name, result = plan.spec.name, plan.result
-        self._waiting.pop(name)
-        self._plans[name] = plan
+        self._waiting.pop(plan.spec.name)
+        self._plans[plan.spec.name] = plan
         self._planner.remember(plan)
-        stage = plan.spec.declaration.name
-        self._end(StageOutcome(name, stage, plan.key, "cached", 0.0, str(result.artifact), result.metrics))
+        self._end(outcomes.cached(plan))
 
     def _end(self, outcome: StageOutcome) -> None:
         self._record.stages.append(outcome)
@@ -201,6 +193,13 @@ class Runner:
         result = self._plans[name].result
         assert result is not None
         return result
+
+
+def _try_lock(home: Path, plan: StagePlan) -> Lock | None:
+    """The lock of what ``plan`` computes; None while another run holds it."""
+    path = durable.make_folder(home / "locks") / f"{plan.spec.name}-{plan.key}.lock"
+    with durable.plain_disk_errors(path):
+        return system().try_lock(path)
 
 
 def _request(planner: Planner, plan: StagePlan, plans: Mapping[str, StagePlan], *, fresh: bool) -> dict[str, Any]:
@@ -225,15 +224,3 @@ def _request(planner: Planner, plan: StagePlan, plans: Mapping[str, StagePlan], 
         "home": str(planner.store.home),
         "fresh": fresh,
     }
-
-
-def _failure(name: str, failed: Mapping[str, Any] | None, code: int, printed: Path) -> str:
-    if failed is not None and not failed["unexpected"]:
-        return str(failed["message"])
-    if failed is not None:
-        return f"{failed['message']} (unexpected; its traceback is in {printed})"
-    if code < 0:
-        return (
-            f"its worker was ended by {signal.Signals(-code).name}; the same command goes on from the last checkpoint"
-        )
-    return f"its worker ended with code {code}; what it printed is in {printed}"

@@ -33,6 +33,15 @@ class Body:
     tie: Any
     tool_in_tip: Any
 
+    def put(self, position_rad: Array, velocity_rad_s: Array) -> None:
+        """Have the joints in ``position_rad`` (n,) with ``velocity_rad_s`` (n,), and no force act on them."""
+        skeleton = self.skeleton
+        skeleton.resetAccelerations()
+        skeleton.resetGeneralizedForces()
+        skeleton.setPositions(position_rad)
+        skeleton.setVelocities(velocity_rad_s)
+        skeleton.clearExternalForces()
+
 
 def build_body(
     description: Description,

@@ -51,6 +51,17 @@ class SeenMarker:
         return np.asarray(self.corners_px.mean(axis=0))
 
 
+def marker_count(dictionary: str) -> int:
+    """How many markers ``dictionary`` has."""
+    return len(cv2.aruco.getPredefinedDictionary(DICTIONARIES[dictionary]).bytesList)
+
+
+def black_cells(dictionary: str, number: int) -> NDArray[np.bool_]:
+    """Which cells (n, n) of the marker are black; the outermost are its border, and all black."""
+    marker = cv2.aruco.getPredefinedDictionary(DICTIONARIES[dictionary])
+    return np.asarray(cv2.aruco.generateImageMarker(marker, number, marker.markerSize + 2) == 0)
+
+
 class MarkerDetector:
     """Looks for the marker ``number`` of ``dictionary``."""
 

@@ -9,15 +9,13 @@ import numpy as np
 from kendama_cli.devices.robot.command_path import path_between
 from kendama_cli.devices.robot.imperfect_tracking import ImperfectTracking
 from kendama_cli.devices.robot.interface import (
-    BodyPose,
-    ContactTruth,
     Exchange,
     JointCommand,
     RobotState,
-    SceneState,
     TorqueExchange,
 )
 from kendama_cli.devices.robot.limiter import ABSURD_FACTOR, ABSURD_RAD, check_command, check_values, limit_command
+from kendama_cli.devices.robot.simulated_truth import true_contact, true_scene
 from kendama_cli.devices.robot.task import Task
 from kendama_cli.errors import HardwareError
 from kendama_cli.motion.impedance import JointTorque
@@ -28,7 +26,8 @@ from kendama_cli.settings.robot import Imperfection, RobotSettings
 from kendama_cli.settings.scene import StaticBody
 from kendama_cli.simulation.dart.backlash import Backlash
 from kendama_cli.simulation.dart.drive_delay import DriveDelay
-from kendama_cli.simulation.dart.world import STEP_S, ArmWorld, WorldErrors
+from kendama_cli.simulation.dart.world import STEP_S, ArmWorld
+from kendama_cli.simulation.dart.world_errors import WorldErrors
 
 
 class SimulatedRobot:
@@ -92,7 +91,7 @@ class SimulatedRobot:
         self._commands: type | None = None
         self._last = JointCommand(start, rest, rest)
         self._delay = DriveDelay((start, rest, rest, rest), latency_s=latency_s, lag_s=lag_s, step_s=STEP_S)
-        return Exchange(self._last, self._state(), 0.0, self._scene())
+        return Exchange(self._last, self._state(), 0.0, true_scene(self._world) if self._game else None)
 
     def exchange(self, command: JointCommand) -> Exchange:
         """Carry out one control period; raises HardwareError after ``halt`` or for a command that it refuses."""
@@ -109,7 +108,7 @@ class SimulatedRobot:
                 noise = self._rng.normal(0.0, self._joint_noise, len(self.joint_names))
             self._world.step(q, v, a, noise, effort)
         self._last = sent
-        return Exchange(sent, self._state(), self._world.t_s, self._scene())
+        return Exchange(sent, self._state(), self._world.t_s, true_scene(self._world) if self._game else None)
 
     @property
     def torque(self) -> SimulatedTorque:
@@ -122,7 +121,9 @@ class SimulatedRobot:
         most = self.limits.effort_nm
         sent = JointTorque(np.clip(command.torque_nm, -most, most), command.velocity_rad_s)
         self._world.step_torque(sent)
-        return TorqueExchange(sent, self._state(), self._world.t_s, self._truth())
+        return TorqueExchange(
+            sent, self._state(), self._world.t_s, None if self._game else true_contact(self._world, self._moving)
+        )
 
     def halt(self) -> None:
         """Stop and stay stopped."""
@@ -146,25 +147,6 @@ class SimulatedRobot:
             angles = angles + self._backlash.gap_rad  # encoders sit on the motors
         wrench = world.wrist_wrench()
         return RobotState(angles, world.velocity_rad_s, world.effort_nm, wrench, cup, ball, caught)
-
-    def _truth(self) -> ContactTruth | None:
-        if self._game:
-            return None
-        places = [(name, self._world.scene.bodies[name].getWorldTransform()) for name in self._moving]
-        poses = [BodyPose(name, np.array(one.translation()), np.array(one.rotation())) for name, one in places]
-        return ContactTruth(self._world.sensor.touched, tuple(poses))
-
-    def _scene(self) -> SceneState | None:
-        world = self._world
-        if not self._game:
-            return None
-        place = world.body.cup.getWorldTransform()
-        return SceneState(
-            np.array(world.position_rad),
-            np.array(world.ball.tie_m),
-            np.array(place.rotation()),
-            np.array(world.ball.position_m),
-        )
 
     def _refuse_when_halted(self) -> None:
         if self._halted:

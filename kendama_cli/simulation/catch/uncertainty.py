@@ -11,7 +11,7 @@ from scipy.special import ndtr
 
 from kendama_cli.simulation.catch.settings import UncertaintySettings
 from kendama_cli.simulation.dart.arm_errors import ArmErrors
-from kendama_cli.simulation.dart.world import WorldErrors
+from kendama_cli.simulation.dart.world_errors import WorldErrors
 
 CORNERS = ((1, 1), (-1, -1), (1, -1), (-1, 1))
 """Signs of the rope's error and the ball's offset: a full factorial design of two factors at their extremes."""

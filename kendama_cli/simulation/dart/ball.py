@@ -16,6 +16,7 @@ from kendama_cli.robot_model.dart_library import dartpy
 from kendama_cli.schema.arrays import Array
 from kendama_cli.settings.game import BallSettings, CupSettings, GameSettings
 from kendama_cli.simulation.dart import rope_kernel as kernel
+from kendama_cli.simulation.dart.world_errors import NO_ERRORS, WorldErrors
 
 RUBS_FULLY_M_S = 0.02
 """Coulomb friction at the tie is smoothed below this speed of the ball across the rope."""
@@ -60,35 +61,21 @@ class TetheredBall:
         self._reaction = self._pulled[kernel.REACTION : kernel.PIVOT]
         self._pivot_m = self._pulled[kernel.PIVOT : kernel.SIDE]
         self._force = np.zeros(3)
-        self.perturb(1.0, None)
+        self.perturb(NO_ERRORS)
 
-    def perturb(
-        self,
-        rope_scale: float,
-        restitution: float | None,
-        *,
-        mass_scale: float = 1.0,
-        drag_scale: float = 1.0,
-        tie_friction_m: float = 0.0,
-        gravity_tilt_rad: float = 0.0,
-    ) -> None:
-        """Make the rope ``rope_scale`` times as long as the game's, and give ball and cup this restitution or its own.
-
-        The ball is ``mass_scale`` times as heavy, the air ``drag_scale`` times as strong; the rope rubs at its tie
-        with a moment of ``tie_friction_m`` times its pull, and gravity leans by ``gravity_tilt_rad`` to +x. It holds
-        from the next ``hang`` on.
-        """
-        self._law = law = RopeLaw.of(self.game, rope_scale)
+    def perturb(self, errors: WorldErrors) -> None:
+        """Take on what of ``errors`` is the ball's, the rope's or the air's, from the next ``hang`` on."""
+        self._law = law = RopeLaw.of(self.game, errors.rope_scale)
         over_tie_m = float(self._cup.getLocalCOM()[2])
-        drag = (drag_scale * one for one in self.game.drag)
+        drag = (errors.drag_scale * one for one in self.game.drag)
         self._rope = np.array([*kernel.constants(law), *drag, over_tie_m])
-        self._tie_friction_m, self._tilt_rad = tie_friction_m, gravity_tilt_rad
-        self.mass_kg = mass_scale * self.game.ball.mass_kg
+        self._tie_friction_m, self._tilt_rad = errors.tie_friction_m, errors.gravity_tilt_rad
+        self.mass_kg = errors.mass_scale * self.game.ball.mass_kg
         weight_n = self.mass_kg * self.game.gravity_m_s2
-        self._leaning_n = weight_n * np.array([math.sin(gravity_tilt_rad), 0.0, 1.0 - math.cos(gravity_tilt_rad)])
-        self._other = tie_friction_m > 0.0 or gravity_tilt_rad != 0.0
+        self._leaning_n = weight_n * np.array([math.sin(self._tilt_rad), 0.0, 1.0 - math.cos(self._tilt_rad)])
+        self._other = self._tie_friction_m > 0.0 or self._tilt_rad != 0.0
         self.skeleton.getBodyNode(0).setInertia(_inertia(self.mass_kg, self.game.ball.radius_m))
-        set_restitution(self._cup, self.game.cup.restitution if restitution is None else restitution)
+        set_restitution(self._cup, self.game.cup.restitution if errors.restitution is None else errors.restitution)
 
     def hang(self, aside_m: float) -> None:
         """Hang still under the tie point, ``aside_m`` along x from where it would come to rest."""

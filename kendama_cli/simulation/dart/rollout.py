@@ -9,7 +9,7 @@ import numpy as np
 from kendama_cli.artifacts.motion_plan import JointTrajectory
 from kendama_cli.schema.arrays import Array
 from kendama_cli.simulation.dart.arm_errors import ArmErrors, ErringArm
-from kendama_cli.simulation.dart.ball import TetheredBall
+from kendama_cli.simulation.dart.flight_watch import FlightWatch
 from kendama_cli.simulation.dart.world import STEP_S, ArmWorld
 
 TRACE_EVERY = 10
@@ -67,17 +67,14 @@ def play_rollout(
     The arm follows ``joints`` with its ``errors``. ``noise_rad`` is the standard deviation of the angles read, drawn
     from ``rng``. Raises SimulationError.
     """
-    ball, game = world.ball, world.ball.game
     world.reset(joints.position_rad[0])
     places, speeds, changes = list(joints.position_rad), list(joints.velocity_rad_s), list(joints.acceleration_rad_s2)
     noises = [0.0] * len(places)
     erring = None if errors is None else ErringArm(world.arm, joints, errors, STEP_S)
     if rng is not None and noise_rad > 0:
         noises = list(rng.normal(0.0, noise_rad, joints.position_rad.shape))
-    rim, plane = game.cup.rim_m, game.cup.rim_m + game.ball.radius_m
-    above, apex, slack_s, longest_s = False, -np.inf, 0.0, 0.0
+    watch = FlightWatch(world.ball)
     fastest = strongest = np.zeros(len(world.position_rad))
-    crossing: tuple[float, float, tuple[float, float]] | None = None
     samples: list[tuple[float | Array, ...]] = []
     if record:
         samples.append(_sample(world))
@@ -86,29 +83,20 @@ def play_rollout(
         if erring is not None:
             place, speed, change = erring.follows(k, place, speed, change)
         world.step(place, speed, change, noises[k])
-        height = float(ball.position_m[2] - ball.tie_m[2])
-        apex = max(apex, height)
-        if ball.tension_n > 0.0:
-            if crossing is None:
-                longest_s = max(longest_s, world.t_s - slack_s - STEP_S)
-            slack_s = world.t_s
-        if above and height <= plane and crossing is None:
-            fall_m = height - rim
-            crossing = (_miss(ball, 0, fall_m), _miss(ball, 1, fall_m), (slack_s, world.t_s))
-        above = height > plane
+        watch.observe(world.t_s)
         fastest = np.maximum(fastest, np.abs(world.velocity_rad_s))
         strongest = np.maximum(strongest, np.abs(world.effort_nm))
         if record and k % TRACE_EVERY == 0:
             samples.append(_sample(world))
-    miss_m, side_m, flight_s = crossing or (None, None, None)
+    miss_m, side_m = watch.miss_m or (None, None)
     efforts = strongest / world.arm.limits.effort_nm
     return RolloutResult(
-        caught=ball.is_caught(),
+        caught=world.ball.is_caught(),
         signed_miss_m=miss_m,
         side_miss_m=side_m,
-        flight_s=flight_s,
-        swing_slack_s=longest_s,
-        apex_m=float(apex - rim),
+        flight_s=watch.flight_s,
+        swing_slack_s=watch.swing_slack_s,
+        apex_m=float(watch.apex_m - world.ball.game.cup.rim_m),
         velocity_share=float((fastest / world.arm.limits.velocity_rad_s).max()),
         effort_share=float(efforts.max()),
         effort_joint=world.arm.joint_names[int(efforts.argmax())],
@@ -120,9 +108,3 @@ def _sample(world: ArmWorld) -> tuple[float | Array, ...]:
     """One row of a Trace."""
     joint_state = (world.position_rad, world.velocity_rad_s, world.effort_nm)
     return (world.t_s, world.ball.tie_m, world.ball.position_m, world.tool_rotation[:, 2], *joint_state)
-
-
-def _miss(ball: TetheredBall, axis: int, fall_m: float) -> float:
-    down = max(float(ball.tie_m_s[2] - ball.velocity_m_s[2]), 1e-3)
-    aside = float(ball.velocity_m_s[axis] - ball.tie_m_s[axis])
-    return float(ball.position_m[axis] - ball.tie_m[axis]) + aside * fall_m / down

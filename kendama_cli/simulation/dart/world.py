@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from kendama_cli.motion.impedance import JointTorque, TaskState
@@ -19,38 +17,15 @@ from kendama_cli.simulation.dart.ball import TetheredBall
 from kendama_cli.simulation.dart.joint_control import JointControl
 from kendama_cli.simulation.dart.links import attach_links
 from kendama_cli.simulation.dart.scene import Scene, check_clear
+from kendama_cli.simulation.dart.stepper import Stepper
 from kendama_cli.simulation.dart.task_state import task_state
+from kendama_cli.simulation.dart.world_errors import WorldErrors
 from kendama_cli.simulation.dart.world_pair import STEP_S, WorldPair
 from kendama_cli.simulation.dart.wrist import ContactSensor, wrist_wrench
 
-__all__ = ["NO_ERRORS", "NO_SCENE", "STEP_S", "ArmWorld", "WorldErrors"]
+__all__ = ["NO_SCENE", "STEP_S", "ArmWorld"]
 
 NO_SCENE = SceneSettings(bodies=())
-
-
-@dataclass(frozen=True)
-class WorldErrors:
-    """How one world differs from what its controller believes (see settings.robot.Imperfection).
-
-    ``joint_friction_nm`` is Coulomb friction of every joint beyond the known one, ``joint_friction_share`` the share of
-    each joint's known friction that comes on top of it; ``restitution`` that of ball and cup, None as in the game;
-    ``mass_scale`` and ``drag_scale`` are factors on the ball's mass and on the air's force; ``tie_friction_m`` is the
-    moment of the rope's friction at its tie over its pull, ``gravity_tilt_rad`` how far gravity leans toward +x for
-    the ball; the arm's stiff drive would not show it (g sin 1 deg / Kp is 0.05 mm).
-    """
-
-    rope_scale: float = 1.0
-    ball_start_m: float = 0.0
-    joint_friction_nm: float = 0.0
-    joint_friction_share: float = 0.0
-    restitution: float | None = None
-    mass_scale: float = 1.0
-    drag_scale: float = 1.0
-    tie_friction_m: float = 0.0
-    gravity_tilt_rad: float = 0.0
-
-
-NO_ERRORS = WorldErrors()
 
 
 class ArmWorld:
@@ -83,12 +58,12 @@ class ArmWorld:
         self._control = JointControl(arm, self.body, self._dynamics, STEP_S)
         self._ball = TetheredBall(game, self.body) if game is not None else None
         self._sensor = None if isinstance(task, GameSettings) else _sensor(task, arm, self.body, scene)
-        self._worlds = WorldPair(task.gravity_m_s2, exact_friction=game is None)
-        self._worlds.add(self._skeleton)
+        worlds = WorldPair(task.gravity_m_s2, exact_friction=game is None)
+        worlds.add(self._skeleton)
         if self._ball is not None:
-            self._worlds.add(self._ball.skeleton)
-        self.scene = Scene(self._worlds.touching, scene)
-        self._alone = game is not None and not scene.bodies
+            worlds.add(self._ball.skeleton)
+        self.scene = Scene(worlds.touching, scene)
+        self._stepper = Stepper(worlds, self._control, self.scene, self._ball, self._sensor)
         self._start_m = 0.0
         self.reset(arm.home_rad)
 
@@ -96,14 +71,7 @@ class ArmWorld:
         """Take on these errors from the next ``reset`` on; those of ball and rope need a game."""
         self._control.friction.set_unknown(errors.joint_friction_nm, errors.joint_friction_share)
         if self._ball is not None:
-            self._ball.perturb(
-                errors.rope_scale,
-                errors.restitution,
-                mass_scale=errors.mass_scale,
-                drag_scale=errors.drag_scale,
-                tie_friction_m=errors.tie_friction_m,
-                gravity_tilt_rad=errors.gravity_tilt_rad,
-            )
+            self._ball.perturb(errors)
         self._start_m = errors.ball_start_m
 
     def reset(self, position_rad: Array, velocity_rad_s: Array | None = None) -> None:
@@ -111,23 +79,14 @@ class ArmWorld:
 
         The ball hangs still, the scene is as it began, and nothing of the time before is left in DART.
         """
-        self._worlds.renew()
-        self._control.enforce_limits(enforce=True)
-        self._apart = False
+        self._stepper.reset()
         velocity = np.zeros_like(self.arm.home_rad) if velocity_rad_s is None else velocity_rad_s
-        self._skeleton.resetAccelerations()
-        self._skeleton.resetGeneralizedForces()
-        self._skeleton.setPositions(position_rad)
-        self._skeleton.setVelocities(velocity)
-        self._skeleton.clearExternalForces()
-        self.scene.reset()
+        self.body.put(position_rad, velocity)
         self._control.reset(position_rad, velocity)
         self._steps = 0
         self.t_s = 0.0
         if self._ball is not None:
             self._ball.hang(self._start_m)
-        if self._sensor is not None:
-            self._sensor.reset()
         self._observe()
 
     def step(
@@ -162,32 +121,10 @@ class ArmWorld:
 
     def _advance(self, state: tuple[Array, Array]) -> None:
         """One step of DART from ``state`` under what the motors give."""
-        ball, control = self._ball, self._control
-        if ball is not None:
-            ball.pull(self.t_s)
-        if ball is not None and self._alone and control.move_apart(state, ball.state, ball.reaction, self.t_s):
-            if not self._apart:
-                self._apart = True
-                control.enforce_limits(enforce=False)
-            self._worlds.apart.step()
-        else:
-            if self._apart:
-                self._apart = False
-                control.enforce_limits(enforce=True)
-            self._touch()
+        self._stepper.step(state, self.t_s)
         self._steps += 1
         self.t_s = self._steps * STEP_S
         self._observe()
-
-    def _touch(self) -> None:
-        """The step in which DART looks for contacts, and after the joints' limits."""
-        if self._ball is not None and self._ball.tension_n > 0.0:
-            self._ball.react()
-        self._control.move_touching()
-        self.scene.pull()
-        self._worlds.touching.step()
-        if self._sensor is not None:
-            self._sensor.read(self._worlds.touching)
 
     def state(self) -> TaskState:
         """What a task-space controller with the probe knows of the arm and its contact."""
@@ -197,7 +134,7 @@ class ArmWorld:
         """What a sensor between the tip link and the tool feels after the last step: (6,), force [N], torque [Nm]."""
         if self._ball is not None:
             self._ball.react()
-        return wrist_wrench(self.body, self._worlds.apart if self._apart else self._worlds.touching)
+        return wrist_wrench(self.body, self._stepper.world)
 
     @property
     def limited(self) -> bool:

@@ -10,7 +10,8 @@ from kendama_cli.settings.game import GameSettings
 from kendama_cli.simulation.catch.search_record import Search
 from kendama_cli.simulation.catch.uncertainty import Draw
 from kendama_cli.simulation.dart.rollout import RolloutResult
-from kendama_cli.simulation.dart.world import ArmWorld, WorldErrors
+from kendama_cli.simulation.dart.world import ArmWorld
+from kendama_cli.simulation.dart.world_errors import WorldErrors
 from kendama_cli.stages.adapt.messages import AdaptDrawMessage, AdaptWindowMessage
 from kendama_cli.stages.interface import StageContext
 

@@ -35,7 +35,8 @@ from kendama_cli.simulation.catch.settings import AdaptSettings
 from kendama_cli.simulation.catch.tilt import playable_tilt
 from kendama_cli.simulation.catch.uncertainty import CORNERS, Repeat, corner_errors, drawn_errors
 from kendama_cli.simulation.dart.rollout import RolloutResult, play_rollout
-from kendama_cli.simulation.dart.world import NO_ERRORS, ArmWorld
+from kendama_cli.simulation.dart.world import ArmWorld
+from kendama_cli.simulation.dart.world_errors import NO_ERRORS
 from kendama_cli.simulation.placement.find_placement import current_placement, find_placement
 from kendama_cli.stages.adapt.logged import draw_message, log_replay, log_windows
 from kendama_cli.stages.adapt.messages import (

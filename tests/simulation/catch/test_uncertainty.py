@@ -19,7 +19,7 @@ from kendama_cli.simulation.catch.uncertainty import (
     drawn_errors,
     predicted_success,
 )
-from kendama_cli.simulation.dart.world import WorldErrors
+from kendama_cli.simulation.dart.world_errors import WorldErrors
 from tests.shipped_conf import plain
 
 MOUTH_M = 0.038

@@ -11,7 +11,8 @@ import pytest
 from kendama_cli.schema.arrays import Array
 from kendama_cli.settings.robot import RobotSettings
 from kendama_cli.simulation.dart.arm_dynamics import ArmDynamics
-from kendama_cli.simulation.dart.world import STEP_S, ArmWorld, WorldErrors
+from kendama_cli.simulation.dart.world import STEP_S, ArmWorld
+from kendama_cli.simulation.dart.world_errors import WorldErrors
 from tests.simulation.dart.bench_robot import kendama_game, modelled, pa10
 
 
@@ -78,7 +79,7 @@ def test_dart_looks_before_anything_touches() -> None:
         world.ball.put((target + way).tolist(), (-way / 0.35 * rng.uniform(1.0, 12.0)).tolist())
         for step in range(150):
             world.step(home, still, still)
-            contacts = world._worlds.touching.getLastCollisionResult().getNumContacts()
+            contacts = world._stepper._worlds.touching.getLastCollisionResult().getNumContacts()
             if contacts and looked[-1]:
                 assert step == 0 or looked[-2], "something touched in the first step in which DART looked"
                 touched += 1

@@ -9,7 +9,8 @@ from kendama_cli.motion.averaging import encode_demonstrations
 from kendama_cli.robot_model.arm_motion import ArmMotion
 from kendama_cli.simulation.catch.late_shift import shifted_plan
 from kendama_cli.simulation.dart.rollout import RolloutResult, play_rollout
-from kendama_cli.simulation.dart.world import NO_ERRORS, ArmWorld, WorldErrors
+from kendama_cli.simulation.dart.world import ArmWorld
+from kendama_cli.simulation.dart.world_errors import NO_ERRORS, WorldErrors
 from tests.motion.swings import settings as encode_settings
 from tests.simulation.dart.bench_robot import ROOT, kendama_game, pa10
 

@@ -1,0 +1,48 @@
+"""How a stage of a run ended, for its record: cached, ran, or failed and why."""
+
+from __future__ import annotations
+
+import signal
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from kendama_cli.pipeline.plan import StagePlan
+from kendama_cli.pipeline.record import StageOutcome
+from kendama_cli.pipeline.workers import Job
+
+
+def cached(plan: StagePlan) -> StageOutcome:
+    """The result was there."""
+    return _with_result(plan, "cached", 0.0)
+
+
+def ran(plan: StagePlan, seconds: float) -> StageOutcome:
+    """A worker made the result."""
+    return _with_result(plan, "ran", seconds)
+
+
+def failed(job: Job, code: int, seconds: float, printed: Path) -> StageOutcome:
+    """The worker ended with ``code`` and without a result; what it printed is in ``printed``."""
+    spec = job.plan.spec
+    message = _failure(job.failed, code, printed)
+    return StageOutcome(spec.name, spec.declaration.name, job.plan.key, "failed", seconds, None, {}, message)
+
+
+def _with_result(plan: StagePlan, status: str, seconds: float) -> StageOutcome:
+    spec, result = plan.spec, plan.result
+    assert result is not None
+    artifact = str(result.artifact)
+    return StageOutcome(spec.name, spec.declaration.name, plan.key, status, seconds, artifact, result.metrics)
+
+
+def _failure(reported: Mapping[str, Any] | None, code: int, printed: Path) -> str:
+    if reported is not None and not reported["unexpected"]:
+        return str(reported["message"])
+    if reported is not None:
+        return f"{reported['message']} (unexpected; its traceback is in {printed})"
+    if code < 0:
+        return (
+            f"its worker was ended by {signal.Signals(-code).name}; the same command goes on from the last checkpoint"
+        )
+    return f"its worker ended with code {code}; what it printed is in {printed}"
