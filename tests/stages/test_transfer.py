@@ -169,6 +169,9 @@ def test_the_log_says_how_each_game_was_seen_and_how_it_ended(uninterrupted: tup
     games = [message for topic, _, message in ctx.log.messages if topic == "/transfer/game"]
     assert [game.index for game in games] == [0, 1, 2]
     assert sum(game.outcome == "caught" for game in games) == made.artifact.caught
+    replays = [message for topic, _, message in ctx.log.messages if topic == "/transfer/replay"]
+    twins_rope_m = TWIN.imperfection.rope_scale * GAME.rope.length_m
+    assert [one.rope_m for one in replays] == pytest.approx([twins_rope_m] * 3, abs=1e-6)
     estimates = [message for topic, _, message in ctx.log.messages if topic == "/transfer/estimate"]
     for number, game in enumerate(games):
         of_game = [one for one in estimates if one.game == number]

@@ -13,25 +13,60 @@ from kendama_cli.log.messages import ReplayMessage
 from kendama_cli.physics.rim_crossing import rim_miss_m
 from kendama_cli.schema.arrays import Array
 from kendama_cli.settings.game import GameSettings
+from kendama_cli.settings.hardware import HardwareSettings, SimulatedHardware, TwinHardware
+from kendama_cli.settings.robot import Imperfection
+from kendama_cli.simulation.referee.chain import Body
 
 UPRIGHT = np.array([0.0, 0.0, 1.0])
 
 
+def imperfection(hardware: HardwareSettings) -> Imperfection | None:
+    """How the robot differs from the model, which only the settings of our own simulated ones tell."""
+    return hardware.imperfection if isinstance(hardware, SimulatedHardware | TwinHardware) else None
+
+
+def played_body(settings: GameSettings, made: Imperfection | None, history: SceneHistory) -> Body:
+    """The body of the game that ``history`` holds: the simulated robot's own where ``made`` says how it was made.
+
+    Its rope is what is left of the distance from the true tie to the ball, which hangs at rest as a game begins, after
+    the weight's stretch m g / Ks. Otherwise the body is that of the settings on the rope that was measured.
+    """
+    (linear, quadratic), mass_kg, rope_m = settings.drag, settings.ball.mass_kg, history.rope_m
+    if made is not None:
+        linear, quadratic = made.drag_scale * linear, made.drag_scale * quadratic
+        mass_kg *= made.mass_scale
+    if made is not None and history.reported:
+        first = history.rollout()[0]
+        stretch_m = mass_kg * settings.gravity_m_s2 / settings.rope.stiffness_n_m
+        rope_m = float(np.linalg.norm(first[7:] - first[1:4])) - stretch_m
+    return Body(rope_m, mass_kg, (linear, quadratic), settings.cup.restitution)
+
+
 def replay_message(
-    index: int, game: Game, steps: Sequence[CartStep], history: SceneHistory, settings: GameSettings
+    index: int,
+    game: Game,
+    steps: Sequence[CartStep],
+    history: SceneHistory,
+    settings: GameSettings,
+    *,
+    made: Imperfection | None = None,
 ) -> ReplayMessage:
-    """The true ways of cup and ball where the robot reports them, else the tracked ones of an upright cup."""
+    """The true ways of cup and ball where the robot reports them, else the tracked ones of an upright cup.
+
+    With ``made``, that of the simulated robot, the body is its own.
+    """
+    body = played_body(settings, made, history)
     way = history.rollout() if history.reported else _tracked(steps)
     t_s, cup_m, axis, ball_m = way[:, 0], way[:, 1:4], way[:, 4:7], way[:, 7:]
     since_s = game.swing.duration_s
     miss_m = rim_miss_m(t_s, cup_m, ball_m, rim_m=settings.cup.rim_m, radius_m=settings.ball.radius_m, since_s=since_s)
     return ReplayMessage(
         index=index,
-        rope_m=history.rope_m,
-        ball_kg=settings.ball.mass_kg,
-        drag_n_s_m=settings.drag[0],
-        drag_n_s2_m2=settings.drag[1],
-        restitution=settings.cup.restitution,
+        rope_m=body.rope_m,
+        ball_kg=body.ball_kg,
+        drag_n_s_m=body.drag[0],
+        drag_n_s2_m2=body.drag[1],
+        restitution=body.restitution,
         since_s=since_s,
         caught=game.caught,
         miss_m=float("nan") if miss_m is None else miss_m,

@@ -21,10 +21,11 @@ from kendama_cli.learning.learners import make_policy
 from kendama_cli.learning.settings import LearnSettings
 from kendama_cli.robot_model.model import RobotModel
 from kendama_cli.settings.game import GameSettings
+from kendama_cli.settings.hardware import HardwareSettings
 from kendama_cli.simulation.catch.settings import AdaptSettings
 from kendama_cli.stages.interface import StageContext
 from kendama_cli.stages.transfer import trace
-from kendama_cli.stages.transfer.replay_trace import replay_message
+from kendama_cli.stages.transfer.replay_trace import imperfection, replay_message
 
 _LEARNING: dict[Start, tuple[str, str]] = {
     "table": ("learn", "/transfer/rollout"),
@@ -102,8 +103,8 @@ class TransferSession:
             tried.append(played.caught)
             self._finish(messages, played.exchanges[-1].t_s, phase="imitation", caught=int(played.caught))
 
-    def play(self, settings: GameSettings) -> None:
-        """Full games with the policy as it stands."""
+    def play(self, settings: GameSettings, hardware: HardwareSettings) -> None:
+        """Full games with the policy as it stands; ``hardware`` is what the robot was opened as."""
         progress = self._progress
         while len(progress.games) < self._settings.games:
             index = len(progress.games)
@@ -118,7 +119,8 @@ class TransferSession:
                 *trace.game_messages(game, index, start_s, HORIZON_S),
             ]
             if self._runner.history is not None:
-                again = replay_message(index, game, steps, self._runner.history, settings)
+                made = imperfection(hardware)
+                again = replay_message(index, game, steps, self._runner.history, settings, made=made)
                 messages.append(("/transfer/replay", start_s, again))
             progress.games.append(GameFigures.of(game, HORIZON_S))
             self._finish(messages, steps[-1].t_s, phase="games", caught=sum(one.caught for one in progress.games))

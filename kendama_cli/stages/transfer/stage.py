@@ -86,7 +86,7 @@ class Transfer:
                     session.learn("scratch")
                 if motion is not None and adapt is not None:
                     session.imitate(motion, setup.game, adapt)
-                session.play(setup.game)
+                session.play(setup.game, self._hardware)
             except HardwareError:
                 ctx.checkpoint(progress.saved, force=True)
                 raise
