@@ -27,6 +27,8 @@ from tests.simulation.dart.bench_robot import kendama_game, pa10
 STEPS = 3000
 DROP_AT = 100
 SWAY_RAD, RATE_RAD_S = 0.05, 6.0
+BALL_M_S = 3.0
+"""MuJoCo's damping is linear: the ball's is the game's drag at this speed, that of a swing's lowest point."""
 
 
 def reference(home_rad: Array) -> list[tuple[Array, Array, Array]]:
@@ -107,7 +109,8 @@ def mujoco_model(arm: RobotModel, game: GameSettings) -> Any:
     model = spec.compile()
     n = len(arm.joint_names)
     model.dof_armature[:n] = arm.rotor_inertia_kg_m2
-    model.dof_damping[:] = [*arm.friction.viscous_nm_s, *(0.002,) * 3]
+    linear, quadratic = game.drag
+    model.dof_damping[:] = [*arm.friction.viscous_nm_s, *(linear + quadratic * BALL_M_S,) * 3]
     model.dof_frictionloss[:n] = arm.friction.coulomb_nm
     return model
 

@@ -65,7 +65,7 @@ def batch(seen: list[tuple[float, Any, Any]]) -> None:
     right: list[np.ndarray] = []
     for number, (t_s, camera, pixel) in enumerate(seen):
         sight = sight_rows(camera, pixel, NOISE_PX2)
-        a, b = FLIGHT.gains(t_s)
+        a, b = FLIGHT.velocity_gain_s(t_s), FLIGHT.gravity_gain_s2(t_s)
         rows.append(np.hstack([sight.rows, a * sight.rows]))
         right.append(sight.right - b * sight.rows @ FLIGHT.gravity_m_s2)
         if number % 2 and number > 4:

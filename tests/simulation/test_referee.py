@@ -13,8 +13,10 @@ from typing import Any
 import numpy as np
 import pytest
 
+from kendama_cli.cli.referee import LoggedGame, judged, verdict
 from kendama_cli.errors import InputError
-from kendama_cli.physics.rope import RopeLaw, rope_pull
+from kendama_cli.log.messages import ReplayMessage
+from kendama_cli.physics.rope import CupProfile, RopeLaw, rope_pull
 from kendama_cli.schema.settings import build
 from kendama_cli.settings.game import GameSettings, LinearAir
 from kendama_cli.simulation.referee.chain import Body, damping_ratio
@@ -25,6 +27,9 @@ from tests.shipped_conf import plain
 pytest.importorskip("mujoco", reason="mujoco (the extra 'referee') is not installed")
 GAME = build(GameSettings, plain("game", "kendama"), "game")
 STILL = dataclasses.replace(GAME, air=LinearAir("linear", 0.0))
+STRAIGHT = dataclasses.replace(RopeLaw.of(GAME), cup=CupProfile(0.0, 0.0, 0.0, 0.0, (0.0, 0.0, 0.0)))
+"""A rope that goes through the cup: the null model of one that goes round it."""
+HANGING_M = [0.0, 0.0, -(GAME.rope.length_m + GAME.ball.mass_kg * GAME.gravity_m_s2 / GAME.rope.stiffness_n_m)]
 
 
 def seen(game: GameSettings, cup_x: Any, ball_m: list[float], until_s: float) -> Replay:
@@ -36,9 +41,11 @@ def seen(game: GameSettings, cup_x: Any, ball_m: list[float], until_s: float) ->
     return replay(game, body, track, np.array(ball_m))
 
 
-def ours(game: GameSettings, cup_x: Any, ball_m: list[float], t_s: np.ndarray) -> np.ndarray:
+def ours(
+    game: GameSettings, cup_x: Any, ball_m: list[float], t_s: np.ndarray, law: RopeLaw | None = None
+) -> np.ndarray:
     """The plain law by semi-implicit Euler at 0.1 ms, at the times ``t_s``."""
-    law, (k1, k2), h, mass = RopeLaw.of(game), game.drag, 1e-4, game.ball.mass_kg
+    law, (k1, k2), h, mass = law or RopeLaw.of(game), game.drag, 1e-4, game.ball.mass_kg
     place, speed, out = np.array(ball_m), np.zeros(3), []
     for k in range(round(t_s[-1] / h) + 1):
         if len(out) < len(t_s) and k * h >= t_s[len(out)] - 1e-9:
@@ -52,24 +59,68 @@ def ours(game: GameSettings, cup_x: Any, ball_m: list[float], t_s: np.ndarray) -
     return np.array(out)
 
 
-def test_a_swing_of_an_accelerated_cup_is_the_same_on_the_chain() -> None:
-    """Below the cup, where rope and chain differ by weight (1 %) and thickness only: 2 mm after two swings."""
-    cup_x = lambda t: 0.15 * (1 - np.cos(4.0 * np.asarray(t)))  # noqa: E731
-    start = [0.0, 0.0, -(0.4 + 0.05 * 9.81 / 2000)]
-    theirs = seen(GAME, cup_x, start, 1.4)
-    apart = np.linalg.norm(ours(GAME, cup_x, start, theirs.t_s) - theirs.ball_m, axis=1)
-    assert np.ptp(theirs.ball_m[:, 0]) > 0.4
-    assert apart.max() < 3e-3
+@pytest.mark.parametrize(("reach_m", "rate_rad_s"), [(0.15, 3.5), (0.15, 4.0), (0.12, 4.5), (0.1, 5.0)])
+def test_a_swing_of_an_accelerated_cup_is_the_same_on_the_chain(reach_m: float, rate_rad_s: float) -> None:
+    """Below the cup, where rope and chain differ by weight (1 %) and thickness only: 0.7 to 1.3 mm were measured."""
+
+    def cup_x(t_s: Any) -> Any:
+        return reach_m * (1 - np.cos(rate_rad_s * np.asarray(t_s)))
+
+    theirs = seen(GAME, cup_x, HANGING_M, 1.4)
+    apart = np.linalg.norm(ours(GAME, cup_x, HANGING_M, theirs.t_s) - theirs.ball_m, axis=1)
+    assert np.ptp(theirs.ball_m[:, 0]) > 0.3
+    assert apart.max() < 1.4e-3
 
 
-def test_a_ball_over_the_mouth_hangs_on_a_rope_that_goes_round_the_cup() -> None:
-    """Let go high beside the cup, the ball swings about its edge: where ours is, and not where a straight rope is."""
-    angle = math.radians(85.0)
-    start = [0.4 * math.sin(angle), 0.0, -0.4 * math.cos(angle)]
-    push = lambda t: -0.5 * 14.0 * np.minimum(np.asarray(t), 0.15) ** 2 - 2.1 * np.maximum(np.asarray(t) - 0.15, 0.0)  # noqa: E731
-    theirs = seen(STILL, push, start, 0.6)
-    apart = np.linalg.norm(ours(STILL, push, start, theirs.t_s) - theirs.ball_m, axis=1)
-    assert apart.max() < 0.02
+@pytest.mark.parametrize(("speed_m_s", "apart_m", "straight_m"), [(3.6, 5e-3, 0.02), (4.0, 7e-3, 0.05)])
+def test_a_ball_that_rises_over_the_tie_hangs_on_a_rope_that_goes_round_the_cup(
+    speed_m_s: float, apart_m: float, straight_m: float
+) -> None:
+    """A cup that is set going swings the ball up beside it: where ours is, and not where a straight rope would have it.
+
+    Measured: 4.6 and 6.7 mm from ours, 23 and 51 mm from the straight rope.
+    """
+
+    def cup_x(t_s: Any) -> Any:
+        begun_s = np.minimum(np.asarray(t_s), 0.1)
+        return speed_m_s * (0.5 * begun_s**2 / 0.1 + np.asarray(t_s) - begun_s)
+
+    theirs = seen(STILL, cup_x, HANGING_M, 0.6)
+    assert theirs.ball_m[:, 2].max() > 0.2
+    apart, straight = (
+        float(np.linalg.norm(ours(STILL, cup_x, HANGING_M, theirs.t_s, law) - theirs.ball_m, axis=1).max())
+        for law in (None, STRAIGHT)
+    )
+    assert apart < apart_m
+    assert straight > straight_m
+
+
+def test_a_logged_game_is_judged_beside_ours() -> None:
+    """A ball that hangs at rest under a cup at rest: it stays, never comes down through the rim, and is not caught."""
+    t_s = np.arange(0.0, 0.5, 0.01)
+    cup, ball = np.zeros((len(t_s), 3)), np.tile(HANGING_M, (len(t_s), 1))
+    message = ReplayMessage(
+        index=3,
+        rope_m=GAME.rope.length_m,
+        ball_kg=GAME.ball.mass_kg,
+        drag_n_s_m=GAME.drag[0],
+        drag_n_s2_m2=GAME.drag[1],
+        restitution=GAME.cup.restitution,
+        since_s=0.0,
+        caught=False,
+        miss_m=math.nan,
+        t_s=t_s,
+        cup_m=cup.ravel(),
+        cup_axis=np.tile([0.0, 0.0, 1.0], len(t_s)),
+        ball_m=ball.ravel(),
+    )
+    seen_of = judged(LoggedGame("transfer", GAME, message))
+    assert (seen_of.stage, seen_of.index, seen_of.referee_caught) == ("transfer", 3, False)
+    stayed = np.array(list(seen_of.referee_m)).reshape(-1, 3)
+    assert np.linalg.norm(stayed - ball, axis=1).max() < 0.5e-3
+    document = verdict([seen_of])
+    assert (document["caught_rate"], document["agreement_mm_p50"]) == (0.0, None)
+    assert document["games"][0]["referee_miss_mm"] is None
 
 
 @pytest.mark.parametrize("restitution", [0.1, 0.5, 0.9])
@@ -84,6 +135,7 @@ def test_a_way_of_a_few_samples_is_refused() -> None:
         CupTrack(np.arange(3.0), np.zeros((3, 3)), np.tile([0.0, 0.0, 1.0], (3, 1)))
 
 
+@pytest.mark.slow
 def test_on_the_shipped_demonstrations_the_referee_catches_too(tmp_path: Path) -> None:
     """Through the command: a run's logged repeats, their document, and the section of the report."""
 
@@ -91,13 +143,17 @@ def test_on_the_shipped_demonstrations_the_referee_catches_too(tmp_path: Path) -
         command = [sys.executable, "-m", "kendama_cli.cli.main", "--home", str(tmp_path), *words]
         return subprocess.run(command, check=True, capture_output=True, text=True, cwd=tmp_path).stdout
 
-    kendama("run", "-p", "imitation", "adapt.repeats=2", "adapt.tau_range=[1.1,1.2]", "adapt.tau_start=1.143")
+    kendama(
+        "run", "-p", "imitation", "seed=10000", "adapt.repeats=8", "adapt.tau_range=[1.1,1.2]", "adapt.tau_start=1.143"
+    )
     document = json.loads(kendama("referee", "--json"))
     assert set(document) == {"games", "caught_rate", "agreement_mm_p50"}
-    assert [game["stage"] for game in document["games"]] == ["adapt", "adapt"]
+    assert [game["stage"] for game in document["games"]] == ["adapt"] * 8
     wanted = {"stage", "index", "ours_miss_mm", "referee_miss_mm", "ours_caught", "referee_caught"}
     assert all(set(game) == wanted for game in document["games"])
     assert document["caught_rate"] == 1.0
-    assert document["agreement_mm_p50"] < 14.0  # 0.1 to 13.6 mm were seen over eight repeats
+    # Seeds 10000 to 10002: all 24 caught, medians of 3.7, 5.7 and 7.0 mm, single repeats from 0.4 to 16.1 mm.
+    assert document["agreement_mm_p50"] < 7.1
+    assert max(abs(game["ours_miss_mm"] - game["referee_miss_mm"]) for game in document["games"]) < 16.2
     page = Path(kendama("report").strip())
     assert "Under another physics" in (tmp_path / page).read_text()
