@@ -6,10 +6,12 @@ import json
 import os
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import pytest
 
+from kendama_cli.pipeline.unchanged import SETTLED_S
 from kendama_cli.store.garbage import verify
 from kendama_cli.store.store import Store
 from tests.toy_project import ToyProject, artifact_bytes, statuses
@@ -166,6 +168,7 @@ def test_gc_removes_the_damaged_and_keeps_the_rest(toy: ToyProject) -> None:
 
 @pytest.mark.usefixtures("each_way")
 def test_an_idle_run_imports_nothing_heavy(toy: ToyProject) -> None:
+    time.sleep(SETTLED_S + 0.1)  # what was written just now may change again within a clock's tick
     toy.run_json()
     probe = (
         "import sys; from kendama_cli.cli.main import main; code = main(['run', '-p', 'toy', '--json']);"
