@@ -26,7 +26,7 @@ def complaint(toy: ToyProject, *arguments: str) -> str:
         (["run", "+learn.alph=0.5"], "unknown key 'learn.alph', did you mean 'learn.alpha'?"),
         (["run", "++learn.alph=0.5"], "unknown key 'learn.alph', did you mean 'learn.alpha'?"),
         (["run", "+alpha=0.5"], "unknown key 'alpha'"),
-        (["run", "learn/worksp=limit"], "unknown group 'learn/worksp'; available: adapt, camera"),
+        (["run", "learn/worksp=limit"], "unknown group 'learn/worksp'; available: adapt, adapt/uncertainty, camera"),
         (["run", "sed=3"], "unknown key 'sed', did you mean 'seed'?"),
         (["run", "learn.alpha=many"], "'learn.alpha' must be a number, not 'many'"),
         (["run", "learn.alpha=-1"], "'learn.alpha' is -1"),
@@ -47,7 +47,8 @@ def complaint(toy: ToyProject, *arguments: str) -> str:
         (["run", "~learn"], "learn"),
         (
             ["run", "capture=fil"],
-            "'capture' is 'fil'; allowed: file, haptic, iiwa_kendama, mocap, play, did you mean 'file'?",
+            "'capture' is 'fil'; allowed: body, file, haptic, iiwa_kendama, marker, marker_live, mocap, play, "
+            "did you mean 'file'?",
         ),
         (["run", "capture.path=nowhere.csv"], "capture.path: no such file 'nowhere.csv'"),
         (["run", "-p", "kendma"], "no pipeline 'kendma'"),

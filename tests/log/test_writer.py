@@ -101,7 +101,7 @@ def test_the_reference_reader_finds_its_way_by_summary_and_index(log_file):
         assert summary.statistics.message_count == 901
         assert {channel.topic for channel in summary.channels.values()} == set(LogFile(log_file).topics)
         assert [item.name for item in reader.iter_metadata()] == ["kendama.stage"]
-        assert reader.get_header().library == "kendama"
+        assert reader.get_header().library == "kendama log 1", "the format's number stands in the header"
         times = [message.log_time for _, _, message in reader.iter_messages("/adapt/cup", starting_at=10**9)]
         assert times == [10_000_000 * step for step in range(100, 300)]
 

@@ -71,7 +71,7 @@ def test_a_missing_key_is_named(plan: MotionPlan) -> None:
     ("form", "text", "says"),
     [
         ("json", "{\n  oops", "line 2: not JSON"),
-        ("yaml", "a: [1,\nb: 2", "line 2: not YAML"),
+        ("yaml", "a: [1,\nb: 2", "line 3: not YAML"),
         ("yaml", "just words", "its 'format' is 'str'"),
         ("json", "", "line 1: not JSON"),
     ],

@@ -133,6 +133,27 @@ def _identify(log: FieldLog, rng: np.random.Generator) -> tuple[dict[str, Any], 
     return {"identify": {"harmonics": 3}, "game": GAME}, metrics
 
 
+DRAWN = (
+    "rope_scale",
+    "ball_start_m",
+    "mass_scale",
+    "drag_scale",
+    "restitution",
+    "joint_friction_nm",
+    "joint_friction_share",
+    "lag_s",
+    "cup_error_m",
+    "cup_error_hz",
+    "cup_error_phase_rad",
+)
+
+
+def _replay(index: int, caught: bool, miss_m: float) -> dict[str, Any]:
+    body = {"rope_m": 0.4, "ball_kg": 0.05, "drag_n_s_m": 1e-4, "drag_n_s2_m2": 4e-4, "restitution": 0.2}
+    way = {"t_s": [0.0, 0.01], "cup_m": [0.0] * 6, "cup_axis": [0.0, 0.0, 1.0] * 2, "ball_m": [0.0, 0.0, -0.4] * 2}
+    return {"index": index, "since_s": 0.0, "caught": caught, "miss_m": miss_m, **body, **way}
+
+
 def _adapt(log: FieldLog, rng: np.random.Generator) -> tuple[dict[str, Any], dict[str, Any]]:
     for index, tau in enumerate(np.concatenate([np.linspace(0.84, 1.16, 17), [1.035, 1.045]])):
         miss = 0.9 * np.sin(12 * (tau - 0.895)) * (tau - 1.04) * 8
@@ -140,13 +161,17 @@ def _adapt(log: FieldLog, rng: np.random.Generator) -> tuple[dict[str, Any], dic
         log.write("/adapt/rollout", 2.5 * index, {**message, "amplitude": 1.0, "shift_x_m": 0.0, "shift_y_m": 0.0})
     for index, (low, high) in enumerate([(0.885, 0.905), (1.033, 1.047)]):
         middle = (low + high) / 2
-        log.write("/adapt/window", 40.0, {"index": index, "low": low, "high": high, "middle": middle})
+        fields = {"index": index, "low": low, "high": high, "middle": middle, "swing_slack_s": 0.03 * index}
+        log.write("/adapt/window", 40.0, fields)
         for corner in range(4):
             message = {"index": corner, "tau_scale": middle, "signed_miss_m": 0.01 * (corner - 1.5), "caught": True}
             log.write("/adapt/corner", 41.0, {**message, "amplitude": 1.0, "shift_x_m": 0.0, "shift_y_m": 0.0})
     for index in range(30):
         miss = 0.02 * rng.standard_normal()
-        log.write("/adapt/repeat", 50 + index, {"index": index, "caught": bool(abs(miss) < 0.03), "miss_m": miss})
+        caught = bool(abs(miss) < 0.03)
+        log.write("/adapt/repeat", 50 + index, {"index": index, "caught": caught, "miss_m": miss})
+        log.write("/adapt/replay", 50 + index, _replay(index, caught, miss))
+        log.write("/adapt/drawn", 50 + index, {"index": index} | dict.fromkeys(DRAWN, 1.0))
     t = np.arange(0, 2.5, 0.004)
     cup, ball = _swing(t)
     _frames(log, "/adapt/cup", "cup", t, cup)
@@ -292,6 +317,7 @@ def _transfer(log: FieldLog, rng: np.random.Generator) -> tuple[dict[str, Any], 
             "prediction_error_mm": abs(rng.normal(0, 6)),
         }
         log.write("/transfer/game", start_s + 2.5, game)
+        log.write("/transfer/replay", start_s + 2.5, _replay(index, True, 0.004))
     picture = io.BytesIO()
     Image.new("RGB", (640, 480), (206, 204, 198)).save(picture, "jpeg", quality=80)
     log.write("/transfer/image/left", 106.6, {"frame": "left", "format": "jpeg", "data": picture.getvalue()})
