@@ -176,7 +176,8 @@ def _kendama(folder, *arguments):
 def _still_imperfection():
     """That of a twin which is exactly the model."""
     names = [field.name for field in dataclasses.fields(TWIN.imperfection)]
-    return dataclasses.replace(TWIN.imperfection, **(dict.fromkeys(names, 0.0) | {"rope_scale": 1.0}))
+    ones = {name: 1.0 for name in ("rope_scale", "mass_scale", "drag_scale", "drift_s")}
+    return dataclasses.replace(TWIN.imperfection, **(dict.fromkeys(names, 0.0) | ones))
 
 
 def test_behind_udp_an_exact_twin_presses_as_the_robot_in_this_process_does():
