@@ -101,10 +101,11 @@ class Store:
         made_with: Mapping[str, str] | None = None,
     ) -> StoredResult:
         """Publish the files in ``folder`` as the artifact of ``key``; the folder is consumed."""
-        files = {
-            file.name: {"sha256": durable.file_sha256(file), "size": file.stat().st_size}
-            for file in durable.listed(folder)
-        }
+        with durable.readable(folder):
+            files = {
+                file.name: {"sha256": durable.file_sha256(file), "size": file.stat().st_size}
+                for file in durable.listed(folder)
+            }
         manifest = {"format": FORMAT, "files": files}
         data = durable.canonical_json(manifest)
         digest = durable.sha256(data)

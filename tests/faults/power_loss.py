@@ -134,7 +134,8 @@ def _left(folder: Folder, variant: str, rng: random.Random) -> Folder:
         if isinstance(node, Folder):
             left.live[name] = _left(node, variant, rng)
         elif variant == "bytes cut in half" and node.live != node.synced:
-            left.live[name] = File(node.live[: len(node.live) // 2])
+            kept = len(node.synced) if node.live.startswith(node.synced) else 0  # bytes appended lose none before them
+            left.live[name] = File(node.live[: max(kept, len(node.live) // 2)])
         else:
             left.live[name] = File(node.live if variant == "any of it" and rng.random() < 0.5 else node.synced)
     return left

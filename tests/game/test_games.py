@@ -96,17 +96,18 @@ def test_the_workspace_is_similar_to_the_models_as_far_as_the_catch_may_use_it(
 def test_games_are_caught_in_spite_of_rope_delay_and_noise(rope_scale: float, delay_n: int) -> None:
     """Four tables learned on that body, four games each; a table may have learned a goal that is hard to catch.
 
-    Of 20 tables a body (seeds 0..3 and 10000..10015) 1 to 3 catch none; in all 74 of 80, 67 of 79 and 70 of 78 games
-    are caught: the bound is the lowest of these shares. The four tables here: 16 of 16, 15 of 15, 14 of 14.
+    The rope's length is believed as games measure it. Of 20 tables a body (seeds 0..3 and 10000..10015) 1 or 2 catch
+    none; in all 70 of 80, 72 of 79 and 76 of 80 games are caught. The bound lets one of the four tables catch none.
+    Where the rope is believed 5 % shorter or longer than it is, 59 of 80 and 71 of 79 are caught.
     """
-    runner = make_runner(noise_m=0.0005, rope_scale=rope_scale, delay_n=delay_n)
+    runner = make_runner(rope_scale, noise_m=0.0005, rope_scale=rope_scale, delay_n=delay_n)
     games = []
     for seed in range(4):
         table = learned(runner, seed).policy
         games += [runner.play(GreedyPolicy(table, LEARN), seed=number) for number in range(4)]
     played = [game for game in games if game.swung_up]
     assert len(played) >= 12
-    assert sum(game.caught for game in played) >= 0.85 * len(played)
+    assert sum(game.caught for game in played) >= 0.75 * len(played)
     errors = [game.prediction_error_m(0.1) for game in played]
     assert np.median([error for error in errors if error is not None]) < 0.004
 

@@ -108,6 +108,6 @@ def test_doctor_lists_what_packages_declare_and_what_of_it_is_broken(toy: ToyPro
     entries = toy.folder / "lib/toy-1.0.dist-info/entry_points.txt"
     entries.write_text(entries.read_text() + "lost = toy.nowhere:STAGE\n")
     parts = {part["name"]: part for part in json.loads(toy.kendama("doctor", "--json", expect=1).stdout)}
-    assert "learn, predict, toy_roll, toy_total, transfer" in parts["kendama.stages"]["detail"]
+    assert "learn, measure, predict, rehearse, toy_roll, toy_total, transfer" in parts["kendama.stages"]["detail"]
     assert parts["lost"]["state"] == "missing"
     assert "needs module 'toy.nowhere', which is not installed" in parts["lost"]["detail"]

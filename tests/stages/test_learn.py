@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from kendama_cli.artifacts.policy import policy_digest
-from kendama_cli.learning.task_settings import DartEngine
+from kendama_cli.learning.task_settings import DartEngine, RailEngine
 from kendama_cli.simulation.swingup.arm import ArmSwing
 from kendama_cli.stages.interface import Made
 from kendama_cli.stages.learn.stage import Learn
@@ -163,6 +163,6 @@ def test_what_is_learned_on_the_rail_may_be_validated_with_the_whole_arm(monkeyp
 
 def test_only_an_engine_that_needs_the_robot_has_it_in_the_key():
     assert isinstance(learn_settings("sarsa", IN_DART).validation.engine, DartEngine)
-    assert learn_settings().validation.engine is None
+    assert isinstance(learn_settings().validation.engine, RailEngine)
     assert learn_settings() == learn_settings("sarsa", "robot=iiwa")
     assert learn_settings("sarsa", IN_DART) != learn_settings("sarsa", IN_DART, "robot=iiwa")
