@@ -72,14 +72,18 @@ class RsiLink:
         self._thread.start()
 
     def move(self, wanted: JointCommand) -> tuple[JointCommand, Telegram, Telegram]:
-        """What was sent for ``wanted``, the telegram that it answered, and the next one; raises HardwareError."""
+        """What was sent before the newest telegram, the telegram that ``wanted`` answered, and the newest; raises
+        HardwareError.
+
+        Sent last is what the limits left of ``wanted``, or braking since then where whoever commands comes back late.
+        """
         with self._changed:
             self._wanted, self._sent_at = wanted, None
             self._changed.notify_all()
             self._changed.wait_for(self._is_over)
             if self.failure is not None:
                 raise HardwareError(self.failure)
-            return self._sent, self._answered, self._newest
+            return self._carried_out, self._answered, self._newest
 
     def _is_over(self) -> bool:
         """Whether the cycle after the one that the command was sent in has come, or none will."""
@@ -116,7 +120,7 @@ class RsiLink:
                 telegram = self._heard(self._receive(self._settings.silence_s))
                 self._check(telegram)
                 with self._changed:
-                    self._newest = telegram
+                    self._newest, self._carried_out = telegram, self._last
                     self.late = telegram.late - self._first_late
                     self._changed.notify_all()
                     self._changed.wait_for(lambda: self._wanted is not None, self._settings.reply_s)
@@ -135,7 +139,7 @@ class RsiLink:
         else:
             self._wanted, self._answered, self._sent_at = None, telegram, telegram.ipoc
         sent = limit_command(last, wanted, self._limits, self._settings.control_period_s)
-        self._last = self._sent = sent
+        self._last = sent
         correction_deg = sent.position_rad - self.start_deg
         self._line.sendto(write_answer(self._settings.sentype, correction_deg, telegram.ipoc), self._to)
 

@@ -9,10 +9,11 @@ from contextlib import closing, contextmanager
 import numpy as np
 
 from kendama_cli.devices.robot.interface import Exchange, JointCommand, RobotState
+from kendama_cli.devices.robot.limiter import check_command
 from kendama_cli.devices.robot.rsi.link import RsiLink, in_degrees
 from kendama_cli.devices.robot.rsi.telegram import AXES, Telegram
 from kendama_cli.devices.robot.task import Task
-from kendama_cli.errors import ConfigError
+from kendama_cli.errors import ConfigError, HardwareError
 from kendama_cli.motion import minimum_jerk
 from kendama_cli.motion.task_settings import InteractionTask
 from kendama_cli.robot_model.model import RobotModel
@@ -76,11 +77,10 @@ class RsiRobot:
 
     def exchange(self, command: JointCommand) -> Exchange:
         """One cycle of the controller; raises HardwareError when it or the line has failed, or after ``halt``."""
-        values = np.array([command.position_rad, command.velocity_rad_s, command.acceleration_rad_s2])
-        if values.shape != (3, len(AXES)) or not np.isfinite(values).all():
-            raise self._link.fail(
-                f"the command {values.tolist()} is not three times {len(AXES)} finite numbers; halted"
-            )
+        try:
+            check_command(command, self.limits)
+        except HardwareError as error:
+            raise self._link.fail(str(error)) from None
         sent, answered, after = self._move(command)
         self._began = answered.ipoc if self._began is None else self._began
         self._exchanges += 1
@@ -103,7 +103,7 @@ class RsiRobot:
         for _ in range(round(_SETTLE_S / self.period_s)):
             sent, _, after = self._move(rest)
             off_deg = np.abs(after.position_deg - self._controllers_deg(rest.position_rad))
-            if off_deg.max() < _SETTLED_DEG and not sent.velocity_rad_s.any():
+            if off_deg.max() < _SETTLED_DEG and np.array_equal(sent.position_rad, rest.position_rad):
                 self._began, self._exchanges = None, 0
                 return Exchange(sent, self._state(after), 0.0)
         axis = int(off_deg.argmax())

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import functools
 from typing import Any
 
 import numpy as np
@@ -54,9 +55,10 @@ def drag(at: PlayTable, samples: list[HandSample], several: int = 1, clock_s: fl
         at.hand(part, held=True, now_s=part[-1].t_s if clock_s is None else clock_s)
 
 
+@functools.cache
 def caught_swing() -> tuple[float, Array]:
     """A time scale at which the bundled swing catches, and what is kept of it."""
-    for scale in (1.0, 0.99, 1.01, 0.92, 1.12):
+    for scale in (0.98, 1.0, 0.99, 1.01, 0.92, 1.12):
         at, kept = table()
         drag(at, hand(scale))
         if kept and kept[0][0] == "caught":

@@ -9,7 +9,7 @@ import urllib.request
 
 import pytest
 
-from tests.devices.hand.play.table_top import hand
+from tests.devices.hand.play.table_top import caught_swing, hand
 
 
 def get(address):
@@ -20,13 +20,13 @@ def get(address):
         return refused.code, refused.read().decode(), refused.headers
 
 
-def swing(line, until=None, pace=True):
-    """Drag the bundled swing at its own pace; the last state."""
-    samples = hand()[:until]
+def swing(line, until=None):
+    """Drag the bundled swing, as fast as it catches, at its own pace; the last state."""
+    samples = hand(caught_swing()[0])[:until]
     began, state = time.monotonic(), None
     for k in range(0, len(samples), 4):
         part = samples[k : k + 4]
-        time.sleep(max(0.0, part[-1].t_s - samples[0].t_s - (time.monotonic() - began)) if pace else 0.0)
+        time.sleep(max(0.0, part[-1].t_s - samples[0].t_s - (time.monotonic() - began)))
         rows = [[1000 * one.t_s, one.aside_m, one.up_m, one.tilt_rad] for one in part]
         line.say(type="hand", samples=rows, held=True)
         state = line.hear("state")

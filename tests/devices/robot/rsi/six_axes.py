@@ -58,6 +58,10 @@ Said = Callable[[int, str], str | None]
 """From a cycle's number and the true telegram to what is sent; None: nothing."""
 
 
+PATIENCE_S = 0.2
+"""A true controller goes by its clock; this one waits, once it is answered, so that no load makes an answer late."""
+
+
 class Controller:
     """A controller's end of RSI in a thread: carries out corrections, counts wrong IPOCs, may say what is not so."""
 
@@ -77,13 +81,16 @@ class Controller:
                 text = self._said(self.number, true)
                 if text is not None:
                     line.sendto(text.encode(), self.to)
-                line.settimeout(1e-3 * self._cycle_ms)
+                line.settimeout(PATIENCE_S if self.answers else 1e-3 * self._cycle_ms)
                 with contextlib.suppress(TimeoutError, ConnectionError):
-                    answer = line.recv(8192).decode()
-                    told = re.search(r"<IPOC>(\d+)</IPOC>", answer)
-                    place = tuple(float(value) for value in re.findall(r'A\d="([^"]+)"', answer))
-                    self.wrong += told is None or int(told[1]) != ipoc
-                    self.answers.append((ipoc, place))
+                    told = -1
+                    while told != ipoc:  # an answer to an older telegram counts, and is not carried out
+                        answer = line.recv(8192).decode()
+                        (told,) = map(int, re.findall(r"<IPOC>(\d+)</IPOC>", answer))
+                        answered = tuple(float(value) for value in re.findall(r'A\d="([^"]+)"', answer))
+                        self.wrong += told != ipoc
+                        self.answers.append((told, answered))
+                    place = answered
                 self.number += 1
                 ipoc += self._cycle_ms
 

@@ -88,26 +88,23 @@ def python() -> str:
     return sys.executable
 
 
-def play_on_echo(python: str, folder: Path) -> tuple[int, int]:
-    """A motion on RSIPI's controller; what it refused, and how often it was answered."""
+def play_on_echo(python: str, folder: Path) -> None:
+    """A motion on RSIPI's controller: it does what it is answered in time, and what it refuses is counted as late."""
     port = free_port()
     settings = dataclasses.replace(RSI, port=port, wait_s=30.0)
     with echo_server(python, port, folder) as echo, open_rsi(settings, six_axes(folder), GAME) as robot:
         robot.reset(np.full(6, 0.1), 0)
         robot.reset(np.zeros(6), 0)
         behind = np.array(swing(robot, span_s=1.0))
-        # it reports hundredths of a degree; where a busy machine answered late, the reading is a cycle older
-        assert (behind < np.radians(0.006)).mean() > 0.7
+        assert len(behind) > 0
+        assert behind.max() < np.radians(0.006)  # it reports hundredths of a degree
         end = robot.reset(np.full(6, 0.3), 0)
         assert np.abs(end.state.position_rad - 0.3).max() < np.radians(0.006)
-        refused = echo.faulty()
-        assert abs(robot.late - refused) <= 1
-        return refused, len(behind)
+        assert abs(robot.late - echo.faulty()) <= 1
 
 
 def test_a_motion_is_carried_out_by_anothers_controller(python: str, tmp_path: Path) -> None:
-    refused, answered = play_on_echo(python, tmp_path)
-    assert refused <= 0.2 * answered  # late on a busy machine; on an idle one 0
+    play_on_echo(python, tmp_path)
 
 
 @pytest.mark.slow
@@ -128,5 +125,4 @@ def test_the_same_with_rsipi_in_an_environment_of_its_own(tmp_path: Path) -> Non
     )
     if installed.returncode != 0:
         pytest.skip(f"RSIPI cannot be installed here: {installed.stderr.decode().strip().splitlines()[-1]}")
-    refused, answered = play_on_echo(str(own), tmp_path)
-    assert refused <= 0.2 * answered
+    play_on_echo(str(own), tmp_path)

@@ -24,14 +24,18 @@ STILL = JointCommand(np.zeros(6), np.zeros(6), np.zeros(6))
 
 
 def swing(robot: RsiRobot, reach_rad: float = 0.3, span_s: float = 0.5) -> list[float]:
-    """A minimum-jerk motion of all axes; how far each reading is behind what was sent the period before [rad]."""
-    behind = []
+    """A minimum-jerk motion of all axes; how far each reading is behind what was sent the period before [rad].
+
+    Without the periods in which an answer came too late, or had when the controller counted: a busy machine's.
+    """
+    behind, late = [], [robot.late]
     for t_s in np.arange(robot.period_s, span_s, robot.period_s):
         rate = float(minimum_jerk.step_rate(t_s / span_s)) / span_s
         place = np.full(6, reach_rad * float(minimum_jerk.step(t_s / span_s)))
         done = robot.exchange(JointCommand(place, np.full(6, reach_rad * rate), np.zeros(6)))
         behind.append(float(np.abs(done.sent.position_rad - done.state.position_rad).max()))
-    return behind
+        late.append(robot.late)
+    return [one for k, one in enumerate(behind[:-2]) if late[k + 3] == late[k]]
 
 
 @pytest.mark.parametrize("check", CHECKS, ids=lambda check: check.__name__)
@@ -47,10 +51,11 @@ def test_a_motion_is_carried_out_and_every_ipoc_is_kept(tmp_path: Path) -> None:
     with controller(port) as kuka, open_rsi(dataclasses.replace(RSI, port=port), six_axes(tmp_path), GAME) as robot:
         robot.reset(np.zeros(6), 0)
         behind = np.array(swing(robot))
-        exact = behind < 1e-6  # the wire's last digit; a reading is older where a busy machine answered late
-        assert exact.mean() > 0.8
+        assert len(behind) > 0
+        assert behind.max() < 1e-6  # the wire's last digit
         assert robot.late <= kuka.wrong
-    assert kuka.wrong <= 0.05 * len(kuka.answers)  # a reply that a busy machine delays over a cycle is a late one
+    asked = [ipoc for ipoc, _ in kuka.answers]
+    assert asked == sorted(set(asked)), "every telegram is answered once"
     places = np.radians([place for _, place in kuka.answers])
     steps = np.abs(np.diff(places, axis=0)) / RSI.control_period_s
     assert steps.max() <= 3.0 * (1 + 1e-4)
@@ -78,7 +83,8 @@ def test_a_commander_that_is_late_brakes_within_the_limits_and_is_counted(tmp_pa
         for k in range(1, 40):
             robot.exchange(JointCommand(0.002 * k * np.ones(6), speed, np.zeros(6)))
         before, count = robot.missed, len(kuka.answers)
-        time.sleep(0.3)
+        while len(kuka.answers) < count + 60:
+            time.sleep(0.01)
         held = robot.exchange(JointCommand(np.full(6, 0.1), np.zeros(6), np.zeros(6)))
         assert robot.missed - before >= 30
         assert held.t_s == pytest.approx((40 + robot.missed) * robot.period_s)
@@ -151,7 +157,7 @@ def test_an_absurd_command_halts(value: float, tmp_path: Path) -> None:
     port = free_port()
     with controller(port) as kuka, open_rsi(dataclasses.replace(RSI, port=port), six_axes(tmp_path), GAME) as robot:
         robot.reset(np.zeros(6), 0)
-        with pytest.raises(HardwareError, match="halted"):
+        with pytest.raises(HardwareError, match=r"allowed: 6 finite numbers of at most .*: the robot halts"):
             robot.exchange(JointCommand(np.full(6, value), np.zeros(6), np.zeros(6)))
     assert not np.any([place for _, place in kuka.answers])
 
