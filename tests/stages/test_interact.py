@@ -176,7 +176,7 @@ def _kendama(folder, *arguments):
 def _still_imperfection():
     """That of a twin which is exactly the model."""
     names = [field.name for field in dataclasses.fields(TWIN.imperfection)]
-    ones = {name: 1.0 for name in ("rope_scale", "mass_scale", "drag_scale", "drift_s")}
+    ones = dict.fromkeys(("rope_scale", "mass_scale", "drag_scale", "drift_s"), 1.0)
     return dataclasses.replace(TWIN.imperfection, **(dict.fromkeys(names, 0.0) | ones))
 
 
