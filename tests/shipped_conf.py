@@ -7,7 +7,17 @@ from typing import Any
 
 import yaml
 
+from kendama_cli.schema.settings import build_value
+
 CONF = Path(__file__).resolve().parents[1] / "conf"
+
+
+def configured(schema: Any, group: str, name: str) -> Any:
+    """The settings that ``group=name`` gives, of type ``schema``; a robot's path is made absolute."""
+    document = plain(group, name)
+    if group == "robot":
+        document["path"] = str(CONF.parent / document["path"])
+    return build_value(schema, document, group)
 
 
 def plain(group: str, name: str) -> dict[str, Any]:

@@ -26,21 +26,13 @@ from kendama_cli.devices.robot.remote import UdpRobot
 from kendama_cli.devices.robot.twin import serve_twin
 from kendama_cli.devices.robot.twin_process import settings_document
 from kendama_cli.errors import HardwareError
-from kendama_cli.schema.settings import build_value
 from kendama_cli.settings.game import GameSettings
 from kendama_cli.settings.hardware import CommandHardware, HardwareSettings, TwinHardware
 from kendama_cli.settings.robot import RobotSettings
 from tests.devices.robot.stand_in import SECRET, key_file
-from tests.shipped_conf import plain
+from tests.shipped_conf import configured
 
 ROOT = Path(__file__).resolve().parents[2]
-
-
-def configured(schema: Any, group: str, name: str) -> Any:
-    document = plain(group, name)
-    if group == "robot":
-        document["path"] = str(ROOT / document["path"])
-    return build_value(schema, document, group)
 
 
 GAME: GameSettings = configured(GameSettings, "game", "kendama")

@@ -16,18 +16,12 @@ from kendama_cli.game.open_observer import CameraSetup, open_observer
 from kendama_cli.game.scene_history import SceneHistory, SceneRecordingRobot
 from kendama_cli.game.settings import TransferSettings
 from kendama_cli.schema.arrays import Array
-from kendama_cli.schema.settings import build_value
 from kendama_cli.settings.camera import CameraSettings, LightingSettings
 from kendama_cli.settings.game import GameSettings
 from kendama_cli.vision.settings import PredictSettings
 from tests.game.cart_robot import DIRECTION, MIDDLE_M, CartRobot, Straight
 from tests.learning.settings_files import learn_settings
-from tests.shipped_conf import plain
-
-
-def configured(schema: Any, group: str, name: str) -> Any:
-    return build_value(schema, plain(group, name), group)
-
+from tests.shipped_conf import configured
 
 GAME: GameSettings = configured(GameSettings, "game", "kendama")
 LEARN = learn_settings()

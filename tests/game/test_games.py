@@ -20,17 +20,11 @@ from kendama_cli.learning.policy import GreedyPolicy
 from kendama_cli.learning.sarsa import SarsaLearner
 from kendama_cli.learning.settings import LearnSettings
 from kendama_cli.learning.state import SwingState
-from kendama_cli.schema.settings import build
 from kendama_cli.settings.game import GameSettings
 from kendama_cli.vision.catch_pose import BALLISTIC
 from tests.game.cart_robot import DIRECTION, MIDDLE_M, CartRobot, Straight
 from tests.learning.settings_files import learn_settings
-from tests.shipped_conf import plain
-
-
-def configured(schema: Any, group: str, name: str) -> Any:
-    return build(schema, plain(group, name), group)
-
+from tests.shipped_conf import configured
 
 GAME: GameSettings = configured(GameSettings, "game", "kendama")
 LEARN: LearnSettings = learn_settings()

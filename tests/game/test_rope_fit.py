@@ -17,7 +17,7 @@ from kendama_cli.robot_model.arm_motion import ArmMotion
 from kendama_cli.robot_model.model import RobotModel
 from kendama_cli.simulation.placement.find_placement import current_placement
 from tests.motion.swings import settings as encode_settings
-from tests.stages.test_transfer import ADAPT, GAME, ROBOT, TWIN
+from tests.stages.transfer_setup import ADAPT, GAME, ROBOT, TWIN
 
 ARM = RobotModel(ROBOT, GAME.cup, GAME.gravity_m_s2)
 

@@ -26,7 +26,7 @@ from kendama_cli.stages.transfer import stage as transfer_stage
 from tests.memory_context import MemoryContext
 from tests.motion.swings import settings as encode_settings
 from tests.simulation.dart.bench_robot import ROOT, adapt_values, kendama_game, modelled, pa10
-from tests.stages.test_transfer import stage as transfer_of_pa10
+from tests.stages.transfer_setup import stage as transfer_of_pa10
 
 GAME = kendama_game()
 FILE = adapt_values()

@@ -14,7 +14,7 @@ from kendama_cli.schema.settings import build_value
 from kendama_cli.settings.hardware import HardwareSettings
 from kendama_cli.stages.learn.stage import Learn
 from tests.memory_context import MemoryContext
-from tests.stages.test_transfer import FULL, GAME, LEARN, stage
+from tests.stages.transfer_setup import FULL, GAME, LEARN, stage
 
 
 @pytest.mark.slow
