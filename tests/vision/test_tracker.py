@@ -1,63 +1,15 @@
 """The tracker on sightings: what is fed to the estimator, and where the next image is searched."""
 
-import dataclasses
-
 import numpy as np
 import pytest
 
 from kendama_cli.vision.ball_search import LOST_FRAMES
 from kendama_cli.vision.catch_pose import CatchPoseEstimator
-from kendama_cli.vision.interface import Sighting
-from kendama_cli.vision.onset import FreeFlightOnset
 from kendama_cli.vision.region import Region, whole
 from kendama_cli.vision.release import draw_release
 from kendama_cli.vision.tracker import BallTracker, sphere_centre
+from tests.vision.followed_flight import BLACK, CAMERAS, Script, fly, shown, sighting, tracker
 from tests.vision.scenes import game, predict, stereo
-
-CAMERAS = stereo()
-BLACK = np.zeros((40, 40, 3), dtype=np.uint8)
-
-
-class Script:
-    """A detector that finds ``answer``, whatever the image, and keeps the hints that it is given."""
-
-    def __init__(self):
-        self.answer = None
-        self.hints = []
-
-    def candidates(self, pixels, origin_px=(0, 0), hint=None):
-        self.hints.append(hint)
-        return iter(() if self.answer is None else (self.answer,))
-
-
-def sighting(pixel, sigma_px=0.1):
-    return Sighting(np.asarray(pixel, dtype=float), sigma_px**2 * np.eye(2), 8.0, 1.0)
-
-
-def tracker(onset=True, detector=None):
-    drag_per_s, drag_per_m = game().drag_per_mass
-    estimator = CatchPoseEstimator(game().gravity_m_s2, drag_per_s, game().cup.rim_m, drag_per_m=drag_per_m)
-    test = FreeFlightOnset(predict().onset, estimator.flight) if onset else None
-    return BallTracker(CAMERAS, detector or Script(), estimator, test)
-
-
-def shown(ball_m, rng, cameras=CAMERAS):
-    """What every camera says of a ball at ``ball_m``."""
-    seen = {}
-    for camera in cameras:
-        pixel = camera.project(ball_m)[0]
-        disc = pixel + (pixel - sphere_centre(camera, pixel, 8.0)) + 0.1 * rng.standard_normal(2)
-        seen[camera.name] = sighting(disc)
-    return seen
-
-
-def fly(made, release, rng, begin_s, end_s, spoil=None):  # noqa: PLR0917
-    """Feed a release at 120 fps, each moment as ``spoil`` turns (t, sightings) into others; (time, pose) of each."""
-    poses = []
-    for t in np.arange(begin_s, end_s, 1 / 120):
-        seen = shown(release.ball_m(t), rng)
-        poses.append((t, made.update(t, seen if spoil is None else spoil(t, seen), release.tie_m(t))))
-    return poses
 
 
 def test_no_pose_while_the_rope_is_taut_and_a_good_one_before_the_crossing():
@@ -148,144 +100,6 @@ def test_sphere_centre_is_where_the_middle_of_the_sphere_projects():
     off = np.linalg.norm(disc - true)
     assert off > 0.5
     assert np.linalg.norm(sphere_centre(camera, disc, size) - true) < 0.15 * off
-
-
-def flight(seed):
-    rng = np.random.default_rng(seed)
-    return rng, draw_release(rng, predict().release, game(), 0.2)
-
-
-def honest(pose, release):
-    """Within five of its own standard deviations of the truth."""
-    error = pose.position_m - release.crossing_m
-    return np.linalg.norm(error) < 5 * np.sqrt(np.trace(pose.covariance_m2)) + 1e-3
-
-
-def test_a_camera_that_stops_leaves_the_other_to_go_on():
-    _, release = flight(44)
-    both, one = tracker(), tracker()
-    fly(both, release, np.random.default_rng(1), -0.1, 0.8 * release.crossing_s)
-    half = 0.4 * release.crossing_s
-    poses = fly(
-        one, release, np.random.default_rng(1), -0.1, 0.8 * release.crossing_s,
-        lambda t, seen: seen if t < half else {"left": seen["left"]},
-    )  # fmt: skip
-    last, full = poses[-1][1], both.estimator.catch()
-    assert honest(last, release)
-    assert np.trace(last.covariance_m2) > np.trace(full.covariance_m2)
-
-
-def test_cameras_that_both_stop_leave_the_prediction_as_uncertain_as_it_was():
-    rng, release = flight(45)
-    made, half = tracker(), 0.4 * release.crossing_s
-    poses = fly(
-        made, release, rng, -0.1, 0.8 * release.crossing_s, lambda t, seen: seen if t < half else dict.fromkeys(seen)
-    )
-    frozen = [pose for t, pose in poses if t > half]
-    assert honest(frozen[-1], release)
-    assert np.trace(frozen[-1].covariance_m2) == np.trace(frozen[0].covariance_m2)
-
-
-def test_an_image_that_comes_twice_is_taken_once():
-    """Under its own stamp, and, as cameras that repeat their buffer do, under the next."""
-    _, release = flight(46)
-    once, twice = tracker(), tracker()
-    rng = np.random.default_rng(2)
-    for t in np.arange(-0.1, 0.7 * release.crossing_s, 1 / 120):
-        seen = shown(release.ball_m(t), rng)
-        once.update(t, seen, release.tie_m(t))
-        twice.update(t, seen, release.tie_m(t))
-        twice.update(t, seen, release.tie_m(t))
-        twice.update(t + 1 / 240, seen, release.tie_m(t))
-    assert twice.estimator.n_observations == once.estimator.n_observations
-    assert np.array_equal(twice.estimator.catch().position_m, once.estimator.catch().position_m)
-
-
-def test_images_that_arrive_late_but_with_their_own_stamps_are_used():
-    rng, release = flight(47)
-    made, held = tracker(), []
-
-    def delayed(t, seen):
-        held.append((t, seen["right"]))
-        return {"left": seen["left"]} if t > 0.1 else seen
-
-    fly(made, release, rng, -0.1, 0.7 * release.crossing_s, delayed)
-    before = np.trace(made.estimator.catch().covariance_m2)
-    for t, seen in held:
-        if t > 0.1:
-            made.update(t, {"right": seen}, release.tie_m(t))
-    assert honest(made.estimator.catch(), release)
-    assert np.trace(made.estimator.catch().covariance_m2) < before
-
-
-def test_old_images_under_new_stamps_are_not_believed():
-    """Three frames of delay that nobody tells: the ball seems to lag by some 10 px. The pose stays honest, or none."""
-    for seed in range(48, 53):
-        rng, release = flight(seed)
-        made, past = tracker(), []
-
-        def delayed(t, seen, past=past):
-            past.append(seen)
-            return past[-4] if t > 0.16 else seen
-
-        poses = fly(made, release, rng, -0.1, 0.9 * release.crossing_s, delayed)
-        assert all(pose is None or honest(pose, release) for t, pose in poses)
-
-
-def test_a_ball_that_leaves_the_image_is_still_predicted():
-    rng, release = flight(54)
-    made = tracker()
-    poses = fly(
-        made, release, rng, -0.1, 0.8 * release.crossing_s,
-        lambda t, seen: {name: one if t < 0.17 else None for name, one in seen.items()},
-    )  # fmt: skip
-    assert honest(poses[-1][1], release)
-    assert not made.lost
-
-
-def test_another_ball_in_the_picture_is_refused_by_the_prediction():
-    _, release = flight(55)
-    alone, beside = tracker(), tracker()
-    end_s = 0.7 * release.crossing_s
-    fly(alone, release, np.random.default_rng(3), -0.1, end_s, lambda t, seen: seen if t < 0.16 else {})
-    noise = np.random.default_rng(4)
-
-    def other(t, seen):
-        return seen if t < 0.16 else shown([0.15, 0.1, 0.4], noise, CAMERAS[:1])
-
-    poses = fly(beside, release, np.random.default_rng(3), -0.1, min(end_s, 0.16 + 4 / 120), other)
-    assert np.array_equal(poses[-1][1].position_m, alone.estimator.catch().position_m)
-
-
-def test_a_ball_that_does_something_else_altogether_is_told_as_lost_and_followed_anew():
-    rng, release = flight(56)
-    made = tracker(onset=False)
-    fly(made, release, rng, 0.0, 0.5 * release.crossing_s)
-    lost = []
-    for frame in range(30):  # somebody took it out of the air and drops it elsewhere
-        t = 0.5 * release.crossing_s + (frame + 1) / 120
-        s = t - 0.5 * release.crossing_s
-        ball = np.array([0.2, 0.1, 0.6 + 1.0 * s - 9.81 / 2 * s * s])
-        pose = made.update(t, shown(ball, rng), release.tie_m(t))
-        lost.append(made.lost)
-    assert any(lost)
-    assert not lost[-1]
-    assert np.abs(pose.position_m[:2] - [0.2, 0.1]).max() < 0.02
-
-
-def test_a_wrong_calibration_is_owned_to():
-    """The right camera looks up by two tenths of a degree, two pixels: no pose is predicted as surer than it is."""
-    pitch = np.deg2rad(0.2)
-    turn = np.array([[1, 0, 0], [0, np.cos(pitch), -np.sin(pitch)], [0, np.sin(pitch), np.cos(pitch)]])
-    believed = [CAMERAS[0], dataclasses.replace(CAMERAS[1], world_to_camera=turn @ CAMERAS[1].world_to_camera)]
-    for seed in range(57, 62):
-        _, release = flight(seed)
-        made, right = tracker(), tracker()
-        made.cameras = {camera.name: camera for camera in believed}
-        last = fly(made, release, np.random.default_rng(seed), -0.1, 0.8 * release.crossing_s)[-1][1]
-        best = fly(right, release, np.random.default_rng(seed), -0.1, 0.8 * release.crossing_s)[-1][1]
-        assert last is None or honest(last, release)
-        assert last is None or np.trace(last.covariance_m2) > 4 * np.trace(best.covariance_m2)
 
 
 def test_the_search_hints_the_detector_where_the_ball_should_be():
