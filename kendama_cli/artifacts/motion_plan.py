@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import typing
 from dataclasses import dataclass
 
 from kendama_cli.schema.arrays import Array, array, rising
@@ -89,6 +90,17 @@ class MotionPlan:
     def n_parameters(self) -> int:
         """Goal, duration and weights of one coordinate: the paper's 22 for 20 basis functions."""
         return len(self.centers) + 2
+
+
+def holds_primitive(artifact: type) -> bool:
+    """Whether artifacts of this type are a primitive, or carry one as ``plan``."""
+    return artifact is MotionPlan or typing.get_type_hints(artifact).get("plan") is MotionPlan
+
+
+def primitive_of(artifact: typing.Any) -> MotionPlan:
+    """The primitive that an artifact of which ``holds_primitive`` is true is or carries."""
+    plan: MotionPlan = artifact if isinstance(artifact, MotionPlan) else artifact.plan
+    return plan
 
 
 @dataclass(frozen=True)

@@ -21,12 +21,18 @@ Source = Annotated[
     ),
 ]
 Stage = Annotated[
-    str, typer.Option(metavar="STAGE", help="encode: the average primitive; adapt: the one adapted to the arm.")
+    str | None,
+    typer.Option(
+        metavar="STAGE",
+        help="The stage that gave it: encode the average of the demonstrations, adapt the one that an arm plays; the "
+        "first of the run that gave one if left out.",
+        autocompletion=completion.stages,
+    ),
 ]
 
 
 @motion_app.command("show")
-def motion_show(source: Source = None, stage: Stage = "encode", as_json: Json = False, home: Home = None) -> None:
+def motion_show(source: Source = None, stage: Stage = None, as_json: Json = False, home: Home = None) -> None:
     """Say what a primitive is: duration, start, goal, weights, and how its demonstrations differed."""
     from kendama_cli.cli.motion_work import show
 
@@ -39,7 +45,7 @@ def motion_export(
     output: Annotated[Path, typer.Option("-o", "--output", metavar="FILE", help="FILE.yaml or FILE.json.")] = Path(
         "motion.yaml"
     ),
-    stage: Stage = "encode",
+    stage: Stage = None,
     home: Home = None,
 ) -> None:
     """Write a primitive as YAML or JSON, exact to the last bit; encode.plan=FILE takes it up again."""
@@ -57,7 +63,7 @@ def motion_sample(
     ] = Path("sample.yaml"),
     scale: Annotated[float, typer.Option(metavar="S", min=0.0, help="Standard deviations are S times as large.")] = 1.0,
     seed: Annotated[int, typer.Option(metavar="SEED", min=0, help="The same seed draws the same swings.")] = 0,
-    stage: Stage = "encode",
+    stage: Stage = None,
     home: Home = None,
 ) -> None:
     """Draw perturbed swings from the distribution that the demonstrations spanned."""

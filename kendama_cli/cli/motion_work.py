@@ -2,24 +2,27 @@
 
 from __future__ import annotations
 
+import contextlib
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from kendama_cli.artifacts.motion_plan import CatchMotion, MotionPlan
+from kendama_cli.artifacts.motion_plan import MotionPlan, holds_primitive, primitive_of
 from kendama_cli.cli import render
 from kendama_cli.config.site import find_site
-from kendama_cli.devices.hand.plan_file import read_plan, text_format
-from kendama_cli.errors import StoreError, UsageError
+from kendama_cli.devices.hand.plan_file import TEXT_FORMATS, read_plan, text_format
+from kendama_cli.errors import MissingPartError, StoreError, UsageError
 from kendama_cli.motion.plan_text import plan_text
 from kendama_cli.motion.variation import covariance, sample_plan
 from kendama_cli.pipeline.record import find_run, past_runs
+from kendama_cli.schema.declaration import find_stage, stage_names
+from kendama_cli.schema.registry import resolve
 from kendama_cli.store import durable
 from kendama_cli.store.codecs import load_artifact
 
 
-def show(source: str | None, stage: str, home: Path | None, *, as_json: bool) -> None:
+def show(source: str | None, stage: str | None, home: Path | None, *, as_json: bool) -> None:
     """Duration, start, goal, weights, and how the demonstrations differed."""
     plan = _plan(source, stage, home)
     deviations = covariance(plan).diagonal() ** 0.5
@@ -51,13 +54,13 @@ def show(source: str | None, stage: str, home: Path | None, *, as_json: bool) ->
     render.table([[render.figure(value) for value in row.values()] for row in rows], head=list(rows[0]))
 
 
-def export(source: str | None, stage: str, home: Path | None, output: Path) -> None:
+def export(source: str | None, stage: str | None, home: Path | None, output: Path) -> None:
     """Write a primitive as YAML or JSON."""
     _write(_plan(source, stage, home), output)
 
 
 def sample(
-    source: str | None, stage: str, home: Path | None, output: Path, *, count: int, scale: float, seed: int
+    source: str | None, stage: str | None, home: Path | None, output: Path, *, count: int, scale: float, seed: int
 ) -> None:
     """Write ``count`` swings drawn from a primitive's distribution; raises UsageError where it has none."""
     plan = _plan(source, stage, home)
@@ -75,25 +78,41 @@ def _write(plan: MotionPlan, output: Path) -> None:
     render.text(str(output))
 
 
-def _plan(source: str | None, stage: str, home: Path | None) -> MotionPlan:
-    if source is not None and Path(source).suffix.lower() in (".yaml", ".yml", ".json"):
+def _plan(source: str | None, stage: str | None, home: Path | None) -> MotionPlan:
+    if source is not None and Path(source).suffix.lower() in TEXT_FORMATS:
         return read_plan(source)
-    folder = Path(source) if source is not None and Path(source).is_dir() else _of_run(source, stage, home)
-    try:
-        artifact: MotionPlan | CatchMotion = load_artifact(MotionPlan | CatchMotion, folder)
-    except StoreError as error:
-        raise UsageError(f"{folder} holds no primitive that can be read; name what encode or adapt gave") from error
-    return artifact.plan if isinstance(artifact, CatchMotion) else artifact
+    if source is not None and Path(source).is_dir():
+        return _of_folder(Path(source))
+    kind, folder = _of_run(source, stage, home)
+    return primitive_of(load_artifact(kind, folder))
 
 
-def _of_run(run: str | None, stage: str, home: Path | None) -> Path:
-    if stage not in ("encode", "adapt"):
-        raise UsageError(f"--stage is '{stage}'; allowed: encode, adapt")
+def _of_folder(folder: Path) -> MotionPlan:
+    for name in stage_names():
+        with contextlib.suppress(MissingPartError, StoreError):  # not to be imported, or gives something else
+            kind = _gives(name)
+            if kind is not None:
+                return primitive_of(load_artifact(kind, folder))
+    raise UsageError(f"{folder} holds no primitive that can be read; name the artifact of a stage that gives one")
+
+
+def _of_run(run: str | None, stage: str | None, home: Path | None) -> tuple[type, Path]:
     place = find_site(home).home
     newest = find_run(place, run)
     for record in [newest] if run is not None else reversed(past_runs(place)):
         for made in record["stages"]:
-            if made["name"] == stage and made["artifact"] is not None:
-                return Path(made["artifact"])
+            kind = _gives(made["stage"]) if made["artifact"] is not None and stage in (None, made["name"]) else None
+            if kind is not None:
+                return kind, Path(made["artifact"])
     which = f"the run {newest['run']} has" if run is not None else f"the runs in {place} have"
-    raise UsageError(f"{which} no result of '{stage}'; name another run or --stage, or make one with 'kendama run'")
+    what = "no primitive" if stage is None else f"no primitive of stage '{stage}'"
+    raise UsageError(f"{which} {what}; name another run or --stage, or make one with 'kendama run'")
+
+
+def _gives(stage: str) -> type | None:
+    """The artifact that the stage's declaration names, where that is or carries a primitive."""
+    declaration = find_stage(stage)
+    if declaration is None:  # its package is gone
+        return None
+    kind: type = resolve(declaration.gives, f"stage '{stage}'")
+    return kind if holds_primitive(kind) else None

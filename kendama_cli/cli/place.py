@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -11,64 +12,56 @@ import yaml
 
 from kendama_cli.artifacts.motion_plan import MotionPlan
 from kendama_cli.cli import render
-from kendama_cli.cli.progress import PlainLines, observer
-from kendama_cli.config.compose import composed
+from kendama_cli.cli.pipeline_result import run_for
 from kendama_cli.config.site import Site
-from kendama_cli.errors import StageError, UsageError
-from kendama_cli.pipeline.catalogue import load_pipeline
+from kendama_cli.errors import UsageError
 from kendama_cli.pipeline.inputs import resolve_files
-from kendama_cli.pipeline.nodes import build_settings
-from kendama_cli.pipeline.plan import Planner
-from kendama_cli.pipeline.record import begin
-from kendama_cli.pipeline.runner import Runner
 from kendama_cli.settings.placement import placed
 from kendama_cli.simulation.placement.find_placement import PlacedMotion, find_placement, measured, require_workable
-from kendama_cli.store.codecs import load_artifact
 from kendama_cli.store.durable import write_file
-from kendama_cli.store.store import Store
-
-PIPELINE = "imitation"
 
 
-def place(site: Site, overrides: list[str], output: Path | None, *, line: bool, effort: float, as_json: bool) -> None:
-    """Encode the configured demonstrations, search, show the table, and write the node where ``output`` is given.
+@dataclass(frozen=True)
+class PlaceOptions:
+    """What ``kendama robot place`` was asked for."""
+
+    output: Path | None
+    line: bool
+    effort: float
+    as_json: bool
+
+
+def place(site: Site, pipeline: str, overrides: list[str], options: PlaceOptions) -> None:
+    """Make the pipeline's primitive, search, show the table, and write the node where ``options.output`` is given.
 
     Raises what the stages raise, StageError where no placement is workable, UsageError where the node cannot be
     written; nothing is written then.
     """
+    output = options.output
     if output is not None and output.suffix not in (".yaml", ".yml"):
         raise UsageError(f"-o {output}: a node is a YAML file; name it like conf/robot/mine.yaml")
-    declared = load_pipeline(PIPELINE, site.pipeline_folders).until("encode")
-    config = composed(site, [*declared.overrides, *overrides])
-    settings = build_settings(config)
-    planner = Planner(Store(site.home), declared, settings, site.data_roots)
-    record = begin(site.home, PIPELINE, overrides)
-    with PlainLines() if as_json else observer() as view:
-        Runner(planner, record, view).run()
-    last = record.stages[-1]
-    if record.outcome != "done" or last.artifact is None:
-        raise StageError(last.error or f"{last.name} gave nothing")
-    plan = load_artifact(MotionPlan, Path(last.artifact))
+    made = run_for(MotionPlan, site, pipeline, overrides, as_json=options.as_json)
+    plan, settings = made.artifact, made.settings
     robot = resolve_files(settings["robot"], "robot", site.data_roots)
     game, lead_in = settings["game"], settings["adapt"].lead_in_m_s2
-    kept = settings["adapt"].line if line else None
+    kept = settings["adapt"].line if options.line else None
 
     def tell(done: int, total: int, cost: float) -> None:
         render.note(f"place: {done}/{total}, {'nothing reaches yet' if cost >= 1e1 else f'peak {cost:.3f}'}")
 
     try:
-        found = find_placement(robot, game, plan, lead_in, line=kept, effort=effort, progress=tell)
+        found = find_placement(robot, game, plan, lead_in, line=kept, effort=options.effort, progress=tell)
     except SystemError as error:  # how compiled code that was interrupted ends
         raise KeyboardInterrupt from error
     arm = placed(robot, found)
     motion = measured(arm, game, plan, lead_in)
-    if as_json:
+    if options.as_json:
         render.document(_document(motion))
     else:
         _show(motion)
     require_workable(arm, motion)
     if output is not None:
-        _write(output, config["robot"], motion)
+        _write(output, made.config["robot"], motion)
         render.note(f"written to {output}; use it with robot={output.stem}")
 
 

@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from kendama_cli.cli import render
-from kendama_cli.cli.options import Arm, ConfigDir, Home, Json, Overrides
+from kendama_cli.cli.options import Arm, ConfigDir, Home, Json, Overrides, PipelineName
 from kendama_cli.config.site import find_site
 from kendama_cli.errors import UsageError
 
@@ -28,6 +28,7 @@ def robot_key(file: Annotated[str, typer.Argument(metavar="[FILE]", help="Where 
 @robot_app.command("check")
 def robot_check(
     overrides: Overrides = None,
+    pipeline: PipelineName = "imitation",
     as_json: Json = False,
     home: Home = None,
     config_dir: ConfigDir = None,
@@ -35,7 +36,7 @@ def robot_check(
     """Check the imitated swing against limits, stops, gaps, table and workspace, with margins; nothing moves."""
     from kendama_cli.cli.check import check  # dartpy and compiled code
 
-    return check(find_site(home, config_dir), overrides or [], as_json=as_json)
+    return check(find_site(home, config_dir), pipeline, overrides or [], as_json=as_json)
 
 
 @robot_app.command("recover")
@@ -81,6 +82,7 @@ def robot_twin(
 @robot_app.command("place")
 def robot_place(
     overrides: Overrides = None,
+    pipeline: PipelineName = "imitation",
     output: Annotated[
         Path | None,
         typer.Option("-o", "--output", metavar="FILE", help="Write a node, e.g. conf/robot/mine.yaml for robot=mine."),
@@ -94,6 +96,7 @@ def robot_place(
     config_dir: ConfigDir = None,
 ) -> None:
     """Find where the arm should stand, and how hold the cup, for the configured demonstrations (about a minute)."""
-    from kendama_cli.cli.place import place  # dartpy and compiled code
+    from kendama_cli.cli.place import PlaceOptions, place  # dartpy and compiled code
 
-    place(find_site(home, config_dir), overrides or [], output, line=line, effort=effort, as_json=as_json)
+    options = PlaceOptions(output, line, effort, as_json)
+    place(find_site(home, config_dir), pipeline, overrides or [], options)

@@ -11,6 +11,7 @@ from typing import Any
 from kendama_cli.errors import ConfigError, UsageError
 from kendama_cli.schema.declaration import STAGES, StageDeclaration, find_stage, stage_names
 from kendama_cli.schema.plain_yaml import load_yaml
+from kendama_cli.schema.registry import resolve
 from kendama_cli.schema.settings import nearest
 
 
@@ -45,6 +46,16 @@ class Pipeline:
         names = [spec.name for spec in self.stages]
         known = f"it has {', '.join(names)}{nearest(name, names)}"
         raise UsageError(f"{option} {name}: pipeline '{self.name}' has no such stage; {known}")
+
+    def giving(self, artifact: type) -> StageSpec:
+        """The first stage whose declaration says that it gives ``artifact``; raises UsageError where none does."""
+        for spec in self.stages:
+            if resolve(spec.declaration.gives, f"stage '{spec.name}'") is artifact:
+                return spec
+        given = ", ".join(f"{spec.name} a {spec.declaration.gives.partition(':')[2]}" for spec in self.stages)
+        raise UsageError(
+            f"pipeline '{self.name}' has no stage that gives a {artifact.__name__} ({given}); name another with -p"
+        )
 
     def until(self, name: str | None) -> Pipeline:
         """The part of the pipeline that ``name`` needs, with itself; all of it for None."""

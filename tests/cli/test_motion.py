@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import json
 from pathlib import Path
 
@@ -9,7 +10,7 @@ import numpy as np
 import pytest
 
 from kendama_cli.artifacts.demonstration import DemonstrationSet
-from kendama_cli.artifacts.motion_plan import CatchMotion, JointTrajectory, MotionPlan
+from kendama_cli.artifacts.motion_plan import CatchMotion, JointTrajectory, MotionPlan, holds_primitive, primitive_of
 from kendama_cli.cli.main import main
 from kendama_cli.devices.hand.plan_file import read_plan
 from kendama_cli.motion.averaging import encode_demonstrations
@@ -26,7 +27,7 @@ def plan() -> MotionPlan:
 
 @pytest.fixture
 def home(tmp_path: Path, plan: MotionPlan) -> Path:
-    """A home with one run that holds the results of encode and adapt."""
+    """A home with one run whose pipeline has encode and adapt under names of its own."""
     joints = JointTrajectory(("a",), np.arange(5.0), *np.zeros((3, 5, 1)))
     placement = Placement((0.0, 0.0, 0.0), 0.0, (0.0,), (0.0, 0.0, 0.3), (1.0, 0.0, 0.0), (1.0,))
     catch = CatchMotion(plan=plan, joints=joints, placement=placement, caught=True, success_rate=1.0)
@@ -35,7 +36,7 @@ def home(tmp_path: Path, plan: MotionPlan) -> Path:
         folder = tmp_path / name
         folder.mkdir()
         save_artifact(type(artifact), artifact, folder)
-        stages.append({"name": name, "artifact": str(folder)})
+        stages.append({"name": f"{name}-mine", "stage": name, "artifact": str(folder)})
     record = {"run": "20260101-120000-abcdef", "pipeline": "imitation", "overrides": [], "outcome": "done"}
     folder = tmp_path / "home" / "runs" / record["run"]
     folder.mkdir(parents=True)
@@ -52,7 +53,7 @@ def same(one: MotionPlan, other: MotionPlan) -> bool:
 
 
 @pytest.mark.parametrize("name", ["swing.yaml", "swing.json", "swing.yml"])
-@pytest.mark.parametrize("source", [[], ["20260101"], ["--stage", "adapt"]], ids=["newest", "run", "adapt"])
+@pytest.mark.parametrize("source", [[], ["20260101"], ["--stage", "adapt-mine"]], ids=["newest", "run", "adapt"])
 def test_what_is_exported_is_what_was_stored(
     home: Path, tmp_path: Path, plan: MotionPlan, name: str, source: list[str]
 ) -> None:
@@ -71,7 +72,7 @@ def test_a_newer_run_without_a_primitive_is_passed_over_unless_it_is_named(
     assert same(read_plan(str(tmp_path / "swing.yaml")), plan)
     capsys.readouterr()
     assert motion(home, "export", newer.name, "-o", str(tmp_path / "swing.yaml")) == 2
-    assert f"the run {newer.name} has no result of 'encode'" in capsys.readouterr().err
+    assert f"the run {newer.name} has no primitive;" in capsys.readouterr().err
 
 
 def test_an_artifacts_folder_and_a_file_are_sources_too(home: Path, tmp_path: Path, plan: MotionPlan) -> None:
@@ -99,11 +100,18 @@ def test_sample_draws_as_many_as_asked_and_the_same_for_a_seed(home: Path, tmp_p
     assert not same(first, plan)
 
 
+def test_a_strangers_artifact_with_a_plan_carries_a_primitive_and_others_do_not(plan: MotionPlan) -> None:
+    stranger = dataclasses.make_dataclass("Tuned", [("plan", MotionPlan), ("gain", float)], frozen=True)
+    assert holds_primitive(stranger)
+    assert same(primitive_of(stranger(plan, 1.0)), plan)
+    assert not holds_primitive(DemonstrationSet)
+
+
 @pytest.mark.parametrize(
     ("arguments", "told"),
     [
         (["export", "nosuch"], "no run 'nosuch'; 'kendama runs' lists them"),
-        (["export", "--stage", "learn"], "--stage is 'learn'; allowed: encode, adapt"),
+        (["export", "--stage", "learn"], "have no primitive of stage 'learn'; name another run or --stage"),
         (["export", "-o", "swing.txt"], "swing.txt: ends in '.txt'; name it FILE.yaml, FILE.yml or FILE.json"),
         (["show", "nosuch.yaml"], "nosuch.yaml: cannot be read (No such file or directory)"),
     ],
@@ -133,4 +141,4 @@ def test_a_result_that_is_no_primitive_is_told(home: Path, tmp_path: Path, capsy
     folder.mkdir()
     save_artifact(DemonstrationSet, DemonstrationSet((demonstration(),)), folder)
     assert motion(home, "show", str(folder)) == 2
-    assert "holds no primitive that can be read; name what encode or adapt gave" in capsys.readouterr().err
+    assert "holds no primitive that can be read; name the artifact of a stage that gives one" in capsys.readouterr().err

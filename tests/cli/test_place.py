@@ -82,3 +82,13 @@ def test_a_node_must_be_a_yaml_file(tmp_path: Path) -> None:
     done = kendama(tmp_path, "robot", "place", "-o", "mine.txt", expect=2)
     assert "-o mine.txt: a node is a YAML file; name it like conf/robot/mine.yaml" in done.stderr
     assert not (tmp_path / ".kendama").exists()
+
+
+@pytest.mark.parametrize(("command", "artifact"), [("place", "MotionPlan"), ("check", "CatchMotion")])
+def test_a_pipeline_that_declares_no_such_result_is_refused_before_anything_runs(
+    tmp_path: Path, command: str, artifact: str
+) -> None:
+    done = kendama(tmp_path, "robot", command, "-p", "swingup", expect=2)
+    assert f"pipeline 'swingup' has no stage that gives a {artifact} (learn a PolicyArtifact, " in done.stderr
+    assert "name another with -p" in done.stderr
+    assert not (tmp_path / ".kendama" / "runs").exists()

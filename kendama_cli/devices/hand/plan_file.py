@@ -8,17 +8,18 @@ from kendama_cli.artifacts.motion_plan import MotionPlan
 from kendama_cli.errors import InputError
 from kendama_cli.motion.plan_text import TextFormat, plan_from_text
 
+TEXT_FORMATS: dict[str, TextFormat] = {".yaml": "yaml", ".yml": "yaml", ".json": "json"}
+"""What a primitive is written as, by the ending of its file."""
+
 REMEDY = "give a file that 'kendama motion export' wrote"
 
 
 def text_format(path: str | Path) -> TextFormat:
     """JSON for ``.json``, YAML for ``.yaml`` and ``.yml``; raises InputError for any other ending."""
     ending = Path(path).suffix.lower()
-    if ending == ".json":
-        return "json"
-    if ending in (".yaml", ".yml"):
-        return "yaml"
-    raise InputError(str(path), f"ends in '{ending}'", remedy="name it FILE.yaml, FILE.yml or FILE.json")
+    if ending not in TEXT_FORMATS:
+        raise InputError(str(path), f"ends in '{ending}'", remedy="name it FILE.yaml, FILE.yml or FILE.json")
+    return TEXT_FORMATS[ending]
 
 
 def read_plan(path: str) -> MotionPlan:
