@@ -7,12 +7,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from kendama_cli.devices.recording_format import C3D_BLOCK_BYTES
 from kendama_cli.errors import InputError
 from kendama_cli.schema.arrays import Array
 from kendama_cli.vision.flight_search import RecordedTrack
 
-BLOCK = 512
-KEY = 0x50
 INTEL, DEC, MIPS = 84, 85, 86
 METRES = {"m": 1.0, "cm": 1e-2, "mm": 1e-3}
 REMEDY = "export the recording again, or as CSV with the columns t_s,x_m,y_m,z_m"
@@ -23,11 +22,6 @@ class _Parameter:
     kind: int
     dimensions: tuple[int, ...]
     data: bytes
-
-
-def is_c3d(content: bytes) -> bool:
-    """Whether ``content`` begins as a C3D file does."""
-    return len(content) >= BLOCK and content[1] == KEY and 2 <= content[0] <= 20 and b"\0" in content[:BLOCK]
 
 
 def read_c3d(path: str, content: bytes) -> list[RecordedTrack]:
@@ -41,17 +35,17 @@ def read_c3d(path: str, content: bytes) -> list[RecordedTrack]:
 class _C3d:
     def __init__(self, path: str, content: bytes) -> None:
         self._path, self._content = path, content
-        begin = (content[0] - 1) * BLOCK
+        begin = (content[0] - 1) * C3D_BLOCK_BYTES
         self._processor = content[begin + 3]
         if self._processor not in (INTEL, DEC, MIPS):
             raise ValueError(f"processor type {self._processor}, allowed: 84, 85, 86")
         self._order = ">" if self._processor == MIPS else "<"
-        self._parameters = self._read_parameters(begin + 4, begin + BLOCK * content[begin + 2])
+        self._parameters = self._read_parameters(begin + 4, begin + C3D_BLOCK_BYTES * content[begin + 2])
 
     def tracks(self) -> list[RecordedTrack]:
         """The points over time."""
         count, analog, first, last = struct.unpack_from(f"{self._order}4H", self._content, 2)
-        begin = (struct.unpack_from(f"{self._order}H", self._content, 16)[0] - 1) * BLOCK
+        begin = (struct.unpack_from(f"{self._order}H", self._content, 16)[0] - 1) * C3D_BLOCK_BYTES
         scale, rate_hz = self._floats(self._content[12:16])[0], self._floats(self._content[20:24])[0]
         rate_hz = self._number("POINT", "RATE") or rate_hz
         unit = self._texts("POINT", "UNITS")[:1] or ["mm"]

@@ -10,11 +10,6 @@ METRES = {"meters": 1.0, "centimeters": 1e-2, "millimeters": 1e-3}
 REMEDY = "export it again from Motive as CSV with header information and positions"
 
 
-def is_motive(text: str) -> bool:
-    """Whether ``text`` begins as Motive's CSV does."""
-    return text.startswith("Format Version,")
-
-
 def read_motive(path: str, text: str) -> list[RecordedTrack]:
     """A track in metres per rigid body or marker that has positions; empty cells mean not seen."""
     rows = rows_of(text, ",")

@@ -12,11 +12,6 @@ REMEDY = "export it again from Qualisys Track Manager as TSV with 3D data"
 MM_PER_M = 1000.0
 
 
-def is_qualisys(text: str) -> bool:
-    """Whether ``text`` begins as Qualisys' TSV does."""
-    return text.startswith("NO_OF_FRAMES\t")
-
-
 def read_qualisys(path: str, text: str) -> list[RecordedTrack]:
     """A track per marker in metres; 0.000 on all axes means not seen."""
     rows = rows_of(text, "\t")

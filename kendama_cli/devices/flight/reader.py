@@ -2,51 +2,43 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
 from pathlib import Path
 
-from kendama_cli.devices.flight import c3d, motive, qualisys
+from kendama_cli.devices.flight.c3d import read_c3d
 from kendama_cli.devices.flight.mcap_tracks import read_mcap_tracks
+from kendama_cli.devices.flight.motive import read_motive
+from kendama_cli.devices.flight.qualisys import read_qualisys
 from kendama_cli.devices.flight.table import checked, read_table
-from kendama_cli.errors import InputError
+from kendama_cli.devices.recording_format import (
+    C3D,
+    MCAP,
+    MOTIVE,
+    QUALISYS,
+    QUALISYS_6D,
+    RecordingFormat,
+    format_of,
+    text_of,
+)
 from kendama_cli.vision.flight_search import RecordedTrack
 
-MCAP_MAGIC = b"\x89MCAP0\r\n"
 KNOWN = "give a CSV with the columns t_s,x_m,y_m,z_m, a Qualisys TSV, a Motive CSV, a C3D, or an MCAP with transforms"
+
+OF_TEXT: Mapping[RecordingFormat, Callable[[str, str], list[RecordedTrack]]] = {
+    QUALISYS: read_qualisys,
+    QUALISYS_6D: read_qualisys,
+    MOTIVE: read_motive,
+}
+"""What reads which text; any other is a plain table."""
 
 
 def read_tracks(path: Path) -> list[RecordedTrack]:
     """Every point's track in the file; raises InputError for a file that is none of the known kinds, or damaged."""
-    name = str(path)
-    if path.is_dir():
-        raise InputError(name, "is a folder, not a file", remedy=KNOWN)
-    try:
-        content = path.read_bytes()
-    except FileNotFoundError:
-        raise InputError(name, "no such file", remedy=KNOWN) from None
-    except OSError as wrong:
-        raise InputError(name, f"cannot be read ({wrong.strerror})", remedy=KNOWN) from None
-    if not content.strip():
-        raise InputError(name, "is empty", remedy=KNOWN)
-    if content.startswith(MCAP_MAGIC):
+    name, form = str(path), format_of(path, remedy=KNOWN)
+    if form is MCAP:
         tracks = read_mcap_tracks(path)
-    elif c3d.is_c3d(content):
-        tracks = c3d.read_c3d(name, content)
+    elif form is C3D:
+        tracks = read_c3d(name, path.read_bytes())
     else:
-        tracks = _from_text(name, content)
+        tracks = OF_TEXT.get(form, read_table)(name, text_of(name, path.read_bytes(), remedy=KNOWN))
     return [checked(name, track) for track in tracks]
-
-
-def _from_text(path: str, content: bytes) -> list[RecordedTrack]:
-    try:
-        text = content.decode("utf-8-sig")
-    except UnicodeDecodeError as wrong:
-        problem = f"not UTF-8 text (byte 0x{content[wrong.start]:02x}), and neither MCAP nor C3D"
-        raise InputError(path, problem, where=f"byte {wrong.start}", remedy=KNOWN) from None
-    if "\0" in text:
-        problem = "not a text file (it holds a zero byte), and neither MCAP nor C3D"
-        raise InputError(path, problem, where=f"character {text.index(chr(0))}", remedy=KNOWN)
-    if qualisys.is_qualisys(text):
-        return qualisys.read_qualisys(path, text)
-    if motive.is_motive(text):
-        return motive.read_motive(path, text)
-    return read_table(path, text)

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
 
-from kendama_cli.devices.flight.motive import is_motive
-from kendama_cli.devices.flight.reader import read_tracks
+from kendama_cli.devices.flight.reader import KNOWN, read_tracks
 from kendama_cli.devices.hand.ball_there import check_gravity, without_misses
 from kendama_cli.devices.hand.file import RecordedHand, hands_of
 from kendama_cli.devices.hand.recording import Recording, unit_rotations
@@ -17,15 +16,21 @@ from kendama_cli.devices.hand.segments import checked_swings
 from kendama_cli.devices.hand.settings import BodyCapture, BodySettings
 from kendama_cli.devices.hand.tracks.body_track import BodyTrack
 from kendama_cli.devices.hand.tracks.motive import read_motive_bodies
-from kendama_cli.devices.hand.tracks.qualisys import is_qualisys_6d, read_qualisys_bodies
+from kendama_cli.devices.hand.tracks.qualisys import read_qualisys_bodies
 from kendama_cli.devices.hand.tracks.rosbag import read_bag
-from kendama_cli.devices.hand.tracks.stream_file import is_stream, read_stream
+from kendama_cli.devices.hand.tracks.stream_file import read_stream
+from kendama_cli.devices.recording_format import BAG, MOTIVE, QUALISYS_6D, STREAM, RecordingFormat, format_of, text_of
 from kendama_cli.errors import InputError
 from kendama_cli.motion.rotation import exponential, multiply
 from kendama_cli.motion.rotation_matrix import log_of
 from kendama_cli.schema.arrays import Array
 
-BAGS = (".bag", ".db3")
+OF_BODIES: Mapping[RecordingFormat, Callable[[str, str], list[BodyTrack]]] = {
+    MOTIVE: read_motive_bodies,
+    QUALISYS_6D: read_qualisys_bodies,
+    STREAM: lambda path, text: [read_stream(path, text)],
+}
+"""What reads bodies with orientation; any other file holds points."""
 
 
 def open_bodies(settings: BodyCapture) -> Sequence[RecordedHand]:
@@ -46,16 +51,11 @@ def open_bodies(settings: BodyCapture) -> Sequence[RecordedHand]:
 def read_bodies(path: str) -> list[BodyTrack]:
     """Every body and marker in the file; its kind is told by what is in it."""
     file = Path(path)
-    if file.suffix in BAGS or (file.is_dir() and (file / "metadata.yaml").is_file()):
+    form = format_of(file, remedy=KNOWN)
+    if form is BAG:
         return read_bag(file)
-    if file.is_file() and file.suffix.lower() in (".csv", ".tsv"):
-        text = file.read_bytes().decode("utf-8-sig", errors="replace")
-        if is_motive(text):
-            return read_motive_bodies(path, text)
-        if is_qualisys_6d(text):
-            return read_qualisys_bodies(path, text)
-        if is_stream(text):
-            return [read_stream(path, text)]
+    if form in OF_BODIES:
+        return OF_BODIES[form](path, text_of(path, file.read_bytes(), remedy=KNOWN))
     return [BodyTrack(one.name, one.t_s, one.position_m, None) for one in read_tracks(file)]
 
 

@@ -14,8 +14,7 @@ from kendama_cli.devices.hand.recording import Recording
 from kendama_cli.devices.hand.segments import checked_swings
 from kendama_cli.devices.hand.settings import FileCapture
 from kendama_cli.devices.hand.text import read_text
-from kendama_cli.errors import InputError
-from kendama_cli.log.container_summary import MAGIC
+from kendama_cli.devices.recording_format import MCAP, format_of
 from kendama_cli.schema.arrays import Array
 
 UPRIGHT = np.array([1.0, 0.0, 0.0, 0.0])
@@ -74,19 +73,8 @@ def hands_of(recordings: Sequence[Recording]) -> tuple[RecordedHand, ...]:
 
 
 def _read(path: str, settings: FileCapture) -> Sequence[Recording]:
-    file = Path(path)
     remedy = "set capture.path to a recording, a glob or a list of them"
-    if file.is_dir():
-        raise InputError(path, "is a folder, not a file", remedy=f"{remedy}, such as '{path}/*.csv'")
-    try:
-        content = file.read_bytes()
-    except FileNotFoundError:
-        raise InputError(path, "no such file", remedy=remedy) from None
-    except OSError as wrong:
-        raise InputError(path, f"cannot be read ({wrong.strerror})", remedy=remedy) from None
-    if not content.strip():
-        raise InputError(path, "is empty, no row", remedy="give a file that holds a swing")
-    named = file.suffix.lower() == ".mcap"
-    if settings.format == "mcap" or (settings.format == "auto" and (named or content.startswith(MAGIC))):
+    form = format_of(Path(path), remedy=remedy, folder_remedy=f"{remedy}, such as '{path}/*.csv'")
+    if settings.format == "mcap" or (settings.format == "auto" and form is MCAP):
         return read_mcap(path, settings)
-    return (read_text(path, content, settings),)
+    return (read_text(path, Path(path).read_bytes(), settings),)

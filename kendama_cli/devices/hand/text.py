@@ -11,10 +11,12 @@ import numpy as np
 
 from kendama_cli.devices.hand.recording import Recording, unit_rotations
 from kendama_cli.devices.hand.settings import Column, FileCapture
+from kendama_cli.devices.recording_format import text_of
 from kendama_cli.errors import InputError
 from kendama_cli.schema.arrays import Array
 from kendama_cli.schema.settings import nearest
 
+REMEDY = "give a text file (CSV, TSV or whitespace-separated) or an MCAP file"
 DELIMITERS = {"tab": "\t", "semicolon": ";", "comma": ",", "pipe": "|"}
 METRES = {"m": 1.0, "cm": 1e-2, "mm": 1e-3}
 SECONDS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
@@ -38,7 +40,7 @@ class Rows:
 
 def read_text(path: str, content: bytes, settings: FileCapture) -> Recording:
     """The recording in the text ``content`` of the file ``path``; raises InputError naming line, column and value."""
-    rows = _rows(path, _split(_decode(path, content), settings), settings)
+    rows = _rows(path, _split(text_of(path, content, remedy=REMEDY), settings), settings)
     scale = METRES[settings.unit]
     axes = []
     for axis, sign in (("x", settings.sign.x), ("y", settings.sign.y), ("z", settings.sign.z)):
@@ -81,17 +83,6 @@ def _rotation(path: str, rows: Rows, settings: FileCapture, place: Callable[[int
             return None
         parts.append(sign * _numbers(path, rows, f"capture.rotation.{axis}", column, settings))
     return unit_rotations(path, np.column_stack(parts), place, from_start=named.upright == "start")
-
-
-def _decode(path: str, content: bytes) -> str:
-    remedy = "give a text file (CSV, TSV or whitespace-separated) or an MCAP file"
-    if (zero := content.find(b"\0")) >= 0:
-        raise InputError(path, "not a text file (it holds a zero byte)", where=f"byte {zero}", remedy=remedy)
-    try:
-        return content.decode("utf-8-sig")
-    except UnicodeDecodeError as wrong:
-        problem = f"not UTF-8 text (byte 0x{content[wrong.start]:02x})"
-        raise InputError(path, problem, where=f"byte {wrong.start}", remedy=remedy) from None
 
 
 def _split(text: str, settings: FileCapture) -> list[Row]:

@@ -16,11 +16,6 @@ WIDTH = 16
 MM_PER_M = 1000.0
 
 
-def is_qualisys_6d(text: str) -> bool:
-    """Whether ``text`` begins as such an export does."""
-    return text.startswith("NO_OF_FRAMES\t") and "\nNO_OF_BODIES\t" in text[:2000]
-
-
 def read_qualisys_bodies(path: str, text: str) -> list[BodyTrack]:
     """A track per body; a body that was not seen has zeros throughout, or no residual."""
     rows = rows_of(text, "\t")

@@ -8,9 +8,8 @@ from typing import Self
 
 from kendama_cli.devices.flight.table import numbers, rows_of
 from kendama_cli.devices.hand.tracks.body_track import BodyTrack
+from kendama_cli.devices.recording_format import STREAM_HEADER
 from kendama_cli.errors import ConfigError
-
-HEAD = "t_s,x_m,y_m,z_m,qw,qx,qy,qz"
 
 
 class StreamFile:
@@ -25,7 +24,7 @@ class StreamFile:
                 "capture.record",
                 f"'capture.record' is {path}, which exists; a recording is never overwritten: name another",
             ) from None
-        self._file.write(f"# {name}\n{HEAD}\n")
+        self._file.write(f"# {name}\n{STREAM_HEADER}\n")
 
     def __enter__(self) -> Self:
         return self
@@ -41,16 +40,11 @@ class StreamFile:
         self.count += 1
 
 
-def is_stream(text: str) -> bool:
-    """Whether ``text`` begins as such a file does."""
-    return f"\n{HEAD}\n" in f"\n{text[:300]}"
-
-
 def read_stream(path: str, text: str) -> BodyTrack:
     """The body in the file; a row that was cut short at the end is left out."""
     lines = text.splitlines()
-    head = lines.index(HEAD)
+    head = lines.index(STREAM_HEADER)
     rows = [row for row in rows_of("\n".join(lines), ",", head + 2) if len(row[1]) == 8]
-    table = numbers(path, rows, range(8), HEAD.split(","))
+    table = numbers(path, rows, range(8), STREAM_HEADER.split(","))
     name = lines[0].lstrip("# ") if head else Path(path).stem
     return BodyTrack(name, table[:, 0] - table[0, 0], table[:, 1:4], table[:, 4:])

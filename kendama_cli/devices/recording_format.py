@@ -1,0 +1,90 @@
+"""The kinds of files that recordings of motion come in, told apart by how they begin: one table for every reader.
+
+The hand (``capture=file``, ``capture=body``), the measured toy and ``kendama log predict`` open their files here.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+from kendama_cli.errors import InputError
+from kendama_cli.log.container_summary import MAGIC as MCAP_MAGIC
+
+HEAD_BYTES = 4096
+C3D_BLOCK_BYTES = 512
+C3D_KEY = 0x50
+STREAM_HEADER = "t_s,x_m,y_m,z_m,qw,qx,qy,qz"
+
+
+@dataclass(frozen=True)
+class RecordingFormat:
+    """One kind of file: what messages call it, whether a file's first 4096 bytes are of it, and its usual endings.
+
+    ``endings`` decide only where a file begins as none of the others does, so that a damaged one is called so.
+    """
+
+    name: str
+    begins: Callable[[bytes], bool]
+    endings: tuple[str, ...] = ()
+
+
+def _is_c3d(head: bytes) -> bool:
+    """The address of its parameters, then the key (C3D user guide, header section)."""
+    block = head[:C3D_BLOCK_BYTES]
+    return len(block) == C3D_BLOCK_BYTES and block[1] == C3D_KEY and 2 <= block[0] <= 20 and b"\0" in block
+
+
+def _text(head: bytes) -> str:
+    return head.decode("utf-8-sig", errors="replace").replace("\r\n", "\n")
+
+
+MCAP = RecordingFormat("an MCAP with transforms", lambda head: head.startswith(MCAP_MAGIC), (".mcap",))
+BAG = RecordingFormat("a ROS bag", lambda head: head.startswith((b"#ROSBAG V", b"SQLite format 3\0")), (".bag", ".db3"))
+C3D = RecordingFormat("a C3D", _is_c3d)
+QUALISYS_6D = RecordingFormat(
+    "a Qualisys TSV of 6D data",
+    lambda head: _text(head).startswith("NO_OF_FRAMES\t") and "\nNO_OF_BODIES\t" in _text(head),
+)
+QUALISYS = RecordingFormat("a Qualisys TSV", lambda head: _text(head).startswith("NO_OF_FRAMES\t"))
+MOTIVE = RecordingFormat("a Motive CSV", lambda head: _text(head).startswith("Format Version,"))
+STREAM = RecordingFormat("a stream that was kept", lambda head: f"\n{STREAM_HEADER}\n" in f"\n{_text(head)}")
+TABLE = RecordingFormat("a table of text", lambda head: True)
+
+FORMATS = (MCAP, BAG, C3D, QUALISYS_6D, QUALISYS, MOTIVE, STREAM, TABLE)
+"""In the order in which they are tried; what is none of the others is a table."""
+
+
+def format_of(path: Path, *, remedy: str, folder_remedy: str | None = None) -> RecordingFormat:
+    """What kind of recording the file (or the folder of a ROS 2 bag) is.
+
+    Raises InputError with ``remedy`` where it cannot be read or is empty, with ``folder_remedy`` for another folder.
+    """
+    name = str(path)
+    if path.is_dir():
+        if (path / "metadata.yaml").is_file():
+            return BAG
+        raise InputError(name, "is a folder, not a file", remedy=folder_remedy or remedy)
+    try:
+        with path.open("rb") as file:
+            head = file.read(HEAD_BYTES)
+    except FileNotFoundError:
+        raise InputError(name, "no such file", remedy=remedy) from None
+    except OSError as wrong:
+        raise InputError(name, f"cannot be read ({wrong.strerror})", remedy=remedy) from None
+    if not head.strip():
+        raise InputError(name, "is empty, no row", remedy=remedy)
+    begun = next(one for one in FORMATS if one.begins(head))
+    return begun if begun is not TABLE else next((one for one in FORMATS if path.suffix.lower() in one.endings), TABLE)
+
+
+def text_of(path: str, content: bytes, *, remedy: str) -> str:
+    """The text of a file in UTF-8, with or without a byte order mark; raises InputError naming the first bad byte."""
+    if (zero := content.find(b"\0")) >= 0:
+        raise InputError(path, "not a text file (it holds a zero byte)", where=f"byte {zero}", remedy=remedy)
+    try:
+        return content.decode("utf-8-sig")
+    except UnicodeDecodeError as wrong:
+        problem = f"not UTF-8 text (byte 0x{content[wrong.start]:02x})"
+        raise InputError(path, problem, where=f"byte {wrong.start}", remedy=remedy) from None
