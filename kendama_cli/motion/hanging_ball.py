@@ -17,6 +17,7 @@ from scipy.signal import savgol_filter
 from kendama_cli.schema.arrays import Array
 
 GRAVITY_M_S2 = 9.81
+"""Where the person swung, on Earth; what a robot's game sets as its gravity is of no account here."""
 STEP_S = 4e-3
 ROPES_M = (0.32, 0.34, 0.36, 0.38, 0.40, 0.42)
 """The strings of kendamas, of small ones to those of robots' laboratories."""

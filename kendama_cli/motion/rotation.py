@@ -79,11 +79,3 @@ def angular_velocity(vector_rad: Array, rate_rad_s: Array) -> Array:
     second = np.where(a < 1e-3, 1 / 6 - a**2 / 120, (safe - np.sin(safe)) / safe**3)
     turned = np.cross(r, rate)
     return np.asarray(rate + first * turned + second * np.cross(r, turned))
-
-
-def from_euler_xyz(angles_rad: Array) -> Array:
-    """Quaternions (n, 4) of fixed-axis angles (n, 3): about x, then y, then z of the world, as KUKA's C, B, A."""
-    x, y, z = (
-        exponential(column[:, None] * axis) for column, axis in zip(np.asarray(angles_rad).T, np.eye(3), strict=True)
-    )
-    return multiply(z, multiply(y, x))

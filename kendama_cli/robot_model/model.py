@@ -120,14 +120,6 @@ class RobotModel:
         jacobian = body.skeleton.getJacobian(body.tip)
         return np.vstack([jacobian[3:], jacobian[:3]])
 
-    def mass_matrix(self, position_rad: Array) -> Array:
-        """The inertia H (n, n) of the joints [kg m^2] for the joint angles (n,)."""
-        return np.array(self._posed(position_rad).skeleton.getMassMatrix())
-
-    def mobility(self, position_rad: Array) -> Array:
-        """The acceleration that 1 Nm gives each joint: the diagonal of H^-1 (n,) [1/(kg m^2)]."""
-        return np.array(np.diag(self._posed(position_rad).skeleton.getInvMassMatrix()))
-
     def rigid_effort_nm(self, position_rad: Array, velocity_rad_s: Array, acceleration_rad_s2: Array) -> Array:
         """The torques H q'' + C q' + g (n,) [Nm] of a motion by inverse dynamics, without friction and rope."""
         skeleton = self._posed(position_rad).skeleton

@@ -6,10 +6,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from kendama_cli.artifacts.motion_plan import PosePlan
 from kendama_cli.motion.cartesian import encode_pose, play_pose
-from kendama_cli.motion.rotation import exponential, from_euler_xyz, inverse, logarithm, multiply
+from kendama_cli.motion.rotation import exponential, inverse, logarithm, multiply
 from kendama_cli.schema.arrays import Array
 from tests.motion.swings import path, settings, smooth_step
 
@@ -98,7 +99,7 @@ def test_a_recorded_arm_turns_its_tool_as_it_was_guided(recordings: Path) -> Non
     """The arm of the recording ramps one of its angles by 50 degrees between sharp corners, which are rounded."""
     rows = np.loadtxt(recordings / "li-kendama" / "kendama1-20.txt")[:350]
     place = np.column_stack((-rows[:, 1], 0 * rows[:, 1], rows[:, 3])) / 1e3
-    turned = from_euler_xyz(rows[:, [6, 5, 4]])
+    turned = np.roll(Rotation.from_euler("xyz", rows[:, [6, 5, 4]]).as_quat(), 1, axis=1)
     t = np.arange(350) / 100
     made = play_pose(encode_pose(t, place, turned, settings()), t)
     assert angle_between(made.rotation_wxyz, turned).max() < np.deg2rad(2)

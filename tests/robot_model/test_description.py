@@ -8,6 +8,7 @@ import pytest
 from kendama_cli.errors import ConfigError, InputError
 from kendama_cli.robot_model.description import read_description
 from kendama_cli.settings.robot import PER_JOINT
+from tests.robot_model.inertia import inertia_of
 from tests.simulation.dart.bench_robot import modelled, pa10
 
 GOOD = Path(pa10().path).read_text()
@@ -192,7 +193,7 @@ def test_joints_off_the_chain_are_held_fixed(tmp_path: Path) -> None:
     file.write_text(GOOD.replace("</robot>", finger))
     arm = modelled(dataclasses.replace(pa10(), path=str(file)))
     assert arm.joint_names == ("s1", "s2", "s3", "e1", "e2", "w1", "w2")
-    assert arm.mass_matrix(arm.home_rad).shape == (7, 7)
+    assert inertia_of(arm, arm.home_rad).shape == (7, 7)
 
 
 def test_the_number_of_home_angles_must_fit_the_arm() -> None:

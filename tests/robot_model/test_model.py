@@ -15,6 +15,7 @@ from kendama_cli.schema.settings import build
 from kendama_cli.settings.robot import PER_JOINT, RobotSettings
 from kendama_cli.simulation.dart.world import STEP_S, ArmWorld
 from tests.extras import require_robot_descriptions
+from tests.robot_model.inertia import inertia_of
 from tests.simulation.dart.bench_robot import ROOT, kendama_game, modelled, pa10
 
 EXTRA = ("panda", "ur10", "ur5", "xarm7")
@@ -84,7 +85,7 @@ def test_rotors_make_a_joint_as_sluggish_as_they_are_heavy() -> None:
         kendama_game().gravity_m_s2,
     )
     light = modelled(bare())
-    gain = heavy.mass_matrix(heavy.home_rad) - light.mass_matrix(light.home_rad)
+    gain = inertia_of(heavy, heavy.home_rad) - inertia_of(light, light.home_rad)
     assert gain[6, 6] == pytest.approx(0.3)
 
 
@@ -113,4 +114,4 @@ def test_a_joint_list_that_does_not_fit_the_arm_is_named(name: str) -> None:
 def test_a_held_joint_stays_where_it_is() -> None:
     arm = modelled(dataclasses.replace(bare(), held_joints=("s3",)))
     assert arm.joint_names == ("s1", "s2", "e1", "e2", "w1", "w2")
-    assert arm.mass_matrix(arm.home_rad).shape == (6, 6)
+    assert inertia_of(arm, arm.home_rad).shape == (6, 6)

@@ -61,20 +61,6 @@ class CupLine:
         speed = point.first * velocity_m_s
         return JointPoint(point.value, speed, point.first * acceleration_m_s2 + point.second * velocity_m_s**2)
 
-    def limits_fraction(self, velocity_m_s: float, acceleration_m_s2: float) -> float:
-        """The largest joint speed or acceleration over its limit, anywhere on the line at these peak values.
-
-        Toward the ends the speed falls to what this acceleration can still brake within the line.
-        """
-        worst = 0.0
-        for x in np.linspace(-self.half_width_m, self.half_width_m, 201):
-            point = self.curve.at(float(x))
-            running = min(velocity_m_s, math.sqrt(2 * acceleration_m_s2 * (self.half_width_m - abs(float(x)))))
-            speed = np.abs(point.first) * running / self._arm.limits.velocity_rad_s
-            change = np.abs(point.first) * acceleration_m_s2 + np.abs(point.second) * running**2
-            worst = max(worst, float(speed.max()), float((change / self._arm.limits.acceleration_rad_s2).max()))
-        return worst
-
 
 def cup_line(robot: RobotSettings, game: GameSettings, half_width_m: float) -> CupLine:
     """The line of +-``half_width_m`` along x for this arm; raises StageError where the arm cannot follow it."""

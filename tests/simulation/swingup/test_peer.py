@@ -9,6 +9,7 @@ import pytest
 
 from kendama_cli.robot_model.model import RobotModel
 from tests.benchmarks.arm import mujoco_model
+from tests.robot_model.inertia import inertia_of
 from tests.robot_model.test_model import ready
 from tests.simulation.dart.bench_robot import kendama_game, pa10
 
@@ -30,7 +31,7 @@ def test_inertia_and_bias_agree_with_mujoco(name: str) -> None:
         data.qpos[:n], data.qvel[:n] = place, speed
         data.qpos[n:] = [50.0, 0.0, 0.0]  # out of the way
         mujoco.mj_forward(model, data)
-        inertia = arm.mass_matrix(place)
+        inertia = inertia_of(arm, place)
         bias = arm.rigid_effort_nm(place, speed, np.zeros(n))
         for axis in range(n):
             unit, column = np.zeros(model.nv), np.zeros(model.nv)

@@ -63,11 +63,6 @@ class Coupling:
         self.force_n = force * share[..., None]
         return self.force_n
 
-    def let_go(self) -> None:
-        """No force, and nothing stored."""
-        self.force_n, self.energy_j = np.zeros_like(self.force_n), np.zeros_like(self.energy_j)
-        self._apart = None
-
 
 def _dot(a: Array, b: Array) -> Array:
     return np.asarray((a * b).sum(axis=-1))
