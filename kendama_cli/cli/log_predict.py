@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -19,15 +20,20 @@ SEEN = (0.3, 0.5, 0.7, 0.9)
 
 
 def log_predict(
-    file: Annotated[
-        Path, typer.Argument(metavar="FILE", help="CSV (t_s,x_m,y_m,z_m), Qualisys TSV, Motive CSV, C3D or MCAP.")
+    files: Annotated[
+        list[Path],
+        typer.Argument(
+            metavar="FILE...",
+            help="CSV (t_s,x_m,y_m,z_m), Qualisys TSV, Motive CSV, C3D or MCAP; several of one laboratory, of a throw "
+            "each even, count as one recording.",
+        ),
     ],
     calibrate: Annotated[
         list[Path] | None,
         typer.Option(
             metavar="FILE",
             help="Learn gravity, drag and wobble from this file's flights; repeat for more "
-            "[FILE's other flights, each flight's own left out].",
+            "[the other flights of FILE..., each flight's own left out].",
         ),
     ] = None,
     as_json: Json = False,
@@ -35,40 +41,50 @@ def log_predict(
     """Predict the end of every free flight in a recording from its first part, and say how far off that is."""
     from kendama_cli.vision.flight_trial import try_flights  # scipy and cv2
 
-    flights = _flights(file)
-    others = [flight for path in calibrate for flight in _flights(path)] if calibrate else None
-    document = _document(file, flights, try_flights(flights, SEEN, others))
+    flights, without = _flights(files)
+    others = _flights(calibrate)[0] if calibrate else None
+    document = _document(files, flights, try_flights(flights, SEEN, others))
+    for path in without:
+        render.note(f"{path}: no free flight; left out")
     if as_json:
         render.document(document)
         return
     model = document["model"]
-    whence = "the flights named by --calibrate" if calibrate else "the other flights of this file"
+    whence = "the flights named by --calibrate" if calibrate else "the other flights"
     if not model["calibrated_on"]:
         whence = "nothing, for want of other flights"
-    render.text(f"{file}: {len(flights)} flights; gravity, drag and wobble from {whence}: {render.figures(model)}")
+    what = str(files[0]) if len(files) == 1 else f"{len(files)} files"
+    render.text(f"{what}: {len(flights)} flights; gravity, drag and wobble from {whence}: {render.figures(model)}")
     rows = [document[str(seen)] for seen in SEEN]
     render.table([[render.figure(value) for value in row.values()] for row in rows], head=list(rows[0]))
 
 
-def _flights(path: Path) -> list[RecordedFlight]:
+def _flights(paths: Sequence[Path]) -> tuple[list[RecordedFlight], list[Path]]:
+    """The flights of all files, and the files that have none; raises InputError where none has any."""
     from kendama_cli.devices.flight.reader import read_tracks  # pandas
     from kendama_cli.vision.flight_search import DROP_M, FLIGHT_S, find_flights
 
-    tracks = read_tracks(path)
-    flights = find_flights(tracks)
-    if not flights:
+    found, without, tracks = [], [], 0
+    for path in paths:
+        recorded = read_tracks(path)
+        flights = find_flights(recorded)
+        tracks += len(recorded)
+        found += flights
+        if not flights:
+            without.append(path)
+    if not found:
         problem = (
-            f"no free flight in its {len(tracks)} tracks: none falls as gravity wants it to for {FLIGHT_S:g} s and "
+            f"no free flight in its {tracks} tracks: none falls as gravity wants it to for {FLIGHT_S:g} s and "
             f"ends {DROP_M:g} m under its apex"
         )
-        raise InputError(str(path), problem, remedy="give a recording of thrown balls, and look at its units")
-    return flights
+        raise InputError(str(paths[0]), problem, remedy="give a recording of thrown balls, and look at its units")
+    return found, without
 
 
-def _document(path: Path, flights: list[RecordedFlight], trial: Trial) -> dict[str, Any]:
+def _document(paths: Sequence[Path], flights: list[RecordedFlight], trial: Trial) -> dict[str, Any]:
     import numpy as np
 
-    document: dict[str, Any] = {"path": str(path), "flights": len(flights)}
+    document: dict[str, Any] = {"files": [str(path) for path in paths], "flights": len(flights)}
     for j, seen in enumerate(SEEN):
         figures: dict[str, Any] = {"seen_fraction": seen, "flights": len(flights)}
         for name, errors in (

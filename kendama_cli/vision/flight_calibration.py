@@ -16,8 +16,8 @@ from kendama_cli.vision.flight_search import GRAVITY_M_S2, RecordedFlight
 from kendama_cli.vision.free_flight import FreeFlight
 from kendama_cli.vision.settings import ColouredMotion, MotionSettings
 
-GRAVITY_SIGMA_M_S2 = 0.15
-"""Recordings are off by so much: 1.5 % in scale, 1 deg in tilt."""
+GRAVITY_SIGMA_M_S2 = 0.3
+"""Recordings are off by so much: 3 % in scale, 1.8 deg in tilt."""
 THINNED = 60
 """Samples of a flight that the likelihood looks at: what is smooth needs no more."""
 MOST_FLIGHTS = 12
@@ -88,7 +88,28 @@ def fit_flight_model(flights: Sequence[RecordedFlight]) -> FlightModel:
     values = np.asarray(np.exp(medians + spreads * best.x), dtype=np.float64)
     drag_per_s, sigma_m, intensity, wobble_m, length_s = (float(value) for value in values)
     motion = ColouredMotion("coloured", wobble_m, length_s, intensity)
-    return FlightModel(_Likelihood(thin, values).gravity_m_s2, drag_per_s, sigma_m, motion, len(flights))
+    gravity_m_s2 = _pooled_gravity(flights, drag_per_s) if len(flights) > 1 else _Likelihood(thin, values).gravity_m_s2
+    return FlightModel(gravity_m_s2, drag_per_s, sigma_m, motion, len(flights))
+
+
+def _pooled_gravity(flights: Sequence[RecordedFlight], drag_per_s: float) -> Array:
+    """The gravity (3,) that all ``flights`` (two at least) agree on, each with its start and velocity by least squares.
+
+    Weighed against standard gravity by how far the flights differ, which is more than their noise: a wobble that lasts
+    as long as a flight looks like gravity. So all flights count alike, not only those that the likelihood looks at.
+    """
+    standard = np.array([0.0, 0.0, -GRAVITY_M_S2])
+    flight = FreeFlight(standard, drag_per_s)
+    off, weight = np.zeros((len(flights), 3)), np.zeros(len(flights))
+    for i, one in enumerate(flights):
+        fall = flight.gravity_gain_s2(one.t_s)
+        free = np.linalg.qr(np.column_stack([np.ones_like(one.t_s), flight.velocity_gain_s(one.t_s)]))[0]
+        seen = fall - free @ (free.T @ fall)
+        weight[i] = seen @ seen
+        off[i] = seen @ (one.position_m - fall[:, None] * standard) / weight[i]
+    mean = weight @ off / weight.sum()
+    spread = weight @ (off - mean) ** 2 / (len(flights) - 1)
+    return np.asarray(standard + mean / (1.0 + spread / weight.sum() / GRAVITY_SIGMA_M_S2**2))
 
 
 @dataclass(frozen=True)

@@ -68,3 +68,18 @@ def test_a_file_without_a_flight_is_told_in_one_line(tmp_path, capsys, text, mes
     assert shown.out == ""
     assert len(shown.err.splitlines()) == 1
     assert message in shown.err
+
+
+def test_files_of_one_throw_each_count_as_one_recording(tmp_path, capsys):
+    names = []
+    for number in range(4):
+        track, _ = session(np.random.default_rng(10410 + number), 1)
+        names.append(str(tmp_path / f"{number}.csv"))
+        (tmp_path / f"{number}.csv").write_text(csv_text(track))
+    still = "t_s,x_m,y_m,z_m\n" + "".join(f"{i / 100},0,0,1\n" for i in range(200))
+    (tmp_path / "still.csv").write_text(still)
+    assert main(["log", "predict", *names, str(tmp_path / "still.csv"), "--json"]) == 0
+    shown = capsys.readouterr()
+    document = json.loads(shown.out)
+    assert document["flights"] == document["0.5"]["predicted"] == document["model"]["calibrated_on"] == 4
+    assert "still.csv: no free flight" in shown.err

@@ -49,12 +49,16 @@ class _C3d:
         scale, rate_hz = self._floats(self._content[12:16])[0], self._floats(self._content[20:24])[0]
         rate_hz = self._number("POINT", "RATE") or rate_hz
         unit = self._texts("POINT", "UNITS")[:1] or ["mm"]
-        if unit[0].lower() not in METRES or count == 0 or not rate_hz > 0 or scale == 0:
+        if count == 0:
+            raise InputError(self._path, "the C3D file is empty: it has no points", remedy=REMEDY)
+        if unit[0].lower() not in METRES or not rate_hz > 0 or scale == 0:
             raise ValueError(f"{count} points at {rate_hz:g} Hz in '{unit[0]}' with scale {scale:g}")
         width = 4 if scale < 0 else 2
         frame = width * (4 * count + analog)
         frames, left = divmod(len(self._content) - begin, frame)
         stated = int(self._number("POINT", "FRAMES") or last - first + 1)
+        if frames == 0 and stated <= 0:
+            raise InputError(self._path, f"the C3D file is empty: {count} points, no frame", remedy=REMEDY)
         if frames == 0 or (frames < stated and left):  # whole frames, though fewer, are an excerpt
             raise ValueError(f"cut short: {frames} of {stated} frames are there")
         frames = min(frames, stated) if stated < 65535 else frames  # more do not fit the field

@@ -117,6 +117,15 @@ def test_a_c3d_that_is_cut_short_or_from_an_unknown_machine_is_refused(tmp_path,
             read_tracks(path)
 
 
+def test_an_empty_c3d_is_empty_and_not_damaged(tmp_path, track):
+    path = tmp_path / "a.c3d"
+    whole = bytearray(c3d_bytes(track, RATE_HZ))
+    whole[2:4] = b"\0\0"
+    path.write_bytes(bytes(whole))
+    with pytest.raises(InputError, match="is empty: it has no points"):
+        read_tracks(path)
+
+
 def test_files_that_are_none_are_told(tmp_path):
     with pytest.raises(InputError, match="no such file"):
         read_tracks(tmp_path / "nothing.csv")
