@@ -165,9 +165,9 @@ def referee(
     home: Home = None,
 ) -> None:
     """Play a run's games again on a chain of links in MuJoCo, and say whether it agrees (extra 'referee')."""
-    from kendama_cli.cli.referee import referee as judge  # numpy, scipy and MuJoCo
+    from kendama_cli.cli.referee import referee as play_again  # numpy, scipy and MuJoCo
 
-    judge(find_site(home).home, run_name, as_json=as_json)
+    play_again(find_site(home).home, run_name, as_json=as_json)
 
 
 @app.command()

@@ -1,4 +1,4 @@
-"""``kendama robot check``: whether the imitated swing keeps to what the arm and its room allow."""
+"""``kendama robot check``: whether the imitated swing keeps to what the arm and its surroundings allow."""
 
 from __future__ import annotations
 

@@ -46,11 +46,11 @@ def place(site: Site, pipeline: str, overrides: list[str], options: PlaceOptions
     game, lead_in = settings["game"], settings["adapt"].lead_in_m_s2
     kept = settings["adapt"].line if options.line else None
 
-    def tell(done: int, total: int, cost: float) -> None:
+    def show_progress(done: int, total: int, cost: float) -> None:
         render.note(f"place: {done}/{total}, {'nothing reaches yet' if cost >= 1e1 else f'peak {cost:.3f}'}")
 
     try:
-        found = find_placement(robot, game, plan, lead_in, line=kept, effort=options.effort, progress=tell)
+        found = find_placement(robot, game, plan, lead_in, line=kept, effort=options.effort, progress=show_progress)
     except SystemError as error:  # how compiled code that was interrupted ends
         raise KeyboardInterrupt from error
     arm = placed(robot, found)

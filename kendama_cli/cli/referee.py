@@ -42,7 +42,7 @@ class LoggedGame:
 
 
 def referee(home: Path, run: str | None, *, as_json: bool) -> None:
-    """Play every logged game of a run again, tell what came of it, and write a log beside the run.
+    """Play every logged game of a run again, show what came of it, and write a log beside the run.
 
     Raises UsageError where the run has no such games, MissingPartError without MuJoCo.
     """
@@ -56,9 +56,9 @@ def referee(home: Path, run: str | None, *, as_json: bool) -> None:
         )
     seen = []
     for number, game in enumerate(games):
-        seen.append(judged(game))
+        seen.append(played_again(game))
         render.note(f"referee: {number + 1}/{len(games)}, {_words(seen[-1])}")
-    document = verdict(seen)
+    document = summary(seen)
     write_log(Path(record["folder"]) / REFEREE_LOG, seen, games[0].settings, document)
     if as_json:
         render.document(document)
@@ -84,7 +84,7 @@ def logged_games(record: Mapping[str, Any]) -> Iterator[LoggedGame]:
                 yield from (LoggedGame(stage["name"], game, one) for one in log.messages(topic, ReplayMessage).messages)
 
 
-def judged(game: LoggedGame) -> RefereeMessage:
+def played_again(game: LoggedGame) -> RefereeMessage:
     """One game under the referee's physics, beside our own."""
     one = game.replay
     t_s, cup_m, axis, ball_m = (np.array(list(value)) for value in (one.t_s, one.cup_m, one.cup_axis, one.ball_m))
@@ -105,7 +105,7 @@ def judged(game: LoggedGame) -> RefereeMessage:
     )
 
 
-def verdict(seen: list[RefereeMessage]) -> dict[str, Any]:
+def summary(seen: list[RefereeMessage]) -> dict[str, Any]:
     """What ``--json`` prints."""
     games = [
         {
@@ -139,7 +139,7 @@ def write_log(path: Path, seen: list[RefereeMessage], settings: GameSettings, do
         "caught_rate_low": interval.low,
         "caught_rate_high": interval.high,
         "ours_caught_rate": sum(one.ours_caught for one in seen) / len(seen),
-        "same_verdict_rate": sum(one.ours_caught == one.referee_caught for one in seen) / len(seen),
+        "same_outcome_rate": sum(one.ours_caught == one.referee_caught for one in seen) / len(seen),
         "agreement_mm_p50": document["agreement_mm_p50"],
         "games": len(seen),
     }
@@ -178,6 +178,6 @@ def _mm(miss_m: float) -> float | None:
 
 
 def _words(one: RefereeMessage) -> str:
-    told = "caught" if one.referee_caught else "missed"
+    outcome = "caught" if one.referee_caught else "missed"
     ours = "as in ours" if one.referee_caught == one.ours_caught else "other than in ours"
-    return f"{one.stage} {one.index} {told}, {ours}"
+    return f"{one.stage} {one.index} {outcome}, {ours}"

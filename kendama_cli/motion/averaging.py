@@ -11,7 +11,7 @@ from kendama_cli.artifacts.demonstration import Demonstration
 from kendama_cli.artifacts.motion_plan import MotionPlan
 from kendama_cli.motion.basis import Basis
 from kendama_cli.motion.dmp import play
-from kendama_cli.motion.encoding import Parameters, fit_swings
+from kendama_cli.motion.encoding import Parameters, fit_demonstrations
 from kendama_cli.motion.onset import Moving, moving_part
 from kendama_cli.motion.resampling import MIN_SAMPLES, TrimmedDemonstration, common_margins, cut
 from kendama_cli.motion.settings import EncodeSettings
@@ -33,13 +33,13 @@ class Deviation:
 class Encoding:
     """The primitives of several demonstrations over one basis."""
 
-    swings: tuple[TrimmedDemonstration, ...]
+    trimmed: tuple[TrimmedDemonstration, ...]
     parameters: Parameters
     basis: Basis
     coordinates: tuple[str, ...] = COORDINATES
 
     def __len__(self) -> int:
-        return len(self.swings)
+        return len(self.trimmed)
 
     def plan(self, i: int) -> MotionPlan:
         """The primitive of the i-th demonstration."""
@@ -76,9 +76,9 @@ class Encoding:
 
     def deviation(self, plan: MotionPlan, i: int) -> Deviation:
         """How far ``plan``, played at the i-th demonstration's duration, is from its samples."""
-        swing = self.swings[i]
-        made = play(plan, swing.share * plan.duration_s * plan.tau_scale).position_m
-        distance = np.linalg.norm(made - (swing.position_m - self.parameters.origin_m[i]), axis=1)
+        demonstration = self.trimmed[i]
+        made = play(plan, demonstration.share * plan.duration_s * plan.tau_scale).position_m
+        distance = np.linalg.norm(made - (demonstration.position_m - self.parameters.origin_m[i]), axis=1)
         return Deviation(
             rms_m=float(np.sqrt(np.mean(distance**2))),
             max_m=float(distance.max()),
@@ -93,19 +93,19 @@ def prepare(demonstrations: Sequence[Demonstration], settings: EncodeSettings) -
     head, tail = (
         common_margins([one.t_s for one in demonstrations], moving, settings.margin_share) if trim else (None, None)
     )
-    swings = []
+    trimmed = []
     for one, part in zip(demonstrations, moving, strict=True):
         try:
-            swings.append(cut(one.t_s, one.position_m, part, head, tail))
+            trimmed.append(cut(one.t_s, one.position_m, part, head, tail))
         except ValueError as error:
             raise ValueError(f"demonstration '{one.name}': {error}") from None
-    return tuple(swings)
+    return tuple(trimmed)
 
 
-def encode(swings: Sequence[TrimmedDemonstration], settings: EncodeSettings) -> Encoding:
-    """The primitives of ``swings``; goal, duration and weights are the paper's 22 parameters per coordinate."""
-    parameters, basis = fit_swings(swings, settings)
-    return Encoding(tuple(swings), parameters, basis)
+def encode(trimmed: Sequence[TrimmedDemonstration], settings: EncodeSettings) -> Encoding:
+    """The demonstrations' primitives; goal, duration and weights are the paper's 22 parameters per coordinate."""
+    parameters, basis = fit_demonstrations(trimmed, settings)
+    return Encoding(tuple(trimmed), parameters, basis)
 
 
 def encode_demonstrations(demonstrations: Sequence[Demonstration], settings: EncodeSettings) -> MotionPlan:
@@ -119,7 +119,9 @@ def encode_demonstrations(demonstrations: Sequence[Demonstration], settings: Enc
 def _moving(demonstration: Demonstration, settings: EncodeSettings) -> Moving:
     name, t_s = demonstration.name, demonstration.t_s
     if len(t_s) < MIN_SAMPLES:
-        raise ValueError(f"demonstration '{name}': a swing needs at least {MIN_SAMPLES} samples, not {len(t_s)}")
+        raise ValueError(
+            f"demonstration '{name}': a demonstration needs at least {MIN_SAMPLES} samples, not {len(t_s)}"
+        )
     try:
         return moving_part(
             t_s, demonstration.position_m, rest_speed_m_s=settings.rest_speed_m_s, rest_share=settings.rest_share

@@ -18,7 +18,7 @@ import numpy as np
 from kendama_cli.artifacts.motion_plan import PosePlan
 from kendama_cli.motion.averaging import Encoding
 from kendama_cli.motion.dmp import play
-from kendama_cli.motion.encoding import fit_swings
+from kendama_cli.motion.encoding import fit_demonstrations
 from kendama_cli.motion.onset import moving_part
 from kendama_cli.motion.resampling import cut
 from kendama_cli.motion.rotation import angular_velocity, continuous_logarithm, exponential, inverse, multiply
@@ -57,9 +57,9 @@ def encode_pose(t_s: Array, position_m: Array, rotation_wxyz: Array, settings: E
     first = 0 if margin is None else int(np.searchsorted(t_s, cut(t_s, position_m, part, margin, margin).onset_s))
     start = rotation_wxyz[first] / norm[first]
     turned = continuous_logarithm(multiply(rotation_wxyz / norm[:, None], inverse(start)))
-    swings = [cut(t_s, values, part, margin, margin) for values in (position_m, turned)]
-    parameters, basis = fit_swings(swings, settings)
-    encoding = Encoding(tuple(swings), parameters, basis)
+    trimmed = [cut(t_s, values, part, margin, margin) for values in (position_m, turned)]
+    parameters, basis = fit_demonstrations(trimmed, settings)
+    encoding = Encoding(tuple(trimmed), parameters, basis)
     place, turn = encoding.plan(0), encoding.plan(1)
     # rotation vectors do not add up, so the smoothed start stays where the fit saw it: a little off the first sample
     origin = np.concatenate((np.zeros(3), parameters.origin_m[1]))

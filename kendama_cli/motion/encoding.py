@@ -49,34 +49,34 @@ class Parameters:
         return np.hstack((log_t, self.start_rate, self.goal_m, self.goal_rate, self.weights.reshape(n, -1)))
 
 
-def fit_swings(swings: Sequence[TrimmedDemonstration], settings: EncodeSettings) -> tuple[Parameters, Basis]:
-    """The parameters of all ``swings``, and the basis that is best for all of them together."""
+def fit_demonstrations(trimmed: Sequence[TrimmedDemonstration], settings: EncodeSettings) -> tuple[Parameters, Basis]:
+    """The parameters of all trimmed demonstrations, and the basis that is best for all of them together."""
     bases = tuple(
         Basis(settings.functions, settings.stiffness, settings.phase_decay, width) for width in settings.width
     )
     if settings.regression == "position":
-        ends, basis = _ends_and_basis(swings, bases)
-        rows = _fit_positions(swings, ends, basis)
+        ends, basis = _ends_and_basis(trimmed, bases)
+        rows = _fit_positions(trimmed, ends, basis)
     else:
-        fits = [[_fit_force(swing, basis, settings) for swing in swings] for basis in bases]
+        fits = [[_fit_force(demonstration, basis, settings) for demonstration in trimmed] for basis in bases]
         best = int(np.argmin([sum(one.misfit for one in row) for row in fits]))
         basis, rows = bases[best], np.array([one.parameters for one in fits[best]])
-    duration = np.array([swing.duration_s for swing in swings])
+    duration = np.array([demonstration.duration_s for demonstration in trimmed])
     goal = rows[:, 2] - rows[:, 0]
     return Parameters(duration, rows[:, 0], rows[:, 1], goal, rows[:, 3], rows[:, 4:].transpose(0, 2, 1)), basis
 
 
-def _ends_and_basis(swings: Sequence[TrimmedDemonstration], bases: tuple[Basis, ...]) -> tuple[list[Ends], Basis]:
-    """Whether each swing's ends move, and the basis with the least product of scores."""
+def _ends_and_basis(trimmed: Sequence[TrimmedDemonstration], bases: tuple[Basis, ...]) -> tuple[list[Ends], Basis]:
+    """Whether each demonstration's ends move, and the basis with the least product of scores."""
     found: dict[int, Ends] = {}
     totals = np.zeros(len(bases))
-    for members in _alike(swings, [(one.starts_still, one.ends_still) for one in swings]):
-        first = swings[members[0]]
+    for members in _alike(trimmed, [(one.starts_still, one.ends_still) for one in trimmed]):
+        first = trimmed[members[0]]
         starts = (False,) if first.starts_still else (False, True)
         stops = (False,) if first.ends_still else (False, True)
         candidates = [Ends(*pair) for pair in product(starts, stops)]
         stride = -(-len(first.position_m) // THINNED)
-        thin = np.array([swings[i].position_m[::stride].T for i in members])
+        thin = np.array([trimmed[i].position_m[::stride].T for i in members])
         table = np.array([project(_operator(first, stride, bases, e), thin).score.min(axis=1) for e in candidates])
         # more freedom must pay, or chance would give resting hands a velocity
         price = np.array([SURE * (len(ends.columns) - 2) / thin.shape[2] for ends in candidates])
@@ -84,31 +84,31 @@ def _ends_and_basis(swings: Sequence[TrimmedDemonstration], bases: tuple[Basis, 
         found |= {i: candidates[b] for i, b in zip(members, best, strict=True)}
         # logarithms: metres and radians count alike, and so do swings of any size
         totals += np.log(table[best, :, np.arange(len(members))]).sum(axis=0)
-    return [found[i] for i in range(len(swings))], bases[int(totals.argmin())]
+    return [found[i] for i in range(len(trimmed))], bases[int(totals.argmin())]
 
 
-def _fit_positions(swings: Sequence[TrimmedDemonstration], ends: Sequence[Ends], basis: Basis) -> Array:
-    """y0, y0', g, g' and weights of every swing; (N, 4 + m, c)."""
+def _fit_positions(trimmed: Sequence[TrimmedDemonstration], ends: Sequence[Ends], basis: Basis) -> Array:
+    """y0, y0', g, g' and weights of every demonstration; (N, 4 + m, c)."""
     made: dict[int, Array] = {}
-    for members in _alike(swings, ends):
-        position = np.array([swings[i].position_m.T for i in members])
-        solved = solve_positions(_operator(swings[members[0]], 1, (basis,), ends[members[0]]), position)
+    for members in _alike(trimmed, ends):
+        position = np.array([trimmed[i].position_m.T for i in members])
+        solved = solve_positions(_operator(trimmed[members[0]], 1, (basis,), ends[members[0]]), position)
         made |= dict(zip(members, solved, strict=True))
-    return np.array([made[i].T for i in range(len(swings))])
+    return np.array([made[i].T for i in range(len(trimmed))])
 
 
-def _alike(swings: Sequence[TrimmedDemonstration], marks: Sequence[Hashable]) -> list[list[int]]:
-    """The numbers of the swings whose samples have the same shares and whose marks agree: solved in one go."""
+def _alike(trimmed: Sequence[TrimmedDemonstration], marks: Sequence[Hashable]) -> list[list[int]]:
+    """The numbers of the demonstrations whose samples have the same shares and whose marks agree: solved in one go."""
     groups: dict[Hashable, list[int]] = {}
-    for i, (swing, mark) in enumerate(zip(swings, marks, strict=True)):
-        groups.setdefault((len(swing.position_m), None if swing.even else i, mark), []).append(i)
+    for i, (demonstration, mark) in enumerate(zip(trimmed, marks, strict=True)):
+        groups.setdefault((len(demonstration.position_m), None if demonstration.even else i, mark), []).append(i)
     return list(groups.values())
 
 
-def _operator(swing: TrimmedDemonstration, stride: int, bases: tuple[Basis, ...], ends: Ends) -> Operator:
-    if swing.even:
-        return even_operator(len(swing.position_m), stride, bases, ends)
-    return operator(swing.share[::stride], bases, ends)
+def _operator(demonstration: TrimmedDemonstration, stride: int, bases: tuple[Basis, ...], ends: Ends) -> Operator:
+    if demonstration.even:
+        return even_operator(len(demonstration.position_m), stride, bases, ends)
+    return operator(demonstration.share[::stride], bases, ends)
 
 
 @dataclass(frozen=True)
@@ -117,14 +117,14 @@ class _ForceFit:
     misfit: float
 
 
-def _fit_force(swing: TrimmedDemonstration, basis: Basis, settings: EncodeSettings) -> _ForceFit:
+def _fit_force(demonstration: TrimmedDemonstration, basis: Basis, settings: EncodeSettings) -> _ForceFit:
     """y0, y0', g, g' from the local cubics at the ends, weights from f; (4 + m, c)."""
     from kendama_cli.motion.local_cubics import derivatives  # noqa: PLC0415 - scipy.signal, half a second to import
 
-    motion = derivatives(swing, settings.smoothing_s)
+    motion = derivatives(demonstration, settings.smoothing_s)
     nothing = np.zeros(motion.position.shape[1])
-    start_rate = motion.rate[0] if swing.starts_fast else nothing
-    goal_rate = motion.rate[-1] if swing.ends_fast else nothing
+    start_rate = motion.rate[0] if demonstration.starts_fast else nothing
+    goal_rate = motion.rate[-1] if demonstration.ends_fast else nothing
     force = target_force(motion, motion.position[-1], goal_rate, basis)
     if settings.regression == "lwr":
         weights = locally_weighted(motion.share, force, basis, passes=settings.passes)

@@ -22,12 +22,16 @@ class Derivatives:
     second: Array
 
 
-def derivatives(swing: TrimmedDemonstration, smoothing_s: float) -> Derivatives:
+def derivatives(demonstration: TrimmedDemonstration, smoothing_s: float) -> Derivatives:
     """Position and its derivatives by s, by local cubics (Savitzky-Golay) over ``smoothing_s`` of even samples."""
-    n = len(swing.position_m)
+    n = len(demonstration.position_m)
     grid = np.linspace(0.0, 1.0, n)
-    even = swing.position_m if swing.even else np.asarray(CubicSpline(swing.share, swing.position_m, axis=0)(grid))
-    wanted = max(MIN_SAMPLES, 2 * round(smoothing_s / swing.duration_s * (n - 1) / 2) + 1)
+    even = (
+        demonstration.position_m
+        if demonstration.even
+        else np.asarray(CubicSpline(demonstration.share, demonstration.position_m, axis=0)(grid))
+    )
+    wanted = max(MIN_SAMPLES, 2 * round(smoothing_s / demonstration.duration_s * (n - 1) / 2) + 1)
     window = min(wanted, n if n % 2 else n - 1)
     return Derivatives(grid, *(_local_cubic(even, window, order, 1.0 / (n - 1)) for order in range(3)))
 

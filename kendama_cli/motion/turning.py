@@ -16,7 +16,7 @@ from kendama_cli.artifacts.demonstration import Demonstration
 from kendama_cli.artifacts.motion_plan import MotionPlan, TurnPlan
 from kendama_cli.motion.averaging import Encoding
 from kendama_cli.motion.dmp import play
-from kendama_cli.motion.encoding import fit_swings
+from kendama_cli.motion.encoding import fit_demonstrations
 from kendama_cli.motion.rotation import continuous_logarithm, exponential, logarithm, multiply
 from kendama_cli.motion.settings import EncodeSettings
 from kendama_cli.schema.arrays import Array
@@ -32,16 +32,16 @@ def encode_turns(
 
     None where one of them has no orientation.
     """
-    swings, first_rad = [], []
-    for one, swing in zip(demonstrations, encoding.swings, strict=True):
+    trimmed, first_rad = [], []
+    for one, demonstration in zip(demonstrations, encoding.trimmed, strict=True):
         if one.rotation_wxyz is None:
             return None
-        first = int(np.searchsorted(one.t_s, swing.onset_s))
-        vectors = continuous_logarithm(one.rotation_wxyz)[first : first + len(swing.position_m)]
-        swings.append(dataclasses.replace(swing, position_m=vectors - vectors[0]))
+        first = int(np.searchsorted(one.t_s, demonstration.onset_s))
+        vectors = continuous_logarithm(one.rotation_wxyz)[first : first + len(demonstration.position_m)]
+        trimmed.append(dataclasses.replace(demonstration, position_m=vectors - vectors[0]))
         first_rad.append(vectors[0])
-    made, basis = fit_swings(swings, dataclasses.replace(settings, width=(encoding.basis.width,)))
-    turned = Encoding(tuple(swings), made, basis, TURNS)
+    made, basis = fit_demonstrations(trimmed, dataclasses.replace(settings, width=(encoding.basis.width,)))
+    turned = Encoding(tuple(trimmed), made, basis, TURNS)
     lost = [turned.deviation(turned.plan(i), i) for i in range(len(turned))]
     mean = turned.average()
     start = np.mean(np.array(first_rad) + made.origin_m, axis=0)

@@ -118,9 +118,9 @@ class Imperfection:
         "standard deviation of a correlated error of the tracked ball and cup, per axis [m]", at_least=0
     )
     drift_s: float = setting("time over which that error forgets itself [s]", above=0)
-    tracking_delay_s: float = setting("the tracked ball and cup are so old when they are told [s]", at_least=0)
+    tracking_delay_s: float = setting("the tracked ball and cup are so old when they are reported [s]", at_least=0)
     tracking_lost_share: float = setting(
-        "share of the periods in which ball and cup are not tracked and stay where they were told last",
+        "share of the periods in which ball and cup are not tracked and stay where they were reported last",
         at_least=0,
         below=1,
     )

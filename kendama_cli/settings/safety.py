@@ -1,4 +1,4 @@
-"""What a motion must keep to before an arm plays it: margins, and the room that it has."""
+"""What a motion must keep to before an arm plays it: margins, and the space around it."""
 
 from __future__ import annotations
 

@@ -23,7 +23,7 @@ def seen(x: float, angle: float, noise: np.ndarray | float = 0.0) -> RobotState:
     return RobotState(np.zeros(1), np.zeros(1), np.zeros(1), np.zeros(6), cup, ball, False)
 
 
-def watching(samples: int = 10, gravity_m_s2: float = 9.81) -> SwingStateEstimator:
+def make_estimator(samples: int = 10, gravity_m_s2: float = 9.81) -> SwingStateEstimator:
     return SwingStateEstimator(PERIOD_S, samples, MIDDLE_M, X, rope=bare_rope(ROPE_M), gravity_m_s2=gravity_m_s2)
 
 
@@ -44,10 +44,10 @@ def swung(accelerations: list[float], angle: float, rate: float) -> list[tuple[f
 
 @pytest.mark.parametrize("samples", [2, 10, 15])
 def test_a_driven_swing_is_followed_without_lag(samples: int) -> None:
-    watch = watching(samples)
+    estimator = make_estimator(samples)
     accelerations = [8.0 if (k // 25) % 2 else -8.0 for k in range(200)]
     for k, (x, velocity, angle, rate) in enumerate(swung(accelerations, 0.4, 2.0)):
-        state = watch.update(seen(x, angle), accelerations[k])
+        state = estimator.update(seen(x, angle), accelerations[k])
         if k >= samples:
             assert state.x_m == pytest.approx(x, abs=1e-9)
             assert state.velocity_m_s == pytest.approx(velocity, abs=1e-6)
@@ -56,18 +56,18 @@ def test_a_driven_swing_is_followed_without_lag(samples: int) -> None:
 
 
 def test_an_acceleration_that_nobody_told_of_shifts_the_rate_by_half_of_what_it_adds_in_the_window() -> None:
-    n, untold = 10, 3.0
-    watch = watching(n, gravity_m_s2=0.0)
+    n, unmodelled = 10, 3.0
+    estimator = make_estimator(n, gravity_m_s2=0.0)
     for k in range(40):
         t = k * PERIOD_S
-        state = watch.update(seen(0.0, 0.5 * untold * t * t), 0.0)
-    assert state.rate_rad_s == pytest.approx(untold * t - 0.5 * untold * (n - 1) * PERIOD_S, abs=1e-6)
+        state = estimator.update(seen(0.0, 0.5 * unmodelled * t * t), 0.0)
+    assert state.rate_rad_s == pytest.approx(unmodelled * t - 0.5 * unmodelled * (n - 1) * PERIOD_S, abs=1e-6)
 
 
 def test_the_angle_goes_round_without_a_jump_in_the_rate() -> None:
-    watch = watching(gravity_m_s2=0.0)
+    estimator = make_estimator(gravity_m_s2=0.0)
     for k in range(800):
-        state = watch.update(seen(0.0, 6.0 * k * PERIOD_S), 0.0)
+        state = estimator.update(seen(0.0, 6.0 * k * PERIOD_S), 0.0)
         assert -math.pi <= state.angle_rad <= math.pi
         if k > 0:
             assert state.rate_rad_s == pytest.approx(6.0, abs=1e-6)
@@ -78,20 +78,20 @@ def test_noise_reaches_the_rate_as_the_line_says(n: int) -> None:
     """The slope of a line through n readings deviates by sigma / h sqrt(12 / (n (n^2-1)))."""
     sigma = 0.0005
     rng = np.random.default_rng(3)
-    watch = watching(n, gravity_m_s2=0.0)
-    rates = [watch.update(seen(0.0, 0.0, sigma * rng.standard_normal(3)), 0.0).rate_rad_s for _ in range(20000)][n:]
+    estimator = make_estimator(n, gravity_m_s2=0.0)
+    rates = [estimator.update(seen(0.0, 0.0, sigma * rng.standard_normal(3)), 0.0).rate_rad_s for _ in range(20000)][n:]
     gain = math.sqrt(12 / (n * (n * n - 1)))
     assert np.std(rates) == pytest.approx(gain * sigma / ROPE_M / PERIOD_S, rel=0.05)
 
 
 def test_a_new_rollout_knows_nothing_of_the_last() -> None:
-    watch = watching()
+    estimator = make_estimator()
     for k in range(20):
-        watch.update(seen(0.01 * k, 0.1 * k), 1.0)
-    watch.begin()
-    assert watch.update(seen(0.0, 0.0), 0.0) == (0.0, 0.0, 0.0, 0.0)
+        estimator.update(seen(0.01 * k, 0.1 * k), 1.0)
+    estimator.begin()
+    assert estimator.update(seen(0.0, 0.0), 0.0) == (0.0, 0.0, 0.0, 0.0)
 
 
 def test_too_few_samples_are_refused() -> None:
     with pytest.raises(ValueError, match="at least 2 samples, not 1"):
-        watching(1)
+        make_estimator(1)

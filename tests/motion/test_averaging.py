@@ -108,7 +108,7 @@ def test_a_hand_that_never_moves_is_named():
 
 def test_a_swing_of_too_few_samples_is_named():
     short = Demonstration("blink", np.arange(4) / 100, np.arange(12.0).reshape(4, 3))
-    with pytest.raises(ValueError, match=r"demonstration 'blink': a swing needs at least 5 samples, not 4"):
+    with pytest.raises(ValueError, match=r"demonstration 'blink': a demonstration needs at least 5 samples, not 4"):
         prepare([short], settings())
 
 

@@ -40,7 +40,7 @@ def error_mm(place: np.ndarray, clean: np.ndarray | None = None, **changes: obje
     """Rms and largest distance of the primitive from the clean samples, place for place."""
     made = encoded(place, trim="none", **changes)
     plan = made.plan(0)
-    reproduced = play(plan, made.swings[0].share * plan.duration_s).position_m + made.parameters.origin_m[0] + place[0]
+    reproduced = play(plan, made.trimmed[0].share * plan.duration_s).position_m + made.parameters.origin_m[0] + place[0]
     distance = 1e3 * np.linalg.norm(reproduced - (place if clean is None else clean), axis=1)
     return float(np.sqrt(np.mean(distance**2))), float(distance.max())
 

@@ -27,7 +27,7 @@ def turned_plan(*sizes):
     encoding = encode(prepare(swings, settings()), settings())
     made = encode_turns(swings, encoding, settings())
     assert made is not None
-    return dataclasses.replace(encoding.average(), turn=made[0]), made[1], encoding.swings[0].onset_s
+    return dataclasses.replace(encoding.average(), turn=made[0]), made[1], encoding.trimmed[0].onset_s
 
 
 def test_a_turn_is_reproduced_with_the_motion():

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from kendama_cli.cli.referee import LoggedGame, judged, verdict
+from kendama_cli.cli.referee import LoggedGame, played_again, summary
 from kendama_cli.errors import InputError
 from kendama_cli.log.messages import ReplayMessage
 from kendama_cli.physics.rope import CupProfile, RopeLaw, rope_pull
@@ -114,11 +114,11 @@ def test_a_logged_game_is_judged_beside_ours() -> None:
         cup_axis=np.tile([0.0, 0.0, 1.0], len(t_s)),
         ball_m=ball.ravel(),
     )
-    seen_of = judged(LoggedGame("transfer", GAME, message))
+    seen_of = played_again(LoggedGame("transfer", GAME, message))
     assert (seen_of.stage, seen_of.index, seen_of.referee_caught) == ("transfer", 3, False)
     stayed = np.array(list(seen_of.referee_m)).reshape(-1, 3)
     assert np.linalg.norm(stayed - ball, axis=1).max() < 0.5e-3
-    document = verdict([seen_of])
+    document = summary([seen_of])
     assert (document["caught_rate"], document["agreement_mm_p50"]) == (0.0, None)
     assert document["games"][0]["referee_miss_mm"] is None
 

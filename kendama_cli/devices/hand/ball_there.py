@@ -50,8 +50,8 @@ def without_misses(swings: list[Recording]) -> list[Recording]:
     if not kept:
         first = replace(swings[0], warnings=(*swings[0].warnings, f"the ball was caught in none of: {names}"))
         return [first, *swings[1:]]
-    told = f"left out, the ball was not caught: {names} (capture.misses=keep)"
-    return [replace(kept[0], warnings=(told, *kept[0].warnings)), *kept[1:]]
+    warning = f"left out, the ball was not caught: {names} (capture.misses=keep)"
+    return [replace(kept[0], warnings=(warning, *kept[0].warnings)), *kept[1:]]
 
 
 def _hanging(recording: Recording) -> Array | None:

@@ -20,7 +20,7 @@ from kendama_cli.errors import HardwareError
 
 FEWEST = 20
 CLOCK_SHARE = 0.02
-"""Stamps that run so much faster or slower than our clock are told."""
+"""Stamps that run so much faster or slower than our clock are warned of."""
 
 
 def open_mocap(settings: MocapCapture) -> Sequence[RecordedHand]:
@@ -68,20 +68,20 @@ class _Stream:
         steps = np.diff(stamps)
         usual = float(np.median(steps))
         delay_ms = 1e3 * (arrivals - stamps)
-        told = [
+        warnings = [
             f"{len(stamps)} poses at {1 / usual:.1f} Hz, {int((steps > 1.5 * usual).sum())} gaps (the longest step "
             f"{1e3 * float(steps.max()):.0f} ms), delay {np.median(delay_ms):.0f} ms by both clocks, varying by "
             f"{float(np.ptp(np.quantile(delay_ms, [0.05, 0.95]))):.1f} ms"
         ]
         if self.not_finite:
-            told.append(f"{self.not_finite} poses were not finite numbers and are left out")
+            warnings.append(f"{self.not_finite} poses were not finite numbers and are left out")
         lasted_s = float(arrivals[-1] - arrivals[0])
         ratio = float(stamps[-1] - stamps[0]) / max(lasted_s, 1e-9)
         if abs(ratio - 1) > CLOCK_SHARE and lasted_s > 1.0:
-            told.append(f"the tracker's clock runs {ratio:.3f} times as fast as ours; durations are its own")
+            warnings.append(f"the tracker's clock runs {ratio:.3f} times as fast as ours; durations are its own")
         if self.ended:
-            told.append(f"{self.ended}; what came before is kept")
-        return told
+            warnings.append(f"{self.ended}; what came before is kept")
+        return warnings
 
 
 def _recorded(settings: MocapCapture, path: Path) -> tuple[str, ...]:

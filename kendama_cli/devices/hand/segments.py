@@ -37,8 +37,8 @@ def checked_swings(
     swings, left = cut_apart(recording) if segments == "auto" else ([recording], [])
     checked: list[Recording] = []
     for swing in swings:
-        told = [f"{swing.name}: {doubt}" for doubt in check_swing(swing, plausible)]
-        checked.append(replace(swing, warnings=recording.warnings + tuple(told) if not checked else tuple(told)))
+        doubts = [f"{swing.name}: {doubt}" for doubt in check_swing(swing, plausible)]
+        checked.append(replace(swing, warnings=recording.warnings + tuple(doubts) if not checked else tuple(doubts)))
     about = tuple(f"{recording.name}: {one}" for one in left)
     return [replace(checked[0], warnings=about + checked[0].warnings), *checked[1:]]
 

@@ -39,16 +39,16 @@ def check_axes(recording: Recording, strictness: str) -> list[str]:
     """Doubts about the declared axes; raises InputError where ``strictness`` is ``refuse`` and they are certain."""
     if strictness == "off" or recording.t_s[-1] - recording.t_s[0] > LONGEST_S:
         return []
-    told, certain = _doubt(recording.t_s, recording.position_m)
-    if not told:
+    doubt, certain = _doubt(recording.t_s, recording.position_m)
+    if not doubt:
         return []
     if certain and strictness == "refuse":
         raise InputError(
             recording.path,
-            told,
+            doubt,
             remedy=f"{recording.axes_remedy}; if they are right, capture.plausible.axes=warn",
         )
-    return [f"{told}; {recording.axes_remedy}"]
+    return [f"{doubt}; {recording.axes_remedy}"]
 
 
 def _doubt(t_s: Array, place_m: Array) -> tuple[str, bool]:

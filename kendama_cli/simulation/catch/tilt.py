@@ -23,9 +23,9 @@ def playable_tilt(arm: RobotModel, plan: MotionPlan, settings: AdaptSettings) ->
     if plan.turn is None:
         return plan, ()
     tilt, spin = tilt_only(turns_of(plan, np.linspace(0.0, plan.duration_s * plan.tau_scale, 200)))
-    told = []
+    notes = []
     if spin.max() > TOLD_SPIN_RAD and settings.tilt_share > 0:
-        told.append(
+        notes.append(
             f"left out: the cup's turn about its own axis, up to {np.degrees(spin.max()):.0f} deg; the cup is round"
         )
     shares = [settings.tilt_share * less for less in LESS] if settings.tilt_share > 0 else []
@@ -41,10 +41,10 @@ def playable_tilt(arm: RobotModel, plan: MotionPlan, settings: AdaptSettings) ->
             reason = swing.limiting_joint()
             continue
         if share < 1:
-            told.append(_less(share, float(tilt.max()), reason or "adapt.tilt_share"))
-        return tried, tuple(told)
-    told.append(_less(0.0, float(tilt.max()), reason or "adapt.tilt_share=0"))
-    return with_share_of_turn(plan, 0.0), tuple(told)
+            notes.append(_less(share, float(tilt.max()), reason or "adapt.tilt_share"))
+        return tried, tuple(notes)
+    notes.append(_less(0.0, float(tilt.max()), reason or "adapt.tilt_share=0"))
+    return with_share_of_turn(plan, 0.0), tuple(notes)
 
 
 def _less(share: float, most_rad: float, reason: str) -> str:

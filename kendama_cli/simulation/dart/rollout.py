@@ -9,7 +9,7 @@ import numpy as np
 from kendama_cli.artifacts.motion_plan import JointTrajectory
 from kendama_cli.schema.arrays import Array
 from kendama_cli.simulation.dart.arm_errors import ArmErrors, ErringArm
-from kendama_cli.simulation.dart.flight_watch import FlightWatch
+from kendama_cli.simulation.dart.flight_record import FlightRecord
 from kendama_cli.simulation.dart.world import STEP_S, ArmWorld
 
 TRACE_EVERY = 10
@@ -73,7 +73,7 @@ def play_rollout(
     erring = None if errors is None else ErringArm(world.arm, joints, errors, STEP_S)
     if rng is not None and noise_rad > 0:
         noises = list(rng.normal(0.0, noise_rad, joints.position_rad.shape))
-    watch = FlightWatch(world.ball)
+    flight = FlightRecord(world.ball)
     fastest = strongest = np.zeros(len(world.position_rad))
     samples: list[tuple[float | Array, ...]] = []
     if record:
@@ -83,20 +83,20 @@ def play_rollout(
         if erring is not None:
             place, speed, change = erring.follows(k, place, speed, change)
         world.step(place, speed, change, noises[k])
-        watch.observe(world.t_s)
+        flight.observe(world.t_s)
         fastest = np.maximum(fastest, np.abs(world.velocity_rad_s))
         strongest = np.maximum(strongest, np.abs(world.effort_nm))
         if record and k % TRACE_EVERY == 0:
             samples.append(_sample(world))
-    miss_m, side_m = watch.miss_m or (None, None)
+    miss_m, side_m = flight.miss_m or (None, None)
     efforts = strongest / world.arm.limits.effort_nm
     return RolloutResult(
         caught=world.ball.is_caught(),
         signed_miss_m=miss_m,
         side_miss_m=side_m,
-        flight_s=watch.flight_s,
-        swing_slack_s=watch.swing_slack_s,
-        apex_m=float(watch.apex_m - world.ball.game.cup.rim_m),
+        flight_s=flight.flight_s,
+        swing_slack_s=flight.swing_slack_s,
+        apex_m=float(flight.apex_m - world.ball.game.cup.rim_m),
         velocity_share=float((fastest / world.arm.limits.velocity_rad_s).max()),
         effort_share=float(efforts.max()),
         effort_joint=world.arm.joint_names[int(efforts.argmax())],

@@ -38,7 +38,7 @@ def check_motion(
 ) -> list[CheckedLimit]:
     """Every limit of ``safety`` for ``joints``; the ball's swing, which a first try has not, is left out."""
     own = [*_limits(arm, joints, safety), _stops(arm, joints, safety), _gap(arm, game, joints, safety)]
-    return [*own, *_room(arm, game, joints, safety)]
+    return [*own, *_surroundings(arm, game, joints, safety)]
 
 
 def require_allowed(checked: Iterable[CheckedLimit]) -> None:
@@ -47,7 +47,7 @@ def require_allowed(checked: Iterable[CheckedLimit]) -> None:
     if wrong:
         raise StageError(
             f"{'; '.join(wrong)}; nothing was moved: play it slower (adapt.tau_range), place the arm otherwise "
-            "(kendama robot place), or set what the room really allows (safety)"
+            "(kendama robot place), or set what the surroundings really allow (safety)"
         )
 
 
@@ -56,9 +56,9 @@ def _limits(arm: RobotModel, joints: JointTrajectory, safety: SafetySettings) ->
     for one in limit_shares(arm, joints).leading:
         share = one.share if math.isfinite(one.share) else math.inf
         unit = UNITS[one.kind]
-        told = f"{share * one.limit:.2f} {unit} of joint '{one.joint}'"
+        needed = f"{share * one.limit:.2f} {unit} of joint '{one.joint}'"
         allowed = f"at most {safety.limit_share * one.limit:.2f} {unit}"
-        found.append(CheckedLimit(one.kind, told, allowed, share <= safety.limit_share + _ROUNDING))
+        found.append(CheckedLimit(one.kind, needed, allowed, share <= safety.limit_share + _ROUNDING))
     return found
 
 
@@ -89,7 +89,7 @@ def _gap(arm: RobotModel, game: GameSettings, joints: JointTrajectory, safety: S
     )
 
 
-def _room(
+def _surroundings(
     arm: RobotModel, game: GameSettings, joints: JointTrajectory, safety: SafetySettings
 ) -> Iterable[CheckedLimit]:
     """The table beneath all but the pedestal and the link on it, and the box about the cup's tie point."""

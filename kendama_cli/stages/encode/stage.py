@@ -139,10 +139,10 @@ def _log_demonstrations(
     ctx: StageContext, demonstrations: Sequence[Demonstration], encoding: Encoding, plans: Sequence[MotionPlan]
 ) -> None:
     for i, (demonstration, plan) in enumerate(zip(demonstrations, plans, strict=True)):
-        swing = encoding.swings[i]
-        t_s = swing.share * swing.duration_s
+        trimmed = encoding.trimmed[i]
+        t_s = trimmed.share * trimmed.duration_s
         _log_path(
-            ctx, "/encode/demonstrated", demonstration.name, t_s, swing.position_m - encoding.parameters.origin_m[i]
+            ctx, "/encode/demonstrated", demonstration.name, t_s, trimmed.position_m - encoding.parameters.origin_m[i]
         )
         _log_path(ctx, "/encode/own", demonstration.name, t_s, play(plan, t_s).position_m)
         _log_weights(ctx, demonstration.name, plan)

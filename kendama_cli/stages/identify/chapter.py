@@ -81,8 +81,8 @@ def _friction(log: StageLog) -> Panel | None:
                     label = "_"
             axes.axhline(0.0, color=INK, lw=0.5)
             low, high = np.quantile(torque, [0.01, 0.99])
-            room = 0.3 * max(high - low, 1e-3)
-            axes.set_ylim(low - room, high + room)
+            margin = 0.3 * max(high - low, 1e-3)
+            axes.set_ylim(low - margin, high + margin)
             axes.set_title(joint, loc="left", fontsize=8.4)
         for axes in grid.flat[len(joints) :]:
             axes.set_visible(False)

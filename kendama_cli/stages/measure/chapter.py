@@ -34,8 +34,8 @@ def figures(log: StageLog) -> list[Figure]:
         axes.set_ylabel("distance [mm]")
         axes.set_ylim(bottom=0)
     panels: list[Panel | None] = [Panel("The free swing", made.svg), Panel("What is left", rest.svg)]
-    told = [
+    captions = [
         "The ball's angle from hanging, about a cup at rest, and the pendulum with drag k1 + k2 v that fits it best.",
         "How far the seen ball is from the fitted one.",
     ]
-    return figure(lettered(panels, told), panels)
+    return figure(lettered(panels, captions), panels)

@@ -73,10 +73,10 @@ class Rehearse:
         """What the model's own arm does with the same commands (k, n); raises StageError where it cannot follow."""
         with open_simulated(SimulatedHardware("simulated", period_s, None), settings, self._game) as twin:
             twin.reset(joints.position_rad[0], seed)
-            told = [twin.exchange(command) for command in _commands(joints)]
-        for exchange, t_s in zip(told, joints.t_s, strict=True):
+            exchanges = [twin.exchange(command) for command in _commands(joints)]
+        for exchange, t_s in zip(exchanges, joints.t_s, strict=True):
             _log(ctx, "/rehearse/ghost", t_s, joints, exchange.state.position_rad, exchange.state.velocity_rad_s)
-        reached = np.array([exchange.state.position_rad for exchange in told])
+        reached = np.array([exchange.state.position_rad for exchange in exchanges])
         j, apart = _worst(reached - joints.position_rad)
         if not apart <= self._settings.most_apart_rad:
             raise StageError(

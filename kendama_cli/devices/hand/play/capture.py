@@ -18,8 +18,8 @@ def open_tries(settings: PlayCapture) -> Sequence[RecordedHand]:
     Files of the path that are no tries are left out.
     """
     paths = (settings.path,) if isinstance(settings.path, str) else settings.path or ()
-    kept = [(path, told) for path in paths if (told := read_try(Path(path))) is not None]
-    taken = tuple(path for path, told in kept if _takes(settings.take, told))
+    kept = [(path, one_try) for path in paths if (one_try := read_try(Path(path))) is not None]
+    taken = tuple(path for path, one_try in kept if _takes(settings.take, one_try))
     if not taken:
         folder = str(Path(paths[0]).parent)
         raise InputError(
@@ -30,5 +30,5 @@ def open_tries(settings: PlayCapture) -> Sequence[RecordedHand]:
     return open_files(dataclasses.replace(settings, path=taken))
 
 
-def _takes(take: str, told: Try) -> bool:
-    return take == "all" or (told.chosen if take == "chosen" else told.outcome == "caught")
+def _takes(take: str, one_try: Try) -> bool:
+    return take == "all" or (one_try.chosen if take == "chosen" else one_try.outcome == "caught")

@@ -25,7 +25,7 @@ OUTCOMES = ("caught", "missed", "interrupted")
 
 @dataclass(frozen=True)
 class Try:
-    """What is told of one try: its name, which is its file's, and the lines at the head of that file.
+    """What is known of one try: its name, which is its file's, and the lines at the head of that file.
 
     ``conditions`` are in words; ``chosen`` says whether ``capture=play`` takes it.
     """
@@ -87,10 +87,10 @@ class TryFolder:
     def choose(self, name: str, *, chosen: bool) -> None:
         """Say whether ``capture=play`` takes it."""
         file = self._file(name)
-        told = read_try(file)
-        assert told is not None
+        kept = read_try(file)
+        assert kept is not None
         rows = [line for line in file.read_text(encoding="utf-8").splitlines() if not line.startswith("#")]
-        self._write(dataclasses.replace(told, chosen=chosen), "\n".join(rows) + "\n")
+        self._write(dataclasses.replace(kept, chosen=chosen), "\n".join(rows) + "\n")
 
     def delete(self, name: str) -> None:
         """Delete it; raises UsageError where there is none of this name."""

@@ -8,7 +8,7 @@ from kendama_cli.simulation.dart.ball import TetheredBall
 from kendama_cli.simulation.dart.world_pair import STEP_S
 
 
-class FlightWatch:
+class FlightRecord:
     """Watches ``ball`` step by step, from hanging still at time 0.
 
     ``apex_m`` is the largest height of its centre over the cup's place, ``swing_slack_s`` the longest time for which
