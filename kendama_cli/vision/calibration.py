@@ -10,13 +10,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kendama_cli.schema.arrays import Array
+from kendama_cli.vision.bundle import Bundle, Seen, adjust
+from kendama_cli.vision.calibration_checks import check_moments, check_views, rms
 from kendama_cli.vision.camera_model import CameraModel
 
 MIN_VIEWS = 4
 """Fewer leave the focal length and the board's distance to be mistaken for each other."""
 MIN_CORNERS = 6
-LEAST_TILT_DEG = 10.0
+LEAST_TILT_DEG = 15.0
 """From parallel views a focal length comes out that is wrong several times over, with a small standard deviation."""
+MOST_FOCAL_SIGMA = 0.1
+"""Share of the focal length by which it may be uncertain, from one camera's views alone."""
 FLAGS = cv2.CALIB_FIX_K3
 """k3 is left at 0: on ordinary lenses it only trades with k1 and k2, and goes wild towards the image's corners."""
 
@@ -81,9 +85,10 @@ class CalibratedCamera:
 class _Fit:
     matrix: Array
     distortion: Array
-    sigma_px: Array
     rotations: Sequence[Array]
     shifts: Sequence[Array]
+    errors_px: Array
+    """(v,): rms of each view"""
 
 
 def find_board(board: Board, image: NDArray[np.uint8], name: str) -> BoardView | None:
@@ -104,32 +109,63 @@ def calibrate(
     sizes: Mapping[str, tuple[int, int]],
     centre_m: Array,
 ) -> list[CalibratedCamera]:
-    """Models of all cameras: each one's intrinsics by itself, then its pose to the first from the views of both.
+    """Models of all cameras: each one's intrinsics by itself, its pose to the first, then all adjusted together.
 
     ``views`` and ``sizes`` (width, height) are by camera; views of one name were taken at one moment. The world: in the
     first view of the first camera the board's middle lies at ``centre_m``, its rows along x, z up out of its print.
     Raises ValueError where the views do not suffice.
     """
     fits = {name: _intrinsics(board, name, seen, sizes[name]) for name, seen in views.items()}
-    first = next(iter(views))
-    to_first = _board_to_world(board, centre_m)
-    world = _pose(fits[first].rotations[0], fits[first].shifts[0]) @ np.linalg.inv(to_first)
+    names = list(views)
+    cameras = np.array([np.eye(4), *(_to_other(board, (names[0], name), views, fits) for name in names[1:])])
+    bundle, errors = _together(board, views, fits, cameras)
+    if len(names) > 1:
+        check_moments(views, {name: fit.errors_px for name, fit in fits.items()}, errors, sizes[names[0]][0])
+    world = bundle.boards[0] @ np.linalg.inv(_board_to_world(board, centre_m))
     made = []
-    for name, fit in fits.items():
-        pose = world if name == first else _to_other(board, (first, name), views, fits) @ world
+    for k, name in enumerate(names):
+        pose = bundle.cameras[k] @ world
         rotation = _nearest_rotation(pose[:3, :3])
+        lens = bundle.lenses[k]
         model = CameraModel(
             name=name,
             width_px=sizes[name][0],
             height_px=sizes[name][1],
-            focal_px=np.diag(fit.matrix)[:2],
-            center_px=fit.matrix[:2, 2],
-            distortion=fit.distortion,
+            focal_px=lens[:2],
+            center_px=lens[2:4],
+            distortion=np.append(lens[4:], 0.0),
             world_to_camera=rotation,
             position_in_world_m=-rotation.T @ pose[:3, 3],
         )
-        made.append(_judged(board, model, fit, views[name]))
+        left = errors[name]
+        rms_px = np.array([rms(one) for one in left])
+        made.append(CalibratedCamera(model, bundle.lens_sigmas[k, :4], tuple(views[name]), rms_px, tuple(left)))
     return made
+
+
+def _together(
+    board: Board, views: Mapping[str, Sequence[BoardView]], fits: Mapping[str, _Fit], cameras: Array
+) -> tuple[Bundle, dict[str, list[Array]]]:
+    """All cameras adjusted together, from what each is by itself, and what every view of each then leaves over."""
+    seen, boards, owners = [], dict[int, Array](), []
+    moments: dict[str, int] = {}
+    for k, (name, fit) in enumerate(fits.items()):
+        for view, rotation, shift in zip(views[name], fit.rotations, fit.shifts, strict=True):
+            moment = moments.setdefault(view.name, len(moments))
+            boards.setdefault(moment, np.linalg.inv(cameras[k]) @ _pose(rotation, shift))
+            seen.append(Seen(k, moment, board.corners_m[view.ids], view.pixels))
+            owners.append(name)
+    lenses = np.array(
+        [
+            [fit.matrix[0, 0], fit.matrix[1, 1], fit.matrix[0, 2], fit.matrix[1, 2], *fit.distortion[:4]]
+            for fit in fits.values()
+        ]
+    )
+    bundle = adjust(seen, lenses, cameras, boards)
+    errors: dict[str, list[Array]] = {name: [] for name in fits}
+    for name, left in zip(owners, bundle.residuals_px, strict=True):
+        errors[name].append(left)
+    return bundle, errors
 
 
 def _intrinsics(board: Board, name: str, views: Sequence[BoardView], size: tuple[int, int]) -> _Fit:
@@ -141,11 +177,13 @@ def _intrinsics(board: Board, name: str, views: Sequence[BoardView], size: tuple
     points = [board.corners_m[view.ids].astype(np.float32) for view in views]
     pixels = [view.pixels.astype(np.float32)[:, None] for view in views]
     try:
-        _, matrix, distortion, rotations, shifts, sigma, _, _ = cv2.calibrateCameraExtended(
+        _, matrix, distortion, rotations, shifts, sigma, _, errors = cv2.calibrateCameraExtended(
             points, pixels, size, np.eye(3), np.zeros(5), flags=FLAGS
         )
     except cv2.error as error:
         raise ValueError(f"camera '{name}': its views do not determine it ({error.err}); tilt the board more") from None
+    errors_px = np.asarray(errors, dtype=np.float64).ravel()
+    check_views(name, views, errors_px, size[0])
     turned = [np.asarray(cv2.Rodrigues(rotation)[0], dtype=np.float64) for rotation in rotations]
     normals = np.array([rotation[:, 2] for rotation in turned])
     spread = float(np.degrees(np.arccos(np.clip(normals @ normals.T, -1, 1))).max())
@@ -154,12 +192,18 @@ def _intrinsics(board: Board, name: str, views: Sequence[BoardView], size: tuple
             f"camera '{name}': the board's tilt differs by {spread:.1f} degrees between its views, above "
             f"{LEAST_TILT_DEG:.0f} are needed to tell the focal length; tilt it by 20 degrees or more every way"
         )
+    uncertain = float(np.asarray(sigma).ravel()[0] / matrix[0, 0])
+    if not uncertain < MOST_FOCAL_SIGMA:
+        raise ValueError(
+            f"camera '{name}': its views tell the focal length to {uncertain:.0%} only, {MOST_FOCAL_SIGMA:.0%} at most "
+            "are allowed; take more images, tilt the board by 30 degrees every way and bring it nearer"
+        )
     return _Fit(
         matrix=np.asarray(matrix, dtype=np.float64),
         distortion=np.asarray(distortion, dtype=np.float64).ravel()[:5],
-        sigma_px=np.asarray(sigma, dtype=np.float64).ravel()[:4],
         rotations=turned,
         shifts=[np.asarray(shift, dtype=np.float64) for shift in shifts],
+        errors_px=errors_px,
     )
 
 
@@ -189,15 +233,6 @@ def _to_other(
         flags=cv2.CALIB_FIX_INTRINSIC,
     )  # fmt: skip
     return _pose(np.asarray(result[5]), np.asarray(result[6]))
-
-
-def _judged(board: Board, model: CameraModel, fit: _Fit, views: Sequence[BoardView]) -> CalibratedCamera:
-    residuals = []
-    for view, rotation, shift in zip(views, fit.rotations, fit.shifts, strict=True):
-        projected, _ = cv2.projectPoints(board.corners_m[view.ids], rotation, shift, fit.matrix, fit.distortion)
-        residuals.append(view.pixels - projected.reshape(-1, 2))
-    errors = np.array([np.sqrt((left**2).sum(axis=1).mean()) for left in residuals])
-    return CalibratedCamera(model, fit.sigma_px, tuple(views), errors, tuple(residuals))
 
 
 def _board_to_world(board: Board, centre_m: Array) -> Array:

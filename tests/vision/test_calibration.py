@@ -70,7 +70,7 @@ def test_views_that_are_all_parallel_are_refused():
     held = [(np.eye(3), np.array([x, y, 0.0])) for x in (-0.04, 0.04) for y in (-0.03, 0.0, 0.03)]
     above = camera("left", (0.0, -0.01, 0.45))
     with pytest.raises(
-        ValueError, match=r"differs by \d+\.\d degrees between its views, above 10 are needed to tell the focal"
+        ValueError, match=r"differs by \d+\.\d degrees between its views, above 15 are needed to tell the focal"
     ):
         calibrate(BOARD, {"left": seen_by(above, held)}, {"left": (640, 480)}, AT)
 
