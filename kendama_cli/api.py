@@ -124,6 +124,15 @@ def runs(home: Path | str | None = None) -> list[Run]:
     ----------
     home : path, optional
         The store; by default ``KENDAMA_HOME`` or ``.kendama``.
+
+    Returns
+    -------
+    list of Run
+
+    Raises
+    ------
+    FormatError
+        Where a record was written by another version of the format.
     """
     site = _site(home, None)
     return [Run(record, site.pipeline_folders) for record in past_runs(site.home)]
@@ -138,6 +147,10 @@ def open_run(name: str | None = None, home: Path | str | None = None) -> Run:
         As ``kendama runs`` lists it.
     home : path, optional
         The store; by default ``KENDAMA_HOME`` or ``.kendama``.
+
+    Returns
+    -------
+    Run
 
     Raises
     ------
@@ -158,6 +171,11 @@ def configuration(overrides: Sequence[str] = (), config_dir: Path | str | None =
     config_dir : path, optional
         A folder with ``conf/``.
 
+    Returns
+    -------
+    mapping of str to settings
+        ``configuration()["game"].rope.length_m`` and so on; units stand in the names.
+
     Raises
     ------
     ConfigError
@@ -167,7 +185,7 @@ def configuration(overrides: Sequence[str] = (), config_dir: Path | str | None =
 
 
 def encode(demonstrations: Sequence[Demonstration], overrides: Sequence[str] = ()) -> MotionPlan:
-    """The average dynamic movement primitive of demonstrations (PAPER.md eq. 3-5).
+    """The average dynamic movement primitive of demonstrations (docs/equations.md eq. 3-5).
 
     Parameters
     ----------
@@ -185,6 +203,8 @@ def encode(demonstrations: Sequence[Demonstration], overrides: Sequence[str] = (
     ------
     ValueError
         Where a demonstration does not move or is too short.
+    ConfigError
+        Where an override does not fit.
     """
     return encode_demonstrations(demonstrations, configuration(overrides)["encode"])
 
@@ -217,10 +237,17 @@ def environment(overrides: Sequence[str] = (), hold_s: float | None = None) -> S
     hold_s : float, optional
         How long an action is held [s]; by default ``learn.decision.longest_s``.
 
+    Returns
+    -------
+    SwingUp
+        A ``gymnasium.Env``: cup place and velocity, ball angle and rate in, one of five accelerations out.
+
     Raises
     ------
     ConfigError
         Where either is not allowed.
+    ImportError
+        Where the extra ``gym`` is not installed.
     """
     from kendama_cli.gym import SwingUp  # noqa: PLC0415 - gymnasium is an extra
 
@@ -242,6 +269,11 @@ def estimator(rim_height_m: float, overrides: Sequence[str] = ()) -> CatchPoseEs
     CatchPoseEstimator
         Feed it with ``update_pixels(camera, t_s, centre_px, covariance_px2)`` or ``update_position``, ask it by
         ``catch()``.
+
+    Raises
+    ------
+    ConfigError
+        Where an override does not fit.
     """
     chosen = configuration(overrides)
     game, predict = chosen["game"], chosen["predict"]

@@ -13,7 +13,7 @@ from kendama_cli.schema.arrays import Array, array
 class ParametricFriction:
     """Coulomb, Stribeck and viscous friction of n joints, and a constant offset; every array is (n,).
 
-    xi = (Fc + Fs exp(-(v / vs)^2)) sign v + b v + o   (PAPER.md eq. 2)
+    xi = (Fc + Fs exp(-(v / vs)^2)) sign v + b v + o   (docs/equations.md eq. 2)
     """
 
     coulomb_nm: Array

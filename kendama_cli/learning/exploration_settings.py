@@ -20,7 +20,7 @@ class ScheduleSettings:
 
 @dataclass(frozen=True)
 class HarmonicExploration:
-    """A harmonic A cos(w t + phase) drives the whole rollout, w, A and the phase drawn anew (PAPER.md)."""
+    """A harmonic A cos(w t + phase) drives the whole rollout, w, A and the phase drawn anew (docs/equations.md)."""
 
     kind: Literal["harmonic"]
     schedule: ScheduleSettings

@@ -1,4 +1,4 @@
-"""The task of the swing-up: goal, rewards, workspace, noise, validation, engine, counting (PAPER.md, Reinforcement)."""
+"""The task of the swing-up: goal, rewards, workspace, noise, validation, engine, counting."""
 
 from __future__ import annotations
 

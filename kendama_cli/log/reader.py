@@ -105,10 +105,24 @@ class LogFile:
         )
 
     def table(self, topic: str, kind: type | None = None) -> pd.DataFrame:
-        """The messages of ``topic`` in order of time, one row each: ``t_s`` and the flattened fields.
+        """The messages of one topic as a table.
 
-        Raises InputError for a topic that is absent, whose messages cannot be decoded, or, where ``kind`` is given,
-        whose schema is not that of the message dataclass ``kind``.
+        Parameters
+        ----------
+        topic : str
+            One of ``topics``.
+        kind : type, optional
+            The message dataclass that the topic must have.
+
+        Returns
+        -------
+        pandas.DataFrame
+            A row per message in order of time: ``t_s`` [s] and a column per field, nested ones as ``outer.inner``.
+
+        Raises
+        ------
+        InputError
+            For a topic that is absent, whose messages cannot be decoded, or whose schema is not that of ``kind``.
         """
         channel = self.channel(topic)
         try:

@@ -1,4 +1,4 @@
-"""Gaussian basis functions in phase and the features that they make (PAPER.md eq. 5)."""
+"""Gaussian basis functions in phase and the features that they make (docs/equations.md eq. 5)."""
 
 from __future__ import annotations
 
@@ -62,14 +62,14 @@ def widths_by_spacing(centers: Array, factor: float) -> Array:
 
 
 def activations(x: Array, centers: Array, widths: Array) -> Array:
-    """psi_j(x) = exp(-(x - c_j)^2 / (2 s_j^2)) (PAPER.md eq. 5) for phases ``x`` (n,); returns (n, m)."""
+    """psi_j(x) = exp(-(x - c_j)^2 / (2 s_j^2)) (docs/equations.md eq. 5) for phases ``x`` (n,); returns (n, m)."""
     distance = (np.asarray(x)[:, None] - centers) / widths
     made: Array = np.exp(-0.5 * distance**2)
     return made
 
 
 def features(x: Array, centers: Array, widths: Array) -> Array:
-    """x psi_j(x) / sum_k psi_k(x), so that f = features @ weights (PAPER.md eq. 5); returns (n, m)."""
+    """x psi_j(x) / sum_k psi_k(x), so that f = features @ weights (docs/equations.md eq. 5); returns (n, m)."""
     psi = activations(x, centers, widths)
     made: Array = np.asarray(x)[:, None] * psi / psi.sum(axis=1, keepdims=True)
     return made

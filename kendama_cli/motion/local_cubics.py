@@ -1,4 +1,4 @@
-"""Smoothed positions and their derivatives, for the regressions that need f itself (PAPER.md eq. 3)."""
+"""Smoothed positions and their derivatives, for the regressions that need f itself (docs/equations.md eq. 3)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The phase of a movement primitive: what the forcing term reads instead of the clock (PAPER.md eq. 4)."""
+"""The phase of a movement primitive: what the forcing term reads instead of the clock (docs/equations.md eq. 4)."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from kendama_cli.schema.arrays import Array
 
 
 def phase(share: Array, decay: float) -> Array:
-    """x = exp(-alpha s), the solution of x' = -alpha x / tau with x(0) = 1 (PAPER.md eq. 4).
+    """x = exp(-alpha s), the solution of x' = -alpha x / tau with x(0) = 1 (docs/equations.md eq. 4).
 
     ``share`` s = t / tau (n,) is the part of the motion that has passed, ``decay`` is alpha. Returns (n,).
     """

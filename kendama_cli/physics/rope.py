@@ -1,4 +1,4 @@
-"""The rope round the cup: its shortest way from the tie point to the ball, and the force law on it (PAPER.md eq. 1)."""
+"""The rope round the cup: its shortest way from tie point to ball, and its force (docs/equations.md eq. 1)."""
 
 from __future__ import annotations
 

@@ -67,7 +67,18 @@ class Run:
         return dict(self._stage(stage)["metrics"])
 
     def folder(self, stage: str) -> Path:
-        """Where the stage's artifact, metrics and log are stored; raises UsageError where it did not end."""
+        """Where the stage's artifact, metrics and log are stored.
+
+        Parameters
+        ----------
+        stage : str
+            One of ``stages``.
+
+        Raises
+        ------
+        UsageError
+            Where the run has no such stage, or it did not end.
+        """
         entry = self._stage(stage)
         if entry["artifact"] is None:
             raise UsageError(f"stage '{stage}' of run {self.name} {entry['status']}; it has no artifact")
@@ -110,7 +121,23 @@ class Run:
         return LogFile(self.folder(stage) / "log.mcap")
 
     def report(self, output: Path | str | None = None) -> Path:
-        """Write the run's report, a self-contained HTML page, to ``output`` or into the current folder; where it is."""
+        """Write the run's report, a self-contained HTML page.
+
+        Parameters
+        ----------
+        output : path, optional
+            By default a file in the current folder.
+
+        Returns
+        -------
+        Path
+            Where it is.
+
+        Raises
+        ------
+        InputError
+            Where a log is damaged or gone.
+        """
         return write_report([self.record], None if output is None else Path(output))
 
     def _stage(self, name: str) -> Mapping[str, Any]:

@@ -71,7 +71,19 @@ class CatchPoseEstimator:
         return self._fit.residual_ratio
 
     def update_pixels(self, camera: CameraModel, t_s: float, centre_px: ArrayLike, covariance_px2: ArrayLike) -> None:
-        """Take the ball's centre (2,) in one image with its covariance (2, 2); order and rate are free."""
+        """Take where one image shows the ball; order and rate are free.
+
+        Parameters
+        ----------
+        camera : CameraModel
+            The calibrated camera that took it.
+        t_s : float
+            The middle of its exposure [s], on the clock of all observations.
+        centre_px : array_like, shape (2,)
+            The centre of the sphere's image [px].
+        covariance_px2 : array_like, shape (2, 2)
+            Its covariance [px^2].
+        """
         self._fit.add(t_s, sight_rows(camera, np.asarray(centre_px), np.asarray(covariance_px2)))
 
     def update_sight(self, t_s: float, sight: SightRows) -> None:
@@ -79,7 +91,17 @@ class CatchPoseEstimator:
         self._fit.add(t_s, sight)
 
     def update_position(self, t_s: float, position_m: ArrayLike, covariance_m2: ArrayLike) -> None:
-        """Take the ball's centre (3,) in the world, as motion capture measures it, with its covariance (3, 3)."""
+        """Take where motion capture sees the ball.
+
+        Parameters
+        ----------
+        t_s : float
+            When [s], on the clock of all observations.
+        position_m : array_like, shape (3,)
+            The ball's centre in the world [m].
+        covariance_m2 : array_like, shape (3, 3)
+            Its covariance [m^2]; numpy's LinAlgError is raised where it is not positive definite.
+        """
         factor = np.linalg.cholesky(np.asarray(covariance_m2, dtype=np.float64))
         whiten = np.asarray(np.linalg.inv(factor), dtype=np.float64)
         self._fit.add(t_s, SightRows(whiten, whiten @ np.asarray(position_m, dtype=np.float64), np.zeros(3), 1.0))
@@ -95,8 +117,20 @@ class CatchPoseEstimator:
         return None if moment is None else moment.covariance_m2
 
     def catch(self, rim_height_m: float | None = None) -> CatchPose | None:
-        """Where and when the ball falls through the rim plane; None while that is not known, or never happens.
+        """Where and when the ball falls through the rim plane.
 
+        Parameters
+        ----------
+        rim_height_m : float, optional
+            Height of the plane in the world [m]; by default that of the estimator.
+
+        Returns
+        -------
+        CatchPose or None
+            None while that is not known to ``max_sigma_m``, or where it never happens.
+
+        Notes
+        -----
         A position error e moves the crossing in time by -e_z / v_z and in place by e - v e_z / v_z, with v the
         velocity there; both carry the state's covariance, scaled up where the residuals are too large.
         """

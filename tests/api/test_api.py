@@ -5,6 +5,7 @@ from __future__ import annotations
 import inspect
 import subprocess
 import sys
+from collections.abc import Callable
 
 import pytest
 
@@ -36,6 +37,29 @@ def test_every_function_is_documented_in_numpydoc_with_each_of_its_parameters(na
         assert "Parameters\n----------" in text
     for parameter in parameters:
         assert f"{parameter} :" in text or f"{parameter}," in text or f", {parameter} :" in text, parameter
+    assert "Returns\n-------" in text
+    assert "Raises\n------" in text or name == "play", "play takes any instants"
+
+
+@pytest.mark.parametrize(
+    "method",
+    [
+        api.Run.metrics,
+        api.Run.folder,
+        api.Run.artifact,
+        api.Run.log,
+        api.Run.report,
+        api.LogFile.table,
+        api.CatchPoseEstimator.update_pixels,
+        api.CatchPoseEstimator.update_position,
+        api.CatchPoseEstimator.catch,
+    ],
+    ids=lambda method: method.__qualname__,
+)
+def test_the_methods_that_the_page_on_the_interface_names_are_documented_alike(method: Callable[..., object]) -> None:
+    text = inspect.getdoc(method) or ""
+    for parameter in list(inspect.signature(method).parameters)[1:]:
+        assert f"\n{parameter} : " in text, parameter
 
 
 def test_a_run_gives_metrics_artifacts_and_logs(toy: ToyProject) -> None:

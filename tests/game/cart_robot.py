@@ -25,7 +25,7 @@ class Straight:
 
 
 class CartRobot:
-    """Semi-implicit Euler for the ball (PAPER.md eq. 1); the cup follows its command with a pure delay."""
+    """Semi-implicit Euler for the ball (docs/equations.md eq. 1); the cup follows its command with a pure delay."""
 
     joint_names = ("x",)
 

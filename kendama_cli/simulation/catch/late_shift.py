@@ -20,7 +20,7 @@ def shifted_plan(plan: MotionPlan, shift_m: tuple[float, float], flight: tuple[f
     """The primitive with its goal moved by ``shift_m`` along x and y, and the way there made during ``flight``.
 
     ``flight`` is the share of the motion, from 0 to 1, in which the rope is slack. A primitive's place is linear in
-    goal and weights (PAPER.md eq. 3), so the weights are fitted by least squares to a step of minimum jerk
+    goal and weights (docs/equations.md eq. 3), so the weights are fitted by least squares to a step of minimum jerk
 
         d s^3 (10 - 15 s + 6 s^2),   s from 0 to 1 over the flight.
 

@@ -45,7 +45,7 @@ def _inertia(mass_kg: float, radius_m: float) -> Any:
 
 
 class TetheredBall:
-    """The ball m z'' = f_r + f_a + m g (PAPER.md eq. 1) on the rope to the cup of ``arm``, which feels the reaction.
+    """The ball m z'' = f_r + f_a + m g (eq. 1) on the rope to the cup of ``arm``, which feels the reaction.
 
     ``position_m`` and ``velocity_m_s`` (3,) are the ball's, ``tie_m`` and ``tie_m_s`` (3,) those of the cup's place, in
     the world; ``tension_n`` is the rope's pull in the last step, 0 where it is slack.

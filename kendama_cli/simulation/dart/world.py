@@ -31,7 +31,7 @@ NO_SCENE = SceneSettings(bodies=())
 class ArmWorld:
     """One world, advanced by ``step`` or ``step_torque``; what it holds is read from attributes after every step.
 
-    The arm obeys q'' = H^-1 (tau - C q' - xi - g - J^T F) (PAPER.md eq. 2). For a game its tool is the cup, from which
+    The arm obeys q'' = H^-1 (tau - C q' - xi - g - J^T F) (eq. 2). For a game its tool is the cup, from which
     ``ball`` hangs; for an interaction its tool is the probe, whose contacts ``sensor`` feels. ``position_rad``,
     ``velocity_rad_s`` and ``effort_nm`` are (n,). Raises ConfigError, naming the body, where one of the ``scene``
     holds the arm's base or the probe at home.

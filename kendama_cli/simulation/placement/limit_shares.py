@@ -69,7 +69,7 @@ def limit_shares(arm: RobotModel, joints: JointTrajectory) -> LimitShares:
 
 
 def efforts_nm(arm: RobotModel, joints: JointTrajectory) -> Array:
-    """The torques (k, n) of ``joints``, about every ``SAMPLE_S``: PAPER.md eq. 2 without the rope's pull."""
+    """The torques (k, n) of ``joints``, about every ``SAMPLE_S``: docs/equations.md eq. 2 without the rope's pull."""
     thin = max(1, round(SAMPLE_S / float(np.diff(joints.t_s).mean())))
     speeds = joints.velocity_rad_s[::thin]
     samples = zip(joints.position_rad[::thin], speeds, joints.acceleration_rad_s2[::thin], strict=True)

@@ -139,7 +139,7 @@ class Learn:
             )
 
     def _log_nominal(self, environment: SwingUpEnvironment, learner: Learner, ctx: StageContext) -> None:
-        """One rollout of the frozen policy without noise, and on through free flight to the cup (PAPER.md Fig. 6)."""
+        """One rollout of the frozen policy without noise, and on through free flight to the cup."""
         policy = make_policy(learner.policy, self._settings)
         policy.begin_rollout()
         every = max(1, round(LOG_PERIOD_S / self._settings.step_s))

@@ -41,7 +41,7 @@ class Scripted:
 
 
 def euler(state: np.ndarray, command: float) -> np.ndarray:
-    """One step of (cup x, ball x, ball z, their rates): v += dt a(old state), q += dt v, forces of PAPER.md eq. 1."""
+    """One step of (cup x, ball x, ball z, their rates): v += dt a(old state), q += dt v, forces of eq. 1."""
     mass = GAME.ball.mass_kg
     place, speed = state[:3], state[3:]
     apart = place[1:] - (place[0], 0.0)
