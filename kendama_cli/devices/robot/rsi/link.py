@@ -132,10 +132,7 @@ class RsiLink:
         """Send what is wanted, within the limits; where nothing is, or after a fault of the commander's, brake."""
         wanted, last = self._wanted, self._last
         if wanted is None or self.failure is not None:
-            step_s, most = self._settings.control_period_s, self._limits.acceleration_rad_s2
-            speed = last.velocity_rad_s - np.clip(last.velocity_rad_s, -most * step_s, most * step_s)
-            mean = (last.velocity_rad_s + speed) / 2
-            wanted = JointCommand(last.position_rad + mean * step_s, speed, np.zeros(6))
+            wanted = _braked(last, self._limits, self._settings.control_period_s)
         else:
             self._wanted, self._answered, self._sent_at = None, telegram, telegram.ipoc
         sent = limit_command(last, wanted, self._limits, self._settings.control_period_s)
@@ -177,6 +174,14 @@ class RsiLink:
             self._to = sender
             return read_telegram(data)
         return None
+
+
+def _braked(last: JointCommand, limits: JointLimits, step_s: float) -> JointCommand:
+    """What follows ``last`` where every axis slows down at its acceleration limit."""
+    most = limits.acceleration_rad_s2 * step_s
+    speed = last.velocity_rad_s - np.clip(last.velocity_rad_s, -most, most)
+    mean = (last.velocity_rad_s + speed) / 2
+    return JointCommand(last.position_rad + mean * step_s, speed, np.zeros(6))
 
 
 def in_degrees(limits: JointLimits, to_deg: Array, offset_deg: Array) -> JointLimits:
