@@ -118,7 +118,7 @@ class RsiLink:
         try:
             while not self._over:
                 telegram = self._heard(self._receive(self._settings.silence_s))
-                self._check(telegram)
+                _check(telegram, self._newest, self._limits, self._settings.control_period_s)
                 with self._changed:
                     self._newest, self._carried_out = telegram, self._last
                     self.late = telegram.late - self._first_late
@@ -139,21 +139,6 @@ class RsiLink:
         self._last = sent
         correction_deg = sent.position_rad - self.start_deg
         self._line.sendto(write_answer(self._settings.sentype, correction_deg, telegram.ipoc), self._to)
-
-    def _check(self, telegram: Telegram) -> None:
-        """Raise HardwareError where the time stamp or the place cannot follow the last one's."""
-        ahead_s = 1e-3 * (telegram.ipoc - self._newest.ipoc)
-        cycles = ahead_s / self._settings.control_period_s
-        if cycles < 0.5 or abs(cycles - round(cycles)) > 1e-6:
-            raise HardwareError(
-                f"IPOC {telegram.ipoc} came after {self._newest.ipoc}, which no clock of its cycle says"
-            )
-        moved = np.abs(telegram.position_deg - self._newest.position_deg)
-        over = moved - (_JUMP * self._limits.velocity_rad_s * ahead_s + _RESOLUTION_DEG)
-        if (over > 0).any():
-            axis = int(over.argmax())
-            jump = f"jumped by {moved[axis]:.2f} deg in {1e3 * ahead_s:g} ms"
-            raise HardwareError(f"axis A{axis + 1} is said to have {jump}")
 
     def _heard(self, telegram: Telegram | None) -> Telegram:
         if telegram is None:
@@ -190,3 +175,17 @@ def in_degrees(limits: JointLimits, to_deg: Array, offset_deg: Array) -> JointLi
     size = np.abs(to_deg)
     speed, change = size * limits.velocity_rad_s, size * limits.acceleration_rad_s2
     return JointLimits(lower, upper, speed, change, limits.effort_nm)
+
+
+def _check(telegram: Telegram, before: Telegram, limits: JointLimits, period_s: float) -> None:
+    """Raise HardwareError where the time stamp or the place cannot follow those of ``before``."""
+    ahead_s = 1e-3 * (telegram.ipoc - before.ipoc)
+    cycles = ahead_s / period_s
+    if cycles < 0.5 or abs(cycles - round(cycles)) > 1e-6:
+        raise HardwareError(f"IPOC {telegram.ipoc} came after {before.ipoc}, which no clock of its cycle says")
+    moved = np.abs(telegram.position_deg - before.position_deg)
+    over = moved - (_JUMP * limits.velocity_rad_s * ahead_s + _RESOLUTION_DEG)
+    if (over > 0).any():
+        axis = int(over.argmax())
+        jump = f"jumped by {moved[axis]:.2f} deg in {1e3 * ahead_s:g} ms"
+        raise HardwareError(f"axis A{axis + 1} is said to have {jump}")
