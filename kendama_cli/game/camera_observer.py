@@ -128,6 +128,9 @@ class CameraObserver:
             return None
         return CatchPrediction(now.t_s, self._in_world(now.rim), self._in_world(now.catch))
 
+    def without_goal(self) -> CameraObserver:
+        return self
+
     def _begin_observing(self, step: CartStep) -> None:
         """Begin to observe; frames from before are left."""
         self._observing = True

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 from typing import Protocol
 
@@ -10,6 +11,7 @@ from numpy.typing import NDArray
 
 from kendama_cli.artifacts.catch_pose import CatchPose
 from kendama_cli.game.cup_cart import CartStep
+from kendama_cli.game.position_tracker import PositionTracker
 from kendama_cli.game.settings import ObservationSettings
 from kendama_cli.vision.catch_pose import CatchPoseEstimator
 from kendama_cli.vision.interface import Sighting
@@ -85,14 +87,17 @@ class FlightObserver(Protocol):
     def flying(self, step: CartStep) -> CatchPrediction | None:
         """After every control period from the goal to the catch: the estimate, where there is a new one."""
 
+    def without_goal(self) -> FlightObserver:
+        """The observer of swings whose end nobody tells: free flight begins where the rope is seen to slacken."""
+
 
 class MarkerObserver:
     """Takes the ball's marker as the robot tracks it, from ``free_after_s`` after the goal on."""
 
     def __init__(
-        self, estimator: CatchPoseEstimator, settings: ObservationSettings, *, rim_m: float, catch_m: float
+        self, tracker: PositionTracker, settings: ObservationSettings, *, rim_m: float, catch_m: float
     ) -> None:
-        self._estimator, self._settings = estimator, settings
+        self._tracker, self._estimator, self._settings = tracker, tracker.estimator, settings
         self._rim_m, self._catch_m = rim_m, catch_m
         self.begin(0, pictured=False)
 
@@ -110,6 +115,45 @@ class MarkerObserver:
         covariance = np.eye(3) * self._settings.position_sigma_m**2
         self._estimator.update_position(step.t_s, step.exchange.state.ball_in_world_m, covariance)
         return predict_catch(self._estimator, step.t_s, rim_m=self._rim_m, catch_m=self._catch_m)
+
+    def without_goal(self) -> FlightObserver:
+        return SlackeningObserver(self._tracker, self._settings, rim_m=self._rim_m, catch_m=self._catch_m)
+
+
+class SlackeningObserver:
+    """Takes the ball's marker as the robot tracks it; ``tracker`` finds free flight in its places, as in images."""
+
+    def __init__(
+        self, tracker: PositionTracker, settings: ObservationSettings, *, rim_m: float, catch_m: float
+    ) -> None:
+        self._tracker = tracker
+        self._from_rad = math.radians(settings.observe_from_deg)
+        self._rim_m, self._catch_m = rim_m, catch_m
+        self.begin(0, pictured=False)
+
+    def begin(self, seed: int, *, pictured: bool) -> None:
+        self._tracker.reset()
+        self.observed = ObservationLog()
+
+    def swinging(self, step: CartStep) -> None:
+        state = step.state
+        if abs(state.angle_rad) < self._from_rad or state.angle_rad * state.rate_rad_s <= 0:
+            self._tracker.reset()
+            return
+        self._take(step)
+        if self._tracker.found is not None:
+            self.observed.free_s = step.t_s
+
+    def flying(self, step: CartStep) -> CatchPrediction | None:
+        self._take(step)
+        return predict_catch(self._tracker.estimator, step.t_s, rim_m=self._rim_m, catch_m=self._catch_m)
+
+    def without_goal(self) -> FlightObserver:
+        return self
+
+    def _take(self, step: CartStep) -> None:
+        state = step.exchange.state
+        self._tracker.update(step.t_s, state.ball_in_world_m, state.cup_in_world_m)
 
 
 def predict_catch(estimator: CatchPoseEstimator, t_s: float, *, rim_m: float, catch_m: float) -> CatchPrediction | None:

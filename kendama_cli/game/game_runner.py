@@ -43,7 +43,7 @@ class GameRunner:
         self.robot = robot
         self.history = history
         """What the robot reported of the present rollout's scene."""
-        self._geometry, self._observer = geometry, observer
+        self._geometry, self.observer = geometry, observer
         self._settings = settings
         self._rollout_s = learn.rollout_s
         scale = geometry.flight.rope.length_m / game.rope.length_m
@@ -76,7 +76,7 @@ class GameRunner:
 
     def play(self, actor: Actor, *, seed: int, pictured: bool = False) -> Game:
         """One full game from rest, whole images of it kept where ``pictured``; raises HardwareError of the line."""
-        observer = self._observer
+        observer = self.observer
         observer.begin(seed, pictured=pictured)
         return finish_game(
             self._swing_up(actor, seed, observe=observer.swinging),

@@ -1,4 +1,4 @@
-"""Playing a joint motion on the robot, faster or slower than it was planned."""
+"""Playing a joint motion on the robot, faster or slower than it was planned, and steered by what is seen."""
 
 from __future__ import annotations
 
@@ -9,6 +9,11 @@ import numpy as np
 from kendama_cli.artifacts.motion_plan import JointTrajectory
 from kendama_cli.devices.robot.interface import Exchange, JointCommand, Robot
 from kendama_cli.errors import StageError
+from kendama_cli.game.steered_motion import CupPlan, SteeredMotion
+from kendama_cli.game.watched_flight import WatchedFlight
+from kendama_cli.robot_model.model import RobotModel
+from kendama_cli.schema.arrays import Array
+from kendama_cli.simulation.catch.settings import SteeringSettings
 
 SETTLE_S = 0.6
 """The last posture is held so long: a ball that is still in the cup then is caught."""
@@ -26,18 +31,55 @@ class Played:
         return self.exchanges[-1].state.caught
 
 
-def play_motion(robot: Robot, motion: JointTrajectory, *, tempo: float, seed: int) -> Played:
+@dataclass(frozen=True)
+class SeenImitation:
+    """What steers an imitation: who watches the ball, the arm's model, and how the cup is moved beside its plan."""
+
+    watched: WatchedFlight
+    arm: RobotModel
+    steering: SteeringSettings
+    rim_m: float
+
+
+def play_motion(
+    robot: Robot, motion: JointTrajectory, *, tempo: float, seed: int, seen: SeenImitation | None = None
+) -> Played:
     """Play ``motion`` with its time stretched by ``tempo``, from rest, and hold its end.
 
-    q(t / tempo), with velocities divided by tempo and accelerations by its square. Raises StageError where the
-    motion was made for other joints, HardwareError of the line.
+    q(t / tempo), with velocities divided by tempo and accelerations by its square; where it is ``seen``, the cup goes
+    to where the flying ball is seen to come down. Raises StageError where the motion was made for other joints,
+    HardwareError of the line.
     """
     require_same_joints(robot, motion)
     exchanges = [robot.reset(motion.position_rad[0], seed)]
     played = stretched(motion, tempo, robot.period_s)
-    for row in zip(played.position_rad, played.velocity_rad_s, played.acceleration_rad_s2, strict=True):
-        exchanges.append(robot.exchange(JointCommand(*row)))
+    if seen is None:
+        for row in zip(played.position_rad, played.velocity_rad_s, played.acceleration_rad_s2, strict=True):
+            exchanges.append(robot.exchange(JointCommand(*row)))
+        return Played(tuple(exchanges))
+    steered = SteeredMotion(
+        CupPlan(seen.arm, _from_rest(played, motion.position_rad[0]), robot.period_s), seen.steering, seen.rim_m
+    )
+    seen.watched.begin(exchanges[0], seed)
+    for _ in played.t_s:
+        exchanges.append(robot.exchange(steered.next()))
+        steered.observe(exchanges[-1].state.position_rad)
+        prediction = None if steered.over else seen.watched.look(exchanges[-1])
+        if prediction is not None:
+            steered.follow(prediction.catch)
     return Played(tuple(exchanges))
+
+
+def _from_rest(played: JointTrajectory, start_rad: Array) -> JointTrajectory:
+    """``played`` with rest in ``start_rad`` (n,) before its first command."""
+    rest = np.zeros((1, len(played.joint_names)))
+    return JointTrajectory(
+        played.joint_names,
+        np.concatenate([[0.0], played.t_s]),
+        np.vstack([start_rad, played.position_rad]),
+        np.vstack([rest, played.velocity_rad_s]),
+        np.vstack([rest, played.acceleration_rad_s2]),
+    )
 
 
 def stretched(motion: JointTrajectory, tempo: float, period_s: float) -> JointTrajectory:

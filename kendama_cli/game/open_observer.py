@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from kendama_cli.devices.camera.ball_tracker import ball_tracker, catch_pose_estimator
+from kendama_cli.devices.camera.ball_tracker import ball_tracker
 from kendama_cli.devices.camera.image_loop import ImageLoop
 from kendama_cli.devices.camera.interface import SceneSource
 from kendama_cli.devices.camera.opening import open_cameras
@@ -16,6 +16,7 @@ from kendama_cli.errors import ConfigError
 from kendama_cli.game.camera_observer import CameraClock, CameraObserver
 from kendama_cli.game.catch_geometry import CatchGeometry
 from kendama_cli.game.flight_observer import FlightObserver, MarkerObserver
+from kendama_cli.game.position_tracker import position_tracker
 from kendama_cli.game.scene_history import SceneHistory
 from kendama_cli.game.settings import ObservationSettings
 from kendama_cli.schema.arrays import Array
@@ -81,8 +82,8 @@ def open_observer(
     camera = cameras.camera
     rate_hz = camera.rate_hz
     if observation.source == "tracking" or camera.source == "recorded" or rate_hz is None:
-        estimator = catch_pose_estimator(cameras.predict.motion, game, rim_m)
-        yield MarkerObserver(estimator, observation, rim_m=rim_m, catch_m=catch_m)
+        tracker = position_tracker(cameras.predict, game, rim_m, [observation.position_sigma_m] * 3)
+        yield MarkerObserver(tracker, observation, rim_m=rim_m, catch_m=catch_m)
         return
     if camera.source == "rendered" and not history.reported:
         raise ConfigError(

@@ -15,7 +15,7 @@ class ObservationSettings:
     samples_n: int = setting("readings from which position, angle and their rates are fitted", at_least=2)
     source: Literal["cameras", "tracking"] = setting("what observes the flight: images, or the robot's own tracking")
     observe_from_deg: float = setting(
-        "cameras: the test for free flight runs while the rope rises beyond this angle [deg]", at_least=0, below=180
+        "the test for free flight runs while the rope rises beyond this angle [deg]", at_least=0, below=180
     )
     processing_s: float = setting(
         "virtual cameras: from the end of the exposure to the image's estimate [s]", at_least=0
@@ -72,6 +72,9 @@ class TransferSettings:
     )
     baseline: bool = setting("whether the same robot also learns from an empty table, to compare with")
     imitation_tries: int = setting("plays of the imitation motion at most; after a miss its tempo is varied", above=0)
+    imitation_repeats: int = setting(
+        "further plays at the tempo that caught: imitation_caught_rate is theirs", at_least=0
+    )
     imitation_tempo_step: float = setting("step of that variation, as a fraction of tau", above=0, below=0.1)
     games: int = setting("full games: swing-up, flight, catch", above=0)
     log_period_s: float = setting("steps, joints and transforms are logged this often [s]", above=0)

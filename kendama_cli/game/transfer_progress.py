@@ -19,7 +19,7 @@ from kendama_cli.learning.settings import LearnSettings
 Start = Literal["table", "scratch"]
 """What a learner on the hardware began with: the policy that was handed over (mostly a table), or nothing."""
 STARTS: tuple[Start, ...] = ("table", "scratch")
-_RESULTS = ("before", "after", "imitation", "games")
+_RESULTS = ("before", "after", "imitation", "repeats", "games")
 
 
 class Progress:
@@ -32,6 +32,7 @@ class Progress:
         self.before: list[bool] = list(state["before"])
         self.after: list[bool] = list(state["after"])
         self.imitation: list[bool] = list(state["imitation"])
+        self.repeats: list[bool] = list(state["repeats"])
         self.rope_fit = None if state["rope_fit"] is None else RopeFitFigures(**state["rope_fit"])
         self.games = [GameFigures(**game) for game in state["games"]]
         self.clock_s = float(state["clock_s"])
@@ -67,6 +68,7 @@ class Progress:
             "before": list(self.before),
             "after": list(self.after),
             "imitation": list(self.imitation),
+            "repeats": list(self.repeats),
             "rope_fit": None if self.rope_fit is None else dataclasses.asdict(self.rope_fit),
             "games": [dataclasses.asdict(game) for game in self.games],
             "clock_s": self.clock_s,
@@ -112,7 +114,7 @@ class Progress:
     @property
     def count(self) -> int:
         """All rollouts, plays and games so far."""
-        frozen = len(self.before) + len(self.after) + len(self.imitation) + len(self.games)
+        frozen = len(self.before) + len(self.after) + len(self.imitation) + len(self.repeats) + len(self.games)
         return frozen + sum(self.learner(start).count.rollouts for start in STARTS)
 
     def finished(self, duration_s: float, missed: int) -> None:

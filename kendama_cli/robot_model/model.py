@@ -93,9 +93,9 @@ class RobotModel:
         [rad]; and the Jacobian (5, n) of the cup's velocity and of its turning about them.
         """
         pose, jacobian = self.tool_pose(position_rad), self.tool_jacobian(position_rad)
-        axis, wanted = pose.rotation[:, 2], np.cross(about[0], about[1])
+        axis, wanted = pose.rotation[:, 2], _cross(about[0], about[1])
         # the turn that carries the axis onto the wanted one; where the cup is head down it is lengthened to be found
-        turn = about @ np.cross(axis, wanted)
+        turn = about @ _cross(axis, wanted)
         if axis @ wanted < 0:
             turn /= max(float(np.linalg.norm(turn)), 1e-9)
         return np.concatenate([pose.position_m, turn]), np.vstack([jacobian[:3], about @ jacobian[3:]])
@@ -140,6 +140,13 @@ class RobotModel:
             if values is not None and len(values) != n:
                 problem = f"has {n} moving joints on the way to '{self.tip_link}', robot.{name} has {len(values)}"
                 raise InputError(self.settings.path, problem, remedy="give one value per joint")
+
+
+def _cross(one: Array, two: Array) -> Array:
+    """The cross product of two vectors (3,); numpy's own takes ten times as long."""
+    a, b, c = one.tolist()
+    x, y, z = two.tolist()
+    return np.array([b * z - c * y, c * x - a * z, a * y - b * x])
 
 
 def _limits(skeleton: Any, robot: RobotSettings) -> JointLimits:

@@ -8,20 +8,20 @@ import numpy as np
 import pytest
 
 from kendama_cli.artifacts.policy import PolicyArtifact
-from kendama_cli.devices.camera.ball_tracker import catch_pose_estimator
 from kendama_cli.devices.robot.remote import UdpRobot
 from kendama_cli.game.catch_geometry import make_catch_geometry
 from kendama_cli.game.crossing import find_crossing
 from kendama_cli.game.flight_observer import MarkerObserver
 from kendama_cli.game.game_runner import GameRunner
 from kendama_cli.game.imitation import tempos
+from kendama_cli.game.position_tracker import position_tracker
 from kendama_cli.game.settings import TransferSettings
 from kendama_cli.learning.policy import GreedyPolicy
 from kendama_cli.learning.sarsa import SarsaLearner
 from kendama_cli.learning.settings import LearnSettings
 from kendama_cli.learning.state import SwingState
 from kendama_cli.settings.game import GameSettings
-from kendama_cli.vision.catch_pose import BALLISTIC
+from kendama_cli.vision.settings import PredictSettings
 from tests.game.cart_robot import DIRECTION, MIDDLE_M, CartRobot, Straight
 from tests.learning.settings_files import learn_settings
 from tests.shipped_conf import configured
@@ -29,6 +29,7 @@ from tests.shipped_conf import configured
 GAME: GameSettings = configured(GameSettings, "game", "kendama")
 LEARN: LearnSettings = learn_settings()
 TRANSFER: TransferSettings = configured(TransferSettings, "transfer", "default")
+PREDICT: PredictSettings = configured(PredictSettings, "predict", "flights")
 
 
 def make_runner(believed_scale: float = 1.0, **made: Any) -> GameRunner:
@@ -38,12 +39,12 @@ def make_runner(believed_scale: float = 1.0, **made: Any) -> GameRunner:
         MIDDLE_M, DIRECTION, GAME, TRANSFER.catch, rope_scale=believed_scale, period_s=robot.period_s
     )
     rim_m, catch_m = geometry.rim_height_m, geometry.catch_height_m
-    estimator = catch_pose_estimator(BALLISTIC, GAME, rim_m)
+    tracker = position_tracker(PREDICT, GAME, rim_m, [TRANSFER.observation.position_sigma_m] * 3)
     return GameRunner(
         cast(UdpRobot, robot),
         Straight(),
         geometry=geometry,
-        observer=MarkerObserver(estimator, TRANSFER.observation, rim_m=rim_m, catch_m=catch_m),
+        observer=MarkerObserver(tracker, TRANSFER.observation, rim_m=rim_m, catch_m=catch_m),
         game=GAME,
         learn=LEARN,
         settings=TRANSFER,

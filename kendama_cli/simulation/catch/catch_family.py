@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping
+
 from kendama_cli.artifacts.motion_plan import MotionPlan
 from kendama_cli.errors import StageError
 from kendama_cli.motion.amplitude import scaled_plan
@@ -44,12 +46,31 @@ class CatchFamily:
     def bounds(self, amplitudes: tuple[float, ...], cup_radius_m: float) -> Bounds:
         """Where to search; amplitudes whose path the arm cannot reach are left out, but for the motion itself.
 
-        Raises StageError where the arm cannot reach along the motion itself.
+        A path is solved when it is first asked for: mostly that of the motion itself suffices. Raises StageError where
+        the arm cannot reach along the motion itself.
         """
-        lowest = {1.0: self.swing(MotionVariation(1.0)).least_tau_scale()}
-        for amplitude in amplitudes:
+        return Bounds(_LowestTau(self, amplitudes), MOUTH_SHARE * cup_radius_m)
+
+
+class _LowestTau(Mapping[float, float]):
+    """The least tau within the arm's limits by amplitude, each found when it is asked for."""
+
+    def __init__(self, family: CatchFamily, amplitudes: tuple[float, ...]) -> None:
+        self._family, self._amplitudes = family, amplitudes
+        self._found: dict[float, float] = {1.0: family.swing(MotionVariation(1.0)).least_tau_scale()}
+
+    def __getitem__(self, amplitude: float) -> float:
+        if amplitude not in self._found:
+            if amplitude not in self._amplitudes:
+                raise KeyError(amplitude)
             try:
-                lowest[amplitude] = self.swing(MotionVariation(1.0, amplitude)).least_tau_scale()
+                self._found[amplitude] = self._family.swing(MotionVariation(1.0, amplitude)).least_tau_scale()
             except StageError:  # too large for the arm: the other sizes remain
-                continue
-        return Bounds(lowest, MOUTH_SHARE * cup_radius_m)
+                raise KeyError(amplitude) from None
+        return self._found[amplitude]
+
+    def __iter__(self) -> Iterator[float]:
+        return (one for one in dict.fromkeys((1.0, *self._amplitudes)) if self.get(one) is not None)
+
+    def __len__(self) -> int:
+        return sum(1 for _ in self)

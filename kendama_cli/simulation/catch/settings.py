@@ -8,6 +8,7 @@ from typing import Literal
 from kendama_cli.errors import ConfigError
 from kendama_cli.schema.settings import setting
 from kendama_cli.settings.placement import LineSettings
+from kendama_cli.vision.settings import MotionSettings, OnsetSettings
 
 
 @dataclass(frozen=True)
@@ -41,11 +42,47 @@ class UncertaintySettings:
 
 
 @dataclass(frozen=True)
+class EyesSettings:
+    """What simulated rollouts see of the ball: its place with noise, at a camera's rate, a moment late."""
+
+    rate_hz: float = setting("places of the ball per second", above=0, at_most=1000)
+    sigma_m: tuple[float, float, float] = setting(
+        "their standard deviations along x, y and z of the world [m]", above=0
+    )
+    latency_s: float = setting("from the middle of the exposure to the command that knows of it [s]", at_least=0)
+    observe_from_deg: float = setting(
+        "the test for free flight runs while the rope rises beyond this angle [deg]", at_least=0, below=180
+    )
+    onset: OnsetSettings = setting("when the rope lets go")
+    motion: MotionSettings = setting("how far the ball is believed to follow gravity and drag")
+
+
+@dataclass(frozen=True)
+class SteeringSettings:
+    """How a seen catch moves the cup beside its planned motion."""
+
+    acceleration_m_s2: float = setting("largest acceleration beside the plan's [m/s^2]", above=0)
+    max_shift_m: float = setting("largest distance from the plan [m]", above=0)
+    matching: float = setting(
+        "part of the ball's horizontal speed that the cup wants to have at the catch", at_least=0, at_most=1
+    )
+    below_rim_m: float = setting("the cup is aimed at where the ball's centre is this far below the rim [m]")
+    believed_sigma_m: float = setting("the cup follows estimates that are better than this [m]", above=0)
+    settled_before_s: float = setting("the plan is kept as it is for this long before the catch [s]", above=0)
+    braking_m_s2: float = setting("deceleration of the shift after the catch [m/s^2]", above=0)
+
+
+@dataclass(frozen=True)
 class AdaptSettings:
     """The search for the catch in the closed loop of the arm."""
 
     uncertainty: UncertaintySettings
+    eyes: EyesSettings
+    steering: SteeringSettings
     line: LineSettings
+    catch: Literal["seen", "open"] = setting(
+        "seen: while the ball flies the cup goes where it is seen to come down; open: the motion plays as planned"
+    )
     placement: Literal["given", "search"] = setting(
         "given: the arm stands as conf/robot says; search: a placement is found for this motion first"
     )

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 
@@ -27,6 +29,19 @@ class Trace:
     position_rad: Array
     velocity_rad_s: Array
     effort_nm: Array
+
+
+class Steering(Protocol):
+    """What commands otherwise than planned, by what it sees: anew after every ``steps`` steps."""
+
+    steps: int
+
+    def coming(self, t_s: float, position_rad: Array, ball_m: Array) -> Sequence[tuple[Array, Array, Array]] | None:
+        """Places, speeds and accelerations (n,) for the ends of the coming steps; None: as planned.
+
+        The first of them begins at ``t_s``. ``position_rad`` (n,) are the angles as they are read then, ``ball_m`` (3,)
+        is where the ball is.
+        """
 
 
 @dataclass(frozen=True)
@@ -60,12 +75,13 @@ def play_rollout(
     errors: ArmErrors | None = None,
     noise_rad: float = 0.0,
     rng: np.random.Generator | None = None,
+    steering: Steering | None = None,
     record: bool = False,
 ) -> RolloutResult:
     """Play ``joints``, sampled every STEP_S, from rest with the ball hanging; the world keeps its perturbation.
 
-    The arm follows ``joints`` with its ``errors``. ``noise_rad`` is the standard deviation of the angles read, drawn
-    from ``rng``. Raises SimulationError.
+    The arm follows ``joints``, or what ``steering`` makes of them, with its ``errors``. ``noise_rad`` is the standard
+    deviation of the angles read, drawn from ``rng``. Raises SimulationError.
     """
     world.reset(joints.position_rad[0])
     places, speeds, changes = list(joints.position_rad), list(joints.velocity_rad_s), list(joints.acceleration_rad_s2)
@@ -74,12 +90,19 @@ def play_rollout(
     if rng is not None and noise_rad > 0:
         noises = list(rng.normal(0.0, noise_rad, joints.position_rad.shape))
     flight = FlightRecord(world.ball)
+    steered: Sequence[tuple[Array, Array, Array]] | None = None
     fastest = strongest = np.zeros(len(world.position_rad))
     samples: list[tuple[float | Array, ...]] = []
     if record:
         samples.append(_sample(world))
     for k in range(1, len(places)):
         place, speed, change = places[k], speeds[k], changes[k]
+        if steering is not None:
+            ahead = (k - 1) % steering.steps
+            if ahead == 0:
+                steered = steering.coming(world.t_s, world.position_rad + noises[k], world.ball.position_m)
+            if steered is not None:
+                place, speed, change = steered[ahead]
         if erring is not None:
             place, speed, change = erring.follows(k, place, speed, change)
         world.step(place, speed, change, noises[k])

@@ -35,11 +35,12 @@ class AdaptWindowMessage:
 
 @dataclass(frozen=True)
 class AdaptRepeatMessage:
-    """One perturbed repeat of the chosen motion."""
+    """One perturbed repeat of the chosen motion; the cup ended ``shift_m`` beside its plan."""
 
     index: int
     caught: bool
     miss_m: float
+    shift_m: float = 0.0
 
 
 @dataclass(frozen=True)

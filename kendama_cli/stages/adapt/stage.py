@@ -34,15 +34,15 @@ from kendama_cli.simulation.catch.search_record import Attempt, Bounds, MotionVa
 from kendama_cli.simulation.catch.settings import AdaptSettings
 from kendama_cli.simulation.catch.tilt import playable_tilt
 from kendama_cli.simulation.catch.uncertainty import CORNERS, Repeat, corner_errors, drawn_errors
-from kendama_cli.simulation.dart.rollout import RolloutResult, play_rollout
+from kendama_cli.simulation.dart.rollout import RolloutResult
 from kendama_cli.simulation.dart.world import ArmWorld
-from kendama_cli.simulation.dart.world_errors import NO_ERRORS
 from kendama_cli.simulation.placement.find_placement import current_placement, find_placement
 from kendama_cli.stages.adapt.logged import draw_message, log_replay, log_windows
 from kendama_cli.stages.adapt.messages import (
     AdaptRepeatMessage,
     AdaptRolloutMessage,
 )
+from kendama_cli.stages.adapt.rollouts import Rollouts
 from kendama_cli.stages.interface import Made, Metric, StageContext, State
 
 
@@ -68,6 +68,7 @@ class Adapt:
         world = ArmWorld(robot, self._game)
         plan, warnings = playable_tilt(world.arm, plan, settings)
         family = CatchFamily(world.arm, plan, settings.lead_in_m_s2)
+        rollouts = Rollouts(world, family, settings, self._game)
         bounds = family.bounds(settings.amplitudes, self._game.cup.radius_m)
         self._require_playable(family, bounds)
         saved = ctx.restore()
@@ -78,13 +79,13 @@ class Adapt:
             seeds = [int(seed) for seed in saved["seeds"]]
         while (trial := next_trial(search, settings, bounds)) is not None:
             if trial.kind == "attempt":
-                search = search.with_attempt(self._attempt(world, family, trial, ctx))
+                search = search.with_attempt(self._attempt(rollouts, trial, ctx))
             else:
-                search = search.with_repeat(trial, self._repeat(world, family, trial, seeds, ctx))
+                search = search.with_repeat(trial, self._repeat(rollouts, trial, seeds, ctx))
             ctx.checkpoint(functools.partial(_state, search, seeds))
             total = search.rollouts() + settings.repeats if trial.kind == "confirm" else None
             ctx.progress(search.rollouts() + len(search.confirmed), total, **_figures(trial, search))
-        return dataclasses.replace(self._made(world, family, bounds, search, ctx), warnings=warnings)
+        return dataclasses.replace(self._made(rollouts, bounds, search, seeds, ctx), warnings=warnings)
 
     def _placed(self, robot: RobotSettings, plan: MotionPlan, ctx: StageContext) -> RobotSettings:
         """The arm where it stands, or where the search finds that it should: the same after a resumption.
@@ -117,49 +118,41 @@ class Adapt:
                 f"allowed: tau_scale up to {most}: raise adapt.tau_range, or {otherwise}"
             )
 
-    def _attempt(self, world: ArmWorld, family: CatchFamily, trial: Trial, ctx: StageContext) -> Attempt:
+    def _attempt(self, rollouts: Rollouts, trial: Trial, ctx: StageContext) -> Attempt:
         variation = trial.variation
-        limit = family.limit(variation)
+        limit = rollouts.family.limit(variation)
         if limit is not None:
             return Attempt(variation, False, None, None, 0.0, None, limit)
-        swing = family.swing(variation)
-        world.perturb(NO_ERRORS)
-        result = play_rollout(world, swing.joints(variation.tau_scale, self._settings.hold_s))
+        result = rollouts.planned(variation)
         ctx.log.write(
             "/adapt/rollout", float(trial.index), _rollout_message(trial, result.caught, result.signed_miss_m)
         )
-        return _attempt_made(variation, swing, result)
+        return _attempt_made(variation, rollouts.family.swing(variation), result)
 
-    def _repeat(
-        self, world: ArmWorld, family: CatchFamily, trial: Trial, seeds: list[int], ctx: StageContext
-    ) -> Repeat:
+    def _repeat(self, rollouts: Rollouts, trial: Trial, seeds: list[int], ctx: StageContext) -> Repeat:
         """Every candidate is evaluated with the same noise; those that confirm have noise of their own."""
         uncertainty, rope_m = self._settings.uncertainty, self._game.rope.length_m
         confirm = trial.kind == "confirm"
-        rng = np.random.default_rng(seeds[trial.index + len(CORNERS) * confirm])
+        seed = seeds[trial.index + len(CORNERS) * confirm]
+        rng = np.random.default_rng(seed)
         draw = drawn_errors(uncertainty, rope_m, rng) if confirm else corner_errors(uncertainty, rope_m, trial.index)
-        world.perturb(draw.world)
-        joints = family.swing(trial.variation).joints(trial.variation.tau_scale, self._settings.hold_s)
-        result = play_rollout(
-            world, joints, errors=draw.arm, noise_rad=uncertainty.joint_noise_rad, rng=rng, record=confirm
-        )
+        result, shift_m = rollouts.judged(trial.variation, draw, eyes_seed=seed, rng=rng, record=confirm)
         miss_m = _or_nan(result.signed_miss_m)
         if confirm:
-            message = AdaptRepeatMessage(index=trial.index, caught=result.caught, miss_m=miss_m)
+            message = AdaptRepeatMessage(index=trial.index, caught=result.caught, miss_m=miss_m, shift_m=shift_m)
             ctx.log.write("/adapt/repeat", float(trial.index), message)
-            log_replay(ctx, trial.index, world, draw.world, result)
+            log_replay(ctx, trial.index, rollouts.world, draw.world, result)
             ctx.log.write("/adapt/drawn", float(trial.index), draw_message(trial.index, draw, self._game))
         else:
             ctx.log.write("/adapt/corner", float(trial.index), _rollout_message(trial, result.caught, miss_m))
         return Repeat(result.caught, result.signed_miss_m)
 
-    def _made(self, world: ArmWorld, family: CatchFamily, bounds: Bounds, search: Search, ctx: StageContext) -> Made:
-        best = best_candidate(search, bounds)
+    def _made(self, rollouts: Rollouts, bounds: Bounds, search: Search, seeds: list[int], ctx: StageContext) -> Made:
+        best, family = best_candidate(search, bounds), rollouts.family
         variation = best or nearest_attempt(search).variation
         swing = family.swing(variation)
         joints = swing.joints(variation.tau_scale, self._settings.hold_s)
-        world.perturb(NO_ERRORS)
-        result = play_rollout(world, joints, record=True)
+        result, _ = rollouts.judged(variation, None, eyes_seed=seeds[0], record=True)
         _log_chosen(ctx, joints.joint_names, result)
         if result.trace is not None:
             reference_m = swing.cup_reference_m(variation.tau_scale, result.trace.t_s)
@@ -177,6 +170,7 @@ class Adapt:
         metrics |= {
             "tau_scale": variation.tau_scale,
             "rollouts": search.rollouts(),
+            "catch": self._settings.catch,
             "uncertainty": self._settings.uncertainty.name,
             "success_rate": success,
             "success_rate_low": interval.low if repeats else None,
@@ -194,7 +188,7 @@ class Adapt:
             "speed_over_limit": result.velocity_share,
             "effort_over_limit": result.effort_share,
         }
-        placement = current_placement(world.arm)
+        placement = current_placement(rollouts.world.arm)
         return Made(CatchMotion(family.plan(variation), joints, placement, result.caught, success), metrics)
 
 

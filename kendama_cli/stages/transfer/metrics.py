@@ -27,6 +27,8 @@ def transfer_metrics(result: TransferResult, progress: Progress, *, baseline: bo
         "imitation_caught": result.imitation_caught,
         "imitation_tries": len(progress.imitation),
     }
+    if progress.imitation:
+        metrics["imitation_caught_rate"] = float(np.mean(progress.repeats)) if progress.repeats else None
     if progress.rope_fit is not None:
         metrics["imitation_rope_scale"] = progress.rope_fit.rope_scale
         metrics["imitation_resized"] = progress.rope_fit.resized

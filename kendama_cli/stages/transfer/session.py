@@ -7,16 +7,17 @@ from functools import partial
 
 import numpy as np
 
-from kendama_cli.artifacts.motion_plan import CatchMotion
+from kendama_cli.artifacts.motion_plan import CatchMotion, JointTrajectory
 from kendama_cli.artifacts.policy import PolicyArtifact
 from kendama_cli.devices.robot.interface import Exchange
 from kendama_cli.game.figures import GameFigures, RopeFitFigures
 from kendama_cli.game.game_runner import GameRunner
-from kendama_cli.game.imitation import play_motion, tempos
+from kendama_cli.game.imitation import SeenImitation, play_motion, tempos
 from kendama_cli.game.rope_fit import fitted
 from kendama_cli.game.scene_history import cup_rotation_wxyz
 from kendama_cli.game.settings import TransferSettings
 from kendama_cli.game.transfer_progress import Progress, Start
+from kendama_cli.game.watched_flight import WatchedFlight
 from kendama_cli.learning.learners import make_policy
 from kendama_cli.learning.settings import LearnSettings
 from kendama_cli.robot_model.model import RobotModel
@@ -85,23 +86,42 @@ class TransferSession:
             self._finish(messages, swing.duration_s, phase=phase, rollouts=finished.index, streak=learner.count.streak)
 
     def imitate(self, motion: CatchMotion, game: GameSettings, adapt: AdaptSettings) -> None:
-        """Play the imitation motion, fitted to the rope, until it catches; at slightly other tempos after a miss."""
-        tried = self._progress.imitation
-        wanted = tempos(self._settings.imitation_tempo_step, self._settings.imitation_tries)
-        if any(tried) or len(tried) == len(wanted):
+        """Play the imitation motion, fitted to the rope, until it catches; at slightly other tempos after a miss.
+
+        Then play it again at the tempo that caught, to tell how often it does.
+        """
+        progress, settings = self._progress, self._settings
+        tried = progress.imitation
+        wanted = tempos(settings.imitation_tempo_step, settings.imitation_tries)
+        if len(tried) == len(wanted) and not any(tried):
+            return
+        if any(tried) and len(progress.repeats) >= settings.imitation_repeats:
             return
         robot = self._runner.robot
-        seed = int(self._progress.rng("rope", 0).integers(2**63))
+        seed = int(progress.rng("rope", 0).integers(2**63))
         fit = fitted(robot, self._arm, motion, game, adapt, seed=seed)
-        self._progress.rope_fit = RopeFitFigures(fit.rope_scale, fit.resized)
+        progress.rope_fit = RopeFitFigures(fit.rope_scale, fit.resized)
+        seen = None
+        if adapt.catch == "seen":
+            watched = WatchedFlight(self._runner.observer.without_goal())
+            seen = SeenImitation(watched, self._arm, adapt.steering, game.cup.rim_m)
         while not any(tried) and len(tried) < len(wanted):
-            seed = int(self._progress.rng("imitation", len(tried)).integers(2**63))
-            played = play_motion(robot, fit.joints, tempo=wanted[len(tried)], seed=seed)
-            start_s = self._progress.clock_s
-            timed = [(start_s + exchange.t_s, exchange) for exchange in played.exchanges]
-            messages = self._scene(timed, under="/transfer/imitation")
-            tried.append(played.caught)
-            self._finish(messages, played.exchanges[-1].t_s, phase="imitation", caught=int(played.caught))
+            tempo = wanted[len(tried)]
+            self._imitate_once(fit.joints, tempo, "imitation", tried, seen)
+        while any(tried) and len(progress.repeats) < settings.imitation_repeats:
+            self._imitate_once(fit.joints, wanted[tried.index(True)], "repeat", progress.repeats, seen)
+
+    def _imitate_once(
+        self, joints: JointTrajectory, tempo: float, phase: str, results: list[bool], seen: SeenImitation | None
+    ) -> None:
+        """One play; appends to ``results`` whether it caught."""
+        seed = int(self._progress.rng(phase, len(results)).integers(2**63))
+        played = play_motion(self._runner.robot, joints, tempo=tempo, seed=seed, seen=seen)
+        start_s = self._progress.clock_s
+        timed = [(start_s + exchange.t_s, exchange) for exchange in played.exchanges]
+        messages = self._scene(timed, under="/transfer/imitation")
+        results.append(played.caught)
+        self._finish(messages, played.exchanges[-1].t_s, phase=phase, caught=int(played.caught))
 
     def play(self, settings: GameSettings, hardware: HardwareSettings) -> None:
         """Full games with the policy as it stands; ``hardware`` is what the robot was opened as."""

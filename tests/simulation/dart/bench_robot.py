@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import yaml
+from omegaconf import OmegaConf
 
 from kendama_cli.robot_model.model import RobotModel
 from kendama_cli.schema.settings import build
@@ -41,7 +42,9 @@ def modelled(robot: RobotSettings) -> RobotModel:
 
 
 def adapt_values() -> dict[str, Any]:
-    """conf/adapt/catch.yaml with what it takes from the shipped transfer settings."""
-    values = plain("adapt", "catch")
-    transfer = yaml.safe_load((ROOT / "conf/transfer/default.yaml").read_text())
-    return values | {"line": {name: transfer["catch"][name] for name in values["line"]}}
+    """conf/adapt/catch.yaml with what it takes from the shipped transfer and predict settings."""
+    nodes = {"adapt": ("adapt", "catch"), "transfer": ("transfer", "default"), "predict": ("predict", "flights")}
+    composed = OmegaConf.create({name: plain(*choice) for name, choice in nodes.items()})
+    resolved = OmegaConf.to_container(composed.adapt, resolve=True)
+    assert isinstance(resolved, dict)
+    return {str(name): value for name, value in resolved.items()}

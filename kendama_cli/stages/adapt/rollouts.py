@@ -1,0 +1,72 @@
+"""The rollouts of one adaptation: a variation of the motion played by the arm, as planned or with the seen catch."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from kendama_cli.artifacts.motion_plan import JointTrajectory
+from kendama_cli.game.seen_catch import SeenCatch, cup_plan
+from kendama_cli.game.steered_motion import CupPlan
+from kendama_cli.settings.game import GameSettings
+from kendama_cli.simulation.catch.catch_family import CatchFamily
+from kendama_cli.simulation.catch.search_record import MotionVariation
+from kendama_cli.simulation.catch.settings import AdaptSettings
+from kendama_cli.simulation.catch.uncertainty import Draw
+from kendama_cli.simulation.dart.rollout import RolloutResult, play_rollout
+from kendama_cli.simulation.dart.world import ArmWorld
+from kendama_cli.simulation.dart.world_errors import NO_ERRORS
+
+
+class Rollouts:
+    """Plays the motions of ``family`` in ``world``."""
+
+    def __init__(self, world: ArmWorld, family: CatchFamily, settings: AdaptSettings, game: GameSettings) -> None:
+        self.world, self.family = world, family
+        self._settings, self._game = settings, game
+        self._planned: tuple[MotionVariation, JointTrajectory, CupPlan] | None = None
+
+    def planned(self, variation: MotionVariation) -> RolloutResult:
+        """Played as it is planned, in the world as the model describes it."""
+        self.world.perturb(NO_ERRORS)
+        return play_rollout(self.world, self.family.swing(variation).joints(variation.tau_scale, self._settings.hold_s))
+
+    def judged(
+        self,
+        variation: MotionVariation,
+        draw: Draw | None,
+        *,
+        eyes_seed: int,
+        rng: np.random.Generator | None = None,
+        record: bool = False,
+    ) -> tuple[RolloutResult, float]:
+        """Played with the catch that is wanted, in the world of ``draw`` or in the model's.
+
+        The joints' noise is drawn from ``rng``, what the eyes add from ``eyes_seed``. Returns besides how far the cup
+        was moved beside its plan [m].
+        """
+        settings, world = self._settings, self.world
+        joints, cup = self._motion(variation)
+        seen = None
+        if settings.catch == "seen":
+            noise = np.random.default_rng([eyes_seed, 1])
+            seen = SeenCatch(
+                world.arm, self._game, joints, cup, eyes=settings.eyes, steering=settings.steering, rng=noise
+            )
+        world.perturb(NO_ERRORS if draw is None else draw.world)
+        result = play_rollout(
+            world,
+            joints,
+            errors=None if draw is None else draw.arm,
+            noise_rad=0.0 if draw is None else settings.uncertainty.joint_noise_rad,
+            rng=rng,
+            steering=seen,
+            record=record,
+        )
+        return result, 0.0 if seen is None else seen.shift_m
+
+    def _motion(self, variation: MotionVariation) -> tuple[JointTrajectory, CupPlan]:
+        """The joints and the cup of ``variation``; kept for its next rollout, which is mostly of the same."""
+        if self._planned is None or self._planned[0] != variation:
+            joints = self.family.swing(variation).joints(variation.tau_scale, self._settings.hold_s)
+            self._planned = variation, joints, cup_plan(self.world.arm, joints)
+        return self._planned[1:]
