@@ -20,6 +20,7 @@ from kendama_cli.cli.motion import motion_app
 from kendama_cli.cli.options import Arm, ConfigDir, Force, Home, Json, Overrides, PipelineName, Until
 from kendama_cli.cli.play import play
 from kendama_cli.cli.robot import robot_app
+from kendama_cli.cli.runs import diff, runs_app
 from kendama_cli.cli.tools import cache_app, log_app
 from kendama_cli.config.site import find_site
 
@@ -37,7 +38,9 @@ app.add_typer(capture_app, name="capture")
 app.add_typer(log_app, name="log")
 app.add_typer(motion_app, name="motion")
 app.add_typer(robot_app, name="robot")
+app.add_typer(runs_app, name="runs")
 app.command()(play)
+app.command()(diff)
 
 
 def _show_version(wanted: bool) -> None:
@@ -112,22 +115,6 @@ def config(overrides: Overrides = None, home: Home = None, config_dir: ConfigDir
     from kendama_cli.cli.run_work import show_configuration
 
     show_configuration(find_site(home, config_dir), overrides or [])
-
-
-@app.command()
-def runs(as_json: Json = False, home: Home = None) -> None:
-    """List past runs."""
-    from kendama_cli.pipeline.record import past_runs
-
-    records = past_runs(find_site(home).home)
-    if as_json:
-        render.document(records)
-        return
-    rows = [
-        (item["run"], item["started"], item["pipeline"], item["outcome"], " ".join(item["overrides"]))
-        for item in records
-    ]
-    render.table(rows, head=("run", "started", "pipeline", "outcome", "overrides"))
 
 
 @app.command()

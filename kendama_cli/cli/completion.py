@@ -72,6 +72,16 @@ def runs(incomplete: str) -> list[str]:
 
 
 @_quietly
+def artifacts(incomplete: str) -> list[str]:
+    """STAGE of the newest run, then RUN/STAGE of all runs, newest first."""
+    from kendama_cli.pipeline.record import past_runs
+
+    records = past_runs(find_site().home)[::-1]
+    newest = [str(stage["name"]) for stage in records[0]["stages"]] if records else []
+    return newest + [f"{record['run']}/{stage['name']}" for record in records for stage in record["stages"]]
+
+
+@_quietly
 def overrides(incomplete: str) -> list[str]:
     """Groups, keys, and the options of a group after its ``=``."""
     from kendama_cli.config import compose, folders

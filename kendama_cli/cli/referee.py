@@ -17,6 +17,7 @@ from kendama_cli.errors import StageError, UsageError
 from kendama_cli.log.messages import ReplayMessage
 from kendama_cli.log.reader import LogFile
 from kendama_cli.log.writer import McapLog
+from kendama_cli.pipeline.artifact_place import LOG
 from kendama_cli.pipeline.record import find_run
 from kendama_cli.pipeline.report import REFEREE_LOG
 from kendama_cli.schema.arrays import Array
@@ -75,7 +76,7 @@ def logged_games(record: Mapping[str, Any]) -> Iterator[LoggedGame]:
     for stage in record["stages"]:
         if stage["artifact"] is None:
             continue
-        path = Path(stage["artifact"]) / "log.mcap"
+        path = Path(stage["artifact"]) / LOG
         log = LogFile(path)
         settings = log.stage.get("settings", {}).get("game")
         for topic in log.topics:

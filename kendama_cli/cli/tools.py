@@ -7,13 +7,40 @@ from typing import Annotated, Any
 
 import typer
 
-from kendama_cli.cli import render
+from kendama_cli.cli import completion, render
 from kendama_cli.cli.log_predict import log_predict
 from kendama_cli.cli.options import Home, Json
 from kendama_cli.config.site import find_site
 
 cache_app = typer.Typer(help="Look after the store of finished work.", no_args_is_help=True)
 log_app = typer.Typer(help="Look into MCAP logs.", no_args_is_help=True)
+
+LogPlace = Annotated[
+    str,
+    typer.Argument(
+        metavar="FILE",
+        help="An MCAP file, or RUN/STAGE, or STAGE of the newest run that has it.",
+        autocompletion=completion.artifacts,
+    ),
+]
+
+
+@cache_app.command("path")
+def cache_path(
+    place: Annotated[
+        str,
+        typer.Argument(
+            metavar="RUN/STAGE",
+            help="Or STAGE alone: of the newest run that has it.",
+            autocompletion=completion.artifacts,
+        ),
+    ],
+    home: Home = None,
+) -> None:
+    """Print the folder of a stage's artifact, in which its log lies as well."""
+    from kendama_cli.pipeline.artifact_place import artifact_folder
+
+    render.text(str(artifact_folder(find_site(home).home, place)))
 
 
 @cache_app.command("ls")
@@ -73,11 +100,12 @@ log_app.command("predict")(log_predict)
 
 
 @log_app.command("info")
-def log_info(file: Annotated[Path, typer.Argument(metavar="FILE")], as_json: Json = False) -> None:
+def log_info(file: LogPlace, as_json: Json = False, home: Home = None) -> None:
     """Say what an MCAP log holds."""
     from kendama_cli.log.export import describe  # pandas
+    from kendama_cli.pipeline.artifact_place import log_path
 
-    facts = describe(file)
+    facts = describe(log_path(find_site(home).home, file))
     if as_json:
         render.document(facts)
     else:
@@ -86,17 +114,21 @@ def log_info(file: Annotated[Path, typer.Argument(metavar="FILE")], as_json: Jso
 
 @log_app.command("export")
 def log_export(
-    file: Annotated[Path, typer.Argument(metavar="FILE")],
+    file: LogPlace,
     output: Annotated[
         Path | None,
-        typer.Option("-o", "--output", metavar="FILE", help="FILE.parquet or FILE.csv [FILE's name .parquet]."),
+        typer.Option(
+            "-o", "--output", metavar="FILE", help="FILE.parquet or FILE.csv [the log's or stage's name .parquet]."
+        ),
     ] = None,
     topic: Annotated[str | None, typer.Option(metavar="TOPIC", help="Only this topic.")] = None,
+    home: Home = None,
 ) -> None:
     """Export an MCAP log to Parquet or CSV."""
     from kendama_cli.log.export import export  # pandas and pyarrow
+    from kendama_cli.pipeline.artifact_place import log_path
 
-    for path in export(file, output or Path(file.name).with_suffix(".parquet"), topic):
+    for path in export(log_path(find_site(home).home, file), output or Path(Path(file).stem + ".parquet"), topic):
         render.text(str(path))
 
 

@@ -8,6 +8,7 @@ from typing import Any
 
 from kendama_cli.errors import UsageError
 from kendama_cli.log.reader import LogFile
+from kendama_cli.pipeline.artifact_place import LOG
 from kendama_cli.pipeline.catalogue import load_pipeline
 from kendama_cli.pipeline.report import write_report
 from kendama_cli.schema.registry import resolve
@@ -118,7 +119,7 @@ class Run:
         InputError
             Where the log is damaged or gone.
         """
-        return LogFile(self.folder(stage) / "log.mcap")
+        return LogFile(self.folder(stage) / LOG)
 
     def report(self, output: Path | str | None = None) -> Path:
         """Write the run's report, a self-contained HTML page.

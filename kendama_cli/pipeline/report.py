@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from kendama_cli.pipeline.artifact_place import LOG
 from kendama_cli.report.page import make_report
 from kendama_cli.report.sweep_page import make_sweep_report
 from kendama_cli.store import durable
@@ -31,9 +32,7 @@ def write_report(records: Sequence[Mapping[str, Any]], output: Path | None) -> P
 def _logs(record: Mapping[str, Any]) -> dict[str, Path]:
     """The log of each stage that ended, and the referee's where there is one beside the run."""
     logs = {
-        str(stage["name"]): Path(stage["artifact"]) / "log.mcap"
-        for stage in record["stages"]
-        if stage["artifact"] is not None
+        str(stage["name"]): Path(stage["artifact"]) / LOG for stage in record["stages"] if stage["artifact"] is not None
     }
     beside = Path(record["folder"]) / REFEREE_LOG if "folder" in record else None
     return logs if beside is None or not beside.exists() else {**logs, "referee": beside}

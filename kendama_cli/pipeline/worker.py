@@ -21,6 +21,7 @@ from pathlib import Path
 from typing import Any
 
 from kendama_cli.errors import KendamaError, StageError
+from kendama_cli.pipeline.artifact_place import LOG
 from kendama_cli.pipeline.context import WorkerContext
 from kendama_cli.pipeline.nodes import node_schemas
 from kendama_cli.pipeline.record import versions
@@ -35,7 +36,6 @@ from kendama_cli.store.durable import canonical_json, plain_disk_errors
 from kendama_cli.store.store import Store
 from kendama_cli.system.choice import system
 
-LOG = "log.mcap"
 Emit = Callable[[Mapping[str, Any]], None]
 """Sends one event to the process that started the worker."""
 

@@ -1,0 +1,134 @@
+"""Past runs: list, choose, sort and tag them, and say what differs between two."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from kendama_cli.cli import completion, render
+from kendama_cli.cli.options import Home, Json
+from kendama_cli.config.site import find_site
+
+runs_app = typer.Typer(help="List past runs; choose, sort and tag them.", invoke_without_command=True)
+
+COLUMNS = ("run", "started", "pipeline", "outcome", "tags", "overrides")
+
+
+@runs_app.callback()
+def runs(
+    context: typer.Context,
+    conditions: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--filter",
+            metavar="CONDITION",
+            help="Only runs of which this holds: 'learn.alpha>0.3', outcome=done, tags~good; repeat for more.",
+        ),
+    ] = None,
+    sort: Annotated[
+        str | None, typer.Option(metavar="KEY", help="By a key of the configuration or STAGE.METRIC, least first.")
+    ] = None,
+    columns: Annotated[
+        str | None, typer.Option(metavar="KEY,...", help=f"What to show beside the run's id [{','.join(COLUMNS[1:])}].")
+    ] = None,
+    as_json: Json = False,
+    home: Home = None,
+) -> None:
+    """List past runs; choose, sort and tag them."""
+    if context.invoked_subcommand is None:
+        _list(find_site(home).home, conditions or [], sort, columns, as_json=as_json)
+
+
+@runs_app.command("tag")
+def tag(
+    run: Annotated[str, typer.Argument(metavar="RUN", help="Id of a run.", autocompletion=completion.runs)],
+    tags: Annotated[list[str] | None, typer.Argument(metavar="[TAG]...", help="Tags to add.")] = None,
+    remove: Annotated[list[str] | None, typer.Option(metavar="TAG", help="Take this tag away.")] = None,
+    note: Annotated[str | None, typer.Option(metavar="TEXT", help="What to remember of this run.")] = None,
+    home: Home = None,
+) -> None:
+    """Put tags and a note on a run."""
+    from kendama_cli.pipeline.record import find_run
+    from kendama_cli.pipeline.run_tags import write_tags
+
+    folder = find_site(home).home
+    name = str(find_run(folder, run)["run"])
+    made = write_tags(folder, name, tags or [], remove or [], note)
+    render.text(f"{name}: {' '.join(made.tags) or 'no tags'}{f'; {made.note}' if made.note else ''}")
+
+
+def diff(
+    before: Annotated[str, typer.Argument(metavar="RUN", help="Id of a run.", autocompletion=completion.runs)],
+    after: Annotated[
+        str | None,
+        typer.Argument(metavar="[RUN]", help="Id of another; the newest if left out.", autocompletion=completion.runs),
+    ] = None,
+    as_json: Json = False,
+    home: Home = None,
+) -> None:
+    """Say what differs between two runs: configuration, code, versions, artifacts, metrics."""
+    from kendama_cli.pipeline.record import find_run
+    from kendama_cli.pipeline.run_diff import run_differences
+    from kendama_cli.store.store import Store
+
+    folder = find_site(home).home
+    document = run_differences(Store(folder), find_run(folder, before), find_run(folder, after))
+    if as_json:
+        render.document(document)
+    else:
+        _show(document)
+
+
+def _list(home: Path, conditions: list[str], sort: str | None, columns: str | None, *, as_json: bool) -> None:
+    from kendama_cli.pipeline.record import past_runs
+    from kendama_cli.pipeline.run_facts import chosen_runs, condition, run_facts
+    from kendama_cli.store.store import Store
+
+    records = past_runs(home)
+    store = Store(home)
+    whole = bool(conditions or sort or columns)
+    facts = [run_facts(store, record, whole=whole) for record in records]
+    found = chosen_runs(facts, [condition(text) for text in conditions], sort)
+    if as_json:
+        by_run = {str(record["run"]): record for record in records}
+        render.document([{**by_run[one["run"]], "tags": one["tags"].split(), "note": one["note"]} for one in found])
+        return
+    head = COLUMNS if columns is None else ("run", *(name.strip() for name in columns.split(",")))
+    if columns is not None:
+        chosen_runs(facts, [], None if not records else _unknown(facts, head))
+    render.table([[_cell(one.get(name)) for name in head] for one in found], head=head)
+
+
+def _unknown(facts: list[dict[str, Any]], head: tuple[str, ...]) -> str | None:
+    """A column that no run has, which is refused like a key to sort by."""
+    return next((name for name in head if not any(name in one for one in facts)), None)
+
+
+def _cell(value: Any) -> str:
+    return "" if value is None else value if isinstance(value, str) else render.figure(value)
+
+
+def _show(document: dict[str, Any]) -> None:
+    before, after = document["runs"]
+    render.text(f"{before} -> {after}")
+    for what, title in (("config", "configuration"), ("versions", "versions")):
+        _show_pairs(title, document[what])
+    render.text(f"code: {'changed in ' + ', '.join(document['code']) if document['code'] else 'the same'}")
+    rows = [(name, state) for name, state in document["artifacts"].items()]
+    render.table(rows, head=("stage", "artifact"))
+    _show_pairs("metrics", document["metrics"])
+    for key, one in document["intervals"].items():
+        texts = [
+            f"{render.figure(value)} [{render.figure(low)}, {render.figure(high)}]"
+            for value, (low, high) in zip(one["values"], one["bounds"], strict=True)
+        ]
+        verdict = "the intervals overlap: noise" if one["overlap"] else "the intervals do not overlap"
+        render.text(f"{key}: {texts[0]} -> {texts[1]}, {verdict}")
+
+
+def _show_pairs(title: str, pairs: dict[str, list[Any]]) -> None:
+    render.text(f"{title}: {'' if pairs else 'the same'}".rstrip())
+    for key, (old, new) in pairs.items():
+        render.text(f"  {key}: {_cell(old) or '-'} -> {_cell(new) or '-'}")

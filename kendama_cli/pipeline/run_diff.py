@@ -1,0 +1,79 @@
+"""What differs between two past runs: configuration, code, versions, artifacts, metrics."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from kendama_cli.pipeline.run_facts import flat, stage_parts
+from kendama_cli.store.store import Store
+
+INTERVAL = ("_low", "_high")
+"""Metrics whose names end so bound the metric without that ending."""
+
+
+def run_differences(store: Store, before: Mapping[str, Any], after: Mapping[str, Any]) -> dict[str, Any]:
+    """The document of ``kendama diff``: of two records, what each has where they differ.
+
+    ``metrics`` holds every metric that differs, as ``[before, after]``; ``intervals`` those that have bounds, and
+    whether the bounds overlap; ``artifacts`` says of every stage of either whether it gave the same bytes.
+    """
+    stages = [{str(stage["name"]): stage for stage in one["stages"]} for one in (before, after)]
+    parts = [{name: stage_parts(store, stage) for name, stage in one.items()} for one in stages]
+    names = list(dict.fromkeys([*stages[0], *stages[1]]))
+    configs = [_flat_all({name: made.get("config", {}) for name, made in one.items()}) for one in parts]
+    metrics = [
+        {key: value for name, stage in one.items() for key, value in flat(name, stage["metrics"]).items()}
+        for one in stages
+    ]
+    return {
+        "runs": [before["run"], after["run"]],
+        "config": _different(*configs),
+        "code": [
+            name
+            for name in names
+            if all(one.get(name) for one in parts) and parts[0][name].get("code") != parts[1][name].get("code")
+        ],
+        "versions": _different(before.get("versions", {}), after.get("versions", {})),
+        "artifacts": {name: _artifact(stages[0].get(name), stages[1].get(name)) for name in names},
+        "metrics": _different(*metrics),
+        "intervals": _intervals(*metrics),
+    }
+
+
+def _flat_all(configs: Mapping[str, Mapping[str, Any]]) -> dict[str, Any]:
+    """Settings by dotted keys; stages that read one node read the same."""
+    return {
+        key: value
+        for config in configs.values()
+        for node, inner in config.items()
+        for key, value in flat(node, inner).items()
+    }
+
+
+def _different(before: Mapping[str, Any], after: Mapping[str, Any]) -> dict[str, list[Any]]:
+    keys = dict.fromkeys([*before, *after])
+    return {key: [before.get(key), after.get(key)] for key in keys if before.get(key) != after.get(key)}
+
+
+def _artifact(before: Mapping[str, Any] | None, after: Mapping[str, Any] | None) -> str:
+    if before is None or after is None:
+        return "only in the first" if after is None else "only in the second"
+    digests = [str(one["artifact"]).rpartition("/")[2] if one["artifact"] else None for one in (before, after)]
+    if None in digests:
+        return "not made by both"
+    return "the same" if digests[0] == digests[1] else "differs"
+
+
+def _intervals(before: Mapping[str, Any], after: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
+    """The metrics that both have with bounds: value and bounds of each, and whether the bounds overlap."""
+    found = {}
+    for key in before:
+        if before[key] == after.get(key, before[key]) or any(
+            key + end not in one for end in INTERVAL for one in (before, after)
+        ):
+            continue
+        bounds = [[float(one[key + end]) for end in INTERVAL] for one in (before, after)]
+        overlap = bounds[0][0] <= bounds[1][1] and bounds[1][0] <= bounds[0][1]
+        found[key] = {"values": [before[key], after[key]], "bounds": bounds, "overlap": overlap}
+    return found
