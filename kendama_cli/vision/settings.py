@@ -1,4 +1,4 @@
-"""Seeing the ball and foreseeing the catch: the detector, the onset of free flight, the study of both."""
+"""Seeing the ball and predicting the catch: the detector, the onset of free flight, the study of both."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A movement primitive read from a file: the hand's work of another day."""
+"""A movement primitive read from a file, instead of demonstrations."""
 
 from __future__ import annotations
 

@@ -19,7 +19,7 @@ from kendama_cli.settings.hardware import RsiHardware
 _LISTENED = 5
 """So many telegrams are listened to for the controller's cycle, before any is answered."""
 _JUMP = 1.5
-"""An arm that is said to have gone faster than its limits by this factor is lied about."""
+"""An arm that is said to have gone faster than its limits by this factor is misreported."""
 _RESOLUTION_DEG = 0.05
 _BRAKING_S = 2.0
 
