@@ -14,7 +14,7 @@ from kendama_cli.devices.hand.body import read_bodies, recording_of
 from kendama_cli.devices.hand.file import RecordedHand, hands_of
 from kendama_cli.devices.hand.segments import checked_swings
 from kendama_cli.devices.hand.settings import MocapCapture
-from kendama_cli.devices.hand.tracks.openigtlink import transforms
+from kendama_cli.devices.hand.tracks.openigtlink_stream import transforms
 from kendama_cli.devices.hand.tracks.stream_file import StreamFile
 from kendama_cli.errors import HardwareError
 

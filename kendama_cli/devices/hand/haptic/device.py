@@ -4,16 +4,16 @@ from __future__ import annotations
 
 import math
 import socket
-import struct
 import time
 from collections.abc import Callable, Iterator, Sequence
 
 import numpy as np
 
 from kendama_cli.devices.hand.haptic.coupling import Coupling
-from kendama_cli.devices.hand.haptic.igtl import MATRIX, IgtlLine, transform
+from kendama_cli.devices.hand.haptic.haptic_line import HapticLine
 from kendama_cli.devices.hand.haptic.settings import HapticCapture
 from kendama_cli.devices.hand.interface import HandSample
+from kendama_cli.devices.hand.openigtlink import TEXT_BEGINS, TRANSFORM, transform
 from kendama_cli.devices.hand.play.conditions import Conditions
 from kendama_cli.devices.hand.play.try_record import TryRecord
 from kendama_cli.errors import HardwareError
@@ -40,7 +40,7 @@ class HapticLink:
         self.settings, self.clock = settings, clock
         where = f"{settings.host}:{settings.port}"
         try:
-            self._line = IgtlLine(socket.create_connection((settings.host, settings.port), timeout=5))
+            self._line = HapticLine(socket.create_connection((settings.host, settings.port), timeout=5))
         except OSError as error:
             raise HardwareError(
                 f"no OpenIGTLink server of a haptic device at {where} ({error.strerror or error}); start it, or set "
@@ -85,13 +85,14 @@ class HapticLink:
         if self._stopped:
             raise HardwareError(f"the haptic device stopped ({self._stopped}) and stays so: run it anew")
         own = self.settings
-        for kind, name, body in self._line.receive():
-            if kind == "TRANSFORM" and name == own.device and len(body) == MATRIX.size:
-                place = own.scale * np.array(MATRIX.unpack(body)[9:])
+        for message in self._line.receive():
+            content = message.content
+            if message.kind == "TRANSFORM" and message.device == own.device and len(content) == TRANSFORM.size:
+                place = own.scale * np.array(TRANSFORM.unpack(content)[9:])
                 self._check(place, now_s)
                 self.device_m, self._heard_s = place, now_s
-            elif kind == "STRING" and name == f"{own.device}-grip" and len(body) >= struct.calcsize(">HH"):
-                self.gripped = body[4:].strip(b"\0 ") == b"1"
+            elif message.kind == "STRING" and message.device == f"{own.device}-grip" and len(content) >= TEXT_BEGINS:
+                self.gripped = content[TEXT_BEGINS:].strip(b"\0 ") == b"1"
         if now_s - self._heard_s > own.watchdog_s and (self.gripped or self.device_m is None):
             raise HardwareError(
                 f"no TRANSFORM '{own.device}' of the haptic device for {now_s - self._heard_s:.2f} s; look at "

@@ -12,7 +12,8 @@ import time
 
 import numpy as np
 
-from kendama_cli.devices.hand.haptic.igtl import MATRIX, IgtlLine, string, transform
+from kendama_cli.devices.hand.haptic.haptic_line import HapticLine
+from kendama_cli.devices.hand.openigtlink import TRANSFORM, string, transform
 from tests.devices.hand.play.table_top import swing
 
 MASS_KG, STIFFNESS_N_M, DAMPING_N_S_M, PERIOD_S, WAIT_S = 1.0, 400.0, 30.0, 0.001, 0.5
@@ -40,14 +41,14 @@ class Operator:
         self._steps += 1
 
 
-def operate(line: IgtlLine, scale: float, fault: str) -> None:
+def operate(line: HapticLine, scale: float, fault: str) -> None:
     """Grip, swing, and let go."""
     person, force, steps = Operator(scale), np.zeros(3), 0
     began = time.perf_counter()
     while (now_s := time.perf_counter() - began) < person.t_s[-1] + 1.5:
-        for kind, name, body in line.receive():
-            if kind == "TRANSFORM" and name == "Stylus-force":
-                force = np.array(MATRIX.unpack(body)[9:])
+        for message in line.receive():
+            if message.kind == "TRANSFORM" and message.device == "Stylus-force":
+                force = np.array(TRANSFORM.unpack(message.content)[9:])
         while steps * PERIOD_S < now_s:
             person.step(force.copy())
             steps += 1
@@ -70,7 +71,7 @@ def main() -> None:
         print(server.getsockname()[1], flush=True)
         connected, _ = server.accept()
         with connected:
-            operate(IgtlLine(connected), scale, fault)
+            operate(HapticLine(connected), scale, fault)
 
 
 if __name__ == "__main__":
