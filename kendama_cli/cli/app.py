@@ -130,16 +130,26 @@ def report(
     output: Annotated[
         Path | None, typer.Option("-o", "--output", metavar="FILE", help="Where to write the page.")
     ] = None,
+    export: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="DIR", help="Instead of a page, every figure as SVG, PDF and CSV, every table as CSV and TeX."
+        ),
+    ] = None,
     home: Home = None,
 ) -> None:
     """Make a self-contained HTML page from the logs of a run, or of several beside each other."""
     from kendama_cli.pipeline.record import find_run
-    from kendama_cli.pipeline.report import write_report  # matplotlib and pandas
+    from kendama_cli.pipeline.report import export_report, write_report  # matplotlib and pandas
 
     folder = find_site(home).home
     names: list[str | None] = [*dict.fromkeys(runs)] if runs else [None]
     records = [find_run(folder, name) for name in names]
-    render.text(str(write_report(records, output)))
+    if export is None:
+        render.text(str(write_report(records, output)))
+        return
+    files = export_report(records, export)
+    render.text(f"{export}: {len(files)} files")
 
 
 @app.command()

@@ -5,8 +5,9 @@ from __future__ import annotations
 import html
 import io
 import re
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from contextvars import ContextVar
 from dataclasses import dataclass
 from typing import Any
 
@@ -22,6 +23,7 @@ _STYLE: dict[str, Any] = {
     "svg.fonttype": "none",
     "font.family": ["DejaVu Sans"],  # comes with matplotlib, so the layout is the same everywhere
     "font.size": 8.4,
+    "axes.titlesize": "medium",
     "axes.edgecolor": MUTED,
     "axes.labelcolor": INK,
     "axes.linewidth": 0.7,
@@ -51,6 +53,24 @@ _STYLE: dict[str, Any] = {
     "image.composite_image": False,
 }
 
+_SIZES = ("font.size", "axes.linewidth", "grid.linewidth", "lines.linewidth", "lines.markersize")
+COLUMN_IN, PAGE_IN = 3.46, 7.16
+"""Widths in print of one column and of both, as most journals have them."""
+WIDE_IN = 5.5
+"""Figures that the page draws wider than this take both columns."""
+
+_taking: ContextVar[Callable[[str, Canvas], None] | None] = ContextVar("taking", default=None)
+
+
+@contextmanager
+def drawn_for_print(take: Callable[[str, Canvas], None]) -> Iterator[None]:
+    """Inside the block figures are as wide as a column, or as two, and ``take`` is given each one's name and canvas."""
+    before = _taking.set(take)
+    try:
+        yield
+    finally:
+        _taking.reset(before)
+
 
 @dataclass
 class Drawing:
@@ -72,14 +92,21 @@ def drawing(name: str, alternative: str, *, height_in: float = 3.0, width_in: fl
     ``name`` must be unique on the page: it salts and prefixes every id. ``alternative`` is read to those who cannot
     see the figure.
     """
+    take = _taking.get()
+    scale = 1.0 if take is None else (COLUMN_IN if width_in <= WIDE_IN else PAGE_IN) / width_in
     with mpl.rc_context():
         mpl.rcdefaults()
         parameters: Any = mpl.rcParams
         parameters.update({**_STYLE, "svg.hashsalt": name})
-        canvas = Canvas(figsize=(width_in, height_in), layout=ConstrainedLayoutEngine(w_pad=0.03, h_pad=0.03))
+        parameters.update({size: scale * parameters[size] for size in _SIZES})
+        canvas = Canvas(
+            figsize=(scale * width_in, scale * height_in), layout=ConstrainedLayoutEngine(w_pad=0.03, h_pad=0.03)
+        )
         made = Drawing(canvas)
         yield made
         made.svg = _svg(canvas, name, alternative)
+        if take is not None:
+            take(name, canvas)
 
 
 def legend_above(axes: Axes, columns: int = 3) -> None:

@@ -83,7 +83,7 @@ def _friction(log: StageLog) -> Panel | None:
             low, high = np.quantile(torque, [0.01, 0.99])
             margin = 0.3 * max(high - low, 1e-3)
             axes.set_ylim(low - margin, high + margin)
-            axes.set_title(joint, loc="left", fontsize=8.4)
+            axes.set_title(joint, loc="left")
         for axes in grid.flat[len(joints) :]:
             axes.set_visible(False)
         for axes in grid[:, 0]:

@@ -116,7 +116,7 @@ def _force(contact: pd.DataFrame) -> Panel | None:
             if index % 2:
                 axes.axvspan(start, end, color=LINE, alpha=0.45, lw=0)
             axes.text(
-                (start + end) / 2, top * 0.99, name, rotation=90, ha="center", va="top", fontsize=6.8, color=MUTED
+                (start + end) / 2, top * 0.99, name, rotation=90, ha="center", va="top", fontsize="small", color=MUTED
             )
         axes.plot(t, along, color=BALL, lw=1.3, label="exerted")
         axes.plot(t, wanted, color=INK, lw=1.0, ls=(0, (4, 3)), label="wanted")
