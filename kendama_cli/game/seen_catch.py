@@ -45,7 +45,7 @@ class SeenCatch:
         self.steps = round(cup.period_s / self._step_s)
         self._motion = SteeredMotion(cup, steering, game.cup.rim_m)
         self._last = self._motion.last
-        rim_m = float(arm.tool_place_m(joints.position_rad[0])[2]) + game.cup.rim_m
+        rim_m = float(arm.tool_place_m(joints.position_rad[-1])[2]) + game.cup.rim_m
         self._sigma_m = np.array(eyes.sigma_m)
         self._tracker = position_tracker(eyes, game, rim_m, eyes.sigma_m)
         self._from_rad, self._angle_rad = math.radians(eyes.observe_from_deg), 0.0

@@ -21,6 +21,7 @@ SHARES = (1.0, 0.6, 0.3, 0.0)
 UNREACHED_M = 0.005
 """A cup that the arm cannot bring nearer than this to its place is out of reach."""
 LONGEST_LAG_S = 0.1
+STILL_M_S = 1e-12
 
 
 @dataclass(frozen=True)
@@ -133,7 +134,8 @@ class SteeredMotion:
                 made = self._with_acceleration(share * wanted, k)
                 if made[1]:
                     break
-            self._last, _, self._shift_m, self._speed_m_s = made
+            self._last, _, self._shift_m, speed_m_s = made
+            self._speed_m_s = np.where(np.abs(speed_m_s) < STILL_M_S, 0.0, speed_m_s)
         return self._last
 
     @property

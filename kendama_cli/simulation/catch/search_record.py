@@ -115,6 +115,10 @@ class Search:
         """The number of the first attempt that caught, from 1."""
         return next((i + 1 for i, one in enumerate(self.attempts) if one.caught), None)
 
+    def flight(self, variation: MotionVariation) -> tuple[float, float] | None:
+        """The share of the motion ``variation`` in which the ball flew, where it did."""
+        return next((one.flight for one in self.attempts if one.variation == variation), None)
+
     def caught(self) -> int:
         """How many attempts caught."""
         return sum(one.caught for one in self.attempts)

@@ -33,6 +33,9 @@ class UncertaintySettings:
     joint_noise_rad: float = setting("standard deviation of the joint angles read, every step [rad]", at_least=0)
     joint_friction_nm: float = setting("up to this: Coulomb friction that nobody models [Nm]", at_least=0)
     joint_friction_share: float = setting("share of each joint's friction that nobody models, always", at_least=0)
+    least_reach_m: float = setting(
+        "a seen catch must be able to move the cup so far to either side while the ball flies [m]", at_least=0
+    )
 
     def __post_init__(self) -> None:
         for name in ("drag_scale", "restitution", "lag_s", "cup_error_hz"):

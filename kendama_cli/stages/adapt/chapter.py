@@ -19,6 +19,7 @@ from kendama_cli.stages.adapt.messages import AdaptRepeatMessage, AdaptRolloutMe
 
 _MOST_MISS_MM = 300.0
 _JUMP_MM = 500.0
+_CATCH = {"seen": "the cup moved to where the flying ball was seen to come down", "open": "played as planned"}
 
 
 def film(log: StageLog) -> str | None:
@@ -201,9 +202,10 @@ def _repeats(log: StageLog) -> tuple[Panel | None, str]:
         legend_above(axes)
     n, k = len(caught), int(caught.sum())
     preset = log.metrics.get("uncertainty", "unknown")
+    caught_how = _CATCH.get(str(log.metrics.get("catch")), "played")
     low, high = (log.metrics.get(f"success_rate_{end}", float("nan")) for end in ("low", "high"))
     return (
         Panel("Perturbed repeats", made.svg),
-        f"Repeats with rope, ball, air and arm drawn from the uncertainty '{preset}': {k} of {n} caught (95 % interval"
-        f" {low:.3f} to {high:.3f}).",
+        f"Repeats with rope, ball, air and arm drawn from the uncertainty '{preset}', {caught_how}:"
+        f" {k} of {n} caught (95 % interval {low:.3f} to {high:.3f}).",
     )

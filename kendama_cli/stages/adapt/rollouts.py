@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from kendama_cli.artifacts.motion_plan import JointTrajectory
+from kendama_cli.game.catch_reach import require_reach
 from kendama_cli.game.seen_catch import SeenCatch, cup_plan
 from kendama_cli.game.steered_motion import CupPlan
 from kendama_cli.settings.game import GameSettings
@@ -63,6 +64,18 @@ class Rollouts:
             record=record,
         )
         return result, 0.0 if seen is None else seen.shift_m
+
+    def require_reach(self, variation: MotionVariation, flight: tuple[float, float] | None) -> None:
+        """Raise StageError where a seen catch could not go as far as the uncertainty asks for.
+
+        ``flight`` is the share of the motion in which the ball flies.
+        """
+        if self._settings.catch == "seen" and flight is not None:
+            swing = self.family.swing(variation)
+            start_s, end_s = (
+                (share * swing.plan.duration_s + swing.lead_in_s) * variation.tau_scale for share in flight
+            )
+            require_reach(self._motion(variation)[1], (start_s, end_s), self._settings)
 
     def _motion(self, variation: MotionVariation) -> tuple[JointTrajectory, CupPlan]:
         """The joints and the cup of ``variation``; kept for its next rollout, which is mostly of the same."""

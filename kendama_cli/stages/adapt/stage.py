@@ -81,6 +81,8 @@ class Adapt:
             if trial.kind == "attempt":
                 search = search.with_attempt(self._attempt(rollouts, trial, ctx))
             else:
+                if trial.kind == "evaluate" and trial.index == 0:
+                    rollouts.require_reach(trial.variation, search.flight(trial.variation))
                 search = search.with_repeat(trial, self._repeat(rollouts, trial, seeds, ctx))
             ctx.checkpoint(functools.partial(_state, search, seeds))
             total = search.rollouts() + settings.repeats if trial.kind == "confirm" else None
