@@ -17,7 +17,7 @@ from kendama_cli.schema.arrays import Array
 from kendama_cli.simulation.catch.settings import SteeringSettings
 
 SHARES = (1.0, 0.6, 0.3, 0.0)
-"""Of the wanted acceleration: the first with which every joint stays within its limits is taken."""
+"""Of the wanted acceleration; the first with which every joint keeps to its limits is taken, else the shift stops."""
 UNREACHED_M = 0.005
 """A cup that the arm cannot bring nearer than this to its place is out of reach."""
 LONGEST_LAG_S = 0.1
@@ -130,8 +130,9 @@ class SteeredMotion:
             self._last = JointCommand(motion.position_rad[k], motion.velocity_rad_s[k], motion.acceleration_rad_s2[k])
         elif self._speed_m_s.any() or not self.over or self._last.velocity_rad_s.any():
             wanted = self._acceleration_m_s2(self._pose)
-            for share in SHARES:
-                made = self._with_acceleration(share * wanted, k)
+            stopping = _shortened(-self._speed_m_s / self._plan.period_s, self._settings.acceleration_m_s2)
+            for tried in (*(share * wanted for share in SHARES), stopping):
+                made = self._with_acceleration(tried, k)
                 if made[1]:
                     break
             self._last, _, self._shift_m, speed_m_s = made
@@ -201,11 +202,12 @@ class SteeredMotion:
         value, task = arm.cup_task(near, cup.across)
         change = np.concatenate([cup.place_m - value[:3], value[3:]])
         change[:2] += shift
-        q = near + weighted_step(task, change, arm.redundancy_weights)
+        most_rad = h * arm.limits.velocity_rad_s  # a task that cannot be met asks for any step at all
+        q = near + np.clip(weighted_step(task, change, arm.redundancy_weights), -most_rad, most_rad)
         wanted = cup.task_speed + np.concatenate([rate, np.zeros(3)])
         speed = planned_rad_s + weighted_step(task, wanted - task @ planned_rad_s, arm.redundancy_weights)
-        bend = (speed - last.velocity_rad_s) / h
         limits = arm.limits
+        bend = (speed - last.velocity_rad_s) / h
         inside = (
             (q >= limits.lower_rad)
             & (q <= limits.upper_rad)
@@ -213,6 +215,8 @@ class SteeredMotion:
             & (np.abs(bend) <= limits.acceleration_rad_s2)
         )
         reached = float(np.abs(change).max()) < UNREACHED_M
+        q = np.clip(q, limits.lower_rad, limits.upper_rad)
+        speed = np.clip(speed, -limits.velocity_rad_s, limits.velocity_rad_s)
         return JointCommand(q, speed, bend), bool(inside.all()) and reached, shift, rate
 
 

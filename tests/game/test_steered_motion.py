@@ -100,6 +100,17 @@ def test_every_command_keeps_to_the_joints_limits_and_goes_no_farther_than_allow
     assert np.linalg.norm(motion.shift_m) < 0.2 + 0.05
 
 
+def test_a_ball_out_of_reach_is_followed_no_farther_than_the_arm_can() -> None:
+    _, commands = played(ball((4.0, 0.0)), max_shift_m=5.0, acceleration_m_s2=100.0)
+    limits = swing().arm.limits
+    places = np.array([one.position_rad for one in commands])
+    assert np.isfinite(places).all()
+    assert (places >= limits.lower_rad).all()
+    assert (places <= limits.upper_rad).all()
+    # what a drive is asked for in one period is never absurd
+    assert (np.abs(np.diff(places, axis=0)) <= 2.5 * H * limits.velocity_rad_s).all()
+
+
 def test_a_plan_holds_its_last_posture() -> None:
     plan: CupPlan = swing().cup
     last = len(plan.motion.t_s) - 1
