@@ -11,6 +11,7 @@ from kendama_cli.artifacts.catch_pose import CatchPose
 from kendama_cli.artifacts.motion_plan import JointTrajectory
 from kendama_cli.devices.robot.interface import JointCommand
 from kendama_cli.game.interception import InterceptionPlan, plan_interception
+from kendama_cli.game.joint_lag import JointLag
 from kendama_cli.robot_model.inverse_kinematics import across, weighted_step
 from kendama_cli.robot_model.model import UPRIGHT, RobotModel
 from kendama_cli.schema.arrays import Array
@@ -20,7 +21,6 @@ SHARES = (1.0, 0.6, 0.3, 0.0)
 """Of the wanted acceleration; the first with which every joint keeps to its limits is taken, else the shift stops."""
 UNREACHED_M = 0.005
 """A cup that the arm cannot bring nearer than this to its place is out of reach."""
-LONGEST_LAG_S = 0.1
 STILL_M_S = 1e-12
 
 
@@ -74,18 +74,14 @@ class SteeredMotion:
     def __init__(self, plan: CupPlan, settings: SteeringSettings, rim_m: float) -> None:
         self._plan, self._settings = plan, settings
         self._lever_m = rim_m - settings.below_rim_m
-        self.begin()
-
-    def begin(self) -> None:
-        """From the motion's first posture, at rest."""
-        motion = self._plan.motion
+        motion = plan.motion
         self._index = 0
         self._last = JointCommand(motion.position_rad[0], motion.velocity_rad_s[0], motion.acceleration_rad_s2[0])
         self._shift_m, self._speed_m_s = np.zeros(2), np.zeros(2)
         self._pose: CatchPose | None = None
         self._catch_s = math.inf
         self._plans: list[InterceptionPlan] = []
-        self._behind = self._moved = 0.0
+        self._lag = JointLag()
 
     @property
     def last(self) -> JointCommand:
@@ -104,14 +100,13 @@ class SteeredMotion:
 
     @property
     def lag_s(self) -> float:
-        """How far the joints are behind what is commanded, in [0, LONGEST_LAG_S]; 0 before they have moved [s]."""
-        return min(max(self._behind / self._moved, 0.0), LONGEST_LAG_S) if self._moved > 1e-3 else 0.0
+        """How far the joints are behind what is commanded [s]."""
+        return self._lag.lag_s
 
     def observe(self, position_rad: Array) -> None:
-        """The joints as they are read after the last command: what they are behind it, over its speed, is the lag."""
+        """The joints (n,) as they are read after the last command; in flight the lag is known already."""
         if self._pose is None:
-            self._behind += float(self._last.velocity_rad_s @ (self._last.position_rad - position_rad))
-            self._moved += float(self._last.velocity_rad_s @ self._last.velocity_rad_s)
+            self._lag.observe(self._last, position_rad)
 
     def follow(self, pose: CatchPose) -> None:
         """Aim at the ball of ``pose``, on its way down at whatever height, where it is known well enough.
