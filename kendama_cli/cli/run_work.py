@@ -33,7 +33,10 @@ def run_pipeline(
     arm: bool,
     as_json: bool,
 ) -> int:
-    """Run, show how it ended, and remember for ``asked``, begun at ``began_s``, where there is nothing left to do."""
+    """Run, show how it ended, and remember for ``asked``, begun at ``began_s``, where there is nothing left to do.
+
+    The exit code is 1 too where a stage kept what it had and did not come to its end: an arm that stopped, say.
+    """
     configuration = configuration_stamps(site.considered, pipeline)
     planner, configured = _planned(site, pipeline, until, overrides)
     forced = check_forced(planner.pipeline, force)
@@ -45,7 +48,8 @@ def run_pipeline(
         render.document(record.document())
     else:
         render.summary(record, next_step(record))
-    if not forced and record.outcome == "done" and asked is not None:
+    whole = record.outcome == "done" and all(stage.metrics.get("completed") is not False for stage in record.stages)
+    if not forced and whole and asked is not None:
         inputs = input_stamps(planner, build_settings(configured.config), site.data_roots)
         plans = planner.plan()
         if inputs is not None and all(plan.result is not None for plan in plans):
@@ -53,7 +57,7 @@ def run_pipeline(
             if configuration_stamps(site.considered, pipeline) == configuration:
                 watched = {**configuration, **inputs}
                 keep(asked, record, parts, watched, read=configured.environment, began_s=began_s)
-    return 0 if record.outcome == "done" else 1
+    return 0 if whole else 1
 
 
 def show_plan(

@@ -52,7 +52,8 @@ class Made:
     """What a stage gives: an artifact of the dataclass that its declaration names, and its metrics.
 
     ``warnings`` are sentences about what is suspicious but possible; they stand in the closing lines of a run and in
-    its report, and among the metrics as ``warnings``, one a line.
+    its report, and among the metrics as ``warnings``, one a line. A metric ``completed`` that is False says that the
+    stage stopped before its end and this is what it had: it is kept, and ``kendama run`` ends with exit code 1.
     """
 
     artifact: Any

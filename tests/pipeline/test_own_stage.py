@@ -47,6 +47,16 @@ def test_a_stage_that_gives_something_else_than_declared_fails_in_one_line(toy: 
     assert document["stages"][0]["error"] == "stage 'roll' gave a list; its declaration says Rolls"
 
 
+def test_a_stage_that_stopped_early_keeps_what_it_has_and_ends_with_an_error(toy: ToyProject) -> None:
+    stage = toy.folder / "lib/toy/roll/stage.py"
+    stage.write_text(stage.read_text().replace('"n": len(values)', '"completed": False, "n": len(values)'))
+    for _ in range(2):
+        made = toy.run_json(expect=1)
+        assert made["outcome"] == "done"
+        assert made["stages"][0]["metrics"]["n"] == 20
+    assert made["stages"][0]["status"] == "cached"
+
+
 def test_an_artifact_of_fields_that_cannot_be_kept_is_refused_before_the_stage_runs(toy: ToyProject) -> None:
     artifact = toy.folder / "lib/toy/roll/artifact.py"
     artifact.write_text(artifact.read_text().replace("names: tuple[str, ...]", "names: list[str]"))

@@ -21,6 +21,11 @@ COMMAND = Variant(
     settings="kendama_cli.settings.hardware:CommandHardware",
     makes="kendama_cli.devices.robot.remote:open_command",
 )
+FRANKA = Variant(
+    "franka",
+    settings="kendama_cli.settings.hardware:FrankaHardware",
+    makes="kendama_cli.devices.robot.franka.robot:open_franka",
+)
 RSI = Variant(
     "rsi", settings="kendama_cli.settings.hardware:RsiHardware", makes="kendama_cli.devices.robot.rsi.robot:open_rsi"
 )

@@ -38,7 +38,8 @@ class RobotState:
     ``ball_in_world_m`` and ``cup_in_world_m`` (3,) come from the robot's own tracking (a twin's noisy marker, a real
     laboratory's motion capture); ``cup_in_world_m`` is the rope's tie point. ``caught`` is the cup's ball sensor.
     ``wrist_wrench`` (6,) is the force-torque sensor between tip link and tool: force [N], then torque [Nm], that the
-    tool exerts on the tip link, in that link's frame at its origin. ``effort_nm`` is what the motors give.
+    tool exerts on the tip link, in that link's frame at its origin. ``effort_nm`` is what the motors give, and
+    ``external_nm`` what of it the robot itself takes for a push from outside; None for a robot that does not estimate.
     """
 
     position_rad: Array
@@ -48,6 +49,7 @@ class RobotState:
     cup_in_world_m: Array
     ball_in_world_m: Array
     caught: bool
+    external_nm: Array | None = None
 
 
 @dataclass(frozen=True)

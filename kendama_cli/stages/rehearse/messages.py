@@ -10,5 +10,7 @@ TOPICS: Mapping[str, type] = {
     "/rehearse/ghost": JointStates,
     "/rehearse/sent": JointStates,
     "/rehearse/measured": JointStates,
+    "/rehearse/external": JointStates,
 }
-"""The twin's joints, what was really sent to the arm, and what it measured; every control period."""
+"""The twin's joints, what was really sent to the arm, what it measured, and, where it estimates that, the efforts that
+come from outside; every control period."""

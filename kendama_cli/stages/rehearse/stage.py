@@ -186,3 +186,5 @@ def _log_exchange(ctx: StageContext, joints: JointTrajectory, one: Exchange) -> 
     _log(ctx, "/rehearse/sent", one.t_s, joints, one.sent.position_rad, one.sent.velocity_rad_s)
     state = one.state
     _log(ctx, "/rehearse/measured", one.t_s, joints, state.position_rad, state.velocity_rad_s, state.effort_nm)
+    if state.external_nm is not None:
+        _log(ctx, "/rehearse/external", one.t_s, joints, state.position_rad, state.velocity_rad_s, state.external_nm)

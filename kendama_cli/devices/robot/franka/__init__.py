@@ -1,0 +1,1 @@
+"""An arm of Franka Robotics by the Franka Control Interface (FCI)."""

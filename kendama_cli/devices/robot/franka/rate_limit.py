@@ -1,0 +1,86 @@
+"""What a joint position command may do from one millisecond to the next: speed, acceleration, jerk, room to stop."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from kendama_cli.schema.arrays import Array
+
+CATCH_UP_1_S = 30.0
+"""How fast what the limits took away is made up for, as a share of it per second."""
+
+BRAKING_SHARE = 0.8
+"""Of the acceleration limit, for braking toward a stop; the rest is for what braking comes late."""
+CAUGHT_UP_RAD = 1e-8
+"""So near to the reference, what is sent is the reference: made up in one step, this asks for 0.01 rad/s^2."""
+
+
+@dataclass(frozen=True)
+class RateLimits:
+    """Limits of n joints, every array (n,); ``way`` from its stop a joint is at most as fast as
+
+    sqrt(2 stop_rad_s2 way) - stop_rad_s
+    """
+
+    lower_rad: Array
+    upper_rad: Array
+    velocity_rad_s: Array
+    acceleration_rad_s2: Array
+    jerk_rad_s3: Array
+    stop_rad_s2: Array
+    stop_rad_s: Array
+
+
+class RateLimiter:
+    """Follows a reference in steps of ``step_s`` as far as the limits let it.
+
+    With the reference r and what is sent q, v, a of step k:
+
+        v_wanted = (r_k - r_{k-1}) / h + CATCH_UP (r_{k-1} - q_{k-1})
+        a = clip((v_wanted - v_{k-1}) / h),   v_k = v_{k-1} + a h,   q_k = q_{k-1} + v_k h
+
+    where a keeps to the jerk limit J, to the acceleration limit A, and to J / A times the way that is left to the speed
+    limit, which falls toward the joint's stops (see RateLimits). A reference within the limits passes unchanged.
+    """
+
+    def __init__(self, limits: RateLimits, start_rad: Array, step_s: float) -> None:
+        self._limits, self._step_s = limits, step_s
+        self._reference = np.array(start_rad, dtype=np.float64)
+        self.position_rad = self._reference
+        self.velocity_rad_s = np.zeros_like(self.position_rad)
+        self.acceleration_rad_s2 = np.zeros_like(self.position_rad)
+
+    def follow(self, reference_rad: Array) -> Array:
+        """What to send for the next reference (n,)."""
+        limits, step_s, speed = self._limits, self._step_s, self.velocity_rad_s
+        wanted = (reference_rad - self._reference) / step_s + CATCH_UP_1_S * (self._reference - self.position_rad)
+        asked = (wanted - speed) / step_s
+        most, change = limits.acceleration_rad_s2, limits.jerk_rad_s3 * step_s
+        soft = limits.jerk_rad_s3 / most
+        ahead = self.position_rad + speed / soft  # where it will be when braking has set in
+        up, down = self._room(limits.upper_rad - ahead), self._room(ahead - limits.lower_rad)
+        given = np.clip(asked, self.acceleration_rad_s2 - change, self.acceleration_rad_s2 + change)
+        given = np.clip(given, np.maximum(-most, soft * (-down - speed)), np.minimum(most, soft * (up - speed)))
+        free = (np.abs(given - asked) < 1e-9) & (np.abs(self._reference - self.position_rad) < CAUGHT_UP_RAD)
+        position = np.where(free, reference_rad, self.position_rad + (speed + given * step_s) * step_s)
+        self.velocity_rad_s = (position - self.position_rad) / step_s
+        self.acceleration_rad_s2 = (self.velocity_rad_s - speed) / step_s
+        self._reference, self.position_rad = np.array(reference_rad, dtype=np.float64), position
+        return position
+
+    def rebase(self, reference_rad: Array) -> None:
+        """Have been wanted at ``reference_rad`` (n,) in the step before, wherever the arm was sent."""
+        self._reference = np.array(reference_rad, dtype=np.float64)
+
+    def begin_at(self, position_rad: Array, velocity_rad_s: Array, acceleration_rad_s2: Array) -> None:
+        """Go on from what the arm says that it was sent: it bridges a step in which nothing came."""
+        self.position_rad, self.velocity_rad_s = position_rad, velocity_rad_s
+        self.acceleration_rad_s2 = acceleration_rad_s2
+
+    def _room(self, way_rad: Array) -> Array:
+        limits = self._limits
+        brake = np.minimum(limits.stop_rad_s2, BRAKING_SHARE * limits.acceleration_rad_s2)
+        braked = np.sqrt(2 * brake * np.maximum(way_rad, 0.0)) - limits.stop_rad_s
+        return np.clip(braked, 0.0, limits.velocity_rad_s)

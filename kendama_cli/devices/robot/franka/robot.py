@@ -1,0 +1,217 @@
+"""An arm of Franka Robotics behind the robot's interface; the loop of one millisecond runs in a process of its own."""
+
+from __future__ import annotations
+
+import dataclasses
+import importlib.util
+import socket
+import subprocess
+import sys
+from collections.abc import Iterator
+from contextlib import closing, contextmanager
+from multiprocessing.connection import Connection
+from typing import Any
+
+import numpy as np
+
+from kendama_cli.devices.robot.franka.control_loop import Done, Wanted
+from kendama_cli.devices.robot.franka.process import LIBRARY, RECOVER
+from kendama_cli.devices.robot.franka.rate_limit import RateLimits
+from kendama_cli.devices.robot.interface import Exchange, JointCommand, RobotState
+from kendama_cli.devices.robot.limiter import check_command
+from kendama_cli.devices.robot.task import Task
+from kendama_cli.errors import ConfigError, HardwareError, MissingPartError
+from kendama_cli.motion import minimum_jerk
+from kendama_cli.motion.task_settings import InteractionTask
+from kendama_cli.robot_model.limits import JointLimits
+from kendama_cli.robot_model.model import RobotModel
+from kendama_cli.schema.arrays import Array
+from kendama_cli.settings.hardware import FrankaHardware
+from kendama_cli.settings.robot import RobotSettings
+
+JOINTS = 7
+MOST_STEP_RAD = 0.1
+"""A command so far from where the arm was sent last is a mistake, whatever the limits would make of it."""
+_PEAK_SPEED = 1.875
+"""Of a minimum-jerk motion, over its mean speed."""
+_SETTLE_S = 2.0
+_SETTLED_RAD = 0.005
+
+
+@contextmanager
+def open_franka(hardware: FrankaHardware, robot: RobotSettings, task: Task) -> Iterator[FrankaRobot]:
+    """The arm at ``hardware.host``; raises ConfigError, MissingPartError without the library, HardwareError."""
+    if importlib.util.find_spec(LIBRARY) is None:
+        raise MissingPartError(LIBRARY, f"hardware=franka needs {LIBRARY}: pip install 'kendama[franka]'")
+    if isinstance(task, InteractionTask):
+        arm = RobotModel(robot, task.interact.probe, task.interact.gravity_m_s2)
+    else:
+        arm = RobotModel(robot, task.cup, task.gravity_m_s2)
+    with closing(FrankaRobot(hardware, arm)) as made:
+        yield made
+
+
+class FrankaRobot:
+    """The Robot that the Franka Control Interface moves; its limits are the tighter of the arm's and its description's.
+
+    ``missed`` counts the control periods without a command in time, in which it brakes. It adds no effort; ball and cup
+    are not tracked: the cup is where the measured joints have it.
+    """
+
+    realtime = True
+    torque = None
+
+    def __init__(self, hardware: FrankaHardware, arm: RobotModel) -> None:
+        if len(arm.joint_names) != JOINTS:
+            raise ConfigError(
+                "hardware.kind",
+                f"'hardware.kind' is 'franka', which moves 7 joints; {arm.settings.name} has {len(arm.joint_names)}",
+            )
+        self._arm, self._hardware = arm, hardware
+        self.joint_names, self.period_s = arm.joint_names, hardware.control_period_s
+        self.limits = tighter(arm.limits, hardware)
+        self.missed = 0
+        self._failure: str | None = None
+        self._periods = self._began = self._exchanges = 0
+        ours, theirs = socket.socketpair()
+        command = [sys.executable, "-m", "kendama_cli.devices.robot.franka.process", str(theirs.fileno())]
+        self._process = subprocess.Popen(command, pass_fds=[theirs.fileno()])
+        theirs.close()
+        self._pipe: Connection[Any, Any] = Connection(ours.detach())
+        limits = self.limits
+        own = (hardware.jerk_rad_s3, hardware.stop_rad_s2, hardware.stop_rad_s)
+        rates = RateLimits(
+            limits.lower_rad,
+            limits.upper_rad,
+            limits.velocity_rad_s,
+            limits.acceleration_rad_s2,
+            *(np.array(values) for values in own),
+        )
+        try:
+            self._send((hardware, rates))
+            self._sent_rad = np.array(self._hear(hardware.wait_s))
+        except BaseException:
+            self._let_go()
+            raise
+
+    def exchange(self, command: JointCommand) -> Exchange:
+        """One control period; raises HardwareError when the arm or the line has failed, or after ``halt``."""
+        try:
+            check_command(command, self.limits)
+        except HardwareError as error:
+            raise self._fail(str(error)) from None
+        away = np.abs(command.position_rad - self._sent_rad)
+        if away.max() > MOST_STEP_RAD:
+            joint, far = self.joint_names[int(away.argmax())], away.max()
+            raise self._fail(
+                f"joint '{joint}' is commanded {far:.3f} rad from where it was sent last; allowed: {MOST_STEP_RAD} "
+                "in one control period; the arm was halted"
+            )
+        lower, upper = self.limits.lower_rad, self.limits.upper_rad
+        self._send(Wanted(np.clip(command.position_rad, lower, upper), np.array(command.velocity_rad_s)))
+        done: Done = self._hear(self._hardware.silence_s)
+        self._exchanges += 1
+        self.missed += done.periods - self._periods - 1
+        self._periods, self._sent_rad = done.periods, done.sent_rad
+        sent = JointCommand(done.sent_rad, done.sent_rad_s, done.sent_rad_s2)
+        return Exchange(sent, self._state(done), (done.periods - self._began) * self.period_s)
+
+    def reset(self, position_rad: Array, seed: int) -> Exchange:
+        """Go slowly to rest at ``position_rad``, wait until the arm is there; raises HardwareError where it is not."""
+        start, goal = self._sent_rad, np.asarray(position_rad, dtype=float)
+        way = goal - start
+        span_s = max(_PEAK_SPEED * float(np.abs(way).max()) / self._hardware.approach_rad_s, 0.5)
+        for t_s in np.arange(self.period_s, span_s, self.period_s):
+            place = start + float(minimum_jerk.step(t_s / span_s)) * way
+            speed = float(minimum_jerk.step_rate(t_s / span_s)) / span_s * way
+            self.exchange(JointCommand(place, speed, np.zeros(JOINTS)))
+        rest = JointCommand(goal, np.zeros(JOINTS), np.zeros(JOINTS))
+        for _ in range(round(_SETTLE_S / self.period_s)):
+            last = self.exchange(rest)
+            off = np.abs(last.state.position_rad - goal)
+            if off.max() < _SETTLED_RAD and np.array_equal(last.sent.position_rad, goal):
+                self._began, self._exchanges = self._periods, 0
+                return dataclasses.replace(last, t_s=0.0)
+        joint = self.joint_names[int(off.argmax())]
+        raise self._fail(f"joint '{joint}' is {off.max():.3f} rad from where it was told to be; the arm was halted")
+
+    def recover(self) -> None:
+        """Have the controller leave its reflex; raises HardwareError where it does not."""
+        self._send(RECOVER)
+        self._sent_rad = np.array(self._hear(self._hardware.wait_s))
+
+    def halt(self) -> None:
+        """Brake within the limits and stay stopped: the loop brakes where no command comes."""
+        self._failure = self._failure or "the arm was halted from here and stays so: open it anew"
+
+    def close(self) -> None:
+        """Halt, let the arm brake, and end the process."""
+        self.halt()
+        self._let_go()
+
+    def _state(self, done: Done) -> RobotState:
+        place = self._arm.tool_place_m(done.position_rad)
+        return RobotState(
+            position_rad=done.position_rad,
+            velocity_rad_s=done.velocity_rad_s,
+            effort_nm=done.effort_nm,
+            wrist_wrench=done.wrench,
+            cup_in_world_m=place,
+            ball_in_world_m=np.full(3, np.nan),
+            caught=False,
+            external_nm=done.external_nm,
+        )
+
+    def _fail(self, problem: str) -> HardwareError:
+        self._failure = self._failure or problem
+        return HardwareError(self._failure)
+
+    def _send(self, said: object) -> None:
+        if self._failure is not None:
+            raise HardwareError(self._failure)
+        try:
+            self._pipe.send(said)
+        except OSError:
+            raise self._fail(self._last_words()) from None
+
+    def _hear(self, wait_s: float) -> Any:
+        try:
+            if not self._pipe.poll(wait_s):
+                raise self._fail(f"the arm at {self._hardware.host} said nothing for {wait_s:g} s")
+            heard = self._pipe.recv()
+        except (EOFError, OSError):
+            raise self._fail(self._last_words()) from None
+        if isinstance(heard, str):
+            raise self._fail(heard)
+        return heard
+
+    def _last_words(self) -> str:
+        """What the process said before it ended, or how it did."""
+        try:
+            while self._pipe.poll(0):
+                if isinstance(heard := self._pipe.recv(), str):
+                    return heard
+        except (EOFError, OSError):
+            pass
+        return f"the process that moves the arm ended with {self._process.wait()}"
+
+    def _let_go(self) -> None:
+        """Close the pipe once the arm has braked: the process ends with it."""
+        rest_s = _SETTLE_S if self._process.poll() is None else 0.0
+        self._pipe.close()
+        try:
+            self._process.wait(rest_s)
+        except subprocess.TimeoutExpired:
+            self._process.kill()
+            self._process.wait()
+
+
+def tighter(limits: JointLimits, hardware: FrankaHardware) -> JointLimits:
+    """The limits of the description and of the arm at once."""
+    return JointLimits(
+        np.maximum(limits.lower_rad, hardware.lower_rad),
+        np.minimum(limits.upper_rad, hardware.upper_rad),
+        np.minimum(limits.velocity_rad_s, hardware.velocity_rad_s),
+        np.minimum(limits.acceleration_rad_s2, hardware.acceleration_rad_s2),
+        limits.effort_nm,
+    )

@@ -1,0 +1,103 @@
+"""hardware=franka against a program of others: ``franka-sim``, with the limits that a real arm enforces."""
+
+from __future__ import annotations
+
+import dataclasses
+import os
+import subprocess
+import sys
+import venv
+from collections.abc import Iterator
+
+import numpy as np
+import pytest
+
+from kendama_cli.devices.robot.conformance import CHECKS
+from kendama_cli.devices.robot.franka.robot import open_franka
+from kendama_cli.devices.robot.interface import JointCommand
+from kendama_cli.devices.robot.open_robot import open_robot
+from tests.devices.robot.franka.arm import FR3, FRANKA, GAME
+from tests.devices.robot.franka.test_control_loop import START, swing
+
+pytestmark = pytest.mark.slow
+SERVE = """
+import os, pathlib, sys
+import xml.etree.ElementTree as ET
+import franka_sim, mujoco
+from franka_sim import franka_sim_server, run_server
+
+tree = ET.parse(pathlib.Path(franka_sim.__file__).parent / "models" / "fr3.urdf")
+root = tree.getroot()
+for link in root.findall("link"):  # its meshes are not in the package
+    for part in link.findall("visual") + link.findall("collision"):
+        link.remove(part)
+made = ET.SubElement(root, "mujoco")
+ET.SubElement(made, "compiler", balanceinertia="true", discardvisual="true", fusestatic="false")
+spec = mujoco.MjSpec.from_string(ET.tostring(root, "unicode"))
+for joint in spec.joints:  # as MuJoCo Menagerie's fr3
+    joint.damping, joint.armature, joint.frictionloss = 0.21, 0.195, 0.2
+spec.compile()
+file = pathlib.Path("fr3.xml").resolve()
+file.write_text(spec.to_xml())
+os.environ["FR3_MJCF"] = str(file)
+server = franka_sim_server.FrankaSimServer
+defaults = list(server.__init__.__defaults__)
+assert defaults[0] == "0.0.0.0"
+server.__init__.__defaults__ = ("127.0.0.1", *defaults[1:])
+sys.argv[1:] = ["--no-gripper"]
+sys.exit(run_server.main())
+"""
+ENFORCED = {"FRANKA_SIM_ENFORCE_COMM_CONSTRAINTS": "1", "FRANKA_SIM_ENFORCE_MOTION_LIMITS": "1"}
+
+
+def install(*arguments: str) -> None:
+    """pip, or a skipped test where nothing can be installed."""
+    done = subprocess.run([*arguments], capture_output=True, check=False)
+    if done.returncode != 0:
+        pytest.skip(f"cannot be installed here: {done.stderr.decode().strip().splitlines()[-1]}")
+
+
+@pytest.fixture(scope="module")
+def arm(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
+    """franka-sim on loopback in an environment of its own, and the library where this one finds it."""
+    folder = tmp_path_factory.mktemp("franka")
+    venv.create(folder / "sim", with_pip=True)
+    python = folder / "sim" / "bin" / "python"
+    install(str(python), "-m", "pip", "install", "-q", "franka-sim==1.1.7")
+    library = folder / "library"
+    install(
+        *(str(python), "-m", "pip", "install", "-q", "--no-deps", "--target", str(library), "pylibfranka>=0.21.3,<1")
+    )
+    log = (folder / "log").open("w")
+    process = subprocess.Popen(
+        [str(python), "-c", SERVE], cwd=folder, stdout=log, stderr=log, env={**os.environ, **ENFORCED}
+    )
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("PYTHONPATH", str(library))
+        patch.setattr(sys, "path", [str(library), *sys.path])
+        try:
+            check = folder / "sim" / "bin" / "franka-sim-check"
+            subprocess.run([str(check), "--host", "127.0.0.1", "--timeout", "60"], check=True)
+            yield
+        finally:
+            process.kill()
+            process.wait()
+            log.close()
+
+
+@pytest.mark.usefixtures("arm")
+def test_a_motion_is_played_without_a_reflex() -> None:
+    with open_franka(FRANKA, FR3, GAME) as robot:
+        robot.reset(START, 0)
+        for wanted in swing():
+            done = robot.exchange(JointCommand(wanted.position_rad, wanted.velocity_rad_s, np.zeros(7)))
+            assert np.abs(done.state.position_rad - done.sent.position_rad).max() < 0.05
+        assert done.t_s == pytest.approx((len(swing()) + robot.missed) * robot.period_s, abs=1.0)
+        assert done.state.external_nm is not None
+
+
+@pytest.mark.usefixtures("arm")
+@pytest.mark.parametrize("check", CHECKS, ids=lambda check: check.__name__)
+def test_franka_keeps_the_laws_of_a_robot(check) -> None:
+    quick = dataclasses.replace(FRANKA, approach_rad_s=1.5)
+    check(lambda: open_robot(quick, FR3, GAME))
