@@ -4,16 +4,12 @@ from __future__ import annotations
 
 import dataclasses
 import importlib.util
-import socket
-import subprocess
-import sys
 from collections.abc import Iterator
 from contextlib import closing, contextmanager
-from multiprocessing.connection import Connection
-from typing import Any
 
 import numpy as np
 
+from kendama_cli.devices.robot.franka.arm_pipe import ArmPipe
 from kendama_cli.devices.robot.franka.control_loop import Done, Wanted
 from kendama_cli.devices.robot.franka.process import LIBRARY, RECOVER
 from kendama_cli.devices.robot.franka.rate_limit import RateLimits
@@ -71,13 +67,7 @@ class FrankaRobot:
         self.joint_names, self.period_s = arm.joint_names, hardware.control_period_s
         self.limits = tighter(arm.limits, hardware)
         self.missed = 0
-        self._failure: str | None = None
         self._periods = self._began = self._exchanges = 0
-        ours, theirs = socket.socketpair()
-        command = [sys.executable, "-m", "kendama_cli.devices.robot.franka.process", str(theirs.fileno())]
-        self._process = subprocess.Popen(command, pass_fds=[theirs.fileno()])
-        theirs.close()
-        self._pipe: Connection[Any, Any] = Connection(ours.detach())
         limits = self.limits
         own = (hardware.jerk_rad_s3, hardware.stop_rad_s2, hardware.stop_rad_s)
         rates = RateLimits(
@@ -87,11 +77,12 @@ class FrankaRobot:
             limits.acceleration_rad_s2,
             *(np.array(values) for values in own),
         )
+        self._pipe = ArmPipe(hardware)
         try:
-            self._send((hardware, rates))
-            self._sent_rad = np.array(self._hear(hardware.wait_s))
+            self._pipe.send((hardware, rates))
+            self._sent_rad = np.array(self._pipe.hear(hardware.wait_s))
         except BaseException:
-            self._let_go()
+            self._pipe.close()
             raise
 
     def exchange(self, command: JointCommand) -> Exchange:
@@ -99,17 +90,17 @@ class FrankaRobot:
         try:
             check_command(command, self.limits)
         except HardwareError as error:
-            raise self._fail(str(error)) from None
+            raise self._pipe.fail(str(error)) from None
         away = np.abs(command.position_rad - self._sent_rad)
         if away.max() > MOST_STEP_RAD:
             joint, far = self.joint_names[int(away.argmax())], away.max()
-            raise self._fail(
+            raise self._pipe.fail(
                 f"joint '{joint}' is commanded {far:.3f} rad from where it was sent last; allowed: {MOST_STEP_RAD} "
                 "in one control period; the arm was halted"
             )
         lower, upper = self.limits.lower_rad, self.limits.upper_rad
-        self._send(Wanted(np.clip(command.position_rad, lower, upper), np.array(command.velocity_rad_s)))
-        done: Done = self._hear(self._hardware.silence_s)
+        self._pipe.send(Wanted(np.clip(command.position_rad, lower, upper), np.array(command.velocity_rad_s)))
+        done: Done = self._pipe.hear(self._hardware.silence_s)
         self._exchanges += 1
         self.missed += done.periods - self._periods - 1
         self._periods, self._sent_rad = done.periods, done.sent_rad
@@ -133,21 +124,23 @@ class FrankaRobot:
                 self._began, self._exchanges = self._periods, 0
                 return dataclasses.replace(last, t_s=0.0)
         joint = self.joint_names[int(off.argmax())]
-        raise self._fail(f"joint '{joint}' is {off.max():.3f} rad from where it was told to be; the arm was halted")
+        raise self._pipe.fail(
+            f"joint '{joint}' is {off.max():.3f} rad from where it was told to be; the arm was halted"
+        )
 
     def recover(self) -> None:
         """Have the controller leave its reflex; raises HardwareError where it does not."""
-        self._send(RECOVER)
-        self._sent_rad = np.array(self._hear(self._hardware.wait_s))
+        self._pipe.send(RECOVER)
+        self._sent_rad = np.array(self._pipe.hear(self._hardware.wait_s))
 
     def halt(self) -> None:
         """Brake within the limits and stay stopped: the loop brakes where no command comes."""
-        self._failure = self._failure or "the arm was halted from here and stays so: open it anew"
+        self._pipe.fail("the arm was halted from here and stays so: open it anew")
 
     def close(self) -> None:
         """Halt, let the arm brake, and end the process."""
         self.halt()
-        self._let_go()
+        self._pipe.close()
 
     def _state(self, done: Done) -> RobotState:
         place = self._arm.tool_place_m(done.position_rad)
@@ -161,49 +154,6 @@ class FrankaRobot:
             caught=False,
             external_nm=done.external_nm,
         )
-
-    def _fail(self, problem: str) -> HardwareError:
-        self._failure = self._failure or problem
-        return HardwareError(self._failure)
-
-    def _send(self, said: object) -> None:
-        if self._failure is not None:
-            raise HardwareError(self._failure)
-        try:
-            self._pipe.send(said)
-        except OSError:
-            raise self._fail(self._last_words()) from None
-
-    def _hear(self, wait_s: float) -> Any:
-        try:
-            if not self._pipe.poll(wait_s):
-                raise self._fail(f"the arm at {self._hardware.host} said nothing for {wait_s:g} s")
-            heard = self._pipe.recv()
-        except (EOFError, OSError):
-            raise self._fail(self._last_words()) from None
-        if isinstance(heard, str):
-            raise self._fail(heard)
-        return heard
-
-    def _last_words(self) -> str:
-        """What the process said before it ended, or how it did."""
-        try:
-            while self._pipe.poll(0):
-                if isinstance(heard := self._pipe.recv(), str):
-                    return heard
-        except (EOFError, OSError):
-            pass
-        return f"the process that moves the arm ended with {self._process.wait()}"
-
-    def _let_go(self) -> None:
-        """Close the pipe once the arm has braked: the process ends with it."""
-        rest_s = _SETTLE_S if self._process.poll() is None else 0.0
-        self._pipe.close()
-        try:
-            self._process.wait(rest_s)
-        except subprocess.TimeoutExpired:
-            self._process.kill()
-            self._process.wait()
 
 
 def tighter(limits: JointLimits, hardware: FrankaHardware) -> JointLimits:

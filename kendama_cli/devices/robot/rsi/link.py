@@ -72,11 +72,7 @@ class RsiLink:
         self._thread.start()
 
     def move(self, wanted: JointCommand) -> tuple[JointCommand, Telegram, Telegram]:
-        """What was sent before the newest telegram, the telegram that ``wanted`` answered, and the newest; raises
-        HardwareError.
-
-        Sent last is what the limits left of ``wanted``, or braking since then where whoever commands comes back late.
-        """
+        """What was sent last (or braking since), what ``wanted`` answered, and the newest; raises HardwareError."""
         with self._changed:
             self._wanted, self._sent_at = wanted, None
             self._changed.notify_all()

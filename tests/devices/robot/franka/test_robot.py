@@ -90,8 +90,8 @@ def test_a_command_too_far_away_halts(library: Path) -> None:
 
 def test_a_process_that_ends_is_one_clear_line(library: Path) -> None:
     with open_franka(FRANKA, FR3, GAME) as robot:
-        robot._process.kill()
-        robot._process.wait()
+        robot._pipe.process.kill()
+        robot._pipe.process.wait()
         with pytest.raises(HardwareError, match="the process that moves the arm ended with -9"):
             robot.exchange(STILL)
 

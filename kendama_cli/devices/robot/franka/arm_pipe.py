@@ -1,0 +1,73 @@
+"""The pipe to the process that moves an arm, and that process."""
+
+from __future__ import annotations
+
+import socket
+import subprocess
+import sys
+from multiprocessing.connection import Connection
+from typing import Any
+
+from kendama_cli.errors import HardwareError
+from kendama_cli.settings.hardware import FrankaHardware
+
+BRAKING_S = 2.0
+"""The process gets so long to brake the arm, once nobody commands any more."""
+
+
+class ArmPipe:
+    """Starts the process and speaks with it; the first failure stays, and is what every later call raises."""
+
+    def __init__(self, hardware: FrankaHardware) -> None:
+        self._host = hardware.host
+        self._failure: str | None = None
+        ours, theirs = socket.socketpair()
+        command = [sys.executable, "-m", "kendama_cli.devices.robot.franka.process", str(theirs.fileno())]
+        self.process = subprocess.Popen(command, pass_fds=[theirs.fileno()])
+        theirs.close()
+        self._pipe: Connection[Any, Any] = Connection(ours.detach())
+
+    def fail(self, problem: str) -> HardwareError:
+        """Keep the first problem; the error to raise."""
+        self._failure = self._failure or problem
+        return HardwareError(self._failure)
+
+    def send(self, said: object) -> None:
+        """Say it; raises HardwareError."""
+        if self._failure is not None:
+            raise HardwareError(self._failure)
+        try:
+            self._pipe.send(said)
+        except OSError:
+            raise self.fail(self._last_words()) from None
+
+    def hear(self, wait_s: float) -> Any:
+        """What comes back; raises HardwareError where that is a failure, or nothing."""
+        try:
+            if not self._pipe.poll(wait_s):
+                raise self.fail(f"the arm at {self._host} said nothing for {wait_s:g} s")
+            heard = self._pipe.recv()
+        except (EOFError, OSError):
+            raise self.fail(self._last_words()) from None
+        if isinstance(heard, str):
+            raise self.fail(heard)
+        return heard
+
+    def close(self) -> None:
+        """Let go: the process brakes the arm and ends."""
+        self._pipe.close()
+        try:
+            self.process.wait(BRAKING_S if self.process.poll() is None else 0.0)
+        except subprocess.TimeoutExpired:
+            self.process.kill()
+            self.process.wait()
+
+    def _last_words(self) -> str:
+        """What the process said before it ended, or how it did."""
+        try:
+            while self._pipe.poll(0):
+                if isinstance(heard := self._pipe.recv(), str):
+                    return heard
+        except (EOFError, OSError):
+            pass
+        return f"the process that moves the arm ended with {self.process.wait()}"
