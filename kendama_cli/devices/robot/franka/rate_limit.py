@@ -83,4 +83,4 @@ class RateLimiter:
         limits = self._limits
         brake = np.minimum(limits.stop_rad_s2, BRAKING_SHARE * limits.acceleration_rad_s2)
         braked = np.sqrt(2 * brake * np.maximum(way_rad, 0.0)) - limits.stop_rad_s
-        return np.clip(braked, 0.0, limits.velocity_rad_s)
+        return np.asarray(np.clip(braked, 0.0, limits.velocity_rad_s))
