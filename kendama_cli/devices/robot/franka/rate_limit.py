@@ -8,9 +8,11 @@ import numpy as np
 
 from kendama_cli.schema.arrays import Array
 
-CATCH_UP_1_S = 30.0
+CATCH_UP_1_S = 15.0
 """How fast what the limits took away is made up for, as a share of it per second."""
 
+FOLLOW_1_S = 60.0
+"""How fast a difference in speed is made up for; quicker changes are more than a late answer can hide."""
 BRAKING_SHARE = 0.8
 """Of the acceleration limit, for braking toward a stop; the rest is for what braking comes late."""
 CAUGHT_UP_RAD = 1e-8
@@ -38,36 +40,40 @@ class RateLimiter:
 
     With the reference r and what is sent q, v, a of step k:
 
-        v_wanted = (r_k - r_{k-1}) / h + CATCH_UP (r_{k-1} - q_{k-1})
-        a = clip((v_wanted - v_{k-1}) / h),   v_k = v_{k-1} + a h,   q_k = q_{k-1} + v_k h
+        s_k = (r_k - r_{k-1}) / h
+        a = clip((s_k - s_{k-1}) / h + FOLLOW (s_k + CATCH_UP (r_{k-1} - q_{k-1}) - v_{k-1}))
+        v_k = v_{k-1} + a h,   q_k = q_{k-1} + v_k h
 
     where a keeps to the jerk limit J, to the acceleration limit A, and to J / A times the way that is left to the speed
-    limit, which falls toward the joint's stops (see RateLimits). A reference within the limits passes unchanged.
+    limit, which falls toward the joint's stops (see RateLimits). What is with its reference already, and can go on so
+    within the limits, is sent as it is.
     """
 
     def __init__(self, limits: RateLimits, start_rad: Array, step_s: float) -> None:
         self._limits, self._step_s = limits, step_s
         self._reference = np.array(start_rad, dtype=np.float64)
         self.position_rad = self._reference
-        self.velocity_rad_s = np.zeros_like(self.position_rad)
+        self.velocity_rad_s = self._rate = np.zeros_like(self.position_rad)
         self.acceleration_rad_s2 = np.zeros_like(self.position_rad)
 
     def follow(self, reference_rad: Array) -> Array:
         """What to send for the next reference (n,)."""
         limits, step_s, speed = self._limits, self._step_s, self.velocity_rad_s
-        wanted = (reference_rad - self._reference) / step_s + CATCH_UP_1_S * (self._reference - self.position_rad)
-        asked = (wanted - speed) / step_s
+        rate, behind = (reference_rad - self._reference) / step_s, self._reference - self.position_rad
+        with_it = (np.abs(behind) < CAUGHT_UP_RAD) & (np.abs(self._rate - speed) < CAUGHT_UP_RAD / step_s)
+        softly = (rate - self._rate) / step_s + FOLLOW_1_S * (rate + CATCH_UP_1_S * behind - speed)
+        asked = np.where(with_it, (rate - speed) / step_s, softly)
         most, change = limits.acceleration_rad_s2, limits.jerk_rad_s3 * step_s
         soft = limits.jerk_rad_s3 / most
         ahead = self.position_rad + speed / soft  # where it will be when braking has set in
         up, down = self._room(limits.upper_rad - ahead), self._room(ahead - limits.lower_rad)
         given = np.clip(asked, self.acceleration_rad_s2 - change, self.acceleration_rad_s2 + change)
         given = np.clip(given, np.maximum(-most, soft * (-down - speed)), np.minimum(most, soft * (up - speed)))
-        free = (np.abs(given - asked) < 1e-9) & (np.abs(self._reference - self.position_rad) < CAUGHT_UP_RAD)
+        free = with_it & (np.abs(given - asked) < 1e-9)
         position = np.where(free, reference_rad, self.position_rad + (speed + given * step_s) * step_s)
         self.velocity_rad_s = (position - self.position_rad) / step_s
         self.acceleration_rad_s2 = (self.velocity_rad_s - speed) / step_s
-        self._reference, self.position_rad = np.array(reference_rad, dtype=np.float64), position
+        self._reference, self._rate, self.position_rad = np.array(reference_rad, dtype=np.float64), rate, position
         return position
 
     def rebase(self, reference_rad: Array) -> None:
