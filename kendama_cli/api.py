@@ -233,7 +233,7 @@ def environment(overrides: Sequence[str] = (), hold_s: float | None = None) -> S
     Parameters
     ----------
     overrides : sequence of str
-        As on the command line: ``["simulation/engine=rail", "learn=terminate"]``.
+        As on the command line: ``["simulation/engine=rail", "learn/task=paper"]``.
     hold_s : float, optional
         How long an action is held [s]; by default ``learn.decision.longest_s``.
 

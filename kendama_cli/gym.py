@@ -41,15 +41,15 @@ class SwingUp(gymnasium.Env[Observation, np.int64]):
     Observation, float64: cup position x [m], cup velocity [m/s], ball angle about the tie point [rad] (0 hanging,
     positive toward +x, within +-pi), ball angular velocity [rad/s]; the ball's two with the reading noise of
     ``learn.noise``. Action: which of ``learn.actions_m_s2`` [m/s^2] to hold for ``hold_s``. Reward:
-    ``learn.reward``, the step's and at the end the final one. Terminated at the goal, or outside where that ends a
-    rollout; truncated after ``learn.rollout_s``. At the end ``info`` has outcome, duration_s, half_swings and
-    peak_displacement_m, and success in any case.
+    ``learn.reward``, the step's and at the end the final one. Terminated at the release (the flight and the catch
+    follow by themselves within that step), or outside where that ends a rollout; truncated after ``learn.rollout_s``.
+    At the end ``info`` has outcome, duration_s, half_swings and peak_displacement_m, and success in any case.
     """
 
     metadata = {"render_modes": []}  # noqa: RUF012 - gymnasium's own declaration
 
     def __init__(self, overrides: Sequence[str] = (), hold_s: float | None = None) -> None:
-        """``overrides`` are those of the command line, as in ``["learn=terminate", "learn.rollout_s=3.0"]``.
+        """``overrides`` are those of the command line, as in ``["learn/task=paper", "learn.rollout_s=3.0"]``.
 
         Without ``hold_s`` an action is held for ``learn.decision.longest_s``. Raises ConfigError for either where it
         is not allowed.
@@ -99,9 +99,10 @@ class SwingUp(gymnasium.Env[Observation, np.int64]):
     def _ended(self, rollout: SimulatedRollout) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
         self._rolling = None
         rewards = self.settings.reward
-        reward = step_reward(rewards, rollout.final.x_m) + final_reward(rewards, rollout.outcome)
+        miss_m = None if rollout.catch is None else rollout.catch.miss_m
+        reward = step_reward(rewards, rollout.final.x_m) + final_reward(rewards, rollout.outcome, miss_m)
         info = {
-            "success": rollout.outcome == "goal",
+            "success": rollout.success,
             "outcome": rollout.outcome,
             "duration_s": rollout.duration_s,
             "half_swings": rollout.half_swings,

@@ -22,7 +22,7 @@ METRICS = {
     "capture": {"n_demonstrations", "sample_rate_hz", "duration_s", "peak_speed_m_s"},
     "encode": {"n_parameters", "rmse_mm", "max_error_mm"},
     "adapt": {"caught", "tau_scale", "rollouts", "success_rate"},
-    "learn": {"learned", "rollouts_to_learn", "frozen_success_rate", "swings"},
+    "learn": {"learned", "proven", "rollouts_to_first", "rollouts_to_proof", "frozen_caught_rate", "swings"},
     "predict": {"position_error_mm_p50", "position_error_mm_p95", "time_error_ms_p50", "horizon_ms"},
     "transfer": {
         "rollouts",

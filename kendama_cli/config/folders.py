@@ -20,7 +20,7 @@ def group_options(site: Site, group: str) -> list[str]:
 
 
 def groups(site: Site) -> list[str]:
-    """The configuration groups on the search path, nested ones by their path (``learn/workspace``)."""
+    """The configuration groups on the search path, nested ones by their path (``learn/task``)."""
     found = ((folder, file.parent) for folder in site.conf_folders for file in _files(folder))
     return sorted({place.relative_to(folder).as_posix() for folder, place in found if place != folder})
 

@@ -5,13 +5,23 @@
 
 from kendama_cli.schema.registry import Variant
 
-TABLE = Variant(
-    "table",
-    settings="kendama_cli.learning.learner_settings:TableSettings",
-    makes="kendama_cli.learning.sarsa:TABLE",
+SARSA = Variant(
+    "sarsa",
+    settings="kendama_cli.learning.learner_settings:SarsaSettings",
+    makes="kendama_cli.learning.sarsa:SARSA",
 )
-HARMONIC_SEARCH = Variant(
-    "harmonic_search",
-    settings="kendama_cli.learning.learner_settings:HarmonicSearchSettings",
-    makes="kendama_cli.learning.harmonic_search:HARMONIC_SEARCH",
+LUCKY = Variant(
+    "lucky",
+    settings="kendama_cli.learning.learner_settings:LuckySettings",
+    makes="kendama_cli.learning.lucky:LUCKY",
+)
+RANDOM = Variant(
+    "random",
+    settings="kendama_cli.learning.learner_settings:RandomSettings",
+    makes="kendama_cli.learning.lucky:RANDOM",
+)
+PUMP = Variant(
+    "pump",
+    settings="kendama_cli.learning.learner_settings:PumpSettings",
+    makes="kendama_cli.learning.pump:PUMP",
 )

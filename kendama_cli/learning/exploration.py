@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import NamedTuple, Protocol
 
 from numpy.random import Generator
 
-from kendama_cli.learning.exploration_settings import EpsilonGreedyExploration, HarmonicExploration, ScheduleSettings
+from kendama_cli.learning.exploration_settings import ExplorationSettings
 from kendama_cli.learning.settings import LearnSettings
 from kendama_cli.learning.state import SwingState
 from kendama_cli.learning.statistics import LearningCount
@@ -27,7 +28,7 @@ class Explorer(Protocol):
         """The probability of each action where the table would choose ``greedy``; None where it is certain."""
 
 
-def explores(settings: ScheduleSettings, count: LearningCount, rng: Generator) -> bool:
+def explores(after_failure: float, count: LearningCount, rng: Generator) -> bool:
     """Whether the next rollout explores.
 
     Until any rollout has succeeded there is nothing to be greedy about; from then on only a greedy rollout that
@@ -35,7 +36,7 @@ def explores(settings: ScheduleSettings, count: LearningCount, rng: Generator) -
     """
     if not count.succeeded_ever:
         return True
-    return count.greedy_failed and rng.random() < settings.after_failure
+    return count.greedy_failed and rng.random() < after_failure
 
 
 class DrawnHarmonic(NamedTuple):
@@ -47,21 +48,31 @@ class DrawnHarmonic(NamedTuple):
     phase_rad: float
 
 
-def drives_place(settings: HarmonicExploration, learn: LearnSettings) -> bool:
+def drives_place(learn: LearnSettings) -> bool:
     """Whether a harmonic drives the cup's place rather than its acceleration."""
-    if settings.drives == "suited":
+    if learn.harmonic.drives == "suited":
         return not isinstance(learn.workspace, LimitedWorkspace)
-    return settings.drives == "position"
+    return learn.harmonic.drives == "position"
 
 
-def draw_harmonic(settings: HarmonicExploration, learn: LearnSettings, rng: Generator) -> DrawnHarmonic:
-    """A harmonic from the ranges of ``settings``."""
-    scale = learn.workspace.half_width_m if drives_place(settings, learn) else learn.largest_action_m_s2
+def draw_harmonic(learn: LearnSettings, rng: Generator) -> DrawnHarmonic:
+    """A harmonic from the ranges of ``learn.harmonic``."""
+    settings = learn.harmonic
+    scale = learn.workspace.half_width_m if drives_place(learn) else learn.largest_action_m_s2
     frequency = rng.uniform(*settings.band_rad_s)
     amplitude = scale * rng.uniform(*settings.amplitude)
     turn = rng.random()
     phase = math.copysign(0.5 * math.pi, turn - 0.5) if settings.phase == "quarter" else 2.0 * math.pi * turn
     return DrawnHarmonic(frequency, amplitude, phase)
+
+
+def vary_harmonic(settings: ExplorationSettings, drawn: DrawnHarmonic, rng: Generator) -> DrawnHarmonic:
+    """``drawn`` with another frequency and amplitude near by."""
+    frequency, amplitude = rng.standard_normal(2).tolist()
+    return drawn._replace(
+        frequency_rad_s=drawn.frequency_rad_s * (1.0 + settings.frequency_spread * frequency),
+        amplitude=drawn.amplitude * (1.0 + settings.amplitude_spread * amplitude),
+    )
 
 
 class Harmonic:
@@ -72,16 +83,16 @@ class Harmonic:
     acceleration drifts out of a workspace that has no limiter, a harmonic place does not.
     """
 
-    def __init__(self, settings: HarmonicExploration, learn: LearnSettings, drawn: DrawnHarmonic) -> None:
+    def __init__(self, learn: LearnSettings, drawn: DrawnHarmonic) -> None:
         self._actions = learn.actions_m_s2
         self._largest = learn.largest_action_m_s2
-        self._drives_place = drives_place(settings, learn)
-        self._drawn = drawn
-        self._bang_bang = settings.bang_bang
+        self._drives_place = drives_place(learn)
+        self.drawn = drawn
+        self._bang_bang = learn.harmonic.bang_bang
 
     def action(self, t_s: float, state: SwingState, greedy: int) -> int:
         """The action nearest to what the harmonic asks for at ``t_s``; the greedy one plays no part."""
-        w, amplitude, phase = self._drawn
+        w, amplitude, phase = self.drawn
         wanted = amplitude * math.cos(w * t_s + phase)
         if self._drives_place:
             speed = -w * amplitude * math.sin(w * t_s + phase)
@@ -99,7 +110,7 @@ class Harmonic:
 class EpsilonGreedy:
     """The greedy action, but with probability epsilon / (1 + k / decay) any of the actions."""
 
-    def __init__(self, settings: EpsilonGreedyExploration, learn: LearnSettings, rollout: int, rng: Generator) -> None:
+    def __init__(self, settings: ExplorationSettings, learn: LearnSettings, rollout: int, rng: Generator) -> None:
         self._epsilon = settings.epsilon / (1.0 + rollout / settings.decay_rollouts)
         self._n = len(learn.actions_m_s2)
         self._rng = rng
@@ -117,8 +128,14 @@ class EpsilonGreedy:
         return probabilities
 
 
-def explorer(learn: LearnSettings, rollout: int, rng: Generator) -> Explorer:
-    """A newly drawn explorer for rollout number ``rollout``, of the kind that the settings name."""
-    if isinstance(learn.exploration, HarmonicExploration):
-        return Harmonic(learn.exploration, learn, draw_harmonic(learn.exploration, learn, rng))
-    return EpsilonGreedy(learn.exploration, learn, rollout, rng)
+def explorer(learn: LearnSettings, rollout: int, lucky: Sequence[DrawnHarmonic], rng: Generator) -> Explorer:
+    """A newly drawn explorer for rollout number ``rollout``, of the kind that the settings name.
+
+    ``lucky`` are the harmonics to vary.
+    """
+    settings = learn.exploration
+    if settings.kind == "epsilon_greedy":
+        return EpsilonGreedy(settings, learn, rollout, rng)
+    if lucky and rng.random() < settings.varied:
+        return Harmonic(learn, vary_harmonic(settings, lucky[int(rng.integers(len(lucky)))], rng))
+    return Harmonic(learn, draw_harmonic(learn, rng))

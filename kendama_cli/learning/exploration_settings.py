@@ -10,20 +10,9 @@ from kendama_cli.schema.settings import setting
 
 
 @dataclass(frozen=True)
-class ScheduleSettings:
-    """When a rollout explores: until the first success, and from then on by chance after a greedy failure."""
+class HarmonicSettings:
+    """A harmonic A cos(w t + phase) drives the whole rollout, all three drawn at random (docs/equations.md)."""
 
-    after_failure: float = setting(
-        "probability that the rollout after a greedy failure explores", at_least=0, at_most=1
-    )
-
-
-@dataclass(frozen=True)
-class HarmonicExploration:
-    """A harmonic A cos(w t + phase) drives the whole rollout, w, A and the phase drawn anew (docs/equations.md)."""
-
-    kind: Literal["harmonic"]
-    schedule: ScheduleSettings
     band_rad_s: tuple[float, float] = setting("range of the angular frequency w [rad/s]", above=0)
     amplitude: tuple[float, float] = setting(
         "range of A as a fraction of the largest action, or of the workspace's half width", above=0
@@ -43,13 +32,23 @@ class HarmonicExploration:
 
 
 @dataclass(frozen=True)
-class EpsilonGreedyExploration:
-    """Each action of an exploring rollout is random with probability epsilon / (1 + k / decay) in rollout k."""
+class ExplorationSettings:
+    """What an exploring rollout of a table tries: until the first success, and later by chance after a failure.
 
-    kind: Literal["epsilon_greedy"]
-    schedule: ScheduleSettings
+    'harmonic': a harmonic of ``learn.harmonic`` drives the whole rollout, drawn anew, or one of those that ended with
+    the largest rewards before, varied a little. 'epsilon_greedy': each action is random with probability
+    epsilon / (1 + k / decay) in rollout k.
+    """
+
+    kind: Literal["harmonic", "epsilon_greedy"] = setting("what an exploring rollout tries")
+    after_failure: float = setting(
+        "probability that the rollout after a greedy failure explores", at_least=0, at_most=1
+    )
+    varied: float = setting(
+        "share of the harmonics that vary one of the best before, once there is one", at_least=0, at_most=1
+    )
+    amplitude_spread: float = setting("standard deviation of the varied amplitude's factor", at_least=0, below=0.5)
+    frequency_spread: float = setting("standard deviation of the varied frequency's factor", at_least=0, below=0.5)
+    remembered: int = setting("so many harmonics, those that ended with the largest rewards, are varied", above=0)
     epsilon: float = setting("probability of a random action in the first rollout", at_least=0, at_most=1)
     decay_rollouts: float = setting("rollouts after which epsilon is halved", above=0)
-
-
-ExplorationSettings = HarmonicExploration | EpsilonGreedyExploration

@@ -95,8 +95,11 @@ class Learner(Actor, Protocol):
     def begin_rollout(self, rng: Generator) -> None:
         """Begin a rollout, exploring or not; ``rng`` serves until it ends."""
 
-    def end_rollout(self, outcome: Outcome, state: SwingState) -> FinishedRollout:
-        """Learn from the end of the rollout and count it; ``state`` is the last reading."""
+    def end_rollout(self, outcome: Outcome, state: SwingState, miss_m: float | None = None) -> FinishedRollout:
+        """Learn from the end of the rollout and count it; ``state`` is the last reading.
+
+        ``miss_m`` is how far beside the cup's axis the ball came down after a release, where that was seen.
+        """
 
     def state(self) -> dict[str, Any]:
         """Between two rollouts all there is to save: arrays and JSON values by name. Going on from it is bit for bit

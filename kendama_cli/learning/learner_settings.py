@@ -5,19 +5,48 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
-from kendama_cli.learning.exploration_settings import HarmonicExploration
+from kendama_cli.schema.settings import setting
 
 
 @dataclass(frozen=True)
-class TableSettings:
+class SarsaSettings:
     """SARSA(lambda) and its kin on a table of values; ``learn.alpha``, ``learn.gamma`` and so on are its constants."""
 
-    kind: Literal["table"]
+    kind: Literal["sarsa"]
 
 
 @dataclass(frozen=True)
-class HarmonicSearchSettings:
-    """The null model: harmonics are drawn until one reaches the goal, and that one is replayed without a table."""
+class LuckySettings:
+    """The null model: harmonics are drawn until one succeeds, and that one is replayed without a table."""
 
-    kind: Literal["harmonic_search"]
-    harmonic: HarmonicExploration
+    kind: Literal["lucky"]
+    after_failure: float = setting(
+        "probability that the rollout after a replay that failed draws anew", at_least=0, at_most=1
+    )
+
+
+@dataclass(frozen=True)
+class RandomSettings:
+    """Chance itself: every rollout draws a harmonic, and none is kept."""
+
+    kind: Literal["random"]
+
+
+@dataclass(frozen=True)
+class PumpSettings:
+    """A hand-written controller that pumps energy into the ball and keeps the cup near the middle; it learns nothing.
+
+    With the energy E of the ball over hanging still (per mass, [J/kg]) and its wanted value E* = g l (1 + height),
+
+        a = -gain (E* - E) cos(angle - lead) sign(rate) - stiffness x - damping v,
+
+    clipped to the largest action.
+    """
+
+    kind: Literal["pump"]
+    height: float = setting("wanted height of the ball's turning point over the tie, in rope lengths")
+    gain: float = setting("acceleration per missing energy [1/m]", above=0)
+    lead_rad: float = setting("by how much the pumping leads the ball's angle [rad]")
+    braking: float = setting("share of the gain with which too much energy is taken out", at_least=0)
+    stiffness_per_s2: float = setting("pull of the cup to the middle [1/s^2]", at_least=0)
+    damping_per_s: float = setting("damping of the cup [1/s]", at_least=0)

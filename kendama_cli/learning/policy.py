@@ -12,18 +12,18 @@ from kendama_cli.learning.settings import LearnSettings
 from kendama_cli.learning.state import SwingState
 from kendama_cli.schema.arrays import Array
 
-KIND = "table"
+KIND = "sarsa"
 
 
-def table_meaning(settings: LearnSettings) -> Mapping[str, object]:
-    """The settings that give a table its meaning: bins, actions, decisions, goal."""
+def task_meaning(settings: LearnSettings) -> Mapping[str, object]:
+    """The settings that give a policy on bins its meaning: the task with its goal, bins, actions, decisions."""
     parts = {name: dataclasses.asdict(getattr(settings, name)) for name in ("grid", "decision", "goal")}
-    return {**parts, "actions_m_s2": settings.actions_m_s2}
+    return {**parts, "task": settings.task, "actions_m_s2": settings.actions_m_s2}
 
 
 def seal_table(q: Array, settings: LearnSettings) -> PolicyArtifact:
     """The policy of the table ``q`` (states, actions)."""
-    return PolicyArtifact.seal(KIND, table_meaning(settings), {"q": q})
+    return PolicyArtifact.seal(KIND, task_meaning(settings), {"q": q})
 
 
 class GreedyPolicy:

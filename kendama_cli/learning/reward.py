@@ -11,8 +11,8 @@ from kendama_cli.learning.task_settings import GoalSettings, RewardSettings
 from kendama_cli.physics.taut_rope import Ball, TautRope
 from kendama_cli.settings.game import GameSettings
 
-Outcome = Literal["goal", "timeout", "outside"]
-"""How a rollout ends: at the goal, with time up, or (where that ends it) outside the workspace."""
+Outcome = Literal["goal", "missed", "timeout", "outside"]
+"""How a rollout ends: with success, released and not caught, with time up, or (where that ends it) outside."""
 
 
 @dataclass(frozen=True)
@@ -64,7 +64,7 @@ class Flight:
 
 
 class Goal:
-    """The wanted angle and angular velocity on either side, and a catch within reach from there if so wanted."""
+    """The window of angle and angular velocity on either side, and what else a plain state shows of a success."""
 
     def __init__(self, settings: GoalSettings, flight: Flight) -> None:
         self._settings = settings
@@ -77,24 +77,34 @@ class Goal:
         """Smallest |angle| that can be the goal [rad]."""
         return self._nearest
 
-    def reached(self, state: SwingState) -> bool:
-        """Whether ``state`` is the goal; a ball that moves away from hanging has angle and rate of one sign.
-
-        The flight is predicted as if the rope were slack from here on. That is not looked at: a taut rope goes on
-        pulling until the ball is slower or higher, and the landing is then another than predicted. ``goal_slack_rate``
-        of the stage learn says how often the assumption holds.
-        """
+    def in_window(self, state: SwingState) -> bool:
+        """Whether angle and rate lie in the window; a ball that moves away from hanging has both of one sign."""
         angle, rate = state.angle_rad, state.rate_rad_s
         if angle < 0.0:
             angle, rate = -angle, -rate
         wanted = self._settings
         if not self._nearest <= angle <= self._farthest:
             return False
-        if not wanted.slowest_rad_s <= rate <= wanted.fastest_rad_s:
+        return wanted.slowest_rad_s <= rate <= wanted.fastest_rad_s
+
+    def reached(self, state: SwingState) -> bool:
+        """Whether a plain state alone, as a robot observes it, says that the swing-up is done.
+
+        It lies in the window and, unless that is enough, a catch is predicted to be within reach as if the rope were
+        slack. Where the ball has to be caught, the taut rope must also have no pull at this angle and rate (with a cup
+        that does not accelerate), so that it is slack indeed; a simulation looks at the rope's pull itself.
+        """
+        wanted = self._settings
+        if not self.in_window(state):
             return False
-        if not wanted.catchable:
+        if wanted.success == "reached":
             return True
-        landing = self._flight.landing(state)
+        flight = self._flight
+        if wanted.success == "caught":
+            pull_m_s2 = flight.rope.pull_m_s2(state.angle_rad, state.rate_rad_s, 0.0, flight.gravity_m_s2)
+            if pull_m_s2 > 0.0:
+                return False
+        landing = flight.landing(state)
         return (
             landing is not None
             and abs(landing.x_m) <= wanted.landing_limit_m
@@ -107,6 +117,13 @@ def step_reward(settings: RewardSettings, x_m: float) -> float:
     return settings.step - settings.displacement_per_m * max(0.0, abs(x_m) - settings.displacement_free_m)
 
 
-def final_reward(settings: RewardSettings, outcome: Outcome) -> float:
-    """Reward of the state that ends a rollout."""
-    return {"goal": settings.goal, "timeout": settings.timeout, "outside": settings.outside}[outcome]
+def final_reward(settings: RewardSettings, outcome: Outcome, miss_m: float | None = None) -> float:
+    """Reward of the end of a rollout; ``miss_m`` is how far beside the cup's axis a ball that was missed came down."""
+    if outcome == "missed" and miss_m is not None:
+        return settings.missed * max(0.0, 1.0 - miss_m / settings.missed_range_m)
+    return {
+        "goal": settings.goal,
+        "missed": settings.missed,
+        "timeout": settings.timeout,
+        "outside": settings.outside,
+    }[outcome]

@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 from kendama_cli.artifacts.policy import PolicyArtifact
 from kendama_cli.learning.decision import HeldAction, greedy_column
 from kendama_cli.learning.discretisation import StateGrid
-from kendama_cli.learning.exploration import Explorer, explorer, explores
+from kendama_cli.learning.exploration import DrawnHarmonic, Explorer, Harmonic, explorer, explores
 from kendama_cli.learning.interface import FinishedRollout, LearnerMaker
-from kendama_cli.learning.policy import GreedyPolicy, checked_table, seal_table, table_meaning
+from kendama_cli.learning.policy import GreedyPolicy, checked_table, seal_table, task_meaning
 from kendama_cli.learning.reward import Outcome, final_reward, step_reward
 from kendama_cli.learning.settings import LearnSettings
 from kendama_cli.learning.state import SwingState
@@ -49,6 +49,7 @@ class SarsaLearner:
         self.count = LearningCount(succeeded_ever=q is not None)
         self._best, self._best_streak = self.table, 0
         self._explorer: Explorer | None = None
+        self._lucky: list[tuple[float, DrawnHarmonic]] = []
         self._alpha = settings.alpha
         self._held = HeldAction(settings, self._grid)
         self._table_rng: Generator | None = None
@@ -61,6 +62,7 @@ class SarsaLearner:
         learner = cls(settings, q=state["q"])
         learner.count = LearningCount(**state["count"])
         learner._best, learner._best_streak = np.asarray(state["best"]), int(state["best_streak"])
+        learner._lucky = [(reward, DrawnHarmonic(*drawn)) for reward, *drawn in state["lucky"]]
         return learner
 
     def state(self) -> dict[str, Any]:
@@ -70,6 +72,7 @@ class SarsaLearner:
             "count": dataclasses.asdict(self.count),
             "best": np.array(self._best),
             "best_streak": self._best_streak,
+            "lucky": [[reward, *drawn] for reward, drawn in self._lucky],
         }
 
     @property
@@ -98,8 +101,10 @@ class SarsaLearner:
     def begin_rollout(self, rng: Generator) -> None:
         """Decide whether this rollout explores and draw what it tries; ``rng`` serves until the rollout ends."""
         settings = self._settings.exploration
-        explore = explores(settings.schedule, self.count, rng)
-        self._explorer = explorer(self._settings, self.rollouts, rng) if explore else None
+        explore = explores(settings.after_failure, self.count, rng)
+        self._explorer = (
+            explorer(self._settings, self.rollouts, [drawn for _, drawn in self._lucky], rng) if explore else None
+        )
         fading = 1.0 + self.rollouts / self._settings.alpha_decay_rollouts
         self._alpha = 0.0 if self.count.frozen(self._settings.count) else self._settings.alpha / fading
         self._table_rng = rng if self._settings.update == "double_sarsa" else None
@@ -137,11 +142,12 @@ class SarsaLearner:
             self._learn(Transition(held.row, held.column, reward, row, held.mirrored(action), probabilities))
         held.hold(row, action, t_s)
 
-    def end_rollout(self, outcome: Outcome, state: SwingState) -> FinishedRollout:
+    def end_rollout(self, outcome: Outcome, state: SwingState, miss_m: float | None = None) -> FinishedRollout:
         """Learn from the end of the rollout and count it; ``state`` is the last reading."""
+        rewards = self._settings.reward
+        final = final_reward(rewards, outcome, miss_m)
         if self._held.row >= 0:
-            rewards = self._settings.reward
-            reward = step_reward(rewards, state.x_m) + final_reward(rewards, outcome)
+            reward = step_reward(rewards, state.x_m) + final
             self._learn(Transition(self._held.row, self._held.column, reward, None, None))
         actions = len(self._transitions)
         for _ in range(self._settings.replay_passes if self._alpha else 0):
@@ -149,6 +155,9 @@ class SarsaLearner:
             for transition in self._transitions:
                 self._values.update(transition, self._alpha, self._coin())
         success = outcome == "goal"
+        if final > 0.0 and isinstance(self._explorer, Harmonic):
+            self._lucky.insert(0, (final, self._explorer.drawn))
+            self._lucky = sorted(self._lucky, key=_first)[: self._settings.exploration.remembered]
         # a frozen table is still what made the streak that ends here
         longer = max(self._settings.count.streak, self._best_streak + 1)
         if not (success or self.explored) and self.count.streak >= longer:
@@ -166,9 +175,14 @@ class SarsaLearner:
         return 0.0 if self._table_rng is None else self._table_rng.random()
 
 
+def _first(lucky: tuple[float, DrawnHarmonic]) -> float:
+    """The order of what is remembered: the best reward first, of equal ones the newest."""
+    return -lucky[0]
+
+
 def _begin(settings: LearnSettings, policy: PolicyArtifact | None) -> SarsaLearner:
     return SarsaLearner(settings, q=None if policy is None else policy.array("q"))
 
 
-TABLE = LearnerMaker(begin=_begin, resume=SarsaLearner.from_state, policy=GreedyPolicy, meaning=table_meaning)
-"""The kind ``table``."""
+SARSA = LearnerMaker(begin=_begin, resume=SarsaLearner.from_state, policy=GreedyPolicy, meaning=task_meaning)
+"""The kind ``sarsa``."""

@@ -9,9 +9,10 @@ from dataclasses import dataclass, replace
 from typing import Annotated, Literal
 
 from kendama_cli.errors import ConfigError
-from kendama_cli.learning.exploration_settings import ExplorationSettings
+from kendama_cli.learning.exploration_settings import ExplorationSettings, HarmonicSettings
 from kendama_cli.learning.interface import LEARNERS, LearnerSettings
 from kendama_cli.learning.task_settings import (
+    BodySettings,
     CountSettings,
     EngineSettings,
     GoalSettings,
@@ -74,12 +75,15 @@ class LearnSettings:
     decision: DecisionSettings
     goal: GoalSettings
     reward: RewardSettings
+    harmonic: HarmonicSettings
     exploration: ExplorationSettings
     workspace: WorkspaceSettings
     noise: NoiseSettings
+    bodies: BodySettings
     validation: ValidationSettings
     count: CountSettings
     engine: EngineSettings
+    task: str = setting("the task's name: a policy is refused where the configuration has another task")
     alpha: float = setting("learning rate of the first rollout", above=0, at_most=1)
     alpha_decay_rollouts: float = setting("rollouts after which the learning rate is halved", above=0)
     gamma: float = setting("discount from action to action", at_least=0, at_most=1)
@@ -120,6 +124,13 @@ class LearnSettings:
                 f"'workspace.braking_m_s2' is {self.workspace.braking_m_s2}; allowed: at most the largest action to "
                 f"either side, {weaker}",
             )
+        for key, bodies in (("bodies", self.bodies), ("validation.bodies", self.validation.bodies)):
+            if bodies.delay_s > self.decision.shortest_s:
+                raise ConfigError(
+                    f"{key}.delay_s",
+                    f"'{key}.delay_s' is {bodies.delay_s}; allowed: at most decision.shortest_s, "
+                    f"{self.decision.shortest_s}",
+                )
         if self.step_s > self.decision.shortest_s:
             raise ConfigError(
                 "step_s", f"'step_s' is {self.step_s}; allowed: at most decision.shortest_s, {self.decision.shortest_s}"

@@ -1,12 +1,13 @@
-"""The counting rule, written down once: when the swing-up counts as learned and how many rollouts that took.
+"""The counting rule, written down once: when the swing-up counts as learned or proven, and how many rollouts it took.
 
-*Rollouts to learn* is the number of the first of ``streak`` (10) successes in a row by the greedy policy. Rollouts
-are counted from 1 and every rollout counts, exploring ones too; an exploring rollout neither adds to the streak nor
-breaks it. After ``cap`` (1000) rollouts without such a streak learning has failed, and the failure counts as the cap.
+*Rollouts to first* is the number of the first of ``streak`` (10) successes in a row by the greedy policy, *rollouts to
+proof* that of the rollouts before the first of ``frozen`` (80) in a row. Rollouts are counted from 1 and every rollout
+counts, exploring ones too; an exploring rollout neither adds to a streak nor breaks it. After ``cap`` (1000) rollouts
+without such a streak learning has failed to show it, and that counts as the cap.
+
 From the tenth success on the policy is tried as it stands: what it does without learning on the way is what it will do
-once it is frozen. These rollouts validate it by domain randomisation (``learn.validation``). Only after ``frozen``
-successes in a row it is frozen for good; a failure before that resumes the learning, and at the cap the policy with the
-longest streak is taken. None of that changes the figure.
+once it is frozen. A failure before the proof resumes the learning, and at the cap the policy with the longest streak
+is taken, unproven.
 """
 
 from __future__ import annotations
@@ -24,6 +25,8 @@ class LearningCount:
     streak: int = 0
     streak_began: int = 0
     learned_at: int | None = None
+    proven_after: int | None = None
+    """Rollouts before the first of those in a row that prove the policy."""
     succeeded_ever: bool = False
     greedy_failed: bool = False
     """Whether the last rollout was a greedy one that failed."""
@@ -42,7 +45,8 @@ class LearningCount:
             return replace(count, streak=0, streak_began=0)
         streak, began = count.streak + 1, count.streak_began or count.rollouts
         learned_at = began if count.learned_at is None and streak >= settings.streak else count.learned_at
-        return replace(count, streak=streak, streak_began=began, learned_at=learned_at)
+        proven_after = began - 1 if streak >= settings.frozen else None
+        return replace(count, streak=streak, streak_began=began, learned_at=learned_at, proven_after=proven_after)
 
     def frozen(self, settings: CountSettings) -> bool:
         """Whether the next rollout validates the policy as it stands instead of teaching it."""
@@ -57,6 +61,15 @@ class LearningCount:
         """Whether the streak of greedy successes has been reached."""
         return self.learned_at is not None
 
-    def rollouts_to_learn(self, settings: CountSettings) -> int:
-        """The counting rule's figure; the cap where learning failed."""
+    @property
+    def proven(self) -> bool:
+        """Whether the present policy stood the proof."""
+        return self.proven_after is not None
+
+    def rollouts_to_first(self, settings: CountSettings) -> int:
+        """The counting rule's first figure; the cap where the streak was never reached."""
         return settings.cap if self.learned_at is None else self.learned_at
+
+    def rollouts_to_proof(self, settings: CountSettings) -> int:
+        """The counting rule's second figure; the cap where nothing was proven."""
+        return settings.cap if self.proven_after is None else self.proven_after

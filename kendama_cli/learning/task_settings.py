@@ -12,18 +12,26 @@ from kendama_cli.settings.robot import RobotSettings
 
 @dataclass(frozen=True)
 class GoalSettings:
-    """The state that ends the swing-up: the ball high on either side, still rising, and within reach of a catch."""
+    """The window in which the swing-up may end, the ball high on either side and still rising, and what ends it.
+
+    ``success`` is what has to happen. 'caught': the rope is slack for ``slack_s`` within the window, and after the
+    flight that follows, under the cup's own limits, the ball falls into the cup. 'catchable': the state lies in the
+    window, and a catch is predicted to be within reach as if the rope were slack. 'reached': the window alone.
+    """
 
     angle_deg: float = setting("wanted angle of the ball from hanging, on either side [deg]", above=0, at_most=180)
     tolerance_deg: float = setting("allowed deviation of the angle [deg]", above=0)
     slowest_rad_s: float = setting("least angular velocity away from hanging [rad/s]")
     fastest_rad_s: float = setting("largest angular velocity away from hanging [rad/s]")
-    catchable: bool = setting("whether a catch must also be possible from there, by the two limits below")
+    success: Literal["caught", "catchable", "reached"] = setting(
+        "'caught': released there and caught; 'catchable': there with a catch predicted within reach; 'reached': there"
+    )
+    slack_s: float = setting("the ball is released once the rope has been slack for so long [s]", above=0)
     landing_limit_m: float = setting(
-        "largest |x| at which the freely flying ball may come down to the rim [m]", above=0
+        "largest |x| at which the freely flying ball may come down to the rim to be catchable [m]", above=0
     )
     catch_acceleration_m_s2: float = setting(
-        "largest constant acceleration of the cup that meets the ball there [m/s^2]", above=0
+        "largest acceleration with which the cup goes to meet the ball [m/s^2]", above=0
     )
 
     def __post_init__(self) -> None:
@@ -38,7 +46,9 @@ class GoalSettings:
 class RewardSettings:
     """Reward of the final state, of each action and of displacement."""
 
-    goal: float = setting("reward on reaching the goal")
+    goal: float = setting("reward of success")
+    missed: float = setting("reward of a release whose ball just misses the cup; it falls to 0 with the distance")
+    missed_range_m: float = setting("distance from the cup at which a miss is worth nothing any more [m]", above=0)
     timeout: float = setting("reward when time is up")
     outside: float = setting("reward on leaving the workspace (only where that ends the rollout)")
     step: float = setting("reward of each action")
@@ -99,22 +109,32 @@ EngineSettings = DartEngine | RailEngine
 
 
 @dataclass(frozen=True)
-class ValidationSettings:
-    """Domain randomisation (Tobin et al. 2017) of the rollouts that validate a learned policy: drawn anew for each.
+class BodySettings:
+    """Domain randomisation (Tobin et al. 2017): how bodies differ, each value uniform and drawn anew every rollout."""
 
-    Noise level, gain of the actuator, calibration of the angle and size of the workspace vary together, as from body
-    to body. What was learned must succeed there without learning before it is frozen.
-    """
-
-    engine: EngineSettings | None = setting("what computes the dynamics of these rollouts; null: learn.engine")
-    noise: float = setting("factor on all noise, uniform from 0 up to this", above=0)
-    acceleration: float = setting("uniform +- relative error of all accelerations of a rollout", at_least=0, below=0.5)
-    angle_deg: float = setting("uniform +- offset of all readings of the ball's angle in a rollout [deg]", at_least=0)
+    rope: float = setting("+- relative error of the rope's length", at_least=0, below=0.5)
+    drag: tuple[float, float] = setting("range of a factor on the air's drag", at_least=0)
+    noise: tuple[float, float] = setting("range of a factor on all noise", at_least=0)
+    acceleration: float = setting("+- relative error of all accelerations of a rollout", at_least=0, below=0.5)
+    angle_deg: float = setting("+- offset of all readings of the ball's angle in a rollout [deg]", at_least=0)
+    delay_s: float = setting("an acceleration takes effect up to so much later [s]", at_least=0)
     narrowing: float = setting(
-        "the workspace is narrower by a share up to this, uniform, and slower, as for a longer rope",
-        at_least=0,
-        below=0.5,
+        "the workspace is narrower by a share up to this, and slower, as for a longer rope", at_least=0, below=0.5
     )
+
+    def __post_init__(self) -> None:
+        for key in ("drag", "noise"):
+            low, high = getattr(self, key)
+            if low > high:
+                raise ConfigError(key, f"'{key}' is [{low}, {high}]; allowed: [low, high] with low <= high")
+
+
+@dataclass(frozen=True)
+class ValidationSettings:
+    """The rollouts that validate a learned policy, without learning, before it is frozen."""
+
+    bodies: BodySettings
+    engine: EngineSettings | None = setting("what computes the dynamics of these rollouts; null: learn.engine")
 
 
 @dataclass(frozen=True)
@@ -124,7 +144,9 @@ class CountSettings:
     streak: int = setting("greedy successes in a row that count as learned", above=0)
     cap: int = setting("rollouts after which learning has failed", above=0)
     frozen: int = setting(
-        "greedy successes in a row at which the policy is frozen; until then, or the cap, learning goes on", above=0
+        "greedy successes in a row that prove the policy, which is frozen then; until then, or the cap, learning goes "
+        "on",
+        above=0,
     )
     evaluation: int = setting("rollouts of the frozen policy", above=0)
 

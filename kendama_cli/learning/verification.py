@@ -24,12 +24,14 @@ def verify_policy(policy: PolicyArtifact, settings: LearnSettings, source: str) 
             f"the policy of {source} is damaged: its digest is {found[:12]}, its seal says {policy.digest[:12]}; "
             "nothing was moved, learn it again"
         )
-    if policy.kind != settings.learner.kind:
-        raise StageError(
-            f"the policy of {source} is one of learner '{policy.kind}'; the configuration has learn.learner.kind "
-            f"'{settings.learner.kind}'; nothing was moved, configure 'learn' as it was, or learn again"
-        )
     configured = canonical_json(maker(settings).meaning(settings))
+    task, wanted = (_task(meaning) for meaning in (policy.meaning, configured))
+    if (policy.kind, task) != (settings.learner.kind, wanted):
+        raise StageError(
+            f"the policy of {source} is one of task '{task}', learned by '{policy.kind}'; the configuration has task "
+            f"'{settings.task}' and learner '{settings.learner.kind}'; nothing was moved, configure 'learn' as it was, "
+            "or learn again"
+        )
     if policy.meaning != configured:
         differences = "; ".join(_differences(_parsed(policy.meaning), json.loads(configured), "learn"))
         raise StageError(
@@ -40,6 +42,12 @@ def verify_policy(policy: PolicyArtifact, settings: LearnSettings, source: str) 
         maker(settings).policy(policy, settings)
     except ValueError as error:
         raise StageError(f"the policy of {source} cannot be acted by: {error}; nothing was moved") from error
+
+
+def _task(meaning: str) -> str:
+    """The task that a policy's meaning names, as far as it does."""
+    parsed = _parsed(meaning)
+    return str(parsed.get("task", "unknown")) if isinstance(parsed, dict) else "unknown"
 
 
 def _parsed(meaning: str) -> Any:

@@ -46,10 +46,10 @@ class TautRope:
         return cls(game.rope.length_m * rope_scale, CupProfile.of(game.cup))
 
     @classmethod
-    def hanging(cls, game: GameSettings) -> TautRope:
-        """The rope as the ball stretches it that hangs on it at rest."""
+    def hanging(cls, game: GameSettings, rope_scale: float = 1.0) -> TautRope:
+        """The rope, ``rope_scale`` times as long, as the ball stretches it that hangs on it at rest."""
         stretch_m = game.ball.mass_kg * game.gravity_m_s2 / game.rope.stiffness_n_m
-        return cls(game.rope.length_m + stretch_m, CupProfile.of(game.cup))
+        return cls(game.rope.length_m * rope_scale + stretch_m, CupProfile.of(game.cup))
 
     @cached_property
     def turns_rad(self) -> tuple[float, float, float]:

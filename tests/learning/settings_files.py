@@ -27,9 +27,9 @@ def _composed(choices: tuple[str, ...]) -> dict[str, Any]:
     return plain
 
 
-def learn_settings(name: str = "sarsa", *choices: str, **replaced: Any) -> LearnSettings:
-    """``learn=<name>`` and further ``choices``, with ``grid__angle_bins=9`` standing for learn.grid.angle_bins=9."""
-    plain = copy.deepcopy(_composed((f"learn={name}", *choices)))
+def learn_settings(name: str = "easy", *choices: str, **replaced: Any) -> LearnSettings:
+    """``learn/task=<name>`` and further ``choices``; ``grid__angle_bins=9`` stands for learn.grid.angle_bins=9."""
+    plain = copy.deepcopy(_composed((f"learn/task={name}", *choices)))
     for key, value in replaced.items():
         *groups, last = key.split("__")
         place = plain

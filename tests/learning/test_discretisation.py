@@ -23,7 +23,8 @@ def test_the_default_grid_has_the_papers_324_states():
     assert grid.n_states == 324
 
 
-GRIDS = {name: StateGrid(learn_settings(name).grid) for name in ("sarsa", "terminate", "paper")}
+SIDES = learn_settings("easy", grid__position="side", grid__position_edges_m=[0.0]).grid
+GRIDS = {name: StateGrid(learn_settings(name).grid) for name in ("easy", "hard", "paper")}
 
 
 @pytest.mark.parametrize("name", GRIDS)
@@ -46,7 +47,7 @@ def test_full_turns_of_the_ball_change_nothing_away_from_an_edge(state, turns):
 
 
 def test_all_rows_are_reached_by_the_centres_of_the_cells():
-    grid = StateGrid(learn_settings("paper").grid)
+    grid = StateGrid(SIDES)
     rows = {
         grid.row(SwingState(x, v, angle, rate))
         for x in (-0.2, 0.2)
@@ -70,7 +71,7 @@ def test_a_cell_holds_its_lower_edge():
 
 
 def test_distance_does_not_tell_the_sides_apart_and_side_does():
-    distance, side = StateGrid(learn_settings().grid), StateGrid(learn_settings("paper").grid)
+    distance, side = StateGrid(learn_settings().grid), StateGrid(SIDES)
     left, right = SwingState(-0.3, 0, 0, 0), SwingState(0.3, 0, 0, 0)
     assert distance.row(left) == distance.row(right)
     assert side.row(left) != side.row(right)
@@ -78,14 +79,14 @@ def test_distance_does_not_tell_the_sides_apart_and_side_does():
 
 @given(STATE.filter(lambda state: state.x_m != 0.0))
 def test_a_mirrored_grid_gives_a_state_and_its_mirror_image_one_row_but_two_places(state):
-    grid = GRIDS["terminate"]
+    grid = GRIDS["paper"]
     image = SwingState(*(-part for part in state))
     assert grid.row(image) == grid.row(state)
     assert abs(grid.place(image) - grid.place(state)) == grid.n_states
 
 
 def test_a_mirrored_grid_tells_outward_from_inward_and_far_from_near():
-    grid = StateGrid(learn_settings("terminate").grid)
+    grid = StateGrid(learn_settings("paper").grid)
     outward, inward, near = (SwingState(x, v, 0.5, 2.0) for x, v in ((0.3, 0.9), (0.3, -0.9), (0.1, 0.9)))
     assert len({grid.row(state) for state in (outward, inward, near)}) == 3
     assert [grid.cell(state)[:2] for state in (outward, inward, near)] == [(1, 2), (1, 0), (0, 2)]

@@ -16,6 +16,8 @@ from tests.physics.bare_rope import bare_rope
 
 FLIGHT = Flight(bare_rope(0.40), 0.07, 9.81)
 
+COSTLY = {"reward__step": -0.2, "reward__displacement_per_m": 100.0, "reward__displacement_free_m": 0.3}
+
 
 def goal(**replaced: object) -> Goal:
     return Goal(learn_settings(**{f"goal__{key}": value for key, value in replaced.items()}).goal, FLIGHT)
@@ -31,11 +33,12 @@ def test_left_and_right_are_alike(state):
 
 @given(STATE)
 def test_a_catchable_state_has_the_wanted_angle_and_rate_too(state):
-    assert goal(catchable=False).reached(state) or not goal().reached(state)
+    assert goal(success="reached").reached(state) or not goal().reached(state)
+    assert goal().reached(state) or not goal(success="caught").reached(state)
 
 
 def test_the_angle_and_rate_count_to_their_limits_and_not_beyond():
-    plain = goal(catchable=False)
+    plain = goal(success="reached")
     at = lambda angle, rate: plain.reached(SwingState(0.0, 0.0, math.radians(angle), rate))  # noqa: E731
     assert at(110.01, 3.0)
     assert at(149.99, 3.0)
@@ -44,6 +47,28 @@ def test_the_angle_and_rate_count_to_their_limits_and_not_beyond():
     assert not at(130.0, 0.99)
     assert not at(130.0, 6.01)
     assert not at(130.0, -3.0)
+
+
+@given(STATE)
+def test_a_state_that_is_caught_from_needs_a_rope_that_has_no_pull(state):
+    # on the bare circle: l rate^2 + g cos(angle) is the pull over the mass, for a cup that does not accelerate
+    if goal(success="caught").reached(state):
+        assert 0.4 * state.rate_rad_s**2 + 9.81 * math.cos(state.angle_rad) <= 1e-9
+
+
+def test_the_slower_ball_is_released_and_the_faster_one_is_still_held():
+    wanted = goal(success="caught", angle_deg=130.0, slowest_rad_s=0.3)
+    slow, fast = (SwingState(0.0, 0.0, math.radians(140.0), rate) for rate in (3.5, 5.0))
+    assert wanted.reached(slow)
+    assert not wanted.reached(fast)
+    assert goal(slowest_rad_s=0.3).reached(fast)
+
+
+def test_a_miss_is_worth_the_more_the_nearer_it_is():
+    rewards = learn_settings("hard", reward__missed=50.0, reward__missed_range_m=0.2).reward
+    assert [final_reward(rewards, "missed", miss) for miss in (0.0, 0.05, 0.2, 0.7)] == [50.0, 37.5, 0.0, 0.0]
+    assert final_reward(rewards, "missed") == 50.0
+    assert final_reward(rewards, "goal", 0.01) == 100.0
 
 
 def test_a_landing_outside_or_a_cup_too_slow_is_not_catchable():
@@ -74,7 +99,9 @@ def test_a_ball_that_stays_below_the_rim_lands_nowhere():
 
 
 def test_displacement_costs_beyond_the_free_range_only():
-    rewards = learn_settings("terminate", reward__step=-0.2, reward__displacement_per_m=100.0).reward
+    rewards = learn_settings(
+        "paper", reward__step=-0.2, reward__displacement_per_m=100.0, reward__displacement_free_m=0.3
+    ).reward
     assert step_reward(rewards, 0.29) == -0.2
     assert step_reward(rewards, -0.35) == pytest.approx(-0.2 - 5.0)
     assert [final_reward(rewards, outcome) for outcome in ("goal", "timeout", "outside")] == [100.0, -5.0, -30.0]

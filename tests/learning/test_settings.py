@@ -21,7 +21,10 @@ WRONG = [
     ({"workspace__max_speed_m_s": 0.0}, "'learn.workspace.max_speed_m_s' is 0.0; allowed: above 0"),
     ({"workspace__braking_m_s2": 9.0}, "'learn.workspace.braking_m_s2' is 9.0; allowed: at most the largest action"),
     ({"workspace__kind": "limt"}, "allowed: limit, terminate, did you mean 'limit'?"),
-    ({"exploration__band_rad_s": [8.0, 3.0]}, "'learn.exploration.band_rad_s' is [8.0, 3.0]; allowed: [low, high]"),
+    ({"harmonic__band_rad_s": [8.0, 3.0]}, "'learn.harmonic.band_rad_s' is [8.0, 3.0]; allowed: [low, high]"),
+    ({"bodies__drag": [2.0, 1.0]}, "'learn.bodies.drag' is [2.0, 1.0]; allowed: [low, high] with low <= high"),
+    ({"bodies__delay_s": 0.03}, "'learn.bodies.delay_s' is 0.03; allowed: at most decision.shortest_s, 0.02"),
+    ({"goal__success": "cauht"}, "allowed: caught, catchable, reached, did you mean 'caught'?"),
     ({"goal__fastest_rad_s": 0.5}, "'learn.goal.fastest_rad_s' is 0.5; allowed: above slowest_rad_s, which is 1.0"),
     ({"decision__longest_s": 0.01}, "'learn.decision.longest_s' is 0.01; allowed: at least shortest_s"),
     ({"step_s": 0.05}, "'learn.step_s' is 0.05; allowed: at most decision.shortest_s, 0.02"),
@@ -51,21 +54,23 @@ def test_a_wrong_value_is_refused_with_its_key_and_what_is_allowed(replaced, mes
     assert refused.value.key.startswith("learn.")
 
 
-@pytest.mark.parametrize("name", ["sarsa", "terminate", "paper"])
+@pytest.mark.parametrize("name", ["easy", "hard", "hard_random", "paper"])
 def test_the_shipped_settings_are_sound(name):
     assert len(learn_settings(name).actions_m_s2) == 5
 
 
-def test_the_workspace_is_a_choice_of_its_own_that_brings_its_bins_along():
-    assert learn_settings("sarsa", "learn/workspace=terminate") == learn_settings("terminate")
-    assert learn_settings("terminate", "learn/workspace=limit") == learn_settings("sarsa")
+def test_hard_random_is_hard_on_other_bodies():
+    hard, varied = learn_settings("hard"), learn_settings("hard_random")
+    assert varied.bodies != hard.bodies
+    assert varied.validation.bodies == varied.bodies
+    back = dataclasses.replace(hard.validation, bodies=hard.bodies)
+    assert dataclasses.replace(varied, task="hard", bodies=hard.bodies, validation=back) == hard
 
 
-def test_the_exploration_is_a_choice_of_its_own_in_either_workspace():
-    for name in ("sarsa", "terminate"):
-        plain, other = learn_settings(name), learn_settings(name, "learn/exploration=epsilon_greedy")
-        assert plain.exploration.kind == "harmonic"
-        assert other.exploration.kind == "epsilon_greedy"
+def test_the_learner_is_a_choice_of_its_own_on_every_task():
+    for name in ("easy", "hard"):
+        plain, other = learn_settings(name), learn_settings(name, "learn/learner=epsilon_greedy")
+        assert (plain.exploration.kind, other.exploration.kind) == ("harmonic", "epsilon_greedy")
         assert dataclasses.replace(other, exploration=plain.exploration) == plain
 
 

@@ -9,13 +9,13 @@ import pytest
 
 from kendama_cli.artifacts.policy import NamedArray, PolicyArtifact
 from kendama_cli.errors import StageError
-from kendama_cli.learning.policy import seal_table, table_meaning
+from kendama_cli.learning.policy import seal_table, task_meaning
 from kendama_cli.learning.verification import verify_policy
 from tests.learning.settings_files import learn_settings
 
 SETTINGS = learn_settings()
 GOOD = seal_table(np.zeros((324, 5)), SETTINGS)
-SEARCH = learn_settings("sarsa", "learn/learner=harmonic_search")
+SEARCH = learn_settings("easy", "learn/learner=lucky")
 
 
 def test_a_table_learned_as_configured_is_accepted():
@@ -30,18 +30,18 @@ def test_a_table_learned_as_configured_is_accepted():
             "cannot be acted by: the table has shape (162, 5); the configuration 'learn' needs (324, 5)",
         ),
         (
-            PolicyArtifact.seal("table", table_meaning(SETTINGS), {"values": np.zeros((324, 5))}),
+            PolicyArtifact.seal("sarsa", task_meaning(SETTINGS), {"values": np.zeros((324, 5))}),
             "cannot be acted by: the policy has no array 'q'; it has values",
         ),
         (dataclasses.replace(GOOD, arrays=(NamedArray("q", np.ones((324, 5))),)), "is damaged: its digest is"),
-        (dataclasses.replace(GOOD, kind="harmonic_search"), "is damaged: its digest is"),
+        (dataclasses.replace(GOOD, kind="lucky"), "is damaged: its digest is"),
         (
-            seal_table(np.zeros((324, 5)), learn_settings("terminate")),
-            'another configuration (learn.grid.position is "distance", it was "mirrored")',
+            seal_table(np.zeros((324, 5)), learn_settings("paper")),
+            "is one of task 'paper', learned by 'sarsa'; the configuration has task 'easy' and learner 'sarsa'",
         ),
         (
             PolicyArtifact.seal("mine", {}, {}),
-            "is one of learner 'mine'; the configuration has learn.learner.kind 'table'; nothing was moved",
+            "is one of task 'unknown', learned by 'mine'; the configuration has task 'easy' and learner 'sarsa'",
         ),
     ],
     ids=["shape", "array", "digest", "kind", "workspace", "learner"],
@@ -54,13 +54,13 @@ def test_another_policy_is_refused_with_what_differs(policy, message):
 
 
 def test_a_harmonic_is_refused_where_it_would_drive_something_else():
-    meaning = {**table_meaning(SEARCH), "drives_place": False, "bang_bang": False}
-    good = PolicyArtifact.seal("harmonic_search", meaning, {"harmonic": np.array([5.0, 6.0, 1.0])})
+    meaning = {**task_meaning(SEARCH), "drives_place": False, "bang_bang": False}
+    good = PolicyArtifact.seal("lucky", meaning, {"harmonic": np.array([5.0, 6.0, 1.0])})
     verify_policy(good, SEARCH, "run 1")
-    other = PolicyArtifact.seal("harmonic_search", {**meaning, "drives_place": True}, {"harmonic": np.ones(3)})
+    other = PolicyArtifact.seal("lucky", {**meaning, "drives_place": True}, {"harmonic": np.ones(3)})
     with pytest.raises(StageError, match=r"another configuration \(learn.drives_place is false, it was true\)"):
         verify_policy(other, SEARCH, "run 1")
-    short = PolicyArtifact.seal("harmonic_search", meaning, {"harmonic": np.ones(2)})
+    short = PolicyArtifact.seal("lucky", meaning, {"harmonic": np.ones(2)})
     with pytest.raises(StageError, match=r"cannot be acted by: the harmonic has shape \(2,\); allowed: \(3,\)"):
         verify_policy(short, SEARCH, "run 1")
 

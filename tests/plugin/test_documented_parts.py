@@ -28,8 +28,8 @@ SHIPPED = [
     ("kendama_cli.devices.controller.conformance", "interact/controller=force"),
     ("kendama_cli.devices.controller.conformance", "interact/controller=impedance"),
     ("kendama_cli.vision.conformance", "predict/detector=colour"),
-    ("kendama_cli.learning.conformance", "learn/learner=table"),
-    ("kendama_cli.learning.conformance", "learn/learner=harmonic_search"),
+    ("kendama_cli.learning.conformance", "learn/learner=sarsa"),
+    ("kendama_cli.learning.conformance", "learn/learner=lucky"),
 ]
 
 

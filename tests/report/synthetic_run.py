@@ -177,7 +177,13 @@ def _learn(log: FieldLog, rng: np.random.Generator) -> tuple[dict[str, Any], dic
     write_frames(log, "/learn/ball", "ball", t, ball - cup * [0, 1])
     for time in t:
         log.write("/learn/step", time, {**state_at(time), "tension_n": 0.5})
-    metrics = {"learned": True, "rollouts_to_learn": 38, "frozen_success_rate": 0.94, "swings": 2.0}
+    metrics = {
+        "learned": True,
+        "rollouts_to_first": 38,
+        "rollouts_to_proof": 41,
+        "frozen_caught_rate": 0.94,
+        "swings": 2.0,
+    }
     return {
         "settings": {"grid": grid, "actions_m_s2": [-8.0, -4.0, 0.0, 4.0, 8.0], "alpha": 0.7},
         "game": GAME,

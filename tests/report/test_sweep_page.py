@@ -46,8 +46,8 @@ def _text(page: str) -> str:
 
 def test_runs_are_grouped_by_what_differs_but_the_seed(explorations):
     found = ensemble(explorations, "learn", ())
-    assert found.differs == "learn/exploration"
-    assert [group.label for group in found.groups] == ["harmonic", "epsilon_greedy"]
+    assert found.differs == "learn/learner"
+    assert [group.label for group in found.groups] == ["sarsa", "epsilon_greedy"]
     assert [[member.seed for member in group.members] for group in found.groups] == [[str(n) for n in range(20)]] * 2
 
 
@@ -68,18 +68,18 @@ def test_a_log_that_runs_share_counts_once_under_what_they_agree_on(transfers):
 
 def test_figures_intervals_and_ratios_are_told(exploration_page, explorations):
     text = _text(exploration_page)
-    values = [group.figures("rollouts_to_learn") for group in ensemble(explorations, "learn", ()).groups]
+    values = [group.figures("rollouts_to_proof") for group in ensemble(explorations, "learn", ()).groups]
     for group in values:
         assert f"{group.mean():.3g}" in text
     assert f"{values[1].mean() / values[0].mean():.3g}" in text
-    for title in ("rollouts, mean", "rollouts, median", "rollouts, 90 %", "ratio of means", "soonest found by search"):
+    for title in ("to proof, mean", "to proof, median", "to proof, 90 %", "ratio of means", "soonest found by search"):
         assert title in text
     assert "1.31 s" in text
-    assert "Against harmonic" in text
+    assert "Against sarsa" in text
 
 
 def test_failures_are_listed_by_seed(exploration_page):
-    assert "Failed (epsilon_greedy): seed 3." in _text(exploration_page)
+    assert "Unproven (epsilon_greedy): seed 3." in _text(exploration_page)
 
 
 def test_every_body_has_its_line_and_the_last_line_is_the_mean(transfer_page):

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from kendama_cli.artifacts.policy import policy_digest
-from kendama_cli.learning.task_settings import DartEngine, RailEngine
+from kendama_cli.learning.task_settings import DartEngine
 from kendama_cli.simulation.swingup.arm import ArmSwing
 from kendama_cli.stages.interface import Made
 from kendama_cli.stages.learn.stage import Learn
@@ -17,7 +17,7 @@ IN_DART = "simulation/validation=dart"
 QUICK = {"count__evaluation": 20}
 
 
-def learn(ctx: MemoryContext, name: str = "sarsa", **replaced: object) -> Made:
+def learn(ctx: MemoryContext, name: str = "easy", **replaced: object) -> Made:
     return Learn(learn=learn_settings(name, **{**QUICK, **replaced}), game=game_settings()).run({}, ctx)
 
 
@@ -33,8 +33,12 @@ def test_it_learns_the_swing_up_from_nothing(whole):
     made, ctx = whole
     metrics = made.metrics
     assert metrics["learned"] is True
-    assert 1 <= metrics["rollouts_to_learn"] <= 59
-    assert metrics["rollouts_to_learn"] <= metrics["rollouts"] < 1000
+    assert 1 <= metrics["rollouts_to_first"] <= 59
+    assert metrics["rollouts_to_first"] <= metrics["rollouts"] < 1000
+    assert metrics["proven"] is True
+    assert metrics["rollouts_to_proof"] == metrics["rollouts"] - 80
+    assert metrics["chance_rate"] > 0.05
+    assert any("chance solves the task 'easy'" in warning for warning in made.warnings)
     assert metrics["frozen_success_rate"] >= 0.95, "1.0 on each of the 21; 0.95 is the worst of seeds 800..999"
     assert metrics["peak_displacement_m"] <= 0.4 + 1e-4
     assert 3 <= metrics["swings"] <= 4
@@ -46,7 +50,7 @@ def test_it_learns_the_swing_up_from_nothing(whole):
 def test_the_ten_rollouts_that_count_as_learned_are_greedy_successes(whole):
     made, ctx = whole
     rollouts = [message for topic, _, message in ctx.log.messages if topic == "/learn/rollout"]
-    streak = [message for message in rollouts[made.metrics["rollouts_to_learn"] - 1 :] if not message.explored][:10]
+    streak = [message for message in rollouts[made.metrics["rollouts_to_first"] - 1 :] if not message.explored][:10]
     assert len(streak) == 10
     assert all(message.success for message in streak)
 
@@ -84,35 +88,41 @@ def test_another_seed_learns_another_table(whole):
 
 
 def test_reaching_the_cap_without_learning_ends_normally():
-    metrics = learn(MemoryContext(seed=0), count__cap=12, goal__angle_deg=179.0, goal__tolerance_deg=0.01).metrics
+    made = learn(MemoryContext(seed=0), count__cap=12, goal__angle_deg=179.0, goal__tolerance_deg=0.01)
+    metrics = made.metrics
+    assert made.warnings == (
+        "the swing-up is unproven: no 80 successes in a row within 12 rollouts; what is handed over is the policy with "
+        "the longest streak",
+    )
     assert metrics["learned"] is False
-    assert metrics["rollouts_to_learn"] == 12
+    assert metrics["rollouts_to_first"] == 12
     assert metrics["frozen_success_rate"] == 0.0
     assert metrics["swings"] is None
     assert metrics["time_to_goal_s"] is None
+    assert metrics["proven"] is False
+    assert metrics["rollouts_to_proof"] == 12
 
 
-@pytest.mark.parametrize(
-    ("name", "mean", "largest"),
-    # seeds 0..199: limit mean 8.6, p90 21, largest 59; terminate mean 28.8, p90 65, largest 99; none failed, frozen
-    # success at least 0.95 and above 0.99 in the mean; the mean's bound is three standard errors of six seeds above
-    [("sarsa", 20, 60), ("terminate", 60, 100)],
-)
-def test_rollouts_to_learn_stay_within_the_measured_distribution(name, mean, largest):
-    every = [learn(MemoryContext(seed), name, count__evaluation=50).metrics for seed in range(1000, 1006)]
-    counts = [metrics["rollouts_to_learn"] for metrics in every]
-    assert all(metrics["learned"] for metrics in every)
-    assert np.mean(counts) < mean
-    assert max(counts) < largest
-    assert np.mean([metrics["frozen_success_rate"] for metrics in every]) >= 0.98
+def test_the_honest_task_is_learned_where_the_null_model_and_the_pump_do_not_solve_it():
+    """Six seeds that nothing was tuned on; the bounds are told in docs/figures.md."""
+    every = [learn(MemoryContext(seed), "hard", count__evaluation=50).metrics for seed in range(1000, 1006)]
+    assert np.mean([metrics["rollouts_to_proof"] for metrics in every]) < 450
+    assert sum(metrics["proven"] for metrics in every) >= 5
+    assert np.mean([metrics["frozen_caught_rate"] for metrics in every]) >= 0.95
+    assert every[0]["chance_rate"] <= 0.01
+    for name in ("lucky", "pump"):
+        settings = learn_settings("hard", f"learn/learner={name}", count__cap=150, count__evaluation=50)
+        null = Learn(learn=settings, game=game_settings()).run({}, MemoryContext(0)).metrics
+        assert null["proven"] is False
 
 
-@pytest.mark.parametrize("name", ["sarsa", "terminate"])
+@pytest.mark.parametrize("name", ["easy", "hard"])
 def test_the_cup_is_inside_in_the_ten_rollouts_that_count_and_in_all_after(name):
     ctx = MemoryContext(seed=5)
     learn(ctx, name, count__evaluation=1)
     rollouts = [message for topic, _, message in ctx.log.messages if topic == "/learn/rollout"]
-    assert max(message.peak_displacement_m for message in rollouts[-10:]) <= 0.4 + 1e-9
+    inside = learn_settings(name).workspace.half_width_m
+    assert max(message.peak_displacement_m for message in rollouts[-10:]) <= inside + 1e-4
 
 
 @pytest.mark.parametrize(
@@ -129,16 +139,15 @@ def test_every_update_and_trace_learns_the_swing_up(replaced):
     """Bounds: the worst of the seeds 6 and 10000..10019 over the four (largest 88, 42, 22 and 28)."""
     metrics = learn(MemoryContext(seed=6), count__evaluation=20, **replaced).metrics
     assert metrics["learned"] is True
-    assert metrics["rollouts_to_learn"] <= 88
+    assert metrics["rollouts_to_first"] <= 88
     assert metrics["frozen_success_rate"] >= 0.95
 
 
-def test_the_papers_own_setting_learns_too():
-    """Bounds: the largest of seeds 10000..10049, and the worst of 1 and 10000..10019 with 100 evaluated rollouts."""
-    metrics = learn(MemoryContext(seed=1), "paper", count__evaluation=100).metrics
-    assert metrics["learned"] is True
-    assert metrics["rollouts_to_learn"] <= 168
-    assert metrics["frozen_success_rate"] >= 0.96
+def test_the_papers_own_setting_gives_numbers_whether_it_is_proven_or_not():
+    metrics = learn(MemoryContext(seed=1), "paper", count__cap=60, count__evaluation=10).metrics
+    assert metrics["rollouts"] <= 60
+    assert 0.0 <= metrics["frozen_caught_rate"] <= 1.0
+    assert metrics["chance_rate"] < 0.1
 
 
 def test_what_is_learned_on_the_rail_may_be_validated_with_the_whole_arm(monkeypatch):
@@ -148,13 +157,13 @@ def test_what_is_learned_on_the_rail_may_be_validated_with_the_whole_arm(monkeyp
     start = ArmSwing.start
     monkeypatch.setattr(ArmSwing, "start", lambda swing, state: (starts.append(state), start(swing, state))[1])
     alone, both = (
-        Learn(learn=learn_settings("sarsa", *choice, **quick), game=game_settings()) for choice in ((), (IN_DART,))
+        Learn(learn=learn_settings("easy", *choice, **quick), game=game_settings()) for choice in ((), (IN_DART,))
     )
     rail, arm = MemoryContext(4), MemoryContext(4)
-    learned_at = alone.run({}, rail).metrics["rollouts_to_learn"]
+    learned_at = alone.run({}, rail).metrics["rollouts_to_first"]
     assert not starts
     metrics = both.run({}, arm).metrics
-    assert metrics["rollouts_to_learn"] == learned_at
+    assert metrics["rollouts_to_first"] == learned_at
     assert len(starts) >= 3
     first = learned_at + 9
     told = [[m for topic, _, m in one.log.messages if topic == "/learn/rollout"][:first] for one in (rail, arm)]
@@ -162,7 +171,7 @@ def test_what_is_learned_on_the_rail_may_be_validated_with_the_whole_arm(monkeyp
 
 
 def test_only_an_engine_that_needs_the_robot_has_it_in_the_key():
-    assert isinstance(learn_settings("sarsa", IN_DART).validation.engine, DartEngine)
-    assert isinstance(learn_settings().validation.engine, RailEngine)
-    assert learn_settings() == learn_settings("sarsa", "robot=iiwa")
-    assert learn_settings("sarsa", IN_DART) != learn_settings("sarsa", IN_DART, "robot=iiwa")
+    assert isinstance(learn_settings("easy", IN_DART).validation.engine, DartEngine)
+    assert learn_settings().validation.engine is None
+    assert learn_settings() == learn_settings("easy", "robot=iiwa")
+    assert learn_settings("easy", IN_DART) != learn_settings("easy", IN_DART, "robot=iiwa")

@@ -53,7 +53,7 @@ def _short(policy: PolicyArtifact) -> PolicyArtifact:
 
 
 def _of_another_learner(policy: PolicyArtifact) -> PolicyArtifact:
-    return PolicyArtifact.seal("harmonic_search", json.loads(policy.meaning), {"harmonic": np.zeros(3)})
+    return PolicyArtifact.seal("lucky", json.loads(policy.meaning), {"harmonic": np.zeros(3)})
 
 
 @pytest.mark.parametrize(
@@ -62,8 +62,8 @@ def _of_another_learner(policy: PolicyArtifact) -> PolicyArtifact:
         (_changed, "the policy of the stage 'learn' is damaged: its digest is"),
         (_short, r"cannot be acted by: the table has shape \(323, 5\); the configuration 'learn' needs \(324, 5\)"),
         (_other_goal, r"another configuration \(learn.goal.angle_deg is 130.0, it was 120.0\)"),
-        (_of_another_learner, "is one of learner 'harmonic_search'; the configuration has learn.learner.kind 'table'"),
-        (lambda policy: PolicyArtifact.seal(policy.kind, {}, {"q": policy.array("q")}), "another configuration"),
+        (_of_another_learner, "is one of task 'easy', learned by 'lucky'; the configuration has task 'easy' and lear"),
+        (lambda policy: PolicyArtifact.seal(policy.kind, {}, {"q": policy.array("q")}), "is one of task 'unknown'"),
     ],
     ids=["digest", "shape", "goal", "learner", "nothing"],
 )

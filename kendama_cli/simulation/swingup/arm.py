@@ -13,6 +13,7 @@ from kendama_cli.physics.taut_rope import TautRope
 from kendama_cli.settings.game import GameSettings
 from kendama_cli.settings.robot import RobotSettings
 from kendama_cli.simulation.dart.world import STEP_S, ArmWorld
+from kendama_cli.simulation.dart.world_errors import WorldErrors
 from kendama_cli.simulation.placement.placement import CupLine
 from kendama_cli.simulation.swingup import line_kernel
 
@@ -43,6 +44,7 @@ class ArmSwing:
         curve = self._line.curve
         self._pieces, self._first_m, self._knot_m = curve.coefficients, curve.start, curve.step
         self._home_x_m = float(self._line.home_m[0])
+        self._game = game
         self._stretched = TautRope.hanging(game)
         self._cup = np.zeros(2)
         self._motion = np.zeros((steps, 3, len(self._world.arm.joint_names)))
@@ -81,6 +83,16 @@ class ArmSwing:
         """The rope's pull in the step that led here [N]."""
         return self._world.ball.tension_n
 
+    @property
+    def in_cup(self) -> bool:
+        """Whether the ball lies in the cup."""
+        return self._world.ball.is_caught()
+
+    def take_on(self, rope_scale: float, drag_scale: float) -> None:
+        """From the next ``start`` on the rope is so many times as long, and the air's drag so many times as large."""
+        self._world.perturb(WorldErrors(rope_scale=rope_scale, drag_scale=drag_scale))
+        self._stretched = TautRope.hanging(self._game, rope_scale)
+
     def check_finite(self, t_s: float) -> None:
         """Nothing is left to check: ``step`` has raised SimulationError where arm or ball have left their domain."""
 
@@ -100,5 +112,5 @@ def _reach_m(settings: LearnSettings) -> float:
     workspace = settings.workspace
     if workspace.kind == "limit":
         return workspace.half_width_m + MARGIN_M
-    weaker = min(-settings.actions_m_s2[0], settings.actions_m_s2[-1])
+    weaker = min(-settings.actions_m_s2[0], settings.actions_m_s2[-1], settings.goal.catch_acceleration_m_s2)
     return workspace.half_width_m + workspace.max_speed_m_s**2 / (2.0 * weaker) + MARGIN_M

@@ -1,4 +1,4 @@
-"""Rollouts in compiled code: from one decision to the next, and the flight after the goal."""
+"""Rollouts in compiled code: from one decision to the next, and the flight after the release."""
 
 from __future__ import annotations
 
@@ -29,22 +29,25 @@ class CompiledRollouts:
         self.swing = CompiledRail(game, settings.step_s)
         self._rules = Rules.of(settings, game)
         self._packed = self._rules.packed()
-        self._catch_m_s2 = float(settings.goal.catch_acceleration_m_s2)
-        self._n_steps = max(1, round(settings.rollout_s / settings.step_s))
 
     def roll_out(self, actor: Actor, noise: RolloutNoise) -> SimulatedRollout:
         """One rollout, as SwingUpEnvironment.roll_out."""
-        swing, step_s = self.swing, self._rules.physics.step_s
-        rules, edges = self._packed
-        if noise.workspace_scale != 1.0:
-            rules, edges = Rules.of(self._settings.with_workspace_scale(noise.workspace_scale), self._game).packed()
+        swing, nominal, (rules, edges) = self.swing, self._rules, self._packed
+        swing.take_on(noise.rope_scale, noise.drag_scale)
+        if (noise.workspace_scale, noise.rope_scale, noise.drag_scale) != (1.0, 1.0, 1.0):
+            scaled = self._settings.with_workspace_scale(noise.workspace_scale)
+            nominal = Rules.of(scaled, self._game, noise.rope_scale, noise.drag_scale)
+            rules, edges = nominal.packed()
+        step_s = nominal.physics.step_s
         errors = np.array([noise.angle_rad, noise.rate_rad_s], dtype=np.float64)
         swing.start(SwingState(noise.start_position_m, 0.0, noise.start_angle_rad, 0.0))
-        s, tally, reading = swing.numbers, np.zeros(3), np.array(self.state())
+        s, tally, reading = swing.numbers, np.zeros(kernel.TALLY), np.array(self.state())
         reading[2] += errors[0, 0]
         reading[3] += errors[1, 0]
-        k, decisions, end = 0, 0, kernel.DUE
+        k, decisions, end, delay = 0, 0, kernel.DUE, noise.delay_steps
+        wanted, gain = 0.0, 1.0
         while end == kernel.DUE:
+            before, gain_before = wanted, gain
             wanted = float(actor.act(SwingState(*reading.tolist()), k * step_s))
             gain, decisions = float(noise.gain[decisions]), decisions + 1
             k, end = kernel.hold(
@@ -55,6 +58,9 @@ class CompiledRollouts:
                 k,
                 wanted,
                 gain,
+                before,
+                gain_before,
+                delay,
                 actor.next_look_s,
                 rules,
                 edges,
@@ -62,15 +68,19 @@ class CompiledRollouts:
         swing.read()
         duration_s = k * step_s
         swing.check_finite(duration_s)
-        peak_m, half_swings, _ = tally.tolist()
-        return SimulatedRollout(ENDS[end], duration_s, peak_m, int(half_swings), self.state(), swing.tension_n)
+        final, outcome = self.state(), ENDS[end]
+        catch = self._catch(nominal) if outcome == "goal" else None
+        if nominal.aim.caught and catch is not None and not catch.caught:
+            outcome = "missed"
+        return SimulatedRollout(outcome, duration_s, float(tally[0]), int(tally[1]), final, catch)
 
-    def catch(self) -> Catch:
-        """The free flight after the goal, as SwingUpEnvironment.catch."""
-        rules = self._rules
-        steps = kernel.fly(self.swing.numbers, self._n_steps, self._catch_m_s2, rules.physics, rules.limits)
+    def _catch(self, rules: Rules) -> Catch:
+        """The flight, as SwingUpEnvironment.fly."""
+        s, physics, aim = self.swing.numbers, rules.physics, rules.aim
+        steps = kernel.fly(s, kernel.LONGEST_FLIGHT, aim.catch_acceleration_m_s2, physics, rules.catch)
+        caught = kernel.falls_in(s, aim.mouth_m, physics, rules.catch)
         self.swing.read()
-        return Catch(miss_m=abs(self.swing.across_m), duration_s=steps * rules.physics.step_s)
+        return Catch(miss_m=abs(self.swing.across_m), duration_s=steps * physics.step_s, caught=bool(caught))
 
     def state(self) -> SwingState:
         """The true plain state now."""

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Callable
 from typing import Protocol
 
 from kendama_cli.learning.state import SwingState
@@ -31,6 +33,13 @@ class SwingEngine(Protocol):
     def tension_n(self) -> float:
         """The rope's pull in the step that led here [N]; 0 where it is slack."""
 
+    @property
+    def in_cup(self) -> bool | None:
+        """Whether the ball lies in the cup; None in an engine in which they do not touch."""
+
+    def take_on(self, rope_scale: float, drag_scale: float) -> None:
+        """From the next ``start`` on the rope is so many times as long, and the air's drag so many times as large."""
+
     def start(self, state: SwingState) -> None:
         """Begin at ``state`` with the rope stretched as by the hanging ball."""
 
@@ -45,3 +54,13 @@ def rate(swing: SwingEngine) -> float:
     """The ball's angular velocity about the tie point [rad/s]."""
     across, above = swing.across_m, swing.above_m
     return (above * -swing.across_m_s + across * swing.above_m_s) / (across * across + above * above)
+
+
+def state_of(swing: SwingEngine) -> SwingState:
+    """The true plain state now."""
+    angle = math.atan2(swing.across_m, -swing.above_m)
+    return SwingState(swing.x_m, swing.velocity_m_s, angle, rate(swing))
+
+
+StepCallback = Callable[[float, SwingEngine, float], None]
+"""Called with the time, the engine and the cup's acceleration after every time step."""

@@ -11,24 +11,25 @@ from numpy.typing import NDArray
 from kendama_cli.errors import SimulationError
 from kendama_cli.learning.decision import ROUNDING_S
 from kendama_cli.learning.half_swings import TURN_RAD_S
+from kendama_cli.learning.limiter import BrakingLimiter
 from kendama_cli.learning.settings import LearnSettings
 from kendama_cli.learning.state import SwingState
 from kendama_cli.physics.taut_rope import TautRope
 from kendama_cli.settings.game import GameSettings
 from kendama_cli.simulation.swingup import rail_kernel as kernel
-from kendama_cli.simulation.swingup.workspace import limiter
+from kendama_cli.simulation.swingup.workspace import catch_limiter, limiter, mouth_m
 
 
-def physics(game: GameSettings, step_s: float) -> kernel.Physics:
+def physics(game: GameSettings, step_s: float, rope_scale: float = 1.0, drag_scale: float = 1.0) -> kernel.Physics:
     """The constants of the dynamics; the mass is inverted as DART inverts a matrix with it on the diagonal."""
     mass = game.ball.mass_kg
-    rope, (linear, quadratic) = TautRope.of(game), game.drag
+    rope, (linear, quadratic) = TautRope.of(game, rope_scale), (drag_scale * one for one in game.drag)
     cup, (_, floor_rad, rim_rad) = rope.cup, rope.turns_rad
     return kernel.Physics(
         step_s=step_s,
         weight_n=game.gravity_m_s2 * mass,
         per_mass=mass * mass * (1.0 / (mass * (mass * mass))),
-        length_m=game.rope.length_m,
+        length_m=rope.length_m,
         stiffness_n_m=game.rope.stiffness_n_m,
         damping_n_s_m=game.rope.damping_n_s_m,
         drag_n_s_m=linear,
@@ -52,31 +53,30 @@ class Rules:
 
     physics: kernel.Physics
     limits: kernel.Limits
+    catch: kernel.Limits
     aim: kernel.Aim
     bins: kernel.Bins
 
     @classmethod
-    def of(cls, settings: LearnSettings, game: GameSettings) -> Rules:
-        """The constants of ``settings`` as the compiled code takes them."""
-        goal, grid, limits = settings.goal, settings.grid, limiter(settings)
+    def of(cls, settings: LearnSettings, game: GameSettings, rope_scale: float = 1.0, drag_scale: float = 1.0) -> Rules:
+        """The constants of ``settings`` as the compiled code takes them, on such a rope in such an air."""
+        goal, grid = settings.goal, settings.grid
         nearest = math.radians(goal.angle_deg - goal.tolerance_deg)
         return cls(
-            physics(game, settings.step_s),
-            kernel.Limits(
-                half_width_m=float(limits.half_width_m),
-                max_speed_m_s=float(limits.max_speed_m_s),
-                braking_m_s2=float(limits.braking_m_s2),
-                largest_m_s2=float(limits.largest_m_s2),
-                edge_m=float(settings.workspace.half_width_m) if settings.workspace.kind == "terminate" else math.inf,
-            ),
+            physics(game, settings.step_s, rope_scale, drag_scale),
+            _limits(limiter(settings), settings),
+            _limits(catch_limiter(settings), settings),
             kernel.Aim(
                 nearest_rad=nearest,
                 farthest_rad=math.radians(goal.angle_deg + goal.tolerance_deg),
                 slowest_rad_s=float(goal.slowest_rad_s),
                 fastest_rad_s=float(goal.fastest_rad_s),
-                catchable=goal.catchable,
+                catchable=goal.success == "catchable",
+                caught=goal.success == "caught",
+                slack_steps=float(max(1, round(goal.slack_s / settings.step_s))),
                 landing_limit_m=float(goal.landing_limit_m),
                 catch_acceleration_m_s2=float(goal.catch_acceleration_m_s2),
+                mouth_m=mouth_m(game),
                 lowest_m=0.0 if nearest >= 0.5 * math.pi else -math.inf,
                 turn_rad_s=TURN_RAD_S,
             ),
@@ -97,6 +97,16 @@ class Rules:
         return kernel.packed(self.physics, self.limits, self.aim, self.bins)
 
 
+def _limits(limits: BrakingLimiter, settings: LearnSettings) -> kernel.Limits:
+    return kernel.Limits(
+        half_width_m=float(limits.half_width_m),
+        max_speed_m_s=float(limits.max_speed_m_s),
+        braking_m_s2=float(limits.braking_m_s2),
+        largest_m_s2=float(limits.largest_m_s2),
+        edge_m=float(settings.workspace.half_width_m) if settings.workspace.kind == "terminate" else math.inf,
+    )
+
+
 class CompiledRail:
     """The cup accelerates as commanded, the rope's force and drag act on the ball (docs/equations.md eq. 1).
 
@@ -105,10 +115,15 @@ class CompiledRail:
     """
 
     def __init__(self, game: GameSettings, step_s: float) -> None:
-        self._physics = physics(game, step_s)
-        self._stretched = TautRope.hanging(game)
+        self._game, self._step_s = game, step_s
+        self.take_on(1.0, 1.0)
         self.numbers: NDArray[np.float64] = np.zeros(8)
         self.start(SwingState(0.0, 0.0, 0.0, 0.0))
+
+    def take_on(self, rope_scale: float, drag_scale: float) -> None:
+        """From the next ``start`` on the rope is so many times as long, and the air's drag so many times as large."""
+        self._physics = physics(self._game, self._step_s, rope_scale, drag_scale)
+        self._stretched = TautRope.hanging(self._game, rope_scale)
 
     def start(self, state: SwingState) -> None:
         """Put cup and ball into ``state`` with the rope stretched as by the hanging ball."""
@@ -146,6 +161,11 @@ class CompiledRail:
     def tension_n(self) -> float:
         """The rope's pull in the step that led here [N]."""
         return math.hypot(self.numbers[6], self.numbers[7])
+
+    @property
+    def in_cup(self) -> None:
+        """None: nothing touches on the rail, so that the ball falls through the cup."""
+        return
 
     def check_finite(self, t_s: float) -> None:
         """Raises SimulationError where the state is no longer finite, or far beyond any rope's stretch."""

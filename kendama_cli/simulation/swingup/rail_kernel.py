@@ -24,9 +24,12 @@ Record = Any
 """An array of one record of the type ``RULES``: the record alone takes ten times as long to hand over."""
 
 DUE, GOAL, OUTSIDE, TIMEOUT = 0, 1, 2, 3
-"""How ``hold`` ends: a decision is due, or the rollout is over."""
-PEAK, HALF_SWINGS, TOWARDS = 0, 1, 2
-"""Places in a rollout's tally: largest |x|, half-swings, the direction (-1, 0, 1) of the present one."""
+"""How ``hold`` ends: a decision is due, or the swing-up is over (GOAL: in the window, or released there)."""
+PEAK, HALF_SWINGS, TOWARDS, SLACK = 0, 1, 2, 3
+"""Places in a rollout's tally: largest |x|, half-swings, direction (-1, 0, 1) of the present one, slack steps."""
+TALLY = 4
+LONGEST_FLIGHT = 1000
+"""Steps after which a flight is given up."""
 
 
 class Physics(NamedTuple):
@@ -70,8 +73,11 @@ class Aim(NamedTuple):
     slowest_rad_s: float
     fastest_rad_s: float
     catchable: bool
+    caught: bool
+    slack_steps: float
     landing_limit_m: float
     catch_acceleration_m_s2: float
+    mouth_m: float
     lowest_m: float
     turn_rad_s: float
 
@@ -187,7 +193,7 @@ def limit(command: float, x_m: float, velocity_m_s: float, h: float, w: Limits) 
 
 @compiled
 def reached(s: Array, p: Physics, aim: Aim) -> bool:  # noqa: PLR0911 - returns early, for it runs in every step
-    """Whether ``s`` is the goal."""
+    """Whether ``s`` lies in the window and, where that is asked for, a catch from there is predicted."""
     if s[2] < aim.lowest_m:
         return False
     phi, rate = math.atan2(s[1] - s[0], -s[2]), turning(s)
@@ -271,7 +277,13 @@ def _advance(  # noqa: PLR0917
     if rate * tally[TOWARDS] < aim.turn_rad_s and abs(rate) > aim.turn_rad_s:
         tally[TOWARDS] = 1.0 if rate > 0.0 else -1.0
         tally[HALF_SWINGS] += 1.0
-    return GOAL if reached(s, p, aim) else DUE
+    if not reached(s, p, aim):
+        tally[SLACK] = 0.0
+        return DUE
+    if not aim.caught:
+        return GOAL
+    tally[SLACK] = tally[SLACK] + 1.0 if s[6] == 0.0 and s[7] == 0.0 else 0.0
+    return GOAL if tally[SLACK] >= aim.slack_steps else DUE
 
 
 @compiled
@@ -283,11 +295,16 @@ def hold(  # noqa: PLR0917
     k: int,
     command: float,
     gain: float,
+    before: float,
+    gain_before: float,
+    delay: int,
     look_s: float,
     rules: Record,
     edges: Array,
 ) -> tuple[int, int]:
     """Hold ``command``, decided in step ``k`` on ``reading``, until the next decision is due; its step, and the end.
+
+    It takes effect after ``delay`` steps; until then the one ``before`` does.
 
     ``reading`` (cup x, its velocity, angle, rate) is overwritten by the one that makes the decision due: not before
     ``look_s`` the first in another bin, or after the longest time. ``errors`` (2, steps) are those of angle and rate;
@@ -308,9 +325,12 @@ def hold(  # noqa: PLR0917
     )
     angle_errors, rate_errors = errors
     here = row(reading[0], reading[1], reading[2], reading[3], bins)
-    chosen_s = k * p.step_s
+    chosen_s, effective = k * p.step_s, k + delay
     while True:
-        end = _advance(s, tally, command, gain, p, w, aim)
+        if k < effective:
+            end = _advance(s, tally, before, gain_before, p, w, aim)
+        else:
+            end = _advance(s, tally, command, gain, p, w, aim)
         k += 1
         if end != DUE:
             return k, end
@@ -328,9 +348,9 @@ def hold(  # noqa: PLR0917
 
 @compiled
 def fly(s: Array, at_most: int, largest_m_s2: float, p: Physics, w: Limits) -> int:
-    """The free flight after the goal, the cup heading for the landing; the number of steps it took."""
+    """The flight after the goal, rope and air included, the cup heading for the landing; the steps that it took."""
     steps = 0
-    while steps < at_most:
+    while steps < at_most and abs(s[0]) <= w.edge_m:
         across, across_rate = s[1] - s[0], s[4] - s[3]
         time_s = _fall_s(s[2], s[5], p)
         if time_s <= 0.5 * p.step_s:
@@ -340,6 +360,13 @@ def fly(s: Array, at_most: int, largest_m_s2: float, p: Physics, w: Limits) -> i
         step(s, limit(wanted, s[0], s[3], p.step_s, w), p)
         steps += 1
     return steps
+
+
+@compiled
+def falls_in(s: Array, mouth_m: float, p: Physics, w: Limits) -> bool:
+    """Whether a flight that ended at ``s`` ended in the cup's mouth, from above, with the cup where it may be."""
+    here = abs(s[2] - p.rim_m) <= p.step_s * abs(s[5])
+    return bool(here and s[5] < 0.0 and abs(s[1] - s[0]) < mouth_m and abs(s[0]) <= w.edge_m)
 
 
 @compiled
@@ -355,9 +382,13 @@ def play(swings: Array, commands: Array, steps: int, p: Physics) -> None:
 
 @compiled
 def spread(  # noqa: PLR0917 - plain arrays, as compiled code takes them
-    swings: Array, tallies: Array, commands: Array, steps: Array, p: Physics, w: Limits, aim: Aim
+    swings: Array, tallies: Array, commands: Array, steps: Array, p: Physics, w: Limits, catch: Limits, aim: Aim
 ) -> tuple[Array, Array]:
-    """Hold commands[i] from swings[i] for steps[i], in place; for each how it ended and after how many steps."""
+    """Hold commands[i] from swings[i] for steps[i], in place; for each how it ended and after how many steps.
+
+    Where the ball has to be caught, a release that is followed by none ends as OUTSIDE does. ``catch`` are the limits
+    of the flight.
+    """
     ends = np.zeros(len(swings), np.int64)
     taken = steps.copy()
     for i in range(len(swings)):
@@ -365,6 +396,11 @@ def spread(  # noqa: PLR0917 - plain arrays, as compiled code takes them
             ends[i] = _advance(swings[i], tallies[i], commands[i], 1.0, p, w, aim)
             if ends[i] != DUE:
                 taken[i] = k + 1
+                if ends[i] == GOAL and aim.caught:
+                    flown = swings[i].copy()
+                    fly(flown, LONGEST_FLIGHT, aim.catch_acceleration_m_s2, p, catch)
+                    if not falls_in(flown, aim.mouth_m, p, catch):
+                        ends[i] = OUTSIDE
                 break
     return ends, taken
 
@@ -389,14 +425,15 @@ def _load() -> None:
     cup = (0.049, 0.0, 0.049, 0.049, 0.049, 0.119, 3.0, 3.0)
     p = Physics(0.002, 0.5, 20.0, 0.4, 2000.0, 2.0, 0.0, 4e-4, 9.81, 0.07, *cup)
     w = Limits(0.4, 2.0, 7.0, 8.0, math.inf)
-    aim = Aim(2.0, 2.5, 1.0, 6.0, True, 0.4, 9.0, 0.0, 0.5)
+    aim = Aim(2.0, 2.5, 1.0, 6.0, True, False, 5.0, 0.4, 9.0, 0.02, 0.0, 0.5)
     bins = Bins(False, False, np.zeros(1), np.zeros(1), np.zeros(1), 18, 3.0, 0.1)
-    s, tally = np.array([0.0, 0.0, -0.4, 0.0, 0.0, 0.0, 0.0, 0.0]), np.zeros(3)
+    s, tally = np.array([0.0, 0.0, -0.4, 0.0, 0.0, 0.0, 0.0, 0.0]), np.zeros(TALLY)
     step(s, 0.0, p)
     turning(s)
-    hold(s, tally, np.zeros(4), np.zeros((2, 2)), 0, 0.0, 1.0, 0.02, *packed(p, w, aim, bins))
+    hold(s, tally, np.zeros(4), np.zeros((2, 2)), 0, 0.0, 1.0, 0.0, 1.0, 0, 0.02, *packed(p, w, aim, bins))
     fly(s, 1, 9.0, p, w)
-    spread(s[None].copy(), tally[None].copy(), np.zeros(1), np.ones(1, np.int64), p, w, aim)
+    falls_in(s, 0.02, p, w)
+    spread(s[None].copy(), tally[None].copy(), np.zeros(1), np.ones(1, np.int64), p, w, w, aim)
 
 
 _load()

@@ -28,13 +28,29 @@ class RolloutNoise:
     """Factor on the acceleration of each action."""
     workspace_scale: float = 1.0
     """Factor on the size of the workspace, see LearnSettings.with_workspace_scale."""
+    rope_scale: float = 1.0
+    """Factor on the rope's length."""
+    drag_scale: float = 1.0
+    """Factor on the air's drag."""
+    delay_steps: int = 0
+    """Time steps after which an action takes effect."""
+
+
+@dataclass(frozen=True)
+class Catch:
+    """The flight after the swing-up: where the ball came down beside the cup's axis, and whether into the cup."""
+
+    miss_m: float
+    duration_s: float
+    caught: bool
 
 
 @dataclass(frozen=True)
 class SimulatedRollout:
-    """How a rollout went; ``final`` is the true state at its end, ``tension_n`` the rope's pull in its last step.
+    """How a rollout went; ``final`` is the true state at the end of the swing-up, which took ``duration_s``.
 
-    ``half_swings`` is what count_half_swings gives for the ball's true rates.
+    ``half_swings`` is what count_half_swings gives for the ball's true rates. ``catch`` is the flight that followed,
+    None where the ball was not released (or the goal not reached).
     """
 
     outcome: Outcome
@@ -42,12 +58,14 @@ class SimulatedRollout:
     peak_displacement_m: float
     half_swings: int
     final: SwingState
-    tension_n: float
+    catch: Catch | None = None
 
+    @property
+    def success(self) -> bool:
+        """Whether the rollout did what the task asks for."""
+        return self.outcome == "goal"
 
-@dataclass(frozen=True)
-class Catch:
-    """How the free flight after the goal went, without contact: distance of ball and cup at the rim plane."""
-
-    miss_m: float
-    duration_s: float
+    @property
+    def caught(self) -> bool:
+        """Whether the ball came down into the cup."""
+        return self.catch is not None and self.catch.caught

@@ -1,12 +1,13 @@
-"""The limiter that ``learn.workspace`` asks for, in the simulation: its cup obeys at once."""
+"""The limiters that ``learn.workspace`` asks for, in the simulation: its cup obeys at once."""
 
 from __future__ import annotations
 
 import math
 
-from kendama_cli.learning.limiter import BrakingLimiter
+from kendama_cli.learning.limiter import BRAKING_SHARE, BrakingLimiter
 from kendama_cli.learning.settings import LearnSettings
 from kendama_cli.learning.task_settings import LimitedWorkspace
+from kendama_cli.settings.game import GameSettings
 
 
 def limiter(settings: LearnSettings) -> BrakingLimiter:
@@ -21,3 +22,22 @@ def limiter(settings: LearnSettings) -> BrakingLimiter:
         largest_m_s2=largest,
         period_s=settings.step_s,
     )
+
+
+def catch_limiter(settings: LearnSettings) -> BrakingLimiter:
+    """Keeps place and speed within ``learn.workspace`` after the release, whatever leaving it means before."""
+    workspace = settings.workspace
+    limited = limiter(settings)
+    weaker = min(settings.largest_action_m_s2, settings.goal.catch_acceleration_m_s2)
+    return BrakingLimiter(
+        half_width_m=workspace.half_width_m,
+        max_speed_m_s=workspace.max_speed_m_s,
+        braking_m_s2=limited.braking_m_s2 if isinstance(workspace, LimitedWorkspace) else BRAKING_SHARE * weaker,
+        largest_m_s2=limited.largest_m_s2,
+        period_s=settings.step_s,
+    )
+
+
+def mouth_m(game: GameSettings) -> float:
+    """How far from the cup's axis the ball's centre may come down [m]."""
+    return game.cup.radius_m - game.ball.radius_m

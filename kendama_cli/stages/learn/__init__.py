@@ -9,7 +9,10 @@ from kendama_cli.stages.learn.messages import TOPICS
 STAGE = StageDeclaration(
     name="learn",
     title="Swing-up without prior knowledge",
-    lead=("SARSA(λ) learns from nothing to swing the ball up, driven by random harmonic motions while it explores."),
+    lead=(
+        "A learner (SARSA(λ), driven by random harmonic motions while it explores) learns from nothing to swing the "
+        "ball up, to release it and to catch it."
+    ),
     run="kendama_cli.stages.learn.stage:Learn",
     gives="kendama_cli.artifacts.policy:PolicyArtifact",
     settings={"learn": LearnSettings},
@@ -17,7 +20,7 @@ STAGE = StageDeclaration(
     chapter="kendama_cli.stages.learn.chapter:swingup_figures",
     ensemble_chapter="kendama_cli.stages.learn.comparison:CHAPTER",
     headline=(
-        Headline("rollouts_to_learn", "rollouts until the swing-up was learned"),
-        Headline("frozen_success_rate", "of swing-ups by the frozen table succeed"),
+        Headline("rollouts_to_proof", "rollouts before the first of those in a row that prove the swing-up"),
+        Headline("frozen_caught_rate", "of swing-ups by the frozen policy end in the cup"),
     ),
 )

@@ -33,9 +33,9 @@ def swingup_figures(log: StageLog) -> list[Figure]:
         *figure(
             [
                 "Reward of every rollout of the learning. Explored: driven by a random harmonic trajectory; greedy: by"
-                " the table as it stood; filled: the goal was reached. Line: running median of the greedy rollouts over"
-                " 21 of them. Once the streak that counts as learned is there, the table is validated on other bodies,"
-                " and learns on where it fails. Compare with Fig. 5 of the paper."
+                " the policy as it stood; filled: success. Line: running median of the greedy rollouts over 21 of them."
+                " From ten successes in a row on the policy is frozen, until it fails or is proven. Compare with Fig. 5"
+                " of the paper."
             ],
             learning,
             columns=1,
@@ -71,7 +71,7 @@ def swingup_figures(log: StageLog) -> list[Figure]:
 
 
 def _learned(log: StageLog) -> float | None:
-    rollouts = log.metrics.get("rollouts_to_learn")
+    rollouts = log.metrics.get("rollouts_to_first")
     return float(rollouts) if isinstance(rollouts, int | float) and log.metrics.get("learned") else None
 
 

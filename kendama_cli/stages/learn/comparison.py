@@ -1,4 +1,4 @@
-"""Learning over many seeds: reward, rollouts to learn with intervals, and what the frozen tables do."""
+"""Learning over many seeds: reward, rollouts to proof with intervals, and what the frozen policies do."""
 
 from __future__ import annotations
 
@@ -26,8 +26,8 @@ _LONG = 100
 
 
 def learning_figures(runs: Ensemble) -> list[Figure]:
-    """Reward per rollout and rollouts to learn; then the frozen tables."""
-    groups = [group for group in runs.groups if len(group.figures("rollouts_to_learn"))]
+    """Reward per rollout and rollouts to proof; then the frozen policies."""
+    groups = [group for group in runs.groups if len(group.figures("rollouts_to_proof"))]
     learning = [_rewards(groups), _learned(groups)]
     frozen = [_frozen(groups), _swings(groups), _times(groups)]
     return [
@@ -37,8 +37,9 @@ def learning_figures(runs: Ensemble) -> list[Figure]:
                 [
                     "Reward of every rollout: median over the seeds, and the band between the 10 % and the 90 %"
                     f" quantile. A run that has ended goes on with the median of its last {_TAIL} greedy rollouts;"
-                    " once learned, a table is tried on other bodies, and learns on where it fails.",
-                    "Share of seeds that have learned after so many rollouts; a seed that failed stays at the cap.",
+                    " From ten successes in a row on a policy is frozen, until it fails or is proven.",
+                    "Share of seeds that came to the first of the successes in a row that prove the policy after so"
+                    " many rollouts; an unproven seed stays at the cap.",
                 ],
             ),
             learning,
@@ -47,10 +48,10 @@ def learning_figures(runs: Ensemble) -> list[Figure]:
             lettered(
                 frozen,
                 [
-                    "Share of fresh noisy rollouts in which the frozen greedy table reaches the goal, over all seeds"
-                    " from the worst to the best.",
-                    "Half-swings to the goal: median of the frozen table's rollouts, over the seeds.",
-                    "Time to the goal in the same way. Dashed: the soonest that a search without noise found.",
+                    "Share of fresh noisy rollouts of the frozen policy that end in the cup, over all seeds from the"
+                    " worst to the best.",
+                    "Half-swings: median of the frozen policy's successes, over the seeds.",
+                    "Time to the release in the same way. Dashed: the soonest that a search without noise found.",
                 ],
             ),
             frozen,
@@ -64,7 +65,7 @@ def _rewards(groups: Sequence[Group]) -> Panel | None:
     lengths = [len(rewards) for found in curves for rewards in found]
     if not lengths:
         return None
-    slowest = max(float(np.quantile(group.figures("rollouts_to_learn"), 0.95)) for group in groups)
+    slowest = max(float(np.quantile(group.figures("rollouts_to_proof"), 0.95)) for group in groups)
     shown = max(2, min(max(lengths) - 1, int(1.5 * slowest) + 10))
     with drawing("sweep-reward", "Reward per rollout over the seeds", height_in=3.2) as made:
         axes = made.axes()[0]
@@ -105,23 +106,23 @@ def _carried_on(reward: Array, n: int) -> Array:
 def _learned(groups: Sequence[Group]) -> Panel | None:
     if not groups:
         return None
-    with drawing("sweep-learned", "Share of seeds that have learned over rollouts", height_in=3.2) as made:
+    with drawing("sweep-learned", "Share of seeds proven over rollouts", height_in=3.2) as made:
         axes = made.axes()[0]
-        most = max(float(group.figures("rollouts_to_learn").max()) for group in groups)
+        most = max(float(group.figures("rollouts_to_proof").max()) for group in groups)
         for group, colour in zip(groups, _colours(groups), strict=True):
             values = np.sort(
                 [
                     value
                     for member in group.members
-                    if member.log.metrics.get("learned") is not False
-                    and (value := member.figure("rollouts_to_learn")) is not None
+                    if member.log.metrics.get("proven") is not False
+                    and (value := member.figure("rollouts_to_proof")) is not None
                 ]
             )
             share = np.arange(1, len(values) + 1) / len(group.members)
             end = share[-1] if len(share) else 0.0
             at, height = [0, *values, most * 1.04], [0, *share, end]
             axes.step(at, height, where="post", color=colour, lw=1.5, label=group.label)
-        smallest = min(float(group.figures("rollouts_to_learn").min()) for group in groups)
+        smallest = min(float(group.figures("rollouts_to_proof").min()) for group in groups)
         if most > 30 * max(1.0, smallest):
             axes.set_xscale("symlog", linthresh=10)
             axes.xaxis.set_major_formatter("{x:g}")
@@ -130,17 +131,17 @@ def _learned(groups: Sequence[Group]) -> Panel | None:
         axes.set_xlim(0, most * 1.04)
         axes.set_ylim(0, 1.02)
         axes.yaxis.set_major_formatter(PercentFormatter(1.0, decimals=0))
-        axes.set_xlabel("rollouts to learn")
-        axes.set_ylabel("seeds that have learned")
+        axes.set_xlabel("rollouts to proof")
+        axes.set_ylabel("seeds proven")
         _legend(axes, groups)
-    return Panel("Rollouts to learn", made.svg)
+    return Panel("Rollouts to proof", made.svg)
 
 
 def _frozen(groups: Sequence[Group]) -> Panel | None:
-    found = [np.sort(group.figures("frozen_success_rate")) for group in groups]
+    found = [np.sort(group.figures("frozen_caught_rate")) for group in groups]
     if not any(len(rates) for rates in found):
         return None
-    with drawing("sweep-frozen", "Success of the frozen tables", height_in=2.6, width_in=3.4) as made:
+    with drawing("sweep-frozen", "Catches of the frozen policies", height_in=2.6, width_in=3.4) as made:
         axes = made.axes()[0]
         for rates, colour in zip(found, _colours(groups), strict=True):
             share = (np.arange(len(rates)) + 0.5) / max(1, len(rates))
@@ -150,8 +151,8 @@ def _frozen(groups: Sequence[Group]) -> Panel | None:
         for axis in (axes.xaxis, axes.yaxis):
             axis.set_major_formatter(PercentFormatter(1.0, decimals=0))
         axes.set_xlabel("seeds")
-        axes.set_ylabel("reached the goal")
-    return Panel("Frozen success", made.svg)
+        axes.set_ylabel("caught")
+    return Panel("Frozen policies", made.svg)
 
 
 def _swings(groups: Sequence[Group]) -> Panel | None:
@@ -179,7 +180,7 @@ def _times(groups: Sequence[Group]) -> Panel | None:
     known = [times for times in found if len(times)]
     if not known:
         return None
-    bounds = [value for group in groups for value in group.figures("time_to_goal_bound_s")]
+    bounds = [value for group in groups for value in group.figures("best_found_s")]
     low, high = min([*bounds, *(float(times.min()) for times in known)]), max(float(times.max()) for times in known)
     edges = np.linspace(low - 0.02, high + 0.02, 25).tolist()
     with drawing("sweep-times", "Time to the goal", height_in=2.6, width_in=3.4) as made:
@@ -206,13 +207,13 @@ def _legend(axes: Axes, groups: Sequence[Group]) -> None:
 
 CHAPTER = EnsembleChapter(
     title="Swing-up without prior knowledge",
-    lead="SARSA(λ) learns from nothing, once for each seed.",
+    lead="Learned from nothing, once for each seed.",
     topics=("/learn/rollout",),
     figures=learning_figures,
     tables=learning_tables,
     headline=(
-        Headline("rollouts_to_learn", "rollouts to learn, mean over the seeds"),
-        Headline("frozen_success_rate", "of swing-ups by the frozen tables succeed"),
+        Headline("rollouts_to_proof", "rollouts to proof, mean over the seeds"),
+        Headline("frozen_caught_rate", "of swing-ups by the frozen policies end in the cup"),
         Headline("swings", "half-swings to the goal, mean"),
     ),
 )

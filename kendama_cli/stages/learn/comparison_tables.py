@@ -1,4 +1,4 @@
-"""The tables of learning over several seeds: rollouts to learn, their ratios, and the frozen policies."""
+"""The tables of learning over several seeds: rollouts to proof, their ratios, and the frozen policies."""
 
 from __future__ import annotations
 
@@ -13,29 +13,30 @@ _STATISTICS: tuple[tuple[str, Statistic], ...] = (("mean", np.mean), ("median", 
 
 
 def learning_tables(runs: Ensemble) -> str:
-    """Figures by group with bootstrap intervals, ratios to the first group, and the failures by seed."""
-    groups = [group for group in runs.groups if len(group.figures("rollouts_to_learn"))]
+    """Figures by group with bootstrap intervals, ratios to the first group, and the unproven by seed."""
+    groups = [group for group in runs.groups if len(group.figures("rollouts_to_proof"))]
     if not groups:
         return ""
-    head = [runs.differs or "", "seeds", "failed", *(f"rollouts, {name}" for name, _ in _STATISTICS)]
-    rows = [_counts(group) for group in groups]
-    parts = ["<h3>Rollouts to learn</h3>", grid(head, rows)]
-    failures = [sentence for group in groups if (sentence := _failures(group, runs.differs))]
-    parts.append(f'<p class="note">{" ".join(failures) or "No seed failed."} {_RULE}</p>')
+    head = [runs.differs or "", "seeds", "unproven", *(f"to proof, {name}" for name, _ in _STATISTICS)]
+    head += ["to ten in a row, mean", "chance"]
+    parts = ["<h3>Rollouts to proof</h3>", grid(head, [_counts(group) for group in groups])]
+    unproven = [sentence for group in groups if (sentence := _unproven(group, runs.differs))]
+    parts.append(f'<p class="note">{" ".join(unproven) or "Every seed is proven."} {_RULE}</p>')
     if len(groups) > 1:
         reference, *others = groups
         names = [f"ratio of {name}s" if name != "90 %" else "ratio of 90 % quantiles" for name, _ in _STATISTICS]
         parts.append(f"<h3>Against {_plain(reference.label)}</h3>")
-        parts.append(grid([runs.differs, *names], [_ratios(group, reference) for group in others]))
-    head = [runs.differs or "", "reached the goal", "worst seed", "and caught", "half-swings", "time to goal"]
+        parts.append(grid([runs.differs, *names, "difference"], [_ratios(group, reference) for group in others]))
+    head = [runs.differs or "", "caught", "worst seed", "half-swings", "time to release"]
     head += ["soonest found by search", "peak displacement"]
-    parts += ["<h3>The frozen tables</h3>", grid(head, [_quality(group) for group in groups])]
+    parts += ["<h3>The frozen policies</h3>", grid(head, [_quality(group) for group in groups])]
     return "".join(parts)
 
 
 _RULE = (
-    "Counted up to the first of ten greedy successes in a row, exploring rollouts included; a failure counts as the"
-    " cap. Below each figure its 95 % interval (bootstrap over the seeds)."
+    "Counted up to the first of the greedy successes in a row that prove the policy, exploring rollouts included; an"
+    " unproven seed counts as the cap. Chance: share of random harmonics that succeed. Below each figure its 95 %"
+    " interval (bootstrap over the seeds)."
 )
 
 
@@ -44,45 +45,47 @@ def _plain(label: str) -> str:
 
 
 def _counts(group: Group) -> list[Cell]:
-    values = group.figures("rollouts_to_learn")
-    failed = len(_failed(group))
+    values, first = group.figures("rollouts_to_proof"), group.figures("rollouts_to_first")
+    chance = group.figures("chance_rate")
     cells = [with_interval(float(figure(values, axis=0)), bootstrap(values, figure)) for _, figure in _STATISTICS]
-    return [Cell(group.label), Cell(str(len(values))), Cell(str(failed)), *cells]
+    early = with_interval(float(first.mean()), bootstrap(first, np.mean)) if len(first) else EMPTY
+    by_chance = percent(float(chance.mean())) if len(chance) else EMPTY
+    return [Cell(group.label), Cell(str(len(values))), Cell(str(len(_failed(group)))), *cells, early, by_chance]
 
 
 def _ratios(group: Group, reference: Group) -> list[Cell]:
-    values, others = group.figures("rollouts_to_learn"), reference.figures("rollouts_to_learn")
+    values, others = group.figures("rollouts_to_proof"), reference.figures("rollouts_to_proof")
     cells = []
     for _, statistic in _STATISTICS:
         ratio = float(statistic(values, axis=0)) / float(statistic(others, axis=0))
         cells.append(with_interval(ratio, bootstrap_ratio(values, others, statistic)))
-    return [Cell(group.label), *cells]
+    between = bootstrap_ratio(values, others, np.mean)
+    stands = between is not None and not between[0] <= 1.0 <= between[1]
+    return [Cell(group.label), *cells, Cell("stands" if stands else "noise")]
 
 
 def _failed(group: Group) -> list[str]:
-    return [member.seed for member in group.members if member.log.metrics.get("learned") is False]
+    return [member.seed for member in group.members if member.log.metrics.get("proven") is False]
 
 
-def _failures(group: Group, differs: str) -> str:
+def _unproven(group: Group, differs: str) -> str:
     failed = _failed(group)
     if not failed:
         return ""
     of = f" ({_plain(group.label)})" if differs else ""
-    return f"Failed{of}: seed {', '.join(_plain(seed or 'as configured') for seed in failed)}."
+    return f"Unproven{of}: seed {', '.join(_plain(seed or 'as configured') for seed in failed)}."
 
 
 def _quality(group: Group) -> list[Cell]:
-    success = group.figures("frozen_success_rate")
-    rates = ((member.figure("frozen_success_rate"), member.seed) for member in group.members)
-    worst = min(((rate, seed) for rate, seed in rates if rate is not None), default=None)
-    least, peak = group.figures("time_to_goal_bound_s"), group.figures("peak_displacement_m")
     caught = group.figures("frozen_caught_rate")
+    rates = ((member.figure("frozen_caught_rate"), member.seed) for member in group.members)
+    worst = min(((rate, seed) for rate, seed in rates if rate is not None), default=None)
+    least, peak = group.figures("best_found_s"), group.figures("peak_displacement_m")
     middle = {name: _median(group.figures(name)) for name in ("swings", "time_to_goal_s")}
     return [
         Cell(group.label),
-        percent(float(success.mean()), _span(bootstrap(success, np.mean))) if len(success) else EMPTY,
+        percent(float(caught.mean()), _span(bootstrap(caught, np.mean))) if len(caught) else EMPTY,
         EMPTY if worst is None else percent(worst[0], f"seed {worst[1]}" if worst[1] else ""),
-        percent(float(caught.mean())) if len(caught) else EMPTY,
         Cell(quantity(middle["swings"])),
         Cell(quantity(middle["time_to_goal_s"], unit="s")),
         Cell(quantity(_median(least), unit="s")),

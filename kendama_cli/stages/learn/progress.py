@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from kendama_cli.simulation.swingup.rollout import Catch, SimulatedRollout
+from kendama_cli.simulation.swingup.rollout import SimulatedRollout
 from kendama_cli.stages.interface import Metric
 
 RECENT = 20
@@ -16,13 +16,11 @@ RECENT = 20
 
 
 @dataclass(frozen=True)
-class ReachedGoal:
-    """A rollout of the evaluation that reached the goal, and the flight after it."""
+class Success:
+    """A rollout of the evaluation that succeeded."""
 
     half_swings: int
     duration_s: float
-    slack: bool
-    caught: bool
 
 
 @dataclass
@@ -35,12 +33,14 @@ class LearnProgress:
     evaluated: int = 0
     peak_m: float = 0.0
     """Largest |x| of the cup in the evaluation."""
-    goals: list[ReachedGoal] = field(default_factory=list)
+    caught: int = 0
+    """Rollouts of the evaluation after which the ball lay in the cup."""
+    successes: list[Success] = field(default_factory=list)
 
     @classmethod
     def restored(cls, state: Mapping[str, Any]) -> LearnProgress:
         """What ``saved`` gave, after its way through a checkpoint."""
-        return cls(**{**state, "goals": [ReachedGoal(**goal) for goal in state["goals"]]})
+        return cls(**{**state, "successes": [Success(**one) for one in state["successes"]]})
 
     def saved(self) -> dict[str, Any]:
         """JSON values."""
@@ -49,38 +49,34 @@ class LearnProgress:
     def learned_on(self, rollout: SimulatedRollout) -> None:
         """Count a rollout of the learning."""
         self.simulated_s += rollout.duration_s
-        self.recent = [*self.recent, rollout.outcome == "goal"][-RECENT:]
+        self.recent = [*self.recent, rollout.success][-RECENT:]
 
-    def evaluated_on(self, rollout: SimulatedRollout, catch: Catch | None, mouth_m: float) -> None:
-        """Count a rollout of the evaluation and, where it reached the goal, the flight after it.
-
-        ``mouth_m`` is how far from the cup's axis the ball's centre may come down.
-        """
+    def evaluated_on(self, rollout: SimulatedRollout) -> None:
+        """Count a rollout of the evaluation."""
         self.evaluated += 1
+        self.caught += rollout.caught
         self.peak_m = max(self.peak_m, rollout.peak_displacement_m)
-        if catch is not None:
-            slack, caught = rollout.tension_n == 0.0, catch.miss_m < mouth_m
-            self.goals.append(ReachedGoal(rollout.half_swings, rollout.duration_s, slack, caught))
+        if rollout.success:
+            self.successes.append(Success(rollout.half_swings, rollout.duration_s))
 
     @property
     def recent_success_rate(self) -> float:
-        """Share of the last rollouts of the learning that reached the goal."""
+        """Share of the last rollouts of the learning that succeeded."""
         return sum(self.recent) / len(self.recent)
 
     @property
     def frozen_success_rate(self) -> float:
-        """Share of the evaluation that reached the goal."""
-        return len(self.goals) / self.evaluated
+        """Share of the evaluation that succeeded."""
+        return len(self.successes) / self.evaluated
 
     def metrics(self) -> dict[str, Metric]:
         """What the evaluation shows, see Learn.run."""
-        goals = self.goals
+        found = self.successes
         return {
+            "frozen_caught_rate": self.caught / self.evaluated,
             "frozen_success_rate": self.frozen_success_rate,
-            "frozen_caught_rate": sum(goal.caught for goal in goals) / self.evaluated,
-            "goal_slack_rate": sum(goal.slack for goal in goals) / len(goals) if goals else None,
-            "swings": statistics.median(goal.half_swings for goal in goals) if goals else None,
-            "time_to_goal_s": statistics.median(goal.duration_s for goal in goals) if goals else None,
+            "swings": statistics.median(one.half_swings for one in found) if found else None,
+            "time_to_goal_s": statistics.median(one.duration_s for one in found) if found else None,
             "peak_displacement_m": self.peak_m,
             "simulated_s": self.simulated_s,
         }

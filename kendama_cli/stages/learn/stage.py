@@ -15,7 +15,8 @@ from kendama_cli.log.messages import RolloutMessage
 from kendama_cli.schema.arrays import Array
 from kendama_cli.schema.foxglove import FrameTransform
 from kendama_cli.settings.game import GameSettings
-from kendama_cli.simulation.swingup.bound import SwingBound, swing_bound
+from kendama_cli.simulation.swingup.best_swing import BestSwing, best_swing
+from kendama_cli.simulation.swingup.chance import chance_rate
 from kendama_cli.simulation.swingup.engine import SwingEngine
 from kendama_cli.simulation.swingup.environment import SwingUpEnvironment
 from kendama_cli.stages.interface import Made, Metric, StageContext
@@ -23,6 +24,8 @@ from kendama_cli.stages.learn.messages import QTableMessage, SwingStateMessage
 from kendama_cli.stages.learn.progress import LearnProgress
 
 LOG_PERIOD_S = 0.004
+SOLVED_BY_CHANCE = 0.05
+"""Share of random harmonics above which a task counts as solved by chance."""
 LEARNER = "learner"
 """The learner's name in a checkpoint."""
 
@@ -35,33 +38,34 @@ class Learn:
         self._game = game
 
     def prepare(self) -> None:
-        """Search the bound, which is the same for every seed, and load the compiled code of the engine."""
-        swing_bound(self._settings, self._game)
+        """Find what is the same for every seed, and load the compiled code of the engine."""
+        best_swing(self._settings, self._game)
+        chance_rate(self._settings, self._game)
         environment, _ = self._environments()
         learner = begin_learner(self._settings)
         rng = np.random.default_rng(0)
         learner.begin_rollout(rng)
         environment.roll_out(learner, environment.noise(rng))
-        environment.catch(0.0)
 
     def run(self, given: Mapping[str, Any], ctx: StageContext) -> Made:
         """Learn by the counting rule of kendama_cli/learning/statistics.py, then evaluate the frozen policy.
 
-        ``rollouts_to_learn`` follows that rule. Over the evaluation's noisy rollouts ``frozen_success_rate`` is the
-        share that reaches the goal, ``frozen_caught_rate`` the share whose flight also ends within the cup's mouth, and
-        ``goal_slack_rate`` the share of the goals at which the rope is slack, as the goal's prediction of the flight
-        assumes; ``swings`` (half-swings up to the goal) and ``time_to_goal_s`` are medians over the successes, and
-        ``peak_displacement_m`` is the largest of all. ``time_to_goal_bound_s`` and ``swings_bound`` are what optimal
-        control needs without noise; ConfigError is raised where even that does not reach the goal. ``learned`` is
-        false where the cap was reached; nothing is raised then.
+        ``rollouts_to_first`` and ``rollouts_to_proof`` follow that rule, ``learned`` and ``proven`` say whether either
+        was reached before the cap, and ``rollouts`` counts all that the policy has had. Over the evaluation's noisy
+        rollouts ``frozen_caught_rate`` is the share after which the ball lay in the cup, ``frozen_success_rate`` the
+        share of what the task calls a success; ``swings`` (half-swings) and ``time_to_goal_s`` are medians over the
+        successes, and ``peak_displacement_m`` is the largest of all. ``chance_rate`` is the share of random harmonics
+        that succeed. ``best_found_s`` and ``fewest_swings_found`` are what a search without noise found; ConfigError
+        is raised where it found nothing. Without proof nothing is raised.
         """
-        bound = swing_bound(self._settings, self._game)
+        best, chance = best_swing(self._settings, self._game), chance_rate(self._settings, self._game)
         environment, validation = self._environments()
         learner, progress = self._begin(ctx)
         self._train(environment, validation, learner, progress, ctx)
         self._evaluate(environment, learner, progress, ctx)
         self._log_nominal(environment, learner, ctx)
-        return Made(learner.policy, self._metrics(learner, progress, bound))
+        metrics = {**self._metrics(learner, progress, best), "chance_rate": chance}
+        return Made(learner.policy, metrics, _warnings(self._settings, chance, proven=learner.count.proven))
 
     def _environments(self) -> tuple[SwingUpEnvironment, SwingUpEnvironment]:
         """The environment that is learned in, and the one that validates: the same where nothing else is configured."""
@@ -93,7 +97,8 @@ class Learn:
             frozen = learner.count.frozen(self._settings.count)
             world = validation if frozen else environment
             rollout = world.roll_out(learner, world.noise(noise_rng, validation=frozen))
-            finished = learner.end_rollout(rollout.outcome, rollout.final)
+            miss_m = None if rollout.catch is None else rollout.catch.miss_m
+            finished = learner.end_rollout(rollout.outcome, rollout.final, miss_m)
             progress.learned_on(rollout)
             message = RolloutMessage(
                 index=finished.index,
@@ -124,12 +129,9 @@ class Learn:
     ) -> None:
         policy = make_policy(learner.policy, self._settings)
         noise_rng = ctx.rng("evaluation")
-        mouth_m = self._game.cup.radius_m - self._game.ball.radius_m
         while progress.evaluated < self._settings.count.evaluation:
             policy.begin_rollout()
-            rollout = environment.roll_out(policy, environment.noise(noise_rng))
-            catch = environment.catch(rollout.duration_s) if rollout.outcome == "goal" else None
-            progress.evaluated_on(rollout, catch, mouth_m)
+            progress.evaluated_on(environment.roll_out(policy, environment.noise(noise_rng)))
             self._checkpoint(learner, progress, ctx)
             ctx.progress(
                 progress.evaluated,
@@ -139,7 +141,7 @@ class Learn:
             )
 
     def _log_nominal(self, environment: SwingUpEnvironment, learner: Learner, ctx: StageContext) -> None:
-        """One rollout of the frozen policy without noise, and on through free flight to the cup."""
+        """One rollout of the frozen policy without noise, and on through the flight to the cup."""
         policy = make_policy(learner.policy, self._settings)
         policy.begin_rollout()
         every = max(1, round(LOG_PERIOD_S / self._settings.step_s))
@@ -151,19 +153,38 @@ class Learn:
                 _log_step(ctx, t_s, environment, swing, acceleration_m_s2)
             steps += 1
 
-        rollout = environment.roll_out(policy, environment.noiseless(), log_step)
-        if rollout.outcome == "goal":
-            environment.catch(rollout.duration_s, log_step)
+        environment.roll_out(policy, environment.noiseless(), log_step)
 
-    def _metrics(self, learner: Learner, progress: LearnProgress, bound: SwingBound) -> dict[str, Metric]:
+    def _metrics(self, learner: Learner, progress: LearnProgress, best: BestSwing) -> dict[str, Metric]:
+        count = learner.count
         return {
-            "learned": learner.count.learned,
-            "rollouts_to_learn": learner.count.rollouts_to_learn(self._settings.count),
-            "rollouts": learner.count.rollouts,
+            "learned": count.learned,
+            "rollouts_to_first": count.rollouts_to_first(self._settings.count),
+            "proven": count.proven,
+            "rollouts_to_proof": count.rollouts_to_proof(self._settings.count),
+            "rollouts": count.rollouts,
             **progress.metrics(),
-            "time_to_goal_bound_s": bound.time_to_goal_s,
-            "swings_bound": bound.half_swings,
+            "best_found_s": best.time_to_goal_s,
+            "fewest_swings_found": best.half_swings,
         }
+
+
+def _warnings(settings: LearnSettings, chance: float, *, proven: bool) -> tuple[str, ...]:
+    """What a reader of the figures must know first."""
+    told = []
+    if chance > SOLVED_BY_CHANCE:
+        told.append(
+            f"chance solves the task '{settings.task}': {100 * chance:.0f} % of random harmonics succeed (more than "
+            f"{100 * SOLVED_BY_CHANCE:g} %), so few rollouts prove little about the learner; learn/task=hard is not "
+            "solved by chance"
+        )
+    if not proven:
+        count = settings.count
+        told.append(
+            f"the swing-up is unproven: no {count.frozen} successes in a row within {count.cap} rollouts; what is "
+            "handed over is the policy with the longest streak"
+        )
+    return tuple(told)
 
 
 def _log_table(table: Array | None, rollout: int, progress: LearnProgress, ctx: StageContext) -> None:

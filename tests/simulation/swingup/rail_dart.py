@@ -27,6 +27,7 @@ class DartRail:
         "_ball_z",
         "_cup",
         "_drag",
+        "_game",
         "_law",
         "_positions",
         "_push_x",
@@ -45,7 +46,8 @@ class DartRail:
     )
 
     def __init__(self, game: GameSettings, step_s: float) -> None:
-        self._law, self._stretched, self._drag = RopeLaw.of(game), TautRope.hanging(game), game.drag
+        self._game = game
+        self.take_on(1.0, 1.0)
         self._world = awake_world(step_s, game.gravity_m_s2)
         scene = dartpy.dynamics.Skeleton("swing")
         rail, cup = scene.createPrismaticJointAndBodyNodePair()
@@ -61,6 +63,17 @@ class DartRail:
         self._positions, self._velocities = scene.getPosition, scene.getVelocity
         self._world_step = self._world.step
         self.start(SwingState(0.0, 0.0, 0.0, 0.0))
+
+    def take_on(self, rope_scale: float, drag_scale: float) -> None:
+        """From the next ``start`` on the rope is so many times as long, and the air's drag so many times as large."""
+        self._law, self._stretched = RopeLaw.of(self._game, rope_scale), TautRope.hanging(self._game, rope_scale)
+        linear, quadratic = self._game.drag
+        self._drag = (drag_scale * linear, drag_scale * quadratic)
+
+    @property
+    def in_cup(self) -> None:
+        """None: nothing touches here."""
+        return
 
     def start(self, state: SwingState) -> None:
         """Put cup and ball into ``state`` with the rope stretched as by the hanging ball."""

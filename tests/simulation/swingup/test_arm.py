@@ -82,6 +82,18 @@ def test_a_ball_that_falls_onto_the_cup_bounces_off_it(arm: ArmSwing) -> None:
         lowest = min(lowest, arm.above_m)
     assert lowest > 0.0
     assert abs(arm.across_m) < GAME.cup.radius_m
+    assert arm.in_cup
+
+
+def test_a_ball_that_hangs_is_not_in_the_cup_and_another_rope_hangs_lower(arm: ArmSwing) -> None:
+    hanging = []
+    for scale in (1.0, 1.05):
+        arm.take_on(scale, 1.0)
+        arm.start(SwingState(0.0, 0.0, 0.0, 0.0))
+        assert not arm.in_cup
+        hanging.append(arm.above_m)
+    arm.take_on(1.0, 1.0)
+    assert hanging[1] == pytest.approx(hanging[0] - 0.05 * GAME.rope.length_m, abs=1e-6)
 
 
 def test_a_time_step_that_is_none_of_the_world_s_is_refused() -> None:

@@ -22,7 +22,7 @@ QUIET = [RAIL, *(f"learn.noise.{key}=0.0" for key in ("start_angle_deg", "start_
 QUIET += ["learn.noise.rate_reading_rad_s=0.0", "learn.noise.acceleration=0.0"]
 
 
-@pytest.mark.parametrize("overrides", [[], ["learn=terminate"], [RAIL]])
+@pytest.mark.parametrize("overrides", [[], ["learn/task=paper"], [RAIL]])
 def test_gymnasiums_own_checks_pass(overrides):
     from gymnasium.utils.env_checker import check_env  # noqa: PLC0415
 
@@ -43,12 +43,12 @@ def test_an_action_held_here_is_the_same_action_held_in_the_learning_environment
     for action in wanted:
         observation, *_ = env.step(np.int64(action))
         seen.append(observation)
-    environment = SwingUpEnvironment(learn_settings(), game_settings())
+    environment = SwingUpEnvironment(learn_settings("hard"), game_settings())
     rolling = environment.rolling(environment.noiseless())
     reading, t_s = next(rolling)
     for action, observation in zip([*wanted, 0], seen, strict=True):
         np.testing.assert_array_equal(observation, reading)
-        reading, t_s = rolling.send((learn_settings().actions_m_s2[action], t_s + 0.1 - 1e-9))
+        reading, t_s = rolling.send((learn_settings("hard").actions_m_s2[action], t_s + 0.1 - 1e-9))
     assert t_s == pytest.approx(0.9)
 
 
@@ -66,13 +66,13 @@ def test_doing_nothing_is_truncated_when_time_is_up():
         _, reward, terminated, truncated, info = env.step(2)
         assert not terminated
         assert truncated == (k == 19)
-    assert reward == learn_settings().reward.timeout
+    assert reward == learn_settings("hard").reward.timeout
     assert info["outcome"] == "timeout"
     assert not info["success"]
 
 
 def test_leaving_the_workspace_terminates_where_the_configuration_says_so():
-    env = gymnasium.make(NAME, overrides=["learn=terminate"])
+    env = gymnasium.make(NAME, overrides=["learn/task=paper"])
     env.reset(seed=0)
     terminated, info = False, {}
     while not terminated:
@@ -80,7 +80,7 @@ def test_leaving_the_workspace_terminates_where_the_configuration_says_so():
         assert env.observation_space.contains(observation)
         assert not truncated
     assert info["outcome"] == "outside"
-    assert reward < learn_settings("terminate").reward.outside + 1e-9
+    assert reward < learn_settings("paper").reward.outside + 1e-9
 
 
 def test_stepping_after_the_end_is_refused():
@@ -95,7 +95,7 @@ def test_a_hold_shorter_than_a_time_step_is_refused_in_one_line():
 
 
 def test_a_cross_entropy_agent_from_outside_learns_the_swing_up():
-    env = gymnasium.make(NAME, overrides=[RAIL, "learn.goal.catchable=false"], hold_s=0.05)
+    env = gymnasium.make(NAME, overrides=[RAIL, "learn/task=easy", "learn.goal.success=reached"], hold_s=0.05)
     rng = np.random.default_rng(0)
     untrained = np.mean([played(env, LinearPolicy.drawn(rng), seed)[1] for seed in range(20)])
     policy = improved(env, rng, generations=8, population=24)

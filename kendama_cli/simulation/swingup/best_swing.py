@@ -1,11 +1,11 @@
-"""How soon, and in how few half-swings, the goal can be reached at all: optimal control of the nominal swing.
+"""How soon, and in how few half-swings, a search finds that the nominal swing can succeed: a yardstick, not a bound.
 
 Time-optimal control of a bounded acceleration is bang-bang but for arcs on the bounds (Pontryagin et al. 1962), which
 here the workspace's limiter makes. So the search only ever tries the two extreme actions. It spreads in layers of
 0.04 s from the hanging swing; of all states in a small cell of (x, v, angle, direction of swing, half-swings) the
 one with the most energy goes on. The times of the soonest swing's switches are then moved, one and two at a time, by
 whole time steps until no move makes it sooner. Dynamics, limits and goal are those of the learning environment,
-without its noise: a start or an action that chance favours can be ahead of the bound by as much.
+without its noise. Nothing proves that there is no sooner swing: the cells that it prunes may hold one.
 """
 
 from __future__ import annotations
@@ -39,8 +39,8 @@ Ints = NDArray[np.int64]
 
 
 @dataclass(frozen=True)
-class SwingBound:
-    """The shortest time to the goal and the fewest half-swings, which need not be of the same swing.
+class BestSwing:
+    """The shortest time to the goal and the fewest half-swings found, which need not be of the same swing.
 
     ``switches_s`` are the times at which the soonest swing's action changes, from ``first_m_s2`` to the other extreme
     and back.
@@ -53,8 +53,8 @@ class SwingBound:
 
 
 @functools.lru_cache(maxsize=16)
-def swing_bound(settings: LearnSettings, game: GameSettings) -> SwingBound:
-    """The bound for the limits, goal and longest duration in ``settings``.
+def best_swing(settings: LearnSettings, game: GameSettings) -> BestSwing:
+    """The best swing for the limits, goal and longest duration in ``settings``.
 
     Raises ConfigError where no swing within ``learn.rollout_s`` reaches the goal.
     """
@@ -77,7 +77,7 @@ class _Search:
         self._n_steps = max(1, round(settings.rollout_s / settings.step_s))
         self._extremes = np.array([settings.actions_m_s2[0], settings.actions_m_s2[-1]], dtype=np.float64)
         rules = Rules.of(settings, game)
-        self._physics, self._aim, limits = rules.physics, rules.aim, rules.limits
+        self._physics, self._aim, self._catch, limits = rules.physics, rules.aim, rules.catch, rules.limits
         if math.isinf(limits.half_width_m):  # the edge ends a rollout: braking just in time never loses to leaving
             weaker = min(-settings.actions_m_s2[0], settings.actions_m_s2[-1])
             limits = limits._replace(half_width_m=limits.edge_m, braking_m_s2=weaker, largest_m_s2=weaker)
@@ -90,7 +90,7 @@ class _Search:
     def spread(self, fineness: float) -> tuple[Ints, int] | None:
         """Which extreme the soonest swing commands in each step, and the fewest half-swings of any; None without."""
         steps = max(1, round(fineness * LAYER_S / self._step_s))
-        swings, tallies = self._start[None].copy(), np.zeros((1, 3))
+        swings, tallies = self._start[None].copy(), np.zeros((1, kernel.TALLY))
         history: list[tuple[Ints, Ints]] = []
         best: Ints | None = None
         fewest = np.inf
@@ -118,7 +118,7 @@ class _Search:
                 break
         return None if best is None else (best, int(fewest))
 
-    def refined(self, commanded: Ints, fewest: int) -> SwingBound:
+    def refined(self, commanded: Ints, fewest: int) -> BestSwing:
         """The swing of ``commanded`` with its switches moved to where it reaches the goal soonest."""
         switches, first = np.flatnonzero(np.diff(commanded)) + 1, int(commanded[0])
         steps = len(commanded)
@@ -129,7 +129,7 @@ class _Search:
                 break
             switches, steps = moved[np.argmin(times)], int(times.min())
             switches = _without_empty(switches[switches < steps])
-        return SwingBound(
+        return BestSwing(
             time_to_goal_s=steps * self._step_s,
             half_swings=fewest,
             first_m_s2=float(self._extremes[first]),
@@ -137,7 +137,9 @@ class _Search:
         )
 
     def _hold(self, swings: Floats, tallies: Floats, commands: Floats, steps: Ints) -> tuple[Ints, Ints]:
-        ends, taken = kernel.spread(swings, tallies, commands, steps, self._physics, self._limits, self._aim)
+        ends, taken = kernel.spread(
+            swings, tallies, commands, steps, self._physics, self._limits, self._catch, self._aim
+        )
         return ends, taken
 
     def _one_of_each_cell(self, swings: Floats, tallies: Floats, fineness: float) -> Ints:
@@ -170,7 +172,7 @@ class _Search:
     def _steps_to_goal(self, switches: Ints, first: int, at_most: int) -> Ints:
         n = len(switches)
         edges = np.column_stack([np.zeros(n, dtype=np.int64), switches, np.full(n, at_most)])
-        swings, tallies = np.tile(self._start, (n, 1)), np.zeros((n, 3))
+        swings, tallies = np.tile(self._start, (n, 1)), np.zeros((n, kernel.TALLY))
         total, running, reached = np.zeros(n, dtype=np.int64), np.ones(n, dtype=bool), np.zeros(n, dtype=bool)
         for segment in range(edges.shape[1] - 1):
             command = self._extremes[(first + segment) % 2]

@@ -1,9 +1,10 @@
-"""The null model of learning the swing-up: random harmonics, replayed from the first that reached the goal.
+"""The null models of learning the swing-up: random harmonics, replayed from the first that succeeded, or never.
 
-It has no table and learns nothing about states: what a learner needs fewer rollouts for than this, it owes to more than
-to chance. Harmonics are drawn as an exploring rollout draws them, until one reaches the goal; from then on that one is
-replayed, and counts as the greedy policy. After a replay that failed the next rollout draws anew with the probability
-``after_failure``, and a success replaces what is replayed. Actions change at the same times as those of a table.
+They have no table and learn nothing about states: what a learner needs fewer rollouts for than ``lucky``, it owes to
+more than to chance. Harmonics are drawn as an exploring rollout draws them, until one succeeds; from then on that one
+is replayed, and counts as the greedy policy. After a replay that failed the next rollout draws anew with the
+probability ``after_failure``, and a success replaces what is replayed. ``random`` draws anew for every rollout, and
+counts each as greedy. Actions change at the same times as those of a table.
 """
 
 from __future__ import annotations
@@ -20,14 +21,14 @@ from kendama_cli.learning.decision import HeldAction
 from kendama_cli.learning.discretisation import StateGrid
 from kendama_cli.learning.exploration import DrawnHarmonic, Harmonic, draw_harmonic, drives_place, explores
 from kendama_cli.learning.interface import FinishedRollout, LearnerMaker
-from kendama_cli.learning.learner_settings import HarmonicSearchSettings
+from kendama_cli.learning.learner_settings import LuckySettings
+from kendama_cli.learning.policy import task_meaning
 from kendama_cli.learning.reward import Outcome, final_reward, step_reward
 from kendama_cli.learning.settings import LearnSettings
 from kendama_cli.learning.state import SwingState
 from kendama_cli.learning.statistics import LearningCount
 from kendama_cli.schema.arrays import Array
 
-KIND = "harmonic_search"
 STILL = DrawnHarmonic(0.0, 0.0, 0.0)
 """What is replayed before anything was drawn: the cup stays where it is."""
 
@@ -47,7 +48,7 @@ class HarmonicPolicy:
     def play(self, drawn: DrawnHarmonic) -> None:
         """Begin a rollout that replays ``drawn``."""
         self._drawn = drawn
-        self._harmonic = Harmonic(_own(self._settings).harmonic, self._settings, drawn)
+        self._harmonic = Harmonic(self._settings, drawn)
         self._held = HeldAction(self._settings, self._grid)
         self.decisions = 0
 
@@ -71,14 +72,14 @@ class HarmonicPolicy:
         return self._settings.actions_m_s2[held.action]
 
 
-class HarmonicSearchLearner:
-    """Draws harmonics until one reaches the goal, and replays that one; see the module."""
+class LuckyLearner:
+    """Draws harmonics until one succeeds, and replays that one; or, as ``random``, draws for ever. See the module."""
 
     table = None
     decides_on_bins = True
 
     def __init__(self, settings: LearnSettings, policy: PolicyArtifact | None = None) -> None:
-        """From nothing, or from the harmonic of a ``policy``, which counts as one that reached the goal."""
+        """From nothing, or from the harmonic of a ``policy``, which counts as one that succeeded."""
         self._settings = settings
         self.count = LearningCount(succeeded_ever=policy is not None)
         self._replayed = STILL if policy is None else _harmonic_of(policy)
@@ -89,7 +90,7 @@ class HarmonicSearchLearner:
         self._reward = 0.0
 
     @classmethod
-    def from_state(cls, settings: LearnSettings, state: Mapping[str, Any]) -> HarmonicSearchLearner:
+    def from_state(cls, settings: LearnSettings, state: Mapping[str, Any]) -> LuckyLearner:
         """The learner that ``state()`` described, between the same two rollouts."""
         learner = cls(settings)
         learner.count = LearningCount(**state["count"])
@@ -119,9 +120,14 @@ class HarmonicSearchLearner:
 
     def begin_rollout(self, rng: Generator) -> None:
         """Replay, or draw a harmonic from ``rng``."""
-        harmonic = _own(self._settings).harmonic
-        self._explored = explores(harmonic.schedule, self.count, rng)
-        self._present = draw_harmonic(harmonic, self._settings, rng) if self._explored else self._replayed
+        own = self._settings.learner
+        if isinstance(own, LuckySettings):
+            self._explored = explores(own.after_failure, self.count, rng)
+            self._present = draw_harmonic(self._settings, rng) if self._explored else self._replayed
+        else:
+            frozen = self.count.frozen(self._settings.count)
+            self._present = self._replayed if frozen else draw_harmonic(self._settings, rng)
+            self._replayed = self._present
         self._actor.play(self._present)
         self._reward = 0.0
 
@@ -133,11 +139,11 @@ class HarmonicSearchLearner:
             self._reward += step_reward(self._settings.reward, state.x_m)
         return acceleration
 
-    def end_rollout(self, outcome: Outcome, state: SwingState) -> FinishedRollout:
-        """Keep a drawn harmonic that reached the goal, and count; ``state`` is the last reading."""
+    def end_rollout(self, outcome: Outcome, state: SwingState, miss_m: float | None = None) -> FinishedRollout:
+        """Keep a drawn harmonic that succeeded, and count; ``state`` is the last reading."""
         rewards, success, decisions = self._settings.reward, outcome == "goal", self._actor.decisions
         if decisions:
-            self._reward += step_reward(rewards, state.x_m) + final_reward(rewards, outcome)
+            self._reward += step_reward(rewards, state.x_m) + final_reward(rewards, outcome, miss_m)
         longer = max(self._settings.count.streak, self._best_streak + 1)
         if not (success or self._explored) and self.count.streak >= longer:
             self._best, self._best_streak = self._replayed, self.count.streak
@@ -147,14 +153,8 @@ class HarmonicSearchLearner:
         return FinishedRollout(self.count.rollouts, self._explored, success, self._reward, decisions)
 
 
-def _own(settings: LearnSettings) -> HarmonicSearchSettings:
-    own = settings.learner
-    assert isinstance(own, HarmonicSearchSettings)
-    return own
-
-
 def _sealed(drawn: DrawnHarmonic, settings: LearnSettings) -> PolicyArtifact:
-    return PolicyArtifact.seal(KIND, _meaning(settings), {"harmonic": np.array(drawn)})
+    return PolicyArtifact.seal(settings.learner.kind, _meaning(settings), {"harmonic": np.array(drawn)})
 
 
 def _harmonic_of(artifact: PolicyArtifact) -> DrawnHarmonic:
@@ -165,17 +165,15 @@ def _harmonic_of(artifact: PolicyArtifact) -> DrawnHarmonic:
 
 
 def _meaning(settings: LearnSettings) -> Mapping[str, object]:
-    """The settings that give a harmonic its meaning: what it drives and how, actions, decisions, goal."""
-    harmonic = _own(settings).harmonic
+    """The settings that give a harmonic its meaning: the task, and what it drives and how."""
     return {
-        **{name: dataclasses.asdict(getattr(settings, name)) for name in ("grid", "decision", "goal")},
-        "actions_m_s2": settings.actions_m_s2,
-        "drives_place": drives_place(harmonic, settings),
-        "bang_bang": harmonic.bang_bang,
+        **task_meaning(settings),
+        "drives_place": drives_place(settings),
+        "bang_bang": settings.harmonic.bang_bang,
     }
 
 
-HARMONIC_SEARCH = LearnerMaker(
-    begin=HarmonicSearchLearner, resume=HarmonicSearchLearner.from_state, policy=HarmonicPolicy, meaning=_meaning
-)
-"""The kind ``harmonic_search``."""
+LUCKY = LearnerMaker(begin=LuckyLearner, resume=LuckyLearner.from_state, policy=HarmonicPolicy, meaning=_meaning)
+"""The kind ``lucky``."""
+RANDOM = LUCKY
+"""The kind ``random``."""

@@ -1,4 +1,4 @@
-"""The null model: it does what an exploring rollout of a table does, and keeps the harmonic that reached the goal."""
+"""The null models: they do what an exploring rollout of a table does, and keep the harmonic that succeeded, or none."""
 
 from __future__ import annotations
 
@@ -8,22 +8,22 @@ import numpy as np
 import pytest
 
 from kendama_cli.errors import ConfigError
-from kendama_cli.learning.harmonic_search import HarmonicSearchLearner
 from kendama_cli.learning.learners import begin_learner
+from kendama_cli.learning.lucky import LuckyLearner
 from kendama_cli.learning.sarsa import SarsaLearner
 from kendama_cli.learning.state import SwingState
 from kendama_cli.simulation.swingup.environment import SwingUpEnvironment
 from tests.learning.settings_files import game_settings, learn_settings
 
-SEARCH = learn_settings("sarsa", "learn/learner=harmonic_search")
+SEARCH = learn_settings("easy", "learn/learner=lucky")
 LAST = SwingState(0.1, 0.0, 2.0, 3.0)
 
 
-def searching(name: str) -> HarmonicSearchLearner:
-    return HarmonicSearchLearner(learn_settings(name, "learn/learner=harmonic_search"))
+def searching(name: str) -> LuckyLearner:
+    return LuckyLearner(learn_settings(name, "learn/learner=lucky"))
 
 
-def play(learner: HarmonicSearchLearner, results: str, rng: np.random.Generator) -> list[tuple[bool, list[float]]]:
+def play(learner: LuckyLearner, results: str, rng: np.random.Generator) -> list[tuple[bool, list[float]]]:
     """Rollouts that end with success (g) or failure (f): whether each explored, and its harmonic."""
     seen = []
     for result in results:
@@ -34,7 +34,7 @@ def play(learner: HarmonicSearchLearner, results: str, rng: np.random.Generator)
     return seen
 
 
-@pytest.mark.parametrize("name", ["sarsa", "terminate", "paper"])
+@pytest.mark.parametrize("name", ["easy", "hard", "paper"])
 def test_its_first_rollout_is_the_first_exploring_one_of_a_table(name):
     """What a table learner owes to its table is all that sets the two apart."""
     search, table = searching(name), SarsaLearner(learn_settings(name))
@@ -49,7 +49,7 @@ def test_its_first_rollout_is_the_first_exploring_one_of_a_table(name):
 
 
 def test_it_draws_until_a_success_and_then_replays_that_one():
-    seen = play(HarmonicSearchLearner(SEARCH), "fffggg", np.random.default_rng(0))
+    seen = play(LuckyLearner(SEARCH), "fffggg", np.random.default_rng(0))
     explored, harmonics = zip(*seen, strict=True)
     assert explored == (True, True, True, True, False, False)
     assert len({tuple(harmonic) for harmonic in harmonics[:4]}) == 4
@@ -57,7 +57,7 @@ def test_it_draws_until_a_success_and_then_replays_that_one():
 
 
 def test_after_a_failed_replay_it_draws_anew_and_keeps_what_succeeds():
-    learner = HarmonicSearchLearner(SEARCH)
+    learner = LuckyLearner(SEARCH)
     seen = play(learner, "gf" + "f" + "f" + "g" + "g", np.random.default_rng(0))
     assert [explored for explored, _ in seen] == [True, False, True, False, True, False]
     first, other = seen[0][1], seen[4][1]
@@ -69,20 +69,14 @@ def test_after_a_failed_replay_it_draws_anew_and_keeps_what_succeeds():
 def test_with_no_chance_of_drawing_anew_it_keeps_to_its_first_success():
     keeping = dataclasses.replace(
         SEARCH,
-        learner=dataclasses.replace(
-            SEARCH.learner,
-            harmonic=dataclasses.replace(
-                SEARCH.learner.harmonic,
-                schedule=dataclasses.replace(SEARCH.learner.harmonic.schedule, after_failure=0.0),
-            ),
-        ),
+        learner=dataclasses.replace(SEARCH.learner, after_failure=0.0),
     )
-    seen = play(HarmonicSearchLearner(keeping), "gffffg", np.random.default_rng(0))
+    seen = play(LuckyLearner(keeping), "gffffg", np.random.default_rng(0))
     assert [explored for explored, _ in seen] == [True] + [False] * 5
 
 
 def test_the_policy_is_the_harmonic_with_the_longest_streak_while_it_was_frozen():
-    learner, rng = HarmonicSearchLearner(SEARCH), np.random.default_rng(0)
+    learner, rng = LuckyLearner(SEARCH), np.random.default_rng(0)
     first = play(learner, "g" + "g" * 15, rng)[0][1]
     play(learner, "f" + "g" + "g" * 3, rng)
     assert learner.policy.array("harmonic").tolist() == first
@@ -97,8 +91,20 @@ def test_before_anything_was_drawn_its_policy_leaves_the_cup_where_it_is():
     assert learner.table is None
 
 
-def test_its_settings_are_those_of_a_harmonic_exploration():
-    with pytest.raises(ConfigError, match=r"'learn.learner.harmonic.band_rad_s' is \[8.0, 3.0\]; allowed"):
-        learn_settings("sarsa", "learn/learner=harmonic_search", learner__harmonic__band_rad_s=[8.0, 3.0])
-    with pytest.raises(ConfigError, match=r"'learn.learner.kind' is 'tabel'; allowed: .*did you mean 'table'"):
-        learn_settings("sarsa", learner__kind="tabel")
+def test_wrong_settings_are_refused_in_one_line():
+    with pytest.raises(ConfigError, match=r"'learn.learner.after_failure' is 2.0; allowed"):
+        learn_settings("easy", "learn/learner=lucky", learner__after_failure=2.0)
+    with pytest.raises(ConfigError, match=r"'learn.learner.kind' is 'sarssa'; allowed: .*did you mean 'sarsa'"):
+        learn_settings("easy", learner__kind="sarssa")
+
+
+def test_chance_itself_keeps_nothing_and_every_rollout_of_it_counts():
+    learner = begin_learner(learn_settings("easy", "learn/learner=random"))
+    rng, harmonics = np.random.default_rng(0), []
+    for result in "fgfgg":
+        learner.begin_rollout(rng)
+        finished = learner.end_rollout("goal" if result == "g" else "timeout", LAST)
+        assert not finished.explored
+        harmonics.append(tuple(learner.policy.array("harmonic").tolist()))
+    assert len(set(harmonics)) == 5
+    assert learner.count.streak == 2

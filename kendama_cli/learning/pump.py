@@ -1,0 +1,139 @@
+"""A hand-written energy pump: the controller that a learner is to be compared with. It learns nothing."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from numpy.random import Generator
+
+from kendama_cli.artifacts.policy import PolicyArtifact
+from kendama_cli.learning.decision import HeldAction
+from kendama_cli.learning.discretisation import StateGrid
+from kendama_cli.learning.interface import FinishedRollout, LearnerMaker
+from kendama_cli.learning.learner_settings import PumpSettings
+from kendama_cli.learning.policy import task_meaning
+from kendama_cli.learning.reward import Outcome, final_reward, step_reward
+from kendama_cli.learning.settings import LearnSettings
+from kendama_cli.learning.state import SwingState
+from kendama_cli.learning.statistics import LearningCount
+
+ROPE_M = 0.4
+"""Length of the pendulum whose energy is computed [m]; a policy does not know the rope that it will hang on."""
+GRAVITY_M_S2 = 9.81
+
+
+class PumpPolicy:
+    """The law of PumpSettings, its acceleration held by ``learn.decision`` on the bins of ``learn.grid``."""
+
+    table = None
+    decides_on_bins = True
+
+    def __init__(self, artifact: PolicyArtifact, settings: LearnSettings) -> None:
+        """Raises ValueError where the artifact does not hold the law's constants."""
+        values = artifact.array("constants")
+        names = [entry.name for entry in dataclasses.fields(PumpSettings) if entry.name != "kind"]
+        if values.shape != (len(names),):
+            raise ValueError(f"the pump has constants of shape {values.shape}; allowed: ({len(names)},)")
+        self._law = PumpSettings("pump", *values.tolist())
+        self._settings = settings
+        self._grid = StateGrid(settings.grid)
+        self.begin_rollout()
+
+    def begin_rollout(self) -> None:
+        """Forget the last acceleration."""
+        self._held = HeldAction(self._settings, self._grid)
+        self._acceleration = 0.0
+        self.decisions = 0
+
+    @property
+    def next_look_s(self) -> float:
+        """``act`` changes nothing before this time into the rollout, so no reading is needed before it [s]."""
+        return self._held.next_look_s
+
+    def act(self, state: SwingState, t_s: float) -> float:
+        """The cup's acceleration [m/s^2] at ``t_s`` into the rollout."""
+        held = self._held
+        if t_s >= held.next_look_s:
+            row = held.due(state, t_s)
+            if row is not None:
+                held.hold(row, held.action, t_s)
+                self._acceleration = self._wanted(state)
+                self.decisions += 1
+        return self._acceleration
+
+    def _wanted(self, state: SwingState) -> float:
+        law, settings = self._law, self._settings
+        x_m, velocity_m_s, angle, rate = state
+        energy = GRAVITY_M_S2 * ROPE_M * (1.0 - math.cos(angle)) + 0.5 * (ROPE_M * rate) ** 2
+        missing = GRAVITY_M_S2 * ROPE_M * (1.0 + law.height) - energy
+        gain = law.gain * (1.0 if missing > 0.0 else law.braking)
+        pumped = -gain * missing * math.cos(angle - math.copysign(law.lead_rad, rate)) * math.copysign(1.0, rate)
+        wanted = pumped - law.stiffness_per_s2 * x_m - law.damping_per_s * velocity_m_s
+        return max(settings.actions_m_s2[0], min(settings.actions_m_s2[-1], wanted))
+
+
+class PumpLearner:
+    """Acts by the pump in every rollout, and counts."""
+
+    table = None
+    decides_on_bins = True
+
+    def __init__(self, settings: LearnSettings, policy: PolicyArtifact | None = None) -> None:
+        self._settings = settings
+        self.count = LearningCount(succeeded_ever=True)
+        self.policy = _sealed(settings) if policy is None else policy
+        self._actor = PumpPolicy(self.policy, settings)
+        self._reward = 0.0
+
+    @classmethod
+    def from_state(cls, settings: LearnSettings, state: Mapping[str, Any]) -> PumpLearner:
+        """The learner that ``state()`` described, between the same two rollouts."""
+        policy = PolicyArtifact.seal("pump", task_meaning(settings), {"constants": np.array(state["constants"])})
+        learner = cls(settings, policy)
+        learner.count = LearningCount(**state["count"])
+        return learner
+
+    def state(self) -> dict[str, Any]:
+        """The learner between two rollouts, as JSON values."""
+        return {"count": dataclasses.asdict(self.count), "constants": self.policy.array("constants").tolist()}
+
+    @property
+    def next_look_s(self) -> float:
+        """``act`` changes nothing before this time into the rollout, so no reading is needed before it [s]."""
+        return self._actor.next_look_s
+
+    def begin_rollout(self, rng: Generator) -> None:
+        """Begin to pump; nothing is drawn."""
+        self._actor.begin_rollout()
+        self._reward = 0.0
+
+    def act(self, state: SwingState, t_s: float) -> float:
+        """The cup's acceleration [m/s^2] at ``t_s`` into the rollout."""
+        decisions = self._actor.decisions
+        acceleration = self._actor.act(state, t_s)
+        if self._actor.decisions > decisions > 0:
+            self._reward += step_reward(self._settings.reward, state.x_m)
+        return acceleration
+
+    def end_rollout(self, outcome: Outcome, state: SwingState, miss_m: float | None = None) -> FinishedRollout:
+        """Count; ``state`` is the last reading."""
+        rewards, success, decisions = self._settings.reward, outcome == "goal", self._actor.decisions
+        if decisions:
+            self._reward += step_reward(rewards, state.x_m) + final_reward(rewards, outcome, miss_m)
+        self.count = self.count.after(explored=False, success=success, settings=self._settings.count)
+        return FinishedRollout(self.count.rollouts, False, success, self._reward, decisions)
+
+
+def _sealed(settings: LearnSettings) -> PolicyArtifact:
+    own = settings.learner
+    assert isinstance(own, PumpSettings)
+    constants = [value for name, value in dataclasses.asdict(own).items() if name != "kind"]
+    return PolicyArtifact.seal("pump", task_meaning(settings), {"constants": np.array(constants)})
+
+
+PUMP = LearnerMaker(begin=PumpLearner, resume=PumpLearner.from_state, policy=PumpPolicy, meaning=task_meaning)
+"""The kind ``pump``."""

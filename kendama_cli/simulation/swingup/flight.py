@@ -1,0 +1,82 @@
+"""The end of a swing-up: when the ball is released, and the flight after that, to the cup or beside it."""
+
+from __future__ import annotations
+
+import math
+
+from kendama_cli.learning.reward import Flight, Goal, Landing
+from kendama_cli.learning.settings import LearnSettings
+from kendama_cli.physics.taut_rope import Ball
+from kendama_cli.settings.game import GameSettings
+from kendama_cli.simulation.swingup.engine import StepCallback, SwingEngine, state_of
+from kendama_cli.simulation.swingup.rollout import Catch
+from kendama_cli.simulation.swingup.workspace import catch_limiter, mouth_m
+
+LONGEST_FLIGHT = 1000
+"""Steps after which a flight is given up."""
+SETTLING_S = 0.3
+"""So long after coming down to the rim the ball must still be in a cup that touches it: a bounce out takes less."""
+
+
+class Release:
+    """Watches one rollout: told every step, it says when the swing-up is over, by the true state and rope."""
+
+    def __init__(self, settings: LearnSettings, goal: Goal) -> None:
+        wanted = settings.goal
+        self._goal = goal
+        self._caught = wanted.success == "caught"
+        self._steps = max(1, round(wanted.slack_s / settings.step_s))
+        self._slack = 0
+        self._lowest = 0.0 if goal.nearest_rad >= 0.5 * math.pi else -math.inf
+
+    def after(self, swing: SwingEngine) -> bool:
+        """Whether this step is the last one."""
+        if swing.above_m < self._lowest:
+            self._slack = 0
+            return False
+        if not self._caught:
+            return self._goal.reached(state_of(swing))
+        slack = self._goal.in_window(state_of(swing)) and swing.tension_n == 0.0
+        self._slack = self._slack + 1 if slack else 0
+        return self._slack >= self._steps
+
+
+def fly(
+    swing: SwingEngine, settings: LearnSettings, game: GameSettings, since_s: float, on_step: StepCallback | None
+) -> Catch:
+    """Fly on: the cup heads for the landing, within its limits, until the ball is down at the rim again.
+
+    The acceleration is planned anew in every step for a ball that falls freely; rope and air are in the dynamics.
+    Where ball and cup touch, the cup then comes to rest, and the ball must stay in it. Where they do not, the ball is
+    caught whose centre comes down through the rim's plane within the mouth.
+    """
+    flight, largest, step_s = Flight.of(game), settings.goal.catch_acceleration_m_s2, settings.step_s
+    limit = catch_limiter(settings).limit
+    edge_m = settings.workspace.half_width_m if settings.workspace.kind == "terminate" else math.inf
+    steps = 0
+
+    def advance(wanted_m_s2: float) -> None:
+        nonlocal steps
+        sent = limit(max(-largest, min(largest, wanted_m_s2)), *swing.reference)
+        swing.step(sent)
+        steps += 1
+        if on_step is not None:
+            on_step(since_s + steps * step_s, swing, sent)
+
+    landing = _fall(swing, flight)
+    while landing is not None and landing.time_s > 0.5 * step_s and steps < LONGEST_FLIGHT and abs(swing.x_m) <= edge_m:
+        advance(landing.acceleration_m_s2)
+        landing = _fall(swing, flight)
+    miss_m, duration_s = abs(swing.across_m), steps * step_s
+    here = abs(swing.above_m - flight.rim_m) <= step_s * abs(swing.above_m_s) and swing.above_m_s < 0.0
+    caught = here and miss_m < mouth_m(game) and abs(swing.x_m) <= edge_m
+    if swing.in_cup is None:
+        return Catch(miss_m, duration_s, caught)
+    for _ in range(round(SETTLING_S / step_s)):
+        advance(-swing.reference[1] / step_s)
+    return Catch(miss_m, duration_s, bool(swing.in_cup))
+
+
+def _fall(swing: SwingEngine, flight: Flight) -> Landing | None:
+    ball = Ball(swing.across_m, swing.above_m, swing.across_m_s, swing.above_m_s)
+    return flight.fall(swing.x_m, swing.velocity_m_s, ball)
