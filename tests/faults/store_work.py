@@ -37,7 +37,15 @@ def content(key: str) -> dict[str, bytes]:
 
 def work(home: Path, tell: Tell) -> None:
     """Do all of it; ``tell`` hears of each thing as soon as it counts as done."""
+    usual = container_writer.CHUNK_BYTES
     container_writer.CHUNK_BYTES = 64  # so that the log grows with every checkpoint
+    try:
+        _work(home, tell)
+    finally:
+        container_writer.CHUNK_BYTES = usual
+
+
+def _work(home: Path, tell: Tell) -> None:
     store = Store(home)
     with store.in_use():
         record = RunRecord(home, RUN, "toy", [], "2026-01-01", versions={})

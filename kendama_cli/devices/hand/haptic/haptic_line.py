@@ -16,7 +16,7 @@ class HapticLine:
 
     def __init__(self, connected: socket.socket) -> None:
         connected.setblocking(False)
-        if connected.family != getattr(socket, "AF_UNIX", None):
+        if connected.family in (socket.AF_INET, socket.AF_INET6):
             connected.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         self._socket, self._stream = connected, MessageStream()
 
