@@ -12,7 +12,7 @@ from tests.log.made_logs import FieldLog
 def write_rehearsal(log: FieldLog, rng: np.random.Generator) -> tuple[dict[str, Any], dict[str, Any]]:
     """Every topic of the stage ``rehearse`` at 100 Hz; returns settings and metrics."""
     for time in np.arange(0.01, 4.0, 0.01):
-        for topic, late in (("ghost", 0.0), ("sent", 0.0), ("measured", 0.02)):
+        for topic, late in (("ghost", 0.0), ("sent", 0.0), ("measured", 0.02), ("external", 0.02)):
             angles = 0.3 * np.sin(np.array([1.0, 2.0]) * (time - late)) + 1e-4 * rng.standard_normal(2) * (late > 0)
             joints = {"names": ["shoulder", "elbow"], "position_rad": angles, "velocity_rad_s": [0.0, 0.0]}
             log.write(f"/rehearse/{topic}", time, joints | {"effort_nm": [1.0, 2.0]})
