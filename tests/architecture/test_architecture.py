@@ -6,6 +6,7 @@ import ast
 import dataclasses
 import subprocess
 import sys
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -80,6 +81,25 @@ def test_no_pickle_anywhere() -> None:
     for file in FILES:
         assert "import pickle" not in file.read_text(), file
         assert "allow_pickle=True" not in file.read_text(), file
+        assert list(pickled_by_a_pipe(file.read_text())) == [], file
+
+
+def pickled_by_a_pipe(source: str) -> Iterator[str]:
+    """Where a file with ``multiprocessing`` says or hears what its pipes and queues pickle."""
+    if "multiprocessing" not in source:
+        return
+    for node in ast.walk(ast.parse(source)):
+        if not (isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute)):
+            continue
+        if node.func.attr in ("send", "recv", "Queue", "SimpleQueue", "Manager", "Listener", "Client"):
+            yield f"line {node.lineno}: {ast.unparse(node.func)}"
+
+
+def test_what_a_pipe_pickles_is_found() -> None:
+    begin = "from multiprocessing.connection import Connection\nline = Connection(3)\n"
+    assert list(pickled_by_a_pipe(begin + "line.send(1)\nline.recv()")) == ["line 3: line.send", "line 4: line.recv"]
+    assert list(pickled_by_a_pipe(begin + "line.send_bytes(b'1')\nline.recv_bytes()")) == []
+    assert list(pickled_by_a_pipe("import socket\nsocket.socket().send(b'1')")) == []
 
 
 def test_package_files_are_empty_or_hold_declarations_that_import_nothing_heavy() -> None:

@@ -6,11 +6,13 @@ import socket
 import subprocess
 import sys
 from multiprocessing.connection import Connection
-from typing import Any
+from typing import Any, TypeVar
 
+from kendama_cli.devices.robot.franka.messages import Done, Failure, Message, Stands, decode, encode
 from kendama_cli.errors import HardwareError
 from kendama_cli.settings.hardware import FrankaHardware
 
+Heard = TypeVar("Heard", Stands, Done)
 BRAKING_S = 2.0
 """The process gets so long to brake the arm, once nobody commands any more."""
 
@@ -32,25 +34,29 @@ class ArmPipe:
         self._failure = self._failure or problem
         return HardwareError(self._failure)
 
-    def send(self, said: object) -> None:
+    def send(self, said: Message) -> None:
         """Say it; raises HardwareError."""
         if self._failure is not None:
             raise HardwareError(self._failure)
         try:
-            self._pipe.send(said)
+            self._pipe.send_bytes(encode(said))
         except OSError:
             raise self.fail(self._last_words()) from None
 
-    def hear(self, wait_s: float) -> Any:
-        """What comes back; raises HardwareError where that is a failure, or nothing."""
+    def hear(self, kind: type[Heard], wait_s: float) -> Heard:
+        """What comes back; raises HardwareError where that is a failure, another kind, or nothing."""
         try:
             if not self._pipe.poll(wait_s):
                 raise self.fail(f"the arm at {self._host} said nothing for {wait_s:g} s")
-            heard = self._pipe.recv()
+            heard = decode(self._pipe.recv_bytes())
         except (EOFError, OSError):
             raise self.fail(self._last_words()) from None
-        if isinstance(heard, str):
-            raise self.fail(heard)
+        except HardwareError as error:
+            raise self.fail(str(error)) from None
+        if isinstance(heard, Failure):
+            raise self.fail(heard.problem)
+        if not isinstance(heard, kind):
+            raise self.fail(f"the process that moves the arm said {type(heard).__name__} out of turn")
         return heard
 
     def close(self) -> None:
@@ -66,8 +72,8 @@ class ArmPipe:
         """What the process said before it ended, or how it did."""
         try:
             while self._pipe.poll(0):
-                if isinstance(heard := self._pipe.recv(), str):
-                    return heard
-        except (EOFError, OSError):
+                if isinstance(heard := decode(self._pipe.recv_bytes()), Failure):
+                    return heard.problem
+        except (EOFError, OSError, HardwareError):
             pass
         return f"the process that moves the arm ended with {self.process.wait()}"

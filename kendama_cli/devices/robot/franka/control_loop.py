@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
-from typing import Any, NamedTuple, Protocol
+from typing import Any, Protocol
 
 import numpy as np
 
+from kendama_cli.devices.robot.franka.messages import Done, Wanted
 from kendama_cli.devices.robot.franka.rate_limit import RateLimiter, RateLimits
 from kendama_cli.schema.arrays import Array
 
@@ -17,28 +17,6 @@ REST_S = 0.2
 
 BRIDGED_RAD = 1e-6
 """An arm that was sent elsewhere by so much has bridged a gap; its state is told in single precision."""
-
-
-class Wanted(NamedTuple):
-    """Where the joints are to be at the end of a control period, and how fast (n,)."""
-
-    position_rad: Array
-    velocity_rad_s: Array
-
-
-@dataclass(frozen=True)
-class Done:
-    """One control period: what was sent last (n,), what was measured after it, how many periods there were so far."""
-
-    sent_rad: Array
-    sent_rad_s: Array
-    sent_rad_s2: Array
-    position_rad: Array
-    velocity_rad_s: Array
-    effort_nm: Array
-    external_nm: Array
-    wrench: Array
-    periods: int
 
 
 class ActiveControl(Protocol):

@@ -13,27 +13,39 @@ import re
 import sys
 from collections.abc import Callable
 from multiprocessing.connection import Connection
-from typing import Any
+from typing import Any, TypeVar
 
-from kendama_cli.devices.robot.franka.control_loop import CYCLE_S, ControlLoop, Done, Wanted
+import numpy as np
+
+from kendama_cli.devices.robot.franka.control_loop import CYCLE_S, ControlLoop
+from kendama_cli.devices.robot.franka.messages import (
+    Begin,
+    Done,
+    Failure,
+    Message,
+    Recover,
+    Stands,
+    Wanted,
+    decode,
+    encode,
+)
 from kendama_cli.devices.robot.franka.rate_limit import RateLimits
 from kendama_cli.errors import HardwareError
 from kendama_cli.settings.hardware import FrankaHardware
 
 LIBRARY = "pylibfranka"
-RECOVER = "recover"
-"""What the pipe says beside commands; every failure comes back as text, and is the last that is said."""
+Heard = TypeVar("Heard", Begin, Wanted)
 
 
 def main() -> int:
     """Serve the pipe whose file descriptor is the argument; returns the exit code."""
     pipe: Connection[Any, Any] = Connection(int(sys.argv[1]))
     with contextlib.suppress(EOFError, BrokenPipeError, ConnectionResetError):
-        settings, limits = pipe.recv()
         try:
-            _serve(pipe, settings, limits)
+            begin = _only(Begin, decode(pipe.recv_bytes()))
+            _serve(pipe, begin.hardware, begin.limits)
         except HardwareError as error:
-            pipe.send(str(error))
+            _say(pipe, Failure(str(error)))
     return 0
 
 
@@ -43,19 +55,19 @@ def _serve(pipe: Connection[Any, Any], settings: FrankaHardware, limits: RateLim
     try:
         robot = fci.Robot(settings.host, getattr(fci.RealtimeConfig, f"k{settings.realtime.capitalize()}"))
         _set_collisions(robot, settings)
-        pipe.send(list(robot.read_once().q))
+        _say(pipe, Stands(np.array(robot.read_once().q)))
         cycles = round(settings.control_period_s / CYCLE_S)
         loop = ControlLoop(limits, cycles, _listener(pipe), _teller(pipe), fci.JointPositions)
         gc.disable()
         while True:
-            said = pipe.recv()
-            if said == RECOVER:
+            said = decode(pipe.recv_bytes())
+            if isinstance(said, Recover):
                 robot.automatic_error_recovery()
-                pipe.send(list(robot.read_once().q))
+                _say(pipe, Stands(np.array(robot.read_once().q)))
                 continue
             _require_idle(robot, settings)
             active = robot.start_joint_position_control(fci.ControllerMode.JointImpedance)
-            loop.run(active, said, settings.reply_s)
+            loop.run(active, _only(Wanted, said), settings.reply_s)
     except HardwareError:
         raise
     except errors as error:
@@ -79,8 +91,7 @@ def _listener(pipe: Connection[Any, Any]) -> Callable[[float], Wanted | None]:
     def next_command(wait_s: float) -> Wanted | None:
         with contextlib.suppress(EOFError, OSError):  # whoever commands has gone: the arm brakes
             if pipe.poll(wait_s):
-                said: Wanted = pipe.recv()
-                return said
+                return _only(Wanted, decode(pipe.recv_bytes()))
         return None
 
     return next_command
@@ -89,9 +100,20 @@ def _listener(pipe: Connection[Any, Any]) -> Callable[[float], Wanted | None]:
 def _teller(pipe: Connection[Any, Any]) -> Callable[[Done], None]:
     def tell(done: Done) -> None:
         with contextlib.suppress(OSError):
-            pipe.send(done)
+            _say(pipe, done)
 
     return tell
+
+
+def _only(kind: type[Heard], said: Message) -> Heard:
+    """The message; raises HardwareError where it is of another kind."""
+    if not isinstance(said, kind):
+        raise HardwareError(f"the process that moves the arm was told {type(said).__name__} out of turn")
+    return said
+
+
+def _say(pipe: Connection[Any, Any], message: Message) -> None:
+    pipe.send_bytes(encode(message))
 
 
 def failure(host: str, told: str) -> str:

@@ -10,8 +10,8 @@ from contextlib import closing, contextmanager
 import numpy as np
 
 from kendama_cli.devices.robot.franka.arm_pipe import ArmPipe
-from kendama_cli.devices.robot.franka.control_loop import Done, Wanted
-from kendama_cli.devices.robot.franka.process import LIBRARY, RECOVER
+from kendama_cli.devices.robot.franka.messages import Begin, Done, Recover, Stands, Wanted
+from kendama_cli.devices.robot.franka.process import LIBRARY
 from kendama_cli.devices.robot.franka.rate_limit import RateLimits
 from kendama_cli.devices.robot.interface import Exchange, JointCommand, RobotState
 from kendama_cli.devices.robot.limiter import check_command
@@ -79,8 +79,8 @@ class FrankaRobot:
         )
         self._pipe = ArmPipe(hardware)
         try:
-            self._pipe.send((hardware, rates))
-            self._sent_rad = np.array(self._pipe.hear(hardware.wait_s))
+            self._pipe.send(Begin(hardware, rates))
+            self._sent_rad = self._pipe.hear(Stands, hardware.wait_s).position_rad
         except BaseException:
             self._pipe.close()
             raise
@@ -100,7 +100,7 @@ class FrankaRobot:
             )
         lower, upper = self.limits.lower_rad, self.limits.upper_rad
         self._pipe.send(Wanted(np.clip(command.position_rad, lower, upper), np.array(command.velocity_rad_s)))
-        done: Done = self._pipe.hear(self._hardware.silence_s)
+        done = self._pipe.hear(Done, self._hardware.silence_s)
         self._exchanges += 1
         self.missed += done.periods - self._periods - 1
         self._periods, self._sent_rad = done.periods, done.sent_rad
@@ -130,8 +130,8 @@ class FrankaRobot:
 
     def recover(self) -> None:
         """Have the controller leave its reflex; raises HardwareError where it does not."""
-        self._pipe.send(RECOVER)
-        self._sent_rad = np.array(self._pipe.hear(self._hardware.wait_s))
+        self._pipe.send(Recover())
+        self._sent_rad = self._pipe.hear(Stands, self._hardware.wait_s).position_rad
 
     def halt(self) -> None:
         """Brake within the limits and stay stopped: the loop brakes where no command comes."""

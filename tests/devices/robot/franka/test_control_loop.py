@@ -7,7 +7,8 @@ from collections.abc import Callable, Iterator
 import numpy as np
 import pytest
 
-from kendama_cli.devices.robot.franka.control_loop import CYCLE_S, ControlLoop, Done, Wanted
+from kendama_cli.devices.robot.franka.control_loop import CYCLE_S, ControlLoop
+from kendama_cli.devices.robot.franka.messages import Done, Wanted
 from kendama_cli.devices.robot.franka.rate_limit import RateLimiter, RateLimits
 from kendama_cli.motion import minimum_jerk
 from kendama_cli.schema.arrays import Array
