@@ -83,7 +83,7 @@ def diff(
 
 def _list(home: Path, conditions: list[str], sort: str | None, columns: str | None, *, as_json: bool) -> None:
     from kendama_cli.pipeline.record import past_runs
-    from kendama_cli.pipeline.run_facts import chosen_runs, condition, run_facts
+    from kendama_cli.pipeline.run_facts import chosen_runs, condition, require_known, run_facts
     from kendama_cli.store.store import Store
 
     records = past_runs(home)
@@ -95,15 +95,11 @@ def _list(home: Path, conditions: list[str], sort: str | None, columns: str | No
         by_run = {str(record["run"]): record for record in records}
         render.document([{**by_run[one["run"]], "tags": one["tags"].split(), "note": one["note"]} for one in found])
         return
-    head = COLUMNS if columns is None else ("run", *(name.strip() for name in columns.split(",")))
+    head: tuple[str, ...] = COLUMNS
     if columns is not None:
-        chosen_runs(facts, [], None if not records else _unknown(facts, head))
+        head = ("run", *(name.strip() for name in columns.split(",")))
+        require_known(facts, head)
     render.table([[_cell(one.get(name)) for name in head] for one in found], head=head)
-
-
-def _unknown(facts: list[dict[str, Any]], head: tuple[str, ...]) -> str | None:
-    """A column that no run has, which is refused like a key to sort by."""
-    return next((name for name in head if not any(name in one for one in facts)), None)
 
 
 def _cell(value: Any) -> str:

@@ -23,7 +23,8 @@ from kendama_cli.learning.exploration import DrawnHarmonic, Harmonic, draw_harmo
 from kendama_cli.learning.interface import FinishedRollout, LearnerMaker
 from kendama_cli.learning.learner_settings import LuckySettings
 from kendama_cli.learning.policy import task_meaning
-from kendama_cli.learning.reward import Outcome, final_reward, step_reward
+from kendama_cli.learning.reward import Outcome
+from kendama_cli.learning.rewarded_actor import RewardedActor
 from kendama_cli.learning.settings import LearnSettings
 from kendama_cli.learning.state import SwingState
 from kendama_cli.learning.statistics import LearningCount
@@ -86,8 +87,8 @@ class LuckyLearner:
         self._best, self._best_streak = self._replayed, 0
         self._present = self._replayed
         self._actor = HarmonicPolicy(_sealed(self._replayed, settings), settings)
+        self._rollout = RewardedActor(self._actor, settings.reward)
         self._explored = False
-        self._reward = 0.0
 
     @classmethod
     def from_state(cls, settings: LearnSettings, state: Mapping[str, Any]) -> LuckyLearner:
@@ -116,7 +117,7 @@ class LuckyLearner:
     @property
     def next_look_s(self) -> float:
         """``act`` changes nothing before this time into the rollout, so no reading is needed before it [s]."""
-        return self._actor.next_look_s
+        return self._rollout.next_look_s
 
     def begin_rollout(self, rng: Generator) -> None:
         """Replay, or draw a harmonic from ``rng``."""
@@ -129,28 +130,22 @@ class LuckyLearner:
             self._present = self._replayed if frozen else draw_harmonic(self._settings, rng)
             self._replayed = self._present
         self._actor.play(self._present)
-        self._reward = 0.0
+        self._rollout = RewardedActor(self._actor, self._settings.reward)
 
     def act(self, state: SwingState, t_s: float) -> float:
         """The cup's acceleration [m/s^2] at ``t_s`` into the rollout."""
-        decisions = self._actor.decisions
-        acceleration = self._actor.act(state, t_s)
-        if self._actor.decisions > decisions > 0:
-            self._reward += step_reward(self._settings.reward, state.x_m)
-        return acceleration
+        return self._rollout.act(state, t_s)
 
     def end_rollout(self, outcome: Outcome, state: SwingState, miss_m: float | None = None) -> FinishedRollout:
         """Keep a drawn harmonic that succeeded, and count; ``state`` is the last reading."""
-        rewards, success, decisions = self._settings.reward, outcome == "goal", self._actor.decisions
-        if decisions:
-            self._reward += step_reward(rewards, state.x_m) + final_reward(rewards, outcome, miss_m)
+        success, reward = outcome == "goal", self._rollout.reward(outcome, state, miss_m)
         longer = max(self._settings.count.streak, self._best_streak + 1)
         if not (success or self._explored) and self.count.streak >= longer:
             self._best, self._best_streak = self._replayed, self.count.streak
         if self._explored and (success or not self.count.succeeded_ever):
             self._replayed = self._present
         self.count = self.count.after(explored=self._explored, success=success, settings=self._settings.count)
-        return FinishedRollout(self.count.rollouts, self._explored, success, self._reward, decisions)
+        return FinishedRollout(self.count.rollouts, self._explored, success, reward, self._rollout.decisions)
 
 
 def _sealed(drawn: DrawnHarmonic, settings: LearnSettings) -> PolicyArtifact:

@@ -16,7 +16,8 @@ from kendama_cli.learning.discretisation import StateGrid
 from kendama_cli.learning.interface import FinishedRollout, LearnerMaker
 from kendama_cli.learning.learner_settings import PumpSettings
 from kendama_cli.learning.policy import task_meaning
-from kendama_cli.learning.reward import Outcome, final_reward, step_reward
+from kendama_cli.learning.reward import Outcome
+from kendama_cli.learning.rewarded_actor import RewardedActor
 from kendama_cli.learning.settings import LearnSettings
 from kendama_cli.learning.state import SwingState
 from kendama_cli.learning.statistics import LearningCount
@@ -87,7 +88,7 @@ class PumpLearner:
         self.count = LearningCount(succeeded_ever=True)
         self.policy = _sealed(settings) if policy is None else policy
         self._actor = PumpPolicy(self.policy, settings)
-        self._reward = 0.0
+        self._rollout = RewardedActor(self._actor, settings.reward)
 
     @classmethod
     def from_state(cls, settings: LearnSettings, state: Mapping[str, Any]) -> PumpLearner:
@@ -104,28 +105,22 @@ class PumpLearner:
     @property
     def next_look_s(self) -> float:
         """``act`` changes nothing before this time into the rollout, so no reading is needed before it [s]."""
-        return self._actor.next_look_s
+        return self._rollout.next_look_s
 
     def begin_rollout(self, rng: Generator) -> None:
         """Begin to pump; nothing is drawn."""
         self._actor.begin_rollout()
-        self._reward = 0.0
+        self._rollout = RewardedActor(self._actor, self._settings.reward)
 
     def act(self, state: SwingState, t_s: float) -> float:
         """The cup's acceleration [m/s^2] at ``t_s`` into the rollout."""
-        decisions = self._actor.decisions
-        acceleration = self._actor.act(state, t_s)
-        if self._actor.decisions > decisions > 0:
-            self._reward += step_reward(self._settings.reward, state.x_m)
-        return acceleration
+        return self._rollout.act(state, t_s)
 
     def end_rollout(self, outcome: Outcome, state: SwingState, miss_m: float | None = None) -> FinishedRollout:
         """Count; ``state`` is the last reading."""
-        rewards, success, decisions = self._settings.reward, outcome == "goal", self._actor.decisions
-        if decisions:
-            self._reward += step_reward(rewards, state.x_m) + final_reward(rewards, outcome, miss_m)
+        success, reward = outcome == "goal", self._rollout.reward(outcome, state, miss_m)
         self.count = self.count.after(explored=False, success=success, settings=self._settings.count)
-        return FinishedRollout(self.count.rollouts, False, success, self._reward, decisions)
+        return FinishedRollout(self.count.rollouts, False, success, reward, self._rollout.decisions)
 
 
 def _sealed(settings: LearnSettings) -> PolicyArtifact:

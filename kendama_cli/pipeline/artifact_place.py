@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 from kendama_cli.errors import UsageError
 from kendama_cli.pipeline.record import find_run, past_runs
+from kendama_cli.schema.settings import nearest
 
 LOG = "log.mcap"
 
@@ -21,14 +24,27 @@ def artifact_folder(home: Path, place: str) -> Path:
     else:
         having = [one for one in past_runs(home) if any(made["name"] == stage for made in one["stages"])]
         record = having[-1] if having else find_run(home, None)
-    stages = {str(made["name"]): made for made in record["stages"]}
+    return stored_folder(record, stage)
+
+
+def recorded_stage(record: Mapping[str, Any], stage: str) -> Mapping[str, Any]:
+    """What ``record`` tells of ``stage``; raises UsageError where the run has no such stage."""
+    stages: dict[str, Mapping[str, Any]] = {str(made["name"]): made for made in record["stages"]}
     if stage not in stages:
         known = ", ".join(stages) or "none"
-        raise UsageError(f"run {record['run']} has no stage '{stage}'; it has {known}")
-    folder = stages[stage]["artifact"]
-    if folder is None or not Path(folder).is_dir():
-        raise UsageError(f"stage '{stage}' of run {record['run']} has no stored artifact; 'kendama run' makes it again")
-    return Path(folder)
+        raise UsageError(f"run {record['run']} has no stage '{stage}'; it has {known}{nearest(stage, list(stages))}")
+    return stages[stage]
+
+
+def stored_folder(record: Mapping[str, Any], stage: str) -> Path:
+    """Where the artifact of ``stage`` lies; raises UsageError where there is none, never was or no longer."""
+    made = recorded_stage(record, stage)
+    if made["artifact"] is None or not Path(made["artifact"]).is_dir():
+        raise UsageError(
+            f"stage '{stage}' of run {record['run']} ({made['status']}) has no stored artifact; "
+            "'kendama run' makes it again"
+        )
+    return Path(made["artifact"])
 
 
 def log_path(home: Path, place: str) -> Path:

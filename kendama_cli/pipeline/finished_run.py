@@ -6,13 +6,11 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from kendama_cli.errors import UsageError
 from kendama_cli.log.reader import LogFile
-from kendama_cli.pipeline.artifact_place import LOG
+from kendama_cli.pipeline.artifact_place import LOG, recorded_stage, stored_folder
 from kendama_cli.pipeline.catalogue import load_pipeline
 from kendama_cli.pipeline.report import write_report
 from kendama_cli.schema.registry import resolve
-from kendama_cli.schema.settings import nearest
 from kendama_cli.store.codecs import load_artifact
 
 
@@ -65,7 +63,7 @@ class Run:
         UsageError
             Where the run has no such stage.
         """
-        return dict(self._stage(stage)["metrics"])
+        return dict(recorded_stage(self.record, stage)["metrics"])
 
     def folder(self, stage: str) -> Path:
         """Where the stage's artifact, metrics and log are stored.
@@ -78,12 +76,9 @@ class Run:
         Raises
         ------
         UsageError
-            Where the run has no such stage, or it did not end.
+            Where the run has no such stage, or its artifact is not stored.
         """
-        entry = self._stage(stage)
-        if entry["artifact"] is None:
-            raise UsageError(f"stage '{stage}' of run {self.name} {entry['status']}; it has no artifact")
-        return Path(entry["artifact"])
+        return stored_folder(self.record, stage)
 
     def artifact(self, stage: str) -> Any:
         """What the stage gave: the frozen dataclass that its declaration names.
@@ -96,7 +91,7 @@ class Run:
         Raises
         ------
         UsageError
-            Where the run has no such stage, or it did not end.
+            Where the run has no such stage, or its artifact is not stored.
         StoreError
             Where the artifact is damaged or gone.
         """
@@ -115,7 +110,7 @@ class Run:
         Raises
         ------
         UsageError
-            Where the run has no such stage, or it did not end.
+            Where the run has no such stage, or its artifact is not stored.
         InputError
             Where the log is damaged or gone.
         """
@@ -140,11 +135,3 @@ class Run:
             Where a log is damaged or gone.
         """
         return write_report([self.record], None if output is None else Path(output))
-
-    def _stage(self, name: str) -> Mapping[str, Any]:
-        for stage in self.record["stages"]:
-            if stage["name"] == name:
-                return dict(stage)
-        raise UsageError(
-            f"run {self.name} has no stage '{name}'; it has {', '.join(self.stages)}{nearest(name, self.stages)}"
-        )

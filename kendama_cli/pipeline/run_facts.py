@@ -96,14 +96,7 @@ def chosen_runs(
 
     Raises UsageError where no run has a fact that is asked for.
     """
-    for key in [*(one.key for one in conditions), *([sort] if sort else [])]:
-        if runs and not any(key in facts for facts in runs):
-            from kendama_cli.schema.settings import nearest  # noqa: PLC0415 - only where there is something to say
-
-            known = sorted({name for facts in runs for name in facts})
-            raise UsageError(
-                f"no run has '{key}': give a key of its configuration or STAGE.METRIC{nearest(key, known)}"
-            )
+    require_known(runs, [*(one.key for one in conditions), *([sort] if sort else [])])
     found = [facts for facts in runs if all(one.holds(facts) for one in conditions)]
     if sort is None:
         return found
@@ -115,6 +108,18 @@ def chosen_runs(
 
     having = sorted((facts for facts in found if sort in facts), key=place)
     return [*having, *(facts for facts in found if sort not in facts)]
+
+
+def require_known(runs: Sequence[Mapping[str, Any]], keys: Sequence[str]) -> None:
+    """Raises UsageError where one of ``keys`` is a fact of none of the ``runs``."""
+    unknown = next((key for key in keys if not any(key in facts for facts in runs)), None)
+    if runs and unknown is not None:
+        from kendama_cli.schema.settings import nearest  # noqa: PLC0415 - only where there is something to say
+
+        known = sorted({name for facts in runs for name in facts})
+        raise UsageError(
+            f"no run has '{unknown}': give a key of its configuration or STAGE.METRIC{nearest(unknown, known)}"
+        )
 
 
 def _number(value: Any) -> float | None:

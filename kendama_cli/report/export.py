@@ -17,6 +17,7 @@ from matplotlib.patches import Rectangle
 
 from kendama_cli.report.tables import label_and_unit, number
 
+_FONTS: Any = {"pdf.fonttype": 42, "svg.fonttype": "path"}  # TrueType embedded; outlines
 _LATEX = str.maketrans({**{one: f"\\{one}" for one in "&%$#_{}"}, "−": "$-$", "–": "--", "°": r"$^\circ$", "²": "$^2$"})
 
 
@@ -30,15 +31,14 @@ class Files:
         """Keep ``canvas`` as ``name``.svg and ``name``.pdf, and the data in it as ``name``.csv."""
         self.made[f"{name}.csv"] = _text(_rows(canvas), _Row._fields)
         canvas.set_layout_engine("none")  # it is laid out
-        parameters: Any = mpl.rcParams
-        parameters.update({"pdf.fonttype": 42, "svg.fonttype": "path"})  # TrueType embedded; outlines
         without = {"Creator": None, "Producer": None, "CreationDate": None}
         for backend, suffix, metadata in (
             (FigureCanvasSVG, "svg", {"Date": None, "Creator": None}),
             (FigureCanvasPdf, "pdf", without),
         ):
             buffer = io.BytesIO()
-            backend(canvas).print_figure(buffer, format=suffix, metadata=metadata)
+            with mpl.rc_context(_FONTS):
+                backend(canvas).print_figure(buffer, format=suffix, metadata=metadata)
             self.made[f"{name}.{suffix}"] = buffer.getvalue()
 
     def table(self, name: str, head: Sequence[str], rows: Sequence[Sequence[Any]]) -> None:
