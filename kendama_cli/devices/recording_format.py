@@ -40,7 +40,7 @@ def _text(head: bytes) -> str:
     return head.decode("utf-8-sig", errors="replace").replace("\r\n", "\n")
 
 
-MCAP = RecordingFormat("an MCAP with transforms", lambda head: head.startswith(MCAP_MAGIC), (".mcap",))
+MCAP = RecordingFormat("an MCAP with poses", lambda head: head.startswith(MCAP_MAGIC), (".mcap",))
 BAG = RecordingFormat("a ROS bag", lambda head: head.startswith((b"#ROSBAG V", b"SQLite format 3\0")), (".bag", ".db3"))
 C3D = RecordingFormat("a C3D", _is_c3d)
 QUALISYS_6D = RecordingFormat(

@@ -15,11 +15,21 @@ from kendama_cli.devices.hand.recording import Recording, unit_rotations
 from kendama_cli.devices.hand.segments import checked_swings
 from kendama_cli.devices.hand.settings import BodyCapture, BodySettings
 from kendama_cli.devices.hand.tracks.body_track import BodyTrack
+from kendama_cli.devices.hand.tracks.mcap_poses import read_mcap_bodies
 from kendama_cli.devices.hand.tracks.motive import read_motive_bodies
 from kendama_cli.devices.hand.tracks.qualisys import read_qualisys_bodies
 from kendama_cli.devices.hand.tracks.rosbag import read_bag
 from kendama_cli.devices.hand.tracks.stream_file import read_stream
-from kendama_cli.devices.recording_format import BAG, MOTIVE, QUALISYS_6D, STREAM, RecordingFormat, format_of, text_of
+from kendama_cli.devices.recording_format import (
+    BAG,
+    MCAP,
+    MOTIVE,
+    QUALISYS_6D,
+    STREAM,
+    RecordingFormat,
+    format_of,
+    text_of,
+)
 from kendama_cli.errors import InputError
 from kendama_cli.motion.rotation import exponential, multiply
 from kendama_cli.motion.rotation_matrix import log_of
@@ -54,6 +64,8 @@ def read_bodies(path: str) -> list[BodyTrack]:
     form = format_of(file, remedy=KNOWN)
     if form is BAG:
         return read_bag(file)
+    if form is MCAP:
+        return read_mcap_bodies(path)
     if form in OF_BODIES:
         return OF_BODIES[form](path, text_of(path, file.read_bytes(), remedy=KNOWN))
     return [BodyTrack(one.name, one.t_s, one.position_m, None) for one in read_tracks(file)]
@@ -108,9 +120,15 @@ def _at(ball: BodyTrack, t_s: Array) -> Array:
 
 
 def named_body(path: str, tracks: dict[str, BodyTrack], name: str | None, key: str) -> BodyTrack:
-    """The track that ``capture.<key>`` names, or the only one; raises InputError with those that are there."""
+    """The track that ``capture.<key>`` names, by its child frame alone where that will do, or the only one.
+
+    Raises InputError with those that are there.
+    """
     if name is None and len(tracks) == 1:
         return next(iter(tracks.values()))
+    ending = [one for one in tracks if name and one.endswith(f" {name}")]
+    if name not in tracks and len(ending) == 1:  # a child frame, whatever its topic
+        return tracks[ending[0]]
     if name not in tracks:
         listed = ", ".join(f"'{one}'" for one in list(tracks)[:20])
         problem = f"no '{name}'" if name is not None else f"{len(tracks)} bodies and markers"

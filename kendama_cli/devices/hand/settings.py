@@ -82,7 +82,7 @@ class FileCapture:
     rate_hz: float | None = setting("sampling rate where there is no time column [Hz]", above=0, at_most=1e5)
     gap_factor: float = setting("a time step above this multiple of the median step is a gap", above=1)
     segments: Literal["auto", "one"] = setting("auto: several swings in a file are cut apart where the hand rests")
-    topic: str | None = setting("MCAP: topic of the cup's foxglove.FrameTransform; null: the only one, or /capture/cup")
+    topic: str | None = setting("MCAP: topic of the cup's poses or transforms; null: the only one, or /capture/cup")
     child: str | None = setting("MCAP: child_frame_id of the cup; null: each child is a demonstration")
 
     def __post_init__(self) -> None:
@@ -159,7 +159,7 @@ class BodyCapture(BodySettings):
 
     kind: Literal["body"] = setting("a tracked body in files")
     path: str | tuple[str, ...] | None = setting("file, glob or list of them", file=True)
-    body: str | None = setting("name of the rigid body on the cup (or of a marker, a topic); null: the only one")
+    body: str | None = setting("name of the rigid body on the cup (a marker, topic or child frame); null: the only one")
     ball: str | None = setting("name of the ball's marker; null: it was not tracked")
     misses: Literal["drop", "keep"] = setting("swings after which the ball is not in the cup, where it was tracked")
 

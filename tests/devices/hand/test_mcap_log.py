@@ -102,7 +102,7 @@ def refusal(path, **changes):
 def test_a_topic_that_is_not_there_lists_the_others(tmp_path):
     file = write_mcap(tmp_path / "a.mcap", {"/other": {"hand": (T, P)}, "/notes": None})
     message = refusal(file, topic="/cup")
-    assert "no messages of foxglove.FrameTransform on the topic '/cup'" in message
+    assert "no poses or transforms on the topic '/cup'" in message
     assert "/notes (note, 1), /other (foxglove.FrameTransform, 201)" in message
     assert "capture.topic" in message
 
@@ -132,7 +132,7 @@ def test_a_nan_is_named_by_its_message(tmp_path):
 def test_millimetres_in_an_mcap_are_told_by_the_extent(tmp_path):
     file = write_mcap(tmp_path / "a.mcap", {"/capture/cup": {"one": (T, 1e3 * P)}})
     assert "the swing extends over 230.9 m" in refusal(file)
-    assert "look at capture.topic and have foxglove.FrameTransform written in metres" in refusal(file)
+    assert "look at capture.topic and have the poses logged in metres" in refusal(file)
 
 
 def test_wherever_it_is_cut_the_file_is_refused(tmp_path):
