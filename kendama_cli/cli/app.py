@@ -16,6 +16,7 @@ import kendama_cli
 from kendama_cli.cli import completion, render
 from kendama_cli.cli.camera import camera_app
 from kendama_cli.cli.capture import capture_app
+from kendama_cli.cli.docs import docs
 from kendama_cli.cli.motion import motion_app
 from kendama_cli.cli.options import Arm, ConfigDir, Force, Home, Json, Overrides, PipelineName, Until
 from kendama_cli.cli.play import play
@@ -41,6 +42,7 @@ app.add_typer(robot_app, name="robot")
 app.add_typer(runs_app, name="runs")
 app.command()(play)
 app.command()(diff)
+app.command()(docs)
 
 
 def _show_version(wanted: bool) -> None:

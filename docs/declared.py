@@ -1,0 +1,202 @@
+"""Sphinx extension: what the pages list of stages, settings, topics and metrics is read from their declarations.
+
+Where a page says ``<!-- declared: NAME -->`` alone on a line, Markdown of the function NAME takes its place.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import re
+import tempfile
+import typing
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from kendama_cli.config.compose import composed
+from kendama_cli.config.site import Site, find_site
+from kendama_cli.pipeline.nodes import node_schemas
+from kendama_cli.schema.declaration import StageDeclaration, find_stage, stage_names
+from kendama_cli.schema.settings import registry_of, variants
+
+LONGEST = 60
+"""Values with more characters are left out of a table."""
+_PLACE = re.compile(r"^<!-- declared: (\w+) -->$", re.M)
+
+
+def setup(app: Any) -> dict[str, Any]:
+    """Called by Sphinx."""
+    app.connect("source-read", _fill)
+    return {"parallel_read_safe": True}
+
+
+def _fill(app: Any, name: str, source: list[str]) -> None:
+    source[0] = _PLACE.sub(lambda found: PARTS[found[1]](), source[0])
+
+
+def stages() -> str:
+    """A section for each stage: what it does, its headline metrics, its topics and its settings."""
+    settings = _Settings()
+    declarations = [one for name in stage_names() if (one := find_stage(name)) is not None]
+    return "\n".join(line for one in declarations for line in _stage(one, settings))
+
+
+def nodes() -> str:
+    """A section for each node of the configuration that several stages read."""
+    settings = _Settings()
+    schemas, error = node_schemas()
+    if error is not None:
+        raise error
+    brought = {name for stage in stage_names() if (one := find_stage(stage)) is not None for name in one.settings}
+    lines = []
+    for name in sorted(set(schemas) - brought):
+        lines += [f"## Node {name}", "", *settings.tables(name, schemas[name]), ""]
+    return "\n".join(lines)
+
+
+def _stage(stage: StageDeclaration, settings: _Settings) -> Iterator[str]:
+    yield from (f"## Stage {stage.name}", "", stage.lead, "", f"Gives `{stage.gives.partition(':')[2]}`.", "")
+    if stage.headline:
+        yield from _table(("metric", "what it tells"), [(f"`{one.metric}`", one.words) for one in stage.headline])
+    if stage.topics:
+        yield from _table(
+            ("topic", "message", "fields"),
+            [
+                (f"`{topic}`", f"`{kind.__name__}`", ", ".join(f"`{one.name}`" for one in dataclasses.fields(kind)))
+                for topic, kind in stage.topics.items()
+            ],
+        )
+    for name, schema in stage.settings.items():
+        yield from settings.tables(name, schema)
+
+
+class _Settings:
+    """Tables of settings; the values are those of the bundled ``conf/``."""
+
+    def __init__(self) -> None:
+        self._folder = tempfile.TemporaryDirectory()
+        self._site: Site = find_site(Path(self._folder.name))
+        self._defaults = composed(self._site, [])
+        self._chosen: dict[str, Mapping[str, Any]] = {}
+
+    def tables(self, name: str, schema: Any) -> Iterator[str]:
+        """The table of node ``name``, and one for each variant that can stand below it."""
+        waiting: list[tuple[str, Any, str | None]] = [(name, schema, None)]
+        while waiting:
+            key, annotation, choice = waiting.pop(0)
+            kinds = variants(annotation)
+            if choice is None and _has_kind(kinds):
+                waiting = [*((key, one, kind) for kind, one in kinds.items()), *waiting]
+                continue
+            title = f"`{key}`" if choice is None else f"`{key}`, kind `{choice}`"
+            root = next(iter(kinds.values()))
+            rows, deeper = [], []
+            for path, entry, hint in _fields(root, key):
+                if _has_kind(variants(hint)):
+                    deeper.append((path, hint, None))
+                elif (items := _items(hint)) is not None:
+                    deeper.append((f"{path}[]", items, None))
+                else:
+                    rows.append((f"`{path}`", *self._row(path, key, choice, entry, hint)))
+            yield from (f"### {title}", "")
+            if root.__doc__ and not root.__doc__.startswith(f"{root.__name__}("):
+                yield from (_plain(root.__doc__), "")
+            yield from _table(("key", "value in `conf/`", "what it is", "allowed"), rows)
+            waiting = [*deeper, *waiting]
+
+    def _row(self, path: str, key: str, choice: str | None, entry: Any, hint: Any) -> tuple[str, str, str]:
+        value = _at(self._composition(key, choice), path)
+        text = (
+            yaml.safe_dump(value, default_flow_style=True, width=10000).splitlines()[0] if value is not _MISSING else ""
+        )
+        shown = f"`{text}`" if 0 < len(text) <= LONGEST else ""
+        return shown, str(entry.metadata.get("doc", "")), _allowed(entry.metadata, hint)
+
+    def _composition(self, key: str, choice: str | None) -> Mapping[str, Any]:
+        """The configuration in which ``key`` has the kind ``choice``; the default one where no file in conf has it."""
+        here = _at(self._defaults, key)
+        if choice is None or (isinstance(here, Mapping) and here.get("kind") == choice):
+            return self._defaults
+        group = key.replace(".", "/")
+        if f"{group}={choice}" not in self._chosen:
+            found: Mapping[str, Any] = {}
+            for folder in self._site.conf_folders:
+                for path in sorted((folder / group).glob("*.yaml")):
+                    text = yaml.safe_load(path.read_text()) or {}
+                    if not found and text.get("kind") == choice:
+                        found = composed(self._site, [f"{group}={path.stem}"])
+            self._chosen[f"{group}={choice}"] = found
+        return self._chosen[f"{group}={choice}"]
+
+
+_MISSING = object()
+
+
+def _fields(schema: type, key: str) -> Iterator[tuple[str, Any, Any]]:
+    """The dotted keys below ``schema``, each with its field and annotation; nested dataclasses are walked into."""
+    hints = typing.get_type_hints(schema, include_extras=True)
+    for field in dataclasses.fields(schema):
+        if field.name == "kind":
+            continue
+        path, hint = f"{key}.{field.name}", hints[field.name]
+        if dataclasses.is_dataclass(hint) and isinstance(hint, type) and not _has_kind({"": hint}):
+            yield from _fields(hint, path)
+        else:
+            yield path, field, hint
+
+
+def _items(hint: Any) -> type | None:
+    """The dataclass of which ``hint`` is a list."""
+    members = typing.get_args(hint) if typing.get_origin(hint) is tuple else ()
+    return members[0] if members and dataclasses.is_dataclass(members[0]) else None
+
+
+def _has_kind(kinds: Mapping[str, type]) -> bool:
+    return bool(kinds) and all("kind" in typing.get_type_hints(one) for one in kinds.values())
+
+
+def _allowed(facts: Mapping[str, Any], hint: Any) -> str:
+    signs = {"above": ">", "at_least": "≥", "below": "<", "at_most": "≤"}
+    bounds = [f"{sign} {facts[name]:g}" for name, sign in signs.items() if name in facts]
+    return ", ".join([_type(hint), *bounds])
+
+
+def _type(hint: Any) -> str:
+    if registry_of(hint) is not None or variants(hint):
+        return "a group with `kind`" if _has_kind(variants(hint)) else "a group"
+    if typing.get_origin(hint) is typing.Annotated:
+        return _type(typing.get_args(hint)[0])
+    if typing.get_origin(hint) is typing.Literal:
+        return ", ".join(f"`{one}`" for one in typing.get_args(hint))
+    if typing.get_origin(hint) is tuple:
+        members = [one for one in typing.get_args(hint) if one is not Ellipsis]
+        return f"list of {_type(members[0])}"
+    if typing.get_args(hint):
+        return " or ".join(dict.fromkeys(_type(one) for one in typing.get_args(hint)))
+    return {bool: "true or false", int: "whole number", float: "number", str: "text", type(None): "null"}.get(
+        hint, getattr(hint, "__name__", str(hint))
+    )
+
+
+def _at(config: Any, path: str) -> Any:
+    for part in path.split("."):
+        if not isinstance(config, Mapping) or part not in config:
+            return _MISSING
+        config = config[part]
+    return config
+
+
+def _plain(docstring: str) -> str:
+    return " ".join(docstring.split()).replace("``", "`")
+
+
+def _table(head: tuple[str, ...], rows: list[tuple[str, ...]]) -> Iterator[str]:
+    if rows:
+        for cells in (head, ("---",) * len(head), *rows):
+            yield f"| {' | '.join(cell.replace('|', chr(92) + '|') for cell in cells)} |"
+        yield ""
+
+
+PARTS = {"stages": stages, "nodes": nodes}

@@ -1,0 +1,74 @@
+"""The pages as a site: what is declared is listed, and every link and picture is there."""
+
+from __future__ import annotations
+
+import importlib.util
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+from urllib.parse import unquote
+
+import pytest
+
+from kendama_cli.schema.declaration import find_stage, stage_names
+
+ROOT = Path(__file__).resolve().parents[2]
+COMMAND = [sys.executable, "-m", "kendama_cli.cli.main", "docs", "--no-show"]
+
+
+@pytest.fixture(scope="module")
+def declared() -> Any:
+    spec = importlib.util.spec_from_file_location("declared", ROOT / "docs" / "declared.py")
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+def test_the_reference_lists_every_stage_metric_topic_and_setting(declared: Any) -> None:
+    text = declared.stages()
+    for name in stage_names():
+        stage = find_stage(name)
+        assert stage is not None
+        assert f"## Stage {name}\n" in text
+        for one in (*stage.topics, *(headline.metric for headline in stage.headline)):
+            assert f"| `{one}` |" in text, one
+    # one value of a nested group, one of a variant that is not the default, one of a list's items
+    assert "| `learn.goal.slack_s` | `0.01` |" in text
+    assert "| `capture.marker_to_cup_m` |" in text
+    assert "| `interact.script[].duration_s` |" in text
+    assert "| `hardware.imperfection.rope_scale` |" in declared.nodes()
+
+
+def test_without_sphinx_one_line_says_what_to_install(tmp_path: Path) -> None:
+    (tmp_path / "furo.py").write_text("raise ModuleNotFoundError(\"No module named 'furo'\", name='furo')\n")
+    hidden = {**os.environ, "PYTHONPATH": str(tmp_path)}
+    done = subprocess.run(COMMAND, cwd=tmp_path, env=hidden, capture_output=True, text=True, check=False)
+    assert done.returncode == 2
+    assert done.stderr.count("\n") == 1
+    assert "needs furo: pip install 'kendama[docs]'" in done.stderr
+
+
+@pytest.mark.slow
+@pytest.mark.timeout(600)
+def test_the_site_is_built_without_a_warning_and_no_link_leads_nowhere(tmp_path: Path) -> None:
+    done = subprocess.run([*COMMAND, "-o", "site"], cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stderr) == (0, "")
+    site = tmp_path / "site"
+    pages = {path.name: path.read_text() for path in site.glob("*.html")}
+    assert len(pages) > 25
+    anchors = {name: set(re.findall(r'\bid="([^"]+)"', text)) for name, text in pages.items()}
+    for name, text in pages.items():
+        assert not re.findall(r'<(?:script|link|img)[^>]+(?:src|href)="(?:https?:)?//', text), name
+        for target in re.findall(r'(?:href|src)="([^"]+)"', text):
+            place, _, anchor = unquote(target.partition("?")[0]).partition("#")
+            if "://" in place or place.startswith(("data:", "mailto:")):
+                continue
+            assert (site / (place or name)).exists(), f"{name} links {target}"
+            if anchor and (place or name) in anchors:
+                assert anchor in anchors[place or name], f"{name} links {target}"
+    assert sum(path.stat().st_size for path in site.rglob("*") if ".doctrees" not in path.parts) < 5e6
