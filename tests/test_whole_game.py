@@ -72,11 +72,11 @@ def test_the_arm_catches_and_the_swing_up_is_learned_and_played(whole: dict[str,
     assert metrics(whole, "capture")["n_demonstrations"] >= 10
     assert metrics(whole, "encode")["n_parameters"] == 22
     assert metrics(whole, "adapt")["caught"] is True
-    assert metrics(whole, "adapt")["success_rate"] >= 0.9
+    assert metrics(whole, "adapt")["success_rate"] >= 0.95
     assert metrics(whole, "learn")["learned"] is True
     assert metrics(whole, "transfer")["imitation_caught"] is True
     assert metrics(whole, "transfer")["games"] >= 10
-    assert metrics(whole, "transfer")["caught_rate"] >= 0.8
+    assert metrics(whole, "transfer")["caught_rate"] >= 0.9
     assert metrics(whole, "transfer")["missed_packets"] == 0
 
 
@@ -128,6 +128,7 @@ def test_a_log_becomes_a_table(whole: dict[str, Any], folder: Path) -> None:
     assert tables[0]["reward"].tolist() == pytest.approx(tables[1]["reward"].tolist())
 
 
+@pytest.mark.slow
 @pytest.mark.timeout(600)
 def test_killed_in_adapt_and_again_in_transfer_it_ends_in_the_same_bytes(
     whole: dict[str, Any], folder: Path, tmp_path: Path
@@ -153,6 +154,7 @@ def test_killed_in_adapt_and_again_in_transfer_it_ends_in_the_same_bytes(
     kendama(tmp_path, "cache", "verify")
 
 
+@pytest.mark.slow
 @pytest.mark.recording
 @pytest.mark.timeout(600)
 def test_a_persons_recorded_swing_ends_in_a_caught_ball(recordings: Path, tmp_path: Path) -> None:

@@ -32,6 +32,7 @@ def swing(folder: Path, size_m: float, duration_s: float) -> str:
     return "capture.path=swing.csv"
 
 
+@pytest.mark.slow
 def test_the_node_that_is_written_is_the_placement_that_is_shown(tmp_path: Path) -> None:
     done = kendama(tmp_path, "robot", "place", ONE, *BRIEF, "--json", "-o", "conf/robot/mine.yaml")
     shown = json.loads(done.stdout)

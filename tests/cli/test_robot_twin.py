@@ -13,7 +13,7 @@ from typing import Any
 import pytest
 
 COMMAND = [sys.executable, "-m", "kendama_cli.cli.main"]
-SHORT = ["transfer.games=1", "transfer.evaluation_n=1", "transfer.cap=1"]
+SHORT = ["transfer.games=1", "transfer.evaluation_n=1", "transfer.cap=1", "transfer.observation.source=tracking"]
 
 
 @pytest.fixture

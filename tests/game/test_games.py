@@ -75,6 +75,7 @@ def policy(proven: list[PolicyArtifact]) -> PolicyArtifact:
     return proven[0]
 
 
+@pytest.mark.slow
 def test_the_swing_up_is_learned_through_observations_alone() -> None:
     assert learned(make_runner(noise_m=0.0005, delay_n=4, rope_scale=1.05), 4).count.learned
 

@@ -107,6 +107,7 @@ def _succeeded(table: Any, delay_n: int) -> float:
     return float(np.mean([place.swing_up(GreedyPolicy(table, LEARN), seed=k).outcome == "goal" for k in range(15)]))
 
 
+@pytest.mark.slow
 def test_a_table_learned_without_delay_swings_up_with_fifty_milliseconds_of_it(monkeypatch: pytest.MonkeyPatch) -> None:
     """Of 12 tables (seeds 0..3 and 10000..10007): 0.93 with the prediction, 0.59 blind to the delay, 0.99 without one.
 

@@ -169,6 +169,7 @@ def test_a_damaged_or_missing_artifact_is_never_served(idle: ToyProject, change:
     assert statuses(document)[0] == "ran"
 
 
+@pytest.mark.slow
 def test_another_folder_variable_or_option_is_another_question(idle: ToyProject, tmp_path: Path) -> None:
     assert run(idle)[0]
     assert not run(idle, KENDAMA_HOME="elsewhere")[0]
@@ -184,6 +185,7 @@ def test_another_folder_variable_or_option_is_another_question(idle: ToyProject,
     assert "kendama.yaml" in wrong.stderr, "a file that comes before the bundled one was not looked at"
 
 
+@pytest.mark.slow
 def test_a_forced_run_is_forced_every_time_and_one_that_asks_the_environment_is_told_its_answers_apart(
     idle: ToyProject,
 ) -> None:
@@ -270,5 +272,6 @@ def test_help_imports_the_parser_and_nothing_that_does_the_work(
     assert beside <= {f"kendama_cli.{name}" for name in light}
 
 
+@pytest.mark.slow
 def test_the_startup_benchmark_measures_each_command_to_its_end(tmp_path: Path) -> None:
     assert startup.measured(str(tmp_path), rounds=1).keys() == startup.COMMANDS.keys()

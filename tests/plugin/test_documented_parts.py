@@ -24,7 +24,7 @@ SUITES = [
 SHIPPED = [
     ("kendama_cli.devices.hand.conformance", "capture=file"),
     ("kendama_cli.devices.camera.conformance", "camera=virtual"),
-    ("kendama_cli.devices.robot.conformance", "hardware=twin"),
+    pytest.param("kendama_cli.devices.robot.conformance", "hardware=twin", marks=pytest.mark.slow),
     ("kendama_cli.devices.controller.conformance", "interact/controller=force"),
     ("kendama_cli.devices.controller.conformance", "interact/controller=impedance"),
     ("kendama_cli.vision.conformance", "predict/detector=colour"),

@@ -73,7 +73,7 @@ def _probed(page):
     return page.replace("<main>", probe + "<main>", 1)
 
 
-@pytest.mark.parametrize("many", [False, True])
+@pytest.mark.parametrize("many", [pytest.param(False, marks=pytest.mark.slow), True])
 def test_no_script_runs_that_is_not_the_pages_own(tmp_path, run, logs, many):
     html = make_sweep_report("made up", write_explorations(tmp_path, 2)) if many else make_report(run, logs)
     own = "<script>document.title='taken'</script><svg onload=\"document.title='taken'\"></svg>"
@@ -88,7 +88,7 @@ def test_no_script_runs_that_is_not_the_pages_own(tmp_path, run, logs, many):
     assert "<title>taken" in _chromium(tmp_path, page, "--dump-dom")[0], "the attack would do nothing anyway"
 
 
-@pytest.mark.parametrize("width", [1200, 500])
+@pytest.mark.parametrize("width", [pytest.param(1200, marks=pytest.mark.slow), 500])
 def test_the_page_renders_moves_and_loads_nothing(tmp_path, run, logs, width):
     html = make_report(run, logs)
     page = tmp_path / "report.html"
@@ -106,7 +106,7 @@ def test_the_page_renders_moves_and_loads_nothing(tmp_path, run, logs, width):
     assert seen["loaded"] == []
 
 
-@pytest.mark.parametrize("width", [1200, 500])
+@pytest.mark.parametrize("width", [pytest.param(1200, marks=pytest.mark.slow), 500])
 def test_the_page_over_many_runs_renders_and_fits(tmp_path, width):
     html = make_sweep_report("made up", [*write_explorations(tmp_path, 5), *write_transfers(tmp_path)])
     page = tmp_path / "report.html"

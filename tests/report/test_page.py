@@ -64,10 +64,12 @@ def _made_elsewhere(run_folder, seed, **environment):
     return made.stdout.decode()
 
 
+@pytest.mark.slow
 def test_two_processes_make_the_same_bytes(page, run_folder):
     assert _made_elsewhere(run_folder, "1") == page
 
 
+@pytest.mark.slow
 def test_a_style_of_the_users_own_changes_nothing(page, run_folder, tmp_path):
     (tmp_path / "matplotlibrc").write_text("font.size: 20\nlines.linewidth: 9\nsvg.fonttype: path\n")
     assert _made_elsewhere(run_folder, "2", MATPLOTLIBRC=str(tmp_path)) == page

@@ -88,6 +88,7 @@ def test_a_bundled_demonstration_is_caught_and_the_log_tells_how(bundled: Motion
     assert np.linalg.norm(np.array(ball[-1]) - cup[-1]) < 0.07
 
 
+@pytest.mark.slow
 def test_a_killed_and_resumed_search_ends_as_an_uninterrupted_one(bundled: MotionPlan) -> None:
     whole_ctx = MemoryContext(1)
     whole = _run(bundled, ctx=whole_ctx)
@@ -191,6 +192,7 @@ def test_a_motion_that_begins_moving_gets_a_lead_in_from_rest(bundled: MotionPla
     assert np.abs(np.diff(steps, axis=0)).max() < 0.04
 
 
+@pytest.mark.slow
 @pytest.mark.recording
 def test_a_persons_recorded_swing_is_caught(recorded: tuple[Any, Any]) -> None:
     made = _run(_plan(*recorded), dataclasses.replace(SHIPPED, repeats=20))

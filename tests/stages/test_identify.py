@@ -69,6 +69,7 @@ def test_the_log_tells_of_the_motion_the_friction_and_the_circle(context: Memory
     assert joints == set(made.artifact.joint_names)
 
 
+@pytest.mark.slow
 def test_a_killed_and_resumed_identification_ends_as_an_uninterrupted_one(context: MemoryContext, made: Made) -> None:
     killed = MemoryContext(seed=3, stop_after=2)
     with pytest.raises(KeyboardInterrupt):

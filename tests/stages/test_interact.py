@@ -42,9 +42,9 @@ def _play(*bodies, settings=None, hardware=DIRECT) -> tuple[Made, MemoryContext]
     ("table", "friction"),
     [
         (body(), 0.4),
-        (body(friction=0.1, position_m=[0.0, 0.0, 0.977]), 0.1),
-        (body(friction=0.8, position_m=[0.0, 0.0, 0.983]), 0.8),
-        (body("soft_table", stiffness_n_m=1000.0), 0.4),
+        pytest.param(body(friction=0.1, position_m=[0.0, 0.0, 0.977]), 0.1, marks=pytest.mark.slow),
+        pytest.param(body(friction=0.8, position_m=[0.0, 0.0, 0.983]), 0.8, marks=pytest.mark.slow),
+        pytest.param(body("soft_table", stiffness_n_m=1000.0), 0.4, marks=pytest.mark.slow),
         (body("soft_table", stiffness_n_m=80000.0, friction=0.2), 0.2),
     ],
 )
@@ -68,6 +68,7 @@ def test_another_arm_of_another_build_holds_the_force_as_well():
     assert metrics["speed_over_limit"] < 1.0
 
 
+@pytest.mark.slow
 def test_springs_alone_hold_the_force_only_as_well_as_the_table_stands_where_it_was_thought():
     errors = {
         kind: _play(body(position_m=[0.0, 0.0, 0.975]), settings=_short(kind=kind))[0].metrics["force_error_rms_n"]
@@ -191,6 +192,7 @@ def test_behind_udp_an_exact_twin_presses_as_the_robot_in_this_process_does():
     assert direct.metrics == distant.metrics
 
 
+@pytest.mark.slow
 def test_with_friction_that_nobody_models_the_twin_still_holds_the_force():
     """Measured with the shipped twin, the whole script: 0.52 N rms of 20 N wanted, where an exact robot has 0.29."""
     settings = _short()

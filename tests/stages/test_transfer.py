@@ -59,7 +59,7 @@ def test_the_stage_reports_what_was_asked_for(uninterrupted: tuple[Made, MemoryC
         assert name in made.metrics
     assert made.metrics["rollouts_from_scratch"] == 2, "the cap, as it did not learn"
     assert made.metrics["learned_from_scratch"] is False
-    assert made.metrics["games"] == 3
+    assert made.metrics["games"] == 2
     assert 0.0 < float(made.metrics["latency_frames_p95"] or 0.0) <= 1.0, "from mid-exposure to the command"
     assert float(made.metrics["seen_rate"] or 0.0) >= 0.95
     assert made.metrics["missed_packets"] == 0
@@ -94,11 +94,11 @@ def test_times_do_not_go_back_on_any_topic(uninterrupted: tuple[Made, MemoryCont
 def test_the_log_says_how_each_game_was_seen_and_how_it_ended(uninterrupted: tuple[Made, MemoryContext]) -> None:
     made, ctx = uninterrupted
     games = [message for topic, _, message in ctx.log.messages if topic == "/transfer/game"]
-    assert [game.index for game in games] == [0, 1, 2]
+    assert [game.index for game in games] == [0, 1]
     assert sum(game.outcome == "caught" for game in games) == made.artifact.caught
     replays = [message for topic, _, message in ctx.log.messages if topic == "/transfer/replay"]
     twins_rope_m = TWIN.imperfection.rope_scale * GAME.rope.length_m
-    assert [one.rope_m for one in replays] == pytest.approx([twins_rope_m] * 3, abs=1e-6)
+    assert [one.rope_m for one in replays] == pytest.approx([twins_rope_m] * 2, abs=1e-6)
     estimates = [message for topic, _, message in ctx.log.messages if topic == "/transfer/estimate"]
     for number, game in enumerate(games):
         of_game = [one for one in estimates if one.game == number]
@@ -109,13 +109,17 @@ def test_the_log_says_how_each_game_was_seen_and_how_it_ended(uninterrupted: tup
         assert game.seen == sum(one.seen for one in seen)
 
 
-def test_without_cameras_the_marker_is_followed(policy: PolicyArtifact) -> None:
+def test_without_cameras_the_marker_is_followed_and_without_a_motion_none_is_played(
+    policy: PolicyArtifact,
+) -> None:
     tracked = dataclasses.replace(FULL.observation, source="tracking")
     settings = dataclasses.replace(SHORT, cap=1, games=1, baseline=False, observation=tracked)
     ctx = MemoryContext(1)
     made = stage(settings).run({"learn": policy}, ctx)
     assert made.metrics["latency_frames_p95"] is None
     assert made.metrics["seen_rate"] is None
+    assert made.metrics["imitation_caught"] is None, "there was no motion to imitate"
+    assert "rollouts_from_scratch" not in made.metrics
     assert any(topic == "/transfer/estimate" for topic, _, _ in ctx.log.messages)
     assert not any(topic == "/transfer/detection" for topic, _, _ in ctx.log.messages)
 
@@ -124,11 +128,12 @@ def test_no_twin_is_left_behind(uninterrupted: tuple[Made, MemoryContext]) -> No
     assert not twins()
 
 
+@pytest.mark.slow
 def test_killed_time_and_again_and_resumed_equals_uninterrupted(
     policy: PolicyArtifact, still: CatchMotion, uninterrupted: tuple[Made, MemoryContext]
 ) -> None:
     killed: MemoryContext | None = None
-    points = [1, 4, 5, 8, 10]
+    points = [1, 4, 5, 7, 9]
     for further in np.diff(points, prepend=0):
         killed = MemoryContext(3, stop_after=int(further), resume_from=killed)
         with pytest.raises(KeyboardInterrupt):
@@ -167,13 +172,7 @@ def test_what_was_learned_before_the_twin_died_is_kept_and_gone_on_from(
     assert same(made, resumed, *uninterrupted)
 
 
-def test_without_an_imitation_motion_nothing_is_said_about_it(policy: PolicyArtifact) -> None:
-    settings = dataclasses.replace(SHORT, cap=1, games=1, baseline=False)
-    made = stage(settings).run({"learn": policy}, MemoryContext(1))
-    assert made.metrics["imitation_caught"] is None
-    assert "rollouts_from_scratch" not in made.metrics
-
-
+@pytest.mark.slow
 def test_the_default_games_on_the_default_twin_are_caught(policy: PolicyArtifact) -> None:
     """119 of 120 games over twelve fresh seeds were caught: at that rate fewer than 5 of 6 come once in 1000 times."""
     settings = dataclasses.replace(FULL, evaluation_n=1, cap=1, games=6)

@@ -27,7 +27,7 @@ LIGHTING: LightingSettings = configured(LightingSettings, "lighting", "bright")
 PREDICT: PredictSettings = configured(PredictSettings, "predict", "flights")
 ADAPT: AdaptSettings = build_value(AdaptSettings, adapt_values(), "adapt")
 FULL: TransferSettings = configured(TransferSettings, "transfer", "default")
-SHORT = dataclasses.replace(FULL, evaluation_n=1, cap=2, games=3, imitation_tries=2, baseline=True)
+SHORT = dataclasses.replace(FULL, evaluation_n=1, cap=2, games=2, imitation_tries=2, baseline=True)
 
 
 def stage(

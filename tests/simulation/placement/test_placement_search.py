@@ -92,6 +92,7 @@ def test_every_candidate_holds_the_cup_upright_at_the_same_place(problem: Placem
         assert value == pytest.approx([0.0, 0.0, 1.2, 0.0, 0.0], abs=1e-5)
 
 
+@pytest.mark.slow
 def test_the_cost_is_what_the_arm_in_dart_needs(problem: PlacementProblem, found: Placement) -> None:
     shares = measured(placed(pa10(), found), GAME, PLAN, LEAD_IN).shares
     needed = max(shares.velocity.max(), 0.6 * shares.acceleration.max(), 0.6 * shares.effort.max())
