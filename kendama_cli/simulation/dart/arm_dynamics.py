@@ -15,7 +15,8 @@ from kendama_cli.simulation.dart.links import HANDLE_RADIUS_M
 class ArmDynamics:
     """Inertia H (n, n), bias C q' + g (n,), screws (n, 6) and points of ``arm`` after ``observe``.
 
-    The arrays are those on which compiled code works (joint_kernel.move_chain): they change with every call.
+    The arrays are those on which compiled code works (joint_kernel.move_chain): they change with every call. From
+    the constants ``links``, ``marks`` and ``radii`` compiled code finds the same for itself (joint_kernel.step_forces).
     """
 
     def __init__(self, arm: RobotModel, game: GameSettings | None, *, links: bool) -> None:
@@ -25,20 +26,21 @@ class ArmDynamics:
         turn, shift = arm.base_pose()
         columns = (chain.axes @ turn.T, chain.origins @ turn.T + shift, chain.centers_m @ turn.T + shift)
         inertia = turn @ chain.inertia_kg_m2 @ turn.T
-        self._links = np.hstack([*columns, inertia.reshape(n, 9), chain.mass_kg[:, None]])
+        self.links = np.hstack([*columns, inertia.reshape(n, 9), chain.mass_kg[:, None]])
         cup = game.cup if game is not None else None
-        middle_m = pose.position_m + pose.rotation[:, 2] * (cup.rim_m / 2 if cup is not None else 0.0)
-        self._marks = np.array([root_m[-1], middle_m])
+        axis, tie_m = pose.rotation[:, 2], pose.position_m
+        middle_m = tie_m + axis * (cup.rim_m / 2 if cup is not None else 0.0)
+        self.marks = np.array([root_m[-1], middle_m, tie_m, tie_m + axis])
         self._gravity_m_s2 = arm.gravity_m_s2
         self.radii = np.full(n + 2, -1.0) if game is None else _radii(arm, game, links=links)
         self.inertia, self.bias, self.screws = np.zeros((n, n)), np.zeros(n), np.zeros((n, 6))
-        self.points = np.zeros((n + len(self._marks), 3))
+        self.points, self.mark_speeds = np.zeros((n + len(self.marks), 3)), np.zeros_like(self.marks)
 
     def observe(self, position_rad: Array, velocity_rad_s: Array) -> None:
         """Take the arm's state (n,) from DART."""
         kernel.move_chain(
-            position_rad, velocity_rad_s, self._links, self._marks, self._gravity_m_s2, self.inertia, self.bias,
-            self.screws, self.points,
+            position_rad, velocity_rad_s, self.links, self.marks, self._gravity_m_s2, self.inertia, self.bias,
+            self.screws, self.points, self.mark_speeds,
         )  # fmt: skip
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, Never
 
 import numpy as np
 
@@ -15,7 +15,8 @@ from kendama_cli.robot_model.cup import set_restitution
 from kendama_cli.robot_model.dart_library import dartpy
 from kendama_cli.schema.arrays import Array
 from kendama_cli.settings.game import BallSettings, CupSettings, GameSettings
-from kendama_cli.simulation.dart import rope_kernel as kernel
+from kendama_cli.simulation.dart import joint_kernel as kernel
+from kendama_cli.simulation.dart.pressing import PressingForce
 from kendama_cli.simulation.dart.world_errors import NO_ERRORS, WorldErrors
 
 RUBS_FULLY_M_S = 0.02
@@ -48,19 +49,20 @@ class TetheredBall:
     """The ball m z'' = f_r + f_a + m g (eq. 1) on the rope to the cup of ``arm``, which feels the reaction.
 
     ``position_m`` and ``velocity_m_s`` (3,) are the ball's, ``tie_m`` and ``tie_m_s`` (3,) those of the cup's place, in
-    the world; ``tension_n`` is the rope's pull in the last step, 0 where it is slack.
+    the world; ``tension_n`` is the rope's pull in the last step, 0 where it is slack. ``rope``, ``pulled`` and
+    ``force_n`` are the arrays on which compiled code works (joint_kernel.pull).
     """
 
     def __init__(self, game: GameSettings, arm: Body) -> None:
         self.skeleton = make_ball(game.ball, game.cup)
         self.game = game
         self._cup, self._tie = arm.cup, arm.tie
-        self._pulled = np.zeros(13)
-        self._pulled[kernel.SIDE] = 1.0
-        self._tension = self._pulled[kernel.TENSION :]
-        self._reaction = self._pulled[kernel.REACTION : kernel.PIVOT]
-        self._pivot_m = self._pulled[kernel.PIVOT : kernel.SIDE]
-        self._force = np.zeros(3)
+        self.pulled = np.zeros(13)
+        self.pulled[kernel.SIDE] = 1.0
+        self._reaction = self.pulled[kernel.REACTION : kernel.PIVOT]
+        self._pivot_m = self.pulled[kernel.PIVOT : kernel.SIDE]
+        self.force_n = np.zeros(3)
+        self.pressing = PressingForce()
         self.perturb(NO_ERRORS)
 
     def perturb(self, errors: WorldErrors) -> None:
@@ -68,10 +70,11 @@ class TetheredBall:
         self._law = law = RopeLaw.of(self.game, errors.rope_scale)
         over_tie_m = float(self._cup.getLocalCOM()[2])
         drag = (errors.drag_scale * one for one in self.game.drag)
-        self._rope = np.array([*kernel.constants(law), *drag, over_tie_m])
+        self.rope = np.array([*kernel.rope_constants(law), *drag, over_tie_m])
         self._tie_friction_m, self._tilt_rad = errors.tie_friction_m, errors.gravity_tilt_rad
         self.mass_kg = errors.mass_scale * self.game.ball.mass_kg
         weight_n = self.mass_kg * self.game.gravity_m_s2
+        self.weight_n = np.array([0.0, 0.0, -weight_n])
         self._leaning_n = weight_n * np.array([math.sin(self._tilt_rad), 0.0, 1.0 - math.cos(self._tilt_rad)])
         self._other = self._tie_friction_m > 0.0 or self._tilt_rad != 0.0
         self.skeleton.getBodyNode(0).setInertia(_inertia(self.mass_kg, self.game.ball.radius_m))
@@ -86,25 +89,33 @@ class TetheredBall:
         self.skeleton.setPositions([x + aside_m, y, z - math.sqrt(length**2 - aside_m**2)])
         self.skeleton.resetVelocities()
         self.skeleton.resetAccelerations()
-        self._pulled[: kernel.SIDE] = (0.0, 0.0, weight_n, weight_n, 0.0, 0.0, -weight_n, x, y, z)
+        self.pulled[: kernel.SIDE] = (0.0, 0.0, weight_n, weight_n, 0.0, 0.0, -weight_n, x, y, z)
+        self.pressing.let_go()
         self.observe()
 
     def put(self, place_m: Sequence[float], velocity_m_s: Sequence[float]) -> None:
         """Put the ball at ``place_m`` (3,), moving with ``velocity_m_s`` (3,)."""
         self.skeleton.setPositions(list(place_m))
         self.skeleton.setVelocities(list(velocity_m_s))
+        self.pressing.let_go()
         self.observe()
 
     def pull(self, t_s: float) -> None:
         """Set what rope and air do to the ball in the coming step; raises SimulationError where it is far away.
 
-        What the rope does to the cup is in ``reaction``: whoever steps the world sets it, by ``react`` or otherwise.
+        What the rope does to the cup is in ``pulled``: whoever steps the world sets it, by ``react`` or otherwise.
         """
         cup, ball = (self.tie_m, self.tie_m_s), (self.position_m, self.velocity_m_s)
         over_tie = (self._cup.getCOM(), self._cup.getCOMLinearVelocity())
-        if not kernel.pull(*ball, *cup, *over_tie, self._rope, self._pulled, self._force):
-            self._abort(t_s)
-        self.skeleton.setForces(self._force + self._leaning_n + self._rubbing() if self._other else self._force)
+        if not kernel.pull(*ball, *cup, *over_tie, self.rope, self.pulled, self.force_n):
+            self.abort(t_s)
+        self.give()
+
+    def give(self) -> None:
+        """Let ``force_n`` act on the ball in the coming step, and what else does."""
+        given_n = self.force_n + self._leaning_n + self._rubbing() if self._other else self.force_n
+        self.pressing.before(self.velocity_m_s, given_n)
+        self.skeleton.setForces(given_n)
 
     def in_cup_m(self) -> Array:
         """The ball's centre in the cup's frame (3,): z along the axis from the cup's place."""
@@ -128,23 +139,23 @@ class TetheredBall:
         """Read the state after a step."""
         self.position_m: Array = self.skeleton.getPositions()
         self.velocity_m_s: Array = self.skeleton.getVelocities()
-        self.tie_m: Array = self._tie.getCOM()
-        self.tie_m_s: Array = self._tie.getCOMLinearVelocity()
 
     @property
-    def state(self) -> tuple[Array, Array]:
-        """``position_m`` and ``velocity_m_s``."""
-        return self.position_m, self.velocity_m_s
+    def tie_m(self) -> Array:
+        """The cup's place in the world (3,)."""
+        place: Array = self._tie.getCOM()
+        return place
 
     @property
-    def reaction(self) -> tuple[Array, Array]:
-        """What the rope pulls the cup with in the coming step (3,) [N], and where in the world (3,) [m]."""
-        return self._reaction, self._pivot_m
+    def tie_m_s(self) -> Array:
+        """The velocity of the cup's place (3,)."""
+        velocity: Array = self._tie.getCOMLinearVelocity()
+        return velocity
 
     @property
     def tension_n(self) -> float:
         """The rope's pull in the last step [N]."""
-        return float(self._tension[0])
+        return float(self.pulled[kernel.TENSION])
 
     @property
     def rope_m(self) -> float:
@@ -154,7 +165,7 @@ class TetheredBall:
     @property
     def drag_n(self) -> Array:
         """The air's force on ball and string in the last step (3,) [N]."""
-        return np.asarray(self._force - self._pulled[:3])
+        return np.asarray(self.force_n - self.pulled[:3])
 
     def _rubbing(self) -> Array:
         """Coulomb friction of the rope where it turns about its tie, as a force (3,) across the rope on the ball."""
@@ -162,10 +173,11 @@ class TetheredBall:
         along = self.position_m - self.tie_m
         along = along / max(float(np.linalg.norm(along)), 1e-9)
         across = across - (across @ along) * along
-        size = self._tie_friction_m * float(self._tension[0]) / self._law.length_m
+        size = self._tie_friction_m * self.tension_n / self._law.length_m
         return -size * across / (float(np.linalg.norm(across)) + RUBS_FULLY_M_S)
 
-    def _abort(self, t_s: float) -> None:
+    def abort(self, t_s: float) -> Never:
+        """Raise SimulationError: the ball has gone far away."""
         place, speed = self.position_m.round(3).tolist(), self.velocity_m_s.round(3).tolist()
         raise SimulationError(
             "ball",

@@ -14,12 +14,14 @@ from kendama_cli.robot_model.model import RobotModel
 from kendama_cli.schema.arrays import Array
 from kendama_cli.simulation.dart import joint_kernel as kernel
 from kendama_cli.simulation.dart.arm_dynamics import ArmDynamics
+from kendama_cli.simulation.dart.ball import TetheredBall
 from kendama_cli.simulation.dart.drive import Drive
 from kendama_cli.simulation.dart.joint_friction import JointFriction
 from kendama_cli.simulation.dart.task_state import coriolis_nm
 
 FAR_RAD_S = 1e4
 """A joint faster than this has left the domain of the model."""
+REFERENCE_REMEDY = "check the reference and robot.stiffness_1_s2"
 TORQUE_REMEDY = "lower interact.controller.stiffness_n_m, or check the script"
 
 
@@ -32,10 +34,11 @@ class JointControl:
     def __init__(self, arm: RobotModel, body: Body, dynamics: ArmDynamics, step_s: float) -> None:
         self._dynamics = dynamics
         self._arm, self._skeleton, self._joints = arm, body.skeleton, body.joints
-        self.friction = JointFriction(body.joints, arm.friction, arm.limits.effort_nm, step_s)
+        self.friction = JointFriction(body.joints, arm.friction, arm.limits.effort_nm)
         self.drive = Drive(arm.limits, step_s)
         stiffness = arm.settings.stiffness_1_s2
-        self._gains = np.array([stiffness, 2.0 * math.sqrt(stiffness), step_s])
+        self._gains = np.array([stiffness, 2.0 * math.sqrt(stiffness), step_s, arm.gravity_m_s2])
+        self._constants = dynamics.links, dynamics.marks, self.drive.limits, self.friction.constants, dynamics.radii
         self._none, self._force_nm = np.zeros(len(arm.joint_names)), np.zeros(len(arm.joint_names))
         self.effort_nm = self._none
 
@@ -54,20 +57,51 @@ class JointControl:
     ) -> None:
         """Have the motors give the torque toward ``reference`` (places, speeds, accelerations) by ArmWorld.step's law.
 
-        ``state`` is where the joints are and how fast. Raises SimulationError, naming the joint, where a torque would
-        not be finite.
+        ``state`` is where the joints are and how fast. DART finds the friction, together with contacts and stops.
+        Raises SimulationError, naming the joint, where a torque would not be finite.
         """
         drive, friction, dynamics = self.drive, self.friction, self._dynamics
+        dynamics.observe(*state)
         noise = noise_rad if isinstance(noise_rad, np.ndarray) else self._filled(noise_rad)
         added = added_nm if isinstance(added_nm, np.ndarray) else self._filled(added_nm)
         self.effort_nm = effort_nm = np.empty_like(self._none)
         answer = kernel.command(
-            *reference, noise, added, *state, drive.state, drive.limits, self._gains, friction.constants,
+            *reference, noise, added, *state, drive.state, drive.limits, self._gains[:3], friction.constants,
             friction.unknown, dynamics.inertia, dynamics.bias, effort_nm, friction.level_nm,
         )  # fmt: skip
         drive.limited = answer == kernel.LIMITED
         if answer & kernel.NOT_FINITE:
-            self._abort(effort_nm, "torque", "check the reference and robot.stiffness_1_s2", t_s)
+            self._abort(effort_nm, "torque", REFERENCE_REMEDY, t_s)
+        self._hold()
+
+    def follow_beside(  # noqa: PLR0917
+        self,
+        ball: TetheredBall,
+        reference: tuple[Array, Array, Array],
+        noise_rad: Array | float,
+        added_nm: Array | float,
+        state: tuple[Array, Array],
+        t_s: float,
+    ) -> bool:
+        """The same with friction and the rope's pull set by compiled code, which sets the forces on ``ball`` too.
+
+        Whether nothing can touch in the coming step, nor a joint come to its limits. Raises SimulationError.
+        """
+        drive = self.drive
+        noise = noise_rad if isinstance(noise_rad, np.ndarray) else self._filled(noise_rad)
+        added = added_nm if isinstance(added_nm, np.ndarray) else self._filled(added_nm)
+        self.effort_nm = effort_nm = np.empty(len(self._none))
+        answer = kernel.step_forces(
+            *reference, noise, added, *state, ball.position_m, ball.velocity_m_s, ball.pressing.force_n,
+            *self._constants, ball.rope, self._gains, self.friction.unknown, drive.state, effort_nm,
+            self.friction.level_nm, ball.pulled, ball.force_n, self._force_nm,
+        )  # fmt: skip
+        drive.limited = bool(answer & kernel.LIMITED)
+        if answer > kernel.NEAR + kernel.LIMITED or answer & kernel.NOT_FINITE:
+            self._refuse(answer, ball, t_s)
+        ball.give()
+        self._skeleton.setForces(self._force_nm)
+        return not answer & kernel.NEAR
 
     def give(self, command: JointTorque, velocity_rad_s: Array, t_s: float) -> None:
         """Have the motors give a commanded torque, and what carries weight, Coriolis and the known friction.
@@ -82,44 +116,30 @@ class JointControl:
             self.effort_nm, friction.level_nm,
         ):  # fmt: skip
             self._abort(self.effort_nm, "torque", TORQUE_REMEDY, t_s)
-
-    def move_apart(
-        self, state: tuple[Array, Array], ball: tuple[Array, Array], rope: tuple[Array, Array], t_s: float
-    ) -> bool:
-        """Set the forces of motors, friction and ``rope`` (pull and where), if nothing can touch in the coming step.
-
-        ``state`` and ``ball`` are where joints and ball are, and how fast.
-        False where something may, or a joint come to its limits, and nothing was set.
-        """
-        friction, dynamics = self.friction, self._dynamics
-        answer = kernel.apart_forces(
-            *state, self.effort_nm, friction.level_nm, *ball, *rope, dynamics.screws, dynamics.inertia, dynamics.bias,
-            dynamics.points, dynamics.radii, friction.constants, self.drive.limits, friction.numbers, self._force_nm,
-        )  # fmt: skip
-        if answer == kernel.APART:
-            self._skeleton.setForces(self._force_nm)
-        elif answer == kernel.LOST:
-            unknown = np.full_like(self._none, np.nan)
-            self._abort(unknown, "friction", "check the masses of the robot's description", t_s)
-        return bool(answer == kernel.APART)
-
-    def move_touching(self) -> None:
-        """Set what the motors give; DART finds the friction beside contacts and stops."""
-        self.friction.hold()
-        self._skeleton.setForces(self.effort_nm)
+        self._hold()
 
     def enforce_limits(self, *, enforce: bool) -> None:
         """Let DART look after the joints' stops and top speeds, or not, where none can be reached."""
         for joint in self._joints:
             joint.setLimitEnforcement(enforce)
-        if not enforce:
-            self.friction.release()
 
     def check_speed(self, velocity_rad_s: Array, t_s: float) -> None:
         """Raise SimulationError, naming the joint, where one has left the domain of the model."""
         fast = ~(np.abs(velocity_rad_s) < FAR_RAD_S)
         if fast.any():
             self._abort(np.where(fast, np.nan, 0.0), "speed", TORQUE_REMEDY, t_s)
+
+    def _hold(self) -> None:
+        self.friction.hold()
+        self._skeleton.setForces(self.effort_nm)
+
+    def _refuse(self, answer: int, ball: TetheredBall, t_s: float) -> Never:
+        if answer & kernel.GONE:
+            ball.abort(t_s)
+        if answer & kernel.NOT_FINITE:
+            self._abort(self.effort_nm, "torque", REFERENCE_REMEDY, t_s)
+        unknown = np.full_like(self._none, np.nan)
+        self._abort(unknown, "friction", "check the masses of the robot's description", t_s)
 
     def _filled(self, value: float) -> Array:
         return np.full_like(self._none, value) if value else self._none

@@ -14,15 +14,15 @@ from kendama_cli.schema.arrays import Array
 class JointFriction:
     """The friction of n joints of a DART skeleton by the law of ``friction`` (ParametricFriction).
 
-    Viscous friction is DART's damping, which enters its motion implicitly. ``constants`` (5, n), ``unknown`` and
-    ``numbers`` (2,) are the arrays on which the compiled law works (joint_kernel.efforts), which gives the level
+    Viscous friction is DART's damping, which enters its motion implicitly. ``constants`` (5, n) and ``unknown``
+    (2,) are the arrays on which the compiled law works (joint_kernel.efforts), which gives the level
     Fc + Fs exp(-(v / vs)^2) of the dry friction: up to it DART's constraint holds a joint (``hold``), or compiled code
-    finds the torque (joint_kernel.apart_forces; then ``release``). The offset of ``friction`` is not used: nobody sets
+    finds the torque (joint_kernel.joint_forces; then ``release``). The offset of ``friction`` is not used: nobody sets
     one.
     """
 
-    def __init__(self, joints: Sequence[Any], friction: ParametricFriction, effort_nm: Array, step_s: float) -> None:
-        self._joints, self._step_s = joints, step_s
+    def __init__(self, joints: Sequence[Any], friction: ParametricFriction, effort_nm: Array) -> None:
+        self._joints = joints
         self._viscous_nm_s = friction.viscous_nm_s
         self.constants = np.stack(
             [
@@ -40,7 +40,7 @@ class JointFriction:
     def set_unknown(self, extra_nm: float, share: float) -> None:
         """Let the joints have ``extra_nm`` of Coulomb friction more, and ``share`` of all that is known on top."""
         factor = 1.0 + share
-        self.unknown, self.numbers = np.array([factor, extra_nm]), np.array([factor, self._step_s])
+        self.unknown = np.array([factor, extra_nm])
         for joint, viscous in zip(self._joints, factor * self._viscous_nm_s, strict=True):
             joint.setDampingCoefficient(0, viscous)
 

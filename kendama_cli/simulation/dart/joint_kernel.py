@@ -1,7 +1,7 @@
-"""What happens between two steps of DART, compiled: drive, computed torque and friction over plain arrays.
+"""What happens between two steps of DART, compiled: drive, computed torque, friction and rope over plain arrays.
 
-Arrays (n,) have one value per joint. All compiled code of the arm lives in this one file, because numba's cache of a
-function notices changes in its own file only.
+Arrays (n,) have one value per joint. All compiled code of arm and ball lives in this one file, because numba's cache of
+a function notices changes in its own file only.
 """
 
 from __future__ import annotations
@@ -12,6 +12,8 @@ from typing import Any, TypeVar
 
 import numpy as np
 from numba import boolean, float64, int64, njit, types
+
+from kendama_cli.physics.rope import RopeLaw
 
 F = TypeVar("F", bound=Callable[..., Any])
 Array = Any
@@ -42,10 +44,18 @@ NEAR_M, NEAR_S, NEAR_RAD, NEAR_SPEED = 0.02, 0.002, 0.02, 0.9
 """In one step of 1 ms no part of an arm comes nearer than the first to a ball that stands, a moving ball in addition no
 nearer than its way in the second; no joint goes farther than the third, or from the fourth of its top speed to all."""
 
-FINE, LIMITED, NOT_FINITE = 0, 1, 2
+TENSION, REACTION, PIVOT, SIDE = 3, 4, 7, 10
+"""Where in ``pulled`` (13,) these begin: the rope's force on the ball (3), its size, the opposite force on the cup (3)
+and where in the world it acts (3), and the direction (3) in which the rope last left the cup's axis."""
+FAR_AWAY = 1e4
+"""A ball farther away or faster than this, in m and m/s, has left the domain of the model."""
+HEIGHT = 12
+"""Where in the rope's numbers the height over the tie stands at which the cup's axis is taken."""
+ROOT, MIDDLE, TIE, OVER = range(4)
+"""Marks on the last link: its joint's origin, the cup's middle, the tie point and the point of the axis 1 m over it."""
+
+FINE, LIMITED, NOT_FINITE, NEAR, LOST, GONE = 0, 1, 2, 4, 8, 16
 """What a step may answer: the bits of an integer."""
-NEAR, APART, LOST = range(3)
-"""What apart_forces may answer."""
 
 READ = types.Array(float64, 1, "A", readonly=True)
 READ_2D = types.Array(float64, 2, "A", readonly=True)
@@ -446,7 +456,7 @@ def held(  # noqa: PLR0912, PLR0917
     return False
 
 
-@_compiled(types.void(READ, READ, READ_2D, READ_2D, float64, WRITE_2D, WRITE, WRITE_2D, WRITE_2D))
+@_compiled(types.void(READ, READ, READ_2D, READ_2D, float64, WRITE_2D, WRITE, WRITE_2D, WRITE_2D, WRITE_2D))
 def move_chain(  # noqa: PLR0912, PLR0915, PLR0917
     position_rad: Array,
     velocity_rad_s: Array,
@@ -457,13 +467,14 @@ def move_chain(  # noqa: PLR0912, PLR0915, PLR0917
     bias: Array,
     screws: Array,
     points: Array,
+    mark_speeds: Array,
 ) -> None:
     """Where the arm is and what moves it: ``inertia`` H (n, n), ``bias`` C q' + g (n,), and its places in the world.
 
     By products of exponentials, composite bodies and Newton and Euler, all in the world and about its origin, where a
     joint's motion is the screw (a, o x a) of its axis a through o (R. Featherstone, Rigid Body Dynamics Algorithms,
     2008, chapters 5 and 6). ``screws`` (n, 6); ``marks`` are points of the last link in the posture of zeros, and
-    ``points`` the joints' origins and after them the marks.
+    ``points`` the joints' origins and after them the marks, which move with ``mark_speeds``.
     """
     n = position_rad.size
     turn, last, shift = np.eye(3), np.eye(3), np.zeros(3)
@@ -546,6 +557,10 @@ def move_chain(  # noqa: PLR0912, PLR0915, PLR0917
             points[n + mark, r] = shift[r]
             for k in range(3):
                 points[n + mark, r] += turn[r, k] * marks[mark, k]
+        x, y, z = points[n + mark]
+        mark_speeds[mark, 0] = u[0] + w[1] * z - w[2] * y
+        mark_speeds[mark, 1] = u[1] + w[2] * x - w[0] * z
+        mark_speeds[mark, 2] = u[2] + w[0] * y - w[1] * x
     for j in range(n - 1, -1, -1):
         if j + 1 < n:
             for k in range(10):
@@ -583,6 +598,19 @@ def _distance(point: Array, start: Array, end: Array) -> float:
     return math.sqrt(gap)
 
 
+@_compiled(float64(READ))
+def _margin(ball_m_s: Array) -> float:
+    """What cannot be crossed within the next step."""
+    return NEAR_M + NEAR_S * float(abs(ball_m_s[0]) + abs(ball_m_s[1]) + abs(ball_m_s[2]))
+
+
+@_compiled(boolean(READ, READ, READ_2D, READ))
+def _is_by_cup(ball_m: Array, ball_m_s: Array, points: Array, radii: Array) -> bool:
+    """Whether ball and cup may touch within the next step."""
+    cup = radii.size - 1
+    return bool(_distance(ball_m, points[cup], points[cup]) < radii[cup] + _margin(ball_m_s))
+
+
 @_compiled(boolean(READ, READ, READ, READ, READ_2D, READ, READ_2D))
 def _is_near(  # noqa: PLR0917
     position_rad: Array,
@@ -605,11 +633,10 @@ def _is_near(  # noqa: PLR0917
             or abs(v) > NEAR_SPEED * limits[FASTEST, i]
         ):
             return True
-    cup, speed = radii.size - 1, abs(ball_m_s[0]) + abs(ball_m_s[1]) + abs(ball_m_s[2])
-    margin = NEAR_M + NEAR_S * speed
-    if _distance(ball_m, points[cup], points[cup]) < radii[cup] + margin:
+    if _is_by_cup(ball_m, ball_m_s, points, radii):
         return True
-    for i in range(cup):  # noqa: SIM110 - compiled code has no generators
+    margin = _margin(ball_m_s)
+    for i in range(radii.size - 1):
         if radii[i] >= 0.0 and _distance(ball_m, points[i], points[i + 1]) < radii[i] + margin:
             return True
     return False
@@ -617,26 +644,11 @@ def _is_near(  # noqa: PLR0917
 
 @_compiled(
     int64(
-        READ,
-        READ,
-        READ,
-        READ,
-        READ,
-        READ,
-        READ,
-        READ,
-        READ_2D,
-        READ_2D,
-        READ,
-        READ_2D,
-        READ,
-        READ_2D,
-        READ_2D,
-        READ,
-        WRITE,
+        READ, READ, READ, READ, READ, READ, READ, READ, READ, READ_2D, READ_2D, READ, READ_2D, READ, READ_2D, READ_2D,
+        float64, float64, WRITE,
     )
-)
-def apart_forces(  # noqa: PLR0917
+)  # fmt: skip
+def joint_forces(  # noqa: PLR0917
     position_rad: Array,
     velocity_rad_s: Array,
     effort: Array,
@@ -645,6 +657,7 @@ def apart_forces(  # noqa: PLR0917
     ball_m_s: Array,
     reaction_n: Array,
     pivot_m: Array,
+    touch_n: Array,
     screws: Array,
     inertia: Array,
     bias: Array,
@@ -652,23 +665,24 @@ def apart_forces(  # noqa: PLR0917
     radii: Array,
     joints: Array,
     limits: Array,
-    numbers: Array,
+    factor: float,
+    period: float,
     force: Array,
 ) -> int:
-    """The ``force`` on the joints, motors, dry friction and the rope's, where nothing can touch in the coming step.
+    """The ``force`` on the joints in the coming step: of the motors, of dry friction, and the rope's.
 
-        (H + T B) (v' - v) = T (effort + friction + J^T F - C v - g - B v)
+        (H + T B) (v' - v) = T (effort + friction + J^T F + J^T D - C v - g - B v)
 
     as DART steps, with the viscous friction B implicit; F = ``reaction_n`` pulls at ``pivot_m``, and the friction is
-    that with which v' obeys Coulomb's law (``held``). ``numbers`` are the factor on all friction and T. The answer is
-    APART, or NEAR where something may touch (see _is_near) and nothing was done, or LOST where the inertia has no
-    factor, or no friction was found.
+    that with which v' obeys Coulomb's law (``held``). D = ``touch_n`` is how the ball has pressed on the cup so far: it
+    is in no ``force``, because DART finds it anew, but a joint rests under it. ``factor`` is that on all friction,
+    ``period`` T. The answer is FINE, or NEAR where something may touch in that step (see _is_near), or LOST where the
+    inertia has no factor, or no friction was found.
     """
-    if _is_near(position_rad, velocity_rad_s, ball_m, ball_m_s, points, radii, limits):
-        return NEAR
     n = effort.size
-    factor, period = numbers
     factor_of, diagonal, load, friction = np.empty((n, n)), np.empty(n), np.empty(n), np.empty(n)
+    # beside the cup the ball presses on a link, which the joints behind do not feel
+    pressed = 1.0 if _is_by_cup(ball_m, ball_m_s, points, radii) else 0.0
     for i in range(n):
         viscous = factor * joints[VISCOUS, i]
         for j in range(i):
@@ -679,10 +693,147 @@ def apart_forces(  # noqa: PLR0917
         pulled += reaction_n[2] * (screws[i, 0] * pivot_m[1] - screws[i, 1] * pivot_m[0] + screws[i, 5])
         force[i] = effort[i] + pulled
         load[i] = force[i] - bias[i] - viscous * velocity_rad_s[i]
+        load[i] += pressed * touch_n[0] * (screws[i, 1] * ball_m[2] - screws[i, 2] * ball_m[1] + screws[i, 3])
+        load[i] += pressed * touch_n[1] * (screws[i, 2] * ball_m[0] - screws[i, 0] * ball_m[2] + screws[i, 4])
+        load[i] += pressed * touch_n[2] * (screws[i, 0] * ball_m[1] - screws[i, 1] * ball_m[0] + screws[i, 5])
     if not _factorise(factor_of, n):
         return LOST
     if not held(factor_of, diagonal, velocity_rad_s, load, level, period, friction):
         return LOST
     for i in range(n):
         force[i] += friction[i]
-    return APART
+    return NEAR if _is_near(position_rad, velocity_rad_s, ball_m, ball_m_s, points, radii, limits) else FINE
+
+
+def rope_constants(law: RopeLaw) -> list[float]:
+    """Those of the rope and the cup that it goes round, as ``pull`` takes them before the air's."""
+    cup = law.cup
+    sizes = [cup.radius_m, cup.floor_m, cup.rim_m, cup.handle_m, *cup.used_m]
+    return [law.length_m, law.stiffness_n_m, law.damping_n_s_m, *sizes]
+
+
+@_compiled(types.void(READ, float64, float64, WRITE))
+def air(ball_m_s: Array, k1: float, k2: float, force: Array) -> None:
+    """The drag -(k1 + k2 |v|) v on the ball into ``force`` (3,)."""
+    vx, vy, vz = ball_m_s
+    drag = k1 + k2 * math.sqrt(vx * vx + vy * vy + vz * vz)
+    force[0], force[1], force[2] = -drag * vx, -drag * vy, -drag * vz
+
+
+@_compiled(boolean(READ, READ, READ, READ, READ, READ, READ, WRITE, WRITE))
+def pull(  # noqa: PLR0917 - plain numbers and arrays, as compiled code takes them
+    ball_m: Array,
+    ball_m_s: Array,
+    tie_m: Array,
+    tie_m_s: Array,
+    up_m: Array,
+    up_m_s: Array,
+    rope: Array,
+    pulled: Array,
+    force: Array,
+) -> bool:
+    """Put the rope's pull (physics.rope.rope_pull) into ``pulled`` and its sum with the drag into ``force`` (3,).
+
+    ``up_m`` and ``up_m_s`` (3,) are place and velocity of a point of the cup on its axis, over the tie; ``rope`` holds
+    the ``rope_constants``, the drag k1, k2 and the height of that point. False where the ball has gone far away.
+    """
+    length_m, stiffness_n_m, damping_n_s_m, radius, floor, rim, handle, at_edge, at_floor, at_rim, k1, k2, high = rope
+    kx, ky, kz = (up_m[0] - tie_m[0]) / high, (up_m[1] - tie_m[1]) / high, (up_m[2] - tie_m[2]) / high
+    x, y, z = ball_m[0] - tie_m[0], ball_m[1] - tie_m[1], ball_m[2] - tie_m[2]
+    vx, vy, vz = ball_m_s[0] - tie_m_s[0], ball_m_s[1] - tie_m_s[1], ball_m_s[2] - tie_m_s[2]
+    above = x * kx + y * ky + z * kz
+    used = out = up = 0.0
+    if above > 0.0:
+        wx, wy, wz = x - above * kx, y - above * ky, z - above * kz
+        across = math.sqrt(wx * wx + wy * wy + wz * wz)
+        if across > 0.0:
+            pulled[SIDE], pulled[SIDE + 1], pulled[SIDE + 2] = wx / across, wy / across, wz / across
+        ex, ey, ez = pulled[SIDE], pulled[SIDE + 1], pulled[SIDE + 2]
+        if above > floor and across < radius:
+            used, out, up = at_rim, radius, rim
+        elif above > floor and (radius - handle) * above > floor * (across - handle):
+            used, out, up = at_floor, radius, floor
+        else:
+            used, out = at_edge, handle
+        tx, ty, tz = (up_m_s[0] - tie_m_s[0]) / high, (up_m_s[1] - tie_m_s[1]) / high, (up_m_s[2] - tie_m_s[2]) / high
+        lean = out * (tx * ex + ty * ey + tz * ez)
+        vx, vy, vz = vx - (up * tx - lean * kx), vy - (up * ty - lean * ky), vz - (up * tz - lean * kz)
+        qx, qy, qz = out * ex + up * kx, out * ey + up * ky, out * ez + up * kz
+        x, y, z = x - qx, y - qy, z - qz
+        pulled[PIVOT], pulled[PIVOT + 1], pulled[PIVOT + 2] = tie_m[0] + qx, tie_m[1] + qy, tie_m[2] + qz
+    else:
+        pulled[PIVOT], pulled[PIVOT + 1], pulled[PIVOT + 2] = tie_m[0], tie_m[1], tie_m[2]
+    left = math.sqrt(x * x + y * y + z * z)
+    k = 0.0
+    if used + left > length_m and left > 0.0:
+        size = stiffness_n_m * (used + left - length_m) + damping_n_s_m * (x * vx + y * vy + z * vz) / left
+        if size > 0.0:
+            k = -size / left
+    fx, fy, fz = k * x, k * y, k * z
+    pulled[0], pulled[1], pulled[2], pulled[TENSION] = fx, fy, fz, math.sqrt(fx * fx + fy * fy + fz * fz)
+    pulled[REACTION], pulled[REACTION + 1], pulled[REACTION + 2] = -fx, -fy, -fz
+    air(ball_m_s, k1, k2, force)
+    extent = 0.0
+    for i in range(3):
+        force[i] += pulled[i]
+        extent += abs(ball_m[i]) + abs(ball_m_s[i])
+    return bool(extent < FAR_AWAY)
+
+
+@_compiled(
+    int64(
+        READ, READ, READ, READ, READ, READ, READ, READ, READ, READ, READ_2D, READ_2D, READ_2D, READ_2D, READ, READ,
+        READ, READ, WRITE_2D, WRITE, WRITE, WRITE, WRITE, WRITE,
+    )
+)  # fmt: skip
+def step_forces(  # noqa: PLR0917
+    position: Array,
+    velocity: Array,
+    acceleration: Array,
+    noise: Array,
+    added: Array,
+    position_rad: Array,
+    velocity_rad_s: Array,
+    ball_m: Array,
+    ball_m_s: Array,
+    touch_n: Array,
+    links: Array,
+    marks: Array,
+    limits: Array,
+    joints: Array,
+    radii: Array,
+    rope: Array,
+    gains: Array,
+    unknown: Array,
+    state: Array,
+    effort: Array,
+    level: Array,
+    pulled: Array,
+    ball_force: Array,
+    force: Array,
+) -> int:
+    """All forces of a step of an arm with a ball: ``move_chain``, ``pull``, ``command`` and ``joint_forces`` in one.
+
+    ``gains`` are Kp, Kd, the period and gravity. GONE where the ball has gone far away; nothing is done after that, nor
+    after NOT_FINITE.
+    """
+    n = position_rad.size
+    inertia, bias, screws = np.empty((n, n)), np.empty(n), np.empty((n, 6))
+    points, speeds = np.empty((n + marks.shape[0], 3)), np.empty((marks.shape[0], 3))
+    move_chain(position_rad, velocity_rad_s, links, marks, gains[3], inertia, bias, screws, points, speeds)
+    tie, tie_speed, over, over_speed = points[n + TIE], speeds[TIE], points[n + OVER], speeds[OVER]
+    for r in range(3):
+        over[r] = tie[r] + rope[HEIGHT] * (over[r] - tie[r])
+        over_speed[r] = tie_speed[r] + rope[HEIGHT] * (over_speed[r] - tie_speed[r])
+    if not pull(ball_m, ball_m_s, tie, tie_speed, over, over_speed, rope, pulled, ball_force):
+        return GONE
+    answer = command(
+        position, velocity, acceleration, noise, added, position_rad, velocity_rad_s, state, limits, gains[:3], joints,
+        unknown, inertia, bias, effort, level,
+    )  # fmt: skip
+    if answer & NOT_FINITE:
+        return answer
+    return answer | joint_forces(
+        position_rad, velocity_rad_s, effort, level, ball_m, ball_m_s, pulled[REACTION:PIVOT], pulled[PIVOT:SIDE],
+        touch_n, screws, inertia, bias, points[: n + TIE], radii, joints, limits, unknown[0], gains[2], force,
+    )  # fmt: skip

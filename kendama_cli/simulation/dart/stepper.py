@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from kendama_cli.motion.impedance import JointTorque
 from kendama_cli.schema.arrays import Array
 from kendama_cli.simulation.dart.ball import TetheredBall
 from kendama_cli.simulation.dart.joint_control import JointControl
@@ -13,8 +14,11 @@ from kendama_cli.simulation.dart.wrist import ContactSensor
 
 
 class Stepper:
-    """Steps one of ``worlds`` under what ``control`` gives: the one without contacts where only a ball is beside the
-    arm, nothing can touch in the coming step and no joint comes to its limits.
+    """Steps one of ``worlds`` under what ``control`` gives.
+
+    Where only a ball is beside the arm, compiled code finds the joints' friction, and the world is the one without
+    contacts while nothing can touch in the coming step and no joint comes to its limits. Beside a scene, on which the
+    arm itself presses, and under commanded torques DART finds friction and contacts together, which takes longer.
     """
 
     def __init__(
@@ -28,7 +32,7 @@ class Stepper:
         self._worlds, self._control, self._scene = worlds, control, scene
         self._ball, self._sensor = ball, sensor
         self._alone = ball is not None and not scene.bodies
-        self._apart = False
+        self._apart, self._held = False, True  # a description may have given the joints a friction for DART to find
 
     def reset(self) -> None:
         """Scene and sensor as they began; nothing that is past stays, and DART looks after the joints' limits."""
@@ -39,32 +43,52 @@ class Stepper:
         if self._sensor is not None:
             self._sensor.reset()
 
-    def step(self, state: tuple[Array, Array], t_s: float) -> None:
+    def follow(
+        self,
+        reference: tuple[Array, Array, Array],
+        noise_rad: Array | float,
+        added_nm: Array | float,
+        state: tuple[Array, Array],
+        t_s: float,
+    ) -> None:
         """One step from ``state``, angles and speeds (n,) of the joints, at ``t_s``; raises SimulationError."""
         ball, control = self._ball, self._control
-        if ball is not None:
-            ball.pull(t_s)
-        if ball is not None and self._alone and control.move_apart(state, ball.state, ball.reaction, t_s):
-            if not self._apart:
-                self._apart = True
-                control.enforce_limits(enforce=False)
-            self._worlds.apart.step()
-        else:
+        if ball is None or not self._alone:
+            control.follow(reference, noise_rad, added_nm, state, t_s)
+            self._step_held(t_s)
+            return
+        if self._held:
+            self._held = False
+            control.friction.release()
+        if not self._apart:
+            ball.pressing.after(ball.velocity_m_s, ball.mass_kg, ball.weight_n)
+        if control.follow_beside(ball, reference, noise_rad, added_nm, state, t_s) != self._apart:
+            self._apart = not self._apart
             if self._apart:
-                self._apart = False
-                control.enforce_limits(enforce=True)
-            self._touch()
+                ball.pressing.let_go()
+            control.enforce_limits(enforce=not self._apart)
+        self.world.step()
+
+    def give(self, command: JointTorque, state: tuple[Array, Array], t_s: float) -> None:
+        """One step under a commanded torque from ``state`` at ``t_s``; raises SimulationError."""
+        self._control.give(command, state[1], t_s)
+        self._step_held(t_s)
 
     @property
     def world(self) -> Any:
         """DART's world of the last step."""
         return self._worlds.apart if self._apart else self._worlds.touching
 
-    def _touch(self) -> None:
-        """The step in which DART looks for contacts, and after the joints' limits."""
-        if self._ball is not None and self._ball.tension_n > 0.0:
-            self._ball.react()
-        self._control.move_touching()
+    def _step_held(self, t_s: float) -> None:
+        """The step in which DART looks after contacts, friction and stops."""
+        self._held = True
+        if self._apart:
+            self._apart = False
+            self._control.enforce_limits(enforce=True)
+        if self._ball is not None:
+            self._ball.pull(t_s)
+            if self._ball.tension_n > 0.0:
+                self._ball.react()
         self._scene.pull()
         self._worlds.touching.step()
         if self._sensor is not None:

@@ -54,8 +54,7 @@ class ArmWorld:
         if game is not None and links:
             attach_links(self.body, arm, game.cup)
         self._skeleton = self.body.skeleton
-        self._dynamics = ArmDynamics(arm, game, links=links)
-        self._control = JointControl(arm, self.body, self._dynamics, STEP_S)
+        self._control = JointControl(arm, self.body, ArmDynamics(arm, game, links=links), STEP_S)
         self._ball = TetheredBall(game, self.body) if game is not None else None
         self._sensor = None if isinstance(task, GameSettings) else _sensor(task, arm, self.body, scene)
         worlds = WorldPair(task.gravity_m_s2, exact_friction=game is None)
@@ -107,21 +106,20 @@ class ArmWorld:
         """
         state = self.position_rad, self.velocity_rad_s
         reference = position_rad, velocity_rad_s, acceleration_rad_s2
-        self._control.follow(reference, noise_rad, feedforward_nm, state, self.t_s)
-        self._advance(state)
+        self._stepper.follow(reference, noise_rad, feedforward_nm, state, self.t_s)
+        self._advanced()
 
     def step_torque(self, command: JointTorque) -> None:
         """Advance by STEP_S under the commanded torque, with weight, Coriolis and the known friction compensated.
 
         Raises SimulationError, naming the joint, where the torque or the motion is not finite.
         """
-        self._control.give(command, self.velocity_rad_s, self.t_s)
-        self._advance((self.position_rad, self.velocity_rad_s))
+        self._stepper.give(command, (self.position_rad, self.velocity_rad_s), self.t_s)
+        self._advanced()
         self._control.check_speed(self.velocity_rad_s, self.t_s)
 
-    def _advance(self, state: tuple[Array, Array]) -> None:
-        """One step of DART from ``state`` under what the motors give."""
-        self._stepper.step(state, self.t_s)
+    def _advanced(self) -> None:
+        """Read what a step of DART has made."""
         self._steps += 1
         self.t_s = self._steps * STEP_S
         self._observe()
@@ -171,7 +169,6 @@ class ArmWorld:
     def _observe(self) -> None:
         self.position_rad: Array = self._skeleton.getPositions()
         self.velocity_rad_s: Array = self._skeleton.getVelocities()
-        self._dynamics.observe(self.position_rad, self.velocity_rad_s)
         if self._ball is not None:
             self._ball.observe()
 

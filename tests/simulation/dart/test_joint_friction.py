@@ -53,7 +53,7 @@ class Wheel:
         self.world.setTimeStep(STEP_S)
         self.world.addSkeleton(self.skeleton)
         known = ParametricFriction(*(np.array([value]) for value in (COULOMB, STRIBECK, SPEED, VISCOUS, 0.0)))
-        self.friction = JointFriction([self.joint], known, np.array([1e3]), STEP_S)
+        self.friction = JointFriction([self.joint], known, np.array([1e3]))
 
     def turn(self, torque_nm: float, steps: int, speed_rad_s: float = 0.0) -> Array:
         self.skeleton.setVelocities([speed_rad_s])
@@ -143,7 +143,7 @@ def test_the_controller_that_knows_all_friction_follows_as_if_there_were_none() 
 def test_unknown_shares_scale_every_known_friction() -> None:
     arm = modelled(pa10())
     known, joints = arm.friction, arm.new_body().joints
-    friction = JointFriction(joints, known, arm.limits.effort_nm, STEP_S)
+    friction = JointFriction(joints, known, arm.limits.effort_nm)
     friction.set_unknown(0.25, 0.1)
     assert not uncompensated(friction, 0.0, np.zeros(7)).any()
     friction.hold()
@@ -160,7 +160,7 @@ def test_unknown_shares_scale_every_known_friction() -> None:
 def test_the_motors_give_what_is_asked_with_the_law_of_the_known_friction_within_their_limits() -> None:
     """The compiled law beside ParametricFriction, in whose direction the sign of the wanted speed is blurred."""
     arm = modelled(pa10())
-    friction = JointFriction(arm.new_body().joints, arm.friction, arm.limits.effort_nm, STEP_S)
+    friction = JointFriction(arm.new_body().joints, arm.friction, arm.limits.effort_nm)
     rng = np.random.default_rng(7)
     clipped = 0
     for size in (0.01, 0.1, 1.0, 10.0):

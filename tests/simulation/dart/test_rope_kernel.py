@@ -8,7 +8,7 @@ import pytest
 from kendama_cli.physics.rope import RopeLaw, rope_pull
 from kendama_cli.schema.settings import build
 from kendama_cli.settings.game import GameSettings
-from kendama_cli.simulation.dart import rope_kernel as kernel
+from kendama_cli.simulation.dart import joint_kernel as kernel
 from tests.shipped_conf import plain
 
 GAME = plain("game", "kendama")
@@ -19,7 +19,7 @@ COMPARED = 3000
 def test_the_compiled_pull_is_the_plain_one_on_random_states_of_ball_and_cup(cup: str) -> None:
     game = build(GameSettings, GAME | {"cup": plain("game/cup", cup)}, "game")
     law, rng, high = RopeLaw.of(game), np.random.default_rng(1), 0.035
-    rope = np.array([*kernel.constants(law), 0.001, 0.0004, high])
+    rope = np.array([*kernel.rope_constants(law), 0.001, 0.0004, high])
     pulled, force, kinds = np.zeros(13), np.zeros(3), set()
     for _ in range(COMPARED):
         ball, speed, tie, tie_speed = rng.normal(0, [[0.25], [2.0], [0.05], [0.5]], (4, 3))
@@ -44,6 +44,6 @@ def test_the_compiled_pull_is_the_plain_one_on_random_states_of_ball_and_cup(cup
 
 
 def test_a_ball_that_is_far_away_is_told() -> None:
-    rope = np.array([*kernel.constants(RopeLaw.of(build(GameSettings, GAME, "game"))), 0.0, 0.0, 0.035])
+    rope = np.array([*kernel.rope_constants(RopeLaw.of(build(GameSettings, GAME, "game"))), 0.0, 0.0, 0.035])
     up, zero = np.array([0.0, 0.0, 0.035]), np.zeros(3)
     assert not kernel.pull(np.array([2e4, 0, 0]), zero, zero, zero, up, zero, rope, np.zeros(13), np.zeros(3))
