@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -13,52 +13,71 @@ import numpy as np
 from kendama_cli.devices.hand.body import read_bodies, recording_of
 from kendama_cli.devices.hand.file import RecordedHand, hands_of
 from kendama_cli.devices.hand.segments import checked_swings
-from kendama_cli.devices.hand.settings import MocapCapture
-from kendama_cli.devices.hand.tracks.openigtlink_stream import transforms
+from kendama_cli.devices.hand.settings import FARTHEST_M, METRES, MocapCapture
+from kendama_cli.devices.hand.tracks.pose_stream import PROTOCOLS, streamed_poses
 from kendama_cli.devices.hand.tracks.stream_file import StreamFile
-from kendama_cli.errors import HardwareError
+from kendama_cli.errors import ConfigError, HardwareError
 
 FEWEST = 20
 CLOCK_SHARE = 0.02
 """Stamps that run so much faster or slower than our clock are warned of."""
+CLOCK_APART_S = 1.0
+"""So is a clock that differs from ours by more; a network's delay does not."""
 
 
 def open_mocap(settings: MocapCapture) -> Sequence[RecordedHand]:
     """A hand for every swing in the stream of ``settings.seconds``.
 
-    Raises HardwareError where the server is not there, goes away or does not have the body; what came is kept.
+    Raises HardwareError where the server is not there, goes away or does not have the body, ConfigError for a unit that
+    cannot be; what came is kept.
     """
     path = Path(settings.record)
     notes = _recorded(settings, path)
     (body,) = read_bodies(str(path))
-    recording = replace(recording_of(str(path), body, None, settings), warnings=notes)
+    recording = replace(
+        recording_of(str(path), body, None, settings),
+        warnings=notes,
+        unit_remedy=f"look at capture.unit ({settings.spoken_unit})",
+    )
     return hands_of(checked_swings(recording, settings.plausible, math.inf, settings.segments))
 
 
 class _Stream:
     """What came: the body's stamps and when they came, what else is streamed, and how it ended."""
 
-    def __init__(self) -> None:
+    def __init__(self, clock: Callable[[], float] = time.time) -> None:
+        self._clock = clock
         self.stamps_s: list[float] = []
         self.arrivals_s: list[float] = []
         self.others: set[str] = set()
-        self.not_finite, self.ended = 0, ""
+        self.not_finite, self.not_rising, self.ended = 0, 0, ""
 
     def record(self, settings: MocapCapture, kept: StreamFile) -> None:
-        """Take poses for ``settings.seconds``; raises HardwareError where the line fails."""
-        for device, stamp_s, pose in transforms(settings.host, settings.port):
-            now = time.time()
-            if device != settings.body:
-                self.others.add(device)
-                if not self.arrivals_s and len(self.others) > FEWEST:
-                    return
-            elif not all(map(math.isfinite, pose)):
+        """Take poses for ``settings.seconds`` from the first on, which must come within as long.
+
+        Raises HardwareError where the line fails, ConfigError for places that are in another unit.
+        """
+        began, metres = self._clock(), METRES[settings.spoken_unit]
+        for pose in streamed_poses(PROTOCOLS[settings.protocol], settings.host, settings.spoken_port):
+            now = self._clock()
+            place_m = [metres * value for value in pose.position]
+            if pose.body != settings.body:
+                self.others.add(pose.body)
+            elif not all(map(math.isfinite, (*place_m, *pose.rotation_wxyz))):
                 self.not_finite += 1
-            elif not self.stamps_s or stamp_s > self.stamps_s[-1]:
-                self.stamps_s.append(stamp_s)
+            elif self.stamps_s and pose.stamp_s <= self.stamps_s[-1]:
+                self.not_rising += 1
+            elif (far_m := math.hypot(*place_m)) > FARTHEST_M:
+                raise ConfigError(
+                    "capture.unit",
+                    f"'{settings.body}' is {far_m:.4g} m from the tracker's origin, where no hand is; 'capture.unit' "
+                    f"is {settings.spoken_unit}: look at what the server sends",
+                )
+            else:
+                self.stamps_s.append(pose.stamp_s)
                 self.arrivals_s.append(now)
-                kept.write((stamp_s - self.stamps_s[0], *pose))
-            if self.arrivals_s and now - self.arrivals_s[0] >= settings.seconds:
+                kept.write((pose.stamp_s - self.stamps_s[0], *place_m, *pose.rotation_wxyz))
+            if now - (self.arrivals_s[0] if self.arrivals_s else began) >= settings.seconds:
                 return
         self.ended = f"the server closed the line after {kept.count} poses"
 
@@ -75,6 +94,11 @@ class _Stream:
         ]
         if self.not_finite:
             warnings.append(f"{self.not_finite} poses were not finite numbers and are left out")
+        if self.not_rising:
+            warnings.append(f"{self.not_rising} poses had a stamp that does not rise and are left out")
+        apart_s = 1e-3 * float(np.median(delay_ms))
+        if abs(apart_s) > CLOCK_APART_S:
+            warnings.append(f"the tracker's clock is {apart_s:.1f} s behind ours; only its differences are used")
         lasted_s = float(arrivals[-1] - arrivals[0])
         ratio = float(stamps[-1] - stamps[0]) / max(lasted_s, 1e-9)
         if abs(ratio - 1) > CLOCK_SHARE and lasted_s > 1.0:
@@ -83,19 +107,34 @@ class _Stream:
             warnings.append(f"{self.ended}; what came before is kept")
         return warnings
 
+    def shortage(self, settings: MocapCapture) -> str:
+        """Why too few poses came, one sentence."""
+        if self.ended:
+            why = self.ended
+        elif self.not_rising > len(self.stamps_s):
+            why = (
+                f"the stamps of '{settings.body}' stand still ({self.not_rising} poses do not rise): the tracker is "
+                "frozen, or the server sends no times"
+            )
+        elif self.not_finite:
+            why = f"'{settings.body}' is never seen: {self.not_finite} poses are not finite numbers"
+        else:
+            where = f"{settings.host}:{settings.spoken_port}"
+            why = f"'{settings.body}' does not come from {where}; look at capture.body"
+        return why + (f"; it streams {', '.join(sorted(self.others))}" if self.others else "")
+
 
 def _recorded(settings: MocapCapture, path: Path) -> tuple[str, ...]:
-    """Keep the stream in ``path``; lines about it. Raises HardwareError where too little came."""
-    stream = _Stream()
-    with StreamFile(path, settings.body) as kept:
-        try:
+    """Keep the stream in ``path``; lines about it. Raises HardwareError where too little came, which is not kept."""
+    stream, kept = _Stream(), StreamFile(path, settings.body)
+    try:
+        with kept:
             stream.record(settings, kept)
-        except HardwareError as wrong:
-            stream.ended = str(wrong)
-    if kept.count < FEWEST:
-        if not kept.count:
+    except HardwareError as wrong:
+        stream.ended = str(wrong)
+    finally:
+        if kept.count < FEWEST:
             path.unlink()
-        missing = f"'{settings.body}' does not come from {settings.host}:{settings.port}; look at capture.body"
-        names = f"; it streams {', '.join(sorted(stream.others))}" if stream.others else ""
-        raise HardwareError((stream.ended or missing) + names)
+    if kept.count < FEWEST:
+        raise HardwareError(stream.shortage(settings))
     return tuple(f"{path.name}: {one}" for one in stream.notes())

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Annotated, ClassVar, Literal, Protocol
 
@@ -10,6 +11,10 @@ from kendama_cli.schema.registry import Registry
 from kendama_cli.schema.settings import setting
 
 Column = int | str | None
+LengthUnit = Literal["m", "cm", "mm"]
+METRES: Mapping[LengthUnit, float] = {"m": 1.0, "cm": 1e-2, "mm": 1e-3}
+FARTHEST_M = 50.0
+"""No tracker of hands sees so far: places beyond are in another unit."""
 HANDS = Registry("kendama.hands", "hand")
 
 
@@ -77,7 +82,7 @@ class FileCapture:
     first_row: int = setting("first data row that is read, counted from 1", at_least=1)
     last_row: int | None = setting("last data row that is read; null: all", at_least=1)
     column_base: Literal[0, 1] = setting("number of the first column where columns are given by number")
-    unit: Literal["m", "cm", "mm"] = setting("unit of the positions in text files (MCAP holds metres)")
+    unit: LengthUnit = setting("unit of the positions in text files (MCAP holds metres)")
     time_unit: Literal["s", "ms", "us", "ns"] = setting("unit of the time column")
     rate_hz: float | None = setting("sampling rate where there is no time column [Hz]", above=0, at_most=1e5)
     gap_factor: float = setting("a time step above this multiple of the median step is a gap", above=1)
@@ -228,19 +233,38 @@ class MarkerLiveCapture(MarkerSettings):
     seconds: float = setting("how long it is recorded [s]", above=0)
 
 
+USUAL_PORT: Mapping[str, int] = {"openigtlink": 18944, "vrpn": 3883}
+USUAL_UNIT: Mapping[str, LengthUnit] = {"openigtlink": "mm", "vrpn": "m"}
+"""What servers of a protocol speak unless they are told otherwise."""
+
+
 @dataclass(frozen=True)
 class MocapCapture(BodySettings):
-    """A motion capture system that streams the pose of a rigid body fixed to the cup, by OpenIGTLink."""
+    """A motion capture system that streams the pose of a rigid body fixed to the cup, by OpenIGTLink or VRPN."""
 
     live: ClassVar[bool] = True
     """A person swings for it: what was recorded is kept until someone asks for another recording."""
 
     kind: Literal["mocap"] = setting("a tracked body that is streamed now")
-    host: str = setting("address of the OpenIGTLink server")
-    port: int = setting("its port", at_least=1, at_most=65535)
-    body: str = setting("name of the transform of the rigid body on the cup")
+    protocol: Literal["openigtlink", "vrpn"] = setting("what the server speaks")
+    host: str = setting("address of the server")
+    port: int | None = setting("its TCP port; null: the usual one, 18944 or 3883 (VRPN)", at_least=1, at_most=65535)
+    unit: LengthUnit | None = setting("unit of the places that it sends; null: the usual one, mm or m (VRPN)")
+    body: str = setting(
+        "name of the rigid body on the cup: of its transform, or of its VRPN tracker (TRACKER:1 for its sensor 1)"
+    )
     seconds: float = setting("how long it is recorded [s]", above=0)
     record: str = setting("where the stream is kept as it comes; it is never overwritten")
+
+    @property
+    def spoken_port(self) -> int:
+        """``port``, or the protocol's usual one."""
+        return self.port or USUAL_PORT[self.protocol]
+
+    @property
+    def spoken_unit(self) -> LengthUnit:
+        """``unit``, or the protocol's usual one."""
+        return self.unit or USUAL_UNIT[self.protocol]
 
 
 class CaptureSettingsNode(Protocol):

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from kendama_cli.devices.hand.recording import Recording, unit_rotations
-from kendama_cli.devices.hand.settings import Column, FileCapture
+from kendama_cli.devices.hand.settings import METRES, Column, FileCapture
 from kendama_cli.devices.recording_format import text_of
 from kendama_cli.errors import InputError
 from kendama_cli.schema.arrays import Array
@@ -18,7 +18,6 @@ from kendama_cli.schema.settings import nearest
 
 REMEDY = "give a text file (CSV, TSV or whitespace-separated) or an MCAP file"
 DELIMITERS = {"tab": "\t", "semicolon": ";", "comma": ",", "pipe": "|"}
-METRES = {"m": 1.0, "cm": 1e-2, "mm": 1e-3}
 SECONDS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
 
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import socket
 import threading
 import time
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -15,9 +14,9 @@ from kendama_cli.devices.hand.open_hands import open_hands
 from kendama_cli.devices.hand.settings import MocapCapture
 from kendama_cli.errors import ConfigError, HardwareError
 from kendama_cli.schema.settings import build
+from tests.devices.hand.swing_server import ROOT, SWING, at_its_pace, free_port
 
 pyigtl = pytest.importorskip("pyigtl")
-ROOT = Path(__file__).parents[3]
 
 
 def settings(tmp_path, port, **changes):
@@ -27,39 +26,32 @@ def settings(tmp_path, port, **changes):
     )
 
 
-def free_port():
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        return probe.getsockname()[1]
-
-
 @pytest.fixture
 def streamed():
     """Streams a bundled swing at its own pace until its end; ``change`` may alter each pose."""
     running = []
 
-    def start(change=lambda i, matrix: matrix, name="cup"):
+    def start(change=lambda i, matrix: matrix, name="cup", stamp=lambda t_s: t_s):
         port = free_port()
         server = pyigtl.OpenIGTLinkServer(port=port, local_server=True)
         running.append(server)
-        rows = np.loadtxt(ROOT / "data/demonstrations/swing-01.csv", delimiter=",", comments=("#", "t"))
+        began = time.time()
 
-        def send():
+        def send(i, row):
+            matrix = np.eye(4)
+            matrix[:3, 3] = 1e3 * row[1:]
+            matrix = change(i, matrix)
+            if matrix is not None:
+                message = pyigtl.TransformMessage(matrix, device_name=name, timestamp=stamp(began + row[0]))
+                server.send_message(message, wait=False)
+
+        def run():
             while not server.is_connected():
                 time.sleep(0.005)
-            began = time.time()
-            for i, (t_s, *place_m) in enumerate(rows):
-                time.sleep(max(began + t_s - time.time(), 0))
-                matrix = np.eye(4)
-                matrix[:3, 3] = 1e3 * np.array(place_m)
-                matrix = change(i, matrix)
-                if matrix is not None:
-                    server.send_message(
-                        pyigtl.TransformMessage(matrix, device_name=name, timestamp=began + t_s), wait=False
-                    )
+            at_its_pace(send)
 
-        threading.Thread(target=send, daemon=True).start()
-        return port, rows
+        threading.Thread(target=run, daemon=True).start()
+        return port, SWING
 
     yield start
     for server in running:
@@ -107,5 +99,5 @@ def test_a_server_that_is_not_there(tmp_path):
 def test_another_protocol_is_told(tmp_path):
     with socket.create_server(("127.0.0.1", 0)) as server:
         threading.Thread(target=lambda: server.accept()[0].sendall(b"HTTP/1.1 400 Bad Request\r\n" * 9)).start()
-        with pytest.raises(HardwareError, match="does not speak OpenIGTLink"):
+        with pytest.raises(HardwareError, match=r"does not speak OpenIGTLink .*capture\.protocol"):
             open_hands(settings(tmp_path, server.getsockname()[1]))

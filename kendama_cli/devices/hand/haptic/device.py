@@ -6,6 +6,7 @@ import math
 import socket
 import time
 from collections.abc import Callable, Iterator, Sequence
+from pathlib import Path
 
 import numpy as np
 
@@ -16,7 +17,9 @@ from kendama_cli.devices.hand.interface import HandSample
 from kendama_cli.devices.hand.openigtlink import TEXT_BEGINS, TRANSFORM, transform
 from kendama_cli.devices.hand.play.conditions import Conditions
 from kendama_cli.devices.hand.play.try_record import TryRecord
-from kendama_cli.errors import HardwareError
+from kendama_cli.devices.hand.settings import METRES
+from kendama_cli.devices.hand.tracks.stream_file import StreamFile
+from kendama_cli.errors import ConfigError, HardwareError
 from kendama_cli.schema.arrays import Array
 from kendama_cli.settings.game import GameSettings
 from kendama_cli.simulation.dart.hand_world import PLACE, HandWorld
@@ -25,6 +28,12 @@ from kendama_cli.simulation.dart.world import STEP_S
 SLEEP_SHORT_S = 0.0003
 """A sleeping process wakes up to so late; the rest of a period is waited for without sleeping."""
 LOOK_EVERY = 4
+REACH_M = 5.0
+"""No haptic device reaches farther; one that says so counts in another unit."""
+FROZEN_S = 10.0
+"""A hand trembles by a tenth of a millimetre: a device that says the very same place for longer is frozen."""
+LEAST_MOVED_M = 1e-3
+"""A stylus that is gripped for a swing moves farther, even a virtual hand a hundred times larger."""
 MOST_DUE = 100
 """Periods that are made up for after a stall."""
 
@@ -48,7 +57,10 @@ class HapticLink:
             ) from None
         self.device_m: Array | None = None
         self.gripped, self.late_s = False, list[float]()
+        self.moved_m: float | None = None
+        """How far the stylus moved at most in a grip that was no swing."""
         self._heard_s, self._stopped = clock(), ""
+        self._moved_s = self._heard_s
 
     def listen(self) -> None:
         """Take what has come; raises HardwareError, and stops for good, for a device that lies or is silent."""
@@ -88,7 +100,7 @@ class HapticLink:
         for message in self._line.receive():
             content = message.content
             if message.kind == "TRANSFORM" and message.device == own.device and len(content) == TRANSFORM.size:
-                place = own.scale * np.array(TRANSFORM.unpack(content)[9:])
+                place = own.scale * METRES[own.unit] * np.array(TRANSFORM.unpack(content)[9:])
                 self._check(place, now_s)
                 self.device_m, self._heard_s = place, now_s
             elif message.kind == "STRING" and message.device == f"{own.device}-grip" and len(content) >= TEXT_BEGINS:
@@ -102,26 +114,44 @@ class HapticLink:
     def _check(self, place: Array, now_s: float) -> None:
         if not np.isfinite(place).all():
             raise HardwareError(f"the haptic device says that it is at {place.tolist()} m: no place")
+        unit = f"look at capture.unit ({self.settings.unit})"
+        reach_m = float(np.linalg.norm(place)) / self.settings.scale
+        if reach_m > REACH_M:
+            raise HardwareError(f"the haptic device says that it is {reach_m:.4g} m from its origin, too far: {unit}")
+        if self.device_m is None or not self.gripped or (place != self.device_m).any():
+            self._moved_s = now_s
         if self.device_m is None or not self.gripped:
             return
-        far = float(np.linalg.norm(place - self.device_m))
-        if far > self.settings.fastest_m_s * (now_s - self._heard_s + 5 * STEP_S):
-            raise HardwareError(f"the haptic device jumped by {far:.3f} m within {now_s - self._heard_s:.4f} s")
+        if now_s - self._moved_s > FROZEN_S:
+            raise HardwareError(f"the haptic device was gripped, but frozen at the very same place for {FROZEN_S:g} s")
+        far, late_s = float(np.linalg.norm(place - self.device_m)), now_s - self._heard_s
+        if far > self.settings.fastest_m_s * (late_s + 5 * STEP_S):
+            raise HardwareError(
+                f"the haptic device jumped by {far:.3f} m within {late_s:.4f} s; look at its cable, or {unit}"
+            )
 
 
 class HapticHand:
-    """One swing at the device."""
+    """One swing at the device, kept in ``folder`` before anything else happens."""
 
     rate_hz = 1 / (LOOK_EVERY * STEP_S)
 
-    def __init__(self, name: str, link: HapticLink) -> None:
-        self.name, self._link = name, link
+    def __init__(self, name: str, link: HapticLink, folder: Path) -> None:
+        self.name, self._link, self._folder = name, link, folder
 
     def samples(self) -> Iterator[HandSample]:
-        """Record a swing; raises HardwareError."""
+        """Record a swing; raises HardwareError, which says where the swings before this one are."""
         rows = None
-        while rows is None:  # a grip without a swing is none
-            rows = swing(self._link)
+        try:
+            while rows is None:  # a grip without a swing is none
+                rows = swing(self._link)
+        except HardwareError as wrong:
+            kept = len(list(self._folder.glob("*.csv")))
+            again = f"; {kept} swings are kept: capture=body 'capture.path={self._folder}/*.csv'" if kept else ""
+            raise HardwareError(f"{wrong}{again}") from None
+        with StreamFile(self._folder / f"{self.name}.csv", self.name) as file:
+            for row in rows.tolist():
+                file.write(tuple(row[:8]))
         for row in rows:
             yield HandSample(float(row[0]), row[1:4], row[4:8], tracked=True)
 
@@ -142,20 +172,30 @@ def swing(link: HapticLink) -> Array | None:
         period.wait()
         link.listen()
         if link.clock() > until_s:
-            raise HardwareError(f"nobody has gripped the stylus for {own.wait_s:g} s (capture.wait_s)")
+            raise HardwareError(_nobody(link))
     cup, record = MovedCup(own.game), TryRecord(own.caught_s)
     coupling = Coupling(own.coupling, STEP_S, own.game.cup.mass_kg)
-    origin_m, force_n = link.device_m.copy(), np.zeros(3)
+    origin_m, force_n, reached_m = link.device_m.copy(), np.zeros(3), 0.0
     while link.gripped and not record.caught:
         due = min(period.wait(), MOST_DUE)
         link.listen()
+        reached_m = max(reached_m, float(np.linalg.norm(link.device_m - origin_m)))
         for _ in range(due - 1):  # in a stall the hand felt the last force all the while, and so does the cup
             cup.step(force_n, record)
         force_n = coupling.force(link.device_m - origin_m, cup.place[:3].copy(), cup.free_m())
         link.feel(-force_n)
         cup.step(force_n, record)
     link.feel(np.zeros(3))
+    link.moved_m = max(link.moved_m or 0.0, reached_m / own.scale)
     return record.samples(Conditions())
+
+
+def _nobody(link: HapticLink) -> str:
+    own = link.settings
+    waited = f"nobody has gripped the stylus for {own.wait_s:g} s (capture.wait_s)"
+    if link.moved_m is None or link.moved_m >= LEAST_MOVED_M:
+        return waited
+    return f"{waited}; when it was, it moved by {1e3 * link.moved_m:.2g} mm only: look at capture.unit ({own.unit})"
 
 
 class MovedCup:
@@ -199,6 +239,16 @@ class Period:
 
 
 def open_haptic(settings: HapticCapture) -> Sequence[HapticHand]:
-    """A hand for every swing that is asked for, all at one device; raises HardwareError where none answers."""
+    """A hand for every swing that is asked for, all at one device.
+
+    Raises HardwareError where none answers, ConfigError where the folder to keep them in holds swings already.
+    """
+    folder = Path(settings.record)
+    if folder.exists() and (not folder.is_dir() or any(folder.glob("*.csv"))):
+        raise ConfigError(
+            "capture.record",
+            f"'capture.record' is {folder}, which holds something; a recording is never overwritten: name another",
+        )
     link = HapticLink(settings)
-    return tuple(HapticHand(f"swing-{number + 1}", link) for number in range(settings.swings))
+    folder.mkdir(parents=True, exist_ok=True)
+    return tuple(HapticHand(f"swing-{number + 1}", link, folder) for number in range(settings.swings))

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar, Literal
 
+from kendama_cli.devices.hand.settings import LengthUnit
 from kendama_cli.schema.settings import setting
 from kendama_cli.settings.game import GameSettings
 
@@ -32,6 +33,7 @@ class HapticCapture:
     host: str = setting("address of the device's OpenIGTLink server")
     port: int = setting("its TCP port", at_least=1, at_most=65535)
     device: str = setting("name of the stylus' TRANSFORM there; its STRING is NAME-grip, our force goes to NAME-force")
+    unit: LengthUnit = setting("unit of the places that the server sends; OpenIGTLink's usual one is mm")
     scale: float = setting("metres of the virtual hand per metre of the stylus", above=0)
     felt_share: float = setting("share of the force, scaled as the way is, that the stylus gives the hand", above=0)
     watchdog_s: float = setting("a longer silence of the device stops the force for good [s]", above=0.002)
@@ -39,3 +41,4 @@ class HapticCapture:
     caught_s: float = setting("a ball that lies in the cup for this long is caught [s]", above=0)
     wait_s: float = setting("how long to wait for a hand to grip the stylus [s]", above=0)
     swings: int = setting("number of demonstrations to record", at_least=1)
+    record: str = setting("folder in which every swing is kept as it was made; nothing there is overwritten")

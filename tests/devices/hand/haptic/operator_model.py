@@ -1,7 +1,8 @@
 """A person at a haptic device, as a process: a hand's impedance follows a planned swing, and gives to what it feels.
 
 ``python -m tests.devices.hand.haptic.operator_model SCALE [FAULT]`` prints its port. The hand is a mass of 1 kg on a
-spring of 400 N/m and a damper of 30 Ns/m about the plan; FAULT is nan, jump, silence or leave, half a second into it.
+spring of 400 N/m and a damper of 30 Ns/m about the plan; FAULT is nan, jump, frozen, silence or leave, half a second
+into it. Places are sent in mm, as OpenIGTLink has them.
 """
 
 from __future__ import annotations
@@ -57,8 +58,11 @@ def operate(line: HapticLine, scale: float, fault: str) -> None:
             time.sleep(1)
         if faulty and fault == "leave":
             return
-        said = person.place * np.nan if faulty and fault == "nan" else person.place + 5 * (faulty and fault == "jump")
-        line.send(transform("Stylus", tuple(said.tolist())) + string("Stylus-grip", "1"))
+        while faulty and fault == "frozen":
+            line.send(transform("Stylus", tuple((1e3 * person.place).tolist())))
+            time.sleep(PERIOD_S)
+        said = person.place * np.nan if faulty and fault == "nan" else person.place + 1 * (faulty and fault == "jump")
+        line.send(transform("Stylus", tuple((1e3 * said).tolist())) + string("Stylus-grip", "1"))
         time.sleep(PERIOD_S / 2)
     line.send(string("Stylus-grip", "0"))
     time.sleep(0.5)

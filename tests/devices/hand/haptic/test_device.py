@@ -7,12 +7,15 @@ import sys
 import numpy as np
 import pytest
 
-from kendama_cli.devices.hand.haptic.device import HapticHand, HapticLink
+from kendama_cli.devices.hand.body import read_bodies
+from kendama_cli.devices.hand.haptic.device import HapticHand, HapticLink, open_haptic
 from kendama_cli.devices.hand.haptic.settings import HapticCapture
-from kendama_cli.errors import HardwareError
+from kendama_cli.devices.hand.openigtlink import string, transform
+from kendama_cli.errors import ConfigError, HardwareError
 from kendama_cli.schema.settings import build
 from tests.devices.hand.haptic.operator_model import Operator
 from tests.devices.hand.play.table_top import swing
+from tests.devices.hand.swing_server import replayed
 from tests.shipped_conf import CONF, plain
 
 
@@ -27,9 +30,9 @@ def operator(fault=""):
         process.wait(timeout=20)
 
 
-def settings(port):
+def settings(port, **changes):
     values = plain("capture", "haptic") | {"port": port, "game": plain("game", "kendama"), "watchdog_s": 0.5}
-    return build(HapticCapture, values)
+    return build(HapticCapture, values | changes)
 
 
 class Lockstep:
@@ -38,7 +41,7 @@ class Lockstep:
     def __init__(self):
         self.settings, self.person = settings(1), Operator(2.0)
         self.gripped, self.device_m, self.late_s, self._now_s = True, np.zeros(3), [], 0.0
-        self.force, self.most_n = np.zeros(3), 0.0
+        self.force, self.most_n, self.moved_m = np.zeros(3), 0.0, None
 
     def clock(self):
         self._now_s += 0.00025
@@ -54,9 +57,9 @@ class Lockstep:
         self.most_n = max(self.most_n, float(np.linalg.norm(self.force)))
 
 
-def test_a_swing_at_the_device_becomes_a_demonstration():
+def test_a_swing_at_the_device_becomes_a_demonstration(tmp_path):
     link = Lockstep()
-    samples = list(HapticHand("one", link).samples())
+    samples = list(HapticHand("one", link, tmp_path).samples())
     got, (_, places) = np.array([one.position_m for one in samples]), swing()
     # the arm's impedance gives way to the rope by some centimetres
     for axis, planned in ((0, places[:, 0]), (2, places[:, 1])):
@@ -65,12 +68,15 @@ def test_a_swing_at_the_device_becomes_a_demonstration():
     assert samples[0].t_s == 0
     assert np.ptp(np.diff([one.t_s for one in samples])) < 1e-9
     assert 0.3 < link.most_n <= 3.2 + 1e-9
+    assert 0.05 < link.moved_m < 0.3
+    (kept,) = read_bodies(str(tmp_path / "one.csv"))
+    assert kept.position_m == pytest.approx(got, abs=1e-6)
 
 
-def test_a_person_in_another_process_swings_until_the_grip_is_let_go():
+def test_a_person_in_another_process_swings_until_the_grip_is_let_go(tmp_path):
     with operator() as port:
         link = HapticLink(settings(port))
-        samples = list(HapticHand("one", link).samples())
+        samples = list(HapticHand("one", link, tmp_path).samples())
         link.close()
     assert samples[-1].t_s > 1
     assert not link.gripped or len(link.late_s) > 100
@@ -83,13 +89,19 @@ def test_a_person_in_another_process_swings_until_the_grip_is_let_go():
         ("jump", "jumped by"),
         ("silence", "no TRANSFORM 'Stylus' of the haptic device for"),
         ("leave", "has closed the line"),
+        ("frozen", "gripped, but frozen at the very same place for 0.4 s"),
     ],
 )
-def test_a_device_that_lies_or_leaves_is_stopped_for_good(fault, words):
+def test_a_device_that_lies_or_leaves_is_stopped_for_good_and_what_was_recorded_is_kept(
+    fault, words, tmp_path, monkeypatch
+):
+    monkeypatch.setattr("kendama_cli.devices.hand.haptic.device.FROZEN_S", 0.4)
+    (tmp_path / "swing-1.csv").touch()
     with operator(fault) as port:
         link = HapticLink(settings(port))
-        with pytest.raises(HardwareError, match=words):
-            list(HapticHand("one", link).samples())
+        with pytest.raises(HardwareError, match=words) as told:
+            list(HapticHand("swing-2", link, tmp_path).samples())
+        assert str(told.value).endswith(f"; 1 swings are kept: capture=body 'capture.path={tmp_path}/*.csv'")
         with pytest.raises(HardwareError, match="stays so: run it anew"):
             link.listen()
         link.close()
@@ -98,3 +110,26 @@ def test_a_device_that_lies_or_leaves_is_stopped_for_good(fault, words):
 def test_a_device_that_is_not_there_is_told():
     with pytest.raises(HardwareError, match=r"no OpenIGTLink server of a haptic device at 127\.0\.0\.1:1 "):
         HapticLink(settings(1))
+
+
+def test_places_in_another_unit_are_told_at_once(tmp_path):
+    with replayed(transform("Stylus", (60.0, 0.0, 80.0)) + string("Stylus-grip", "1")) as port:
+        link = HapticLink(settings(port, unit="m"))
+        with pytest.raises(HardwareError, match=r"100 m from its origin, too far: .*capture\.unit \(m\)"):
+            list(HapticHand("one", link, tmp_path).samples())
+        link.close()
+
+
+def test_places_that_are_far_too_small_are_told_when_nobody_swings(tmp_path):
+    link = Lockstep()
+    link.settings = settings(1, wait_s=0.5)
+    link.gripped, link.device_m, link.listen, link.moved_m = False, np.zeros(3), lambda: None, 0.00015
+    problem = r"nobody has gripped the stylus for 0\.5 s .*; when it was, it moved by 0\.15 mm only: .*unit \(mm\)"
+    with pytest.raises(HardwareError, match=problem):
+        list(HapticHand("one", link, tmp_path).samples())
+
+
+def test_a_folder_with_swings_is_never_written_to(tmp_path):
+    (tmp_path / "swing-1.csv").touch()
+    with pytest.raises(ConfigError, match=r"'capture\.record' is .*never overwritten: name another"):
+        open_haptic(settings(1, record=str(tmp_path)))
