@@ -17,6 +17,7 @@ from kendama_cli.devices.hand.settings import FARTHEST_M, METRES, MocapCapture
 from kendama_cli.devices.hand.tracks.pose_stream import PROTOCOLS, streamed_poses
 from kendama_cli.devices.hand.tracks.stream_file import StreamFile
 from kendama_cli.errors import ConfigError, HardwareError
+from kendama_cli.schema.arrays import Array
 
 FEWEST = 20
 CLOCK_SHARE = 0.02
@@ -32,14 +33,29 @@ def open_mocap(settings: MocapCapture) -> Sequence[RecordedHand]:
     cannot be; what came is kept.
     """
     path = Path(settings.record)
-    notes = _recorded(settings, path)
+    stream = _recorded(settings, path)
     (body,) = read_bodies(str(path))
+    notes = stream.notes()
+    if stream.without_time:
+        even_s = evenly(body.t_s)
+        notes.append(
+            f"the server sends no times: its poses are taken to come evenly; they arrived up to "
+            f"{1e3 * float(np.abs(even_s - body.t_s).max()):.0f} ms from that"
+        )
+        body = replace(body, t_s=even_s)
     recording = replace(
         recording_of(str(path), body, None, settings),
-        warnings=notes,
+        warnings=tuple(f"{path.name}: {one}" for one in notes),
         unit_remedy=f"look at capture.unit ({settings.spoken_unit})",
     )
     return hands_of(checked_swings(recording, settings.plausible, math.inf, settings.segments))
+
+
+def evenly(arrivals_s: Array) -> Array:
+    """Times (n,) at one rate, from 0, that are nearest to the arrivals of poses of which none is missing (n,)."""
+    counts = np.arange(len(arrivals_s))
+    period_s, _ = np.polyfit(counts, arrivals_s, 1)
+    return np.asarray(period_s * counts)
 
 
 class _Stream:
@@ -50,7 +66,7 @@ class _Stream:
         self.stamps_s: list[float] = []
         self.arrivals_s: list[float] = []
         self.others: set[str] = set()
-        self.not_finite, self.not_rising, self.ended = 0, 0, ""
+        self.not_finite, self.not_rising, self.without_time, self.ended = 0, 0, 0, ""
 
     def record(self, settings: MocapCapture, kept: StreamFile) -> None:
         """Take poses for ``settings.seconds`` from the first on, which must come within as long.
@@ -60,12 +76,12 @@ class _Stream:
         began, metres = self._clock(), METRES[settings.spoken_unit]
         for pose in streamed_poses(PROTOCOLS[settings.protocol], settings.host, settings.spoken_port):
             now = self._clock()
-            place_m = [metres * value for value in pose.position]
+            place_m, stamp_s = [metres * value for value in pose.position], pose.stamp_s or now
             if pose.body != settings.body:
                 self.others.add(pose.body)
             elif not all(map(math.isfinite, (*place_m, *pose.rotation_wxyz))):
                 self.not_finite += 1
-            elif self.stamps_s and pose.stamp_s <= self.stamps_s[-1]:
+            elif self.stamps_s and stamp_s <= self.stamps_s[-1]:
                 self.not_rising += 1
             elif (far_m := math.hypot(*place_m)) > FARTHEST_M:
                 raise ConfigError(
@@ -74,9 +90,10 @@ class _Stream:
                     f"is {settings.spoken_unit}: look at what the server sends",
                 )
             else:
-                self.stamps_s.append(pose.stamp_s)
+                self.without_time += not pose.stamp_s
+                self.stamps_s.append(stamp_s)
                 self.arrivals_s.append(now)
-                kept.write((pose.stamp_s - self.stamps_s[0], *place_m, *pose.rotation_wxyz))
+                kept.write((stamp_s - self.stamps_s[0], *place_m, *pose.rotation_wxyz))
             if now - (self.arrivals_s[0] if self.arrivals_s else began) >= settings.seconds:
                 return
         self.ended = f"the server closed the line after {kept.count} poses"
@@ -98,7 +115,7 @@ class _Stream:
             warnings.append(f"{self.not_rising} poses had a stamp that does not rise and are left out")
         apart_s = 1e-3 * float(np.median(delay_ms))
         if abs(apart_s) > CLOCK_APART_S:
-            warnings.append(f"the tracker's clock is {apart_s:.1f} s behind ours; only its differences are used")
+            warnings.append(f"the tracker's clock differs from ours by {-apart_s:.1f} s; only its differences are used")
         lasted_s = float(arrivals[-1] - arrivals[0])
         ratio = float(stamps[-1] - stamps[0]) / max(lasted_s, 1e-9)
         if abs(ratio - 1) > CLOCK_SHARE and lasted_s > 1.0:
@@ -109,23 +126,23 @@ class _Stream:
 
     def shortage(self, settings: MocapCapture) -> str:
         """Why too few poses came, one sentence."""
-        if self.ended:
-            why = self.ended
-        elif self.not_rising > len(self.stamps_s):
+        if self.not_rising > len(self.stamps_s):
             why = (
                 f"the stamps of '{settings.body}' stand still ({self.not_rising} poses do not rise): the tracker is "
-                "frozen, or the server sends no times"
+                "frozen, or the server's clock is"
             )
         elif self.not_finite:
             why = f"'{settings.body}' is never seen: {self.not_finite} poses are not finite numbers"
+        elif self.ended:
+            why = self.ended
         else:
             where = f"{settings.host}:{settings.spoken_port}"
             why = f"'{settings.body}' does not come from {where}; look at capture.body"
         return why + (f"; it streams {', '.join(sorted(self.others))}" if self.others else "")
 
 
-def _recorded(settings: MocapCapture, path: Path) -> tuple[str, ...]:
-    """Keep the stream in ``path``; lines about it. Raises HardwareError where too little came, which is not kept."""
+def _recorded(settings: MocapCapture, path: Path) -> _Stream:
+    """Keep the stream in ``path``; what came. Raises HardwareError where too little came, which is not kept."""
     stream, kept = _Stream(), StreamFile(path, settings.body)
     try:
         with kept:
@@ -137,4 +154,4 @@ def _recorded(settings: MocapCapture, path: Path) -> tuple[str, ...]:
             path.unlink()
     if kept.count < FEWEST:
         raise HardwareError(stream.shortage(settings))
-    return tuple(f"{path.name}: {one}" for one in stream.notes())
+    return stream

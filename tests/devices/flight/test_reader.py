@@ -1,5 +1,6 @@
 """Every format gives the same track; every damage is told in one line."""
 
+import contextlib
 from pathlib import Path
 
 import numpy as np
@@ -114,6 +115,39 @@ def test_a_c3d_that_is_cut_short_or_from_an_unknown_machine_is_refused(tmp_path,
     ):
         path.write_bytes(content)
         with pytest.raises(InputError, match=message):
+            read_tracks(path)
+
+
+@pytest.mark.parametrize("unit", ["mm", "m"])
+def test_a_c3d_that_ezc3d_writes_is_read_as_ezc3d_reads_it(tmp_path, track, unit):
+    """The library of others that biomechanics uses; ours refuses what makes it crash (see test_a_flipped_bit)."""
+    ezc3d = pytest.importorskip("ezc3d")
+    points = np.full((4, 2, len(track.t_s)), 1.0)
+    points[:3, 1] = track.position_m.T * (1000 if unit == "mm" else 1)
+    made = ezc3d.c3d()
+    made["parameters"]["POINT"]["RATE"]["value"] = [RATE_HZ]
+    made["parameters"]["POINT"]["UNITS"]["value"] = [unit]
+    made["parameters"]["POINT"]["LABELS"]["value"] = ["base", "ball"]
+    made["data"]["points"] = points
+    path = tmp_path / "a.c3d"
+    made.write(str(path))
+    theirs = ezc3d.c3d(str(path))["data"]["points"][:3, 1].T * (1e-3 if unit == "mm" else 1)
+    base, ball = read_tracks(path)
+    assert [base.name, ball.name] == ["base", "ball"]
+    assert np.isnan(ball.position_m).all(axis=1).sum() == 3
+    assert ball.position_m == pytest.approx(theirs, abs=1e-9, nan_ok=True)
+    assert ball.position_m == pytest.approx(track.position_m, abs=1e-6, nan_ok=True)
+    assert ball.t_s == pytest.approx(track.t_s, abs=1e-9)
+
+
+def test_a_flipped_bit_in_the_head_of_a_c3d_is_told_or_harmless(tmp_path, track):
+    """Every seventh bit of header and parameters: no crash, no endless loop, nothing but InputError."""
+    path, whole = tmp_path / "a.c3d", c3d_bytes(track, RATE_HZ)
+    for bit in range(0, 8 * 700, 7):
+        damaged = bytearray(whole)
+        damaged[bit // 8] ^= 1 << bit % 8
+        path.write_bytes(damaged)
+        with contextlib.suppress(InputError):
             read_tracks(path)
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from pathlib import Path
 
 import cv2
@@ -101,8 +102,10 @@ def test_a_device_is_recorded_and_its_film_kept_and_never_overwritten(film, tmp_
     live = settings(None, "marker_live", device=str(film), record=str(record), seconds=120.0)
     (hand,) = open_hands(live)
     kept = cv2.VideoCapture(str(record))
-    assert kept.get(cv2.CAP_PROP_FRAME_COUNT) == cv2.VideoCapture(str(film)).get(cv2.CAP_PROP_FRAME_COUNT)
+    count = round(cv2.VideoCapture(str(film)).get(cv2.CAP_PROP_FRAME_COUNT))
+    assert kept.get(cv2.CAP_PROP_FRAME_COUNT) == count
     assert hand.name == "kept"
+    assert any(f"went away after {count} frames; what came before is kept in {record}" in one for one in hand.warnings)
     with pytest.raises(ConfigError, match="which exists; a recording is never overwritten"):
         open_hands(live)
 
@@ -111,3 +114,13 @@ def test_a_camera_that_is_not_there(tmp_path):
     live = settings(None, "marker_live", device=str(tmp_path / "none.avi"), record=str(tmp_path / "b.avi"))
     with pytest.raises(HardwareError, match=r"is not there; look at capture\.device"):
         open_hands(live)
+
+
+def test_a_camera_that_is_slower_than_it_says_is_told_and_its_true_rate_taken(film, tmp_path, monkeypatch):
+    """A film of 30 frames a second whose frames come 25 times a second by the clock, which is read twice for each."""
+    reads = itertools.count()
+    monkeypatch.setattr("kendama_cli.devices.hand.marker_live.time.monotonic", lambda: next(reads) / 2 / 25)
+    own = {"device": str(film), "record": str(tmp_path / "a.avi"), "seconds": 120.0, "longest_gap_s": 0.2}
+    (hand,) = open_hands(settings(None, "marker_live", **own))
+    assert any("gave 25.0 frames a second where it says 30: the former are taken" in one for one in hand.warnings)
+    assert hand.rate_hz == pytest.approx(25.0, rel=0.01)
