@@ -9,6 +9,7 @@ from typing import Any, cast
 from kendama_cli.errors import InputError, KendamaError, MissingPartError
 from kendama_cli.report.ensemble import Ensemble
 from kendama_cli.report.figure import Figure
+from kendama_cli.report.replay.performance import Performance
 from kendama_cli.report.source import StageLog
 from kendama_cli.schema.declaration import Headline, StageDeclaration, find_stage
 from kendama_cli.schema.registry import resolve
@@ -78,6 +79,18 @@ def film(declaration: StageDeclaration, log: StageLog) -> str:
         raise
     except Exception:  # the chapter of the same stage says what is wrong
         return ""
+
+
+def performances(declaration: StageDeclaration, log: StageLog) -> list[Performance]:
+    """What the stage adds to the replay in space; empty where it has nothing, or nothing that can be drawn."""
+    if declaration.replay is None:
+        return []
+    try:
+        return list(resolve(declaration.replay, f"the replay of stage '{declaration.name}'")(log))
+    except InputError:
+        raise
+    except Exception:  # the chapter of the same stage says what is wrong
+        return []
 
 
 def ensemble_chapter(declaration: StageDeclaration | None) -> EnsembleChapter | None:

@@ -8,8 +8,9 @@ from pathlib import Path
 from typing import Any
 
 from kendama_cli.report.animation import SCRIPT
-from kendama_cli.report.chapters import declaration_of, draw, film
+from kendama_cli.report.chapters import declaration_of, draw, film, performances
 from kendama_cli.report.page_head import page_head
+from kendama_cli.report.replay.page_part import replay, scripts
 from kendama_cli.report.source import StageLog
 from kendama_cli.report.tables import label_and_unit, metrics_table, number, settings_table
 from kendama_cli.schema.declaration import Headline, StageDeclaration
@@ -39,15 +40,17 @@ def make_report(run: Mapping[str, Any], logs: Mapping[str, Path]) -> str:
     described = f"Run {run.get('run', '?')}" + (f", pipeline {run['pipeline']}" if run.get("pipeline") else "")
     if run.get("overrides"):
         described += ", with " + " ".join(map(str, run["overrides"]))
+    shown = _replay(declarations, sources)
+    run_scripts = (SCRIPT, *scripts()) if shown else (SCRIPT,)
     return (
-        f"{page_head(title, SCRIPT)}<body><main>"
+        f"{page_head(title, *run_scripts)}<body><main>"
         f"<h1>{html.escape(_heading(declarations))}</h1>"
         f'<p class="run">{html.escape(described)}</p>'
-        f"{_contents(declarations, sources)}{_head(declarations, sources)}{''.join(sections)}"
+        f"{_contents(declarations, sources)}{shown}{_head(declarations, sources)}{''.join(sections)}"
         "<footer>Made by kendama from the logs of this run alone. Times are simulated or recorded time. Positions are"
         " relative to where the cup begins: x along the swing, z up. Blue is the cup, vermilion the ball; green and"
         " filled is a success.</footer></main>"
-        f"<script>{SCRIPT}</script></body></html>\n"
+        f"{''.join(f'<script>{text}</script>' for text in run_scripts)}</body></html>\n"
     )
 
 
@@ -76,7 +79,19 @@ def _head(declarations: Declarations, sources: Mapping[str, StageLog]) -> str:
         for one, log in _headlines([(declaration.headline, log) for declaration, log in shown])
     )
     table = f'<dl class="results">{results}</dl>' if results else ""
-    return f'<div class="hero"><div>{moving}</div>{table}</div>' if moving and table else moving + table
+    moving = f'<div class="flat">{moving}</div>' if moving else ""
+    return f'<div class="hero">{moving}{table}</div>' if moving and table else moving + table
+
+
+def _replay(declarations: Declarations, sources: Mapping[str, StageLog]) -> str:
+    """What the stages' logs moved, in space; empty where none of them moved a ball."""
+    found = [
+        one
+        for name, declaration in declarations.items()
+        if declaration and name in sources
+        for one in performances(declaration, sources[name])
+    ]
+    return replay(found) if any("ball" in one.bodies.names for one in found) else ""
 
 
 def _headlines(offered: list[tuple[tuple[Headline, ...], StageLog]]) -> list[tuple[Headline, StageLog]]:

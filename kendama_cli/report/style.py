@@ -118,6 +118,30 @@ summary{cursor:pointer;color:var(--muted)}
 .grid small{display:block;font-size:12px;font-weight:400;color:var(--muted);white-space:nowrap}
 section>h3{font:600 15px/1.4 var(--sans);margin:26px 0 0}
 .note{font:14px/1.5 var(--sans);color:var(--muted);max-width:62em;margin:8px 0 0}
+.replay{margin:0 0 30px}
+.replay .stage{position:relative;aspect-ratio:16/9;border:1px solid var(--line);border-radius:6px;overflow:hidden;
+ background:var(--tint)}
+.replay canvas{position:absolute;inset:0;width:100%;height:100%;display:block;outline-offset:-3px;cursor:grab}
+.replay canvas:active{cursor:grabbing}
+.replay .legend{position:absolute;inset:0;display:flex;max-width:none;margin:0;pointer-events:none;
+ font:600 12.5px/1.4 var(--sans);color:var(--muted)}
+.replay .legend.tall{flex-direction:column}
+.replay .legend span{flex:1;padding:10px 14px}
+.replay .legend span+span{border-left:1px solid var(--line)}
+.replay .legend.tall span+span{border-left:0;border-top:1px solid var(--line)}
+.replay .choose{flex-wrap:wrap;gap:8px 16px}
+.replay .choose label{display:flex;align-items:center;gap:6px;cursor:pointer}
+.replay .choose input{flex:none;min-width:0;margin:0}
+.replay .keys{margin:8px 0 0;max-width:none}
+.replay .controls output{min-width:62px}
+.seg{display:inline-flex}
+.controls .seg button{border-radius:0;margin-left:-1px;min-width:38px}
+.controls .seg button:first-child{border-radius:4px 0 0 4px;margin-left:0}
+.controls .seg button:last-child{border-radius:0 4px 4px 0}
+.controls button[aria-pressed=true]{background:var(--ink);border-color:var(--ink);color:var(--paper)}
+.controls button:disabled{color:var(--muted);cursor:default}
+@media screen{.in-space .hero{grid-template-columns:minmax(0,1fr)}.in-space .flat{display:none}
+ .in-space .results{grid-template-columns:repeat(auto-fit,minmax(150px,1fr))}}
 .player{margin:0}
 .controls{display:flex;align-items:center;gap:10px;font:13px var(--sans);color:var(--muted);margin-top:6px}
 .controls button{font:inherit;color:var(--ink);background:none;border:1px solid var(--line);border-radius:4px;
@@ -129,8 +153,10 @@ footer{margin-top:72px;padding-top:16px;border-top:1px solid var(--line);font:13
 @media(max-width:760px){body{font-size:16.5px}main{padding:30px 16px 60px}h1{font-size:30px}
  .hero,.cols-2,.cols-3{grid-template-columns:minmax(0,1fr)}.hero{gap:20px}
  .thumbs{grid-template-columns:repeat(2,minmax(0,1fr))}section{margin-top:48px}
+ .replay .stage{aspect-ratio:4/5}.replay .keys{display:none}
  .cols-3 svg.plot,.cols-2 svg.plot{max-width:520px}.cols-1 svg.plot{min-width:600px}}
-@media print{body{font-size:10.5pt}main{max-width:none;padding:0}.controls{display:none}section{margin-top:28pt}
+@media print{.replay{display:none}
+ body{font-size:10.5pt}main{max-width:none;padding:0}.controls{display:none}section{margin-top:28pt}
  figure,.facts,.panel{break-inside:avoid}h2{break-after:avoid}.contents{display:none}}
 """
 )

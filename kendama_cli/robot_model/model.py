@@ -22,6 +22,7 @@ TOP_SPEED_WITHIN_S = 0.15
 """Acceleration where nothing else is known: makers state limits that reach top speed in 0.1 to 0.3 s."""
 STRIBECK_SHARE = 0.05
 LINK_RADIUS_M = 0.06
+HANDLE_RADIUS_M = 0.015
 UPRIGHT = np.eye(3)[:2]
 """What the axis of an upright cup is perpendicular to."""
 

@@ -33,12 +33,12 @@ class Headline:
 class StageDeclaration:
     """One stage; it stands as ``STAGE`` in the ``__init__`` of the stage's folder, an entry point names it.
 
-    ``run``, ``gives``, ``chapter``, ``ensemble_chapter`` and ``film`` are ``module:name``: the stage's class; its
-    artifact's frozen dataclass; what draws its chapter of a run's report (``StageLog -> list[Figure]``); the
+    ``run``, ``gives``, ``chapter``, ``ensemble_chapter``, ``film`` and ``replay`` are ``module:name``: the stage's
+    class; its artifact's frozen dataclass; what draws its chapter of a run's report (``StageLog -> list[Figure]``); the
     ``EnsembleChapter`` of a comparison's; what draws the moving picture at the head of the page
-    (``StageLog -> str | None``). ``settings`` are the schemas of the configuration nodes that this stage brings (a
-    frozen dataclass, a union of them told apart by ``kind``, or a Registry); ``topics`` the message dataclasses of its
-    log, by topic.
+    (``StageLog -> str | None``); what its log adds to the replay in space there (``StageLog -> list[Performance]``).
+    ``settings`` are the schemas of the configuration nodes that this stage brings (a frozen dataclass, a union of them
+    told apart by ``kind``, or a Registry); ``topics`` the message dataclasses of its log, by topic.
 
     ``kind`` is the most that the stage may ever do: ``computes`` (cached by inputs, settings and code), ``records``
     (cached without its code: a recording is never replaced unasked), ``moves`` (never cached, and needs ``--arm``).
@@ -58,6 +58,7 @@ class StageDeclaration:
     chapter: str | None = None
     ensemble_chapter: str | None = None
     film: str | None = None
+    replay: str | None = None
     headline: tuple[Headline, ...] = field(default=())
 
 

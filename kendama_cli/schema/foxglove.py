@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Collection
 from dataclasses import dataclass
+from typing import Literal
 
 UPRIGHT_WXYZ = (1.0, 0.0, 0.0, 0.0)
 
@@ -41,3 +42,46 @@ class CompressedImage:
     frame: str
     format: str
     data: bytes
+
+
+@dataclass(frozen=True)
+class FrameTransforms:
+    """foxglove.FrameTransforms: where the frames ``children`` are in frame ``parent`` at one time."""
+
+    parent: str
+    children: Collection[str]
+    positions_m: Collection[Collection[float]]
+    """(n, 3)"""
+    rotations_wxyz: Collection[Collection[float]]
+    """(n, 4), unit quaternions"""
+
+
+SolidKind = Literal["box", "cylinder", "mesh", "sphere"]
+
+
+@dataclass(frozen=True)
+class Solid:
+    """One body that is drawn; ``name`` says what it is, and it moves with ``frame``.
+
+    ``position_m`` and ``rotation_wxyz`` place it in the frame. ``size_m`` (3,) is its extent along its own axes, a
+    cylinder's axis being z; ``top_scale`` narrows a cylinder's upper end. A mesh has ``vertices_m`` (n, 3) and
+    ``triangles`` (m, 3) into them instead of a size.
+    """
+
+    frame: str
+    name: str
+    kind: SolidKind
+    rgb: tuple[float, float, float]
+    size_m: Collection[float] = (1.0, 1.0, 1.0)
+    position_m: Collection[float] = (0.0, 0.0, 0.0)
+    rotation_wxyz: Collection[float] = UPRIGHT_WXYZ
+    top_scale: float = 1.0
+    vertices_m: Collection[Collection[float]] = ()
+    triangles: Collection[Collection[int]] = ()
+
+
+@dataclass(frozen=True)
+class SceneUpdate:
+    """foxglove.SceneUpdate: the solids of a scene, one entity each, from now on."""
+
+    solids: tuple[Solid, ...]

@@ -6,7 +6,13 @@ from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass
 from typing import Any, Literal
 
-from foxglove_schemas_protobuf import CompressedImage_pb2, FrameTransform_pb2, JointStates_pb2
+from foxglove_schemas_protobuf import (
+    CompressedImage_pb2,
+    FrameTransform_pb2,
+    FrameTransforms_pb2,
+    JointStates_pb2,
+    SceneUpdate_pb2,
+)
 from foxglove_schemas_protobuf.JointState_pb2 import JointState
 from foxglove_schemas_protobuf.Quaternion_pb2 import Quaternion
 from foxglove_schemas_protobuf.Vector3_pb2 import Vector3
@@ -14,7 +20,8 @@ from google.protobuf.descriptor import FileDescriptor
 from google.protobuf.descriptor_pb2 import FileDescriptorProto, FileDescriptorSet
 from google.protobuf.timestamp_pb2 import Timestamp
 
-from kendama_cli.schema.foxglove import CompressedImage, FrameTransform, JointStates
+from kendama_cli.schema.foxglove import CompressedImage, FrameTransform, FrameTransforms, JointStates, SceneUpdate
+from kendama_cli.schema.foxglove_scene import scene_from, scene_into
 
 JOINT_COLUMNS: Mapping[str, Literal["position", "velocity", "effort"]] = {
     "position_rad": "position",
@@ -34,16 +41,23 @@ class FoxgloveSchema:
     decode: Callable[[bytes], Any]
 
 
-def _frame_to_bytes(message: FrameTransform, t_ns: int) -> bytes:
-    x, y, z = map(float, message.position_m)  # protobuf itself would take None for a zero
-    qw, qx, qy, qz = map(float, message.rotation_wxyz)
+def _frame(
+    parent: str, child: str, position_m: Collection[float], rotation_wxyz: Collection[float], t_ns: int
+) -> FrameTransform_pb2.FrameTransform:
+    x, y, z = map(float, position_m)  # protobuf itself would take None for a zero
+    qw, qx, qy, qz = map(float, rotation_wxyz)
     return FrameTransform_pb2.FrameTransform(
         timestamp=_stamp(t_ns),
-        parent_frame_id=message.parent,
-        child_frame_id=message.child,
+        parent_frame_id=parent,
+        child_frame_id=child,
         translation=Vector3(x=x, y=y, z=z),
         rotation=Quaternion(x=qx, y=qy, z=qz, w=qw),
-    ).SerializeToString(deterministic=True)
+    )
+
+
+def _frame_to_bytes(message: FrameTransform, t_ns: int) -> bytes:
+    frame = _frame(message.parent, message.child, message.position_m, message.rotation_wxyz, t_ns)
+    return frame.SerializeToString(deterministic=True)
 
 
 def _frame_from_bytes(data: bytes) -> FrameTransform:
@@ -52,6 +66,37 @@ def _frame_from_bytes(data: bytes) -> FrameTransform:
     return FrameTransform(
         read.parent_frame_id, read.child_frame_id, (at.x, at.y, at.z), (turn.w, turn.x, turn.y, turn.z)
     )
+
+
+def _frames_to_bytes(message: FrameTransforms, t_ns: int) -> bytes:
+    rows = zip(message.children, message.positions_m, message.rotations_wxyz, strict=True)
+    transforms = [_frame(message.parent, child, at, turn, t_ns) for child, at, turn in rows]
+    return FrameTransforms_pb2.FrameTransforms(transforms=transforms).SerializeToString(deterministic=True)
+
+
+def _frames_from_bytes(data: bytes) -> FrameTransforms:
+    read = FrameTransforms_pb2.FrameTransforms.FromString(data).transforms
+    return FrameTransforms(
+        read[0].parent_frame_id if read else "",
+        tuple(one.child_frame_id for one in read),
+        tuple((at.x, at.y, at.z) for at in (one.translation for one in read)),
+        tuple((turn.w, turn.x, turn.y, turn.z) for turn in (one.rotation for one in read)),
+    )
+
+
+def _scene_to_bytes(message: SceneUpdate, t_ns: int) -> bytes:
+    made = SceneUpdate_pb2.SceneUpdate()
+    for number, solid in enumerate(message.solids):
+        entity = made.entities.add(id=f"{number} {solid.name}", frame_id=solid.frame, frame_locked=True)
+        entity.timestamp.CopyFrom(_stamp(t_ns))
+        entity.metadata.add(key="name", value=solid.name)
+        scene_into(entity, solid)
+    return made.SerializeToString(deterministic=True)
+
+
+def _scene_from_bytes(data: bytes) -> SceneUpdate:
+    entities = SceneUpdate_pb2.SceneUpdate.FromString(data).entities
+    return SceneUpdate(tuple(solid for entity in entities for solid in scene_from(entity)))
 
 
 def _joints_to_bytes(message: JointStates, t_ns: int) -> bytes:
@@ -113,6 +158,8 @@ def _schema(message: Any, encode: Callable[[Any, int], bytes], decode: Callable[
 
 FOXGLOVE: dict[type, FoxgloveSchema] = {
     FrameTransform: _schema(FrameTransform_pb2.FrameTransform, _frame_to_bytes, _frame_from_bytes),
+    FrameTransforms: _schema(FrameTransforms_pb2.FrameTransforms, _frames_to_bytes, _frames_from_bytes),
     JointStates: _schema(JointStates_pb2.JointStates, _joints_to_bytes, _joints_from_bytes),
     CompressedImage: _schema(CompressedImage_pb2.CompressedImage, _image_to_bytes, _image_from_bytes),
+    SceneUpdate: _schema(SceneUpdate_pb2.SceneUpdate, _scene_to_bytes, _scene_from_bytes),
 }

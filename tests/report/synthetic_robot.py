@@ -15,6 +15,7 @@ from tests.report.synthetic_swing import (
     played_swing,
     replay_message,
     state_at,
+    write_arm,
     write_frames,
     write_rollouts,
 )
@@ -62,10 +63,12 @@ def write_transfer(log: FieldLog, rng: np.random.Generator) -> tuple[dict[str, A
         write_frames(log, "/transfer/imitation/cup", "cup", start_s + t, cup)
         write_frames(log, "/transfer/imitation/ball", "ball", start_s + t, ball)
         log.write("/transfer/imitation/wrench", start_s, WRENCH)
+        write_arm(log, "/transfer/scene", "/transfer/imitation", start_s + t, cup)
     for index in range(6):
         start_s = 105 + 2.5 * index
         write_frames(log, "/transfer/cup", "cup", start_s + t, cup)
         write_frames(log, "/transfer/ball", "ball", start_s + t, ball)
+        write_arm(log, "/transfer/scene", "/transfer", start_s + t, cup)
         for time in t:
             joints = {"names": ["a"], "position_rad": [0.1], "velocity_rad_s": [0.0], "effort_nm": [0.0]}
             log.write("/transfer/step", start_s + time, {"rollout": -1 - index, **state_at(min(time, 1.5))})

@@ -20,6 +20,7 @@ from tests.report.synthetic_swing import (
     played_swing,
     replay_message,
     state_at,
+    write_arm,
     write_frames,
     write_rollouts,
 )
@@ -141,6 +142,7 @@ def _adapt(log: FieldLog, rng: np.random.Generator) -> tuple[dict[str, Any], dic
     cup, ball = played_swing(t)
     write_frames(log, "/adapt/cup", "cup", t, cup)
     write_frames(log, "/adapt/ball", "ball", t, ball)
+    write_arm(log, "/adapt/scene", "/adapt", t, cup)
     write_frames(log, "/adapt/reference", "reference", t, cup + 4e-4 * np.sin(8 * t)[:, None])
     names = [f"joint_{n}" for n in range(1, 8)]
     for time in t[::2]:

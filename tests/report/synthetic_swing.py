@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from kendama_cli.schema.foxglove import Solid
 from tests.log.made_logs import FieldLog
 
 GAME = {
@@ -42,6 +43,30 @@ def write_frames(log: FieldLog, topic: str, child: str, t: np.ndarray, points: n
         position = (0.5 + x, 0.02, 1.0 + z)
         log.write(topic, time, {"parent": "world", "child": child, "position_m": position, "rotation_wxyz": rotation})
 
+
+def write_arm(log: FieldLog, scene: str, under: str, t: np.ndarray, points: np.ndarray) -> None:
+    """An arm of one link on a post, whose link points from the shoulder to the cup; looks under ``scene``."""
+    shoulder = np.array([0.5, -0.5, 1.1])
+    grey, upright = (0.8, 0.8, 0.82), (1.0, 0.0, 0.0, 0.0)
+    solids = (
+        Solid("post", "pedestal", "cylinder", grey, (0.2, 0.2, 1.1), (0.0, 0.0, 0.55)),
+        Solid("link", "link", "cylinder", grey, (0.12, 0.12, 0.48), (0.0, 0.0, 0.24), top_scale=0.7),
+        Solid("link", "joint", "box", (0.2, 0.2, 0.25), (0.2, 0.2, 0.2)),
+        Solid("cup", "cup", "mesh", grey, vertices_m=CORNERS, triangles=((0, 1, 2), (0, 2, 3), (0, 3, 1), (1, 3, 2))),
+        Solid("ball", "ball", "sphere", (0.8, 0.4, 0.0), (0.04, 0.04, 0.04)),
+    )
+    log.write(scene, float(t[0]), {"solids": solids})
+    for time, (x, z) in zip(t[::5], points[::5], strict=True):
+        way = np.array([0.5 + x, 0.02, 1.0 + z]) - shoulder
+        way /= np.linalg.norm(way)
+        turn = np.array([1 + way[2], *np.cross([0.0, 0.0, 1.0], way)])  # the shortest turn of z to the way
+        turns = (upright, turn / np.linalg.norm(turn))
+        poses = {"positions_m": ((0.5, -0.5, 0.0), shoulder), "rotations_wxyz": turns}
+        log.write(f"{under}/links", time, {"parent": "world", "children": ("post", "link"), **poses})
+
+
+CORNERS = ((0.05, 0.0, 0.0), (-0.03, 0.04, 0.0), (-0.03, -0.04, 0.0), (0.0, 0.0, 0.07))
+"""Of a made-up cup: what is drawn is what was logged."""
 
 WRENCH = {f"{kind}_{axis}_{unit}": 0.5 for kind, unit in (("force", "n"), ("torque", "nm")) for axis in "xyz"}
 

@@ -44,11 +44,19 @@ addEventListener('load', () => setTimeout(() => {
 
 
 def _chromium(tmp_path, page, *options):
-    """Run headless Chromium with a profile of its own on ``page``; its standard output and error."""
+    """Run headless Chromium, without WebGL, with a profile of its own on ``page``; its standard output and error."""
     done = subprocess.run(
         [
             str(CHROMIUM),
-            *("--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--hide-scrollbars"),
+            *(
+                "--headless",
+                "--no-sandbox",
+                "--disable-gpu",
+                "--disable-3d-apis",
+                "--disable-quic",
+                "--no-first-run",
+                "--hide-scrollbars",
+            ),
             *("--disable-background-networking", "--disable-component-update", "--disable-sync"),
             *("--force-prefers-reduced-motion", "--enable-logging=stderr", "--virtual-time-budget=4000"),
             f"--user-data-dir={tmp_path / 'profile'}",

@@ -5,11 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from kendama_cli.robot_model.chain import compiled_chain
-from kendama_cli.robot_model.model import RobotModel
+from kendama_cli.robot_model.model import HANDLE_RADIUS_M, RobotModel
 from kendama_cli.schema.arrays import Array
 from kendama_cli.settings.game import CupSettings, GameSettings
 from kendama_cli.simulation.dart import joint_kernel as kernel
-from kendama_cli.simulation.dart.links import HANDLE_RADIUS_M
 
 
 class ArmDynamics:

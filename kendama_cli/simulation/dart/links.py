@@ -9,11 +9,10 @@ import numpy as np
 
 from kendama_cli.robot_model.body import Body
 from kendama_cli.robot_model.dart_library import dartpy
-from kendama_cli.robot_model.model import RobotModel
+from kendama_cli.robot_model.model import HANDLE_RADIUS_M, RobotModel
 from kendama_cli.schema.arrays import Array
 from kendama_cli.settings.game import CupSettings
 
-HANDLE_RADIUS_M = 0.015
 SHORTEST_M = 1e-3
 """A link whose joints' origins coincide has no capsule of its own: its neighbours' caps cover it."""
 

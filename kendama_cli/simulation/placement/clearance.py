@@ -10,10 +10,9 @@ from kendama_cli.artifacts.motion_plan import JointTrajectory
 from kendama_cli.robot_model.body import heading_turn
 from kendama_cli.robot_model.chain import compiled_chain
 from kendama_cli.robot_model.chain_kernel import Chain, CollisionGeometry, ToolGeometry, clearance
-from kendama_cli.robot_model.model import RobotModel
+from kendama_cli.robot_model.model import HANDLE_RADIUS_M, RobotModel
 from kendama_cli.schema.arrays import Array
 from kendama_cli.settings.game import GameSettings
-from kendama_cli.simulation.dart.links import HANDLE_RADIUS_M
 
 EVERY_S = 0.01
 FAR_M = 1e3

@@ -16,6 +16,7 @@ STAGE = StageDeclaration(
     topics=TOPICS,
     chapter="kendama_cli.stages.adapt.chapter:adaptation_figures",
     film="kendama_cli.stages.adapt.chapter:film",
+    replay="kendama_cli.stages.adapt.performance:replay",
     headline=(
         Headline("success_rate", "of perturbed repeats caught by the adapted swing"),
         Headline("tau_scale", "time scale tau of the catch"),

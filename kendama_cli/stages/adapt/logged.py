@@ -1,15 +1,21 @@
-"""What adapt logs of its windows, and of the worlds that it drew."""
+"""What adapt logs of its windows, of the worlds that it drew, and of the motion that it chose."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 
 from kendama_cli.log.messages import ReplayMessage
+from kendama_cli.motion.rotation_matrix import quaternion_of
 from kendama_cli.motion.time_scaling import Window
+from kendama_cli.robot_model.arm_scene import WORLD, ArmScene
+from kendama_cli.robot_model.cup import cup_frame
+from kendama_cli.robot_model.model import RobotModel
+from kendama_cli.schema.arrays import Array
+from kendama_cli.schema.foxglove import UPRIGHT_WXYZ, FrameTransform, JointStates
 from kendama_cli.settings.game import GameSettings
 from kendama_cli.simulation.catch.search_record import Search
 from kendama_cli.simulation.catch.uncertainty import Draw
-from kendama_cli.simulation.dart.rollout import RolloutResult
+from kendama_cli.simulation.dart.rollout import RolloutResult, Trace
 from kendama_cli.simulation.dart.world import ArmWorld
 from kendama_cli.simulation.dart.world_errors import WorldErrors
 from kendama_cli.stages.adapt.messages import AdaptDrawMessage, AdaptWindowMessage
@@ -64,3 +70,23 @@ def log_replay(ctx: StageContext, index: int, world: ArmWorld, drawn: WorldError
         ball_m=trace.ball_m.ravel(),
     )
     ctx.log.write("/adapt/replay", float(index), message)
+
+
+LINKS_EVERY = 2
+"""Samples of the trace between two of the links: 20 ms, the arm being smooth between them."""
+
+
+def log_chosen(ctx: StageContext, arm: RobotModel, game: GameSettings, trace: Trace, reference_m: Array) -> None:
+    """The chosen motion: the arm's looks, links and joints, cup, ball, and where the cup should be (n, 3)."""
+    scene = ArmScene(arm)
+    ctx.log.write("/adapt/scene", 0.0, scene.shapes(game))
+    for k, t_s in enumerate(trace.t_s.tolist()):
+        position, velocity, effort = trace.position_rad[k], trace.velocity_rad_s[k], trace.effort_nm[k]
+        ctx.log.write("/adapt/joints", t_s, JointStates(arm.joint_names, position, velocity, effort))
+        if k % LINKS_EVERY == 0:
+            ctx.log.write("/adapt/links", t_s, scene.frames(position))
+    turns = [quaternion_of(cup_frame(tuple(axis))) for axis in trace.cup_axis.tolist()]
+    for child, places_m in (("cup", trace.cup_m), ("ball", trace.ball_m), ("reference", reference_m)):
+        for t_s, place, turn in zip(trace.t_s.tolist(), places_m, turns, strict=True):
+            rotation = turn if child == "cup" else UPRIGHT_WXYZ
+            ctx.log.write(f"/adapt/{child}", t_s, FrameTransform(WORLD, child, place, rotation))

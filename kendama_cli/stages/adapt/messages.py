@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from kendama_cli.log.messages import ReplayMessage
-from kendama_cli.schema.foxglove import FrameTransform, JointStates
+from kendama_cli.schema.foxglove import FrameTransform, FrameTransforms, JointStates, SceneUpdate
 
 
 @dataclass(frozen=True)
@@ -68,10 +68,12 @@ TOPICS: Mapping[str, type] = {
     "/adapt/repeat": AdaptRepeatMessage,
     "/adapt/replay": ReplayMessage,
     "/adapt/drawn": AdaptDrawMessage,
+    "/adapt/scene": SceneUpdate,
+    "/adapt/links": FrameTransforms,
     "/adapt/joints": JointStates,
     "/adapt/cup": FrameTransform,
     "/adapt/ball": FrameTransform,
     "/adapt/reference": FrameTransform,
 }
-"""``corner``: rollouts of candidates under the same perturbations; ``replay``: the repeats' bodies and ways; the last
-four: the chosen motion, undisturbed."""
+"""``corner``: rollouts of candidates under the same perturbations; ``replay``: the repeats' bodies and ways; the
+last: what the arm looks like, and the chosen motion, undisturbed."""

@@ -17,7 +17,6 @@ from kendama_cli.errors import StageError
 from kendama_cli.learning.friction_known import with_identified
 from kendama_cli.robot_model.arm_motion import ArmMotion
 from kendama_cli.robot_model.model import RobotModel
-from kendama_cli.schema.foxglove import FrameTransform, JointStates
 from kendama_cli.settings.game import GameSettings
 from kendama_cli.settings.placement import placed
 from kendama_cli.settings.robot import RobotSettings
@@ -37,7 +36,7 @@ from kendama_cli.simulation.catch.uncertainty import CORNERS, Repeat, corner_err
 from kendama_cli.simulation.dart.rollout import RolloutResult
 from kendama_cli.simulation.dart.world import ArmWorld
 from kendama_cli.simulation.placement.find_placement import current_placement, find_placement
-from kendama_cli.stages.adapt.logged import draw_message, log_replay, log_windows
+from kendama_cli.stages.adapt.logged import draw_message, log_chosen, log_replay, log_windows
 from kendama_cli.stages.adapt.messages import (
     AdaptRepeatMessage,
     AdaptRolloutMessage,
@@ -155,10 +154,9 @@ class Adapt:
         swing = family.swing(variation)
         joints = swing.joints(variation.tau_scale, self._settings.hold_s)
         result, _ = rollouts.judged(variation, None, eyes_seed=seeds[0], record=True)
-        _log_chosen(ctx, joints.joint_names, result)
         if result.trace is not None:
             reference_m = swing.cup_reference_m(variation.tau_scale, result.trace.t_s)
-            _log_frames(ctx, "/adapt/reference", "reference", result.trace.t_s, reference_m)
+            log_chosen(ctx, rollouts.world.arm, self._game, result.trace, reference_m)
         found = windows(search, self._settings, bounds)
         log_windows(ctx, found, search)
         successes, repeats = sum(repeat.caught for repeat in search.confirmed), len(search.confirmed)
@@ -237,26 +235,8 @@ def _figures(trial: Trial, search: Search) -> dict[str, float | int]:
     return figures
 
 
-def _log_chosen(ctx: StageContext, joint_names: tuple[str, ...], result: RolloutResult) -> None:
-    trace = result.trace
-    if trace is None:
-        return
-    for t_s, position, velocity, effort in zip(
-        trace.t_s, trace.position_rad, trace.velocity_rad_s, trace.effort_nm, strict=True
-    ):
-        message = JointStates(joint_names, position_rad=position, velocity_rad_s=velocity, effort_nm=effort)
-        ctx.log.write("/adapt/joints", float(t_s), message)
-    _log_frames(ctx, "/adapt/cup", "cup", trace.t_s, trace.cup_m)
-    _log_frames(ctx, "/adapt/ball", "ball", trace.t_s, trace.ball_m)
-
-
 def _narrowed(settings: AdaptSettings, toy: ToyModel) -> AdaptSettings:
     """The declared uncertainty with a rope that is no less certain than it was measured."""
     declared = settings.uncertainty
     known_m = min(declared.rope_m, SIGMAS_95 * toy.rope_sigma_m)
     return dataclasses.replace(settings, uncertainty=dataclasses.replace(declared, rope_m=known_m))
-
-
-def _log_frames(ctx: StageContext, topic: str, child: str, t_s: Any, places_m: Any) -> None:
-    for t, place in zip(t_s, places_m, strict=True):
-        ctx.log.write(topic, float(t), FrameTransform("world", child, place))

@@ -16,4 +16,5 @@ STAGE = StageDeclaration(
     topics=TOPICS,
     kind="records",
     chapter="kendama_cli.stages.capture.chapter:capture_figures",
+    replay="kendama_cli.stages.capture.performance:replay",
 )

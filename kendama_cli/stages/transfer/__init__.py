@@ -19,6 +19,7 @@ STAGE = StageDeclaration(
     topics=TOPICS,
     kind="moves",
     chapter="kendama_cli.stages.transfer.chapter:transfer_figures",
+    replay="kendama_cli.stages.transfer.performance:replay",
     ensemble_chapter="kendama_cli.stages.transfer.comparison:CHAPTER",
     headline=(
         Headline("success_rate_after", "of swing-ups succeed on the hardware"),

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 import pandas as pd
 from matplotlib.ticker import MaxNLocator
@@ -21,6 +19,7 @@ from kendama_cli.report.tracks import Geometry, Path2D, catch_time_s, last_start
 from kendama_cli.schema.foxglove import FrameTransform
 from kendama_cli.stages.transfer.messages import GameMessage, TransferStepMessage
 from kendama_cli.stages.transfer.prediction_panels import ahead, error_over_time_panel
+from kendama_cli.stages.transfer.shown_game import shown_game
 
 _PARTS = (("swung_up", "swung up"), ("predicted", "catch predicted"), ("caught", "caught"))
 
@@ -59,7 +58,7 @@ def _all_games(log: StageLog) -> list[Figure]:
 
 def _one_game(log: StageLog) -> list[Figure]:
     """One game as paths and over time, as its camera saw it, and as a film beside the errors of all predictions."""
-    number, start_s, end_s = _shown_game(log)
+    number, start_s, end_s = shown_game(log)
     paths = pair(log, "/transfer", start_s, end_s)
     detail = [_path(log, paths), _series(log.table("/transfer/step", TransferStepMessage), number)]
     images = thumbnails(log, "/transfer")
@@ -110,16 +109,6 @@ def _imitated(log: StageLog) -> list[Figure]:
         ],
         [_imitation(log)],
     )
-
-
-def _shown_game(log: StageLog) -> tuple[int, float, float]:
-    """Number, begin and end of the game to show: the last that was caught, else the last; the last stretch if none."""
-    games = log.messages("/transfer/game", GameMessage)
-    if not games.messages:
-        return 0, last_start_s(log.table("/transfer/ball", FrameTransform)), math.inf
-    caught = np.flatnonzero(games.column(lambda game: game.caught))
-    row = int(caught[-1]) if len(caught) else len(games) - 1
-    return games.messages[row].index, float(games.t_s[row - 1]) if row else -math.inf, float(games.t_s[row])
 
 
 def _path(log: StageLog, paths: tuple[Path2D, Path2D] | None) -> Panel | None:

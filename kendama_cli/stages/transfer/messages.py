@@ -6,7 +6,7 @@ from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 
 from kendama_cli.log.messages import DetectionMessage, ReplayMessage, RolloutMessage, WrenchMessage
-from kendama_cli.schema.foxglove import CompressedImage, FrameTransform, JointStates
+from kendama_cli.schema.foxglove import CompressedImage, FrameTransform, FrameTransforms, JointStates, SceneUpdate
 
 
 @dataclass(frozen=True)
@@ -61,6 +61,8 @@ TOPICS: Mapping[str, type] = {
     "/transfer/step": TransferStepMessage,
     "/transfer/rollout": RolloutMessage,
     "/transfer/scratch/rollout": RolloutMessage,
+    "/transfer/scene": SceneUpdate,
+    "/transfer/links": FrameTransforms,
     "/transfer/joints": JointStates,
     "/transfer/cup": FrameTransform,
     "/transfer/ball": FrameTransform,
@@ -69,6 +71,7 @@ TOPICS: Mapping[str, type] = {
     "/transfer/game": GameMessage,
     "/transfer/replay": ReplayMessage,
     "/transfer/wrench": WrenchMessage,
+    "/transfer/imitation/links": FrameTransforms,
     "/transfer/imitation/cup": FrameTransform,
     "/transfer/imitation/ball": FrameTransform,
     "/transfer/imitation/wrench": WrenchMessage,

@@ -31,7 +31,7 @@ def ahead(log: StageLog, game: int, cup: Path2D, start_s: float) -> list[Ahead]:
     t_s, crossing_s, x, y, z, v_x, v_y, v_z = of_game[_COLUMNS].to_numpy(np.float64).T
     place = (np.column_stack([x, y]) - first[["x_m", "y_m"]].to_numpy(np.float64)) @ along + cup.x_m[0]
     speed = np.column_stack([v_x, v_y]) @ along
-    sigma = np.sqrt(np.maximum(np.einsum("i,nij,j->n", along, _covariance(of_game)[:, :2, :2], along), 0.0))
+    sigma = np.sqrt(np.maximum(np.einsum("i,nij,j->n", along, covariances(of_game)[:, :2, :2], along), 0.0))
     columns = (t_s - start_s, crossing_s - start_s, place, z - float(first["z_m"]) + cup.z_m[0], speed, v_z, sigma)
     return [Ahead(*row) for row in np.column_stack(columns).tolist()]
 
@@ -45,7 +45,7 @@ def error_over_time_panel(log: StageLog) -> Panel | None:
     for number in games.loc[np.isfinite(games["crossing_s"].to_numpy(np.float64)), "index"].tolist():
         game, of_game = games[games["index"] == number].iloc[0], estimates[estimates["game"] == number]
         error = np.linalg.norm(of_game[["x_m", "y_m"]].to_numpy(np.float64) - np.array(game["crossing_m"])[:2], axis=1)
-        sigma = np.sqrt(np.maximum(np.trace(_covariance(of_game)[:, :2, :2], axis1=1, axis2=2), 0.0))
+        sigma = np.sqrt(np.maximum(np.trace(covariances(of_game)[:, :2, :2], axis1=1, axis2=2), 0.0))
         left = float(game["crossing_s"]) - of_game["t_s"].to_numpy(np.float64)
         rows.append(1e3 * np.column_stack([left, error, sigma]))
     if not rows:
@@ -68,5 +68,6 @@ def error_over_time_panel(log: StageLog) -> Panel | None:
     return Panel("Error of the predictions", made.svg)
 
 
-def _covariance(estimates: pd.DataFrame) -> Array:
+def covariances(estimates: pd.DataFrame) -> Array:
+    """Those of the predicted places (n, 3, 3) [m^2]."""
     return np.array(estimates["covariance_m2"].tolist(), dtype=np.float64).reshape(-1, 3, 3)

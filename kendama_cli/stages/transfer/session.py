@@ -20,6 +20,7 @@ from kendama_cli.game.transfer_progress import Progress, Start
 from kendama_cli.game.watched_flight import WatchedFlight
 from kendama_cli.learning.learners import make_policy
 from kendama_cli.learning.settings import LearnSettings
+from kendama_cli.robot_model.arm_scene import ArmScene
 from kendama_cli.robot_model.model import RobotModel
 from kendama_cli.settings.game import GameSettings
 from kendama_cli.settings.hardware import HardwareSettings
@@ -51,11 +52,16 @@ class TransferSession:
         arm: RobotModel,
     ) -> None:
         self._runner, self._arm = runner, arm
+        self._drawn = ArmScene(arm)
         self._progress = progress
         self._ctx = ctx
         self._settings = settings
         self._learn = learn
         self._every = max(1, round(settings.log_period_s / runner.robot.period_s))
+
+    def show(self, game: GameSettings) -> None:
+        """Log what the arm, its cup and the ball of ``game`` look like; once, before anything moves."""
+        self._ctx.log.write("/transfer/scene", self._progress.clock_s, self._drawn.shapes(game))
 
     def evaluate(self, results: list[bool], policy: PolicyArtifact, name: str) -> None:
         """Rollouts of the frozen policy; appends whether each reached the goal."""
@@ -147,7 +153,8 @@ class TransferSession:
 
     def _scene(self, timed: Sequence[tuple[float, Exchange]], *, under: str) -> Iterator[trace.TimedMessage]:
         names, rotation = self._runner.robot.joint_names, partial(cup_rotation_wxyz, self._arm)
-        return trace.scene_messages(timed, names, self._every, cup_rotation=rotation, under=under)
+        drawn = self._drawn.frames
+        return trace.scene_messages(timed, names, self._every, cup_rotation=rotation, links=drawn, under=under)
 
     def _finish(self, messages: Iterable[trace.TimedMessage], duration_s: float, **figures: float | int | str) -> None:
         """Log a whole rollout at once and save: nothing of an unfinished rollout is ever kept."""

@@ -62,7 +62,8 @@ class Transfer:
         check_cameras(self._setup.cameras, settings.observation, realtime=False)  # the open robot says whether it is
         policy: PolicyArtifact = load_policy(settings.policy) if settings.policy else given["learn"]
         verify_policy(policy, learn, settings.policy or "the stage 'learn'")
-        progress = Progress.resumed(ctx.restore(), policy, learn, settings, ctx.rng("transfer"))
+        saved = ctx.restore()
+        progress = Progress.resumed(saved, policy, learn, settings, ctx.rng("transfer"))
         motion: CatchMotion | None = given.get("adapt")
         adapt = self._adapt
         if motion is not None and adapt is None:
@@ -78,6 +79,8 @@ class Transfer:
             builder.open(compensated(bare, given.get("identify")), seed=seed) as runner,
         ):
             session = TransferSession(runner, progress, ctx, settings=settings, learn=learn, arm=builder.arm)
+            if saved is None:
+                session.show(setup.game)
             try:
                 session.evaluate(progress.before, policy, "before")
                 session.learn("table")

@@ -15,7 +15,7 @@ from kendama_cli.game.swing_up import SwingUpRollout
 from kendama_cli.learning.interface import FinishedRollout
 from kendama_cli.log.messages import DetectionMessage, RolloutMessage, WrenchMessage
 from kendama_cli.schema.arrays import Array
-from kendama_cli.schema.foxglove import CompressedImage, FrameTransform, JointStates
+from kendama_cli.schema.foxglove import CompressedImage, FrameTransform, FrameTransforms, JointStates
 from kendama_cli.stages.transfer.messages import GameEstimateMessage, GameMessage, TransferStepMessage
 
 JPEG_QUALITY = 80
@@ -49,17 +49,19 @@ def scene_messages(
     every: int,
     *,
     cup_rotation: Callable[[Array], Array],
+    links: Callable[[Array], FrameTransforms],
     under: str = "/transfer",
 ) -> Iterator[TimedMessage]:
-    """Joints (of the whole game only), wrench, cup and ball of every ``every``-th control period, below ``under``.
+    """Joints (of a whole game only), links, wrench, cup and ball of every ``every``-th control period, below ``under``.
 
-    ``cup_rotation`` gives the cup's rotation (4,) for joint angles.
+    ``cup_rotation`` gives the cup's rotation (4,), ``links`` the arm's frames for joint angles.
     """
     for t_s, exchange in timed[::every]:
         state = exchange.state
         if under == "/transfer":
             joints = JointStates(joint_names, state.position_rad, state.velocity_rad_s, state.effort_nm)
             yield f"{under}/joints", t_s, joints
+        yield f"{under}/links", t_s, links(state.position_rad)
         yield f"{under}/wrench", t_s, WrenchMessage(*state.wrist_wrench.tolist())
         yield (
             f"{under}/cup",

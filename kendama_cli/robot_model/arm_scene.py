@@ -1,0 +1,160 @@
+"""What an arm, its cup and the ball look like, and where the arm's links are: for logs, replays and films."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+
+from kendama_cli.motion.rotation_matrix import quaternion_of
+from kendama_cli.robot_model.cup import cup_frame
+from kendama_cli.robot_model.link_shapes import link_shapes
+from kendama_cli.robot_model.model import HANDLE_RADIUS_M, RobotModel
+from kendama_cli.schema.arrays import Array
+from kendama_cli.schema.foxglove import FrameTransforms, SceneUpdate, Solid
+from kendama_cli.settings.game import CupSettings, GameSettings, HandleTie
+
+WORLD = "world"
+Rgb = tuple[float, float, float]
+SHELL_RGB, JOINT_RGB, STAND_RGB = (0.86, 0.87, 0.89), (0.30, 0.32, 0.36), (0.62, 0.64, 0.67)
+CUP_RGB, BALL_RGB = (0.0, 0.447, 0.698), (0.835, 0.369, 0.0)
+SHORTEST_M = 1e-3
+"""Joints nearer to each other than this have nothing between them that could be drawn."""
+_SIDES = 40
+
+
+class ArmScene:
+    """The arm of ``model`` in frames of its own: ``shapes`` once, ``frames`` for every posture."""
+
+    def __init__(self, model: RobotModel) -> None:
+        self._model = model
+        self._body = model.new_body()
+        self._links = [self._body.skeleton.getBodyNode(0), *_moving_links(self._body)]
+        self._names = [link.getName() for link in self._links]
+
+    def shapes(self, game: GameSettings) -> SceneUpdate:
+        """The links as their URDF's collision shapes, or capsules from joint to joint where it has none.
+
+        Beside them the pedestal, the handle, and the cup and ball of ``game`` in the frames ``cup`` and ``ball``.
+        """
+        model, body = self._model, self._body
+        body.skeleton.setPositions(model.home_rad)
+        holders = {link.getName(): self._holder(link) for link in body.skeleton.getBodyNodes()}
+        solids = link_shapes(model.settings.path, holders, SHELL_RGB) or self._capsules()
+        radius_m = 2 * game.ball.radius_m
+        ball = Solid("ball", "ball", "sphere", BALL_RGB, size_m=(radius_m, radius_m, radius_m))
+        return SceneUpdate((*self._pedestal(), *solids, *self._handle(game.cup), cup_solid(game.cup), ball))
+
+    def frames(self, position_rad: Array) -> FrameTransforms:
+        """Where the links are in the world for the joint angles (n,)."""
+        self._body.skeleton.setPositions(position_rad)
+        places = [link.getWorldTransform() for link in self._links]
+        return FrameTransforms(
+            WORLD,
+            self._names,
+            [np.array(place.translation()) for place in places],
+            [quaternion_of(np.array(place.rotation())) for place in places],
+        )
+
+    def _holder(self, link: Any) -> tuple[str, Any]:
+        """The drawn frame that ``link`` is fixed to, and the link's pose in it."""
+        holder = link
+        while holder.getName() not in self._names:
+            holder = holder.getParentBodyNode()
+        return holder.getName(), holder.getWorldTransform().inverse().multiply(link.getWorldTransform())
+
+    def _capsules(self) -> list[Solid]:
+        """A tube from each joint's origin to the next one's, rounded at its ends, and a hub about each axis."""
+        model = self._model
+        places = model.joint_places_m(model.home_rad)
+        solids = []
+        for i, (radius, (start, end)) in enumerate(zip(model.link_radius_m.tolist(), pairwise(places), strict=True)):
+            link, joint = self._links[i + 1], self._body.joints[i]
+            solids += _tube(link, "link", (start, end), radius, SHELL_RGB)
+            frame = link.getWorldTransform().multiply(joint.getTransformFromChildBodyNode())
+            axis = np.array(frame.rotation()) @ np.array(joint.getAxis())
+            half = axis * 1.12 * radius
+            solids.append(_rod(link, "joint", (start - half, start + half), 0.86 * radius, JOINT_RGB))
+        root = np.array(self._links[0].getWorldTransform().translation())
+        solids += _tube(self._links[0], "base", (root, places[0]), 1.1 * float(model.link_radius_m[0]), SHELL_RGB)
+        return solids
+
+    def _pedestal(self) -> list[Solid]:
+        """What the arm stands on, from the floor at z = 0; none where its base is on or below it."""
+        root = np.array(self._links[0].getWorldTransform().translation())
+        if root[2] < 0.02:
+            return []
+        radius = 1.15 * float(self._model.link_radius_m.max())
+        foot = root * np.array([1.0, 1.0, 0.0])
+        flange = foot + np.array([0.0, 0.0, 0.02])
+        link = self._links[0]
+        return [
+            _rod(link, "pedestal", (foot, root), radius, STAND_RGB),
+            _rod(link, "pedestal", (foot, flange), 1.8 * radius, STAND_RGB),
+        ]
+
+    def _handle(self, cup: CupSettings) -> list[Solid]:
+        """From the tip link to the cup's wall."""
+        model, tip = self._model, self._body.tip
+        start = np.array(tip.getWorldTransform().translation())
+        way = model.tool_place_m(model.home_rad) - start
+        length = float(np.linalg.norm(way))
+        short = length - cup.outer_radius_m
+        if short < SHORTEST_M:
+            return []
+        return _tube(self._links[-1], "handle", (start, start + way * (short / length)), HANDLE_RADIUS_M, JOINT_RGB)
+
+
+def cup_solid(cup: CupSettings) -> Solid:
+    """The cup as a turned mesh in the frame ``cup``, whose origin is the tie point and whose z its axis.
+
+    The profile goes up the outer wall, over the rim and down the inner wall.
+    """
+    wall, low, high = cup.wall_m, cup.floor_m, cup.rim_m
+    profile = [(0.0, low), (cup.outer_radius_m, low), (cup.outer_radius_m, high), (cup.radius_m, high)]
+    profile += [(cup.radius_m, low + wall), (0.0, low + wall)]
+    if isinstance(cup.tie, HandleTie):
+        profile = [(0.0, 0.0), (cup.tie.radius_m, 0.0), (cup.tie.radius_m, low), *profile[1:]]
+    angle = 2 * np.pi * np.arange(_SIDES) / _SIDES
+    radius, height = np.array(profile).T
+    ring = np.stack([np.cos(angle), np.sin(angle)], axis=-1)
+    vertices = np.concatenate(
+        [radius[:, None, None] * ring[None], np.broadcast_to(height[:, None, None], (len(profile), _SIDES, 1))], axis=2
+    ).reshape(-1, 3)
+    band, side = np.divmod(np.arange((len(profile) - 1) * _SIDES), _SIDES)
+    a, b = band * _SIDES + side, band * _SIDES + (side + 1) % _SIDES
+    triangles = np.concatenate([np.column_stack([a, b, a + _SIDES]), np.column_stack([b, b + _SIDES, a + _SIDES])])
+    return Solid("cup", "cup", "mesh", CUP_RGB, vertices_m=vertices, triangles=triangles)
+
+
+def _moving_links(body: Any) -> list[Any]:
+    return [joint.getChildBodyNode() for joint in body.joints]
+
+
+def _tube(link: Any, name: str, ends_m: tuple[Array, Array], radius_m: float, rgb: Rgb) -> list[Solid]:
+    """A capsule between two points of the world, fixed to ``link`` where that is now."""
+    ends = [_ball(link, name, place, radius_m, rgb) for place in ends_m]
+    if float(np.linalg.norm(ends_m[1] - ends_m[0])) < SHORTEST_M:
+        return ends[:1]
+    return [_rod(link, name, ends_m, radius_m, rgb), *ends]
+
+
+def _rod(link: Any, name: str, ends_m: tuple[Array, Array], radius_m: float, rgb: Rgb) -> Solid:
+    start_m, end_m = ends_m
+    way = end_m - start_m
+    turn, place = _in_frame(link, cup_frame(tuple(way.tolist())), (start_m + end_m) / 2)
+    size = (2 * radius_m, 2 * radius_m, float(np.linalg.norm(way)))
+    return Solid(link.getName(), name, "cylinder", rgb, size, place, turn)
+
+
+def _ball(link: Any, name: str, place_m: Array, radius_m: float, rgb: Rgb) -> Solid:
+    turn, place = _in_frame(link, np.eye(3), place_m)
+    return Solid(link.getName(), name, "sphere", rgb, (2 * radius_m,) * 3, place, turn)
+
+
+def _in_frame(link: Any, rotation: Array, place_m: Array) -> tuple[Array, Array]:
+    """A pose of the world as quaternion and place in the frame of ``link``."""
+    frame = link.getWorldTransform()
+    turn, origin = np.array(frame.rotation()), np.array(frame.translation())
+    return quaternion_of(turn.T @ rotation), turn.T @ (place_m - origin)

@@ -1,0 +1,17 @@
+"""What capture adds to a run's replay in space."""
+
+from __future__ import annotations
+
+from kendama_cli.report.replay.performance import Performance, cup_alone
+from kendama_cli.report.source import StageLog
+from kendama_cli.schema.foxglove import FrameTransform
+
+
+def replay(log: StageLog) -> list[Performance]:
+    """The first demonstration: the cup in the person's hand."""
+    cups = log.table("/capture/cup", FrameTransform)
+    if cups.empty:
+        return []
+    name = min(cups["child"])
+    found = cup_alone(cups[cups["child"] == name], f"Demonstration {name}")
+    return [found] if found is not None else []

@@ -1,0 +1,56 @@
+"""What transfer adds to a run's replay in space."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from kendama_cli.report.replay.performance import Expected, Performance, performance
+from kendama_cli.report.source import StageLog
+from kendama_cli.report.tracks import last_start_s
+from kendama_cli.schema.foxglove import FrameTransform
+from kendama_cli.stages.transfer.messages import GameEstimateMessage
+from kendama_cli.stages.transfer.prediction_panels import covariances
+from kendama_cli.stages.transfer.shown_game import shown_game
+
+_SCENE = "/transfer/scene"
+
+
+def replay(log: StageLog) -> list[Performance]:
+    """The imitated swing's last try and one full game, as the hardware carried them out."""
+    number, start_s, end_s = shown_game(log)
+    tried_s = last_start_s(log.table("/transfer/imitation/ball", FrameTransform))
+    game = performance(
+        log,
+        "/transfer",
+        "Full game, hardware",
+        "hardware",
+        scene=_SCENE,
+        start_s=start_s,
+        end_s=end_s,
+        expected=_expected(log, number),
+    )
+    imitated = performance(
+        log,
+        "/transfer/imitation",
+        "Imitated swing, hardware",
+        "hardware",
+        scene=_SCENE,
+        start_s=tried_s,
+    )
+    return [one for one in (imitated, game) if one is not None]
+
+
+def _expected(log: StageLog, game: int) -> list[Expected]:
+    estimates = log.table("/transfer/estimate", GameEstimateMessage)
+    estimates = estimates[estimates["game"] == game]
+    if estimates.empty:
+        return []
+    columns = ["x_m", "y_m", "z_m", "velocity_x_m_s", "velocity_y_m_s", "velocity_z_m_s"]
+    rows = estimates[columns].to_numpy(np.float64).tolist()
+    times = estimates[["t_s", "t_catch_s"]].to_numpy(np.float64).tolist()
+    return [
+        Expected(t_s, crossing_s, (x, y, z), (v_x, v_y, v_z), covariance[:2, :2])
+        for (t_s, crossing_s), (x, y, z, v_x, v_y, v_z), covariance in zip(
+            times, rows, covariances(estimates), strict=True
+        )
+    ]
