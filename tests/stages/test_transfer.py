@@ -88,7 +88,10 @@ def test_times_do_not_go_back_on_any_topic(uninterrupted: tuple[Made, MemoryCont
         "/transfer/image/right",
         "/transfer/imitation/cup",
         "/transfer/imitation/ball",
+        "/transfer/links",
+        "/transfer/imitation/links",
     }
+    assert [topic for topic, _, _ in ctx.log.messages].count("/transfer/scene") == 1
 
 
 def test_the_log_says_how_each_game_was_seen_and_how_it_ended(uninterrupted: tuple[Made, MemoryContext]) -> None:
