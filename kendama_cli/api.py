@@ -240,7 +240,7 @@ def environment(overrides: Sequence[str] = (), hold_s: float | None = None) -> S
     Returns
     -------
     SwingUp
-        A ``gymnasium.Env``: cup place and velocity, ball angle and rate in, one of five accelerations out.
+        A ``gymnasium.Env``: cup place and velocity, ball angle and rate, time left in, one of five accelerations out.
 
     Raises
     ------

@@ -13,6 +13,7 @@ EXPECTED = {
     "primitive.py": "tau 1.",
     "predict_catch.py": "after 0.2 s: down at 0.45",  # z = 1.1 + 2 t - g t^2 / 2 falls through 1.0 at 0.453 s
     "run_and_read.py": "mm rms",
+    "catch_by_hand.py": "of 50 by the law",
     "gymnasium_random.py": "of 20 random rollouts reached the goal",
 }
 

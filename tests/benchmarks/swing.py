@@ -62,6 +62,25 @@ def learning(swing: SwingEngine | None) -> Callable[[], int]:
     return work
 
 
+def gymnasium_steps(n: int, actions: int) -> int:
+    """Random actions in ``n`` environments of Gymnasium at once, each held for 25 steps; one is a loop in Python."""
+    from kendama_cli.gym import SwingUp, SwingUpVector  # noqa: PLC0415 - an extra
+
+    chosen = np.random.default_rng(0).integers(0, 5, (actions, n))
+    if n > 1:
+        many = SwingUpVector(n, hold_s=0.05)
+        many.reset(seed=SEED)
+        for action in chosen:
+            many.step(action)
+    else:
+        one = SwingUp(["simulation/engine=rail"], hold_s=0.05)
+        one.reset(seed=SEED)
+        for action in chosen[:, 0]:
+            if any(one.step(action)[2:4]):
+                one.reset()
+    return chosen.size * 25
+
+
 def kernel_steps(n: int, held: int) -> int:
     """Many swings under random accelerations, nothing kept but their ends."""
     swing = CompiledRail(GAME, STEP_S)
@@ -106,6 +125,8 @@ def main() -> None:
     rates = {
         "learning loop, rail in DART": best_rate(learning(DartRail(GAME, STEP_S))),
         "learning loop, rail": best_rate(learning(None)),
+        "Gymnasium, one, a Python loop": best_rate(lambda: gymnasium_steps(1, 800)),
+        "Gymnasium, 1024 at once": best_rate(lambda: gymnasium_steps(1024, 100)),
         "rail, one swing": best_rate(lambda: kernel_steps(1, 4000)),
         "rail, 64 swings": best_rate(lambda: kernel_steps(64, 800)),
     }
@@ -115,6 +136,7 @@ def main() -> None:
     except ImportError:
         print("mujoco is not installed: no peers")
     peers = {
+        "Gymnasium, 1024 at once": "Gymnasium, one, a Python loop",
         "learning loop, rail in DART": "MuJoCo ball_in_cup, Python loop",
         "rail, 64 swings": "MuJoCo ball_in_cup, rollout",
     }

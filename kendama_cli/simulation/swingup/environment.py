@@ -142,6 +142,10 @@ class SwingUpEnvironment:
         """The true plain state now."""
         return state_of(self._swing)
 
+    def places(self) -> tuple[float, float, float]:
+        """The cup's x, and the ball beside its tie point along x and z, now [m]."""
+        return self._swing.x_m, self._swing.across_m, self._swing.above_m
+
 
 def _opened(settings: LearnSettings, game: GameSettings) -> tuple[SwingEngine, CompiledRollouts | None]:
     """The engine of ``settings.engine`` and, where it has them, its compiled rollouts."""

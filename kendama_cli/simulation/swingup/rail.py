@@ -96,6 +96,10 @@ class Rules:
         """All of them as the compiled loop takes them."""
         return kernel.packed(self.physics, self.limits, self.aim, self.bins)
 
+    def packed_for_the_catch(self) -> kernel.Record:
+        """The same with the limits of the flight after the release."""
+        return kernel.packed(self.physics, self.catch, self.aim, self.bins)[0]
+
 
 def _limits(limits: BrakingLimiter, settings: LearnSettings) -> kernel.Limits:
     return kernel.Limits(

@@ -25,7 +25,7 @@ class LinearPolicy:
 
     def action(self, observation: np.ndarray, n_actions: int) -> int:
         """0..n_actions-1."""
-        x, velocity, angle, rate = observation
+        x, velocity, angle, rate, _ = observation
         features = np.array([3.0 * x, velocity, np.sin(angle), rate * np.cos(angle) / 5.0])
         wanted = np.tanh(float(self.weights @ features))
         return round((wanted + 1.0) / 2.0 * (n_actions - 1))
@@ -60,6 +60,6 @@ def improved(
 
 
 if __name__ == "__main__":
-    env = gymnasium.make("kendama_cli.gym:kendama/SwingUp-v0", hold_s=0.05)
+    env = gymnasium.make("kendama_cli.gym:kendama/SwingUp-v1", hold_s=0.05)
     policy = improved(env, np.random.default_rng(0), generations=12, population=32)
     print("swung up", np.mean([played(env, policy, seed)[1] for seed in range(1000, 1100)]), "of 100 rollouts")

@@ -14,7 +14,8 @@ from kendama_cli.simulation.swingup.environment import SwingUpEnvironment
 from tests.learning.settings_files import game_settings, learn_settings
 
 gymnasium = pytest.importorskip("gymnasium", reason="the extra 'gym' is not installed")
-from kendama_cli.gym import NAME  # noqa: E402 - needs gymnasium
+from kendama_cli.gym import CATCH, GAME  # noqa: E402 - needs gymnasium
+from kendama_cli.gym import SWING_UP as NAME  # noqa: E402
 from tests.simulation.swingup.cross_entropy import LinearPolicy, improved, played  # noqa: E402 - needs gymnasium
 
 RAIL = "simulation/engine=rail"
@@ -29,8 +30,24 @@ def test_gymnasiums_own_checks_pass(overrides):
     check_env(gymnasium.make(NAME, overrides=overrides).unwrapped, skip_render_check=True)
 
 
+@pytest.mark.filterwarnings("ignore:.*render_mode 'human' needs a display")
+@pytest.mark.parametrize(
+    ("name", "options"),
+    [
+        (NAME, {"overrides": [RAIL], "actions": "continuous", "normalised": True, "shaping": 10.0}),
+        (CATCH, {}),
+        (CATCH, {"actions": "discrete", "normalised": True}),
+        (GAME, {}),
+    ],
+)
+def test_gymnasiums_own_checks_pass_with_pictures_for_every_kind_of_action(name, options):
+    from gymnasium.utils.env_checker import check_env  # noqa: PLC0415
+
+    check_env(gymnasium.make(name, render_mode="rgb_array", **options).unwrapped)
+
+
 def test_naming_the_module_registers_it_in_a_new_interpreter():
-    script = "import gymnasium; print(gymnasium.make('kendama_cli.gym:kendama/SwingUp-v0').action_space)"
+    script = "import gymnasium; print(gymnasium.make('kendama_cli.gym:kendama/SwingUp-v1').action_space)"
     done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
     assert done.stdout == "Discrete(5)\n"
 
@@ -47,7 +64,7 @@ def test_an_action_held_here_is_the_same_action_held_in_the_learning_environment
     rolling = environment.rolling(environment.noiseless())
     reading, t_s = next(rolling)
     for action, observation in zip([*wanted, 0], seen, strict=True):
-        np.testing.assert_array_equal(observation, reading)
+        np.testing.assert_allclose(observation, [*reading, 4.0 - t_s], rtol=1e-6, atol=1e-6)  # float32
         reading, t_s = rolling.send((learn_settings("hard").actions_m_s2[action], t_s + 0.1 - 1e-9))
     assert t_s == pytest.approx(0.9)
 

@@ -1,0 +1,174 @@
+"""Catch the flying ball, or play the whole game: ``kendama/Catch-v0`` and ``kendama/Game-v0``, on the rail.
+
+Here the agent moves the cup until the ball is in it: no flight follows by itself. The ball is caught where it comes
+down through the plane of the rim within the mouth (the rail's cup does not touch the ball).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import gymnasium
+import numpy as np
+
+from kendama_cli.errors import ConfigError
+from kendama_cli.gym.picture import Painter, Picture
+from kendama_cli.gym.spaces import Accelerations, ActionKind, Observation, Observed
+from kendama_cli.gym.swing_up import task
+from kendama_cli.learning.limiter import BrakingLimiter
+from kendama_cli.learning.reward import Flight, Goal, Landing
+from kendama_cli.learning.state import SwingState
+from kendama_cli.physics.taut_rope import TautRope
+from kendama_cli.simulation.swingup.rail import CompiledRail
+from kendama_cli.simulation.swingup.workspace import catch_limiter, mouth_m
+
+NEAR_M = 0.3
+"""A miss is worth part of a catch up to here."""
+
+
+class FreeCup(gymnasium.Env[Observation, Any]):
+    """What Catch and Game have in common.
+
+    Observation, float32 (7,): cup position x [m] and velocity [m/s], ball beside the tie point along x and z [m], its
+    velocity relative to the cup along x and z [m/s], time left [s]. Action, held for ``hold_s``: which of
+    ``learn.actions_m_s2``, or a share of the largest of them; the limits of ``learn.workspace`` hold whatever is asked.
+    Reward 1 for a catch; at the first way down past the rim else max(0, 1 - miss / 0.3 m) / 2. Terminated by either,
+    truncated when time is up. ``info``: success, and at a crossing miss_m.
+    """
+
+    metadata = {"render_modes": ["rgb_array", "human"], "render_fps": 50}  # noqa: RUF012 - gymnasium's own declaration
+    longest_s = 1.0
+
+    def __init__(
+        self,
+        overrides: Sequence[str] = (),
+        hold_s: float = 0.02,
+        *,
+        actions: ActionKind = "continuous",
+        normalised: bool = False,
+        render_mode: str | None = None,
+    ) -> None:
+        """``overrides`` as on the command line; raises ConfigError for what is not allowed."""
+        if render_mode not in (None, *self.metadata["render_modes"]):
+            raise ConfigError("render_mode", f"'render_mode' is {render_mode!r}; allowed: rgb_array, human, None")
+        self.render_mode = render_mode
+        self.settings, self._game = task(overrides)
+        step_s = self.settings.step_s
+        if not step_s <= hold_s <= self.longest_s:
+            raise ConfigError(
+                "hold_s", f"'hold_s' is {hold_s}; allowed: from learn.step_s, {step_s}, to {self.longest_s}"
+            )
+        self._hold, self._at_most = round(hold_s / step_s), round(self.longest_s / step_s)
+        self._rail, self._mouth_m = CompiledRail(self._game, step_s), mouth_m(self._game)
+        self._limiter: BrakingLimiter = catch_limiter(self.settings)
+        workspace, rope_m = self.settings.workspace, self._game.rope.length_m
+        reach, fast = np.array([2.0 * workspace.half_width_m, 2.0 * workspace.max_speed_m_s]), 20.0
+        largest = np.array([*reach, 2.0 * rope_m, 2.0 * rope_m, fast, fast, self.longest_s])
+        scale = np.array([*(0.5 * reach), rope_m, rope_m, 0.2 * fast, 0.2 * fast, self.longest_s])
+        self._observed = Observed(largest, scale, normalised)
+        self._accelerations = Accelerations(self.settings, actions)
+        self._painter = Painter(self._game, workspace.half_width_m)
+        self.observation_space, self.action_space = self._observed.box, self._accelerations.space
+        self._taken, self._over = 0, True
+
+    def reset(
+        self, *, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[Observation, dict[str, Any]]:
+        """Begin anew; the same ``seed`` begins the same rollouts. There are no ``options``."""
+        super().reset(seed=seed)
+        if options:
+            raise ConfigError("options", f"options {sorted(options)} are unknown; allowed: none")
+        self._rail.start(self._drawn(self.np_random))
+        self._taken, self._over = 0, False
+        self._show()
+        return self._observation(), {"success": False}
+
+    def step(self, action: Any) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
+        """Hold an action; raises gymnasium's ResetNeeded before ``reset`` and after the end, InvalidAction for none."""
+        if self._over:
+            raise gymnasium.error.ResetNeeded("call reset() first: no rollout is under way")
+        wanted, rail, rim_m = self._accelerations.one(action), self._rail, self._game.cup.rim_m
+        for _ in range(self._hold):
+            above = rail.above_m
+            rail.step(self._limiter.limit(wanted, *rail.reference))
+            self._taken += 1
+            if above > rim_m >= rail.above_m:
+                return self._down()
+            if self._taken == self._at_most:
+                self._over = True
+                break
+        self._show()
+        return self._observation(), 0.0, False, self._over, {"success": False}
+
+    def render(self) -> Any:
+        """The picture (480, 640, 3), RGB, in mode rgb_array; None in the others, of which human shows each step."""
+        return self._picture() if self.render_mode == "rgb_array" else None
+
+    def close(self) -> None:
+        """Close the window, if there is one."""
+        self._painter.close()
+
+    def _drawn(self, rng: np.random.Generator) -> SwingState:
+        raise NotImplementedError
+
+    def _down(self) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
+        miss_m = abs(self._rail.across_m)
+        caught = miss_m < self._mouth_m
+        self._over = True
+        self._show()
+        reward = 1.0 if caught else 0.5 * max(0.0, 1.0 - miss_m / NEAR_M)
+        return self._observation(), reward, True, False, {"success": caught, "miss_m": miss_m}
+
+    def _observation(self) -> Observation:
+        rail, left_s = self._rail, self.longest_s - self._taken * self.settings.step_s
+        numbers = rail.x_m, rail.velocity_m_s, rail.across_m, rail.above_m, rail.across_m_s, rail.above_m_s, left_s
+        return self._observed.of(np.array(numbers))
+
+    def _picture(self) -> Picture:
+        return self._painter.paint(self._rail.x_m, self._rail.across_m, self._rail.above_m)
+
+    def _show(self) -> None:
+        if self.render_mode == "human":
+            self._painter.show(self._picture())
+
+
+class Catch(FreeCup):
+    """Catch a ball that has just been let go, on either side: the rope slack, the landing within the cup's reach.
+
+    It begins in the window of ``learn.goal``, at random among the states from which a constant acceleration within
+    ``learn.goal.catch_acceleration_m_s2`` meets the ball.
+    """
+
+    def _drawn(self, rng: np.random.Generator) -> SwingState:
+        goal, workspace = self.settings.goal, self.settings.workspace
+        flight = Flight.of(self._game)
+        window = Goal(goal, flight)
+        while True:
+            side, share_x, share_v = rng.choice([-1.0, 1.0]), *rng.uniform(-0.8, 0.8, 2)
+            angle = math.radians(rng.uniform(goal.angle_deg - goal.tolerance_deg, goal.angle_deg + goal.tolerance_deg))
+            rate = rng.uniform(goal.slowest_rad_s, goal.fastest_rad_s)
+            state = SwingState(
+                share_x * workspace.half_width_m, share_v * workspace.max_speed_m_s, side * angle, side * rate
+            )
+            slack = TautRope.of(self._game).pull_m_s2(angle, rate, 0.0, self._game.gravity_m_s2) <= 0.0
+            landing = flight.landing(state)
+            if slack and landing is not None and window.in_window(state) and self._within_reach(landing):
+                return state
+
+    def _within_reach(self, landing: Landing) -> bool:
+        goal = self.settings.goal
+        near = abs(landing.x_m) <= self.settings.workspace.half_width_m
+        return near and abs(landing.acceleration_m_s2) <= goal.catch_acceleration_m_s2
+
+
+class Game(FreeCup):
+    """The whole game by one agent: swing the ball up from hanging, let it go, catch it. Only the catch is rewarded."""
+
+    longest_s = 5.0
+
+    def _drawn(self, rng: np.random.Generator) -> SwingState:
+        levels = self.settings.noise
+        angle, place = rng.standard_normal(2)
+        return SwingState(levels.start_position_m * place, 0.0, math.radians(levels.start_angle_deg) * angle, 0.0)

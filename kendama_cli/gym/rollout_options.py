@@ -1,0 +1,75 @@
+"""What ``reset(options=...)`` may ask for: how much noise, and on which body."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from kendama_cli.errors import ConfigError
+from kendama_cli.learning.settings import LearnSettings
+from kendama_cli.learning.task_settings import BodySettings
+from kendama_cli.simulation.swingup.noise import draw_noise
+from kendama_cli.simulation.swingup.rollout import RolloutNoise
+
+NOMINAL = BodySettings(
+    rope=0.0, drag=(1.0, 1.0), noise=(1.0, 1.0), acceleration=0.0, angle_deg=0.0, delay_s=0.0, narrowing=0.0
+)
+LARGEST = {"rope": 2.0, "drag": 100.0, "acceleration": 2.0, "angle_deg": 90.0, "delay_s": 0.1}
+"""What a body may be asked for, from 0 (``angle_deg`` from its negative): factors, degrees, seconds."""
+
+
+@dataclass(frozen=True)
+class RolloutOptions:
+    """``noise``: a factor on ``learn.noise``. ``body``: this one, instead of one that is drawn from ``learn.bodies``.
+
+    A body is given by the factors ``rope``, ``drag`` and ``acceleration``, by ``angle_deg``, by which its angle is
+    misread, and ``delay_s``, after which an action takes effect; what is left out is as in the model.
+    """
+
+    noise: float = 1.0
+    body: Mapping[str, float] | None = None
+
+    @classmethod
+    def of(cls, options: Mapping[str, Any] | None) -> RolloutOptions:
+        """Those of ``reset``; raises ConfigError for another key, or a number out of range."""
+        given = dict(options or {})
+        for name in given:
+            if name not in ("noise", "body"):
+                raise ConfigError(name, f"option '{name}' is unknown; allowed: noise, body")
+        noise = _number("noise", given.get("noise", 1.0), 0.0, 100.0)
+        if given.get("body") is None:
+            return cls(noise)
+        body = {}
+        for name, value in dict(given["body"]).items():
+            if name not in LARGEST:
+                raise ConfigError(f"body.{name}", f"option 'body.{name}' is unknown; allowed: {', '.join(LARGEST)}")
+            least = -LARGEST[name] if name == "angle_deg" else 0.0
+            body[name] = _number(f"body.{name}", value, least, LARGEST[name])
+        return cls(noise, body)
+
+    def drawn(self, settings: LearnSettings, rng: np.random.Generator) -> RolloutNoise:
+        """One rollout's noise."""
+        levels = {name: self.noise * level for name, level in dataclasses.asdict(settings.noise).items()}
+        scaled = dataclasses.replace(settings, noise=type(settings.noise)(**levels))
+        if self.body is None:
+            return draw_noise(scaled, settings.bodies, rng)
+        noise, body = draw_noise(scaled, NOMINAL, rng), self.body
+        return dataclasses.replace(
+            noise,
+            angle_rad=np.asarray(noise.angle_rad) + math.radians(body.get("angle_deg", 0.0)),
+            gain=np.asarray(noise.gain) * body.get("acceleration", 1.0),
+            rope_scale=body.get("rope", 1.0),
+            drag_scale=body.get("drag", 1.0),
+            delay_steps=round(body.get("delay_s", 0.0) / settings.step_s),
+        )
+
+
+def _number(name: str, value: Any, least: float, largest: float) -> float:
+    if isinstance(value, bool) or not isinstance(value, (int, float)) or not least <= value <= largest:
+        raise ConfigError(name, f"option '{name}' is {value!r}; allowed: {least:g} to {largest:g}")
+    return float(value)

@@ -1,0 +1,93 @@
+"""What an agent sees and gives: observations as float32, in units or normalised, and actions checked."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any, Literal, cast
+
+import gymnasium
+import numpy as np
+from gymnasium import spaces
+from numpy.typing import NDArray
+
+from kendama_cli.errors import ConfigError
+from kendama_cli.learning.settings import LearnSettings
+
+Observation = NDArray[np.float32]
+ActionKind = Literal["discrete", "continuous"]
+LARGEST_RATE_RAD_S = 100.0
+"""Readings of the ball's angular velocity are cut here; swings stay far below."""
+USUAL_RATE_RAD_S = 10.0
+"""The rate that counts as 1 in a normalised observation."""
+
+
+@dataclass(frozen=True)
+class Observed:
+    """Numbers that are observed: the largest of each, and what counts as 1 where they are normalised, both (n,)."""
+
+    largest: NDArray[np.float64]
+    scale: NDArray[np.float64]
+    normalised: bool
+
+    @classmethod
+    def swing(cls, settings: LearnSettings, *, normalised: bool) -> Observed:
+        """Cup x [m] and velocity [m/s], ball angle [rad] and angular velocity [rad/s], time left [s]."""
+        workspace, left_s = settings.workspace, settings.rollout_s
+        place, speed = workspace.half_width_m, workspace.max_speed_m_s
+        largest = np.array([2.0 * place, 2.0 * speed, math.pi, LARGEST_RATE_RAD_S, left_s])
+        return cls(largest, np.array([place, speed, math.pi, USUAL_RATE_RAD_S, left_s]), normalised)
+
+    @property
+    def box(self) -> spaces.Space[Observation]:
+        """The space of one observation."""
+        highest = (self.largest / self.scale if self.normalised else self.largest).astype(np.float32)
+        box: Any = spaces.Box(-highest, highest, dtype=np.float32)
+        return cast("spaces.Space[Observation]", box)
+
+    def of(self, numbers: NDArray[np.float64]) -> Observation:
+        """The observation of ``numbers`` (..., n), cut at the largest."""
+        cut = np.clip(numbers, -self.largest, self.largest)
+        return np.asarray(cut / self.scale if self.normalised else cut, dtype=np.float32)
+
+
+class Accelerations:
+    """Actions as accelerations of the cup along x [m/s^2]."""
+
+    def __init__(self, settings: LearnSettings, kind: ActionKind) -> None:
+        """Discrete: which of ``learn.actions_m_s2``; continuous: a share of the largest of them.
+
+        Raises ConfigError for another ``kind``.
+        """
+        if kind not in ("discrete", "continuous"):
+            raise ConfigError("actions", f"'actions' is {kind!r}; allowed: discrete, continuous")
+        self._values = np.array(settings.actions_m_s2)
+        self._largest = settings.largest_action_m_s2
+        self.space: spaces.Space[Any] = (
+            spaces.Discrete(len(self._values)) if kind == "discrete" else spaces.Box(-1.0, 1.0, (1,), dtype=np.float32)
+        )
+
+    def one(self, action: Any) -> float:
+        """The acceleration of one action; raises gymnasium's InvalidAction where it is none."""
+        if isinstance(self.space, spaces.Discrete):
+            if isinstance(action, (int, np.integer, np.ndarray)) and self.space.contains(action):
+                return float(self._values[int(action)])
+            raise gymnasium.error.InvalidAction(f"action {action!r}; allowed: whole numbers 0 to {self.space.n - 1}")
+        share = np.asarray(action, dtype=np.float64)
+        if share.shape != (1,) or not abs(float(share[0])) <= 1.0:
+            raise gymnasium.error.InvalidAction(f"action {action!r}; allowed: an array of one number from -1 to 1")
+        return float(share[0]) * self._largest
+
+    def many(self, actions: Any, n: int) -> NDArray[np.float64]:
+        """The accelerations (n,) of ``n`` actions; raises gymnasium's InvalidAction where one is none."""
+        given = np.asarray(actions)
+        if isinstance(self.space, spaces.Discrete):
+            whole = given.shape == (n,) and np.issubdtype(given.dtype, np.integer)
+            if not whole or given.min() < 0 or given.max() >= self.space.n:
+                raise gymnasium.error.InvalidAction(
+                    f"actions of shape {given.shape}; allowed: ({n},) whole numbers 0 to {self.space.n - 1}"
+                )
+            return np.asarray(self._values[given])
+        if given.shape != (n, 1) or not (np.abs(given) <= 1.0).all():
+            raise gymnasium.error.InvalidAction(f"actions of shape {given.shape}; allowed: ({n}, 1) numbers, -1 to 1")
+        return np.asarray(given[:, 0].astype(np.float64) * self._largest)

@@ -1,0 +1,174 @@
+"""The swing-up as a Gymnasium environment, in any engine: ``kendama/SwingUp-v1``."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import gymnasium
+import numpy as np
+
+from kendama_cli.config.compose import composed
+from kendama_cli.config.site import find_site
+from kendama_cli.errors import ConfigError
+from kendama_cli.gym.picture import Painter, Picture
+from kendama_cli.gym.rollout_options import RolloutOptions
+from kendama_cli.gym.spaces import Accelerations, ActionKind, Observation, Observed
+from kendama_cli.learning.reward import final_reward, step_reward
+from kendama_cli.learning.settings import LearnSettings
+from kendama_cli.learning.state import SwingState
+from kendama_cli.pipeline.inputs import resolve_files
+from kendama_cli.schema.settings import build
+from kendama_cli.settings.game import GameSettings
+from kendama_cli.simulation.swingup.environment import Rolling, SwingUpEnvironment
+from kendama_cli.simulation.swingup.rollout import SimulatedRollout
+
+
+def task(overrides: Sequence[str]) -> tuple[LearnSettings, GameSettings]:
+    """Task and game with ``overrides`` as on the command line; raises ConfigError where one is not allowed."""
+    site = find_site()
+    config = composed(site, list(overrides))
+    learn = resolve_files(build(LearnSettings, config["learn"], "learn"), "learn", site.data_roots)
+    return learn, build(GameSettings, config["game"], "game")
+
+
+def held(settings: LearnSettings, hold_s: float | None) -> float:
+    """How long an action is held [s]; raises ConfigError where that is shorter than a step or longer than a rollout."""
+    wanted = settings.decision.longest_s if hold_s is None else hold_s
+    if not settings.step_s <= wanted <= settings.rollout_s:
+        raise ConfigError(
+            "hold_s",
+            f"'hold_s' is {wanted}; allowed: from learn.step_s, {settings.step_s}, to learn.rollout_s, "
+            f"{settings.rollout_s}",
+        )
+    return wanted
+
+
+class Shaping:
+    """A reward of the ball's energy that leaves the best policy what it is (Ng, Harada and Russell, ICML 1999).
+
+    gamma P(s') - P(s) with the potential P = weight min(1, (1 - cos phi + l phi'^2 / 2 g) / 2), and 0 at the end.
+    """
+
+    def __init__(self, weight: float, settings: LearnSettings, game: GameSettings) -> None:
+        self._weight, self._gamma = weight, settings.gamma
+        self._swing_s2 = 0.5 * game.rope.length_m / game.gravity_m_s2
+
+    def potential(self, angle_rad: Any, rate_rad_s: Any) -> Any:
+        """P, of numbers or of arrays."""
+        return self._weight * np.minimum(1.0, 0.5 * (1.0 - np.cos(angle_rad) + self._swing_s2 * rate_rad_s**2))
+
+    def reward(self, before: Any, after: Any) -> Any:
+        """What is added for a step between two potentials."""
+        return self._gamma * after - before
+
+
+class SwingUp(gymnasium.Env[Observation, Any]):
+    """Swing the ball up from hanging and let it go, by the cup's acceleration along x.
+
+    Observation, float32 (5,): cup position x [m] and velocity [m/s], ball angle about the tie point [rad] (0 hanging,
+    positive toward +x, within +-pi) and angular velocity [rad/s], time left [s]; the ball's two with the reading noise
+    of ``learn.noise``. Action, held for ``hold_s``: which of ``learn.actions_m_s2``, or a share of the largest of them.
+    Reward: ``learn.reward``, the step's and at the end the final one, and ``shaping`` times the growth of the ball's
+    energy. Terminated at the release (the flight and the catch follow by themselves within that step), or outside where
+    that ends a rollout; truncated after ``learn.rollout_s``. At the end ``info`` has outcome, duration_s, half_swings
+    and peak_displacement_m, and success in any case. For ``reset(options=...)`` see RolloutOptions.
+    """
+
+    metadata = {"render_modes": ["rgb_array", "human"], "render_fps": 10}  # noqa: RUF012 - gymnasium's own declaration
+
+    def __init__(
+        self,
+        overrides: Sequence[str] = (),
+        hold_s: float | None = None,
+        *,
+        actions: ActionKind = "discrete",
+        normalised: bool = False,
+        shaping: float = 0.0,
+        render_mode: str | None = None,
+    ) -> None:
+        """``overrides`` are those of the command line, as in ``["learn/task=paper", "learn.rollout_s=3.0"]``.
+
+        Without ``hold_s`` an action is held for ``learn.decision.longest_s``. Raises ConfigError for what is not
+        allowed.
+        """
+        if render_mode not in (None, *self.metadata["render_modes"]):
+            raise ConfigError("render_mode", f"'render_mode' is {render_mode!r}; allowed: rgb_array, human, None")
+        self.render_mode = render_mode
+        self.settings, game = task(overrides)
+        self._environment = SwingUpEnvironment(self.settings, game)
+        self._hold_s = held(self.settings, hold_s)
+        self._observed = Observed.swing(self.settings, normalised=normalised)
+        self._accelerations = Accelerations(self.settings, actions)
+        self._shaping = Shaping(shaping, self.settings, game)
+        self._painter = Painter(game, self.settings.workspace.half_width_m)
+        self.observation_space = self._observed.box
+        self.action_space = self._accelerations.space
+        self._rolling: Rolling | None = None
+        self._reading, self._t_s = SwingState(0.0, 0.0, 0.0, 0.0), 0.0
+
+    def reset(
+        self, *, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[Observation, dict[str, Any]]:
+        """Hang the ball, but for the noise of ``learn.noise``; the same ``seed`` begins the same rollouts."""
+        super().reset(seed=seed)
+        self._rolling = self._environment.rolling(RolloutOptions.of(options).drawn(self.settings, self.np_random))
+        self._reading, self._t_s = next(self._rolling)
+        self._show()
+        return self._observation(), {"success": False}
+
+    def step(self, action: Any) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
+        """Hold an action; raises gymnasium's ResetNeeded before ``reset`` and after the end, InvalidAction for none."""
+        if self._rolling is None:
+            raise gymnasium.error.ResetNeeded("call reset() first: no rollout is under way")
+        wanted, before = self._accelerations.one(action), self._potential()
+        try:
+            self._reading, self._t_s = self._rolling.send((wanted, self._t_s + self._hold_s - 1e-9))
+        except StopIteration as end:
+            return self._ended(end.value, before)
+        self._show()
+        reward = step_reward(self.settings.reward, self._reading.x_m)
+        reward += float(self._shaping.reward(before, self._potential()))
+        return self._observation(), reward, False, False, {"success": False}
+
+    def render(self) -> Any:
+        """The picture (480, 640, 3), RGB, in mode rgb_array; None in the others, of which human shows each step."""
+        return self._picture() if self.render_mode == "rgb_array" else None
+
+    def close(self) -> None:
+        """Close the window, if there is one."""
+        self._painter.close()
+
+    def _ended(self, rollout: SimulatedRollout, before: float) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
+        self._rolling, self._reading, self._t_s = None, rollout.final, rollout.duration_s
+        self._show()
+        rewards = self.settings.reward
+        miss_m = None if rollout.catch is None else rollout.catch.miss_m
+        reward = step_reward(rewards, rollout.final.x_m) + final_reward(rewards, rollout.outcome, miss_m)
+        late = rollout.outcome == "timeout"
+        reward += float(self._shaping.reward(before, self._potential() if late else 0.0))
+        info = {
+            "success": rollout.success,
+            "outcome": rollout.outcome,
+            "duration_s": rollout.duration_s,
+            "half_swings": rollout.half_swings,
+            "peak_displacement_m": rollout.peak_displacement_m,
+        }
+        return self._observation(), reward, not late, late, info
+
+    def _potential(self) -> float:
+        return float(self._shaping.potential(self._reading.angle_rad, self._reading.rate_rad_s))
+
+    def _observation(self) -> Observation:
+        x_m, velocity_m_s, angle_rad, rate_rad_s = self._reading
+        left_s = self.settings.rollout_s - self._t_s
+        angle = math.remainder(angle_rad, 2.0 * math.pi)
+        return self._observed.of(np.array([x_m, velocity_m_s, angle, rate_rad_s, left_s]))
+
+    def _picture(self) -> Picture:
+        return self._painter.paint(*self._environment.places())
+
+    def _show(self) -> None:
+        if self.render_mode == "human":
+            self._painter.show(self._picture())

@@ -1,0 +1,129 @@
+"""Many swing-ups at once: the numbers of single ones, bodies and noise of their own, and what is refused."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from kendama_cli.errors import ConfigError
+
+gymnasium = pytest.importorskip("gymnasium", reason="the extra 'gym' is not installed")
+from kendama_cli.gym import SWING_UP, SwingUp, SwingUpVector  # noqa: E402 - needs gymnasium
+
+RAIL = "simulation/engine=rail"
+STILL = {"noise": 0.0}
+
+
+def accelerations(n: int, steps: int, seed: int) -> np.ndarray:
+    """Harmonics, which bring the ball up, of random frequency: (steps, n, 1), held for 0.1 s each."""
+    rng = np.random.default_rng(seed)
+    rates, sizes = rng.uniform(3.0, 8.0, n), rng.choice([-1.0, 1.0], n) * rng.uniform(0.1, 1.0, n)
+    return (sizes * np.cos(rates * 0.1 * np.arange(steps)[:, None]))[:, :, None].astype(np.float32)
+
+
+@pytest.mark.parametrize("task", ["hard", "paper", "easy"])
+def test_without_noise_each_is_the_single_environment_with_its_actions(task: str) -> None:
+    overrides, n = [f"learn/task={task}"], 24
+    many = SwingUpVector(n, overrides, actions="continuous", shaping=10.0)
+    one = SwingUp([RAIL, *overrides], actions="continuous", shaping=10.0)
+    actions = accelerations(n, 40, 10050)
+    first, _ = many.reset(seed=0, options=STILL)
+    seen, rewards, ends = [first], [], []
+    for action in actions:
+        observations, reward, terminated, truncated, info = many.step(action)
+        seen.append(observations)
+        rewards.append(reward)
+        ends.append((terminated, truncated, info["outcome"], info["duration_s"]))
+    outcomes = set()
+    for i in range(n):
+        observation, _ = one.reset(seed=0, options=STILL)
+        np.testing.assert_array_equal(seen[0][i], observation)
+        for k in range(len(actions)):
+            observation, reward, terminated, truncated, info = one.step(actions[k, i])
+            np.testing.assert_allclose(seen[k + 1][i], observation, rtol=1e-5, atol=1e-5)
+            assert rewards[k][i] == pytest.approx(reward, abs=1e-5)
+            assert (ends[k][0][i], ends[k][1][i]) == (terminated, truncated)
+            if terminated or truncated:
+                assert ends[k][2][i] == info["outcome"]
+                assert ends[k][3][i] == pytest.approx(info["duration_s"])
+                outcomes.add(info["outcome"])
+                break
+    assert len(outcomes) >= 2, "the actions show too little"
+
+
+def test_after_an_end_the_next_step_hangs_the_ball_anew_and_no_other_is_disturbed() -> None:
+    many = gymnasium.make_vec(
+        SWING_UP, num_envs=3, vectorization_mode="vector_entry_point", overrides=["learn/task=paper"]
+    )
+    many.reset(seed=0, options=STILL)
+    ended = np.zeros(3, bool)
+    for _ in range(40):
+        observations, reward, terminated, truncated, info = many.step(np.array([4, 2, 2]))
+        if ended[0]:
+            assert abs(observations[0][2]) < 1e-6
+            assert (reward[0], terminated[0], truncated[0]) == (0.0, False, False)
+            break
+        ended = terminated | truncated
+        assert ended.tolist() == [bool(info["outcome"][0]), False, False]
+    assert ended[0], "the first never left the workspace"
+    np.testing.assert_allclose(observations[1:, :4], 0.0, atol=1e-5)
+    assert observations[1][4] < observations[0][4], "its time goes on"
+
+
+def test_noise_and_bodies_differ_from_one_to_the_other_and_follow_from_the_seed() -> None:
+    many = SwingUpVector(64, ["learn/task=hard_random"])
+    first, again = (many.reset(seed=5)[0] for _ in range(2))
+    np.testing.assert_array_equal(first, again)
+    assert (many.reset(seed=6)[0] != first).any()
+    assert len(set(first[:, 2].tolist())) > 60
+    still = many.reset(seed=5, options={"noise": 0.0, "body": {"angle_deg": 3.0}})[0]
+    np.testing.assert_allclose(still[:, 2], np.radians(3.0), rtol=1e-6)
+
+
+def test_a_longer_rope_a_denser_air_and_a_delay_act_as_in_the_single_environment() -> None:
+    options = {"noise": 0.0, "body": {"rope": 1.05, "drag": 3.0, "delay_s": 0.02, "acceleration": 0.9}}
+    many, one = SwingUpVector(2, actions="continuous"), SwingUp([RAIL], actions="continuous")
+    many.reset(seed=0, options=options)
+    one.reset(seed=0, options=options)
+    for k in range(12):
+        action = np.array([np.cos(0.5 * k)], np.float32)
+        together = many.step(np.stack([action, -action]))[0]
+        alone = one.step(action)[0]
+        np.testing.assert_allclose(together[0], alone, rtol=1e-5, atol=1e-5)
+        np.testing.assert_allclose(together[1][:4], -alone[:4], rtol=1e-5, atol=1e-5)
+
+
+@pytest.mark.parametrize(
+    ("make", "told"),
+    [
+        (lambda: SwingUpVector(0), "'num_envs' is 0; allowed: 1 or more"),
+        (lambda: SwingUpVector(2, ["simulation/engine=dart"]), "simulation/engine=rail"),
+        (lambda: SwingUpVector(2, actions="both"), "'actions' is 'both'; allowed: discrete, continuous"),
+        (lambda: SwingUpVector(2, hold_s=1e-4), "'hold_s' is 0.0001; allowed: from learn.step_s"),
+        (lambda: SwingUpVector(2).reset(options={"sound": 1}), "option 'sound' is unknown; allowed: noise, body"),
+        (lambda: SwingUpVector(2).reset(options={"body": {"rope": 3.0}}), "option 'body.rope' is 3.0; allowed: 0 to 2"),
+        (
+            lambda: SwingUpVector(2, hold_s=0.02).reset(options={"body": {"delay_s": 0.05}}),
+            "a delay of 0.05 s is longer than an action is held, 0.02 s",
+        ),
+    ],
+)
+def test_what_is_not_allowed_is_told_in_one_line(make, told: str) -> None:
+    with pytest.raises(ConfigError) as caught:
+        make()
+    assert told in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+def test_actions_that_are_none_are_refused() -> None:
+    discrete, continuous = SwingUpVector(2), SwingUpVector(2, actions="continuous")
+    for many in (discrete, continuous):
+        with pytest.raises(gymnasium.error.ResetNeeded):
+            many.step(many.action_space.sample())
+        many.reset(seed=0)
+    for actions in (np.array([0, 5]), np.array([-1, 0]), np.array([0.5, 1.0]), np.array([0])):
+        with pytest.raises(gymnasium.error.InvalidAction, match="whole numbers 0 to 4"):
+            discrete.step(actions)
+    for actions in (np.array([[0.0], [1.5]]), np.array([[0.0], [np.nan]]), np.zeros(2)):
+        with pytest.raises(gymnasium.error.InvalidAction, match=r"\(2, 1\) numbers, -1 to 1"):
+            continuous.step(actions)
