@@ -10,6 +10,7 @@ import numpy as np
 
 from kendama_cli.devices.flight.reader import KNOWN, read_tracks
 from kendama_cli.devices.hand.ball_there import check_gravity, without_misses
+from kendama_cli.devices.hand.even_times import even_times
 from kendama_cli.devices.hand.file import RecordedHand, hands_of
 from kendama_cli.devices.hand.recording import Recording, unit_rotations
 from kendama_cli.devices.hand.segments import checked_swings
@@ -81,8 +82,10 @@ def recording_of(path: str, body: BodyTrack, ball: BodyTrack | None, settings: B
     known = np.flatnonzero(seen)
     if len(known) < 2:
         raise InputError(path, f"'{body.name}' is seen in {len(known)} samples", remedy="record the swing again")
-    t_s = body.t_s[known]
-    _check_gaps(path, body.name, settings, t_s)
+    stamps_s = body.t_s[known]
+    _check_gaps(path, body.name, settings, stamps_s)
+    even_s = even_times(stamps_s) if settings.times == "even" else None
+    t_s = stamps_s if even_s is None else even_s
     to_ours = np.array(settings.matrix())
     place_m = body.position_m[known] @ to_ours.T
     turned = None
@@ -107,10 +110,18 @@ def recording_of(path: str, body: BodyTrack, ball: BodyTrack | None, settings: B
         place,
         "look at the unit in which it was exported",
         "look at capture.axes (z points up, x lies in the swing's plane)",
+        warnings=() if even_s is None else (_strayed(path, stamps_s, even_s),),
         rotation_wxyz=None
         if turned is None
         else unit_rotations(path, turned, place, from_start=settings.upright == "start"),
-        ball_m=None if ball is None else _at(ball, t_s) @ to_ours.T,
+        ball_m=None if ball is None else _at(ball, stamps_s) @ to_ours.T,
+    )
+
+
+def _strayed(path: str, stamps_s: Array, even_s: Array) -> str:
+    return (
+        f"{Path(path).name}: stamps stray by up to {1e3 * float(np.abs(even_s - stamps_s).max()):.1f} ms from a steady "
+        f"{1 / float(np.diff(even_s).min()):.1f} Hz, whose times are taken (capture.times=stamps keeps them)"
     )
 
 

@@ -17,7 +17,6 @@ from kendama_cli.devices.hand.settings import FARTHEST_M, METRES, MocapCapture
 from kendama_cli.devices.hand.tracks.pose_stream import PROTOCOLS, streamed_poses
 from kendama_cli.devices.hand.tracks.stream_file import StreamFile
 from kendama_cli.errors import ConfigError, HardwareError
-from kendama_cli.schema.arrays import Array
 
 FEWEST = 20
 CLOCK_SHARE = 0.02
@@ -35,27 +34,13 @@ def open_mocap(settings: MocapCapture) -> Sequence[RecordedHand]:
     path = Path(settings.record)
     stream = _recorded(settings, path)
     (body,) = read_bodies(str(path))
-    notes = stream.notes()
-    if stream.without_time:
-        even_s = evenly(body.t_s)
-        notes.append(
-            f"the server sends no times: its poses are taken to come evenly; they arrived up to "
-            f"{1e3 * float(np.abs(even_s - body.t_s).max()):.0f} ms from that"
-        )
-        body = replace(body, t_s=even_s)
+    recording = recording_of(str(path), body, None, settings)
     recording = replace(
-        recording_of(str(path), body, None, settings),
-        warnings=tuple(f"{path.name}: {one}" for one in notes),
+        recording,
+        warnings=(*(f"{path.name}: {one}" for one in stream.notes()), *recording.warnings),
         unit_remedy=f"look at capture.unit ({settings.spoken_unit})",
     )
     return hands_of(checked_swings(recording, settings.plausible, math.inf, settings.segments))
-
-
-def evenly(arrivals_s: Array) -> Array:
-    """Times (n,) at one rate, from 0, that are nearest to the arrivals of poses of which none is missing (n,)."""
-    counts = np.arange(len(arrivals_s))
-    period_s, _ = np.polyfit(counts, arrivals_s, 1)
-    return np.asarray(period_s * counts)
 
 
 class _Stream:
@@ -113,6 +98,8 @@ class _Stream:
             warnings.append(f"{self.not_finite} poses were not finite numbers and are left out")
         if self.not_rising:
             warnings.append(f"{self.not_rising} poses had a stamp that does not rise and are left out")
+        if self.without_time:
+            warnings.append("the server sends no times: those of arrival are taken")
         apart_s = 1e-3 * float(np.median(delay_ms))
         if abs(apart_s) > CLOCK_APART_S:
             warnings.append(f"the tracker's clock differs from ours by {-apart_s:.1f} s; only its differences are used")
@@ -134,7 +121,7 @@ class _Stream:
         elif self.not_finite:
             why = f"'{settings.body}' is never seen: {self.not_finite} poses are not finite numbers"
         elif self.ended:
-            why = self.ended
+            why = f"{len(self.stamps_s)} poses of '{settings.body}' came: {self.ended}"
         else:
             where = f"{settings.host}:{settings.spoken_port}"
             why = f"'{settings.body}' does not come from {where}; look at capture.body"

@@ -133,6 +133,9 @@ class BodySettings:
         "start: the cup is upright where the recording begins; given: the body's own axes are the cup's"
     )
     longest_gap_s: float = setting("longest stretch without the body that is bridged [s]", above=0)
+    times: Literal["even", "stamps"] = setting(
+        "even: stamps that stray from a steady rate by less than 50 ms are put there; stamps: as they are"
+    )
     segments: Literal["auto", "one"] = setting("auto: several swings in a file are cut apart where the hand rests")
 
     def __post_init__(self) -> None:

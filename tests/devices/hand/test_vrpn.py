@@ -14,7 +14,6 @@ from kendama_cli.devices.hand.vrpn import COOKIE, HEADER, VrpnStream
 from kendama_cli.errors import HardwareError, InputError
 from tests.devices.hand.swing_server import SWING, free_port, replayed, swing_by_json, vrpn_server
 from tests.devices.hand.test_mocap import settings
-from tests.shipped_conf import plain
 
 RECORDED = Path(__file__).with_name("vrpn_exchange.hex")
 
@@ -25,9 +24,7 @@ def recorded():
 
 
 def vrpn_settings(tmp_path, port, **changes):
-    """JsonNet stamps a pose when it hears of it: on a loaded machine its jitter looks like acceleration."""
-    jitter = {"plausible": plain("capture", "mocap")["plausible"] | {"max_acceleration_m_s2": 2000.0}}
-    return settings(tmp_path, port, protocol="vrpn", **(jitter | changes))
+    return settings(tmp_path, port, protocol="vrpn", **changes)
 
 
 def far_from_swing(hand):
