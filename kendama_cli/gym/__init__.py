@@ -9,21 +9,10 @@ Importing this package registers them; ``gymnasium.make("kendama_cli.gym:kendama
 
 from __future__ import annotations
 
-import gymnasium
-
-from kendama_cli.gym.free_cup import Catch, Game
-from kendama_cli.gym.swing_up import SwingUp
-from kendama_cli.gym.swing_up_vector import SwingUpVector
-
-__all__ = ["Catch", "Game", "SwingUp", "SwingUpVector"]
-
-SWING_UP, CATCH, GAME = "kendama/SwingUp-v1", "kendama/Catch-v0", "kendama/Game-v0"
-
-if SWING_UP not in gymnasium.registry:
-    gymnasium.register(
-        SWING_UP,
-        entry_point="kendama_cli.gym.swing_up:SwingUp",
-        vector_entry_point="kendama_cli.gym.swing_up_vector:SwingUpVector",
-    )
-    gymnasium.register(CATCH, entry_point="kendama_cli.gym.free_cup:Catch")
-    gymnasium.register(GAME, entry_point="kendama_cli.gym.free_cup:Game")
+from kendama_cli.gym.free_cup import Catch as Catch
+from kendama_cli.gym.free_cup import Game as Game
+from kendama_cli.gym.registration import CATCH as CATCH
+from kendama_cli.gym.registration import GAME as GAME
+from kendama_cli.gym.registration import SWING_UP as SWING_UP
+from kendama_cli.gym.swing_up import SwingUp as SwingUp
+from kendama_cli.gym.swing_up_vector import SwingUpVector as SwingUpVector
