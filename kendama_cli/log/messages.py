@@ -1,4 +1,4 @@
-"""Log messages that several stages write: a rollout of the swing-up, a detection in an image, a wrench.
+"""Log messages that several stages write: a rollout of the swing-up, a detection in an image, a wrench, a command.
 
 Standard library only. A message's fields are numbered in their order in the file: append, never reorder.
 """
@@ -44,6 +44,22 @@ class WrenchMessage:
     torque_x_nm: float
     torque_y_nm: float
     torque_z_nm: float
+
+
+@dataclass(frozen=True)
+class JointExchangeMessage:
+    """One control period: what was really sent to n ``joints``, after all limits, and what was measured after it (n,).
+
+    ``sent_nm`` is the effort that was added to what the robot's own controller gives.
+    """
+
+    joints: Collection[str]
+    sent_rad: Collection[float]
+    sent_rad_s: Collection[float]
+    sent_nm: Collection[float]
+    measured_rad: Collection[float]
+    measured_rad_s: Collection[float]
+    measured_nm: Collection[float]
 
 
 @dataclass(frozen=True)

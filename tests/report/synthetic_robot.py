@@ -53,6 +53,13 @@ def write_prediction(log: FieldLog, rng: np.random.Generator) -> tuple[dict[str,
     return {"settings": {"flights": 40}, "game": GAME}, metrics
 
 
+def exchange_at(t_s: float) -> dict[str, Any]:
+    """One joint that follows what it is sent 20 ms late."""
+    sent, measured = (0.3 * np.sin(3.0 * (t_s - late)) for late in (0.0, 0.02))
+    exchange = {"joints": ["a"], "sent_rad": [sent], "sent_rad_s": [0.0], "sent_nm": [0.0]}
+    return exchange | {"measured_rad": [measured], "measured_rad_s": [0.0], "measured_nm": [1.0]}
+
+
 def write_transfer(log: FieldLog, rng: np.random.Generator) -> tuple[dict[str, Any], dict[str, Any]]:
     write_rollouts(log, "/transfer/rollout", rng, 25)
     write_rollouts(log, "/transfer/scratch/rollout", rng, 40)
@@ -73,6 +80,7 @@ def write_transfer(log: FieldLog, rng: np.random.Generator) -> tuple[dict[str, A
             joints = {"names": ["a"], "position_rad": [0.1], "velocity_rad_s": [0.0], "effort_nm": [0.0]}
             log.write("/transfer/step", start_s + time, {"rollout": -1 - index, **state_at(min(time, 1.5))})
             log.write("/transfer/joints", start_s + time, joints)
+            log.write("/transfer/exchange", start_s + time, exchange_at(time))
             log.write("/transfer/wrench", start_s + time, WRENCH)
         swung = bool(index != 2)
         for step in range(12 if swung else 0):

@@ -19,14 +19,16 @@ from kendama_cli.report.tracks import Geometry, Path2D, catch_time_s, last_start
 from kendama_cli.schema.foxglove import FrameTransform
 from kendama_cli.stages.transfer.messages import GameMessage, TransferStepMessage
 from kendama_cli.stages.transfer.prediction_panels import ahead, error_over_time_panel
+from kendama_cli.stages.transfer.sent_measured import sent_and_measured
 from kendama_cli.stages.transfer.shown_game import shown_game
 
 _PARTS = (("swung_up", "swung up"), ("predicted", "catch predicted"), ("caught", "caught"))
 
 
 def transfer_figures(log: StageLog) -> list[Figure]:
-    """Rollouts on the hardware; the games; one game in detail; the imitated swing."""
-    return [*_learning(log), *_all_games(log), *_one_game(log), *_imitated(log)]
+    """Rollouts on the hardware; the games; one game in detail; the imitated swing; sent against measured."""
+    own = sent_and_measured(log, *shown_game(log)[1:])
+    return [*_learning(log), *_all_games(log), *_one_game(log), *_imitated(log), *own]
 
 
 def _learning(log: StageLog) -> list[Figure]:

@@ -5,7 +5,13 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 
-from kendama_cli.log.messages import DetectionMessage, ReplayMessage, RolloutMessage, WrenchMessage
+from kendama_cli.log.messages import (
+    DetectionMessage,
+    JointExchangeMessage,
+    ReplayMessage,
+    RolloutMessage,
+    WrenchMessage,
+)
 from kendama_cli.schema.foxglove import CompressedImage, FrameTransform, FrameTransforms, JointStates, SceneUpdate
 
 
@@ -63,6 +69,7 @@ TOPICS: Mapping[str, type] = {
     "/transfer/scratch/rollout": RolloutMessage,
     "/transfer/scene": SceneUpdate,
     "/transfer/links": FrameTransforms,
+    "/transfer/exchange": JointExchangeMessage,
     "/transfer/joints": JointStates,
     "/transfer/cup": FrameTransform,
     "/transfer/ball": FrameTransform,

@@ -69,7 +69,11 @@ class TransferSession:
             rng = self._progress.rng(name, len(results))
             actor = make_policy(policy, self._learn)
             swing = self._runner.swing_up(actor, seed=int(rng.integers(2**63)))
-            messages = trace.step_messages(swing.steps, 0, self._progress.clock_s, self._every)
+            start_s = self._progress.clock_s
+            messages = [
+                *trace.step_messages(swing.steps, 0, start_s, self._every),
+                *self._exchanges([(start_s + step.t_s, step.exchange) for step in swing.steps]),
+            ]
             results.append(swing.outcome == "goal")
             self._finish(messages, swing.duration_s, phase=name, success_rate=float(np.mean(results)))
 
@@ -86,7 +90,10 @@ class TransferSession:
             finished = learner.end_rollout(swing.outcome, swing.last)
             progress.keep(learner, start)
             start_s = progress.clock_s
-            messages = [trace.rollout_message(topic, swing, finished, start_s)]
+            messages = [
+                trace.rollout_message(topic, swing, finished, start_s),
+                *self._exchanges([(start_s + step.t_s, step.exchange) for step in swing.steps]),
+            ]
             if start == "table":
                 messages += trace.step_messages(swing.steps, finished.index, start_s, self._every)
             self._finish(messages, swing.duration_s, phase=phase, rollouts=finished.index, streak=learner.count.streak)
@@ -125,7 +132,7 @@ class TransferSession:
         played = play_motion(self._runner.robot, joints, tempo=tempo, seed=seed, seen=seen)
         start_s = self._progress.clock_s
         timed = [(start_s + exchange.t_s, exchange) for exchange in played.exchanges]
-        messages = self._scene(timed, under="/transfer/imitation")
+        messages = [*self._scene(timed, under="/transfer/imitation"), *self._exchanges(timed)]
         results.append(played.caught)
         self._finish(messages, played.exchanges[-1].t_s, phase=phase, caught=int(played.caught))
 
@@ -142,6 +149,7 @@ class TransferSession:
             messages = [
                 *trace.step_messages(steps, -1 - index, start_s, self._every),
                 *self._scene(timed, under="/transfer"),
+                *self._exchanges(timed),
                 *trace.game_messages(game, index, start_s, HORIZON_S),
             ]
             if self._runner.history is not None:
@@ -155,6 +163,9 @@ class TransferSession:
         names, rotation = self._runner.robot.joint_names, partial(cup_rotation_wxyz, self._arm)
         drawn = self._drawn.frames
         return trace.scene_messages(timed, names, self._every, cup_rotation=rotation, links=drawn, under=under)
+
+    def _exchanges(self, timed: Sequence[tuple[float, Exchange]]) -> Iterator[trace.TimedMessage]:
+        return trace.exchange_messages(timed, self._runner.robot.joint_names)
 
     def _finish(self, messages: Iterable[trace.TimedMessage], duration_s: float, **figures: float | int | str) -> None:
         """Log a whole rollout at once and save: nothing of an unfinished rollout is ever kept."""
