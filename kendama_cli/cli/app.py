@@ -15,6 +15,7 @@ import typer
 import kendama_cli
 from kendama_cli.cli import completion, render
 from kendama_cli.cli.camera import camera_app
+from kendama_cli.cli.camera_setup import camera_blink, camera_brightness, camera_latency, camera_place
 from kendama_cli.cli.capture import capture_app
 from kendama_cli.cli.docs import docs
 from kendama_cli.cli.motion import motion_app
@@ -22,6 +23,7 @@ from kendama_cli.cli.options import Arm, ConfigDir, Force, Home, Json, Overrides
 from kendama_cli.cli.play import play
 from kendama_cli.cli.robot import robot_app
 from kendama_cli.cli.runs import diff, runs_app
+from kendama_cli.cli.setup import setup_app
 from kendama_cli.cli.tools import cache_app, log_app
 from kendama_cli.config.site import find_site
 
@@ -40,6 +42,11 @@ app.add_typer(log_app, name="log")
 app.add_typer(motion_app, name="motion")
 app.add_typer(robot_app, name="robot")
 app.add_typer(runs_app, name="runs")
+app.add_typer(setup_app, name="setup")
+camera_app.command("blink")(camera_blink)
+camera_app.command("brightness")(camera_brightness)
+camera_app.command("latency")(camera_latency)
+camera_app.command("place")(camera_place)
 app.command()(play)
 app.command()(diff)
 app.command()(docs)

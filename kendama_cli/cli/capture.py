@@ -23,6 +23,7 @@ def capture() -> None:
 def capture_pivot(
     path: Annotated[Path, typer.Argument(metavar="FILE", help="A recording of the body turned about the point.")],
     body: Annotated[str | None, typer.Option(metavar="NAME", help="The rigid body; the only one otherwise.")] = None,
+    setup: Annotated[Path | None, typer.Option(metavar="FILE", help="Keep it in this setup.")] = None,
     as_json: Json = False,
 ) -> None:
     """Find the cup's tie point in a tracked body.
@@ -31,6 +32,7 @@ def capture_pivot(
     """
     import numpy as np
 
+    from kendama_cli.cli.setup_work import amended, place
     from kendama_cli.devices.hand.body import named_body, read_bodies
     from kendama_cli.motion.pivot import calibrate_pivot
 
@@ -44,6 +46,9 @@ def capture_pivot(
         made = calibrate_pivot(track.position_m[seen], track.rotation_wxyz[seen])
     except ValueError as wrong:
         raise InputError(str(path), str(wrong), remedy="record it again") from None
+    if setup is not None:
+        source = f"pivot of {path.name}, {1e3 * made.rms_m:.2f} mm left"
+        amended(setup, body_to_cup_m=place(made.offset_m.tolist(), made.sigma_m.tolist(), source))
     offset = [round(float(value), 5) for value in made.offset_m]
     if as_json:
         render.document(

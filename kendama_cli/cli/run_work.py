@@ -55,7 +55,7 @@ def run_pipeline(
         if inputs is not None and all(plan.result is not None for plan in plans):
             parts = {plan.spec.name: plan.parts for plan in plans}
             if configuration_stamps(site.considered, pipeline) == configuration:
-                watched = {**configuration, **inputs}
+                watched = {**configuration, **inputs, **configured.looked}
                 keep(asked, record, parts, watched, read=configured.environment, began_s=began_s)
     return 0 if whole else 1
 

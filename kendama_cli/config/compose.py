@@ -2,20 +2,20 @@
 
 What was composed is kept under the overrides, with the state of every file on the search path and the value of every
 environment variable that an interpolation read; where any of these differs, it is composed again. Validation by the
-settings' schema follows in any case.
+settings' schema follows in any case. ``setup=FILE`` is not Hydra's: see ``laboratory``.
 """
 
 from __future__ import annotations
 
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 from kendama_cli.config.folders import configuration_files
 from kendama_cli.config.site import Site
 from kendama_cli.errors import ConfigError
-from kendama_cli.pipeline.unchanged import environment_now, settled, stamps
+from kendama_cli.pipeline.unchanged import Stamps, environment_now, settled, stamps
 from kendama_cli.store import durable
 
 
@@ -25,6 +25,8 @@ class Composition:
 
     config: dict[str, Any]
     environment: dict[str, str | None]
+    looked: Stamps = field(default_factory=dict)
+    """The state of ``setup=FILE``, and of where it was looked for."""
 
 
 def composed(site: Site, overrides: Sequence[str]) -> dict[str, Any]:
@@ -39,21 +41,33 @@ def composition(site: Site, overrides: Sequence[str]) -> Composition:
             key = text.partition("=")[0]
             raise ConfigError(key, f"{text!a} is not UTF-8 text; rename the file or folder that it names")
     began_s = time.time()
-    states = stamps(configuration_files(site))
+    looked = _looked(site, overrides)
+    states = {**stamps(configuration_files(site)), **looked}
     question = {"overrides": list(overrides), "folders": [str(folder) for folder in site.conf_folders]}
     path = site.home / "index" / "compose" / f"{durable.sha256(durable.canonical_json(question))[:32]}.json"
     known = durable.read_index(path)
     if known is not None and (known["question"], known["stamps"]) == (question, states):
-        found = Composition(known["config"], known["environment"])
+        found = Composition(known["config"], known["environment"], looked)
         if environment_now(found.environment) == found.environment:
             return found
     from kendama_cli.config.hydra_compose import compose_with_hydra  # noqa: PLC0415 - a quarter of a second
+    from kendama_cli.config.laboratory import with_setup  # noqa: PLC0415 - reads YAML
 
-    made = Composition(*compose_with_hydra(site, list(overrides)))
+    made = Composition(*with_setup(site, list(overrides), compose_with_hydra), looked)
     if settled(states, began_s):
         kept = {"config": made.config, "environment": made.environment}
         durable.write_index(path, {"question": question, "stamps": states, **kept})
     return made
+
+
+def _looked(site: Site, overrides: Sequence[str]) -> Stamps:
+    """The state of the file that ``setup=FILE`` names, and of the places where it is looked for."""
+    named = [text.partition("=")[2] for text in overrides if text.startswith("setup=")]
+    if not named:
+        return {}
+    from kendama_cli.pipeline.watched import looked_at  # noqa: PLC0415 - imports the planner
+
+    return stamps(looked_at(named[-1].strip("'\""), site.data_roots))
 
 
 def keys(site: Site) -> list[str]:

@@ -205,6 +205,8 @@ def _union(annotation: Any, value: Any, key: str, facts: Mapping[str, Any]) -> A
     members = typing.get_args(annotation)
     if value is None and type(None) in members:
         return None
+    if len(some := [member for member in members if member is not type(None)]) == 1:
+        return _value(some[0], value, key, facts)
     choices = _choices(annotation)
     if choices:
         return _variant(choices, value, key)

@@ -67,6 +67,13 @@ def check(line: str, place: Path) -> None:
         build_settings(composed(site, [*pipeline.overrides, *texts]))
 
 
+@pytest.fixture(autouse=True)
+def laboratory(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The folder that a command is typed in has a setup of its own."""
+    (tmp_path / "setup.yaml").write_text("{}\n")
+    monkeypatch.chdir(tmp_path)
+
+
 def test_the_pages_show_many_commands() -> None:
     assert len(SHOWN) > 35
     commands = {line.split()[1] for _, line in SHOWN}

@@ -1,0 +1,93 @@
+"""The commands that measure cameras for a setup.yaml: their delay, and where they stand."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from kendama_cli.cli.camera import MarkerMm, SquareMm, Squares
+from kendama_cli.cli.options import ConfigDir, Home, Json, Overrides
+from kendama_cli.cli.setup import SetupFile
+from kendama_cli.config.site import find_site
+
+RegionOption = Annotated[
+    str | None,
+    typer.Option("--region", metavar="X,Y,W,H", help="Where the light is in the image [px]; else all of it."),
+]
+
+
+def camera_blink(
+    output: Annotated[
+        Path, typer.Option("-o", "--output", metavar="FILE", help="The page to open in a browser.")
+    ] = Path("blink.html"),
+) -> None:
+    """Write a page that blinks at random and then offers when it did: a light for 'camera latency'."""
+    from kendama_cli.cli.camera_setup_work import write_page
+
+    write_page(output)
+
+
+def camera_brightness(
+    overrides: Overrides = None,
+    output: Annotated[
+        Path, typer.Option("-o", "--output", metavar="FILE", help="A row per image: t_s,brightness.")
+    ] = Path("brightness.csv"),
+    seconds: Annotated[float, typer.Option(metavar="N", min=1.0, help="How long to look.")] = 35.0,
+    region: RegionOption = None,
+    home: Home = None,
+    config_dir: ConfigDir = None,
+) -> None:
+    """Look through the first configured live camera, and write how bright each image is and when it came."""
+    from kendama_cli.cli.camera_setup_work import record_brightness
+
+    record_brightness(find_site(home, config_dir), overrides or [], output, seconds, region)
+
+
+def camera_latency(
+    film: Annotated[
+        Path, typer.Argument(metavar="FILM|CSV", help="A film of the light, or what 'camera brightness' wrote.")
+    ],
+    blinks: Annotated[Path, typer.Argument(metavar="BLINKS", help="When the light switched: CSV with t_s; off first.")],
+    stamps: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Of a film: when each frame came, CSV with t_s, on one clock.")
+    ] = None,
+    region: RegionOption = None,
+    output: Annotated[
+        Path | None, typer.Option("-o", "--output", metavar="FILE", help="Keep it in this setup.")
+    ] = None,
+    as_json: Json = False,
+) -> None:
+    """Measure a camera's delay, from mid-exposure to an image's stamp, by a light whose switching is known."""
+    from kendama_cli.cli.camera_setup_work import measure_latency
+
+    measure_latency(film, blinks, stamps, region, output, as_json=as_json)
+
+
+def camera_place(
+    paths: Annotated[
+        list[Path], typer.Argument(metavar="PATH...", help="Per camera a folder of images of a board on the hand.")
+    ],
+    calibration: Annotated[
+        Path, typer.Option(metavar="FILE", help="Of 'camera calibrate'; its cameras are called like the folders.")
+    ],
+    poses: Annotated[Path, typer.Option(metavar="FILE", help="CSV: view (an image's name), then the hand's pose.")],
+    robot: Annotated[
+        str | None,
+        typer.Option(metavar="NAME", help="The poses are joint angles of this robot (conf/robot/NAME.yaml)."),
+    ] = None,
+    output: SetupFile = Path("setup.yaml"),
+    squares: Squares = "7x5",
+    square_mm: SquareMm = 30.0,
+    marker_mm: MarkerMm = 22.0,
+    as_json: Json = False,
+    home: Home = None,
+    config_dir: ConfigDir = None,
+) -> None:
+    """Find where calibrated cameras stand in a robot's world, from a board that its hand turns before them."""
+    from kendama_cli.cli.camera_setup_work import PlaceRequest, place_in_robot
+    from kendama_cli.cli.camera_work import board_of
+
+    request = PlaceRequest(tuple(paths), calibration, poses, robot, board_of(squares, square_mm, marker_mm))
+    place_in_robot(find_site(home, config_dir), request, output, as_json=as_json)

@@ -1,0 +1,134 @@
+"""``setup=FILE``: what was measured of a laboratory takes the place of the configuration's values that it is of.
+
+So it enters the key of every stage that reads such a value, and of no other.
+"""
+
+from __future__ import annotations
+
+import copy
+import dataclasses
+import math
+import os
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from kendama_cli.config.site import Site
+from kendama_cli.config.surroundings import Environment
+from kendama_cli.errors import ConfigError
+from kendama_cli.schema.plain_yaml import load_yaml
+from kendama_cli.schema.settings import build
+from kendama_cli.settings.setup import SIGMAS_95, LaboratorySetup
+
+KEY = "setup"
+MEASURE = "'kendama setup', 'kendama camera latency', 'kendama camera place' and 'kendama capture pivot' write one"
+
+
+def parted(overrides: Sequence[str]) -> tuple[str | None, list[str]]:
+    """The file that ``setup=FILE`` names, and the other overrides; None without one, or where it is null."""
+    named = [text.partition("=")[2] for text in overrides if text.partition("=")[0] == KEY]
+    others = [text for text in overrides if text.partition("=")[0] != KEY]
+    name = named[-1].strip("'\"") if named else "null"
+    if not name:
+        raise ConfigError(KEY, f"'{KEY}' names no file; write {KEY}=setup.yaml ({MEASURE})")
+    return (None if name == "null" else name), others
+
+
+def find_setup(site: Site, name: str) -> Path:
+    """The file ``name``, below the folders of data where it is relative; raises ConfigError where there is none."""
+    path = Path(os.path.expanduser(name))
+    found = next((one for root in site.data_roots if (one := root / path).is_file()), None)
+    if found is None:
+        looked = "" if path.is_absolute() else f" (looked in {', '.join(map(str, site.data_roots))})"
+        raise ConfigError(KEY, f"{KEY}: no such file '{name}'{looked}; {MEASURE}")
+    return found
+
+
+def read_setup(path: Path) -> LaboratorySetup:
+    """The setup in a file, in which whatever was not measured may be left out; raises ConfigError where it is none."""
+    try:
+        content = load_yaml(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or str(error)
+        raise ConfigError(KEY, f"{path}: it cannot be read ({reason}); {MEASURE}") from None
+    if not isinstance(content, dict):
+        raise ConfigError(KEY, f"{path}: it holds no group of measured values; {MEASURE}")
+    empty = dict.fromkeys((field.name for field in dataclasses.fields(LaboratorySetup)), None)
+    try:
+        return build(LaboratorySetup, {**empty, **content})
+    except ConfigError as error:
+        raise ConfigError(KEY, f"{path}: {error}") from None
+
+
+def with_setup(
+    site: Site, overrides: list[str], compose: Callable[[Site, list[str]], tuple[dict[str, Any], Environment]]
+) -> tuple[dict[str, Any], Environment]:
+    """What ``compose`` gives for all ``overrides`` but ``setup=FILE``, with what was measured in that file."""
+    name, others = parted(overrides)
+    if name is None:
+        return compose(site, others)
+    setup = read_setup(find_setup(site, name))
+    config, environment = compose(site, others)
+    return applied(config, setup, others), environment
+
+
+def applied(config: Mapping[str, Any], setup: LaboratorySetup, overrides: Sequence[str]) -> dict[str, Any]:
+    """``config`` with what was measured; what ``overrides`` say themselves, and keys that it has not, stay."""
+    made: dict[str, Any] = copy.deepcopy(dict(config))
+    said = [text.partition("=")[0].lstrip("+~").partition("@")[0].replace("/", ".") for text in overrides]
+    for key, value in measured_values(setup, config).items():
+        if not any(_about(key, one) for one in said):
+            _put(made, key, value)
+    return made
+
+
+def measured_values(setup: LaboratorySetup, config: Mapping[str, Any]) -> dict[str, Any]:
+    """What ``setup`` says, by the dotted key of the configuration that it is for.
+
+    A +- in the configuration, from which worlds are drawn that a motion must stand, is the measurement's interval of
+    95 %. Measured places of cameras are those of real ones: rendered ones stand where their rig has them.
+    """
+    values: dict[str, Any] = {}
+    if setup.rope_m is not None:
+        values["game.rope.length_m"] = setup.rope_m.value
+        values["adapt.uncertainty.rope_m"] = SIGMAS_95 * setup.rope_m.sigma
+    if (drag := setup.drag) is not None:
+        coefficients = {"linear_n_s_m": drag.linear_n_s_m, "quadratic_n_s2_m2": drag.quadratic_n_s2_m2}
+        values["game.air"] = {"kind": "measured", **coefficients}
+        spread = math.exp(SIGMAS_95 * drag.sigma_at_3_m_s / drag.at_3_m_s)
+        values["adapt.uncertainty.drag_scale"] = [1 / spread, spread]
+    if (delay := setup.camera_delay_s) is not None:
+        values["camera.latency_s"] = delay.value
+        finding_s = _get(config, "transfer.observation.processing_s") or 0.0
+        values["adapt.eyes.latency_s"] = delay.value + finding_s
+    for name in ("marker_to_cup_m", "body_to_cup_m"):
+        if (offset := getattr(setup, name)) is not None:
+            values[f"capture.{name}"] = list(offset.value)
+    if setup.cameras is not None and _get(config, "camera.kind") != "virtual":
+        values["camera.cameras"] = [dataclasses.asdict(one.camera) for one in setup.cameras]
+        values["camera.calibration"] = None
+        values["transfer.observation.camera_origin"] = "world"
+    return values
+
+
+def _about(key: str, said: str) -> bool:
+    """Whether an override of ``said`` speaks of ``key``: of it, of a part of it, or of a group that it is in.
+
+    A choice of a whole node (``camera=device``) does not.
+    """
+    return said == key or said.startswith(f"{key}.") or ("." in said and key.startswith(f"{said}."))
+
+
+def _get(config: Mapping[str, Any], key: str) -> Any:
+    node: Any = config
+    for part in key.split("."):
+        node = node.get(part) if isinstance(node, Mapping) else None
+    return node
+
+
+def _put(config: dict[str, Any], key: str, value: Any) -> None:
+    """Set ``key`` where the configuration has it."""
+    parent, _, name = key.rpartition(".")
+    node = _get(config, parent)
+    if isinstance(node, dict) and name in node:
+        node[name] = value

@@ -1,0 +1,70 @@
+"""Poses of a robot's hand, a row for each image of a board that it holds."""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from kendama_cli.errors import InputError
+from kendama_cli.robot_model.model import RobotModel
+from kendama_cli.vision.hand_eye import HandPose
+
+PLACE = ("x_m", "y_m", "z_m")
+TURN = ("qw", "qx", "qy", "qz")
+
+
+def read_hand_poses(path: Path, arm: RobotModel | None) -> dict[str, HandPose]:
+    """The hand in the robot's world, by the column ``view``: the name of an image, without its ending.
+
+    The other columns are the joints' angles [rad], by the joints' names, where there is an ``arm``; else x_m, y_m, z_m,
+    qw, qx, qy, qz. Raises InputError for a file that has them not.
+    """
+    columns = (*PLACE, *TURN) if arm is None else arm.joint_names
+    try:
+        with path.open(newline="", encoding="utf-8") as stream:
+            rows = list(csv.DictReader(stream))
+    except (OSError, UnicodeDecodeError, csv.Error) as error:
+        reason = getattr(error, "strerror", None) or str(error)
+        raise InputError(str(path), f"it cannot be read ({reason})", remedy=_remedy(columns)) from None
+    made: dict[str, HandPose] = {}
+    for number, row in enumerate(rows, start=2):
+        try:
+            values = np.array([float(row[name]) for name in columns])
+            name = row["view"]
+        except (KeyError, TypeError, ValueError):
+            values, name = np.array([np.nan]), ""
+        if not np.isfinite(values).all() or not name:
+            raise InputError(str(path), f"line {number} is no pose of the hand", remedy=_remedy(columns))
+        if name in made:
+            raise InputError(str(path), f"line {number} gives '{name}' again", remedy="one line for each image")
+        made[name] = _of_joints(arm, values) if arm is not None else _of_place(path, number, values)
+    return made
+
+
+def _of_joints(arm: RobotModel, angles: np.ndarray) -> HandPose:
+    pose = arm.tool_pose(angles)
+    return HandPose(pose.position_m, pose.rotation)
+
+
+def _of_place(path: Path, number: int, values: np.ndarray) -> HandPose:
+    length = float(np.linalg.norm(values[3:]))
+    if abs(length - 1) > 0.01:
+        raise InputError(
+            str(path), f"line {number}: the quaternion has length {length:.3g}", remedy="write unit quaternions"
+        )
+    return HandPose(values[:3], Rotation.from_quat(values[3:], scalar_first=True).as_matrix())
+
+
+def _remedy(columns: tuple[str, ...]) -> str:
+    return f"write CSV with the columns view,{','.join(columns)}"
+
+
+def matching(poses: Mapping[str, HandPose], views: set[str], path: Path) -> None:
+    """Raise InputError where no image has a pose, naming one of each."""
+    if not views & set(poses):
+        shown = f"the images are '{min(views, default='')}' ..., the poses '{min(poses, default='')}' ..."
+        raise InputError(str(path), f"no image has a pose: {shown}", remedy="name each pose after its image")
