@@ -145,15 +145,25 @@ def report(
             metavar="DIR", help="Instead of a page, every figure as SVG, PDF and CSV, every table as CSV and TeX."
         ),
     ] = None,
+    film: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="Instead of a page, a film of the catch (.webm), slowed down where it is."),
+    ] = None,
     home: Home = None,
 ) -> None:
     """Make a self-contained HTML page from the logs of a run, or of several beside each other."""
     from kendama_cli.pipeline.record import find_run
-    from kendama_cli.pipeline.report import export_report, write_report  # matplotlib and pandas
 
     folder = find_site(home).home
     names: list[str | None] = [*dict.fromkeys(runs)] if runs else [None]
     records = [find_run(folder, name) for name in names]
+    if film is not None:
+        from kendama_cli.cli.report_work import film_of  # the ray caster
+
+        film_of(records, film)
+        return
+    from kendama_cli.pipeline.report import export_report, write_report  # matplotlib and pandas
+
     if export is None:
         render.text(str(write_report(records, output)))
         return

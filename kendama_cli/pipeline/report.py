@@ -23,11 +23,11 @@ def write_report(records: Sequence[Mapping[str, Any]], output: Path | None) -> P
     names = [str(record["run"]) for record in records]
     if len(records) == 1:
         path = output or Path(f"kendama-{names[0]}.html")
-        page = make_report(records[0], _logs(records[0]))
+        page = make_report(records[0], logs_of(records[0]))
     else:
         path = output or Path(f"kendama-{min(names)}-and-{len(names) - 1}-more.html")
         pipelines = " and ".join(sorted({str(record["pipeline"]) for record in records}))
-        page = make_sweep_report(f"{pipelines}: {len(names)} runs", [(record, _logs(record)) for record in records])
+        page = make_sweep_report(f"{pipelines}: {len(names)} runs", [(record, logs_of(record)) for record in records])
     durable.write_file(path.absolute(), page.encode())
     return path
 
@@ -37,9 +37,9 @@ def export_report(records: Sequence[Mapping[str, Any]], folder: Path) -> list[Pa
     files = Files()
     with drawn_for_print(files.figure):
         if len(records) == 1:
-            make_report(records[0], _logs(records[0]))
+            make_report(records[0], logs_of(records[0]))
         else:
-            make_sweep_report("", [(record, _logs(record)) for record in records])
+            make_sweep_report("", [(record, logs_of(record)) for record in records])
     if len(records) == 1:
         for stage in records[0]["stages"]:
             files.metrics(str(stage["name"]), stage["metrics"])
@@ -62,7 +62,7 @@ def _metrics(record: Mapping[str, Any]) -> dict[str, Any]:
     return {key: value for one in record["stages"] for key, value in flat(str(one["name"]), one["metrics"]).items()}
 
 
-def _logs(record: Mapping[str, Any]) -> dict[str, Path]:
+def logs_of(record: Mapping[str, Any]) -> dict[str, Path]:
     """The log of each stage that ended, and the referee's where there is one beside the run."""
     logs = {
         str(stage["name"]): Path(stage["artifact"]) / LOG for stage in record["stages"] if stage["artifact"] is not None

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from kendama_cli.rendering import kernel_light, kernel_rays, kernel_shapes
 from kendama_cli.rendering.background import Background
+from kendama_cli.rendering.floor import Floor
 from kendama_cli.rendering.kernel_shapes import BALL, CUP, PIECES, ROPE, Sizes
 from kendama_cli.rendering.moving import Moving, Part
 from kendama_cli.rendering.tiles import Tiles
@@ -67,15 +68,20 @@ class Raycaster:
 
     A pixel near ball or rope takes 16 samples, spread over its area and its exposure, one near the cup or at a mesh's
     edge four (16 where the edge sweeps over more than two), and one inside a mesh a single one. The background: one, at
-    mid-exposure.
+    mid-exposure; it is a wall and a table, or what stands ``behind`` instead.
     """
 
     def __init__(
-        self, model: CameraModel, appearance: AppearanceSettings, lighting: LightingSettings, game: GameSettings
+        self,
+        model: CameraModel,
+        appearance: AppearanceSettings,
+        lighting: LightingSettings,
+        game: GameSettings,
+        behind: Background | Floor | None = None,
     ) -> None:
         self._model, self._appearance, self._ambient = model, appearance, lighting.ambient
         self._origin = np.array(model.position_in_world_m, dtype=np.float64)
-        self._background = Background(model, appearance, lighting)
+        self._background = Background(model, appearance, lighting) if behind is None else behind
         self._tiles = Tiles(self._background.rays, self._background.points, self._origin)
         self._tracer = Tracer(self._tiles, model.height_px, model.width_px)
         self._lamps = [(np.array(lamp.position_m, dtype=np.float64), lamp.irradiance) for lamp in lighting.lamps]

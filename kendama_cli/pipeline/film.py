@@ -1,0 +1,46 @@
+"""The film of a run: finds a motion in its logs and has it rendered."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from kendama_cli.errors import InputError
+from kendama_cli.pipeline.report import logs_of
+from kendama_cli.rendering.film_file import check_film_name, write_film
+from kendama_cli.report.chapters import declaration_of, performances
+from kendama_cli.report.replay.performance import Performance
+from kendama_cli.report.source import StageLog
+from kendama_cli.schema.settings import build
+from kendama_cli.settings.game import GameSettings
+
+
+def film_run(record: Mapping[str, Any], path: Path) -> int:
+    """Write the film of the run's first motion with an arm, or else of its first motion; how many pictures it has.
+
+    Raises InputError where no log of the run moves a ball, and for a place where no film can be.
+    """
+    check_film_name(path)
+    found = _motions(record)
+    if not found:
+        raise InputError(
+            f"run {record['run']}",
+            "no log of it moves a cup and a ball",
+            remedy="film a run of adapt, learn or transfer (kendama runs)",
+        )
+    motion, log = min(found, key=lambda one: one[0].links is None)
+    return write_film(motion, build(GameSettings, log.settings["game"], "game"), path)
+
+
+def _motions(record: Mapping[str, Any]) -> list[tuple[Performance, StageLog]]:
+    entries = {str(stage["name"]): stage for stage in record["stages"]}
+    found = []
+    for name, path in logs_of(record).items():
+        declaration = declaration_of(name, entries.get(name, {}))
+        if declaration is None or declaration.replay is None:
+            continue
+        log = StageLog(path)
+        if "game" in log.settings:
+            found += [(one, log) for one in performances(declaration, log) if "ball" in one.bodies.names]
+    return found

@@ -1,0 +1,119 @@
+"""A film rendered by several processes into one file."""
+
+from __future__ import annotations
+
+import contextlib
+import multiprocessing
+import os
+import sys
+from collections.abc import Iterator, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from pathlib import Path
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from kendama_cli.errors import InputError
+from kendama_cli.rendering.film import HEIGHT_PX, RATE_HZ, WIDTH_PX, FilmMaker
+from kendama_cli.rendering.mesh import LinkMesh, Surface, unit_cylinder
+from kendama_cli.report.replay.performance import Performance
+from kendama_cli.settings.game import GameSettings
+
+SUFFIX = ".webm"
+"""What OpenCV can write and browsers play: VP8."""
+_AT_ONCE = 8
+"""Pictures of one task: long enough to be worth a message, short enough to keep all processes busy to the end."""
+_maker: FilmMaker | None = None
+
+
+def check_film_name(path: Path) -> None:
+    """Raise InputError for a name that no film can have, or a folder that is not there."""
+    if path.suffix.lower() != SUFFIX:
+        raise InputError(str(path), f"a film ends in {SUFFIX}", remedy=f"name it {path.stem or 'catch'}{SUFFIX}")
+    if not path.absolute().parent.is_dir():
+        raise InputError(str(path), "its folder is not there", remedy="make the folder, or name another one")
+    if path.is_dir():
+        raise InputError(str(path), "it is a folder", remedy="name a file")
+
+
+def write_film(motion: Performance, game: GameSettings, path: Path) -> int:
+    """Render ``motion`` into ``path``, which is replaced only by a whole film; how many pictures it has.
+
+    Raises InputError where the film cannot be written there, MissingPartError where Embree is not installed.
+    """
+    check_film_name(path)
+    Surface(LinkMesh(*unit_cylinder(3), (0.0, 0.0, 0.0)))  # says here, not in a process, where Embree is missing
+    unfinished = path.with_name(f".{path.stem}.{os.getpid()}{SUFFIX}")
+    try:
+        with _writer(path, unfinished) as writer:
+            count = 0
+            for picture in _pictures(motion, game):
+                writer.write(picture)
+                count += 1
+        try:
+            unfinished.replace(path)
+        except OSError as error:
+            raise _unwritable(path) from error
+    finally:
+        unfinished.unlink(missing_ok=True)
+    return count
+
+
+def _pictures(motion: Performance, game: GameSettings) -> Iterator[NDArray[np.uint8]]:
+    """The film's pictures in order; each process renders with one thread."""
+    moments = FilmMaker.moments(motion)
+    tasks = [moments[k : k + _AT_ONCE] for k in range(0, len(moments), _AT_ONCE)]
+    context = multiprocessing.get_context("spawn")
+    processes = min(len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1, 8)
+    with ProcessPoolExecutor(processes, context, _begin, (motion, game)) as pool:
+        for pictures in pool.map(_render, tasks):
+            yield from pictures
+
+
+def _begin(motion: Performance, game: GameSettings) -> None:
+    global _maker  # noqa: PLW0603 - one per process, made when it begins
+    cv2.setNumThreads(1)
+    _maker = FilmMaker(motion, game)
+
+
+def _render(moments: Sequence[tuple[float, float]]) -> list[NDArray[np.uint8]]:
+    assert _maker is not None
+    return [_maker.picture(*moment) for moment in moments]
+
+
+@contextlib.contextmanager
+def _writer(path: Path, unfinished: Path) -> Iterator[cv2.VideoWriter]:
+    """An open writer; raises InputError, naming ``path``, where the place cannot be written."""
+    try:
+        unfinished.touch()
+    except OSError as error:
+        raise _unwritable(path) from error
+    with _quiet():  # it says that it takes a tag of its own for VP8 in WebM
+        code = cv2.VideoWriter.fourcc(*"VP80")
+        writer = cv2.VideoWriter(str(unfinished), cv2.CAP_FFMPEG, code, RATE_HZ, (WIDTH_PX, HEIGHT_PX))
+    if not writer.isOpened():
+        raise InputError(str(path), "OpenCV cannot write VP8 here", remedy="install opencv-python-headless from PyPI")
+    try:
+        yield writer
+    finally:
+        writer.release()
+
+
+def _unwritable(path: Path) -> InputError:
+    return InputError(str(path), "the film cannot be written there", remedy="name a place that you may write to")
+
+
+@contextlib.contextmanager
+def _quiet() -> Iterator[None]:
+    """Nothing that a library writes to the standard error itself is seen."""
+    sys.stderr.flush()
+    kept = os.dup(2)
+    silent = os.open(os.devnull, os.O_WRONLY)
+    try:
+        os.dup2(silent, 2)
+        yield
+    finally:
+        os.dup2(kept, 2)
+        os.close(kept)
+        os.close(silent)
