@@ -10,6 +10,7 @@ import numpy as np
 from kendama_cli.artifacts.motion_plan import CatchMotion, JointTrajectory
 from kendama_cli.artifacts.policy import PolicyArtifact
 from kendama_cli.devices.robot.interface import Exchange
+from kendama_cli.game.camera_solids import camera_solids
 from kendama_cli.game.figures import GameFigures, RopeFitFigures
 from kendama_cli.game.game_runner import GameRunner
 from kendama_cli.game.imitation import SeenImitation, play_motion, tempos
@@ -22,6 +23,8 @@ from kendama_cli.learning.learners import make_policy
 from kendama_cli.learning.settings import LearnSettings
 from kendama_cli.robot_model.arm_scene import ArmScene
 from kendama_cli.robot_model.model import RobotModel
+from kendama_cli.schema.foxglove import SceneUpdate
+from kendama_cli.settings.camera import CameraSettings
 from kendama_cli.settings.game import GameSettings
 from kendama_cli.settings.hardware import HardwareSettings
 from kendama_cli.simulation.catch.settings import AdaptSettings
@@ -59,9 +62,13 @@ class TransferSession:
         self._learn = learn
         self._every = max(1, round(settings.log_period_s / runner.robot.period_s))
 
-    def show(self, game: GameSettings) -> None:
-        """Log what the arm, its cup and the ball of ``game`` look like; once, before anything moves."""
-        self._ctx.log.write("/transfer/scene", self._progress.clock_s, self._drawn.shapes(game))
+    def show(self, game: GameSettings, cameras: CameraSettings | None) -> None:
+        """Log what the arm, its cup, the ball of ``game`` and the cameras look like; once, before anything moves."""
+        solids = self._drawn.shapes(game).solids
+        history = self._runner.history
+        if cameras is not None and history is not None:
+            solids = (*solids, *camera_solids(cameras, history.origin_m))
+        self._ctx.log.write("/transfer/scene", self._progress.clock_s, SceneUpdate(solids))
 
     def evaluate(self, results: list[bool], policy: PolicyArtifact, name: str) -> None:
         """Rollouts of the frozen policy; appends whether each reached the goal."""

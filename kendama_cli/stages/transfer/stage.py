@@ -80,7 +80,7 @@ class Transfer:
         ):
             session = TransferSession(runner, progress, ctx, settings=settings, learn=learn, arm=builder.arm)
             if saved is None:
-                session.show(setup.game)
+                session.show(setup.game, setup.cameras.camera if settings.observation.source == "cameras" else None)
             try:
                 session.evaluate(progress.before, policy, "before")
                 session.learn("table")

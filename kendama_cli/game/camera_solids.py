@@ -1,0 +1,47 @@
+"""Cameras as bodies of a scene that is looked at: where they stand, and what they see."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import numpy as np
+
+from kendama_cli.devices.camera.calibration import camera_models
+from kendama_cli.motion.rotation_matrix import quaternion_of
+from kendama_cli.robot_model.arm_scene import JOINT_RGB, STAND_RGB, WORLD
+from kendama_cli.robot_model.cup import cup_frame
+from kendama_cli.schema.arrays import Array
+from kendama_cli.schema.foxglove import Solid
+from kendama_cli.settings.camera import CameraSettings
+from kendama_cli.vision.camera_model import CameraModel
+
+SEEN_M = 0.3
+"""So far from the camera its field of view is drawn."""
+_BODY_M, _LENS_M, _WIRE_M = (0.055, 0.045, 0.09), (0.04, 0.04, 0.04), 0.004
+
+
+def camera_solids(cameras: CameraSettings, origin_m: Array) -> list[Solid]:
+    """A box, a lens and the edges of the view for every camera; they are calibrated about ``origin_m`` (3,)."""
+    return [solid for model in camera_models(cameras) for solid in _camera(model, origin_m)]
+
+
+def _camera(model: CameraModel, origin_m: Array) -> list[Solid]:
+    place = np.asarray(model.position_in_world_m) + origin_m
+    turn = model.world_to_camera.T
+    ahead, wxyz = turn[:, 2], quaternion_of(turn)
+    right, low = model.width_px - 0.5, model.height_px - 0.5
+    corners = model.rays([(-0.5, -0.5), (right, -0.5), (right, low), (-0.5, low)])
+    far = [place + SEEN_M * corner for corner in corners]
+    wires = [*((place, end) for end in far), *pairwise([*far, far[0]])]
+    return [
+        Solid(WORLD, "camera", "box", JOINT_RGB, _BODY_M, place - 0.065 * ahead, wxyz),
+        Solid(WORLD, "camera", "cylinder", JOINT_RGB, _LENS_M, place - 0.01 * ahead, wxyz),
+        *(_wire(start, end) for start, end in wires),
+    ]
+
+
+def _wire(start_m: Array, end_m: Array) -> Solid:
+    way = end_m - start_m
+    size = (_WIRE_M, _WIRE_M, float(np.linalg.norm(way)))
+    turn = quaternion_of(cup_frame(tuple(way.tolist())))
+    return Solid(WORLD, "view", "cylinder", STAND_RGB, size, (start_m + end_m) / 2, turn)
