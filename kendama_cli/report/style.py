@@ -139,7 +139,7 @@ section>h3{font:600 15px/1.4 var(--sans);margin:26px 0 0}
 .controls .seg button:first-child{border-radius:4px 0 0 4px;margin-left:0}
 .controls .seg button:last-child{border-radius:0 4px 4px 0}
 .controls button[aria-pressed=true]{background:var(--ink);border-color:var(--ink);color:var(--paper)}
-.controls button:disabled{color:var(--muted);cursor:default}
+.controls button:disabled{opacity:.45;cursor:default}
 @media screen{.in-space .hero{grid-template-columns:minmax(0,1fr)}.in-space .flat{display:none}
  .in-space .results{grid-template-columns:repeat(auto-fit,minmax(150px,1fr))}}
 .player{margin:0}

@@ -1,4 +1,4 @@
-"""The collision shapes of a URDF's links, simplified to be looked at; what cannot be read is left out."""
+"""The collision shapes of a URDF's links, simplified to be looked at."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def link_shapes(path: str, holders: Mapping[str, tuple[str, Any]], rgb: tuple[fl
     """The boxes, cylinders, spheres and STL meshes of the URDF at ``path``, in ``rgb``.
 
     ``holders`` names for every link the frame that it is drawn in and its pose (an Isometry3) there. Empty where the
-    URDF has none: then nothing of it is drawn rather than a part.
+    URDF has no shapes, or one that cannot be read (another format, another place): part of an arm misleads.
     """
     solids = []
     for name, link in read_tree(path).links.items():
@@ -37,10 +37,14 @@ def link_shapes(path: str, holders: Mapping[str, tuple[str, Any]], rgb: tuple[fl
             continue
         frame, place = holders[name]
         for collision in link.findall("collision"):
-            here = _joined((np.array(place.rotation()), np.array(place.translation())), _origin(collision))
-            solid = _solid(path, frame, collision, here, rgb)
-            if solid is not None:
-                solids.append(solid)
+            pose = np.array(place.rotation()), np.array(place.translation())
+            try:
+                solid = _solid(path, frame, collision, _joined(pose, _origin(collision)), rgb)
+            except ValueError:  # not numbers: the dynamics do not read them, so nobody has refused them
+                return []
+            if solid is None:
+                return []
+            solids.append(solid)
     return solids
 
 

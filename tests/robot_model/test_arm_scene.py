@@ -13,7 +13,7 @@ from kendama_cli.motion.rotation_matrix import matrix_of
 from kendama_cli.robot_model.arm_scene import ArmScene, cup_solid
 from kendama_cli.robot_model.link_shapes import read_stl, thinned
 from kendama_cli.robot_model.model import RobotModel
-from kendama_cli.schema.foxglove import SceneUpdate
+from kendama_cli.schema.foxglove import SceneUpdate, Solid
 from kendama_cli.schema.messages import codec
 from tests.simulation.dart.bench_robot import kendama_game, pa10
 
@@ -108,13 +108,32 @@ def test_a_thinned_mesh_keeps_its_extent_within_a_cell() -> None:
     assert thinned(vertices, triangles, 10**6)[1] is triangles
 
 
-def test_a_description_with_shapes_is_drawn_by_them(tmp_path: Path) -> None:
+BOX = '<collision><origin xyz="0 0 0.1"/><geometry><box size="0.1 0.2 0.3"/></geometry></collision>'
+
+
+def _links(folder: Path, *shapes: str) -> list[Solid]:
+    """What is drawn of the PA10 whose first link has ``shapes``."""
     text = Path(pa10().path).read_text(encoding="utf-8")
-    box = '<collision><origin xyz="0 0 0.1"/><geometry><box size="0.1 0.2 0.3"/></geometry></collision>'
     first = text.index("</link>")
-    (tmp_path / "arm.urdf").write_text(text[:first] + box + text[first:], encoding="utf-8")
-    settings = dataclasses.replace(pa10(), path=str(tmp_path / "arm.urdf"))
+    (folder / "arm.urdf").write_text(text[:first] + "".join(shapes) + text[first:], encoding="utf-8")
+    settings = dataclasses.replace(pa10(), path=str(folder / "arm.urdf"))
     solids = ArmScene(RobotModel(settings, GAME.cup, 9.81)).shapes(GAME).solids
-    links = [one for one in solids if one.name == "link"]
-    assert [one.kind for one in links] == ["box"]
-    assert tuple(links[0].size_m) == (0.1, 0.2, 0.3)
+    return [one for one in solids if one.name == "link"]
+
+
+def test_a_description_with_shapes_is_drawn_by_them(tmp_path: Path) -> None:
+    (link,) = _links(tmp_path, BOX)
+    assert link.kind == "box"
+    assert tuple(link.size_m) == (0.1, 0.2, 0.3)
+
+
+@pytest.mark.parametrize(
+    "shape",
+    [
+        '<collision><geometry><mesh filename="package://elsewhere/arm.dae"/></geometry></collision>',
+        BOX.replace("0 0 0.1", "0 0 up"),
+        "<collision><geometry/></collision>",
+    ],
+)
+def test_a_description_with_a_shape_that_cannot_be_read_is_drawn_as_capsules(tmp_path: Path, shape: str) -> None:
+    assert {link.kind for link in _links(tmp_path, BOX, shape)} == {"cylinder", "sphere"}

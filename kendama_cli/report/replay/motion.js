@@ -110,7 +110,7 @@ class Performance {
     const mesh = new T.Mesh(geometry(solid), this.material(name, solid.rgb));
     const [w, x, y, z] = solid.turn;
     mesh.position.set(...solid.at); mesh.quaternion.set(x, y, z, w);
-    mesh.castShadow = mesh.receiveShadow = true;
+    mesh.castShadow = mesh.receiveShadow = solid.name !== 'view';
     this.groups.get(solid.frame).add(mesh);
   }
   paint(dark) {
@@ -151,25 +151,27 @@ class Performance {
     const ball = this.bodies.place(t, this.ball, new T.Vector3());
     const axis = UP.clone().applyQuaternion(this.bodies.turn(t, this.cup, new T.Quaternion()));
     const out = ball.clone().sub(tie), height = out.dot(axis), aside = out.clone().addScaledVector(axis, -height);
+    const radius = this.outside(), inside = height > 0 && height < this.rim + 0.03 && aside.length() < radius;
+    const to = inside || aside.length() < 1e-4 ? new T.Vector3(1, 0, 0) : aside.clone().normalize();
+    const side = tie.clone().addScaledVector(to, radius), rim = side.clone().addScaledVector(axis, this.rim);
     const corners = [tie];
-    const radius = this.outside();
-    if (height > 0 && aside.length() < radius + 0.5) {
-      const to = aside.length() > 1e-4 ? aside.clone().normalize() : new T.Vector3(1, 0, 0);
-      corners.push(tie.clone().addScaledVector(to, radius));
-      if (height > this.rim) corners.push(tie.clone().addScaledVector(to, radius).addScaledVector(axis, this.rim));
-    }
+    if (inside) corners.push(rim);
+    else if (height > 0 && aside.length() < radius + 0.5) corners.push(side, ...(height > this.rim ? [rim] : []));
     corners.push(ball);
     let used = 0;
     for (let i = 1; i < corners.length; i++) used += corners[i].distanceTo(corners[i - 1]);
-    const last = corners[corners.length - 2], span = last.distanceTo(ball);
-    const free = Math.max(span, this.rope - (used - span));
+    /* what is slack hangs from the last corner, or outside a cup that holds the ball */
+    const k = inside ? 0 : corners.length - 2, from = corners[k], until = corners[k + 1];
+    const span = from.distanceTo(until), free = Math.max(span, this.rope - (used - span));
     const drop = Math.sqrt(Math.max(0, 3 / 8 * span * (free - span)) + Math.max(0, (free - span) ** 2) / 4);
-    const points = corners.slice(0, -1), n = this.strand.length - points.length + 1;
+    const before = corners.slice(0, k + 1), after = corners.slice(k + 2);
+    const n = this.strand.length + 1 - before.length - after.length, points = before;
     for (let i = 1; i <= n; i++) {
-      const share = i / n, point = last.clone().lerp(ball, share);
+      const share = i / n, point = from.clone().lerp(until, share);
       point.z -= 4 * drop * share * (1 - share);
       points.push(point);
     }
+    points.push(...after);
     this.strand.forEach((piece, i) => {
       const a = points[i], b = points[i + 1], way = b.clone().sub(a), length = way.length();
       piece.visible = length > 1e-5;
