@@ -165,7 +165,7 @@ def _joined(solids: list[Solid], rgb: tuple[float, float, float]) -> LinkMesh:
     vertices, triangles, count = [], [], 0
     for solid in solids:
         points, corners = _surface(solid)
-        vertices.append(points @ matrix_of(solid.rotation_wxyz).T + np.asarray(solid.position_m))
+        vertices.append(points @ matrix_of(tuple(solid.rotation_wxyz)).T + np.array(tuple(solid.position_m)))
         triangles.append(corners + count)
         count += len(points)
     red, green, blue = (value**2.2 for value in rgb)
@@ -198,7 +198,7 @@ def _srgb() -> NDArray[np.uint8]:
     """IEC 61966-2-1: linear light in 4096 steps -> what a screen is given."""
     light = np.linspace(0.0, 1.0, 4096)
     curved = np.where(light <= 0.0031308, 12.92 * light, 1.055 * light ** (1 / 2.4) - 0.055)
-    return np.rint(255 * curved).astype(np.uint8)
+    return np.asarray(np.rint(255 * curved), dtype=np.uint8)
 
 
 _SRGB = _srgb()
