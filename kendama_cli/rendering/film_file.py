@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import multiprocessing
 import os
+import signal
 import sys
 from collections.abc import Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
@@ -73,6 +74,7 @@ def _pictures(motion: Performance, game: GameSettings) -> Iterator[NDArray[np.ui
 
 def _begin(motion: Performance, game: GameSettings) -> None:
     global _maker  # noqa: PLW0603 - one per process, made when it begins
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # an interrupted film ends in its one line, not in a pool's tracebacks
     cv2.setNumThreads(1)
     _maker = FilmMaker(motion, game)
 
