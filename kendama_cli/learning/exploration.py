@@ -67,8 +67,10 @@ def draw_harmonic(learn: LearnSettings, rng: Generator) -> DrawnHarmonic:
 
 
 def vary_harmonic(settings: ExplorationSettings, drawn: DrawnHarmonic, rng: Generator) -> DrawnHarmonic:
-    """``drawn`` with another frequency and amplitude near by."""
-    frequency, amplitude = rng.standard_normal(2).tolist()
+    """``drawn`` with another frequency and amplitude, near by or farther: small steps alone stay at near misses."""
+    low, high = settings.spread_scales
+    scale = low * (high / low) ** rng.random()
+    frequency, amplitude = (scale * rng.standard_normal(2)).tolist()
     return drawn._replace(
         frequency_rad_s=drawn.frequency_rad_s * (1.0 + settings.frequency_spread * frequency),
         amplitude=drawn.amplitude * (1.0 + settings.amplitude_spread * amplitude),

@@ -49,6 +49,14 @@ class ExplorationSettings:
     )
     amplitude_spread: float = setting("standard deviation of the varied amplitude's factor", at_least=0, below=0.5)
     frequency_spread: float = setting("standard deviation of the varied frequency's factor", at_least=0, below=0.5)
+    spread_scales: tuple[float, float] = setting(
+        "range of a factor on both spreads, drawn anew on a logarithmic scale each time", above=0, at_most=10
+    )
     remembered: int = setting("so many harmonics, those that ended with the largest rewards, are varied", above=0)
     epsilon: float = setting("probability of a random action in the first rollout", at_least=0, at_most=1)
     decay_rollouts: float = setting("rollouts after which epsilon is halved", above=0)
+
+    def __post_init__(self) -> None:
+        low, high = self.spread_scales
+        if low > high:
+            raise ConfigError("spread_scales", f"'spread_scales' is [{low}, {high}]; allowed: [low, high], low <= high")
