@@ -66,9 +66,14 @@ def draw_harmonic(learn: LearnSettings, rng: Generator) -> DrawnHarmonic:
     return DrawnHarmonic(frequency, amplitude, phase)
 
 
-def vary_harmonic(settings: ExplorationSettings, drawn: DrawnHarmonic, rng: Generator) -> DrawnHarmonic:
-    """``drawn`` with another frequency and amplitude, near by or farther: small steps alone stay at near misses."""
-    low, high = settings.spread_scales
+def vary_harmonic(
+    settings: ExplorationSettings, drawn: DrawnHarmonic, rng: Generator, *, succeeded: bool
+) -> DrawnHarmonic:
+    """``drawn`` with another frequency and amplitude near by.
+
+    Until anything has ``succeeded``, now and then farther off: small steps alone stay at near misses.
+    """
+    low, high = (1.0, 1.0) if succeeded else settings.spread_scales
     scale = low * (high / low) ** rng.random()
     frequency, amplitude = (scale * rng.standard_normal(2)).tolist()
     return drawn._replace(
@@ -130,14 +135,15 @@ class EpsilonGreedy:
         return probabilities
 
 
-def explorer(learn: LearnSettings, rollout: int, lucky: Sequence[DrawnHarmonic], rng: Generator) -> Explorer:
-    """A newly drawn explorer for rollout number ``rollout``, of the kind that the settings name.
+def explorer(learn: LearnSettings, count: LearningCount, lucky: Sequence[DrawnHarmonic], rng: Generator) -> Explorer:
+    """A newly drawn explorer for the rollout after ``count``, of the kind that the settings name.
 
     ``lucky`` are the harmonics to vary.
     """
     settings = learn.exploration
     if settings.kind == "epsilon_greedy":
-        return EpsilonGreedy(settings, learn, rollout, rng)
+        return EpsilonGreedy(settings, learn, count.rollouts, rng)
     if lucky and rng.random() < settings.varied:
-        return Harmonic(learn, vary_harmonic(settings, lucky[int(rng.integers(len(lucky)))], rng))
+        chosen = lucky[int(rng.integers(len(lucky)))]
+        return Harmonic(learn, vary_harmonic(settings, chosen, rng, succeeded=count.succeeded_ever))
     return Harmonic(learn, draw_harmonic(learn, rng))

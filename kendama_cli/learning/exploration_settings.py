@@ -50,7 +50,9 @@ class ExplorationSettings:
     amplitude_spread: float = setting("standard deviation of the varied amplitude's factor", at_least=0, below=0.5)
     frequency_spread: float = setting("standard deviation of the varied frequency's factor", at_least=0, below=0.5)
     spread_scales: tuple[float, float] = setting(
-        "range of a factor on both spreads, drawn anew on a logarithmic scale each time", above=0, at_most=10
+        "until the first success, range of a factor on both spreads, drawn anew on a logarithmic scale each time",
+        above=0,
+        at_most=10,
     )
     remembered: int = setting("so many harmonics, those that ended with the largest rewards, are varied", above=0)
     epsilon: float = setting("probability of a random action in the first rollout", at_least=0, at_most=1)

@@ -103,7 +103,7 @@ class SarsaLearner:
         settings = self._settings.exploration
         explore = explores(settings.after_failure, self.count, rng)
         self._explorer = (
-            explorer(self._settings, self.rollouts, [drawn for _, drawn in self._lucky], rng) if explore else None
+            explorer(self._settings, self.count, [drawn for _, drawn in self._lucky], rng) if explore else None
         )
         fading = 1.0 + self.rollouts / self._settings.alpha_decay_rollouts
         self._alpha = 0.0 if self.count.frozen(self._settings.count) else self._settings.alpha / fading
