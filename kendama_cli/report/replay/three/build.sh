@@ -3,7 +3,7 @@
 # Needs node and npm, and the network once; reports need neither.
 set -euo pipefail
 cd "$(dirname "$0")"
-out=../../kendama_cli/report/replay
+out=..
 
 npm ci --silent
 cp node_modules/three/LICENSE "$out/three.LICENSE"
