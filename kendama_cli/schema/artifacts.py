@@ -130,7 +130,10 @@ def _restore_scalar(member: Any, body: Any) -> Any:
 
 
 def _members(annotation: Any) -> tuple[Any, ...]:
-    """The members of a union, of one type itself; without what Annotated adds."""
+    """The members of a union, of one type itself; without what Annotated adds, and what an alias stands for."""
+    alias, arguments = typing.get_origin(annotation) or annotation, typing.get_args(annotation)
+    if hasattr(alias, "__value__"):  # of a ``type`` statement, as numpy's NDArray is one from 2.5 on
+        return _members(alias.__value__[arguments] if arguments else alias.__value__)
     if typing.get_origin(annotation) is Annotated:
         return _members(typing.get_args(annotation)[0])
     if typing.get_origin(annotation) in (typing.Union, types.UnionType):

@@ -14,6 +14,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
+from typing_extensions import TypeAliasType, TypeVar
 
 from kendama_cli.errors import StageError
 from kendama_cli.schema.artifacts import artifact_type
@@ -123,6 +124,27 @@ def test_numpys_numbers_and_whole_numbers_become_what_is_declared(tmp_path: Path
     assert same(load_artifact(Leaf, tmp_path), Leaf("a", 0.5, 3, True))
     save_artifact(Leaf, Leaf("a", 1, 3, True), tmp_path)
     assert same(load_artifact(Leaf, tmp_path), Leaf("a", 1.0, 3, True))
+
+
+S = TypeVar("S", bound=np.generic)
+# numpy's NDArray is such an alias from 2.5 on, which wants Python 3.12
+ArrayAlias = TypeAliasType("ArrayAlias", np.ndarray[tuple[Any, ...], np.dtype[S]], type_params=(S,))
+LeafAlias = TypeAliasType("LeafAlias", Leaf | None)
+
+
+@dataclass(frozen=True)
+class Aliased:
+    values: ArrayAlias[np.float64]
+    leaf: LeafAlias
+
+
+def test_an_alias_of_a_type_statement_is_what_it_stands_for(tmp_path: Path) -> None:
+    assert artifact_type(f"{__name__}:Aliased", "stage 'toy'") is Aliased
+    for made in (Aliased(np.arange(3.0), Leaf("a", 0.5, 3, True)), Aliased(np.zeros((0, 2)), None)):
+        save_artifact(Aliased, made, tmp_path)
+        assert same(load_artifact(Aliased, tmp_path), made)
+    with pytest.raises(StageError, match="'values' is"):
+        save_artifact(Aliased, Aliased(np.arange(3), None), tmp_path)  # whole numbers
 
 
 @pytest.mark.parametrize(
