@@ -6,6 +6,7 @@ down through the plane of the rim within the mouth (the rail's cup does not touc
 
 from __future__ import annotations
 
+import abc
 import math
 from collections.abc import Sequence
 from typing import Any
@@ -24,11 +25,12 @@ from kendama_cli.physics.taut_rope import TautRope
 from kendama_cli.simulation.swingup.rail import CompiledRail
 from kendama_cli.simulation.swingup.workspace import catch_limiter, mouth_m
 
+MOST_DRAWS = 10_000
 NEAR_M = 0.3
 """A miss is worth part of a catch up to here."""
 
 
-class FreeCup(gymnasium.Env[Observation, Any]):
+class FreeCup(gymnasium.Env[Observation, Any], abc.ABC):
     """What Catch and Game have in common.
 
     Observation, float32 (7,): cup position x [m] and velocity [m/s], ball beside the tie point along x and z [m], its
@@ -110,8 +112,9 @@ class FreeCup(gymnasium.Env[Observation, Any]):
         """Close the window, if there is one."""
         self._painter.close()
 
+    @abc.abstractmethod
     def _drawn(self, rng: np.random.Generator) -> SwingState:
-        raise NotImplementedError
+        """A state to begin in."""
 
     def _down(self) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
         miss_m = abs(self._rail.across_m)
@@ -144,18 +147,25 @@ class Catch(FreeCup):
     def _drawn(self, rng: np.random.Generator) -> SwingState:
         goal, workspace = self.settings.goal, self.settings.workspace
         flight = Flight.of(self._game)
-        window = Goal(goal, flight)
-        while True:
+        window, rope = Goal(goal, flight), TautRope.of(self._game)
+        for _ in range(MOST_DRAWS):
             side, share_x, share_v = rng.choice([-1.0, 1.0]), *rng.uniform(-0.8, 0.8, 2)
             angle = math.radians(rng.uniform(goal.angle_deg - goal.tolerance_deg, goal.angle_deg + goal.tolerance_deg))
             rate = rng.uniform(goal.slowest_rad_s, goal.fastest_rad_s)
             state = SwingState(
                 share_x * workspace.half_width_m, share_v * workspace.max_speed_m_s, side * angle, side * rate
             )
-            slack = TautRope.of(self._game).pull_m_s2(angle, rate, 0.0, self._game.gravity_m_s2) <= 0.0
+            slack = rope.pull_m_s2(angle, rate, 0.0, self._game.gravity_m_s2) <= 0.0
             landing = flight.landing(state)
             if slack and landing is not None and window.in_window(state) and self._within_reach(landing):
                 return state
+        angles = f"{goal.angle_deg:g} +- {goal.tolerance_deg:g} deg"
+        rates = f"{goal.slowest_rad_s:g} to {goal.fastest_rad_s:g} rad/s"
+        raise ConfigError(
+            "learn.goal",
+            f"of {MOST_DRAWS} states of its window ({angles}, {rates}) none lets a ball fall within the cup's reach "
+            "with a slack rope; widen it, or take another learn/task",
+        )
 
     def _within_reach(self, landing: Landing) -> bool:
         goal = self.settings.goal

@@ -119,3 +119,20 @@ def test_a_cross_entropy_agent_from_outside_learns_the_swing_up():
     trained = np.mean([played(env, policy, seed)[1] for seed in range(1000, 1020)])
     assert trained >= 0.8 > untrained
     assert math.isfinite(played(env, policy, 0)[0])
+
+
+@pytest.mark.parametrize("task", ["hard", "hard_random", "paper", "easy"])
+def test_a_ball_to_catch_has_just_been_let_go_on_either_side_and_can_be_reached(task):
+    env = gymnasium.make(CATCH, overrides=[f"learn/task={task}"]).unwrapped
+    begun = np.array([env.reset(seed=seed)[0] for seed in range(10000, 10040)])
+    assert (begun[:, 2] > 0).any()
+    assert (begun[:, 2] < 0).any()
+    goal = learn_settings(task).goal
+    angles = np.degrees(np.arctan2(np.abs(begun[:, 2]), -begun[:, 3]))
+    assert np.abs(angles - goal.angle_deg).max() <= goal.tolerance_deg + 0.01
+
+
+def test_a_window_out_of_which_nothing_can_be_caught_is_told_instead_of_searched_for_ever():
+    env = gymnasium.make(CATCH, overrides=["learn.goal.angle_deg=60", "learn.goal.tolerance_deg=5"])
+    with pytest.raises(ConfigError, match="none lets a ball fall within the cup's reach with a slack rope; widen it"):
+        env.reset(seed=0)
