@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import json
+import math
 
 import numpy as np
 import pytest
 
 from kendama_cli.artifacts.policy import canonical_json
+from kendama_cli.errors import ConfigError
+from kendama_cli.learning.exploration import DrawnHarmonic, vary_harmonic
 from kendama_cli.learning.policy import GreedyPolicy, seal_table, task_meaning
 from kendama_cli.learning.sarsa import SarsaLearner
 from kendama_cli.learning.state import SwingState
@@ -267,5 +270,25 @@ def test_exploration_varies_the_harmonics_with_the_best_rewards_and_keeps_them_o
         )._lucky
         == learner._lucky
     )
-    for near in drawn[1:]:  # each varies one before it: 5 % in amplitude, 3 % in frequency, and no other phase
+    for near in drawn[1:]:  # each varies one before it
         assert min(abs(near.frequency_rad_s / other.frequency_rad_s - 1.0) for other in drawn if other != near) < 0.2
+
+
+def test_a_lucky_harmonic_is_varied_farther_until_the_first_success_and_by_a_little_afterwards():
+    settings = learn_settings("hard")
+    drawn, own = DrawnHarmonic(5.0, 3.0, 0.5 * math.pi), settings.exploration
+    spreads = {}
+    for succeeded in (False, True):
+        rng = np.random.default_rng(10000)
+        made = [vary_harmonic(own, drawn, rng, succeeded=succeeded) for _ in range(4000)]
+        assert {one.phase_rad for one in made} == {drawn.phase_rad}
+        shares = np.array([(one.frequency_rad_s / 5.0 - 1.0, one.amplitude / 3.0 - 1.0) for one in made])
+        spreads[succeeded] = np.sqrt((shares**2).mean(axis=0)) / (own.frequency_spread, own.amplitude_spread)
+    np.testing.assert_allclose(spreads[True], 1.0, atol=0.05)
+    low, high = own.spread_scales  # rms of a factor that is even on a logarithmic scale
+    np.testing.assert_allclose(spreads[False], math.sqrt((high**2 - low**2) / (2 * math.log(high / low))), rtol=0.05)
+
+
+def test_scales_of_spread_the_wrong_way_round_are_refused():
+    with pytest.raises(ConfigError, match=r"'learn.exploration.spread_scales' is \[4.0, 0.5\]; allowed: \[low, high\]"):
+        learn_settings("hard", exploration__spread_scales=[4.0, 0.5])
