@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import dataclasses
 import math
 import time
@@ -11,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
+from kendama_cli.devices.camera.csv_rows import csv_rows
 from kendama_cli.devices.camera.film import Film
 from kendama_cli.devices.camera.interface import StaleFrame
 from kendama_cli.devices.camera.opening import open_cameras
@@ -81,21 +81,15 @@ def of_table(table: Path) -> Brightness:
 
 def read_column(path: Path, name: str) -> Array:
     """One column of numbers; raises InputError where there is none, or a value is no number."""
-    try:
-        with path.open(newline="", encoding="utf-8") as stream:
-            rows = list(csv.DictReader(stream))
-    except (OSError, UnicodeDecodeError, csv.Error) as error:
-        reason = getattr(error, "strerror", None) or str(error)
-        raise InputError(str(path), f"it cannot be read ({reason})", remedy=f"give CSV with a column {name}") from None
-    values = []
-    for number, row in enumerate(rows, start=2):
+    remedy, values = f"give CSV with a column {name}", []
+    for number, row in enumerate(csv_rows(path, remedy), start=2):
         try:
             value = float(row[name])
         except (KeyError, TypeError, ValueError):
             value = math.nan
         if not math.isfinite(value):
             told = f"line {number} has no number '{name}'" if name in row else f"it has no column '{name}'"
-            raise InputError(str(path), told, remedy=f"give CSV with a column {name}")
+            raise InputError(str(path), told, remedy=remedy)
         values.append(value)
     if not values or (name == "t_s" and (np.diff(values) <= 0).any()):
         raise InputError(str(path), f"'{name}' does not rise, or is empty", remedy="times rise from line to line")

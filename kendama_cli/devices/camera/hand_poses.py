@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import csv
 from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from kendama_cli.devices.camera.csv_rows import csv_rows
 from kendama_cli.errors import InputError
 from kendama_cli.robot_model.model import RobotModel
 from kendama_cli.vision.hand_eye import HandPose
@@ -24,14 +24,8 @@ def read_hand_poses(path: Path, arm: RobotModel | None) -> dict[str, HandPose]:
     qw, qx, qy, qz. Raises InputError for a file that has them not.
     """
     columns = (*PLACE, *TURN) if arm is None else arm.joint_names
-    try:
-        with path.open(newline="", encoding="utf-8") as stream:
-            rows = list(csv.DictReader(stream))
-    except (OSError, UnicodeDecodeError, csv.Error) as error:
-        reason = getattr(error, "strerror", None) or str(error)
-        raise InputError(str(path), f"it cannot be read ({reason})", remedy=_remedy(columns)) from None
     made: dict[str, HandPose] = {}
-    for number, row in enumerate(rows, start=2):
+    for number, row in enumerate(csv_rows(path, _remedy(columns)), start=2):
         try:
             values = np.array([float(row[name]) for name in columns])
             name = row["view"]
