@@ -17,6 +17,7 @@ from kendama_cli.rendering.moving import SceneSampler
 from kendama_cli.rendering.raycast import Raycaster, Shot
 from kendama_cli.rendering.scene import ScenePose, hanging_rope
 from kendama_cli.report.replay.performance import Frames, Performance
+from kendama_cli.robot_model.arm_scene import BALL_RGB, CUP_RGB, Rgb
 from kendama_cli.schema.arrays import Array
 from kendama_cli.schema.foxglove import Solid
 from kendama_cli.settings.camera import AppearanceSettings, LightingSettings, LightSettings
@@ -35,7 +36,7 @@ LEAD_S = 2.6
 _SHUTTER_S = 0.004
 _FOCAL_PX = 1180.0
 _LAMP_M, _LAMP, _AMBIENT = (1.6, 2.4, 4.2), 0.62, 0.5
-_CUP_RGB, _BALL_RGB, _ROPE_RGB = (0.0, 0.168, 0.445), (0.665, 0.112, 0.0), (0.2, 0.2, 0.22)
+_ROPE_RGB = (0.2, 0.2, 0.22)
 _UNSEEN = (0.0, 0.0, 0.0)
 _INK_BGR = (114, 106, 106)
 
@@ -95,8 +96,8 @@ class FilmMaker:
         lamps = (LightSettings(position_m=_LAMP_M, irradiance=_LAMP),)
         light = LightingSettings(ambient=_AMBIENT, lamps=lamps, wall_glow=0.0, flicker_hz=0.0, flicker_depth=0.0)
         look = AppearanceSettings(
-            ball_rgb=_BALL_RGB,
-            cup_rgb=_CUP_RGB,
+            ball_rgb=_linear(BALL_RGB),
+            cup_rgb=_linear(CUP_RGB),
             arm_rgb=_UNSEEN,
             rope_rgb=_ROPE_RGB,
             wall_rgb=_UNSEEN,
@@ -160,7 +161,7 @@ def _look(solid: Solid) -> tuple[str, tuple[float, float, float]]:
     return solid.frame, solid.rgb
 
 
-def _joined(solids: list[Solid], rgb: tuple[float, float, float]) -> LinkMesh:
+def _joined(solids: list[Solid], rgb: Rgb) -> LinkMesh:
     """The solids of one frame and colour as one mesh in that frame; ``rgb`` is as screens show it."""
     vertices, triangles, count = [], [], 0
     for solid in solids:
@@ -168,8 +169,13 @@ def _joined(solids: list[Solid], rgb: tuple[float, float, float]) -> LinkMesh:
         vertices.append(points @ matrix_of(tuple(solid.rotation_wxyz)).T + np.array(tuple(solid.position_m)))
         triangles.append(corners + count)
         count += len(points)
+    return LinkMesh(np.concatenate(vertices), np.concatenate(triangles), _linear(rgb))
+
+
+def _linear(rgb: Rgb) -> Rgb:
+    """A colour as screens show it -> the light that the ray caster counts with."""
     red, green, blue = (value**2.2 for value in rgb)
-    return LinkMesh(np.concatenate(vertices), np.concatenate(triangles), (red, green, blue))
+    return red, green, blue
 
 
 def _surface(solid: Solid) -> tuple[Array, NDArray[np.int64]]:

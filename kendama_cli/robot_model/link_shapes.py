@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
 
 from kendama_cli.motion.rotation_matrix import quaternion_of
 from kendama_cli.robot_model.urdf_tree import read_tree
@@ -113,12 +114,8 @@ def _origin(collision: ET.Element) -> Pose:
     origin = collision.find("origin")
     if origin is None:
         return np.eye(3), np.zeros(3)
-    roll, pitch, yaw = _numbers(origin, "rpy", "0 0 0")
-    (cr, cp, cy), (sr, sp, sy) = np.cos([roll, pitch, yaw]), np.sin([roll, pitch, yaw])
-    about_x = np.array([[1, 0, 0], [0, cr, -sr], [0, sr, cr]])
-    about_y = np.array([[cp, 0, sp], [0, 1, 0], [-sp, 0, cp]])
-    about_z = np.array([[cy, -sy, 0], [sy, cy, 0], [0, 0, 1]])
-    return about_z @ about_y @ about_x, np.array(_numbers(origin, "xyz", "0 0 0"))
+    turned = Rotation.from_euler("xyz", _numbers(origin, "rpy", "0 0 0")).as_matrix()
+    return turned, np.array(_numbers(origin, "xyz", "0 0 0"))
 
 
 def _joined(outer: Pose, inner: Pose) -> Pose:

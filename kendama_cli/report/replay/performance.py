@@ -14,7 +14,7 @@ from kendama_cli.report.source import StageLog
 from kendama_cli.report.tracks import Array
 from kendama_cli.schema.foxglove import FrameTransform, FrameTransforms, SceneUpdate, Solid
 
-Kind = Literal["demonstration", "simulation", "hardware", "referee"]
+Kind = Literal["demonstration", "simulation", "hardware"]
 
 MOST_RATE_HZ = 100.0
 MOST_SAMPLES = 3000
