@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 import yaml
 
-from kendama_cli.cli.main import main
+from tests.cli.typed import kendama, refused
 from tests.devices.camera.board_views import BOARD, pair, poses, view
 from tests.devices.camera.test_recorded_and_live import images
 
@@ -23,28 +23,6 @@ def folders(tmp_path_factory):
             cv2.imwrite(str(folder / f"{i}.png"), view(model, pose, seed=i))
         cv2.imwrite(str(folder / "nothing.png"), np.full((480, 640, 3), 90, dtype=np.uint8))
     return home
-
-
-@pytest.fixture
-def here(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    monkeypatch.setenv("KENDAMA_HOME", str(tmp_path / "store"))
-    return tmp_path
-
-
-def kendama(capsys, *words):
-    code = main(list(words))
-    out, err = capsys.readouterr()
-    return code, out, err
-
-
-def refused(capsys, *words):
-    """The one line that tells why, of a request that is wrong."""
-    code, _, err = kendama(capsys, *words)
-    assert code == 2, err
-    lines = [line for line in err.splitlines() if line.startswith("kendama: ")]
-    assert len(lines) == 1
-    return lines[0]
 
 
 def test_a_printed_board_is_found_again_at_its_size(here, capsys):

@@ -8,22 +8,9 @@ import numpy as np
 import pytest
 import yaml
 
-from kendama_cli.cli.main import main
 from kendama_cli.devices.camera.calibration import camera_model, read_calibration
+from tests.cli.typed import kendama
 from tests.vision.ball_films import RATE_HZ, WIDTH, draw_ball, pendulum, textured, write_film, write_labelled
-
-
-@pytest.fixture
-def here(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    monkeypatch.setenv("KENDAMA_HOME", str(tmp_path / "store"))
-    return tmp_path
-
-
-def kendama(capsys, *words):
-    code = main(list(words))
-    out, err = capsys.readouterr()
-    return code, out, err
 
 
 def rows(path):

@@ -12,33 +12,13 @@ import pytest
 import yaml
 from scipy.spatial.transform import Rotation
 
-from kendama_cli.cli.main import main
 from kendama_cli.config.laboratory import read_setup
 from kendama_cli.devices.camera.calibration import calibration_document
 from kendama_cli.vision.calibration import CalibratedCamera
+from tests.cli.typed import kendama, refused
 from tests.devices.camera.board_views import BOARD, view
 from tests.vision.board_on_hand import board_pose, calibrated, cameras, hands
 from tests.vision.test_latency import DELAY_S, film
-
-
-@pytest.fixture
-def here(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    monkeypatch.setenv("KENDAMA_HOME", str(tmp_path / "store"))
-    return tmp_path
-
-
-def kendama(capsys, *words):
-    code = main(list(words))
-    out, err = capsys.readouterr()
-    return code, out, err
-
-
-def refused(capsys, *words):
-    code, _, err = kendama(capsys, *words)
-    assert code == 2, err
-    (line,) = [line for line in err.splitlines() if line.startswith("kendama: ")]
-    return line
 
 
 def write_rows(path: Path, head: list[str], rows) -> None:
