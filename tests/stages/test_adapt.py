@@ -16,14 +16,18 @@ from kendama_cli.motion.amplitude import scaled_plan
 from kendama_cli.motion.averaging import encode_demonstrations
 from kendama_cli.robot_model.arm_motion import ArmMotion
 from kendama_cli.schema.settings import build
-from kendama_cli.simulation.catch.settings import AdaptSettings
+from kendama_cli.simulation.catch.settings import AdaptSettings, UncertaintySettings
 from kendama_cli.stages.adapt.stage import Adapt
 from kendama_cli.stages.interface import Made
 from tests.memory_context import MemoryContext
 from tests.motion.swings import settings as encode_settings
+from tests.shipped_conf import plain
 from tests.simulation.dart.bench_robot import ROOT, adapt_values, kendama_game, modelled, pa10
 
 SHIPPED = build(AdaptSettings, adapt_values(), "adapt")
+IDENTIFIED = build(
+    UncertaintySettings, plain("adapt/uncertainty", "identified") | {"name": "identified"}, "adapt.uncertainty"
+)
 QUICK = dataclasses.replace(SHIPPED, tau_range=(0.93, 1.01), amplitudes=(), max_shift_m=0.0, repeats=3)
 
 
@@ -144,6 +148,57 @@ def test_if_tau_alone_fails_the_size_of_the_motion_is_searched(bundled: MotionPl
     assert made.metrics["amplitude"] == 1.25
     assert made.metrics["caught"] is True
     assert made.artifact.plan.weights == pytest.approx(bundled.weights)
+
+
+def _shaped(search: str) -> AdaptSettings:
+    """From a demonstration that is too small for any tau: a few rollouts, and few repeats that judge."""
+    policy = dataclasses.replace(SHIPPED.policy, lasting=(3, 3), max_rollouts=60)
+    return dataclasses.replace(
+        SHIPPED, search=search, size=0.85, catch="open", uncertainty=IDENTIFIED, policy=policy, repeats=2
+    )
+
+
+def test_from_one_failing_demonstration_the_shape_is_searched_until_it_catches(bundled: MotionPlan) -> None:
+    ctx = MemoryContext(10000)
+    metrics = _run(bundled, _shaped("power"), ctx).metrics
+    assert metrics["caught"] is True
+    assert metrics["search"] == "power"
+    assert metrics["rollouts_to_lasting"] == metrics["rollouts"]
+    explored = [message for topic, _, message in ctx.log.messages if topic == "/adapt/explored"]
+    proofs = [message for topic, _, message in ctx.log.messages if topic == "/adapt/proof"]
+    assert len(explored) == metrics["rollouts"]
+    assert len(proofs) == metrics["repeats_to_judge"]
+    assert not explored[0].caught
+    assert explored[0].cost_m > 0.1
+    assert [one.caught for one in proofs[-3:]] == [True] * 3
+    assert {one.generation for one in explored} == set(range(len(explored) // 6))
+    assert len(explored[0].bumps_m) == 8
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("search", ["cma", "power"])
+def test_a_killed_and_resumed_policy_search_ends_as_an_uninterrupted_one(bundled: MotionPlan, search: str) -> None:
+    whole_ctx = MemoryContext(10001)
+    whole = _run(bundled, _shaped(search), whole_ctx)
+    # within the first generation, while the first is judged, and in the last repeats
+    for stop_after in (3, 7, whole_ctx.checkpoints - 1):
+        killed = MemoryContext(10001, stop_after=stop_after)
+        with pytest.raises(KeyboardInterrupt):
+            _run(bundled, _shaped(search), killed)
+        resumed_ctx = MemoryContext(10001, resume_from=killed)
+        resumed = _run(bundled, _shaped(search), resumed_ctx)
+        assert resumed.metrics == whole.metrics
+        assert _content(resumed.artifact) == _content(whole.artifact)
+        assert len(resumed_ctx.log.messages) == len(whole_ctx.log.messages)
+
+
+@pytest.mark.slow
+def test_the_plain_search_does_not_catch_with_that_demonstration_and_says_so(bundled: MotionPlan) -> None:
+    """The null model: no tau, and no place of the catch, makes up for a swing that is a seventh too small."""
+    only_tau = dataclasses.replace(_shaped("tau"), amplitudes=(), max_shift_m=0.0)
+    metrics = _run(bundled, only_tau).metrics
+    assert metrics["caught"] is False
+    assert metrics["rollouts_to_lasting"] is None
 
 
 def test_a_motion_too_fast_for_the_arm_names_the_joint_and_its_limit(bundled: MotionPlan) -> None:

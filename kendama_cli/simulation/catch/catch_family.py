@@ -1,7 +1,8 @@
-"""The motions among which the search chooses: one primitive at any tau, size and place of the catch."""
+"""The motions among which the search chooses: one primitive at any tau, size, place of the catch and shape."""
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Iterator, Mapping
 
 from kendama_cli.artifacts.motion_plan import MotionPlan
@@ -10,6 +11,7 @@ from kendama_cli.motion.amplitude import scaled_plan
 from kendama_cli.robot_model.arm_motion import ArmMotion
 from kendama_cli.robot_model.model import RobotModel
 from kendama_cli.simulation.catch.late_shift import shifted_plan
+from kendama_cli.simulation.catch.path_bumps import bumped_plan
 from kendama_cli.simulation.catch.search_record import Bounds, MotionVariation
 from kendama_cli.simulation.catch.uncertainty import MOUTH_SHARE
 
@@ -26,11 +28,13 @@ class CatchFamily:
     def plan(self, variation: MotionVariation) -> MotionPlan:
         """The primitive so varied."""
         plan = scaled_plan(self._plan, variation.amplitude, variation.tau_scale)
+        if variation.bumps_m:
+            plan = bumped_plan(plan, variation.bumps_m)
         return shifted_plan(plan, variation.shift_m, variation.flight) if variation.shifted else plan
 
     def swing(self, variation: MotionVariation) -> ArmMotion:
         """The arm's motion, to be read at ``variation.tau_scale``; raises StageError where the arm cannot reach."""
-        one = MotionVariation(1.0, variation.amplitude, variation.shift_m, variation.flight)
+        one = dataclasses.replace(variation, tau_scale=1.0)
         if one not in self._solved:
             self._solved[one] = ArmMotion(self._arm, self.plan(one), self._lead_in_m_s2)
         return self._solved[one]
@@ -42,6 +46,14 @@ class CatchFamily:
         except StageError as error:
             return str(error)
         return None if swing.least_tau_scale() <= variation.tau_scale else swing.limiting_joint()
+
+    def within_limits(self, variation: MotionVariation, tau_range: tuple[float, float]) -> MotionVariation:
+        """``variation`` as much slower as the arm's limits ask for, if ``tau_range`` allows it."""
+        try:
+            least = max(tau_range[0], self.swing(variation).least_tau_scale())
+        except StageError:  # nothing is slow enough for a place that is out of reach: ``limit`` tells it
+            return variation
+        return dataclasses.replace(variation, tau_scale=min(max(variation.tau_scale, least), tau_range[1]))
 
     def bounds(self, amplitudes: tuple[float, ...], cup_radius_m: float) -> Bounds:
         """Where to search; amplitudes whose path the arm cannot reach are left out, but for the motion itself.

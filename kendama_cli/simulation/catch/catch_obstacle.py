@@ -16,16 +16,31 @@ def obstacle(search: Search, settings: AdaptSettings, bounds: Bounds, limiting_j
     ``limiting_joint`` is the arm's limit that forbids a faster motion, ``torque`` the joint whose torque was spent in
     the nearest rollout, if any.
     """
+    return f"{_how_near(search)}: {_cause(nearest_attempt(search), settings, bounds, limiting_joint, torque)}"
+
+
+def policy_obstacle(search: Search) -> str:
+    """One line: how near a search of the shape came, and which setting to change."""
+    played = sum(one.limit is None for one in search.attempts)
+    if played == 0:
+        return f"every motion that was tried is forbidden by {search.attempts[-1].limit}: lower adapt.policy.spread_m"
+    return (
+        f"{_how_near(search)}: {played} rollouts did not lead to a policy that lasts: raise adapt.policy.max_rollouts, "
+        "or change adapt.policy.spread_m"
+    )
+
+
+def _how_near(search: Search) -> str:
     nearest = nearest_attempt(search)
     variation = nearest.variation
     at = f"at tau_scale {variation.tau_scale:.4g}"
     if variation.amplitude != 1.0:
         at += f" and amplitude {variation.amplitude:g}"
     if nearest.signed_miss_m is None:
-        how = f"the ball never came down through the rim's plane; {at} it rose to {1e3 * nearest.apex_m:.0f} mm over it"
-    else:
-        how = f"nearest miss {1e3 * nearest.off_m:.0f} mm {at}"
-    return f"{how}: {_cause(nearest, settings, bounds, limiting_joint, torque)}"
+        return (
+            f"the ball never came down through the rim's plane; {at} it rose to {1e3 * nearest.apex_m:.0f} mm over it"
+        )
+    return f"nearest miss {1e3 * nearest.off_m:.0f} mm {at}"
 
 
 def _cause(nearest: Attempt, settings: AdaptSettings, bounds: Bounds, limiting_joint: str, torque: str | None) -> str:

@@ -46,6 +46,25 @@ LEAST_APEX_M = 0.03
 """A ball that rises less over the rim is not in flight long enough to be waited for elsewhere."""
 
 
+class TauSearch:
+    """The search over tau, then over the place of the catch and the motion's size."""
+
+    def __init__(self, settings: AdaptSettings, bounds: Bounds) -> None:
+        self._settings, self._bounds = settings, bounds
+
+    def next_trial(self, search: Search) -> Trial | None:
+        """The next rollout to play, or None when the search has ended."""
+        return next_trial(search, self._settings, self._bounds)
+
+    def rollouts(self, search: Search) -> int:
+        """How many rollouts the search took; the fresh repeats at its end are not part of it."""
+        return search.rollouts()
+
+    def best(self, search: Search) -> MotionVariation | None:
+        """What is confirmed at the end."""
+        return best_candidate(search, self._bounds)
+
+
 def next_trial(search: Search, settings: AdaptSettings, bounds: Bounds) -> Trial | None:
     """The next rollout to play, or None when the search has ended.
 
@@ -106,7 +125,7 @@ def _slack_in_swing(search: Search, variation: MotionVariation) -> bool:
 
 def nearest_attempt(search: Search) -> Attempt:
     """The attempt that came nearest to a catch: the least miss, or the highest ball where it never came down."""
-    played = [one for one in search.attempts if one.limit is None]
+    played = [one for one in search.attempts if one.limit is None] or search.attempts
     return min(played, key=lambda one: (one.off_m, -one.apex_m))
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, replace
 from math import hypot
-from typing import Any
+from typing import Any, Protocol
 
 from kendama_cli.simulation.catch.uncertainty import Repeat
 
@@ -15,12 +15,16 @@ SLACK_S = 0.02
 
 @dataclass(frozen=True)
 class MotionVariation:
-    """What is adapted: ``shift_m`` moves the goal along x and y within the share ``flight`` of the motion."""
+    """What is adapted: ``shift_m`` moves the goal along x and y within the share ``flight`` of the motion.
+
+    ``bumps_m`` are the heights of the bumps by which the path is bent (path_bumps); none where there are none.
+    """
 
     tau_scale: float
     amplitude: float = 1.0
     shift_m: tuple[float, float] = (0.0, 0.0)
     flight: tuple[float, float] = (0.0, 1.0)
+    bumps_m: tuple[float, ...] = ()
 
     @property
     def shifted(self) -> bool:
@@ -30,10 +34,11 @@ class MotionVariation:
 
 @dataclass(frozen=True)
 class Attempt:
-    """One nominal rollout of the search; misses and ``apex_m`` as in RolloutResult.
+    """One rollout of the search; misses and ``apex_m`` as in RolloutResult.
 
     ``flight`` is the share of the motion in which the ball flew, ``swing_slack_s`` as in RolloutResult; ``limit``
-    tells which limit of the arm forbade the motion, so that nothing was played.
+    tells which limit of the arm forbade the motion, so that nothing was played; ``steered_m`` is how far a seen catch
+    moved the cup beside its plan.
     """
 
     variation: MotionVariation
@@ -44,6 +49,7 @@ class Attempt:
     flight: tuple[float, float] | None
     limit: str | None = None
     swing_slack_s: float = 0.0
+    steered_m: float = 0.0
 
     @property
     def slack_in_swing(self) -> bool:
@@ -58,7 +64,11 @@ class Attempt:
 
 @dataclass(frozen=True)
 class Trial:
-    """What to play next: a nominal ``attempt``, or perturbed world ``index`` to ``evaluate`` or ``confirm`` in."""
+    """What to play next: a nominal ``attempt``, or perturbed world ``index`` to ``evaluate`` or ``confirm`` in.
+
+    A policy search plays other kinds: rollout ``index`` to ``explore``, all of a generation in one perturbed world, and
+    repeat ``index`` to ``prove`` by, in a world that nothing was played in.
+    """
 
     kind: str
     variation: MotionVariation
@@ -116,12 +126,26 @@ class Search:
         return next((i + 1 for i, one in enumerate(self.attempts) if one.caught), None)
 
     def flight(self, variation: MotionVariation) -> tuple[float, float] | None:
-        """The share of the motion ``variation`` in which the ball flew, where it did."""
-        return next((one.flight for one in self.attempts if one.variation == variation), None)
+        """The share of the motion in which the ball flew: of ``variation``, or of the newest motion that threw it."""
+        same = next((one.flight for one in self.attempts if one.variation == variation), None)
+        return same or next((one.flight for one in reversed(self.attempts) if one.flight), None)
 
     def caught(self) -> int:
         """How many attempts caught."""
         return sum(one.caught for one in self.attempts)
+
+
+class CatchSearch(Protocol):
+    """A way to search: everything it knows is in the results so far."""
+
+    def next_trial(self, search: Search) -> Trial | None:
+        """The next rollout to play, or None when the search has ended."""
+
+    def rollouts(self, search: Search) -> int:
+        """How many rollouts the search took; the fresh repeats at its end are not part of it."""
+
+    def best(self, search: Search) -> MotionVariation | None:
+        """What is confirmed at the end."""
 
 
 @dataclass(frozen=True)
@@ -133,7 +157,8 @@ class Bounds:
 
 
 def _variation(values: Mapping[str, Any]) -> MotionVariation:
-    return MotionVariation(values["tau_scale"], values["amplitude"], tuple(values["shift_m"]), tuple(values["flight"]))
+    lists = {name: tuple(values[name]) for name in ("shift_m", "flight", "bumps_m")}
+    return MotionVariation(values["tau_scale"], values["amplitude"], **lists)
 
 
 def _attempt(values: Mapping[str, Any]) -> Attempt:

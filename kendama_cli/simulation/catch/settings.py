@@ -76,6 +76,40 @@ class SteeringSettings:
 
 
 @dataclass(frozen=True)
+class PolicySettings:
+    """The search of the motion's shape: bumps on its path, its goal and tau, in generations of rollouts."""
+
+    bumps: int = setting("bumps along x, and as many along z, equal in time", at_least=1, at_most=12)
+    spread_m: float = setting("first standard deviation of the bumps' heights and of the goal [m]", above=0)
+    spread_tau: float = setting("first standard deviation of the logarithm of tau_scale", above=0)
+    goal_moves: tuple[float, float] = setting(
+        "share of the motion within which the goal's move is made", at_least=0, at_most=1
+    )
+    generation: int = setting("rollouts between two changes of the policy, in one drawn world", at_least=4)
+    max_rollouts: int = setting("rollouts of the search, without the repeats that judge it", at_least=4)
+    lasting: tuple[int, int] = setting(
+        "the search ends when so many of so many repeats after a generation are caught", at_least=1
+    )
+    elite: int = setting("power: the best rollouts of all, from which the policy is made", at_least=1)
+    reward_m: float = setting("power: a miss larger by this is worth 1/e", above=0)
+
+    def __post_init__(self) -> None:
+        first, last = self.goal_moves
+        if not first < last:
+            raise ConfigError(
+                "goal_moves", f"'goal_moves' is {[first, last]}; allowed: where it begins, then where it ends"
+            )
+        caught, repeats = self.lasting
+        if caught > repeats:
+            raise ConfigError("lasting", f"'lasting' is {[caught, repeats]}; allowed: caught, then of how many")
+        if self.max_rollouts < self.generation:
+            raise ConfigError(
+                "max_rollouts",
+                f"'max_rollouts' is {self.max_rollouts}; allowed: at least one generation, {self.generation}",
+            )
+
+
+@dataclass(frozen=True)
 class AdaptSettings:
     """The search for the catch in the closed loop of the arm."""
 
@@ -83,6 +117,11 @@ class AdaptSettings:
     eyes: EyesSettings
     steering: SteeringSettings
     line: LineSettings
+    policy: PolicySettings
+    search: Literal["tau", "cma", "power", "random"] = setting(
+        "tau: windows of tau, then place and size; cma, power: the motion's shape; random: their null model"
+    )
+    size: float = setting("factor on the motion's size with which every search begins", above=0)
     catch: Literal["seen", "open"] = setting(
         "seen: while the ball flies the cup goes where it is seen to come down; open: the motion plays as planned"
     )

@@ -15,6 +15,7 @@ from kendama_cli.report.style import BALL, CUP, GOOD, INK, LINE, MUTED, OTHER, P
 from kendama_cli.report.swing_panel import swing_panel
 from kendama_cli.report.tracks import Array, Geometry, catch_time_s, pair
 from kendama_cli.schema.foxglove import FrameTransform, JointStates
+from kendama_cli.stages.adapt.chapter_policy import CAPTION, policy_search
 from kendama_cli.stages.adapt.messages import AdaptRepeatMessage, AdaptRolloutMessage, AdaptWindowMessage
 
 _MOST_MISS_MM = 300.0
@@ -35,7 +36,8 @@ def film(log: StageLog) -> str | None:
 
 def adaptation_figures(log: StageLog) -> list[Figure]:
     """The search and the catch; then tracking, joint speeds and the perturbed repeats."""
-    search = [_search(log), _catch(log)]
+    policy = policy_search(log)
+    search = [policy or _search(log), _catch(log)]
     repeats, caption = _repeats(log)
     execution = [_tracking(log), _joint_speeds(log.table("/adapt/joints", JointStates)), repeats]
     return [
@@ -43,7 +45,9 @@ def adaptation_figures(log: StageLog) -> list[Figure]:
             lettered(
                 search,
                 [
-                    "How far the ball crosses the rim plane from the cup's middle, over the time scale tau of the"
+                    CAPTION
+                    if policy
+                    else "How far the ball crosses the rim plane from the cup's middle, over the time scale tau of the"
                     " movement primitive; one mark per simulated rollout. Shaded: the windows that were found;"
                     " bars: the middle of a window in the extremes of the declared uncertainties; dashed: the tau that"
                     " was chosen, with its perturbed repeats as dots; squares: rollouts in which the goal was moved"

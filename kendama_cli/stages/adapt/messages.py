@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 
 from kendama_cli.log.messages import ReplayMessage
@@ -20,6 +20,34 @@ class AdaptRolloutMessage:
     amplitude: float
     shift_x_m: float
     shift_y_m: float
+
+
+@dataclass(frozen=True)
+class AdaptExploredMessage:
+    """One rollout of a policy search: ``cost_m`` is what it was worth, ``miss_m`` nan where the ball never came down.
+
+    The goal was moved by ``shift_x_m`` and ``shift_y_m``; ``bumps_m`` are the bumps' heights, those along x first.
+    """
+
+    index: int
+    generation: int
+    tau_scale: float
+    cost_m: float
+    miss_m: float
+    caught: bool
+    shift_x_m: float
+    shift_y_m: float
+    bumps_m: Collection[float]
+
+
+@dataclass(frozen=True)
+class AdaptProofMessage:
+    """One repeat that judges what a policy search knows after ``rollouts``."""
+
+    rollouts: int
+    index: int
+    caught: bool
+    miss_m: float
 
 
 @dataclass(frozen=True)
@@ -64,6 +92,8 @@ class AdaptDrawMessage:
 TOPICS: Mapping[str, type] = {
     "/adapt/rollout": AdaptRolloutMessage,
     "/adapt/corner": AdaptRolloutMessage,
+    "/adapt/explored": AdaptExploredMessage,
+    "/adapt/proof": AdaptProofMessage,
     "/adapt/window": AdaptWindowMessage,
     "/adapt/repeat": AdaptRepeatMessage,
     "/adapt/replay": ReplayMessage,
@@ -75,5 +105,6 @@ TOPICS: Mapping[str, type] = {
     "/adapt/ball": FrameTransform,
     "/adapt/reference": FrameTransform,
 }
-"""``corner``: rollouts of candidates under the same perturbations; ``replay``: the repeats' bodies and ways; the
-last: what the arm looks like, and the chosen motion, undisturbed."""
+"""``corner``: rollouts of candidates under the same perturbations; ``explored`` and ``proof``: those of a policy search
+and the repeats that judge it; ``replay``: the repeats' bodies and ways; the last: what the arm looks like, and the
+chosen motion, undisturbed."""

@@ -23,7 +23,7 @@ class Rollouts:
 
     def __init__(self, world: ArmWorld, family: CatchFamily, settings: AdaptSettings, game: GameSettings) -> None:
         self.world, self.family = world, family
-        self._settings, self._game = settings, game
+        self._settings, self.game = settings, game
         self._planned: tuple[MotionVariation, JointTrajectory, CupPlan] | None = None
 
     def planned(self, variation: MotionVariation) -> RolloutResult:
@@ -51,7 +51,7 @@ class Rollouts:
         if settings.catch == "seen":
             noise = np.random.default_rng([eyes_seed, 1])
             seen = SeenCatch(
-                world.arm, self._game, joints, cup, eyes=settings.eyes, steering=settings.steering, rng=noise
+                world.arm, self.game, joints, cup, eyes=settings.eyes, steering=settings.steering, rng=noise
             )
         world.perturb(NO_ERRORS if draw is None else draw.world)
         result = play_rollout(

@@ -1,0 +1,107 @@
+"""What adapt gives in the end: the chosen motion, played once more undisturbed, and what is told of the search."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from kendama_cli.artifacts.motion_plan import CatchMotion
+from kendama_cli.artifacts.proportion import success_interval
+from kendama_cli.simulation.catch.catch_obstacle import TORQUE_SPENT, obstacle, policy_obstacle
+from kendama_cli.simulation.catch.catch_search import expected_success, nearest_attempt, windows
+from kendama_cli.simulation.catch.search_record import Bounds, CatchSearch, MotionVariation, Search
+from kendama_cli.simulation.catch.settings import AdaptSettings
+from kendama_cli.simulation.dart.rollout import RolloutResult
+from kendama_cli.simulation.placement.find_placement import current_placement
+from kendama_cli.stages.adapt.logged import log_chosen, log_windows
+from kendama_cli.stages.adapt.rollouts import Rollouts
+from kendama_cli.stages.interface import Made, Metric, StageContext
+
+
+def conclude(
+    rollouts: Rollouts,
+    search: Search,
+    way: CatchSearch,
+    *,
+    settings: AdaptSettings,
+    bounds: Bounds,
+    eyes_seed: int,
+    ctx: StageContext,
+) -> Made:
+    """The best motion that ``way`` found, or the nearest to a catch; it is logged, and the search's figures told."""
+    best, family = way.best(search), rollouts.family
+    variation = best or nearest_attempt(search).variation
+    swing = family.swing(variation)
+    result, _ = rollouts.judged(variation, None, eyes_seed=eyes_seed, record=True)
+    if result.trace is not None:
+        reference_m = swing.cup_reference_m(variation.tau_scale, result.trace.t_s)
+        log_chosen(ctx, rollouts.world.arm, rollouts.game, result.trace, reference_m)
+    metrics: dict[str, Metric] = {"caught": result.caught}
+    if not result.caught:
+        policy = settings.search != "tau"
+        metrics["in_the_way"] = (
+            policy_obstacle(search) if policy else _obstacle(rollouts, search, settings, bounds, result)
+        )
+    rate = _rate(search)
+    metrics |= {
+        "tau_scale": variation.tau_scale,
+        "rollouts": way.rollouts(search),
+        "catch": settings.catch,
+        "uncertainty": settings.uncertainty.name,
+        **rate,
+        "search": settings.search,
+        "rollouts_to_lasting": way.rollouts(search) if _lasts(search, settings) else None,
+        **_of_search(search, best, settings, bounds, ctx),
+        "rollouts_to_first_catch": search.rollouts_to_first_catch(),
+        "amplitude": variation.amplitude,
+        "shift_mm": 1e3 * float(np.hypot(*variation.shift_m)),
+        "signed_miss_mm": None if result.signed_miss_m is None else 1e3 * result.signed_miss_m,
+        "side_miss_mm": None if result.side_miss_m is None else 1e3 * result.side_miss_m,
+        "swing_slack_ms": 1e3 * result.swing_slack_s,
+        "apex_mm": 1e3 * result.apex_m,
+        "planned_speed_over_limit": float(swing.velocity_shares.max() / variation.tau_scale),
+        "speed_over_limit": result.velocity_share,
+        "effort_over_limit": result.effort_share,
+    }
+    joints = swing.joints(variation.tau_scale, settings.hold_s)
+    placement, success = current_placement(rollouts.world.arm), float(rate["success_rate"] or 0.0)
+    return Made(CatchMotion(family.plan(variation), joints, placement, result.caught, success), metrics)
+
+
+def _rate(search: Search) -> dict[str, Metric]:
+    successes, repeats = sum(repeat.caught for repeat in search.confirmed), len(search.confirmed)
+    interval = success_interval(successes, repeats)
+    return {
+        "success_rate": successes / max(repeats, 1),
+        "success_rate_low": interval.low if repeats else None,
+        "success_rate_high": interval.high if repeats else None,
+    }
+
+
+def _lasts(search: Search, settings: AdaptSettings) -> bool:
+    """Whether enough repeats were caught: those that ended a policy search, or those that confirm."""
+    enough, of = settings.policy.lasting
+    judged = [search.confirmed] if settings.search == "tau" else [made for _, made in search.evaluated]
+    return any(len(made) >= of and sum(one.caught for one in made) * of >= enough * len(made) for made in judged)
+
+
+def _of_search(
+    search: Search, best: MotionVariation | None, settings: AdaptSettings, bounds: Bounds, ctx: StageContext
+) -> dict[str, Metric]:
+    """What only the search that was made can tell."""
+    if settings.search != "tau":
+        return {"repeats_to_judge": sum(len(made) for _, made in search.evaluated)}
+    found = windows(search, settings, bounds)
+    log_windows(ctx, found, search)
+    return {
+        "predicted_success": None if best is None else expected_success(search, best, bounds),
+        "windows": len(found),
+    }
+
+
+def _obstacle(
+    rollouts: Rollouts, search: Search, settings: AdaptSettings, bounds: Bounds, result: RolloutResult
+) -> str:
+    torque = f"joint '{result.effort_joint}'" if result.effort_share >= TORQUE_SPENT else None
+    amplitude = nearest_attempt(search).variation.amplitude
+    limiting = rollouts.family.swing(MotionVariation(1.0, amplitude)).limiting_joint()
+    return obstacle(search, settings, bounds, limiting, torque)
