@@ -15,6 +15,7 @@ from kendama_cli.pipeline.plan import Planner, check_armed
 from kendama_cli.pipeline.record import RunRecord
 from kendama_cli.pipeline.sweep import SweepJob, distinct, run_sweep
 from kendama_cli.store.store import Store
+from kendama_cli.system.processes import cores_shared_by
 
 
 def sweep_pipeline(
@@ -37,7 +38,9 @@ def sweep_pipeline(
     for job in wanted:
         check_armed(job.planner, armed=False)
     number = {id(job): f"[{i}/{len(wanted)} {' '.join(job.overrides)}] " for i, job in enumerate(wanted, 1)}
-    records = run_sweep(wanted, lambda job, record: PlainLines(number[id(job)]), at_once=jobs or os.cpu_count() or 1)
+    at_once = jobs or os.cpu_count() or 1
+    with cores_shared_by(min(at_once, len(wanted))):
+        records = run_sweep(wanted, lambda job, record: PlainLines(number[id(job)]), at_once=at_once)
     _show_sweep(records, as_json=as_json)
     if report is not None:
         from kendama_cli.pipeline.report import write_report  # noqa: PLC0415 - matplotlib and pandas

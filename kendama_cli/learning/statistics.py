@@ -52,6 +52,10 @@ class LearningCount:
         """Whether the next rollout validates the policy as it stands instead of teaching it."""
         return self.streak >= settings.streak
 
+    def to_prove(self, settings: CountSettings) -> int:
+        """How many more successes in a row prove the policy, or reach the cap; at least one."""
+        return max(1, min(settings.frozen - self.streak, settings.cap - self.rollouts))
+
     def finished(self, settings: CountSettings) -> bool:
         """Whether there is nothing left to learn for: the streak is long enough to freeze, or the cap is reached."""
         return self.streak >= settings.frozen or self.rollouts >= settings.cap

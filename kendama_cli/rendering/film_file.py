@@ -3,12 +3,9 @@
 from __future__ import annotations
 
 import contextlib
-import multiprocessing
 import os
-import signal
 import sys
 from collections.abc import Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 
 import cv2
@@ -20,6 +17,7 @@ from kendama_cli.rendering.film import HEIGHT_PX, RATE_HZ, WIDTH_PX, FilmMaker
 from kendama_cli.rendering.mesh import LinkMesh, Surface, unit_cylinder
 from kendama_cli.report.replay.performance import Performance
 from kendama_cli.settings.game import GameSettings
+from kendama_cli.system.processes import process_pool
 
 SUFFIX = ".webm"
 """What OpenCV can write and browsers play: VP8."""
@@ -65,16 +63,13 @@ def _pictures(motion: Performance, game: GameSettings) -> Iterator[NDArray[np.ui
     """The film's pictures in order; each process renders with one thread."""
     moments = FilmMaker.moments(motion)
     tasks = [moments[k : k + _AT_ONCE] for k in range(0, len(moments), _AT_ONCE)]
-    context = multiprocessing.get_context("spawn")
-    processes = min(len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1, 8)
-    with ProcessPoolExecutor(processes, context, _begin, (motion, game)) as pool:
+    with process_pool(_begin, motion, game) as pool:
         for pictures in pool.map(_render, tasks):
             yield from pictures
 
 
 def _begin(motion: Performance, game: GameSettings) -> None:
     global _maker  # noqa: PLW0603 - one per process, made when it begins
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # an interrupted film ends in its one line, not in a pool's tracebacks
     cv2.setNumThreads(1)
     _maker = FilmMaker(motion, game)
 

@@ -10,6 +10,7 @@ from kendama_cli.learning.task_settings import DartEngine
 from kendama_cli.simulation.swingup.arm import ArmSwing
 from kendama_cli.stages.interface import Made
 from kendama_cli.stages.learn.stage import Learn
+from kendama_cli.system.processes import PROCESSES
 from tests.learning.settings_files import game_settings, learn_settings
 from tests.memory_context import MemoryContext
 
@@ -152,6 +153,7 @@ def test_the_papers_own_setting_gives_numbers_whether_it_is_proven_or_not():
 
 def test_what_is_learned_on_the_rail_may_be_validated_with_the_whole_arm(monkeypatch):
     """Rollouts up to the streak are the rail's, bit for bit; those that validate it are the arm's."""
+    monkeypatch.setenv(PROCESSES, "1")  # all in this process, to be watched
     quick = {"count__frozen": 13, "count__evaluation": 1}
     starts = []
     start = ArmSwing.start
@@ -168,6 +170,26 @@ def test_what_is_learned_on_the_rail_may_be_validated_with_the_whole_arm(monkeyp
     first = learned_at + 9
     told = [[m for topic, _, m in one.log.messages if topic == "/learn/rollout"][:first] for one in (rail, arm)]
     assert told[0] == told[1]
+
+
+def test_a_validation_side_by_side_that_is_killed_in_its_midst_ends_as_an_uninterrupted_one(monkeypatch):
+    settings = learn_settings("easy", IN_DART, count__frozen=18, count__evaluation=1)
+
+    def learned(processes: str, ctx: MemoryContext) -> Made:
+        monkeypatch.setenv(PROCESSES, processes)
+        return Learn(learn=settings, game=game_settings()).run({}, ctx)
+
+    ctx = MemoryContext(4)
+    made = learned("1", ctx)
+    assert made.metrics["proven"] is True
+    killed = MemoryContext(4, stop_after=int(made.metrics["rollouts"]) - 3)
+    with pytest.raises(KeyboardInterrupt):
+        learned("2", killed)
+    again = MemoryContext(4, resume_from=killed)
+    resumed = learned("2", again)
+    assert resumed.artifact.digest == made.artifact.digest
+    assert dict(resumed.metrics) == dict(made.metrics)
+    assert again.log.messages == ctx.log.messages
 
 
 def test_only_an_engine_that_needs_the_robot_has_it_in_the_key():

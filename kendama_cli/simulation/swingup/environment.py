@@ -34,6 +34,7 @@ class SwingUpEnvironment:
 
     Each step: a reading (noisy angle and rate; the cup's own state is known), the actor's acceleration, the
     workspace's limiter, the acceleration's error, the dynamics. The simulator judges the goal by the true state.
+    ``settings`` and ``game`` are those it was made with.
     """
 
     def __init__(self, settings: LearnSettings, game: GameSettings, swing: SwingEngine | None = None) -> None:
@@ -48,14 +49,19 @@ class SwingUpEnvironment:
                 f"'learn.step_s' is {settings.step_s}; allowed: at most {longest_s:.6f} s for a rope of "
                 f"{game.rope.stiffness_n_m:g} N/m and a ball of {game.ball.mass_kg:g} kg",
             )
-        self._settings, self._game = settings, game
+        self.settings, self.game = settings, game
         self._step_s = settings.step_s
         self.n_steps = max(1, round(settings.rollout_s / settings.step_s))
         self._swing, self._compiled = (swing, None) if swing is not None else _opened(settings, game)
 
+    @property
+    def compiled(self) -> bool:
+        """Whether rollouts run in compiled code, a thousand a second."""
+        return self._compiled is not None
+
     def noise(self, rng: np.random.Generator, *, validation: bool = False) -> RolloutNoise:
         """Draw one rollout's noise, of a body of ``learn.bodies`` or, where it is one, of a ``validation``."""
-        settings = self._settings
+        settings = self.settings
         noise = draw_noise(settings, settings.validation.bodies if validation else settings.bodies, rng)
         if self._compiled is not None:  # compiled code reads arrays, a loop in Python lists, sooner
             return noise
@@ -64,7 +70,7 @@ class SwingUpEnvironment:
 
     def noiseless(self) -> RolloutNoise:
         """No noise: the nominal rollout."""
-        return no_noise(self._settings)
+        return no_noise(self.settings)
 
     def roll_out(self, actor: Actor, noise: RolloutNoise, on_step: StepCallback | None = None) -> SimulatedRollout:
         """Let ``actor`` swing until the release, the end of time or, where that ends it, the edge of the workspace.
@@ -87,9 +93,9 @@ class SwingUpEnvironment:
 
         The answer is the wanted acceleration and the time before which no further reading is needed.
         """
-        settings = self._settings.with_workspace_scale(noise.workspace_scale)
+        settings = self.settings.with_workspace_scale(noise.workspace_scale)
         swing, step_s = self._swing, self._step_s
-        limit, goal = limiter(settings).limit, Goal(settings.goal, Flight.of(self._game, noise.rope_scale))
+        limit, goal = limiter(settings).limit, Goal(settings.goal, Flight.of(self.game, noise.rope_scale))
         release = Release(settings, goal)
         edge = settings.workspace.half_width_m
         ends_outside = settings.workspace.kind == "terminate"
@@ -133,7 +139,7 @@ class SwingUpEnvironment:
         duration_s, final, catch = (k + 1) * step_s, state_of(swing), None
         swing.check_finite(duration_s)
         if outcome == "goal":
-            catch = fly(swing, settings, self._game, duration_s, on_step)
+            catch = fly(swing, settings, self.game, duration_s, on_step)
             if settings.goal.success == "caught" and not catch.caught:
                 outcome = "missed"
         return SimulatedRollout(outcome, duration_s, peak_m, half_swings, final, catch)

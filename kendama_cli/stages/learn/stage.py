@@ -19,6 +19,7 @@ from kendama_cli.simulation.swingup.best_swing import BestSwing, best_swing
 from kendama_cli.simulation.swingup.chance import chance_rate
 from kendama_cli.simulation.swingup.engine import SwingEngine
 from kendama_cli.simulation.swingup.environment import SwingUpEnvironment
+from kendama_cli.simulation.swingup.frozen_rollouts import FrozenRollouts
 from kendama_cli.stages.interface import Made, Metric, StageContext
 from kendama_cli.stages.learn.messages import QTableMessage, SwingStateMessage
 from kendama_cli.stages.learn.progress import LearnProgress
@@ -61,8 +62,13 @@ class Learn:
         best, chance = best_swing(self._settings, self._game), chance_rate(self._settings, self._game)
         environment, validation = self._environments()
         learner, progress = self._begin(ctx)
-        self._train(environment, validation, learner, progress, ctx)
-        self._evaluate(environment, learner, progress, ctx)
+        with FrozenRollouts(validation) as frozen:
+            self._train(environment, frozen, learner, progress, ctx)
+            if validation is environment:
+                self._evaluate(frozen, learner, progress, ctx)
+        if validation is not environment:
+            with FrozenRollouts(environment) as frozen:
+                self._evaluate(frozen, learner, progress, ctx)
         self._log_nominal(environment, learner, ctx)
         metrics = {**self._metrics(learner, progress, best), "chance_rate": chance}
         return Made(learner.policy, metrics, _warnings(self._settings, chance, proven=learner.count.proven))
@@ -86,17 +92,19 @@ class Learn:
     def _train(
         self,
         environment: SwingUpEnvironment,
-        validation: SwingUpEnvironment,
+        frozen: FrozenRollouts,
         learner: Learner,
         progress: LearnProgress,
         ctx: StageContext,
     ) -> None:
         noise_rng, exploration_rng = ctx.rng("rollouts"), ctx.rng("exploration")
         while not learner.count.finished(self._settings.count):
-            learner.begin_rollout(exploration_rng)
-            frozen = learner.count.frozen(self._settings.count)
-            world = validation if frozen else environment
-            rollout = world.roll_out(learner, world.noise(noise_rng, validation=frozen))
+            if learner.count.frozen(self._settings.count):
+                to_prove = learner.count.to_prove(self._settings.count)
+                rollout = frozen.validate(learner, exploration_rng, noise_rng, at_most=to_prove)
+            else:
+                learner.begin_rollout(exploration_rng)
+                rollout = environment.roll_out(learner, environment.noise(noise_rng))
             miss_m = None if rollout.catch is None else rollout.catch.miss_m
             finished = learner.end_rollout(rollout.outcome, rollout.final, miss_m)
             progress.learned_on(rollout)
@@ -124,18 +132,14 @@ class Learn:
             frozen_policy = make_policy(learner.policy, self._settings)
             _log_table(frozen_policy.table, learner.count.rollouts, progress, ctx)
 
-    def _evaluate(
-        self, environment: SwingUpEnvironment, learner: Learner, progress: LearnProgress, ctx: StageContext
-    ) -> None:
-        policy = make_policy(learner.policy, self._settings)
-        noise_rng = ctx.rng("evaluation")
-        while progress.evaluated < self._settings.count.evaluation:
-            policy.begin_rollout()
-            progress.evaluated_on(environment.roll_out(policy, environment.noise(noise_rng)))
+    def _evaluate(self, frozen: FrozenRollouts, learner: Learner, progress: LearnProgress, ctx: StageContext) -> None:
+        policy, noise_rng, wanted = learner.policy, ctx.rng("evaluation"), self._settings.count.evaluation
+        while progress.evaluated < wanted:
+            progress.evaluated_on(frozen.evaluate(policy, noise_rng, at_most=wanted - progress.evaluated))
             self._checkpoint(learner, progress, ctx)
             ctx.progress(
                 progress.evaluated,
-                self._settings.count.evaluation,
+                wanted,
                 rollouts=learner.count.rollouts,
                 frozen_success_rate=progress.frozen_success_rate,
             )

@@ -205,7 +205,7 @@ def test_the_noise_has_the_configured_spread():
 
 def test_a_validation_adds_another_body_to_the_same_noise():
     environment = SwingUpEnvironment(learn_settings(), GAME)
-    validation = environment._settings.validation.bodies
+    validation = environment.settings.validation.bodies
     offsets, gains, narrower, noisier = [], [], [], []
     for seed in range(60):
         usual = environment.noise(np.random.default_rng(seed))
