@@ -38,16 +38,6 @@ class Basis:
         """The features at shares s of the motion (n,); (n, m)."""
         return features(phase(share, self.decay), self.centers, self.widths)
 
-    def feature_rates(self, share: Array) -> Array:
-        """d features / ds at shares s (n,); (n, m)."""
-        x = phase(share, self.decay)[:, None]
-        centers, widths = self.centers, self.widths
-        psi = activations(x[:, 0], centers, widths)
-        total = psi.sum(axis=1, keepdims=True)
-        slope = (centers - x) / widths**2 * psi
-        by_x = (psi + x * slope) / total - x * psi * slope.sum(axis=1, keepdims=True) / total**2
-        return np.asarray(-self.decay * x * by_x)
-
 
 def centers_equal_in_time(count: int, decay: float) -> Array:
     """c_j = x(s_j) for ``count`` instants s_j spread evenly from the start to the end of the motion; (m,), falling."""
@@ -62,14 +52,27 @@ def widths_by_spacing(centers: Array, factor: float) -> Array:
 
 
 def activations(x: Array, centers: Array, widths: Array) -> Array:
-    """psi_j(x) = exp(-(x - c_j)^2 / (2 s_j^2)) (docs/equations.md eq. 5) for phases ``x`` (n,); returns (n, m)."""
-    distance = (np.asarray(x)[:, None] - centers) / widths
+    """psi_j(x) = exp(-(x - c_j)^2 / (2 s_j^2)) (docs/equations.md eq. 5) for phases ``x`` (n,); returns (n, m).
+
+    Several sets of ``widths`` (w, m) take ``x`` as (n, 1); returns (n, w, m).
+    """
+    distance = (np.asarray(x)[..., None] - centers) / widths
     made: Array = np.exp(-0.5 * distance**2)
     return made
 
 
 def features(x: Array, centers: Array, widths: Array) -> Array:
-    """x psi_j(x) / sum_k psi_k(x), so that f = features @ weights (docs/equations.md eq. 5); returns (n, m)."""
+    """x psi_j(x) / sum_k psi_k(x), f = features @ weights (docs/equations.md eq. 5); shapes as ``activations``."""
     psi = activations(x, centers, widths)
-    made: Array = np.asarray(x)[:, None] * psi / psi.sum(axis=1, keepdims=True)
+    made: Array = np.asarray(x)[..., None] * psi / psi.sum(axis=-1, keepdims=True)
     return made
+
+
+def feature_rates(x: Array, centers: Array, widths: Array, decay: float) -> Array:
+    """d features / ds, with dx/ds = -``decay`` x; shapes as ``activations``."""
+    psi = activations(x, centers, widths)
+    x = np.asarray(x)[..., None]
+    total = psi.sum(axis=-1, keepdims=True)
+    slope = (centers - x) / widths**2 * psi
+    by_x = (psi + x * slope) / total - x * psi * slope.sum(axis=-1, keepdims=True) / total**2
+    return np.asarray(-decay * x * by_x)

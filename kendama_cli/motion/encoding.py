@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from itertools import product
 
 import numpy as np
+from scipy.ndimage import map_coordinates
 
 from kendama_cli.motion.basis import Basis
 from kendama_cli.motion.position_fit import Ends, Operator, even_operator, operator, project, solve_positions
@@ -70,14 +71,16 @@ def _ends_and_basis(trimmed: Sequence[TrimmedDemonstration], bases: tuple[Basis,
     """Whether each demonstration's ends move, and the basis with the least product of scores."""
     found: dict[int, Ends] = {}
     totals = np.zeros(len(bases))
-    for members in _alike(trimmed, [(one.starts_still, one.ends_still) for one in trimmed]):
+    thinned = [_thinned(one) for one in trimmed]
+    pairs = zip(thinned, trimmed, strict=True)
+    for members in _alike(trimmed, [(len(thin), one.starts_still, one.ends_still) for thin, one in pairs]):
         first = trimmed[members[0]]
         starts = (False,) if first.starts_still else (False, True)
         stops = (False,) if first.ends_still else (False, True)
         candidates = [Ends(*pair) for pair in product(starts, stops)]
-        stride = -(-len(first.position_m) // THINNED)
-        thin = np.array([trimmed[i].position_m[::stride].T for i in members])
-        table = np.array([project(_operator(first, stride, bases, e), thin).score.min(axis=1) for e in candidates])
+        thin = np.array([thinned[i].T for i in members])
+        seen = [_operator(first, thin.shape[2], _stride(first), bases, ends) for ends in candidates]
+        table = np.array([project(one, thin).score.min(axis=1) for one in seen])
         # more freedom must pay, or chance would give resting hands a velocity
         price = np.array([SURE * (len(ends.columns) - 2) / thin.shape[2] for ends in candidates])
         best = np.argmin(np.log(table.min(axis=1)) + price[:, None], axis=0)
@@ -87,27 +90,44 @@ def _ends_and_basis(trimmed: Sequence[TrimmedDemonstration], bases: tuple[Basis,
     return [found[i] for i in range(len(trimmed))], bases[int(totals.argmin())]
 
 
+def _stride(demonstration: TrimmedDemonstration) -> int:
+    return -(-len(demonstration.position_m) // THINNED)
+
+
+def _thinned(demonstration: TrimmedDemonstration) -> Array:
+    """Even samples at ``THINNED`` even shares, the same for every length; others, and fewer, as they are, thinned."""
+    place = demonstration.position_m
+    if not demonstration.even or len(place) <= THINNED:
+        return place[:: _stride(demonstration)]
+    at = np.linspace(0.0, len(place) - 1.0, THINNED)
+    return np.column_stack([map_coordinates(column, at[None], order=3, mode="mirror") for column in place.T])
+
+
 def _fit_positions(trimmed: Sequence[TrimmedDemonstration], ends: Sequence[Ends], basis: Basis) -> Array:
     """y0, y0', g, g' and weights of every demonstration; (N, 4 + m, c)."""
     made: dict[int, Array] = {}
-    for members in _alike(trimmed, ends):
+    for members in _alike(trimmed, [(len(one.position_m), mark) for one, mark in zip(trimmed, ends, strict=True)]):
         position = np.array([trimmed[i].position_m.T for i in members])
-        solved = solve_positions(_operator(trimmed[members[0]], 1, (basis,), ends[members[0]]), position)
+        first = members[0]
+        solved = solve_positions(_operator(trimmed[first], position.shape[2], 1, (basis,), ends[first]), position)
         made |= dict(zip(members, solved, strict=True))
     return np.array([made[i].T for i in range(len(trimmed))])
 
 
 def _alike(trimmed: Sequence[TrimmedDemonstration], marks: Sequence[Hashable]) -> list[list[int]]:
-    """The numbers of the demonstrations whose samples have the same shares and whose marks agree: solved in one go."""
+    """The numbers of the demonstrations whose marks agree: even ones are solved in one go, each other by itself."""
     groups: dict[Hashable, list[int]] = {}
     for i, (demonstration, mark) in enumerate(zip(trimmed, marks, strict=True)):
-        groups.setdefault((len(demonstration.position_m), None if demonstration.even else i, mark), []).append(i)
+        groups.setdefault((None if demonstration.even else i, mark), []).append(i)
     return list(groups.values())
 
 
-def _operator(demonstration: TrimmedDemonstration, stride: int, bases: tuple[Basis, ...], ends: Ends) -> Operator:
+def _operator(
+    demonstration: TrimmedDemonstration, count: int, stride: int, bases: tuple[Basis, ...], ends: Ends
+) -> Operator:
+    """For ``count`` samples: even ones, or every ``stride``-th where they are not."""
     if demonstration.even:
-        return even_operator(len(demonstration.position_m), stride, bases, ends)
+        return even_operator(count, bases, ends)
     return operator(demonstration.share[::stride], bases, ends)
 
 

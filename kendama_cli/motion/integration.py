@@ -75,8 +75,8 @@ def solve(drive: Drive, start: Array, start_rate: Array, frequency: float, steps
     drives = drive(grid)
     push = _forced(np.array(h), frequency, drives[:-1], drive(grid[:-1] + h / 2), drives[1:])
     y_gain, cross, u_gain = (float(gain) for gain in _free(np.array(h), frequency))
-    u = _recur(u_gain, push[1], start_rate + frequency * start)
-    y = _recur(y_gain, push[0] + cross * u[:-1], start)
+    u = recur(u_gain, push[1], start_rate + frequency * start)
+    y = recur(y_gain, push[0] + cross * u[:-1], start)
     return Solution(drive, frequency, np.stack((y, u), axis=1), drives)
 
 
@@ -90,7 +90,7 @@ def settle(start: Array, start_rate: Array, frequency: float, since: Array) -> S
     return State(position, rate, -2 * frequency * rate - frequency**2 * position)
 
 
-def _recur(gain: float, push: Array, start: Array) -> Array:
+def recur(gain: float, push: Array, start: Array) -> Array:
     """z_{i+1} = gain z_i + push_i from z_0 = ``start`` (k,); returns (n + 1, k)."""
     right = np.vstack((start, push))
     # unit diagonal, -gain below it; scipy.signal's filter does the same and takes half a second to import

@@ -2,8 +2,8 @@
 
     y(s) = g + g' (s - 1) + e(s),   e = (y0 - g + g') a(s) + (y0' - g') b(s) + sum_j w_j B_j(s)
 
-a, b and B_j are the responses of eq. 3 to a unit distance, a unit rate and one basis function, so no derivative of
-the samples is needed. The motion is to reach its goal: e(1) = e'(1) = 0. Among such motions
+a, b and B_j are the responses of eq. 3 to a unit distance, a unit rate and one basis function (``response_columns``),
+so no derivative of the samples is needed. The motion is to reach its goal: e(1) = e'(1) = 0. Among such motions
 
     min  sum_i |y(s_i) - p_i|^2 + lambda n int |y'''|^2 ds
 
@@ -20,15 +20,9 @@ from functools import lru_cache
 import numpy as np
 
 from kendama_cli.motion.basis import Basis
-from kendama_cli.motion.common_functions import CommonFunctions, beside, common_functions
-from kendama_cli.motion.integration import Solution, State, settle, solve
+from kendama_cli.motion.common_functions import CommonFunctions, common_functions
+from kendama_cli.motion.response_columns import ResponseColumns, read_rows, response_columns
 from kendama_cli.schema.arrays import Array
-
-STEPS = 1000
-"""Integration steps for the responses to single functions; their error is far below a recording's noise."""
-
-JERK_SAMPLES = 400
-"""Instants at which the jerk of 20 functions is summed up."""
 
 PRICES = 10.0 ** np.arange(-16.0, -5.5, 0.5)
 """lambda: from a price that only holds what no sample holds to one that leaves a single bend."""
@@ -75,11 +69,13 @@ class Ends:
 class Operator:
     """The factorised least squares for one set of n shares and W bases, with p free parameters.
 
-    Parameters = ``lift`` (shrink * (``project`` positions)); lambda is one of L ``PRICES``.
+    Parameters = ``lift`` (shrink * (``turn`` ``seen`` positions)); lambda is one of L ``PRICES``.
     """
 
-    project: Array
-    """(W, p, n), orthonormal rows"""
+    seen: Array
+    """(W, n, p): functions at the shares"""
+    turn: Array
+    """(W, p, p): to components; those of ``seen`` are orthonormal"""
     lift: Array
     """(W, 4 + m, p): y0, y0', g, g' and the weights"""
     shrink: Array
@@ -92,7 +88,7 @@ class Operator:
 
 @dataclass(frozen=True)
 class Projection:
-    """What an operator sees of N swings: ``components`` (N, k, W, p), cross-validated variances ``score`` (W, L, N)."""
+    """What an operator sees of N swings: ``components`` (W, N, k, p), cross-validated variances ``score`` (W, L, N)."""
 
     components: Array
     score: Array
@@ -101,40 +97,44 @@ class Projection:
 def project(operator: Operator, position: Array) -> Projection:
     """The swings ``position`` (N, k, n) at the operator's shares, with the score of every lambda [m^2]."""
     count, axes, n = position.shape
-    bases, free, _ = operator.project.shape
-    rows, columns = position.reshape(-1, n), operator.project.reshape(-1, n).T
-    at_once = max(1, ONE_THREAD // columns.size)
-    parts = [rows[i : i + at_once] @ columns for i in range(0, len(rows), at_once)]
-    z = np.concatenate(parts).reshape(count, axes, bases, free)
+    z = _products(position.reshape(-1, n), operator.seen) @ operator.turn.transpose(0, 2, 1)
+    z = z.reshape(len(z), count, axes, -1)
     total = (position**2).reshape(count, -1).sum(axis=1)
-    rss = total - operator.kept @ np.einsum("nkwp,nkwp->wpn", z, z)
+    rss = total - operator.kept @ (z**2).sum(axis=2).transpose(0, 2, 1)
     return Projection(z, n * np.maximum(rss, n * axes * RESOLUTION_M**2) / operator.freedom[:, :, None] ** 2)
+
+
+def _products(rows: Array, seen: Array) -> Array:
+    """``rows`` (r, n) times ``seen`` (W, n, p), so many rows at once that BLAS stays on one thread; (W, r, p)."""
+    at_once = max(1, ONE_THREAD // seen[0].size)
+    parts = [rows[i : i + at_once] @ seen for i in range(0, len(rows), at_once)]
+    return np.concatenate(parts, axis=1)
 
 
 def solve_positions(operator: Operator, position: Array) -> Array:
     """y0, y0', g, g' and weights (N, k, 4 + m) of swings (N, k, n), each with its best lambda, on the first basis."""
-    seen = project(operator, position)
-    best = operator.shrink[0][seen.score[0].argmin(axis=0)]
-    return np.asarray((best[:, None] * seen.components[:, :, 0]) @ operator.lift[0].T)
+    found = project(operator, position)
+    best = operator.shrink[0][found.score[0].argmin(axis=0)]
+    return np.asarray((best[:, None] * found.components[0]) @ operator.lift[0].T)
 
 
 @lru_cache(maxsize=128)
-def even_operator(count: int, stride: int, bases: tuple[Basis, ...], ends: Ends) -> Operator:
-    """The operator for every ``stride``-th of ``count`` even samples."""
-    return operator(np.linspace(0.0, 1.0, count)[::stride], bases, ends)
+def even_operator(count: int, bases: tuple[Basis, ...], ends: Ends) -> Operator:
+    """The operator for ``count`` even samples."""
+    return operator(np.linspace(0.0, 1.0, count), bases, ends)
 
 
 def operator(share: Array, bases: tuple[Basis, ...], ends: Ends) -> Operator:
     """Factorise the least squares for ``share`` (n,), for each of ``bases``."""
-    project, lift, shrink = _factorised(share, bases, ends)
+    seen, turn, lift, shrink = _factorised(share, bases, ends)
     freedom = len(share) - shrink.sum(axis=2)
     # a score from hardly any freedom would praise a motion that runs through every sample; the smoothest always counts
     freedom = np.where(freedom < LEAST_FREEDOM * len(share), NONE, freedom)
     freedom[:, -1] = np.maximum(freedom[:, -1], 0.5)
-    return Operator(project, lift, shrink, 2 * shrink - shrink**2, freedom)
+    return Operator(seen, turn, lift, shrink, 2 * shrink - shrink**2, freedom)
 
 
-def _factorised(share: Array, bases: tuple[Basis, ...], ends: Ends) -> tuple[Array, Array, Array]:
+def _factorised(share: Array, bases: tuple[Basis, ...], ends: Ends) -> tuple[Array, Array, Array, Array]:
     """Normal equations of the common functions where the samples see them all, or else Q and R of the columns."""
     n, common = len(share), _common(bases, ends)
     if n < 2 * common.lift.shape[1]:
@@ -154,7 +154,7 @@ def _factorised(share: Array, bases: tuple[Basis, ...], ends: Ends) -> tuple[Arr
     lift = np.zeros((len(bases), 4 + bases[0].functions, seen.shape[2]))
     lift[:, _free(bases[0], ends)] = common.lift @ to_components.transpose(0, 2, 1)
     shrink = 1.0 / (1.0 + PRICES[:, None] * n * np.maximum(squared, 0.0)[:, None])
-    return to_components @ across, lift, shrink
+    return seen, to_components, lift, shrink
 
 
 def _free(basis: Basis, ends: Ends) -> list[int]:
@@ -163,27 +163,25 @@ def _free(basis: Basis, ends: Ends) -> list[int]:
 
 @lru_cache(maxsize=64)
 def _common(bases: tuple[Basis, ...], ends: Ends) -> CommonFunctions:
-    return beside([_common_of_one(basis, ends) for basis in bases])
+    return common_functions(_columns(bases), _free(bases[0], ends), END_WEIGHT)
 
 
-@lru_cache(maxsize=64)
-def _common_of_one(basis: Basis, ends: Ends) -> CommonFunctions:
-    free, nodes, whole = _free(basis, ends), _node_columns(basis), _whole_motion(basis)
-    states = (nodes.position[:, free], nodes.rate[:, free], nodes.second[:, free])
-    return common_functions(states, whole.jerk[:, free], END_WEIGHT * whole.miss[:, free])
+@lru_cache(maxsize=16)
+def _columns(bases: tuple[Basis, ...]) -> ResponseColumns:
+    return response_columns(bases)
 
 
-def _each_by_columns(share: Array, bases: tuple[Basis, ...], ends: Ends) -> tuple[Array, Array, Array]:
-    project, lift, shrink = zip(*(_by_columns(share, basis, ends) for basis in bases), strict=True)
-    return np.array(project), np.array(lift), np.array(shrink)
+def _each_by_columns(share: Array, bases: tuple[Basis, ...], ends: Ends) -> tuple[Array, Array, Array, Array]:
+    seen, turn, lift, shrink = zip(*(_by_columns(share, basis, ends) for basis in bases), strict=True)
+    return np.array(seen), np.array(turn), np.array(lift), np.array(shrink)
 
 
-def _by_columns(share: Array, basis: Basis, ends: Ends) -> tuple[Array, Array, Array]:
+def _by_columns(share: Array, basis: Basis, ends: Ends) -> tuple[Array, Array, Array, Array]:
     """Q and R of the columns themselves: safe where samples are few or far between."""
     n, free = len(share), _free(basis, ends)
-    position = _columns(basis, share).position[:, free]
-    whole = _whole_motion(basis)
-    jerk, miss = whole.jerk[:, free], whole.miss[:, free]
+    columns = _columns((basis,))
+    position, miss = read_rows(columns.rows, share)[0][:, free], columns.miss[0][:, free]
+    jerk = _tall_qr(columns.jerk[0][:, free])[1]
     rows = np.vstack((position, END_WEIGHT * np.sqrt(n) * miss))
     size = np.linalg.norm(rows, axis=0)
     orthonormal, triangle = _tall_qr(np.vstack((rows / size, LEAST_COLUMN * np.eye(len(free)))))
@@ -191,40 +189,7 @@ def _by_columns(share: Array, basis: Basis, ends: Ends) -> tuple[Array, Array, A
     _, bend, turn = np.linalg.svd((jerk / size) @ inverse, full_matrices=False)
     lift = np.zeros((4 + basis.functions, len(free)))
     lift[free] = (inverse @ turn.T) / size[:, None]
-    return (orthonormal @ turn.T)[:n].T, lift, 1.0 / (1.0 + PRICES[:, None] * n * bend**2)
-
-
-def _columns(basis: Basis, share: Array) -> State:
-    """What a unit of y0, y0', g, g' and each weight adds to y, y' and y" at ``share`` (n,); each (n, 4 + m)."""
-    return _with_ends(basis, share, _responses(basis).at(share))
-
-
-@lru_cache(maxsize=64)
-def _node_columns(basis: Basis) -> State:
-    """The same at s = 0, 1 / ``STEPS``, ... 1."""
-    return _with_ends(basis, np.arange(STEPS + 1) / STEPS, _responses(basis).at_nodes())
-
-
-def _with_ends(basis: Basis, share: Array, made: State) -> State:
-    w = basis.frequency
-    unit, none = np.ones(1), np.zeros(1)
-    place, speed = settle(unit, none, w, share), settle(none, unit, w, share)
-    s = share[:, None]
-    position = (place.position, speed.position, 1 - place.position, s - 1 + place.position - speed.position)
-    rate = (place.rate, speed.rate, -place.rate, 1 + place.rate - speed.rate)
-    second = (place.second, speed.second, -place.second, place.second - speed.second)
-    return State(
-        np.hstack((*position, made.position)), np.hstack((*rate, made.rate)), np.hstack((*second, made.second))
-    )
-
-
-def _jerk_columns(basis: Basis, share: Array) -> Array:
-    """What they add to the jerk, df/ds - 2 w e" - w^2 e' of the distance e to the goal; (n, 4 + m)."""
-    w, state = basis.frequency, _columns(basis, share)
-    # the goal's own rate is in the columns of g', and has no jerk
-    rate = state.rate - np.eye(4 + basis.functions)[3]
-    drive = np.hstack((np.zeros((len(share), 4)), basis.feature_rates(share)))
-    return np.asarray(drive - 2 * w * state.second - w**2 * rate)
+    return orthonormal[:n], turn, lift, 1.0 / (1.0 + PRICES[:, None] * n * bend**2)
 
 
 def _tall_qr(rows: Array) -> tuple[Array, Array]:
@@ -238,29 +203,3 @@ def _tall_qr(rows: Array) -> tuple[Array, Array]:
     within, triangles = np.linalg.qr(blocks.reshape(-1, QR_ROWS, columns))
     across, triangle = np.linalg.qr(triangles.reshape(-1, columns))
     return (within @ across.reshape(-1, columns, columns)).reshape(-1, columns)[:count], triangle
-
-
-@dataclass(frozen=True)
-class _Whole:
-    """``jerk`` (4 + m, 4 + m), whose square is the integral of the jerk's; ``miss`` (2, 4 + m) of g and g' at s = 1."""
-
-    jerk: Array
-    miss: Array
-
-
-@lru_cache(maxsize=64)
-def _whole_motion(basis: Basis) -> _Whole:
-    """The jerk and the miss of a basis, of all its columns."""
-    jerk = _jerk_columns(basis, np.linspace(0.0, 1.0, JERK_SAMPLES)) / np.sqrt(JERK_SAMPLES)
-    end = _node_columns(basis)
-    position, rate = end.position[-1:].copy(), end.rate[-1:].copy()
-    # the goal's own columns read g and g' there; what is left of them is the miss
-    position[0, 2] -= 1.0
-    rate[0, 3] -= 1.0
-    return _Whole(_tall_qr(jerk)[1], np.vstack((position, rate / basis.frequency)))
-
-
-@lru_cache(maxsize=64)
-def _responses(basis: Basis) -> Solution:
-    nothing = np.zeros(basis.functions)
-    return solve(basis.features, nothing, nothing, basis.frequency, STEPS)

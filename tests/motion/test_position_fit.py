@@ -85,8 +85,8 @@ def test_noise_is_smoothed_more_the_more_there_is() -> None:
         score = project(made, noisy.T[None]).score[0, :, 0]
         best = int(score.argmin())
         for price, errors in ((0, plain), (best, chosen)):
-            z = made.shrink[0, price][:, None] * (made.project[0] @ noisy)
-            errors.append(np.sqrt(np.mean((made.project[0].T @ z - clean) ** 2)))
+            z = made.shrink[0, price][:, None] * (made.turn[0] @ (made.seen[0].T @ noisy))
+            errors.append(np.sqrt(np.mean((made.seen[0] @ (made.turn[0].T @ z) - clean) ** 2)))
     assert np.median(chosen) < 0.85 * np.median(plain)
 
 
@@ -182,11 +182,11 @@ def test_common_functions_solve_what_the_columns_do(width: float) -> None:
     """The normal equations of the orthonormal functions against Q and R of the columns, here in full precision."""
     basis, ends, share = Basis(20, 1000.0, 1.0, width), Ends(True, True), np.linspace(0, 1, 1301)
     made = operator(share, (basis,), ends)
-    project, lift, shrink = position_fit._by_columns(share, basis, ends)
+    seen, turn, lift, shrink = position_fit._by_columns(share, basis, ends)
     place = path(2.0 * share).T - path(np.zeros(1)).T
     for price in (0, 5, 10, 20):
-        ours = made.lift[0] @ (made.shrink[0, price][:, None] * (made.project[0] @ place.T))
-        theirs = lift @ (shrink[price][:, None] * (project @ place.T))
+        ours = made.lift[0] @ (made.shrink[0, price][:, None] * (made.turn[0] @ (made.seen[0].T @ place.T)))
+        theirs = lift @ (shrink[price][:, None] * (turn @ (seen.T @ place.T)))
         # metres; what the nodes' interpolation leaves of a swing of 0.25 m, largest where nothing is smoothed
         assert np.abs(ours[[0, 2]] - theirs[[0, 2]]).max() < 1e-9
         assert np.abs(made.shrink[0, price].sum() - shrink[price].sum()) < 1e-7
@@ -195,4 +195,4 @@ def test_common_functions_solve_what_the_columns_do(width: float) -> None:
 def test_samples_too_few_for_normal_equations_are_factorised_by_columns() -> None:
     basis, ends, share = Basis(20, 1000.0, 1.0, 0.8), Ends(False, False), np.linspace(0, 1, 30)
     made = operator(share, (basis,), ends)
-    assert np.array_equal(made.project[0], position_fit._by_columns(share, basis, ends)[0])
+    assert np.array_equal(made.seen[0], position_fit._by_columns(share, basis, ends)[0])
