@@ -6,6 +6,7 @@ configuration, cache and store are used as by the command line.
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -26,7 +27,7 @@ from kendama_cli.pipeline.nodes import build_settings
 from kendama_cli.pipeline.plan import Planner, check_armed, check_forced
 from kendama_cli.pipeline.record import begin, find_run, past_runs
 from kendama_cli.pipeline.runner import Runner
-from kendama_cli.store.store import Store
+from kendama_cli.pipeline.where import of_results, open_cluster, open_store
 from kendama_cli.vision.camera_model import CameraModel
 from kendama_cli.vision.catch_pose import CatchPoseEstimator
 
@@ -64,6 +65,10 @@ class _Silent:
     def stage_progress(self, name: str, done: int, total: int | None, figures: Mapping[str, Any]) -> None: ...
 
     def stage_ends(self, outcome: StageOutcome) -> None: ...
+
+
+def _warn(line: str) -> None:
+    warnings.warn(line, stacklevel=4)
 
 
 def run(
@@ -107,10 +112,12 @@ def run(
     site = _site(home, config_dir)
     declared = load_pipeline(pipeline, site.pipeline_folders).until(until)
     settings = build_settings(composed(site, [*declared.overrides, *overrides]))
-    planner = Planner(Store(site.home), declared, settings, site.data_roots)
+    planner = Planner(open_store(site.home, settings, _warn), declared, settings, site.data_roots)
     check_armed(planner, armed=arm)
     forced = check_forced(declared, list(force))
-    record = Runner(planner, begin(site.home, pipeline, list(overrides)), _Silent(), forced=forced).run()
+    begun = begin(site.home, pipeline, of_results(overrides))
+    with open_cluster(planner.store, settings, _warn) as cluster:
+        record = Runner(planner, begun, _Silent(), forced=forced, cluster=cluster).run()
     for stage in record.stages:
         if stage.error is not None:
             raise StageError(f"stage '{stage.name}' of run {record.run}: {stage.error}")

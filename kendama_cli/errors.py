@@ -88,6 +88,26 @@ class ReadOnlyError(StoreError):
     """The place cannot be written by this user, though there may be nothing wrong with it."""
 
 
+class RemoteError(StoreError):
+    """The shared store is not one, or refuses what is asked: a bucket that is not there, a wrong secret."""
+
+    exit_code = 2
+
+
+class OfflineError(RemoteError):
+    """The shared store cannot be reached now; the home folder alone will do."""
+
+    exit_code = 1
+
+
+class ClusterError(KendamaError):
+    """The machines that should compute cannot be reached, or are of another kind; ``address`` is the scheduler's."""
+
+    def __init__(self, address: str, message: str) -> None:
+        super().__init__(message)
+        self.address = address
+
+
 class FormatError(StoreError):
     """A file was written in another format than the one that is read here; ``found`` and ``known`` are the two."""
 

@@ -19,7 +19,7 @@ from kendama_cli.cli.camera_setup import camera_blink, camera_brightness, camera
 from kendama_cli.cli.capture import capture_app
 from kendama_cli.cli.docs import docs
 from kendama_cli.cli.motion import motion_app
-from kendama_cli.cli.options import Arm, ConfigDir, Force, Home, Json, Overrides, PipelineName, Until
+from kendama_cli.cli.options import Arm, ConfigDir, Force, Home, Json, On, Overrides, PipelineName, Until
 from kendama_cli.cli.play import play
 from kendama_cli.cli.robot import robot_app
 from kendama_cli.cli.runs import diff, runs_app
@@ -80,6 +80,7 @@ def run(
     pipeline: PipelineName = "kendama",
     until: Until = None,
     force: Force = None,
+    on: On = None,
     arm: Arm = False,
     as_json: Json = False,
     home: Home = None,
@@ -95,6 +96,7 @@ def run(
         until,
         overrides or [],
         force or [],
+        on=on,
         asked=context.obj,
         began_s=began_s,
         arm=arm,
@@ -197,6 +199,7 @@ def sweep(
     report: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Write one page that compares all runs, when they have ended.")
     ] = None,
+    on: On = None,
     as_json: Json = False,
     home: Home = None,
     config_dir: ConfigDir = None,
@@ -205,7 +208,7 @@ def sweep(
     from kendama_cli.cli.sweep_work import sweep_pipeline
 
     site = find_site(home, config_dir)
-    return sweep_pipeline(site, pipeline, until, overrides or [], jobs=jobs, report=report, as_json=as_json)
+    return sweep_pipeline(site, pipeline, until, overrides or [], on=on, jobs=jobs, report=report, as_json=as_json)
 
 
 @app.command()

@@ -42,6 +42,8 @@ REQUIRED = {
 EXTRAS = {
     "example-robot-data": "robot=ur5, ur10, panda, xarm7: pip install 'kendama[robots]'",
     "starlette": "kendama play: pip install 'kendama[play]'",
+    "obstore": "store.remote=s3://bucket/prefix: pip install 'kendama[remote]'",
+    "distributed": "--on dask, --on slurm: pip install 'kendama[dask]'",
     "gymnasium": "the learning environment for others' agents: pip install 'kendama[gym]'",
 }
 DEVICES = {

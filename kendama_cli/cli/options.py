@@ -29,6 +29,12 @@ Force = Annotated[
         metavar="STAGE", help="Compute this stage again even where it is cached.", autocompletion=completion.stages
     ),
 ]
+On = Annotated[
+    str | None,
+    typer.Option(
+        "--on", metavar="EXECUTOR", help="Where stages compute: local, dask or slurm [executor of the configuration]."
+    ),
+]
 Json = Annotated[bool, typer.Option("--json", help="Print one JSON document.")]
 Arm = Annotated[bool, typer.Option("--arm", help="Allow stages that move real hardware.")]
 Overrides = Annotated[

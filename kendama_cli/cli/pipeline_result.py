@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from kendama_cli.cli import render
 from kendama_cli.cli.progress import PlainLines, observer
 from kendama_cli.config.compose import composed
 from kendama_cli.config.site import Site
@@ -15,8 +16,8 @@ from kendama_cli.pipeline.nodes import build_settings
 from kendama_cli.pipeline.plan import Planner
 from kendama_cli.pipeline.record import begin
 from kendama_cli.pipeline.runner import Runner
+from kendama_cli.pipeline.where import open_store
 from kendama_cli.store.codecs import load_artifact
-from kendama_cli.store.store import Store
 
 
 @dataclass(frozen=True)
@@ -37,7 +38,7 @@ def run_for(gives: type, site: Site, pipeline: str, overrides: list[str], *, as_
     declared = declared.until(declared.giving(gives).name)
     config = composed(site, [*declared.overrides, *overrides])
     settings = build_settings(config)
-    planner = Planner(Store(site.home), declared, settings, site.data_roots)
+    planner = Planner(open_store(site.home, settings, render.note), declared, settings, site.data_roots)
     record = begin(site.home, pipeline, overrides)
     with PlainLines() if as_json else observer() as view:
         Runner(planner, record, view).run()

@@ -18,7 +18,7 @@ from kendama_cli.pipeline.record import begin, version_differences
 from kendama_cli.pipeline.runner import Runner
 from kendama_cli.pipeline.unchanged import Question, keep
 from kendama_cli.pipeline.watched import configuration_stamps, input_stamps
-from kendama_cli.store.store import Store
+from kendama_cli.pipeline.where import of_results, open_cluster, open_store, with_executor
 
 
 def run_pipeline(
@@ -28,6 +28,7 @@ def run_pipeline(
     overrides: list[str],
     force: list[str],
     *,
+    on: str | None,
     asked: Question | None,
     began_s: float,
     arm: bool,
@@ -38,19 +39,20 @@ def run_pipeline(
     The exit code is 1 too where a stage kept what it had and did not come to its end: an arm that stopped, say.
     """
     configuration = configuration_stamps(site.considered, pipeline)
-    planner, configured = _planned(site, pipeline, until, overrides)
+    planner, configured = _planned(site, pipeline, until, with_executor(overrides, on))
     forced = check_forced(planner.pipeline, force)
     check_armed(planner, armed=arm)
-    record = begin(site.home, pipeline, overrides)
-    with PlainLines() if as_json else observer() as view:
-        Runner(planner, record, view, forced=forced).run()
+    record = begin(site.home, pipeline, of_results(overrides))
+    settings = build_settings(configured.config)
+    with open_cluster(planner.store, settings, render.note) as cluster, PlainLines() if as_json else observer() as view:
+        Runner(planner, record, view, forced=forced, cluster=cluster).run()
     if as_json:
         render.document(record.document())
     else:
         render.summary(record, next_step(record))
     whole = record.outcome == "done" and all(stage.metrics.get("completed") is not False for stage in record.stages)
     if not forced and whole and asked is not None:
-        inputs = input_stamps(planner, build_settings(configured.config), site.data_roots)
+        inputs = input_stamps(planner, settings, site.data_roots)
         plans = planner.plan()
         if inputs is not None and all(plan.result is not None for plan in plans):
             parts = {plan.spec.name: plan.parts for plan in plans}
@@ -89,4 +91,5 @@ def show_configuration(site: Site, overrides: list[str]) -> None:
 def _planned(site: Site, pipeline: str, until: str | None, overrides: list[str]) -> tuple[Planner, Composition]:
     declared = load_pipeline(pipeline, site.pipeline_folders).until(until)
     configured = composition(site, [*declared.overrides, *overrides])
-    return Planner(Store(site.home), declared, build_settings(configured.config), site.data_roots), configured
+    settings = build_settings(configured.config)
+    return Planner(open_store(site.home, settings, render.note), declared, settings, site.data_roots), configured

@@ -14,7 +14,7 @@ from kendama_cli.pipeline.nodes import build_settings
 from kendama_cli.pipeline.plan import Planner, check_armed
 from kendama_cli.pipeline.record import RunRecord
 from kendama_cli.pipeline.sweep import SweepJob, distinct, run_sweep
-from kendama_cli.store.store import Store
+from kendama_cli.pipeline.where import of_results, open_cluster, open_store, with_executor
 from kendama_cli.system.processes import cores_shared_by
 
 
@@ -24,23 +24,31 @@ def sweep_pipeline(
     until: str | None,
     overrides: list[str],
     *,
+    on: str | None,
     jobs: int | None,
     report: Path | None,
     as_json: bool,
 ) -> int:
     """Run every combination, show how each ended, and compare them in one page where ``report`` is given."""
-    combinations = expand_sweep(site, overrides)
+    combinations = expand_sweep(site, with_executor(overrides, on))
     declared = load_pipeline(pipeline, site.pipeline_folders).until(until)
     configs = composed_each(site, [[*declared.overrides, *texts] for texts in combinations])
-    store = Store(site.home)
-    planners = (Planner(store, declared, build_settings(config), site.data_roots) for config in configs)
-    wanted = distinct([SweepJob(texts, planner) for texts, planner in zip(combinations, planners, strict=True)])
+    settings = [build_settings(config) for config in configs]
+    where = settings[0]
+    store = open_store(site.home, where, render.note)
+    planners = (Planner(store, declared, one, site.data_roots) for one in settings)
+    wanted = distinct(
+        [SweepJob(of_results(texts), planner) for texts, planner in zip(combinations, planners, strict=True)]
+    )
     for job in wanted:
         check_armed(job.planner, armed=False)
     number = {id(job): f"[{i}/{len(wanted)} {' '.join(job.overrides)}] " for i, job in enumerate(wanted, 1)}
-    at_once = jobs or os.cpu_count() or 1
-    with cores_shared_by(min(at_once, len(wanted))):
-        records = run_sweep(wanted, lambda job, record: PlainLines(number[id(job)]), at_once=at_once)
+    with open_cluster(store, where, render.note) as cluster:
+        at_once = jobs or (os.cpu_count() or 1 if cluster is None else cluster.at_once)
+        with cores_shared_by(min(at_once, len(wanted))):
+            records = run_sweep(
+                wanted, lambda job, record: PlainLines(number[id(job)]), at_once=at_once, cluster=cluster
+            )
     _show_sweep(records, as_json=as_json)
     if report is not None:
         from kendama_cli.pipeline.report import write_report  # noqa: PLC0415 - matplotlib and pandas

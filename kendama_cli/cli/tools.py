@@ -9,7 +9,9 @@ import typer
 
 from kendama_cli.cli import completion, render
 from kendama_cli.cli.log_predict import log_predict
-from kendama_cli.cli.options import Home, Json
+from kendama_cli.cli.options import ConfigDir, Home, Json
+from kendama_cli.cli.shared_cache import RemotePlace, pull, push
+from kendama_cli.cli.shared_cache import verify as verify_shared
 from kendama_cli.config.site import find_site
 
 cache_app = typer.Typer(help="Look after the store of finished work.", no_args_is_help=True)
@@ -62,8 +64,12 @@ def cache_ls(as_json: Json = False, home: Home = None) -> None:
 
 
 @cache_app.command("verify")
-def cache_verify(as_json: Json = False, home: Home = None) -> int:
+def cache_verify(
+    remote: RemotePlace = None, as_json: Json = False, home: Home = None, config_dir: ConfigDir = None
+) -> int:
     """Read every stored byte and name what is damaged; damaged work is computed again when it is next needed."""
+    if remote is not None:
+        return verify_shared(find_site(home, config_dir), remote, as_json=as_json)
     from kendama_cli.store.garbage import verify
     from kendama_cli.store.store import Store
 
@@ -96,6 +102,8 @@ def cache_gc(
     render.text(f"{len(gone)} deleted")
 
 
+cache_app.command("push")(push)
+cache_app.command("pull")(pull)
 log_app.command("predict")(log_predict)
 
 

@@ -83,6 +83,14 @@ def code_digests(targets: Sequence[str], index: FileIndex) -> dict[str, str]:
     return dict(sorted(digests.items()))
 
 
+def code_digest(place: str, index: FileIndex) -> str | None:
+    """The digest of one module by its ``place`` as ``code_digests`` names it; None where it is not installed."""
+    name = place.removesuffix(".py").removesuffix("/__init__").replace("/", ".")
+    package = name.partition(".")[0]
+    file = _module_file({package: _origin(package)}, name)
+    return None if file is None else str(index.facts(file, f"code {name}", functools.partial(_read_module, name))[0])
+
+
 def _read_module(name: str, file: Path) -> list[Any]:
     tree = ast.parse(file.read_bytes(), filename=str(file))
     # what only a type checker reads changes no result

@@ -13,6 +13,7 @@ from typing import Any
 
 from kendama_cli.errors import ConfigError, MissingPartError
 from kendama_cli.pipeline.code import FileIndex
+from kendama_cli.schema.settings import input_files
 from kendama_cli.store import durable
 
 PACKAGE = "package://"
@@ -56,6 +57,21 @@ def describe(settings: Any, index: FileIndex) -> Any:
     if isinstance(settings, tuple):
         return [describe(item, index) for item in settings]
     return settings
+
+
+def file_contents(settings: Any, index: FileIndex) -> dict[str, dict[str, str]]:
+    """Every input file below ``settings`` by its path: ``sha256`` of its content, and ``beside``, who named it.
+
+    A file that a table lists stands beside that table; any other beside itself.
+    """
+    found = {}
+    for value in input_files(settings).values():
+        for one in map(Path, value):
+            listed = [one.parent / name for name in index.facts(one, "listed", _listed)]
+            for path in (one, *(path for path in listed if path.is_file())):
+                digest = str(index.facts(path, "content", durable.file_sha256))
+                found[str(path)] = {"sha256": digest, "beside": str(one)}
+    return found
 
 
 def _contents(value: str | tuple[str, ...] | None, index: FileIndex) -> list[str]:

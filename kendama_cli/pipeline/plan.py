@@ -10,13 +10,16 @@ from typing import Any, cast
 from kendama_cli.errors import ConfigError, UsageError
 from kendama_cli.pipeline.catalogue import Pipeline, StageSpec
 from kendama_cli.pipeline.code import FileIndex, code_digests
-from kendama_cli.pipeline.inputs import describe, resolve_files
+from kendama_cli.pipeline.inputs import describe, file_contents, resolve_files
 from kendama_cli.pipeline.latest import keep_latest, read_latest
 from kendama_cli.pipeline.nodes import node_schemas
 from kendama_cli.schema.declaration import KINDS, Kind
 from kendama_cli.schema.settings import chosen, nearest
 from kendama_cli.store import durable
-from kendama_cli.store.store import Store, StoredResult
+from kendama_cli.store.store import Store, StoredResult, key_of
+
+WHERE = ("executor", "store")
+"""Nodes of the configuration that enter no key."""
 
 
 @dataclass(frozen=True)
@@ -44,6 +47,12 @@ class Planner:
         self.settings: dict[str, dict[str, Any]] = {}
         for spec in pipeline.stages:
             for node in spec.config.values():
+                if node in WHERE:
+                    raise ConfigError(
+                        node,
+                        f"pipeline '{pipeline.name}': stage '{spec.name}' reads node '{node}', which says where the "
+                        "work is done and must change no result; take it out of the stage's config",
+                    )
                 if node not in settings:
                     raise ConfigError(
                         node,
@@ -69,6 +78,14 @@ class Planner:
     def kind(self, stage: str) -> Kind:
         """What the stage does under these settings: compute, record, or move hardware that may be real."""
         return self._kinds[stage]
+
+    def files(self, stage: str) -> dict[str, dict[str, str]]:
+        """Every input file of the stage by its path: its content's digest, and the file that named it."""
+        return {
+            path: facts
+            for value in self.settings[stage].values()
+            for path, facts in file_contents(value, self._index).items()
+        }
 
     def parts(self, spec: StageSpec, inputs: Mapping[str, str]) -> dict[str, Any]:
         """What the key of ``spec`` is made of, given the digests of its inputs by its own names for them."""
@@ -100,7 +117,7 @@ class Planner:
     def look_up(self, spec: StageSpec, inputs: Mapping[str, str], *, forced: bool = False) -> StagePlan:
         """The state of one stage whose inputs are known."""
         parts = self.parts(spec, inputs)
-        key = durable.sha256(durable.canonical_json(parts))[:40]
+        key = key_of(parts)
         if forced:
             return StagePlan(spec, key, parts, None, ("forced",))
         if self.kind(spec.name) == "moves":

@@ -56,11 +56,13 @@ class Runner:
         forced: frozenset[str] = frozenset(),
         workers: int | None = None,
         starter: Starter | None = None,
+        cluster: Starter | None = None,
         stop: threading.Event | None = None,
     ) -> None:
         """``workers``: how many stages may compute at once, None for one per core; ``stop`` interrupts from outside.
 
         ``starter`` makes the worker processes, by default an interpreter each; a fork server serves one at a time.
+        Stages that do nothing but compute go to ``cluster`` where there is one.
         """
         self._planner = planner
         self._record = record
@@ -71,7 +73,9 @@ class Runner:
         self._plans: dict[str, StagePlan] = {}
         self._failed: set[str] = set()
         self._waiting: dict[str, StageSpec] = {spec.name: spec for spec in planner.pipeline.stages}
-        self._running = Workers(starter or system().interpreters())
+        self._starter = starter or system().interpreters()
+        self._cluster = cluster
+        self._running = Workers()
         self._waits_reported: set[str] = set()
 
     def run(self) -> RunRecord:
@@ -150,7 +154,10 @@ class Runner:
     def _start(self, plan: StagePlan, lock: Lock) -> None:
         spec = plan.spec
         request = _request(self._planner, plan, self._plans, fresh=spec.name in self._forced)
-        self._running.start(plan, request, lock, durable.make_folder(self._record.folder) / f"{spec.name}.txt")
+        # what records a person or moves an arm does so where the person and the arm are
+        away = self._cluster if self._planner.kind(spec.name) == "computes" else None
+        output = durable.make_folder(self._record.folder) / f"{spec.name}.txt"
+        self._running.start(away or self._starter, plan, request, lock=lock, output=output)
         self._waiting.pop(spec.name)
         self._forced.discard(spec.name)
         self._observer.stage_starts(spec.name, plan.reasons)
@@ -171,6 +178,8 @@ class Runner:
         result = None if job.done is None or job.plan.key is None else self._planner.store.find(name, job.plan.key)
         if result is not None:
             self._plans[name] = made = dataclasses.replace(job.plan, result=result)
+            if job.done is not None and not job.done.get("shared"):
+                self._planner.store.share(result)
             self._planner.remember(job.plan)
             self._end(outcomes.ran(made, seconds))
         else:
@@ -216,10 +225,16 @@ def _request(planner: Planner, plan: StagePlan, plans: Mapping[str, StagePlan], 
             for own, node in spec.config.items()
         },
         "given": {
-            own: {"folder": str(one.result.artifact), "gives": one.spec.declaration.gives}
+            own: {
+                "folder": str(one.result.artifact),
+                "gives": one.spec.declaration.gives,
+                "stage": one.spec.name,
+                "key": one.key,
+            }
             for own, one in given.items()
             if one.result is not None
         },
+        "files": planner.files(spec.name),
         "seed": planner.seed if spec.seeded else None,
         "home": str(planner.store.home),
         "fresh": fresh,

@@ -37,9 +37,15 @@ def distinct(jobs: Sequence[SweepJob]) -> list[SweepJob]:
 
 
 def run_sweep(
-    jobs: Sequence[SweepJob], observe: Callable[[SweepJob, RunRecord], Observer], *, at_once: int
+    jobs: Sequence[SweepJob],
+    observe: Callable[[SweepJob, RunRecord], Observer],
+    *,
+    at_once: int,
+    cluster: Starter | None = None,
 ) -> list[RunRecord]:
     """Run every job, ``at_once`` together; a failed one does not stop the others. Records in the order of ``jobs``.
+
+    Stages that do nothing but compute go to ``cluster`` where there is one.
 
     A KendamaError other than a failed stage (a full disk) stops the sweep and is raised, as KeyboardInterrupt is.
     """
@@ -54,13 +60,15 @@ def run_sweep(
         record = begin(home, pipeline, job.overrides, installed, number=number)
         starter = starters.get()
         try:
-            return Runner(job.planner, record, observe(job, record), workers=1, starter=starter, stop=stop).run()
+            view = observe(job, record)
+            return Runner(job.planner, record, view, workers=1, starter=starter, cluster=cluster, stop=stop).run()
         finally:
             starters.put(starter)
 
     with contextlib.ExitStack() as stack, concurrent.futures.ThreadPoolExecutor(at_once) as pool:
         for _ in range(min(at_once, len(jobs))):
-            starters.put(stack.enter_context(contextlib.closing(system().sweep_starter())))
+            starter = system().sweep_starter() if cluster is None else system().interpreters()
+            starters.put(stack.enter_context(contextlib.closing(starter)))
         futures = [pool.submit(run, number, job) for number, job in enumerate(jobs, first)]
         try:
             return [future.result() for future in futures]

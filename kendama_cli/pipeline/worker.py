@@ -25,6 +25,7 @@ from kendama_cli.pipeline.artifact_place import LOG
 from kendama_cli.pipeline.context import WorkerContext
 from kendama_cli.pipeline.nodes import node_schemas
 from kendama_cli.pipeline.record import versions
+from kendama_cli.pipeline.shipped_files import at_places
 from kendama_cli.schema.artifacts import artifact_type
 from kendama_cli.schema.declaration import StageDeclaration, find_stage
 from kendama_cli.schema.registry import resolve
@@ -92,7 +93,8 @@ def make_stage(request: Mapping[str, Any]) -> tuple[Any, dict[str, Any]]:
             f"stage '{request['stage']}' does not take the nodes that its pipeline entry lists under 'config' ({fed}): "
             f"{error}"
         ) from error
-    return stage_class(**settings), settings
+    places = request.get("places", {})  # where files are on this machine; the log tells where they were named
+    return stage_class(**{own: at_places(value, places) for own, value in settings.items()}), settings
 
 
 def run_stage(request: Mapping[str, Any], emit: Emit) -> dict[str, Any]:

@@ -32,10 +32,9 @@ class Job:
 
 
 class Workers:
-    """The workers that run now; ``starter`` makes their processes."""
+    """The workers that run now."""
 
-    def __init__(self, starter: Starter) -> None:
-        self._starter = starter
+    def __init__(self) -> None:
         self._jobs: dict[str, Job] = {}
         # a thread reads each pipe: not every system can wait for several pipes at once
         self._lines: queue.SimpleQueue[tuple[str, bytes]] = queue.SimpleQueue()
@@ -44,10 +43,10 @@ class Workers:
         """How many there are."""
         return len(self._jobs)
 
-    def start(self, plan: StagePlan, request: Mapping[str, Any], lock: Lock, output: Path) -> None:
-        """Have a worker carry out ``request``; it holds ``lock``, and what it prints goes to ``output``."""
+    def start(self, starter: Starter, plan: StagePlan, request: Mapping[str, Any], *, lock: Lock, output: Path) -> None:
+        """Have a worker of ``starter`` carry out ``request``, holding ``lock``; what it prints goes to ``output``."""
         with durable.plain_disk_errors(output), output.open("wb") as printed:
-            process = self._starter.start(request, lock=lock, printed=printed.fileno())
+            process = starter.start(request, lock=lock, printed=printed.fileno())
         name = plan.spec.name
         self._jobs[name] = Job(plan, process, lock, time.monotonic())
         threading.Thread(target=_read, args=(name, process, self._lines), daemon=True).start()

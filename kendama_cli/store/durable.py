@@ -161,6 +161,23 @@ def write_file(path: Path, data: bytes) -> None:
             scratch.unlink(missing_ok=True)
 
 
+def copy_file(source: Path, target: Path) -> None:
+    """Replace ``target`` by the content of ``source``, durably."""
+    make_folder(target.parent)
+    scratch = target.parent / f"{SCRATCH}-{os.urandom(16).hex()}"
+    with plain_disk_errors(target):
+        try:
+            with source.open("rb") as reader, scratch.open("wb") as stream:
+                while part := reader.read(1 << 20):
+                    stream.write(part)
+                stream.flush()
+                os.fsync(stream.fileno())
+            os.replace(scratch, target)
+            sync(target.parent)
+        finally:
+            scratch.unlink(missing_ok=True)
+
+
 def write_index(path: Path, value: Mapping[str, Any]) -> None:
     """Replace a rebuildable index: whole or absent, not worth an fsync, silently lost where it cannot be kept."""
     scratch = path.parent / f"{SCRATCH}-{os.urandom(16).hex()}"
@@ -216,8 +233,14 @@ def read_sealed(path: Path) -> dict[str, Any] | None:
     whole and of another format.
     """
     data = read_file(path)
-    if data is None:
-        return None
+    return None if data is None else unsealed(data, str(path))
+
+
+def unsealed(data: bytes, place: str) -> dict[str, Any] | None:
+    """The record in what ``write_sealed`` wrote at ``place``; None where any byte differs.
+
+    Raises FormatError where it is whole and of another format.
+    """
     try:
         document = json.loads(data)
         record, number = dict(document["record"]), document.get("format", 0)
@@ -227,7 +250,7 @@ def read_sealed(path: Path) -> dict[str, Any] | None:
     if data != whole:
         return None
     if number != FORMAT:
-        raise FormatError(str(path), "a record", number, FORMAT)
+        raise FormatError(place, "a record", number, FORMAT)
     return record
 
 

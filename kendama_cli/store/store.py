@@ -12,7 +12,7 @@ import os
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol
 
 from kendama_cli.errors import FormatError, ReadOnlyError, StoreError
 from kendama_cli.store import durable
@@ -39,11 +39,23 @@ class StoredResult:
     """Versions of the libraries that it was made with; they are no part of the key."""
 
 
+class Shared(Protocol):
+    """What stands behind a home: see ``kendama_cli.store.shared``."""
+
+    def fetch(self, store: Store, stage: str, key: str, *, again: bool = False) -> bool:
+        """Bring the result of ``key`` into the home; False where there is none that is sound."""
+
+    def share(self, store: Store, result: StoredResult) -> bool:
+        """Give a result to others; False where that cannot be done now."""
+
+
 class Store:
     """The store in one home folder; every method is safe beside other processes on the same home."""
 
-    def __init__(self, home: Path) -> None:
+    def __init__(self, home: Path, shared: Shared | None = None) -> None:
+        """``shared`` stands behind the home: what is missing here is looked for there."""
         self.home = home
+        self.shared = shared
         self.objects = home / "objects"
         self.results = home / "results"
         self.checkpoints = home / "checkpoints"
@@ -58,10 +70,20 @@ class Store:
         return self.checkpoints / stage / key
 
     def find(self, stage: str, key: str) -> StoredResult | None:
-        """The intact result of ``key``; None where there is none or anything of it is damaged.
+        """The intact result of ``key``, from here or from the shared store; None where there is none.
 
-        Raises StoreError where something of it cannot be read now.
+        What is damaged counts as absent. Raises StoreError where something of it cannot be read now.
         """
+        found = self._find_here(stage, key)
+        if found is None and self.shared is not None and self.shared.fetch(self, stage, key):
+            found = self._find_here(stage, key)
+        return found
+
+    def share(self, result: StoredResult) -> bool:
+        """Give a result to the shared store, where there is one; False where it cannot be given now."""
+        return self.shared is None or self.shared.share(self, result)
+
+    def _find_here(self, stage: str, key: str) -> StoredResult | None:
         record = durable.read_sealed(self.result_path(stage, key))
         if record is None or record.get("key") != key:
             return None
@@ -174,12 +196,25 @@ def read_manifest(folder: Path) -> dict[str, Any] | None:
     Raises StoreError where it cannot be read now, FormatError where it is whole and of another format.
     """
     data = durable.read_file(folder / MANIFEST)
-    if data is None or durable.sha256(data) != folder.name:
+    return None if data is None else manifest_in(data, folder.name, str(folder / MANIFEST))
+
+
+def manifest_in(data: bytes, digest: str, place: str) -> dict[str, Any] | None:
+    """The manifest that ``data`` is; None unless ``digest`` is its digest.
+
+    Raises FormatError, naming ``place``, where it is whole and of another format.
+    """
+    if durable.sha256(data) != digest:
         return None
     manifest = dict(json.loads(data))
     if manifest.get("format", 0) != FORMAT:
-        raise FormatError(str(folder / MANIFEST), "an artifact", manifest.get("format", 0), FORMAT)
+        raise FormatError(place, "an artifact", manifest.get("format", 0), FORMAT)
     return manifest
+
+
+def key_of(parts: Any) -> str:
+    """The key that is made of ``parts``."""
+    return durable.sha256(durable.canonical_json(parts))[:40]
 
 
 def damaged_files(folder: Path, manifest: dict[str, Any]) -> list[tuple[str, str]]:

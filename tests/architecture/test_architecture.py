@@ -33,6 +33,9 @@ def test_imports_go_down_the_floors_only() -> None:
         ("cv2", {"vision", "devices", "rendering", "game", "gym", "report", "stages"}),
         ("matplotlib", {"gym", "report", "stages"}),
         ("numba", {"simulation", "rendering", "robot_model"}),
+        ("distributed", {"pipeline"}),
+        ("dask_jobqueue", {"pipeline"}),
+        ("obstore", {"store"}),
         ("embreex", {"rendering"}),
         ("gymnasium", {"gym"}),
         ("socket", {"devices", "system"}),
@@ -132,7 +135,7 @@ def test_importing_every_declaration_imports_nothing_heavy() -> None:
         "print(len(found), len(schemas), broken, sorted(heavy & set(sys.modules)))"
     )
     done = subprocess.run([sys.executable, "-c", probe], capture_output=True, text=True, check=True)
-    assert done.stdout.split(maxsplit=2) == ["10", "18", "None []\n"]
+    assert done.stdout.split(maxsplit=2) == ["10", "20", "None []\n"]
 
 
 def test_every_declared_target_is_there() -> None:

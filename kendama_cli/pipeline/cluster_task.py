@@ -1,0 +1,192 @@
+"""What a Dask worker does for one stage: takes the inputs from the shared store, computes, gives the result to it.
+
+The stage itself computes in a process of its own, as on every machine; the Dask worker only watches it. Requests and
+answers are JSON texts: nothing of ours is pickled.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import platform
+import queue
+import tempfile
+import threading
+import time
+from collections.abc import Callable, Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+import kendama_cli
+from kendama_cli.errors import KendamaError, RemoteError, StageError
+from kendama_cli.pipeline.code import FileIndex, code_digest
+from kendama_cli.pipeline.shipped_files import placed_files
+from kendama_cli.schema.settings import build
+from kendama_cli.settings.store import StoreSettings
+from kendama_cli.store import durable
+from kendama_cli.store.remote import open_remote
+from kendama_cli.store.shared import SharedStore
+from kendama_cli.store.store import Store
+from kendama_cli.system.choice import system
+from kendama_cli.system.interface import Lock, Starter, Worker
+
+POLL_S = 0.2
+GRACE_S = 5.0
+PRINTED_BYTES = 64_000
+"""So much of the end of what a stage printed travels back."""
+PROGRESS = "kendama-progress"
+"""The Dask topic of how far stages are."""
+
+ENDING = ("closing", "closed", "failed")
+
+Progress = Callable[[Mapping[str, Any]], None]
+_starters: queue.SimpleQueue[Starter] = queue.SimpleQueue()
+"""Kept between tasks: each has the imports of the stages behind it that it started before."""
+
+_code: dict[str, str | None] = {}
+
+
+def compute(text: str) -> str:
+    """Carry out the request ``text`` on this Dask worker; how it ended. Never raises what a stage may meet."""
+    from distributed import get_worker  # noqa: PLC0415 - on the workers of a cluster only
+    from distributed.worker import thread_state  # noqa: PLC0415
+
+    worker, key = get_worker(), thread_state.key
+
+    def is_wanted() -> bool:
+        task = worker.state.tasks.get(key)
+        return task is not None and task.state != "cancelled" and worker.status.name not in ENDING
+
+    def tell(event: Mapping[str, Any]) -> None:
+        worker.log_event(PROGRESS, {**event, "key": str(key)})
+
+    return json.dumps({**carry_out(json.loads(text), tell, is_wanted), "worker": str(worker.address)})
+
+
+def what_runs_here() -> dict[str, str]:
+    """What a worker must have in common with who sends it work."""
+    return {"kendama": kendama_cli.__version__, "Python": ".".join(platform.python_version_tuple()[:2])}
+
+
+def carry_out(request: Mapping[str, Any], tell: Progress, is_wanted: Callable[[], bool]) -> dict[str, Any]:
+    """The event by which the stage of ``request`` ended, with what it printed."""
+    try:
+        home = durable.make_folder(Path(request["workers_home"]).expanduser() / platform.node())
+        remote = open_remote(build(StoreSettings, request["store"]))
+        assert remote is not None
+        complaints: list[str] = []
+        store = Store(home, SharedStore(remote, complaints.append))
+        with store.in_use():
+            _refuse_another_kind(request, home)
+            done = _done(request, store, tell, is_wanted)
+        if done["event"] == "done" and not done["shared"]:
+            raise RemoteError(remote.place, f"{complaints[-1] if complaints else remote.place} (on {platform.node()})")
+        return done
+    except KendamaError as error:
+        return {"event": "failed", "message": str(error), "unexpected": False}
+
+
+def _refuse_another_kind(request: Mapping[str, Any], home: Path) -> None:
+    """Raise StageError where this worker would not compute what the key says."""
+    here = what_runs_here()
+    for name, wanted in request["sender"].items():
+        if here[name] != wanted:
+            raise StageError(f"the worker on {platform.node()} has {name} {here[name]}, the key is of {wanted}")
+    index = FileIndex(home / "index" / "files.json")
+    differing = [place for place, digest in request["parts"]["code"].items() if _code_here(place, index) != digest]
+    index.save()
+    if differing:
+        raise StageError(
+            f"the worker on {platform.node()} has other code in {differing[0]}; install the same there, begin it anew"
+        )
+
+
+def _code_here(place: str, index: FileIndex) -> str | None:
+    """The digest of the code in ``place`` when this process first asked: later changes are not what is imported."""
+    if place not in _code:
+        _code[place] = code_digest(place, index)
+    return _code[place]
+
+
+def _done(request: Mapping[str, Any], store: Store, tell: Progress, is_wanted: Callable[[], bool]) -> dict[str, Any]:
+    with _locked(store, request, is_wanted) as lock:
+        found = None if request["fresh"] else store.find(request["stage"], request["key"])
+        event: dict[str, Any] = {"event": "done", "seconds": 0.0}
+        if found is None:
+            began_s = time.monotonic()
+            event = _run(_at_home(request, store), lock, tell, is_wanted)
+            event["seconds"] = time.monotonic() - began_s
+            found = store.find(request["stage"], request["key"]) if event["event"] == "done" else None
+    return event if found is None else {**event, "shared": store.share(found)}
+
+
+@contextlib.contextmanager
+def _locked(store: Store, request: Mapping[str, Any], is_wanted: Callable[[], bool]) -> Iterator[Lock]:
+    """Hold the stage's key on this machine; another task here may compute it for somebody else."""
+    path = durable.make_folder(store.home / "locks") / f"{request['stage']}-{request['key']}.lock"
+    while True:
+        with durable.plain_disk_errors(path):
+            lock = system().try_lock(path)
+        if lock is not None:
+            break
+        if not is_wanted():
+            raise StageError("nobody waits for it any more")
+        time.sleep(POLL_S)
+    try:
+        yield lock
+    finally:
+        lock.release()
+
+
+def _at_home(request: Mapping[str, Any], store: Store) -> dict[str, Any]:
+    """``request`` with inputs and files where they are on this machine."""
+    given = {}
+    for own, one in request["given"].items():
+        result = store.find(one["stage"], one["key"])
+        if result is None:
+            raise StageError(f"the shared store does not have the input '{own}' of stage '{request['stage']}'")
+        given[own] = {"folder": str(result.artifact), "gives": one["gives"]}
+    return {**request, "given": given, "home": str(store.home), "places": placed_files(request["files"], store)}
+
+
+def _run(request: Mapping[str, Any], lock: Lock, tell: Progress, is_wanted: Callable[[], bool]) -> dict[str, Any]:
+    """The event by which the stage's process ended; it holds the lock even where this one is killed."""
+    try:
+        starter = _starters.get_nowait()
+    except queue.Empty:
+        starter = system().sweep_starter()
+    try:
+        with tempfile.TemporaryFile() as printed:
+            process = starter.start(request, lock=lock, printed=printed.fileno())
+            event = _watched(process, tell, is_wanted)
+            printed.seek(max(0, printed.seek(0, 2) - PRINTED_BYTES))
+            return {**event, "printed": printed.read().decode(errors="replace")}
+    finally:
+        _starters.put(starter)
+
+
+def _watched(process: Worker, tell: Progress, is_wanted: Callable[[], bool]) -> dict[str, Any]:
+    ended = threading.Event()
+
+    def end_when_unwanted() -> None:
+        while not ended.wait(POLL_S):
+            if not is_wanted():
+                process.ask_to_end()
+                if not ended.wait(GRACE_S):
+                    process.kill()
+                return
+
+    threading.Thread(target=end_when_unwanted, daemon=True).start()
+    last: dict[str, Any] = {}
+    with process.events as events:
+        for line in events:
+            if not line.endswith(b"\n"):
+                continue
+            event = json.loads(line)
+            if event["event"] == "progress":
+                tell(event)
+            else:
+                last = event
+    code = process.wait()
+    ended.set()
+    return last or {"event": "ended", "code": code}

@@ -1,0 +1,59 @@
+"""Input files on a machine that did not name them: where they are there, or copies of them from the shared store."""
+
+from __future__ import annotations
+
+import dataclasses
+import os
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from kendama_cli.errors import StageError
+from kendama_cli.store import durable
+from kendama_cli.store.shared import SharedStore
+from kendama_cli.store.store import Store
+
+
+def placed_files(files: Mapping[str, Mapping[str, str]], store: Store) -> dict[str, str]:
+    """Where each of the sender's ``files`` is on this machine, by its path there; none that are at the same place.
+
+    Files that belong together stand in one folder as they did there. Raises RemoteError where one is nowhere.
+    """
+    if all(_is_here(path, facts["sha256"]) for path, facts in files.items()):
+        return {}
+    assert isinstance(store.shared, SharedStore)
+    inputs = store.home / "inputs" / durable.sha256(durable.canonical_json(files))[:32]
+    places = {}
+    for path, facts in files.items():
+        folder = os.path.dirname(facts["beside"])
+        inside = os.path.relpath(path, folder)
+        if inside.startswith(os.pardir):
+            raise StageError(f"{facts['beside']} lists {inside}: a table's files must be below its folder to travel")
+        place = inputs / durable.sha256(folder.encode())[:16] / inside
+        if not _is_here(str(place), facts["sha256"]):
+            store.shared.fetch_file(facts["sha256"], place)
+        places[path] = str(place)
+    return places
+
+
+def at_places(settings: Any, places: Mapping[str, str]) -> Any:
+    """``settings`` with every file where ``places`` has it."""
+    if not places or not dataclasses.is_dataclass(settings) or isinstance(settings, type):
+        return settings
+    changed = {}
+    for field in dataclasses.fields(settings):
+        value = getattr(settings, field.name)
+        if not field.metadata.get("file"):
+            changed[field.name] = at_places(value, places)
+        elif isinstance(value, str):
+            changed[field.name] = places.get(value, value)
+        elif value is not None:
+            changed[field.name] = tuple(places.get(one, one) for one in value)
+    return dataclasses.replace(settings, **changed)
+
+
+def _is_here(path: str, digest: str) -> bool:
+    try:
+        return durable.file_sha256(Path(path)) == digest
+    except OSError:
+        return False

@@ -1,0 +1,121 @@
+"""Places that several homes share: a folder, or a bucket of an object store; named blobs, each whole or absent."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Protocol
+
+from kendama_cli.errors import OfflineError, StoreError
+from kendama_cli.settings.store import StoreSettings
+from kendama_cli.store import durable
+
+
+class Remote(Protocol):
+    """Blobs by name, such as ``results/learn/KEY.json``; whoever reads one checks what it holds.
+
+    Every method is safe beside others that write the same name, from several threads too, and raises OfflineError
+    where the place cannot be reached now, RemoteError where it is none or refuses.
+    """
+
+    place: str
+    """As the configuration names it."""
+
+    def read(self, name: str) -> bytes | None:
+        """A small blob; None where there is none."""
+
+    def fetch(self, name: str, target: Path) -> bool:
+        """Copy a blob to the new file ``target``; False where there is none."""
+
+    def size(self, name: str) -> int | None:
+        """The bytes of a blob; None where there is none."""
+
+    def write(self, name: str, source: Path) -> None:
+        """Make the content of ``source`` the blob: at once, whatever another writer does."""
+
+    def names(self, prefix: str) -> Iterator[str]:
+        """Every blob whose name begins with the folder ``prefix``."""
+
+
+def open_remote(settings: StoreSettings) -> Remote | None:
+    """What ``settings`` name; None where they name nothing. Raises MissingPartError where a library is missing."""
+    if settings.remote is None:
+        return None
+    if "://" not in settings.remote:
+        return FolderRemote(settings.remote)
+    from kendama_cli.store.remote_bucket import BucketRemote  # noqa: PLC0415 - a library of its own
+
+    return BucketRemote(settings)
+
+
+class FolderRemote:
+    """A folder that several machines mount. It is never made: an empty mount point is not the shared store."""
+
+    def __init__(self, place: str) -> None:
+        self.place = place
+        self._folder = Path(os.path.expanduser(place)).absolute()
+
+    def read(self, name: str) -> bytes | None:
+        """See ``Remote``."""
+        with self._reached():
+            try:
+                return (self._folder / name).read_bytes()
+            except (FileNotFoundError, NotADirectoryError):
+                return None
+
+    def fetch(self, name: str, target: Path) -> bool:
+        """See ``Remote``."""
+        with self._reached():
+            try:
+                source = (self._folder / name).open("rb")
+            except (FileNotFoundError, NotADirectoryError):
+                return False
+            with source, target.open("wb") as stream:
+                while part := source.read(1 << 20):
+                    stream.write(part)
+        return True
+
+    def size(self, name: str) -> int | None:
+        """See ``Remote``."""
+        with self._reached():
+            try:
+                return (self._folder / name).stat().st_size
+            except (FileNotFoundError, NotADirectoryError):
+                return None
+
+    def write(self, name: str, source: Path) -> None:
+        """See ``Remote``."""
+        with self._reached():
+            durable.copy_file(source, self._folder / name)
+
+    def names(self, prefix: str) -> Iterator[str]:
+        """See ``Remote``."""
+        with self._reached():
+            found = [
+                Path(place, name)
+                for place, _, names in os.walk(self._folder / prefix)
+                for name in names
+                if not name.startswith(durable.SCRATCH)
+            ]
+        yield from sorted(path.relative_to(self._folder).as_posix() for path in found)
+
+    def _reached(self) -> _Reached:
+        if not self._folder.is_dir():
+            raise OfflineError(self.place, f"store.remote={self.place}: there is no such folder (is it mounted?)")
+        return _Reached(self.place)
+
+
+class _Reached:
+    """Turns what the file system refuses into an OfflineError."""
+
+    def __init__(self, place: str) -> None:
+        self._place = place
+
+    def __enter__(self) -> None:
+        """Nothing to prepare."""
+
+    def __exit__(self, kind: object, error: BaseException | None, trace: object) -> None:
+        cause = error.__cause__ if isinstance(error, StoreError) else error
+        if isinstance(cause, OSError):
+            raise OfflineError(self._place, f"store.remote={self._place}: {cause.strerror or cause}") from error

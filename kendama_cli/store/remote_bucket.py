@@ -1,0 +1,102 @@
+"""A bucket of an object store as a shared place, by ``obstore``; an object is there whole or not at all."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from datetime import timedelta
+from pathlib import Path
+from typing import Any, NoReturn
+
+from kendama_cli.errors import MissingPartError, OfflineError, RemoteError
+from kendama_cli.settings.store import StoreSettings
+
+try:
+    import obstore
+    from obstore.store import from_url
+except ImportError as missing:
+    raise MissingPartError(
+        "obstore", "a shared store in a bucket needs the package obstore: pip install 'kendama[remote]'"
+    ) from missing
+
+REFUSALS = ("403 Forbidden", "401 Unauthorized", "AccessDenied", "InvalidAccessKeyId", "SignatureDoesNotMatch")
+METADATA_SERVICE = "169.254.169.254"
+"""Where a machine of the cloud gets its secret; asked where the environment has none."""
+
+
+class BucketRemote:
+    """See ``Remote``. The secret comes from the environment, as the provider's own tools have it."""
+
+    def __init__(self, settings: StoreSettings) -> None:
+        self.place = str(settings.remote)
+        limit = timedelta(seconds=settings.timeout_s)
+        config: Any = {} if settings.endpoint is None else {"endpoint": settings.endpoint}
+        options: Any = {"timeout": max(limit, timedelta(minutes=5)), "connect_timeout": limit}
+        options["allow_http"] = (settings.endpoint or "").startswith("http://")
+        retry: Any = {"max_retries": 2, "retry_timeout": limit}
+        try:
+            self._store = from_url(self.place, config=config, client_options=options, retry_config=retry)
+        except (obstore.exceptions.BaseError, ValueError) as error:
+            raise RemoteError(self.place, f"store.remote={self.place}: {_first_line(error)}") from error
+
+    def read(self, name: str) -> bytes | None:
+        """See ``Remote``."""
+        try:
+            return bytes(obstore.get(self._store, name).bytes())
+        except (obstore.exceptions.BaseError, OSError) as error:
+            self._refuse_unless_absent(error)
+            return None
+
+    def fetch(self, name: str, target: Path) -> bool:
+        """See ``Remote``."""
+        try:
+            parts = iter(obstore.get(self._store, name))
+            with target.open("wb") as stream:
+                for part in parts:
+                    stream.write(part)
+        except (obstore.exceptions.BaseError, OSError) as error:
+            self._refuse_unless_absent(error)
+            return False
+        return True
+
+    def size(self, name: str) -> int | None:
+        """See ``Remote``."""
+        try:
+            return int(obstore.head(self._store, name)["size"])
+        except (obstore.exceptions.BaseError, OSError) as error:
+            self._refuse_unless_absent(error)
+            return None
+
+    def write(self, name: str, source: Path) -> None:
+        """See ``Remote``."""
+        try:
+            obstore.put(self._store, name, source)
+        except (obstore.exceptions.BaseError, OSError) as error:
+            self._refuse(error)
+
+    def names(self, prefix: str) -> Iterator[str]:
+        """See ``Remote``."""
+        try:
+            for part in obstore.list(self._store, prefix):
+                yield from (str(one["path"]) for one in part)
+        except (obstore.exceptions.BaseError, OSError) as error:
+            self._refuse(error)
+
+    def _refuse_unless_absent(self, error: Exception) -> None:
+        """Raise what ``error`` says, unless it is that the object alone is not there."""
+        if not isinstance(error, FileNotFoundError | obstore.exceptions.NotFoundError) or "NoSuchBucket" in str(error):
+            self._refuse(error)
+
+    def _refuse(self, error: Exception) -> NoReturn:
+        text, begin = str(error), f"store.remote={self.place}:"
+        if "NoSuchBucket" in text or isinstance(error, FileNotFoundError):
+            raise RemoteError(self.place, f"{begin} there is no such bucket; make it, or name another") from error
+        if METADATA_SERVICE in text:
+            keys = "set AWS_ACCESS_KEY_ID and AWS_SECRET_ACCESS_KEY, or what your provider asks for"
+            raise RemoteError(self.place, f"{begin} the environment has no secret for it; {keys}") from error
+        if any(word in text for word in REFUSALS):
+            raise RemoteError(self.place, f"{begin} access is refused; check its secret and its rights") from error
+        raise OfflineError(self.place, f"{begin} it cannot be reached ({_first_line(error)})") from error
+
+
+def _first_line(error: Exception) -> str:
+    return str(error).strip().splitlines()[0][:160]
