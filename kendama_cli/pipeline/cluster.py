@@ -41,8 +41,7 @@ def connected(
     executor: DaskExecutor | SlurmExecutor, shared: StoreSettings, store: Store, tell: Callable[[str], None]
 ) -> Iterator[DaskCluster]:
     """The cluster that ``executor`` names, until the end; raises ClusterError where it cannot be reached."""
-    # what goes wrong is told in our own line; Dask would print a traceback for each task that it loses
-    logging.getLogger("distributed").setLevel(logging.CRITICAL)
+    _silence()
     with contextlib.ExitStack() as held:
         client, threads = held.enter_context(_opened(executor, store.home))
         _refuse_another_kind(client)
@@ -50,6 +49,13 @@ def connected(
             tell(f"the scheduler at {client.scheduler.address} has no workers yet; stages wait for them")
         cluster = DaskCluster(client, store, shared, executor.workers_home, threads)
         yield cluster
+
+
+def _silence() -> None:
+    """What goes wrong is told in our own line; Dask would print a traceback for each task that it loses."""
+    for name in ("distributed", "tornado", "asyncio", *logging.root.manager.loggerDict):
+        if name.partition(".")[0] in ("distributed", "tornado", "asyncio"):
+            logging.getLogger(name).setLevel(logging.CRITICAL + 1)
 
 
 @contextlib.contextmanager
