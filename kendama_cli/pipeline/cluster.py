@@ -107,7 +107,7 @@ def _client(executor: DaskExecutor, address: str) -> distributed.Client:
     try:
         return distributed.Client(address, security=security, timeout=executor.connect_s, set_as_default=False)
     except (OSError, ValueError, TypeError) as error:
-        reason = " ".join(str(error.__cause__ or error).split())[:200]
+        reason = " ".join(str(error.__cause__ or error).split()).rpartition(">: ")[2][:200]
         raise ClusterError(
             address, f"{begin} no Dask scheduler answers there ({reason}); begin one with 'dask scheduler'"
         ) from error

@@ -105,14 +105,9 @@ class Runner:
                     if not self._startable():
                         break
                     time.sleep(POLL_S)
-        except KeyboardInterrupt:
+        except (KeyboardInterrupt, KendamaError) as error:
             self._running.stop()
-            self._record.outcome = "interrupted"
-            self._record.save()
-            raise
-        except KendamaError:
-            self._running.stop()
-            self._record.outcome = "failed"
+            self._record.outcome = "failed" if isinstance(error, KendamaError) else "interrupted"
             with contextlib.suppress(KendamaError):  # a full disk may not take this either
                 self._record.save()
             raise
@@ -127,7 +122,7 @@ class Runner:
 
     def _start_ready(self) -> None:
         for spec in self._startable():
-            inputs = {own: self._result(needed).content_digest for own, needed in spec.needs.items()}
+            inputs = {own: _given(self._plans[needed]) for own, needed in spec.needs.items()}
             plan = self._planner.look_up(spec, inputs, forced=spec.name in self._forced)
             if plan.result is not None:
                 self._finish_cached(plan)
@@ -198,10 +193,11 @@ class Runner:
         if outcome.status != "cached":
             self._record.save()
 
-    def _result(self, name: str) -> Any:
-        result = self._plans[name].result
-        assert result is not None
-        return result
+
+def _given(plan: StagePlan) -> str:
+    """The digest of what a stage that has ended hands on."""
+    assert plan.result is not None
+    return plan.result.content_digest
 
 
 def _try_lock(home: Path, plan: StagePlan) -> Lock | None:

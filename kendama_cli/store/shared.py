@@ -102,15 +102,16 @@ class SharedStore:
 
     def fetch_file(self, digest: str, target: Path) -> None:
         """Bring an input file to the new file ``target``; raises RemoteError where it is not there, or is damaged."""
-        scratch = target.parent / f"{durable.SCRATCH}-{os.urandom(16).hex()}"
+        scratch = durable.make_folder(target.parent) / f"{durable.SCRATCH}-{os.urandom(16).hex()}"
         with durable.plain_disk_errors(target):
-            durable.make_folder(target.parent)
-            there = self.remote.fetch(_file_name(digest), scratch)
-            if not there or durable.file_sha256(scratch) != digest:
+            try:
+                there = self.remote.fetch(_file_name(digest), scratch)
+                if not there or durable.file_sha256(scratch) != digest:
+                    what = f"{self.remote.place}: the input {_file_name(digest)}"
+                    raise RemoteError(self.remote.place, f"{what} {'is damaged; delete it' if there else 'is missing'}")
+                durable.copy_file(scratch, target)
+            finally:
                 scratch.unlink(missing_ok=True)
-                problem = "is damaged; delete it" if there else "is not there"
-                raise RemoteError(self.remote.place, f"{self.remote.place}: the input {_file_name(digest)} {problem}")
-            os.replace(scratch, target)
 
     def _go_offline(self, error: Exception) -> None:
         with self._lock:

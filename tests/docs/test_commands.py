@@ -17,6 +17,7 @@ from kendama_cli.config.site import find_site
 from kendama_cli.errors import ConfigError, UsageError
 from kendama_cli.pipeline.catalogue import load_pipeline
 from kendama_cli.pipeline.nodes import build_settings
+from kendama_cli.pipeline.where import with_executor
 
 ROOT = Path(__file__).resolve().parents[2]
 # extending.md shows the parts of a package that is not installed here; tests/plugin runs what it shows
@@ -61,7 +62,7 @@ def check(line: str, place: Path) -> None:
     name, given = parsed(shlex.split(line)[1:])
     site = find_site(place)
     pipeline = load_pipeline(given.get("pipeline") or "kendama", site.pipeline_folders).until(given.get("until"))
-    overrides = given.get("overrides") or []
+    overrides = with_executor(given.get("overrides") or [], given.get("on"))
     combinations = sweep_work.expand_sweep(site, overrides) if name == "sweep" else [overrides]
     for texts in (combinations[0], combinations[-1]):
         build_settings(composed(site, [*pipeline.overrides, *texts]))
