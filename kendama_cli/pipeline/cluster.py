@@ -23,6 +23,7 @@ from kendama_cli.settings.store import StoreSettings
 from kendama_cli.store.shared import SharedStore
 from kendama_cli.store.store import Store
 from kendama_cli.system.interface import Lock, Worker
+from kendama_cli.system.processes import cores_shared_by
 
 try:
     import distributed
@@ -67,7 +68,9 @@ def _opened(executor: DaskExecutor | SlurmExecutor, home: Path) -> Iterator[tupl
             yield client, executor.jobs * executor.cores
     elif executor.scheduler is None:
         count = executor.workers or os.cpu_count() or 1
-        with _workers_here(count) as cluster, distributed.Client(cluster, set_as_default=False) as client:
+        with cores_shared_by(count):
+            cluster = _workers_here(count)
+        with cluster, distributed.Client(cluster, set_as_default=False) as client:
             yield client, count
     else:
         with _client(executor, executor.scheduler) as client:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import contextlib
 import json
+import os
 import platform
 import queue
 import tempfile
@@ -29,6 +30,7 @@ from kendama_cli.store.shared import SharedStore
 from kendama_cli.store.store import Store
 from kendama_cli.system.choice import system
 from kendama_cli.system.interface import Lock, Starter, Worker
+from kendama_cli.system.processes import PROCESSES, processes
 
 POLL_S = 0.2
 GRACE_S = 5.0
@@ -52,6 +54,7 @@ def compute(text: str) -> str:
     from distributed.worker import thread_state  # noqa: PLC0415
 
     worker, key = get_worker(), thread_state.key
+    os.environ.setdefault(PROCESSES, str(max(1, processes() // worker.state.nthreads)))  # each stage takes its share
 
     def is_wanted() -> bool:
         task = worker.state.tasks.get(key)
