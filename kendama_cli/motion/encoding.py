@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Hashable, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from itertools import product
 
 import numpy as np
-from scipy.ndimage import map_coordinates
+from numpy.typing import NDArray
 
 from kendama_cli.motion.basis import Basis
 from kendama_cli.motion.position_fit import Ends, Operator, even_operator, operator, project, solve_positions
@@ -99,8 +100,20 @@ def _thinned(demonstration: TrimmedDemonstration) -> Array:
     place = demonstration.position_m
     if not demonstration.even or len(place) <= THINNED:
         return place[:: _stride(demonstration)]
-    at = np.linspace(0.0, len(place) - 1.0, THINNED)
-    return np.column_stack([map_coordinates(column, at[None], order=3, mode="mirror") for column in place.T])
+    first, weights = _cubic_weights(len(place))
+    return np.asarray((weights[:, :, None] * place[first]).sum(axis=1))
+
+
+@lru_cache(maxsize=128)
+def _cubic_weights(count: int) -> tuple[NDArray[np.int64], Array]:
+    """The four of ``count`` even samples about each of ``THINNED`` even shares, and Lagrange's weights; (n, 4) each."""
+    at = np.linspace(0.0, count - 1.0, THINNED)
+    begin = np.clip(at.astype(np.int64) - 1, 0, count - 4)
+    u = at - begin
+    v, w, x = u - 1, u - 2, u - 3
+    return begin[:, None] + np.arange(4), np.column_stack(
+        (-v * w * x / 6, u * w * x / 2, -u * v * x / 2, u * v * w / 6)
+    )
 
 
 def _fit_positions(trimmed: Sequence[TrimmedDemonstration], ends: Sequence[Ends], basis: Basis) -> Array:
