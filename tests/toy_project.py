@@ -184,6 +184,9 @@ STAGE = StageDeclaration(
 )
 '''
 
+CONFIG = "defaults: [_self_, {store: home}, {executor: local}]\nseed: 0\n"
+"""A first file of the project's own: nothing is composed but what its stages read and every run needs."""
+
 CONF = "steps: 20\npause_s: 0.0\nfail_at: -1\nkill_file: ''\ncount_file: ''\ngives_list: false\n"
 
 PIPELINE = """
@@ -201,10 +204,15 @@ toy_total = toy.total:STAGE
 
 
 class ToyProject:
-    """The project in ``folder`` and the ``kendama`` command run in it as a user would."""
+    """The project in ``folder`` and the ``kendama`` command run in it as a user would.
 
-    def __init__(self, folder: Path) -> None:
+    Its configuration stands beside all of ours; ``alone``: it has a first file of its own, and takes none of ours.
+    ``real_workers``: the workers of ``kendama`` are interpreters, as those of ``start`` always are.
+    """
+
+    def __init__(self, folder: Path, *, alone: bool = False, real_workers: bool = False) -> None:
         self.folder = folder
+        self.real_workers = real_workers
         files = {
             "lib/toy/__init__.py": "",
             "lib/toy/roll/__init__.py": DECLARATION,
@@ -217,6 +225,7 @@ class ToyProject:
             "lib/toy/numbers.py": "SCALE = 1.0\n",
             "lib/toy-1.0.dist-info/METADATA": "Metadata-Version: 2.1\nName: toy\nVersion: 1.0\n",
             "lib/toy-1.0.dist-info/entry_points.txt": ENTRY_POINTS,
+            **({"conf/config.yaml": CONFIG} if alone else {}),
             "conf/toy/default.yaml": CONF,
             "pipelines/toy.yaml": PIPELINE,
         }
@@ -238,7 +247,7 @@ class ToyProject:
     def kendama(self, *arguments: str, expect: int = 0) -> subprocess.CompletedProcess[str]:
         """Run ``kendama ARGUMENTS`` to its end and check its exit code."""
         # only a hang takes 240 s, on a busy machine too
-        done = warm_command.kendama(arguments, self.folder, self.environment(), 240)
+        done = warm_command.kendama(arguments, self.folder, self.environment(), 240, real_workers=self.real_workers)
         assert done.returncode == expect, f"{arguments}: exit {done.returncode}\n{done.stdout}\n{done.stderr}"
         assert "Traceback" not in done.stderr
         return done

@@ -21,6 +21,7 @@ def rows(path):
 @pytest.fixture(scope="module")
 def labelled(tmp_path_factory):
     home = tmp_path_factory.mktemp("labelled")
+    write_labelled(home / "one", range(10000, 10001))
     write_labelled(home / "taught", range(10000, 10004))
     boxes = write_labelled(home / "others", range(10100, 10112), without=(10103, 10107))
     return home, boxes
@@ -46,7 +47,7 @@ def test_a_taught_ball_is_found_and_scored_against_boxes(here, capsys, labelled)
 
 def test_a_ball_is_taught_once_and_used_by_name(here, capsys, labelled):
     home, _ = labelled
-    code, out, err = kendama(capsys, "camera", "teach", str(home / "taught"), "-o", "mine.npz")
+    code, out, err = kendama(capsys, "camera", "teach", str(home / "one"), "-o", "mine.npz")
     assert code == 0, err
     assert "predict/detector=taught predict.detector.ball=mine.npz" in out
     assert (here / "mine.npz").stat().st_size > 1000

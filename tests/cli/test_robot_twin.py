@@ -34,7 +34,8 @@ def twin(tmp_path: Path) -> Iterator[dict[str, Any]]:
 def play(twin: dict[str, Any], folder: Path, *options: str) -> subprocess.CompletedProcess[str]:
     where = ["hardware=command", f"hardware.port={twin['port']}", f"hardware.key_file={folder / 'robot.key'}"]
     # how the table was learned does not matter here
-    command = [*COMMAND, "run", "-p", "swingup", "simulation/engine=rail", *where, *SHORT, *options]
+    quick = ["simulation/engine=rail", "learn.count.evaluation=1"]
+    command = [*COMMAND, "run", "-p", "swingup", *quick, *where, *SHORT, *options]
     return subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
 
 

@@ -57,10 +57,10 @@ def parsed(words: list[str]) -> tuple[str, dict[str, Any]]:
     return " ".join(names), command.make_context(names[-1], words).params if names else {}
 
 
-def check(line: str, place: Path) -> None:
-    """Raise where ``line`` is no command, or its overrides do not compose in the folder ``place``."""
+def check(line: str) -> None:
+    """Raise where ``line`` is no command, or its overrides do not compose in the folder that it is typed in."""
     name, given = parsed(shlex.split(line)[1:])
-    site = find_site(place)
+    site = find_site()
     pipeline = load_pipeline(given.get("pipeline") or "kendama", site.pipeline_folders).until(given.get("until"))
     overrides = with_executor(given.get("overrides") or [], given.get("on"))
     combinations = sweep_work.expand_sweep(site, overrides) if name == "sweep" else [overrides]
@@ -68,11 +68,18 @@ def check(line: str, place: Path) -> None:
         build_settings(composed(site, [*pipeline.overrides, *texts]))
 
 
+@pytest.fixture(scope="module")
+def laboratory(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with a setup of its own; one for all: most lines ask for compositions that others asked for before."""
+    folder = tmp_path_factory.mktemp("laboratory")
+    (folder / "setup.yaml").write_text("{}\n")
+    return folder
+
+
 @pytest.fixture(autouse=True)
-def laboratory(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """The folder that a command is typed in has a setup of its own."""
-    (tmp_path / "setup.yaml").write_text("{}\n")
-    monkeypatch.chdir(tmp_path)
+def typed_here(laboratory: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Commands are typed in the laboratory."""
+    monkeypatch.chdir(laboratory)
 
 
 def test_the_pages_show_many_commands() -> None:
@@ -82,8 +89,8 @@ def test_the_pages_show_many_commands() -> None:
 
 
 @pytest.mark.parametrize(("page", "line"), SHOWN, ids=[f"{page}: {line}" for page, line in SHOWN])
-def test_a_command_of_the_docs_parses_and_composes(page: str, line: str, tmp_path: Path) -> None:
-    check(line, tmp_path)
+def test_a_command_of_the_docs_parses_and_composes(page: str, line: str) -> None:
+    check(line)
 
 
 @pytest.mark.parametrize(
@@ -97,7 +104,7 @@ def test_a_command_of_the_docs_parses_and_composes(page: str, line: str, tmp_pat
         ("kendama sweep --until lern seed=1,2", "lern"),
     ],
 )
-def test_the_check_notices_what_is_no_command(line: str, error: str, tmp_path: Path) -> None:
+def test_the_check_notices_what_is_no_command(line: str, error: str) -> None:
     with pytest.raises(Exception, match=re.escape(error)) as raised:
-        check(line, tmp_path)
+        check(line)
     assert isinstance(raised.value, ConfigError | UsageError) or "Option" in type(raised.value).__name__

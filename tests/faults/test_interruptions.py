@@ -17,6 +17,18 @@ from tests.toy_project import ToyProject, artifact_bytes, statuses
 SLOW = ("toy.steps=30", "toy.pause_s=0.05")
 
 
+@pytest.fixture
+def toy(tmp_path: Path) -> ToyProject:
+    """Most of these tests run it several times, and processes are what they are about."""
+    return ToyProject(tmp_path, alone=True, real_workers=True)
+
+
+@pytest.fixture(scope="module")
+def uninterrupted(tmp_path_factory: pytest.TempPathFactory) -> dict[str, dict[str, bytes]]:
+    """Every file that a run of ``SLOW`` which nothing disturbs ends in; both ways of starting workers give the same."""
+    return artifact_bytes(ToyProject(tmp_path_factory.mktemp("uninterrupted"), alone=True).run_json(*SLOW))
+
+
 def wait_for(condition: object, seconds: float = 60.0) -> None:
     deadline = time.monotonic() + seconds
     while time.monotonic() < deadline:
@@ -57,7 +69,9 @@ def test_kill_9_of_the_worker_fails_the_run_and_the_next_goes_on_to_the_same_byt
 
 @pytest.mark.parametrize("after", [1, 7, 20])
 @pytest.mark.usefixtures("each_way")
-def test_kill_9_of_the_run_at_any_moment_ends_in_the_same_bytes(toy: ToyProject, after: int) -> None:
+def test_kill_9_of_the_run_at_any_moment_ends_in_the_same_bytes(
+    toy: ToyProject, after: int, uninterrupted: dict[str, dict[str, bytes]]
+) -> None:
     process = toy.start("run", "-p", "toy", *SLOW)
     wait_for(lambda: checkpoints(toy) and number(checkpoints(toy)[-1]) >= after)
     workers = worker_of(process)
@@ -69,7 +83,7 @@ def test_kill_9_of_the_run_at_any_moment_ends_in_the_same_bytes(toy: ToyProject,
     assert after <= reached < 30
     resumed = toy.run_json(*SLOW)
     assert statuses(resumed) == {"roll": "ran", "total": "ran"}
-    assert artifact_bytes(resumed) == artifact_bytes(toy.run_json(*SLOW, "--home", "other"))
+    assert artifact_bytes(resumed) == uninterrupted
     toy.kendama("cache", "verify")
 
 
@@ -120,7 +134,9 @@ def test_two_runs_at_once_compute_a_shared_stage_once(toy: ToyProject) -> None:
 
 
 @pytest.mark.usefixtures("each_way")
-def test_a_rival_takes_over_when_the_first_run_is_killed(toy: ToyProject) -> None:
+def test_a_rival_takes_over_when_the_first_run_is_killed(
+    toy: ToyProject, uninterrupted: dict[str, dict[str, bytes]]
+) -> None:
     first = toy.start("run", "-p", "toy", *SLOW)
     wait_for(lambda: len(checkpoints(toy)) > 1)
     second = toy.start("run", "-p", "toy", "--json", *SLOW)
@@ -128,7 +144,7 @@ def test_a_rival_takes_over_when_the_first_run_is_killed(toy: ToyProject) -> Non
     first.kill()
     document = json.loads(second.communicate(timeout=180)[0])
     assert statuses(document) == {"roll": "ran", "total": "ran"}
-    assert artifact_bytes(document) == artifact_bytes(toy.run_json(*SLOW, "--home", "other"))
+    assert artifact_bytes(document) == uninterrupted
 
 
 @pytest.mark.usefixtures("each_way")

@@ -11,7 +11,7 @@ import pytest
 
 from kendama_cli.config.compose import composed
 from kendama_cli.config.folders import group_options
-from kendama_cli.config.site import find_site
+from kendama_cli.config.site import Site, find_site
 from kendama_cli.devices.robot.remote import UdpRobot
 from kendama_cli.game import cup_cart
 from kendama_cli.game.state_prediction import predict_state, scaled_to_model_rope
@@ -134,8 +134,16 @@ def test_whatever_the_delay_the_cup_stays_inside(delay_n: int) -> None:
     assert 0.35 < swing.peak_displacement_m <= LEARN.workspace.half_width_m + 1e-3
 
 
-def test_nine_twins_differ_from_the_twin_in_what_their_names_say(tmp_path: Path) -> None:
-    site = find_site(home=tmp_path)
+@pytest.fixture
+def site(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Site:
+    """The shipped choices of hardware, with a first file that asks for nothing else."""
+    (tmp_path / "conf").mkdir()
+    (tmp_path / "conf/config.yaml").write_text("defaults: [_self_, {hardware: twin}]\n")
+    monkeypatch.chdir(tmp_path)
+    return find_site()
+
+
+def test_nine_twins_differ_from_the_twin_in_what_their_names_say(site: Site) -> None:
     names = [name for name in group_options(site, "hardware") if name.startswith("twin_")]
     plain = composed(site, [])["hardware"]
     changed = {}
@@ -159,8 +167,7 @@ def test_nine_twins_differ_from_the_twin_in_what_their_names_say(tmp_path: Path)
     assert len(names) == 9
 
 
-def test_twelve_hard_twins_differ_from_the_twin_in_what_their_names_say(tmp_path: Path) -> None:
-    site = find_site(home=tmp_path)
+def test_twelve_hard_twins_differ_from_the_twin_in_what_their_names_say(site: Site) -> None:
     plain = composed(site, [])["hardware"]
     changed = {}
     for name in (name for name in group_options(site, "hardware") if name.startswith("hard_")):

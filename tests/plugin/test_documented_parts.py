@@ -2,34 +2,41 @@
 
 from __future__ import annotations
 
+import importlib
 import json
 import os
 import subprocess
 import sys
 import tomllib
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 
 import pytest
 
 from tests.documented_package import declare_installed, write_documented
 
-SUITES = [
-    ("kendama_cli.devices.hand.conformance", "capture=bench"),
-    ("kendama_cli.devices.camera.conformance", "camera=bench"),
-    ("kendama_cli.devices.robot.conformance", "hardware=bench"),
-    ("kendama_cli.devices.controller.conformance", "interact/controller=bench"),
-    ("kendama_cli.vision.conformance", "predict/detector=bench"),
-    ("kendama_cli.learning.conformance", "learn/learner=bench"),
-]
+HAND, CAMERA, ROBOT, CONTROLLER = (
+    f"kendama_cli.devices.{block}.conformance" for block in ("hand", "camera", "robot", "controller")
+)
+DETECTOR, LEARNER = "kendama_cli.vision.conformance", "kendama_cli.learning.conformance"
+DOCUMENTED = {
+    HAND: "capture=bench",
+    CAMERA: "camera=bench",
+    ROBOT: "hardware=bench",
+    CONTROLLER: "interact/controller=bench",
+    DETECTOR: "predict/detector=bench",
+    LEARNER: "learn/learner=bench",
+}
 SHIPPED = [
-    ("kendama_cli.devices.hand.conformance", "capture=file"),
-    ("kendama_cli.devices.camera.conformance", "camera=virtual"),
-    pytest.param("kendama_cli.devices.robot.conformance", "hardware=twin", marks=pytest.mark.slow),
-    ("kendama_cli.devices.controller.conformance", "interact/controller=force"),
-    ("kendama_cli.devices.controller.conformance", "interact/controller=impedance"),
-    ("kendama_cli.vision.conformance", "predict/detector=colour"),
-    ("kendama_cli.learning.conformance", "learn/learner=sarsa"),
-    ("kendama_cli.learning.conformance", "learn/learner=lucky"),
+    {
+        HAND: "capture=file",
+        CAMERA: "camera=virtual",
+        CONTROLLER: "interact/controller=force",
+        DETECTOR: "predict/detector=colour",
+        LEARNER: "learn/learner=sarsa",
+    },
+    {CONTROLLER: "interact/controller=impedance", LEARNER: "learn/learner=lucky"},
+    pytest.param({ROBOT: "hardware=twin"}, marks=pytest.mark.slow),  # of robots, the documented one goes through it
 ]
 
 
@@ -51,42 +58,44 @@ def _run(folder: Path, *command: str) -> subprocess.CompletedProcess[str]:
     return subprocess.run(words, cwd=folder, env=environment, capture_output=True, text=True, timeout=240, check=False)
 
 
-def _conformance(folder: Path, suite: str, *overrides: str) -> subprocess.CompletedProcess[str]:
+def _conformance(folder: Path, *suites: str, overrides: Iterable[str]) -> subprocess.CompletedProcess[str]:
     words = [word for override in overrides for word in ("--override", override)]
-    plain = ("pytest", "-q", "-p", "no:cacheprovider", "-p", "no:xdist")
-    return _run(folder, *plain, "-p", "kendama_cli.conformance", "--pyargs", suite, *words)
+    plain = ("pytest", "-q", "-rp", "-p", "no:cacheprovider", "-p", "no:xdist")
+    return _run(folder, *plain, "-p", "kendama_cli.conformance", "--pyargs", *suites, *words)
 
 
-@pytest.mark.parametrize(("suite", "override"), SUITES)
-def test_a_documented_part_passes_its_conformance_suite_chosen_by_kind_alone(
-    bench: Path, suite: str, override: str
-) -> None:
-    done = _conformance(bench, suite, override)
+def _check_passed(folder: Path, parts: Mapping[str, str]) -> None:
+    """One command for all ``parts``: pytest and the libraries are imported once."""
+    done = _conformance(folder, *parts, overrides=parts.values())
     assert done.returncode == 0, done.stdout + done.stderr
-    assert " passed" in done.stdout
+    for suite in parts:
+        (test,) = (name for name in vars(importlib.import_module(suite)) if name.startswith("test_"))
+        assert f"\nPASSED ::{test}[" in done.stdout, suite
 
 
-@pytest.mark.parametrize(("suite", "override"), SHIPPED)
-def test_our_own_parts_go_through_the_same_command(tmp_path: Path, suite: str, override: str) -> None:
-    done = _conformance(tmp_path, suite, override)
-    assert done.returncode == 0, done.stdout + done.stderr
-    assert " passed" in done.stdout
+def test_documented_parts_pass_their_conformance_suites_chosen_by_kind_alone(bench: Path) -> None:
+    _check_passed(bench, DOCUMENTED)
+
+
+@pytest.mark.parametrize("parts", SHIPPED, ids=lambda parts: " ".join(parts.values()))
+def test_our_own_parts_go_through_the_same_command(tmp_path: Path, parts: Mapping[str, str]) -> None:
+    _check_passed(tmp_path, parts)
 
 
 def test_the_suite_names_the_law_that_a_part_breaks(bench: Path) -> None:
-    done = _conformance(bench, SUITES[2][0], "hardware=bench", "hardware.compliance_rad_nm=1e-9")
+    done = _conformance(bench, ROBOT, overrides=["hardware=bench", "hardware.compliance_rad_nm=1e-9"])
     assert done.returncode == 1
     assert "broken law: an added effort moves the arm out of its rest" in done.stdout
 
 
 def test_the_suite_does_not_move_a_robot_that_may_be_real_without_being_armed(tmp_path: Path) -> None:
-    done = _conformance(tmp_path, SUITES[2][0], "hardware=command")
+    done = _conformance(tmp_path, ROBOT, overrides=["hardware=command"])
     assert done.returncode == 1
     assert "robot 'command' may be real and would move; clear its surroundings and add --arm" in done.stdout
 
 
 def test_a_kind_that_nobody_declares_is_refused_with_those_that_are_there(bench: Path) -> None:
-    done = _conformance(bench, SUITES[2][0], "hardware.kind=bonch")
+    done = _conformance(bench, ROBOT, overrides=["hardware.kind=bonch"])
     assert "'hardware.kind' is 'bonch'; allowed: bench, " in done.stdout + done.stderr
 
 

@@ -29,10 +29,11 @@ def laboratory(tmp_path_factory: pytest.TempPathFactory) -> Path:
     build = [sys.executable, "-m", "pip", "wheel", "-q", "--no-deps", "--no-build-isolation", "-w", str(wheels)]
     for project in (ROOT, source):
         subprocess.run([*build, str(project)], check=True, capture_output=True)
-    subprocess.run([sys.executable, "-m", "venv", str(folder / "venv")], check=True)
+    # without pip, whose own installation would take as long as all of this: the test's own pip installs there too
+    subprocess.run([sys.executable, "-m", "venv", "--without-pip", str(folder / "venv")], check=True)
     python = folder / "venv" / "bin" / "python"
-    install = [python, "-m", "pip", "install", "-q", "--no-deps", "--no-index", *map(str, wheels.glob("*.whl"))]
-    subprocess.run(install, check=True)
+    install = ["install", "-q", "--no-deps", "--no-index", *map(str, wheels.glob("*.whl"))]
+    subprocess.run([sys.executable, "-m", "pip", "--python", python, *install], check=True)
     where = [python, "-c", "import sysconfig; print(sysconfig.get_path('purelib'))"]
     own = Path(subprocess.check_output(where, text=True).strip())
     # the libraries are the test environment's; ours and the documented package are the wheels'

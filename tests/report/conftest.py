@@ -5,6 +5,7 @@ from pathlib import Path
 
 import pytest
 
+from kendama_cli.report.page import make_report
 from tests.report.synthetic_run import write_run
 
 
@@ -24,3 +25,9 @@ def run(run_folder):
 @pytest.fixture(scope="session")
 def logs(run, run_folder):
     return {stage["name"]: run_folder / f"{stage['name']}.mcap" for stage in run["stages"]}
+
+
+@pytest.fixture(scope="session")
+def page(run, logs):
+    """Its report."""
+    return make_report(run, logs)

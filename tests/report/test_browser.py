@@ -11,7 +11,6 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from kendama_cli.report.page import make_report
 from kendama_cli.report.sweep_page import make_sweep_report
 from tests.report.synthetic_sweep import write_explorations, write_transfers
 
@@ -82,8 +81,8 @@ def _probed(page):
 
 
 @pytest.mark.parametrize("many", [pytest.param(False, marks=pytest.mark.slow), True])
-def test_no_script_runs_that_is_not_the_pages_own(tmp_path, run, logs, many):
-    html = make_sweep_report("made up", write_explorations(tmp_path, 2)) if many else make_report(run, logs)
+def test_no_script_runs_that_is_not_the_pages_own(tmp_path, request, many):
+    html = make_sweep_report("made up", write_explorations(tmp_path, 2)) if many else request.getfixturevalue("page")
     own = "<script>document.title='taken'</script><svg onload=\"document.title='taken'\"></svg>"
     own += "<img src='data:x' onerror=\"document.title='taken'\"><iframe src='data:text/html,x'></iframe>"
     page = tmp_path / "report.html"
@@ -97,11 +96,10 @@ def test_no_script_runs_that_is_not_the_pages_own(tmp_path, run, logs, many):
 
 
 @pytest.mark.parametrize("width", [pytest.param(1200, marks=pytest.mark.slow), 500])
-def test_the_page_renders_moves_and_loads_nothing(tmp_path, run, logs, width):
-    html = make_report(run, logs)
-    page = tmp_path / "report.html"
-    page.write_text(_probed(html), encoding="utf-8")
-    out, err = _chromium(tmp_path, page, "--dump-dom", f"--window-size={width},900")
+def test_the_page_renders_moves_and_loads_nothing(tmp_path, page, width):
+    file = tmp_path / "report.html"
+    file.write_text(_probed(page), encoding="utf-8")
+    out, err = _chromium(tmp_path, file, "--dump-dom", f"--window-size={width},900")
     found = re.search(r'<pre id="probe">(.*?)</pre>', out)
     assert found is not None
     seen = json.loads(found[1].replace("&amp;", "&"))
@@ -130,10 +128,10 @@ def test_the_page_over_many_runs_renders_and_fits(tmp_path, width):
     assert seen["loaded"] == []
 
 
-def test_the_picture_shows_cup_blue_and_ball_vermilion(tmp_path, run, logs):
-    page = tmp_path / "report.html"
-    page.write_text(make_report(run, logs), encoding="utf-8")
-    _chromium(tmp_path, page, f"--screenshot={tmp_path / 'page.png'}", "--window-size=1200,1000")
+def test_the_picture_shows_cup_blue_and_ball_vermilion(tmp_path, page):
+    file = tmp_path / "report.html"
+    file.write_text(page, encoding="utf-8")
+    _chromium(tmp_path, file, f"--screenshot={tmp_path / 'page.png'}", "--window-size=1200,1000")
     with Image.open(tmp_path / "page.png") as opened:
         pixels = np.asarray(opened.convert("RGB")).astype(int)
     for colour in ((0x00, 0x72, 0xB2), (0xD5, 0x5E, 0x00)):

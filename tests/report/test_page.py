@@ -43,11 +43,6 @@ class _Balance(HTMLParser):
         self.text.append(data)
 
 
-@pytest.fixture(scope="module")
-def page(run, logs):
-    return make_report(run, logs)
-
-
 def test_the_made_up_run_has_every_topic(logs):
     written = {topic for path in logs.values() for topic in LogFile(path, topics=()).topics}
     assert {topic.replace("*", "left") for topic in all_topics()} <= written

@@ -25,10 +25,11 @@ DIRECT = build(SimulatedHardware, plain("hardware", "simulated"), "hardware")
 TWIN = build(TwinHardware, plain("hardware", "twin"), "hardware")
 
 
-def _short(**changed):
-    """The shipped script with every step in 0.6 of its time."""
+def _short(share=0.6, until="leave", **changed):
+    """The shipped script as far as the step ``until``, with every step in ``share`` of its time."""
     settings = press(**changed)
-    steps = tuple(dataclasses.replace(step, duration_s=0.6 * step.duration_s) for step in settings.script)
+    number = [step.name for step in settings.script].index(until) + 1
+    steps = tuple(dataclasses.replace(step, duration_s=share * step.duration_s) for step in settings.script[:number])
     return dataclasses.replace(settings, script=steps)
 
 
@@ -41,7 +42,7 @@ def _play(*bodies, settings=None, hardware=DIRECT) -> tuple[Made, MemoryContext]
 @pytest.mark.parametrize(
     ("table", "friction"),
     [
-        (body(), 0.4),
+        pytest.param(body(), 0.4, marks=pytest.mark.slow),  # another arm plays it below
         pytest.param(body(friction=0.1, position_m=[0.0, 0.0, 0.977]), 0.1, marks=pytest.mark.slow),
         pytest.param(body(friction=0.8, position_m=[0.0, 0.0, 0.983]), 0.8, marks=pytest.mark.slow),
         pytest.param(body("soft_table", stiffness_n_m=1000.0), 0.4, marks=pytest.mark.slow),
@@ -49,7 +50,7 @@ def _play(*bodies, settings=None, hardware=DIRECT) -> tuple[Made, MemoryContext]
     ],
 )
 def test_the_wanted_force_is_held_on_tables_of_any_stiffness_friction_and_height(table, friction):
-    metrics = _play(table)[0].metrics
+    metrics = _play(table, settings=_short(until="wipe"))[0].metrics
     assert metrics["touched"] == "table"
     # a ball that begins to slide may leave the table for one step of the simulation
     assert metrics["contact_share"] > 0.99
@@ -60,7 +61,7 @@ def test_the_wanted_force_is_held_on_tables_of_any_stiffness_friction_and_height
 
 
 def test_another_arm_of_another_build_holds_the_force_as_well():
-    stage = Interact(interact=_short(), scene=scene(body()), robot=robot("iiwa"), hardware=DIRECT)
+    stage = Interact(interact=_short(until="wipe"), scene=scene(body()), robot=robot("iiwa"), hardware=DIRECT)
     metrics = stage.run({}, MemoryContext(seed=0)).metrics
     assert metrics["touched"] == "table"
     assert metrics["force_error_rms_n"] < 1.0
@@ -80,7 +81,7 @@ def test_springs_alone_hold_the_force_only_as_well_as_the_table_stands_where_it_
 
 
 def test_where_nothing_is_met_the_tool_stays_near_its_reference_and_the_metrics_say_so():
-    made, _ = _play()
+    made, _ = _play(settings=_short(until="wipe"))
     metrics, result = made.metrics, made.artifact
     assert metrics["contact_share"] == 0.0
     assert metrics["friction"] is None
@@ -91,8 +92,7 @@ def test_where_nothing_is_met_the_tool_stays_near_its_reference_and_the_metrics_
 
 
 def test_a_script_that_wants_no_force_has_no_force_error():
-    settings = _short()
-    settings = dataclasses.replace(settings, script=settings.script[:1])
+    settings = _short(until="approach")
     metrics = _play(body(), settings=settings)[0].metrics
     assert metrics["force_error_rms_n"] is metrics["force_error_max_n"] is metrics["contact_share"] is None
     assert metrics["peak_force_n"] < 0.5  # the probe's own inertia
@@ -102,8 +102,7 @@ def test_a_script_that_wants_no_force_has_no_force_error():
 def test_a_rerun_gives_the_same_result_bit_for_bit_and_logs_what_the_channels_promise():
     block = body() | {"kind": "free", "name": "block", "size_m": [0.03, 0.03, 0.03], "mass_kg": 0.2}
     block["position_m"] = [0.0, 0.1, 1.016]
-    settings = _short()
-    settings = dataclasses.replace(settings, script=settings.script[:3])
+    settings = _short(0.3, until="press")
     made, ctx = _play(body(), block, settings=settings)
     again, other = _play(body(), block, settings=settings)
     for field in dataclasses.fields(made.artifact):
@@ -115,7 +114,7 @@ def test_a_rerun_gives_the_same_result_bit_for_bit_and_logs_what_the_channels_pr
     }
     assert ctx.log.messages == other.log.messages
     result = made.artifact
-    assert len(result.t_s) == round(0.6 * 2800)
+    assert len(result.t_s) == round(0.3 * 2800)
     assert result.steps[0] == "approach"
     assert result.touched == ("table",)
 
@@ -183,8 +182,7 @@ def _still_imperfection():
 
 def test_behind_udp_an_exact_twin_presses_as_the_robot_in_this_process_does():
     """The line carries every bit: what differs is where the robot runs."""
-    settings = _short()
-    settings = dataclasses.replace(settings, script=settings.script[:3])
+    settings = _short(0.3, until="press")
     exact = dataclasses.replace(TWIN, imperfection=_still_imperfection())
     direct, distant = (_play(body(), settings=settings, hardware=one)[0] for one in (DIRECT, exact))
     for field in dataclasses.fields(direct.artifact):
@@ -195,9 +193,7 @@ def test_behind_udp_an_exact_twin_presses_as_the_robot_in_this_process_does():
 @pytest.mark.slow
 def test_with_friction_that_nobody_models_the_twin_still_holds_the_force():
     """Measured with the shipped twin, the whole script: 0.52 N rms of 20 N wanted, where an exact robot has 0.29."""
-    settings = _short()
-    settings = dataclasses.replace(settings, script=settings.script[:4])
-    metrics = _play(body(), settings=settings, hardware=TWIN)[0].metrics
+    metrics = _play(body(), settings=_short(until="hold"), hardware=TWIN)[0].metrics
     assert metrics["touched"] == "table"
     assert metrics["force_error_rms_n"] < 1.5
 

@@ -1,0 +1,118 @@
+"""The program that ``tests.warm_command`` forks commands from: one per line of its standard input.
+
+A fork's workers are forks too, unless real ones are asked for: a stage's work is the same in them, and what starting an
+interpreter costs is half of what a run of the toy project does.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Mapping
+from importlib.metadata import entry_points
+from typing import IO, Any
+
+from hydra import compose, initialize_config_dir  # noqa: F401
+from hydra.core.override_parser.overrides_parser import OverridesParser
+
+import kendama_cli.cli.run_work  # noqa: F401 - imported for its forks
+from kendama_cli.cli import parsed  # noqa: F401
+from kendama_cli.cli.main import main
+from kendama_cli.pipeline.worker import work
+from kendama_cli.system.interface import Lock, Worker
+from kendama_cli.system.interpreters import one_thread
+from kendama_cli.system.linux import Linux
+
+
+class ForkedWorkers:
+    """A ``Starter`` whose workers are forks of the process that starts them."""
+
+    def start(self, request: Mapping[str, Any], *, lock: Lock, printed: int) -> Worker:
+        """See ``Starter``; the lock is inherited as every descriptor is."""
+        read, write = os.pipe()
+        pid = os.fork()
+        if pid == 0:
+            code = 1
+            try:
+                os.environ.update(one_thread())
+                del sys.path[0]  # a worker does not import from the folder that the command runs in
+                for number in (1, 2):
+                    os.dup2(printed, number)
+                code = work(json.loads(json.dumps(request)), write)
+            finally:
+                sys.stdout.flush()
+                sys.stderr.flush()
+                os._exit(code)
+        os.close(write)
+        return ForkedWorker(pid, os.fdopen(read, "rb"))
+
+    def close(self) -> None:
+        """Nothing is kept between workers."""
+
+
+class ForkedWorker:
+    """See ``Worker``."""
+
+    def __init__(self, pid: int, events: IO[bytes]) -> None:
+        self.events = events
+        self._pid = pid
+
+    def ask_to_end(self) -> None:
+        """By SIGTERM."""
+        self._send(signal.SIGTERM)
+
+    def kill(self) -> None:
+        """End it at once."""
+        self._send(signal.SIGKILL)
+
+    def wait(self, timeout: float | None = None) -> int:
+        """Its exit code, negative for a signal; raises subprocess.TimeoutExpired."""
+        deadline_s = None if timeout is None else time.monotonic() + timeout
+        while True:
+            pid, status = os.waitpid(self._pid, 0 if deadline_s is None else os.WNOHANG)
+            if pid:
+                return os.waitstatus_to_exitcode(status)
+            if deadline_s is not None and time.monotonic() > deadline_s:
+                raise subprocess.TimeoutExpired(["worker"], timeout or 0.0)
+            time.sleep(0.01)
+
+    def _send(self, number: int) -> None:
+        with contextlib.suppress(ProcessLookupError):
+            os.kill(self._pid, number)
+
+
+def be_command(asked: Mapping[str, Any]) -> int:
+    """Carry out the command line that was asked for, in this process; its exit code."""
+    os.chdir(asked["folder"])
+    os.environ.clear()
+    os.environ.update(asked["environment"])
+    path = [entry for entry in asked["environment"].get("PYTHONPATH", "").split(os.pathsep) if entry]
+    sys.path[:0] = [asked["folder"], *path]
+    for number, name in enumerate((os.devnull, asked["out"], asked["err"])):
+        os.dup2(os.open(name, os.O_RDWR), number)
+    if not asked["real_workers"]:
+        Linux.interpreters = lambda self: ForkedWorkers()  # type: ignore[method-assign]
+    exec(asked["before"], {})
+    return main(asked["arguments"])
+
+
+def serve() -> None:
+    """Import what every command imports, then fork a command for each line."""
+    OverridesParser.create().parse_override("warm=1")
+    for group in entry_points().groups:
+        for point in entry_points(group=group) if group.startswith("kendama.") else ():
+            point.load()
+    for line in sys.stdin:
+        child = os.fork()
+        if child == 0:
+            sys.exit(be_command(json.loads(line)))
+        print(os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]), flush=True)
+
+
+if __name__ == "__main__":
+    serve()
