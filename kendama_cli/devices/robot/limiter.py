@@ -25,6 +25,11 @@ def limit_command(last: JointCommand, wanted: JointCommand, limits: JointLimits,
     Raises HardwareError for a command that ``check_command`` refuses.
     """
     check_command(wanted, limits)
+    return nearest_command(last, wanted, limits, period_s)
+
+
+def nearest_command(last: JointCommand, wanted: JointCommand, limits: JointLimits, period_s: float) -> JointCommand:
+    """As ``limit_command``, of a command that is known not to be absurd."""
     begin, end = (np.array([one.position_rad, one.velocity_rad_s], dtype=np.float64) for one in (last, wanted))
     sent = np.empty_like(end)
     kernel.nearest_state(*begin, *end, limit_rows(limits, period_s), period_s, *sent)  # type: ignore[call-arg]

@@ -14,7 +14,7 @@ from kendama_cli.devices.robot.interface import (
     RobotState,
     TorqueExchange,
 )
-from kendama_cli.devices.robot.limiter import ABSURD_FACTOR, ABSURD_RAD, check_command, check_values, limit_command
+from kendama_cli.devices.robot.limiter import ABSURD_FACTOR, ABSURD_RAD, check_command, check_values, nearest_command
 from kendama_cli.devices.robot.simulated_truth import true_contact, true_scene
 from kendama_cli.devices.robot.task import Task
 from kendama_cli.errors import HardwareError
@@ -96,7 +96,7 @@ class SimulatedRobot:
     def exchange(self, command: JointCommand) -> Exchange:
         """Carry out one control period; raises HardwareError after ``halt`` or for a command that it refuses."""
         self._accept(command)
-        sent = limit_command(self._last, command, self.limits, self.period_s)
+        sent = nearest_command(self._last, command, self.limits, self.period_s)
         most = self.limits.effort_nm
         sent = dataclasses.replace(sent, effort_nm=np.clip(command.effort_nm, -most, most))
         for reference in path_between(self._last, sent, steps=self._steps, step_s=STEP_S):

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from kendama_cli.motion.rotation import cross
 from kendama_cli.robot_model.body import Body
 from kendama_cli.schema.arrays import Array
 
@@ -28,7 +29,7 @@ def wrist_wrench(body: Body, world: Any) -> Array:
     body.skeleton.clearExternalForces()
     turn, at = body.tool_in_tip.rotation(), body.tool_in_tip.translation()
     force = turn @ held[3:]
-    return -np.concatenate([force, turn @ held[:3] + np.cross(at, force)])
+    return -np.concatenate([force, turn @ held[:3] + cross(at, force)])
 
 
 class ContactSensor:
