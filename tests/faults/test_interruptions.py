@@ -67,7 +67,9 @@ def test_kill_9_of_the_worker_fails_the_run_and_the_next_goes_on_to_the_same_byt
     assert artifact_bytes(resumed) == artifact_bytes(whole)
 
 
-@pytest.mark.parametrize("after", [1, 7, 20])
+@pytest.mark.parametrize(
+    "after", [pytest.param(1, marks=pytest.mark.slow), 7, pytest.param(20, marks=pytest.mark.slow)]
+)
 @pytest.mark.usefixtures("each_way")
 def test_kill_9_of_the_run_at_any_moment_ends_in_the_same_bytes(
     toy: ToyProject, after: int, uninterrupted: dict[str, dict[str, bytes]]

@@ -159,7 +159,13 @@ def test_logs_without_messages_still_make_a_page(run, tmp_path):
     assert page.count("The log of this stage holds nothing to draw.") == len(run["stages"])
 
 
-@pytest.mark.parametrize("topic", sorted(all_topics()))
+def _one_of_each_stage(topics):
+    """Every topic; in the usual suite one of each stage alone, for each is a page of its own."""
+    of_stage = {topic.split("/")[1]: topic for topic in topics}
+    return [topic if topic in of_stage.values() else pytest.param(topic, marks=pytest.mark.slow) for topic in topics]
+
+
+@pytest.mark.parametrize("topic", _one_of_each_stage(sorted(all_topics())))
 def test_a_log_that_lacks_one_topic_still_makes_a_page(run, logs, tmp_path, topic):
     """Every figure may be missing alone: the others must not depend on it."""
     stage = topic.split("/")[1]
