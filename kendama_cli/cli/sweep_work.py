@@ -13,6 +13,7 @@ from kendama_cli.pipeline.catalogue import load_pipeline
 from kendama_cli.pipeline.nodes import build_settings
 from kendama_cli.pipeline.plan import Planner, check_armed
 from kendama_cli.pipeline.record import RunRecord
+from kendama_cli.pipeline.remembered import Remembered
 from kendama_cli.pipeline.sweep import SweepJob, distinct, run_sweep
 from kendama_cli.pipeline.where import of_results, open_cluster, open_store, with_executor
 from kendama_cli.system.processes import cores_shared_by
@@ -33,10 +34,11 @@ def sweep_pipeline(
     combinations = expand_sweep(site, with_executor(overrides, on))
     declared = load_pipeline(pipeline, site.pipeline_folders).until(until)
     configs = composed_each(site, [[*declared.overrides, *texts] for texts in combinations])
-    settings = [build_settings(config) for config in configs]
+    known = Remembered()
+    settings = [build_settings(config, known) for config in configs]
     where = settings[0]
     store = open_store(site.home, where, render.note)
-    planners = (Planner(store, declared, one, site.data_roots) for one in settings)
+    planners = (Planner(store, declared, one, site.data_roots, known) for one in settings)
     wanted = distinct(
         [SweepJob(of_results(texts), planner) for texts, planner in zip(combinations, planners, strict=True)]
     )

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import copy
 import json
 import re
 from collections.abc import Collection, Iterable, Iterator, Sequence
@@ -23,9 +22,11 @@ def composed_each(site: Site, combinations: Sequence[Sequence[str]]) -> Iterator
     """``composed`` for each of many override lists that differ in few values, as a sweep's do.
 
     Composing costs a tenth of a second; so what remains of a list without its plain ``KEY=NUMBER`` overrides is
-    composed once, and these are set in the result. Values that others refer to (``${...}``) are composed in full.
+    composed once, and these are set in the result; what does not differ is one object in all. Values that others refer
+    to (``${...}``) are composed in full.
     """
     bases: dict[tuple[str, ...], dict[str, Any]] = {}
+    references: dict[tuple[str, ...], frozenset[str]] = {}
     in_files: frozenset[str] | None = None
     for overrides in combinations:
         if in_files is None:
@@ -38,11 +39,13 @@ def composed_each(site: Site, combinations: Sequence[Sequence[str]]) -> Iterator
         rest = tuple(text for text in overrides if text.partition("=")[0] not in plain)
         if rest not in bases:
             bases[rest] = composed(site, rest)
-        config = copy.deepcopy(bases[rest])
-        refers = in_files | _references(rest)
-        if _may_mean(refers, plain) or not all(_set_number(config, key, value) for key, (_, value) in plain.items()):
-            config = composed(site, overrides)
-        yield config
+        config: dict[str, Any] | None = bases[rest]
+        refers = in_files | references.setdefault(rest, _references(rest))
+        if _may_mean(refers, plain):
+            config = None
+        for key, (_, value) in plain.items():
+            config = None if config is None else _with_number(config, key.split("."), value)
+        yield composed(site, overrides) if config is None else config
 
 
 def expand_sweep(site: Site, overrides: Sequence[str]) -> list[list[str]]:
@@ -74,16 +77,18 @@ def expand_sweep(site: Site, overrides: Sequence[str]) -> list[list[str]]:
     return combinations
 
 
-def _set_number(config: dict[str, Any], key: str, value: float) -> bool:
-    """Set an existing number; False where ``key`` is anything else, so that composing tells what is wrong."""
-    *parents, last = key.split(".")
-    node: Any = config
-    for part in parents:
-        node = node.get(part) if isinstance(node, dict) else None
-    if not isinstance(node, dict) or isinstance(node.get(last), bool) or not isinstance(node.get(last), int | float):
-        return False
-    node[last] = value
-    return True
+def _with_number(node: Any, path: Sequence[str], value: float) -> dict[str, Any] | None:
+    """``node`` with another number at ``path``, and all else the same objects.
+
+    None where there is anything else than a number, so that composing tells what is wrong.
+    """
+    inner = node.get(path[0]) if isinstance(node, dict) else None
+    if len(path) > 1:
+        changed = _with_number(inner, path[1:], value)
+        return None if changed is None else {**node, path[0]: changed}
+    if isinstance(inner, bool) or not isinstance(inner, int | float):
+        return None
+    return {**node, path[0]: value}
 
 
 def _references(texts: Iterable[str]) -> frozenset[str]:

@@ -6,10 +6,12 @@ A stage's declaration brings the nodes that are the stage's own; those that seve
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Mapping
 from typing import Any
 
 from kendama_cli.errors import ConfigError, KendamaError
+from kendama_cli.pipeline.remembered import Remembered
 from kendama_cli.schema.declaration import NODES, find_stage, stage_names
 from kendama_cli.schema.registry import declared, resolve
 from kendama_cli.schema.settings import build_value, unknown_key
@@ -43,16 +45,24 @@ def node_schemas() -> tuple[dict[str, Any], KendamaError | None]:
     return schemas, broken
 
 
-def build_settings(config: Mapping[str, Any]) -> NodeSettings:
-    """Settings by node, and ``seed``, from the composed configuration; raises ConfigError naming the key."""
-    schemas, broken = node_schemas()
+def build_settings(config: Mapping[str, Any], known: Remembered | None = None) -> NodeSettings:
+    """Settings by node, and ``seed``, from the composed configuration; raises ConfigError naming the key.
+
+    Configurations of which ``known`` has seen a node already share that node's settings.
+    """
+    known = known or Remembered()
+    schemas, broken = known.once("schemas", (), node_schemas)
     for name in config:
         if name != "seed" and name not in schemas:
             raise broken or unknown_key(str(name), [*schemas, "seed"])
     seed = config.get("seed")
     if isinstance(seed, bool) or not isinstance(seed, int) or seed < 0:
         raise ConfigError("seed", f"'seed' is {seed!r}; allowed: a whole number, 0 or more")
-    built = {name: build_value(schemas[name], config[name], name) for name in config if name != "seed"}
+    built = {
+        name: known.once(f"node {name}", (value,), functools.partial(build_value, schemas[name], value, name))
+        for name, value in config.items()
+        if name != "seed"
+    }
     return NodeSettings({"seed": seed} | built)
 
 

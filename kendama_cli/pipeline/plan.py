@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,6 +14,7 @@ from kendama_cli.pipeline.code import FileIndex, code_digests
 from kendama_cli.pipeline.inputs import describe, file_contents, resolve_files
 from kendama_cli.pipeline.latest import keep_latest, read_latest
 from kendama_cli.pipeline.nodes import node_schemas
+from kendama_cli.pipeline.remembered import Remembered
 from kendama_cli.schema.declaration import KINDS, Kind
 from kendama_cli.schema.settings import chosen, nearest
 from kendama_cli.store import durable
@@ -39,11 +41,22 @@ class StagePlan:
 class Planner:
     """Keys and reasons for the stages of one pipeline under one configuration."""
 
-    def __init__(self, store: Store, pipeline: Pipeline, settings: Mapping[str, Any], roots: tuple[Path, ...]) -> None:
-        """Find every stage's configuration and input files; raises ConfigError or UsageError otherwise."""
+    def __init__(
+        self,
+        store: Store,
+        pipeline: Pipeline,
+        settings: Mapping[str, Any],
+        roots: tuple[Path, ...],
+        known: Remembered | None = None,
+    ) -> None:
+        """Find every stage's configuration and input files; raises ConfigError or UsageError otherwise.
+
+        Planners of one command share by ``known`` what is found of the same settings.
+        """
+        known = known or Remembered()
         self.store = store
         self.pipeline = pipeline
-        self._index = FileIndex(store.home / "index" / "files.json")
+        self._index = known.once("index", (), lambda: FileIndex(store.home / "index" / "files.json"))
         self.settings: dict[str, dict[str, Any]] = {}
         for spec in pipeline.stages:
             for node in spec.config.values():
@@ -60,19 +73,27 @@ class Planner:
                         f"does not have{nearest(node, settings)}",
                     )
             self.settings[spec.name] = {
-                own: resolve_files(settings[node], node, roots) for own, node in spec.config.items()
+                own: known.once(
+                    "files", (settings[node],), functools.partial(resolve_files, settings[node], node, roots)
+                )
+                for own, node in spec.config.items()
             }
         self.seed = int(settings["seed"])
         self._config = {
-            spec.name: {own: describe(value, self._index) for own, value in self.settings[spec.name].items()}
+            spec.name: {
+                own: known.once("config", (value,), functools.partial(describe, value, self._index))
+                for own, value in self.settings[spec.name].items()
+            }
             for spec in pipeline.stages
         }
-        self._kinds = {spec.name: kind_of(spec, self.settings[spec.name]) for spec in pipeline.stages}
-        schemas, _ = node_schemas()
-        self._code = {
-            spec.name: code_digests(code_targets(spec, self.settings[spec.name], schemas), self._index)
-            for spec in pipeline.stages
-        }
+        self._kinds: dict[str, Kind] = {}
+        self._code: dict[str, dict[str, str]] = {}
+        schemas, _ = known.once("schemas", (), node_schemas)
+        for spec in pipeline.stages:
+            own, of = self.settings[spec.name], tuple(self.settings[spec.name].values())
+            self._kinds[spec.name] = known.once(f"kind {spec.name}", of, functools.partial(kind_of, spec, own))
+            code = functools.partial(_code, spec, own, schemas, self._index)
+            self._code[spec.name] = known.once(f"code {spec.name}", of, code)
         self._index.save()
 
     def kind(self, stage: str) -> Kind:
@@ -210,6 +231,10 @@ def code_targets(spec: StageSpec, settings: Mapping[str, Any], schemas: Mapping[
         for target in (registry.variant(kind).makes, registry.variant(kind).settings)
     ]
     return [declaration.run, declaration.gives, *(kind.__module__ for kind in types), *blocks]
+
+
+def _code(spec: StageSpec, settings: Mapping[str, Any], schemas: Mapping[str, Any], index: FileIndex) -> dict[str, str]:
+    return code_digests(code_targets(spec, settings, schemas), index)
 
 
 def _result(plan: StagePlan) -> StoredResult:
