@@ -129,9 +129,9 @@ def _adapt(log: FieldLog, rng: np.random.Generator) -> tuple[dict[str, Any], dic
         middle = (low + high) / 2
         fields = {"index": index, "low": low, "high": high, "middle": middle, "swing_slack_s": 0.03 * index}
         log.write("/adapt/window", 40.0, fields)
-        for corner in range(4):
-            message = {"index": corner, "tau_scale": middle, "signed_miss_m": 0.01 * (corner - 1.5), "caught": True}
-            log.write("/adapt/corner", 41.0, {**message, "amplitude": 1.0, "shift_x_m": 0.0, "shift_y_m": 0.0})
+        for world in range(4):
+            message = {"index": world, "tau_scale": middle, "signed_miss_m": 0.01 * (world - 1.5), "caught": True}
+            log.write("/adapt/candidate", 41.0, {**message, "amplitude": 1.0, "shift_x_m": 0.0, "shift_y_m": 0.0})
     for index in range(30):
         miss = 0.02 * rng.standard_normal()
         caught = bool(abs(miss) < 0.03)

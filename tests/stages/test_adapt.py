@@ -76,16 +76,16 @@ def test_a_bundled_demonstration_is_caught_and_the_log_tells_how(bundled: Motion
     drawn = [message for topic, _, message in ctx.log.messages if topic == "/adapt/drawn"]
     assert len({(one.rope_scale, one.lag_s, one.mass_scale, one.drag_scale, one.cup_error_hz) for one in drawn}) == 3
     assert metrics["uncertainty"] == SHIPPED.uncertainty.name
-    corners = [message for topic, _, message in ctx.log.messages if topic == "/adapt/corner"]
+    judged = [message for topic, _, message in ctx.log.messages if topic == "/adapt/candidate"]
     windows = [message for topic, _, message in ctx.log.messages if topic == "/adapt/window"]
-    assert len(rollouts) + len(corners) == metrics["rollouts"]
+    assert len(rollouts) + len(judged) == metrics["rollouts"]
     assert len(windows) == metrics["windows"] == 1
     assert windows[0].low <= float(metrics["tau_scale"] or 0) == windows[0].middle <= windows[0].high
     # all of three: the exact lower end is 0.025^(1/3)
     assert metrics["success_rate_low"] == pytest.approx(0.2924, abs=1e-4)
     assert metrics["success_rate_high"] == 1.0
     topics = {topic for topic, _, _ in ctx.log.messages}
-    told = {"rollout", "corner", "window", "repeat", "replay", "drawn"}
+    told = {"rollout", "candidate", "window", "repeat", "replay", "drawn"}
     drawn = {"scene", "links", "joints", "cup", "ball", "reference"}
     assert topics == {f"/adapt/{name}" for name in told | drawn}
     ball = [message.position_m for topic, _, message in ctx.log.messages if topic == "/adapt/ball"]

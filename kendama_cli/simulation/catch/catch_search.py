@@ -17,18 +17,16 @@ from kendama_cli.motion.time_scaling import (
     next_tau,
     next_window_tau,
 )
+from kendama_cli.simulation.catch.race import ENOUGH, draws_needed, next_draw, winner
 from kendama_cli.simulation.catch.search_record import Attempt, Bounds, MotionVariation, Search, Trial
 from kendama_cli.simulation.catch.settings import AdaptSettings
-from kendama_cli.simulation.catch.uncertainty import CORNERS, Repeat, predicted_success
+from kendama_cli.simulation.catch.uncertainty import expected_success
 
 MOST_EVALUATED = 3
 """At most so many windows are evaluated in perturbed worlds, the widest first."""
 
 BUDGET = 40
 """Rollouts in all for the windows over tau: what the attempts leave of it decides how many windows are evaluated."""
-
-ENOUGH = 0.98
-"""Predicted success from which on nothing but tau is changed."""
 
 TAU_FIRST = 3
 """So many tau are tried before the place of the catch is moved for a first catch."""
@@ -68,17 +66,18 @@ class TauSearch:
 def next_trial(search: Search, settings: AdaptSettings, bounds: Bounds) -> Trial | None:
     """The next rollout to play, or None when the search has ended.
 
-    First attempts over tau until one catches, then over the whole range of tau for all windows, whose middles are
-    evaluated in the corners of the declared uncertainties. Only if none of them is predicted to succeed in ENOUGH of
-    all worlds, the place of the catch is moved; only if nothing catches at all, the motion's size is changed. The best
-    is repeated afresh.
+    First attempts over tau until one catches, then over the whole range of tau for all windows, whose middles race for
+    the largest expected success in worlds drawn from the declared uncertainties. Only if none of them is predicted to
+    succeed in ENOUGH of all worlds, the place of the catch is moved; only if nothing catches at all, the motion's size
+    is changed. The best is repeated afresh.
     """
     for amplitude in (1.0, *settings.amplitudes):
         trial = _explore(search, settings, bounds, amplitude)
         if trial is None:
-            trial = _evaluate(search, _middles(search, settings, bounds, amplitude))
+            trial = next_draw(search, _middles(search, settings, bounds, amplitude), bounds.mouth_m)
         if trial is None and _best_over_tau(search, bounds, amplitude) < ENOUGH:
-            trial = _move_catch(search, settings, amplitude) or _evaluate(search, _moved(search, amplitude))
+            trial = _move_catch(search, settings, amplitude)
+            trial = trial or next_draw(search, _moved(search, amplitude), bounds.mouth_m)
         if trial is not None:
             return trial
         if any(one.caught and one.variation.amplitude == amplitude for one in search.attempts):
@@ -100,27 +99,20 @@ def windows(search: Search, settings: AdaptSettings, bounds: Bounds) -> tuple[Wi
 
 
 def best_candidate(search: Search, bounds: Bounds) -> MotionVariation | None:
-    """The evaluated candidate with the largest predicted success; among equals the one whose corners are nearest.
+    """The best of those that won a race: the largest expected success, then the least that a catch needs.
 
     One whose rope hangs slack in the swing is taken only where there is no other.
     """
-
-    def worth(entry: tuple[MotionVariation, tuple[Repeat, ...]]) -> tuple[bool, float, float]:
-        variation, corners = entry
-        farthest = max(1.0 if corner.miss_m is None else abs(corner.miss_m) for corner in corners)
-        return not _slack_in_swing(search, variation), round(expected_success(search, variation, bounds), 3), -farthest
-
-    return max(search.evaluated, key=worth)[0] if search.evaluated else None
+    races: dict[tuple[float, bool], list[MotionVariation]] = {}
+    for variation, _ in search.evaluated:
+        races.setdefault((variation.amplitude, variation.shifted), []).append(variation)
+    winners = [winner(search, entered, bounds.mouth_m) for entered in races.values()]
+    return winner(search, winners, bounds.mouth_m) if winners else None
 
 
-def expected_success(search: Search, variation: MotionVariation, bounds: Bounds) -> float:
-    """What the corners of an evaluated candidate predict (see predicted_success)."""
-    nominal = next(one for one in search.attempts if one.variation == variation)
-    return predicted_success(nominal.signed_miss_m or 0.0, dict(search.evaluated)[variation], bounds.mouth_m)
-
-
-def _slack_in_swing(search: Search, variation: MotionVariation) -> bool:
-    return any(one.slack_in_swing for one in search.attempts if one.variation == variation)
+def predicted_success(search: Search, variation: MotionVariation, bounds: Bounds) -> float:
+    """The expected success of an evaluated candidate, in all worlds that it was judged in."""
+    return expected_success(dict(search.evaluated)[variation], bounds.mouth_m)
 
 
 def nearest_attempt(search: Search) -> Attempt:
@@ -181,10 +173,11 @@ def _middles(search: Search, settings: AdaptSettings, bounds: Bounds, amplitude:
     if where is None:
         return []
     trials = _trials(search, bounds, amplitude)
-    most = min(MOST_EVALUATED, max(1, (BUDGET - len(trials)) // len(CORNERS)))
+    left = BUDGET - len(trials)
+    most = next((many for many in range(MOST_EVALUATED, 1, -1) if draws_needed(many) <= left), 1)
     found = catch_windows(trials, where, bounds.mouth_m)
     middles = [MotionVariation(window.best.tau_scale, amplitude) for window in found]
-    return sorted(middles, key=lambda one: _slack_in_swing(search, one))[:most]
+    return sorted(middles, key=search.slack_in_swing)[:most]
 
 
 def _moved(search: Search, amplitude: float) -> list[MotionVariation]:
@@ -195,21 +188,12 @@ def _moved(search: Search, amplitude: float) -> list[MotionVariation]:
     return [min(caught, key=lambda one: one.off_m).variation] if caught else []
 
 
-def _evaluate(search: Search, candidates: list[MotionVariation]) -> Trial | None:
-    done = dict(search.evaluated)
-    for variation in candidates:
-        made = len(done.get(variation, ()))
-        if made < len(CORNERS):
-            return Trial("evaluate", variation, made)
-    return None
-
-
 def _best_over_tau(search: Search, bounds: Bounds, amplitude: float) -> float:
     """The largest predicted success of what was evaluated over tau alone."""
     plain = [
         variation for variation, _ in search.evaluated if not variation.shifted and variation.amplitude == amplitude
     ]
-    return max((expected_success(search, variation, bounds) for variation in plain), default=0.0)
+    return predicted_success(search, winner(search, plain, bounds.mouth_m), bounds) if plain else 0.0
 
 
 def _range(settings: AdaptSettings, bounds: Bounds, amplitude: float) -> TauRange | None:

@@ -77,7 +77,7 @@ class Trial:
 
 @dataclass(frozen=True)
 class Search:
-    """All results so far: attempts in order, the corners of each candidate, and the chosen motion's repeats."""
+    """All results so far: attempts in order, the worlds that judged each candidate, and the chosen motion's repeats."""
 
     attempts: tuple[Attempt, ...] = ()
     evaluated: tuple[tuple[MotionVariation, tuple[Repeat, ...]], ...] = ()
@@ -129,6 +129,10 @@ class Search:
         """The share of the motion in which the ball flew: of ``variation``, or of the newest motion that threw it."""
         same = next((one.flight for one in self.attempts if one.variation == variation), None)
         return same or next((one.flight for one in reversed(self.attempts) if one.flight), None)
+
+    def slack_in_swing(self, variation: MotionVariation) -> bool:
+        """Whether the rope hung slack in the swing of ``variation``."""
+        return any(one.slack_in_swing for one in self.attempts if one.variation == variation)
 
     def caught(self) -> int:
         """How many attempts caught."""

@@ -9,12 +9,15 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.special import ndtr
 
+from kendama_cli.schema.arrays import Array
 from kendama_cli.simulation.catch.settings import UncertaintySettings
 from kendama_cli.simulation.dart.arm_errors import ArmErrors
 from kendama_cli.simulation.dart.world_errors import WorldErrors
 
-CORNERS = ((1, 1), (-1, -1), (1, -1), (-1, 1))
-"""Signs of the rope's error and the ball's offset: a full factorial design of two factors at their extremes."""
+BLOCK = 4
+"""Judging draws come in blocks of so many, each a Latin hypercube: one draw in each quarter of every factor's range."""
+
+FACTORS = 9
 
 MOUTH_SHARE = 0.85
 """A ball whose centre comes down within this share of the cup's radius stays inside.
@@ -29,10 +32,14 @@ LEAST_SPREAD_M = 0.002
 
 @dataclass(frozen=True)
 class Repeat:
-    """One perturbed rollout; ``miss_m`` is None where the ball never came down through the rim's plane."""
+    """One perturbed rollout; ``miss_m`` is None where the ball never came down through the rim's plane.
+
+    ``steered_m`` is how far a seen catch moved the cup beside its plan.
+    """
 
     caught: bool
     miss_m: float | None
+    steered_m: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -45,77 +52,71 @@ class Draw:
 
 def drawn_errors(uncertainty: UncertaintySettings, rope_m: float, rng: np.random.Generator) -> Draw:
     """One of those that may be."""
-    rope, ball, mass, drag = rng.uniform(-1, 1, 4)
-    friction, restitution, lag, frequency, phase = rng.uniform(0, 1, 5)
+    return _errors_at(uncertainty, rope_m, rng.random(FACTORS))
+
+
+def judging_errors(uncertainty: UncertaintySettings, rope_m: float, index: int, seed: int) -> Draw:
+    """The world number ``index`` in which candidates are judged: the same for every candidate of a search."""
+    block, inside = divmod(index, BLOCK)
+    rng = np.random.default_rng([seed, block])
+    quarter = rng.permuted(np.tile(np.arange(BLOCK), (FACTORS, 1)), axis=1)[:, inside]
+    return _errors_at(uncertainty, rope_m, (quarter + rng.random((BLOCK, FACTORS))[inside]) / BLOCK)
+
+
+def _errors_at(uncertainty: UncertaintySettings, rope_m: float, share: Array) -> Draw:
+    """The world at ``share`` (FACTORS,) of the way from the least to the largest of everything that may differ."""
+    rope, ball, mass = 2 * share[:3] - 1
+    drag, friction, restitution, lag, frequency, phase = share[3:]
     return Draw(
         WorldErrors(
-            rope_scale=1 + rope * uncertainty.rope_m / rope_m,
-            ball_start_m=ball * uncertainty.ball_start_m,
-            joint_friction_nm=friction * uncertainty.joint_friction_nm,
+            rope_scale=float(1 + rope * uncertainty.rope_m / rope_m),
+            ball_start_m=float(ball * uncertainty.ball_start_m),
+            joint_friction_nm=float(friction * uncertainty.joint_friction_nm),
             joint_friction_share=uncertainty.joint_friction_share,
             restitution=_between(uncertainty.restitution, restitution),
-            mass_scale=1 + mass * uncertainty.mass_share,
-            drag_scale=_log_between(uncertainty.drag_scale, 0.5 * (1 + drag)),
+            mass_scale=float(1 + mass * uncertainty.mass_share),
+            drag_scale=_log_between(uncertainty.drag_scale, drag),
         ),
         ArmErrors(
             lag_s=_between(uncertainty.lag_s, lag),
             cup_error_m=uncertainty.cup_error_m,
             cup_error_hz=_log_between(uncertainty.cup_error_hz, frequency),
-            cup_error_phase_rad=2 * math.pi * phase,
-        ),
-    )
-
-
-def corner_errors(uncertainty: UncertaintySettings, rope_m: float, index: int) -> Draw:
-    """The extreme world number ``index`` of CORNERS; every restitution, drag and lag meets every sign of either error.
-
-    The cup's error is at the middle of its frequencies, and turns a quarter from one corner to the next.
-    """
-    rope, ball = CORNERS[index]
-    return Draw(
-        WorldErrors(
-            rope_scale=1 + rope * uncertainty.rope_m / rope_m,
-            ball_start_m=ball * uncertainty.ball_start_m,
-            joint_friction_nm=uncertainty.joint_friction_nm,
-            joint_friction_share=uncertainty.joint_friction_share,
-            restitution=uncertainty.restitution[index // 2],
-            mass_scale=1 + rope * ball * uncertainty.mass_share,
-            drag_scale=uncertainty.drag_scale[index // 2],
-        ),
-        ArmErrors(
-            lag_s=uncertainty.lag_s[index % 2],
-            cup_error_m=uncertainty.cup_error_m,
-            cup_error_hz=_log_between(uncertainty.cup_error_hz, 0.5),
-            cup_error_phase_rad=0.5 * math.pi * index,
+            cup_error_phase_rad=float(2 * math.pi * phase),
         ),
     )
 
 
 def _between(ends: tuple[float, float], share: float) -> float:
-    return ends[0] + share * (ends[1] - ends[0])
+    return float(ends[0] + share * (ends[1] - ends[0]))
 
 
 def _log_between(ends: tuple[float, float], share: float) -> float:
     return float(ends[0] * (ends[1] / ends[0]) ** share)
 
 
-def predicted_success(nominal_m: float, corners: Sequence[Repeat], mouth_m: float) -> float:
-    """The share of all worlds between the ``corners`` that would be caught, by a bilinear model of the miss.
+def expected_success(judged: Sequence[Repeat], mouth_m: float) -> float:
+    """The share of all worlds that would be caught, by the misses in those that were ``judged``.
 
-        m(u, v) = m0 + a u + b v + c u v + s e;   u, v uniform in [-1, 1], e standard normal
+        p = mean_i P(|m_i + h e| < mouth_m),   e standard normal,   h = 1.06 s n^(-1/5)
 
-    m0, a, b, c are those of the four corners; s is how far m0 is from the nominal miss, or LEAST_SPREAD_M. A world is
-    caught where |m| < ``mouth_m``. Corners that were lost although their ball came down within it count against all.
+    with s the smaller of the misses' standard deviation and their interquartile range over 1.34 (B. W. Silverman,
+    Density Estimation, 1986, eq. 3.31), at least LEAST_SPREAD_M. A world whose ball never came down, or was lost
+    although it came down within ``mouth_m``, counts as lost.
     """
-    misses = [corner.miss_m for corner in corners]
-    if any(miss is None for miss in misses):
-        return 0.5 * sum(corner.caught for corner in corners) / len(corners)
-    signs = np.array(CORNERS, dtype=np.float64)
-    design = np.column_stack([np.ones(4), signs, signs[:, 0] * signs[:, 1]])
-    m0, a, b, c = design.T @ np.array(misses, dtype=np.float64) / 4
-    spread = max(abs(m0 - nominal_m), LEAST_SPREAD_M)
-    u, v = np.meshgrid(*[(np.arange(40) + 0.5) / 20 - 1] * 2)
-    m = m0 + a * u + b * v + c * u * v
-    share = float(np.mean(ndtr((mouth_m - m) / spread) - ndtr((-mouth_m - m) / spread)))
-    lost = sum(not corner.caught and abs(corner.miss_m or 0.0) < mouth_m for corner in corners)
-    return share * (1 - lost / len(corners))
+    misses = np.array([one.miss_m for one in judged if one.miss_m is not None and _came_of_its_miss(one, mouth_m)])
+    if len(misses) == 0:
+        return 0.0
+    quarter, three = np.quantile(misses, [0.25, 0.75])
+    spread = min(float(np.std(misses, ddof=1)), float(three - quarter) / 1.34) if len(misses) > 1 else 0.0
+    width = max(1.06 * spread * len(misses) ** -0.2, LEAST_SPREAD_M)
+    caught = ndtr((mouth_m - misses) / width) - ndtr((-mouth_m - misses) / width)
+    return float(caught.sum()) / len(judged)
+
+
+def needed_m(judged: Sequence[Repeat]) -> float:
+    """How far the balls came down from where the cup was planned to be, on average; 1 m where one never did."""
+    return sum(1.0 if one.miss_m is None else abs(one.miss_m) + one.steered_m for one in judged) / len(judged)
+
+
+def _came_of_its_miss(one: Repeat, mouth_m: float) -> bool:
+    return one.caught or abs(one.miss_m or 0.0) >= mouth_m

@@ -49,7 +49,7 @@ def adaptation_figures(log: StageLog) -> list[Figure]:
                     if policy
                     else "How far the ball crosses the rim plane from the cup's middle, over the time scale tau of the"
                     " movement primitive; one mark per simulated rollout. Shaded: the windows that were found;"
-                    " bars: the middle of a window in the extremes of the declared uncertainties; dashed: the tau that"
+                    " bars: the middle of a window in drawn worlds; dashed: the tau that"
                     " was chosen, with its perturbed repeats as dots; squares: rollouts in which the goal was moved"
                     " while the ball flew. Misses beyond the frame stand at its edge; crosses: the ball never rose"
                     " above the rim.",
@@ -87,7 +87,7 @@ def _search(log: StageLog) -> Panel | None:
     known = np.isfinite(miss_mm)
     edge = min(_MOST_MISS_MM, 1.15 * float(np.abs(miss_mm[known]).max(initial=10.0)))
     shown = np.clip(np.where(known, miss_mm, -edge), -edge, edge)
-    corners = log.table("/adapt/corner", AdaptRolloutMessage)
+    judged = log.table("/adapt/candidate", AdaptRolloutMessage)
     repeats = log.table("/adapt/repeat", AdaptRepeatMessage)
     windows = log.messages("/adapt/window", AdaptWindowMessage)
     with drawing("adapt-search", "Miss over time scale", height_in=3.6) as made:
@@ -108,14 +108,14 @@ def _search(log: StageLog) -> Panel | None:
         for which, look in marks:
             if which.any():
                 axes.plot(tau[which], shown[which], ls="none", **look)
-        if len(corners):
+        if len(judged):
             axes.plot(
-                corners["tau_scale"],
-                np.clip(1e3 * corners["signed_miss_m"], -edge, edge),
+                judged["tau_scale"],
+                np.clip(1e3 * judged["signed_miss_m"], -edge, edge),
                 "_",
                 color=BALL,
                 ms=9,
-                label="extreme worlds",
+                label="drawn worlds",
             )
         chosen = log.metrics.get("tau_scale")
         if isinstance(chosen, int | float):

@@ -7,7 +7,7 @@ import numpy as np
 from kendama_cli.artifacts.motion_plan import CatchMotion
 from kendama_cli.artifacts.proportion import success_interval
 from kendama_cli.simulation.catch.catch_obstacle import TORQUE_SPENT, obstacle, policy_obstacle
-from kendama_cli.simulation.catch.catch_search import expected_success, nearest_attempt, windows
+from kendama_cli.simulation.catch.catch_search import nearest_attempt, predicted_success, windows
 from kendama_cli.simulation.catch.search_record import Bounds, CatchSearch, MotionVariation, Search
 from kendama_cli.simulation.catch.settings import AdaptSettings
 from kendama_cli.simulation.dart.rollout import RolloutResult
@@ -93,7 +93,7 @@ def _of_search(
     found = windows(search, settings, bounds)
     log_windows(ctx, found, search)
     return {
-        "predicted_success": None if best is None else expected_success(search, best, bounds),
+        "predicted_success": None if best is None else predicted_success(search, best, bounds),
         "windows": len(found),
     }
 

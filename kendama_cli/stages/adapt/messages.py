@@ -91,7 +91,7 @@ class AdaptDrawMessage:
 
 TOPICS: Mapping[str, type] = {
     "/adapt/rollout": AdaptRolloutMessage,
-    "/adapt/corner": AdaptRolloutMessage,
+    "/adapt/candidate": AdaptRolloutMessage,
     "/adapt/explored": AdaptExploredMessage,
     "/adapt/proof": AdaptProofMessage,
     "/adapt/window": AdaptWindowMessage,
@@ -105,6 +105,6 @@ TOPICS: Mapping[str, type] = {
     "/adapt/ball": FrameTransform,
     "/adapt/reference": FrameTransform,
 }
-"""``corner``: rollouts of candidates under the same perturbations; ``explored`` and ``proof``: those of a policy search
+"""``candidate``: candidates in the worlds that judge them; ``explored`` and ``proof``: those of a policy search
 and the repeats that judge it; ``replay``: the repeats' bodies and ways; the last: what the arm looks like, and the
 chosen motion, undisturbed."""

@@ -9,9 +9,10 @@ import numpy as np
 from kendama_cli.robot_model.arm_motion import ArmMotion
 from kendama_cli.settings.game import GameSettings
 from kendama_cli.simulation.catch.policy_search import cost_m
+from kendama_cli.simulation.catch.race import MOST_DRAWS
 from kendama_cli.simulation.catch.search_record import Attempt, MotionVariation, Search, Trial
 from kendama_cli.simulation.catch.settings import AdaptSettings
-from kendama_cli.simulation.catch.uncertainty import CORNERS, Draw, Repeat, corner_errors, drawn_errors
+from kendama_cli.simulation.catch.uncertainty import Repeat, drawn_errors, judging_errors
 from kendama_cli.simulation.dart.rollout import RolloutResult
 from kendama_cli.stages.adapt.logged import draw_message, log_replay
 from kendama_cli.stages.adapt.messages import (
@@ -25,7 +26,7 @@ from kendama_cli.stages.interface import StageContext
 
 
 class Trials:
-    """Plays trials with ``rollouts``; ``seeds`` are of the corners, of the repeats and of all else, in this order."""
+    """Plays trials with ``rollouts``; ``seeds`` are of the judging worlds, of the repeats and of all else."""
 
     def __init__(
         self,
@@ -41,7 +42,7 @@ class Trials:
     @staticmethod
     def seeds_needed(settings: AdaptSettings) -> int:
         """How many seeds there must be."""
-        return len(CORNERS) + settings.repeats + 1
+        return MOST_DRAWS + settings.repeats + 1
 
     def play(self, search: Search, trial: Trial) -> Search:
         """``search`` with what came of ``trial``."""
@@ -100,13 +101,15 @@ class Trials:
         return self._rollouts.judged(variation, draw, eyes_seed=int(rng.integers(2**62)), rng=rng)
 
     def _repeat(self, trial: Trial) -> Repeat:
-        """Every candidate is evaluated with the same noise; those that confirm have noise of their own."""
+        """Every candidate is judged in the same worlds; those that confirm are drawn afresh."""
         uncertainty, rope_m, log = self._settings.uncertainty, self._game.rope.length_m, self._ctx.log
         confirm = trial.kind == "confirm"
-        seed = self._seeds[trial.index + len(CORNERS) * confirm]
+        seed = self._seeds[trial.index + MOST_DRAWS * confirm]
         rng = np.random.default_rng(seed)
-        draw: Draw = (
-            drawn_errors(uncertainty, rope_m, rng) if confirm else corner_errors(uncertainty, rope_m, trial.index)
+        draw = (
+            drawn_errors(uncertainty, rope_m, rng)
+            if confirm
+            else judging_errors(uncertainty, rope_m, trial.index, self._seeds[-1])
         )
         result, shift_m = self._rollouts.judged(trial.variation, draw, eyes_seed=seed, rng=rng, record=confirm)
         if confirm:
@@ -116,8 +119,8 @@ class Trials:
             log_replay(self._ctx, trial.index, self._rollouts.world, draw.world, result)
             log.write("/adapt/drawn", float(trial.index), draw_message(trial.index, draw, self._game))
         else:
-            log.write("/adapt/corner", float(trial.index), _rollout_message(trial, result))
-        return Repeat(result.caught, result.signed_miss_m)
+            log.write("/adapt/candidate", float(trial.index), _rollout_message(trial, result))
+        return Repeat(result.caught, result.signed_miss_m, shift_m)
 
 
 def _forbidden(variation: MotionVariation, limit: str) -> Attempt:

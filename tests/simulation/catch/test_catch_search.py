@@ -10,9 +10,10 @@ import pytest
 from kendama_cli.schema.settings import build
 from kendama_cli.simulation.catch.catch_obstacle import obstacle
 from kendama_cli.simulation.catch.catch_search import best_candidate, nearest_attempt, next_trial, windows
+from kendama_cli.simulation.catch.race import draws_needed, next_draw, winner
 from kendama_cli.simulation.catch.search_record import Attempt, Bounds, MotionVariation, Search, Trial
 from kendama_cli.simulation.catch.settings import AdaptSettings
-from kendama_cli.simulation.catch.uncertainty import CORNERS, Repeat
+from kendama_cli.simulation.catch.uncertainty import Repeat
 from tests.simulation.dart.bench_robot import adapt_values
 
 SHIPPED = build(AdaptSettings, adapt_values(), "adapt")
@@ -35,7 +36,7 @@ def _play(search: Search, trial: Trial, miss: Miss, spread: Spread, side_m: floa
         here -= 0.95 * x
     if trial.kind == "attempt":
         return search.with_attempt(_attempt(trial.variation, here, side_m - 0.95 * y))
-    sign = CORNERS[trial.index % 4][0]
+    sign = (1, -1, 1, -1)[trial.index % 4]
     off = (here or 0.0) + sign * spread(trial.variation)
     return search.with_repeat(trial, Repeat(abs(off) < 0.038, off))
 
@@ -87,6 +88,53 @@ def test_a_window_whose_rope_is_slack_in_the_swing_is_taken_only_where_there_is_
     assert taut == brief
     assert taut.tau_scale == pytest.approx(1.043, abs=0.005)
     assert slack.tau_scale == pytest.approx(0.897, abs=0.005)
+
+
+def _judged(misses: dict[float, list[float]], steered: float = 0.0) -> Search:
+    """Candidates by their tau that were judged in worlds of these misses."""
+    attempts = tuple(_attempt(MotionVariation(tau), 0.0) for tau in misses)
+    evaluated = tuple(
+        (MotionVariation(tau), tuple(Repeat(abs(m) < 0.038, m, steered) for m in made)) for tau, made in misses.items()
+    )
+    return Search(attempts, evaluated)
+
+
+def _raced(miss: Callable[[float, int], float], taus: list[float]) -> tuple[Search, list[tuple[float, int]]]:
+    search, played = Search(tuple(_attempt(MotionVariation(tau), 0.0) for tau in taus)), []
+    while (trial := next_draw(search, [MotionVariation(tau) for tau in taus], 0.038)) is not None:
+        off = miss(trial.variation.tau_scale, trial.index)
+        played.append((trial.variation.tau_scale, trial.index))
+        search = search.with_repeat(trial, Repeat(abs(off) < 0.038, off))
+    return search, played
+
+
+def test_a_race_plays_the_same_worlds_for_all_and_more_of_them_for_those_ahead() -> None:
+    spread = {0.9: 0.06, 1.0: 0.005, 1.1: 0.035}
+    search, played = _raced(lambda tau, world: spread[tau] * (-1) ** world, list(spread))
+    counts = {tau: sum(one == tau for one, _ in played) for tau in spread}
+    assert counts == {0.9: 4, 1.0: 8, 1.1: 8}
+    # ahead and certain after eight: the last round is not played
+    assert all([world for one, world in played if one == tau] == list(range(n)) for tau, n in counts.items())
+    assert winner(search, [MotionVariation(tau) for tau in spread], 0.038).tau_scale == 1.0
+    assert len(played) <= draws_needed(3)
+
+
+def test_one_that_is_alone_and_certain_needs_four_worlds_and_one_that_is_not_twelve() -> None:
+    assert len(_raced(lambda tau, world: 0.004 * (-1) ** world, [1.0])[1]) == 4
+    assert len(_raced(lambda tau, world: 0.05 * (world % 2), [1.0])[1]) == 12 == draws_needed(1)
+
+
+def test_a_lead_that_later_worlds_take_away_does_not_win() -> None:
+    """After four worlds the first is ahead; in the next four it loses half."""
+    search, _ = _raced(lambda tau, world: (0.05 * (world % 2) if world >= 4 else 0.0) if tau < 1 else 0.02, [0.9, 1.1])
+    assert winner(search, [MotionVariation(0.9), MotionVariation(1.1)], 0.038).tau_scale == 1.1
+
+
+def test_among_equals_the_catch_wins_that_has_the_shorter_way_to_go() -> None:
+    near = _judged({0.9: [0.001] * 8}, steered=0.03)
+    far = _judged({1.1: [0.0] * 8}, steered=0.12)
+    both = Search((*near.attempts, *far.attempts), (*far.evaluated, *near.evaluated))
+    assert winner(both, [MotionVariation(1.1), MotionVariation(0.9)], 0.038).tau_scale == 0.9
 
 
 def test_many_windows_are_still_judged_within_the_budget() -> None:
