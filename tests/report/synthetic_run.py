@@ -132,6 +132,12 @@ def _adapt(log: FieldLog, rng: np.random.Generator) -> tuple[dict[str, Any], dic
         for world in range(4):
             message = {"index": world, "tau_scale": middle, "signed_miss_m": 0.01 * (world - 1.5), "caught": True}
             log.write("/adapt/candidate", 41.0, {**message, "amplitude": 1.0, "shift_x_m": 0.0, "shift_y_m": 0.0})
+    for index in range(12):
+        bent = {"cost_m": 0.3 / (1 + index), "miss_m": 0.3 / (1 + index), "caught": index > 8, "bumps_m": [0.01] * 8}
+        moved = {"tau_scale": 1.0, "shift_x_m": 0.01, "shift_y_m": 0.0}
+        log.write("/adapt/explored", 45.0, {"index": index, "generation": index // 6, **bent, **moved})
+        proof = {"rollouts": 6 * (1 + index // 6), "index": index % 6, "caught": index > 4, "miss_m": 0.01}
+        log.write("/adapt/proof", 46.0, proof)
     for index in range(30):
         miss = 0.02 * rng.standard_normal()
         caught = bool(abs(miss) < 0.03)

@@ -36,8 +36,7 @@ def film(log: StageLog) -> str | None:
 
 def adaptation_figures(log: StageLog) -> list[Figure]:
     """The search and the catch; then tracking, joint speeds and the perturbed repeats."""
-    policy = policy_search(log)
-    search = [policy or _search(log), _catch(log)]
+    search = [_search(log), policy_search(log), _catch(log)]
     repeats, caption = _repeats(log)
     execution = [_tracking(log), _joint_speeds(log.table("/adapt/joints", JointStates)), repeats]
     return [
@@ -45,14 +44,13 @@ def adaptation_figures(log: StageLog) -> list[Figure]:
             lettered(
                 search,
                 [
-                    CAPTION
-                    if policy
-                    else "How far the ball crosses the rim plane from the cup's middle, over the time scale tau of the"
+                    "How far the ball crosses the rim plane from the cup's middle, over the time scale tau of the"
                     " movement primitive; one mark per simulated rollout. Shaded: the windows that were found;"
                     " bars: the middle of a window in drawn worlds; dashed: the tau that"
                     " was chosen, with its perturbed repeats as dots; squares: rollouts in which the goal was moved"
                     " while the ball flew. Misses beyond the frame stand at its edge; crosses: the ball never rose"
                     " above the rim.",
+                    CAPTION,
                     "The chosen rollout in the swing plane, from 0.9 s before the catch to shortly after it: path of"
                     " the cup's tie point and of the ball, both every 60 ms, and the cup at the catch.",
                 ],
