@@ -19,15 +19,20 @@ if TYPE_CHECKING:
         DmpMotion,
         LogFile,
         MotionPlan,
+        Policy,
         Run,
+        Swing,
+        SwingState,
         configuration,
         encode,
         environment,
         estimator,
         open_run,
         play,
+        policy,
         run,
         runs,
+        swing,
     )
 
 __version__ = "0.2.0"
@@ -39,7 +44,10 @@ __all__ = [
     "DmpMotion",
     "LogFile",
     "MotionPlan",
+    "Policy",
     "Run",
+    "Swing",
+    "SwingState",
     "__version__",
     "configuration",
     "encode",
@@ -47,8 +55,10 @@ __all__ = [
     "estimator",
     "open_run",
     "play",
+    "policy",
     "run",
     "runs",
+    "swing",
 ]
 
 

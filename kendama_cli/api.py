@@ -11,16 +11,16 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from kendama_cli.api_models import configuration, encode, play, policy, site_of, swing
 from kendama_cli.artifacts.catch_pose import CatchPose
 from kendama_cli.artifacts.demonstration import Demonstration
 from kendama_cli.artifacts.motion_plan import MotionPlan
 from kendama_cli.config.compose import composed
-from kendama_cli.config.site import Site, find_site
 from kendama_cli.errors import StageError
+from kendama_cli.learning.interface import Policy
+from kendama_cli.learning.state import SwingState
 from kendama_cli.log.reader import LogFile
-from kendama_cli.motion.averaging import encode_demonstrations
 from kendama_cli.motion.dmp import DmpMotion
-from kendama_cli.motion.dmp import play as play_plan
 from kendama_cli.pipeline.catalogue import load_pipeline
 from kendama_cli.pipeline.finished_run import Run
 from kendama_cli.pipeline.nodes import build_settings
@@ -28,6 +28,7 @@ from kendama_cli.pipeline.plan import Planner, check_armed, check_forced
 from kendama_cli.pipeline.record import begin, find_run, past_runs
 from kendama_cli.pipeline.runner import Runner
 from kendama_cli.pipeline.where import of_results, open_cluster, open_store
+from kendama_cli.simulation.dart.carried_cup import Swing
 from kendama_cli.vision.camera_model import CameraModel
 from kendama_cli.vision.catch_pose import CatchPoseEstimator
 
@@ -43,15 +44,20 @@ __all__ = [
     "DmpMotion",
     "LogFile",
     "MotionPlan",
+    "Policy",
     "Run",
+    "Swing",
+    "SwingState",
     "configuration",
     "encode",
     "environment",
     "estimator",
     "open_run",
     "play",
+    "policy",
     "run",
     "runs",
+    "swing",
 ]
 
 
@@ -109,7 +115,7 @@ def run(
     StageError
         Where a stage failed, with its message; what was finished is kept, and ``runs()[-1]`` is the run.
     """
-    site = _site(home, config_dir)
+    site = site_of(home, config_dir)
     declared = load_pipeline(pipeline, site.pipeline_folders).until(until)
     settings = build_settings(composed(site, [*declared.overrides, *overrides]))
     planner = Planner(open_store(site.home, settings, _warn), declared, settings, site.data_roots)
@@ -141,7 +147,7 @@ def runs(home: Path | str | None = None) -> list[Run]:
     FormatError
         Where a record was written by another version of the format.
     """
-    site = _site(home, None)
+    site = site_of(home, None)
     return [Run(record, site.pipeline_folders) for record in past_runs(site.home)]
 
 
@@ -164,74 +170,8 @@ def open_run(name: str | None = None, home: Path | str | None = None) -> Run:
     UsageError
         Where there is none, or more than one.
     """
-    site = _site(home, None)
+    site = site_of(home, None)
     return Run(find_run(site.home, name), site.pipeline_folders)
-
-
-def configuration(overrides: Sequence[str] = (), config_dir: Path | str | None = None) -> Mapping[str, Any]:
-    """The settings of every node of the configuration, checked: frozen dataclasses by the node's name, and ``seed``.
-
-    Parameters
-    ----------
-    overrides : sequence of str
-        ``KEY=VALUE`` or ``GROUP=CHOICE`` each, as on the command line.
-    config_dir : path, optional
-        A folder with ``conf/``.
-
-    Returns
-    -------
-    mapping of str to settings
-        ``configuration()["game"].rope.length_m`` and so on; units stand in the names.
-
-    Raises
-    ------
-    ConfigError
-        Naming the key that does not exist or does not fit.
-    """
-    return build_settings(composed(_site(None, config_dir), list(overrides)))
-
-
-def encode(demonstrations: Sequence[Demonstration], overrides: Sequence[str] = ()) -> MotionPlan:
-    """The average dynamic movement primitive of demonstrations (docs/equations.md eq. 3-5).
-
-    Parameters
-    ----------
-    demonstrations : sequence of Demonstration
-        Each with ``t_s`` (n,) [s] and ``position_m`` (n, 3) [m]; x lies in the swing plane, z points up.
-    overrides : sequence of str
-        Of the node ``encode``, as in ``["encode.functions=25"]``.
-
-    Returns
-    -------
-    MotionPlan
-        Goal, duration and weights of every coordinate.
-
-    Raises
-    ------
-    ValueError
-        Where a demonstration does not move or is too short.
-    ConfigError
-        Where an override does not fit.
-    """
-    return encode_demonstrations(demonstrations, configuration(overrides)["encode"])
-
-
-def play(plan: MotionPlan, t_s: Any) -> DmpMotion:
-    """What a primitive plays at the instants ``t_s`` (n,) [s] after its start.
-
-    Parameters
-    ----------
-    plan : MotionPlan
-        ``dataclasses.replace(plan, tau_scale=1.1)`` plays it ten per cent slower.
-    t_s : array_like, shape (n,)
-        In any order; after ``tau_scale * duration_s`` the motion stays on its goal.
-
-    Returns
-    -------
-    DmpMotion
-        ``position_m``, ``velocity_m_s`` and ``acceleration_m_s2``, each (n, coordinates).
-    """
-    return play_plan(plan, t_s)
 
 
 def environment(overrides: Sequence[str] = (), hold_s: float | None = None) -> SwingUp:
@@ -286,7 +226,3 @@ def estimator(rim_height_m: float, overrides: Sequence[str] = ()) -> CatchPoseEs
     game, predict = chosen["game"], chosen["predict"]
     drag_per_s, drag_per_m = game.drag_per_mass
     return CatchPoseEstimator(game.gravity_m_s2, drag_per_s, rim_height_m, drag_per_m=drag_per_m, motion=predict.motion)
-
-
-def _site(home: Path | str | None, config_dir: Path | str | None) -> Site:
-    return find_site(None if home is None else Path(home), None if config_dir is None else Path(config_dir))

@@ -17,6 +17,7 @@ from kendama_cli.cli import completion, render
 from kendama_cli.cli.camera import camera_app
 from kendama_cli.cli.camera_setup import camera_blink, camera_brightness, camera_latency, camera_place
 from kendama_cli.cli.capture import capture_app
+from kendama_cli.cli.course import course_app
 from kendama_cli.cli.docs import docs
 from kendama_cli.cli.motion import motion_app
 from kendama_cli.cli.options import Arm, ConfigDir, Force, Home, Json, On, Overrides, PipelineName, Until
@@ -38,6 +39,7 @@ app = typer.Typer(
 app.add_typer(cache_app, name="cache")
 app.add_typer(camera_app, name="camera")
 app.add_typer(capture_app, name="capture")
+app.add_typer(course_app, name="course")
 app.add_typer(log_app, name="log")
 app.add_typer(motion_app, name="motion")
 app.add_typer(robot_app, name="robot")

@@ -20,7 +20,8 @@ class Run:
     def __init__(self, record: Mapping[str, Any], pipeline_folders: Sequence[Path]) -> None:
         self.record = dict(record)
         """The document that ``kendama run --json`` prints, with when, where and with which versions."""
-        self._pipeline_folders = tuple(pipeline_folders)
+        self.pipeline_folders = tuple(pipeline_folders)
+        """Where the pipeline is looked for."""
 
     def __repr__(self) -> str:
         return f"<Run {self.name} of {self.pipeline}: {self.outcome}>"
@@ -96,7 +97,7 @@ class Run:
             Where the artifact is damaged or gone.
         """
         folder = self.folder(stage)
-        declaration = load_pipeline(self.pipeline, self._pipeline_folders).stage(stage, "stage").declaration
+        declaration = load_pipeline(self.pipeline, self.pipeline_folders).stage(stage, "stage").declaration
         return load_artifact(resolve(declaration.gives, f"stage '{stage}'"), folder)
 
     def log(self, stage: str) -> LogFile:

@@ -6,7 +6,9 @@ import inspect
 import subprocess
 import sys
 from collections.abc import Callable
+from pathlib import Path
 
+import numpy as np
 import pytest
 
 import kendama_cli as kendama
@@ -84,6 +86,32 @@ def test_a_pipeline_is_run_and_read_without_the_command_line(tmp_path_factory: p
     assert [stage["status"] for stage in again.record["stages"]] == ["cached", "cached"]
     with pytest.raises(ConfigError, match="encode"):
         kendama.run("imitation", ["encode.functions=no"], home=home)
+
+
+def test_a_ball_under_a_carried_cup_hangs_swings_and_says_where_it_came_down() -> None:
+    t_s = np.arange(0.0, 1.0, 0.01)
+    still = kendama.swing(t_s, np.zeros((100, 3)), after_s=0.2)
+    game = kendama.configuration()["game"]
+    hanging = game.rope.length_m + game.ball.mass_kg * game.gravity_m_s2 / game.rope.stiffness_n_m
+    assert still.ball_m[:, 2] == pytest.approx(-hanging, abs=1e-6)
+    assert (still.caught, still.miss_m, still.slack[1:].any()) == (False, None, False)
+    assert kendama.swing(t_s, np.zeros((100, 3)), rope_m=0.3).ball_m[-1, 2] == pytest.approx(-0.3, abs=1e-3)
+    lifted = np.column_stack([0 * t_s, 0 * t_s, np.where(t_s < 0.1, 0.0, np.minimum(0.3, 6 * (t_s - 0.1)))])
+    thrown = kendama.swing(t_s, lifted, aside_m=0.001)
+    assert thrown.slack.any(), "a cup that stops short leaves the ball flying"
+    for wrong in (np.zeros((100, 2)), np.full((100, 3), np.nan)):
+        with pytest.raises(ValueError, match="cup_m|finite"):
+            kendama.swing(t_s, wrong)
+
+
+def test_a_learned_policy_acts(tmp_path: Path) -> None:
+    run = kendama.run("swingup", ["simulation/engine=rail", "learn/task=easy"], until="learn", home=tmp_path)
+    policy = kendama.policy(run)
+    policy.begin_rollout()
+    acceleration_m_s2 = policy.act(kendama.SwingState(0.0, 0.0, 0.1, 0.5), 0.0)
+    assert acceleration_m_s2 in kendama.configuration(["learn/task=easy"])["learn"].actions_m_s2
+    with pytest.raises(UsageError, match="has no stage 'transfer'"):
+        kendama.policy(run, "transfer")
 
 
 def test_a_failed_stage_raises_its_message_and_the_run_is_kept(

@@ -39,7 +39,7 @@ def test_imports_go_down_the_floors_only() -> None:
         ("embreex", {"rendering"}),
         ("gymnasium", {"gym"}),
         ("socket", {"devices", "system"}),
-        ("subprocess", {"devices", "pipeline", "system", "cli"}),
+        ("subprocess", {"devices", "pipeline", "system", "cli", "course"}),
         ("fcntl", {"system"}),
         ("filelock", {"system"}),
     ],

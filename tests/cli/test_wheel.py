@@ -6,6 +6,7 @@ import json
 import os
 import subprocess
 import sys
+import tarfile
 import zipfile
 from pathlib import Path
 
@@ -54,9 +55,15 @@ def installed(wheel: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def test_conf_pipelines_and_data_are_in_the_wheel_and_tests_are_not(wheel: Path) -> None:
     names = zipfile.ZipFile(wheel).namelist()
-    for wanted in ("conf/config.yaml", "pipelines/kendama.yaml", "data/robots/pa10.urdf", "data/demonstrations/"):
+    for wanted in (
+        "conf/config.yaml",
+        "pipelines/kendama.yaml",
+        "data/robots/pa10.urdf",
+        "data/demonstrations/",
+        "course/exercises/1-",
+    ):
         assert any(name.startswith(f"kendama_cli/bundled/{wanted}") for name in names), wanted
-    assert not [name for name in names if "tests/" in name or "test_" in name]
+    assert not [name for name in names if "tests/" in name or "test_" in name or "solutions" in name]
     assert any(name.endswith("licenses/LICENSE") for name in names)
 
 
@@ -80,3 +87,17 @@ def test_the_installed_command_runs_on_the_bundled_demonstrations_from_an_empty_
         [installed.parent / "python", "-c", "import kendama_cli; print(kendama_cli.__file__)"], cwd=tmp_path, text=True
     )
     assert str(installed.parent.parent) in where
+
+
+def test_the_sdist_builds_the_same_wheel_byte_for_byte(tmp_path: Path) -> None:
+    def build(what: str, source: Path, to: Path) -> Path:
+        command = [sys.executable, "-m", "hatchling", "build", "-t", what, "-d", str(to)]
+        subprocess.run(command, cwd=source, check=True, capture_output=True)
+        return next(to.iterdir())
+
+    archive = build("sdist", ROOT, tmp_path / "sdist")
+    with tarfile.open(archive) as file:
+        file.extractall(tmp_path, filter="data")
+    unpacked = tmp_path / archive.name.removesuffix(".tar.gz")
+    ours, theirs = (build("wheel", source, tmp_path / name) for source, name in ((ROOT, "ours"), (unpacked, "theirs")))
+    assert ours.read_bytes() == theirs.read_bytes()
