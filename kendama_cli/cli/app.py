@@ -12,7 +12,6 @@ from typing import Annotated
 
 import typer
 
-import kendama_cli
 from kendama_cli.cli import completion, render
 from kendama_cli.cli.camera import camera_app
 from kendama_cli.cli.camera_setup import camera_blink, camera_brightness, camera_latency, camera_place
@@ -56,7 +55,9 @@ app.command()(docs)
 
 def _show_version(wanted: bool) -> None:
     if wanted:
-        render.text(f"kendama {kendama_cli.__version__}")
+        from kendama_cli.cli.version import version_text
+
+        render.text(version_text())
         raise typer.Exit
 
 
@@ -65,7 +66,7 @@ def before_any_command(
     home: Home = None,
     config_dir: ConfigDir = None,
     version: Annotated[
-        bool, typer.Option("--version", callback=_show_version, is_eager=True, help="Print the version.")
+        bool, typer.Option("--version", callback=_show_version, is_eager=True, help="Version, commit and libraries.")
     ] = False,
 ) -> None:
     # given before the command, these hold unless the command has its own

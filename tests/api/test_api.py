@@ -100,7 +100,7 @@ def test_a_ball_under_a_carried_cup_hangs_swings_and_says_where_it_came_down() -
     thrown = kendama.swing(t_s, lifted, aside_m=0.001)
     assert thrown.slack.any(), "a cup that stops short leaves the ball flying"
     for wrong in (np.zeros((100, 2)), np.full((100, 3), np.nan)):
-        with pytest.raises(ValueError, match="cup_m|finite"):
+        with pytest.raises(ValueError, match=r"cup_m|finite"):
             kendama.swing(t_s, wrong)
 
 

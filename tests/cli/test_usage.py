@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 
+import kendama_cli
+from kendama_cli.cli import version
 from tests.toy_project import ToyProject
 
 
@@ -192,3 +195,21 @@ def test_bash_which_cuts_words_at_equals_signs_is_answered_with_what_follows(
         ["bash", "-c", script], cwd=toy.folder, env=toy.environment(), capture_output=True, text=True, check=False
     )
     assert done.stdout.split() == replies, done.stderr
+
+
+def test_the_version_tells_commit_and_libraries(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    first, second = version.version_text().splitlines()
+    assert first.startswith(f"kendama {kendama_cli.__version__}")
+    assert {"python", "dartpy", "numpy"} <= {part.split()[0] for part in second.split(", ")}
+    clone = tmp_path / "clone"
+    (clone / "kendama_cli").mkdir(parents=True)
+    (clone / "pyproject.toml").touch()
+    monkeypatch.setattr(kendama_cli, "__file__", str(clone / "kendama_cli" / "__init__.py"))
+    assert "commit" not in version.version_text()
+    git = ["git", "-C", str(clone), "-c", "user.name=a", "-c", "user.email=a@b"]
+    for words in (["init", "-q"], ["add", "."], ["commit", "-q", "-m", "one"]):
+        subprocess.run([*git, *words], check=True)
+    commit = subprocess.check_output([*git, "rev-parse", "--short=10", "HEAD"], text=True).strip()
+    assert version.version_text().splitlines()[0].endswith(f"(commit {commit})")
+    (clone / "pyproject.toml").write_text("changed\n")
+    assert version.version_text().splitlines()[0].endswith(f"(commit {commit}, changed since)")

@@ -102,7 +102,8 @@ class Search:
         if self._explored:
             if success:
                 self._kept = self._tried
-            ranked = sorted([*self._remembered, (reward, self._tried)], key=lambda one: -one[0])
+            # of equally good ones the newest first
+            ranked = sorted([(reward, self._tried), *self._remembered], key=lambda one: -one[0])
             self._remembered = ranked[: self._settings.learner.remembered]
         self.count = self.count.after(explored=self._explored, success=success, settings=self._settings.count)
         if self.count.streak > self._best_streak:
