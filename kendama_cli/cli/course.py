@@ -31,7 +31,7 @@ def course_start(
     ] = None,
     solutions: Annotated[
         Path | None,
-        typer.Option(metavar="DIR", help="For teachers: fill the tasks in from course/solutions of the repository."),
+        typer.Option(metavar="DIR", help="For teachers: fill the tasks in, from examples/course/solutions."),
     ] = None,
 ) -> None:
     """Write the notebook of an exercise; what is there already is never overwritten."""

@@ -18,7 +18,7 @@ from kendama_cli.errors import KendamaError, UsageError
 
 def list_exercises(*, as_json: bool) -> None:
     """Number, title, time and tasks of every exercise."""
-    found = find_exercises(bundled_root() / "course" / "exercises")
+    found = find_exercises(bundled_root() / "examples" / "course" / "exercises")
     if as_json:
         render.document(
             [
@@ -40,7 +40,7 @@ def start_exercise(number: int, folder: Path, solutions: Path | None) -> None:
         page = solutions / exercise.path.name
         if not page.is_file():
             raise UsageError(
-                f"--solutions {solutions}: no {exercise.path.name} there; name the folder course/solutions"
+                f"--solutions {solutions}: no {exercise.path.name} there; name the folder examples/course/solutions"
             )
         cells = solved(cells, page.read_text())
     place = folder / f"{exercise.path.stem}.ipynb"
@@ -88,7 +88,7 @@ def check_exercise(number: int, notebook: Path | None, timeout_s: float, *, as_j
 
 
 def _exercise(number: int) -> Exercise:
-    found = {one.number: one for one in find_exercises(bundled_root() / "course" / "exercises")}
+    found = {one.number: one for one in find_exercises(bundled_root() / "examples" / "course" / "exercises")}
     if number not in found:
         raise UsageError(f"there is no exercise {number}; allowed: {', '.join(map(str, found))}")
     return found[number]

@@ -60,7 +60,7 @@ def test_conf_pipelines_and_data_are_in_the_wheel_and_tests_are_not(wheel: Path)
         "pipelines/kendama.yaml",
         "data/robots/pa10.urdf",
         "data/demonstrations/",
-        "course/exercises/1-",
+        "examples/course/exercises/1-",
     ):
         assert any(name.startswith(f"kendama_cli/bundled/{wanted}") for name in names), wanted
     assert not [name for name in names if "tests/" in name or "test_" in name or "solutions" in name]

@@ -77,7 +77,10 @@ def test_a_notebook_that_ends_its_process_is_told(tmp_path: Path) -> None:
     [
         (("start", "9"), "there is no exercise 9; allowed: 1, 2, 3, 4, 5, 6, 7, 8"),
         (("check", "2"), "no such notebook; 'kendama course start 2' writes it"),
-        (("start", "2", "--solutions", "."), "no 2-movement-primitives.md there; name the folder course/solutions"),
+        (
+            ("start", "2", "--solutions", "."),
+            "no 2-movement-primitives.md there; name the folder examples/course/solutions",
+        ),
     ],
 )
 def test_what_cannot_be_is_told_in_one_line(words: tuple[str, ...], line: str, tmp_path: Path) -> None:

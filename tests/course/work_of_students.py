@@ -8,7 +8,7 @@ from typing import Any
 from kendama_cli.course.grading import Grade, grade, run_cells
 from kendama_cli.course.notebook import Cell, Exercise, find_exercises, solved
 
-COURSE = Path(__file__).resolve().parents[2] / "course"
+COURSE = Path(__file__).resolve().parents[2] / "examples" / "course"
 EXERCISES = {one.number: one for one in find_exercises(COURSE / "exercises")}
 QUICK = {
     1: (1, 2, 3, 4),
