@@ -6,13 +6,12 @@ import os
 from pathlib import Path
 
 from kendama_cli.cli import render
-from kendama_cli.cli.progress import PlainLines
+from kendama_cli.cli.sweep_view import SweepView, show_sweep
 from kendama_cli.config.site import Site
 from kendama_cli.config.sweep import composed_each, expand_sweep
 from kendama_cli.pipeline.catalogue import load_pipeline
 from kendama_cli.pipeline.nodes import build_settings
 from kendama_cli.pipeline.plan import Planner, check_armed
-from kendama_cli.pipeline.record import RunRecord
 from kendama_cli.pipeline.remembered import Remembered
 from kendama_cli.pipeline.sweep import SweepJob, distinct, run_sweep
 from kendama_cli.pipeline.where import of_results, open_cluster, open_store, with_executor
@@ -44,28 +43,16 @@ def sweep_pipeline(
     )
     for job in wanted:
         check_armed(job.planner, armed=False)
-    number = {id(job): f"[{i}/{len(wanted)} {' '.join(job.overrides)}] " for i, job in enumerate(wanted, 1)}
-    with open_cluster(store, where, render.note) as cluster:
+    with open_cluster(store, where, render.note) as cluster, SweepView(wanted) as view:
         at_once = jobs or (os.cpu_count() or 1 if cluster is None else cluster.at_once)
         with cores_shared_by(min(at_once, len(wanted))):
-            records = run_sweep(
-                wanted, lambda job, record: PlainLines(number[id(job)]), at_once=at_once, cluster=cluster
-            )
-    _show_sweep(records, as_json=as_json)
+            records = run_sweep(wanted, view.watch, at_once=at_once, cluster=cluster)
+    if as_json:
+        render.document({"runs": [record.document() for record in records]})
+    else:
+        show_sweep(records)
     if report is not None:
         from kendama_cli.pipeline.report import write_report  # noqa: PLC0415 - matplotlib and pandas
 
         render.note(f"report: {write_report([record.document() for record in records], report)}")
     return 0 if all(record.outcome == "done" for record in records) else 1
-
-
-def _show_sweep(records: list[RunRecord], *, as_json: bool) -> None:
-    if as_json:
-        render.document({"runs": [record.document() for record in records]})
-        return
-    rows = []
-    for record in records:
-        last = record.stages[-1] if record.stages else None
-        shown = "" if last is None else last.error or f"{last.name}: {render.figures(last.metrics, 5)}"
-        rows.append((record.run, record.outcome, " ".join(record.overrides), shown))
-    render.table(rows, head=("run", "outcome", "overrides", "last stage"))

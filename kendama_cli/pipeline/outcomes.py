@@ -33,7 +33,9 @@ def _with_result(plan: StagePlan, status: str, seconds: float) -> StageOutcome:
     spec, result = plan.spec, plan.result
     assert result is not None
     artifact = str(result.artifact)
-    return StageOutcome(spec.name, spec.declaration.name, plan.key, status, seconds, artifact, result.metrics)
+    first = [one.metric for one in spec.declaration.headline if one.metric in result.metrics]
+    metrics = {**{name: result.metrics[name] for name in first}, **result.metrics}  # in the order of what is read first
+    return StageOutcome(spec.name, spec.declaration.name, plan.key, status, seconds, artifact, metrics)
 
 
 def _failure(reported: Mapping[str, Any] | None, code: int, printed: Path) -> str:
