@@ -11,14 +11,13 @@ from pathlib import Path
 from typing import Any
 
 from kendama_cli.cli import render
-from kendama_cli.config.site import bundled_root
 from kendama_cli.course.notebook import Exercise, as_notebook, find_exercises, solved
 from kendama_cli.errors import KendamaError, UsageError
 
 
 def list_exercises(*, as_json: bool) -> None:
     """Number, title, time and tasks of every exercise."""
-    found = find_exercises(bundled_root() / "examples" / "course" / "exercises")
+    found = find_exercises()
     if as_json:
         render.document(
             [
@@ -88,7 +87,7 @@ def check_exercise(number: int, notebook: Path | None, timeout_s: float, *, as_j
 
 
 def _exercise(number: int) -> Exercise:
-    found = {one.number: one for one in find_exercises(bundled_root() / "examples" / "course" / "exercises")}
+    found = {one.number: one for one in find_exercises()}
     if number not in found:
         raise UsageError(f"there is no exercise {number}; allowed: {', '.join(map(str, found))}")
     return found[number]

@@ -81,9 +81,7 @@ def _graded(task: int, title: str, check: Check, work: Work) -> Grade:
 
 def main(notebook: Path, number: int, result: Path) -> None:
     """Grade ``notebook`` as exercise ``number``, and write what came of it to ``result`` as JSON."""
-    from kendama_cli.config.site import bundled_root  # noqa: PLC0415 - after the notebook's own folder is entered
-
-    (exercise,) = (one for one in find_exercises(bundled_root() / "course" / "exercises") if one.number == number)
+    (exercise,) = (one for one in find_exercises() if one.number == number)
     notebook, result = notebook.resolve(), result.resolve()
     os.chdir(notebook.parent)
     sys.path.insert(0, str(notebook.parent))

@@ -13,6 +13,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+from kendama_cli.config.site import bundled_root
 from kendama_cli.errors import UsageError
 
 BLOCK = re.compile(r"^```python\n(.*?)^```\n?", re.MULTILINE | re.DOTALL)
@@ -53,8 +54,9 @@ class Exercise:
         return parted(self.path.read_text())
 
 
-def find_exercises(folder: Path) -> list[Exercise]:
-    """The exercises in ``folder``, by their number."""
+def find_exercises() -> list[Exercise]:
+    """The exercises, by their number."""
+    folder = bundled_root() / "examples" / "course" / "exercises"
     return sorted((_exercise(path) for path in folder.glob("[0-9]-*.md")), key=lambda one: one.number)
 
 

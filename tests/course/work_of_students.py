@@ -9,7 +9,7 @@ from kendama_cli.course.grading import Grade, grade, run_cells
 from kendama_cli.course.notebook import Cell, Exercise, find_exercises, solved
 
 COURSE = Path(__file__).resolve().parents[2] / "examples" / "course"
-EXERCISES = {one.number: one for one in find_exercises(COURSE / "exercises")}
+EXERCISES = {one.number: one for one in find_exercises()}
 QUICK = {
     1: (1, 2, 3, 4),
     2: (1, 2, 3, 4, 5),
