@@ -101,7 +101,11 @@ def keep(
     """
     if not settled(watched, began_s):
         return
-    stages = [{**dataclasses.asdict(outcome), "status": "cached", "seconds": 0.0} for outcome in record.stages]
+    # an index sorts its keys, and the metrics' order is how they are printed: kept as pairs
+    stages = [
+        {**dataclasses.asdict(outcome), "status": "cached", "seconds": 0.0, "metrics": list(outcome.metrics.items())}
+        for outcome in record.stages
+    ]
     answer = {
         "question": dataclasses.asdict(asked),
         "stamps": watched,
@@ -130,23 +134,20 @@ def repeat(asked: Question) -> RunRecord | None:
             return None
         if any(stamp(path) != state for path, state in answer["stamps"].items()):
             return None
-        outcomes = [StageOutcome(**stage) for stage in answer["stages"]]
+        outcomes = [StageOutcome(**{**stage, "metrics": dict(stage["metrics"])}) for stage in answer["stages"]]
         parts = answer["parts"]
         record = begin(Path(answer["home"]), answer["pipeline"], answer["overrides"], answer["versions"])
     except (OSError, ValueError, KeyError, TypeError):
         return None
     store = Store(record.home)
     with store.in_use():
-        stages = []
         for outcome in outcomes:
             result = None if outcome.key is None else store.find(outcome.name, outcome.key)
             if result is None or (str(result.artifact), result.metrics) != (outcome.artifact, outcome.metrics):
                 return None
-            # the store keeps metrics in the order in which the stage gave them, the index does not
-            stages.append(dataclasses.replace(outcome, metrics=result.metrics))
         for outcome in outcomes:
             keep_latest(record.home, record.pipeline, outcome.name, outcome.key, parts[outcome.name])
-        record.stages = stages
+        record.stages = outcomes
         record.outcome = "done"
         try:
             record.save()

@@ -140,7 +140,7 @@ def test_the_quick_way_prints_and_records_what_the_full_way_does(idle: ToyProjec
     for fact in ("stages", "versions", "host", "pipeline", "overrides"):
         assert one[fact] == other[fact], fact
     text = idle.kendama("run", "-p", "toy").stdout.splitlines()
-    assert text[0].startswith("roll      cached n 20, sum ")
+    assert text[0].startswith("roll      cached sum 1.301, n 20, ")  # the headline first
     assert text[-1].endswith(f"kendama report {text[-1].split()[1]}")
 
 
