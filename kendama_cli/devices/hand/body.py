@@ -83,9 +83,10 @@ def recording_of(path: str, body: BodyTrack, ball: BodyTrack | None, settings: B
     if len(known) < 2:
         raise InputError(path, f"'{body.name}' is seen in {len(known)} samples", remedy="record the swing again")
     stamps_s = body.t_s[known]
-    _check_gaps(path, body.name, settings, stamps_s)
+    _check_rising(path, stamps_s)
     even_s = even_times(stamps_s) if settings.times == "even" else None
     t_s = stamps_s if even_s is None else even_s
+    _check_gaps(path, body.name, settings, t_s)
     to_ours = np.array(settings.matrix())
     place_m = body.position_m[known] @ to_ours.T
     turned = None
@@ -147,11 +148,15 @@ def named_body(path: str, tracks: dict[str, BodyTrack], name: str | None, key: s
     return tracks[name]
 
 
-def _check_gaps(path: str, name: str, settings: BodySettings, t_s: Array) -> None:
+def _check_rising(path: str, t_s: Array) -> None:
     steps = np.diff(t_s)
     if steps.min() <= 0:
         worst = int(steps.argmin())
         raise InputError(path, f"time does not rise at {t_s[worst]:.4g} s", remedy="export the recording again")
+
+
+def _check_gaps(path: str, name: str, settings: BodySettings, t_s: Array) -> None:
+    steps = np.diff(t_s)
     worst = int(steps.argmax())
     if steps[worst] > max(settings.longest_gap_s, 2.5 * float(np.median(steps))):
         raise InputError(

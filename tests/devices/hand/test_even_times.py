@@ -34,6 +34,32 @@ def test_missing_poses_stay_missing(seed):
     assert np.abs(made - SENT_S[kept] - 0.1 * PERIOD_S).max() < 0.05 * PERIOD_S
 
 
+def held_back(stamps_s, first, lasted_s):
+    """As a stalled computer hears of them: those of the stall all at its end."""
+    end_s = SENT_S[first] + lasted_s
+    late = (stamps_s >= SENT_S[first]) & (stamps_s < end_s)
+    return np.where(late, end_s + 1e-5 * np.arange(len(stamps_s)), stamps_s)
+
+
+@pytest.mark.parametrize("seed", range(10000, 10020))
+def test_a_stall_of_the_computer_is_no_jump(seed):
+    rng = np.random.default_rng(seed)
+    stamps_s = held_back(SENT_S + late(rng), rng.integers(5, 200), rng.uniform(0.06, 0.45))
+    made = even_times(np.maximum.accumulate(stamps_s) + 1e-7 * np.arange(250))
+    assert np.ptp(np.diff(made)) < 1e-9
+    assert np.abs(made - SENT_S - 0.0012).max() < 0.001
+
+
+@pytest.mark.parametrize("seed", range(10000, 10010))
+def test_poses_that_a_stall_lost_are_not_taken_for_late(seed):
+    """A tracker that was stalled itself goes on from where the hand is then."""
+    rng = np.random.default_rng(seed)
+    first, count = int(rng.integers(40, 180)), int(rng.integers(7, 40))
+    kept = np.delete(np.arange(250), np.arange(first, first + count))
+    made = even_times((SENT_S + rng.uniform(0, 0.2 * PERIOD_S, 250))[kept])
+    assert np.rint(np.diff(made) / PERIOD_S) == pytest.approx(np.diff(kept))
+
+
 @pytest.mark.parametrize(
     "stamps_s",
     [

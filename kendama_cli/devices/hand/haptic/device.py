@@ -73,12 +73,18 @@ class HapticLink:
     def feel(self, force_n: Array) -> None:
         """Let the hand feel its share of the virtual hand's force [N]; none after a stop, or without a grip.
 
+        Raises HardwareError, and stops for good, where the line is closed.
+
         One share for all forces keeps the energy's sign, which a limit on the stylus alone would not.
         """
         force = np.asarray(force_n) * self.settings.scale * self.settings.felt_share
         alive = self.gripped and not self._stopped and bool(np.isfinite(force).all())
         x, y, z = force.tolist() if alive else (0.0, 0.0, 0.0)
-        self._line.send(transform(f"{self.settings.device}-force", (x, y, z)))
+        try:
+            self._line.send(transform(f"{self.settings.device}-force", (x, y, z)))
+        except HardwareError as error:
+            self._stopped = self._stopped or str(error)
+            raise
 
     def stop(self, why: str) -> None:
         """No force any more, whatever comes."""
@@ -97,11 +103,13 @@ class HapticLink:
         if self._stopped:
             raise HardwareError(f"the haptic device stopped ({self._stopped}) and stays so: run it anew")
         own = self.settings
+        # several that come at once were sent at any time since the last that came before them
+        silent_s = now_s - self._heard_s
         for message in self._line.receive():
             content = message.content
             if message.kind == "TRANSFORM" and message.device == own.device and len(content) == TRANSFORM.size:
                 place = own.scale * METRES[own.unit] * np.array(TRANSFORM.unpack(content)[9:])
-                self._check(place, now_s)
+                self._check(place, now_s, silent_s)
                 self.device_m, self._heard_s = place, now_s
             elif message.kind == "STRING" and message.device == f"{own.device}-grip" and len(content) >= TEXT_BEGINS:
                 self.gripped = content[TEXT_BEGINS:].strip(b"\0 ") == b"1"
@@ -111,7 +119,7 @@ class HapticLink:
                 "capture.device and its server"
             )
 
-    def _check(self, place: Array, now_s: float) -> None:
+    def _check(self, place: Array, now_s: float, silent_s: float) -> None:
         if not np.isfinite(place).all():
             raise HardwareError(f"the haptic device says that it is at {place.tolist()} m: no place")
         unit = f"look at capture.unit ({self.settings.unit})"
@@ -124,10 +132,10 @@ class HapticLink:
             return
         if now_s - self._moved_s > FROZEN_S:
             raise HardwareError(f"the haptic device was gripped, but frozen at the very same place for {FROZEN_S:g} s")
-        far, late_s = float(np.linalg.norm(place - self.device_m)), now_s - self._heard_s
-        if far > self.settings.fastest_m_s * (late_s + 5 * STEP_S):
+        far = float(np.linalg.norm(place - self.device_m))
+        if far > self.settings.fastest_m_s * (silent_s + 5 * STEP_S):
             raise HardwareError(
-                f"the haptic device jumped by {far:.3f} m within {late_s:.4f} s; look at its cable, or {unit}"
+                f"the haptic device jumped by {far:.3f} m within {silent_s:.4f} s; look at its cable, or {unit}"
             )
 
 

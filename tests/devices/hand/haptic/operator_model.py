@@ -61,7 +61,8 @@ def operate(line: HapticLine, scale: float, fault: str) -> None:
         while faulty and fault == "frozen":
             line.send(transform("Stylus", tuple((1e3 * person.place).tolist())))
             time.sleep(PERIOD_S)
-        said = person.place * np.nan if faulty and fault == "nan" else person.place + 1 * (faulty and fault == "jump")
+        jump_m = float(faulty and fault == "jump" and steps % 2)  # there and back: after a stall one alone is a motion
+        said = person.place * np.nan if faulty and fault == "nan" else person.place + jump_m
         line.send(transform("Stylus", tuple((1e3 * said).tolist())) + string("Stylus-grip", "1"))
         time.sleep(PERIOD_S / 2)
     line.send(string("Stylus-grip", "0"))

@@ -1,6 +1,8 @@
 """capture=haptic with an operator model in the person's place, in a process of its own."""
 
 import contextlib
+import select
+import socket
 import subprocess
 import sys
 
@@ -73,6 +75,7 @@ def test_a_swing_at_the_device_becomes_a_demonstration(tmp_path):
     assert kept.position_m == pytest.approx(got, abs=1e-6)
 
 
+@pytest.mark.realtime
 def test_a_person_in_another_process_swings_until_the_grip_is_let_go(tmp_path):
     with operator() as port:
         link = HapticLink(settings(port))
@@ -82,6 +85,7 @@ def test_a_person_in_another_process_swings_until_the_grip_is_let_go(tmp_path):
     assert not link.gripped or len(link.late_s) > 100
 
 
+@pytest.mark.realtime
 @pytest.mark.parametrize(
     ("fault", "words"),
     [
@@ -105,6 +109,30 @@ def test_a_device_that_lies_or_leaves_is_stopped_for_good_and_what_was_recorded_
         with pytest.raises(HardwareError, match="stays so: run it anew"):
             link.listen()
         link.close()
+
+
+def test_places_that_come_together_after_a_stall_are_no_jump_and_one_without_a_stall_is():
+    now_s = 0.0
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        link = HapticLink(settings(server.getsockname()[1]), clock=lambda: now_s)
+        device, _ = server.accept()
+
+        def say(*places_mm):
+            device.sendall(
+                b"".join(transform("Stylus", (mm, 0.0, 0.0)) for mm in places_mm) + string("Stylus-grip", "1")
+            )
+            while not select.select([link._line._socket], [], [], 1)[0]:
+                pass
+            link.listen()
+
+        say(0.0)
+        now_s = 0.1
+        say(1.0, 60.0)
+        now_s = 0.101
+        with pytest.raises(HardwareError, match=r"jumped by .* m within 0\.0010 s"):
+            say(120.0)
+        link.close()
+        device.close()
 
 
 def test_a_device_that_is_not_there_is_told():
