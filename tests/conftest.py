@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import signal
+from collections.abc import Generator
 from pathlib import Path
 
 import pytest
 
+from tests import alone
 from tests.toy_project import ToyProject
 
 # started as a shell's background job, this process ignores Ctrl-C, and so would all that it starts
@@ -45,9 +47,23 @@ RECORDINGS = Path(__file__).resolve().parents[2] / "shared" / "data"
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Begin with the files that take longest; the others keep their order."""
+    """Begin with the files that take longest, end with those whose tests run alone; the others keep their order."""
     place = {Path(__file__).parent / name: i for i, name in enumerate(LONGEST_FIRST)}
-    items.sort(key=lambda item: place.get(item.path, len(place)))
+    place.update({item.path: len(place) + 1 for item in items if item.get_closest_marker("realtime")})
+    middle = len(LONGEST_FIRST)
+    items.sort(key=lambda item: place.get(item.path, middle))
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_protocol(item: pytest.Item) -> Generator[None, object, object]:
+    """Run tests of real time alone."""
+    with alone.turn(alone=item.get_closest_marker("realtime") is not None):
+        return (yield)
+
+
+def pytest_sessionfinish() -> None:
+    """Remove the locks of this run's workers; in a worker there are none."""
+    alone.forget()
 
 
 @pytest.fixture

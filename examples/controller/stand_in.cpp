@@ -1,5 +1,5 @@
 // A controller without a robot: is where it was commanded to be a period ago.
-//   g++ -std=c++17 -O2 -Wall -Wextra stand_in.cpp -o stand_in && ./stand_in KEY_FILE PORT
+//   g++ -std=c++17 -O2 -Wall -Wextra stand_in.cpp -o stand_in && ./stand_in KEY_FILE PORT [WATCHDOG_S]
 #include <algorithm>
 #include <iostream>
 #include <thread>
@@ -7,11 +7,12 @@
 #include "kendama_robot.hpp"
 
 int main(int count, char** words) {
-  if (count != 3) return std::cerr << "stand_in KEY_FILE PORT\n", 2;
+  if (count != 3 && count != 4) return std::cerr << "stand_in KEY_FILE PORT [WATCHDOG_S]\n", 2;
   constexpr double PERIOD_S = 0.004, SPEED = 1.0;  // how fast it goes to where a RESET wants it [rad/s]
   auto times = [&](double value) { return kendama::Joints(7, value); };
+  const double watchdog_s = count == 4 ? std::stod(words[3]) : 0.25;
   kendama::Robot line(uint16_t(std::stoi(words[2])), kendama::read_key(words[1]),
-                      {{"s1", "s2", "s3", "e1", "e2", "w1", "w2"}, times(-3), times(3), times(2), times(20), times(50), PERIOD_S, 0.25});
+                      {{"s1", "s2", "s3", "e1", "e2", "w1", "w2"}, times(-3), times(3), times(2), times(20), times(50), PERIOD_S, watchdog_s});
   kendama::Joints at = times(0), moved = times(0);
   auto heard = kendama::Heard::nothing;
   double t_s = 0.0, due_s = kendama::now_s();

@@ -1,4 +1,7 @@
-"""A controller without a robot: is where it was commanded to be a period ago. python stand_in.py KEY_FILE PORT"""
+"""A controller without a robot: is where it was commanded to be a period ago.
+
+python stand_in.py KEY_FILE PORT [WATCHDOG_S]
+"""
 
 from __future__ import annotations
 
@@ -12,10 +15,10 @@ SPEED = 1.0
 """How fast it goes to where a RESET wants it [rad/s]."""
 
 
-def main(key_file: str, port: int) -> None:
+def main(key_file: str, port: int, watchdog_s: float = 0.25) -> None:
     limits = ((-3.0,) * 7, (3.0,) * 7, (2.0,) * 7, (20.0,) * 7, (50.0,) * 7)
     names = ("s1", "s2", "s3", "e1", "e2", "w1", "w2")
-    line = Robot(port, read_key(key_file), Description(names, limits, PERIOD_S, watchdog_s=0.25))
+    line = Robot(port, read_key(key_file), Description(names, limits, PERIOD_S, watchdog_s))
     at = target = (0.0,) * 7
     heard, moved, t_s = Heard.NOTHING, (0.0,) * 7, 0.0
     print("listening", flush=True)
@@ -43,4 +46,4 @@ def main(key_file: str, port: int) -> None:
 
 
 if __name__ == "__main__":
-    main(sys.argv[1], int(sys.argv[2]))
+    main(sys.argv[1], int(sys.argv[2]), *map(float, sys.argv[3:]))

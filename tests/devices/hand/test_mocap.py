@@ -16,6 +16,8 @@ from kendama_cli.errors import ConfigError, HardwareError
 from kendama_cli.schema.settings import build
 from tests.devices.hand.swing_server import ROOT, SWING, at_its_pace, free_port
 
+pytestmark = pytest.mark.realtime
+
 pyigtl = pytest.importorskip("pyigtl")
 
 

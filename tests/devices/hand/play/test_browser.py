@@ -12,9 +12,10 @@ import pytest
 from tests.devices.hand.play.chromium import CHROMIUM, browser
 from tests.devices.hand.play.table_top import caught_swing, hand
 
-pytestmark = pytest.mark.skipif(
-    CHROMIUM is None, reason="needs the program chromium (Debian: apt-get install chromium)"
-)
+pytestmark = [
+    pytest.mark.realtime,
+    pytest.mark.skipif(CHROMIUM is None, reason="needs the program chromium (Debian: apt-get install chromium)"),
+]
 LISTEN = """
 window.dragged = [];
 document.getElementById('view').addEventListener('pointerrawupdate', event => {

@@ -11,6 +11,8 @@ import pytest
 
 from tests.devices.hand.play.table_top import caught_swing, hand
 
+pytestmark = pytest.mark.realtime
+
 
 def get(address):
     try:

@@ -20,6 +20,8 @@ from kendama_cli.devices.robot.rsi.robot import open_rsi
 from tests.devices.robot.rsi.six_axes import GAME, RSI, free_port, six_axes
 from tests.devices.robot.rsi.test_rsi import swing
 
+pytestmark = pytest.mark.realtime
+
 TELEGRAMS = Path(__file__).resolve().parents[4] / "examples" / "rsi" / "kendama_rsi.xml"
 SERVE = """
 import socket, sys, time
@@ -89,7 +91,19 @@ def python() -> str:
 
 
 def play_on_echo(python: str, folder: Path) -> None:
-    """A motion on RSIPI's controller: it does what it is answered in time, and what it refuses is counted as late."""
+    """A motion on RSIPI's controller: it does what it is answered in time, and what it refuses is counted as late.
+
+    An answer that a stall of this machine made late brakes the arm, which another test is about: play once more then.
+    """
+    tries = 5
+    while (behind_rad := _behind(python, folder)) is None:
+        tries -= 1
+        assert tries, "answers were late each time"
+    assert behind_rad < np.radians(0.006)  # it reports hundredths of a degree
+
+
+def _behind(python: str, folder: Path) -> float | None:
+    """How far the controller was from what was asked at most [rad]; None where an answer was late."""
     port = free_port()
     settings = dataclasses.replace(RSI, port=port, wait_s=30.0)
     with echo_server(python, port, folder) as echo, open_rsi(settings, six_axes(folder), GAME) as robot:
@@ -97,10 +111,10 @@ def play_on_echo(python: str, folder: Path) -> None:
         robot.reset(np.zeros(6), 0)
         behind = np.array(swing(robot, span_s=1.0))
         assert len(behind) > 0
-        assert behind.max() < np.radians(0.006)  # it reports hundredths of a degree
         end = robot.reset(np.full(6, 0.3), 0)
         assert np.abs(end.state.position_rad - 0.3).max() < np.radians(0.006)
         assert abs(robot.late - echo.faulty()) <= 1
+        return None if robot.late else float(behind.max())
 
 
 def test_a_motion_is_carried_out_by_anothers_controller(python: str, tmp_path: Path) -> None:
