@@ -3,72 +3,56 @@
 from __future__ import annotations
 
 import dataclasses
-import os
-from collections import defaultdict
-from collections.abc import Sequence
-from pathlib import Path
+from collections.abc import Collection, Sequence
+from typing import Any
 
 from kendama_cli.cli import render
-from kendama_cli.cli.progress import PlainLines
-from kendama_cli.config.compose import composed
+from kendama_cli.cli.sweep_view import failure_lines
+from kendama_cli.cli.sweep_work import plan_combinations
+from kendama_cli.config.folders import group_options
 from kendama_cli.config.site import Site
 from kendama_cli.course.board import OVERRIDES, Place, place_of, ranked
+from kendama_cli.errors import UsageError
 from kendama_cli.pipeline.catalogue import load_pipeline
-from kendama_cli.pipeline.nodes import build_settings
-from kendama_cli.pipeline.plan import Planner
-from kendama_cli.pipeline.sweep import SweepJob, distinct, run_sweep
-from kendama_cli.store.store import Store
+from kendama_cli.schema.settings import nearest
 
 
-def show_board(site: Site, learners: list[str], seeds: Sequence[int], task: str, *, as_json: bool) -> int:
+def show_board(site: Site, learners: Sequence[str], seeds: Sequence[int], task: str, *, as_json: bool) -> int:
     """Run what is not cached, and print the learners in their order; 1 where a run failed."""
-    names = list(dict.fromkeys(learners)) or sorted({path.stem for path in _choices(site)})
-    declared = load_pipeline("swingup", site.pipeline_folders).until("learn")
-    jobs = []
-    for name in names:
-        for seed in seeds:
-            texts = [*OVERRIDES, f"learn/task={task}", f"learn/learner={name}", f"seed={seed}"]
-            settings = build_settings(composed(site, [*declared.overrides, *texts]))
-            jobs.append(SweepJob(texts, Planner(Store(site.home), declared, settings, site.data_roots)))
-    learner_of = {tuple(job.overrides): job.overrides[2].partition("=")[2] for job in jobs}
-    wanted = distinct(jobs)
-    records = run_sweep(
-        wanted,
-        lambda job, record: PlainLines(f"[{job.overrides[2].partition('=')[2]}, {job.overrides[3]}] "),
-        at_once=os.cpu_count() or 1,
-    )
-    metrics, failed = defaultdict(list), 0
+    installed = group_options(site, "learn/learner")
+    learners = list(dict.fromkeys(learners)) or installed
+    for name in learners:
+        _check("learner", name, installed)
+    _check("task", task, group_options(site, "learn/task"))
+    shared = [*OVERRIDES, f"learn/task={task}"]
+    learner_of = {(*shared, f"learn/learner={name}", f"seed={seed}"): name for name in learners for seed in seeds}
+    pipeline = load_pipeline("swingup", site.pipeline_folders).until("learn")
+    records = plan_combinations(site, pipeline, list(learner_of)).run()
+    metrics: dict[str, list[dict[str, Any]]] = {}
     for record in records:
-        name = learner_of[tuple(record.overrides)]
         if record.outcome == "done":
-            metrics[name].append(record.stages[-1].metrics)
-        else:
-            failed += 1
-            error = record.stages[-1].error if record.stages else record.outcome
-            render.note(f"{name}, {record.overrides[3]}: {error}")
+            metrics.setdefault(learner_of[tuple(record.overrides)], []).append(record.stages[-1].metrics)
+    failures = failure_lines(records)
+    for line in failures:
+        render.note(line)
     _show(ranked(place_of(name, found) for name, found in metrics.items()), task, as_json=as_json)
-    return 1 if failed else 0
+    return 1 if failures else 0
 
 
-def _choices(site: Site) -> list[Path]:
-    return [path for folder in site.conf_folders for path in (folder / "learn" / "learner").glob("*.yaml")]
+def _check(what: str, name: str, allowed: Collection[str]) -> None:
+    if name not in allowed:
+        raise UsageError(f"there is no {what} '{name}'; allowed: {', '.join(allowed)}{nearest(name, allowed)}")
 
 
-def _show(places: list[Place], task: str, *, as_json: bool) -> None:
+def _show(places: Sequence[Place], task: str, *, as_json: bool) -> None:
     if as_json:
         render.document({"task": task, "places": [dataclasses.asdict(one) for one in places]})
         return
-    rows = []
-    for number, one in enumerate(places, 1):
-        interval = "" if one.interval is None else f" [{one.interval[0]:.0f}, {one.interval[1]:.0f}]"
-        caught = f"{one.caught_rate:.2f} / {one.worst_caught_rate:.2f}"
-        rows.append(
-            (
-                str(number),
-                one.learner,
-                f"{one.rollouts_to_proof:.0f}{interval}",
-                f"{one.unproven} of {one.seeds}",
-                caught,
-            )
-        )
+    rows = [(str(number), *_row(one)) for number, one in enumerate(places, 1)]
     render.table(rows, head=("", "learner", "rollouts to proof [95 %]", "unproven", "caught: mean / worst"))
+
+
+def _row(one: Place) -> tuple[str, str, str, str]:
+    interval = "" if one.interval is None else f" [{one.interval[0]:.0f}, {one.interval[1]:.0f}]"
+    needed = f"{one.rollouts_to_proof:.0f}{interval}"
+    return one.learner, needed, f"{one.unproven} of {one.seeds}", f"{one.caught_rate:.2f} / {one.worst_caught_rate:.2f}"

@@ -119,7 +119,7 @@ def show_sweep(records: Sequence[RunRecord]) -> None:
     Runs that failed are always listed, with the reason.
     """
     done = [record for record in records if record.outcome == "done"]
-    failed = [record for record in records if record.outcome != "done"]
+    failures = failure_lines(records)
     if len(done) <= RUNS_LISTED:
         rows = [
             (one.run, one.outcome, " ".join(one.overrides), render.figures(_numbers(one.stages[-1]), 5)) for one in done
@@ -128,10 +128,19 @@ def show_sweep(records: Sequence[RunRecord]) -> None:
             render.table(rows, head=("run", "outcome", "overrides", "last stage"))
     if len(done) > 1:
         _show_means(done)
-    for record in failed:
-        error = next((stage.error for stage in record.stages if stage.error is not None), record.outcome)
-        render.text(f"{record.run} {record.outcome}  {' '.join(record.overrides)}  {error}")
-    render.text(f"{len(done)} of {len(records)} runs done{f', {len(failed)} not' if failed else ''}")
+    for line in failures:
+        render.text(line)
+    render.text(f"{len(done)} of {len(records)} runs done{f', {len(failures)} not' if failures else ''}")
+
+
+def failure_lines(records: Sequence[RunRecord]) -> list[str]:
+    """A line for each run that did not end well, with the reason."""
+    return [
+        f"{record.run} {record.outcome}  {' '.join(record.overrides)}  "
+        + next((stage.error for stage in record.stages if stage.error is not None), record.outcome)
+        for record in records
+        if record.outcome != "done"
+    ]
 
 
 def _show_means(done: Sequence[RunRecord]) -> None:

@@ -2,19 +2,23 @@
 
 from __future__ import annotations
 
+import dataclasses
 import os
+from collections.abc import Sequence
 from pathlib import Path
 
 from kendama_cli.cli import render
 from kendama_cli.cli.sweep_view import SweepView, show_sweep
 from kendama_cli.config.site import Site
 from kendama_cli.config.sweep import composed_each, expand_sweep
-from kendama_cli.pipeline.catalogue import load_pipeline
-from kendama_cli.pipeline.nodes import build_settings
+from kendama_cli.pipeline.catalogue import Pipeline, load_pipeline
+from kendama_cli.pipeline.nodes import NodeSettings, build_settings
 from kendama_cli.pipeline.plan import Planner, check_armed
+from kendama_cli.pipeline.record import RunRecord
 from kendama_cli.pipeline.remembered import Remembered
 from kendama_cli.pipeline.sweep import SweepJob, distinct, run_sweep
 from kendama_cli.pipeline.where import of_results, open_cluster, open_store, with_executor
+from kendama_cli.store.store import Store
 from kendama_cli.system.processes import cores_shared_by
 
 
@@ -31,22 +35,8 @@ def sweep_pipeline(
 ) -> int:
     """Run every combination, show how each ended, and compare them in one page where ``report`` is given."""
     combinations = expand_sweep(site, with_executor(overrides, on))
-    declared = load_pipeline(pipeline, site.pipeline_folders).until(until)
-    configs = composed_each(site, [[*declared.overrides, *texts] for texts in combinations])
-    known = Remembered()
-    settings = [build_settings(config, known) for config in configs]
-    where = settings[0]
-    store = open_store(site.home, where, render.note)
-    planners = (Planner(store, declared, one, site.data_roots, known) for one in settings)
-    wanted = distinct(
-        [SweepJob(of_results(texts), planner) for texts, planner in zip(combinations, planners, strict=True)]
-    )
-    for job in wanted:
-        check_armed(job.planner, armed=False)
-    with open_cluster(store, where, render.note) as cluster, SweepView(wanted) as view:
-        at_once = jobs or (os.cpu_count() or 1 if cluster is None else cluster.at_once)
-        with cores_shared_by(min(at_once, len(wanted))):
-            records = run_sweep(wanted, view.watch, at_once=at_once, cluster=cluster)
+    planned = plan_combinations(site, load_pipeline(pipeline, site.pipeline_folders).until(until), combinations)
+    records = dataclasses.replace(planned, jobs=distinct(planned.jobs)).run(jobs)
     if as_json:
         render.document({"runs": [record.document() for record in records]})
     else:
@@ -56,3 +46,32 @@ def sweep_pipeline(
 
         render.note(f"report: {write_report([record.document() for record in records], report)}")
     return 0 if all(record.outcome == "done" for record in records) else 1
+
+
+@dataclasses.dataclass(frozen=True)
+class PlannedRuns:
+    """Runs of one pipeline, and the settings that say where they work."""
+
+    jobs: list[SweepJob]
+    where: NodeSettings
+    store: Store
+
+    def run(self, at_once: int | None = None) -> list[RunRecord]:
+        """Run each while a person watches, ``at_once`` together (None: as many as there are cores); how each ended."""
+        with open_cluster(self.store, self.where, render.note) as cluster, SweepView(self.jobs) as view:
+            together = at_once or (os.cpu_count() or 1 if cluster is None else cluster.at_once)
+            with cores_shared_by(min(together, len(self.jobs))):
+                return run_sweep(self.jobs, view.watch, at_once=together, cluster=cluster)
+
+
+def plan_combinations(site: Site, declared: Pipeline, combinations: Sequence[Sequence[str]]) -> PlannedRuns:
+    """A run for each of ``combinations`` of overrides; raises UsageError where one would move hardware."""
+    known = Remembered()
+    configs = composed_each(site, [[*declared.overrides, *texts] for texts in combinations])
+    settings = [build_settings(config, known) for config in configs]
+    store = open_store(site.home, settings[0], render.note)
+    planners = (Planner(store, declared, one, site.data_roots, known) for one in settings)
+    jobs = [SweepJob(of_results(texts), planner) for texts, planner in zip(combinations, planners, strict=True)]
+    for job in jobs:
+        check_armed(job.planner, armed=False)
+    return PlannedRuns(jobs, settings[0], store)

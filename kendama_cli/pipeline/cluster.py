@@ -48,8 +48,7 @@ def connected(
         _refuse_another_kind(client)
         if not client.scheduler_info()["workers"]:
             tell(f"the scheduler at {client.scheduler.address} has no workers yet; stages wait for them")
-        cluster = DaskCluster(client, store, shared, executor.workers_home, threads)
-        yield cluster
+        yield DaskCluster(client, store, shared, executor.workers_home, threads)
 
 
 def _silence() -> None:
@@ -91,17 +90,12 @@ def _workers_here(count: int) -> distributed.LocalCluster:
 
 
 def _client(executor: DaskExecutor, address: str) -> distributed.Client:
-    begin = f"executor.scheduler={address}:"
-    for name in ("tls_ca", "tls_cert", "tls_key"):
-        file = getattr(executor, name)
-        if file is not None and not Path(file).expanduser().is_file():
-            raise ClusterError(address, f"executor.{name}: no such file '{file}'")
-    files = [None if one is None else os.path.expanduser(one) for one in _tls(executor)]
+    ca, cert, key = (_file(address, name, getattr(executor, name)) for name in ("tls_ca", "tls_cert", "tls_key"))
     security = distributed.Security(
-        tls_ca_file=files[0], tls_client_cert=files[1], tls_client_key=files[2], require_encryption=files[0] is not None
+        tls_ca_file=ca, tls_client_cert=cert, tls_client_key=key, require_encryption=ca is not None
     )
     try:
-        if files[0] is not None:
+        if ca is not None:
             security.get_connection_args("client")
     except OSError as error:  # ssl.SSLError is one
         raise ClusterError(
@@ -111,13 +105,18 @@ def _client(executor: DaskExecutor, address: str) -> distributed.Client:
         return distributed.Client(address, security=security, timeout=executor.connect_s, set_as_default=False)
     except (OSError, ValueError, TypeError) as error:
         reason = " ".join(str(error.__cause__ or error).split()).rpartition(">: ")[2][:200]
-        raise ClusterError(
-            address, f"{begin} no Dask scheduler answers there ({reason}); begin one with 'dask scheduler'"
-        ) from error
+        message = f"executor.scheduler={address}: no Dask scheduler answers there ({reason}); begin one with"
+        raise ClusterError(address, f"{message} 'dask scheduler'") from error
 
 
-def _tls(executor: DaskExecutor) -> tuple[str | None, ...]:
-    return executor.tls_ca, executor.tls_cert, executor.tls_key
+def _file(address: str, name: str, given: str | None) -> str | None:
+    """The certificate or key that a setting names; raises ClusterError where there is no such file."""
+    if given is None:
+        return None
+    path = os.path.expanduser(given)
+    if not os.path.isfile(path):
+        raise ClusterError(address, f"executor.{name}: no such file '{given}'")
+    return path
 
 
 def _refuse_another_kind(client: distributed.Client) -> None:

@@ -60,5 +60,6 @@ def open_cluster(store: Store, settings: Mapping[str, Any], tell: Tell) -> Itera
         )
     from kendama_cli.pipeline.cluster import connected  # noqa: PLC0415 - Dask
 
-    with connected(executor, settings["store"], store, tell) as cluster:
+    # between two runs of a sweep, too, its workers need what the home keeps for them
+    with store.in_use(), connected(executor, settings["store"], store, tell) as cluster:
         yield cluster

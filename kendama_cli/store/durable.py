@@ -12,7 +12,7 @@ import json
 import os
 from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import Any
+from typing import IO, Any
 
 from kendama_cli.errors import FormatError, ReadOnlyError, StoreError
 from kendama_cli.system.choice import system
@@ -147,33 +147,30 @@ def make_folder(path: Path) -> Path:
 
 def write_file(path: Path, data: bytes) -> None:
     """Replace ``path`` by ``data``, durably."""
+    with _replacing(path) as stream:
+        stream.write(data)
+
+
+def copy_file(source: Path, target: Path) -> None:
+    """Replace ``target`` by the content of ``source``, durably."""
+    with _replacing(target) as stream, source.open("rb") as reader:
+        while part := reader.read(1 << 20):
+            stream.write(part)
+
+
+@contextlib.contextmanager
+def _replacing(path: Path) -> Iterator[IO[bytes]]:
+    """What is written meanwhile stands at ``path`` afterwards, durably; where that fails, ``path`` stays as it was."""
     make_folder(path.parent)
     scratch = path.parent / f"{SCRATCH}-{os.urandom(16).hex()}"
     with plain_disk_errors(path):
         try:
             with scratch.open("wb") as stream:
-                stream.write(data)
+                yield stream
                 stream.flush()
                 os.fsync(stream.fileno())
             os.replace(scratch, path)
             sync(path.parent)
-        finally:
-            scratch.unlink(missing_ok=True)
-
-
-def copy_file(source: Path, target: Path) -> None:
-    """Replace ``target`` by the content of ``source``, durably."""
-    make_folder(target.parent)
-    scratch = target.parent / f"{SCRATCH}-{os.urandom(16).hex()}"
-    with plain_disk_errors(target):
-        try:
-            with source.open("rb") as reader, scratch.open("wb") as stream:
-                while part := reader.read(1 << 20):
-                    stream.write(part)
-                stream.flush()
-                os.fsync(stream.fileno())
-            os.replace(scratch, target)
-            sync(target.parent)
         finally:
             scratch.unlink(missing_ok=True)
 

@@ -19,6 +19,9 @@ from kendama_cli.store.store import MANIFEST, Store, damaged_files, read_manifes
 T = TypeVar("T")
 READINGS = 3
 """So often is something read before it counts as damaged."""
+MEANWHILE = ("scratch", "inputs", "slurm")
+"""Folders of what is needed while a run or a sweep goes on alone: unpublished work, copies of others' input files, and
+what the jobs of a cluster were given and printed."""
 
 
 @dataclass(frozen=True)
@@ -79,7 +82,8 @@ def collect_garbage(store: Store, keep_runs: int | None = None) -> list[Path]:
             or not any(path.suffix == ".ckpt" for path in durable.listed(folder))
         ]
         gone += [path for path in _index_files(store.home / "index") if durable.read_index(path) is None]
-        gone += [*durable.listed(store.scratch), *_unfinished(store.home)]
+        gone += [path for name in MEANWHILE for path in durable.listed(store.home / name)]
+        gone += _unfinished(store.home)
         for path in gone:  # results go before the artifacts that they name
             durable.remove(path)
     return sorted(set(gone))

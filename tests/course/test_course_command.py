@@ -81,6 +81,9 @@ def test_a_notebook_that_ends_its_process_is_told(tmp_path: Path) -> None:
             ("start", "2", "--solutions", "."),
             "no 2-movement-primitives.md there; name the folder examples/course/solutions",
         ),
+        (("board", "lucky", "sarsas"), "there is no learner 'sarsas'; allowed: epsilon_greedy, lucky, pump, random, "),
+        (("board", "lucky", "seed=3"), "there is no learner 'seed=3'; allowed: epsilon_greedy, "),
+        (("board", "--task", "no"), "there is no task 'no'; allowed: easy, hard, hard_random, paper"),
     ],
 )
 def test_what_cannot_be_is_told_in_one_line(words: tuple[str, ...], line: str, tmp_path: Path) -> None:

@@ -109,6 +109,19 @@ def test_a_checkpoint_whose_work_is_done_goes_and_an_unfinished_one_stays(store:
     assert unfinished.is_dir()
 
 
+def test_what_only_a_living_run_or_sweep_needs_is_collected_when_none_lives(store: Store) -> None:
+    before = files(store)
+    left = [store.home / "inputs" / ("0" * 32), store.home / "slurm" / "1"]
+    for folder in left:
+        (folder / "inside").mkdir(parents=True)
+        (folder / "inside" / "file").write_text("x")
+    with store.in_use(), pytest.raises(StoreError, match="a run is using"):
+        collect_garbage(store)
+    assert all((folder / "inside" / "file").exists() for folder in left)
+    assert collect_garbage(store) == left
+    assert files(store) == before
+
+
 def test_a_killed_collection_leaves_nothing_that_the_next_one_does_not_collect(store: Store) -> None:
     for number in range(20):
         shutil.copytree(store.object_folder(collected(store)[0]), store.objects / "zz" / f"unnamed-{number}")

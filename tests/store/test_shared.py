@@ -119,7 +119,7 @@ def test_every_byte_that_is_changed_on_the_way_is_found_and_nothing_of_it_is_use
     for name in names:
         sound = remote.read(name)
         assert sound is not None
-        # every 97th byte, and the file cut short: headers, manifest, contents; but no padding of the tar
+        # every 997th byte, and the file cut short: headers, manifest, contents; but no padding of the tar
         used = len(sound) if name.endswith("json") else 33_000
         for number, place in enumerate([*range(0, used, 997), -1]):
             broken = (
