@@ -63,6 +63,7 @@ class Surface:
         self.anchors = np.ascontiguousarray(corners[:, 0])
         self.normals = np.divide(normals, length, out=np.zeros_like(normals), where=length > 0)
         self.low, self.high = vertices.min(axis=0), vertices.max(axis=0)
+        self.box = np.array(np.meshgrid(*zip(self.low, self.high, strict=True))).reshape(3, 8)
         self.rgb, self.convex = mesh.rgb, convex
         self._scene = EmbreeScene()
         TriangleMesh(self._scene, vertices.astype(np.float32), triangles.astype(np.int32))

@@ -84,28 +84,32 @@ class SceneSampler:
                 f"the scene gives poses of {links.shape[1]} links, but the camera was given {len(self._links)} meshes: "
                 "give both in the same order and number",
             )
-        made = [_part(surface, links[:, i]) for i, surface in enumerate(self._links[: links.shape[1]])]
+        made = [(surface, links[:, i]) for i, surface in enumerate(self._links[: links.shape[1]])]
         joints = np.array([pose.arm_m for pose in poses], dtype=np.float64)
         for i in range(joints.shape[1]):
             ball = np.tile(np.eye(3) * self._radius_m, (len(poses), 1, 1))
-            made.append(_part(self._joint_surface, np.dstack([ball, joints[:, i, :, None]])))
+            made.append((self._joint_surface, np.dstack([ball, joints[:, i, :, None]])))
         for i in range(joints.shape[1] - 1):
             rod = _rod(joints[:, i], joints[:, i + 1], self._radius_m)
             if rod is not None:
-                made.append(_part(self._rod_surface, rod))
-        return made
+                made.append((self._rod_surface, rod))
+        return _parts(made)
 
 
-def _part(surface: Surface, placed: Array) -> Part:
-    """A part from its affine maps [A | p] (k, 3, 4) into the world."""
-    inverse = np.linalg.inv(placed[:, :, :3])
-    into = np.concatenate([inverse, -inverse @ placed[:, :, 3:]], axis=2)
-    corners = np.array(np.meshgrid(*zip(surface.low, surface.high, strict=True))).reshape(3, -1)
-    world = (placed[:, :, :3] @ corners + placed[:, :, 3:]).transpose(0, 2, 1)
-    centre = world.mean(axis=(0, 1))
-    reach = float(np.linalg.norm(world - centre, axis=2).max())
-    travel = float(np.linalg.norm(np.diff(world, axis=0), axis=2).sum(axis=0).max())
-    return Part(surface, np.ascontiguousarray(into), centre, reach, travel)
+def _parts(placed: Sequence[tuple[Surface, Array]]) -> list[Part]:
+    """Parts from their affine maps [A | p] (k, 3, 4) into the world, all at once: calls cost more than sums here."""
+    if not placed:
+        return []
+    maps = np.array([one for _, one in placed])
+    inverse = np.linalg.inv(maps[..., :3])
+    into = np.concatenate([inverse, -inverse @ maps[..., 3:]], axis=3)
+    boxes = np.array([surface.box for surface, _ in placed])
+    world = (maps[..., :3] @ boxes[:, None] + maps[..., 3:]).swapaxes(2, 3)
+    centre = world.mean(axis=(1, 2))
+    reach = np.linalg.norm(world - centre[:, None, None], axis=3).max(axis=(1, 2))
+    travel = np.linalg.norm(np.diff(world, axis=1), axis=3).sum(axis=1).max(axis=1)
+    bounds = zip(centre, reach.tolist(), travel.tolist(), strict=True)
+    return [Part(surface, into[i], *bound) for i, ((surface, _), bound) in enumerate(zip(placed, bounds, strict=True))]
 
 
 def _rod(a_m: Array, b_m: Array, radius_m: float) -> Array | None:
