@@ -167,11 +167,13 @@ def report(
 
         film_of(records, film)
         return
-    from kendama_cli.pipeline.report import export_report, write_report  # matplotlib and pandas
-
     if export is None:
+        from kendama_cli.pipeline.report import write_report  # pandas
+
         render.text(str(write_report(records, output)))
         return
+    from kendama_cli.pipeline.report_export import export_report  # matplotlib
+
     files = export_report(records, export)
     render.text(f"{export}: {len(files)} files")
 

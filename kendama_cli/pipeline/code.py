@@ -68,14 +68,16 @@ def code_digests(targets: Sequence[str], index: FileIndex) -> dict[str, str]:
         if _module_file(origins, module) is None:
             raise UsageError(f"module '{module}' is not installed; check the entry point or declaration that names it")
     digests: dict[str, str] = {}
+    seen: set[str] = set()
     while waiting:
         name = waiting.pop()
+        if name in seen:
+            continue
+        seen.add(name)
         file = _module_file(origins, name)
         if file is None:
             continue
         place = str(Path(*name.split("."))) + ("/__init__.py" if file.name == "__init__.py" else ".py")
-        if place in digests:
-            continue
         digest, imports = index.facts(file, f"code {name}", functools.partial(_read_module, name))
         digests[place] = digest
         parents = name.split(".")[:-1]

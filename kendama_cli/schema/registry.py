@@ -62,12 +62,18 @@ class Registry:
 
 
 @functools.cache
-def declared(group: str) -> Mapping[str, str]:
-    """``module:object`` by name, for every entry point of ``group``; raises ConfigError for a name declared twice."""
+def _entry_points() -> Any:
+    """Those of every installed package, read once for all groups; what has ``select`` differs between Pythons."""
     import importlib.metadata  # noqa: PLC0415 - slow to import, and a run with nothing to do needs none of it
 
+    return importlib.metadata.entry_points()
+
+
+@functools.cache
+def declared(group: str) -> Mapping[str, str]:
+    """``module:object`` by name, for every entry point of ``group``; raises ConfigError for a name declared twice."""
     found: dict[str, str] = {}
-    for point in importlib.metadata.entry_points(group=group):
+    for point in _entry_points().select(group=group):
         if found.setdefault(point.name, point.value) != point.value:
             raise ConfigError(
                 point.name,

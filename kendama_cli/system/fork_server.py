@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import gc
 import json
 import os
 import signal
@@ -117,6 +118,7 @@ def serve(
             return
         request = json.loads(data)
         prepare(request)
+        gc.freeze()  # else a fork's first collection copies every page that holds an object
         pid = os.fork()
         if pid == 0:
             line.close()

@@ -85,13 +85,11 @@ def draw_release(
             continue
         meeting = flight.position_m(start, velocity, crossing_s)
         follow = 2 * (meeting - cup - cup_velocity * crossing_s) / crossing_s**2 * [1.0, 0.0, 0.0]
+        if abs(meeting[0] - cup_x) > 0.25 or abs(follow[0]) > 8.0:
+            continue
         t = np.arange(0.0, crossing_s, CHECKED_STEP_S)
         apart = flight.position_m(start, velocity, t) - _cup_after(cup, cup_velocity, follow, t)
-        if (
-            any(rope.cup.way_m(*row) > rope.length_m + 1e-9 for row in apart.tolist())
-            or abs(meeting[0] - cup_x) > 0.25
-            or abs(follow[0]) > 8.0
-        ):
+        if any(rope.cup.way_m(*row) > rope.length_m + 1e-9 for row in apart.tolist()):
             continue
         swing = _Swing(cup, cup_velocity, np.array([pull, 0.0, 0.0]), phi, rate, lateral)
         taut = swing.before(game, taut_duration_s)
