@@ -2,11 +2,17 @@
 
 from __future__ import annotations
 
+import functools
+import os
 import signal
+import subprocess
+import sys
 from collections.abc import Generator
 from pathlib import Path
 
 import pytest
+import typer.main
+from filelock import FileLock
 
 from tests import alone
 from tests.toy_project import ToyProject
@@ -15,33 +21,39 @@ from tests.toy_project import ToyProject
 signal.signal(signal.SIGINT, signal.default_int_handler)
 signal.signal(signal.SIGHUP, signal.SIG_DFL)  # and as a service it ignores the end of its terminal
 
+# made from the signatures of all commands, which takes as long as most commands that tests carry out in this process
+typer.main.get_command = functools.cache(typer.main.get_command)
+
 LONGEST_FIRST = (
     "test_whole_game.py",
     "stages/test_transfer.py",
-    "stages/test_adapt.py",
-    "stages/test_identify.py",
-    "stages/test_interact.py",
-    "simulation/placement/test_placement_search.py",
-    "pipeline/test_unchanged.py",
-    "pipeline/test_sweep.py",
-    "faults/test_interruptions.py",
-    "cli/test_usage.py",
-    "pipeline/test_cache.py",
-    "pipeline/test_own_stage.py",
     "docs/test_commands.py",
-    "cli/test_camera_seeing.py",
+    "faults/test_interruptions.py",
+    "game/test_camera_observer.py",
     "cli/test_camera.py",
-    "config/test_composition_index.py",
-    "report/test_browser.py",
-    "report/test_page.py",
-    "cli/test_place.py",
+    "cli/test_usage.py",
+    "faults/test_one_line.py",
     "plugin/test_documented_parts.py",
-    "plugin/test_wheel_of_parts.py",
+    "stages/test_predict.py",
+    "stages/test_learn.py",
+    "stages/test_adapt.py",
+    "devices/camera/test_virtual.py",
+    "pipeline/test_sweep.py",
+    "pipeline/test_cache.py",
+    "config/test_compose.py",
+    "api/test_examples.py",
+    "cli/test_camera_seeing.py",
+    "devices/hand/play/test_server.py",
+    "stages/test_placed.py",
     "game/test_games.py",
     "game/test_state_prediction.py",
+    "stages/test_interact.py",
+    "cli/test_place.py",
     "cli/test_robot_twin.py",
+    "plugin/test_wheel_of_parts.py",
+    "cli/test_wheel.py",
 )
-"""Files of a minute or so each, by their time: begun last, one of them would keep one core busy and the others idle."""
+"""Files of half a minute or so, by their time: begun last, one of them would keep one core busy and the others idle."""
 
 RECORDINGS = Path(__file__).resolve().parents[2] / "shared" / "data"
 
@@ -68,7 +80,13 @@ def pytest_sessionfinish() -> None:
 
 @pytest.fixture
 def toy(tmp_path: Path) -> ToyProject:
-    """A project with stages of its own, in an otherwise empty folder."""
+    """A project with stages and a first configuration file of its own, in an otherwise empty folder."""
+    return ToyProject(tmp_path, alone=True)
+
+
+@pytest.fixture
+def toy_beside_ours(tmp_path: Path) -> ToyProject:
+    """The same project, whose configuration stands beside all of ours: composing it takes half a second more."""
     return ToyProject(tmp_path)
 
 
@@ -85,3 +103,16 @@ def recordings() -> Path:
     if not RECORDINGS.is_dir():
         pytest.skip(f"real recordings are not at {RECORDINGS}")
     return RECORDINGS
+
+
+@pytest.fixture(scope="session")
+def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The wheel of this package, built once for all of pytest's processes."""
+    own = tmp_path_factory.getbasetemp()
+    folder = (own.parent if "PYTEST_XDIST_WORKER" in os.environ else own) / "wheel"
+    # no isolation: the test's own environment has the build backend, so nothing is fetched
+    build = [sys.executable, "-m", "pip", "wheel", "-q", "--no-deps", "--no-build-isolation", "-w", str(folder)]
+    with FileLock(f"{folder}.lock"):
+        if not folder.exists():
+            subprocess.run([*build, str(Path(__file__).resolve().parents[1])], check=True, capture_output=True)
+    return next(folder.glob("*.whl"))

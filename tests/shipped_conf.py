@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import copy
+import functools
 from pathlib import Path
 from typing import Any
 
@@ -22,6 +24,11 @@ def configured(schema: Any, group: str, name: str) -> Any:
 
 def plain(group: str, name: str) -> dict[str, Any]:
     """The node that ``group=name`` gives: ``conf/GROUP/NAME.yaml`` with its defaults, and the default subgroups."""
+    return copy.deepcopy(_read(group, name))
+
+
+@functools.cache
+def _read(group: str, name: str) -> dict[str, Any]:
     text = (CONF / group / f"{name}.yaml").read_text()
     own: dict[str, Any] = yaml.safe_load(text)
     values: dict[str, Any] = {}
@@ -31,11 +38,16 @@ def plain(group: str, name: str) -> dict[str, Any]:
             continue
         for key, choice in entry.items():
             values |= _below(group, key, choice)
-    for entry in yaml.safe_load((CONF / "config.yaml").read_text())["defaults"]:
+    for entry in _defaults():
         for path, choice in entry.items() if isinstance(entry, dict) else ():
             if path.startswith(f"{group}/"):
                 values |= _below(group, path.removeprefix(f"{group}/"), choice)
     return values | own
+
+
+@functools.cache
+def _defaults() -> list[Any]:
+    return list(yaml.safe_load((CONF / "config.yaml").read_text())["defaults"])
 
 
 def _below(group: str, key: str, choice: str) -> dict[str, Any]:

@@ -6,7 +6,10 @@ interpreter costs is half of what a run of the toy project does.
 
 from __future__ import annotations
 
+import atexit
 import contextlib
+import functools
+import gc
 import json
 import os
 import signal
@@ -15,14 +18,19 @@ import sys
 import time
 from collections.abc import Mapping
 from importlib.metadata import entry_points
-from typing import IO, Any
+from typing import IO, Any, NoReturn
 
+import pydantic.type_adapter  # noqa: F401
+import typer._adapters
+import typer.main
 from hydra import compose, initialize_config_dir  # noqa: F401
 from hydra.core.override_parser.overrides_parser import OverridesParser
 
-import kendama_cli.cli.run_work  # noqa: F401 - imported for its forks
-from kendama_cli.cli import parsed  # noqa: F401
+import kendama_cli.cli.run_work
+import kendama_cli.pipeline.report  # noqa: F401
+from kendama_cli.cli import parsed
 from kendama_cli.cli.main import main
+from kendama_cli.config import hydra_compose  # noqa: F401
 from kendama_cli.pipeline.worker import work
 from kendama_cli.system.interface import Lock, Worker
 from kendama_cli.system.interpreters import one_thread
@@ -101,16 +109,28 @@ def be_command(asked: Mapping[str, Any]) -> int:
     return main(asked["arguments"])
 
 
+def _end(code: int) -> NoReturn:
+    """Exit as an interpreter does, but for freeing every module one by one."""
+    atexit._run_exitfuncs()
+    sys.stdout.flush()
+    sys.stderr.flush()
+    os._exit(code)
+
+
 def serve() -> None:
     """Import what every command imports, then fork a command for each line."""
     OverridesParser.create().parse_override("warm=1")
+    typer.main.get_command = functools.cache(typer.main.get_command)  # from signatures, which do not change
+    typer.main.get_command(parsed.app)
     for group in entry_points().groups:
         for point in entry_points(group=group) if group.startswith("kendama.") else ():
             point.load()
+    gc.collect()
+    gc.freeze()  # else a fork's first collection copies every page that holds an object
     for line in sys.stdin:
         child = os.fork()
         if child == 0:
-            sys.exit(be_command(json.loads(line)))
+            _end(be_command(json.loads(line)))
         print(os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]), flush=True)
 
 

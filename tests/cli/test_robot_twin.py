@@ -39,12 +39,15 @@ def play(twin: dict[str, Any], folder: Path, *options: str) -> subprocess.Comple
     return subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
 
 
-def test_the_twin_serves_on_loopback_and_plays_only_with_who_is_armed(twin: dict[str, Any], tmp_path: Path) -> None:
+@pytest.mark.parametrize("sessions", [1, pytest.param(2, marks=pytest.mark.slow)])
+def test_the_twin_serves_on_loopback_and_plays_only_with_who_is_armed(
+    twin: dict[str, Any], tmp_path: Path, sessions: int
+) -> None:
     assert twin["host"] == "127.0.0.1"
     refused = play(twin, tmp_path)
     assert refused.returncode == 2
     assert "add --arm" in refused.stderr
-    for _ in range(2):  # every run is a new attempt, and the twin takes one session after another
+    for _ in range(sessions):  # every run is a new attempt, and the twin takes one session after another
         played = play(twin, tmp_path, "--arm", "--json")
         assert played.returncode == 0, played.stderr
         stages = {stage["name"]: stage for stage in json.loads(played.stdout)["stages"]}

@@ -13,6 +13,12 @@ from kendama_cli.cli import version
 from tests.toy_project import ToyProject
 
 
+@pytest.fixture(scope="module")
+def laboratory(tmp_path_factory: pytest.TempPathFactory) -> ToyProject:
+    """One project for all commands that leave no file: what it composed once is in its index."""
+    return ToyProject(tmp_path_factory.mktemp("laboratory"))
+
+
 def complaint(toy: ToyProject, *arguments: str) -> str:
     done = toy.kendama(*arguments, expect=2)
     lines = done.stderr.splitlines()
@@ -66,21 +72,21 @@ def complaint(toy: ToyProject, *arguments: str) -> str:
         (["log", "info", "nowhere.mcap"], "nowhere.mcap"),
     ],
 )
-def test_wrong_usage_is_one_line_with_exit_code_2(toy: ToyProject, arguments: list[str], message: str) -> None:
-    assert message in complaint(toy, *arguments)
+def test_wrong_usage_is_one_line_with_exit_code_2(laboratory: ToyProject, arguments: list[str], message: str) -> None:
+    assert message in complaint(laboratory, *arguments)
 
 
-def test_a_users_conf_and_pipelines_come_before_the_bundled(toy: ToyProject) -> None:
-    (toy.folder / "conf/learn").mkdir()
-    (toy.folder / "conf/learn/mine.yaml").write_text("defaults: [sarsa]\nalpha: 0.123\n")
-    assert "alpha: 0.123" in toy.kendama("config", "learn=mine").stdout
-    elsewhere = toy.folder / "elsewhere/conf/learn"
+def test_a_users_conf_and_pipelines_come_before_the_bundled(toy_beside_ours: ToyProject) -> None:
+    (toy_beside_ours.folder / "conf/learn").mkdir()
+    (toy_beside_ours.folder / "conf/learn/mine.yaml").write_text("defaults: [sarsa]\nalpha: 0.123\n")
+    assert "alpha: 0.123" in toy_beside_ours.kendama("config", "learn=mine").stdout
+    elsewhere = toy_beside_ours.folder / "elsewhere/conf/learn"
     elsewhere.mkdir(parents=True)
     (elsewhere / "mine.yaml").write_text("defaults: [sarsa]\nalpha: 0.321\n")
-    named = toy.kendama("config", "learn=mine", "--config-dir", "elsewhere").stdout
+    named = toy_beside_ours.kendama("config", "learn=mine", "--config-dir", "elsewhere").stdout
     assert "alpha: 0.321" in named
-    assert "alpha: 0.321" in toy.kendama("config", "learn=mine", "--config-dir", "elsewhere/conf").stdout
-    assert "alpha: 0.321" in toy.kendama("--config-dir", "elsewhere", "config", "learn=mine").stdout
+    assert "alpha: 0.321" in toy_beside_ours.kendama("config", "learn=mine", "--config-dir", "elsewhere/conf").stdout
+    assert "alpha: 0.321" in toy_beside_ours.kendama("--config-dir", "elsewhere", "config", "learn=mine").stdout
 
 
 def test_home_is_taken_before_or_after_the_command_or_from_the_environment(toy: ToyProject) -> None:
@@ -129,15 +135,17 @@ def test_a_wrong_pipeline_is_one_line_that_names_the_file(toy: ToyProject, text:
         (None, "Could not find 'learn/mine'"),
     ],
 )
-def test_a_wrong_file_in_a_users_conf_is_one_line(toy: ToyProject, content: bytes | None, message: str) -> None:
-    (toy.folder / "conf/learn").mkdir()
-    mine = toy.folder / "conf/learn/mine.yaml"
+def test_a_wrong_file_in_a_users_conf_is_one_line(
+    toy_beside_ours: ToyProject, content: bytes | None, message: str
+) -> None:
+    (toy_beside_ours.folder / "conf/learn").mkdir()
+    mine = toy_beside_ours.folder / "conf/learn/mine.yaml"
     if content is None:
         mine.symlink_to("nowhere.yaml")
     else:
         mine.write_bytes(content)
-    assert message in complaint(toy, "config", "learn=mine")
-    toy.kendama("config")
+    assert message in complaint(toy_beside_ours, "config", "learn=mine")
+    toy_beside_ours.kendama("config")
 
 
 def test_debug_shows_the_traceback(toy: ToyProject, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -159,14 +167,16 @@ def test_debug_shows_the_traceback(toy: ToyProject, monkeypatch: pytest.MonkeyPa
         ("kendama plan --force le", "learn"),
     ],
 )
-def test_completion_offers_stages_pipelines_groups_and_keys(toy: ToyProject, words: str, offered: str) -> None:
+def test_completion_offers_stages_pipelines_groups_and_keys(laboratory: ToyProject, words: str, offered: str) -> None:
     environment = {
-        **toy.environment(),
+        **laboratory.environment(),
         "_KENDAMA_COMPLETE": "complete_bash",
         "COMP_WORDS": words,
         "COMP_CWORD": str(len(words.split()) - 1),
     }
-    done = subprocess.run(toy.command(), cwd=toy.folder, env=environment, capture_output=True, text=True, check=False)
+    done = subprocess.run(
+        laboratory.command(), cwd=laboratory.folder, env=environment, capture_output=True, text=True, check=False
+    )
     assert offered in done.stdout.split(), (done.stdout, done.stderr)
 
 

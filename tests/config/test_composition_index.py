@@ -17,11 +17,15 @@ from kendama_cli.config.sweep import composed_each, expand_sweep
 from kendama_cli.errors import ConfigError
 from kendama_cli.pipeline.unchanged import SETTLED_S
 
+FIRST = "defaults: [_self_, {capture: file}, {store: home}, {executor: local}]\nseed: 0\n"
+
 
 @pytest.fixture
 def capture(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """An own file of the group capture, old enough to be remembered."""
+    """An own file of the group capture, below a first file that chooses nothing else: quickly composed."""
     monkeypatch.chdir(tmp_path)
+    (tmp_path / "conf").mkdir()
+    (tmp_path / "conf/config.yaml").write_text(FIRST)
     return written(tmp_path / "conf/capture/mine.yaml", "")
 
 
@@ -154,6 +158,8 @@ def test_a_file_in_a_linked_folder_is_watched_as_any_other(capture: Path, tmp_pa
 
 def test_a_file_that_could_change_again_within_one_tick_is_not_remembered(capture: Path) -> None:
     site = find_site()
+    time.sleep(SETTLED_S + 0.1)  # of the first file
+    written(capture, "")
     status = capture.stat()
     composed(site, ["capture=mine"])
     assert not (site.home / "index/compose").exists()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import re
 import shlex
 from pathlib import Path
@@ -65,7 +66,13 @@ def check(line: str) -> None:
     overrides = with_executor(given.get("overrides") or [], given.get("on"))
     combinations = sweep_work.expand_sweep(site, overrides) if name == "sweep" else [overrides]
     for texts in (combinations[0], combinations[-1]):
-        build_settings(composed(site, [*pipeline.overrides, *texts]))
+        _compose((*pipeline.overrides, *texts))
+
+
+@functools.cache
+def _compose(overrides: tuple[str, ...]) -> None:
+    """Once for all lines that ask for the same, typed in the same folder."""
+    build_settings(composed(find_site(), list(overrides)))
 
 
 @pytest.fixture(scope="module")

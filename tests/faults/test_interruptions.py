@@ -12,6 +12,7 @@ from pathlib import Path
 
 import pytest
 
+from tests.portable import portable_is_slow
 from tests.toy_project import ToyProject, artifact_bytes, statuses
 
 SLOW = ("toy.steps=30", "toy.pause_s=0.05")
@@ -100,6 +101,7 @@ def test_a_damaged_newest_checkpoint_is_passed_over_for_the_one_before(toy: ToyP
     assert artifact_bytes(resumed) == artifact_bytes(toy.run_json(*options, "--home", "other"))
 
 
+@portable_is_slow
 @pytest.mark.usefixtures("each_way")
 def test_a_killed_run_is_listed_as_killed_and_one_that_goes_on_as_running(toy: ToyProject) -> None:
     process = toy.start("run", "-p", "toy", *SLOW)
@@ -110,6 +112,7 @@ def test_a_killed_run_is_listed_as_killed_and_one_that_goes_on_as_running(toy: T
     assert json.loads(toy.kendama("runs", "--json").stdout)[0]["outcome"] == "killed"
 
 
+@portable_is_slow
 @pytest.mark.usefixtures("each_way")
 def test_ctrl_c_ends_with_130_and_one_line_and_keeps_what_was_done(toy: ToyProject) -> None:
     process = toy.start("run", "-p", "toy", *SLOW)
@@ -135,6 +138,7 @@ def test_two_runs_at_once_compute_a_shared_stage_once(toy: ToyProject) -> None:
     assert len({json.dumps(document["stages"][1]["metrics"]) for document in documents}) == 1
 
 
+@portable_is_slow
 @pytest.mark.usefixtures("each_way")
 def test_a_rival_takes_over_when_the_first_run_is_killed(
     toy: ToyProject, uninterrupted: dict[str, dict[str, bytes]]
@@ -149,6 +153,7 @@ def test_a_rival_takes_over_when_the_first_run_is_killed(
     assert artifact_bytes(document) == uninterrupted
 
 
+@portable_is_slow
 @pytest.mark.usefixtures("each_way")
 def test_garbage_is_not_collected_under_a_run(toy: ToyProject) -> None:
     process = toy.start("run", "-p", "toy", *SLOW)
@@ -189,7 +194,9 @@ def test_a_full_disk_is_one_line_and_loses_nothing_finished(toy: ToyProject, sma
     toy.kendama("cache", "verify", *home)
 
 
-@pytest.mark.parametrize("free_kb", [16, 24, 32])
+@pytest.mark.parametrize(
+    "free_kb", [pytest.param(16, marks=pytest.mark.slow), 24, pytest.param(32, marks=pytest.mark.slow)]
+)
 def test_a_disk_that_fills_at_any_write_of_a_stage_is_told_as_full(
     toy: ToyProject, small_disk: Path, free_kb: int
 ) -> None:

@@ -61,7 +61,10 @@ def test_a_home_of_a_user_who_is_not_there_is_a_folder_of_that_name(toy: ToyProj
     assert started(toy, "runs", "--home", "~nobody-of-this-name/x") == (0, [])
 
 
-@pytest.mark.parametrize("command", [["runs"], ["run", "-p", "toy"], ["run", "-p", "toy", "--json"], ["--help"]])
+@pytest.mark.parametrize(
+    "command",
+    [["runs"], ["run", "-p", "toy"], pytest.param(["run", "-p", "toy", "--json"], marks=pytest.mark.slow), ["--help"]],
+)
 def test_output_that_cannot_be_written_is_one_line(toy: ToyProject, command: list[str]) -> None:
     if command[0] == "run":
         toy.run_json()

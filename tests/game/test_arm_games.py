@@ -61,7 +61,7 @@ def caught(node: dict[str, Any], policies: list[PolicyArtifact], count: int, see
         return sum(game.caught for game in played)
 
 
-@pytest.mark.slow  # tests/test_whole_game.py plays ten through images on the arm's twin
+@pytest.mark.slow  # tests/test_whole_game.py plays through images on the arm's twin
 def test_a_few_games_on_the_nominal_arm_are_caught(tmp_path: Path, policies: list[PolicyArtifact]) -> None:
     """200 of 200 were caught; with 0.9 each, fewer than 3 of 4 come once in 19 times."""
     assert caught(nodes(tmp_path), policies, 4, 900, nominal=True) >= 3

@@ -177,8 +177,19 @@ def spoil(observer: CameraObserver, fault: str, after_s: float) -> None:
     observer.loop.cameras = [Faulty(camera, fault, after_s) for camera in observer.loop.cameras]
 
 
-@pytest.mark.parametrize("fault", ["stops", "dark", "doubles", "lags"])
-@pytest.mark.parametrize("early", [True, False], ids=["before the flight", "in the flight"])
+@pytest.mark.parametrize(
+    ("fault", "early"),
+    [
+        pytest.param("stops", True, id="before the flight-stops"),
+        pytest.param("dark", True, id="before the flight-dark"),
+        pytest.param("doubles", True, id="before the flight-doubles", marks=pytest.mark.slow),
+        pytest.param("lags", True, id="before the flight-lags", marks=pytest.mark.slow),
+        pytest.param("stops", False, id="in the flight-stops", marks=pytest.mark.slow),
+        pytest.param("dark", False, id="in the flight-dark", marks=pytest.mark.slow),
+        pytest.param("doubles", False, id="in the flight-doubles"),
+        pytest.param("lags", False, id="in the flight-lags"),
+    ],
+)
 def test_whatever_the_cameras_do_the_arm_stays_inside_and_ends_at_rest(
     policy: PolicyArtifact, games: list[Game], fault: str, early: bool
 ) -> None:

@@ -98,7 +98,10 @@ def test_the_workspace_is_similar_to_the_models_as_far_as_the_catch_may_use_it(
     assert swing.peak_displacement_m == pytest.approx(half_width_m, abs=1e-3)
 
 
-@pytest.mark.parametrize(("rope_scale", "delay_n"), [(1.0, 0), (1.05, 6), (0.95, 3)])
+@pytest.mark.parametrize(
+    ("rope_scale", "delay_n"),
+    [pytest.param(1.0, 0, marks=pytest.mark.slow), (1.05, 6), pytest.param(0.95, 3, marks=pytest.mark.slow)],
+)
 def test_games_are_caught_in_spite_of_rope_delay_and_noise(
     proven: list[PolicyArtifact], rope_scale: float, delay_n: int
 ) -> None:

@@ -14,6 +14,7 @@ import pytest
 from kendama_cli.pipeline.unchanged import SETTLED_S
 from kendama_cli.store.garbage import verify
 from kendama_cli.store.store import Store
+from tests.portable import portable_is_slow
 from tests.toy_project import ToyProject, artifact_bytes, statuses
 
 
@@ -65,16 +66,16 @@ def test_plan_names_the_key_with_its_old_and_new_value(toy: ToyProject) -> None:
     assert lines[1].split(None, 2) == ["total", "run", "input roll changed; config toy.steps 20 -> 21"]
 
 
-def test_a_stage_whose_input_came_out_the_same_is_not_run_again(toy: ToyProject) -> None:
-    toy.run_json()
+def test_a_stage_whose_input_came_out_the_same_is_not_run_again(toy_beside_ours: ToyProject) -> None:
+    toy_beside_ours.run_json()
     # another pause gives the same numbers, but total reads the same node: only a node of its own would spare it
-    assert statuses(toy.run_json("toy.pause_s=0.001")) == {"roll": "ran", "total": "ran"}
-    (toy.folder / "pipelines/split.yaml").write_text(
+    assert statuses(toy_beside_ours.run_json("toy.pause_s=0.001")) == {"roll": "ran", "total": "ran"}
+    (toy_beside_ours.folder / "pipelines/split.yaml").write_text(
         'overrides: ["+toy=default"]\nstages:\n  roll: {stage: toy_roll, config: [toy, seed]}\n'
         "  total: {stage: toy_total, needs: [roll], config: {toy: game}}\n"
     )
-    toy.kendama("run", "-p", "split")
-    document = json.loads(toy.kendama("run", "-p", "split", "--json", "toy.pause_s=0.002").stdout)
+    toy_beside_ours.kendama("run", "-p", "split")
+    document = json.loads(toy_beside_ours.kendama("run", "-p", "split", "--json", "toy.pause_s=0.002").stdout)
     assert statuses(document) == {"roll": "ran", "total": "cached"}
 
 
@@ -96,13 +97,16 @@ def test_a_users_file_with_a_librarys_name_is_not_imported_by_the_worker(toy: To
         ("stages: {roll: {stage: toy_roll, config: [learn, seed]}}\n", "does not take the nodes that its pipeline"),
     ],
 )
-def test_a_pipeline_that_does_not_fit_its_stage_is_told_as_such(toy: ToyProject, text: str, message: str) -> None:
-    (toy.folder / "pipelines/odd.yaml").write_text(text)
-    error = toy.kendama("run", "-p", "odd", expect=1).stderr
+def test_a_pipeline_that_does_not_fit_its_stage_is_told_as_such(
+    toy_beside_ours: ToyProject, text: str, message: str
+) -> None:
+    (toy_beside_ours.folder / "pipelines/odd.yaml").write_text(text)
+    error = toy_beside_ours.kendama("run", "-p", "odd", expect=1).stderr
     assert message in error
     assert "(unexpected; " not in error
 
 
+@portable_is_slow
 @pytest.mark.usefixtures("each_way")
 def test_force_runs_a_cached_stage_to_the_same_bytes(toy: ToyProject) -> None:
     before = toy.run_json()
@@ -157,6 +161,7 @@ def test_every_flipped_byte_of_the_store_is_found(toy: ToyProject) -> None:
     toy.kendama("cache", "verify")
 
 
+@portable_is_slow
 @pytest.mark.usefixtures("each_way")
 def test_gc_removes_the_damaged_and_keeps_the_rest(toy: ToyProject) -> None:
     document = toy.run_json()
@@ -166,6 +171,7 @@ def test_gc_removes_the_damaged_and_keeps_the_rest(toy: ToyProject) -> None:
     assert statuses(toy.run_json()) == {"roll": "ran", "total": "cached"}
 
 
+@portable_is_slow
 @pytest.mark.usefixtures("each_way")
 def test_an_idle_run_imports_nothing_heavy(toy: ToyProject) -> None:
     time.sleep(SETTLED_S + 0.1)  # what was written just now may change again within a clock's tick

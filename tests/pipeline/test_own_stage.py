@@ -108,10 +108,12 @@ def test_a_wrong_entry_point_is_named_in_one_line(toy: ToyProject, entry: str, s
     assert error.count("\n") == 1
 
 
-def test_a_broken_package_stops_only_those_who_use_it(toy: ToyProject) -> None:
-    (toy.folder / "lib/toy-1.0.dist-info/entry_points.txt").write_text("[kendama.stages]\ntoy_roll = toy.nowhere:S\n")
-    toy.kendama("plan", "-p", "imitation")
-    assert "needs module 'toy.nowhere'" in toy.kendama("config", "+toy=default", expect=2).stderr
+def test_a_broken_package_stops_only_those_who_use_it(toy_beside_ours: ToyProject) -> None:
+    (toy_beside_ours.folder / "lib/toy-1.0.dist-info/entry_points.txt").write_text(
+        "[kendama.stages]\ntoy_roll = toy.nowhere:S\n"
+    )
+    toy_beside_ours.kendama("plan", "-p", "imitation")
+    assert "needs module 'toy.nowhere'" in toy_beside_ours.kendama("config", "+toy=default", expect=2).stderr
 
 
 def test_doctor_lists_what_packages_declare_and_what_of_it_is_broken(toy: ToyProject) -> None:

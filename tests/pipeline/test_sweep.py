@@ -11,6 +11,7 @@ from typing import Any
 
 import pytest
 
+from tests.portable import portable_is_slow
 from tests.toy_project import ToyProject, artifact_bytes
 
 
@@ -37,15 +38,16 @@ def test_choice_and_glob_work_and_equal_combinations_run_once(toy: ToyProject) -
     assert len(runs) == 2, "two groups of equal content and a seed given twice are two runs, not six"
 
 
+@portable_is_slow
 @pytest.mark.usefixtures("each_way")
-def test_a_shared_stage_is_computed_once(toy: ToyProject) -> None:
-    (toy.folder / "pipelines/toy.yaml").write_text(
-        (toy.folder / "pipelines/toy.yaml")
+def test_a_shared_stage_is_computed_once(toy_beside_ours: ToyProject) -> None:
+    (toy_beside_ours.folder / "pipelines/toy.yaml").write_text(
+        (toy_beside_ours.folder / "pipelines/toy.yaml")
         .read_text()
         .replace("needs: [roll], config: [toy]", "needs: [roll], config: {toy: game}")
     )
-    count = toy.folder / "count"
-    runs = sweep(toy, f"toy.count_file={count}", "game.rope.length_m=0.3,0.4,0.5")
+    count = toy_beside_ours.folder / "count"
+    runs = sweep(toy_beside_ours, f"toy.count_file={count}", "game.rope.length_m=0.3,0.4,0.5")
     assert count.read_text() == "x" * 20
     assert sorted(run["stages"][0]["status"] for run in runs) == ["cached", "cached", "ran"]
     assert [run["stages"][1]["status"] for run in runs] == ["ran"] * 3
@@ -60,8 +62,8 @@ def test_a_failed_job_stops_no_other_and_a_second_sweep_does_only_what_is_missin
     assert [run["stages"][0]["status"] for run in again] == ["cached", "cached", "ran", "failed", "failed", "failed"]
 
 
-def test_a_sweep_over_a_key_that_the_pipeline_does_not_read_is_one_run(toy: ToyProject) -> None:
-    assert len(sweep(toy, "learn.alpha=0.1,0.2")) == 1
+def test_a_sweep_over_a_key_that_the_pipeline_does_not_read_is_one_run(toy_beside_ours: ToyProject) -> None:
+    assert len(sweep(toy_beside_ours, "learn.alpha=0.1,0.2")) == 1
 
 
 def test_a_wrong_value_is_told_before_anything_runs(toy: ToyProject) -> None:
@@ -70,6 +72,7 @@ def test_a_wrong_value_is_told_before_anything_runs(toy: ToyProject) -> None:
     assert not (toy.home / "runs").exists()
 
 
+@portable_is_slow
 def test_kill_9_of_a_sweep_leaves_nothing_running_and_the_next_does_what_is_missing(
     toy: ToyProject, each_way: bool
 ) -> None:

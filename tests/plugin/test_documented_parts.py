@@ -109,6 +109,30 @@ def test_a_documented_hand_is_captured_by_its_kind_alone(bench: Path) -> None:
     assert metrics["sample_rate_hz"] == pytest.approx(200.0)
 
 
+def test_a_documented_stage_has_an_artifact_a_log_and_a_chapter_in_the_report(bench: Path) -> None:
+    done = _run(bench, "kendama_cli.cli.main", "run", "-p", "tempo", "--json", "capture=bench")
+    assert done.returncode == 0, done.stderr
+    code = (
+        "import kendama_cli as kendama; run = kendama.open_run(); study = run.artifact('tempo');"
+        "print(type(study).__name__, study.tau_scale.tolist(), list(run.log('tempo').table('/tempo/scale')))"
+    )
+    environment = {**os.environ, "PYTHONPATH": str(bench)}
+    shown = subprocess.check_output([sys.executable, "-c", code], cwd=bench, env=environment, text=True)
+    assert shown.startswith("TempoStudy [0.8, 1.0, 1.2, 1.4]")
+    assert "peak_speed_m_s" in shown
+    done = _run(bench, "kendama_cli.cli.main", "report", "-o", "page.html")
+    assert done.returncode == 0, done.stderr
+    assert "Speed over time scale" in (bench / "page.html").read_text()
+
+
+def test_a_documented_learner_learns_in_the_stage_by_its_kind_alone(bench: Path) -> None:
+    quick = ("simulation/engine=rail", "learn.count.cap=30", "learn.count.evaluation=5")
+    words = ("run", "-p", "swingup", "--until", "learn", "--json", "learn/learner=bench", *quick)
+    done = _run(bench, "kendama_cli.cli.main", *words)
+    assert done.returncode == 0, done.stderr
+    assert 1 <= json.loads(done.stdout)["stages"][0]["metrics"]["rollouts"] <= 30
+
+
 def test_a_documented_camera_and_detector_are_checked_by_their_kinds_alone(bench: Path) -> None:
     words = ("camera", "check", "--seconds", "0.3", "--json", "camera=bench", "predict/detector=bench")
     done = _run(bench, "kendama_cli.cli.main", *words)

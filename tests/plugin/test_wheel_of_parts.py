@@ -12,11 +12,9 @@ import pytest
 
 from tests.documented_package import write_documented
 
-ROOT = Path(__file__).resolve().parents[2]
-
 
 @pytest.fixture(scope="module")
-def laboratory(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def laboratory(wheel: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder with ``conf/`` and ``pipelines/`` of the documented package, and ``venv/`` with its wheel and ours."""
     folder = tmp_path_factory.mktemp("laboratory")
     source = tmp_path_factory.mktemp("source")
@@ -27,12 +25,11 @@ def laboratory(tmp_path_factory: pytest.TempPathFactory) -> Path:
             (source / name).rename(target)
     wheels = folder / "wheels"
     build = [sys.executable, "-m", "pip", "wheel", "-q", "--no-deps", "--no-build-isolation", "-w", str(wheels)]
-    for project in (ROOT, source):
-        subprocess.run([*build, str(project)], check=True, capture_output=True)
+    subprocess.run([*build, str(source)], check=True, capture_output=True)
     # without pip, whose own installation would take as long as all of this: the test's own pip installs there too
     subprocess.run([sys.executable, "-m", "venv", "--without-pip", str(folder / "venv")], check=True)
     python = folder / "venv" / "bin" / "python"
-    install = ["install", "-q", "--no-deps", "--no-index", *map(str, wheels.glob("*.whl"))]
+    install = ["install", "-q", "--no-deps", "--no-index", str(wheel), *map(str, wheels.glob("*.whl"))]
     subprocess.run([sys.executable, "-m", "pip", "--python", python, *install], check=True)
     where = [python, "-c", "import sysconfig; print(sysconfig.get_path('purelib'))"]
     own = Path(subprocess.check_output(where, text=True).strip())
@@ -76,6 +73,7 @@ def test_its_stage_runs_in_a_pipeline_on_its_own_hand_and_is_cached_and_planned(
     assert "'tempo.allowed_m_s' is -1.0; allowed: above 0" in wrong.stderr
 
 
+@pytest.mark.slow  # kernels are compiled for a new environment; test_documented_parts.py has them compiled
 def test_its_artifact_and_log_are_read_and_its_chapter_is_in_the_report(laboratory: Path) -> None:
     assert kendama(laboratory, "run", "-p", "tempo", "capture=bench").returncode == 0
     code = (
@@ -92,6 +90,7 @@ def test_its_artifact_and_log_are_read_and_its_chapter_is_in_the_report(laborato
     assert "the dashed line is allowed" in page
 
 
+@pytest.mark.slow  # for the same reason
 def test_its_learner_learns_in_the_stage_of_ours_and_its_policy_is_read(laboratory: Path) -> None:
     quick = ("learn.count.cap=30", "learn.count.evaluation=5")
     run = ("run", "-p", "swingup", "--until", "learn", "--json", "learn/learner=bench", "simulation/engine=rail")

@@ -50,7 +50,7 @@ def _get(document: Any, key: str) -> Any:
     return document
 
 
-@settings(max_examples=8, deadline=None)  # each composes twice, half a second
+@settings(max_examples=4, deadline=None)  # each composes twice, half a second
 @given(st.data())
 def test_an_override_is_the_same_as_the_file_edited(data: st.DataObject) -> None:
     known = numbers()

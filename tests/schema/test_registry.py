@@ -54,6 +54,12 @@ MISNAMED = Variant("other", "toy_round:RoundSettings", "toy_round:make")
 """
 
 
+def forget() -> None:
+    """Have installed packages looked at again."""
+    registry._entry_points.cache_clear()
+    registry.declared.cache_clear()
+
+
 @pytest.fixture
 def shapes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
     """A package on the path that declares shapes as an installed one does."""
@@ -65,9 +71,9 @@ def shapes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
     (info / "METADATA").write_text("Metadata-Version: 2.1\nName: toy-shapes\nVersion: 1.0\n")
     (info / "entry_points.txt").write_text("[toy.shapes]\nround = toy_shapes:ROUND\nsquare = toy_shapes:SQUARE\n")
     monkeypatch.syspath_prepend(str(tmp_path))
-    registry.declared.cache_clear()
+    forget()
     yield tmp_path
-    registry.declared.cache_clear()
+    forget()
     for module in ("toy_shapes", "toy_round", "toy_square"):
         sys.modules.pop(module, None)
 
@@ -75,7 +81,7 @@ def shapes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
 def declare(folder: Path, *lines: str) -> None:
     """Declare ``lines`` in place of the shapes' entry points."""
     (folder / "toy_shapes-1.0.dist-info" / "entry_points.txt").write_text("\n".join(["[toy.shapes]", *lines]))
-    registry.declared.cache_clear()
+    forget()
 
 
 GOOD: dict[str, Any] = {
@@ -159,6 +165,6 @@ def test_a_name_that_two_packages_declare_is_refused(shapes: Path) -> None:
     other.mkdir()
     (other / "METADATA").write_text("Metadata-Version: 2.1\nName: other-shapes\nVersion: 1.0\n")
     (other / "entry_points.txt").write_text("[toy.shapes]\nround = elsewhere:ROUND\n")
-    registry.declared.cache_clear()
+    forget()
     with pytest.raises(ConfigError, match=r"two packages declare 'round' in entry point group toy\.shapes"):
         SHAPES.kinds()

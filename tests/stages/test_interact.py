@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import json
-import subprocess
-import sys
+import os
 
 import numpy as np
 import pytest
@@ -15,6 +14,7 @@ from kendama_cli.schema.settings import build
 from kendama_cli.settings.hardware import CommandHardware, SimulatedHardware, TwinHardware
 from kendama_cli.stages.interact.stage import Interact
 from kendama_cli.stages.interface import Made
+from tests import warm_command
 from tests.devices.controller.shipped import body, press, robot, scene
 from tests.devices.robot.stand_in import ObedientRobot, key_file, served
 from tests.memory_context import MemoryContext
@@ -163,8 +163,7 @@ def test_the_worked_example_runs_from_the_command_line_to_a_report_and_is_cached
 
 
 def _finished(folder, *arguments):
-    command = [sys.executable, "-m", "kendama_cli.cli.main", *arguments]
-    return subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
+    return warm_command.kendama(arguments, folder, os.environ, 240)
 
 
 def _kendama(folder, *arguments):

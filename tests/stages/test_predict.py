@@ -99,7 +99,7 @@ def test_another_seed_draws_other_flights(run):
     assert figures(other) != figures(run[0])
 
 
-@pytest.mark.parametrize("light", ["dim", "side"])
+@pytest.mark.parametrize("light", [pytest.param("dim", marks=pytest.mark.slow), "side"])
 def test_other_lights_are_no_obstacle(light):
     made = stage(light, flights=2, image_every=0).run({}, MemoryContext(seed=7))
     assert made.metrics["predicted_rate"] == 1.0
@@ -119,7 +119,7 @@ def test_in_every_light_the_catch_is_predicted_within_the_bound_of_the_study(lig
     assert figures["onset_false_alarms"] == 0
 
 
-@pytest.mark.parametrize("name", ["process_noise", "coloured"])
+@pytest.mark.parametrize("name", [pytest.param("process_noise", marks=pytest.mark.slow), "coloured"])
 def test_every_variant_of_the_motion_is_chosen_by_its_settings(name):
     motion = build_value(MotionSettings, plain("predict/motion", name), "predict.motion")
     made = stage(motion=motion, flights=2, image_every=0).run({}, MemoryContext(seed=7))

@@ -1,5 +1,7 @@
 """Settings as shipped, and cameras to look through."""
 
+import functools
+
 import numpy as np
 
 from kendama_cli.devices.camera.calibration import camera_model
@@ -12,18 +14,22 @@ from kendama_cli.vision.settings import PredictSettings
 from tests.shipped_conf import plain
 
 
+@functools.cache
 def virtual() -> VirtualCamera:
     return build(VirtualCamera, plain("camera", "virtual"), "camera")
 
 
+@functools.cache
 def lighting(name: str) -> LightingSettings:
     return build(LightingSettings, plain("lighting", name), "lighting")
 
 
+@functools.cache
 def game() -> GameSettings:
     return build(GameSettings, plain("game", "kendama"), "game")
 
 
+@functools.cache
 def predict() -> PredictSettings:
     return build(PredictSettings, plain("predict", "flights"), "predict")
 

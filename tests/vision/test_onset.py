@@ -30,7 +30,7 @@ def watched(release, rng, begin_s):
 def test_every_release_is_noticed_soon_and_never_before_it_happens():
     """Measured over 400 releases: delay p50/p95 36/46 ms, none missed, none early; windows begin up to 6 ms early."""
     rng = np.random.default_rng(31)
-    found = [watched(draw_release(rng, predict().release, game(), 0.3), rng, -0.25) for _ in range(60)]
+    found = [watched(draw_release(rng, predict().release, game(), 0.3), rng, -0.25) for _ in range(30)]
     assert None not in found
     declared = np.array([one.declared_s for one in found])
     since = np.array([one.since_s for one in found])
@@ -60,7 +60,15 @@ def slackening(release, ramp_s, pull_m_s2, begin_s):
     return np.array(times)[::-1], np.array(places)[::-1]
 
 
-@pytest.mark.parametrize(("ramp_s", "pull_m_s2"), [(0.0, 0.0), (0.03, 10.0), (0.06, 10.0), (0.1, 20.0)])
+@pytest.mark.parametrize(
+    ("ramp_s", "pull_m_s2"),
+    [
+        (0.0, 0.0),
+        pytest.param(0.03, 10.0, marks=pytest.mark.slow),
+        pytest.param(0.06, 10.0, marks=pytest.mark.slow),
+        (0.1, 20.0),
+    ],
+)
 def test_abrupt_or_gradual_the_time_of_the_catch_is_known_from_half_of_the_flight(ramp_s, pull_m_s2):
     """With 0.2 px, through triangulated pixels; measured over 40: delay p95 30..49 ms, time rms 0.22..0.25 ms.
 

@@ -147,7 +147,9 @@ def test_wherever_it_is_cut_the_file_is_refused(tmp_path):
     assert "are whole); copy or record it again" in message
 
 
-@pytest.mark.parametrize("compression", [CompressionType.ZSTD, CompressionType.NONE])
+@pytest.mark.parametrize(
+    "compression", [CompressionType.ZSTD, pytest.param(CompressionType.NONE, marks=pytest.mark.slow)]
+)
 def test_a_flipped_byte_never_changes_what_is_read(tmp_path, compression):
     """Either the file is refused, or the byte was one of the index that nothing is read from."""
     whole = write_mcap(tmp_path / "a.mcap", {"/capture/cup": {"one": (T, P)}}, compression=compression).read_bytes()

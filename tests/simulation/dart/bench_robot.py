@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import copy
 import dataclasses
+import functools
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +20,7 @@ from tests.shipped_conf import plain
 ROOT = Path(__file__).resolve().parents[3]
 
 
+@functools.cache
 def pa10() -> RobotSettings:
     """The shipped PA10."""
     values = yaml.safe_load((ROOT / "conf/robot/pa10.yaml").read_text())
@@ -30,6 +33,7 @@ def frictionless_pa10() -> RobotSettings:
     return dataclasses.replace(pa10(), coulomb_nm=none, viscous_nm_s=none, stribeck_nm=none)
 
 
+@functools.cache
 def kendama_game() -> GameSettings:
     """The shipped game."""
     return build(GameSettings, plain("game", "kendama"), "game")
@@ -43,6 +47,11 @@ def modelled(robot: RobotSettings) -> RobotModel:
 
 def adapt_values() -> dict[str, Any]:
     """conf/adapt/catch.yaml with what it takes from the shipped transfer and predict settings."""
+    return copy.deepcopy(_adapt_values())
+
+
+@functools.cache
+def _adapt_values() -> dict[str, Any]:
     nodes = {"adapt": ("adapt", "catch"), "transfer": ("transfer", "default"), "predict": ("predict", "flights")}
     composed = OmegaConf.create({name: plain(*choice) for name, choice in nodes.items()})
     resolved = OmegaConf.to_container(composed.adapt, resolve=True)

@@ -115,7 +115,7 @@ def test_no_random_reference_takes_a_bundled_arm_s_drive_beyond_any_limit(robot:
     assert min(shares) > 0.99, "the references did not try all limits"
 
 
-@pytest.mark.parametrize("period_s", [0.001, 0.004, 0.02])
+@pytest.mark.parametrize("period_s", [0.001, pytest.param(0.004, marks=pytest.mark.slow), 0.02])
 def test_no_random_command_takes_what_is_sent_beyond_any_limit(period_s: float) -> None:
     rows = limit_rows(_limits("pa10"), period_s)
     beyond_rad, *shares = _worst(rows, period_s, PERIODS, 2, True).tolist()

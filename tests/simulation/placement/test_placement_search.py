@@ -110,8 +110,11 @@ def test_the_search_beats_the_posture_in_the_middle_of_the_ranges_and_nothing_co
     require_workable(pa10(), motion)
 
 
-def test_the_same_search_finds_the_same_placement(found: Placement) -> None:
-    assert find_placement(pa10(), GAME, PLAN, LEAD_IN, line=None, effort=0.15, progress=_quiet) == found
+def test_the_same_search_finds_the_same_placement() -> None:
+    one, other = (
+        find_placement(pa10(), GAME, PLAN, LEAD_IN, line=None, effort=0.03, progress=_quiet) for _ in range(2)
+    )
+    assert one == other
 
 
 def test_a_better_redundancy_or_a_longer_search_never_costs_more(problem: PlacementProblem, found: Placement) -> None:

@@ -43,7 +43,7 @@ def least_energy(coupling, seed):
     return least, felt
 
 
-@pytest.mark.parametrize("stiffness_n_m", [1000.0, 4000.0])
+@pytest.mark.parametrize("stiffness_n_m", [pytest.param(1000.0, marks=pytest.mark.slow), 4000.0])
 def test_a_thousand_random_hands_never_get_energy_from_the_coupling(stiffness_n_m):
     settings = CouplingSettings(stiffness_n_m, 0.2 * USUAL.damping_n_s_m, USUAL.most_n, USUAL.most_n_s)
     shape = (HANDS, 3)
