@@ -19,7 +19,8 @@ def error(message: str) -> None:
 
 def note(message: str) -> None:
     """A line beside the result, on standard error."""
-    print(message, file=sys.stderr, flush=True)
+    sys.stderr.write(f"{message}\n")  # in one piece: other threads write lines too
+    sys.stderr.flush()
 
 
 def text(message: str) -> None:

@@ -46,9 +46,14 @@ def connected(
     with contextlib.ExitStack() as held:
         client, threads = held.enter_context(_opened(executor, store.home))
         _refuse_another_kind(client)
-        if not client.scheduler_info()["workers"]:
+        cluster = DaskCluster(client, store, shared, executor.workers_home, threads)
+        if isinstance(executor, SlurmExecutor):
+            from kendama_cli.pipeline.slurm import watched_jobs  # noqa: PLC0415 - as in _opened
+
+            held.enter_context(watched_jobs(client.cluster, executor, tell, cluster.give_up))
+        elif not client.scheduler_info()["workers"]:
             tell(f"the scheduler at {client.scheduler.address} has no workers yet; stages wait for them")
-        yield DaskCluster(client, store, shared, executor.workers_home, threads)
+        yield cluster
 
 
 def _silence() -> None:
@@ -150,6 +155,7 @@ class DaskCluster:
         self._sent = {"store": dataclasses.asdict(shared), "workers_home": workers_home, "sender": what_runs_here()}
         self.at_once = min(MOST_RUNS, max(LEAST_RUNS, RUNS_PER_THREAD * threads))
         self._tasks: dict[str, _Task] = {}
+        self._given_up: ClusterError | None = None
         client.subscribe_topic(PROGRESS, self._progress)
 
     def start(self, request: Mapping[str, Any], *, lock: Lock, printed: int) -> Worker:
@@ -157,6 +163,8 @@ class DaskCluster:
 
         Raises ClusterError where the scheduler is lost, RemoteError where its inputs cannot be given to the workers.
         """
+        if self._given_up is not None:
+            raise self._given_up
         address = str(self._client.scheduler.address if self._client.scheduler else "?")
         shared = self._store.shared
         assert isinstance(shared, SharedStore)
@@ -181,6 +189,12 @@ class DaskCluster:
 
     def close(self) -> None:
         """Nothing is kept between stages."""
+
+    def give_up(self, message: str) -> None:
+        """Nobody will compute any more: every stage ends with ``message``, and none begins."""
+        self._given_up = ClusterError(str(self._client.scheduler.address), message)
+        for task in list(self._tasks.values()):
+            task.lose(self._given_up)
 
     def _ended(self, key: str, task: _Task, future: distributed.Future) -> None:
         self._tasks.pop(key, None)
@@ -235,6 +249,11 @@ class _Task:
         """Nobody here waits for it any more; where nobody else does, its worker interrupts it."""
         self._future.cancel(reason="kendama was interrupted")
         self._close()
+
+    def lose(self, reason: ClusterError) -> None:
+        """It ends as failed, by ``reason``."""
+        self._lost = reason
+        self._future.cancel()
 
     def kill(self) -> None:
         """As ``ask_to_end``."""

@@ -169,7 +169,9 @@ class Runner:
                 self._finish(job, event["code"])
 
     def _finish(self, job: Job, code: int) -> None:
-        name, seconds = job.plan.spec.name, time.monotonic() - job.started_s
+        name = job.plan.spec.name
+        # on a cluster a stage may wait longer for a worker than it computes
+        seconds = float((job.done or {}).get("seconds", time.monotonic() - job.started_s))
         result = None if job.done is None or job.plan.key is None else self._planner.store.find(name, job.plan.key)
         if result is not None:
             self._plans[name] = made = dataclasses.replace(job.plan, result=result)

@@ -67,6 +67,10 @@ class SlurmExecutor:
             raise ConfigError("time", f"'time' is '{self.time}'; allowed: as sbatch has it, 01:30:00 or 2-00:00:00")
         if not re.fullmatch(r"\d+(\.\d+)? ?[KMGT]?i?B", self.memory):
             raise ConfigError("memory", f"'memory' is '{self.memory}'; allowed: a size such as 4GiB")
+        for name in ("partition", "account", "interface"):  # they stand in a script
+            value = getattr(self, name)
+            if value is not None and not re.fullmatch(r"[\w.,:@+-]+", value):
+                raise ConfigError(name, f"'{name}' is {value!r}; allowed: a name")
         for option in self.options:
             if not option.startswith("-") or "\n" in option:
                 raise ConfigError(
