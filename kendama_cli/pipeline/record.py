@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 import kendama_cli
-from kendama_cli.errors import FormatError, StoreError, UsageError
+from kendama_cli.errors import FormatError, ReadOnlyError, StoreError, UsageError
 from kendama_cli.store import durable
 from kendama_cli.system.choice import system
 
@@ -72,6 +72,7 @@ class RunRecord:
     versions: dict[str, str] = field(default_factory=dict)
     is_recorded: bool = True
     """False where the home cannot be written: a run that has nothing to compute needs no home that can."""
+    has_begun: bool = False
 
     @property
     def folder(self) -> Path:
@@ -94,6 +95,26 @@ class RunRecord:
         """Lock the run's folder meanwhile: by that others distinguish a run that goes on from one that was killed."""
         with system().mark_in_use(self.folder):
             yield
+
+    def begin(self, held: contextlib.ExitStack) -> None:
+        """Write it when the first stage has to be computed, and lock its folder as long as ``held`` is open.
+
+        A run with nothing to do is written once, at its end.
+        """
+        if not self.has_begun:
+            self.save()
+            held.enter_context(self.going_on())
+            self.has_begun = True
+
+    def end(self, outcome: str) -> None:
+        """Write how it ended; in a home that cannot be written a run with nothing to do is not recorded."""
+        self.outcome = outcome
+        try:
+            self.save()
+        except ReadOnlyError:
+            if self.has_begun:
+                raise
+            self.is_recorded = False
 
     def save(self) -> None:
         """Write the record, durably; raises StoreError where the disk refuses."""

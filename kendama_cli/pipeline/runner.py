@@ -15,7 +15,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, Protocol
 
-from kendama_cli.errors import KendamaError, ReadOnlyError
+from kendama_cli.errors import KendamaError
 from kendama_cli.pipeline import outcomes
 from kendama_cli.pipeline.catalogue import StageSpec
 from kendama_cli.pipeline.plan import Planner, StagePlan
@@ -76,6 +76,7 @@ class Runner:
         self._starter = starter or system().interpreters()
         self._cluster = cluster
         self._running = Workers()
+        self._held = contextlib.ExitStack()
         self._waits_reported: set[str] = set()
 
     def run(self) -> RunRecord:
@@ -83,28 +84,23 @@ class Runner:
 
         In a home that cannot be written a run with nothing to compute is not recorded; any other raises StoreError.
         """
-        with self._planner.store.in_use():
-            try:
-                self._record.save()
-            except ReadOnlyError:
-                if any(plan.result is None for plan in self._planner.plan(frozenset(self._forced))):
-                    raise
-                self._record.is_recorded = False
-            with self._record.going_on():
-                return self._run()
+        with self._planner.store.in_use(), self._held:
+            return self._run()
 
     def _run(self) -> RunRecord:
         try:
             while self._waiting or self._running:
                 if self._stop.is_set():
                     raise KeyboardInterrupt
+                waited_before = len(self._waiting)
                 self._start_ready()
                 if self._running:
                     self._listen()
                 elif self._waiting:
                     if not self._startable():
                         break
-                    time.sleep(POLL_S)
+                    if len(self._waiting) == waited_before:  # another run is computing what they wait for
+                        time.sleep(POLL_S)
         except (KeyboardInterrupt, KendamaError) as error:
             self._running.stop()
             self._record.outcome = "failed" if isinstance(error, KendamaError) else "interrupted"
@@ -113,8 +109,7 @@ class Runner:
             raise
         order = [spec.name for spec in self._planner.pipeline.stages]
         self._record.stages.sort(key=lambda outcome: order.index(outcome.name))
-        self._record.outcome = "failed" if self._failed else "done"
-        self._record.save()
+        self._record.end("failed" if self._failed else "done")
         return self._record
 
     def _startable(self) -> list[StageSpec]:
@@ -127,6 +122,7 @@ class Runner:
             if plan.result is not None:
                 self._finish_cached(plan)
             elif len(self._running) < self._workers:
+                self._record.begin(self._held)
                 self._start_locked(plan, inputs)
 
     def _start_locked(self, plan: StagePlan, inputs: Mapping[str, str]) -> None:
