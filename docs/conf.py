@@ -8,6 +8,7 @@ import kendama_cli
 sys.path.insert(0, str(Path(__file__).parent))
 
 project = "kendama"
+project_copyright = "the kendama contributors"
 author = "The kendama developers"
 release = version = kendama_cli.__version__
 extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon", "declared"]

@@ -36,12 +36,12 @@ class Timed(WorkerContext):
         self.saved += self._due_s != due_s
 
 
-def main() -> None:
+def main(rollouts: int = ROLLOUTS) -> None:
     """Print the share."""
-    settings = learn_settings(count__evaluation=ROLLOUTS)
+    settings = learn_settings(count__evaluation=rollouts)
     with tempfile.TemporaryDirectory(dir=Path.cwd()) as folder:
         checkpoints = CheckpointFolder(Path(folder))
-        context = Timed(seed=SEED, checkpoints=checkpoints, topics=TOPICS, tell=lambda _: None)
+        context = Timed(seed=SEED, checkpoints=checkpoints, topics=TOPICS, emit=lambda _: None)
         stage = Learn(learn=settings, game=game_settings())
         stage.prepare()
         began = time.perf_counter()

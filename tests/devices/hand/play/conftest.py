@@ -1,95 +1,25 @@
-"""``kendama play`` as a user starts it, and players who speak to it."""
+"""Games that are served, for the tests that play them; skipped without the extra ``play``."""
 
 from __future__ import annotations
 
-import contextlib
-import json
-import subprocess
-import sys
-import threading
 from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import Any
-from urllib.parse import parse_qs, urlsplit
+from typing import TYPE_CHECKING
 
 import pytest
 
-pytest.importorskip("uvicorn", reason="needs the extra 'play'")
-pytest.importorskip("starlette", reason="needs the extra 'play'")
-client = pytest.importorskip("websockets.sync.client", reason="needs the extra 'play'")
-ConnectionClosed = pytest.importorskip("websockets.exceptions").ConnectionClosed
+if TYPE_CHECKING:
+    from tests.devices.hand.play.served_game import Game
 
-COMMAND = [sys.executable, "-m", "kendama_cli.cli.main", "play", "--no-show"]
-
-
-class Game:
-    """A running ``kendama play``: its address, its folder, and what it has said."""
-
-    def __init__(self, folder: Path, *options: str) -> None:
-        self.folder, self.said = folder, list[str]()
-        self.process = subprocess.Popen(
-            [*COMMAND, *options], cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
-        )
-        assert self.process.stdout is not None
-        self.address = self.process.stdout.readline().strip()
-        self._reader = threading.Thread(target=self._read, daemon=True)
-        self._reader.start()
-        parts = urlsplit(self.address)
-        self.place, self.token = parts.netloc, parse_qs(parts.query).get("token", [""])[0]
-
-    def _read(self) -> None:
-        assert self.process.stderr is not None
-        self.said.extend(line.rstrip() for line in self.process.stderr)
-
-    @contextlib.contextmanager
-    def line(self, player: str, token: str | None = None) -> Iterator[Line]:
-        """A player's line."""
-        asked = f"token={self.token if token is None else token}&player={player}"
-        with client.connect(f"ws://{self.place}/line?{asked}", max_size=None) as socket:
-            yield Line(socket)
-
-    def end(self) -> int:
-        """End it as Ctrl-C does; its exit code."""
-        self.process.send_signal(2)
-        code = self.process.wait(timeout=20)
-        self._reader.join(timeout=5)
-        return code
-
-
-class Line:
-    """What one page says and hears; ``latest`` has the last message of every kind."""
-
-    def __init__(self, socket: client.ClientConnection) -> None:
-        self.socket, self.latest = socket, dict[str, dict[str, Any]]()
-
-    def say(self, **message: object) -> None:
-        """Say something."""
-        self.socket.send(json.dumps(message))
-
-    def hear(self, kind: str) -> dict[str, Any]:
-        """The next message of this kind."""
-        while True:
-            message = json.loads(self.socket.recv(timeout=20))
-            self.latest[message["type"]] = message
-            if message["type"] == kind:
-                return dict(message)
-
-    def _hear_all(self) -> None:
-        while True:
-            self.socket.recv(timeout=20)
-
-    def goodbye(self) -> tuple[int, str]:
-        """Code and reason with which the line is closed."""
-        with pytest.raises(ConnectionClosed) as closed:
-            self._hear_all()
-        assert closed.value.rcvd is not None
-        return closed.value.rcvd.code, closed.value.rcvd.reason
+for _name in ("uvicorn", "starlette", "websockets"):
+    pytest.importorskip(_name, reason="needs the extra 'play'")
+served_game = pytest.importorskip("tests.devices.hand.play.served_game")
 
 
 @pytest.fixture(scope="module")
 def game(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Game]:
     """One running game for the tests of a file."""
-    made = Game(tmp_path_factory.mktemp("game"))
+    made = served_game.Game(tmp_path_factory.mktemp("game"))
     yield made
     if made.process.poll() is None:
         assert made.end() == 0
@@ -101,7 +31,7 @@ def games(tmp_path: Path) -> Iterator[Callable[..., Game]]:
     made: list[Game] = []
 
     def start(*options: str) -> Game:
-        made.append(Game(tmp_path, *options))
+        made.append(served_game.Game(tmp_path, *options))
         return made[-1]
 
     yield start
