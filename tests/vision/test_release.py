@@ -5,10 +5,13 @@ import pytest
 
 from kendama_cli.errors import ConfigError
 from kendama_cli.physics.rope import CupProfile
-from kendama_cli.vision.release import draw_release
+from kendama_cli.vision.release import Release, draw_release
 from tests.vision.scenes import game, predict
 
-RELEASES = [draw_release(np.random.default_rng(seed), predict().release, game(), 0.25) for seed in range(40)]
+
+@pytest.fixture(scope="module")
+def releases() -> list[Release]:
+    return [draw_release(np.random.default_rng(seed), predict().release, game(), 0.25) for seed in range(40)]
 
 
 def _way_m(release, t_s):
@@ -17,36 +20,36 @@ def _way_m(release, t_s):
     return CupProfile.of(game().cup).way_m(x, 0.0, z)
 
 
-def test_the_rope_is_taut_before_the_release_and_slack_until_the_crossing():
+def test_the_rope_is_taut_before_the_release_and_slack_until_the_crossing(releases):
     length = game().rope.length_m
-    for release in RELEASES:
+    for release in releases:
         before = [_way_m(release, t) for t in np.linspace(-0.2, -1e-3, 20)]
         assert np.abs(np.array(before) - length).max() < 1e-4  # linear interpolation over 1 ms
         after = [np.linalg.norm(release.ball_m(t) - release.tie_m(t)) for t in np.linspace(0, release.crossing_s, 50)]
         assert max(after) <= length + 1e-6
 
 
-def test_the_rope_pulls_by_at_least_six_until_it_lets_go():
+def test_the_rope_pulls_by_at_least_six_until_it_lets_go(releases):
     """Pull = second difference of the ball's path less gravity, along the rope, just before the release."""
     h = 4e-3
-    for release in RELEASES:
+    for release in releases:
         middle = release.ball_m(-h)
         acceleration = (release.ball_m(0.0) - 2 * middle + release.ball_m(-2 * h)) / h**2 - release.flight.gravity_m_s2
         along = release.tie_m(-h) - middle
         assert acceleration @ along / np.linalg.norm(along) > 5.5
 
 
-def test_position_and_velocity_do_not_jump_at_the_release():
-    for release in RELEASES:
+def test_position_and_velocity_do_not_jump_at_the_release(releases):
+    for release in releases:
         assert np.abs(release.ball_m(-1e-9) - release.ball_m(0.0)).max() < 1e-7
         before = (release.ball_m(-1e-3) - release.ball_m(-3e-3)) / 2e-3
         after = (release.ball_m(3e-3) - release.ball_m(1e-3)) / 2e-3
         assert np.abs(after - before).max() < 0.15  # 4 ms of up to 30 m/s^2
 
 
-def test_apex_and_crossing_keep_to_the_settings():
+def test_apex_and_crossing_keep_to_the_settings(releases):
     wanted, rim = predict().release, game().cup.depth_m
-    for release in RELEASES:
+    for release in releases:
         height = [release.ball_m(t)[2] - rim for t in np.linspace(0, release.crossing_s, 400)]
         assert wanted.apex_low_m - 5e-3 <= max(height) <= wanted.apex_high_m
         assert abs(release.crossing_m[2] - rim) < 1e-9
