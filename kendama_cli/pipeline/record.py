@@ -163,7 +163,7 @@ def begin(
 def past_runs(home: Path) -> list[dict[str, Any]]:
     """All readable records, oldest first, each with the ``folder`` that it stands in."""
     found = []
-    for folder in sorted(durable.listed(home / "runs"), key=lambda folder: (_number(folder.name), folder.name)):
+    for folder in sorted(durable.listed(home / "runs"), key=lambda folder: _number(folder.name)):
         path, record = folder / "run.json", None
         try:
             record = durable.read_sealed(path)

@@ -46,4 +46,4 @@ def write_tags(home: Path, run: str, add: Sequence[str], remove: Sequence[str], 
 
 
 def _path(home: Path, run: str) -> Path:
-    return home / "runs" / run / "tags.json"
+    return home.joinpath("runs", run, "tags.json")

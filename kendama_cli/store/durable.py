@@ -10,6 +10,7 @@ import errno
 import hashlib
 import json
 import os
+import re
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import IO, Any
@@ -23,6 +24,9 @@ SCRATCH = ".scratch"
 
 FORMAT = 1
 """Of sealed records: results and runs. 0 stands for those without a number, as 0.1 wrote them."""
+SEALED = re.compile(
+    rb'\{(?P<numbered>(?:"format": (?P<number>\d+), )?)"record": (?P<body>.*), "seal": "(?P<seal>[0-9a-f]{64})"\}\n'
+)
 INDEX_FORMAT = 1
 """Of files in ``index/``; one of another format is as good as none."""
 
@@ -94,7 +98,7 @@ def listed(folder: Path) -> list[Path]:
     """
     with readable(folder):
         try:
-            return sorted(folder.iterdir())
+            return sorted(folder.iterdir(), key=lambda path: path.name)  # paths compare slowly
         except (FileNotFoundError, NotADirectoryError):
             return []
 
@@ -238,23 +242,23 @@ def unsealed(data: bytes, place: str) -> dict[str, Any] | None:
 
     Raises FormatError where it is whole and of another format.
     """
-    try:
-        document = json.loads(data)
-        record, number = dict(document["record"]), document.get("format", 0)
-        whole = _sealed(record, number)
-    except (ValueError, KeyError, TypeError, AttributeError, RecursionError):
+    found = SEALED.fullmatch(data)
+    if found is None or sha256(found["numbered"] + found["body"]) != found["seal"].decode():
         return None
-    if data != whole:
-        return None
+    number = int(found["number"] or 0)
     if number != FORMAT:
         raise FormatError(place, "a record", number, FORMAT)
-    return record
+    try:
+        record = json.loads(found["body"])
+    except (ValueError, RecursionError):
+        return None
+    return record if isinstance(record, dict) else None
 
 
-def _sealed(record: dict[str, Any], number: Any = FORMAT) -> bytes:
+def _sealed(record: dict[str, Any]) -> bytes:
     # in the order given: metrics are shown in the order in which a stage gave them
     body = json.dumps(record, allow_nan=False, ensure_ascii=False)
-    numbered = f'"format": {json.dumps(number)}, ' if number else ""
+    numbered = f'"format": {FORMAT}, '
     return f'{{{numbered}"record": {body}, "seal": "{sha256((numbered + body).encode())}"}}\n'.encode()
 
 
