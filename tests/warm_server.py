@@ -99,6 +99,8 @@ def be_command(asked: Mapping[str, Any]) -> int:
     os.chdir(asked["folder"])
     os.environ.clear()
     os.environ.update(asked["environment"])
+    # a file that is changed twice within a second, at the same size, would be read from its first bytecode
+    sys.dont_write_bytecode = bool(os.environ.get("PYTHONDONTWRITEBYTECODE"))
     path = [entry for entry in asked["environment"].get("PYTHONPATH", "").split(os.pathsep) if entry]
     sys.path[:0] = [asked["folder"], *path]
     for number, name in enumerate((os.devnull, asked["out"], asked["err"])):

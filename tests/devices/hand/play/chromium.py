@@ -62,7 +62,7 @@ class Tab:
         assert "exceptionDetails" not in answer, answer
         return answer["result"].get("value")
 
-    def wait(self, expression: str, timeout_s: float = 20.0) -> Any:
+    def wait(self, expression: str, timeout_s: float = 90.0) -> Any:
         """Wait until the expression is true; its value."""
         until = time.monotonic() + timeout_s
         while not (value := self.value(expression)):
