@@ -43,7 +43,6 @@ LONGEST_FIRST = (
     "config/test_compose.py",
     "api/test_examples.py",
     "cli/test_camera_seeing.py",
-    "devices/hand/play/test_server.py",
     "stages/test_placed.py",
     "game/test_games.py",
     "game/test_state_prediction.py",
