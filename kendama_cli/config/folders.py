@@ -27,7 +27,12 @@ def groups(site: Site) -> list[str]:
 
 def _files(folder: Path) -> Iterator[Path]:
     for place, folders, names in os.walk(folder, followlinks=True):
-        # a link to a folder that holds it would be followed for ever
-        above = {os.path.realpath(one) for one in (Path(place), *Path(place).parents)}
-        folders[:] = sorted(name for name in folders if os.path.realpath(os.path.join(place, name)) not in above)
+        folders[:] = sorted(name for name in folders if not _holds(os.path.join(place, name), place))
         yield from (Path(place) / name for name in sorted(names) if name.endswith(".yaml"))
+
+
+def _holds(inner: str, place: str) -> bool:
+    """Whether ``inner``, a folder in ``place``, is a link to a folder that holds it: it would be followed for ever."""
+    if not os.path.islink(inner):
+        return False
+    return os.path.realpath(inner) in {os.path.realpath(one) for one in (Path(place), *Path(place).parents)}

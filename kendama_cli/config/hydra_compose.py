@@ -3,18 +3,25 @@
 from __future__ import annotations
 
 import contextlib
+import copy
+import functools
+import time
+from collections.abc import Sequence
+from pathlib import Path
 from typing import Any
 
 from hydra import compose, initialize_config_dir
+from hydra._internal.config_loader_impl import ConfigLoaderImpl
 from hydra.core.override_parser.overrides_parser import OverridesParser
 from hydra.errors import OverrideParseException
-from omegaconf import OmegaConf
+from omegaconf import DictConfig, OmegaConf
 
 from kendama_cli.config.folders import configuration_files, group_options, groups
 from kendama_cli.config.search_path import further_folders
 from kendama_cli.config.site import Site
 from kendama_cli.config.surroundings import Environment, recorded
 from kendama_cli.errors import ConfigError
+from kendama_cli.pipeline.unchanged import environment_now, settled, stamps
 from kendama_cli.schema.plain_yaml import TooMuchError, check_plain, check_yaml, load_yaml
 from kendama_cli.schema.settings import nearest, unknown_key
 
@@ -38,29 +45,62 @@ def parse_overrides(overrides: list[str]) -> list[Any]:
 
 
 def compose_with_hydra(site: Site, overrides: list[str]) -> tuple[dict[str, Any], Environment]:
-    """The configuration for ``overrides`` and what its interpolations read; raises ConfigError."""
-    _check_overrides(site, overrides)
-    _check_files(site)
-    first, *others = site.conf_folders
+    """The configuration for ``overrides`` and what its interpolations read; raises ConfigError.
+
+    What the chosen files give is kept for the next composition in this process while they are unchanged, as most of
+    the time goes into reading and merging them; other values are then set in it by Hydra, as after any composition.
+    """
+    names = groups(site)
+    _check_overrides(site, overrides, names)
+    parsed = parse_overrides(overrides)
+    chosen = [text for text, override in zip(overrides, parsed, strict=True) if override.key_or_group in names]
+    values = [override for override in parsed if override.key_or_group not in names]
     try:
-        with (
-            further_folders(others),
-            initialize_config_dir(str(first), job_name="kendama", version_base="1.3"),
-            recorded() as environment,
-        ):
-            config = OmegaConf.to_container(compose("config", overrides=overrides), resolve=True)
-        if not isinstance(config, dict):
-            raise ValueError(f"config.yaml must be a group of keys, not {type(config).__name__}")
-        check_plain(config)
+        config, read = _composed_files(site, chosen)
+        with recorded() as environment:
+            ConfigLoaderImpl._apply_overrides_to_config(values, config)  # Hydra has no public name for this half
+            made = OmegaConf.to_container(config, resolve=True)
+        check_plain(made)
+    except ConfigError:
+        raise
     except RecursionError as error:
         raise ConfigError("conf", "configuration: values are nested too deep, or refer to themselves") from error
     except Exception as error:  # for odd files Hydra and OmegaConf also raise what any line of theirs may raise
         raise _plain_error(site, overrides, error) from error
-    return {str(key): value for key, value in config.items()}, dict(environment)
+    assert isinstance(made, dict)
+    return {str(key): value for key, value in made.items()}, {**read, **environment}
 
 
-def _check_overrides(site: Site, overrides: list[str]) -> None:
-    names = groups(site)
+def _composed_files(site: Site, chosen: list[str]) -> tuple[DictConfig, Environment]:
+    """What the files give that ``chosen`` picks, as an object of the caller's own, and what their choice read."""
+    now_s = time.time()
+    states = stamps(configuration_files(site))
+    compose_files = _compose_files if settled(states, now_s) else _compose_files.__wrapped__
+    asked = (site.conf_folders, tuple((path, *state) for path, state in states.items()), tuple(chosen))
+    config, read = compose_files(*asked)
+    if environment_now(read) != read:
+        config, read = _compose_files.__wrapped__(*asked)
+    return copy.deepcopy(config), read
+
+
+@functools.lru_cache(maxsize=64)
+def _compose_files(
+    folders: tuple[Path, ...], states: tuple[tuple[str | int, ...], ...], chosen: tuple[str, ...]
+) -> tuple[DictConfig, Environment]:
+    _check_files(folders, [Path(str(path)) for path, *_ in states])
+    first, *others = folders
+    with (
+        further_folders(others),
+        initialize_config_dir(str(first), job_name="kendama", version_base="1.3"),
+        recorded() as environment,
+    ):
+        config = compose("config", overrides=list(chosen))
+    if not isinstance(config, DictConfig):
+        raise ValueError(f"config.yaml must be a group of keys, not {type(config).__name__}")
+    return config, dict(environment)
+
+
+def _check_overrides(site: Site, overrides: list[str], names: list[str]) -> None:
     for text, override in zip(overrides, parse_overrides(overrides), strict=True):
         key = override.key_or_group
         if not key:
@@ -76,9 +116,9 @@ def _check_overrides(site: Site, overrides: list[str]) -> None:
             raise ConfigError(key, f"'{text}' must name one choice of the group '{key}'; allowed: {options}")
 
 
-def _check_files(site: Site) -> None:
+def _check_files(folders: Sequence[Path], files: Sequence[Path]) -> None:
     """Refuse files that would take Hydra all memory, and a first file that would have it import modules."""
-    for file in configuration_files(site):
+    for file in files:
         with contextlib.suppress(OSError):  # a link to nothing, or a file that may not be read: Hydra says so if asked
             try:
                 check_yaml(file.read_text(encoding="utf-8", errors="replace"))
@@ -86,7 +126,7 @@ def _check_files(site: Site) -> None:
                 raise ConfigError("conf", f"{file}: {error}") from None
             except ValueError:
                 continue  # not YAML: Hydra says so where it is chosen
-    first = next((folder / "config.yaml" for folder in site.conf_folders if (folder / "config.yaml").is_file()), None)
+    first = next((folder / "config.yaml" for folder in folders if (folder / "config.yaml").is_file()), None)
     with contextlib.suppress(OSError, ValueError):  # Hydra says what is wrong with it
         document = None if first is None else load_yaml(first.read_text(encoding="utf-8"))
         if not isinstance(document, dict) or "hydra" not in document:

@@ -58,6 +58,8 @@ def find_site(home: Path | None = None, config_dir: Path | None = None) -> Site:
     for what, folder in (("--home", home), *(("the folder of configuration", folder) for folder in conf_folders)):
         if not is_text(str(folder)):
             raise UsageError(f"{what} {str(folder)!a} is not UTF-8 text; rename it, or name another folder")
+    if home.exists() and not home.is_dir():
+        raise UsageError(f"--home {home} is a file; name a folder, which need not exist yet")
     return Site(
         home=home,
         conf_folders=_existing(conf_folders),

@@ -6,11 +6,15 @@ import dataclasses
 from pathlib import Path
 
 import pytest
+from hydra import compose, initialize_config_dir
+from omegaconf import OmegaConf
 
 from kendama_cli.config.compose import composed
+from kendama_cli.config.hydra_compose import compose_with_hydra
 from kendama_cli.config.site import Site, bundled_root, find_site
 from kendama_cli.config.sweep import composed_each, expand_sweep
 from kendama_cli.errors import ConfigError
+from kendama_cli.pipeline import unchanged
 
 
 @pytest.fixture
@@ -74,14 +78,59 @@ def test_a_changed_environment_variable_is_seen_although_no_file_changed(
 
 @pytest.mark.parametrize("name", ["plain", "with space", "it's, [odd]", "back\\slash", "equals=sign", "${dollar}"])
 def test_folders_of_any_name_are_searched_in_order(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str) -> None:
-    mine = tmp_path / name / "conf/learn"
-    mine.mkdir(parents=True)
-    (mine / "odd.yaml").write_text("defaults: [sarsa]\nalpha: 0.123\n")
-    (mine / "sarsa.yaml").write_text((bundled_root() / "conf/learn/sarsa.yaml").read_text() + "\nmark: here\n")
-    here = tmp_path / "here"
-    (here / "conf").mkdir(parents=True)
-    monkeypatch.chdir(here)
-    for folders in ([mine.parent, here / "conf"], [here / "conf", mine.parent]):
-        site = dataclasses.replace(find_site(), conf_folders=(*folders, bundled_root() / "conf"))
+    mine, here, last = (tmp_path / folder for folder in (f"{name}/conf", "here/conf", "last/conf"))
+    for folder in (mine, here, last):
+        (folder / "learn").mkdir(parents=True)
+    (mine / "learn/odd.yaml").write_text("defaults: [sarsa]\nalpha: 0.123\n")
+    for folder, mark in ((mine, "here"), (last, "last")):
+        (folder / "learn/sarsa.yaml").write_text(f"alpha: 0.1\nmark: {mark}\n")
+    (last / "config.yaml").write_text("defaults: [{learn: sarsa}]\n")
+    monkeypatch.chdir(here.parent)
+    for folders in ((mine, here), (here, mine)):
+        site = dataclasses.replace(find_site(), conf_folders=(*folders, last))
         learn = composed(site, ["learn=odd"])["learn"]
-        assert (learn["alpha"], learn["mark"]) == (0.123, "here"), "a folder before the bundled one did not win"
+        assert (learn["alpha"], learn["mark"]) == (0.123, "here"), "a folder before the last one did not win"
+
+
+@pytest.mark.parametrize(
+    "values",
+    [
+        ["seed=3", "learn.alpha=0.5"],
+        ["learn.alpha=${seed}", "+learn.further={a: [1, {b: 2}]}"],
+        ["++learn.further=1", "~learn.goal.slack_s"],
+        ["capture.path=[a, b]", "capture.path=c", "transfer.catch.half_width_m=0.31"],
+    ],
+    ids=" ".join,
+)
+def test_values_set_in_files_that_were_composed_before_are_set_as_hydra_sets_them(
+    site: Site, values: list[str]
+) -> None:
+    overrides = ["capture=iiwa_kendama", *values, "simulation/engine=rail"]
+    with initialize_config_dir(str(site.conf_folders[0]), version_base="1.3"):
+        wanted = OmegaConf.to_container(compose("config", overrides=overrides), resolve=True)
+    found = [compose_with_hydra(site, overrides)[0] for _ in range(2)]
+    assert found == [wanted, wanted]
+    assert compose_with_hydra(site, ["capture=iiwa_kendama", "simulation/engine=rail"])[0] != wanted, "they were kept"
+
+
+@pytest.mark.parametrize("wrong", ["learn.alph=1", "+learn.alpha=1", "~learn.alph", "learn.alpha.x=1"])
+def test_values_that_hydra_does_not_set_are_refused_in_files_that_were_composed_before(site: Site, wrong: str) -> None:
+    for _ in range(2):
+        with pytest.raises(ConfigError, match=r"learn\.alph"):
+            compose_with_hydra(site, [wrong])
+
+
+def test_a_changed_file_and_a_changed_variable_are_seen_by_the_same_process(
+    site: Site, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(unchanged, "SETTLED_S", 0.0)  # else files as young as these are never kept
+    for name in ("learn", "picked"):
+        (tmp_path / "conf" / name).mkdir(parents=True)
+    chosen = "defaults: [sarsa, {/picked@_here_: '${oc.env:KENDAMA_TEST_PICKED}'}, _self_]\n"
+    (tmp_path / "conf/learn/chosen.yaml").write_text(chosen)
+    (tmp_path / "conf/picked/other.yaml").write_text("alpha: 0.25\n")
+    for alpha, name in ((0.1, "mine"), (0.2, "mine"), (0.25, "other")):
+        monkeypatch.setenv("KENDAMA_TEST_PICKED", name)
+        (tmp_path / "conf/picked/mine.yaml").write_text(f"alpha: {alpha}\n")
+        for _ in range(2):
+            assert compose_with_hydra(find_site(), ["learn=chosen"])[0]["learn"]["alpha"] == alpha
