@@ -2,15 +2,56 @@
 
 from __future__ import annotations
 
+import functools
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from kendama_cli.errors import InputError
+from kendama_cli.rendering.tiles import Tiles
 from kendama_cli.schema.arrays import Array
 from kendama_cli.settings.camera import AppearanceSettings, LightingSettings
 from kendama_cli.vision.camera_model import CameraModel
 
 FAR = 1e3
 """Where a ray meets neither wall nor table, its end lies this many focal lengths away."""
+WALL_IMAGE_M = 3.0
+"""Width of a picture on the wall, in the middle of which x = 0 and z = 0."""
+GAMMA = 2.2
+"""Of pictures, whose numbers are light^(1 / gamma)."""
+
+
+@dataclass(frozen=True)
+class _ByValue:
+    """A camera that equals another with the same numbers."""
+
+    numbers: tuple[float | bytes, ...]
+    model: CameraModel = field(compare=False)
+
+
+def background(
+    model: CameraModel, appearance: AppearanceSettings, lighting: LightingSettings
+) -> tuple[Background, Tiles]:
+    """The background of a camera and its tiles; nobody may write to them.
+
+    Those of the last two cameras are kept, so that a pair that is opened again has them; with a picture on the wall,
+    whose file may change, they are made anew.
+    """
+    place = (model.world_to_camera.tobytes(), model.position_in_world_m.tobytes())
+    camera = _ByValue((model.width_px, model.height_px, *model.lens, *place), model)
+    make = _background if appearance.wall_image is None else _background.__wrapped__
+    return make(camera, appearance, lighting)
+
+
+@functools.lru_cache(maxsize=2)
+def _background(
+    camera: _ByValue, appearance: AppearanceSettings, lighting: LightingSettings
+) -> tuple[Background, Tiles]:
+    made = Background(camera.model, appearance, lighting)
+    return made, Tiles(made.rays, made.points, np.array(camera.model.position_in_world_m, dtype=np.float64))
 
 
 class Background:
@@ -37,7 +78,10 @@ class Background:
             1 + 0.12 * np.sin(40 * x + 3 * np.sin(6 * y)) * np.sin(5 * y),
             1 + 0.10 * np.sin(9 * x) * np.sin(11 * z) + 0.06 * np.sin(23 * x + 1) * np.sin(19 * z),
         )
-        paint = np.where(on_table[..., None], appearance.table_rgb, appearance.wall_rgb) * pattern[..., None]
+        wall = np.array(appearance.wall_rgb) * pattern[..., None]
+        if appearance.wall_image is not None:
+            wall = _picture(Path(appearance.wall_image), x, z)
+        paint = np.where(on_table[..., None], np.array(appearance.table_rgb) * pattern[..., None], wall)
         glow = np.where(on_table, 0.0, lighting.wall_glow)
         normal = np.where(on_table[..., None], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0])
         self.unlit: NDArray[np.float32] = (lighting.ambient * paint + glow[..., None]).astype(np.float32)
@@ -46,3 +90,17 @@ class Background:
             way = np.array(lamp.position_m) - self.points
             cosine = np.maximum((normal * way).sum(axis=2) / np.linalg.norm(way, axis=2), 0.0)
             lit[...] = paint * (lamp.irradiance * cosine)[..., None]
+
+
+def _picture(path: Path, x_m: Array, z_m: Array) -> Array:
+    """Linear reflectance (h, w, 3), red green blue, of a picture on the wall; mirrored on beyond its edges."""
+    picture = cv2.imread(str(path), cv2.IMREAD_COLOR_RGB)
+    if picture is None:
+        raise InputError(str(path), "no picture that can be read", remedy="give a PNG or JPEG file")
+    height, width = picture.shape[:2]
+    per_m = width / WALL_IMAGE_M
+    columns, rows = (width - 1) / 2 + per_m * x_m, (height - 1) / 2 - per_m * z_m
+    shown = cv2.remap(
+        picture, columns.astype(np.float32), rows.astype(np.float32), cv2.INTER_AREA, borderMode=cv2.BORDER_REFLECT
+    )
+    return np.asarray((shown / 255.0) ** GAMMA)

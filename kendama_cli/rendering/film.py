@@ -97,10 +97,14 @@ class FilmMaker:
         light = LightingSettings(ambient=_AMBIENT, lamps=lamps, wall_glow=0.0, flicker_hz=0.0, flicker_depth=0.0)
         look = AppearanceSettings(
             ball_rgb=_linear(BALL_RGB),
+            ball_pattern="plain",
+            ball_second_rgb=_UNSEEN,
+            ball_spin_hz=0.0,
             cup_rgb=_linear(CUP_RGB),
             arm_rgb=_UNSEEN,
             rope_rgb=_ROPE_RGB,
             wall_rgb=_UNSEEN,
+            wall_image=None,
             table_rgb=_UNSEEN,
             rope_radius_m=0.0025,
             arm_radius_m=0.05,
@@ -125,7 +129,7 @@ class FilmMaker:
         moving = self._sampler.moving(self._scene, t_s - half_s, t_s + half_s)
         last = len(moving.ball_m) - 1
         rows = np.full(HEIGHT_PX, last / 2)
-        light = self._raycaster.render(Shot(moving, rows, float(last), np.ones(HEIGHT_PX)), self._whole)
+        light = self._raycaster.render(Shot(t_s, moving, rows, float(last), np.ones(HEIGHT_PX)), self._whole)
         level = np.minimum((np.clip(light, 0.0, 1.0) * (len(_SRGB) - 1) + 0.5).astype(np.int32), len(_SRGB) - 1)
         picture = np.ascontiguousarray(_SRGB[level][..., ::-1])
         words = self._motion.label + ("" if speed > 0.99 else f"   1/{1 / speed:.0f} speed")

@@ -18,6 +18,12 @@ Array = Any
 
 TILE = 16
 SMOOTH = 0
+TWO_TONE, STRIPED, WOODEN = 1, 2, 3
+"""Patterns of a ball; 0 is one colour."""
+BALL_OWNER, SECOND_OWNER = -2, -5
+"""Owners of samples on the ball's first and second colour."""
+BAND, RINGS, WAVES = 0.25, 14.0, 5.0
+"""Half width of a band over the ball's radius; rings of grain across a ball of radius 1, and how they wave."""
 WEYL, MIX_A, MIX_B = np.uint64(0x9E3779B97F4A7C15), np.uint64(0xBF58476D1CE4E5B9), np.uint64(0x94D049BB133111EB)
 """splitmix64's constants (Steele, Lea, Flood 2014)."""
 BYTES_MEAN, BYTES_SIGMA = 8 * 127.5, math.sqrt(8 * (256**2 - 1) / 12)
@@ -142,13 +148,34 @@ def add_light(free: Array, strength: Array, cosine: Array, brightness: float, ir
 
 
 @compiled
+def paint_ball(owner: Array, normal: Array, turn: Array, pattern: int) -> None:
+    """Give samples on the ball's second colour their own owner; ``turn`` (3, 3) has the ball's axes as columns."""
+    for n in range(len(owner)):
+        if owner[n] != BALL_OWNER:
+            continue
+        x = y = z = 0.0
+        for i in range(3):
+            x += turn[i, 0] * normal[n, i]
+            y += turn[i, 1] * normal[n, i]
+            z += turn[i, 2] * normal[n, i]
+        if pattern == TWO_TONE:
+            second = z < 0.0
+        elif pattern == STRIPED:
+            second = abs(z) < BAND
+        else:
+            second = math.sin(RINGS * x + math.sin(WAVES * y)) > 0.5
+        if second:
+            owner[n] = SECOND_OWNER
+
+
+@compiled
 def collect(
     pixel: Array, weight: Array, owner: Array, irradiance: Array, paints: Array, level: Array, region: Array,
     image: Array,
 ) -> None:  # fmt: skip
     """Put the samples' light into ``image`` (h, w, 3) of ``region``, which holds the background's light at first.
 
-    ``paints`` are the reflectances: of the parts by number, then, from the end, rope, cup and ball.
+    ``paints`` are the reflectances: of the parts by number, then the ball's second colour, rope, cup and ball.
     """
     width = level.shape[1]
     last = -1

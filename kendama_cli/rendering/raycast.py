@@ -9,8 +9,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from kendama_cli.motion.rotation_matrix import exp_of
 from kendama_cli.rendering import kernel_light, kernel_rays, kernel_shapes
-from kendama_cli.rendering.background import Background
+from kendama_cli.rendering.background import Background, background
 from kendama_cli.rendering.floor import Floor
 from kendama_cli.rendering.kernel_shapes import BALL, CUP, PIECES, ROPE, Sizes
 from kendama_cli.rendering.moving import Moving, Part
@@ -26,6 +27,8 @@ MOMENTS = np.array([[15, 2, 1, 12], [4, 9, 10, 7], [8, 5, 6, 11], [3, 14, 13, 0]
 """Order in time of a pixel's 4 x 4 samples: Duerer's magic square, so that time correlates with neither direction."""
 ORDER = np.array([1, 0, 2, 3, 7, 4, 5, 6, 8, 9, 10, 11, 14, 12, 13, 15])
 """The samples as a kernel counts them: every fourth alone is one of each row, column and quarter of the exposure."""
+SPIN_AXIS = np.array([0.48, 0.6, 0.64])
+"""A patterned ball turns about this, which is oblique to all axes of the world."""
 LIFT_M = 1e-4
 """Shadow rays start this far above a mesh: single precision knows a link's surface to some micrometres."""
 
@@ -35,9 +38,11 @@ class Shot:
     """What one frame is taken of: the bodies, when each row is exposed, and how strong the lamps are then.
 
     ``row_tau`` (h,) is each row's mid-exposure in [0, k - 1] of the k moments of ``moving``, ``spread_tau`` the
-    exposure on that scale, ``strength`` (h,) the lamps' mean strength over each row's exposure.
+    exposure on that scale, ``strength`` (h,) the lamps' mean strength over each row's exposure. A patterned ball has
+    turned since time 0 until ``t_s``.
     """
 
+    t_s: float
     moving: Moving
     row_tau: Array
     spread_tau: float
@@ -81,8 +86,11 @@ class Raycaster:
     ) -> None:
         self._model, self._appearance, self._ambient = model, appearance, lighting.ambient
         self._origin = np.array(model.position_in_world_m, dtype=np.float64)
-        self._background = Background(model, appearance, lighting) if behind is None else behind
-        self._tiles = Tiles(self._background.rays, self._background.points, self._origin)
+        self._background: Background | Floor
+        if behind is None:
+            self._background, self._tiles = background(model, appearance, lighting)
+        else:
+            self._background, self._tiles = behind, Tiles(behind.rays, behind.points, self._origin)
         self._tracer = Tracer(self._tiles, model.height_px, model.width_px)
         self._lamps = [(np.array(lamp.position_m, dtype=np.float64), lamp.irradiance) for lamp in lighting.lamps]
         cup = game.cup
@@ -91,6 +99,8 @@ class Raycaster:
         place = np.column_stack([ORDER % 4 - 1.5, ORDER // 4 - 1.5]) / 4
         self._pattern = np.column_stack([place, (MOMENTS.ravel()[ORDER] + 0.5) / 16 - 0.5])
         size = (model.height_px, model.width_px)
+        self._spin = 2 * np.pi * appearance.ball_spin_hz * SPIN_AXIS
+        self._pattern_of_ball = ("plain", "two_tone", "striped", "wooden").index(appearance.ball_pattern)
         self._level, self._bits = np.zeros(size, dtype=np.int8), np.zeros(size, dtype=np.int64)
         self._owner, self._triangle = np.empty(size, dtype=np.int32), np.empty(size, dtype=np.int32)
         self._depth, self._free = np.empty(size), np.ones((len(self._lamps), *size), dtype=np.uint8)
@@ -101,12 +111,15 @@ class Raycaster:
         grown = Region(region.left - blur, region.top - blur, region.right + blur, region.bottom + blur)
         self._look(shot, grown.within(whole(self._model.width_px, self._model.height_px)), blur)
         samples = self._samples(shot, _corners(region))
-        irradiance = self._irradiance(shot, samples)
+        irradiance, normals = self._irradiance(shot, samples)
         self._darken_background(shot.moving, shot.row_tau, region)
         light = np.empty((region.bottom - region.top, region.right - region.left, 3))
         background, look, corners = self._background, self._appearance, _corners(region)
         kernel_light.background_light(corners, background.unlit, background.lit, self._free, shot.strength, light)
-        paints = [*(part.surface.rgb for part in shot.moving.parts), look.rope_rgb, look.cup_rgb, look.ball_rgb]
+        if self._pattern_of_ball:
+            kernel_light.paint_ball(samples.owner, normals, exp_of(shot.t_s * self._spin), self._pattern_of_ball)
+        paints = [*(part.surface.rgb for part in shot.moving.parts), look.ball_second_rgb]
+        paints += [look.rope_rgb, look.cup_rgb, look.ball_rgb]
         kernel_light.collect(
             samples.pixel, samples.weight, samples.owner, irradiance, np.array(paints), self._level, corners, light
         )
@@ -160,8 +173,8 @@ class Raycaster:
         self._tracer.trace(shot.moving.parts, self._origin, made.direction, tau=made.tau, wanted=made.fresh, met=met)
         return made
 
-    def _irradiance(self, shot: Shot, samples: _Samples) -> Array:
-        """Light (n,) on what each sample meets."""
+    def _irradiance(self, shot: Shot, samples: _Samples) -> tuple[Array, Array]:
+        """Light (n,) on what each sample meets, and the normal (n, 3) there."""
         moving, sizes, owner, tau = shot.moving, self._sizes, samples.owner, samples.tau
         normals, starts = np.empty((len(tau), 3)), np.empty((len(tau), 3))
         kernel_shapes.meet(
@@ -178,7 +191,7 @@ class Raycaster:
             kernel_shapes.shade(starts, lamp, tau, moving.ball_m, moving.cup_m, moving.cup_rotation, sizes, owner, free)
             self._tracer.darken(moving.parts, starts, lamp, tau=tau, owner=owner, free=free)
             kernel_light.add_light(free, strength, cosine, brightness, irradiance)
-        return irradiance
+        return irradiance, normals
 
     def _darken_background(self, moving: Moving, row_tau: Array, region: Region) -> None:
         """Which points of the background each lamp reaches."""

@@ -84,6 +84,17 @@ class SensorSettings:
     full_well_e: float = setting("electrons at full scale; shot noise follows", above=0)
     read_noise_e: float = setting("read noise rms [electrons]", at_least=0)
     gamma: float = setting("encoding exponent: value = light^(1/gamma)", at_least=1, at_most=3)
+    focus_sigma_px: float = setting(
+        "standard deviation of the blur that a lens out of focus adds [px]", at_least=0, at_most=5
+    )
+    gain_drift: float = setting(
+        "amplitude over the mean of the gain's slow drift, as of automatic exposure", at_least=0, at_most=0.9
+    )
+    gain_drift_hz: float = setting("its frequency [Hz]", at_least=0, at_most=10)
+    encoding: Literal["raw", "yuv420", "jpeg"] = setting(
+        "what the camera sends; yuv420 and jpeg halve the colours' resolution"
+    )
+    jpeg_quality: int = setting("quality of encoding=jpeg", at_least=10, at_most=100)
 
     @property
     def rows_s(self) -> float:
@@ -101,10 +112,16 @@ class AppearanceSettings:
     """What the virtual camera paints; reflectances are linear red, green, blue in 0..1."""
 
     ball_rgb: Triple = setting("reflectance of the ball", at_least=0, at_most=1)
+    ball_pattern: Literal["plain", "two_tone", "striped", "wooden"] = setting(
+        "how the ball is painted: one colour, two halves, a band about its middle, or rings as of grain"
+    )
+    ball_second_rgb: Triple = setting("reflectance of the ball's other colour", at_least=0, at_most=1)
+    ball_spin_hz: float = setting("turns per second of a patterned ball", at_least=0, at_most=20)
     cup_rgb: Triple = setting("reflectance of the cup", at_least=0, at_most=1)
     arm_rgb: Triple = setting("reflectance of the arm", at_least=0, at_most=1)
     rope_rgb: Triple = setting("reflectance of the rope", at_least=0, at_most=1)
     wall_rgb: Triple = setting("reflectance of the wall behind the scene", at_least=0, at_most=1)
+    wall_image: str | None = setting("picture on the wall instead, 3 m wide about x = 0, z = 0, or null", file=True)
     table_rgb: Triple = setting("reflectance of the table", at_least=0, at_most=1)
     rope_radius_m: float = setting("radius of the rope [m]", above=0)
     arm_radius_m: float = setting("radius of the arm's links [m]", above=0)

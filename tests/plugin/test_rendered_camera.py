@@ -5,11 +5,11 @@ from __future__ import annotations
 import json
 import os
 import subprocess
-import sys
 from pathlib import Path
 
 import pytest
 
+from tests import warm_command
 from tests.documented_package import declare_installed
 
 DECLARED = """
@@ -110,20 +110,18 @@ def studio(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
+def environment(folder: Path) -> dict[str, str]:
+    return {**os.environ, "PYTHONPATH": str(folder), "PYTHONDONTWRITEBYTECODE": "1"}
+
+
 def kendama(folder: Path, *words: str) -> subprocess.CompletedProcess[str]:
-    environment = {**os.environ, "PYTHONPATH": str(folder), "PYTHONDONTWRITEBYTECODE": "1"}
-    command = [sys.executable, "-m", "kendama_cli.cli.main", *words]
-    return subprocess.run(
-        command, cwd=folder, env=environment, capture_output=True, text=True, timeout=240, check=False
-    )
+    return warm_command.kendama(words, folder, environment(folder), 240, libraries=True)
 
 
 def test_it_conforms(studio: Path) -> None:
-    environment = {**os.environ, "PYTHONPATH": str(studio), "PYTHONDONTWRITEBYTECODE": "1"}
-    plain = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "-p", "no:xdist"]
+    plain = ["-m", "pytest", "-q", "-p", "no:cacheprovider", "-p", "no:xdist"]
     suite = ["-p", "kendama_cli.conformance", "--pyargs", "kendama_cli.devices.camera.conformance"]
-    words = [*plain, *suite, "--override", "camera=sketch"]
-    done = subprocess.run(words, cwd=studio, env=environment, capture_output=True, text=True, timeout=240, check=False)
+    done = warm_command.python([*plain, *suite, "--override", "camera=sketch"], studio, environment(studio), 240)
     assert done.returncode == 0, done.stdout + done.stderr
 
 

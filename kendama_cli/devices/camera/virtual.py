@@ -4,24 +4,23 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from functools import partial
 
 import numpy as np
 
 from kendama_cli.devices.camera.interface import Frame, SceneSource, StaleFrame, too_old
 from kendama_cli.errors import ConfigError
-from kendama_cli.rendering import kernel_light
 from kendama_cli.rendering.mesh import LinkMesh
 from kendama_cli.rendering.moving import SceneSampler
 from kendama_cli.rendering.raycast import Raycaster, Shot
 from kendama_cli.rendering.scene import Scene
+from kendama_cli.rendering.sensor import Sensor
 from kendama_cli.schema.arrays import Array
 from kendama_cli.settings.camera import LightingSettings, VirtualCamera
 from kendama_cli.settings.game import GameSettings
 from kendama_cli.vision.camera_model import CameraModel
 from kendama_cli.vision.region import Region, whole
 
-CODES = 2**16
-"""Steps of the sensor's converter, before gamma makes 8 bits of them."""
 FRAME_STEP = 0xD1342543DE82EF95
 """Odd, so that no two frames of one camera share a key for their noise."""
 
@@ -73,8 +72,7 @@ class VirtualCameraBlock:
         self._raycaster = Raycaster(model, settings.appearance, lighting, game)
         sensor = settings.sensor
         self._row_s, self._busy_s = sensor.rows_s / model.height_px, sensor.busy_s
-        codes = np.linspace(0.0, 1.0, CODES) ** (1 / sensor.gamma) * 255
-        self._levels = np.rint(codes).astype(np.uint8)
+        self._sensor = Sensor(sensor)
         self._offset_s = offset_s
         self._region: Region | None = None
         self._scene, self._clock, self._rng = scene, clock, rng
@@ -121,13 +119,8 @@ class VirtualCameraBlock:
             region = Region(0, 0, 1, 1)
         if self._key is None:  # drawn late, so that a stream restored after opening is the one that counts
             self._key = int(self._rng.integers(2**63))
-        light = self._raycaster.render(self._shot(t_s), region)
-        pixels = np.empty(light.shape, dtype=np.uint8)
-        sensor, key = self._settings.sensor, np.uint64((self._key + number * FRAME_STEP) % 2**64)
-        kernel_light.digitise(
-            light, region.left, region.top, self.model.width_px, key, sensor.gain, sensor.full_well_e,
-            sensor.read_noise_e, self._levels, pixels,
-        )  # fmt: skip
+        key = np.uint64((self._key + number * FRAME_STEP) % 2**64)
+        pixels = self._sensor.image(partial(self._raycaster.render, self._shot(t_s)), region, image, t_s=t_s, key=key)
         return Frame(t_s, pixels, (region.left, region.top), row_s=self._row_s)
 
     def _shot(self, t_s: float) -> Shot:
@@ -138,7 +131,7 @@ class VirtualCameraBlock:
         rows = np.arange(self.model.height_px, dtype=np.float64) - (self.model.height_px - 1) / 2
         row_tau = (0.5 + rows * self._row_s / self._busy_s) * moments
         strength = _flicker(self._lighting, t_s + rows * self._row_s, exposure_s)
-        return Shot(moving, row_tau, exposure_s / self._busy_s * moments, strength)
+        return Shot(t_s, moving, row_tau, exposure_s / self._busy_s * moments, strength)
 
 
 def _flicker(lighting: LightingSettings, t_s: Array, exposure_s: float) -> Array:
