@@ -10,12 +10,14 @@ from numpy.typing import ArrayLike, NDArray
 
 from kendama_cli.schema.arrays import Array
 from kendama_cli.vision.camera_model import CameraModel
-from kendama_cli.vision.interface import Detector, SearchHint, Sighting
+from kendama_cli.vision.interface import BackgroundDetector, Detector, Image, SearchHint, Sighting
 from kendama_cli.vision.region import Region, around, whole
 
 MARGIN_PX = 10.0
 LOST_FRAMES = 5
 """After so many frames without the ball the whole image is searched again."""
+BACKGROUND_IMAGES = (1, 7)
+"""A background is taken from the first whole image, and better from so many: by then the ball has moved on."""
 
 
 @dataclass
@@ -32,20 +34,28 @@ class _ImageTrack:
 class BallSearch:
     """Searches the ball in one image after the other, about the place where it should be by now.
 
-    ``ball_m`` gives the ball's place (3,) at a time, None where none is known well enough to search by.
+    Each camera has a detector of its own, by ``make_detector``; one that must know the background is given the flight's
+    first images, whole. ``ball_m`` gives the ball's place (3,) at a time, None where none is known well enough to
+    search by.
     """
 
     def __init__(
-        self, cameras: Mapping[str, CameraModel], detector: Detector, ball_m: Callable[[float], Array | None]
+        self,
+        cameras: Mapping[str, CameraModel],
+        make_detector: Callable[[], Detector],
+        ball_m: Callable[[float], Array | None],
     ) -> None:
         self._cameras = cameras
-        self._detector = detector
+        self._detectors = {name: make_detector() for name in cameras}
         self._ball_m = ball_m
         self.reset()
 
     def reset(self) -> None:
         """Begin a new flight."""
         self._expected: dict[str, Region] = {}
+        self._behind: dict[str, list[Image]] = {
+            name: [] for name, one in self._detectors.items() if isinstance(one, BackgroundDetector)
+        }
         self.forget()
 
     def forget(self) -> None:
@@ -63,6 +73,8 @@ class BallSearch:
         """Where to search the ball at ``t_s``: about its predicted place; the whole image when it was lost."""
         model = self._cameras[camera]
         image = whole(model.width_px, model.height_px)
+        if camera in self._behind and len(self._behind[camera]) < BACKGROUND_IMAGES[-1]:
+            return image
         track = self._tracks.get(camera)
         if track is None and camera in self._expected:
             box = self._expected[camera].within(image)
@@ -80,7 +92,8 @@ class BallSearch:
         hint = None
         if track is not None and followed:
             hint = SearchHint(self._centre_px(self._cameras[camera], track, t_s), track.radius_px)
-        sighting = next(self._detector.candidates(pixels, origin_px, hint), None)
+        self._learn(camera, pixels)
+        sighting = next(self._detectors[camera].candidates(pixels, origin_px, hint), None)
         self._expected.pop(camera, None)
         if sighting is None:
             if track is not None:
@@ -91,6 +104,18 @@ class BallSearch:
             speed = (sighting.centre_px - track.centre_px) / (t_s - track.t_s)
         self._tracks[camera] = _ImageTrack(t_s, sighting.centre_px, speed, sighting.radius_px, 0)
         return sighting
+
+    def _learn(self, camera: str, pixels: Image) -> None:
+        """Show the detector the background, where it must know it and ``pixels`` are a whole image."""
+        detector, model, images = self._detectors[camera], self._cameras[camera], self._behind.get(camera, [])
+        if (
+            isinstance(detector, BackgroundDetector)
+            and len(images) < BACKGROUND_IMAGES[-1]
+            and pixels.shape[:2] == (model.height_px, model.width_px)
+        ):
+            images.append(pixels)
+            if len(images) in BACKGROUND_IMAGES:
+                detector.learn(images)
 
     def _centre_px(self, model: CameraModel, track: _ImageTrack, t_s: float) -> Array:
         """Where the ball should be in the image: by its known place where there is one, else as it moved last."""

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -45,3 +45,11 @@ class Detector(Protocol):
         ``origin_px`` is the column and row of ``pixels[0, 0]`` in the whole image, in which centres and ``hint`` count.
         Candidates are computed as they are asked for.
         """
+
+
+@runtime_checkable
+class BackgroundDetector(Detector, Protocol):
+    """A detector that must know what its camera sees behind the ball; it serves one camera alone."""
+
+    def learn(self, images: Sequence[Image]) -> None:
+        """Take the background from whole images (h, w, 3) of one camera."""

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kendama_cli.errors import StageError
+from kendama_cli.vision.circle_fit import CircleFit, Disc, outermost, through_contrast
 from kendama_cli.vision.interface import Image, SearchHint, Sighting
 from kendama_cli.vision.settings import MotionDetectorSettings
 
@@ -19,6 +20,8 @@ MAD_SIGMA = 1.4826
 """Standard deviation of a Gaussian over its median absolute deviation."""
 STRING_PART = 0.35
 """What is thinner than this part of the ball's diameter is the string: it is opened away."""
+GAP_PART = 0.3
+"""Between two colours of a ball lies a line of the background's own brightness, up to twice this part of its radius."""
 SHAKE_SCALE = 0.5
 LESS = 0.9
 """A shake is believed where it leaves less than this part of the difference."""
@@ -28,6 +31,16 @@ SIZE_OCTAVES = 0.35
 """Balls of one film differ from their usual radius by about this many octaves: distance, blur, shadow."""
 SIGMA_PART = 0.1
 """Standard deviation of a blob's centre, in radii: light and shadow are not the same on all its rim."""
+OUTLINE, OUTLINE_SIGMA_PX = 0.5, 0.1
+"""Part of the difference's outline that must fit one circle, and the least standard deviation that it gives."""
+MOVED_PART, SIZED = 0.7, 1.6
+"""A circle whose centre is farther from the blob's, in radii, or whose radius differs by more, is another thing's."""
+
+PAINTED_PART, UNROUND_PART = 0.2, 0.6
+"""Standard deviation of a centre, in radii, for each part of the circle that is missing, of the blob that is not round:
+measured on rendered balls of two colours, striped and wooden."""
+MORE = 0.1
+"""An outline that is painted over is told by so much more of it that fits the circle of the outermost edge."""
 
 
 @dataclass(frozen=True)
@@ -38,12 +51,16 @@ class _Blob:
     radius_px: float
     roundness: float
     """its area over that of the circle about it, 0..1"""
+    least: float
+    """difference from which on something is there"""
     new: float
     """part of its rim's contrast that this image has rather than the background, 0..1"""
 
 
 class MotionDetector:
     """Blobs that differ from a median background, the string opened away; no colour and no teaching.
+
+    A blob's centre and radius are the circle's through its outline, where that has one.
 
     ``learn`` must have seen the camera's images first: the median of some of them over time is the background, and what
     is round and moves in them says how large the ball is. The score is roundness times how alike its size is to that,
@@ -53,6 +70,9 @@ class MotionDetector:
 
     def __init__(self, settings: MotionDetectorSettings) -> None:
         self._settings = settings
+        self._fit = CircleFit(
+            min_radius_px=settings.min_radius_px, min_outline=OUTLINE, sigma_floor_px=OUTLINE_SIGMA_PX
+        )
         self._background: Image | None = None
         self._usual_px: float | None = None
 
@@ -67,7 +87,7 @@ class MotionDetector:
         weighed = [
             (blob.roundness * blob.new, np.log2(blob.radius_px))
             for i in chosen
-            for blob in self._blobs(images[i], (0, 0), self._settings.min_radius_px)
+            for blob in self._blobs(*self._difference(images[i], (0, 0)), self._settings.min_radius_px)
             if blob.roundness > 0.6 and blob.new > 0.5
         ]
         if weighed:
@@ -82,45 +102,70 @@ class MotionDetector:
         """See Detector: the highest score first, or the nearest to ``hint``; raises StageError before ``learn``."""
         if self._background is None:
             raise StageError(
-                "the detector 'motion' has seen no background: it works on films ('kendama camera track') and folders "
-                "('kendama camera detect'); for stages choose predict/detector=colour or taught"
+                "the detector 'motion' has seen no background: it works on films ('kendama camera track'), folders "
+                "('kendama camera detect') and in stages, not on single images"
             )
         usual = self._usual_px if hint is None else hint.radius_px
-        found = []
-        for blob in self._blobs(pixels, origin_px, usual or self._settings.min_radius_px):
-            size = 1.0 if usual is None else float(np.exp(-((np.log2(blob.radius_px / usual) / SIZE_OCTAVES) ** 2) / 2))
-            covariance = np.eye(2) * (SIGMA_PART * blob.radius_px) ** 2
-            score = float(np.clip(blob.roundness * blob.new * size, 0.0, 1.0))
-            found.append(Sighting(blob.centre_px + origin_px, covariance, blob.radius_px, score))
+        difference, shown, background = self._difference(pixels, origin_px)
+        found = self._blobs(difference, shown, background, usual or self._settings.min_radius_px)
+        scores = [blob.roundness * blob.new * _alike(blob.radius_px, usual) for blob in found]
         if hint is None:
-            found.sort(key=lambda one: -one.score)
+            order = np.argsort([-score for score in scores], kind="stable")
         else:
-            found.sort(key=lambda one: float(np.hypot(*(one.centre_px - hint.centre_px))))
-        yield from found[: self._settings.candidates]
+            expected = np.asarray(hint.centre_px) - origin_px
+            order = np.argsort([np.hypot(*(blob.centre_px - expected)) for blob in found], kind="stable")
+        for number in order[: self._settings.candidates]:
+            centre, covariance, radius = self._outlined(difference, found[number])
+            yield Sighting(centre + origin_px, covariance, radius, float(np.clip(scores[number], 0.0, 1.0)))
 
-    def _blobs(self, pixels: Image, origin_px: tuple[int, int], radius_px: float) -> list[_Blob]:
-        """What differs from the background, in the coordinates of ``pixels``."""
+    def _outlined(self, difference: Image, blob: _Blob) -> tuple[NDArray[np.float64], NDArray[np.float64], float]:
+        """Centre, covariance and radius of the circle about a blob, where its outline has one; else the blob's own.
+
+        What differs from the background is the whole ball, however it is painted; only where a part of it looks like
+        the background the blob's centre is off, and the outline of the rest still has the ball's circle.
+        """
+        disc, best = Disc(blob.centre_px, blob.radius_px), None
+        for outline in (through_contrast, outermost(blob.least)):
+            circle = self._fit.circle(difference, disc, outline)
+            if circle is not None and (best is None or circle.score > best.score + MORE) and _is_of(circle, blob):
+                best = circle
+        if best is not None:
+            spread_px = PAINTED_PART * (1 - best.score) * best.radius_px
+            return best.centre_px, best.covariance_px2 + np.eye(2) * spread_px**2, best.radius_px
+        spread_px = (SIGMA_PART + UNROUND_PART * (1 - blob.roundness)) * blob.radius_px
+        return blob.centre_px, np.eye(2) * spread_px**2, blob.radius_px
+
+    def _difference(self, pixels: Image, origin_px: tuple[int, int]) -> tuple[Image, Image, Image]:
+        """How ``pixels`` differ from the background (h, w, 3), the two themselves; no pixels where they do not meet."""
         assert self._background is not None
         height, width = pixels.shape[:2]
         left, top = origin_px
         background = self._without_shake(pixels, self._background[top : top + height, left : left + width])
         if background.shape != pixels.shape:
+            return pixels[:0], pixels[:0], background[:0]
+        return np.asarray(cv2.absdiff(pixels, background), dtype=np.uint8), pixels, background
+
+    def _blobs(self, difference: Image, pixels: Image, background: Image, radius_px: float) -> list[_Blob]:
+        """What differs from the background, in the coordinates of ``pixels``."""
+        if difference.size == 0:
             return []
-        blue, green, red = cv2.split(cv2.absdiff(pixels, background))
+        blue, green, red = cv2.split(difference)
         change = np.asarray(cv2.max(cv2.max(blue, green), red), dtype=np.uint8)
         counts = np.bincount(change.ravel(), minlength=256)
         middle = _median(counts)
         noise = MAD_SIGMA * _median(np.bincount(np.abs(np.arange(256) - middle), weights=counts, minlength=256))
         least = max(self._settings.contrast_min, middle + NOISE_SIGMAS * noise)
         mask = (change > least).astype(np.uint8)
+        gap = 2 * round(GAP_PART * radius_px) + 1
+        closed = cv2.morphologyEx(mask, cv2.MORPH_CLOSE, cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (gap, gap)))
         side = max(3, 2 * round(STRING_PART * radius_px) + 1)
         mask = np.asarray(
-            cv2.morphologyEx(mask, cv2.MORPH_OPEN, cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (side, side)))
+            cv2.morphologyEx(closed, cv2.MORPH_OPEN, cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (side, side)))
         )
         contours, _ = cv2.findContours(mask, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
         made = []
         for contour in contours:
-            blob = _blob(np.asarray(contour, dtype=np.int32), change, pixels, background)
+            blob = _blob(np.asarray(contour, dtype=np.int32), least, change, pixels, background)
             if blob is not None and self._settings.min_radius_px <= blob.radius_px <= self._settings.max_radius_px:
                 made.append(blob)
         return made
@@ -158,7 +203,7 @@ def _slope(pixels: Image) -> NDArray[np.float32]:
     return np.asarray(np.hypot(cv2.Sobel(grey, cv2.CV_32F, 1, 0), cv2.Sobel(grey, cv2.CV_32F, 0, 1)), dtype=np.float32)
 
 
-def _blob(contour: NDArray[np.int32], change: Image, pixels: Image, background: Image) -> _Blob | None:
+def _blob(contour: NDArray[np.int32], least: float, change: Image, pixels: Image, background: Image) -> _Blob | None:
     if len(contour) < 6 or float(cv2.contourArea(contour)) < 4:
         return None
     left, top, width, height = cv2.boundingRect(contour)
@@ -178,4 +223,16 @@ def _blob(contour: NDArray[np.int32], change: Image, pixels: Image, background: 
     here, before = (float(_slope(np.ascontiguousarray(one[box]))[rows, columns].sum()) for one in (pixels, background))
     new = here / (here + before) if here + before > 0 else 0.0
     roundness = area / (np.pi * (enclosing + 0.5) ** 2)
-    return _Blob(np.array([u, v]), float(np.sqrt(area / np.pi)), float(min(roundness, 1.0)), new)
+    return _Blob(np.array([u, v]), float(np.sqrt(area / np.pi)), float(min(roundness, 1.0)), least, new)
+
+
+def _alike(radius_px: float, usual_px: float | None) -> float:
+    """How well a radius fits the usual one, 0..1; 1 where none is known."""
+    return 1.0 if usual_px is None else float(np.exp(-((np.log2(radius_px / usual_px) / SIZE_OCTAVES) ** 2) / 2))
+
+
+def _is_of(circle: Sighting, blob: _Blob) -> bool:
+    """Whether a circle is about the blob, and of its size."""
+    moved = float(np.hypot(*(circle.centre_px - blob.centre_px)))
+    sized = max(circle.radius_px / blob.radius_px, blob.radius_px / circle.radius_px)
+    return moved < MOVED_PART * blob.radius_px and sized < SIZED

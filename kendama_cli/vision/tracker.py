@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -39,14 +39,14 @@ class BallTracker:
     def __init__(
         self,
         cameras: Sequence[CameraModel],
-        detector: Detector,
+        make_detector: Callable[[], Detector],
         estimator: CatchPoseEstimator,
         onset: FreeFlightOnset | None = None,
     ) -> None:
         self.cameras = {camera.name: camera for camera in cameras}
         self.estimator = estimator
         self.onset = onset
-        self.search = BallSearch(self.cameras, detector, self._trusted_m)
+        self.search = BallSearch(self.cameras, make_detector, self._trusted_m)
         self.reset()
 
     def reset(self) -> None:

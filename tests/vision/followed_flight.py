@@ -33,7 +33,7 @@ def tracker(onset=True, detector=None):
     drag_per_s, drag_per_m = game().drag_per_mass
     estimator = CatchPoseEstimator(game().gravity_m_s2, drag_per_s, game().cup.rim_m, drag_per_m=drag_per_m)
     test = FreeFlightOnset(predict().onset, estimator.flight) if onset else None
-    return BallTracker(CAMERAS, detector or Script(), estimator, test)
+    return BallTracker(CAMERAS, lambda: detector or Script(), estimator, test)
 
 
 def shown(ball_m, rng, cameras=CAMERAS):

@@ -5,6 +5,7 @@ import pytest
 
 from kendama_cli.errors import StageError
 from kendama_cli.vision.ball_film import film_track
+from kendama_cli.vision.interface import SearchHint
 from kendama_cli.vision.motion_detector import MotionDetector
 from kendama_cli.vision.settings import MotionDetectorSettings
 from tests.vision.ball_films import RATE_HZ, pendulum, textured
@@ -70,3 +71,26 @@ def test_a_part_of_the_image_gives_the_whole_images_coordinates():
     part = np.ascontiguousarray(frame[max(top, 0) : top + 80, max(left, 0) : left + 80])
     found = next(detector.candidates(part, (max(left, 0), max(top, 0))))
     assert np.hypot(*(found.centre_px - truth[10])) < 1.5
+
+
+@pytest.mark.parametrize(
+    ("other", "most_px"), [((20, 20, 20), 0.15), ((235, 235, 235), 0.6)], ids=["one colour", "two halves"]
+)
+def test_the_centre_is_the_whole_balls_also_where_its_halves_differ(other, most_px):
+    """Before a grey wall the difference of a white half is half that of a black one; 20 places each, seed 10010."""
+    rng = np.random.default_rng(10010)
+    wall, radius_px = np.full((120, 160, 3), 150, dtype=np.uint8), 8.0
+    detector = MotionDetector(SETTINGS)
+    detector.learn([wall])
+    for _ in range(20):
+        centre, turn = rng.uniform(40, 80, 2), rng.uniform(0, 2 * np.pi)
+        v, u = np.indices((960, 1280)) / 8.0 - 0.4375  # 8 x 8 samples a pixel
+        inside = np.hypot(u - centre[0], v - centre[1]) < radius_px
+        half = (u - centre[0]) * np.cos(turn) + (v - centre[1]) * np.sin(turn) > 0
+        fine = np.full((960, 1280, 3), 150.0)
+        fine[inside & half], fine[inside & ~half] = (20, 20, 20), other
+        pixels = fine.reshape(120, 8, 160, 8, 3).mean(axis=(1, 3)) + rng.normal(0, 2, wall.shape)
+        hint = SearchHint(centre + rng.normal(0, 2, 2), radius_px)
+        found = next(detector.candidates(np.clip(pixels, 0, 255).astype(np.uint8), (0, 0), hint))
+        assert np.hypot(*(found.centre_px - centre)) < most_px
+        assert found.radius_px == pytest.approx(radius_px, abs=0.8)

@@ -105,7 +105,7 @@ def test_sphere_centre_is_where_the_middle_of_the_sphere_projects():
 def test_the_search_hints_the_detector_where_the_ball_should_be():
     """So that of two balls in the region the right one is taken."""
     detector = Script()
-    made = BallTracker(CAMERAS, detector, CatchPoseEstimator(9.81, 0.0, 0.07))
+    made = BallTracker(CAMERAS, lambda: detector, CatchPoseEstimator(9.81, 0.0, 0.07))
     for step in range(3):
         detector.answer = sighting([200.0 + 5 * step, 200.0])
         made.search.detect("left", 0.01 * step, BLACK, (0, 0))
@@ -128,3 +128,28 @@ def test_a_rope_that_was_slack_for_a_moment_only_is_noticed():
     first = found.index(True)
     assert not all(found[first : first + 48])
     assert np.mean(predicted) < 0.5
+
+
+def test_a_detector_that_must_know_the_background_is_given_a_flights_first_images_whole():
+    class Learner(Script):
+        def __init__(self):
+            super().__init__()
+            self.learned = []
+
+        def learn(self, images):
+            self.learned.append(len(images))
+
+    made = [Learner() for _ in CAMERAS]
+    left = iter(made)
+    follower = BallTracker(CAMERAS, lambda: next(left), CatchPoseEstimator(9.81, 0.0, 0.07))
+    whole_image = np.zeros((480, 640, 3), dtype=np.uint8)
+    for step in range(9):
+        asked = follower.search.region("left", 0.01 * step)
+        assert (asked == Region(0, 0, 640, 480)) == (step < 7)
+        made[0].answer = sighting([200.0 + 5 * step, 200.0])
+        follower.search.detect("left", 0.01 * step, whole_image, (0, 0))
+    assert made[0].learned == [1, 7]
+    assert made[1].learned == [], "each camera has a detector of its own"
+    follower.reset()
+    follower.search.detect("left", 1.0, whole_image, (0, 0))
+    assert made[0].learned == [1, 7, 1], "a new flight has a background of its own"

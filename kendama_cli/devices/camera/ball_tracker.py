@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import partial
 
 from kendama_cli.schema.arrays import Array
 from kendama_cli.settings.game import GameSettings
@@ -37,4 +38,4 @@ def ball_tracker(
     gravity_m_s2 = tilted_gravity(settings.gravity.scale * game.gravity_m_s2, settings.gravity.tilt_rad)
     estimator = catch_pose_estimator(settings.motion, game, rim_height_m, gravity_m_s2)
     test = FreeFlightOnset(settings.onset, estimator.flight, game.cup.outer_radius_m) if onset else None
-    return BallTracker(models, make_detector(settings.detector), estimator, test)
+    return BallTracker(models, partial(make_detector, settings.detector), estimator, test)

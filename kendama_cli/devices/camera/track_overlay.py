@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 
 from kendama_cli.devices.camera.film import Film
-from kendama_cli.errors import InputError
+from kendama_cli.rendering.film_writer import vp8_film
 from kendama_cli.vision.ball_film import FilmTrack
 
 TRAIL_FRAMES = 12
@@ -19,20 +19,17 @@ def draw_track(film: Film, found: FilmTrack, output: Path) -> None:
     rate_hz = 30.0
     if len(found.t_s) > 1:
         rate_hz = float(np.clip(1 / np.median(np.diff(found.t_s) / np.diff(found.frame)), 1, 240))
-    writer = cv2.VideoWriter(str(output), cv2.VideoWriter.fourcc(*"VP80"), rate_hz, (film.width_px, film.height_px))
-    if not writer.isOpened():
-        raise InputError(str(output), "the film cannot be written", remedy="give another folder, and a name in .webm")
     at = {int(frame): i for i, frame in enumerate(found.frame)}
-    for number, (_, pixels) in enumerate(film.frames()):
-        drawn = pixels.copy()
-        i = at.get(number)
-        if i is not None:
-            u, v = (round(float(value)) for value in found.centre_px[i])
-            cv2.circle(drawn, (u, v), max(round(float(found.radius_px[i])), 2), (60, 60, 230), 2, cv2.LINE_AA)
-        trail = [j for j in (at.get(number - back) for back in range(TRAIL_FRAMES)) if j is not None]
-        if len(trail) > 1:
-            cv2.polylines(
-                drawn, [np.rint(found.centre_px[trail]).astype(np.int32)], False, (80, 200, 80), 2, cv2.LINE_AA
-            )
-        writer.write(drawn)
-    writer.release()
+    with vp8_film(output, rate_hz, film.width_px, film.height_px) as write:
+        for number, (_, pixels) in enumerate(film.frames()):
+            drawn = pixels.copy()
+            i = at.get(number)
+            if i is not None:
+                u, v = (round(float(value)) for value in found.centre_px[i])
+                cv2.circle(drawn, (u, v), max(round(float(found.radius_px[i])), 2), (60, 60, 230), 2, cv2.LINE_AA)
+            trail = [j for j in (at.get(number - back) for back in range(TRAIL_FRAMES)) if j is not None]
+            if len(trail) > 1:
+                cv2.polylines(
+                    drawn, [np.rint(found.centre_px[trail]).astype(np.int32)], False, (80, 200, 80), 2, cv2.LINE_AA
+                )
+            write(drawn)
