@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 from kendama_cli.devices.robot.interface import Robot
 from kendama_cli.game.catch_game import Game, finish_game
-from kendama_cli.game.catch_geometry import CatchGeometry
+from kendama_cli.game.catch_geometry import CatchGeometry, goal_here
 from kendama_cli.game.cup_cart import CartStep, CupCart, Line
 from kendama_cli.game.cup_tilt import TiltingArm
 from kendama_cli.game.flight_observer import FlightObserver
@@ -68,7 +68,7 @@ class GameRunner:
             largest_m_s2=strongest,
             period_s=robot.period_s,
         )
-        self._goal = Goal(learn.goal, geometry.flight)
+        self._goal = Goal(goal_here(learn.goal, settings.catch), geometry.flight)
 
     def swing_up(self, actor: Actor, *, seed: int) -> SwingUpRollout:
         """One swing-up from rest; raises HardwareError of the line."""

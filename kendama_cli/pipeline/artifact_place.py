@@ -18,13 +18,15 @@ def artifact_folder(home: Path, place: str) -> Path:
 
     Raises UsageError where there is no such run or stage, or where the stage gave nothing.
     """
+    return stored_folder(*_found(home, place))
+
+
+def _found(home: Path, place: str) -> tuple[Mapping[str, Any], str]:
     run, _, stage = place.rpartition("/")
     if run:
-        record = find_run(home, run)
-    else:
-        having = [one for one in past_runs(home) if any(made["name"] == stage for made in one["stages"])]
-        record = having[-1] if having else find_run(home, None)
-    return stored_folder(record, stage)
+        return find_run(home, run), stage
+    having = [one for one in past_runs(home) if any(made["name"] == stage for made in one["stages"])]
+    return having[-1] if having else find_run(home, None), stage
 
 
 def recorded_stage(record: Mapping[str, Any], stage: str) -> Mapping[str, Any]:
@@ -47,9 +49,25 @@ def stored_folder(record: Mapping[str, Any], stage: str) -> Path:
     return Path(made["artifact"])
 
 
+def stored_log(record: Mapping[str, Any], stage: str) -> Path:
+    """The log of ``stage``, of one that moved or recorded and failed what it had logged until then.
+
+    Raises UsageError where there is none.
+    """
+    broken = broken_off_log(Path(record["folder"]), stage)
+    if recorded_stage(record, stage)["status"] == "failed" and broken.exists():
+        return broken
+    return stored_folder(record, stage) / LOG
+
+
+def broken_off_log(run_folder: Path, stage: str) -> Path:
+    """Where that log stands, beside the run."""
+    return run_folder / f"{stage}.mcap"
+
+
 def log_path(home: Path, place: str) -> Path:
-    """A log's file: ``place`` itself where there is such a file, else the log of the artifact at RUN/STAGE."""
+    """A log's file: ``place`` itself where there is such a file, else the log at RUN/STAGE."""
     path = Path(place)
     if path.exists() or path.suffix == ".mcap":
         return path
-    return artifact_folder(home, place) / LOG
+    return stored_log(*_found(home, place))

@@ -17,6 +17,7 @@ from typing import Any, Protocol
 
 from kendama_cli.errors import KendamaError
 from kendama_cli.pipeline import outcomes
+from kendama_cli.pipeline.artifact_place import broken_off_log
 from kendama_cli.pipeline.catalogue import StageSpec
 from kendama_cli.pipeline.plan import Planner, StagePlan
 from kendama_cli.pipeline.record import RunRecord, StageOutcome
@@ -147,6 +148,8 @@ class Runner:
         request = _request(self._planner, plan, self._plans, fresh=spec.name in self._forced)
         # what records a person or moves an arm does so where the person and the arm are
         away = self._cluster if self._planner.kind(spec.name) == "computes" else None
+        if away is None and spec.declaration.kind != "computes":
+            request["broken_off"] = str(broken_off_log(self._record.folder, spec.name))
         output = durable.make_folder(self._record.folder) / f"{spec.name}.txt"
         self._running.start(away or self._starter, plan, request, lock=lock, output=output)
         self._waiting.pop(spec.name)

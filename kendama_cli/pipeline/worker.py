@@ -20,7 +20,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
-from kendama_cli.errors import KendamaError, StageError
+from kendama_cli.errors import KendamaError, StageError, StoreError
 from kendama_cli.pipeline.artifact_place import LOG
 from kendama_cli.pipeline.context import WorkerContext
 from kendama_cli.pipeline.nodes import node_schemas
@@ -114,7 +114,23 @@ def run_stage(request: Mapping[str, Any], emit: Emit) -> dict[str, Any]:
     topics = _declaration(request).topics
     context = WorkerContext(seed=request["seed"], checkpoints=checkpoints, topics=topics, emit=emit)
     with contextlib.closing(context):
-        return _finish(request, store, context, settings, stage.run(given, context))
+        try:
+            made = stage.run(given, context)
+        except BaseException as error:
+            _keep_log(request, context, settings, str(error))
+            raise
+        return _finish(request, store, context, settings, made)
+
+
+def _keep_log(request: Mapping[str, Any], context: WorkerContext, settings: Mapping[str, Any], stopped: str) -> None:
+    """What a stage that moves or records had logged when it broke off, beside its run."""
+    if "broken_off" not in request or not len(context.log):
+        return
+    metrics = {"completed": False, "warnings": f"the stage broke off: {stopped}" if stopped else "it was interrupted"}
+    with contextlib.suppress(OSError, StoreError):  # a full disk: what broke the stage off is the better message
+        context.log.finish(
+            request["broken_off"], stage=request["stage"], settings=_plain_settings(settings), metrics=metrics
+        )
 
 
 def _finish(
@@ -132,10 +148,13 @@ def _finish(
     with store.scratch_folder() as folder, plain_disk_errors(folder):
         save_artifact(gives, made.artifact, folder, f"stage '{request['stage']}'")
         (folder / "metrics.json").write_bytes(canonical_json(metrics) + b"\n")
-        plain = {own: dataclasses.asdict(value) for own, value in settings.items()}
-        context.log.finish(folder / LOG, stage=request["stage"], settings=plain, metrics=metrics)
+        context.log.finish(folder / LOG, stage=request["stage"], settings=_plain_settings(settings), metrics=metrics)
         result = store.put(folder, request["stage"], request["key"], metrics, request["parts"], made_with=versions())
     return {"event": "done", "artifact": str(result.artifact), "metrics": metrics}
+
+
+def _plain_settings(settings: Mapping[str, Any]) -> dict[str, Any]:
+    return {own: dataclasses.asdict(value) for own, value in settings.items()}
 
 
 def _declaration(request: Mapping[str, Any]) -> StageDeclaration:

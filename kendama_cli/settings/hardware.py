@@ -118,7 +118,7 @@ class FrankaHardware:
     collision_nm: float = setting("a joint pushed harder than this stops the arm [Nm]", above=0)
     collision_n: float = setting("a hand pushed harder than this stops the arm [N], or turned [Nm]", above=0)
     approach_rad_s: float = setting("how fast a joint goes to the start of a motion, at most [rad/s]", above=0)
-    reply_s: float = setting("so long a state of the arm waits for the next command, then it brakes [s]", above=0)
+    reply_s: float = setting("so long after an answer the next command is waited for, then the arm brakes [s]", above=0)
     silence_s: float = setting("so long without a state is a broken line [s]", above=0)
     wait_s: float = setting("how long the arm is waited for at the beginning, and to recover [s]", above=0)
 
@@ -132,7 +132,7 @@ class FrankaHardware:
             raise ConfigError(
                 "control_period_s", f"'control_period_s' is {self.control_period_s:g}; allowed: whole milliseconds"
             )
-        if self.reply_s >= 0.001:
+        if self.realtime == "enforce" and self.reply_s >= 0.001:  # a simulator may have a slower clock
             raise ConfigError("reply_s", f"'reply_s' is {self.reply_s:g}; allowed: less than the arm's cycle, 0.001")
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import signal
 import subprocess
 import sys
@@ -11,6 +12,8 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+
+from tests import warm_command
 
 COMMAND = [sys.executable, "-m", "kendama_cli.cli.main"]
 SHORT = ["transfer.games=1", "transfer.evaluation_n=1", "transfer.cap=1", "transfer.observation.source=tracking"]
@@ -35,8 +38,8 @@ def play(twin: dict[str, Any], folder: Path, *options: str) -> subprocess.Comple
     where = ["hardware=command", f"hardware.port={twin['port']}", f"hardware.key_file={folder / 'robot.key'}"]
     # how the table was learned does not matter here
     quick = ["simulation/engine=rail", "learn.count.evaluation=1"]
-    command = [*COMMAND, "run", "-p", "swingup", *quick, *where, *SHORT, *options]
-    return subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
+    words = ["run", "-p", "swingup", *quick, *where, *SHORT, *options]
+    return warm_command.kendama(words, folder, os.environ, 240, libraries=True)
 
 
 @pytest.mark.parametrize("sessions", [1, pytest.param(2, marks=pytest.mark.slow)])

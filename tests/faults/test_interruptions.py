@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import signal
 import subprocess
 import time
@@ -66,6 +67,19 @@ def test_kill_9_of_the_worker_fails_the_run_and_the_next_goes_on_to_the_same_byt
     assert count.read_text() == "x" * 20, "each number was drawn once: ten before the kill, ten after"
     whole = toy.run_json(*options, "--home", "other")
     assert artifact_bytes(resumed) == artifact_bytes(whole)
+
+
+def test_what_a_moving_stage_logged_before_it_failed_stands_beside_the_run(toy: ToyProject) -> None:
+    declaration = toy.folder / "lib" / "toy" / "roll" / "__init__.py"
+    declaration.write_text(declaration.read_text().replace("topics=TOPICS", 'topics=TOPICS, kind="moves"'))
+    failed = toy.run_json("toy.fail_at=5", expect=1)
+    told = toy.kendama("log", "info", f"{failed['run']}/roll").stdout
+    assert re.search(r"/roll/number.*\b5\n", told), told
+    toy.kendama("report", failed["run"], "-o", "page.html")
+    page = (toy.folder / "page.html").read_text()
+    assert "5 numbers" in page
+    assert "the stage broke off: told to fail at 5" in page
+    assert statuses(toy.run_json("toy.fail_at=5", expect=1)) == {"roll": "failed"}, "it goes on from its checkpoint"
 
 
 @pytest.mark.parametrize(

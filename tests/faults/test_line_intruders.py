@@ -195,7 +195,7 @@ def test_a_hundred_thousand_datagrams_change_nothing_of_what_a_robot_does() -> N
         old = heard_session(address)
         before = len(robot.carried_out)
         with relayed(address, there=tap) as relay, attacked(address, tap, old, 100_000) as left:
-            client = UdpRobot(*relay, SECRET, silence_s=30.0)
+            client = UdpRobot(*relay, SECRET, silence_s=120.0)
             client.reset(np.zeros(2), 0)
             k = 0
             while left() > 0:

@@ -163,7 +163,7 @@ def test_the_worked_example_runs_from_the_command_line_to_a_report_and_is_cached
 
 
 def _finished(folder, *arguments):
-    return warm_command.kendama(arguments, folder, os.environ, 240)
+    return warm_command.kendama(arguments, folder, os.environ, 240, libraries=True)
 
 
 def _kendama(folder, *arguments):

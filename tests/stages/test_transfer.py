@@ -12,6 +12,8 @@ import pytest
 
 from kendama_cli.artifacts.motion_plan import CatchMotion
 from kendama_cli.artifacts.policy import PolicyArtifact
+from kendama_cli.devices.robot.exchange_log import RememberingRobot
+from kendama_cli.devices.robot.interface import Exchange, JointCommand
 from kendama_cli.errors import HardwareError
 from kendama_cli.stages.interface import Made
 from tests.memory_context import MemoryContext
@@ -149,28 +151,47 @@ def test_killed_time_and_again_and_resumed_equals_uninterrupted(
 
 
 class KillsTheTwin(MemoryContext):
-    """Kills the twin's process as soon as ``after`` rollouts are done."""
+    """Kills the twin's process ``periods`` control periods after ``after`` rollouts are done."""
 
-    def __init__(self, seed: int, after: int) -> None:
+    def __init__(self, seed: int, after: int, periods: int, patch: pytest.MonkeyPatch) -> None:
         super().__init__(seed)
-        self.after = after
+        self.after, self.done = after, 0
+        exchange = RememberingRobot.exchange
+
+        def deadly(robot: RememberingRobot, command: JointCommand) -> Exchange:
+            if self.done == after and len(robot.played) == periods:
+                for pid in twins():
+                    os.kill(pid, signal.SIGKILL)
+            return exchange(robot, command)
+
+        patch.setattr(RememberingRobot, "exchange", deadly)
 
     def progress(self, done: int, total: int | None, **figures: float | int | str) -> None:
-        if done == self.after:
-            for pid in twins():
-                os.kill(pid, signal.SIGKILL)
+        self.done = done
 
 
 def test_what_was_learned_before_the_twin_died_is_kept_and_gone_on_from(
     policy: PolicyArtifact, still: CatchMotion, uninterrupted: tuple[Made, MemoryContext]
 ) -> None:
-    broken = KillsTheTwin(3, after=2)
-    with pytest.raises(HardwareError) as caught:
-        stage().run({"learn": policy, "adapt": still}, broken)
+    periods = 100
+    with pytest.MonkeyPatch.context() as patch:
+        broken = KillsTheTwin(3, 2, periods, patch)
+        with pytest.raises(HardwareError) as caught:
+            stage().run({"learn": policy, "adapt": still}, broken)
     assert "the twin's process was killed by signal 9" in str(caught.value)
     assert "\n" not in str(caught.value)
     assert broken.saved is not None
     assert broken.saved[0]["table"]["count"]["rollouts"] == 1
+    begun_s = float(broken.saved[0]["clock_s"])
+    since = [
+        (t_s, message) for topic, t_s, message in broken.log.messages[len(broken.saved[2]) :] if "exchange" in topic
+    ]
+    assert len(since) == periods - 1, "the rollout that broke off is logged as far as it went"
+    again = [
+        (t_s, message) for topic, t_s, message in uninterrupted[1].log.messages if "exchange" in topic and t_s > begun_s
+    ]
+    assert [t_s for t_s, _ in since] == [t_s for t_s, _ in again[: periods - 1]]
+    assert all(np.array_equal(one.sent_rad, two.sent_rad) for (_, one), (_, two) in zip(since, again, strict=False))
     resumed = MemoryContext(3, resume_from=broken)
     made = stage().run({"learn": policy, "adapt": still}, resumed)
     assert same(made, resumed, *uninterrupted)

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from kendama_cli.artifacts.motion_plan import JointTrajectory
-from kendama_cli.devices.robot.interface import JointCommand, Robot
+from kendama_cli.devices.robot.interface import Exchange, JointCommand, Robot
 from kendama_cli.errors import StageError
 from kendama_cli.schema.arrays import Array
 
@@ -36,6 +37,11 @@ def play(robot: Robot, motion: JointTrajectory, seed: int) -> Recording:
     exchanges = [robot.reset(motion.position_rad[0], seed)]
     rows = zip(motion.position_rad[1:], motion.velocity_rad_s[1:], motion.acceleration_rad_s2[1:], strict=True)
     exchanges += [robot.exchange(JointCommand(*row)) for row in rows]
+    return recorded(exchanges)
+
+
+def recorded(exchanges: Sequence[Exchange]) -> Recording:
+    """What the sensors told in these control periods."""
     states = [exchange.state for exchange in exchanges]
     return Recording(
         np.array([exchange.t_s for exchange in exchanges]),

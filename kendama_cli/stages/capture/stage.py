@@ -28,7 +28,7 @@ class Capture:
 
         Raises InputError for a recording that cannot be used, MissingPartError for a device that is not there.
         """
-        hands = open_hands(self._settings)
+        hands = open_hands(self._settings, ctx.progress)
         demonstrations: list[Demonstration] = []
         warnings: list[str] = []
         for hand in hands:

@@ -11,12 +11,13 @@ import numpy as np
 from kendama_cli.artifacts.friction_model import FrictionModel
 from kendama_cli.artifacts.motion_plan import JointTrajectory
 from kendama_cli.devices.robot.compensated import CompensatedRobot
+from kendama_cli.devices.robot.exchange_log import RememberingRobot
 from kendama_cli.devices.robot.excitation import excitation
 from kendama_cli.devices.robot.friction_samples import Samples
 from kendama_cli.devices.robot.identify_settings import IdentifySettings
 from kendama_cli.devices.robot.interface import Robot
 from kendama_cli.devices.robot.open_robot import open_robot
-from kendama_cli.devices.robot.recording import Recording, play
+from kendama_cli.devices.robot.recording import Recording, play, recorded
 from kendama_cli.devices.robot.tracking import TrackedPath, circle
 from kendama_cli.learning.friction_choice import FrictionSamples, choose_friction
 from kendama_cli.learning.friction_network import network_torque
@@ -99,14 +100,17 @@ class _PlayedMotions:
         if name not in self._done:
             start_s = sum(float(one.t_s[-1]) for one in self._done.values())
             seed = int(self.rng(f"{name} body").integers(2**63))
-            self._done[name] = recording = play(robot, motion, seed)
-            self._log(recording, start_s, motion.joint_names)
+            kept = RememberingRobot(robot)
+            try:
+                self._done[name] = play(kept, motion, seed)
+            finally:  # where a fault breaks it off, as far as it went
+                every = max(1, round(LOG_PERIOD_S / robot.period_s))
+                self._log(recorded(kept.played), start_s, motion.joint_names, every)
             self._ctx.checkpoint(self._state, force=True)  # a real arm should not have to move again
         self._ctx.progress(len(self._done), 4)
         return self._done[name]
 
-    def _log(self, recording: Recording, start_s: float, joint_names: tuple[str, ...]) -> None:
-        every = max(1, round(LOG_PERIOD_S / float(np.diff(recording.t_s).mean())))
+    def _log(self, recording: Recording, start_s: float, joint_names: tuple[str, ...], every: int) -> None:
         for k in range(0, len(recording.t_s), every):
             t_s = start_s + float(recording.t_s[k])
             joints = JointStates(

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+from kendama_cli.log.messages import JointExchangeMessage
+
 
 @dataclass(frozen=True)
 class FreeSwingMessage:
@@ -16,4 +18,4 @@ class FreeSwingMessage:
     fitted_z_m: float
 
 
-TOPICS: Mapping[str, type] = {"/measure/swing": FreeSwingMessage}
+TOPICS: Mapping[str, type] = {"/measure/exchange": JointExchangeMessage, "/measure/swing": FreeSwingMessage}

@@ -11,6 +11,7 @@ import numpy as np
 
 from kendama_cli.artifacts.toy_model import SIGMAS_95
 from kendama_cli.devices.flight.reader import read_tracks
+from kendama_cli.devices.robot.exchange_log import RememberingRobot, exchange_message
 from kendama_cli.devices.robot.open_robot import open_robot
 from kendama_cli.errors import ConfigError, InputError
 from kendama_cli.game.free_swing import free_swing
@@ -44,19 +45,25 @@ class Measure:
     def run(self, given: Mapping[str, Any], ctx: StageContext) -> Made:
         """Swing and fit; raises StageError where the swing does not tell, and the errors of its source."""
         seed = int(ctx.rng("measure").integers(2**62))
-        swing = self._swing(seed)
+        swing = self._swing(seed, ctx)
         fit = measure_toy(swing, self._game)
         for t_s, seen, fitted in zip(fit.t_s, fit.seen_m, fit.fitted_m, strict=True):
             ctx.log.write("/measure/swing", float(t_s), FreeSwingMessage(*seen.tolist(), *fitted.tolist()))
         return Made(fit.toy, _metrics(fit))
 
-    def _swing(self, seed: int) -> FreeSwing:
+    def _swing(self, seed: int, ctx: StageContext) -> FreeSwing:
         settings = self._settings
         if isinstance(settings, TrackMeasurement):
             return _from_track(settings)
         line = cup_line(self._robot, self._game, settings.half_width_m)
-        with open_robot(self._hardware, self._robot, self._game) as robot:
-            return free_swing(robot, line, self._game, settings, seed=seed)
+        with open_robot(self._hardware, self._robot, self._game) as bare:
+            robot = RememberingRobot(bare)
+            try:
+                return free_swing(robot, line, self._game, settings, seed=seed)
+            finally:  # where a fault breaks it off, as far as it went
+                for one in robot.played[1:]:
+                    message = exchange_message(robot.joint_names, one)
+                    ctx.log.write("/measure/exchange", one.t_s - robot.played[0].t_s, message)
 
 
 def _from_track(settings: TrackMeasurement) -> FreeSwing:

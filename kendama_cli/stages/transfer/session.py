@@ -9,6 +9,7 @@ import numpy as np
 
 from kendama_cli.artifacts.motion_plan import CatchMotion, JointTrajectory
 from kendama_cli.artifacts.policy import PolicyArtifact
+from kendama_cli.devices.robot.exchange_log import RememberingRobot
 from kendama_cli.devices.robot.interface import Exchange
 from kendama_cli.game.camera_solids import camera_solids
 from kendama_cli.game.figures import GameFigures, RopeFitFigures
@@ -53,8 +54,10 @@ class TransferSession:
         settings: TransferSettings,
         learn: LearnSettings,
         arm: RobotModel,
+        kept: RememberingRobot,
     ) -> None:
-        self._runner, self._arm = runner, arm
+        """``kept`` is the robot below the runner's; it remembers what is not logged yet."""
+        self._runner, self._arm, self._kept = runner, arm, kept
         self._drawn = ArmScene(arm)
         self._progress = progress
         self._ctx = ctx
@@ -137,8 +140,7 @@ class TransferSession:
         """One play; appends to ``results`` whether it caught."""
         seed = int(self._progress.rng(phase, len(results)).integers(2**63))
         played = play_motion(self._runner.robot, joints, tempo=tempo, seed=seed, seen=seen)
-        start_s = self._progress.clock_s
-        timed = [(start_s + exchange.t_s, exchange) for exchange in played.exchanges]
+        timed = trace.timed(played.exchanges, self._progress.clock_s)
         messages = [*self._scene(timed, under="/transfer/imitation"), *self._exchanges(timed)]
         results.append(played.caught)
         self._finish(messages, played.exchanges[-1].t_s, phase=phase, caught=int(played.caught))
@@ -175,9 +177,18 @@ class TransferSession:
         return trace.exchange_messages(timed, self._runner.robot.joint_names)
 
     def _finish(self, messages: Iterable[trace.TimedMessage], duration_s: float, **figures: float | int | str) -> None:
-        """Log a whole rollout at once and save: nothing of an unfinished rollout is ever kept."""
-        for topic, t_s, message in sorted(messages, key=lambda item: item[1]):
-            self._ctx.log.write(topic, t_s, message)
+        """Log a whole rollout at once and save."""
+        self._log(messages)
+        self._kept.forget()
         self._progress.finished(duration_s, self._runner.robot.missed)
         self._ctx.progress(self._progress.count, None, **figures)
         self._ctx.checkpoint(self._progress.saved)
+
+    def log_broken_off(self) -> None:
+        """Log what was played of a rollout that did not end: what was sent and measured, and the scene."""
+        timed = trace.timed(self._kept.played, self._progress.clock_s)
+        self._log([*self._scene(timed, under="/transfer"), *self._exchanges(timed)])
+
+    def _log(self, messages: Iterable[trace.TimedMessage]) -> None:
+        for topic, t_s, message in sorted(messages, key=lambda item: item[1]):
+            self._ctx.log.write(topic, t_s, message)

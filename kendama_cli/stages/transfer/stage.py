@@ -9,6 +9,7 @@ from kendama_cli.artifacts.motion_plan import CatchMotion
 from kendama_cli.artifacts.policy import PolicyArtifact
 from kendama_cli.artifacts.transfer_result import TransferResult
 from kendama_cli.devices.robot.compensated import compensated
+from kendama_cli.devices.robot.exchange_log import RememberingRobot
 from kendama_cli.devices.robot.open_robot import open_robot
 from kendama_cli.errors import HardwareError, StageError
 from kendama_cli.game.builder import GameBuilder, GameSetup
@@ -56,7 +57,8 @@ class Transfer:
         """Evaluate, learn on, evaluate again, imitate, play; what was learned survives whatever goes wrong.
 
         Raises StageError before anything moves where the policy does not fit, HardwareError where the line or the
-        robot fails: the finished rollouts are kept, and the next run goes on from them.
+        robot fails: the finished rollouts are kept, and the next run goes on from them; the one that broke off is
+        logged as far as it went.
         """
         settings, learn = self._setup.transfer, self._setup.learn
         check_cameras(self._setup.cameras, settings.observation, realtime=False)  # the open robot says whether it is
@@ -74,25 +76,27 @@ class Transfer:
         setup = self._setup if motion is None else self._setup.placed_at(motion.placement)
         builder = GameBuilder(setup)
         seed = int(progress.rng("body", 0).integers(2**63))
-        with (
-            open_robot(self._hardware, setup.robot, setup.game) as bare,
-            builder.open(compensated(bare, given.get("identify")), seed=seed) as runner,
-        ):
-            session = TransferSession(runner, progress, ctx, settings=settings, learn=learn, arm=builder.arm)
-            if saved is None:
-                session.show(setup.game, setup.cameras.camera if settings.observation.source == "cameras" else None)
-            try:
-                session.evaluate(progress.before, policy, "before")
-                session.learn("table")
-                session.evaluate(progress.after, progress.policy, "after")
-                if settings.baseline:
-                    session.learn("scratch")
-                if motion is not None and adapt is not None:
-                    session.imitate(motion, setup.game, adapt)
-                session.play(setup.game, self._hardware)
-            except HardwareError:
-                ctx.checkpoint(progress.saved, force=True)
-                raise
+        with open_robot(self._hardware, setup.robot, setup.game) as bare:
+            robot = RememberingRobot(compensated(bare, given.get("identify")))
+            with builder.open(robot, seed=seed) as runner:
+                session = TransferSession(
+                    runner, progress, ctx, settings=settings, learn=learn, arm=builder.arm, kept=robot
+                )
+                if saved is None:
+                    session.show(setup.game, setup.cameras.camera if settings.observation.source == "cameras" else None)
+                try:
+                    session.evaluate(progress.before, policy, "before")
+                    session.learn("table")
+                    session.evaluate(progress.after, progress.policy, "after")
+                    if settings.baseline:
+                        session.learn("scratch")
+                    if motion is not None and adapt is not None:
+                        session.imitate(motion, setup.game, adapt)
+                    session.play(setup.game, self._hardware)
+                except HardwareError:
+                    ctx.checkpoint(progress.saved, force=True)  # the next run goes on from before what broke off
+                    session.log_broken_off()
+                    raise
         result = TransferResult(
             policy=progress.policy,
             rollouts=progress.rollouts(),

@@ -8,12 +8,13 @@ from collections.abc import Callable, Iterator, Sequence
 import cv2
 
 from kendama_cli.artifacts.catch_pose import CatchPose
+from kendama_cli.devices.robot.exchange_log import exchange_message
 from kendama_cli.devices.robot.interface import Exchange
 from kendama_cli.game.catch_game import Game
 from kendama_cli.game.cup_cart import CartStep
 from kendama_cli.game.swing_up import SwingUpRollout
 from kendama_cli.learning.interface import FinishedRollout
-from kendama_cli.log.messages import DetectionMessage, JointExchangeMessage, RolloutMessage, WrenchMessage
+from kendama_cli.log.messages import DetectionMessage, RolloutMessage, WrenchMessage
 from kendama_cli.schema.arrays import Array
 from kendama_cli.schema.foxglove import CompressedImage, FrameTransform, FrameTransforms, JointStates
 from kendama_cli.stages.transfer.messages import GameEstimateMessage, GameMessage, TransferStepMessage
@@ -29,20 +30,15 @@ def step_messages(steps: Sequence[CartStep], rollout: int, start_s: float, every
         yield "/transfer/step", start_s + step.t_s, message
 
 
+def timed(played: Sequence[Exchange], start_s: float) -> list[tuple[float, Exchange]]:
+    """Control periods with their times in the log; the first, the rest before them, is at ``start_s``."""
+    return [(start_s + one.t_s - played[0].t_s, one) for one in played]
+
+
 def exchange_messages(timed: Sequence[tuple[float, Exchange]], joint_names: Sequence[str]) -> Iterator[TimedMessage]:
     """/transfer/exchange of every control period; the first of ``timed`` is the rest before them, and was not sent."""
     for t_s, exchange in timed[1:]:
-        sent, state = exchange.sent, exchange.state
-        message = JointExchangeMessage(
-            joints=joint_names,
-            sent_rad=sent.position_rad,
-            sent_rad_s=sent.velocity_rad_s,
-            sent_nm=sent.effort_nm,
-            measured_rad=state.position_rad,
-            measured_rad_s=state.velocity_rad_s,
-            measured_nm=state.effort_nm,
-        )
-        yield "/transfer/exchange", t_s, message
+        yield "/transfer/exchange", t_s, exchange_message(joint_names, exchange)
 
 
 def rollout_message(topic: str, swing: SwingUpRollout, finished: FinishedRollout, start_s: float) -> TimedMessage:

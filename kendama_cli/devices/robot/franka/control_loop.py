@@ -2,21 +2,22 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Callable
 from typing import Any, Protocol
 
 import numpy as np
 
 from kendama_cli.devices.robot.franka.messages import Done, Wanted
-from kendama_cli.devices.robot.franka.rate_limit import RateLimiter, RateLimits
+from kendama_cli.devices.robot.franka.rate_limit import LimiterState, RateLimiter, RateLimits
 from kendama_cli.schema.arrays import Array
 
 CYCLE_S = 0.001
 REST_S = 0.2
 """An arm that stands for so long without a command is no longer controlled; the next command takes it up again."""
 
-BRIDGED_RAD = 1e-6
-"""An arm that was sent elsewhere by so much has bridged a gap; its state is told in single precision."""
+TOLD_RAD = 3e-7
+"""States are told in single precision: a joint at 3 rad is rounded to half of this."""
 
 
 class ActiveControl(Protocol):
@@ -46,22 +47,30 @@ class ControlLoop:
         self.periods = self._lost = 0
 
     def run(self, active: ActiveControl, first: Wanted, reply_s: float) -> None:
-        """From the first command until the arm has stood for REST_S without one; raises what ``active`` does."""
+        """From the first command until the arm has stood for REST_S without one; raises what ``active`` does.
+
+        What answers a state is made before that comes, and all else after it is answered: a state whose answer takes a
+        millisecond is lost. So a command acts one cycle after the state that its sender saw last.
+        """
         state, _ = active.readOnce()
         limiter = RateLimiter(self._limits, np.array(state.q_d), CYCLE_S)
         at, wanted, still = Wanted(limiter.position_rad, np.zeros_like(limiter.position_rad)), first, 0
-        commanded = True
+        commanded, answered = True, False
         while True:
             for cycle in range(1, self._cycles + 1):
                 reference = between(at, wanted, cycle / self._cycles, self._period_s)
+                sent = limiter.state
                 command = self._positions(limiter.follow(reference).tolist())
+                if answered:
+                    state, since = active.readOnce()
+                    if self._bridged(limiter, sent, state, since.to_sec()):
+                        command = self._positions(limiter.follow(reference).tolist())
                 if still * self._period_s > REST_S and cycle == self._cycles:
                     command.motion_finished = True
                 active.writeOnce(command)
+                answered = True
                 if command.motion_finished:
                     return
-                state, since = active.readOnce()
-                self._bridge(limiter, state, since.to_sec())
             self.periods += 1 + self._lost // self._cycles
             self._lost %= self._cycles
             if commanded:
@@ -75,11 +84,30 @@ class ControlLoop:
             stands = not (limiter.velocity_rad_s.any() or at.velocity_rad_s.any())
             still = still + 1 if fresh is None and stands else 0
 
-    def _bridge(self, limiter: RateLimiter, state: Any, since_s: float) -> None:
-        """Where an answer came too late the arm went on by itself: count that, and go on from there."""
-        self._lost += max(round(since_s / CYCLE_S) - 1, 0)
-        if np.abs(np.subtract(state.q_d, limiter.position_rad)).max() > BRIDGED_RAD:
-            limiter.begin_at(np.array(state.q_d), np.array(state.dq_d), np.array(state.ddq_d))
+    def _bridged(self, limiter: RateLimiter, sent: LimiterState, state: Any, since_s: float) -> bool:
+        """Whether an answer came too late and the arm went on by itself: the limiter then goes on from there.
+
+        An arm goes on with the acceleration it had, so what it tells is known but for the last change of that. One that
+        tells something else has only not taken the newest command in yet; to go on from there would be a step back.
+        """
+        cycles = max(round(since_s / CYCLE_S), 1)
+        self._lost += cycles - 1
+        told = np.array(state.q_d)
+        if cycles == 1 and np.abs(told - sent.position_rad).max() <= TOLD_RAD:
+            return False
+        limiter.state = sent
+        coasted = limiter.coasted(cycles - 1)
+        apart = np.abs(told - coasted.position_rad)
+        change = self._limits.jerk_rad_s3 * CYCLE_S**3 * cycles * (cycles + 1) / 2
+        if apart.max() > TOLD_RAD and (apart <= change + TOLD_RAD).all():
+            coasted = dataclasses.replace(
+                coasted,
+                position_rad=told,
+                velocity_rad_s=np.array(state.dq_d),
+                acceleration_rad_s2=np.array(state.ddq_d),
+            )
+        limiter.state = coasted
+        return True
 
     @property
     def _period_s(self) -> float:

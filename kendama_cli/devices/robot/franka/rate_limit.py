@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from dataclasses import dataclass
 
 import numpy as np
@@ -35,6 +36,17 @@ class RateLimits:
     stop_rad_s: Array
 
 
+@dataclass(frozen=True)
+class LimiterState:
+    """What was sent last with its speed and acceleration, and the reference and its speed then (n,)."""
+
+    position_rad: Array
+    velocity_rad_s: Array
+    acceleration_rad_s2: Array
+    reference_rad: Array
+    reference_rad_s: Array
+
+
 class RateLimiter:
     """Follows a reference in steps of ``step_s`` as far as the limits let it.
 
@@ -51,39 +63,56 @@ class RateLimiter:
 
     def __init__(self, limits: RateLimits, start_rad: Array, step_s: float) -> None:
         self._limits, self._step_s = limits, step_s
-        self._reference = np.array(start_rad, dtype=np.float64)
-        self.position_rad = self._reference
-        self.velocity_rad_s = self._rate = np.zeros_like(self.position_rad)
-        self.acceleration_rad_s2 = np.zeros_like(self.position_rad)
+        start, rest = np.array(start_rad, dtype=np.float64), np.zeros(len(start_rad))
+        self.state = LimiterState(start, rest, rest, start, rest)
+
+    @property
+    def position_rad(self) -> Array:
+        """What was sent last (n,)."""
+        return self.state.position_rad
+
+    @property
+    def velocity_rad_s(self) -> Array:
+        """Its speed (n,)."""
+        return self.state.velocity_rad_s
+
+    @property
+    def acceleration_rad_s2(self) -> Array:
+        """Its acceleration (n,)."""
+        return self.state.acceleration_rad_s2
 
     def follow(self, reference_rad: Array) -> Array:
         """What to send for the next reference (n,)."""
-        limits, step_s, speed = self._limits, self._step_s, self.velocity_rad_s
-        rate, behind = (reference_rad - self._reference) / step_s, self._reference - self.position_rad
-        with_it = (np.abs(behind) < CAUGHT_UP_RAD) & (np.abs(self._rate - speed) < CAUGHT_UP_RAD / step_s)
-        softly = (rate - self._rate) / step_s + FOLLOW_1_S * (rate + CATCH_UP_1_S * behind - speed)
+        limits, step_s, last = self._limits, self._step_s, self.state
+        speed = last.velocity_rad_s
+        rate, behind = (reference_rad - last.reference_rad) / step_s, last.reference_rad - last.position_rad
+        with_it = (np.abs(behind) < CAUGHT_UP_RAD) & (np.abs(last.reference_rad_s - speed) < CAUGHT_UP_RAD / step_s)
+        softly = (rate - last.reference_rad_s) / step_s + FOLLOW_1_S * (rate + CATCH_UP_1_S * behind - speed)
         asked = np.where(with_it, (rate - speed) / step_s, softly)
         most, change = limits.acceleration_rad_s2, limits.jerk_rad_s3 * step_s
         soft = limits.jerk_rad_s3 / most
-        ahead = self.position_rad + speed / soft  # where it will be when braking has set in
+        ahead = last.position_rad + speed / soft  # where it will be when braking has set in
         up, down = self._room(limits.upper_rad - ahead), self._room(ahead - limits.lower_rad)
-        given = np.clip(asked, self.acceleration_rad_s2 - change, self.acceleration_rad_s2 + change)
+        given = np.clip(asked, last.acceleration_rad_s2 - change, last.acceleration_rad_s2 + change)
         given = np.clip(given, np.maximum(-most, soft * (-down - speed)), np.minimum(most, soft * (up - speed)))
         free = with_it & (np.abs(given - asked) < 1e-9)
-        position = np.where(free, reference_rad, self.position_rad + (speed + given * step_s) * step_s)
-        self.velocity_rad_s = (position - self.position_rad) / step_s
-        self.acceleration_rad_s2 = (self.velocity_rad_s - speed) / step_s
-        self._reference, self._rate, self.position_rad = np.array(reference_rad, dtype=np.float64), rate, position
+        position = np.where(free, reference_rad, last.position_rad + (speed + given * step_s) * step_s)
+        reached = (position - last.position_rad) / step_s
+        self.state = LimiterState(position, reached, (reached - speed) / step_s, np.array(reference_rad, float), rate)
         return position
 
     def rebase(self, reference_rad: Array) -> None:
         """Have been wanted at ``reference_rad`` (n,) in the step before, wherever the arm was sent."""
-        self._reference = np.array(reference_rad, dtype=np.float64)
+        self.state = dataclasses.replace(self.state, reference_rad=np.array(reference_rad, dtype=np.float64))
 
-    def begin_at(self, position_rad: Array, velocity_rad_s: Array, acceleration_rad_s2: Array) -> None:
-        """Go on from what the arm says that it was sent: it bridges a step in which nothing came."""
-        self.position_rad, self.velocity_rad_s = position_rad, velocity_rad_s
-        self.acceleration_rad_s2 = acceleration_rad_s2
+    def coasted(self, steps: int) -> LimiterState:
+        """The state after ``steps`` steps more with the acceleration that was sent last, and the same reference."""
+        last = self.state
+        change = last.acceleration_rad_s2 * self._step_s
+        way = (steps * last.velocity_rad_s + steps * (steps + 1) / 2 * change) * self._step_s
+        return dataclasses.replace(
+            last, position_rad=last.position_rad + way, velocity_rad_s=last.velocity_rad_s + steps * change
+        )
 
     def _room(self, way_rad: Array) -> Array:
         limits = self._limits

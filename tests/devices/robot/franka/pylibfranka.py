@@ -46,9 +46,13 @@ class JointPositions:
 
 @dataclass
 class Arm:
-    """Goes where it is sent; in the cycles ``lost`` no answer comes in time, and it goes on as it went."""
+    """Goes where it is sent; in the cycles ``lost`` no answer comes in time, and it goes on as it went.
+
+    After the cycles ``stale`` it tells what it was sent before the newest command, which it has all the same.
+    """
 
     lost: frozenset[int] = frozenset()
+    stale: frozenset[int] = frozenset()
     sent: list[np.ndarray] = field(default_factory=lambda: [START, START, START, START])
     finished: bool = False
     reflex: str | None = None
@@ -80,7 +84,8 @@ class Arm:
             self.reflex = "joint_motion_generator_acceleration_discontinuity"
 
     def state(self, mode: str = "Idle") -> Any:
-        places = np.array(self.sent[-3:])
+        told = self.sent[:-1] if self.cycle in self.stale else self.sent
+        places = np.array(told[-3:])
         speed = np.diff(places, axis=0) / CYCLE_S
         seven = [0.0] * 7
         return SimpleNamespace(

@@ -78,6 +78,14 @@ def test_late_commands_and_lost_answers_are_counted_and_stop_nothing(seed: int) 
     assert off[-1].max() < 0.005
 
 
+def test_a_state_that_does_not_tell_the_newest_command_yet_changes_nothing() -> None:
+    """As franka-sim 1.1.7 where its own threads wait for each other; begun there, a millisecond would be lost."""
+    commands = swing()
+    arm = Arm(stale=frozenset(range(100, len(commands), 50)))
+    done = played(arm, commands)
+    assert np.array_equal([one.sent_rad for one in done], [one.position_rad for one in commands])
+
+
 @pytest.mark.parametrize("jump", [0.05, -0.05, 0.1])
 def test_a_jump_is_gone_to_within_the_limits(jump: float) -> None:
     arm = Arm()

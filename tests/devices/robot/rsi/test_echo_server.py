@@ -17,8 +17,10 @@ import pytest
 from kendama_cli.devices.robot.conformance import CHECKS
 from kendama_cli.devices.robot.open_robot import open_robot
 from kendama_cli.devices.robot.rsi.robot import open_rsi
+from kendama_cli.errors import HardwareError
 from tests.devices.robot.rsi.six_axes import GAME, RSI, free_port, six_axes
 from tests.devices.robot.rsi.test_rsi import swing
+from tests.stalls import without_stall
 
 pytestmark = pytest.mark.realtime
 
@@ -95,15 +97,16 @@ def play_on_echo(python: str, folder: Path) -> None:
 
     An answer that a stall of this machine made late brakes the arm, which another test is about: play once more then.
     """
-    tries = 5
-    while (behind_rad := _behind(python, folder)) is None:
-        tries -= 1
-        assert tries, "answers were late each time"
+    behind_rad = without_stall(lambda _: _behind(python, folder), LateError, HardwareError)
     assert behind_rad < np.radians(0.006)  # it reports hundredths of a degree
 
 
-def _behind(python: str, folder: Path) -> float | None:
-    """How far the controller was from what was asked at most [rad]; None where an answer was late."""
+class LateError(Exception):
+    """Answers came too late."""
+
+
+def _behind(python: str, folder: Path) -> float:
+    """How far the controller was from what was asked at most [rad]; raises LateError where an answer was late."""
     port = free_port()
     settings = dataclasses.replace(RSI, port=port, wait_s=30.0)
     with echo_server(python, port, folder) as echo, open_rsi(settings, six_axes(folder), GAME) as robot:
@@ -114,7 +117,9 @@ def _behind(python: str, folder: Path) -> float | None:
         end = robot.reset(np.full(6, 0.3), 0)
         assert np.abs(end.state.position_rad - 0.3).max() < np.radians(0.006)
         assert abs(robot.late - echo.faulty()) <= 1
-        return None if robot.late else float(behind.max())
+        if robot.late:
+            raise LateError(f"{robot.late} answers were late")
+        return float(behind.max())
 
 
 def test_a_motion_is_carried_out_by_anothers_controller(python: str, tmp_path: Path) -> None:
