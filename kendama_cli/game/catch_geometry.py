@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from dataclasses import dataclass
 
 import numpy as np
@@ -9,6 +10,7 @@ import numpy as np
 from kendama_cli.game.settings import CatchSettings
 from kendama_cli.learning.limiter import BRAKING_SHARE, BrakingLimiter
 from kendama_cli.learning.reward import Flight
+from kendama_cli.learning.task_settings import GoalSettings
 from kendama_cli.schema.arrays import Array
 from kendama_cli.settings.game import GameSettings
 
@@ -59,3 +61,13 @@ def make_catch_geometry(
             period_s=period_s,
         ),
     )
+
+
+def goal_here(goal: GoalSettings, catch: CatchSettings) -> GoalSettings:
+    """``goal`` with a catch in reach of the cup that catches on the robot, where that is stronger than the learner's.
+
+    The constant acceleration that takes a cup beside the ball over d in t is 2 d / t^2; one that also has the ball's
+    speed there accelerates and brakes, with twice as much.
+    """
+    strongest_m_s2 = max(goal.catch_acceleration_m_s2, 0.5 * catch.acceleration_m_s2)
+    return dataclasses.replace(goal, catch_acceleration_m_s2=strongest_m_s2)

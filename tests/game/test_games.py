@@ -34,11 +34,13 @@ TRANSFER: TransferSettings = configured(TransferSettings, "transfer", "default")
 PREDICT: PredictSettings = configured(PredictSettings, "predict", "flights")
 
 
-def make_runner(believed_scale: float = 1.0, **made: Any) -> GameRunner:
+def make_runner(
+    believed_scale: float = 1.0, learn: LearnSettings = LEARN, settings: TransferSettings = TRANSFER, **made: Any
+) -> GameRunner:
     """Games observed through the marker of a robot without an arm; its rope is measured elsewhere."""
     robot = CartRobot(GAME, **made)
     geometry = make_catch_geometry(
-        MIDDLE_M, DIRECTION, GAME, TRANSFER.catch, rope_scale=believed_scale, period_s=robot.period_s
+        MIDDLE_M, DIRECTION, GAME, settings.catch, rope_scale=believed_scale, period_s=robot.period_s
     )
     rim_m, catch_m = geometry.rim_height_m, geometry.catch_height_m
     tracker = position_tracker(PREDICT, GAME, rim_m, [TRANSFER.observation.position_sigma_m] * 3)
@@ -48,8 +50,8 @@ def make_runner(believed_scale: float = 1.0, **made: Any) -> GameRunner:
         geometry=geometry,
         observer=MarkerObserver(tracker, TRANSFER.observation, rim_m=rim_m, catch_m=catch_m),
         game=GAME,
-        learn=LEARN,
-        settings=TRANSFER,
+        learn=learn,
+        settings=settings,
     )
 
 
