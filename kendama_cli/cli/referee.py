@@ -23,7 +23,7 @@ from kendama_cli.pipeline.report import REFEREE_LOG
 from kendama_cli.schema.arrays import Array
 from kendama_cli.schema.settings import build
 from kendama_cli.settings.game import GameSettings
-from kendama_cli.simulation.referee.chain import Body, mujoco
+from kendama_cli.simulation.referee.chain import CHAIN_KG, Body, mujoco
 from kendama_cli.simulation.referee.cup_track import CupTrack
 from kendama_cli.simulation.referee.replay import replay
 from kendama_cli.stages.referee.messages import TOPICS, RefereeMessage
@@ -42,7 +42,7 @@ class LoggedGame:
     replay: ReplayMessage
 
 
-def referee(home: Path, run: str | None, *, as_json: bool) -> None:
+def referee(home: Path, run: str | None, *, rope_kg: float, as_json: bool) -> None:
     """Play every logged game of a run again, show what came of it, and write a log beside the run.
 
     Raises UsageError where the run has no such games, MissingPartError without MuJoCo.
@@ -57,7 +57,7 @@ def referee(home: Path, run: str | None, *, as_json: bool) -> None:
         )
     seen = []
     for number, game in enumerate(games):
-        seen.append(played_again(game))
+        seen.append(played_again(game, rope_kg))
         render.note(f"referee: {number + 1}/{len(games)}, {_words(seen[-1])}")
     document = summary(seen)
     write_log(Path(record["folder"]) / REFEREE_LOG, seen, games[0].settings, document)
@@ -85,12 +85,12 @@ def logged_games(record: Mapping[str, Any]) -> Iterator[LoggedGame]:
                 yield from (LoggedGame(stage["name"], game, one) for one in log.messages(topic, ReplayMessage).messages)
 
 
-def played_again(game: LoggedGame) -> RefereeMessage:
-    """One game under the referee's physics, beside our own."""
+def played_again(game: LoggedGame, rope_kg: float = CHAIN_KG) -> RefereeMessage:
+    """One game under the referee's physics, with a rope of ``rope_kg``, beside our own."""
     one = game.replay
     t_s, cup_m, axis, ball_m = (np.array(list(value)) for value in (one.t_s, one.cup_m, one.cup_axis, one.ball_m))
     places, axes, balls = (value.reshape(-1, 3) for value in (cup_m, axis, ball_m))
-    body = Body(one.rope_m, one.ball_kg, (one.drag_n_s_m, one.drag_n_s2_m2), one.restitution)
+    body = Body(one.rope_m, one.ball_kg, (one.drag_n_s_m, one.drag_n_s2_m2), one.restitution, rope_kg)
     seen = replay(game.settings, body, CupTrack(t_s, places, axes), balls[0], one.since_s)
     return RefereeMessage(
         stage=game.stage,

@@ -14,7 +14,7 @@ from kendama_cli.settings.game import GameSettings, HandleTie
 LINKS = 40
 LINK_RADIUS_M = 0.0005
 CHAIN_KG = 0.0005
-"""Mass of the whole chain."""
+"""Mass of the whole chain, where none is given."""
 STEP_S = 0.0002
 JOINT_DAMPING, ARMATURE = 1e-6, 1e-7
 CUP_KG, CUP_KG_M2 = 100.0, 10.0
@@ -31,6 +31,7 @@ class Body:
     ball_kg: float
     drag: tuple[float, float]
     restitution: float
+    rope_kg: float = CHAIN_KG
 
 
 def mujoco() -> Any:
@@ -76,7 +77,7 @@ def chain_model(game: GameSettings, body: Body, step_s: float) -> Any:
             type=mj.mjtGeom.mjGEOM_CAPSULE,
             fromto=[0, 0, 0, 0, 0, -length],
             size=[LINK_RADIUS_M, 0, 0],
-            mass=CHAIN_KG / LINKS,
+            mass=body.rope_kg / LINKS,
             contype=0,
             conaffinity=1,
             condim=1,
