@@ -82,11 +82,13 @@ def diff(
 
 
 def _list(home: Path, conditions: list[str], sort: str | None, columns: str | None, *, as_json: bool) -> None:
-    from kendama_cli.pipeline.record import past_runs
+    from kendama_cli.pipeline.record import readable_runs, unreadable_notice
     from kendama_cli.pipeline.run_facts import chosen_runs, condition, require_known, run_facts
     from kendama_cli.store.store import Store
 
-    records = past_runs(home)
+    records, unreadable = readable_runs(home)
+    if unreadable:
+        render.note(unreadable_notice(home, unreadable))
     store = Store(home)
     whole = bool(conditions or sort or columns)
     facts = [run_facts(store, record, whole=whole) for record in records]

@@ -36,7 +36,12 @@ def sweep_pipeline(
     """Run every combination, show how each ended, and compare them in one page where ``report`` is given."""
     combinations = expand_sweep(site, with_executor(overrides, on))
     planned = plan_combinations(site, load_pipeline(pipeline, site.pipeline_folders).until(until), combinations)
-    records = dataclasses.replace(planned, jobs=distinct(planned.jobs)).run(jobs)
+    different = distinct(planned.jobs)
+    if len(different) < len(planned.jobs):
+        render.note(
+            f"{len(planned.jobs)} combinations, {len(different)} different: no stage reads what the others change"
+        )
+    records = dataclasses.replace(planned, jobs=different).run(jobs)
     if as_json:
         render.document({"runs": [record.document() for record in records]})
     else:

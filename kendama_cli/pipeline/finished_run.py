@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from kendama_cli.log.reader import LogFile
-from kendama_cli.pipeline.artifact_place import LOG, recorded_stage, stored_folder
+from kendama_cli.pipeline.artifact_place import recorded_stage, stored_folder, stored_log
 from kendama_cli.pipeline.catalogue import load_pipeline
 from kendama_cli.pipeline.report import write_report
 from kendama_cli.schema.registry import resolve
@@ -103,6 +103,8 @@ class Run:
     def log(self, stage: str) -> LogFile:
         """The stage's log; ``log(stage).table(topic)`` is a pandas DataFrame with ``t_s`` and a column per field.
 
+        Of a stage that moved or recorded and failed, what it had logged until then.
+
         Parameters
         ----------
         stage : str
@@ -115,7 +117,7 @@ class Run:
         InputError
             Where the log is damaged or gone.
         """
-        return LogFile(self.folder(stage) / LOG)
+        return LogFile(stored_log(self.record, stage))
 
     def report(self, output: Path | str | None = None) -> Path:
         """Write the run's report, a self-contained HTML page.

@@ -162,29 +162,52 @@ def begin(
 
 def past_runs(home: Path) -> list[dict[str, Any]]:
     """All readable records, oldest first, each with the ``folder`` that it stands in."""
-    found = []
-    for folder in sorted(durable.listed(home / "runs"), key=lambda folder: _number(folder.name)):
-        path, record = folder / "run.json", None
-        try:
-            record = durable.read_sealed(path)
-        except FormatError:
-            raise
-        except StoreError:  # one that cannot be read now hides no other
-            continue
-        if record is not None:
-            killed = record["outcome"] == "running" and not system().is_in_use(path.parent)
-            known = {**record, "folder": str(path.parent)}
-            found.append({**known, "outcome": "killed"} if killed else known)
-    return found
+    return readable_runs(home)[0]
+
+
+def readable_runs(home: Path) -> tuple[list[dict[str, Any]], int]:
+    """All readable records, as ``past_runs`` gives them, and how many others cannot be read."""
+    found = [(folder, _known(folder)) for folder in _folders(home)]
+    unreadable = sum(record is None and (folder / "run.json").exists() for folder, record in found)
+    return [record for _, record in found if record is not None], unreadable
+
+
+def _folders(home: Path) -> list[Path]:
+    """The runs' folders, oldest first."""
+    return sorted(durable.listed(home / "runs"), key=lambda folder: _number(folder.name))
+
+
+def _known(folder: Path) -> dict[str, Any] | None:
+    """The record in a run's folder, with that ``folder``; None where it is damaged or cannot be read now."""
+    try:
+        record = durable.read_sealed(folder / "run.json")
+    except FormatError:
+        raise
+    except StoreError:  # one that cannot be read now hides no other
+        return None
+    if record is None:
+        return None
+    known = {**record, "folder": str(folder)}
+    killed = record["outcome"] == "running" and not system().is_in_use(folder)
+    return {**known, "outcome": "killed"} if killed else known
+
+
+def unreadable_notice(home: Path, unreadable: int) -> str:
+    """What is said of runs whose record cannot be read, and what to do about it."""
+    return f"runs in {home} whose record cannot be read: {unreadable}; 'kendama cache verify' says which and why"
 
 
 def find_run(home: Path, run: str | None) -> dict[str, Any]:
     """The record called ``run`` (its number or a unique beginning will do), or the newest; else UsageError."""
-    records = past_runs(home)
-    if not records:
-        raise UsageError(f"no runs in {home} yet; 'kendama run' makes one, --home names another folder")
     if run is None:
-        return records[-1]
+        newest = next(filter(None, map(_known, reversed(_folders(home)))), None)  # of many runs this reads one
+        if newest is not None:
+            return newest
+    records, unreadable = readable_runs(home)
+    if not records and unreadable:
+        raise UsageError(unreadable_notice(home, unreadable))
+    if not records or run is None:
+        raise UsageError(f"no runs in {home} yet; 'kendama run' makes one, --home names another folder")
     matching = [record for record in records if run.isdecimal() and _number(str(record["run"])) == int(run)]
     matching = matching or [record for record in records if str(record["run"]).startswith(run)]
     if len(matching) != 1:

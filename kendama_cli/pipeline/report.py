@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from kendama_cli.pipeline.artifact_place import LOG
+from kendama_cli.pipeline.artifact_place import LOG, broken_off_log
 from kendama_cli.report.page import make_report
 from kendama_cli.report.sweep_page import make_sweep_report
 from kendama_cli.store import durable
@@ -20,7 +20,7 @@ def write_report(records: Sequence[Mapping[str, Any]], output: Path | None) -> P
     names = [str(record["run"]) for record in records]
     if len(records) == 1:
         path = output or Path(f"kendama-{names[0]}.html")
-        page = make_report(records[0], logs_of(records[0]))
+        page = make_report(records[0], {**logs_of(records[0]), **_broken_off(records[0])})
     else:
         path = output or Path(f"kendama-{min(names)}-and-{len(names) - 1}-more.html")
         pipelines = " and ".join(sorted({str(record["pipeline"]) for record in records}))
@@ -36,3 +36,10 @@ def logs_of(record: Mapping[str, Any]) -> dict[str, Path]:
     }
     beside = Path(record["folder"]) / REFEREE_LOG if "folder" in record else None
     return logs if beside is None or not beside.exists() else {**logs, "referee": beside}
+
+
+def _broken_off(record: Mapping[str, Any]) -> dict[str, Path]:
+    """What stages that failed had logged until then."""
+    failed = [str(stage["name"]) for stage in record["stages"] if stage["status"] == "failed"]
+    logs = {name: broken_off_log(Path(record["folder"]), name) for name in failed if "folder" in record}
+    return {name: path for name, path in logs.items() if path.exists()}

@@ -58,6 +58,22 @@ def test_tags_and_a_note_are_kept_found_and_taken_away(done: ToyProject) -> None
     assert done.kendama("cache", "verify").returncode == 0
 
 
+def test_runs_whose_record_is_damaged_are_counted_aloud(tmp_path: Path) -> None:
+    toy = ToyProject(tmp_path)
+    for steps in (2, 3):
+        toy.run_json(f"toy.steps={steps}")
+    first, second = sorted(toy.home.glob("runs/*/run.json"))
+    first.write_text("[1]")
+    listed = toy.kendama("runs")
+    assert [row.split()[0] for row in listed.stdout.splitlines()[1:]] == [second.parent.name]
+    assert listed.stderr == (
+        f"runs in {toy.home} whose record cannot be read: 1; 'kendama cache verify' says which and why\n"
+    )
+    second.write_text("")
+    error = toy.kendama("report", expect=2).stderr
+    assert "whose record cannot be read: 2; 'kendama cache verify'" in error
+
+
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [

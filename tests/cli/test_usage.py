@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -15,8 +16,13 @@ from tests.toy_project import ToyProject
 
 @pytest.fixture(scope="module")
 def laboratory(tmp_path_factory: pytest.TempPathFactory) -> ToyProject:
-    """One project for all commands that leave no file: what it composed once is in its index."""
-    return ToyProject(tmp_path_factory.mktemp("laboratory"))
+    """One project for all commands that leave no file: what it composed once is in its index.
+
+    It has no configuration of its own, so that commands begin with what the process that they are forked of composed.
+    """
+    toy = ToyProject(tmp_path_factory.mktemp("laboratory"))
+    shutil.rmtree(toy.folder / "conf")
+    return toy
 
 
 def complaint(toy: ToyProject, *arguments: str) -> str:
@@ -97,6 +103,12 @@ def test_home_is_taken_before_or_after_the_command_or_from_the_environment(toy: 
     for home in ("one", "two", "three"):
         assert list((toy.folder / home).glob("runs/*/run.json")), home
     assert not toy.home.exists()
+
+
+def test_a_home_that_is_a_file_is_told(toy: ToyProject) -> None:
+    (toy.folder / "taken").write_text("mine")
+    error = toy.kendama("runs", "--home", "taken", expect=2).stderr
+    assert error == f"kendama: --home {toy.folder / 'taken'} is a file; name a folder, which need not exist yet\n"
 
 
 @pytest.mark.parametrize(

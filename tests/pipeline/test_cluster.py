@@ -34,7 +34,7 @@ SLOWLY = ("toy.steps=12", "toy.pause_s=0.03")
 @pytest.fixture(scope="module")
 def cluster(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[ToyProject, DaskProcesses]]:
     """A project with a cluster, for tests that kill nothing of it."""
-    toy = ToyProject(tmp_path_factory.mktemp("cluster"))
+    toy = ToyProject(tmp_path_factory.mktemp("cluster"), alone=True)
     with DaskProcesses(toy) as processes:
         yield toy, processes
 
@@ -50,10 +50,10 @@ def test_a_sweep_on_a_cluster_gives_the_bytes_of_this_machine_and_each_stage_onc
 ) -> None:
     toy, processes = cluster
     text = (toy.folder / "pipelines/toy.yaml").read_text()
-    shared = text.replace("needs: [roll], config: [toy]", "needs: [roll], config: {toy: game}")
-    (toy.folder / "pipelines/shared.yaml").write_text(shared)
+    shared = text.replace("needs: [roll], config: [toy]", "needs: [roll], config: {toy: lighting}")
+    (toy.folder / "pipelines/shared.yaml").write_text(shared.replace('"+toy=default"', '"+toy=default", +lighting=dim'))
     count = toy.folder / "count"
-    over = ("game.rope.length_m=0.3,0.4,0.5", f"toy.count_file={count}", "seed=1,2")
+    over = ("lighting.ambient=0.3,0.4,0.5", f"toy.count_file={count}", "seed=1,2")
     on = processes.options(toy)
     runs = json.loads(toy.kendama("sweep", "-p", "shared", "--json", *on, *over).stdout)["runs"]
     assert count.read_text() == "x" * 40, "two rolls of twenty, for six runs"
