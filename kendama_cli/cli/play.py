@@ -28,10 +28,12 @@ def play(
     import webbrowser
 
     from kendama_cli.config.compose import composed
+    from kendama_cli.devices.hand.play.address import listen, own_address
     from kendama_cli.pipeline.nodes import build_settings
 
+    listening = listen(host, port)  # before all that takes seconds to import
     try:
-        from kendama_cli.devices.hand.play.server import Opened, PlayServer, own_address  # dartpy, starlette
+        from kendama_cli.devices.hand.play.server import Opened, PlayServer  # dartpy, starlette
     except ModuleNotFoundError as error:
         if (error.name or "").partition(".")[0] not in ("starlette", "uvicorn", "websockets"):
             raise
@@ -58,6 +60,6 @@ def play(
             webbrowser.open(address)
 
     try:
-        server.serve(host, port, ready)
+        server.serve(listening, host, ready)
     except KeyboardInterrupt:  # the way to end it
         render.note("ended; 'kendama run capture=play' goes on with what was kept")

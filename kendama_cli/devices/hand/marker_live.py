@@ -11,6 +11,7 @@ from pathlib import Path
 import cv2
 
 from kendama_cli.devices.hand.file import RecordedHand
+from kendama_cli.devices.hand.live_figures import LiveFigures, Tell
 from kendama_cli.devices.hand.marker import FEWEST_SEEN, films_of
 from kendama_cli.devices.hand.settings import MarkerLiveCapture
 from kendama_cli.errors import ConfigError, HardwareError
@@ -19,15 +20,18 @@ SLOW_SHARE = 0.9
 """A camera that gives fewer of the frames that it says has wrong times: it is slow in the dark, say."""
 
 
-def open_marker_live(settings: MarkerLiveCapture) -> Sequence[RecordedHand]:
-    """A hand for every swing in the film; raises HardwareError for a camera that is not there or goes away at once."""
-    film, rate_hz, notes = _recorded(settings)
+def open_marker_live(settings: MarkerLiveCapture, tell: Tell) -> Sequence[RecordedHand]:
+    """A hand for every swing in the film; ``tell`` is told of the images as they come.
+
+    Raises HardwareError for a camera that is not there or goes away at once.
+    """
+    film, rate_hz, notes = _recorded(settings, tell)
     hands = films_of((film,), settings if rate_hz is None else replace(settings, rate_hz=rate_hz))
     hands[0].warnings = (*notes, *hands[0].warnings)
     return hands
 
 
-def _recorded(settings: MarkerLiveCapture) -> tuple[str, float | None, list[str]]:
+def _recorded(settings: MarkerLiveCapture, tell: Tell) -> tuple[str, float | None, list[str]]:
     """Record the device for a while: the film, its rate where the camera was slower than it says, and lines about it.
 
     What was recorded is kept where the device goes away.
@@ -41,6 +45,7 @@ def _recorded(settings: MarkerLiveCapture) -> tuple[str, float | None, list[str]
     source = settings.device
     device = cv2.VideoCapture(int(source) if str(source).isdigit() else str(source))
     film: cv2.VideoWriter | None = None
+    figures = LiveFigures(tell, settings.seconds)
     count, began, last_s, rate_hz, notes = 0, time.monotonic(), 0.0, 30.0, list[str]()
     try:
         if not device.isOpened():
@@ -58,6 +63,7 @@ def _recorded(settings: MarkerLiveCapture) -> tuple[str, float | None, list[str]
             film.write(pixels)
             count += 1
             last_s = time.monotonic()
+            figures.add(last_s)
             began = began if count > 1 else last_s
     finally:
         device.release()

@@ -12,6 +12,7 @@ import numpy as np
 
 from kendama_cli.devices.hand.body import read_bodies, recording_of
 from kendama_cli.devices.hand.file import RecordedHand, hands_of
+from kendama_cli.devices.hand.live_figures import LiveFigures, Tell
 from kendama_cli.devices.hand.segments import checked_swings
 from kendama_cli.devices.hand.settings import FARTHEST_M, METRES, MocapCapture
 from kendama_cli.devices.hand.tracks.pose_stream import PROTOCOLS, streamed_poses
@@ -25,14 +26,14 @@ CLOCK_APART_S = 1.0
 """So is a clock that differs from ours by more; a network's delay does not."""
 
 
-def open_mocap(settings: MocapCapture) -> Sequence[RecordedHand]:
-    """A hand for every swing in the stream of ``settings.seconds``.
+def open_mocap(settings: MocapCapture, tell: Tell) -> Sequence[RecordedHand]:
+    """A hand for every swing in the stream of ``settings.seconds``; ``tell`` is told of the poses as they come.
 
     Raises HardwareError where the server is not there, goes away or does not have the body, ConfigError for a unit that
     cannot be; what came is kept.
     """
     path = Path(settings.record)
-    stream = _recorded(settings, path)
+    stream = _recorded(settings, path, tell)
     (body,) = read_bodies(str(path))
     recording = recording_of(str(path), body, None, settings)
     recording = replace(
@@ -53,7 +54,7 @@ class _Stream:
         self.others: set[str] = set()
         self.not_finite, self.not_rising, self.without_time, self.ended = 0, 0, 0, ""
 
-    def record(self, settings: MocapCapture, kept: StreamFile) -> None:
+    def record(self, settings: MocapCapture, kept: StreamFile, figures: LiveFigures) -> None:
         """Take poses for ``settings.seconds`` from the first on, which must come within as long.
 
         Raises HardwareError where the line fails, ConfigError for places that are in another unit.
@@ -78,6 +79,7 @@ class _Stream:
                 self.without_time += not pose.stamp_s
                 self.stamps_s.append(stamp_s)
                 self.arrivals_s.append(now)
+                figures.add(now, pose.stamp_s or None)
                 kept.write((stamp_s - self.stamps_s[0], *place_m, *pose.rotation_wxyz))
             if now - (self.arrivals_s[0] if self.arrivals_s else began) >= settings.seconds:
                 return
@@ -128,12 +130,12 @@ class _Stream:
         return why + (f"; it streams {', '.join(sorted(self.others))}" if self.others else "")
 
 
-def _recorded(settings: MocapCapture, path: Path) -> _Stream:
+def _recorded(settings: MocapCapture, path: Path, tell: Tell) -> _Stream:
     """Keep the stream in ``path``; what came. Raises HardwareError where too little came, which is not kept."""
     stream, kept = _Stream(), StreamFile(path, settings.body)
     try:
         with kept:
-            stream.record(settings, kept)
+            stream.record(settings, kept, LiveFigures(tell, settings.seconds))
     except HardwareError as wrong:
         stream.ended = str(wrong)
     finally:

@@ -5,9 +5,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from kendama_cli.devices.hand.interface import HandDevice
+from kendama_cli.devices.hand.live_figures import Tell, silent
 from kendama_cli.devices.hand.settings import HANDS, CaptureSettings
 
 
-def open_hands(settings: CaptureSettings) -> Sequence[HandDevice]:
-    """One device per demonstration, in order; raises InputError or MissingPartError where there is none."""
-    return tuple(HANDS.maker(settings.kind)(settings))
+def open_hands(settings: CaptureSettings, tell: Tell = silent) -> Sequence[HandDevice]:
+    """One device per demonstration, in order; raises InputError or MissingPartError where there is none.
+
+    ``tell`` is told how a stream comes while it is recorded, of hands whose settings say that they ``stream``.
+    """
+    make = HANDS.maker(settings.kind)
+    return tuple(make(settings, tell) if getattr(settings, "streams", False) else make(settings))

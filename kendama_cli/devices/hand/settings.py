@@ -228,6 +228,7 @@ class MarkerLiveCapture(MarkerSettings):
     """The marker before a camera that is recorded now."""
 
     live: ClassVar[bool] = True
+    streams: ClassVar[bool] = True
     """A person swings for it: what was recorded is kept until someone asks for another recording."""
 
     kind: Literal["marker_live"] = setting("a printed marker before a camera")
@@ -246,6 +247,7 @@ class MocapCapture(BodySettings):
     """A motion capture system that streams the pose of a rigid body fixed to the cup, by OpenIGTLink or VRPN."""
 
     live: ClassVar[bool] = True
+    streams: ClassVar[bool] = True
     """A person swings for it: what was recorded is kept until someone asks for another recording."""
 
     kind: Literal["mocap"] = setting("a tracked body that is streamed now")

@@ -12,9 +12,10 @@ import yaml
 
 from kendama_cli.devices.hand.open_hands import open_hands
 from kendama_cli.devices.hand.settings import MocapCapture
-from kendama_cli.errors import ConfigError, HardwareError
+from kendama_cli.errors import ConfigError, HardwareError, InputError
 from kendama_cli.schema.settings import build
 from tests.devices.hand.swing_server import ROOT, SWING, at_its_pace, free_port
+from tests.stalls import without_stall
 
 pytestmark = pytest.mark.realtime
 
@@ -61,17 +62,27 @@ def streamed():
 
 
 def test_every_pose_of_a_stream_arrives_and_is_kept(streamed, tmp_path):
-    port, rows = streamed()
-    (hand,) = open_hands(settings(tmp_path, port))
-    samples = list(hand.samples())
-    made = np.array([one.position_m for one in samples])
-    truth = np.column_stack([np.interp([one.t_s for one in samples], rows[:, 0], c) for c in rows[:, 1:].T])
-    assert np.abs(made - made[0] - truth + truth[0]).max() < 2e-3  # the first poses may come before we listen
-    assert len(samples) > 230
-    assert any("poses at 100.0 Hz" in one and "delay" in one for one in hand.warnings)
-    assert len((tmp_path / "kept.csv").read_text().splitlines()) == len(samples) + 2
-    with pytest.raises(ConfigError, match="which exists; a recording is never overwritten"):
-        open_hands(settings(tmp_path, port))
+    def recorded(attempt):
+        kept = tmp_path / f"kept-{attempt}.csv"
+        port, rows = streamed()
+        told = []
+        chosen = settings(tmp_path, port, record=str(kept))
+        (hand,) = open_hands(chosen, lambda done, total, **figures: told.append((done, total, figures)))
+        samples = list(hand.samples())
+        assert [done for done, _, _ in told] == sorted(done for done, _, _ in told), "live, while it is recorded"
+        assert told[-1][:2] in ((1, 3), (2, 3))
+        assert told[-1][2]["rate_hz"] == pytest.approx(100.0, rel=0.1)
+        assert {"gaps", "longest_step_ms", "delay_ms"} <= told[-1][2].keys()
+        made = np.array([one.position_m for one in samples])
+        truth = np.column_stack([np.interp([one.t_s for one in samples], rows[:, 0], c) for c in rows[:, 1:].T])
+        assert np.abs(made - made[0] - truth + truth[0]).max() < 2e-3  # the first poses may come before we listen
+        assert len(samples) > 230
+        assert any("poses at 100.0 Hz" in one and "delay" in one for one in hand.warnings)
+        assert len(kept.read_text().splitlines()) == len(samples) + 2
+        with pytest.raises(ConfigError, match="which exists; a recording is never overwritten"):
+            open_hands(chosen)
+
+    without_stall(recorded, AssertionError, InputError)  # a server that stands still leaves out poses
 
 
 def test_poses_that_are_no_numbers_are_left_out_and_told(streamed, tmp_path):
@@ -100,8 +111,12 @@ def test_a_server_that_is_not_there(tmp_path):
 
 def test_a_server_without_times_is_taken_by_arrival_at_a_steady_rate(streamed, tmp_path):
     """As the example servers of the OpenIGTLink project are."""
-    port, _ = streamed(stamp=lambda t_s: 0.0)
-    (hand,) = open_hands(settings(tmp_path, port))
+
+    def recorded(attempt):
+        port, _ = streamed(stamp=lambda t_s: 0.0)
+        return open_hands(settings(tmp_path, port, record=str(tmp_path / f"kept-{attempt}.csv")))
+
+    (hand,) = without_stall(recorded, InputError)  # a server that stands still leaves out poses
     assert any("the server sends no times: those of arrival are taken" in one for one in hand.warnings)
     t_s = np.array([one.t_s for one in hand.samples()])
     assert t_s[-1] == pytest.approx(SWING[-1, 0], abs=0.3)

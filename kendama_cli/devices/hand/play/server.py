@@ -52,9 +52,8 @@ class PlayServer:
         self._token = secrets.token_urlsafe(16)
         self._players: dict[str, Player] = {}
 
-    def serve(self, host: str, port: int, ready: Callable[[Opened], None]) -> None:
-        """Serve until SIGINT or SIGTERM, which is raised again when all tries are kept; raises UsageError."""
-        listening = _listen(host, port)
+    def serve(self, listening: socket.socket, host: str, ready: Callable[[Opened], None]) -> None:
+        """Serve on ``listening`` until SIGINT or SIGTERM, which is raised again when all tries are kept."""
         bound = int(listening.getsockname()[1])
         shown = f"[{host}]" if ":" in host else host
         routes = [
@@ -136,27 +135,6 @@ class PlayServer:
 
     def _knows(self, token: str) -> bool:
         return secrets.compare_digest(token.encode(), self._token.encode())
-
-
-def own_address() -> str:
-    """This machine's address in its network, or loopback where it has none; nothing is sent to find out."""
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
-        try:
-            probe.connect(("192.0.2.1", 9))  # an address for documentation: it only chooses an interface
-        except OSError:
-            return "127.0.0.1"
-        return str(probe.getsockname()[0])
-
-
-def _listen(host: str, port: int) -> socket.socket:
-    try:
-        family = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)[0][0]
-        listening = socket.create_server((host, port), family=family)
-    except OSError as error:
-        raise UsageError(
-            f"cannot listen on {host}:{port} ({error.strerror or error}): choose another --port, or 0 for a free one"
-        ) from None
-    return listening
 
 
 def _read(name: str) -> bytes:
