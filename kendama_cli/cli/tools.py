@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -138,6 +139,25 @@ def log_export(
 
     for path in export(log_path(find_site(home).home, file), output or Path(Path(file).stem + ".parquet"), topic):
         render.text(str(path))
+
+
+@log_app.command("layout")
+def log_layout(
+    file: LogPlace,
+    output: Annotated[
+        Path | None, typer.Option("-o", "--output", metavar="FILE", help="[the log's or stage's name .layout.json].")
+    ] = None,
+    home: Home = None,
+) -> None:
+    """Write a layout with which Foxglove shows an MCAP log: scene, images and plots."""
+    from kendama_cli.log.layout import layout  # pandas
+    from kendama_cli.pipeline.artifact_place import log_path
+    from kendama_cli.store.durable import write_file
+
+    made = json.dumps(layout(log_path(find_site(home).home, file)), indent=1)
+    target = output or Path(Path(file).stem + ".layout.json")
+    write_file(target, f"{made}\n".encode())
+    render.text(str(target))
 
 
 def _show_log(facts: dict[str, Any]) -> None:
