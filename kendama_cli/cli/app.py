@@ -152,7 +152,9 @@ def report(
     ] = None,
     film: Annotated[
         Path | None,
-        typer.Option(metavar="FILE", help="Instead of a page, a film of the catch (.webm), slowed down where it is."),
+        typer.Option(
+            metavar="FILE", help="Instead of a page, a film of the catch (.webm or .mp4), slowed down where it is."
+        ),
     ] = None,
     home: Home = None,
 ) -> None:
@@ -184,13 +186,17 @@ def referee(
         str | None,
         typer.Argument(metavar="[RUN]", help="Id of a run; the newest if left out.", autocompletion=completion.runs),
     ] = None,
+    rope_g: Annotated[
+        float,
+        typer.Option(metavar="G", min=0.01, max=20, help="Mass of the whole rope; the simulation's own has none."),
+    ] = 0.5,
     as_json: Json = False,
     home: Home = None,
 ) -> None:
     """Play a run's games again on a chain of links in MuJoCo, and say whether it agrees (extra 'referee')."""
     from kendama_cli.cli.referee import referee as play_again  # numpy, scipy and MuJoCo
 
-    play_again(find_site(home).home, run_name, as_json=as_json)
+    play_again(find_site(home).home, run_name, rope_kg=1e-3 * rope_g, as_json=as_json)
 
 
 @app.command()

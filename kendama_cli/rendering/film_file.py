@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import contextlib
 import os
-import sys
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
@@ -14,13 +12,14 @@ from numpy.typing import NDArray
 
 from kendama_cli.errors import InputError
 from kendama_cli.rendering.film import HEIGHT_PX, RATE_HZ, WIDTH_PX, FilmMaker
+from kendama_cli.rendering.film_writer import h264_film, vp8_film
 from kendama_cli.rendering.mesh import LinkMesh, Surface, unit_cylinder
 from kendama_cli.report.replay.performance import Performance
 from kendama_cli.settings.game import GameSettings
 from kendama_cli.system.processes import process_pool
 
-SUFFIX = ".webm"
-"""What OpenCV can write and browsers play: VP8."""
+FILMS = {".webm": vp8_film, ".mp4": h264_film}
+"""Kinds of film by their name's ending."""
 _AT_ONCE = 8
 """Pictures of one task: long enough to be worth a message, short enough to keep all processes busy to the end."""
 _maker: FilmMaker | None = None
@@ -28,8 +27,12 @@ _maker: FilmMaker | None = None
 
 def check_film_name(path: Path) -> None:
     """Raise InputError for a name that no film can have, or a folder that is not there."""
-    if path.suffix.lower() != SUFFIX:
-        raise InputError(str(path), f"a film ends in {SUFFIX}", remedy=f"name it {path.stem or 'catch'}{SUFFIX}")
+    if path.suffix.lower() not in FILMS:
+        raise InputError(
+            str(path),
+            f"a film ends in {' or '.join(FILMS)}",
+            remedy=f"name it {path.stem or 'catch'}{next(iter(FILMS))}",
+        )
     if not path.absolute().parent.is_dir():
         raise InputError(str(path), "its folder is not there", remedy="make the folder, or name another one")
     if path.is_dir():
@@ -39,16 +42,22 @@ def check_film_name(path: Path) -> None:
 def write_film(motion: Performance, game: GameSettings, path: Path) -> int:
     """Render ``motion`` into ``path``, which is replaced only by a whole film; how many pictures it has.
 
-    Raises InputError where the film cannot be written there, MissingPartError where Embree is not installed.
+    Raises InputError where the film cannot be written there, MissingPartError where Embree, or PyAV for .mp4, is not
+    installed.
     """
     check_film_name(path)
     Surface(LinkMesh(*unit_cylinder(3), (0.0, 0.0, 0.0)))  # says here, not in a process, where Embree is missing
-    unfinished = path.with_name(f".{path.stem}.{os.getpid()}{SUFFIX}")
+    suffix = path.suffix.lower()
+    unfinished = path.with_name(f".{path.stem}.{os.getpid()}{suffix}")
     try:
-        with _writer(path, unfinished) as writer:
+        try:
+            unfinished.touch()
+        except OSError as error:
+            raise _unwritable(path) from error
+        with FILMS[suffix](unfinished, RATE_HZ, WIDTH_PX, HEIGHT_PX) as write:
             count = 0
             for picture in _pictures(motion, game):
-                writer.write(picture)
+                write(picture)
                 count += 1
         try:
             unfinished.replace(path)
@@ -79,38 +88,5 @@ def _render(moments: Sequence[tuple[float, float]]) -> list[NDArray[np.uint8]]:
     return [_maker.picture(*moment) for moment in moments]
 
 
-@contextlib.contextmanager
-def _writer(path: Path, unfinished: Path) -> Iterator[cv2.VideoWriter]:
-    """An open writer; raises InputError, naming ``path``, where the place cannot be written."""
-    try:
-        unfinished.touch()
-    except OSError as error:
-        raise _unwritable(path) from error
-    with _quiet():  # it says that it takes a tag of its own for VP8 in WebM
-        code = cv2.VideoWriter.fourcc(*"VP80")
-        writer = cv2.VideoWriter(str(unfinished), cv2.CAP_FFMPEG, code, RATE_HZ, (WIDTH_PX, HEIGHT_PX))
-    if not writer.isOpened():
-        raise InputError(str(path), "OpenCV cannot write VP8 here", remedy="install opencv-python-headless from PyPI")
-    try:
-        yield writer
-    finally:
-        writer.release()
-
-
 def _unwritable(path: Path) -> InputError:
     return InputError(str(path), "the film cannot be written there", remedy="name a place that you may write to")
-
-
-@contextlib.contextmanager
-def _quiet() -> Iterator[None]:
-    """Nothing that a library writes to the standard error itself is seen."""
-    sys.stderr.flush()
-    kept = os.dup(2)
-    silent = os.open(os.devnull, os.O_WRONLY)
-    try:
-        os.dup2(silent, 2)
-        yield
-    finally:
-        os.dup2(kept, 2)
-        os.close(kept)
-        os.close(silent)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import sys
 from pathlib import Path
 
 import cv2
@@ -10,7 +11,7 @@ import numpy as np
 import pytest
 
 from kendama_cli.cli.report_work import film_of
-from kendama_cli.errors import InputError
+from kendama_cli.errors import InputError, MissingPartError
 from kendama_cli.pipeline.film import film_run
 from kendama_cli.rendering.film import AFTER_S, BEFORE_S, HEIGHT_PX, RATE_HZ, SLOWER, WIDTH_PX, FilmMaker, clock
 from kendama_cli.rendering.film_file import check_film_name, write_film
@@ -73,11 +74,12 @@ def test_the_pictures_show_ball_cup_and_arm_where_they_are() -> None:
     assert (first.min(axis=-1) > 225).mean() > 0.5  # light paper behind it all
 
 
-def test_a_film_is_a_file_that_is_whole_or_not_there(tmp_path: Path, monkeypatch) -> None:
+@pytest.mark.parametrize("suffix", [".webm", ".mp4"])
+def test_a_film_is_a_file_that_is_whole_or_not_there(tmp_path: Path, monkeypatch, suffix: str) -> None:
     monkeypatch.setattr(os, "sched_getaffinity", lambda pid: {0}, raising=False)
-    pictures = write_film(_motion(0.1), GAME, tmp_path / "catch.webm")
-    assert [path.name for path in tmp_path.iterdir()] == ["catch.webm"]
-    film = cv2.VideoCapture(str(tmp_path / "catch.webm"))
+    pictures = write_film(_motion(0.1), GAME, tmp_path / f"catch{suffix}")
+    assert [path.name for path in tmp_path.iterdir()] == [f"catch{suffix}"]
+    film = cv2.VideoCapture(str(tmp_path / f"catch{suffix}"))
     assert film.get(cv2.CAP_PROP_FPS) == pytest.approx(RATE_HZ, rel=0.01)
     shown = []
     while (read := film.read())[0]:
@@ -87,11 +89,20 @@ def test_a_film_is_a_file_that_is_whole_or_not_there(tmp_path: Path, monkeypatch
     assert _ball(shown[0])[0] > 100
 
 
+def test_without_its_extra_an_mp4_says_what_to_install(tmp_path: Path, monkeypatch) -> None:
+    monkeypatch.setitem(sys.modules, "av", None)
+    with pytest.raises(
+        MissingPartError, match=r"\.mp4 needs PyAV; pip install 'kendama\[film\]', or name the film .webm"
+    ):
+        write_film(_motion(0.1), GAME, tmp_path / "catch.mp4")
+    assert list(tmp_path.iterdir()) == []
+
+
 @pytest.mark.parametrize(
     ("name", "said"),
     [
-        ("catch.avi", r"catch.avi: a film ends in .webm; name it catch.webm"),
-        ("catch", r"catch: a film ends in .webm; name it catch.webm"),
+        ("catch.avi", r"catch.avi: a film ends in .webm or .mp4; name it catch.webm"),
+        ("catch", r"catch: a film ends in .webm or .mp4; name it catch.webm"),
         ("nowhere/catch.webm", r"catch.webm: its folder is not there; make the folder, or name another one"),
         ("folder.webm", r"folder.webm: it is a folder; name a file"),
     ],
