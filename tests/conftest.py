@@ -10,6 +10,7 @@ import sys
 from collections.abc import Generator
 from pathlib import Path
 
+import hypothesis
 import pytest
 import typer.main
 from filelock import FileLock
@@ -20,6 +21,10 @@ from tests.toy_project import ToyProject
 # started as a shell's background job, this process ignores Ctrl-C, and so would all that it starts
 signal.signal(signal.SIGINT, signal.default_int_handler)
 signal.signal(signal.SIGHUP, signal.SIG_DFL)  # and as a service it ignores the end of its terminal
+
+# how long an example takes says how busy this machine is, and nothing of what is tested
+hypothesis.settings.register_profile("suite", deadline=None)
+hypothesis.settings.load_profile("suite")
 
 # made from the signatures of all commands, which takes as long as most commands that tests carry out in this process
 typer.main.get_command = functools.cache(typer.main.get_command)

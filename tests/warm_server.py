@@ -10,27 +10,31 @@ import atexit
 import contextlib
 import functools
 import gc
+import importlib
 import json
 import os
+import runpy
 import signal
 import subprocess
 import sys
 import time
-from collections.abc import Mapping
+import traceback
+from collections.abc import Mapping, Sequence
 from importlib.metadata import entry_points
+from pathlib import Path
 from typing import IO, Any, NoReturn
 
 import pydantic.type_adapter  # noqa: F401
 import typer._adapters
 import typer.main
-from hydra import compose, initialize_config_dir  # noqa: F401
 from hydra.core.override_parser.overrides_parser import OverridesParser
 
 import kendama_cli.cli.run_work
 import kendama_cli.pipeline.report  # noqa: F401
 from kendama_cli.cli import parsed
 from kendama_cli.cli.main import main
-from kendama_cli.config import hydra_compose  # noqa: F401
+from kendama_cli.config import hydra_compose
+from kendama_cli.config.site import find_site
 from kendama_cli.pipeline.worker import work
 from kendama_cli.system.interface import Lock, Worker
 from kendama_cli.system.interpreters import one_thread
@@ -105,10 +109,29 @@ def be_command(asked: Mapping[str, Any]) -> int:
     sys.path[:0] = [asked["folder"], *path]
     for number, name in enumerate((os.devnull, asked["out"], asked["err"])):
         os.dup2(os.open(name, os.O_RDWR), number)
+    if "program" in asked:
+        return be_program(asked["program"])
     if not asked["real_workers"]:
         Linux.interpreters = lambda self: ForkedWorkers()  # type: ignore[method-assign]
     exec(asked["before"], {})
     return main(asked["arguments"])
+
+
+def be_program(words: Sequence[str]) -> int:
+    """Carry out ``python WORDS`` in this process, without options but ``-m``; its exit code."""
+    sys.argv = [*words[1:]] if words[0] == "-m" else [*words]
+    try:
+        if words[0] == "-m":
+            runpy.run_module(words[1], run_name="__main__", alter_sys=True)
+        else:
+            sys.path[0] = str(Path(words[0]).parent)
+            runpy.run_path(words[0], run_name="__main__")
+    except SystemExit as end:
+        return end.code if isinstance(end.code, int) else int(end.code is not None)
+    except Exception:
+        traceback.print_exc()
+        return 1
+    return 0
 
 
 def _end(code: int) -> NoReturn:
@@ -119,6 +142,13 @@ def _end(code: int) -> NoReturn:
     os._exit(code)
 
 
+def import_libraries() -> None:
+    """Import every stage of ours with all that it computes with."""
+    for point in entry_points(group="kendama.stages"):
+        declaration = point.load()
+        importlib.import_module(declaration.run.partition(":")[0])
+
+
 def serve() -> None:
     """Import what every command imports, then fork a command for each line."""
     OverridesParser.create().parse_override("warm=1")
@@ -127,6 +157,9 @@ def serve() -> None:
     for group in entry_points().groups:
         for point in entry_points(group=group) if group.startswith("kendama.") else ():
             point.load()
+    hydra_compose.compose_with_hydra(find_site(), [])  # its files are kept
+    if "libraries" in sys.argv:
+        import_libraries()
     gc.collect()
     gc.freeze()  # else a fork's first collection copies every page that holds an object
     for line in sys.stdin:

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-import subprocess
-import sys
+import os
 from pathlib import Path
 
 import pytest
+
+from tests import warm_command
 
 ROOT = Path(__file__).resolve().parents[2]
 EXPECTED = {
@@ -24,12 +25,7 @@ def test_every_example_is_run_here() -> None:
 
 @pytest.mark.parametrize("name", sorted(EXPECTED))
 def test_an_example_runs(name: str, tmp_path: Path) -> None:
-    done = subprocess.run(
-        [sys.executable, ROOT / "examples" / name, tmp_path / "home"],
-        cwd=tmp_path,
-        capture_output=True,
-        text=True,
-        check=False,
-    )
+    words = [str(ROOT / "examples" / name), str(tmp_path / "home")]
+    done = warm_command.python(words, tmp_path, os.environ, 240)
     assert done.returncode == 0, done.stderr
     assert EXPECTED[name] in done.stdout

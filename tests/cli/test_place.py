@@ -18,7 +18,7 @@ ONE = "capture.path=data/demonstrations/swing-04.csv"
 
 
 def kendama(folder: Path, *arguments: str, expect: int = 0) -> subprocess.CompletedProcess[str]:
-    done = warm_command.kendama(arguments, folder, os.environ, 240)
+    done = warm_command.kendama(arguments, folder, os.environ, 240, libraries=True)
     assert done.returncode == expect, done.stderr
     return done
 

@@ -6,7 +6,6 @@ import json
 import os
 import re
 import subprocess
-import sys
 from pathlib import Path
 
 import pytest
@@ -16,14 +15,14 @@ from kendama_cli.course.checks import exercise_8
 from kendama_cli.course.notebook import Cell, as_notebook, read_notebook, without_magics
 from kendama_cli.course.work import Work, WrongAnswerError
 from kendama_cli.errors import UsageError
+from tests import warm_command
 from tests.course.work_of_students import COURSE, EXERCISES, solved_cells
 from tests.documented_package import declare_installed
 
 
 def kendama(folder: Path, *words: str, path: Path | None = None) -> subprocess.CompletedProcess[str]:
     environment = {**os.environ, "PYTHONDONTWRITEBYTECODE": "1", **({"PYTHONPATH": str(path)} if path else {})}
-    command = [sys.executable, "-m", "kendama_cli.cli.main", "course", *words]
-    return subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True, check=False)
+    return warm_command.kendama(["course", *words], folder, environment, 240)
 
 
 def test_the_list_names_every_exercise_with_its_tasks(tmp_path: Path) -> None:

@@ -13,6 +13,7 @@ from pathlib import Path
 
 import pytest
 
+from tests import warm_command
 from tests.documented_package import declare_installed, write_documented
 
 HAND, CAMERA, ROBOT, CONTROLLER = (
@@ -52,16 +53,19 @@ def bench(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-def _run(folder: Path, *command: str) -> subprocess.CompletedProcess[str]:
-    environment = {**os.environ, "PYTHONPATH": str(folder), "PYTHONDONTWRITEBYTECODE": "1"}
-    words = [sys.executable, "-m", *command]
-    return subprocess.run(words, cwd=folder, env=environment, capture_output=True, text=True, timeout=240, check=False)
+def _environment(folder: Path) -> dict[str, str]:
+    return {**os.environ, "PYTHONPATH": str(folder), "PYTHONDONTWRITEBYTECODE": "1"}
+
+
+def _kendama(folder: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
+    return warm_command.kendama(arguments, folder, _environment(folder), 240, libraries=True)
 
 
 def _conformance(folder: Path, *suites: str, overrides: Iterable[str]) -> subprocess.CompletedProcess[str]:
     words = [word for override in overrides for word in ("--override", override)]
     plain = ("pytest", "-q", "-rp", "-p", "no:cacheprovider", "-p", "no:xdist")
-    return _run(folder, *plain, "-p", "kendama_cli.conformance", "--pyargs", *suites, *words)
+    words = ["-m", *plain, "-p", "kendama_cli.conformance", "--pyargs", *suites, *words]
+    return warm_command.python(words, folder, _environment(folder), 240)
 
 
 def _check_passed(folder: Path, parts: Mapping[str, str]) -> None:
@@ -102,7 +106,7 @@ def test_a_kind_that_nobody_declares_is_refused_with_those_that_are_there(bench:
 def test_a_documented_hand_is_captured_by_its_kind_alone(bench: Path) -> None:
     (bench / "pipelines").mkdir(exist_ok=True)
     (bench / "pipelines" / "swings.yaml").write_text("stages:\n  capture: {config: [capture]}\n")
-    done = _run(bench, "kendama_cli.cli.main", "run", "-p", "swings", "--json", "capture=bench")
+    done = _kendama(bench, "run", "-p", "swings", "--json", "capture=bench")
     assert done.returncode == 0, done.stderr
     metrics = json.loads(done.stdout)["stages"][0]["metrics"]
     assert metrics["n_demonstrations"] == 2
@@ -110,17 +114,16 @@ def test_a_documented_hand_is_captured_by_its_kind_alone(bench: Path) -> None:
 
 
 def test_a_documented_stage_has_an_artifact_a_log_and_a_chapter_in_the_report(bench: Path) -> None:
-    done = _run(bench, "kendama_cli.cli.main", "run", "-p", "tempo", "--json", "capture=bench")
+    done = _kendama(bench, "run", "-p", "tempo", "--json", "capture=bench")
     assert done.returncode == 0, done.stderr
     code = (
         "import kendama_cli as kendama; run = kendama.open_run(); study = run.artifact('tempo');"
         "print(type(study).__name__, study.tau_scale.tolist(), list(run.log('tempo').table('/tempo/scale')))"
     )
-    environment = {**os.environ, "PYTHONPATH": str(bench)}
-    shown = subprocess.check_output([sys.executable, "-c", code], cwd=bench, env=environment, text=True)
+    shown = subprocess.check_output([sys.executable, "-c", code], cwd=bench, env=_environment(bench), text=True)
     assert shown.startswith("TempoStudy [0.8, 1.0, 1.2, 1.4]")
     assert "peak_speed_m_s" in shown
-    done = _run(bench, "kendama_cli.cli.main", "report", "-o", "page.html")
+    done = _kendama(bench, "report", "-o", "page.html")
     assert done.returncode == 0, done.stderr
     assert "Speed over time scale" in (bench / "page.html").read_text()
 
@@ -128,14 +131,14 @@ def test_a_documented_stage_has_an_artifact_a_log_and_a_chapter_in_the_report(be
 def test_a_documented_learner_learns_in_the_stage_by_its_kind_alone(bench: Path) -> None:
     quick = ("simulation/engine=rail", "learn.count.cap=30", "learn.count.evaluation=5")
     words = ("run", "-p", "swingup", "--until", "learn", "--json", "learn/learner=bench", *quick)
-    done = _run(bench, "kendama_cli.cli.main", *words)
+    done = _kendama(bench, *words)
     assert done.returncode == 0, done.stderr
     assert 1 <= json.loads(done.stdout)["stages"][0]["metrics"]["rollouts"] <= 30
 
 
 def test_a_documented_camera_and_detector_are_checked_by_their_kinds_alone(bench: Path) -> None:
     words = ("camera", "check", "--seconds", "0.3", "--json", "camera=bench", "predict/detector=bench")
-    done = _run(bench, "kendama_cli.cli.main", *words)
+    done = _kendama(bench, *words)
     assert done.returncode == 0, done.stderr
     (front,) = json.loads(done.stdout)["cameras"].values()
     assert front["frames"] >= 5
