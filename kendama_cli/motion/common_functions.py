@@ -9,9 +9,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
+from kendama_cli.motion.even_samples import GramSeries, gram_series
 from kendama_cli.motion.response_columns import ResponseColumns, read_rows
 from kendama_cli.schema.arrays import Array
 
@@ -30,6 +32,18 @@ class CommonFunctions:
     """(W, p, p): the integral of the third derivatives' products"""
     miss: Array
     """(W, p, p): the square of the goal's miss, weighted"""
+    ends: Array
+    """(6, W, 2, p): see ``ResponseColumns``"""
+
+    @cached_property
+    def gram(self) -> GramSeries:
+        """What they make with each other over many even samples."""
+        return gram_series(self.rows, self.ends)
+
+    @property
+    def nodes(self) -> int:
+        """n + 1."""
+        return int(self.rows.shape[1]) // 3
 
     def at(self, share: Array) -> Array:
         """Q at ``share`` (n,), each in [0, 1]; (W, n, p)."""
@@ -44,4 +58,11 @@ def common_functions(columns: ResponseColumns, free: Sequence[int], end_weight: 
     triangle = np.asarray(np.linalg.qr(np.concatenate((thin / np.sqrt(thin.shape[1]), miss), axis=1), mode="r"))
     lift = np.linalg.inv(triangle)
     bend, off = jerk @ lift, miss @ lift
-    return CommonFunctions(lift, triangle, rows @ lift, bend.transpose(0, 2, 1) @ bend, off.transpose(0, 2, 1) @ off)
+    return CommonFunctions(
+        lift=lift,
+        triangle=triangle,
+        rows=rows @ lift,
+        jerk=bend.transpose(0, 2, 1) @ bend,
+        miss=off.transpose(0, 2, 1) @ off,
+        ends=columns.ends[..., free] @ lift,
+    )

@@ -14,13 +14,15 @@ demonstration of as many samples.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import lru_cache, partial
 
 import numpy as np
 
 from kendama_cli.motion.basis import Basis
 from kendama_cli.motion.common_functions import CommonFunctions, common_functions
+from kendama_cli.motion.even_samples import node_sums
 from kendama_cli.motion.response_columns import ResponseColumns, read_rows, response_columns
 from kendama_cli.schema.arrays import Array
 
@@ -44,6 +46,9 @@ LEAST_COLUMN = 1e-6
 
 LEAST_SEEN = 1e-3
 """Of what dense samples see of a function: where they see less, normal equations would lose digits."""
+
+DENSE = 6
+"""So many even samples a node, and the series of what the functions make with each other is right to 2e-11."""
 
 NONE = 1e-6
 """Freedom of a price that is out of the question."""
@@ -69,13 +74,14 @@ class Ends:
 class Operator:
     """The factorised least squares for one set of n shares and W bases, with p free parameters.
 
-    Parameters = ``lift`` (shrink * (``turn`` ``seen`` positions)); lambda is one of L ``PRICES``.
+    Parameters = ``lift`` (shrink * (``turn`` seen)) with seen what the functions have in common with the positions;
+    lambda is one of L ``PRICES``.
     """
 
-    seen: Array
-    """(W, n, p): functions at the shares"""
+    see: Callable[[Array], Array]
+    """From rows of samples (r, n) to their products with the functions (W, r, p)"""
     turn: Array
-    """(W, p, p): to components; those of ``seen`` are orthonormal"""
+    """(W, p, p): from those to components, which are orthonormal"""
     lift: Array
     """(W, 4 + m, p): y0, y0', g, g' and the weights"""
     shrink: Array
@@ -97,14 +103,14 @@ class Projection:
 def project(operator: Operator, position: Array) -> Projection:
     """The swings ``position`` (N, k, n) at the operator's shares, with the score of every lambda [m^2]."""
     count, axes, n = position.shape
-    z = _products(position.reshape(-1, n), operator.seen) @ operator.turn.transpose(0, 2, 1)
+    z = operator.see(position.reshape(-1, n)) @ operator.turn.transpose(0, 2, 1)
     z = z.reshape(len(z), count, axes, -1)
     total = (position**2).reshape(count, -1).sum(axis=1)
     rss = total - operator.kept @ (z**2).sum(axis=2).transpose(0, 2, 1)
     return Projection(z, n * np.maximum(rss, n * axes * RESOLUTION_M**2) / operator.freedom[:, :, None] ** 2)
 
 
-def _products(rows: Array, seen: Array) -> Array:
+def _products(seen: Array, rows: Array) -> Array:
     """``rows`` (r, n) times ``seen`` (W, n, p), so many rows at once that BLAS stays on one thread; (W, r, p)."""
     at_once = max(1, ONE_THREAD // seen[0].size)
     parts = [rows[i : i + at_once] @ seen for i in range(0, len(rows), at_once)]
@@ -121,40 +127,60 @@ def solve_positions(operator: Operator, position: Array) -> Array:
 @lru_cache(maxsize=128)
 def even_operator(count: int, bases: tuple[Basis, ...], ends: Ends) -> Operator:
     """The operator for ``count`` even samples."""
-    return operator(np.linspace(0.0, 1.0, count), bases, ends)
+    common = _common(bases, ends)
+    if count < DENSE * common.nodes:
+        return operator(np.linspace(0.0, 1.0, count), bases, ends)
+    see = partial(_node_products, common)
+    found = _by_normal_equations(common, count, common.gram.at(count), see, _free(bases[0], ends))
+    return found or operator(np.linspace(0.0, 1.0, count), bases, ends)
+
+
+def _node_products(common: CommonFunctions, rows: Array) -> Array:
+    return node_sums(rows, common.nodes) @ common.rows
 
 
 def operator(share: Array, bases: tuple[Basis, ...], ends: Ends) -> Operator:
     """Factorise the least squares for ``share`` (n,), for each of ``bases``."""
-    seen, turn, lift, shrink = _factorised(share, bases, ends)
-    freedom = len(share) - shrink.sum(axis=2)
-    # a score from hardly any freedom would praise a motion that runs through every sample; the smoothest always counts
-    freedom = np.where(freedom < LEAST_FREEDOM * len(share), NONE, freedom)
-    freedom[:, -1] = np.maximum(freedom[:, -1], 0.5)
-    return Operator(seen, turn, lift, shrink, 2 * shrink - shrink**2, freedom)
-
-
-def _factorised(share: Array, bases: tuple[Basis, ...], ends: Ends) -> tuple[Array, Array, Array, Array]:
-    """Normal equations of the common functions where the samples see them all, or else Q and R of the columns."""
     n, common = len(share), _common(bases, ends)
-    if n < 2 * common.lift.shape[1]:
-        return _each_by_columns(share, bases, ends)
-    seen = common.at(share)
-    across = seen.transpose(0, 2, 1)
-    gram = across @ seen + n * common.miss
+    found = None
+    if n >= 2 * common.lift.shape[1]:
+        seen = common.at(share)
+        gram = seen.transpose(0, 2, 1) @ seen
+        found = _by_normal_equations(common, n, gram, partial(_products, seen), _free(bases[0], ends))
+    if found is None:
+        seen, turn, lift, shrink = (
+            np.array(one) for one in zip(*(_by_columns(share, basis, ends) for basis in bases), strict=True)
+        )
+        found = _operator(n, partial(_products, seen), turn, lift, shrink)
+    return found
+
+
+def _operator(n: int, see: Callable[[Array], Array], turn: Array, lift: Array, shrink: Array) -> Operator:
+    freedom = n - shrink.sum(axis=2)
+    # a score from hardly any freedom would praise a motion that runs through every sample; the smoothest always counts
+    freedom = np.where(freedom < LEAST_FREEDOM * n, NONE, freedom)
+    freedom[:, -1] = np.maximum(freedom[:, -1], 0.5)
+    return Operator(see, turn, lift, shrink, 2 * shrink - shrink**2, freedom)
+
+
+def _by_normal_equations(
+    common: CommonFunctions, n: int, products: Array, see: Callable[[Array], Array], free: list[int]
+) -> Operator | None:
+    """From the functions' ``products`` (W, p, p) over n samples; None where the samples do not see them all."""
+    gram = products + n * common.miss
     # LEAST_COLUMN of each column's own size, as in ``_by_columns``
     size2 = (common.triangle * (gram @ common.triangle)).sum(axis=1)
     gram += LEAST_COLUMN**2 * (common.lift.transpose(0, 2, 1) * size2[:, None]) @ common.lift
     triangle = np.linalg.cholesky(gram)
     if (np.diagonal(triangle, axis1=1, axis2=2) ** 2).min() < LEAST_SEEN * n:
-        return _each_by_columns(share, bases, ends)
+        return None
     inverse = np.linalg.inv(triangle)
     squared, turn = np.linalg.eigh(inverse @ common.jerk @ inverse.transpose(0, 2, 1))
     to_components = turn.transpose(0, 2, 1) @ inverse
-    lift = np.zeros((len(bases), 4 + bases[0].functions, seen.shape[2]))
-    lift[:, _free(bases[0], ends)] = common.lift @ to_components.transpose(0, 2, 1)
+    lift = np.zeros((len(gram), max(free) + 1, len(free)))
+    lift[:, free] = common.lift @ to_components.transpose(0, 2, 1)
     shrink = 1.0 / (1.0 + PRICES[:, None] * n * np.maximum(squared, 0.0)[:, None])
-    return seen, to_components, lift, shrink
+    return _operator(n, see, to_components, lift, shrink)
 
 
 def _free(basis: Basis, ends: Ends) -> list[int]:
@@ -169,11 +195,6 @@ def _common(bases: tuple[Basis, ...], ends: Ends) -> CommonFunctions:
 @lru_cache(maxsize=16)
 def _columns(bases: tuple[Basis, ...]) -> ResponseColumns:
     return response_columns(bases)
-
-
-def _each_by_columns(share: Array, bases: tuple[Basis, ...], ends: Ends) -> tuple[Array, Array, Array, Array]:
-    seen, turn, lift, shrink = zip(*(_by_columns(share, basis, ends) for basis in bases), strict=True)
-    return np.array(seen), np.array(turn), np.array(lift), np.array(shrink)
 
 
 def _by_columns(share: Array, basis: Basis, ends: Ends) -> tuple[Array, Array, Array, Array]:

@@ -26,6 +26,9 @@ CELLS_PER_FUNCTION, CELLS_PER_FREQUENCY = 8, 5
 """Gauss and Hermite then leave 2e-8 of a function."""
 _POINTS = 0.5 + np.sqrt(0.15) * np.array([-1.0, 0.0, 1.0])
 _SHARES = np.array([5.0, 8.0, 5.0]) / 18.0
+_STEP = 1e-3
+_DIFFERENCES = np.array([[1, -8, 0, 8, -1], np.array([-1, 16, -30, 16, -1]) / _STEP]) / (12 * _STEP)
+"""From a function at -2 .. 2 steps to its first and second derivative."""
 
 
 @dataclass(frozen=True)
@@ -36,6 +39,8 @@ class ResponseColumns:
     """(W, 3 (n + 1), 4 + m): of each node the value, and its first and second derivative over the cells between."""
     jerk: Array
     """(W, n + 1, 4 + m): the third derivatives by s, times the root of the trapezoidal rule's weights."""
+    ends: Array
+    """(6, W, 2, 4 + m): value and five derivatives by s at 0 and 1"""
     miss: Array
     """(W, 2, 4 + m): how far y(1) is from g, and y'(1) from g', in 1 / w."""
 
@@ -73,7 +78,30 @@ def response_columns(bases: Sequence[Basis]) -> ResponseColumns:
     weights[[0, -1]] /= 2.0
     miss = np.stack((whole[0][:, -1], whole[1][:, -1] / w), axis=1)
     miss[:, [0, 1], [2, 3]] -= 1.0, 1.0 / w  # the goal's own columns read g and g' there
-    return ResponseColumns(rows.reshape(len(bases), -1, rows.shape[3]), whole[3] * np.sqrt(weights)[:, None], miss)
+    return ResponseColumns(
+        rows=rows.reshape(len(bases), -1, rows.shape[3]),
+        jerk=whole[3] * np.sqrt(weights)[:, None],
+        ends=_at_ends([one[:, [0, -1]] for one in whole], w, _drive_derivatives(first, widths)),
+        miss=miss,
+    )
+
+
+def _drive_derivatives(basis: Basis, widths: Array) -> Array:
+    """r'' and r''' of the features at 0 and 1, for ``widths`` (W, m), by differences of r'; (2, W, 2, m)."""
+    instants = np.array([[0.0], [1.0]]) + _STEP * np.arange(-2, 3)
+    rates = feature_rates(phase(instants.reshape(-1, 1), basis.decay), basis.centers, widths, basis.decay)
+    made = np.tensordot(_DIFFERENCES, rates.reshape(2, 5, *widths.shape), (1, 1))
+    return np.asarray(made.transpose(0, 2, 1, 3))
+
+
+def _at_ends(known: Sequence[Array], w: float, drive: Array) -> Array:
+    """``known`` value and three derivatives (W, 2, 4 + m), and two more from eq. 3 differentiated."""
+    made = list(known)
+    for push in drive:
+        further = -2 * w * made[-1] - w**2 * made[-2]
+        further[..., 4:] += push
+        made.append(further)
+    return np.stack(made)
 
 
 def _end_columns(share: Array, w: float) -> tuple[Array, Array, Array, Array]:
@@ -98,15 +126,18 @@ def read_rows(rows: Array, share: Array) -> Array:
     cells = rows.shape[1] // 3 - 1
     place = np.asarray(share) * cells
     cell = np.minimum(place.astype(np.int64), cells - 1)
-    # the six rows of a cell, three of its begin and three of its end, follow each other
-    six = np.lib.stride_tricks.sliding_window_view(rows, 6, axis=1)[:, ::3]
-    weights = np.stack(_quintic(place - cell))
-    return np.stack([np.einsum("rk,kpr->kp", weights, one[cell]) for one in six])
+    weights = quintic(place - cell)
+    return np.stack([np.einsum("rk,kpr->kp", weights, one[cell]) for one in cell_rows(rows)])
 
 
-def _quintic(u: Array) -> tuple[Array, ...]:
-    """Hermite's six weights (n,) at u = 0 .. 1 of value, first and second derivative at 0, then at 1."""
+def cell_rows(rows: Array) -> Array:
+    """The six rows of each cell, three of its begin and three of its end; a view (W, n, p, 6) of (W, 3 (n + 1), p)."""
+    return np.lib.stride_tricks.sliding_window_view(rows, 6, axis=1)[:, ::3]
+
+
+def quintic(u: Array) -> Array:
+    """Hermite's six weights at u = 0 .. 1 (n,) of value, first and second derivative at 0, then at 1; (6, n)."""
     v, square, cube = 1 - u, u * u, u * u * u
     far, left = cube * (10 - 15 * u + 6 * square), v * v * v
     near = (1 - far, u * left * (1 + 3 * u), square * left / 2)
-    return *near, far, -cube * v * (4 - 3 * u), cube * v * v / 2
+    return np.stack((*near, far, -cube * v * (4 - 3 * u), cube * v * v / 2))

@@ -19,6 +19,7 @@ from kendama_cli.artifacts.demonstration import Demonstration
 from kendama_cli.motion.averaging import encode, encode_demonstrations, prepare
 from kendama_cli.motion.dmp import play
 from kendama_cli.motion.position_fit import even_operator
+from kendama_cli.motion.settings import EncodeSettings
 from tests.motion.swings import path, settings
 
 COUNT, SAMPLES, RATE_HZ, SEED = 10, 1500, 1000.0, 7
@@ -46,12 +47,12 @@ def best_ms(work: Callable[[], object], repeats: int) -> float:
     return 1e3 * min(spent)
 
 
-def with_new_lengths(swings: Sequence[Demonstration]) -> Callable[[], object]:
+def with_new_lengths(swings: Sequence[Demonstration], chosen: EncodeSettings) -> Callable[[], object]:
     """The same when no demonstration of these lengths was encoded before, but others were."""
 
     def work() -> object:
         even_operator.cache_clear()
-        return encode_demonstrations(swings, settings())
+        return encode_demonstrations(swings, chosen)
 
     return work
 
@@ -106,7 +107,7 @@ def main() -> None:
         "encode 10: weights, end velocities, width": best_ms(lambda: encode(prepared, chosen), 200),
         "encode 10: the same, aligned and averaged": best_ms(lambda: encode_demonstrations(swings, chosen), 200),
         "encode 10 of ten lengths": best_ms(lambda: encode_demonstrations(uneven, chosen), 100),
-        "encode 10 of ten lengths, none seen before": best_ms(with_new_lengths(uneven), 20),
+        "encode 10 of ten lengths, none seen before": best_ms(with_new_lengths(uneven, chosen), 20),
         "play 1500 instants": best_ms(lambda: play(plan, swings[0].t_s), 100),
     }
     imitate = peer_imitation(swings[0])
