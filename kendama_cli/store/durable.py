@@ -214,12 +214,13 @@ def publish_folder(scratch: Path, target: Path) -> None:
             sync(file)
         sync(scratch)
         make_folder(target.parent)
-        if target.exists():
-            retired = target.parent / f"{SCRATCH}-{os.urandom(16).hex()}"
+        retired = target.parent / f"{SCRATCH}-{os.urandom(16).hex()}" if target.exists() else None
+        if retired is not None:
             os.replace(target, retired)
-            remove_tree(retired, ignore_errors=True)
         os.replace(scratch, target)
         sync(target.parent)
+        if retired is not None:  # before its new name is durable, its files would be missed under the old one
+            remove_tree(retired, ignore_errors=True)
 
 
 def write_sealed(path: Path, record: dict[str, Any]) -> None:

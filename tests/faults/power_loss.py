@@ -6,6 +6,7 @@ is what POSIX promises, and less than ext4, xfs or btrfs do.
 
 from __future__ import annotations
 
+import os
 import random
 import struct
 from collections.abc import Iterator, Sequence
@@ -134,7 +135,8 @@ def _left(folder: Folder, variant: str, rng: random.Random) -> Folder:
         if isinstance(node, Folder):
             left.live[name] = _left(node, variant, rng)
         elif variant == "bytes cut in half" and node.live != node.synced:
-            kept = len(node.synced) if node.live.startswith(node.synced) else 0  # bytes appended lose none before them
+            # what is appended, or cut off, loses none of the durable bytes before it
+            kept = len(os.path.commonprefix((node.live, node.synced)))
             left.live[name] = File(node.live[: max(kept, len(node.live) // 2)])
         else:
             left.live[name] = File(node.live if variant == "any of it" and rng.random() < 0.5 else node.synced)
