@@ -62,6 +62,11 @@ LONGEST_FIRST = (
 RECORDINGS = Path(__file__).resolve().parents[2] / "shared" / "data"
 
 
+def pytest_xdist_auto_num_workers() -> int:
+    """One more than there are cores: for a third of their time tests wait for processes that they started."""
+    return (os.cpu_count() or 1) + 1
+
+
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """Begin with the files that take longest, end with those whose tests run alone; the others keep their order."""
     place = {Path(__file__).parent / name: i for i, name in enumerate(LONGEST_FIRST)}
