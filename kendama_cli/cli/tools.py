@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import enum
 import json
 from pathlib import Path
 from typing import Annotated, Any
@@ -14,6 +15,7 @@ from kendama_cli.cli.options import ConfigDir, Home, Json
 from kendama_cli.cli.shared_cache import RemotePlace, pull, push
 from kendama_cli.cli.shared_cache import verify as verify_shared
 from kendama_cli.config.site import find_site
+from kendama_cli.errors import UsageError
 
 cache_app = typer.Typer(help="Look after the store of finished work.", no_args_is_help=True)
 log_app = typer.Typer(help="Look into MCAP logs.", no_args_is_help=True)
@@ -26,6 +28,13 @@ LogPlace = Annotated[
         autocompletion=completion.artifacts,
     ),
 ]
+
+
+class ExportForm(enum.StrEnum):
+    """What a log is exported as."""
+
+    TABLE = "table"
+    LEROBOT = "lerobot"
 
 
 @cache_app.command("path")
@@ -131,9 +140,22 @@ def log_export(
         ),
     ] = None,
     topic: Annotated[str | None, typer.Option(metavar="TOPIC", help="Only this topic.")] = None,
+    form: Annotated[
+        ExportForm,
+        typer.Option("--format", help="A table, or the demonstrations and games of a RUN as LeRobot datasets."),
+    ] = ExportForm.TABLE,
+    fps: Annotated[int, typer.Option(min=1, max=1000, help="Frames per second of a LeRobot dataset.")] = 50,
     home: Home = None,
 ) -> None:
-    """Export an MCAP log to Parquet or CSV."""
+    """Export an MCAP log to Parquet or CSV, or as a LeRobot dataset."""
+    if form is ExportForm.LEROBOT:
+        from kendama_cli.pipeline.episodes_export import export_episodes
+
+        if topic is not None:
+            raise UsageError("--format lerobot takes no --topic: it reads all that its episodes need")
+        for path in export_episodes(find_site(home).home, file, output, fps):
+            render.text(str(path))
+        return
     from kendama_cli.log.export import export  # pandas and pyarrow
     from kendama_cli.pipeline.artifact_place import log_path
 

@@ -95,7 +95,7 @@ def performance(
     paths = {name: _within(log.table(f"{under}/{name}", FrameTransform), start_s, end_s) for name in ("cup", "ball")}
     if any(len(path) < 2 for path in paths.values()):
         return None
-    poses = {name: (path["t_s"].to_numpy(np.float64), _poses(path)) for name, path in paths.items()}
+    poses = {name: (path["t_s"].to_numpy(np.float64), poses_of(path)) for name, path in paths.items()}
     bodies = _sampled(poses)
     links = _links(log, f"{under}/links", start_s, end_s)
     seen = log.messages(scene, SceneUpdate).messages if scene else ()
@@ -118,7 +118,7 @@ def cup_alone(frame: pd.DataFrame, label: str) -> Performance | None:
     """A recorded path of the cup, which nobody says where in the room it was."""
     if len(frame) < 2:
         return None
-    bodies = _sampled({"cup": (frame["t_s"].to_numpy(np.float64), _poses(frame))})
+    bodies = _sampled({"cup": (frame["t_s"].to_numpy(np.float64), poses_of(frame))})
     return Performance(label, "demonstration", bodies, placed=False)
 
 
@@ -138,7 +138,7 @@ def _within(frame: pd.DataFrame, start_s: float, end_s: float) -> pd.DataFrame:
     return frame[(frame["t_s"] > start_s) & (frame["t_s"] <= end_s)] if len(frame) else frame
 
 
-def _poses(frame: pd.DataFrame) -> Array:
+def poses_of(frame: pd.DataFrame) -> Array:
     return frame[["x_m", "y_m", "z_m", "qw", "qx", "qy", "qz"]].to_numpy(np.float64)
 
 
@@ -164,10 +164,10 @@ def _sampled(poses: dict[str, tuple[Array, Array]]) -> Frames:
     logged = min((len(t_s) - 1) / max(float(np.ptp(t_s)), 1e-6) for t_s, _ in poses.values())
     rate = min(MOST_RATE_HZ, logged, MOST_SAMPLES / max(end - start, 1e-3))
     t = start + np.arange(int((end - start) * rate + 1e-6) + 1) / rate
-    return Frames(tuple(poses), start, rate, np.stack([_between(*one, t) for one in poses.values()], axis=1))
+    return Frames(tuple(poses), start, rate, np.stack([poses_between(*one, t) for one in poses.values()], axis=1))
 
 
-def _between(t_s: Array, poses: Array, t: Array) -> Array:
+def poses_between(t_s: Array, poses: Array, t: Array) -> Array:
     """Poses at times ``t``: places on straight lines, rotations by the normalised mean (Lengyel 2011, 4.6.3)."""
     turn = poses[:, 3:].copy()
     flips = np.cumprod(np.where((turn[1:] * turn[:-1]).sum(axis=1) < 0, -1.0, 1.0))

@@ -17,4 +17,5 @@ STAGE = StageDeclaration(
     kind="records",
     chapter="kendama_cli.stages.capture.chapter:capture_figures",
     replay="kendama_cli.stages.capture.performance:replay",
+    episodes="kendama_cli.stages.capture.episodes:episodes",
 )

@@ -1,0 +1,70 @@
+"""``kendama log export --format lerobot``: what a run's stages offer to learn from, each as a dataset of its own."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+from kendama_cli.errors import InputError, UsageError
+from kendama_cli.log.lerobot import write_dataset
+from kendama_cli.pipeline.artifact_place import LOG, log_path
+from kendama_cli.pipeline.record import find_run, past_runs
+from kendama_cli.report.source import StageLog
+from kendama_cli.schema.declaration import find_stage, stage_names
+from kendama_cli.schema.registry import resolve
+
+
+def export_episodes(home: Path, place: str, output: Path | None, fps: int) -> list[Path]:
+    """Write the datasets of ``place``: a RUN (a folder for each of its stages), RUN/STAGE, STAGE or a log's FILE.
+
+    The folders written. Raises UsageError where there is nothing to learn from or a folder is not empty, InputError
+    for a log that cannot be read.
+    """
+    folder = output or Path(f"{place.strip('/').replace('/', '-').removesuffix('.mcap')}-lerobot")
+    whole_run = _is_run(home, place)
+    written = []
+    for name, path in _logs(home, place) if whole_run else [("", log_path(home, place))]:
+        target = folder / name
+        if target.exists() and (not target.is_dir() or any(target.iterdir())):
+            raise UsageError(f"'{target}' is there already and not empty; name another folder with -o")
+        if _write(path, target, fps):
+            written.append(target)
+    if not written:
+        known = ", ".join(name for name in stage_names() if _offers(name))
+        raise UsageError(f"'{place}' holds no episodes to learn from; the logs of {known} do")
+    return written
+
+
+def _is_run(home: Path, place: str) -> bool:
+    """Whether ``place`` names a whole run: no file, no RUN/STAGE, and no stage of a run there is."""
+    if "/" in place or place.endswith(".mcap") or Path(place).exists():
+        return False
+    return not any(made["name"] == place for record in past_runs(home) for made in record["stages"])
+
+
+def _logs(home: Path, run: str) -> Iterator[tuple[str, Path]]:
+    """Of each stage of ``run`` whose log is kept and offers episodes."""
+    for made in find_run(home, run)["stages"]:
+        if made["artifact"] is not None and _offers(str(made["stage"])):
+            yield str(made["name"]), Path(made["artifact"]) / LOG
+
+
+def _offers(stage: str) -> bool:
+    declaration = find_stage(stage)
+    return declaration is not None and declaration.episodes is not None
+
+
+def _write(path: Path, target: Path, fps: int) -> bool:
+    """Whether the log at ``path`` had episodes, which stand in ``target`` then."""
+    if not path.exists():
+        raise InputError(str(path), "is not there", remedy="'kendama run' makes it again")
+    log = StageLog(path)
+    for name in stage_names():  # a log tells the pipeline's name of its stage; its topics tell whose it is
+        declaration = find_stage(name)
+        if declaration is None or declaration.episodes is None or not log.topics_under(f"/{name}/"):
+            continue
+        made = resolve(declaration.episodes, f"the episodes of stage '{name}'")(log, fps)
+        if made is not None:
+            write_dataset(made, target)
+            return True
+    return False
