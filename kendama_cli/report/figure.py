@@ -4,6 +4,15 @@ from __future__ import annotations
 
 import html
 from dataclasses import dataclass
+from functools import cache
+from importlib.resources import files
+
+
+@cache
+def save_script() -> str:
+    """Puts a button under each figure that saves it as SVG; the page's policy must allow it."""
+    text = files("kendama_cli.report").joinpath("save.js").read_text(encoding="utf-8")
+    return f"'use strict';\n(() => {{\n{text}}})();\n"
 
 
 @dataclass(frozen=True)

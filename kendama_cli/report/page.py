@@ -9,6 +9,7 @@ from typing import Any
 
 from kendama_cli.report.animation import SCRIPT
 from kendama_cli.report.chapters import declaration_of, draw, film, performances
+from kendama_cli.report.figure import save_script
 from kendama_cli.report.page_head import page_head
 from kendama_cli.report.replay.page_part import replay, scripts
 from kendama_cli.report.source import StageLog
@@ -34,14 +35,14 @@ def make_report(run: Mapping[str, Any], logs: Mapping[str, Path]) -> str:
     figures = 0
     sections = []
     for name in names:
-        section, figures = _section(name, declarations[name], stages.get(name, {}), sources.get(name), figures)
-        sections.append(section)
+        shown_section, figures = section(name, declarations[name], stages.get(name, {}), sources.get(name), figures)
+        sections.append(shown_section)
     title = f"kendama: run {run.get('run', '')}".strip()
     described = f"Run {run.get('run', '?')}" + (f", pipeline {run['pipeline']}" if run.get("pipeline") else "")
     if run.get("overrides"):
         described += ", with " + " ".join(map(str, run["overrides"]))
     shown = _replay(declarations, sources)
-    run_scripts = (SCRIPT, *scripts()) if shown else (SCRIPT,)
+    run_scripts = (SCRIPT, save_script(), *(scripts() if shown else ()))
     return (
         f"{page_head(title, *run_scripts)}<body><main>"
         f"<h1>{html.escape(_heading(declarations))}</h1>"
@@ -115,7 +116,7 @@ def _result(metric: str, value: float) -> str:
     return shown + (f"<small>{unit}</small>" if unit else "")
 
 
-def _section(
+def section(
     name: str, declaration: StageDeclaration | None, stage: Mapping[str, Any], log: StageLog | None, figures: int
 ) -> tuple[str, int]:
     """The chapter of one stage, and the number of figures up to its end."""

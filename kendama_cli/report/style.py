@@ -94,6 +94,9 @@ svg{display:block;width:100%;height:auto}
 svg text{font-family:var(--sans)!important}
 figcaption{font:14px/1.5 var(--sans);color:var(--ink);margin-top:12px;max-width:62em}
 figcaption b:first-child{margin-right:4px}
+.save{font:12.5px var(--sans);color:var(--muted);background:none;border:0;padding:6px 0;cursor:pointer;
+ text-decoration:underline;text-underline-offset:3px}
+.save:hover{color:var(--ink)}
 .thumbs{display:grid;grid-template-columns:repeat(4,minmax(0,1fr));gap:8px}
 .thumbs div{min-width:0}.thumbs p{font:12px/1.4 var(--sans);color:var(--muted);margin:4px 0 0}
 .facts{display:grid;grid-template-columns:repeat(auto-fill,minmax(235px,1fr));gap:0 28px;margin:18px 0 0;
@@ -155,7 +158,7 @@ footer{margin-top:72px;padding-top:16px;border-top:1px solid var(--line);font:13
  .thumbs{grid-template-columns:repeat(2,minmax(0,1fr))}section{margin-top:48px}
  .replay .stage{aspect-ratio:4/5}.replay .keys{display:none}
  .cols-3 svg.plot,.cols-2 svg.plot{max-width:520px}.cols-1 svg.plot{min-width:600px}}
-@media print{.replay{display:none}
+@media print{.replay,.save{display:none}
  body{font-size:10.5pt}main{max-width:none;padding:0}.controls{display:none}section{margin-top:28pt}
  figure,.facts,.panel{break-inside:avoid}h2{break-after:avoid}.contents{display:none}}
 """

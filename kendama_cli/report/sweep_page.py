@@ -10,7 +10,7 @@ import numpy as np
 from kendama_cli.errors import InputError
 from kendama_cli.report.chapters import EnsembleChapter, declaration_of, ensemble_chapter, undrawn
 from kendama_cli.report.ensemble import Ensemble, Run, ensemble
-from kendama_cli.report.figure import Figure
+from kendama_cli.report.figure import Figure, save_script
 from kendama_cli.report.grid import EMPTY, Cell, grid, quantity
 from kendama_cli.report.page_head import page_head
 from kendama_cli.report.tables import label_and_unit, settings_table
@@ -59,12 +59,12 @@ def make_sweep_report(title: str, runs: Sequence[Run]) -> str:
         sections.append(section)
     described = title or f"{len(runs)} runs"
     return (
-        f"{page_head(f'kendama: {described}')}<body><main>"
+        f"{page_head(f'kendama: {described}', save_script())}<body><main>"
         "<h1>Ball in a cup: many runs side by side</h1>"
         f'<p class="run">{html.escape(described)}</p>'
         f"{_contents(chapters)}{_headlines(chapters, gathered)}{''.join(sections)}"
         "<footer>Made by kendama from the logs of these runs alone. Runs that share a log count it once.</footer>"
-        "</main></body></html>\n"
+        f"</main><script>{save_script()}</script></body></html>\n"
     )
 
 
