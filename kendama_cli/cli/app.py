@@ -85,6 +85,11 @@ def run(
     force: Force = None,
     on: On = None,
     arm: Arm = False,
+    watch: Annotated[bool, typer.Option("--watch", help="Show the run in the browser while it goes on.")] = False,
+    port: Annotated[
+        int, typer.Option(metavar="N", min=0, max=65535, help="Port of that page, on loopback; 0 takes a free one.")
+    ] = 0,
+    show: Annotated[bool, typer.Option("--show/--no-show", help="Open that page, or only print its address.")] = True,
     as_json: Json = False,
     home: Home = None,
     config_dir: ConfigDir = None,
@@ -92,6 +97,7 @@ def run(
     """Run a pipeline; what is cached is not computed again."""
     began_s = time.time()
     from kendama_cli.cli.run_work import run_pipeline
+    from kendama_cli.cli.watch import WatchOptions
 
     return run_pipeline(
         find_site(home, config_dir),
@@ -104,6 +110,7 @@ def run(
         began_s=began_s,
         arm=arm,
         as_json=as_json,
+        watch=WatchOptions(port, show) if watch else None,
     )
 
 

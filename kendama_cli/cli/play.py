@@ -28,8 +28,9 @@ def play(
     import webbrowser
 
     from kendama_cli.config.compose import composed
-    from kendama_cli.devices.hand.play.address import listen, own_address
+    from kendama_cli.devices.hand.play.address import own_address
     from kendama_cli.pipeline.nodes import build_settings
+    from kendama_cli.system.listening import listen
 
     listening = listen(host, port)  # before all that takes seconds to import
     try:

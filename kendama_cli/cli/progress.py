@@ -38,7 +38,7 @@ class PlainLines:
         """Another run on this home is computing the stage."""
         self._say(f"{name}: waits for another run that is computing it")
 
-    def stage_starts(self, name: str, reasons: tuple[str, ...]) -> None:
+    def stage_starts(self, name: str, key: str | None, reasons: tuple[str, ...]) -> None:
         """A worker for the stage has started."""
         self._told_s[name] = time.monotonic()
         self._say(f"{name}: starts ({'; '.join(reasons) or 'goes on'})")
@@ -100,7 +100,7 @@ class LiveView:
         """Another run on this home is computing the stage."""
         self._progress.update(self._row(name), mark="…", shown="another run is computing it")
 
-    def stage_starts(self, name: str, reasons: tuple[str, ...]) -> None:
+    def stage_starts(self, name: str, key: str | None, reasons: tuple[str, ...]) -> None:
         """A worker for the stage has started."""
         self._progress.update(self._row(name), mark="▸", shown="; ".join(reasons))
 

@@ -9,6 +9,7 @@ import yaml
 from kendama_cli.cli import render
 from kendama_cli.cli.progress import PlainLines, observer
 from kendama_cli.cli.repeat import next_step
+from kendama_cli.cli.watch import WatchOptions, with_page
 from kendama_cli.config.compose import Composition, composed, composition
 from kendama_cli.config.site import Site
 from kendama_cli.pipeline.catalogue import load_pipeline
@@ -33,19 +34,25 @@ def run_pipeline(
     began_s: float,
     arm: bool,
     as_json: bool,
+    watch: WatchOptions | None,
 ) -> int:
     """Run, show how it ended, and remember for ``asked``, begun at ``began_s``, where there is nothing left to do.
 
     The exit code is 1 too where a stage kept what it had and did not come to its end: an arm that stopped, say.
     """
+    opened = None if watch is None else watch.opened()  # a taken port is told at once
     configuration = configuration_stamps(site.considered, pipeline)
     planner, configured = _planned(site, pipeline, until, with_executor(overrides, on))
     forced = check_forced(planner.pipeline, force)
     check_armed(planner, armed=arm)
     record = begin(site.home, pipeline, of_results(overrides))
     settings = build_settings(configured.config)
-    with open_cluster(planner.store, settings, render.note) as cluster, PlainLines() if as_json else observer() as view:
-        Runner(planner, record, view, forced=forced, cluster=cluster).run()
+    with (
+        open_cluster(planner.store, settings, render.note) as cluster,
+        PlainLines() if as_json else observer() as view,
+        with_page(view, opened, record, planner) as seen,
+    ):
+        Runner(planner, record, seen, forced=forced, cluster=cluster).run()
     if as_json:
         render.document(record.document())
     else:

@@ -97,7 +97,7 @@ class _OneOfMany:
     def stage_waits(self, name: str) -> None:
         """Another run on this home is computing the stage."""
 
-    def stage_starts(self, name: str, reasons: tuple[str, ...]) -> None:
+    def stage_starts(self, name: str, key: str | None, reasons: tuple[str, ...]) -> None:
         """A worker for the stage has started."""
 
     def stage_progress(self, name: str, done: int, total: int | None, figures: Mapping[str, Any]) -> None:

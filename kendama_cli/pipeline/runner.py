@@ -35,8 +35,8 @@ class Observer(Protocol):
     def stage_waits(self, name: str) -> None:
         """Another run on this home is computing the stage."""
 
-    def stage_starts(self, name: str, reasons: tuple[str, ...]) -> None:
-        """A worker for the stage has started."""
+    def stage_starts(self, name: str, key: str | None, reasons: tuple[str, ...]) -> None:
+        """A worker has started that computes ``key``, for the stage ``name``."""
 
     def stage_progress(self, name: str, done: int, total: int | None, figures: Mapping[str, Any]) -> None:
         """The stage reports where its work stands."""
@@ -154,7 +154,7 @@ class Runner:
         self._running.start(away or self._starter, plan, request, lock=lock, output=output)
         self._waiting.pop(spec.name)
         self._forced.discard(spec.name)
-        self._observer.stage_starts(spec.name, plan.reasons)
+        self._observer.stage_starts(spec.name, plan.key, plan.reasons)
 
     def _listen(self) -> None:
         for job, event in self._running.events(POLL_S):

@@ -9,8 +9,10 @@ import html
 from kendama_cli.report.style import CSS
 
 
-def page_head(title: str, *scripts: str) -> str:
+def page_head(title: str, *scripts: str, also: str = "") -> str:
     """The beginning of a page up to its body; of all scripts that may ever stand in it only ``scripts`` run.
+
+    ``also`` is what else its policy allows.
 
     Titles, labels and text of a log are escaped where they are written. Should one not be, the browser still loads
     nothing and runs nothing of it.
@@ -18,7 +20,7 @@ def page_head(title: str, *scripts: str) -> str:
     own = " ".join(f"'sha256-{base64.b64encode(hashlib.sha256(text.encode()).digest()).decode()}'" for text in scripts)
     policy = (
         f"default-src 'none'; {f'script-src {own}; ' if own else ''}style-src 'unsafe-inline'; "
-        "img-src data:; media-src data:; base-uri 'none'; form-action 'none'"
+        f"img-src data:; media-src data:; base-uri 'none'; form-action 'none'{f'; {also}' if also else ''}"
     )
     return (
         '<!doctype html>\n<html lang="en"><head><meta charset="utf-8">'

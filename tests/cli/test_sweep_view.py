@@ -38,7 +38,7 @@ def test_one_bar_counts_the_runs_and_keeps_failures_in_sight() -> None:
     with SweepView(jobs, Console(file=screen, force_terminal=True, width=110)) as view:
         for seed, one in enumerate(jobs[:3]):
             watched = view.watch(one, record(seed, one.overrides, outcome()))
-            watched.stage_starts("learn", ())
+            watched.stage_starts("learn", "key", ())
             failed = seed == 1
             watched.stage_ends(outcome("failed", "the rope broke") if failed else outcome(rollouts_to_proof=100 + seed))
     frame = re.sub(r"\x1b\[[0-9;?]*[a-zA-Z]", "", screen.getvalue()).replace("\r", "").rpartition("runs ")[2]

@@ -31,8 +31,11 @@ def scripts() -> tuple[str, str]:
     return three, f"'use strict';\n(() => {{\n{motion}{player}}})();\n"
 
 
-def replay(performances: Sequence[Performance]) -> str:
-    """The replay of ``performances`` as HTML, hidden until its script finds that the browser can draw it."""
+def replay(performances: Sequence[Performance], *, once: bool = False) -> str:
+    """The replay of ``performances`` as HTML, hidden until its script finds that the browser can draw it.
+
+    ``once``: it plays to its end by itself and no further, and not where the browser draws slowly.
+    """
     shown = _placed(performances)
     scene = {"performances": [_performance(one) for one in shown]}
     many = len(shown) > 1
@@ -52,7 +55,8 @@ def replay(performances: Sequence[Performance]) -> str:
         for rate, words in ((1, "1\u00d7"), (0.25, "\u00bc"), (0.1, "\u2152"))
     )
     return (
-        '<div class="replay" hidden><div class="stage"><canvas tabindex="0" aria-label="Replay in space. Space plays,'
+        f'<div class="replay"{" data-once" if once else ""} hidden>'
+        '<div class="stage"><canvas tabindex="0" aria-label="Replay in space. Space plays,'
         ' arrow keys turn the view, plus and minus zoom, comma and point step, R resets the view."></canvas>'
         '<p class="legend"></p></div>'
         '<div class="controls"><button type="button" class="play">Play</button>'

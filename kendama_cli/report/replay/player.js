@@ -15,7 +15,7 @@ class Replay {
     this.orbit.maxPolarAngle = Math.PI * 0.52;
     this.canvas.style.touchAction = 'pan-y';
     this.orbit.addEventListener('change', () => this.draw());
-    this.rate = 1; this.running = false;
+    this.rate = 1; this.running = false; this.once = 'once' in box.dataset;
     const arms = this.performances.filter(one => one.links);
     this.on = new Set([0]); this.side = arms.length > 1;
     if (arms.length > 1) this.on.add(this.performances.indexOf(arms[arms.length - 1]));
@@ -175,14 +175,17 @@ class Replay {
   }
   run(on) {
     if (on === this.running) return;
-    this.running = on; this.before = null; this.play.textContent = on ? 'Pause' : 'Play';
+    this.running = on; this.before = null; this.slow = 0; this.play.textContent = on ? 'Pause' : 'Play';
     if (!on) return;
     if (this.t >= this.end) this.t = this.start;
     const step = now => {
       if (!this.running) return;
       let t = this.t;
       if (this.before !== null) t += Math.min(now - this.before, 200) / 1000 * this.rate;
+      /* beside a run that goes on: once, and not where drawing takes what the run needs */
+      this.slow = this.before !== null && now - this.before > 60 ? this.slow + 1 : 0;
       this.before = now;
+      if (this.once && (t > this.end || this.slow > 8)) { this.run(false); this.to(Math.min(t, this.end)); return; }
       this.to(t > this.end + this.rate ? this.start : t);
       requestAnimationFrame(step);
     };

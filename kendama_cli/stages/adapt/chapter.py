@@ -203,11 +203,12 @@ def _repeats(log: StageLog) -> tuple[Panel | None, str]:
         axes.set_ylabel("miss [mm]")
         legend_above(axes)
     n, k = len(caught), int(caught.sum())
-    preset = log.metrics.get("uncertainty", "unknown")
+    preset = log.metrics.get("uncertainty")
+    drawn = "" if preset is None else f" from the uncertainty '{preset}'"  # a stage that still runs says it at its end
     caught_how = _CATCH.get(str(log.metrics.get("catch")), "played")
-    low, high = (log.metrics.get(f"success_rate_{end}", float("nan")) for end in ("low", "high"))
+    low, high = (log.metrics.get(f"success_rate_{end}") for end in ("low", "high"))
+    interval = "" if low is None or high is None else f" (95 % interval {low:.3f} to {high:.3f})"
     return (
         Panel("Perturbed repeats", made.svg),
-        f"Repeats with rope, ball, air and arm drawn from the uncertainty '{preset}', {caught_how}:"
-        f" {k} of {n} caught (95 % interval {low:.3f} to {high:.3f}).",
+        f"Repeats with rope, ball, air and arm drawn{drawn}, {caught_how}: {k} of {n} caught{interval}.",
     )

@@ -1,10 +1,8 @@
-"""Where the play is served: nothing heavy is imported here, so that a taken port is told at once."""
+"""Under which address others reach the play."""
 
 from __future__ import annotations
 
 import socket
-
-from kendama_cli.errors import UsageError
 
 
 def own_address() -> str:
@@ -15,15 +13,3 @@ def own_address() -> str:
         except OSError:
             return "127.0.0.1"
         return str(probe.getsockname()[0])
-
-
-def listen(host: str, port: int) -> socket.socket:
-    """A socket that listens there, 0 for any free port; raises UsageError."""
-    try:
-        family = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)[0][0]
-        listening = socket.create_server((host, port), family=family)
-    except OSError as error:
-        raise UsageError(
-            f"cannot listen on {host}:{port} ({error.strerror or error}): choose another --port, or 0 for a free one"
-        ) from None
-    return listening

@@ -1,0 +1,116 @@
+"""Draws what the logs of a run have by now, in a thread of its own that takes little of the machine."""
+
+from __future__ import annotations
+
+import os
+import sys
+import threading
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+from kendama_cli.pipeline.live.logs import Stamp, log_stamp, read_log
+from kendama_cli.pipeline.live.status import RunStatus, StageStatus
+from kendama_cli.pipeline.plan import Planner
+from kendama_cli.report.chapters import performances
+from kendama_cli.report.live.last_motion import last_motion
+from kendama_cli.report.live.pages import chapters_page, replay_page
+from kendama_cli.report.replay.performance import Kind, Performance
+from kendama_cli.report.source import StageLog
+from kendama_cli.schema.declaration import StageDeclaration
+
+SHARE = 0.1
+"""Largest part of one core that drawing takes."""
+LOOK_S = 1.0
+_NICE = 10
+
+
+@dataclass
+class Drawn:
+    """One drawn page: its bytes, and how often it was drawn."""
+
+    page: bytes = b""
+    number: int = 0
+
+    def renew(self, page: str) -> None:
+        """Take ``page`` where it differs."""
+        data = page.encode()
+        if data != self.page:
+            self.page, self.number = data, self.number + 1
+
+
+@dataclass
+class _Known:
+    """What was read of a stage's log at ``stamp``."""
+
+    stamp: Stamp | None = None
+    motions: list[Performance] = field(default_factory=list)
+
+
+class Drawing:
+    """The replay and the chapters of one run, by the names ``replay`` and ``chapters``."""
+
+    def __init__(self, status: RunStatus, planner: Planner) -> None:
+        self._status, self._planner = status, planner
+        self._declared: dict[str, StageDeclaration] = {spec.name: spec.declaration for spec in planner.pipeline.stages}
+        self._known: dict[str, _Known] = {}
+        self._shown_last: list[str] = []
+        self.pages = {"replay": Drawn(), "chapters": Drawn()}
+        self._over = threading.Event()
+
+    def follow(self, is_watched: Callable[[], bool]) -> None:
+        """Draw again whenever a log has more, while somebody looks on, until ``finish``."""
+        if sys.platform == "linux":  # where a thread has a priority of its own
+            os.setpriority(os.PRIO_PROCESS, threading.get_native_id(), _NICE)
+        pause_s = LOOK_S
+        while not self._over.wait(pause_s):
+            began_s = time.monotonic()
+            if is_watched():
+                self.draw()
+            pause_s = max(LOOK_S, (time.monotonic() - began_s) / SHARE)
+
+    def finish(self) -> None:
+        """Have ``follow`` return."""
+        self._over.set()
+
+    def draw(self) -> None:
+        """Draw what has changed since the last time."""
+        stages = self._status.stages
+        fresh = {}
+        for stage in stages:
+            stamp = log_stamp(self._planner, stage)
+            known = self._known.setdefault(stage.name, _Known())
+            if stamp is not None and stamp != known.stamp:
+                log = read_log(self._planner, stage)
+                if log is not None:
+                    self._known[stage.name] = _Known(stamp, self._motions(stage, log))
+                    fresh[stage.name] = log
+        shown = self._shown(stages)
+        if shown != self._shown_last or any(name in fresh for name in shown):
+            self._shown_last = shown
+            logs = [(one, fresh.get(one.name) or read_log(self._planner, one)) for one in stages if one.name in shown]
+            found = [(one.name, self._declared[one.name], log) for one, log in logs if log is not None]
+            if found:
+                self.pages["chapters"].renew(chapters_page(found))
+        if not fresh:
+            return
+        newest_first = stages[::-1]
+        newest_first.sort(key=lambda stage: stage.state != "runs")
+        motions = [one for stage in newest_first for one in self._known[stage.name].motions]
+        if any("ball" in one.bodies.names for one in motions):
+            self.pages["replay"].renew(replay_page(motions))
+
+    def _shown(self, stages: list[StageStatus]) -> list[str]:
+        """Whose chapters are shown: all that run and have a log; while none does, the last that has ended."""
+        read = [stage for stage in stages if self._known[stage.name].stamp is not None]
+        running = [stage.name for stage in read if stage.state == "runs"]
+        told = [stage.name for stage in read if self._declared[stage.name].chapter is not None]
+        return running or told[-1:]
+
+    def _motions(self, stage: StageStatus, log: StageLog) -> list[Performance]:
+        declaration = self._declared[stage.name]
+        if stage.artifact is not None:
+            return performances(declaration, log)
+        kind: Kind = "simulation" if declaration.kind == "computes" else "hardware"
+        motion = last_motion(log, f"{declaration.title}: the last motion", kind)
+        return [] if motion is None else [motion]
