@@ -136,7 +136,7 @@ def _left(folder: Folder, variant: str, rng: random.Random) -> Folder:
             left.live[name] = _left(node, variant, rng)
         elif variant == "bytes cut in half" and node.live != node.synced:
             # what is appended, or cut off, loses none of the durable bytes before it
-            kept = len(os.path.commonprefix((node.live, node.synced)))
+            kept = len(os.path.commonprefix((node.live, node.synced)))  # noqa: RUF071 - bytes, no paths
             left.live[name] = File(node.live[: max(kept, len(node.live) // 2)])
         else:
             left.live[name] = File(node.live if variant == "any of it" and rng.random() < 0.5 else node.synced)
