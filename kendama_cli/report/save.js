@@ -33,10 +33,11 @@ for (const figure of document.querySelectorAll('figure')) {
     }
     const text = new XMLSerializer().serializeToString(whole);
     const link = document.createElement('a');
-    link.href = URL.createObjectURL(new Blob([text], {type: 'image/svg+xml'}));
+    const made = URL.createObjectURL(new Blob([text], {type: 'image/svg+xml'}));
+    link.setAttribute('href', made);
     link.download = `${document.title.replace(/[^\w-]+/g, '-')}-${figure.id}.svg`;
     link.click();
-    setTimeout(() => URL.revokeObjectURL(link.href), 10000);
+    setTimeout(() => URL.revokeObjectURL(made), 10000);
   };
   figure.append(button);
 }
