@@ -25,3 +25,8 @@ PUMP = Variant(
     settings="kendama_cli.learning.learner_settings:PumpSettings",
     makes="kendama_cli.learning.pump:PUMP",
 )
+OPEN_LOOP = Variant(
+    "open_loop",
+    settings="kendama_cli.learning.learner_settings:OpenLoopSettings",
+    makes="kendama_cli.learning.open_loop:OPEN_LOOP",
+)

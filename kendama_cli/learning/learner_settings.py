@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
+from kendama_cli.errors import ConfigError
 from kendama_cli.schema.settings import setting
 
 
@@ -50,3 +51,27 @@ class PumpSettings:
     braking: float = setting("share of the gain with which too much energy is taken out", at_least=0)
     stiffness_per_s2: float = setting("pull of the cup to the middle [1/s^2]", at_least=0)
     damping_per_s: float = setting("damping of the cup [1/s]", at_least=0)
+
+
+@dataclass(frozen=True)
+class OpenLoopSettings:
+    """A swing of a few parameters in open loop, improved by generations of rollouts."""
+
+    kind: Literal["open_loop"]
+    search: Literal["cma", "power", "random"] = setting(
+        "CMA-ES; PoWER; or random: their null model, the best of random swings"
+    )
+    generation: int = setting("swings tried before the search takes its next step", at_least=4)
+    replay_from: float = setting(
+        "share of a generation that has to succeed before the search's centre is replayed", above=0, at_most=1
+    )
+    restart_after: int = setting("generations in a row without a success after which the search begins anew", above=0)
+    frequency_rad_s: tuple[float, float] = setting("where the search begins: the first frequency, mean -+ deviation")
+    chirp_rad_s2: tuple[float, float] = setting("the same of the frequency's change [rad/s^2]")
+    amplitude: tuple[float, float] = setting("the same of the amplitude, in half widths of the workspace")
+
+    def __post_init__(self) -> None:
+        for key in ("frequency_rad_s", "chirp_rad_s2", "amplitude"):
+            low, high = getattr(self, key)
+            if not low < high:
+                raise ConfigError(key, f"'{key}' is [{low}, {high}]; allowed: [low, high] with low < high")

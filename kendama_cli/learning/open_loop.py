@@ -1,0 +1,241 @@
+"""An open loop that is improved rollout by rollout: a swing of a few parameters, searched with CMA-ES.
+
+The cup's wanted place is a harmonic whose frequency changes evenly,
+
+    x(t) = A sin(w t + c t^2 / 2),
+
+and the cup follows it by its own place and speed. The ball is not looked at: the acceleration changes every
+``learn.decision.longest_s`` and is held until then. A generation of variations of the swing is tried, each once; what
+it costs is the reward that it lacks and, where the ball was not released, how far from high it stayed. Where enough of
+a generation succeed, the centre of the search is replayed as the greedy policy, until it fails; then the next
+generation is tried. After ``restart_after`` generations in a row without a success, at a near miss that leads no
+farther, the search begins anew.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from numpy.random import Generator
+
+from kendama_cli.artifacts.policy import PolicyArtifact
+from kendama_cli.learning.decision import NEVER_S, ROUNDING_S
+from kendama_cli.learning.interface import FinishedRollout, LearnerMaker
+from kendama_cli.learning.learner_settings import OpenLoopSettings
+from kendama_cli.learning.parameter_search import Generation, parameter_search
+from kendama_cli.learning.policy import task_meaning
+from kendama_cli.learning.reward import Outcome
+from kendama_cli.learning.rewarded_actor import RewardedActor
+from kendama_cli.learning.settings import LearnSettings
+from kendama_cli.learning.state import SwingState
+from kendama_cli.learning.statistics import LearningCount
+from kendama_cli.schema.arrays import Array
+
+PARAMETERS = 3
+"""Of a swing: w [rad/s], c [rad/s^2], A [m]."""
+FOLLOWING_PER_S = 4.0
+"""The share of the error in place that is made up in a second."""
+
+
+class OpenLoopPolicy:
+    """Plays one swing; the readings of the ball play no part."""
+
+    table = None
+    decides_on_bins = True  # every longest_s there is a decision, whatever the bins
+
+    def __init__(self, artifact: PolicyArtifact, settings: LearnSettings) -> None:
+        """Raises ValueError where the artifact does not hold one swing."""
+        self._low, self._high = settings.actions_m_s2[0], settings.actions_m_s2[-1]
+        self._period_s = settings.decision.longest_s
+        self.play(_swing_of(artifact))
+
+    def play(self, swing: Array) -> None:
+        """Begin a rollout that plays ``swing`` (3,)."""
+        self._swing = swing
+        self._frequency, self._chirp, self._amplitude = (float(value) for value in swing)
+        self.next_look_s = NEVER_S
+        self._acceleration = 0.0
+        self.decisions = 0
+        self.highest_rad = 0.0
+
+    def begin_rollout(self) -> None:
+        """Begin the same swing anew."""
+        self.play(self._swing)
+
+    def act(self, state: SwingState, t_s: float) -> float:
+        """The cup's acceleration [m/s^2] at ``t_s`` into the rollout."""
+        self.highest_rad = max(self.highest_rad, abs(state.angle_rad))
+        if t_s >= self.next_look_s:
+            wanted = self._wanted(state, t_s)
+            self._acceleration = max(self._low, min(self._high, wanted))
+            self.next_look_s = t_s + self._period_s - ROUNDING_S
+            self.decisions += 1
+        return self._acceleration
+
+    def _wanted(self, state: SwingState, t_s: float) -> float:
+        """What brings the cup to the swing's speed at the end of the period, and some way to its place."""
+        end_s = t_s + self._period_s
+        speed = self._amplitude * (self._frequency + self._chirp * end_s) * math.cos(self._phase(end_s))
+        ahead = self._amplitude * math.sin(self._phase(t_s)) - state.x_m
+        return (speed + FOLLOWING_PER_S * ahead - state.velocity_m_s) / self._period_s
+
+    def _phase(self, t_s: float) -> float:
+        return (self._frequency + 0.5 * self._chirp * t_s) * t_s
+
+
+class OpenLoopLearner:
+    """Tries generations of swings, and replays the centre of the search once it is good. See the module."""
+
+    table = None
+    decides_on_bins = True
+
+    def __init__(self, settings: LearnSettings, policy: PolicyArtifact | None = None) -> None:
+        """From the middle of the settings' ranges, or from the swing of a ``policy``, which is replayed first."""
+        assert isinstance(settings.learner, OpenLoopSettings)
+        self._settings, self._own = settings, settings.learner
+        self.count = LearningCount(succeeded_ever=policy is not None)
+        self._centre, self._spread = _ranges(settings)
+        if policy is not None:
+            self._centre = _swing_of(policy)
+        self._costs: list[list[float]] = [[]]
+        self._seed: int | None = None
+        self._generation: Generation | None = None
+        self._replays = policy is not None
+        self._greedy = self._best = self._centre
+        self._best_streak = 0
+        self._explored = False
+        self._successes = self._barren = 0
+        self._actor = OpenLoopPolicy(_sealed(self._centre, settings), settings)
+        self._rollout = RewardedActor(self._actor, settings.reward)
+
+    @classmethod
+    def from_state(cls, settings: LearnSettings, state: Mapping[str, Any]) -> OpenLoopLearner:
+        """The learner that ``state()`` described, between the same two rollouts."""
+        learner = cls(settings)
+        learner.count = LearningCount(**state["count"])
+        learner._centre, learner._greedy, learner._best = (np.array(state[key]) for key in ("centre", "greedy", "best"))
+        learner._costs, learner._seed = [list(one) for one in state["costs"]], state["seed"]
+        learner._best_streak, learner._successes = int(state["best_streak"]), int(state["successes"])
+        learner._barren = int(state["barren"])
+        learner._replays = bool(state["replays"])
+        return learner
+
+    def state(self) -> dict[str, Any]:
+        """The learner between two rollouts, as JSON values."""
+        return {
+            "count": dataclasses.asdict(self.count),
+            "centre": self._centre.tolist(),
+            "greedy": self._greedy.tolist(),
+            "best": self._best.tolist(),
+            "best_streak": self._best_streak,
+            "costs": [list(one) for one in self._costs],
+            "seed": self._seed,
+            "successes": self._successes,
+            "barren": self._barren,
+            "replays": self._replays,
+        }
+
+    @property
+    def policy(self) -> PolicyArtifact:
+        """The centre of the search, unless an earlier one had the longer streak while it was frozen; sealed."""
+        longer = self._best_streak > self.count.streak
+        return _sealed(self._best if longer else self._greedy, self._settings)
+
+    @property
+    def next_look_s(self) -> float:
+        """``act`` changes nothing before this time into the rollout, so no reading is needed before it [s]."""
+        return self._rollout.next_look_s
+
+    def begin_rollout(self, rng: Generator) -> None:
+        """Replay the centre, or try the next swing of the generation; the first rollout draws the search's seed."""
+        if self._seed is None:
+            self._seed = int(rng.integers(2**31))
+        self._explored = not self._replays
+        self._actor.play(
+            self._swing(self._searched().proposals[len(self._costs[-1])]) if self._explored else self._greedy
+        )
+        self._rollout = RewardedActor(self._actor, self._settings.reward)
+
+    def act(self, state: SwingState, t_s: float) -> float:
+        """The cup's acceleration [m/s^2] at ``t_s`` into the rollout."""
+        return self._rollout.act(state, t_s)
+
+    def end_rollout(self, outcome: Outcome, state: SwingState, miss_m: float | None = None) -> FinishedRollout:
+        """Count, and put what a variation cost to its generation; ``state`` is the last reading."""
+        success, reward = outcome == "goal", self._rollout.reward(outcome, state, miss_m)
+        if self._explored:
+            self._successes += success
+            self._costs[-1].append(self._cost(reward, outcome))
+            if len(self._costs[-1]) == self._own.generation:
+                self._end_generation()
+        else:
+            if not success and self.count.streak >= max(self._settings.count.streak, self._best_streak + 1):
+                self._best, self._best_streak = self._greedy, self.count.streak
+            self._replays = success
+        self.count = self.count.after(explored=self._explored, success=success, settings=self._settings.count)
+        return FinishedRollout(self.count.rollouts, self._explored, success, reward, self._rollout.decisions)
+
+    def _cost(self, reward: float, outcome: Outcome) -> float:
+        """The reward that is missing, less up to half of what a near miss brings for a ball that swung high."""
+        wanted = self._settings.reward
+        swung = min(1.0, (1.0 - math.cos(self._actor.highest_rad)) / 2.0)
+        return wanted.goal - reward - (0.5 * wanted.missed * swung if outcome in ("timeout", "outside") else 0.0)
+
+    def _end_generation(self) -> None:
+        self._costs.append([])
+        self._generation = None
+        self._replays = self._successes >= self._own.replay_from * self._own.generation
+        if self._replays or not self.count.streak:
+            self._greedy = self._swing(self._searched().best)
+        self._barren = 0 if self._successes else self._barren + 1
+        if self._barren == self._own.restart_after:
+            self._costs, self._seed, self._barren = [[]], None, 0
+        self._successes = 0
+
+    def _searched(self) -> Generation:
+        if self._generation is None:
+            assert self._seed is not None
+            search = parameter_search(
+                self._own.search,
+                PARAMETERS,
+                self._seed,
+                generation=self._own.generation,
+                elite=self._own.generation,
+                reward_cost=0.5 * self._settings.reward.goal,
+            )
+            self._generation = search.after(self._costs[:-1])
+        return self._generation
+
+    def _swing(self, parameters: Array) -> Array:
+        swing: Array = self._centre + self._spread * parameters
+        return swing
+
+
+def _ranges(settings: LearnSettings) -> tuple[Array, Array]:
+    """Middle and first standard deviation of the search."""
+    own = settings.learner
+    assert isinstance(own, OpenLoopSettings)
+    ranges = np.array([own.frequency_rad_s, own.chirp_rad_s2, own.amplitude])
+    ranges[2] *= settings.workspace.half_width_m
+    return ranges.mean(axis=1), 0.5 * (ranges[:, 1] - ranges[:, 0])
+
+
+def _sealed(swing: Array, settings: LearnSettings) -> PolicyArtifact:
+    return PolicyArtifact.seal(settings.learner.kind, task_meaning(settings), {"swing": np.array(swing)})
+
+
+def _swing_of(artifact: PolicyArtifact) -> Array:
+    values: Array = artifact.array("swing")
+    if values.shape != (PARAMETERS,):
+        raise ValueError(f"the swing has shape {values.shape}; allowed: ({PARAMETERS},), frequency, chirp, amplitude")
+    return np.array(values)
+
+
+OPEN_LOOP = LearnerMaker(
+    begin=OpenLoopLearner, resume=OpenLoopLearner.from_state, policy=OpenLoopPolicy, meaning=task_meaning
+)
+"""The kind ``open_loop``."""
