@@ -39,9 +39,9 @@ def player(game: Game, name: str, until_s: float, found: list[tuple[int, float, 
     found.append((state["steps"], t_s, took_ms))
 
 
-def drag(tab: Tab, until_s: float) -> None:
-    """The bundled swing again and again, by real pointer events."""
-    metre, samples = tab.value("kendama.metre"), hand()
+def drag(tab: Tab, until_s: float) -> list[float]:
+    """The bundled swing again and again, by real pointer events; how long each sample took to be drawn [ms]."""
+    metre, samples, took_ms = tab.value("kendama.metre"), hand(), list[float]()
     while time.monotonic() < until_s:
         began = time.monotonic()
         for k, one in enumerate(samples):
@@ -51,6 +51,8 @@ def drag(tab: Tab, until_s: float) -> None:
             tab.send("Input.dispatchMouseEvent", type=kind, x=x, y=y, button="left", buttons=1)
         tab("Input.dispatchMouseEvent", type="mouseReleased", x=x, y=y, button="left", buttons=0)
         time.sleep(1.5)
+        took_ms += tab.value("kendama.latencies.splice(0)")  # the page keeps the newest ones only
+    return took_ms
 
 
 def main(seconds: float, players: int) -> None:
@@ -70,8 +72,7 @@ def main(seconds: float, players: int) -> None:
                 with browser(Path(folder) / "profile") as chromium:
                     tab = chromium.open(f"{game.address}&player=seen")
                     tab.wait("window.kendama && document.getElementById('folder').textContent")
-                    drag(tab, until_s)
-                    ms = np.array(tab.value("kendama.latencies"))
+                    ms = np.array(drag(tab, until_s))
                 if len(ms):
                     middle, late = np.quantile(ms, (0.5, 0.95))
                     print(f"hand to drawn ball: median {middle:.1f}, 95 % {late:.1f} ms ({len(ms)} samples)")

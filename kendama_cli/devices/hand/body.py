@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from kendama_cli.devices.flight.reader import KNOWN, read_tracks
+from kendama_cli.devices.hand.axes import to_ours
 from kendama_cli.devices.hand.ball_there import check_gravity, without_misses
 from kendama_cli.devices.hand.even_times import even_times
 from kendama_cli.devices.hand.file import RecordedHand, hands_of
@@ -87,14 +88,14 @@ def recording_of(path: str, body: BodyTrack, ball: BodyTrack | None, settings: B
     even_s = even_times(stamps_s) if settings.times == "even" else None
     t_s = stamps_s if even_s is None else even_s
     _check_gaps(path, body.name, settings, t_s)
-    to_ours = np.array(settings.matrix())
-    place_m = body.position_m[known] @ to_ours.T
+    turn = np.array(to_ours(settings.axes))
+    place_m = body.position_m[known] @ turn.T
     turned = None
     if body.rotation_wxyz is not None:
-        ours = exponential(log_of(to_ours))
+        ours = exponential(log_of(turn))
         turned = multiply(multiply(ours, body.rotation_wxyz[known]), ours * [1, -1, -1, -1])
         w, v = turned[:, :1], turned[:, 1:]
-        offset = to_ours @ np.asarray(settings.body_to_cup_m)
+        offset = turn @ np.asarray(settings.body_to_cup_m)
         place_m = place_m + offset + 2 * np.cross(v, np.cross(v, offset) + w * offset)
     elif any(settings.body_to_cup_m):
         problem = f"'{body.name}' has no orientation, so capture.body_to_cup_m cannot be applied"
@@ -115,7 +116,7 @@ def recording_of(path: str, body: BodyTrack, ball: BodyTrack | None, settings: B
         rotation_wxyz=None
         if turned is None
         else unit_rotations(path, turned, place, from_start=settings.upright == "start"),
-        ball_m=None if ball is None else _at(ball, stamps_s) @ to_ours.T,
+        ball_m=None if ball is None else _at(ball, stamps_s) @ turn.T,
     )
 
 

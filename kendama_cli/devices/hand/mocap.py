@@ -14,7 +14,8 @@ from kendama_cli.devices.hand.body import read_bodies, recording_of
 from kendama_cli.devices.hand.file import RecordedHand, hands_of
 from kendama_cli.devices.hand.live_figures import LiveFigures, Tell
 from kendama_cli.devices.hand.segments import checked_swings
-from kendama_cli.devices.hand.settings import FARTHEST_M, METRES, MocapCapture
+from kendama_cli.devices.hand.settings import FARTHEST_M, MocapCapture
+from kendama_cli.devices.hand.stream_server import METRES
 from kendama_cli.devices.hand.tracks.pose_stream import PROTOCOLS, streamed_poses
 from kendama_cli.devices.hand.tracks.stream_file import StreamFile
 from kendama_cli.errors import ConfigError, HardwareError

@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Annotated, ClassVar, Literal, Protocol
 
+from kendama_cli.devices.hand.axes import Axes, check_axes
+from kendama_cli.devices.hand.stream_server import LengthUnit, StreamServer
 from kendama_cli.errors import ConfigError
 from kendama_cli.schema.registry import Registry
 from kendama_cli.schema.settings import setting
 
 Column = int | str | None
-LengthUnit = Literal["m", "cm", "mm"]
-METRES: Mapping[LengthUnit, float] = {"m": 1.0, "cm": 1e-2, "mm": 1e-3}
 FARTHEST_M = 50.0
 """No tracker of hands sees so far: places beyond are in another unit."""
 HANDS = Registry("kendama.hands", "hand")
@@ -117,15 +116,12 @@ class FileCapture:
             )
 
 
-Axis = Literal["x", "-x", "y", "-y", "z", "-z"]
-
-
 @dataclass(frozen=True)
 class BodySettings:
     """A tracked body on the cup: its axes, where the cup is in it, and what its swings can be."""
 
     plausible: PlausibleSettings
-    axes: tuple[Axis, Axis, Axis] = setting("which axis of the file is our x, y and z (up): [x, -z, y] for y up")
+    axes: Axes = setting("which axis of the file is our x, y and z (up): [x, -z, y] for y up")
     body_to_cup_m: tuple[float, float, float] = setting(
         "from the body's origin to the cup's tie point, in the body's axes (kendama capture pivot) [m]"
     )
@@ -139,26 +135,7 @@ class BodySettings:
     segments: Literal["auto", "one"] = setting("auto: several swings in a file are cut apart where the hand rests")
 
     def __post_init__(self) -> None:
-        if sorted(axis[-1] for axis in self.axes) != ["x", "y", "z"]:
-            raise ConfigError("axes", f"'axes' is {list(self.axes)}; allowed: each of x, y and z once, with its sign")
-        order = [axis[-1] for axis in self.axes]
-        odd = (order[0] > order[1]) ^ (order[0] > order[2]) ^ (order[1] > order[2])
-        if (sum(axis.startswith("-") for axis in self.axes) % 2 == 1) != odd:
-            raise ConfigError(
-                "axes",
-                f"'axes' is {list(self.axes)}, which mirrors the space: a right-handed frame becomes left-handed; turn "
-                f"one axis round, such as [{', '.join([_turned(self.axes[0]), *self.axes[1:]])}]",
-            )
-
-    def matrix(self) -> tuple[tuple[float, ...], ...]:
-        """The rows of the rotation from the file's axes to ours."""
-        return tuple(
-            tuple((-1.0 if axis.startswith("-") else 1.0) * (axis[-1] == one) for one in "xyz") for axis in self.axes
-        )
-
-
-def _turned(axis: str) -> str:
-    return axis[1:] if axis.startswith("-") else f"-{axis}"
+        check_axes(self.axes)
 
 
 @dataclass(frozen=True)
@@ -237,13 +214,8 @@ class MarkerLiveCapture(MarkerSettings):
     seconds: float = setting("how long it is recorded [s]", above=0)
 
 
-USUAL_PORT: Mapping[str, int] = {"openigtlink": 18944, "vrpn": 3883}
-USUAL_UNIT: Mapping[str, LengthUnit] = {"openigtlink": "mm", "vrpn": "m"}
-"""What servers of a protocol speak unless they are told otherwise."""
-
-
 @dataclass(frozen=True)
-class MocapCapture(BodySettings):
+class MocapCapture(StreamServer, BodySettings):
     """A motion capture system that streams the pose of a rigid body fixed to the cup, by OpenIGTLink or VRPN."""
 
     live: ClassVar[bool] = True
@@ -251,25 +223,11 @@ class MocapCapture(BodySettings):
     """A person swings for it: what was recorded is kept until someone asks for another recording."""
 
     kind: Literal["mocap"] = setting("a tracked body that is streamed now")
-    protocol: Literal["openigtlink", "vrpn"] = setting("what the server speaks")
-    host: str = setting("address of the server")
-    port: int | None = setting("its TCP port; null: the usual one, 18944 or 3883 (VRPN)", at_least=1, at_most=65535)
-    unit: LengthUnit | None = setting("unit of the places that it sends; null: the usual one, mm or m (VRPN)")
     body: str = setting(
         "name of the rigid body on the cup: of its transform, or of its VRPN tracker (TRACKER:1 for its sensor 1)"
     )
     seconds: float = setting("how long it is recorded [s]", above=0)
     record: str = setting("where the stream is kept as it comes; it is never overwritten")
-
-    @property
-    def spoken_port(self) -> int:
-        """``port``, or the protocol's usual one."""
-        return self.port or USUAL_PORT[self.protocol]
-
-    @property
-    def spoken_unit(self) -> LengthUnit:
-        """``unit``, or the protocol's usual one."""
-        return self.unit or USUAL_UNIT[self.protocol]
 
 
 class CaptureSettingsNode(Protocol):

@@ -10,7 +10,8 @@ from pathlib import Path
 import numpy as np
 
 from kendama_cli.devices.hand.recording import Recording, unit_rotations
-from kendama_cli.devices.hand.settings import METRES, Column, FileCapture
+from kendama_cli.devices.hand.settings import Column, FileCapture
+from kendama_cli.devices.hand.stream_server import METRES
 from kendama_cli.devices.recording_format import text_of
 from kendama_cli.errors import InputError
 from kendama_cli.schema.arrays import Array

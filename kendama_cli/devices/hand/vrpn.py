@@ -1,10 +1,10 @@
-"""VRPN (github vrpn/vrpn, version 7): the reports of a server's trackers from the bytes that it sends.
+"""VRPN (github vrpn/vrpn, version 7): messages as bytes, and bytes as messages.
 
 Both ends greet with a cookie of 24 bytes. Then messages: a header of 24 bytes (length without the padding at the end,
 seconds, microseconds, sender, type, sequence number; big-endian 32-bit), and content padded to 8 bytes. Senders and
-types are numbers, which messages of the types -1 and -2 give names. A tracker's ``Pos_Quat`` is its sensor's number
-twice, then seven 64-bit floats: the place (by convention in m) and a quaternion, its real part last. A client that
-does not offer a UDP port gets all reports by TCP.
+types are numbers of the one who sends, which messages of the types -1 and -2 give names. A tracker's ``Pos_Quat`` is
+its sensor's number twice, then seven 64-bit floats: the place (by convention in m) and a quaternion, its real part
+last. A client that does not offer a UDP port gets all reports by TCP.
 """
 
 from __future__ import annotations
@@ -26,6 +26,16 @@ LARGEST = 1 << 20
 
 
 @dataclass(frozen=True)
+class Message:
+    """One message by the names of its type and sender, and the server's stamp."""
+
+    kind: str
+    sender: str
+    stamp_s: float
+    content: bytes
+
+
+@dataclass(frozen=True)
 class TrackerReport:
     """One sensor's pose: place (3,) and quaternion wxyz (4,), by the server's stamp."""
 
@@ -37,15 +47,15 @@ class TrackerReport:
 
 
 class VrpnStream:
-    """Takes bytes as they come, and gives the reports of trackers among them; other messages are passed over."""
+    """Takes bytes as they come, and gives the messages among them; of types without a name none."""
 
     def __init__(self) -> None:
         self._pending = bytearray()
         self._greeted = False
         self._names: dict[tuple[int, int], str] = {}
 
-    def feed(self, data: bytes) -> Iterator[TrackerReport]:
-        """The reports that ``data`` completes; raises ValueError for what is no VRPN of version 7, or damaged."""
+    def feed(self, data: bytes) -> Iterator[Message]:
+        """The messages that ``data`` completes; raises ValueError for what is no VRPN of version 7, or damaged."""
         self._pending += data
         if not self._greeted:
             if not MAJOR.startswith(self._pending[: len(MAJOR)]):
@@ -63,14 +73,29 @@ class VrpnStream:
                 return
             content = bytes(self._pending[HEADER.size : length])
             del self._pending[:whole]
-            yield from self._message(kind, sender, seconds + 1e-6 * micros, content)
+            if kind in (SENDER, TYPE):  # then ``sender`` is the number that is named
+                self._names[kind, sender] = content[NAME.size :].split(b"\0")[0].decode("utf-8", "replace")
+            elif (name := self._names.get((TYPE, kind))) is not None:
+                who = self._names.get((SENDER, sender), f"sender {sender}")
+                yield Message(name, who, seconds + 1e-6 * micros, content)
 
-    def _message(self, kind: int, sender: int, stamp_s: float, content: bytes) -> Iterator[TrackerReport]:
-        if kind in (SENDER, TYPE):  # then ``sender`` is the number that is named
-            self._names[kind, sender] = content[NAME.size :].split(b"\0")[0].decode("utf-8", "replace")
-        elif self._names.get((TYPE, kind)) == POSE_TYPE:
-            if len(content) != POSE.size:
-                raise ValueError(f"sent a pose of {len(content)} bytes, not {POSE.size}")
-            sensor, _, x, y, z, qx, qy, qz, qw = POSE.unpack(content)
-            tracker = self._names.get((SENDER, sender), f"sender {sender}")
-            yield TrackerReport(tracker, sensor, stamp_s, (x, y, z), (qw, qx, qy, qz))
+
+def tracker_report(message: Message) -> TrackerReport | None:
+    """The pose that a tracker reports, None for another message; raises ValueError for one of another length."""
+    if message.kind != POSE_TYPE:
+        return None
+    if len(message.content) != POSE.size:
+        raise ValueError(f"sent a pose of {len(message.content)} bytes, not {POSE.size}")
+    sensor, _, x, y, z, qx, qy, qz, qw = POSE.unpack(message.content)
+    return TrackerReport(message.sender, sensor, message.stamp_s, (x, y, z), (qw, qx, qy, qz))
+
+
+def named(kind: int, number: int, name: str) -> bytes:
+    """The message that names our sender or type of this number."""
+    text = name.encode() + b"\0"
+    return message_bytes(number, kind, NAME.pack(len(text)) + text)
+
+
+def message_bytes(sender: int, kind: int, content: bytes) -> bytes:
+    """A message without a time."""
+    return HEADER.pack(HEADER.size + len(content), 0, 0, sender, kind, 0) + content + bytes(-len(content) % ALIGN)

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import struct
-
 import numpy as np
 import pytest
 
 from kendama_cli.devices.hand.open_hands import open_hands
 from kendama_cli.devices.hand.openigtlink import HEADER, TRANSFORM, crc64
-from kendama_cli.devices.hand.settings import METRES, USUAL_UNIT
-from kendama_cli.devices.hand.vrpn import COOKIE, POSE, POSE_TYPE
+from kendama_cli.devices.hand.stream_server import METRES, USUAL_UNIT
+from kendama_cli.devices.hand.vrpn import COOKIE, POSE, POSE_TYPE, SENDER, TYPE, named
 from kendama_cli.devices.hand.vrpn import HEADER as VRPN_HEADER
 from kendama_cli.errors import ConfigError, HardwareError, InputError
 from tests.devices.hand.swing_server import SWING, replayed
@@ -31,9 +29,7 @@ def openigtlink_bytes(rows):
 def vrpn_bytes(rows):
     """The names of sender 0 and type 4, and a report for every row."""
     made = COOKIE
-    for kind, number, name in ((-1, 0, b"cup\0"), (-2, 4, POSE_TYPE.encode() + b"\0")):
-        content = struct.pack(">I", len(name)) + name
-        made += VRPN_HEADER.pack(24 + len(content), 0, 0, number, kind, 0) + content + bytes(-len(content) % 8)
+    made += named(SENDER, 0, "cup") + named(TYPE, 4, POSE_TYPE)
     for stamp_s, *place in rows.tolist():
         seconds, part_s = divmod(stamp_s, 1)
         made += VRPN_HEADER.pack(88, int(seconds), int(1e6 * part_s), 0, 4, 0) + POSE.pack(0, 0, *place, 0, 0, 0, 1)

@@ -35,7 +35,7 @@ def test_pyigtl_understands_us_and_we_understand_it():
             assert time.monotonic() < until
             with contextlib.suppress(OSError):
                 connected = socket.create_connection(("127.0.0.1", port), timeout=1)
-        line = HapticLine(connected)
+        line = HapticLine(connected, MessageStream().feed)
         while not server.is_connected():
             time.sleep(0.01)
         matrix = np.eye(4)
@@ -72,7 +72,7 @@ def test_what_is_no_openigtlink_is_told(sent, words):
     ours, theirs = socket.socketpair()
     with theirs:
         theirs.sendall(string("Stylus-grip", "1") + sent)
-        line = HapticLine(ours)
+        line = HapticLine(ours, MessageStream().feed)
         with pytest.raises(HardwareError, match=words):
             list(line.receive())
         line.close()

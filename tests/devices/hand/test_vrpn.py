@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from kendama_cli.devices.hand.open_hands import open_hands
-from kendama_cli.devices.hand.vrpn import COOKIE, HEADER, VrpnStream
+from kendama_cli.devices.hand.vrpn import COOKIE, HEADER, VrpnStream, tracker_report
 from kendama_cli.errors import HardwareError, InputError
 from tests.devices.hand.swing_server import SWING, free_port, replayed, swing_by_json, vrpn_server
 from tests.devices.hand.test_mocap import settings
@@ -39,7 +39,8 @@ def far_from_swing(hand):
 
 def test_a_recorded_exchange_is_the_swing_that_was_streamed():
     stream = VrpnStream()
-    reports = [one for byte in recorded() for one in stream.feed(bytes([byte]))]
+    messages = [one for byte in recorded() for one in stream.feed(bytes([byte]))]
+    reports = [one for one in map(tracker_report, messages) if one is not None]
     assert {(one.tracker, one.sensor) for one in reports} == {("cup", 0)}
     assert np.array([one.position for one in reports]) == pytest.approx(SWING[: len(reports), 1:], abs=1e-12)
     assert {one.rotation_wxyz for one in reports} == {(1.0, 0.0, 0.0, 0.0)}

@@ -10,14 +10,15 @@ from pathlib import Path
 
 import numpy as np
 
+from kendama_cli.devices.hand.axes import to_ours
 from kendama_cli.devices.hand.haptic.coupling import Coupling
+from kendama_cli.devices.hand.haptic.device_protocols import DEVICES, Grip, Told, Trouble
 from kendama_cli.devices.hand.haptic.haptic_line import HapticLine
 from kendama_cli.devices.hand.haptic.settings import HapticCapture
 from kendama_cli.devices.hand.interface import HandSample
-from kendama_cli.devices.hand.openigtlink import TEXT_BEGINS, TRANSFORM, transform
 from kendama_cli.devices.hand.play.conditions import Conditions
 from kendama_cli.devices.hand.play.try_record import TryRecord
-from kendama_cli.devices.hand.settings import METRES
+from kendama_cli.devices.hand.stream_server import METRES
 from kendama_cli.devices.hand.tracks.stream_file import StreamFile
 from kendama_cli.errors import ConfigError, HardwareError
 from kendama_cli.schema.arrays import Array
@@ -47,14 +48,18 @@ class HapticLink:
     def __init__(self, settings: HapticCapture, clock: Callable[[], float] = time.perf_counter) -> None:
         """Connect; raises HardwareError where nothing answers."""
         self.settings, self.clock = settings, clock
-        where = f"{settings.host}:{settings.port}"
+        self._speaks = DEVICES[settings.protocol](settings)
+        where = f"{settings.host}:{settings.spoken_port}"
         try:
-            self._line = HapticLine(socket.create_connection((settings.host, settings.port), timeout=5))
+            connected = socket.create_connection((settings.host, settings.spoken_port), timeout=5)
+            connected.sendall(self._speaks.hello)
         except OSError as error:
             raise HardwareError(
-                f"no OpenIGTLink server of a haptic device at {where} ({error.strerror or error}); start it, or set "
-                "capture.host and capture.port; without a device use capture=play or capture=file"
+                f"no {self._speaks.name} server of a haptic device at {where} ({error.strerror or error}); start it, "
+                "or set capture.host and capture.port; without a device use capture=play or capture=file"
             ) from None
+        self._line: HapticLine[Told] = HapticLine(connected, self._speaks.feed)
+        self._turn, self._at = np.array(to_ours(settings.spoken_axes)), (0.0, 0.0, 0.0)
         self.device_m: Array | None = None
         self.gripped, self.late_s = False, list[float]()
         self.moved_m: float | None = None
@@ -79,9 +84,9 @@ class HapticLink:
         """
         force = np.asarray(force_n) * self.settings.scale * self.settings.felt_share
         alive = self.gripped and not self._stopped and bool(np.isfinite(force).all())
-        x, y, z = force.tolist() if alive else (0.0, 0.0, 0.0)
+        x, y, z = (self._turn.T @ force).tolist() if alive else (0.0, 0.0, 0.0)
         try:
-            self._line.send(transform(f"{self.settings.device}-force", (x, y, z)))
+            self._line.send(self._speaks.force((x, y, z), self._at))
         except HardwareError as error:
             self._stopped = self._stopped or str(error)
             raise
@@ -105,24 +110,25 @@ class HapticLink:
         own = self.settings
         # several that come at once were sent at any time since the last that came before them
         silent_s = now_s - self._heard_s
-        for message in self._line.receive():
-            content = message.content
-            if message.kind == "TRANSFORM" and message.device == own.device and len(content) == TRANSFORM.size:
-                place = own.scale * METRES[own.unit] * np.array(TRANSFORM.unpack(content)[9:])
+        for told in self._line.receive():
+            if isinstance(told, Grip):
+                self.gripped = told.held
+            elif isinstance(told, Trouble):
+                raise HardwareError(f"the haptic device tells of a fault: {told.words}; look at the device")
+            else:
+                place = own.scale * METRES[own.spoken_unit] * (self._turn @ told.position)
                 self._check(place, now_s, silent_s)
-                self.device_m, self._heard_s = place, now_s
-            elif message.kind == "STRING" and message.device == f"{own.device}-grip" and len(content) >= TEXT_BEGINS:
-                self.gripped = content[TEXT_BEGINS:].strip(b"\0 ") == b"1"
+                self.device_m, self._at, self._heard_s = place, told.position, now_s
         if now_s - self._heard_s > own.watchdog_s and (self.gripped or self.device_m is None):
             raise HardwareError(
-                f"no TRANSFORM '{own.device}' of the haptic device for {now_s - self._heard_s:.2f} s; look at "
+                f"no {self._speaks.pose} of the haptic device for {now_s - self._heard_s:.2f} s; look at "
                 "capture.device and its server"
             )
 
     def _check(self, place: Array, now_s: float, silent_s: float) -> None:
         if not np.isfinite(place).all():
             raise HardwareError(f"the haptic device says that it is at {place.tolist()} m: no place")
-        unit = f"look at capture.unit ({self.settings.unit})"
+        unit = f"look at capture.unit ({self.settings.spoken_unit})"
         reach_m = float(np.linalg.norm(place)) / self.settings.scale
         if reach_m > REACH_M:
             raise HardwareError(f"the haptic device says that it is {reach_m:.4g} m from its origin, too far: {unit}")
@@ -203,7 +209,9 @@ def _nobody(link: HapticLink) -> str:
     waited = f"nobody has gripped the stylus for {own.wait_s:g} s (capture.wait_s)"
     if link.moved_m is None or link.moved_m >= LEAST_MOVED_M:
         return waited
-    return f"{waited}; when it was, it moved by {1e3 * link.moved_m:.2g} mm only: look at capture.unit ({own.unit})"
+    return (
+        f"{waited}; when it was, it moved by {1e3 * link.moved_m:.2g} mm only: look at capture.unit ({own.spoken_unit})"
+    )
 
 
 class MovedCup:

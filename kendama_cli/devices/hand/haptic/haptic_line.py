@@ -1,24 +1,26 @@
-"""The line to a haptic device's OpenIGTLink server: it never waits, for a loop of 1 kHz runs beside it."""
+"""The line to a haptic device's server: it never waits, for a loop of 1 kHz runs beside it."""
 
 from __future__ import annotations
 
 import socket
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from typing import Generic, TypeVar
 
-from kendama_cli.devices.hand.openigtlink import Message, MessageStream
 from kendama_cli.errors import HardwareError
 
+Said = TypeVar("Said")
 _CLOSED = "the haptic device's server has closed the line"
 
 
-class HapticLine:
+class HapticLine(Generic[Said]):
     """A connected socket that sends and receives whole messages without ever waiting."""
 
-    def __init__(self, connected: socket.socket) -> None:
+    def __init__(self, connected: socket.socket, feed: Callable[[bytes], Iterator[Said]]) -> None:
+        """``feed`` makes messages of the bytes that come; it raises ValueError for what is none."""
         connected.setblocking(False)
         if connected.family in (socket.AF_INET, socket.AF_INET6):
             connected.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-        self._socket, self._stream = connected, MessageStream()
+        self._socket, self._feed = connected, feed
 
     def send(self, data: bytes) -> None:
         """Send what fits; raises HardwareError where the other end has gone."""
@@ -29,7 +31,7 @@ class HapticLine:
         except OSError as error:
             raise HardwareError(f"{_CLOSED} ({error.strerror})") from None
 
-    def receive(self) -> Iterator[Message]:
+    def receive(self) -> Iterator[Said]:
         """Every whole message that has come; raises HardwareError for what is none, or damaged."""
         try:
             data = self._socket.recv(65536)
@@ -40,9 +42,11 @@ class HapticLine:
         except OSError as error:
             raise HardwareError(f"{_CLOSED} ({error.strerror})") from None
         try:
-            yield from self._stream.feed(data)
+            yield from self._feed(data)
         except ValueError as wrong:
-            raise HardwareError(f"the haptic device's server {wrong}; look at capture.host and capture.port") from None
+            raise HardwareError(
+                f"the haptic device's server {wrong}; look at capture.protocol and capture.port"
+            ) from None
 
     def close(self) -> None:
         """Close it; idempotent."""

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import ClassVar, Literal
 
-from kendama_cli.devices.hand.settings import LengthUnit
+from kendama_cli.devices.hand.axes import Axes, check_axes
+from kendama_cli.devices.hand.stream_server import StreamServer
 from kendama_cli.schema.settings import setting
 from kendama_cli.settings.game import GameSettings
+
+USUAL_AXES: Mapping[str, Axes] = {"openigtlink": ("x", "y", "z"), "vrpn": ("x", "-z", "y")}
 
 
 @dataclass(frozen=True)
@@ -21,19 +25,23 @@ class CouplingSettings:
 
 
 @dataclass(frozen=True)
-class HapticCapture:
-    """A haptic device behind an OpenIGTLink server: the stylus moves the cup, the hand feels rope and ball."""
+class HapticCapture(StreamServer):
+    """A haptic device behind a server: the stylus moves the cup, the hand feels rope and ball."""
 
     live: ClassVar[bool] = True
     """A person swings for it: what was recorded is kept until someone asks for another recording."""
 
-    kind: Literal["haptic"]
-    game: GameSettings
-    coupling: CouplingSettings
-    host: str = setting("address of the device's OpenIGTLink server")
-    port: int = setting("its TCP port", at_least=1, at_most=65535)
-    device: str = setting("name of the stylus' TRANSFORM there; its STRING is NAME-grip, our force goes to NAME-force")
-    unit: LengthUnit = setting("unit of the places that the server sends; OpenIGTLink's usual one is mm")
+    kind: Literal["haptic"] = setting("a haptic device")
+    game: GameSettings = setting("the game that is felt")
+    coupling: CouplingSettings = setting("what joins the stylus to the cup")
+    device: str = setting(
+        "name of the stylus' TRANSFORM there (its STRING is NAME-grip, our force goes to NAME-force), or of the "
+        "VRPN device"
+    )
+    button: int = setting("VRPN: number of the button that is the dead-man's switch", at_least=0)
+    axes: Axes | None = setting(
+        "which axis of the device is our x, y and z (up); null: the usual one, [x, y, z] or [x, -z, y] (VRPN)"
+    )
     scale: float = setting("metres of the virtual hand per metre of the stylus", above=0)
     felt_share: float = setting("share of the force, scaled as the way is, that the stylus gives the hand", above=0)
     watchdog_s: float = setting("a longer silence of the device stops the force for good [s]", above=0.002)
@@ -42,3 +50,12 @@ class HapticCapture:
     wait_s: float = setting("how long to wait for a hand to grip the stylus [s]", above=0)
     swings: int = setting("number of demonstrations to record", at_least=1)
     record: str = setting("folder in which every swing is kept as it was made; nothing there is overwritten")
+
+    def __post_init__(self) -> None:
+        if self.axes is not None:
+            check_axes(self.axes)
+
+    @property
+    def spoken_axes(self) -> Axes:
+        """``axes``, or what the protocol's devices usually have: a Phantom's y points up, its z to the person."""
+        return self.axes or USUAL_AXES[self.protocol]

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from kendama_cli.devices.hand.openigtlink import TRANSFORM, MessageStream
-from kendama_cli.devices.hand.vrpn import COOKIE, VrpnStream
+from kendama_cli.devices.hand.vrpn import COOKIE, VrpnStream, tracker_report
 from kendama_cli.errors import HardwareError
 from kendama_cli.motion.rotation import exponential
 from kendama_cli.motion.rotation_matrix import log_of
@@ -88,7 +88,9 @@ def _vrpn() -> Callable[[bytes], Iterator[StreamedPose]]:
     stream = VrpnStream()
 
     def read(data: bytes) -> Iterator[StreamedPose]:
-        for one in stream.feed(data):
+        for message in stream.feed(data):
+            if (one := tracker_report(message)) is None:
+                continue
             name = one.tracker if one.sensor == 0 else f"{one.tracker}:{one.sensor}"
             yield StreamedPose(name, one.stamp_s, one.position, one.rotation_wxyz)
 

@@ -1,20 +1,24 @@
 """A person at a haptic device, as a process: a hand's impedance follows a planned swing, and gives to what it feels.
 
-``python -m tests.devices.hand.haptic.operator_model SCALE [FAULT]`` prints its port. The hand is a mass of 1 kg on a
-spring of 400 N/m and a damper of 30 Ns/m about the plan; FAULT is nan, jump, frozen, silence or leave, half a second
-into it. Places are sent in mm, as OpenIGTLink has them.
+``python -m tests.devices.hand.haptic.operator_model SCALE [FAULT [PHANTOM]]`` prints its port. The hand is a mass of
+1 kg on a spring of 400 N/m and a damper of 30 Ns/m about the plan; FAULT is nan, jump, frozen, silence or leave, half a
+second into it. It speaks OpenIGTLink itself; with PHANTOM, the program made of vrpn_phantom.cpp, that speaks VRPN.
 """
 
 from __future__ import annotations
 
+import os
 import socket
+import subprocess
 import sys
 import time
+from collections.abc import Iterator
 
 import numpy as np
 
 from kendama_cli.devices.hand.haptic.haptic_line import HapticLine
-from kendama_cli.devices.hand.openigtlink import TRANSFORM, string, transform
+from kendama_cli.devices.hand.openigtlink import TRANSFORM, MessageStream, string, transform
+from kendama_cli.errors import HardwareError
 from tests.devices.hand.play.table_top import swing
 
 MASS_KG, STIFFNESS_N_M, DAMPING_N_S_M, PERIOD_S, WAIT_S = 1.0, 400.0, 30.0, 0.001, 0.5
@@ -42,14 +46,57 @@ class Operator:
         self._steps += 1
 
 
-def operate(line: HapticLine, scale: float, fault: str) -> None:
+class OpenIgtlinkSide:
+    """Stylus and switch as TRANSFORM [mm] and STRING."""
+
+    def __init__(self, connected: socket.socket) -> None:
+        self._line = HapticLine(connected, MessageStream().feed)
+
+    def say(self, place: np.ndarray, grip: bool = True) -> None:
+        self._line.send(transform("Stylus", tuple((1e3 * place).tolist())) + string("Stylus-grip", str(int(grip))))
+
+    def felt(self) -> Iterator[np.ndarray]:
+        for message in self._line.receive():
+            if message.kind == "TRANSFORM" and message.device == "Stylus-force":
+                yield np.array(TRANSFORM.unpack(message.content)[9:])
+
+
+class VrpnSide:
+    """The VRPN library's own device, whose y points up and whose z points to the person."""
+
+    def __init__(self, program: str, port: int) -> None:
+        self.process = subprocess.Popen([program, str(port)], stdin=subprocess.PIPE, stdout=subprocess.PIPE, bufsize=0)
+        assert self.process.stdin is not None
+        assert self.process.stdout is not None
+        self._to, self._from, self._pending = self.process.stdin, self.process.stdout, b""
+        self.wait("ready")
+
+    def wait(self, word: str) -> None:
+        os.set_blocking(self._from.fileno(), True)
+        while self._from.readline().decode().strip() != word:  # the library says things of its own
+            assert self.process.poll() is None
+        os.set_blocking(self._from.fileno(), False)
+
+    def say(self, place: np.ndarray, grip: bool = True) -> None:
+        x, y, z = place.tolist()
+        self._to.write(f"{x:.9f} {z:.9f} {-y:.9f} {int(grip)}\n".encode())
+
+    def felt(self) -> Iterator[np.ndarray]:
+        *lines, self._pending = (self._pending + (self._from.read() or b"")).split(b"\n")
+        for line in lines:
+            if line == b"dropped":
+                raise HardwareError("the client has gone")
+            if line.startswith(b"force"):
+                x, y, z, _ = map(float, line.split()[1:])
+                yield np.array([x, -z, y])
+
+
+def operate(side: OpenIgtlinkSide | VrpnSide, scale: float, fault: str) -> None:
     """Grip, swing, and let go."""
     person, force, steps = Operator(scale), np.zeros(3), 0
     began = time.perf_counter()
     while (now_s := time.perf_counter() - began) < person.t_s[-1] + 1.5:
-        for message in line.receive():
-            if message.kind == "TRANSFORM" and message.device == "Stylus-force":
-                force = np.array(TRANSFORM.unpack(message.content)[9:])
+        force = [force, *side.felt()][-1]
         while steps * PERIOD_S < now_s:
             person.step(force.copy())
             steps += 1
@@ -59,24 +106,34 @@ def operate(line: HapticLine, scale: float, fault: str) -> None:
         if faulty and fault == "leave":
             return
         while faulty and fault == "frozen":
-            line.send(transform("Stylus", tuple((1e3 * person.place).tolist())))
+            side.say(person.place)
             time.sleep(PERIOD_S)
         jump_m = float(faulty and fault == "jump" and steps % 2)  # there and back: after a stall one alone is a motion
-        said = person.place * np.nan if faulty and fault == "nan" else person.place + jump_m
-        line.send(transform("Stylus", tuple((1e3 * said).tolist())) + string("Stylus-grip", "1"))
+        side.say(person.place * np.nan if faulty and fault == "nan" else person.place + jump_m)
         time.sleep(PERIOD_S / 2)
-    line.send(string("Stylus-grip", "0"))
+    side.say(person.place, grip=False)
     time.sleep(0.5)
 
 
 def main() -> None:
     """Serve one client."""
-    scale, fault = float(sys.argv[1]), sys.argv[2] if len(sys.argv) > 2 else ""
+    scale, (fault, program) = float(sys.argv[1]), (*sys.argv[2:], "", "")[:2]
     with socket.create_server(("127.0.0.1", 0)) as server:
-        print(server.getsockname()[1], flush=True)
-        connected, _ = server.accept()
-        with connected:
-            operate(HapticLine(connected), scale, fault)
+        port = server.getsockname()[1]
+        if not program:
+            print(port, flush=True)
+            connected, _ = server.accept()
+            with connected:
+                operate(OpenIgtlinkSide(connected), scale, fault)
+            return
+    side = VrpnSide(program, port)
+    try:
+        print(port, flush=True)
+        side.wait("connected")
+        operate(side, scale, fault)
+    finally:
+        side.process.kill()
+        side.process.wait(timeout=20)
 
 
 if __name__ == "__main__":

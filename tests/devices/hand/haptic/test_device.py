@@ -22,8 +22,8 @@ from tests.shipped_conf import CONF, plain
 
 
 @contextlib.contextmanager
-def operator(fault=""):
-    command = [sys.executable, "-m", "tests.devices.hand.haptic.operator_model", "2.0", fault]
+def operator(fault="", program=""):
+    command = [sys.executable, "-m", "tests.devices.hand.haptic.operator_model", "2.0", fault, program]
     process = subprocess.Popen(command, cwd=CONF.parent, stdout=subprocess.PIPE, text=True)
     try:
         yield int(process.stdout.readline())

@@ -1,0 +1,35 @@
+"""A server of poses across the network: what it speaks, where it is, and in which unit it counts."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Literal
+
+from kendama_cli.schema.settings import setting
+
+LengthUnit = Literal["m", "cm", "mm"]
+METRES: Mapping[LengthUnit, float] = {"m": 1.0, "cm": 1e-2, "mm": 1e-3}
+USUAL_PORT: Mapping[str, int] = {"openigtlink": 18944, "vrpn": 3883}
+USUAL_UNIT: Mapping[str, LengthUnit] = {"openigtlink": "mm", "vrpn": "m"}
+"""What servers of a protocol speak unless they are told otherwise."""
+
+
+@dataclass(frozen=True)
+class StreamServer:
+    """A server that streams poses, by OpenIGTLink or VRPN."""
+
+    protocol: Literal["openigtlink", "vrpn"] = setting("what the server speaks")
+    host: str = setting("address of the server")
+    port: int | None = setting("its TCP port; null: the usual one, 18944 or 3883 (VRPN)", at_least=1, at_most=65535)
+    unit: LengthUnit | None = setting("unit of the places that it sends; null: the usual one, mm or m (VRPN)")
+
+    @property
+    def spoken_port(self) -> int:
+        """``port``, or the protocol's usual one."""
+        return self.port or USUAL_PORT[self.protocol]
+
+    @property
+    def spoken_unit(self) -> LengthUnit:
+        """``unit``, or the protocol's usual one."""
+        return self.unit or USUAL_UNIT[self.protocol]
