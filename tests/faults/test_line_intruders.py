@@ -85,6 +85,25 @@ def test_a_session_that_was_heard_cannot_be_played_again() -> None:
         assert (len(robot.carried_out), server._commanded.session.number) == (done, opened)
 
 
+@pytest.mark.parametrize("realtime", [False, True])
+def test_who_sends_every_datagram_on_before_it_arrives_keeps_no_commander_from_its_robot(realtime: bool) -> None:  # noqa: FBT001
+    robot = ObedientRobot()
+    with served(robot, realtime=realtime) as (server, address), socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as line:
+
+        def sooner(_: int, data: bytes) -> list[bytes]:
+            line.sendto(data, address)
+            time.sleep(0.002)
+            return [data]
+
+        with relayed(address, there=sooner) as relay:
+            client = UdpRobot(*relay, SECRET, silence_s=3.0)
+            client.reset(np.zeros(2), 0)
+            for k in range(20):
+                assert client.exchange(command(1e-3 * k)).state.position_rad[0] == 1e-3 * k
+            assert server.stopped is None
+            client.close()
+
+
 def test_a_robot_that_was_started_anew_takes_no_replay_either() -> None:
     with served(ObedientRobot()) as (_, address):
         heard = heard_session(address)

@@ -43,14 +43,14 @@ class CommandedRobot:
     def take(self, data: bytes, sender: Address) -> Command | None:
         """The command to carry out, if that is what came; everything else is answered here, or ignored."""
         session = self.session
-        datagram = session.authentic(data, sender)
+        datagram = session.authentic(data)
         if datagram is None:
             return None
         if datagram.kind is Kind.HELLO:
             self._send(session.challenge(datagram, moving=self.moving), sender)
         elif datagram.kind is Kind.OPEN and datagram.session != session.number:
             self._begin_session(datagram, sender)
-        elif (place := session.place(datagram)) is Place.REPEATED:
+        elif (place := session.place(datagram, sender)) is Place.REPEATED:
             if self._answered is not None:
                 self._send(self._answered, sender)
         elif place is not Place.OLD:
@@ -125,10 +125,9 @@ class CommandedRobot:
         self._answer(Kind.STOPPED, counter, protocol.pack_reason(self.session.stopped or ""))
 
     def _answer(self, kind: Kind, counter: int, payload: bytes) -> None:
-        peer = self.session.peer
-        assert peer is not None
         self._answered = self.session.pack(kind, counter, payload)
-        self._send(self._answered, peer)
+        for sender in self.session.senders:
+            self._send(self._answered, sender)
 
     def _send(self, data: bytes, receiver: Address) -> None:
         try:

@@ -20,6 +20,8 @@ from kendama_cli.devices.robot.seal import (
 COMMANDS = (Kind.RESET, Kind.COMMAND, Kind.TORQUE, Kind.HALT)
 LET_GO_S = 60.0
 """A commander on another machine that was silent for so long, its robot at rest, has let go when another one asks."""
+_SENDERS = 4
+"""So many are answered at once, at most."""
 _LOOK_S = 0.5
 """How often it is looked, at most, whether the commander still lives."""
 
@@ -37,12 +39,13 @@ class Session:
     """The open session, or in ``stopped`` the reason why none is open; one commander has it until it lets go.
 
     With ``may_skip`` a lost datagram is counted in ``missed``, as in real time. ``ignored`` counts the datagrams that
-    were no commander's, or came again.
+    were no commander's, or came again. ``senders`` are those from whom the newest datagram came: whoever hears one may
+    send it on sooner than the commander's own arrives, and must not be the only one that is answered.
     """
 
     def __init__(self, secret: bytes, *, may_skip: bool) -> None:
         self.stopped: str | None = "no session has begun"
-        self.peer: Address | None = None
+        self.senders: list[Address] = []
         self.number = self.counter = self.missed = self.ignored = 0
         self.ready = self.is_first = True
         self.heard_s = 0.0
@@ -52,7 +55,7 @@ class Session:
         self._may_skip = may_skip
         self._looked_s, self._lives = float("-inf"), True
 
-    def authentic(self, data: bytes, sender: Address) -> Datagram | None:
+    def authentic(self, data: bytes) -> Datagram | None:
         """What the commander says, or who wants to be it; None for all else, which is counted and costs no work."""
         header = read_header(data)
         try:
@@ -62,7 +65,7 @@ class Session:
                     return self._greeting.unpack(data)
                 if kind is Kind.OPEN and number == session_number(self._nonce):
                     return session_seal(self._secret, data[-NONCE_BYTES - 16 : -16], self._nonce).unpack(data)
-                if (kind in COMMANDS or kind is Kind.OPEN) and number == self.number and sender == self.peer:
+                if (kind in COMMANDS or kind is Kind.OPEN) and number == self.number and self.senders:
                     return self._seal.unpack(data)
         except ForeignDatagramError:
             pass
@@ -81,21 +84,25 @@ class Session:
             return False
         self._seal = session_seal(self._secret, opening.payload, self._nonce)
         self._nonce = fresh_nonce()
-        self.number, self.peer, self.counter = opening.session, sender, opening.counter
+        self.number, self.senders, self.counter = opening.session, [sender], opening.counter
         self.ready, self.missed, self.stopped, self.heard_s = False, 0, None, time.monotonic()
         self._looked_s, self._lives = self.heard_s, True
         return True
 
-    def place(self, datagram: Datagram) -> Place:
+    def place(self, datagram: Datagram, sender: Address) -> Place:
         """Where ``datagram`` stands; the next one is taken, counting those before it that are missing."""
         ahead = datagram.counter - self.counter
-        if ahead <= 0:
-            self.ignored += ahead < 0
-            return Place.REPEATED if ahead == 0 else Place.OLD
+        if ahead < 0:
+            self.ignored += 1
+            return Place.OLD
+        if ahead == 0:
+            if sender not in self.senders:
+                self.senders = [*self.senders[-_SENDERS + 1 :], sender]
+            return Place.REPEATED
         if ahead > 1 and not self._may_skip:
             return Place.SKIPPING
         self.missed += ahead - 1
-        self.counter, self.heard_s = datagram.counter, time.monotonic()
+        self.counter, self.heard_s, self.senders = datagram.counter, time.monotonic(), [sender]
         return Place.NEXT
 
     def pack(self, kind: Kind, counter: int, payload: bytes) -> bytes:
@@ -104,11 +111,11 @@ class Session:
 
     def _is_held(self, moving: bool) -> bool:
         """Whether a commander has the session that does not show to be gone."""
-        if self.stopped is not None or self.peer is None:
+        if self.stopped is not None or not self.senders:
             return False
         now_s = time.monotonic()
         if now_s - self._looked_s >= _LOOK_S:
-            lives = has_socket(self.peer)
+            lives = has_socket(self.senders[0])
             silent = not moving and now_s - self.heard_s >= LET_GO_S
             self._looked_s, self._lives = now_s, not silent if lives is None else lives
         return self._lives
