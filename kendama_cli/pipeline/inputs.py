@@ -38,7 +38,7 @@ def resolve_files(settings: Any, key: str, roots: Sequence[Path]) -> Any:
             changed[field.name] = resolve_files(value, path, roots)
         elif isinstance(value, str):
             several = "tuple" in str(field.type)
-            found = _find(value, path, roots, several=several)
+            found = _find(value, path, roots, several=several, made_by=field.metadata.get("made_by"))
             changed[field.name] = found if several or len(found) > 1 else found[0]
         elif value is not None:
             changed[field.name] = tuple(name for item in value for name in _find(item, path, roots, several=True))
@@ -95,7 +95,9 @@ def _listed(path: Path) -> list[str]:
     return list(dict.fromkeys(names))
 
 
-def _find(pattern: str, key: str, roots: Sequence[Path], *, several: bool) -> tuple[str, ...]:
+def _find(
+    pattern: str, key: str, roots: Sequence[Path], *, several: bool, made_by: str | None = None
+) -> tuple[str, ...]:
     expanded = Path(os.path.expanduser(_in_package(pattern, key) if pattern.startswith(PACKAGE) else pattern))
     for root in [Path("/")] if expanded.is_absolute() else roots:
         plain = root / expanded
@@ -111,7 +113,8 @@ def _find(pattern: str, key: str, roots: Sequence[Path], *, several: bool) -> tu
         if found:
             return tuple(str(Path(name).resolve()) for name in found)
     looked = "" if expanded.is_absolute() else f" (looked in {', '.join(str(root) for root in roots)})"
-    raise ConfigError(key, f"{key}: no such file '{pattern}'{looked}")
+    remedy = f"; {made_by}" if made_by else ""
+    raise ConfigError(key, f"{key}: no such file '{pattern}'{looked}{remedy}")
 
 
 def _in_package(pattern: str, key: str) -> str:

@@ -31,12 +31,15 @@ def setting(
     below: float | None = None,
     at_most: float | None = None,
     file: bool = False,
+    made_by: str | None = None,
 ) -> Any:
     """Declare one field: its meaning with the unit, its range, and whether it names input files.
 
-    A ``file`` field enters a stage's key by the content of the files, never by their path.
+    A ``file`` field enters a stage's key by the content of the files, never by their path; ``made_by`` says what makes
+    such files, for where there are none.
     """
-    facts = {"doc": doc, "above": above, "at_least": at_least, "below": below, "at_most": at_most, "file": file}
+    facts: dict[str, object] = {"doc": doc, "above": above, "at_least": at_least, "below": below, "at_most": at_most}
+    facts |= {"file": file, "made_by": made_by}
     return dataclasses.field(
         metadata={name: value for name, value in facts.items() if value is not None and value is not False}
     )

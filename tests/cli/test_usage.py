@@ -66,6 +66,7 @@ def complaint(toy: ToyProject, *arguments: str) -> str:
             "did you mean 'file'?",
         ),
         (["run", "capture.path=nowhere.csv"], "capture.path: no such file 'nowhere.csv'"),
+        (["run", "capture=play"], "; 'kendama play' keeps tries there"),
         (["run", "-p", "kendma"], "no pipeline 'kendma'"),
         (["run", "--until", "lern"], "--until lern: pipeline 'kendama' has no such stage"),
         (["run", "--force", "lern"], "--force lern: pipeline 'kendama' has no such stage"),

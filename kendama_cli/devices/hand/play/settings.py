@@ -15,6 +15,9 @@ class PlayCapture(FileCapture):
     """Tries that ``kendama play`` kept; read as any recording, with the marks in their first lines."""
 
     kind: Literal["play"]  # type: ignore[assignment]
+    path: str | tuple[str, ...] | None = setting(
+        "tries that were kept; a file, glob or list of them", file=True, made_by="'kendama play' keeps tries there"
+    )
     take: Literal["chosen", "caught", "all"] = setting("which tries: those chosen on the page, all caught, or all")
 
 
