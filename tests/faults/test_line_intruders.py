@@ -86,9 +86,12 @@ def test_a_session_that_was_heard_cannot_be_played_again() -> None:
 
 
 @pytest.mark.parametrize("realtime", [False, True])
-def test_who_sends_every_datagram_on_before_it_arrives_keeps_no_commander_from_its_robot(realtime: bool) -> None:  # noqa: FBT001
+def test_who_sends_every_datagram_on_before_it_arrives_keeps_no_commander_from_its_robot(realtime: bool) -> None:
     robot = ObedientRobot()
-    with served(robot, realtime=realtime) as (server, address), socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as line:
+    with (
+        served(robot, realtime=realtime) as (server, address),
+        socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as line,
+    ):
 
         def sooner(_: int, data: bytes) -> list[bytes]:
             line.sendto(data, address)
