@@ -60,7 +60,7 @@ def referee(home: Path, run: str | None, *, rope_kg: float, as_json: bool) -> No
         seen.append(played_again(game, rope_kg))
         render.note(f"referee: {number + 1}/{len(games)}, {_words(seen[-1])}")
     document = summary(seen)
-    write_log(Path(record["folder"]) / REFEREE_LOG, seen, games[0].settings, document)
+    write_log(durable.make_folder(Path(record["folder"])) / REFEREE_LOG, seen, games[0].settings, document)
     if as_json:
         render.document(document)
         return

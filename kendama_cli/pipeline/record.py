@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import functools
 import os
 import sys
 import time
@@ -14,6 +15,7 @@ from typing import Any
 import kendama_cli
 from kendama_cli.errors import FormatError, ReadOnlyError, StoreError, UsageError
 from kendama_cli.store import durable
+from kendama_cli.store.runs import record_path, run_folder, run_names, run_number
 from kendama_cli.system.choice import system
 
 LIBRARIES = (
@@ -76,8 +78,8 @@ class RunRecord:
 
     @property
     def folder(self) -> Path:
-        """The run's own folder."""
-        return self.home / "runs" / self.run
+        """What is printed and logged stands here, beside the record; absent where nothing is."""
+        return run_folder(self.home, self.run)
 
     def document(self) -> dict[str, Any]:
         """The document that ``run --json`` prints."""
@@ -102,8 +104,10 @@ class RunRecord:
         A run with nothing to do is written once, at its end.
         """
         if not self.has_begun:
-            self.save()
+            held.callback(self._tidy)
+            durable.make_folder(self.folder)
             held.enter_context(self.going_on())
+            self.save()
             self.has_begun = True
 
     def end(self, outcome: str) -> None:
@@ -121,29 +125,33 @@ class RunRecord:
         if not self.is_recorded:
             return
         beside = {"started": self.started, "host": _host(), "versions": self.versions, "printed": self._printed()}
-        durable.write_sealed(self.folder / "run.json", {**self.document(), **beside})
+        durable.write_sealed(record_path(self.home, self.run), {**self.document(), **beside})
 
     def _printed(self) -> dict[str, str]:
         """Digests of what the workers of ended stages printed, which is on the disk then."""
         digests = {}
         for path in (self.folder / f"{stage.name}.txt" for stage in self.stages if stage.status != "cached"):
             data = durable.read_file(path)
-            if data is not None:
+            if data:
                 with durable.plain_disk_errors(path):
                     system().sync(path)
                     system().sync(path.parent)
                 digests[path.name] = durable.sha256(data)
         return digests
 
+    def _tidy(self) -> None:
+        """Delete what stages that ran did not print, and the folder where nothing else is in it."""
+        with contextlib.suppress(OSError):
+            for stage in self.stages:
+                printed = self.folder / f"{stage.name}.txt"
+                if stage.status == "ran" and printed.exists() and not printed.stat().st_size:
+                    printed.unlink()
+            self.folder.rmdir()
+
 
 def next_number(home: Path) -> int:
     """The number of the run that begins next; a clock that was set back does not make it older than another."""
-    return max((_number(path.name) for path in durable.listed(home / "runs")), default=0) + 1
-
-
-def _number(run: str) -> int:
-    digits = run.partition("-")[0]
-    return int(digits) if digits.isascii() and digits.isdecimal() else 0
+    return max((run_number(path.name) for path in durable.listed(home / "runs")), default=0) + 1
 
 
 def begin(
@@ -161,34 +169,30 @@ def begin(
 
 
 def past_runs(home: Path) -> list[dict[str, Any]]:
-    """All readable records, oldest first, each with the ``folder`` that it stands in."""
+    """All readable records, oldest first, each with the ``folder`` beside it."""
     return readable_runs(home)[0]
 
 
 def readable_runs(home: Path) -> tuple[list[dict[str, Any]], int]:
     """All readable records, as ``past_runs`` gives them, and how many others cannot be read."""
-    found = [(folder, _known(folder)) for folder in _folders(home)]
-    unreadable = sum(record is None and (folder / "run.json").exists() for folder, record in found)
+    found = [(run, _known(home, run)) for run in run_names(home)]
+    unreadable = sum(record is None and record_path(home, run).exists() for run, record in found)
     return [record for _, record in found if record is not None], unreadable
 
 
-def _folders(home: Path) -> list[Path]:
-    """The runs' folders, oldest first."""
-    return sorted(durable.listed(home / "runs"), key=lambda folder: _number(folder.name))
-
-
-def _known(folder: Path) -> dict[str, Any] | None:
-    """The record in a run's folder, with that ``folder``; None where it is damaged or cannot be read now."""
+def _known(home: Path, run: str) -> dict[str, Any] | None:
+    """The record of a run, with the ``folder`` beside it; None where it is damaged or cannot be read now."""
     try:
-        record = durable.read_sealed(folder / "run.json")
+        record = durable.read_sealed(record_path(home, run))
     except FormatError:
         raise
     except StoreError:  # one that cannot be read now hides no other
         return None
     if record is None:
         return None
+    folder = run_folder(home, run)
     known = {**record, "folder": str(folder)}
-    killed = record["outcome"] == "running" and not system().is_in_use(folder)
+    killed = record["outcome"] == "running" and not (folder.exists() and system().is_in_use(folder))
     return {**known, "outcome": "killed"} if killed else known
 
 
@@ -200,7 +204,8 @@ def unreadable_notice(home: Path, unreadable: int) -> str:
 def find_run(home: Path, run: str | None) -> dict[str, Any]:
     """The record called ``run`` (its number or a unique beginning will do), or the newest; else UsageError."""
     if run is None:
-        newest = next(filter(None, map(_known, reversed(_folders(home)))), None)  # of many runs this reads one
+        known = (_known(home, name) for name in reversed(run_names(home)))  # of many runs this reads one
+        newest = next(filter(None, known), None)
         if newest is not None:
             return newest
     records, unreadable = readable_runs(home)
@@ -208,7 +213,7 @@ def find_run(home: Path, run: str | None) -> dict[str, Any]:
         raise UsageError(unreadable_notice(home, unreadable))
     if not records or run is None:
         raise UsageError(f"no runs in {home} yet; 'kendama run' makes one, --home names another folder")
-    matching = [record for record in records if run.isdecimal() and _number(str(record["run"])) == int(run)]
+    matching = [record for record in records if run.isdecimal() and run_number(str(record["run"])) == int(run)]
     matching = matching or [record for record in records if str(record["run"]).startswith(run)]
     if len(matching) != 1:
         from kendama_cli.schema.settings import nearest  # noqa: PLC0415 - only where there is something to say
@@ -239,6 +244,12 @@ def _host() -> str:
 
 def versions() -> dict[str, str]:
     """Versions of Python, kendama and the libraries that results depend on, and the kind of machine."""
+    return dict(_versions())
+
+
+@functools.cache
+def _versions() -> dict[str, str]:
+    """As they were when this process first asked: what is installed later it does not run."""
     import importlib.metadata  # noqa: PLC0415 - slow to import, and a run with nothing to do needs none of it
     import platform  # noqa: PLC0415 - as above
 

@@ -9,6 +9,7 @@ from pathlib import Path
 
 from kendama_cli.errors import UsageError
 from kendama_cli.store import durable
+from kendama_cli.store.runs import run_folder
 
 _TAG = re.compile(r"^[A-Za-z0-9][A-Za-z0-9_.-]{0,63}$")
 
@@ -46,4 +47,4 @@ def write_tags(home: Path, run: str, add: Sequence[str], remove: Sequence[str], 
 
 
 def _path(home: Path, run: str) -> Path:
-    return home.joinpath("runs", run, "tags.json")
+    return run_folder(home, run) / "tags.json"

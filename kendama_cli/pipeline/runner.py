@@ -191,7 +191,7 @@ class Runner:
     def _end(self, outcome: StageOutcome) -> None:
         self._record.stages.append(outcome)
         self._observer.stage_ends(outcome)
-        if outcome.status != "cached":
+        if outcome.status != "cached" and (self._waiting or self._running):  # else the run's end is written next
             self._record.save()
 
 

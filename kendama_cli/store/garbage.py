@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import TypeVar
 
 from kendama_cli.store import durable
+from kendama_cli.store.runs import record_path, run_names
 from kendama_cli.store.store import MANIFEST, Store, damaged_files, read_manifest
 
 T = TypeVar("T")
@@ -37,12 +38,12 @@ def verify(store: Store) -> list[Damage]:
     damage = [found for path in _results(store) for found in _damaged_result(store, path)]
     damage += [found for folder in _objects(store) for found in _damaged_object(folder)]
     damage += [
-        Damage(folder / "run.json", "the run's record is not as it was written")
-        for folder in _runs(store)
+        Damage(path, "the run's record is not as it was written")
+        for path in _records(store)
         # a run that could not begin, on a full disk say, has left a folder without a record
-        if durable.exists(folder / "run.json") and durable.read_sealed(folder / "run.json") is None
+        if durable.exists(path) and durable.read_sealed(path) is None
     ]
-    damage += [found for folder in _runs(store) for found in _damaged_prints(folder)]
+    damage += [found for path in _records(store) for found in _damaged_prints(path)]
     damage += [found for folder in _checkpoints(store) for found in _damaged_checkpoints(folder)]
     damage += [
         Damage(path, "the index's bytes are not those written; what it says is found out anew")
@@ -63,12 +64,15 @@ def collect_garbage(store: Store, keep_runs: int | None = None) -> list[Path]:
         results = list(_results(store))
         intact = {path: store.find(path.parent.name, path.stem) for path in results}
         damaged = [path for path, result in intact.items() if result is None]
-        lost = [folder for folder in _runs(store) if durable.read_sealed(folder / "run.json") is None]
-        _drop_cached([*damaged, *(folder / "run.json" for folder in lost), *_artifact_files(store, damaged)])
+        lost = [path for path in _records(store) if durable.read_sealed(path) is None]
+        _drop_cached([*damaged, *lost, *_artifact_files(store, damaged)])
         again = {path: _reread(functools.partial(store.find, path.parent.name, path.stem)) for path in damaged}
         gone = [path for path, result in again.items() if result is None]
         gone += [
-            folder for folder in lost if _reread(functools.partial(durable.read_sealed, folder / "run.json")) is None
+            path
+            for record in lost
+            if _reread(functools.partial(durable.read_sealed, record)) is None
+            for path in _of_run(record)
         ]
         if keep_runs is not None:
             gone += _forgotten(store, keep_runs, results)
@@ -100,8 +104,14 @@ def _objects(store: Store) -> Iterator[Path]:
             yield from (path for path in durable.listed(beginning) if not path.name.startswith(durable.SCRATCH))
 
 
-def _runs(store: Store) -> list[Path]:
-    return [path for path in durable.listed(store.home / "runs") if not path.name.startswith(durable.SCRATCH)]
+def _records(store: Store) -> list[Path]:
+    """Where the records of runs are or, where a run left a folder alone, would be; oldest first."""
+    return [record_path(store.home, run) for run in run_names(store.home)]
+
+
+def _of_run(record: Path) -> list[Path]:
+    """What there is of a run: its record, and the folder beside it."""
+    return [path for path in (record, record.with_suffix("")) if durable.exists(path)]
 
 
 def _checkpoints(store: Store) -> Iterator[Path]:
@@ -126,9 +136,9 @@ def _unfinished(folder: Path) -> Iterator[Path]:
             yield from _unfinished(path)
 
 
-def _damaged_prints(folder: Path) -> Iterator[Damage]:
-    """What the workers of a run printed and the run's record has the digest of."""
-    record = durable.read_sealed(folder / "run.json") or {}
+def _damaged_prints(path: Path) -> Iterator[Damage]:
+    """What the workers of a run printed and the run's record, in ``path``, has the digest of."""
+    record, folder = durable.read_sealed(path) or {}, path.with_suffix("")
     for name, digest in record.get("printed", {}).items():
         if Path(name).name != name:
             continue  # not a file of the run
@@ -179,13 +189,14 @@ def _artifact_files(store: Store, results: list[Path]) -> list[Path]:
 
 
 def _forgotten(store: Store, keep: int, results: list[Path]) -> list[Path]:
-    """Folders of all but the newest ``keep`` runs, and results that none of the others used."""
-    folders = sorted(_runs(store), key=lambda folder: (len(folder.name.partition("-")[0]), folder.name))  # by number
-    newest = folders[max(0, len(folders) - keep) :]
-    records = [durable.read_sealed(folder / "run.json") or {"stages": []} for folder in newest]
+    """What there is of all but the newest ``keep`` runs, and results that none of the others used."""
+    paths = _records(store)
+    newest = paths[max(0, len(paths) - keep) :]
+    records = [durable.read_sealed(path) or {"stages": []} for path in newest]
     used = {(stage["name"], stage["key"]) for record in records for stage in record["stages"]}
     unused = [path for path in results if (path.parent.name, path.stem) not in used]
-    return [*folders[: len(folders) - len(newest)], *unused]
+    forgotten = paths[: len(paths) - len(newest)]
+    return [*(path for record in forgotten for path in _of_run(record)), *unused]
 
 
 def _drop_cached(paths: list[Path]) -> None:

@@ -17,6 +17,7 @@ from kendama_cli.motion.averaging import encode_demonstrations
 from kendama_cli.settings.placement import Placement
 from kendama_cli.store import durable
 from kendama_cli.store.codecs import save_artifact
+from kendama_cli.store.runs import record_path
 from tests.motion.swings import demonstration, settings
 
 
@@ -38,10 +39,9 @@ def home(tmp_path: Path, plan: MotionPlan) -> Path:
         save_artifact(type(artifact), artifact, folder)
         stages.append({"name": f"{name}-mine", "stage": name, "artifact": str(folder)})
     record = {"run": "20260101-120000-abcdef", "pipeline": "imitation", "overrides": [], "outcome": "done"}
-    folder = tmp_path / "home" / "runs" / record["run"]
-    folder.mkdir(parents=True)
-    durable.write_sealed(folder / "run.json", {**record, "stages": stages, "started": "2026"})
-    return tmp_path / "home"
+    home = tmp_path / "home"
+    durable.write_sealed(record_path(home, record["run"]), {**record, "stages": stages, "started": "2026"})
+    return home
 
 
 def motion(home: Path, *arguments: str) -> int:
@@ -64,15 +64,14 @@ def test_what_is_exported_is_what_was_stored(
 def test_a_newer_run_without_a_primitive_is_passed_over_unless_it_is_named(
     home: Path, tmp_path: Path, plan: MotionPlan, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    newer = home / "runs" / "20260102-120000-abcdef"
-    newer.mkdir()
-    record = {"run": newer.name, "pipeline": "press", "overrides": [], "outcome": "done", "stages": []}
-    durable.write_sealed(newer / "run.json", {**record, "started": "2026"})
+    newer = "20260102-120000-abcdef"
+    record = {"run": newer, "pipeline": "press", "overrides": [], "outcome": "done", "stages": []}
+    durable.write_sealed(record_path(home, newer), {**record, "started": "2026"})
     assert motion(home, "export", "-o", str(tmp_path / "swing.yaml")) == 0
     assert same(read_plan(str(tmp_path / "swing.yaml")), plan)
     capsys.readouterr()
-    assert motion(home, "export", newer.name, "-o", str(tmp_path / "swing.yaml")) == 2
-    assert f"the run {newer.name} has no primitive;" in capsys.readouterr().err
+    assert motion(home, "export", newer, "-o", str(tmp_path / "swing.yaml")) == 2
+    assert f"the run {newer} has no primitive;" in capsys.readouterr().err
 
 
 def test_an_artifacts_folder_and_a_file_are_sources_too(home: Path, tmp_path: Path, plan: MotionPlan) -> None:

@@ -62,10 +62,10 @@ def test_runs_whose_record_is_damaged_are_counted_aloud(tmp_path: Path) -> None:
     toy = ToyProject(tmp_path)
     for steps in (2, 3):
         toy.run_json(f"toy.steps={steps}")
-    first, second = sorted(toy.home.glob("runs/*/run.json"))
+    first, second = sorted(toy.home.glob("runs/*.json"))
     first.write_text("[1]")
     listed = toy.kendama("runs")
-    assert [row.split()[0] for row in listed.stdout.splitlines()[1:]] == [second.parent.name]
+    assert [row.split()[0] for row in listed.stdout.splitlines()[1:]] == [second.stem]
     assert listed.stderr == (
         f"runs in {toy.home} whose record cannot be read: 1; 'kendama cache verify' says which and why\n"
     )

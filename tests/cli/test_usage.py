@@ -102,7 +102,7 @@ def test_home_is_taken_before_or_after_the_command_or_from_the_environment(toy: 
     environment = {**toy.environment(), "KENDAMA_HOME": "three"}
     subprocess.run(toy.command("run", "-p", "toy", "--until", "roll"), cwd=toy.folder, env=environment, check=True)
     for home in ("one", "two", "three"):
-        assert list((toy.folder / home).glob("runs/*/run.json")), home
+        assert list((toy.folder / home).glob("runs/*.json")), home
     assert not toy.home.exists()
 
 

@@ -47,9 +47,9 @@ def work(home: Path, tell: Tell) -> None:
 
 def _work(home: Path, tell: Tell) -> None:
     store = Store(home)
-    with store.in_use():
+    with store.in_use(), contextlib.ExitStack() as held:
         record = RunRecord(home, RUN, "toy", [], "2026-01-01", versions={})
-        record.save()
+        record.begin(held)
         tell("record 0")
         for number, key in enumerate(KEYS, 1):
             _checkpoint(store, key, tell)
@@ -81,7 +81,7 @@ def check(home: Path, told: list[str], damaged_before: frozenset[str] = frozense
         if found is not None:
             assert {name: (found.artifact / name).read_bytes() for name in content(key)} == content(key)
         assert found is not None or f"put {key}" not in told, "a result that was told is lost"
-    record = durable.read_sealed(home / "runs" / RUN / "run.json")
+    record = durable.read_sealed(home / "runs" / f"{RUN}.json")
     saved = [int(line.split()[1]) for line in told if line.startswith("record")]
     assert not saved or (record is not None and len(record["stages"]) >= saved[-1]), "a record that was told is lost"
     for key in (*KEYS, UNFINISHED):
@@ -120,7 +120,7 @@ def used(home: Path) -> frozenset[str]:
     found = store.find("roll", KEYS[0])
     assert found is not None
     newest = CheckpointFolder(store.checkpoint_folder("roll", UNFINISHED)).files()[-1]
-    damaged = [found.artifact / "arrays.npz", newest, home / "runs/00002-bbbbbb/run.json"]
+    damaged = [found.artifact / "arrays.npz", newest, home / "runs/00002-bbbbbb.json"]
     for path in damaged:
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_bytes(b"damaged")

@@ -11,6 +11,7 @@ from pathlib import Path
 
 import pytest
 
+from kendama_cli.store.runs import run_names
 from tests.toy_project import ToyProject, artifact_bytes, statuses
 
 OPTIONS = ("toy.steps=12", "toy.pause_s=0.02")
@@ -101,7 +102,7 @@ def kill_many(toy: ToyProject, times: int, seed: int) -> dict[str, int]:
         assert left <= {"objects", "results", "runs", "index", "locks"}, (
             "a kill left something that gc does not collect"
         )
-        assert len(list((toy.home / "runs").iterdir())) == 1
+        assert len(run_names(toy.home)) == 1
     return counted
 
 

@@ -10,6 +10,7 @@ import threading
 import pytest
 
 from kendama_cli.store.garbage import verify
+from kendama_cli.store.runs import run_names
 from kendama_cli.store.store import Store
 from tests.toy_project import ToyProject, artifact_bytes
 
@@ -83,7 +84,7 @@ def race(toy: ToyProject, runs: int) -> int:
     for record in records:
         for stage in record["stages"]:
             assert store.find(stage["name"], stage["key"]) is not None, "a collection took what a run had made"
-    assert len(list((toy.home / "runs").iterdir())) == runs
+    assert len(run_names(toy.home)) == runs
     return collected
 
 

@@ -210,7 +210,7 @@ def test_a_record_that_names_another_folder_has_nothing_there_deleted(place: Pat
         durable.write_sealed(store.result_path("a", str(number)), record)
         assert store.find("a", str(number)) is None
     run = {"run": "../../../secret", "outcome": "done", "stages": [], "printed": {"../../../../secret.yaml": "0"}}
-    durable.write_sealed(store.home / "runs/00001-aaaaaa/run.json", {**run, "pipeline": "../x", "overrides": []})
+    durable.write_sealed(store.home / "runs/00001-aaaaaa.json", {**run, "pipeline": "../x", "overrides": []})
     (store.home / "runs/00002-link").symlink_to(place.parent)
     (store.home / "checkpoints/a").mkdir(parents=True)
     (store.home / "checkpoints/a/link").symlink_to(place.parent)

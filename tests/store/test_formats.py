@@ -20,6 +20,7 @@ from kendama_cli.store import checkpoint, durable, store
 from kendama_cli.store.append_file import DurableAppendFile
 from kendama_cli.store.checkpoint import CheckpointFolder
 from kendama_cli.store.garbage import collect_garbage, verify
+from kendama_cli.store.runs import record_path
 from kendama_cli.store.store import Store
 
 KEY = "a" * 40
@@ -31,7 +32,7 @@ def filled(home: Path) -> Store:
         (folder / "artifact.json").write_text("{}")
         made.put(folder, "roll", KEY, {"n": 1}, {}, made_with={"numpy": "0.1"})
     record = {"run": "00001-abcdef", "outcome": "done", "stages": [{"name": "roll", "key": KEY}]}
-    durable.write_sealed(home / "runs/00001-abcdef/run.json", record)
+    durable.write_sealed(home / "runs/00001-abcdef.json", record)
     CheckpointFolder(home / "checkpoints/roll" / ("b" * 40)).save({"x": np.zeros(2)}, {}, nothing_logged())
     return made
 
@@ -192,3 +193,16 @@ def test_a_log_that_is_none_is_no_log_of_another_format(tmp_path: Path) -> None:
     (tmp_path / "a.mcap").write_bytes(b"kendama log 9")
     with pytest.raises(InputError, match="not an MCAP file"):
         LogFile(tmp_path / "a.mcap")
+
+
+def test_a_record_where_kendama_kept_it_until_0_2_is_refused_with_both_places_named(tmp_path: Path) -> None:
+    store = filled(tmp_path)
+    before = tmp_path / "runs/00001-abcdef/run.json"
+    before.parent.mkdir()
+    record_path(tmp_path, "00001-abcdef").rename(before)
+    for reads in (lambda: past_runs(tmp_path), lambda: verify(store), lambda: collect_garbage(store)):
+        with pytest.raises(FormatError, match=r"run\.json: .*runs/RUN/run\.json.*reads format runs/RUN\.json"):
+            reads()
+    assert before.exists()
+    before.rename(record_path(tmp_path, "00001-abcdef"))
+    assert [record["run"] for record in past_runs(tmp_path)] == ["00001-abcdef"]

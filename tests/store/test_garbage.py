@@ -16,6 +16,7 @@ import pytest
 from kendama_cli.errors import StoreError
 from kendama_cli.store import durable
 from kendama_cli.store.garbage import collect_garbage, verify
+from kendama_cli.store.runs import record_path, run_names
 from kendama_cli.store.store import Store
 
 
@@ -29,7 +30,7 @@ def store(tmp_path: Path) -> Store:
             (folder / "arrays.npz").write_bytes(bytes([number]) * 1000)
             store.put(folder, "roll", str(number) * 40, {"n": number}, {})
     stages = [{"name": "roll", "key": str(number) * 40} for number in range(3)]
-    durable.write_sealed(store.home / "runs" / "20260101-000000-aaaaaa" / "run.json", {"stages": stages})
+    durable.write_sealed(record_path(store.home, "20260101-000000-aaaaaa"), {"stages": stages})
     return store
 
 
@@ -96,7 +97,8 @@ def test_what_is_damaged_goes_with_what_only_it_named(store: Store) -> None:
     gone = collect_garbage(store)
     assert store.object_folder(digest) in gone
     assert len(list(store.results.glob("*/*.json"))) == 2
-    assert [path.name for path in (store.home / "runs").iterdir()] == ["20260101-000000-aaaaaa"]
+    assert run_names(store.home) == ["20260101-000000-aaaaaa"]
+    assert [path.name for path in (store.home / "runs").iterdir()] == ["20260101-000000-aaaaaa.json"]
     assert verify(store) == []
 
 

@@ -1,0 +1,45 @@
+"""Where a home keeps its runs: the record of each is ``runs/RUN.json``, what it printed or logged is in ``runs/RUN/``.
+
+A run that found everything done has no folder, which would take as much of the disk as its record.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from kendama_cli.errors import FormatError
+from kendama_cli.store import durable
+
+_RECORD = ".json"
+_BEFORE = "run.json"
+"""A run's record stood in its folder under this name until 0.2."""
+
+
+def record_path(home: Path, run: str) -> Path:
+    """The file of a run's record."""
+    return home / "runs" / f"{run}{_RECORD}"
+
+
+def run_folder(home: Path, run: str) -> Path:
+    """The folder of what stands beside a run's record; absent where nothing does."""
+    return home / "runs" / run
+
+
+def run_number(run: str) -> int:
+    """The number that the name of a run begins with, by which runs are ordered."""
+    digits = run.partition("-")[0]
+    return int(digits) if digits.isascii() and digits.isdecimal() else 0
+
+
+def run_names(home: Path) -> list[str]:
+    """The runs that have a record or a folder, oldest first.
+
+    Raises StoreError where that cannot be told now, FormatError where a record stands inside a folder, as until 0.2.
+    """
+    paths = [path for path in durable.listed(home / "runs") if not path.name.startswith(durable.SCRATCH)]
+    recorded = {path.stem for path in paths if path.suffix == _RECORD}
+    others = [path for path in paths if path.suffix != _RECORD and path.name not in recorded]
+    for folder in others:
+        if durable.exists(folder / _BEFORE):
+            raise FormatError(str(folder / _BEFORE), "the record of a run", "runs/RUN/run.json", "runs/RUN.json")
+    return sorted(recorded.union(path.name for path in others), key=lambda run: (run_number(run), run))
