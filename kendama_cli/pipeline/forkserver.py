@@ -11,7 +11,10 @@ import sys
 from collections.abc import Mapping
 from typing import Any
 
+import numpy.random  # noqa: F401 - numpy imports it when it is first asked for, which every worker would do again
+
 from kendama_cli.errors import KendamaError
+from kendama_cli.pipeline.record import versions
 from kendama_cli.pipeline.worker import make_stage, work
 from kendama_cli.system.choice import system
 from kendama_cli.system.fork_server import serve
@@ -22,6 +25,7 @@ def main() -> int:
     system().end_with_parent()
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     signal.signal(signal.SIGHUP, signal.SIG_IGN)
+    versions()  # looked up once for all workers
     serve(int(sys.argv[1]), _prepare, work)
     return 0
 
