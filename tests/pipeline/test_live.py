@@ -27,6 +27,7 @@ from kendama_cli.schema.declaration import StageDeclaration
 from kendama_cli.store.checkpoint import CheckpointFolder
 from kendama_cli.store.store import Store
 from kendama_cli.system.listening import listen
+from tests.devices.hand.play.chromium import CHROMIUM, browser
 from tests.toy_project import ToyProject, artifact_bytes
 
 
@@ -136,6 +137,25 @@ def test_only_who_has_the_token_is_served_and_the_last_state_is_waited_for(runni
     assert running.status.document()["outcome"] == "done"
     with pytest.raises(urllib.error.URLError):
         urllib.request.urlopen(page.address, timeout=60)
+
+
+@pytest.mark.skipif(CHROMIUM is None, reason="needs the program chromium (Debian: apt-get install chromium)")
+def test_a_browser_shows_what_is_logged_while_the_run_goes_on(running: Running, tmp_path: Path) -> None:
+    shown = "(document.querySelector('[data-part=chapters] iframe')?.contentDocument?.body?.textContent ?? '')"
+    with browser(tmp_path / "profile") as chromium:
+        with LivePage(listen("127.0.0.1", 0), running.status, running.planner) as page:
+            tab = chromium.open(page.address)
+            tab.value("window.sameOne = true")
+            for count, total in ((5, 5), (7, 12)):
+                running.throw(count)
+                tab.wait(f"{shown}.includes('{total} numbers, 6 sides')")
+                tab.wait(f"document.querySelector('.stages tbody').textContent.includes('{total} of 20')")
+            assert tab.value("document.querySelectorAll('[data-part=chapters] iframe').length") == 1
+            running.record.outcome = "done"
+        tab.wait("document.querySelector('.notice').textContent.includes('kendama report 00007-abcdef')")
+        assert tab.value("document.title") == "kendama: the run is done"
+        assert tab.value("window.sameOne"), "it was loaded again"
+        assert tab.said == []
 
 
 def test_a_run_is_the_same_with_its_page_and_tells_the_address(toy: ToyProject, tmp_path: Path) -> None:
