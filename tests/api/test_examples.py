@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import os
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -17,10 +19,26 @@ EXPECTED = {
     "catch_by_hand.py": "of 50 by the law",
     "gymnasium_random.py": "of 20 random rollouts reached the goal",
 }
+WITH_OTHERS = {
+    "learn_with_stable_baselines3.py": ("stable_baselines3", ["200", "1"], "SAC: 0."),
+    "optuna_over_runs.py": ("optuna", ["home", "1"], "as shipped "),
+}
+"""Examples with a package that the tests do not bring: the package, arguments, what is printed."""
 
 
 def test_every_example_is_run_here() -> None:
-    assert {path.name for path in (ROOT / "examples").glob("*.py")} == set(EXPECTED)
+    assert {path.name for path in (ROOT / "examples").glob("*.py")} == {*EXPECTED, *WITH_OTHERS}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", sorted(WITH_OTHERS))
+def test_an_example_with_a_package_of_others_runs(name: str, tmp_path: Path) -> None:
+    package, words, printed = WITH_OTHERS[name]
+    pytest.importorskip(package, reason=f"needs {package} (pip install {package})")
+    command = [sys.executable, str(ROOT / "examples" / name), *words]
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=600, check=False)
+    assert done.returncode == 0, done.stderr
+    assert printed in done.stdout
 
 
 @pytest.mark.parametrize("name", sorted(EXPECTED))
