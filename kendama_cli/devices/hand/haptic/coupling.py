@@ -25,6 +25,11 @@ class Coupling:
 
     so energy is never given that was not taken, instead of being observed and dissipated afterwards. What was taken
     beyond the spring's own energy is dissipated and forgotten.
+
+    In a stall the hand goes on feeling the force that was last sent, ``felt_n``, while others pulled the cup. What that
+    gave the hand cannot be taken back, and a cup without a force would fly off: how long stalls may last is limited
+    instead (``period.Lateness``).
+
     Shapes are (..., 3): many hands at once, in a test.
     """
 
@@ -36,11 +41,12 @@ class Coupling:
         self._reserve_m = LARGEST_CHANGE_M_S2 * period_s**2
         self.energy_j: Array = np.zeros(shape[:-1])
         self.force_n: Array = np.zeros(shape)
+        self.felt_n: Array = np.zeros(shape)
         self._apart: Array | None = None
         self._device_m: Array = np.zeros(shape)
 
-    def force(self, device_m: Array, cup_m: Array, free_m: Array) -> Array:
-        """The force on the cup until the next call [N]; the hand feels the opposite.
+    def force(self, device_m: Array, cup_m: Array, free_m: Array, *, held: bool = False) -> Array:
+        """The force on the cup until the next call [N]; the hand feels the opposite, or ``held`` what it felt before.
 
         ``free_m`` is how far the cup would move until then without this force.
         """
@@ -53,14 +59,16 @@ class Coupling:
         taken_j = self.energy_j + _dot(self.force_n, moved)
         self.energy_j = np.minimum(taken_j, 0.5 * own.stiffness_n_m * _dot(apart, apart))
         wanted = own.stiffness_n_m * apart + own.damping_n_s_m / self._period_s * moved
-        change = _limited(wanted - self.force_n, own.most_n_s * self._period_s)
-        force = _limited(self.force_n + change, own.most_n)
+        last_n = self.force_n if held else self.felt_n
+        force = _limited(last_n + _limited(wanted - last_n, own.most_n_s * self._period_s), own.most_n)
         length = np.sqrt(_dot(force, force))
         given = self._yields_m_n * length**2
         taken = _dot(force, hand_m - free_m) - length * self._reserve_m
         most = (taken + np.sqrt(taken**2 + 4 * given * np.maximum(self.energy_j, 0.0))) / np.maximum(2 * given, 1e-300)
         share = np.clip(most, 0.0, 1.0)
         self.force_n = force * share[..., None]
+        if not held:
+            self.felt_n = self.force_n
         return self.force_n
 
 

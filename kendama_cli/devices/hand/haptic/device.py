@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import socket
 import time
 from collections.abc import Callable, Iterator, Sequence
@@ -14,20 +13,20 @@ from kendama_cli.devices.hand.axes import to_ours
 from kendama_cli.devices.hand.haptic.coupling import Coupling
 from kendama_cli.devices.hand.haptic.device_protocols import DEVICES, Grip, Told, Trouble
 from kendama_cli.devices.hand.haptic.haptic_line import HapticLine
+from kendama_cli.devices.hand.haptic.period import Lateness, Period
 from kendama_cli.devices.hand.haptic.settings import HapticCapture
+from kendama_cli.devices.hand.haptic.way import DeviceWay
 from kendama_cli.devices.hand.interface import HandSample
 from kendama_cli.devices.hand.play.conditions import Conditions
 from kendama_cli.devices.hand.play.try_record import TryRecord
 from kendama_cli.devices.hand.stream_server import METRES
 from kendama_cli.devices.hand.tracks.stream_file import StreamFile
-from kendama_cli.errors import ConfigError, HardwareError
+from kendama_cli.errors import ConfigError, HardwareError, KendamaError
 from kendama_cli.schema.arrays import Array
 from kendama_cli.settings.game import GameSettings
 from kendama_cli.simulation.dart.hand_world import PLACE, HandWorld
 from kendama_cli.simulation.dart.world import STEP_S
 
-SLEEP_SHORT_S = 0.0003
-"""A sleeping process wakes up to so late; the rest of a period is waited for without sleeping."""
 LOOK_EVERY = 4
 REACH_M = 5.0
 """No haptic device reaches farther; one that says so counts in another unit."""
@@ -35,8 +34,8 @@ FROZEN_S = 10.0
 """A hand trembles by a tenth of a millimetre: a device that says the very same place for longer is frozen."""
 LEAST_MOVED_M = 1e-3
 """A stylus that is gripped for a swing moves farther, even a virtual hand a hundred times larger."""
-MOST_DUE = 100
-"""Periods that are made up for after a stall."""
+LOOSE = 3.0
+"""A cup that is farther from the hand than the coupling's largest force stretches its spring, so many times."""
 
 
 class HapticLink:
@@ -61,6 +60,8 @@ class HapticLink:
         self._line: HapticLine[Told] = HapticLine(connected, self._speaks.feed)
         self._turn, self._at = np.array(to_ours(settings.spoken_axes)), (0.0, 0.0, 0.0)
         self.device_m: Array | None = None
+        self.heard_m = list[Array]()
+        """The places that the last ``listen`` took, the newest last."""
         self.gripped, self.late_s = False, list[float]()
         self.moved_m: float | None = None
         """How far the stylus moved at most in a grip that was no swing."""
@@ -107,7 +108,7 @@ class HapticLink:
     def _take(self, now_s: float) -> None:
         if self._stopped:
             raise HardwareError(f"the haptic device stopped ({self._stopped}) and stays so: run it anew")
-        own = self.settings
+        own, self.heard_m = self.settings, []
         # several that come at once were sent at any time since the last that came before them
         silent_s = now_s - self._heard_s
         for told in self._line.receive():
@@ -119,6 +120,7 @@ class HapticLink:
                 place = own.scale * METRES[own.spoken_unit] * (self._turn @ told.position)
                 self._check(place, now_s, silent_s)
                 self.device_m, self._at, self._heard_s = place, told.position, now_s
+                self.heard_m.append(place)
         if now_s - self._heard_s > own.watchdog_s and (self.gripped or self.device_m is None):
             raise HardwareError(
                 f"no {self._speaks.pose} of the haptic device for {now_s - self._heard_s:.2f} s; look at "
@@ -159,7 +161,8 @@ class HapticHand:
         try:
             while rows is None:  # a grip without a swing is none
                 rows = swing(self._link)
-        except HardwareError as wrong:
+        except KendamaError as wrong:
+            self._link.stop(str(wrong))
             kept = len(list(self._folder.glob("*.csv")))
             again = f"; {kept} swings are kept: capture=body 'capture.path={self._folder}/*.csv'" if kept else ""
             raise HardwareError(f"{wrong}{again}") from None
@@ -180,7 +183,7 @@ class HapticHand:
 
 def swing(link: HapticLink) -> Array | None:
     """The samples of a try (n, columns) from grip to catch or release; None where it is hardly a swing."""
-    own, period = link.settings, Period(link)
+    own, period = link.settings, Period(link.clock, link.late_s)
     until_s = link.clock() + own.wait_s
     while not link.gripped or link.device_m is None:
         period.wait()
@@ -188,17 +191,28 @@ def swing(link: HapticLink) -> Array | None:
         if link.clock() > until_s:
             raise HardwareError(_nobody(link))
     cup, record = MovedCup(own.game), TryRecord(own.caught_s)
-    coupling = Coupling(own.coupling, STEP_S, own.game.cup.mass_kg)
-    origin_m, force_n, reached_m = link.device_m.copy(), np.zeros(3), 0.0
+    coupling, lateness = Coupling(own.coupling, STEP_S, own.game.cup.mass_kg), Lateness(own.watchdog_s, link.clock())
+    origin_m = link.device_m.copy()
+    way = DeviceWay(link.clock(), np.zeros(3))
+    loose_m, reached_m = LOOSE * own.coupling.most_n / own.coupling.stiffness_n_m, 0.0
     while link.gripped and not record.caught:
-        due = min(period.wait(), MOST_DUE)
+        due = period.wait()
         link.listen()
-        reached_m = max(reached_m, float(np.linalg.norm(link.device_m - origin_m)))
-        for _ in range(due - 1):  # in a stall the hand felt the last force all the while, and so does the cup
+        now_s = link.clock()
+        lateness.look(now_s, heard=bool(link.heard_m))
+        way.heard(now_s, [place_m - origin_m for place_m in link.heard_m])
+        for left in range(due - 1, -1, -1):
+            hand_m, cup_m = way.at(period.began_s - left * STEP_S), cup.place[:3].copy()
+            force_n = coupling.force(hand_m, cup_m, cup.free_m(), held=left > 0)
+            if left == 0:  # in a stall the hand feels the last force all the while, and the cup is where the hand was
+                link.feel(-force_n)
             cup.step(force_n, record)
-        force_n = coupling.force(link.device_m - origin_m, cup.place[:3].copy(), cup.free_m())
-        link.feel(-force_n)
-        cup.step(force_n, record)
+        reached_m = max(reached_m, float(np.linalg.norm(hand_m)))
+        if (apart_m := float(np.linalg.norm(hand_m - cup_m))) > loose_m:
+            raise HardwareError(
+                f"the cup came off the hand by {apart_m:.2f} m, allowed is {loose_m:.2g}: "
+                + (lateness.words() or "move the stylus less suddenly, or take a stiffer capture.coupling")
+            )
     link.feel(np.zeros(3))
     link.moved_m = max(link.moved_m or 0.0, reached_m / own.scale)
     return record.samples(Conditions())
@@ -233,25 +247,6 @@ class MovedCup:
         self._steps += 1
         if self._steps % LOOK_EVERY == 0 and not record.caught:
             record.look(self.world)
-
-
-class Period:
-    """Waits for the next of equal periods, and records how late each began."""
-
-    def __init__(self, link: HapticLink) -> None:
-        self._link, self._next_s = link, link.clock() + STEP_S
-
-    def wait(self) -> int:
-        """Return at a period's beginning: how many have begun since the last one, 1 but for a stall."""
-        clock = self._link.clock
-        while (left_s := self._next_s - clock()) > 0:
-            if left_s > SLEEP_SHORT_S:
-                time.sleep(left_s - SLEEP_SHORT_S)
-        late_s = -left_s
-        self._link.late_s.append(late_s)
-        due = 1 + math.floor(late_s / STEP_S)
-        self._next_s += STEP_S * due
-        return due
 
 
 def open_haptic(settings: HapticCapture) -> Sequence[HapticHand]:

@@ -92,24 +92,24 @@ class VrpnSide:
 
 
 def operate(side: OpenIgtlinkSide | VrpnSide, scale: float, fault: str) -> None:
-    """Grip, swing, and let go."""
+    """Grip, swing, and let go; the device's own loop is never late, so what comes late comes all at once."""
     person, force, steps = Operator(scale), np.zeros(3), 0
-    began = time.perf_counter()
+    began, frozen = time.perf_counter(), np.zeros(3)
     while (now_s := time.perf_counter() - began) < person.t_s[-1] + 1.5:
         force = [force, *side.felt()][-1]
+        faulty = fault if now_s > WAIT_S else ""
+        if faulty == "silence":
+            time.sleep(1)
+        if faulty == "leave":
+            return
         while steps * PERIOD_S < now_s:
             person.step(force.copy())
             steps += 1
-        faulty = now_s > 0.5
-        if faulty and fault == "silence":
-            time.sleep(1)
-        if faulty and fault == "leave":
-            return
-        while faulty and fault == "frozen":
-            side.say(person.place)
-            time.sleep(PERIOD_S)
-        jump_m = float(faulty and fault == "jump" and steps % 2)  # there and back: after a stall one alone is a motion
-        side.say(person.place * np.nan if faulty and fault == "nan" else person.place + jump_m)
+            jump_m = steps % 2  # there and back: after a stall one alone is a motion
+            spoiled = {"nan": person.place * np.nan, "jump": person.place + jump_m, "frozen": frozen}
+            said = spoiled.get(faulty, person.place)
+            side.say(said)
+            frozen = said
         time.sleep(PERIOD_S / 2)
     side.say(person.place, grip=False)
     time.sleep(0.5)

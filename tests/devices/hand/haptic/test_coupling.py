@@ -58,10 +58,12 @@ def test_the_force_is_limited_in_size_and_rise():
     coupling, last = Coupling(USUAL, PERIOD_S, CUP_KG), np.zeros(3)
     rng = np.random.default_rng(10004)
     device = np.zeros(3)
-    for _ in range(2000):
-        device = device + rng.normal(0, 1e-3, 3)
-        force = coupling.force(device, np.zeros(3), np.zeros(3))
+    for k in range(2000):
+        device, held = device + rng.normal(0, 1e-3, 3), k % 50 > 40  # in a stall the hand feels what it felt before
+        coupling.force(device, np.zeros(3), np.zeros(3), held=held)
+        force = coupling.felt_n
         assert np.linalg.norm(force) <= USUAL.most_n + 1e-9
+        assert not held or (force == last).all()
         rise = np.linalg.norm(force) - np.linalg.norm(last)
         assert rise <= USUAL.most_n_s * PERIOD_S + 1e-9
         last = force

@@ -19,6 +19,7 @@ from tests.devices.hand.haptic.operator_model import Operator
 from tests.devices.hand.play.table_top import swing
 from tests.devices.hand.swing_server import replayed
 from tests.shipped_conf import CONF, plain
+from tests.stalls import without_stall
 
 
 @contextlib.contextmanager
@@ -38,25 +39,41 @@ def settings(port, **changes):
 
 
 class Lockstep:
-    """A link whose person takes a millisecond for each of the loop's, however long that takes: no stalls."""
+    """A link whose person takes a millisecond for each of the loop's, however long that takes.
 
-    def __init__(self):
+    Every ``every_s`` on average our loop stands still for ``stall_s``, and the person goes on with the force that was.
+    """
+
+    def __init__(self, stall_s=0.0, every_s=np.inf, seed=3):
         self.settings, self.person = settings(1), Operator(2.0)
         self.gripped, self.device_m, self.late_s, self._now_s = True, np.zeros(3), [], 0.0
-        self.force, self.most_n, self.moved_m = np.zeros(3), 0.0, None
+        self.force, self.most_n, self.moved_m, self.heard_m = np.zeros(3), 0.0, None, []
+        self.way_m, self.stopped = [np.zeros(3)], ""
+        rng = np.random.default_rng(seed)
+        self._stalls_s = (0.5 + np.cumsum(rng.exponential(every_s, 1000) + stall_s)).tolist()
+        self._stall_s = stall_s
 
     def clock(self):
         self._now_s += 0.00025
         return self._now_s
 
     def listen(self):
-        self.person.step(self.force.copy())
-        self.device_m = self.settings.scale * self.person.place
-        self.gripped = len(self.late_s) < 1000 * (self.person.t_s[-1] + 1)
+        if self._now_s > self._stalls_s[0]:
+            self._stalls_s.pop(0)
+            self._now_s += self._stall_s
+        before = len(self.way_m)
+        while 0.001 * len(self.way_m) < self._now_s:
+            self.person.step(self.force.copy())
+            self.way_m.append(self.settings.scale * self.person.place)
+        self.heard_m, self.device_m = self.way_m[before:], self.way_m[-1]
+        self.gripped = self._now_s < self.person.t_s[-1] + 1
 
     def feel(self, force_n):
         self.force = force_n * self.settings.scale * self.settings.felt_share
         self.most_n = max(self.most_n, float(np.linalg.norm(self.force)))
+
+    def stop(self, why):
+        self.stopped = why
 
 
 def test_a_swing_at_the_device_becomes_a_demonstration(tmp_path):
@@ -75,12 +92,47 @@ def test_a_swing_at_the_device_becomes_a_demonstration(tmp_path):
     assert kept.position_m == pytest.approx(got, abs=1e-6)
 
 
+def test_a_computer_that_stalls_now_and_then_bends_no_swing(tmp_path):
+    """The cup follows the way of the hand through a stall, not the force from before it: that threw it 0.2 m away."""
+    link = Lockstep(stall_s=0.05, every_s=0.2)
+    samples = list(HapticHand("one", link, tmp_path).samples())
+    got = np.array([one.position_m for one in samples])
+    assert np.ptp(got, axis=0) == pytest.approx(np.ptp(link.way_m, axis=0), abs=0.02)
+
+
+def test_a_computer_that_stalls_again_and_again_stops_the_force_for_good_and_keeps_no_swing(tmp_path):
+    link = Lockstep(stall_s=0.09, every_s=0.05)
+    problem = r"the haptic link stutters: \d+ gaps of up to \d+ ms within 1 s, as this computer was busy: end what else"
+    with pytest.raises(HardwareError, match=problem) as told:
+        list(HapticHand("one", link, tmp_path).samples())
+    assert link.stopped == str(told.value)
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_link_that_holds_places_back_again_and_again_stops_the_force_for_good(tmp_path):
+    class HeldBack(Lockstep):
+        told = 1
+
+        def listen(self):
+            before = self.device_m
+            super().listen()
+            if self._now_s % 0.15 < 0.05:
+                self.heard_m, self.told = self.way_m[self.told :], len(self.way_m)
+            else:
+                self.heard_m, self.device_m = [], before
+
+    with pytest.raises(HardwareError, match=r"gap.* of .* ms within 1 s, as its places came late: look at") as told:
+        list(HapticHand("one", HeldBack(), tmp_path).samples())
+    assert "\n" not in str(told.value)
+
+
 @pytest.mark.realtime
 def test_a_person_in_another_process_swings_until_the_grip_is_let_go(tmp_path):
-    with operator() as port:
-        link = HapticLink(settings(port))
-        samples = list(HapticHand("one", link, tmp_path).samples())
-        link.close()
+    def swung(attempt):
+        with operator() as port, contextlib.closing(HapticLink(settings(port))) as link:
+            return list(HapticHand(f"swing-{attempt}", link, tmp_path).samples()), link
+
+    samples, link = without_stall(swung, HardwareError)
     assert samples[-1].t_s > 1
     assert not link.gripped or len(link.late_s) > 100
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import shutil
 import subprocess
 from pathlib import Path
@@ -12,9 +13,11 @@ import pytest
 from kendama_cli.devices.hand.haptic.device import HapticHand, HapticLink
 from kendama_cli.devices.hand.haptic.device_protocols import Grip, Place, Told, Trouble, VrpnDevice
 from kendama_cli.devices.hand.haptic.settings import HapticCapture
+from kendama_cli.devices.hand.interface import HandSample
 from kendama_cli.errors import ConfigError, HardwareError
 from tests.devices.hand.haptic.test_device import operator, settings
 from tests.devices.hand.swing_server import replayed
+from tests.stalls import without_stall
 
 HERE = Path(__file__).parent
 FORCE_READ = (
@@ -89,10 +92,12 @@ def test_a_swing_at_the_librarys_own_device_becomes_a_demonstration(tmp_path: Pa
     if made.returncode != 0:
         assert "No such file" in made.stderr or "cannot find" in made.stderr, made.stderr
         pytest.skip("needs the library of github vrpn/vrpn")
-    with operator("", str(program)) as port:
-        link = HapticLink(phantom(port))
-        samples = list(HapticHand("one", link, tmp_path).samples())
-        link.close()
+
+    def swung(attempt: int) -> list[HandSample]:
+        with operator("", str(program)) as port, contextlib.closing(HapticLink(phantom(port))) as link:
+            return list(HapticHand(f"swing-{attempt}", link, tmp_path).samples())
+
+    samples = without_stall(swung, HardwareError)
     got = np.array([one.position_m for one in samples])
     assert samples[-1].t_s > 1
     assert np.abs(got[:, 1]).max() < 1e-3  # forces and places are turned alike, so nothing pushes sideways
