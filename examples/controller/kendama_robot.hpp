@@ -20,6 +20,7 @@ enum Kind : uint16_t { HELLO = 1, CHALLENGE, OPEN, WELCOME, RESET, COMMAND, STAT
 enum class Heard { nothing, reset, command, stop };  // for reset and command, answer() is due
 constexpr uint16_t VERSION = 5;
 constexpr double LET_GO_S = 60.0;
+constexpr size_t MOST_SENDERS = 4;
 
 inline Bytes read_key(const std::string& path) {
   std::string text;
@@ -51,8 +52,7 @@ class Robot {  // one commander at a time; call poll() every period, and answer(
     sockaddr_in here{};
     here.sin_family = AF_INET, here.sin_port = htons(port);
     if (key_.size() != 32 || inet_pton(AF_INET, host.c_str(), &here.sin_addr) != 1) throw std::runtime_error("wrong key or address");
-    line_ = socket(AF_INET, SOCK_DGRAM, 0);
-    if (bind(line_, reinterpret_cast<sockaddr*>(&here), sizeof here) != 0) throw std::runtime_error("cannot listen on this port");
+    if (line_ = socket(AF_INET, SOCK_DGRAM, 0); bind(line_, reinterpret_cast<sockaddr*>(&here), sizeof here) != 0) throw std::runtime_error("cannot listen on this port");
     draw_nonce();
   }
   ~Robot() { close(line_); }
@@ -64,15 +64,12 @@ class Robot {  // one commander at a time; call poll() every period, and answer(
     const double until_s = now_s() + timeout_s;
     for (int i = 0; i < 1000; ++i) {  // nobody keeps the controller busy by sending much
       if (moving_ && about_.realtime && now_s() - heard_s_ > about_.watchdog_s) return stop("no datagram came in time while moving"), Heard::stop;
-      fd_set ready;
-      FD_ZERO(&ready);
-      FD_SET(line_, &ready);
+      fd_set ready; FD_ZERO(&ready); FD_SET(line_, &ready);
       const double left_s = std::max(until_s - now_s(), 0.0);
       timeval left{time_t(left_s), suseconds_t(1e6 * std::fmod(left_s, 1.0))};
       if (select(line_ + 1, &ready, nullptr, nullptr, &left) <= 0) return Heard::nothing;
       Bytes data(4097);
-      sockaddr_in sender{};
-      socklen_t size = sizeof sender;
+      sockaddr_in sender{}; socklen_t size = sizeof sender;
       const ssize_t got = recvfrom(line_, data.data(), data.size(), 0, reinterpret_cast<sockaddr*>(&sender), &size);
       data.resize(got < 0 ? 0 : size_t(got));
       const Heard heard = take(data, sender);
@@ -108,10 +105,9 @@ class Robot {  // one commander at a time; call poll() every period, and answer(
     const auto session = get<uint64_t>(data, 8), counter = get<uint64_t>(data, 16);
     const Bytes payload(data.begin() + 24, data.end() - 16), bare(data.begin(), data.end() - 16);
     Bytes key = session_key_;
-    bool ours = session == session_ && sender.sin_port == peer_.sin_port && sender.sin_addr.s_addr == peer_.sin_addr.s_addr;
-    if (kind == HELLO) {
-      key = key_, ours = payload.size() == 16;
-    } else if (kind == OPEN && session == get<uint64_t>(nonce_, 0)) {
+    bool ours = session == session_ && !senders_.empty();
+    if (kind == HELLO) key = key_, ours = payload.size() == 16;
+    else if (kind == OPEN && session == get<uint64_t>(nonce_, 0)) {
       Bytes both{'k', 'e', 'n', 'd', 'a', 'm', 'a', ' ', 's', 'e', 's', 's', 'i', 'o', 'n'};
       both.insert(both.end(), payload.begin(), payload.end()), both.insert(both.end(), nonce_.begin(), nonce_.end());
       key = blake2s(key_, both, 32), ours = !held();
@@ -127,13 +123,14 @@ class Robot {  // one commander at a time; call poll() every period, and answer(
       both.insert(both.end(), nonce_.begin(), nonce_.end());
       send(key_, CHALLENGE, held() ? session_ : 0, 0, both, sender);
     } else if (kind == OPEN && session != session_) {
-      session_key_ = key, session_ = session, peer_ = sender, counter_ = counter, last_ = kind, heard_s_ = now_s();
+      session_key_ = key, session_ = session, senders_ = {sender}, counter_ = counter, last_ = kind, heard_s_ = now_s();
       reason_.clear(), moving_ = ready_ = false, missed_ = 0, draw_nonce(), welcome();
     } else if (counter == counter_) {
-      if (!answered_.empty()) sendto(line_, answered_.data(), answered_.size(), 0, reinterpret_cast<const sockaddr*>(&peer_), sizeof peer_);
-      else if (last_ == RESET) send(session_key_, WORKING, session_, counter_, {}, peer_);
+      add(sender);
+      if (!answered_.empty()) sendto(line_, answered_.data(), answered_.size(), 0, reinterpret_cast<const sockaddr*>(&sender), sizeof sender);
+      else if (last_ == RESET) send(session_key_, WORKING, session_, counter_, {}, sender);
     } else if (counter > counter_) {
-      missed_ += uint32_t(counter - counter_ - 1), counter_ = counter, last_ = kind, heard_s_ = now_s(), answered_.clear();
+      missed_ += uint32_t(counter - counter_ - 1), counter_ = counter, last_ = kind, heard_s_ = now_s(), answered_.clear(), senders_ = {sender};
       return obey(kind, payload);
     } else {
       ++ignored_;
@@ -170,7 +167,13 @@ class Robot {  // one commander at a time; call poll() every period, and answer(
 
   bool held() const { return reason_.empty() && (moving_ || now_s() - heard_s_ < LET_GO_S); }
   void draw_nonce() { nonce_.resize(16); std::ifstream("/dev/urandom", std::ios::binary).read(reinterpret_cast<char*>(nonce_.data()), 16); }
-  void say(Kind kind, const Bytes& payload) { answered_ = send(session_key_, kind, session_, counter_, payload, peer_); }
+  void say(Kind kind, const Bytes& payload) {
+    for (const auto& sender : senders_) answered_ = send(session_key_, kind, session_, counter_, payload, sender);
+  }
+  void add(const sockaddr_in& sender) {  // who hears a datagram and sends it on sooner must not be answered alone
+    for (const auto& one : senders_) if (one.sin_port == sender.sin_port && one.sin_addr.s_addr == sender.sin_addr.s_addr) return;
+    if (senders_.push_back(sender); senders_.size() > MOST_SENDERS) senders_.erase(senders_.begin());
+  }
   Bytes send(const Bytes& key, Kind kind, uint64_t session, uint64_t counter, const Bytes& payload, const sockaddr_in& to) {
     Bytes out{'K', 'N', 'D', 'M'};
     put(out, VERSION), put(out, uint16_t(kind)), put(out, session), put(out, counter);
@@ -185,7 +188,7 @@ class Robot {  // one commander at a time; call poll() every period, and answer(
   Description about_;
   Command command_;
   std::string reason_ = "no session has begun";
-  sockaddr_in peer_{};
+  std::vector<sockaddr_in> senders_;  // of the newest datagram
   Kind last_ = HALT;
   uint64_t session_ = 0, counter_ = 0;
   uint32_t missed_ = 0, ignored_ = 0;

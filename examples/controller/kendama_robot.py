@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 from hashlib import blake2s
 from pathlib import Path
 
-VERSION, LARGEST, LET_GO_S = 5, 4096, 60.0
+VERSION, LARGEST, LET_GO_S, MOST_SENDERS = 5, 4096, 60.0, 4
 HELLO, CHALLENGE, OPEN, WELCOME, RESET, COMMAND, STATE, HALT, STOPPED, TORQUE, TORQUE_STATE, WORKING = range(1, 13)
 HEADER = struct.Struct("<4sHHQQ")
 NAN3 = (math.nan,) * 3
@@ -87,8 +87,8 @@ class Robot:
     def __post_init__(self) -> None:
         self.line = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         self.line.bind((self.host, self.port))
-        self.nonce, self.session, self.counter, self.peer = secrets.token_bytes(16), 0, 0, ("", 0)
-        self.session_key, self.answered, self.heard_s = b"", b"", 0.0
+        self.nonce, self.session_key, self.answered = secrets.token_bytes(16), b"", b""
+        self.session, self.counter, self.heard_s, self.senders = 0, 0, 0.0, list[tuple[str, int]]()
         self.moving, self.ready, self.last = False, False, HALT
 
     def poll(self, timeout_s: float = 0.0) -> Heard:
@@ -128,9 +128,8 @@ class Robot:
         if len(data) >= HEADER.size + 16:
             magic, version, kind, session, counter = HEADER.unpack_from(data)
             kind = kind if (magic, version) == (b"KNDM", VERSION) else -1
-        payload = data[HEADER.size : -16]
-        ours = session == self.session and sender == self.peer
-        key = self.session_key
+        payload, key = data[HEADER.size : -16], self.session_key
+        ours = session == self.session and bool(self.senders)
         if kind == HELLO:
             key, ours = self.key, len(payload) == 16
         elif kind == OPEN and session == int.from_bytes(self.nonce[:8], "little"):
@@ -144,18 +143,20 @@ class Robot:
             held = self.session if self._held() else 0
             self._send(self.key, (CHALLENGE, held, 0), payload + self.nonce, sender)
         elif kind == OPEN and session != self.session:
-            self.session_key, self.session, self.peer, self.nonce = key, session, sender, secrets.token_bytes(16)
+            self.session_key, self.session, self.senders, self.nonce = key, session, [sender], secrets.token_bytes(16)
             self.reason, self.moving, self.ready, self.missed = None, False, False, 0
-            self.counter, self.heard_s = counter, time.monotonic()
+            self.counter, self.heard_s, self.last = counter, time.monotonic(), OPEN
             self._welcome()
-        elif counter == self.counter and (self.answered or self.last == RESET):
+        elif counter == self.counter:
+            self.senders = [*[one for one in self.senders if one != sender][1 - MOST_SENDERS :], sender]
             if self.answered:
                 self.line.sendto(self.answered, sender)
-            else:
+            elif self.last == RESET:
                 self._send(self.session_key, (WORKING, session, counter), b"", sender)
         elif counter > self.counter:
             self.missed += counter - self.counter - 1
             self.counter, self.heard_s, self.answered, self.last = counter, time.monotonic(), b"", kind
+            self.senders = [sender]  # who hears a datagram and sends it on sooner must not be answered alone
             return self._obey(kind, payload)
         else:
             self.ignored += 1
@@ -183,15 +184,14 @@ class Robot:
         about, n = self.about, len(self.about.joint_names)
         head = struct.pack("<BBddd", n, about.realtime, about.period_s, about.watchdog_s, 0.0)
         names = b"".join(name.encode().ljust(48, b"\0") for name in about.joint_names)
-        self.last = OPEN
         self._say(WELCOME, head + names + b"".join(struct.pack(f"<{n}d", *row) for row in about.limits))
 
     def _held(self) -> bool:
         return self.reason is None and (self.moving or time.monotonic() - self.heard_s < LET_GO_S)
 
     def _say(self, kind: int, payload: bytes) -> None:
-        order = kind, self.session, self.counter
-        self.answered = self._send(self.session_key, order, payload, self.peer)
+        for sender in self.senders:
+            self.answered = self._send(self.session_key, (kind, self.session, self.counter), payload, sender)
 
     def _send(self, key: bytes, order: tuple[int, int, int], payload: bytes, to: tuple[str, int]) -> bytes:
         bare = HEADER.pack(b"KNDM", VERSION, *order) + payload

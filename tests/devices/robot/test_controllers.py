@@ -25,7 +25,7 @@ from kendama_cli.devices.robot.remote import UdpRobot
 from kendama_cli.devices.robot.seal import Seal
 from kendama_cli.errors import HardwareError
 from kendama_cli.motion import minimum_jerk
-from tests.devices.robot.stand_in import LOOPBACK, SECRET, key_file
+from tests.devices.robot.stand_in import LOOPBACK, SECRET, key_file, relayed
 
 pytestmark = pytest.mark.realtime
 
@@ -121,6 +121,23 @@ def test_a_controller_ignores_who_has_not_the_key(controller: tuple[object, Addr
         after = robot.exchange(JointCommand(np.zeros(7), np.zeros(7), np.zeros(7)))
         assert np.array_equal(after.state.position_rad, before.state.position_rad)
         assert robot.ignored >= 1000
+
+
+def test_who_sends_every_datagram_on_sooner_keeps_no_commander_from_its_controller(
+    controller: tuple[object, Address],
+) -> None:
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as thief:
+
+        def sooner(_: int, data: bytes) -> list[bytes]:
+            thief.sendto(data, controller[1])
+            time.sleep(0.0005)
+            return [data]
+
+        with relayed(controller[1], there=sooner) as relay, closing(UdpRobot(*relay, SECRET, silence_s=5.0)) as robot:
+            robot.reset(np.zeros(7), 0)
+            for k in range(20):
+                state = robot.exchange(JointCommand(np.full(7, 1e-4 * k), np.zeros(7), np.zeros(7))).state
+            assert state.position_rad[0] > 0
 
 
 def test_a_controller_stops_for_good_when_its_commander_falls_silent(controller: tuple[object, Address]) -> None:
