@@ -4,7 +4,7 @@ import dataclasses
 import math
 import re
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 import pytest
@@ -16,8 +16,12 @@ from kendama_cli.motion.amplitude import scaled_plan
 from kendama_cli.motion.averaging import encode_demonstrations
 from kendama_cli.robot_model.arm_motion import ArmMotion
 from kendama_cli.schema.settings import build
+from kendama_cli.simulation.catch.race import MOST_DRAWS
+from kendama_cli.simulation.catch.search_record import MotionVariation, Search, Trial
 from kendama_cli.simulation.catch.settings import AdaptSettings, UncertaintySettings
+from kendama_cli.simulation.dart.rollout import RolloutResult
 from kendama_cli.stages.adapt.stage import Adapt
+from kendama_cli.stages.adapt.trials import Trials
 from kendama_cli.stages.interface import Made
 from tests.memory_context import MemoryContext
 from tests.motion.swings import settings as encode_settings
@@ -139,6 +143,34 @@ def test_where_no_tau_catches_the_place_of_the_catch_is_moved_while_the_ball_fli
     assert int(made.metrics["rollouts_to_first_catch"] or 99) <= 4
     assert made.metrics["success_rate"] == 1.0
     assert made.artifact.plan.goal_m[0] != pytest.approx(bundled.goal_m[0], abs=0.03)
+
+
+class Judged:
+    """Rollouts that only keep the worlds in which they should play."""
+
+    def __init__(self) -> None:
+        self.asked: list[tuple[Any, int]] = []
+
+    def require_reach(self, variation: MotionVariation, flight: tuple[float, float] | None) -> None:
+        """Nothing is out of reach."""
+
+    def judged(self, variation: MotionVariation, draw: Any, *, eyes_seed: int, **others: Any) -> Any:
+        self.asked.append((draw, eyes_seed))
+        return RolloutResult(True, 0.0, 0.0, (0.5, 0.9), 0.0, 0.3, 0.5, 0.5, "j1", None), 0.0
+
+
+def test_how_many_repeats_follow_changes_nothing_of_what_is_chosen() -> None:
+    """Candidates race in the same worlds: with the seed of those drawn last, 30 and 200 repeats chose another tau."""
+    told = []
+    for repeats in (2, 30):
+        settings, ctx, rollouts = dataclasses.replace(SHIPPED, repeats=repeats), MemoryContext(1), Judged()
+        seeds = ctx.rng("adapt repeats").integers(2**62, size=Trials.seeds_needed(settings)).tolist()
+        trials = Trials(cast("Any", rollouts), settings, kendama_game(), seeds, ctx)
+        for index in range(MOST_DRAWS):
+            trials.play(Search(), Trial("evaluate", MotionVariation(1.0), index))
+        told.append(rollouts.asked)
+    assert len({str(one) for one in told[0]}) == MOST_DRAWS
+    assert told[0] == told[1]
 
 
 def test_if_tau_alone_fails_the_size_of_the_motion_is_searched(bundled: MotionPlan) -> None:

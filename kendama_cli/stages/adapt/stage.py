@@ -65,7 +65,7 @@ class Adapt:
         else:
             seeds = [int(seed) for seed in saved["seeds"]]
         tau = settings.search == "tau"
-        way: CatchSearch = TauSearch(settings, bounds) if tau else PolicySearch(settings, family, seeds[-1])
+        way: CatchSearch = TauSearch(settings, bounds) if tau else PolicySearch(settings, family, seeds[0])
         trials = Trials(rollouts, settings, self._game, seeds, ctx)
         while (trial := way.next_trial(search)) is not None:
             search = trials.play(search, trial)
@@ -73,7 +73,7 @@ class Adapt:
             done = way.rollouts(search)
             total = done + settings.repeats if trial.kind == "confirm" else None
             ctx.progress(done + len(search.confirmed), total, **_figures(trial, search))
-        made = conclude(rollouts, search, way, settings=settings, bounds=bounds, eyes_seed=seeds[0], ctx=ctx)
+        made = conclude(rollouts, search, way, settings=settings, bounds=bounds, eyes_seed=seeds[1], ctx=ctx)
         return dataclasses.replace(made, warnings=warnings)
 
     def _placed(self, robot: RobotSettings, plan: MotionPlan, ctx: StageContext) -> RobotSettings:

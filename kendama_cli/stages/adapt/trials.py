@@ -26,7 +26,10 @@ from kendama_cli.stages.interface import StageContext
 
 
 class Trials:
-    """Plays trials with ``rollouts``; ``seeds`` are of the judging worlds, of the repeats and of all else."""
+    """Plays trials with ``rollouts``; of ``seeds`` the first is of what the search draws.
+
+    Then come those of judging, and of the repeats last: how many of them there are changes nothing before them.
+    """
 
     def __init__(
         self,
@@ -42,7 +45,7 @@ class Trials:
     @staticmethod
     def seeds_needed(settings: AdaptSettings) -> int:
         """How many seeds there must be."""
-        return MOST_DRAWS + settings.repeats + 1
+        return 1 + MOST_DRAWS + settings.repeats
 
     def play(self, search: Search, trial: Trial) -> Search:
         """``search`` with what came of ``trial``."""
@@ -72,7 +75,7 @@ class Trials:
         limit = rollouts.family.limit(variation)
         if limit is not None:
             return _forbidden(variation, limit)
-        result, steered_m = self._drawn(variation, [self._seeds[-1], 0, generation])
+        result, steered_m = self._drawn(variation, [self._seeds[0], 0, generation])
         made = _attempt_made(variation, rollouts.family.swing(variation), result, steered_m)
         message = AdaptExploredMessage(
             index=trial.index,
@@ -90,7 +93,7 @@ class Trials:
 
     def _proof(self, trial: Trial, rollouts: int) -> Repeat:
         """A repeat that judges a policy, in a world that nothing was played in."""
-        result, _ = self._drawn(trial.variation, [self._seeds[-1], 1, rollouts, trial.index])
+        result, _ = self._drawn(trial.variation, [self._seeds[0], 1, rollouts, trial.index])
         message = AdaptProofMessage(rollouts, trial.index, result.caught, _or_nan(result.signed_miss_m))
         self._ctx.log.write("/adapt/proof", float(rollouts), message)
         return Repeat(result.caught, result.signed_miss_m)
@@ -104,12 +107,12 @@ class Trials:
         """Every candidate is judged in the same worlds; those that confirm are drawn afresh."""
         uncertainty, rope_m, log = self._settings.uncertainty, self._game.rope.length_m, self._ctx.log
         confirm = trial.kind == "confirm"
-        seed = self._seeds[trial.index + MOST_DRAWS * confirm]
+        seed = self._seeds[1 + trial.index + MOST_DRAWS * confirm]
         rng = np.random.default_rng(seed)
         draw = (
             drawn_errors(uncertainty, rope_m, rng)
             if confirm
-            else judging_errors(uncertainty, rope_m, trial.index, self._seeds[-1])
+            else judging_errors(uncertainty, rope_m, trial.index, self._seeds[0])
         )
         result, shift_m = self._rollouts.judged(trial.variation, draw, eyes_seed=seed, rng=rng, record=confirm)
         if confirm:
