@@ -196,7 +196,7 @@ def referee(
     rope_g: Annotated[
         float,
         typer.Option(metavar="G", min=0.01, max=20, help="Mass of the whole rope; the simulation's own has none."),
-    ] = 0.5,
+    ] = 0.05,
     as_json: Json = False,
     home: Home = None,
 ) -> None:

@@ -23,9 +23,11 @@ from kendama_cli.pipeline.report import REFEREE_LOG
 from kendama_cli.schema.arrays import Array
 from kendama_cli.schema.settings import build
 from kendama_cli.settings.game import GameSettings
+from kendama_cli.simulation.catch.search_record import SLACK_S
 from kendama_cli.simulation.referee.chain import CHAIN_KG, Body, mujoco
 from kendama_cli.simulation.referee.cup_track import CupTrack
 from kendama_cli.simulation.referee.replay import replay
+from kendama_cli.simulation.referee.swing_slack import swing_slack_s
 from kendama_cli.stages.referee.messages import TOPICS, RefereeMessage
 from kendama_cli.store import durable
 
@@ -91,7 +93,9 @@ def played_again(game: LoggedGame, rope_kg: float = CHAIN_KG) -> RefereeMessage:
     t_s, cup_m, axis, ball_m = (np.array(list(value)) for value in (one.t_s, one.cup_m, one.cup_axis, one.ball_m))
     places, axes, balls = (value.reshape(-1, 3) for value in (cup_m, axis, ball_m))
     body = Body(one.rope_m, one.ball_kg, (one.drag_n_s_m, one.drag_n_s2_m2), one.restitution, rope_kg)
-    seen = replay(game.settings, body, CupTrack(t_s, places, axes), balls[0], one.since_s)
+    track = CupTrack(t_s, places, axes)
+    seen = replay(game.settings, body, track, balls[0], one.since_s)
+    slack_s = swing_slack_s(game.settings, one.rope_m, track, balls, one.since_s)
     return RefereeMessage(
         stage=game.stage,
         index=one.index,
@@ -99,6 +103,8 @@ def played_again(game: LoggedGame, rope_kg: float = CHAIN_KG) -> RefereeMessage:
         referee_caught=seen.caught,
         ours_miss_m=one.miss_m,
         referee_miss_m=float("nan") if seen.miss_m is None else seen.miss_m,
+        swing_slack_s=slack_s,
+        slack_in_swing=slack_s >= SLACK_S,
         t_s=t_s,
         cup_m=cup_m,
         ours_m=ball_m,
@@ -107,7 +113,7 @@ def played_again(game: LoggedGame, rope_kg: float = CHAIN_KG) -> RefereeMessage:
 
 
 def summary(seen: list[RefereeMessage]) -> dict[str, Any]:
-    """What ``--json`` prints."""
+    """What ``--json`` prints; games whose rope hung slack in the swing are told apart: there its mass decides."""
     games = [
         {
             "stage": one.stage,
@@ -116,16 +122,22 @@ def summary(seen: list[RefereeMessage]) -> dict[str, Any]:
             "referee_miss_mm": _mm(one.referee_miss_m),
             "ours_caught": one.ours_caught,
             "referee_caught": one.referee_caught,
+            "swing_slack_ms": 1e3 * one.swing_slack_s,
         }
         for one in seen
     ]
-    apart = [1e3 * abs(one.ours_miss_m - one.referee_miss_m) for one in seen]
-    known = [value for value in apart if np.isfinite(value)]
     return {
         "games": games,
         "caught_rate": sum(one.referee_caught for one in seen) / len(seen),
-        "agreement_mm_p50": float(np.median(known)) if known else None,
+        "agreement_mm_p50": _agreement_mm([one for one in seen if not one.slack_in_swing]),
+        "agreement_slack_mm_p50": _agreement_mm([one for one in seen if one.slack_in_swing]),
     }
+
+
+def _agreement_mm(seen: list[RefereeMessage]) -> float | None:
+    apart = [1e3 * abs(one.ours_miss_m - one.referee_miss_m) for one in seen]
+    known = [value for value in apart if np.isfinite(value)]
+    return float(np.median(known)) if known else None
 
 
 def write_log(path: Path, seen: list[RefereeMessage], settings: GameSettings, document: Mapping[str, Any]) -> None:
@@ -142,6 +154,8 @@ def write_log(path: Path, seen: list[RefereeMessage], settings: GameSettings, do
         "ours_caught_rate": sum(one.ours_caught for one in seen) / len(seen),
         "same_outcome_rate": sum(one.ours_caught == one.referee_caught for one in seen) / len(seen),
         "agreement_mm_p50": document["agreement_mm_p50"],
+        "agreement_slack_mm_p50": document["agreement_slack_mm_p50"],
+        "slack_in_swing": sum(one.slack_in_swing for one in seen),
         "games": len(seen),
     }
     whole = path.with_suffix(".tmp")

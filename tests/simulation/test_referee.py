@@ -18,10 +18,11 @@ from kendama_cli.errors import InputError
 from kendama_cli.log.messages import ReplayMessage
 from kendama_cli.physics.rope import CupProfile, RopeLaw, rope_pull
 from kendama_cli.schema.settings import build
-from kendama_cli.settings.game import GameSettings, LinearAir
-from kendama_cli.simulation.referee.chain import CHAIN_KG, Body, damping_ratio
+from kendama_cli.settings.game import CupSettings, GameSettings, LinearAir
+from kendama_cli.simulation.referee.chain import CHAIN_KG, LINKS, Body, damping_ratio, link_lengths_m
 from kendama_cli.simulation.referee.cup_track import CupTrack
 from kendama_cli.simulation.referee.replay import Replay, replay
+from kendama_cli.simulation.referee.swing_slack import swing_slack_s
 from tests.shipped_conf import plain
 
 pytest.importorskip("mujoco", reason="mujoco (the extra 'referee') is not installed")
@@ -61,7 +62,7 @@ def ours(
 
 @pytest.mark.parametrize(("reach_m", "rate_rad_s"), [(0.15, 3.5), (0.15, 4.0), (0.12, 4.5), (0.1, 5.0)])
 def test_a_swing_of_an_accelerated_cup_is_the_same_on_the_chain(reach_m: float, rate_rad_s: float) -> None:
-    """Below the cup, where rope and chain differ by weight (1 %) and thickness only: 0.7 to 1.3 mm were measured."""
+    """Below the cup, where the two differ by the chain's mass only, a thousandth of the ball's: 0.08 to 0.11 mm."""
 
     def cup_x(t_s: Any) -> Any:
         return reach_m * (1 - np.cos(rate_rad_s * np.asarray(t_s)))
@@ -69,16 +70,16 @@ def test_a_swing_of_an_accelerated_cup_is_the_same_on_the_chain(reach_m: float, 
     theirs = seen(GAME, cup_x, HANGING_M, 1.4)
     apart = np.linalg.norm(ours(GAME, cup_x, HANGING_M, theirs.t_s) - theirs.ball_m, axis=1)
     assert np.ptp(theirs.ball_m[:, 0]) > 0.3
-    assert apart.max() < 1.4e-3
+    assert apart.max() < 0.15e-3
 
 
-@pytest.mark.parametrize(("speed_m_s", "apart_m", "straight_m"), [(3.6, 5e-3, 0.02), (4.0, 7e-3, 0.05)])
+@pytest.mark.parametrize(("speed_m_s", "apart_m", "straight_m"), [(3.6, 2e-3, 0.02), (4.0, 3e-3, 0.046)])
 def test_a_ball_that_rises_over_the_tie_hangs_on_a_rope_that_goes_round_the_cup(
     speed_m_s: float, apart_m: float, straight_m: float
 ) -> None:
     """A cup that is set going swings the ball up beside it: where ours is, and not where a straight rope would have it.
 
-    Measured: 4.6 and 6.7 mm from ours, 23 and 51 mm from the straight rope.
+    Measured: 1.9 and 2.8 mm from ours, 20 and 47 mm from the straight rope.
     """
 
     def cup_x(t_s: Any) -> Any:
@@ -96,7 +97,7 @@ def test_a_ball_that_rises_over_the_tie_hangs_on_a_rope_that_goes_round_the_cup(
 
 
 def test_the_lighter_the_chain_the_nearer_it_is_to_a_rope_without_mass() -> None:
-    """A cup set going at 4 m/s; measured 9.3, 6.7 and 4.4 mm with chains of 1, 0.5 and 0.05 g: 5 mm a gram."""
+    """A cup set going at 4 m/s; measured 8.3, 5.4 and 2.8 mm with chains of 1, 0.5 and 0.05 g."""
 
     def cup_x(t_s: Any) -> Any:
         begun_s = np.minimum(np.asarray(t_s), 0.1)
@@ -108,7 +109,37 @@ def test_the_lighter_the_chain_the_nearer_it_is_to_a_rope_without_mass() -> None
         apart.append(float(np.linalg.norm(ours(STILL, cup_x, HANGING_M, theirs.t_s) - theirs.ball_m, axis=1).max()))
     assert apart[0] > apart[1] + 1.5e-3
     assert apart[1] > apart[2] + 1.5e-3
-    assert apart[2] < 5e-3
+    assert apart[2] < 3e-3
+
+
+def test_a_game_begins_at_rest_however_its_logged_cup_trembles() -> None:
+    """Samples of a cup that noise of 0.1 mm moves: the ball is not thrown by a spline's first slope."""
+    t_s = np.arange(0.0, 0.3, 0.01)
+    cup = np.zeros((len(t_s), 3))
+    cup[1:, 0] = np.random.default_rng(10000).normal(0.0, 1e-4, len(t_s) - 1)
+    way = CupTrack(t_s, cup, np.tile([0.0, 0.0, 1.0], (len(t_s), 1))).carried(1e-3)
+    assert np.abs(way.velocity_m_s).max() > 0.005
+    assert np.abs(way.velocity_m_s[0]).max() < 1e-9
+
+
+def test_a_hinge_lies_at_every_edge_that_the_rope_goes_over() -> None:
+    for name in ("floor", "handle"):
+        edges_m = CupProfile.of(build(CupSettings, plain("game/cup", name), "cup")).used_m
+        lengths = link_lengths_m(0.4, edges_m)
+        ends = np.cumsum(lengths)
+        assert len(lengths) == LINKS
+        assert ends[-1] == pytest.approx(0.4)
+        assert all(np.abs(ends - edge).min() < 2e-6 for edge in edges_m)
+
+
+def test_a_rope_that_hangs_slack_in_the_swing_is_told() -> None:
+    """A ball that is 5 mm nearer to the tie for 0.1 s; the rim's plane it never crosses."""
+    t_s = np.arange(0.0, 0.5, 0.01)
+    ball = np.tile(HANGING_M, (len(t_s), 1))
+    track = CupTrack(t_s, np.zeros_like(ball), np.tile([0.0, 0.0, 1.0], (len(t_s), 1)))
+    assert swing_slack_s(GAME, GAME.rope.length_m, track, ball) == 0.0
+    ball[20:30, 2] += 5e-3
+    assert swing_slack_s(GAME, GAME.rope.length_m, track, ball) == pytest.approx(0.11, abs=0.011)
 
 
 def test_a_logged_game_is_judged_beside_ours() -> None:
@@ -136,6 +167,7 @@ def test_a_logged_game_is_judged_beside_ours() -> None:
     assert np.linalg.norm(stayed - ball, axis=1).max() < 0.5e-3
     document = summary([seen_of])
     assert (document["caught_rate"], document["agreement_mm_p50"]) == (0.0, None)
+    assert document["games"][0]["swing_slack_ms"] == 0.0
     assert document["games"][0]["referee_miss_mm"] is None
 
 
@@ -163,9 +195,9 @@ def test_on_the_shipped_demonstrations_the_referee_catches_too(tmp_path: Path) -
         "run", "-p", "imitation", "seed=10000", "adapt.repeats=8", "adapt.tau_range=[1.1,1.2]", "adapt.tau_start=1.143"
     )
     document = json.loads(kendama("referee", "--json"))
-    assert set(document) == {"games", "caught_rate", "agreement_mm_p50"}
+    assert set(document) == {"games", "caught_rate", "agreement_mm_p50", "agreement_slack_mm_p50"}
     assert [game["stage"] for game in document["games"]] == ["adapt"] * 8
-    wanted = {"stage", "index", "ours_miss_mm", "referee_miss_mm", "ours_caught", "referee_caught"}
+    wanted = {"stage", "index", "ours_miss_mm", "referee_miss_mm", "ours_caught", "referee_caught", "swing_slack_ms"}
     assert all(set(game) == wanted for game in document["games"])
     assert document["caught_rate"] == 1.0
     # Seeds 10000 to 10002: all 24 caught, medians of 3.7, 5.7 and 7.0 mm, single repeats from 0.4 to 16.1 mm.

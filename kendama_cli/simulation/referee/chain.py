@@ -3,23 +3,29 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from kendama_cli.errors import MissingPartError
+from kendama_cli.physics.rope import CupProfile
 from kendama_cli.settings.game import GameSettings, HandleTie
 
 LINKS = 40
-LINK_RADIUS_M = 0.0005
-CHAIN_KG = 0.0005
+SAME_M = 1e-6
+"""Edges of the cup that are nearer to each other along the rope are one."""
+LINK_RADIUS_M = 0.0001
+CHAIN_KG = 0.00005
 """Mass of the whole chain, where none is given."""
 STEP_S = 0.0002
 JOINT_DAMPING, ARMATURE = 1e-6, 1e-7
+LEAST_KG_M2 = 1e-12
+"""Of a link, beside the joints' armature; MuJoCo refuses what is much less."""
 CUP_KG, CUP_KG_M2 = 100.0, 10.0
 """The carried cup is so heavy that chain and ball do not move it within a step; after each it is put on its way."""
-CONTACT_S = 0.002
+CONTACT_S = 0.001
 """Time constant of a contact."""
 
 
@@ -62,10 +68,17 @@ def chain_model(game: GameSettings, body: Body, step_s: float) -> Any:
     )
     carried.add_freejoint()
     _add_cup(mj, carried, game)
-    length = (body.rope_m + body.ball_kg * game.gravity_m_s2 / game.rope.stiffness_n_m) / LINKS
     holder, below = carried, 0.0
-    for number in range(LINKS):
-        holder = holder.add_body(name=f"link {number}", pos=[0.0, 0.0, below])
+    for number, length in enumerate(link_lengths_m(body.rope_m, CupProfile.of(cup).used_m)):
+        link_kg = body.rope_kg * length / body.rope_m
+        holder = holder.add_body(
+            name=f"link {number}",
+            pos=[0.0, 0.0, below],
+            mass=link_kg,
+            ipos=[0.0, 0.0, -length / 2],
+            inertia=[link_kg * length**2 / 12 + LEAST_KG_M2] * 3,
+            explicitinertial=1,
+        )
         holder.add_joint(
             name=f"hinge {number}",
             type=mj.mjtJoint.mjJNT_HINGE,
@@ -77,7 +90,7 @@ def chain_model(game: GameSettings, body: Body, step_s: float) -> Any:
             type=mj.mjtGeom.mjGEOM_CAPSULE,
             fromto=[0, 0, 0, 0, 0, -length],
             size=[LINK_RADIUS_M, 0, 0],
-            mass=body.rope_kg / LINKS,
+            mass=0.0,
             contype=0,
             conaffinity=1,
             condim=1,
@@ -86,6 +99,13 @@ def chain_model(game: GameSettings, body: Body, step_s: float) -> Any:
         )
         below = -length
     ball = holder.add_body(name="ball", pos=[0.0, 0.0, below])
+    ball.add_joint(
+        name="stretch",
+        type=mj.mjtJoint.mjJNT_SLIDE,
+        axis=[0, 0, -1],
+        stiffness=game.rope.stiffness_n_m,
+        damping=game.rope.damping_n_s_m,
+    )
     ball.add_joint(name="spin", type=mj.mjtJoint.mjJNT_HINGE, axis=[0, 1, 0])
     ball.add_geom(
         size=[game.ball.radius_m, 0, 0],
@@ -102,6 +122,19 @@ def chain_model(game: GameSettings, body: Body, step_s: float) -> Any:
         name="ball velocity", type=mj.mjtSensor.mjSENS_FRAMELINVEL, objtype=mj.mjtObj.mjOBJ_SITE, objname="ball"
     )
     return spec.compile()
+
+
+def link_lengths_m(rope_m: float, edges_m: Sequence[float]) -> list[float]:
+    """LINKS links of a rope with a hinge where it goes over each edge of the cup, ``edges_m`` along the rope.
+
+    A taut rope lies over an edge always with the same place. A link across an edge would cut its corner.
+    """
+    ends = np.unique([0.0, *(edge for edge in edges_m if edge < rope_m), rope_m])
+    gaps = np.diff(ends[np.insert(np.diff(ends) > SAME_M, 0, True)])
+    pieces = np.ones(len(gaps), dtype=int)
+    while pieces.sum() < LINKS:
+        pieces[np.argmax(gaps / pieces)] += 1
+    return np.repeat(gaps / pieces, pieces).tolist()
 
 
 def damping_ratio(restitution: float) -> float:
@@ -132,10 +165,11 @@ def _add_cup(mj: Any, carried: Any, game: GameSettings) -> None:
         carried.add_geom(type=mj.mjtGeom.mjGEOM_CYLINDER, size=stick, pos=[0, 0, cup.tie.length_m / 2], **solid)
 
 
-def hang(model: Any, data: Any, ball_m: Any) -> None:
+def hang(model: Any, data: Any, ball_m: Any, rope_m: float) -> None:
     """Straighten the chain from the tie toward ``ball_m`` (3,), at rest."""
     apart = np.asarray(ball_m) - data.qpos[:3]
     data.qpos[7:] = 0.0
     data.qvel[:] = 0.0
     data.qpos[7] = math.atan2(-apart[0], -apart[2])
+    data.qpos[model.joint("stretch").qposadr[0]] = np.linalg.norm(apart) - rope_m
     mujoco().mj_forward(model, data)

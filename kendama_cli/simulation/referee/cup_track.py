@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 from scipy.interpolate import CubicSpline
@@ -11,6 +12,8 @@ from scipy.spatial.transform import Rotation
 from kendama_cli.errors import InputError
 from kendama_cli.schema.arrays import Array
 
+FROM_REST: tuple[Literal["clamped"], Literal["not-a-knot"]] = ("clamped", "not-a-knot")
+"""A game begins at rest: a spline's own first slope, of samples that tremble, would throw the ball."""
 FEWEST = 8
 """Samples from which a way is made."""
 
@@ -35,8 +38,8 @@ class CupTrack:
         """The way every ``step_s``, by cubic splines through the samples."""
         n = int((self.t_s[-1] - self.t_s[0]) / step_s)
         t_s = self.t_s[0] + step_s * np.arange(n + 1)
-        place = CubicSpline(self.t_s, self.place_m)
-        axis = CubicSpline(self.t_s, self.axis)(t_s)
+        place = CubicSpline(self.t_s, self.place_m, bc_type=FROM_REST)
+        axis = CubicSpline(self.t_s, self.axis, bc_type=FROM_REST)(t_s)
         axis /= np.linalg.norm(axis, axis=1)[:, None]
         turns = _upright_to(axis)
         step = (turns[:-1].inv() * turns[1:]).as_rotvec() / step_s

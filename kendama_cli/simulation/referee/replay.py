@@ -54,7 +54,7 @@ def _replayed(
     data, ball = mj.MjData(model), model.body("ball").id
     mass, inertia = float(model.body_mass[1]), float(model.body_inertia[1, 0])
     data.qpos[:3], data.qpos[3:7] = way.place_m[0], way.turn_wxyz[0]
-    hang(model, data, ball_m)
+    hang(model, data, ball_m, body.rope_m)
     (k1, k2), rim, radius = body.drag, game.cup.rim_m, game.ball.radius_m
     pushes = np.hstack([mass * way.acceleration_m_s2, inertia * way.turning_rad_s2])
     rates = np.hstack([way.velocity_m_s, way.rate_rad_s])

@@ -25,8 +25,8 @@ def figures(log: StageLog) -> list[Figure]:
             panels,
             [
                 "How far the ball crosses the rim's plane from the cup's middle, in our simulation and under the"
-                " referee's chain, on the same way of the cup; filled: caught by the referee. Misses beyond the frame"
-                " stand at its edge.",
+                " referee's chain, on the same way of the cup; filled: caught by the referee; squares: the rope"
+                " hung slack in the swing, where its mass decides. Misses beyond the frame stand at its edge.",
                 "The last second of the game on which the two are farthest apart: the cup, and the ball under either.",
             ],
         ),
@@ -38,14 +38,18 @@ def _misses(games: list[RefereeMessage]) -> Panel:
     ours = 1e3 * np.array([one.ours_miss_m for one in games])
     theirs = 1e3 * np.array([one.referee_miss_m for one in games])
     caught = np.array([one.referee_caught for one in games])
+    slack = np.array([one.slack_in_swing for one in games])
     edge = min(_MOST_MISS_MM, 1.1 * float(np.nanmax(np.abs([ours, theirs]), initial=20.0)))
     with drawing("referee-misses", "Miss under the referee over our own", height_in=3.6) as made:
         axes = made.axes()[0]
         axes.plot([-edge, edge], [-edge, edge], color=MUTED, lw=0.7)
-        for which, colour, fill, label in ((caught, GOOD, GOOD, "caught"), (~caught, MUTED, PAPER, "missed")):
-            if which.any():
-                x, y = (np.clip(np.nan_to_num(miss[which], nan=edge), -edge, edge) for miss in (ours, theirs))
-                axes.plot(x, y, "o", color=colour, mfc=fill, ms=4.5, label=label)
+        for hung, mark, how in ((~slack, "o", ""), (slack, "s", ", slack in the swing")):
+            for which, colour, fill, label in ((caught, GOOD, GOOD, "caught"), (~caught, MUTED, PAPER, "missed")):
+                if (which & hung).any():
+                    x, y = (
+                        np.clip(np.nan_to_num(miss[which & hung], nan=edge), -edge, edge) for miss in (ours, theirs)
+                    )
+                    axes.plot(x, y, mark, color=colour, mfc=fill, ms=4.5, label=label + how)
         axes.set_xlabel("our miss [mm]")
         axes.set_ylabel("referee's miss [mm]")
         axes.set_aspect("equal")

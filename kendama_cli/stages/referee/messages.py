@@ -10,6 +10,8 @@ from dataclasses import dataclass
 class RefereeMessage:
     """One game under our physics and the referee's; a miss is nan where the ball never came down through the rim.
 
+    ``swing_slack_s`` is the longest time for which our rope was slack before the flight, ``slack_in_swing`` whether
+    that was long enough for the rope's mass to decide the miss.
     ``t_s`` (n,), ``cup_m``, ``ours_m`` and ``referee_m`` (3 n): the cup's way and the ball's under either.
     """
 
@@ -19,6 +21,8 @@ class RefereeMessage:
     referee_caught: bool
     ours_miss_m: float
     referee_miss_m: float
+    swing_slack_s: float
+    slack_in_swing: bool
     t_s: Collection[float]
     cup_m: Collection[float]
     ours_m: Collection[float]
