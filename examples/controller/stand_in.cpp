@@ -35,7 +35,9 @@ int main(int count, char** words) {
     }
     for (size_t i = 0; i < 7; ++i) moved[i] = (at[i] - was[i]) / PERIOD_S;
     if (heard == kendama::Heard::command || (heard == kendama::Heard::reset && at == target)) {
-      line.answer({t_s, line.command(), at, moved, times(0)});
+      auto sent = line.command();
+      sent.effort_nm.clear();  // it adds no effort
+      line.answer({t_s, sent, at, moved, times(0)});
       heard = kendama::Heard::nothing;
     }
   }

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import sys
 import time
+from dataclasses import replace
 
 from kendama_robot import Description, Heard, Robot, State, read_key
 
@@ -41,7 +42,8 @@ def main(key_file: str, port: int, watchdog_s: float = 0.25) -> None:
             t_s += PERIOD_S
         moved = tuple((a - b) / PERIOD_S for a, b in zip(at, was, strict=True))
         if heard is Heard.COMMAND or (heard is Heard.RESET and at == target):
-            line.answer(State(t_s, line.command, at, moved, (0.0,) * 7))
+            sent = replace(line.command, effort_nm=())  # it adds no effort
+            line.answer(State(t_s, sent, at, moved, (0.0,) * 7))
             heard = Heard.NOTHING
 
 

@@ -2,17 +2,22 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Callable, Iterator
 from contextlib import closing, contextmanager
 from typing import TypeVar
+
+import numpy as np
 
 from kendama_cli.devices.robot import protocol
 from kendama_cli.devices.robot.commander_line import CommanderLine
 from kendama_cli.devices.robot.interface import Exchange, JointCommand, TorqueExchange
 from kendama_cli.devices.robot.key_file import read_key
+from kendama_cli.devices.robot.limiter import ABSURD_FACTOR, check_values, limit_command
 from kendama_cli.devices.robot.protocol import DatagramError, Kind, Report
 from kendama_cli.devices.robot.task import Task
 from kendama_cli.devices.robot.torque_protocol import TorqueReport, pack_torque, unpack_torque_report
+from kendama_cli.errors import HardwareError
 from kendama_cli.motion.impedance import JointTorque
 from kendama_cli.schema.arrays import Array
 from kendama_cli.settings.hardware import CommandHardware
@@ -28,7 +33,7 @@ _PERIODS_TO_WAIT = 3
 def open_command(hardware: CommandHardware, robot: RobotSettings, task: Task) -> Iterator[UdpRobot]:
     """Whatever robot listens there; raises InputError of the key, HardwareError where none answers."""
     secret = read_key(hardware.key_file)
-    with closing(UdpRobot(hardware.host, hardware.port, secret, silence_s=hardware.silence_s)) as client:
+    with closing(LimitedRobot(hardware.host, hardware.port, secret, silence_s=hardware.silence_s)) as client:
         yield client
 
 
@@ -124,3 +129,42 @@ class UdpRobot:
             return unpack(answer, len(self.joint_names))
         except DatagramError as error:
             raise self._line.fail(str(error)) from None
+
+
+class LimitedRobot(UdpRobot):
+    """A robot behind a controller of others: what goes to it keeps to the limits that it tells, before its own do."""
+
+    def __init__(self, host: str, port: int, secret: bytes, *, silence_s: float) -> None:
+        super().__init__(host, port, secret, silence_s=silence_s)
+        still = np.zeros(len(self.joint_names))
+        self._last = JointCommand(still, still, still)
+
+    def exchange(self, command: JointCommand) -> Exchange:
+        """As UdpRobot.exchange, of the nearest command within the limits; an absurd one halts the robot."""
+        most = self.limits.effort_nm
+        try:
+            sent = limit_command(self._last, command, self.limits, self.period_s)
+        except HardwareError as absurd:
+            raise self._line.fail(str(absurd)) from None
+        self._last = dataclasses.replace(sent, effort_nm=np.clip(command.effort_nm, -most, most))
+        return super().exchange(self._last)
+
+    def reset(self, position_rad: Array, seed: int) -> Exchange:
+        """As UdpRobot.reset; a place outside of the limits halts the robot."""
+        lower, upper = self.limits.lower_rad, self.limits.upper_rad
+        if np.shape(position_rad) != lower.shape or not ((position_rad >= lower) & (position_rad <= upper)).all():
+            raise self._line.fail(
+                f"the arm is to go to {np.asarray(position_rad).tolist()} rad; it says that it reaches "
+                f"{lower.tolist()} to {upper.tolist()}"
+            )
+        self._last = JointCommand(np.asarray(position_rad), np.zeros_like(lower), np.zeros_like(lower))
+        return super().reset(position_rad, seed)
+
+    def exchange_torque(self, command: JointTorque) -> TorqueExchange:
+        """As UdpRobot.exchange_torque, within the largest torques."""
+        most = self.limits.effort_nm
+        try:
+            check_values("torque_nm", command.torque_nm, ABSURD_FACTOR * most)
+        except HardwareError as absurd:
+            raise self._line.fail(str(absurd)) from None
+        return super().exchange_torque(dataclasses.replace(command, torque_nm=np.clip(command.torque_nm, -most, most)))

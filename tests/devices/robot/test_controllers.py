@@ -18,14 +18,21 @@ import numpy as np
 import pytest
 
 from kendama_cli.artifacts.motion_plan import JointTrajectory
+from kendama_cli.devices.robot.conformance import CHECKS
 from kendama_cli.devices.robot.interface import JointCommand
+from kendama_cli.devices.robot.open_robot import open_robot
 from kendama_cli.devices.robot.protocol import Datagram, Kind
 from kendama_cli.devices.robot.recording import play
-from kendama_cli.devices.robot.remote import UdpRobot
+from kendama_cli.devices.robot.remote import LimitedRobot, UdpRobot
 from kendama_cli.devices.robot.seal import Seal
 from kendama_cli.errors import HardwareError
 from kendama_cli.motion import minimum_jerk
+from kendama_cli.schema.settings import build
+from kendama_cli.settings.hardware import CommandHardware
+from tests.devices.robot.franka.arm import FR3, GAME
 from tests.devices.robot.stand_in import LOOPBACK, SECRET, key_file, relayed
+from tests.shipped_conf import plain
+from tests.stalls import without_stall
 
 pytestmark = pytest.mark.realtime
 
@@ -98,6 +105,26 @@ def test_a_controller_plays_a_motion_that_is_commanded(controller: tuple[object,
         assert np.abs(reached - motion.position_rad).max() < 1e-12
         assert played.t_s[-1] >= motion.t_s[-1] - 1e-9
         assert robot.missed < 0.5 * len(motion.t_s)
+
+
+def test_a_controller_that_limits_nothing_keeps_the_laws_of_a_robot_for_we_limit_what_goes_to_it(
+    controller: tuple[object, Address], tmp_path: Path
+) -> None:
+    host, port = controller[1]
+    settings = build(
+        CommandHardware,
+        plain("hardware", "command") | {"host": host, "port": port, "key_file": str(key_file(tmp_path))},
+    )
+    for check in CHECKS:  # one that hears a command a period late says so by its time alone
+        without_stall(lambda _, check=check: check(lambda: open_robot(settings, FR3, GAME)), AssertionError)
+
+
+def test_an_arm_that_is_sent_beyond_its_limits_does_not_go_there(controller: tuple[object, Address]) -> None:
+    with closing(LimitedRobot(*controller[1], SECRET, silence_s=5.0)) as robot:
+        with pytest.raises(HardwareError, match=r"the arm is to go to \[4\.0, .* it says that it reaches \[-3\.0, "):
+            robot.reset(np.full(7, 4.0), 0)
+        with pytest.raises(HardwareError, match="in a latched stop"):
+            robot.reset(np.zeros(7), 0)
 
 
 def test_a_controller_ignores_who_has_not_the_key(controller: tuple[object, Address]) -> None:
