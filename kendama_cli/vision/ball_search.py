@@ -14,10 +14,14 @@ from kendama_cli.vision.interface import BackgroundDetector, Detector, Image, Se
 from kendama_cli.vision.region import Region, around, whole
 
 MARGIN_PX = 10.0
+EXPECTED_PX = 20.0
+"""A ball that is let go at an expected place is so much farther from it in every later image, at most."""
 LOST_FRAMES = 5
 """After so many frames without the ball the whole image is searched again."""
 BACKGROUND_IMAGES = (1, 7)
-"""A background is taken from the first whole image, and better from so many: by then the ball has moved on."""
+"""A background is taken from a flight's first whole image, and better from so many: by then the ball has moved on."""
+KEPT_IMAGES = 21
+"""Those of the flights before are kept, so many in all: what stood elsewhere then hides nothing."""
 
 
 @dataclass
@@ -28,7 +32,18 @@ class _ImageTrack:
     centre_px: Array
     speed_px_s: Array
     radius_px: float
+    sized_px: float | None
+    """the ball's true radius in the image, as it was where the search began"""
     lost: int
+
+
+@dataclass
+class _Expected:
+    """Where the search begins."""
+
+    hint: SearchHint
+    half_px: float
+    missed: int
 
 
 class BallSearch:
@@ -36,7 +51,7 @@ class BallSearch:
 
     Each camera has a detector of its own, by ``make_detector``; one that must know the background is given the flight's
     first images, whole. ``ball_m`` gives the ball's place (3,) at a time, None where none is known well enough to
-    search by.
+    search by; with ``ball_radius_m`` its size in the image is known too then.
     """
 
     def __init__(
@@ -44,18 +59,21 @@ class BallSearch:
         cameras: Mapping[str, CameraModel],
         make_detector: Callable[[], Detector],
         ball_m: Callable[[float], Array | None],
+        ball_radius_m: float | None = None,
     ) -> None:
         self._cameras = cameras
+        self._behind: dict[str, list[Image]] = {}
         self._detectors = {name: make_detector() for name in cameras}
-        self._ball_m = ball_m
+        self._ball_m, self._ball_radius_m = ball_m, ball_radius_m
         self.reset()
 
     def reset(self) -> None:
         """Begin a new flight."""
-        self._expected: dict[str, Region] = {}
-        self._behind: dict[str, list[Image]] = {
-            name: [] for name, one in self._detectors.items() if isinstance(one, BackgroundDetector)
-        }
+        self._expected: dict[str, _Expected] = {}
+        for name, detector in self._detectors.items():
+            if isinstance(detector, BackgroundDetector):
+                self._behind[name] = self._behind.get(name, [])[BACKGROUND_IMAGES[-1] - KEPT_IMAGES :]
+        self._taken = dict.fromkeys(self._behind, 0)
         self.forget()
 
     def forget(self) -> None:
@@ -65,63 +83,80 @@ class BallSearch:
     def expect(self, ball_m: ArrayLike, half_px: float) -> None:
         """Begin the search about a roughly known place (3,), instead of in the whole image."""
         for name, model in self._cameras.items():
-            pixel = model.project(ball_m)[0]
-            if np.isfinite(pixel).all():
-                self._expected[name] = around(pixel, half_px)
+            hint = self._placed(model, np.asarray(ball_m, dtype=np.float64), 0.0)
+            if hint is not None:
+                self._expected[name] = _Expected(hint, half_px, 0)
 
     def region(self, camera: str, t_s: float) -> Region:
         """Where to search the ball at ``t_s``: about its predicted place; the whole image when it was lost."""
         model = self._cameras[camera]
         image = whole(model.width_px, model.height_px)
-        if camera in self._behind and len(self._behind[camera]) < BACKGROUND_IMAGES[-1]:
+        if self._taken.get(camera, BACKGROUND_IMAGES[-1]) < BACKGROUND_IMAGES[-1]:
             return image
-        track = self._tracks.get(camera)
-        if track is None and camera in self._expected:
-            box = self._expected[camera].within(image)
-            return image if box.empty else box
-        if track is None or track.lost >= LOST_FRAMES:
-            return image
-        half_px = 1.6 * track.radius_px + MARGIN_PX * (1 + track.lost)
-        box = around(self._centre_px(model, track, t_s), half_px).within(image)
+        hint, half_px = self._hint(camera, t_s)
+        box = image if hint is None else around(hint.centre_px, half_px).within(image)
         return image if box.empty else box
 
     def detect(self, camera: str, t_s: float, pixels: NDArray[np.uint8], origin_px: tuple[int, int]) -> Sighting | None:
         """Find the ball in one image (h, w, 3) of ``camera``; the next search begins from what is found."""
-        track = self._tracks.get(camera)
-        followed = track is not None and track.lost < LOST_FRAMES
-        hint = None
-        if track is not None and followed:
-            hint = SearchHint(self._centre_px(self._cameras[camera], track, t_s), track.radius_px)
+        track, expected = self._tracks.get(camera), self._expected.get(camera)
+        hint, half_px = self._hint(camera, t_s)
         self._learn(camera, pixels)
         sighting = next(self._detectors[camera].candidates(pixels, origin_px, hint), None)
-        self._expected.pop(camera, None)
-        if sighting is None:
+        if sighting is None or (hint is not None and np.abs(sighting.centre_px - hint.centre_px).max() > half_px):
             if track is not None:
                 track.lost += 1
+            elif expected is not None:
+                expected.missed += 1
             return None
         speed = np.zeros(2)
-        if track is not None and followed and t_s > track.t_s:
+        if track is not None and track.lost < LOST_FRAMES and t_s > track.t_s:
             speed = (sighting.centre_px - track.centre_px) / (t_s - track.t_s)
-        self._tracks[camera] = _ImageTrack(t_s, sighting.centre_px, speed, sighting.radius_px, 0)
+        sized_px = track.sized_px if track is not None else _size(hint)
+        self._tracks[camera] = _ImageTrack(t_s, sighting.centre_px, speed, sighting.radius_px, sized_px, 0)
+        self._expected.pop(camera, None)
         return sighting
 
     def _learn(self, camera: str, pixels: Image) -> None:
         """Show the detector the background, where it must know it and ``pixels`` are a whole image."""
-        detector, model, images = self._detectors[camera], self._cameras[camera], self._behind.get(camera, [])
+        detector, model = self._detectors[camera], self._cameras[camera]
         if (
             isinstance(detector, BackgroundDetector)
-            and len(images) < BACKGROUND_IMAGES[-1]
+            and self._taken[camera] < BACKGROUND_IMAGES[-1]
             and pixels.shape[:2] == (model.height_px, model.width_px)
         ):
-            images.append(pixels)
-            if len(images) in BACKGROUND_IMAGES:
-                detector.learn(images)
+            self._behind[camera].append(pixels)
+            self._taken[camera] += 1
+            if self._taken[camera] in BACKGROUND_IMAGES:
+                detector.learn(self._behind[camera])
 
-    def _centre_px(self, model: CameraModel, track: _ImageTrack, t_s: float) -> Array:
-        """Where the ball should be in the image: by its known place where there is one, else as it moved last."""
+    def _hint(self, camera: str, t_s: float) -> tuple[SearchHint | None, float]:
+        """Where the ball should be in the image, and how far from there at most [px]; None where nothing says."""
+        track, expected = self._tracks.get(camera), self._expected.get(camera)
+        if track is None:
+            if expected is None or expected.missed >= LOST_FRAMES:
+                return None, np.inf
+            return expected.hint, expected.half_px + EXPECTED_PX * expected.missed
+        if track.lost >= LOST_FRAMES:
+            return None, np.inf
         ball_m = self._ball_m(t_s)
-        if ball_m is not None:
-            pixel = model.project(ball_m)[0]
-            if np.isfinite(pixel).all():
-                return np.asarray(pixel)
-        return np.asarray(track.centre_px + (t_s - track.t_s) * track.speed_px_s)
+        hint = None if ball_m is None else self._placed(self._cameras[camera], ball_m, track.radius_px)
+        if hint is None:
+            centre_px = track.centre_px + (t_s - track.t_s) * track.speed_px_s
+            hint = SearchHint(centre_px, track.sized_px or track.radius_px, is_sized=track.sized_px is not None)
+        return hint, 1.6 * track.radius_px + MARGIN_PX * (1 + track.lost)
+
+    def _placed(self, model: CameraModel, ball_m: Array, radius_px: float) -> SearchHint | None:
+        """The hint of a ball at ``ball_m`` (3,), of ``radius_px`` where its size is not known; None if out of sight."""
+        pixel = model.project(ball_m)[0]
+        if not np.isfinite(pixel).all():
+            return None
+        if self._ball_radius_m is None:
+            return SearchHint(pixel, radius_px)
+        return SearchHint(
+            pixel, float(model.focal_px.mean()) * self._ball_radius_m / float(model.depth_m(ball_m)), True
+        )
+
+
+def _size(hint: SearchHint | None) -> float | None:
+    return hint.radius_px if hint is not None and hint.is_sized else None

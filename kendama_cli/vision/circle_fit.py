@@ -16,10 +16,18 @@ DIRECTIONS = 48
 STEP_PX = 0.5
 CUTOFFS_PX = (1.5, 1.0, 0.6, 0.4)
 """Outline points farther than this from the circle are left out, pass by pass; noise and blur stay within 0.3 px."""
+SIZED_CUTOFFS_PX = (2.0, *CUTOFFS_PX)
+SIZED_RAYS, SIZED_LAST = 48.0, 8.0
+"""As many rays a known radius counts for while outliers are left out, and in the last pass: blur makes circles look
+smaller by up to 0.5 px."""
+SIZED_PART, SIZED_OUTLINE = 0.1, 0.4
+"""A known radius is right to this part; so much of the outline is enough where the radius is known."""
 MIN_CONTRAST = 12.0
 """Grey levels between ball and surroundings along one direction; below, that direction shows no outline."""
 EDGE_PX = 4.0
 """A blurred edge is no wider."""
+TURNED = 0.1
+"""What falls by this part of its height further in is another colour's."""
 RIM = 6
 """Samples at a ray's end that show the surroundings."""
 CENTRED_PX = 0.4
@@ -29,12 +37,15 @@ ROUNDS = 4
 
 @dataclass(frozen=True)
 class Disc:
-    """A rough place of the ball: ``centre`` (2,) and ``radius`` [px]."""
+    """A rough place of the ball: ``centre`` (2,) and ``radius`` [px], known to a few per cent if ``is_sized``."""
 
     centre: Array
     radius: float
+    is_sized: bool = False
 
 
+Pixels = Image | NDArray[np.float32]
+"""An image, or its signed difference from another."""
 Outline = Callable[[Array, Array, NDArray[np.bool_]], tuple[Array, NDArray[np.bool_]]]
 """From steps (s,) along the rays, the image there (n, s, 3) and which rays (n,) lie in the image to the outline's
 distance on each and where it was found."""
@@ -54,25 +65,32 @@ class CircleFit:
         self._directions = np.column_stack([np.cos(angle), np.sin(angle)])
         self._design = np.column_stack([self._directions, np.ones(DIRECTIONS)])
 
-    def circle(self, pixels: Image, disc: Disc, outline: Outline) -> Sighting | None:
+    def circle(self, pixels: Pixels, disc: Disc, outline: Outline) -> Sighting | None:
         """The circle about ``disc`` in ``pixels`` (h, w, 3), or None; its score is the part of the outline found.
 
         It is fitted again from its own centre until rays and outline meet at right angles.
         """
         for _ in range(ROUNDS):
             steps, profile, usable = self._profile(pixels, disc)
-            if usable.sum() < self._min_outline * DIRECTIONS:
+            if usable.sum() < self._least(disc):
                 return None
-            found = self._fit(disc.centre, *outline(steps, profile, usable))
+            found = self._fit(disc, *outline(steps, profile, usable))
             if found is None:
                 return None
             moved = float(np.hypot(*(found.centre_px - disc.centre)))
-            if moved < CENTRED_PX and abs(found.radius_px - disc.radius) < 0.25 * found.radius_px:
+            differs = abs(found.radius_px - disc.radius)
+            if disc.is_sized and differs > SIZED_PART * disc.radius:
+                return None
+            if moved < CENTRED_PX and differs < 0.25 * found.radius_px:
                 return found if found.radius_px >= self._min_radius_px else None
-            disc = Disc(found.centre_px, found.radius_px)
+            disc = Disc(found.centre_px, disc.radius if disc.is_sized else found.radius_px, disc.is_sized)
         return None
 
-    def _profile(self, pixels: Image, disc: Disc) -> tuple[Array, Array, NDArray[np.bool_]]:
+    def _least(self, disc: Disc) -> float:
+        """The least number of rays that must meet the outline."""
+        return max(5.0, (SIZED_OUTLINE if disc.is_sized else self._min_outline) * DIRECTIONS)
+
+    def _profile(self, pixels: Pixels, disc: Disc) -> tuple[Array, Array, NDArray[np.bool_]]:
         """What lies along every direction from the disc's centre: steps, the image there, which rays are inside it."""
         height, width = pixels.shape[:2]
         radius = max(disc.radius, 1.0)
@@ -90,31 +108,33 @@ class CircleFit:
         usable = ((ends >= 0) & (ends <= (width - 1, height - 1))).all(axis=1)
         return steps, np.asarray(cv2.remap(crop, columns, rows, cv2.INTER_LINEAR), dtype=np.float32), usable
 
-    def _fit(self, centre: Array, reach: Array, usable: NDArray[np.bool_]) -> Sighting | None:
-        """The circle through outline points at distance ``reach`` (n,) from ``centre``, outliers left out.
+    def _fit(self, disc: Disc, reach: Array, usable: NDArray[np.bool_]) -> Sighting | None:
+        """The circle through outline points at distance ``reach`` (n,) from the disc's centre, outliers left out.
 
         About the rays' common centre the distance is linear in the circle's three unknowns:
-        reach = radius + direction . shift.
+        reach = radius + direction . shift. A radius that is known is one more equation.
         """
-        least = max(5, self._min_outline * DIRECTIONS)
+        least = self._least(disc)
         seen = reach[usable]
         if len(seen) < least:
             return None
         # what hides the ball makes rays shorter, never longer; half a disc still has the whole disc's outer circle
         most = int(0.7 * len(seen))
-        circle = np.array([0.0, 0.0, np.partition(seen, most)[most]])
-        for cutoff in CUTOFFS_PX:
+        circle = np.array([0.0, 0.0, disc.radius if disc.is_sized else np.partition(seen, most)[most]])
+        cutoffs = SIZED_CUTOFFS_PX if disc.is_sized else CUTOFFS_PX
+        for cutoff in cutoffs:
             kept = usable & (np.abs(reach - self._design @ circle) < cutoff)
             count = int(kept.sum())
             if count < least:
                 return None
             weighted = self._design * kept[:, None]
-            inverse = np.linalg.inv(weighted.T @ self._design)
-            circle = inverse @ (reach @ weighted)
+            rays = 0.0 if not disc.is_sized else SIZED_LAST if cutoff == cutoffs[-1] else SIZED_RAYS
+            inverse = np.linalg.inv(weighted.T @ self._design + np.diag([0.0, 0.0, rays]))
+            circle = inverse @ (reach @ weighted + [0.0, 0.0, rays * disc.radius])
         left = (reach - self._design @ circle)[kept]
         variance = float(left @ left) / max(count - 3, 1)
         covariance = inverse[:2, :2] * variance + np.eye(2) * self._sigma_floor_px**2
-        return Sighting(centre + circle[:2], np.asarray(covariance), float(circle[2]), count / DIRECTIONS)
+        return Sighting(disc.centre + circle[:2], np.asarray(covariance), float(circle[2]), count / DIRECTIONS)
 
 
 def through_contrast(steps: Array, profile: Array, usable: NDArray[np.bool_]) -> tuple[Array, NDArray[np.bool_]]:
@@ -137,21 +157,26 @@ def through_contrast(steps: Array, profile: Array, usable: NDArray[np.bool_]) ->
 
 
 def outermost(least: float) -> Outline:
-    """An Outline in the difference from a background, of a ball of any colours: each ray's last fall.
+    """An Outline in the signed difference from a background, of a ball of any colours: the outermost colour's edge.
 
-    From outside inward, it lies where the difference first exceeds half of what it reaches within EDGE_PX further in;
-    below ``least`` nothing differs. Where a part of the ball looks like what is behind it, the outline is not there.
+    From outside inward, it lies where the difference first reaches half of that colour's own, which is the most that it
+    comes to within EDGE_PX before it turns to another colour; below ``least`` nothing differs. Where a part of the ball
+    looks like what is behind it, the outline is not there.
     """
 
     def found(steps: Array, profile: Array, usable: NDArray[np.bool_]) -> tuple[Array, NDArray[np.bool_]]:
-        signal = profile.max(axis=2)
-        # the last sample that differs; what the difference reaches up to EDGE_PX before it
-        differs = signal > least
-        last = signal.shape[1] - 1 - differs[:, ::-1].argmax(axis=1)
-        count = np.arange(signal.shape[1])
-        edge = (count <= last[:, None]) & (count >= last[:, None] - round(EDGE_PX / STEP_PX))
-        top = np.where(edge, signal, 0.0).max(axis=1)
-        some = usable & differs.any(axis=1) & (last < signal.shape[1] - 1)
+        differs = np.abs(profile).max(axis=2) > least
+        n, count = differs.shape
+        every, last = np.arange(n), count - 1 - differs[:, ::-1].argmax(axis=1)
+        colour = profile[every, np.maximum(last - 1, 0)]
+        colour /= np.maximum(np.linalg.norm(colour, axis=1), 1e-9)[:, None]
+        signal = (profile @ colour[:, :, None])[:, :, 0]
+        inward = np.maximum(last[:, None] - np.arange(round(EDGE_PX / STEP_PX) + 1), 0)
+        reached = signal[every[:, None], inward]
+        so_far = np.maximum.accumulate(reached, axis=1)
+        turned = np.logical_or.accumulate(reached < so_far - np.maximum(least / 2, TURNED * so_far), axis=1)
+        top = np.where(turned, -np.inf, reached).max(axis=1)
+        some = usable & (top > least) & (last < count - 1)
         return _falls(steps, signal, top / 2, some, last=True)
 
     return found

@@ -32,6 +32,8 @@ class SearchHint:
 
     centre_px: Array
     radius_px: float
+    is_sized: bool = False
+    """whether the radius is that of the ball where it is, to a few per cent, rather than the last one seen"""
 
 
 class Detector(Protocol):

@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kendama_cli.errors import StageError
-from kendama_cli.vision.circle_fit import CircleFit, Disc, outermost, through_contrast
+from kendama_cli.vision.ball_outline import BallOutline
+from kendama_cli.vision.circle_fit import Disc
 from kendama_cli.vision.interface import Image, SearchHint, Sighting
 from kendama_cli.vision.settings import MotionDetectorSettings
 
@@ -31,16 +32,12 @@ SIZE_OCTAVES = 0.35
 """Balls of one film differ from their usual radius by about this many octaves: distance, blur, shadow."""
 SIGMA_PART = 0.1
 """Standard deviation of a blob's centre, in radii: light and shadow are not the same on all its rim."""
-OUTLINE, OUTLINE_SIGMA_PX = 0.5, 0.1
-"""Part of the difference's outline that must fit one circle, and the least standard deviation that it gives."""
-MOVED_PART, SIZED = 0.7, 1.6
-"""A circle whose centre is farther from the blob's, in radii, or whose radius differs by more, is another thing's."""
 
+GHOST = 0.4
+"""Less of the rim's contrast than this in the image itself is that of the background: the ball was there, then."""
 PAINTED_PART, UNROUND_PART = 0.2, 0.6
 """Standard deviation of a centre, in radii, for each part of the circle that is missing, of the blob that is not round:
 measured on rendered balls of two colours, striped and wooden."""
-MORE = 0.1
-"""An outline that is painted over is told by so much more of it that fits the circle of the outermost edge."""
 
 
 @dataclass(frozen=True)
@@ -70,9 +67,7 @@ class MotionDetector:
 
     def __init__(self, settings: MotionDetectorSettings) -> None:
         self._settings = settings
-        self._fit = CircleFit(
-            min_radius_px=settings.min_radius_px, min_outline=OUTLINE, sigma_floor_px=OUTLINE_SIGMA_PX
-        )
+        self._outline = BallOutline(settings)
         self._background: Image | None = None
         self._usual_px: float | None = None
 
@@ -109,26 +104,30 @@ class MotionDetector:
         difference, shown, background = self._difference(pixels, origin_px)
         found = self._blobs(difference, shown, background, usual or self._settings.min_radius_px)
         scores = [blob.roundness * blob.new * _alike(blob.radius_px, usual) for blob in found]
-        if hint is None:
+        expected = None if hint is None else Disc(np.asarray(hint.centre_px) - origin_px, hint.radius_px, hint.is_sized)
+        if expected is None:
             order = np.argsort([-score for score in scores], kind="stable")
         else:
-            expected = np.asarray(hint.centre_px) - origin_px
-            order = np.argsort([np.hypot(*(blob.centre_px - expected)) for blob in found], kind="stable")
+            off = [np.hypot(*(blob.centre_px - expected.centre)) for blob in found]
+            order = np.lexsort([off, [blob.new < GHOST for blob in found]])
         for number in order[: self._settings.candidates]:
-            centre, covariance, radius = self._outlined(difference, found[number])
+            centre, covariance, radius = self._outlined(shown, background, found[number], expected)
             yield Sighting(centre + origin_px, covariance, radius, float(np.clip(scores[number], 0.0, 1.0)))
 
-    def _outlined(self, difference: Image, blob: _Blob) -> tuple[NDArray[np.float64], NDArray[np.float64], float]:
+    def _outlined(
+        self, shown: Image, background: Image, blob: _Blob, expected: Disc | None
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64], float]:
         """Centre, covariance and radius of the circle about a blob, where its outline has one; else the blob's own.
 
         What differs from the background is the whole ball, however it is painted; only where a part of it looks like
-        the background the blob's centre is off, and the outline of the rest still has the ball's circle.
+        the background the blob's centre is off, and the outline of the rest still has the ball's circle. Where the
+        ball's size is known that circle has it: else a cap of one colour would have a circle of its own.
         """
-        disc, best = Disc(blob.centre_px, blob.radius_px), None
-        for outline in (through_contrast, outermost(blob.least)):
-            circle = self._fit.circle(difference, disc, outline)
-            if circle is not None and (best is None or circle.score > best.score + MORE) and _is_of(circle, blob):
-                best = circle
+        best, disc = None, Disc(blob.centre_px, blob.radius_px)
+        if expected is not None and expected.is_sized and _is_about(blob, expected):
+            best = self._outline.circle(shown, background, blob.least, expected)
+        if best is None:
+            best = self._outline.circle(shown, background, blob.least, disc)
         if best is not None:
             spread_px = PAINTED_PART * (1 - best.score) * best.radius_px
             return best.centre_px, best.covariance_px2 + np.eye(2) * spread_px**2, best.radius_px
@@ -231,8 +230,6 @@ def _alike(radius_px: float, usual_px: float | None) -> float:
     return 1.0 if usual_px is None else float(np.exp(-((np.log2(radius_px / usual_px) / SIZE_OCTAVES) ** 2) / 2))
 
 
-def _is_of(circle: Sighting, blob: _Blob) -> bool:
-    """Whether a circle is about the blob, and of its size."""
-    moved = float(np.hypot(*(circle.centre_px - blob.centre_px)))
-    sized = max(circle.radius_px / blob.radius_px, blob.radius_px / circle.radius_px)
-    return moved < MOVED_PART * blob.radius_px and sized < SIZED
+def _is_about(blob: _Blob, expected: Disc) -> bool:
+    """Whether a blob may be a part of the ball that is expected."""
+    return float(np.hypot(*(blob.centre_px - expected.centre))) < expected.radius

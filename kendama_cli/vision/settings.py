@@ -57,6 +57,7 @@ class MotionDetectorSettings:
     min_radius_px: float = setting("smallest ball [px]", at_least=1.5)
     max_radius_px: float = setting("largest ball [px]", at_least=2)
     contrast_min: float = setting("least difference from the background [grey levels]", above=0, at_most=255)
+    gamma: float = setting("images hold light^(1/gamma): 2.2 of most cameras, 1 of raw ones", at_least=1, at_most=3)
     memory: int = setting("frames that the background is the median of", at_least=5, at_most=101)
     candidates: int = setting("most candidates in an image", at_least=1, at_most=20)
 

@@ -8,10 +8,10 @@ from kendama_cli.vision.ball_film import film_track
 from kendama_cli.vision.interface import SearchHint
 from kendama_cli.vision.motion_detector import MotionDetector
 from kendama_cli.vision.settings import MotionDetectorSettings
-from tests.vision.ball_films import RATE_HZ, pendulum, textured
+from tests.vision.ball_films import RATE_HZ, draw_ball, pendulum, textured
 
 FRAMES = 90
-SETTINGS = MotionDetectorSettings("motion", 2.0, 120.0, 10.0, 41, 6)
+SETTINGS = MotionDetectorSettings("motion", 2.0, 120.0, 10.0, 2.2, 41, 6)
 
 
 def scored(frames, truth, radius_px):
@@ -73,24 +73,59 @@ def test_a_part_of_the_image_gives_the_whole_images_coordinates():
     assert np.hypot(*(found.centre_px - truth[10])) < 1.5
 
 
+def painted(rng, cut, second):
+    """An image of a dark ball, ``second`` beyond ``cut`` of its radius from its centre, and that centre.
+
+    What lies in one pixel is mixed as light is, and encoded after it.
+    """
+    centre, turn = rng.uniform(40, 80, 2), rng.uniform(0, 2 * np.pi)
+    v, u = np.indices((960, 1280)) / 8.0 - 0.4375  # 8 x 8 samples a pixel
+    inside = np.hypot(u - centre[0], v - centre[1]) < 8.0
+    beyond = (u - centre[0]) * np.cos(turn) + (v - centre[1]) * np.sin(turn) > cut * 8.0
+    light = (np.where(inside, np.where(beyond, second, 20), 150) / 255) ** SETTINGS.gamma
+    mixed = 255 * light.reshape(120, 8, 160, 8).mean(axis=(1, 3)) ** (1 / SETTINGS.gamma)
+    noisy = mixed[:, :, None] + rng.normal(0, 2, (120, 160, 3))
+    return np.clip(np.rint(noisy), 0, 255).astype(np.uint8), centre
+
+
 @pytest.mark.parametrize(
-    ("other", "most_px"), [((20, 20, 20), 0.15), ((235, 235, 235), 0.6)], ids=["one colour", "two halves"]
+    ("cut", "second", "is_sized", "most_px"),
+    [(0.0, 20, False, 0.1), (0.0, 235, False, 0.6), (0.0, 235, True, 0.3), (0.6, 200, True, 0.3)],
+    ids=["one colour", "two halves", "two halves of known size", "a bright cap of known size"],
 )
-def test_the_centre_is_the_whole_balls_also_where_its_halves_differ(other, most_px):
+def test_the_centre_is_the_whole_balls_also_where_its_parts_differ(cut, second, is_sized, most_px):
     """Before a grey wall the difference of a white half is half that of a black one; 20 places each, seed 10010."""
     rng = np.random.default_rng(10010)
-    wall, radius_px = np.full((120, 160, 3), 150, dtype=np.uint8), 8.0
     detector = MotionDetector(SETTINGS)
-    detector.learn([wall])
+    detector.learn([np.full((120, 160, 3), 150, dtype=np.uint8)])
     for _ in range(20):
-        centre, turn = rng.uniform(40, 80, 2), rng.uniform(0, 2 * np.pi)
-        v, u = np.indices((960, 1280)) / 8.0 - 0.4375  # 8 x 8 samples a pixel
-        inside = np.hypot(u - centre[0], v - centre[1]) < radius_px
-        half = (u - centre[0]) * np.cos(turn) + (v - centre[1]) * np.sin(turn) > 0
-        fine = np.full((960, 1280, 3), 150.0)
-        fine[inside & half], fine[inside & ~half] = (20, 20, 20), other
-        pixels = fine.reshape(120, 8, 160, 8, 3).mean(axis=(1, 3)) + rng.normal(0, 2, wall.shape)
-        hint = SearchHint(centre + rng.normal(0, 2, 2), radius_px)
-        found = next(detector.candidates(np.clip(pixels, 0, 255).astype(np.uint8), (0, 0), hint))
+        pixels, centre = painted(rng, cut, second)
+        hint = SearchHint(centre + rng.normal(0, 2, 2), 8.0 * (1 + 0.02 * rng.normal()), is_sized)
+        found = next(detector.candidates(pixels, (0, 0), hint))
         assert np.hypot(*(found.centre_px - centre)) < most_px
-        assert found.radius_px == pytest.approx(radius_px, abs=0.8)
+        assert found.radius_px == pytest.approx(8.0, abs=0.8)
+
+
+def test_a_size_that_is_not_the_balls_spoils_nothing():
+    """Who measured another ball than he throws has it found as well as one of unknown size."""
+    rng = np.random.default_rng(10011)
+    detector = MotionDetector(SETTINGS)
+    detector.learn([np.full((120, 160, 3), 150, dtype=np.uint8)])
+    for factor in (0.5, 0.7, 1.3, 1.8):
+        pixels, centre = painted(rng, 0.0, 20)
+        found = next(detector.candidates(pixels, (0, 0), SearchHint(centre, 8.0 * factor, True)))
+        assert np.hypot(*(found.centre_px - centre)) < 0.1
+        assert found.radius_px == pytest.approx(8.0, abs=0.3)
+
+
+def test_where_the_ball_was_when_the_background_was_taken_comes_last():
+    rng = np.random.default_rng(10012)
+    detector = MotionDetector(SETTINGS)
+    before, there = painted(rng, 0.0, 20)
+    detector.learn([before])
+    pixels = np.full_like(before, 150)
+    now = there + np.array([25.0, 10.0])
+    draw_ball(pixels, now, 8.0, (20, 20, 20))
+    first, last = detector.candidates(pixels, (0, 0), SearchHint(there, 8.0, True))
+    assert np.hypot(*(first.centre_px - now)) < 0.3
+    assert np.hypot(*(last.centre_px - there)) < 0.3

@@ -77,9 +77,26 @@ def test_the_first_search_may_begin_at_an_expected_place():
     assert region == Region(
         int(np.floor(u - 40)), int(np.floor(v - 40)), int(np.ceil(u + 40)) + 1, int(np.ceil(v + 40)) + 1
     )
-    detector.answer = None
-    made.search.detect("right", 0.0, BLACK, (0, 0))
-    assert made.search.region("right", 0.01) == whole(640, 480)
+    for step in range(LOST_FRAMES):
+        detector.answer = None if step % 2 else sighting([u + 40 + 20 * step + 5, v])
+        assert made.search.detect("right", 0.01 * step, BLACK, (0, 0)) is None, "what is farther away is another thing"
+        wider = made.search.region("right", 0.01 * (step + 1))
+        assert wider.right - wider.left > region.right - region.left
+        region = wider
+    assert region == whole(640, 480)
+
+
+def test_the_size_of_a_ball_whose_place_is_known_is_hinted():
+    """0.035 m of radius at 1.535 m of depth are 13.7 px of a focal length of 600."""
+    detector = Script()
+    estimator = CatchPoseEstimator(9.81, 0.0, 0.07)
+    made = BallTracker(CAMERAS, lambda: detector, estimator, ball_radius_m=0.035)
+    made.search.expect([0.1, 0.0, 0.3], 40.0)
+    for step in range(2):
+        detector.answer = sighting(CAMERAS[0].project([0.1, 0.0, 0.3])[0])
+        made.search.detect("left", 0.01 * step, BLACK, (0, 0))
+        assert detector.hints[-1].is_sized
+        assert detector.hints[-1].radius_px == pytest.approx(13.68, abs=0.01)
 
 
 def test_sphere_centre_is_where_the_middle_of_the_sphere_projects():
@@ -152,4 +169,4 @@ def test_a_detector_that_must_know_the_background_is_given_a_flights_first_image
     assert made[1].learned == [], "each camera has a detector of its own"
     follower.reset()
     follower.search.detect("left", 1.0, whole_image, (0, 0))
-    assert made[0].learned == [1, 7, 1], "a new flight has a background of its own"
+    assert made[0].learned == [1, 7, 8], "a new flight begins with what was behind the one before"

@@ -38,4 +38,5 @@ def ball_tracker(
     gravity_m_s2 = tilted_gravity(settings.gravity.scale * game.gravity_m_s2, settings.gravity.tilt_rad)
     estimator = catch_pose_estimator(settings.motion, game, rim_height_m, gravity_m_s2)
     test = FreeFlightOnset(settings.onset, estimator.flight, game.cup.outer_radius_m) if onset else None
-    return BallTracker(models, partial(make_detector, settings.detector), estimator, test)
+    make = partial(make_detector, settings.detector)
+    return BallTracker(models, make, estimator, test, ball_radius_m=game.ball.radius_m)

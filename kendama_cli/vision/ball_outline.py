@@ -1,0 +1,72 @@
+"""The outline of a ball of any colours before a background that is known."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from kendama_cli.vision.circle_fit import CircleFit, Disc, outermost, through_contrast
+from kendama_cli.vision.interface import Image, Sighting
+from kendama_cli.vision.region import around, whole
+from kendama_cli.vision.settings import MotionDetectorSettings
+
+OUTLINE, OUTLINE_SIGMA_PX = 0.5, 0.1
+"""Part of the difference's outline that must fit one circle, and the least standard deviation that it gives."""
+MOVED_PART, SIZED = 0.7, 1.6
+"""A circle whose centre is farther from the disc's, in radii, or whose radius differs by more, is another thing's."""
+MORE = 0.1
+"""An outline that is painted over is told by so much more of it that fits the circle of the outermost edge."""
+BESIDE_PX = 8.0
+"""An outline is sought up to so far beside twice the radius."""
+DARKEST = 0.05
+"""Part of full scale below which a background is taken as so bright: there its numbers are mostly noise."""
+
+
+class BallOutline:
+    """The circle through where an image stops to differ from its background, in light."""
+
+    def __init__(self, settings: MotionDetectorSettings) -> None:
+        self._fit = CircleFit(
+            min_radius_px=settings.min_radius_px, min_outline=OUTLINE, sigma_floor_px=OUTLINE_SIGMA_PX
+        )
+        self._gamma = settings.gamma
+        self._light = (255 * np.linspace(0, 1, 256) ** settings.gamma).astype(np.float32)
+
+    def circle(self, shown: Image, background: Image, least: float, disc: Disc) -> Sighting | None:
+        """The circle about ``disc`` in ``shown`` (h, w, 3) before ``background``, None where the outline has none.
+
+        That of a ball of one colour, or of any colours where that explains more of the outline. A difference below
+        ``least`` grey levels is none.
+        """
+        height, width = shown.shape[:2]
+        box = around(disc.centre, 2 * disc.radius + BESIDE_PX).within(whole(width, height))
+        if box.empty:
+            return None
+        part, corner = (slice(box.top, box.bottom), slice(box.left, box.right)), np.array([box.left, box.top])
+        more = self._more_light(shown[part], background[part])
+        inside, best = Disc(disc.centre - corner, disc.radius, disc.is_sized), None
+        for outline in (through_contrast, outermost(least)):
+            circle = self._fit.circle(more, inside, outline)
+            if circle is not None and (best is None or circle.score > best.score + MORE) and _is_of(circle, inside):
+                best = circle
+        return None if best is None else dataclasses.replace(best, centre_px=best.centre_px + corner)
+
+    def _more_light(self, shown: Image, background: Image) -> NDArray[np.float32]:
+        """How much more light there is than before (h, w, 3), in grey levels at the background's own brightness.
+
+        A pixel that the ball covers by half has half of the difference in light, not in the numbers of an image: by
+        those a dark ball before a bright wall looks 0.1 px smaller all round, and a white one larger.
+        """
+        level = max(float(background.mean()) / 255, DARKEST)
+        more = cv2.subtract(cv2.LUT(shown, self._light), cv2.LUT(background, self._light))
+        return np.asarray(more / np.float32(self._gamma * level ** (self._gamma - 1)), dtype=np.float32)
+
+
+def _is_of(circle: Sighting, disc: Disc) -> bool:
+    """Whether a circle is about the disc, and of its size."""
+    moved = float(np.hypot(*(circle.centre_px - disc.centre)))
+    sized = max(circle.radius_px / disc.radius, disc.radius / circle.radius_px)
+    return moved < MOVED_PART * disc.radius and sized < SIZED
