@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from kendama_cli.devices.hand.recording import MIN_SAMPLES, Recording, check_samples, check_swing
 from kendama_cli.devices.hand.settings import PlausibleSettings
+from kendama_cli.devices.hand.swing_axes import NEVER_RISES
 from kendama_cli.motion.hanging_ball import rise_of
 from kendama_cli.motion.onset import moving_part
 from kendama_cli.schema.arrays import Array
@@ -64,6 +65,14 @@ def cut_apart(recording: Recording) -> tuple[list[Recording], list[str]]:
             )
         else:
             kept.append((first, last))
+    rises = [_rises(recording, piece) for piece in kept]
+    if max(rises, default=0.0) >= SWING_RISE:
+        for first, last in [piece for piece, rise in zip(kept, rises, strict=True) if rise <= NEVER_RISES]:
+            kept.remove((first, last))
+            left.append(
+                f"left out: {t_s[last] - t_s[first]:.1f} s from {t_s[first]:.1f} s on, with which a ball never rises "
+                "over the cup, as it does elsewhere in the recording: a way back, say (capture.segments=one keeps it)"
+            )
     return [_part(recording, one, number, len(kept)) for number, one in enumerate(kept, start=1)], left
 
 
@@ -94,12 +103,17 @@ def _joined(recording: Recording, pieces: list[tuple[int, int]]) -> list[tuple[i
 
 
 def _is_swing(recording: Recording, piece: tuple[int, int]) -> bool:
+    return _rises(recording, piece) >= SWING_RISE
+
+
+def _rises(recording: Recording, piece: tuple[int, int]) -> float:
+    """The share of ropes and tempos with which a ball rises over the cup."""
     part = slice(max(piece[0] - 2, 0), piece[1] + 3)
     t_s = recording.t_s[part]
     if len(t_s) < MIN_SAMPLES or t_s[-1] - t_s[0] < LEAST_S:
-        return False
+        return 0.0
     (rise,) = rise_of(t_s, recording.position_m[part], np.array([[0.0, 0.0, 1.0]]))
-    return rise.rising >= SWING_RISE
+    return rise.rising
 
 
 def _part(recording: Recording, piece: tuple[int, int], number: int, count: int) -> Recording:

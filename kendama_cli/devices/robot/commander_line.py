@@ -73,7 +73,10 @@ class CommanderLine:
 
     def fail(self, problem: str) -> HardwareError:
         """Halt the robot for good, because of ``problem``."""
-        self.failure = f"{self.where}: {problem}; it is in a latched stop, run again to begin a new session"
+        greeted = self._number != 0
+        what = "it is in a latched stop, run again to begin a new session"
+        hint = "start it ('kendama robot twin', or its controller), or look at hardware.host and hardware.port"
+        self.failure = f"{self.where}: {problem}; {what if greeted else hint}"
         self._send_halt()
         return HardwareError(self.failure)
 

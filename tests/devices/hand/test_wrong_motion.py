@@ -133,6 +133,16 @@ def test_several_swings_in_one_file_are_cut_apart(tmp_path, swing):
     assert sum(1 for _ in one.samples()) == len(whole)
 
 
+def test_a_way_back_as_fast_as_the_swing_is_left_out_and_told(tmp_path, swing):
+    place_m = swing[1]
+    whole = np.vstack((place_m, np.repeat(place_m[-1:], 80, axis=0), place_m[::-1]))
+    (hand,) = opened(tmp_path, np.arange(len(whole)) / 100, whole)
+    assert np.ptp([one.position_m for one in hand.samples()], axis=0) == pytest.approx(
+        np.ptp(place_m, axis=0), abs=0.02
+    )
+    assert any("with which a ball never rises over the cup, as it does elsewhere" in one for one in hand.warnings)
+
+
 def test_a_pause_within_a_swing_does_not_cut_it(tmp_path, swing):
     """The hand holds still for 0.5 s while the ball flies, then moves a little under it."""
     place_m = swing[1]

@@ -61,7 +61,8 @@ class FrankaRobot:
         if len(arm.joint_names) != JOINTS:
             raise ConfigError(
                 "hardware.kind",
-                f"'hardware.kind' is 'franka', which moves 7 joints; {arm.settings.name} has {len(arm.joint_names)}",
+                f"'hardware.kind' is 'franka', which moves 7 joints; {arm.settings.name} has {len(arm.joint_names)}: "
+                "choose robot=fr3",
             )
         self._arm, self._hardware = arm, hardware
         self.joint_names, self.period_s = arm.joint_names, hardware.control_period_s

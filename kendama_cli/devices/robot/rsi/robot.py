@@ -53,7 +53,9 @@ class RsiRobot:
         n = len(arm.joint_names)
         if n != len(AXES):
             raise ConfigError(
-                "hardware.kind", f"'hardware.kind' is 'rsi', which moves 6 axes; {arm.settings.name} has {n}"
+                "hardware.kind",
+                f"'hardware.kind' is 'rsi', which moves 6 axes; {arm.settings.name} has {n}: choose the arm's own "
+                "description (robot=urdf robot.path=my_kuka.urdf)",
             )
         self._to_deg = math.degrees(1) * np.array(hardware.signs or (1,) * n, dtype=float)
         self._offset_deg = np.array(hardware.offset_deg or (0.0,) * n)
