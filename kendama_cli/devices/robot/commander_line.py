@@ -22,6 +22,10 @@ _HALTS = 3
 """HALT waits for no answer, so that it is sent so often."""
 
 
+STOPPED = "it is in a latched stop, run again to begin a new session"
+NOT_THERE = "start it ('kendama robot twin', or its controller), or look at hardware.host and hardware.port"
+
+
 class CommanderLine:
     """A session with the robot at ``host:port``; the first fault raises HardwareError, halts the robot, and stays.
 
@@ -73,10 +77,7 @@ class CommanderLine:
 
     def fail(self, problem: str) -> HardwareError:
         """Halt the robot for good, because of ``problem``."""
-        greeted = self._number != 0
-        what = "it is in a latched stop, run again to begin a new session"
-        hint = "start it ('kendama robot twin', or its controller), or look at hardware.host and hardware.port"
-        self.failure = f"{self.where}: {problem}; {what if greeted else hint}"
+        self.failure = f"{self.where}: {problem}; {STOPPED if self._number else NOT_THERE}"
         self._send_halt()
         return HardwareError(self.failure)
 
