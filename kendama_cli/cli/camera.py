@@ -143,7 +143,13 @@ def camera_detect(
 def camera_track(
     videos: Annotated[list[Path], typer.Argument(metavar="VIDEO...", help="A film per camera.")],
     output: Annotated[
-        Path, typer.Option("-o", "--output", metavar="FILE", help="The track: a row per frame with the ball in it.")
+        Path,
+        typer.Option(
+            "-o",
+            "--output",
+            metavar="FILE",
+            help="The track: a row per frame with the ball (.csv), or .mcap.",
+        ),
     ] = Path("throws.csv"),
     calibration: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Of 'camera calibrate'; its cameras are called like the films.")

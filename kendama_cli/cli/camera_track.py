@@ -2,22 +2,18 @@
 
 from __future__ import annotations
 
-import csv
-import io
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from kendama_cli.cli import render
 from kendama_cli.cli.camera_seeing import Seeing, SeeingOptions, open_seeing
+from kendama_cli.cli.track_output import refuse_name, write_track
 from kendama_cli.devices.camera.calibration import camera_model, read_calibration
 from kendama_cli.devices.camera.film import Film
 from kendama_cli.devices.camera.track_overlay import draw_track
 from kendama_cli.errors import InputError, UsageError
-from kendama_cli.store.durable import write_file
 from kendama_cli.vision.ball_film import FilmTrack, film_track
 from kendama_cli.vision.camera_model import CameraModel
 from kendama_cli.vision.film_positions import FilmPositions, from_one, from_several
@@ -47,8 +43,7 @@ def track_films(
     """
     films = [Film(path) for path in paths]
     cameras = _cameras(films, options)
-    if output.suffix.lower() != ".csv":
-        raise UsageError(f"-o {output}: a track is a CSV; name it like {output.with_suffix('.csv')}")
+    refuse_name(output)
     if options.overlay is not None and options.overlay.suffix.lower() != ".webm":
         raise UsageError(f"--overlay {options.overlay}: name it like {options.overlay.with_suffix('.webm')}")
     detector = open_seeing(seeing, _shown(films[0], options.boxes))
@@ -61,7 +56,7 @@ def track_films(
         tracks.append(_track(film, detector))
         render.note(f"{film.path}: the ball is seen in {len(tracks[-1].t_s)} of {frames} frames")
     positions = _positions(paths, tracks, cameras, options)
-    write_file(output, _table(tracks, positions).encode())
+    write_track(output, tracks, positions)
     if options.overlay is not None:
         draw_track(films[0], tracks[0], options.overlay)
     document = _document(output, tracks, positions)
@@ -150,27 +145,6 @@ def _positions(
         return from_several(tracks, cameras, same_clock=options.same_clock)
     except ValueError as wrong:
         raise InputError(", ".join(map(str, paths)), str(wrong), remedy="look at one film with --overlay") from None
-
-
-def _table(tracks: Sequence[FilmTrack], positions: FilmPositions | None) -> str:
-    """A row per moment: metres first where they are known, then the first film's pixels."""
-    first = tracks[0]
-    text = io.StringIO()
-    rows = csv.writer(text, lineterminator="\n")
-    metres = () if positions is None else ("x_m", "y_m", "z_m", "sigma_x_m", "sigma_y_m", "sigma_z_m")
-    rows.writerow(("t_s", *metres, "frame", "u_px", "v_px", "sigma_px", "radius_px", "score"))
-    for i in range(len(first.t_s)):
-        found: Iterable[str] = ()
-        if positions is not None:
-            at = int(np.searchsorted(positions.t_s, first.t_s[i]))
-            if at == len(positions.t_s) or positions.t_s[at] != first.t_s[i]:
-                continue
-            sigma = np.sqrt(np.diagonal(positions.covariance_m2[at]))
-            found = [f"{value:.6f}" for value in (*positions.position_m[at], *sigma)]
-        sigma_px = float(np.sqrt(np.trace(first.covariance_px2[i]) / 2))
-        pixels = (*first.centre_px[i], sigma_px, first.radius_px[i], first.score[i])
-        rows.writerow((f"{first.t_s[i]:.6f}", *found, int(first.frame[i]), *(f"{value:.3f}" for value in pixels)))
-    return text.getvalue()
 
 
 def _document(output: Path, tracks: Sequence[FilmTrack], positions: FilmPositions | None) -> dict[str, Any]:

@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 import dataclasses
-import io
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, BinaryIO
+from typing import Any
 
 import numpy as np
 
 from kendama_cli.artifacts.proportion import success_interval
 from kendama_cli.cli import render
 from kendama_cli.errors import StageError, UsageError
+from kendama_cli.log.memory_file import MemoryFile
 from kendama_cli.log.messages import ReplayMessage
 from kendama_cli.log.reader import LogFile
 from kendama_cli.log.writer import McapLog
@@ -142,7 +142,7 @@ def _agreement_mm(seen: list[RefereeMessage]) -> float | None:
 
 def write_log(path: Path, seen: list[RefereeMessage], settings: GameSettings, document: Mapping[str, Any]) -> None:
     """The log beside the run, from which the report makes its section."""
-    log = McapLog(TOPICS, _Growing())
+    log = McapLog(TOPICS, MemoryFile())
     for number, one in enumerate(seen):
         log.write("/referee/game", float(number), one)
     caught = sum(one.referee_caught for one in seen)
@@ -166,22 +166,6 @@ def write_log(path: Path, seen: list[RefereeMessage], settings: GameSettings, do
         raise StageError(f"the referee's log cannot be written to {path}: {error.strerror or error}") from None
     finally:
         whole.unlink(missing_ok=True)
-
-
-class _Growing:
-    """A log's file in memory: what a referee sees of a run is small."""
-
-    def __init__(self) -> None:
-        self._bytes = bytearray()
-
-    def write(self, data: bytes) -> None:
-        self._bytes += data
-
-    def cut(self, size: int) -> None:
-        del self._bytes[size:]
-
-    def reader(self) -> BinaryIO:
-        return io.BytesIO(bytes(self._bytes))
 
 
 def _at(t_s: Array, known_s: Array, places_m: Array) -> Array:

@@ -8,7 +8,10 @@ import numpy as np
 import pytest
 import yaml
 
+from kendama_cli.cli.track_output import PlaceMessage, SightingMessage
 from kendama_cli.devices.camera.calibration import camera_model, read_calibration
+from kendama_cli.devices.flight.reader import read_tracks
+from kendama_cli.log.reader import LogFile
 from tests.cli.typed import kendama
 from tests.vision.ball_films import RATE_HZ, WIDTH, draw_ball, pendulum, textured, write_film, write_labelled
 
@@ -118,6 +121,16 @@ def test_two_calibrated_films_with_clocks_of_their_own_give_metres_and_the_offse
     ]
     assert len(found) >= 9
     assert np.median(off) < 0.01
+    code, _, err = kendama(
+        capsys, "camera", "track", "left.avi", "right.avi", "--calibration", "both.yaml", "-o", "throw.mcap"
+    )
+    assert code == 0, err
+    (track,) = read_tracks(here / "throw.mcap")
+    assert np.allclose(track.position_m, [[float(r[f"{axis}_m"]) for axis in "xyz"] for r in found], atol=1e-6)
+    log = LogFile(here / "throw.mcap")
+    assert {message.film for message in log.messages("/track/sighting", SightingMessage).messages} == {"left", "right"}
+    sigma = [np.sqrt(message.covariance_m2[0]) for message in log.messages("/track/place", PlaceMessage).messages]
+    assert np.allclose(sigma, [float(r["sigma_x_m"]) for r in found], atol=1e-6)
 
 
 @pytest.mark.parametrize(
@@ -134,7 +147,10 @@ def test_two_calibrated_films_with_clocks_of_their_own_give_metres_and_the_offse
         (["camera", "track", "film.avi", "--box", "900:10,10,30,30"], "has no frame 900"),
         (["camera", "track", "film.avi", "film.avi"], "two films are called"),
         (["camera", "track", "film.avi", "--calibration", "other.yaml", "--ball-mm", "60"], "was calibrated with"),
-        (["camera", "track", "film.avi", "-o", "track.xlsx"], "a track is a CSV"),
+        (
+            ["camera", "track", "film.avi", "-o", "track.xlsx"],
+            "a CSV or an MCAP log; name it track.csv or track.mcap",
+        ),
         (["camera", "detect", "images", "--detector", "nothing"], "nothing"),
     ],
 )
