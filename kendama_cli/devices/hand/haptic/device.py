@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import socket
 import time
 from collections.abc import Callable, Iterator, Sequence
@@ -158,6 +159,7 @@ class HapticHand:
     def samples(self) -> Iterator[HandSample]:
         """Record a swing; raises HardwareError, which says where the swings before this one are."""
         rows = None
+        gc.disable()  # a full collection takes 0.2 s
         try:
             while rows is None:  # a grip without a swing is none
                 rows = swing(self._link)
@@ -166,6 +168,8 @@ class HapticHand:
             kept = len(list(self._folder.glob("*.csv")))
             again = f"; {kept} swings are kept: capture=body 'capture.path={self._folder}/*.csv'" if kept else ""
             raise HardwareError(f"{wrong}{again}") from None
+        finally:
+            gc.enable()
         with StreamFile(self._folder / f"{self.name}.csv", self.name) as file:
             for row in rows.tolist():
                 file.write(tuple(row[:8]))

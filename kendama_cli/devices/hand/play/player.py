@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import asyncio
 import datetime
+import threading
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -21,6 +23,8 @@ from kendama_cli.settings.game import GameSettings
 
 BYE = 4000
 """The code with which a line is closed whose reason the page shows."""
+_WRITING = threading.Lock()
+"""Numbers of tries are taken one after the other, whoever plays."""
 
 
 class Player:
@@ -44,6 +48,7 @@ class Player:
         self._folder = TryFolder(folder, name, settings.most_tries)
         self.name = self._folder.player
         self._device, self._unsaid = "", list[dict[str, Any]]()
+        self._unwritten = list[tuple[str, Conditions, Array]]()
         self._table = PlayTable(game, settings, self._keep)
 
     async def play(self) -> None:
@@ -61,6 +66,8 @@ class Player:
                 return
             said = parse(message.get("text") or message.get("bytes") or b"")
             answer = self._answer(said)
+            if self._unwritten:  # the others play on while a disk is slow
+                await asyncio.to_thread(self._write)
             try:
                 for one in (*answer, *self._unsaid):
                     await self._line.send_json(one)
@@ -77,6 +84,7 @@ class Player:
     def leave(self) -> None:
         """The hand has gone; what was recorded is kept. Idempotent."""
         self._table.stop()
+        self._write()
 
     def _answer(self, said: Hand | Ease | About) -> list[dict[str, Any]]:
         if isinstance(said, Hand):
@@ -107,12 +115,19 @@ class Player:
         return [shown.tries(self._folder)]
 
     def _keep(self, outcome: str, conditions: Conditions, samples: Array) -> None:
-        try:
-            made = self._folder.keep(outcome, conditions.words(), samples, self._today())
-        except (UsageError, OSError) as error:
-            self._tell(f"{self.name}: {error}")
-            self._unsaid.append({"type": "error", "line": str(error)})
-            return
-        if outcome == "caught":
-            self._tell(f"{self.name} caught it: {made.name}")
-        self._unsaid.append(shown.tries(self._folder))
+        self._unwritten.append((outcome, conditions, samples))
+
+    def _write(self) -> None:
+        """Write what is to be kept."""
+        unwritten, self._unwritten = self._unwritten, []
+        with _WRITING:
+            for outcome, conditions, samples in unwritten:
+                try:
+                    made = self._folder.keep(outcome, conditions.words(), samples, self._today())
+                except (UsageError, OSError) as error:
+                    self._tell(f"{self.name}: {error}")
+                    self._unsaid.append({"type": "error", "line": str(error)})
+                    continue
+                if outcome == "caught":
+                    self._tell(f"{self.name} caught it: {made.name}")
+                self._unsaid.append(shown.tries(self._folder))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import datetime
+import gc
 import secrets
 import socket
 import time
@@ -70,6 +71,8 @@ class PlayServer:
             timeout_graceful_shutdown=2,
             lifespan="off",
         )
+        gc.collect()
+        gc.freeze()  # a full collection would look at all that is imported, and stop every player for 0.2 s
         ready(Opened(f"http://{shown}:{bound}/?token={self._token}", bound))
         try:
             uvicorn.Server(config).run(sockets=[listening])
