@@ -130,7 +130,9 @@ class HapticLink:
 
     def _check(self, place: Array, now_s: float, silent_s: float) -> None:
         if not np.isfinite(place).all():
-            raise HardwareError(f"the haptic device says that it is at {place.tolist()} m: no place")
+            raise HardwareError(
+                f"the haptic device says that it is at {place.tolist()} m, which is no place: look at the device"
+            )
         unit = f"look at capture.unit ({self.settings.spoken_unit})"
         reach_m = float(np.linalg.norm(place)) / self.settings.scale
         if reach_m > REACH_M:

@@ -9,7 +9,7 @@ from typing import Generic, TypeVar
 from kendama_cli.errors import HardwareError
 
 Said = TypeVar("Said")
-_CLOSED = "the haptic device's server has closed the line"
+_CLOSED = "the haptic device's server has closed the line: look at it, start it anew, and run again"
 
 
 class HapticLine(Generic[Said]):

@@ -141,10 +141,10 @@ def test_a_person_in_another_process_swings_until_the_grip_is_let_go(tmp_path):
 @pytest.mark.parametrize(
     ("fault", "words"),
     [
-        ("nan", "no place"),
+        ("nan", "no place: look at the device"),
         ("jump", "jumped by"),
         ("silence", "no TRANSFORM 'Stylus' of the haptic device for"),
-        ("leave", "has closed the line"),
+        ("leave", "has closed the line: look at it, start it anew"),
         ("frozen", "gripped, but frozen at the very same place for 0.4 s"),
     ],
 )
