@@ -98,26 +98,7 @@ def chain_model(game: GameSettings, body: Body, step_s: float) -> Any:
             solref=[CONTACT_S, 1.0],
         )
         below = -length
-    ball = holder.add_body(name="ball", pos=[0.0, 0.0, below])
-    ball.add_joint(
-        name="stretch",
-        type=mj.mjtJoint.mjJNT_SLIDE,
-        axis=[0, 0, -1],
-        stiffness=game.rope.stiffness_n_m,
-        damping=game.rope.damping_n_s_m,
-    )
-    ball.add_joint(name="spin", type=mj.mjtJoint.mjJNT_HINGE, axis=[0, 1, 0])
-    ball.add_geom(
-        size=[game.ball.radius_m, 0, 0],
-        mass=body.ball_kg,
-        contype=0,
-        conaffinity=1,
-        condim=3,
-        priority=1,
-        friction=[cup.friction, 0, 0],
-        solref=[CONTACT_S, damping_ratio(body.restitution)],
-    )
-    ball.add_site(name="ball")
+    _add_ball(mj, holder, below, game, body)
     spec.add_sensor(
         name="ball velocity", type=mj.mjtSensor.mjSENS_FRAMELINVEL, objtype=mj.mjtObj.mjOBJ_SITE, objname="ball"
     )
@@ -141,6 +122,30 @@ def damping_ratio(restitution: float) -> float:
     """That of a linear contact from which a ball leaves with ``restitution`` of its speed."""
     lost = -math.log(max(restitution, 1e-3))
     return lost / math.hypot(math.pi, lost)
+
+
+def _add_ball(mj: Any, holder: Any, below_m: float, game: GameSettings, body: Body) -> None:
+    """The ball at the end of the last link, on a slide that stretches as the rope does."""
+    ball = holder.add_body(name="ball", pos=[0.0, 0.0, below_m])
+    ball.add_joint(
+        name="stretch",
+        type=mj.mjtJoint.mjJNT_SLIDE,
+        axis=[0, 0, -1],
+        stiffness=game.rope.stiffness_n_m,
+        damping=game.rope.damping_n_s_m,
+    )
+    ball.add_joint(name="spin", type=mj.mjtJoint.mjJNT_HINGE, axis=[0, 1, 0])
+    ball.add_geom(
+        size=[game.ball.radius_m, 0, 0],
+        mass=body.ball_kg,
+        contype=0,
+        conaffinity=1,
+        condim=3,
+        priority=1,
+        friction=[game.cup.friction, 0, 0],
+        solref=[CONTACT_S, damping_ratio(body.restitution)],
+    )
+    ball.add_site(name="ball")
 
 
 def _add_cup(mj: Any, carried: Any, game: GameSettings) -> None:
