@@ -20,7 +20,7 @@ EXPECTED = {
     "gymnasium_random.py": "of 20 random rollouts reached the goal",
 }
 WITH_OTHERS = {
-    "learn_with_stable_baselines3.py": ("stable_baselines3", ["200", "1"], "SAC: 0."),
+    "learn_with_stable_baselines3.py": ("stable_baselines3", ["dqn", "200", "1"], "dqn: 0."),
     "optuna_over_runs.py": ("optuna", ["home", "1"], "as shipped "),
 }
 """Examples with a package that the tests do not bring: the package, arguments, what is printed."""
