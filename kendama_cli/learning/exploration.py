@@ -28,15 +28,17 @@ class Explorer(Protocol):
         """The probability of each action where the table would choose ``greedy``; None where it is certain."""
 
 
-def explores(after_failure: float, count: LearningCount, rng: Generator) -> bool:
+def explores(after_failure: float, count: LearningCount, rng: Generator, *, in_a_row: int = 1) -> bool:
     """Whether the next rollout explores.
 
     Until any rollout has succeeded there is nothing to be greedy about; from then on only a greedy rollout that
-    failed gives reason to, with the probability ``after_failure``.
+    failed gives reason to, with the probability ``after_failure``, and then ``in_a_row`` rollouts explore.
     """
     if not count.succeeded_ever:
         return True
-    return count.greedy_failed and rng.random() < after_failure
+    if count.greedy_failed:
+        return rng.random() < after_failure
+    return 0 < count.explored_in_a_row < in_a_row
 
 
 class DrawnHarmonic(NamedTuple):

@@ -44,6 +44,7 @@ class ExplorationSettings:
     after_failure: float = setting(
         "probability that the rollout after a greedy failure explores", at_least=0, at_most=1
     )
+    in_a_row: int = setting("exploring rollouts that follow one another then", above=0)
     varied: float = setting(
         "share of the harmonics that vary one of the best before, once there is one", at_least=0, at_most=1
     )

@@ -101,7 +101,7 @@ class SarsaLearner:
     def begin_rollout(self, rng: Generator) -> None:
         """Decide whether this rollout explores and draw what it tries; ``rng`` serves until the rollout ends."""
         settings = self._settings.exploration
-        explore = explores(settings.after_failure, self.count, rng)
+        explore = explores(settings.after_failure, self.count, rng, in_a_row=settings.in_a_row)
         self._explorer = (
             explorer(self._settings, self.count, [drawn for _, drawn in self._lucky], rng) if explore else None
         )

@@ -30,6 +30,8 @@ class LearningCount:
     succeeded_ever: bool = False
     greedy_failed: bool = False
     """Whether the last rollout was a greedy one that failed."""
+    explored_in_a_row: int = 0
+    """Exploring rollouts since the last greedy one."""
 
     def after(self, *, explored: bool, success: bool, settings: CountSettings) -> LearningCount:
         """The count after one more rollout."""
@@ -38,6 +40,7 @@ class LearningCount:
             rollouts=self.rollouts + 1,
             succeeded_ever=self.succeeded_ever or success,
             greedy_failed=not (success or explored),
+            explored_in_a_row=self.explored_in_a_row + 1 if explored else 0,
         )
         if explored:
             return count

@@ -34,8 +34,8 @@ def preferring(*columns: int) -> np.ndarray:
 def test_an_action_is_held_for_the_shortest_time_even_if_the_state_changes():
     policy = GreedyPolicy(seal_table(preferring(0, 4), SETTINGS), SETTINGS)
     assert policy.act(HANGING, 0.0) == -8.0
-    assert policy.act(SWUNG, 0.018) == -8.0
-    assert policy.act(SWUNG, 0.020) == 8.0
+    assert policy.act(SWUNG, 0.008) == -8.0
+    assert policy.act(SWUNG, 0.010) == 8.0
 
 
 def test_the_learner_and_the_frozen_policy_of_its_table_act_alike():
@@ -101,6 +101,17 @@ def test_it_explores_until_the_first_success_and_then_only_after_greedy_failures
         learner.act(HANGING, 0.0)
         learner.end_rollout(outcome, HANGING)
     assert explored == [True, True, True, False, False, True]
+
+
+def test_as_many_rollouts_explore_after_a_greedy_failure_as_are_configured():
+    learner, rng = SarsaLearner(learn_settings(exploration__in_a_row=3)), np.random.default_rng(0)
+    explored = []
+    for outcome in ("timeout", "goal", "timeout", "goal", "goal", "timeout", "goal", "timeout"):
+        learner.begin_rollout(rng)
+        explored.append(learner.explored)
+        learner.act(HANGING, 0.0)
+        learner.end_rollout(outcome, HANGING)
+    assert explored == [True, True, False, True, True, True, False, False]
 
 
 def test_a_harmonic_rollout_follows_a_cosine_within_the_band():
