@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from kendama_cli.report.bootstrap import bootstrap, bootstrap_ratio, p90
+from kendama_cli.report.bootstrap import bootstrap, bootstrap_curve, bootstrap_ratio, interquartile_mean, p90
 
 
 def test_the_interval_of_the_mean_is_the_normal_one_for_many_values():
@@ -43,3 +43,19 @@ def test_the_ratio_of_equals_holds_one_and_of_a_tenfold_does_not():
 def test_one_value_has_no_interval():
     assert bootstrap(np.ones(1), np.mean) is None
     assert bootstrap_ratio(np.ones(5), np.ones(1), np.mean) is None
+
+
+def test_the_interquartile_mean_leaves_the_outer_quarters_out_and_counts_what_lies_on_their_edges_in_part():
+    assert interquartile_mean([100.0, 1.0, 3.0, -50.0], axis=0) == 2.0
+    assert interquartile_mean([0.0, 1.0, 8.0], axis=0) == (0.25 * 0.0 + 1.0 + 0.25 * 8.0) / 1.5
+    both = interquartile_mean([[100.0, 1.0, 3.0, -50.0], [4.0, 4.0, 4.0, 9.0]], axis=1)
+    assert both.tolist() == [2.0, 4.0]
+
+
+def test_a_curves_band_is_narrow_where_the_runs_agree():
+    rng = np.random.default_rng(10000)
+    curves = 3.0 + rng.standard_normal((40, 2)) * (0.1, 1.0)
+    low, high = bootstrap_curve(curves, interquartile_mean)
+    assert (low < 3.2).all()
+    assert (high > 2.8).all()
+    assert (high - low)[0] < 0.3 * (high - low)[1]

@@ -9,6 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.ticker import MaxNLocator, MultipleLocator, PercentFormatter
 
 from kendama_cli.log.messages import RolloutMessage
+from kendama_cli.report.bootstrap import bootstrap_curve, interquartile_mean
 from kendama_cli.report.chapters import EnsembleChapter
 from kendama_cli.report.ensemble import Ensemble, Group
 from kendama_cli.report.figure import Figure, Panel, figure, lettered
@@ -35,8 +36,8 @@ def learning_figures(runs: Ensemble) -> list[Figure]:
             lettered(
                 learning,
                 [
-                    "Reward of every rollout: median over the seeds, and the band between the 10 % and the 90 %"
-                    f" quantile. A run that has ended goes on with the median of its last {_TAIL} greedy rollouts;"
+                    "Reward of every rollout: interquartile mean over the seeds, and its 95 % interval (bootstrap)."
+                    f" A run that has ended goes on with the median of its last {_TAIL} greedy rollouts;"
                     " From ten successes in a row on a policy is frozen, until it fails or is proven.",
                     "Share of seeds that came to the first of the successes in a row that prove the policy after so"
                     " many rollouts; an unproven seed stays at the cap.",
@@ -48,8 +49,8 @@ def learning_figures(runs: Ensemble) -> list[Figure]:
             lettered(
                 frozen,
                 [
-                    "Share of fresh noisy rollouts of the frozen policy that end in the cup, over all seeds from the"
-                    " worst to the best.",
+                    "Performance profile: share of fresh noisy rollouts of the frozen policy that end in the cup, over"
+                    " all seeds from the worst to the best.",
                     "Half-swings: median of the frozen policy's successes, over the seeds.",
                     "Time to the release in the same way. Dashed: the soonest that a search without noise found.",
                 ],
@@ -72,10 +73,10 @@ def _rewards(groups: Sequence[Group]) -> Panel | None:
         for found, group, colour in zip(curves, groups, _colours(groups), strict=True):
             if found:
                 matrix = np.array([_carried_on(reward, shown) for reward in found])
-                low, middle, high = np.quantile(matrix, [0.1, 0.5, 0.9], axis=0)
+                low, high = bootstrap_curve(matrix, interquartile_mean)
                 index = np.arange(1, shown + 1)
                 axes.fill_between(index, low, high, color=colour, alpha=0.16, lw=0)
-                axes.plot(index, middle, color=colour, lw=1.5, label=group.label)
+                axes.plot(index, interquartile_mean(matrix, axis=0), color=colour, lw=1.5, label=group.label)
         axes.set_xlabel("rollout")
         axes.set_ylabel("reward")
         if shown > _LONG:
