@@ -38,7 +38,7 @@ def explores(after_failure: float, count: LearningCount, rng: Generator, *, in_a
         return True
     if count.greedy_failed:
         return rng.random() < after_failure
-    return 0 < count.explored_in_a_row < in_a_row
+    return 0 < count.explored_in_a_row < min(in_a_row, count.rollouts)  # all so far: until the first success
 
 
 class DrawnHarmonic(NamedTuple):

@@ -34,8 +34,8 @@ def preferring(*columns: int) -> np.ndarray:
 def test_an_action_is_held_for_the_shortest_time_even_if_the_state_changes():
     policy = GreedyPolicy(seal_table(preferring(0, 4), SETTINGS), SETTINGS)
     assert policy.act(HANGING, 0.0) == -8.0
-    assert policy.act(SWUNG, 0.008) == -8.0
-    assert policy.act(SWUNG, 0.010) == 8.0
+    assert policy.act(SWUNG, 0.018) == -8.0
+    assert policy.act(SWUNG, 0.020) == 8.0
 
 
 def test_the_learner_and_the_frozen_policy_of_its_table_act_alike():

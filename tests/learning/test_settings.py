@@ -23,11 +23,11 @@ WRONG = [
     ({"workspace__kind": "limt"}, "allowed: limit, terminate, did you mean 'limit'?"),
     ({"harmonic__band_rad_s": [8.0, 3.0]}, "'learn.harmonic.band_rad_s' is [8.0, 3.0]; allowed: [low, high]"),
     ({"bodies__drag": [2.0, 1.0]}, "'learn.bodies.drag' is [2.0, 1.0]; allowed: [low, high] with low <= high"),
-    ({"bodies__delay_s": 0.03}, "'learn.bodies.delay_s' is 0.03; allowed: at most decision.shortest_s, 0.01"),
+    ({"bodies__delay_s": 0.03}, "'learn.bodies.delay_s' is 0.03; allowed: at most decision.shortest_s, 0.02"),
     ({"goal__success": "cauht"}, "allowed: caught, catchable, reached, did you mean 'caught'?"),
     ({"goal__fastest_rad_s": 0.5}, "'learn.goal.fastest_rad_s' is 0.5; allowed: above slowest_rad_s, which is 1.0"),
-    ({"decision__longest_s": 0.005}, "'learn.decision.longest_s' is 0.01; allowed: at least shortest_s"),
-    ({"step_s": 0.05}, "'learn.step_s' is 0.05; allowed: at most decision.shortest_s, 0.01"),
+    ({"decision__longest_s": 0.01}, "'learn.decision.longest_s' is 0.01; allowed: at least shortest_s"),
+    ({"step_s": 0.05}, "'learn.step_s' is 0.05; allowed: at most decision.shortest_s, 0.02"),
     ({"rollout_s": 0.05}, "'learn.rollout_s' is 0.05; allowed: at least decision.longest_s, 0.1"),
     ({"count__cap": 5}, "'learn.count.cap' is 5; allowed: at least streak, which is 10"),
     ({"count__frozen": 5}, "'learn.count.frozen' is 5; allowed: at least streak, which is 10"),
@@ -64,7 +64,10 @@ def test_hard_random_is_hard_on_other_bodies():
     assert varied.bodies != hard.bodies
     assert varied.validation.bodies == varied.bodies
     back = dataclasses.replace(hard.validation, bodies=hard.bodies)
-    assert dataclasses.replace(varied, task="hard", bodies=hard.bodies, validation=back) == hard
+    more = dataclasses.replace(hard.exploration, in_a_row=2)
+    assert dataclasses.replace(hard, exploration=more) == dataclasses.replace(
+        varied, task="hard", bodies=hard.bodies, validation=back
+    )
 
 
 def test_the_learner_is_a_choice_of_its_own_on_every_task():
