@@ -37,7 +37,8 @@ class ArmErrors:
 class ErringArm:
     """What the drive follows in the place of the samples of ``joints``, or of what is commanded in their place.
 
-    The cup's error is carried to the joints along ``joints``: dq = J^+ e, the cup's tilt as it is.
+    The cup's error is carried to the joints along ``joints``: dq = J^+ e, the cup's tilt as it is. It is no command,
+    so that the drive's limits do not bound it; the angles are misread by as much as makes the arm err by dq.
     """
 
     def __init__(self, arm: RobotModel, joints: JointTrajectory, errors: ArmErrors, step_s: float) -> None:
@@ -45,15 +46,27 @@ class ErringArm:
         rest = np.zeros_like(start)
         self._delay = DriveDelay((start, rest, rest, rest), latency_s=0.0, lag_s=errors.lag_s, step_s=step_s)
         self._none = rest
-        self._offsets = _joint_offsets(arm, joints, errors) if errors.cup_error_m > 0 else None
+        self._misread = _misread(arm, joints, errors) if errors.cup_error_m > 0 else None
 
-    def follows(self, step: int, position: Array, velocity: Array, acceleration: Array) -> tuple[Array, Array, Array]:
-        """The reference (n,) of places, speeds and accelerations at sample ``step``, taken in order."""
+    def follows(self, position: Array, velocity: Array, acceleration: Array) -> tuple[Array, Array, Array]:
+        """The reference (n,) of places, speeds and accelerations at the next sample."""
         position, velocity, acceleration, _ = self._delay.delayed((position, velocity, acceleration, self._none))
-        if self._offsets is None:
-            return position, velocity, acceleration
-        place, speed, change = (one[step] for one in self._offsets)
-        return position + place, velocity + speed, acceleration + change
+        return position, velocity, acceleration
+
+    def misreads(self, step: int) -> Array:
+        """What is added to the angles (n,) that the drive's controller reads before the sample ``step``."""
+        misread: Array = self._none if self._misread is None else self._misread[step - 1]
+        return misread
+
+
+def _misread(arm: RobotModel, joints: JointTrajectory, errors: ArmErrors) -> Array:
+    """The readings' errors (n, joints) with which computed torque goes by dq beside its reference.
+
+    dq'' + Kd dq' + Kp (dq + m) = 0,   m = -dq - (Kd dq' + dq'') / Kp,   Kd = 2 sqrt Kp
+    """
+    place, speed, change = _joint_offsets(arm, joints, errors)
+    stiffness = arm.settings.stiffness_1_s2
+    return -place - (2 * math.sqrt(stiffness) * speed + change) / stiffness
 
 
 def _joint_offsets(arm: RobotModel, joints: JointTrajectory, errors: ArmErrors) -> tuple[Array, Array, Array]:

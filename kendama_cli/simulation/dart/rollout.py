@@ -103,9 +103,11 @@ def play_rollout(
                 steered = steering.coming(world.t_s, world.position_rad + noises[k], world.ball.position_m)
             if steered is not None:
                 place, speed, change = steered[ahead]
+        misread: Array | float = noises[k]
         if erring is not None:
-            place, speed, change = erring.follows(k, place, speed, change)
-        world.step(place, speed, change, noises[k])
+            place, speed, change = erring.follows(place, speed, change)
+            misread = misread + erring.misreads(k)
+        world.step(place, speed, change, misread)
         flight.observe(world.t_s)
         fastest = np.maximum(fastest, np.abs(world.velocity_rad_s))
         strongest = np.maximum(strongest, np.abs(world.effort_nm))

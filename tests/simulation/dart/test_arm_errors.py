@@ -9,6 +9,7 @@ from kendama_cli.artifacts.motion_plan import JointTrajectory
 from kendama_cli.schema.arrays import Array
 from kendama_cli.simulation.dart.arm_errors import ONSET_S, ArmErrors, ErringArm
 from kendama_cli.simulation.dart.backlash import Backlash
+from kendama_cli.simulation.dart.rollout import play_rollout
 from kendama_cli.simulation.dart.world import STEP_S, ArmWorld
 from kendama_cli.simulation.dart.world_errors import WorldErrors
 from tests.simulation.dart.bench_robot import kendama_game, modelled, pa10
@@ -21,28 +22,37 @@ def _held(seconds: float) -> JointTrajectory:
     return JointTrajectory(arm.joint_names, t_s, still + arm.home_rad, still, still)
 
 
-def _followed(joints: JointTrajectory, errors: ArmErrors) -> tuple[Array, Array]:
+def _followed(joints: JointTrajectory, errors: ArmErrors) -> Array:
     erring = ErringArm(modelled(pa10()), joints, errors, STEP_S)
     made = [
-        erring.follows(k, joints.position_rad[k], joints.velocity_rad_s[k], joints.acceleration_rad_s2[k])
+        erring.follows(joints.position_rad[k], joints.velocity_rad_s[k], joints.acceleration_rad_s2[k])
         for k in range(len(joints.t_s))
     ]
-    return np.array([one[0] for one in made]), np.array([one[1] for one in made])
+    return np.array([one[0] for one in made])
 
 
-def test_the_cup_errs_by_a_sine_along_x_that_begins_at_rest() -> None:
-    """J^+ is exact to first order: 5 mm on an arm of a metre leave a few hundredths of a millimetre."""
-    arm, joints = modelled(pa10()), _held(1.5)
-    errors = ArmErrors(cup_error_m=0.005, cup_error_hz=1.6, cup_error_phase_rad=0.4)
-    places, speeds = _followed(joints, errors)
-    moved = np.array([arm.tool_place_m(q) for q in places]) - arm.tool_place_m(arm.home_rad)
-    late = joints.t_s >= ONSET_S
-    wanted = 0.005 * np.sin(2 * np.pi * 1.6 * joints.t_s + 0.4)
+@pytest.mark.parametrize(("top_rad_s2", "cup_error_hz"), [(None, 1.6), (None, 5.0), (0.2, 5.0)])
+def test_the_cup_errs_by_a_sine_along_x_whatever_the_drive_allows(
+    top_rad_s2: float | None, cup_error_hz: float
+) -> None:
+    """An error is no command: with 5 mm at 5 Hz the joints go faster by more than the 0.2 rad/s^2 of the last case.
+
+    J^+ is exact to first order. Dry friction is left out: it is compensated for the speed that is wanted, here none.
+    """
+    none = (0.0,) * 7
+    robot, joints = dataclasses.replace(pa10(), coulomb_nm=none, stribeck_nm=none), _held(1.0)
+    if top_rad_s2 is not None:
+        robot = dataclasses.replace(robot, acceleration_rad_s2=(top_rad_s2,) * 7)
+    world = ArmWorld(robot, kendama_game())
+    errors = ArmErrors(cup_error_m=0.005, cup_error_hz=cup_error_hz, cup_error_phase_rad=0.4)
+    made = play_rollout(world, joints, errors=errors, record=True)
+    assert made.trace is not None
+    moved = made.trace.cup_m - made.trace.cup_m[0]
+    late = made.trace.t_s >= ONSET_S
+    wanted = 0.005 * np.sin(2 * np.pi * cup_error_hz * made.trace.t_s + 0.4)
     assert moved[late, 0] == pytest.approx(wanted[late], abs=1e-4)
-    assert np.abs(moved[:, 1:]).max() < 1e-4
-    assert np.abs(places[0] - arm.home_rad).max() == 0
-    assert speeds[0] == pytest.approx(np.zeros(len(arm.joint_names)), abs=1e-3)
-    assert np.gradient(places, STEP_S, axis=0)[1:-1] == pytest.approx(speeds[1:-1], abs=2e-4)
+    assert np.abs(moved[:, 1:]).max() < 3e-4
+    assert np.abs(moved[1]).max() < 1e-4
 
 
 def test_a_lagging_arm_is_late_by_its_lag_on_a_steady_motion() -> None:
@@ -54,7 +64,7 @@ def test_a_lagging_arm_is_late_by_its_lag_on_a_steady_motion() -> None:
         position_rad=joints.position_rad + np.outer(joints.t_s, speed),
         velocity_rad_s=joints.velocity_rad_s + speed,
     )
-    places, _ = _followed(steady, ArmErrors(lag_s=0.03))
+    places = _followed(steady, ArmErrors(lag_s=0.03))
     late_s = (steady.position_rad[-1, 3] - places[-1, 3]) / 0.2
     # the discrete lag, h / (e^(h / T) - 1) is half a step short of T
     assert late_s == pytest.approx(0.03 - STEP_S / 2, abs=1e-5)
@@ -62,7 +72,7 @@ def test_a_lagging_arm_is_late_by_its_lag_on_a_steady_motion() -> None:
 
 def test_an_arm_without_errors_follows_what_it_is_told() -> None:
     joints = _held(0.1)
-    assert _followed(joints, ArmErrors())[0] == pytest.approx(joints.position_rad, abs=0)
+    assert _followed(joints, ArmErrors()) == pytest.approx(joints.position_rad, abs=0)
 
 
 def test_a_heavier_ball_pulls_harder_and_thicker_air_slows_more() -> None:
