@@ -97,16 +97,15 @@ def play_rollout(
         samples.append(_sample(world))
     for k in range(1, len(places)):
         place, speed, change = places[k], speeds[k], changes[k]
+        misread = noises[k] if erring is None else noises[k] + erring.misreads(k)
         if steering is not None:
             ahead = (k - 1) % steering.steps
             if ahead == 0:
-                steered = steering.coming(world.t_s, world.position_rad + noises[k], world.ball.position_m)
+                steered = steering.coming(world.t_s, world.position_rad + misread, world.ball.position_m)
             if steered is not None:
                 place, speed, change = steered[ahead]
-        misread: Array | float = noises[k]
         if erring is not None:
             place, speed, change = erring.follows(place, speed, change)
-            misread = misread + erring.misreads(k)
         world.step(place, speed, change, misread)
         flight.observe(world.t_s)
         fastest = np.maximum(fastest, np.abs(world.velocity_rad_s))

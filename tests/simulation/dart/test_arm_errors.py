@@ -55,6 +55,32 @@ def test_the_cup_errs_by_a_sine_along_x_whatever_the_drive_allows(
     assert np.abs(moved[1]).max() < 1e-4
 
 
+class _Reader:
+    """Steers nothing, and keeps what it is given to read."""
+
+    steps = 1
+
+    def __init__(self) -> None:
+        self.read_rad: list[Array] = []
+
+    def coming(self, t_s: float, position_rad: Array, ball_m: Array) -> None:
+        self.read_rad.append(position_rad)
+
+
+def test_the_arm_does_not_know_that_it_errs() -> None:
+    """What catches a ball reads the angles as the drive does: at 0.5 Hz the cup seems to be where it should be."""
+    world, joints, reader = ArmWorld(pa10(), kendama_game()), _held(1.5), _Reader()
+    errors = ArmErrors(cup_error_m=0.005, cup_error_hz=0.5)
+    made = play_rollout(world, joints, errors=errors, steering=reader, record=True)
+    assert made.trace is not None
+    read = np.array([world.arm.tool_place_m(q) for q in reader.read_rad]) - world.arm.tool_place_m(
+        joints.position_rad[0]
+    )
+    late = len(read) // 2
+    assert np.abs(made.trace.cup_m - made.trace.cup_m[0])[:, 0].max() > 0.0045
+    assert np.abs(read[late:, 0]).max() < 0.001
+
+
 def test_a_lagging_arm_is_late_by_its_lag_on_a_steady_motion() -> None:
     joints = _held(1.0)
     speed = np.zeros(len(joints.joint_names))
