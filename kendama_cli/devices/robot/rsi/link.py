@@ -18,6 +18,10 @@ from kendama_cli.settings.hardware import RsiHardware
 
 _LISTENED = 5
 """So many telegrams are listened to for the controller's cycle, before any is answered."""
+_QUIET = 10
+"""So many cycles without a telegram: RSI is not running, or has ended meanwhile and began anew."""
+_PATIENCE = 150
+"""So many cycles a running RSI is left unanswered, to end by its own timeout; usual are 10 to 100."""
 _JUMP = 1.5
 """An arm that is said to have gone faster than its limits by this factor is misreported."""
 _RESOLUTION_DEG = 0.05
@@ -51,13 +55,7 @@ class RsiLink:
             self._line.bind((settings.host, settings.port))
         except OSError as error:
             raise HardwareError(f"RSI cannot listen on {settings.host}:{settings.port}: {error}") from None
-        first = self._receive(settings.wait_s)
-        if first is None:
-            raise MissingPartError(
-                "rsi",
-                f"no RSI telegram of {settings.controller} came to {settings.host}:{settings.port} within "
-                f"{settings.wait_s:g} s: start the RSI program on the controller, and see docs/rsi.md",
-            )
+        first = self._beginning()
         stamps = [first.ipoc]
         while len(stamps) < _LISTENED:
             stamps.append(self._heard(self._receive(settings.silence_s)).ipoc)
@@ -70,6 +68,34 @@ class RsiLink:
         self._last = JointCommand(first.position_deg, np.zeros(6), np.zeros(6))
         self._newest, self._first_late = first, first.late
         self._thread.start()
+
+    def _beginning(self) -> Telegram:
+        """The first telegram of RSI; raises MissingPartError where none comes, HardwareError where it is too late.
+
+        Corrections count from where RSI began. One that is running already may have been corrected by a commander that
+        has gone, and nobody says where it began: it is left unanswered until it ends, and the next one is waited for.
+        A controller that neither ends nor counts what it lacks (a simulator) is taken as it stands.
+        """
+        settings = self._settings
+        quiet_s, until_s = _QUIET * settings.control_period_s, time.monotonic() + settings.wait_s
+        running = newest = self._receive(quiet_s)
+        while running is not None and newest is not None:
+            if newest.ipoc - running.ipoc > 1e3 * _PATIENCE * settings.control_period_s:
+                if newest.late == running.late:
+                    return newest
+                raise HardwareError(
+                    f"the RSI of {settings.controller} was running before it was listened to, so where it began is not "
+                    "known: end it, run this again, and start the RSI program on the controller then"
+                )
+            newest = self._receive(quiet_s)
+        first = self._receive(until_s - time.monotonic())
+        if first is None:
+            raise MissingPartError(
+                "rsi",
+                f"no RSI telegram of {settings.controller} came to {settings.host}:{settings.port} within "
+                f"{settings.wait_s:g} s: start the RSI program on the controller, and see docs/rsi.md",
+            )
+        return first
 
     def move(self, wanted: JointCommand) -> tuple[JointCommand, Telegram, Telegram]:
         """What was sent last (or braking since), what ``wanted`` answered, and the newest; raises HardwareError."""
@@ -142,18 +168,21 @@ class RsiLink:
         return telegram
 
     def _receive(self, timeout_s: float) -> Telegram | None:
-        until_s = time.monotonic() + timeout_s
-        while (left_s := until_s - time.monotonic()) > 0 and not self._over:
-            self._line.settimeout(min(left_s, 0.2))
+        until_s, left_s = time.monotonic() + timeout_s, timeout_s
+        while not self._over:
+            # at least once: what came while this machine stalled is in time
+            self._line.settimeout(min(max(left_s, 1e-4), 0.2))
             try:
                 data, sender = self._line.recvfrom(LARGEST_BYTES + 1)
-            except (TimeoutError, ConnectionError):
-                continue
-            if sender[0] != self._settings.controller:
+                if sender[0] == self._settings.controller:
+                    self._to = sender
+                    return read_telegram(data)
                 self.foreign += 1
-                continue
-            self._to = sender
-            return read_telegram(data)
+            except (TimeoutError, ConnectionError):
+                pass
+            left_s = until_s - time.monotonic()
+            if left_s <= 0:
+                break
         return None
 
 
@@ -179,6 +208,8 @@ def _check(telegram: Telegram, before: Telegram, limits: JointLimits, period_s: 
     cycles = ahead_s / period_s
     if cycles < 0.5 or abs(cycles - round(cycles)) > 1e-6:
         raise HardwareError(f"IPOC {telegram.ipoc} came after {before.ipoc}, which no clock of its cycle says")
+    if cycles > _QUIET or telegram.late < before.late:
+        raise HardwareError("RSI ended and began anew, from where is not known")
     moved = np.abs(telegram.position_deg - before.position_deg)
     over = moved - (_JUMP * limits.velocity_rad_s * ahead_s + _RESOLUTION_DEG)
     if (over > 0).any():

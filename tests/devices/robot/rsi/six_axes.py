@@ -60,39 +60,58 @@ Said = Callable[[int, str], str | None]
 
 PATIENCE_S = 0.2
 """A true controller goes by its clock; this one waits, once it is answered, so that no load makes an answer late."""
+UNANSWERED = 15
+"""After so many cycles RSI ends, as on a true one."""
+PAUSE_S = 0.1
 
 
 class Controller:
     """A controller's end of RSI in a thread: carries out corrections, counts wrong IPOCs, may say what is not so."""
 
-    def __init__(self, port: int, said: Said, cycle_ms: int) -> None:
+    def __init__(self, port: int, said: Said, cycle_ms: int, ends: bool, patience_s: float) -> None:
         self.to, self._said, self._cycle_ms = (LOOPBACK, port), said, cycle_ms
+        self._ends, self._patience_s = ends, patience_s
         self.answers: list[tuple[int, tuple[float, ...]]] = []
+        self.places: list[tuple[float, ...]] = []
         self.wrong = self.number = 0
-        self.over = threading.Event()
+        self.begun, self.over = threading.Event(), threading.Event()
 
     def serve(self) -> None:
-        place, ipoc = (0.0,) * 6, 1000
+        """Begin RSI again and again, from where the arm stands, as a program of the controller's does in a loop."""
+        base, ipoc = (0.0,) * 6, 1000
         with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as line:
             line.bind((LOOPBACK, 0))
             while not self.over.is_set():
-                at = " ".join(f'A{k + 1}="{value:.5f}"' for k, value in enumerate(place))
-                true = f'<Rob Type="KUKA"><AIPos {at}/><Delay D="{self.wrong}"/><IPOC>{ipoc}</IPOC></Rob>'
-                text = self._said(self.number, true)
-                if text is not None:
-                    line.sendto(text.encode(), self.to)
-                line.settimeout(PATIENCE_S if self.answers else 1e-3 * self._cycle_ms)
-                with contextlib.suppress(TimeoutError, ConnectionError):
-                    told = -1
-                    while told != ipoc:  # an answer to an older telegram counts, and is not carried out
-                        answer = line.recv(8192).decode()
-                        (told,) = map(int, re.findall(r"<IPOC>(\d+)</IPOC>", answer))
-                        answered = tuple(float(value) for value in re.findall(r'A\d="([^"]+)"', answer))
-                        self.wrong += told != ipoc
-                        self.answers.append((told, answered))
-                    place = answered
-                self.number += 1
-                ipoc += self._cycle_ms
+                correction, ipoc = self._session(line, base, ipoc)
+                base = tuple(a + b for a, b in zip(base, correction, strict=True))
+                self.over.wait(PAUSE_S)
+                ipoc += round(1e3 * PAUSE_S)
+
+    def _session(self, line: socket.socket, base: tuple[float, ...], ipoc: int) -> tuple[tuple[float, ...], int]:
+        """One RSI, until it is not answered; the last correction and the next time stamp."""
+        correction, answered_once, unanswered, self.wrong = (0.0,) * 6, False, 0, 0
+        while not self.over.is_set() and (unanswered < UNANSWERED or not self._ends):
+            at = " ".join(f'A{k + 1}="{a + b:.5f}"' for k, (a, b) in enumerate(zip(base, correction, strict=True)))
+            true = f'<Rob Type="KUKA"><AIPos {at}/><Delay D="{self.wrong}"/><IPOC>{ipoc}</IPOC></Rob>'
+            text = self._said(self.number, true)
+            if text is not None:
+                line.sendto(text.encode(), self.to)
+                self.begun.set()
+            line.settimeout(self._patience_s if answered_once and unanswered == 0 else 1e-3 * self._cycle_ms)
+            unanswered, self.wrong = unanswered + 1, self.wrong + 1
+            with contextlib.suppress(TimeoutError, ConnectionError):
+                told = -1
+                while told != ipoc:  # an answer to an older telegram counts, and is not carried out
+                    answer = line.recv(8192).decode()
+                    (told,) = map(int, re.findall(r"<IPOC>(\d+)</IPOC>", answer))
+                    answered = tuple(float(value) for value in re.findall(r'A\d="([^"]+)"', answer))
+                    self.wrong += told != ipoc
+                    self.answers.append((told, answered))
+                self.places.append(tuple(a + b for a, b in zip(base, answered, strict=True)))
+                correction, answered_once, unanswered, self.wrong = answered, True, 0, self.wrong - 1
+            self.number += 1
+            ipoc += self._cycle_ms
+        return correction, ipoc
 
 
 def truly(number: int, true: str) -> str | None:
@@ -100,9 +119,11 @@ def truly(number: int, true: str) -> str | None:
 
 
 @contextlib.contextmanager
-def controller(port: int, said: Said = truly, cycle_ms: int = 4) -> Iterator[Controller]:
-    """A controller that sends to ``port`` of this machine."""
-    made = Controller(port, said, cycle_ms)
+def controller(
+    port: int, said: Said = truly, cycle_ms: int = 4, *, ends: bool = True, patience_s: float = PATIENCE_S
+) -> Iterator[Controller]:
+    """A controller that sends to ``port`` of this machine, and ends RSI where nobody answers."""
+    made = Controller(port, said, cycle_ms, ends, patience_s)
     thread = threading.Thread(target=made.serve)
     thread.start()
     try:

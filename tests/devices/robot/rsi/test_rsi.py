@@ -108,6 +108,12 @@ def silent(number: int, true: str) -> str | None:
     return true if number < 150 else None
 
 
+def anew(number: int, true: str) -> str:
+    if number < 150:
+        return true
+    return re.sub(r"(?<=<IPOC>)\d+", lambda stamp: str(int(stamp.group()) + 1000), true)
+
+
 @pytest.mark.parametrize(
     ("said", "says"),
     [
@@ -119,8 +125,9 @@ def silent(number: int, true: str) -> str | None:
         (spoiled(150, r"<AIPos[^>]*>", ""), r"have no <AIPos>: load examples/rsi/kendama_rsi\.xml"),
         (spoiled(150, r"</Rob>", ""), "a telegram came that is no XML"),
         (silent, r"no telegram came for 0\.5 s"),
+        (anew, "RSI ended and began anew, from where is not known"),
     ],
-    ids=["clock_back", "clock_between", "no_number", "nan", "jump", "no_place", "cut", "silence"],
+    ids=["clock_back", "clock_between", "no_number", "nan", "jump", "no_place", "cut", "silence", "anew"],
 )
 def test_a_controller_that_lies_or_falls_silent_is_one_clear_line(said: Said, says: str, tmp_path: Path) -> None:
     port = free_port()
@@ -170,6 +177,29 @@ def test_the_cycle_must_be_the_controllers(tmp_path: Path) -> None:
         open_rsi(dataclasses.replace(RSI, port=port), six_axes(tmp_path), GAME),
     ):
         pass
+
+
+def test_what_an_earlier_commander_left_corrected_does_not_jump_back(tmp_path: Path) -> None:
+    port = free_port()
+    settings, arm = dataclasses.replace(RSI, port=port, approach_rad_s=2.0), six_axes(tmp_path)
+    with controller(port, patience_s=0.03) as kuka:  # so that it goes on sending while the next one opens
+        with open_rsi(settings, arm, GAME) as robot:
+            robot.reset(np.full(6, 0.3), 0)
+        with open_rsi(settings, arm, GAME) as robot:
+            assert np.allclose(robot.reset(np.full(6, 0.2), 0).state.position_rad, 0.2, atol=1e-6)
+    steps = np.abs(np.diff(np.radians(kuka.places), axis=0)) / RSI.control_period_s
+    assert steps.max() <= 3.0 * (1 + 1e-4)
+    assert np.allclose(np.radians(kuka.places[-1]), 0.2, atol=1e-6)
+
+
+def test_an_rsi_that_ran_before_and_does_not_end_is_not_corrected(tmp_path: Path) -> None:
+    port = free_port()
+    settings = dataclasses.replace(RSI, port=port)
+    with controller(port, ends=False) as kuka:
+        kuka.begun.wait()
+        with pytest.raises(HardwareError, match=r"was running before .* end it, run"):
+            open_rsi(settings, six_axes(tmp_path), GAME).__enter__()
+    assert not kuka.answers
 
 
 def test_a_controller_that_does_not_send_says_what_to_do(tmp_path: Path) -> None:
