@@ -11,16 +11,19 @@ is found and overridden as ``kendama run`` does it in the current folder.
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 import pytest
 
 from kendama_cli.config.compose import composed
 from kendama_cli.config.site import find_site
-from kendama_cli.errors import KendamaError
+from kendama_cli.errors import ConfigError, InputError, KendamaError, MissingPartError, UsageError
 from kendama_cli.pipeline.inputs import resolve_files
 from kendama_cli.pipeline.nodes import build_settings
+
+
+_FOUND = pytest.StashKey[dict[str, Any]]()
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
@@ -43,16 +46,30 @@ def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
         metafunc.parametrize("law", checks, ids=[check.__name__.removeprefix("check_") for check in checks])
 
 
-@pytest.fixture(scope="session")
-def configuration(pytestconfig: pytest.Config) -> Mapping[str, Any]:
-    """Settings by node; a robot that may be real is refused without ``--arm``."""
+def pytest_configure(config: pytest.Config) -> None:
+    """Compose the configuration once, before any test; raises pytest.UsageError, a line without a traceback."""
     try:
         site = find_site(None, None)
-        settings = build_settings(composed(site, pytestconfig.getoption("--override")))
-        found = {
+        settings = build_settings(composed(site, config.getoption("--override")))
+        config.stash[_FOUND] = {
             name: resolve_files(value, name, site.data_roots) if dataclasses.is_dataclass(value) else value
             for name, value in settings.items()
         }
     except KendamaError as error:
         raise pytest.UsageError(str(error)) from None
-    return found | {"armed": bool(pytestconfig.getoption("--arm"))}
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_call() -> Iterator[None]:
+    """Say in one line what the user did not give; a fault of the part keeps its traceback."""
+    try:
+        return (yield)
+    except (ConfigError, InputError, MissingPartError, UsageError) as error:
+        told = str(error)
+    pytest.fail(told, pytrace=False)
+
+
+@pytest.fixture(scope="session")
+def configuration(pytestconfig: pytest.Config) -> Mapping[str, Any]:
+    """Settings by node, and whether a robot that may be real is ``armed``."""
+    return pytestconfig.stash[_FOUND] | {"armed": bool(pytestconfig.getoption("--arm"))}

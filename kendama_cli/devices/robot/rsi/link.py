@@ -56,9 +56,8 @@ class RsiLink:
         except OSError as error:
             raise HardwareError(f"RSI cannot listen on {settings.host}:{settings.port}: {error}") from None
         first = self._beginning()
-        stamps = [first.ipoc]
-        while len(stamps) < _LISTENED:
-            stamps.append(self._heard(self._receive(settings.silence_s)).ipoc)
+        more = (_in_time(self._receive(settings.silence_s), settings) for _ in range(_LISTENED - 1))
+        stamps = [first.ipoc, *(one.ipoc for one in more)]
         cycle_s = 1e-3 * float(np.diff(stamps).min())
         if abs(cycle_s - settings.control_period_s) > 1e-9:
             raise HardwareError(
@@ -72,12 +71,12 @@ class RsiLink:
     def _beginning(self) -> Telegram:
         """The first telegram of RSI; raises MissingPartError where none comes, HardwareError where it is too late.
 
-        Corrections count from where RSI began. One that is running already may have been corrected by a commander that
-        has gone, and nobody says where it began: it is left unanswered until it ends, and the next one is waited for.
-        A controller that neither ends nor counts what it lacks (a simulator) is taken as it stands.
+        Corrections count from where RSI began. One that runs already may have been corrected by a commander that has
+        gone: it is left unanswered until it ends, and the next is waited for. A controller that neither ends nor counts
+        what it lacks (a simulator) is taken as it stands.
         """
-        settings = self._settings
-        quiet_s, until_s = _QUIET * settings.control_period_s, time.monotonic() + settings.wait_s
+        settings, until_s = self._settings, time.monotonic() + self._settings.wait_s
+        quiet_s = _QUIET * settings.control_period_s
         running = newest = self._receive(quiet_s)
         while running is not None and newest is not None:
             if newest.ipoc - running.ipoc > 1e3 * _PATIENCE * settings.control_period_s:
@@ -139,7 +138,7 @@ class RsiLink:
     def _serve(self) -> None:
         try:
             while not self._over:
-                telegram = self._heard(self._receive(self._settings.silence_s))
+                telegram = _in_time(self._receive(self._settings.silence_s), self._settings)
                 _check(telegram, self._newest, self._limits, self._settings.control_period_s)
                 with self._changed:
                     self._newest, self._carried_out = telegram, self._last
@@ -162,11 +161,6 @@ class RsiLink:
         correction_deg = sent.position_rad - self.start_deg
         self._line.sendto(write_answer(self._settings.sentype, correction_deg, telegram.ipoc), self._to)
 
-    def _heard(self, telegram: Telegram | None) -> Telegram:
-        if telegram is None:
-            raise HardwareError(f"no telegram came for {self._settings.silence_s:g} s")
-        return telegram
-
     def _receive(self, timeout_s: float) -> Telegram | None:
         until_s, left_s = time.monotonic() + timeout_s, timeout_s
         while not self._over:
@@ -184,6 +178,12 @@ class RsiLink:
             if left_s <= 0:
                 break
         return None
+
+
+def _in_time(telegram: Telegram | None, settings: RsiHardware) -> Telegram:
+    if telegram is None:
+        raise HardwareError(f"no telegram came for {settings.silence_s:g} s")
+    return telegram
 
 
 def _braked(last: JointCommand, limits: JointLimits, step_s: float) -> JointCommand:
