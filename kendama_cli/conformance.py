@@ -22,7 +22,6 @@ from kendama_cli.errors import ConfigError, InputError, KendamaError, MissingPar
 from kendama_cli.pipeline.inputs import resolve_files
 from kendama_cli.pipeline.nodes import build_settings
 
-
 _FOUND = pytest.StashKey[dict[str, Any]]()
 
 

@@ -6,7 +6,10 @@ breaks it. ``CHECKS`` lists them all. Every hand is recorded anew for each law.
 
 from __future__ import annotations
 
+import dataclasses
+import itertools
 from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -66,14 +69,21 @@ def check_close(opened: OpenHands) -> None:
 CHECKS = (check_names, check_time, check_poses, check_close)
 
 
-def subject(configuration: Mapping[str, Any]) -> OpenHands:
-    """Opens the hands of ``capture``."""
-    return lambda: open_hands(configuration["capture"])
+def subject(configuration: Mapping[str, Any], folder: Path) -> OpenHands:
+    """Opens the hands of ``capture``; what a live one records for the laws goes to ``folder``."""
+    capture = configuration["capture"]
+    if not hasattr(capture, "record"):
+        return lambda: open_hands(capture)
+    # a recording is never overwritten, and every law records anew
+    places = (folder / f"{number}-{Path(capture.record).name}" for number in itertools.count())
+    return lambda: open_hands(dataclasses.replace(capture, record=str(next(places))))
 
 
-def test_the_hands_keep_the_law(law: Callable[[OpenHands], None], configuration: Mapping[str, Any]) -> None:
+def test_the_hands_keep_the_law(
+    law: Callable[[OpenHands], None], configuration: Mapping[str, Any], tmp_path: Path
+) -> None:
     """Run by kendama_cli/conformance.py for every law."""
-    law(subject(configuration))
+    law(subject(configuration, tmp_path))
 
 
 def _close(hands: Sequence[HandDevice]) -> None:
