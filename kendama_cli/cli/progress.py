@@ -16,6 +16,7 @@ from kendama_cli.cli import render
 from kendama_cli.pipeline.record import StageOutcome
 
 LINE_PERIOD_S = 5.0
+SHOWN_REASONS = 3
 
 
 class PlainLines:
@@ -41,7 +42,7 @@ class PlainLines:
     def stage_starts(self, name: str, key: str | None, reasons: tuple[str, ...]) -> None:
         """A worker for the stage has started."""
         self._told_s[name] = time.monotonic()
-        self._say(f"{name}: starts ({'; '.join(reasons) or 'goes on'})")
+        self._say(f"{name}: starts ({_why(reasons) or 'goes on'})")
 
     def stage_progress(self, name: str, done: int, total: int | None, figures: Mapping[str, Any]) -> None:
         """The stage reports where its work stands."""
@@ -102,7 +103,7 @@ class LiveView:
 
     def stage_starts(self, name: str, key: str | None, reasons: tuple[str, ...]) -> None:
         """A worker for the stage has started."""
-        self._progress.update(self._row(name), mark="▸", shown="; ".join(reasons))
+        self._progress.update(self._row(name), mark="▸", shown=_why(reasons))
 
     def stage_progress(self, name: str, done: int, total: int | None, figures: Mapping[str, Any]) -> None:
         """The stage reports where its work stands."""
@@ -125,6 +126,12 @@ class LiveView:
         if name not in self._tasks:
             self._tasks[name] = self._progress.add_task(name, total=None, mark=" ", shown="")
         return self._tasks[name]
+
+
+def _why(reasons: tuple[str, ...]) -> str:
+    """The first reasons: another robot alone changes two dozen values, and ``kendama plan`` shows them all."""
+    more = len(reasons) - SHOWN_REASONS
+    return "; ".join((*reasons[:SHOWN_REASONS], *([f"{more} more in 'kendama plan'"] if more > 0 else [])))
 
 
 def observer() -> LiveView | PlainLines:

@@ -109,7 +109,10 @@ class RsiRobot:
                 self._began, self._exchanges = None, 0
                 return Exchange(sent, self._state(after), 0.0)
         axis = int(off_deg.argmax())
-        raise self._link.fail(f"axis A{axis + 1} is {off_deg[axis]:.2f} deg from where it was told to be; halted")
+        raise self._link.fail(
+            f"axis A{axis + 1} is {off_deg[axis]:.2f} deg from where it was told to be, as where RSI had been corrected "
+            "before this began; halted: end RSI, run this again, and start it then"
+        )
 
     def halt(self) -> None:
         """Brake within the limits and stay stopped."""
