@@ -110,7 +110,7 @@ class RsiRobot:
                 return Exchange(sent, self._state(after), 0.0)
         axis = int(off_deg.argmax())
         raise self._link.fail(
-            f"axis A{axis + 1} is {off_deg[axis]:.2f} deg from where it was told to be, as where RSI had been corrected "
+            f"axis A{axis + 1} is {off_deg[axis]:.2f} deg from where it was told to be, as where RSI was corrected "
             "before this began; halted: end RSI, run this again, and start it then"
         )
 
