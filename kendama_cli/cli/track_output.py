@@ -21,12 +21,13 @@ from kendama_cli.vision.ball_film import FilmTrack
 from kendama_cli.vision.film_positions import FilmPositions
 
 METRES = ("x_m", "y_m", "z_m", "sigma_x_m", "sigma_y_m", "sigma_z_m")
-PIXELS = ("frame", "u_px", "v_px", "sigma_px", "radius_px", "score")
+PIXELS = ("frame", "u_px", "v_px", "sigma_px", "radius_px", "score", "streak_u_px", "streak_v_px")
 
 
 @dataclass(frozen=True)
 class SightingMessage:
-    """Where one film shows the ball in one frame; its centre's standard deviation, and the detector's score."""
+    """Where one film shows the ball in one frame; its centre's standard deviation, the detector's score, and the way
+    that it moved within the exposure, not a number where the frame shows no streak."""
 
     film: str
     frame: int
@@ -35,6 +36,8 @@ class SightingMessage:
     sigma_px: float
     radius_px: float
     score: float
+    streak_u_px: float
+    streak_v_px: float
 
 
 @dataclass(frozen=True)
@@ -77,8 +80,9 @@ def _table(first: FilmTrack, positions: FilmPositions | None) -> bytes:
             sigma = np.sqrt(np.diagonal(positions.covariance_m2[at]))
             metres = [f"{value:.6f}" for value in (*positions.position_m[at], *sigma)]
         seen = _sighting(first, i)
-        pixels = (seen.u_px, seen.v_px, seen.sigma_px, seen.radius_px, seen.score)
-        rows.writerow((f"{t_s:.6f}", *metres, seen.frame, *(f"{value:.3f}" for value in pixels)))
+        pixels = (seen.u_px, seen.v_px, seen.sigma_px, seen.radius_px, seen.score, seen.streak_u_px, seen.streak_v_px)
+        cells = ("" if np.isnan(value) else f"{value:.3f}" for value in pixels)
+        rows.writerow((f"{t_s:.6f}", *metres, seen.frame, *cells))
     return text.getvalue().encode()
 
 
@@ -112,4 +116,5 @@ def _sighting(track: FilmTrack, i: int) -> SightingMessage:
     u_px, v_px = (float(value) for value in track.centre_px[i])
     sigma_px = float(np.sqrt(np.trace(track.covariance_px2[i]) / 2))
     radius_px, score = float(track.radius_px[i]), float(track.score[i])
-    return SightingMessage(track.name, int(track.frame[i]), u_px, v_px, sigma_px, radius_px, score)
+    right_px, down_px = (float(value) for value in track.streak_px[i])
+    return SightingMessage(track.name, int(track.frame[i]), u_px, v_px, sigma_px, radius_px, score, right_px, down_px)

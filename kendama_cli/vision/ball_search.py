@@ -18,6 +18,8 @@ EXPECTED_PX = 20.0
 """A ball that is let go at an expected place is so much farther from it in every later image, at most."""
 LOST_FRAMES = 5
 """After so many frames without the ball the whole image is searched again."""
+STREAKS_AN_IMAGE = 3.0
+"""A ball of which one image alone is known is in the next at most so many of its streaks away."""
 BACKGROUND_IMAGES = (1, 7)
 """A background is taken from a flight's first whole image, and better from so many: by then the ball has moved on."""
 KEPT_IMAGES = 21
@@ -35,6 +37,8 @@ class _ImageTrack:
     sized_px: float | None
     """the ball's true radius in the image, as it was where the search began"""
     lost: int
+    reach_px: float
+    """how much farther it may be in the next image, where only its streak says how fast it is"""
 
 
 @dataclass
@@ -112,8 +116,11 @@ class BallSearch:
         speed = np.zeros(2)
         if track is not None and track.lost < LOST_FRAMES and t_s > track.t_s:
             speed = (sighting.centre_px - track.centre_px) / (t_s - track.t_s)
+        reach_px = 0.0
+        if not speed.any() and sighting.streak is not None:
+            reach_px = STREAKS_AN_IMAGE * float(np.hypot(*sighting.streak.way_px))
         sized_px = track.sized_px if track is not None else _size(hint)
-        self._tracks[camera] = _ImageTrack(t_s, sighting.centre_px, speed, sighting.radius_px, sized_px, 0)
+        self._tracks[camera] = _ImageTrack(t_s, sighting.centre_px, speed, sighting.radius_px, sized_px, 0, reach_px)
         self._expected.pop(camera, None)
         return sighting
 
@@ -144,7 +151,7 @@ class BallSearch:
         if hint is None:
             centre_px = track.centre_px + (t_s - track.t_s) * track.speed_px_s
             hint = SearchHint(centre_px, track.sized_px or track.radius_px, is_sized=track.sized_px is not None)
-        return hint, 1.6 * track.radius_px + MARGIN_PX * (1 + track.lost)
+        return hint, 1.6 * track.radius_px + MARGIN_PX * (1 + track.lost) + track.reach_px
 
     def _placed(self, model: CameraModel, ball_m: Array, radius_px: float) -> SearchHint | None:
         """The hint of a ball at ``ball_m`` (3,), of ``radius_px`` where its size is not known; None if out of sight."""

@@ -16,7 +16,9 @@ NEAR_RADII = 0.7
 """A candidate belongs to a motion when it lies within so many ball radii of it."""
 MOST_RADII_A_FRAME = 5.0
 """A ball is at most so many radii from its place one frame before: 6 m/s at 30 frames a second, 20 mm of radius,
-come to 10; what is faster is followed through its neighbours."""
+come to 10; what is faster is followed through its neighbours, or leaves streaks."""
+STREAKS_A_FRAME = 4.0
+"""A ball is at most so many of its streaks from its place one frame before: the shutter is open that long."""
 LEAST_SUPPORT = 1.2
 """Score of all candidates on a motion; one alone, sure as it may be, is not enough."""
 SOLITARY = 0.9
@@ -63,13 +65,13 @@ def track(candidates: Sequence[Sequence[Sighting]], threshold: float) -> list[Tr
 
 def _support(one: Sighting, window: Sequence[tuple[int, Array, Array]]) -> float:
     """The best sum of scores over motions through ``one`` and candidates of one frame before or after each."""
-    near = NEAR_RADII * one.radius_px
+    near, reach = NEAR_RADII * one.radius_px, _reach_px(one)
     places = [
         (k, row, float(score))
         for k, rows, scores in window
         if abs(k) <= 3
         for row, score in zip(rows, scores, strict=True)
-        if float(np.hypot(*(row - one.centre_px))) <= MOST_RADII_A_FRAME * 2 * one.radius_px * abs(k)
+        if float(np.hypot(*(row - one.centre_px))) <= reach * abs(k)
     ]
     best = 0.0
     for i, (k, a, _) in enumerate(places):
@@ -87,3 +89,9 @@ def _support(one: Sighting, window: Sequence[tuple[int, Array, Array]]) -> float
                     total += float(scores[on].max())
             best = max(best, total)
     return best
+
+
+def _reach_px(one: Sighting) -> float:
+    """How far a ball may be from its place one frame before or after."""
+    streak = 0.0 if one.streak is None else STREAKS_A_FRAME * float(np.hypot(*one.streak.way_px))
+    return max(MOST_RADII_A_FRAME * 2 * one.radius_px, streak)

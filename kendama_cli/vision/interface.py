@@ -15,6 +15,16 @@ Image = NDArray[np.uint8]
 
 
 @dataclass(frozen=True)
+class Streak:
+    """What a ball leaves that moves while the shutter is open; its centre is where it was at mid-exposure."""
+
+    way_px: Array
+    """(2,) from one end of the exposure to the other; which end came first one image cannot say"""
+    covariance_px2: Array
+    """(4, 4) of centre and way"""
+
+
+@dataclass(frozen=True)
 class Sighting:
     """A disc in one image that may be the ball's; ``score`` in 0..1 says how well it looks like it."""
 
@@ -24,6 +34,8 @@ class Sighting:
     """(2, 2) of the centre"""
     radius_px: float
     score: float
+    streak: Streak | None = None
+    """its motion within the exposure, where the image shows one"""
 
 
 @dataclass(frozen=True)

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 
 import cv2
 import numpy as np
@@ -13,7 +13,9 @@ from kendama_cli.errors import StageError
 from kendama_cli.vision.ball_outline import BallOutline
 from kendama_cli.vision.circle_fit import Disc
 from kendama_cli.vision.interface import Image, SearchHint, Sighting
+from kendama_cli.vision.motion_blob import Blob, blob_of
 from kendama_cli.vision.settings import MotionDetectorSettings
+from kendama_cli.vision.streak import StreakGuess, streak
 
 NOISE_SIGMAS = 6.0
 """A difference from the background counts from so many standard deviations of the image's noise on."""
@@ -38,31 +40,24 @@ GHOST = 0.4
 PAINTED_PART, UNROUND_PART = 0.2, 0.6
 """Standard deviation of a centre, in radii, for each part of the circle that is missing, of the blob that is not round:
 measured on rendered balls of two colours, striped and wooden."""
-
-
-@dataclass(frozen=True)
-class _Blob:
-    """A connected part of what differs from the background."""
-
-    centre_px: NDArray[np.float64]
-    radius_px: float
-    roundness: float
-    """its area over that of the circle about it, 0..1"""
-    least: float
-    """difference from which on something is there"""
-    new: float
-    """part of its rim's contrast that this image has rather than the background, 0..1"""
+LONG, FILLED, LEAST_ALIKE = 0.5, 0.6, 0.02
+"""A blob whose way is longer than this part of its width may be a streak, where it fills so much of one and the width
+is that alike to the ball's."""
+EXPLAINED = 0.75
+"""A streak explains this part of the difference in light, or it is none."""
+MOST_STREAKS = 3
 
 
 class MotionDetector:
     """Blobs that differ from a median background, the string opened away; no colour and no teaching.
 
-    A blob's centre and radius are the circle's through its outline, where that has one.
+    A blob's centre and radius are the circle's through its outline, where that has one; those of a long one the moving
+    disc's that explains its light, where one does.
 
     ``learn`` must have seen the camera's images first: the median of some of them over time is the background, and what
     is round and moves in them says how large the ball is. The score is roundness times how alike its size is to that,
     times how far the blob's rim is in this image rather than in the background (where the ball hung while the
-    background was taken it leaves a ghost).
+    background was taken it leaves a ghost). A streak's is the part of the light that it explains, times its size's.
     """
 
     def __init__(self, settings: MotionDetectorSettings) -> None:
@@ -79,12 +74,14 @@ class MotionDetector:
         self._small = _small(self._background)
         self._window = cv2.createHanningWindow(self._small.shape[::-1], cv2.CV_32F)
         self._usual_px = None
-        weighed = [
-            (blob.roundness * blob.new, np.log2(blob.radius_px))
+        moved = [
+            blob
             for i in chosen
             for blob in self._blobs(*self._difference(images[i], (0, 0)), self._settings.min_radius_px)
-            if blob.roundness > 0.6 and blob.new > 0.5
         ]
+        weighed = [
+            (one.roundness * one.new, np.log2(one.radius_px)) for one in moved if one.roundness > 0.6 and one.new > 0.5
+        ] or [(one.filled, np.log2(one.width_px / 2)) for one in moved if one.filled > FILLED]
         if weighed:
             weight, octave = np.array(weighed).T
             near = np.abs(octave[:, None] - octave) < SIZE_OCTAVES
@@ -103,19 +100,36 @@ class MotionDetector:
         usual = self._usual_px if hint is None else hint.radius_px
         difference, shown, background = self._difference(pixels, origin_px)
         found = self._blobs(difference, shown, background, usual or self._settings.min_radius_px)
-        scores = [blob.roundness * blob.new * _alike(blob.radius_px, usual) for blob in found]
+        streaks = self._streaks(shown, background, found, hint, usual)
+        alike = [0.0 if one is None else one.score * _alike(one.radius_px, usual) for one in streaks]
+        round_ones = [blob.roundness * blob.new * _alike(blob.radius_px, usual) for blob in found]
+        scores = np.maximum(round_ones, alike) if found else np.zeros(0)
         expected = None if hint is None else Disc(np.asarray(hint.centre_px) - origin_px, hint.radius_px, hint.is_sized)
         if expected is None:
-            order = np.argsort([-score for score in scores], kind="stable")
+            order = np.argsort(-scores, kind="stable")
         else:
             off = [np.hypot(*(blob.centre_px - expected.centre)) for blob in found]
-            order = np.lexsort([off, [blob.new < GHOST for blob in found]])
+            ghosts = [blob.new < GHOST and one is None for blob, one in zip(found, streaks, strict=True)]
+            order = np.lexsort([off, ghosts])
         for number in order[: self._settings.candidates]:
-            centre, covariance, radius = self._outlined(shown, background, found[number], expected)
-            yield Sighting(centre + origin_px, covariance, radius, float(np.clip(scores[number], 0.0, 1.0)))
+            seen, score = streaks[number], float(np.clip(scores[number], 0.0, 1.0))
+            if seen is None:
+                seen = Sighting(*self._outlined(shown, background, found[number], expected), score)
+            yield dataclasses.replace(seen, centre_px=seen.centre_px + origin_px, score=score)
+
+    def _streaks(
+        self, shown: Image, background: Image, found: Sequence[Blob], hint: SearchHint | None, usual: float | None
+    ) -> list[Sighting | None]:
+        """The streak of each blob, None where it is none."""
+        made: list[Sighting | None] = [None] * len(found)
+        likely = [_alike(blob.width_px / 2, usual) * blob.filled for blob in found]
+        for number in np.argsort([-one for one in likely], kind="stable")[:MOST_STREAKS]:
+            if likely[number] >= LEAST_ALIKE:
+                made[number] = _streak_of(found[number], shown, background, self._settings.gamma, hint)
+        return made
 
     def _outlined(
-        self, shown: Image, background: Image, blob: _Blob, expected: Disc | None
+        self, shown: Image, background: Image, blob: Blob, expected: Disc | None
     ) -> tuple[NDArray[np.float64], NDArray[np.float64], float]:
         """Centre, covariance and radius of the circle about a blob, where its outline has one; else the blob's own.
 
@@ -144,7 +158,7 @@ class MotionDetector:
             return pixels[:0], pixels[:0], background[:0]
         return np.asarray(cv2.absdiff(pixels, background), dtype=np.uint8), pixels, background
 
-    def _blobs(self, difference: Image, pixels: Image, background: Image, radius_px: float) -> list[_Blob]:
+    def _blobs(self, difference: Image, pixels: Image, background: Image, radius_px: float) -> list[Blob]:
         """What differs from the background, in the coordinates of ``pixels``."""
         if difference.size == 0:
             return []
@@ -164,7 +178,7 @@ class MotionDetector:
         contours, _ = cv2.findContours(mask, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
         made = []
         for contour in contours:
-            blob = _blob(np.asarray(contour, dtype=np.int32), least, change, pixels, background)
+            blob = blob_of(np.asarray(contour, dtype=np.int32), least, change, pixels, background)
             if blob is not None and self._settings.min_radius_px <= blob.radius_px <= self._settings.max_radius_px:
                 made.append(blob)
         return made
@@ -197,39 +211,21 @@ def _median(counts: NDArray[np.float64] | NDArray[np.intp]) -> int:
     return int(np.searchsorted(np.cumsum(counts), counts.sum() / 2))
 
 
-def _slope(pixels: Image) -> NDArray[np.float32]:
-    grey = cv2.cvtColor(pixels, cv2.COLOR_BGR2GRAY)
-    return np.asarray(np.hypot(cv2.Sobel(grey, cv2.CV_32F, 1, 0), cv2.Sobel(grey, cv2.CV_32F, 0, 1)), dtype=np.float32)
-
-
-def _blob(contour: NDArray[np.int32], least: float, change: Image, pixels: Image, background: Image) -> _Blob | None:
-    if len(contour) < 6 or float(cv2.contourArea(contour)) < 4:
-        return None
-    left, top, width, height = cv2.boundingRect(contour)
-    box = slice(top, top + height), slice(left, left + width)
-    inside = np.zeros((height, width), dtype=np.uint8)
-    cv2.drawContours(inside, [contour], -1, 1, -1, offset=(-left, -top))
-    weight = inside * change[box].astype(np.float64)
-    weight = np.minimum(weight, np.median(weight[inside > 0]))
-    total = float(weight.sum())
-    if total <= 0:
-        return None
-    u = left + float(weight.sum(axis=0) @ np.arange(width)) / total
-    v = top + float(weight.sum(axis=1) @ np.arange(height)) / total
-    area = float(inside.sum())
-    enclosing = float(cv2.minEnclosingCircle(contour)[1])
-    rows, columns = contour[:, 0, 1] - top, contour[:, 0, 0] - left
-    here, before = (float(_slope(np.ascontiguousarray(one[box]))[rows, columns].sum()) for one in (pixels, background))
-    new = here / (here + before) if here + before > 0 else 0.0
-    roundness = area / (np.pi * (enclosing + 0.5) ** 2)
-    return _Blob(np.array([u, v]), float(np.sqrt(area / np.pi)), float(min(roundness, 1.0)), least, new)
-
-
 def _alike(radius_px: float, usual_px: float | None) -> float:
     """How well a radius fits the usual one, 0..1; 1 where none is known."""
     return 1.0 if usual_px is None else float(np.exp(-((np.log2(radius_px / usual_px) / SIZE_OCTAVES) ** 2) / 2))
 
 
-def _is_about(blob: _Blob, expected: Disc) -> bool:
+def _streak_of(blob: Blob, shown: Image, background: Image, gamma: float, hint: SearchHint | None) -> Sighting | None:
+    """The streak that a long blob is, where one explains it."""
+    if float(np.hypot(*blob.way_px)) < LONG * blob.width_px or blob.filled < FILLED:
+        return None
+    is_sized = hint is not None and hint.is_sized
+    radius = hint.radius_px if hint is not None and is_sized else blob.width_px / 2
+    seen = streak(shown, background, gamma, StreakGuess(blob.centre_px, blob.way_px, radius, is_sized))
+    return None if seen is None or seen.score < EXPLAINED else seen
+
+
+def _is_about(blob: Blob, expected: Disc) -> bool:
     """Whether a blob may be a part of the ball that is expected."""
     return float(np.hypot(*(blob.centre_px - expected.centre))) < expected.radius
