@@ -105,8 +105,10 @@ def played_again(game: LoggedGame, rope_kg: float = CHAIN_KG) -> RefereeMessage:
         referee_miss_m=float("nan") if seen.miss_m is None else seen.miss_m,
         swing_slack_s=slack_s,
         slack_in_swing=slack_s >= SLACK_S,
+        rope_m=one.rope_m,
         t_s=t_s,
         cup_m=cup_m,
+        cup_axis=axis,
         ours_m=ball_m,
         referee_m=_at(t_s - t_s[0], seen.t_s, seen.ball_m).ravel(),
     )

@@ -13,16 +13,20 @@ from typing import Any
 import numpy as np
 import pytest
 
-from kendama_cli.cli.referee import LoggedGame, played_again, summary
+from kendama_cli.cli.referee import LoggedGame, played_again, summary, write_log
 from kendama_cli.errors import InputError
 from kendama_cli.log.messages import ReplayMessage
+from kendama_cli.motion.rotation_matrix import matrix_of
 from kendama_cli.physics.rope import CupProfile, RopeLaw, rope_pull
+from kendama_cli.report.source import StageLog
 from kendama_cli.schema.settings import build
 from kendama_cli.settings.game import CupSettings, GameSettings, LinearAir
 from kendama_cli.simulation.referee.chain import CHAIN_KG, LINKS, Body, damping_ratio, link_lengths_m
 from kendama_cli.simulation.referee.cup_track import CupTrack
 from kendama_cli.simulation.referee.replay import Replay, replay
 from kendama_cli.simulation.referee.swing_slack import swing_slack_s
+from kendama_cli.stages.referee.messages import RefereeMessage
+from kendama_cli.stages.referee.performance import replay as performances
 from tests.shipped_conf import plain
 
 pytest.importorskip("mujoco", reason="mujoco (the extra 'referee') is not installed")
@@ -169,6 +173,41 @@ def test_a_logged_game_is_judged_beside_ours() -> None:
     assert (document["caught_rate"], document["agreement_mm_p50"]) == (0.0, None)
     assert document["games"][0]["swing_slack_ms"] == 0.0
     assert document["games"][0]["referee_miss_mm"] is None
+
+
+def test_the_game_on_which_both_differ_most_is_shown_in_space_under_either(tmp_path: Path) -> None:
+    t_s = np.linspace(0.0, 1.0, 51)
+    cup = np.column_stack([0.1 * t_s, 0 * t_s, 0 * t_s])
+    axis = np.array([0.6, 0.0, 0.8])
+    falling = cup + np.array([0.0, 0.0, 0.2]) - np.outer(t_s, [0.0, 0.0, 0.3])
+
+    def seen_of(index: int, miss_m: float) -> RefereeMessage:
+        return RefereeMessage(
+            stage="transfer",
+            index=index,
+            ours_caught=True,
+            referee_caught=True,
+            ours_miss_m=0.0,
+            referee_miss_m=miss_m,
+            swing_slack_s=0.0,
+            slack_in_swing=False,
+            rope_m=0.41,
+            t_s=t_s,
+            cup_m=cup.ravel(),
+            cup_axis=np.tile(axis, len(t_s)),
+            ours_m=falling.ravel(),
+            referee_m=(falling + np.array([miss_m, 0.0, 0.0])).ravel(),
+        )
+
+    games = [seen_of(0, 0.001), seen_of(1, 0.01), seen_of(2, math.nan)]
+    write_log(tmp_path / "referee.mcap", games, GAME, summary(games))
+    ours, theirs = performances(StageLog(tmp_path / "referee.mcap"))
+    assert (ours.label, theirs.label) == ("transfer, game 1, ours", "transfer, game 1, referee")
+    assert (ours.kind, theirs.kind, theirs.rope_m) == ("simulation", "referee", 0.41)
+    k = {name: theirs.bodies.names.index(name) for name in ("cup", "ball")}
+    apart = theirs.bodies.poses[:, k["ball"], :3] - ours.bodies.poses[:, k["ball"], :3]
+    assert np.allclose(apart, [0.01, 0.0, 0.0], atol=1e-9)
+    assert np.allclose(matrix_of(theirs.bodies.poses[20, k["cup"], 3:])[:, 2], axis, atol=1e-9)
 
 
 @pytest.mark.parametrize("restitution", [0.1, 0.5, 0.9])

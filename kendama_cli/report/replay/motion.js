@@ -117,7 +117,8 @@ class Performance {
     const ghost = this.kind === 'demonstration';
     for (const one of this.materials) {
       const {css: name, rgb} = one.userData;
-      if (name) one.color.copy(colour(ghost && name === '--cup' ? '--other' : name));
+      const other = ghost && name === '--cup' || this.kind === 'referee' && name === '--ball';
+      if (name) one.color.copy(colour(other ? '--other' : name));
       else one.color.setRGB(...rgb, T.SRGBColorSpace).multiplyScalar(dark ? 0.8 : 1);
       one.transparent = ghost; one.opacity = ghost ? 0.55 : 1;
     }

@@ -14,7 +14,7 @@ from kendama_cli.report.source import StageLog
 from kendama_cli.report.tracks import Array
 from kendama_cli.schema.foxglove import FrameTransform, FrameTransforms, SceneUpdate, Solid
 
-Kind = Literal["demonstration", "simulation", "hardware"]
+Kind = Literal["demonstration", "simulation", "hardware", "referee"]
 
 MOST_RATE_HZ = 100.0
 MOST_SAMPLES = 3000
@@ -99,7 +99,7 @@ def performance(
     bodies = _sampled(poses)
     links = _links(log, f"{under}/links", start_s, end_s)
     seen = log.messages(scene, SceneUpdate).messages if scene else ()
-    rim_m = log.setting("cup", "depth_m") + log.setting("cup", "tie", "length_m", default=0.0)
+    rim_m = _rim_m(log)
     return Performance(
         label,
         kind,
@@ -112,6 +112,13 @@ def performance(
         catch_s=came_down_s(bodies, rim_m),
         expected=tuple(expected),
     )
+
+
+def carried(log: StageLog, label: str, kind: Kind, poses: dict[str, tuple[Array, Array]], rope_m: float) -> Performance:
+    """A cup and a ball, their ``poses`` as times (n,) and poses (n, 7), where no arm was logged."""
+    bodies, rim_m = _sampled(poses), _rim_m(log)
+    gravity_m_s2, catch_s = log.setting("gravity_m_s2"), came_down_s(bodies, rim_m)
+    return Performance(label, kind, bodies, rope_m=rope_m, rim_m=rim_m, gravity_m_s2=gravity_m_s2, catch_s=catch_s)
 
 
 def cup_alone(frame: pd.DataFrame, label: str) -> Performance | None:
@@ -132,6 +139,11 @@ def came_down_s(bodies: Frames, rim_m: float) -> float | None:
     aside = np.linalg.norm(out - (height + rim_m)[:, None] * axis, axis=1)
     down = np.flatnonzero((height[:-1] > 0) & (height[1:] <= 0) & (aside[:-1] < NEAR_M))
     return None if not len(down) else bodies.start_s + float(down[-1]) / bodies.rate_hz
+
+
+def _rim_m(log: StageLog) -> float:
+    """From the tie to the rim's plane."""
+    return log.setting("cup", "depth_m") + log.setting("cup", "tie", "length_m", default=0.0)
 
 
 def _within(frame: pd.DataFrame, start_s: float, end_s: float) -> pd.DataFrame:

@@ -17,5 +17,6 @@ SECTION = StageDeclaration(
     settings={},
     topics=TOPICS,
     chapter="kendama_cli.stages.referee.chapter:figures",
+    replay="kendama_cli.stages.referee.performance:replay",
     headline=(Headline("caught_rate", "of these games caught under another physics"),),
 )

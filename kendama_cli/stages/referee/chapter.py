@@ -57,11 +57,13 @@ def _misses(games: list[RefereeMessage]) -> Panel:
     return Panel("Both misses", made.svg)
 
 
-def _apart(games: list[RefereeMessage]) -> Panel:
-    def difference(one: RefereeMessage) -> float:
-        return float(np.nan_to_num(abs(one.ours_miss_m - one.referee_miss_m), nan=-1.0))
+def most_apart(games: list[RefereeMessage]) -> RefereeMessage:
+    """The game in which the two misses differ most."""
+    return max(games, key=lambda one: float(np.nan_to_num(abs(one.ours_miss_m - one.referee_miss_m), nan=-1.0)))
 
-    worst = max(games, key=difference)
+
+def _apart(games: list[RefereeMessage]) -> Panel:
+    worst = most_apart(games)
     t_s = np.array(list(worst.t_s))
     late = t_s >= t_s[-1] - _BEFORE_S - 1.0
     with drawing("referee-paths", "Cup and both balls in the swing plane", height_in=3.6) as made:

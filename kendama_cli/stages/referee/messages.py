@@ -12,7 +12,8 @@ class RefereeMessage:
 
     ``swing_slack_s`` is the longest time for which our rope was slack before the flight, ``slack_in_swing`` whether
     that was long enough for the rope's mass to decide the miss.
-    ``t_s`` (n,), ``cup_m``, ``ours_m`` and ``referee_m`` (3 n): the cup's way and the ball's under either.
+    ``t_s`` (n,), ``cup_m``, ``cup_axis``, ``ours_m`` and ``referee_m`` (3 n): the way of the cup and of its axis, and
+    the ball's under either; ``rope_m`` is the rope that the game was played with.
     """
 
     stage: str
@@ -23,8 +24,10 @@ class RefereeMessage:
     referee_miss_m: float
     swing_slack_s: float
     slack_in_swing: bool
+    rope_m: float
     t_s: Collection[float]
     cup_m: Collection[float]
+    cup_axis: Collection[float]
     ours_m: Collection[float]
     referee_m: Collection[float]
 
