@@ -11,6 +11,7 @@ from scipy.optimize import minimize_scalar
 from kendama_cli.schema.arrays import Array
 from kendama_cli.vision.ball_film import FilmTrack
 from kendama_cli.vision.camera_model import CameraModel
+from kendama_cli.vision.swing_plane import SizedSights, fuse, rope_plane, scatter
 from kendama_cli.vision.tracker import sphere_centre
 from kendama_cli.vision.triangulation import SightRows, sight_rows, triangulate
 
@@ -18,7 +19,25 @@ LONGEST_OFFSET_S = 2.0
 GAP_FRAMES = 3.0
 RADIUS_SIGMA = 0.5
 """Standard deviation of a radius that was seen [px], where a detector says none."""
+OWN_RADIUS_SIGMA = 0.12
+"""The part of it that is not common to all frames."""
 FEWEST = 8
+
+
+@dataclass(frozen=True)
+class SeenSwing:
+    """How far off the plane of its swing the ball is (n,) [m], with its standard deviation, positive away from the
+    camera; the angle between plane and image [rad], and how much larger than it is the ball looks."""
+
+    off_plane_m: Array
+    off_plane_sigma_m: Array
+    slant_rad: float
+    size: float
+
+    @property
+    def off_plane_rms_m(self) -> float:
+        """Of ``off_plane_m``, what is not known of it included."""
+        return float(np.sqrt(np.mean(self.off_plane_m**2 + self.off_plane_sigma_m**2)))
 
 
 @dataclass(frozen=True)
@@ -30,6 +49,7 @@ class FilmPositions:
     position_m: Array
     covariance_m2: Array
     offset_s: Array
+    swing: SeenSwing | None = None
 
 
 def from_several(tracks: Sequence[FilmTrack], cameras: Sequence[CameraModel], *, same_clock: bool) -> FilmPositions:
@@ -62,25 +82,39 @@ def from_several(tracks: Sequence[FilmTrack], cameras: Sequence[CameraModel], *,
     return FilmPositions(np.array(times), np.array(places), np.array(covariances), offsets)
 
 
-def from_one(found: FilmTrack, camera: CameraModel, ball_radius_m: float) -> FilmPositions:
-    """Depth from the ball's size: Z = f R / r, with sigma_Z = Z sigma_r / r along the ray."""
-    places, covariances = [], []
+def from_one(found: FilmTrack, camera: CameraModel, ball_radius_m: float, rope_m: float | None = None) -> FilmPositions:
+    """Depth from the ball's size, and from the plane of its swing where a rope of ``rope_m`` is given and seen taut.
+
+    A sphere of radius R at the depth Z, seen along (x, y, 1), has a disc of the mean radius
+    r = f R / Z (1 + sqrt(1 + x^2 + y^2)) / 2: nearly an ellipse, longer away from the image's middle by the root.
+    """
     focal = float(camera.focal_px.mean())
-    for centre, covariance, radius in zip(found.centre_px, found.covariance_px2, found.radius_px, strict=True):
-        at = camera.straight(*sphere_centre(camera, centre, float(radius)))
-        ray = np.array([at.x, at.y, 1.0])
-        depth = focal * ball_radius_m / float(radius)
-        sigma = depth * RADIUS_SIGMA / float(radius)
-        across = depth**2 * np.array(covariance) / focal**2
-        own = np.zeros((3, 3))
-        own[:2, :2] = across
-        own += sigma**2 * np.outer(ray, ray)
-        turn = camera.world_to_camera.T
-        places.append(camera.position_in_world_m + turn @ (depth * ray))
-        covariances.append(turn @ own @ turn.T)
-    return FilmPositions(
-        found.t_s, np.array(places).reshape(-1, 3), np.array(covariances).reshape(-1, 3, 3), np.zeros(0)
-    )
+    straight = [
+        camera.straight(*sphere_centre(camera, centre, float(radius)))
+        for centre, radius in zip(found.centre_px, found.radius_px, strict=True)
+    ]
+    rays = np.array([(at.x, at.y, 1.0) for at in straight]).reshape(-1, 3)
+    longer = (1.0 + np.linalg.norm(rays, axis=1)) / 2
+    depth = focal * ball_radius_m * longer / found.radius_px
+    sigma = depth * max(RADIUS_SIGMA, scatter(found.radius_px)) / found.radius_px
+    own_sigma = depth * max(OWN_RADIUS_SIGMA, scatter(found.radius_px)) / found.radius_px
+    sights = SizedSights(found.t_s, rays, focal, depth, own_sigma)
+    plane = None if rope_m is None else rope_plane(sights, rope_m)
+    swing = None
+    if plane is not None:
+        fused = fuse(plane, sights)
+        depth, sigma = fused.depth_m, fused.sigma_m
+        swing = SeenSwing(
+            fused.off_plane_m,
+            fused.off_plane_sigma_m,
+            float(np.arccos(min(abs(float(plane.normal[2])), 1.0))),
+            plane.size,
+        )
+    own = np.einsum("n,ni,nj->nij", sigma**2, rays, rays)
+    own[:, :2, :2] += (depth**2 / focal**2)[:, None, None] * found.covariance_px2
+    turn = camera.world_to_camera.T
+    places = camera.position_in_world_m + (depth[:, None] * rays) @ turn.T
+    return FilmPositions(found.t_s, places, turn @ own @ turn.T, np.zeros(0), swing)
 
 
 def _sight(camera: CameraModel, centre_px: Array, radius_px: float, covariance_px2: Array) -> SightRows:

@@ -1,0 +1,89 @@
+"""One camera's depth of a ball on a string: by its size, by the plane of its swing, and by both."""
+
+import dataclasses
+import functools
+
+import numpy as np
+import pytest
+
+from kendama_cli.vision.ball_film import FilmTrack
+from kendama_cli.vision.film_positions import from_one
+from tests.vision.scenes import stereo
+
+RADIUS_M, ROPE_M, OFF_M = 0.03, 0.4, 0.02
+
+
+@functools.cache
+def swing(off_m=OFF_M, tie_speed_m_s=0.0):
+    """A camera, its track of an elliptic swing in a plane turned by 20 degrees, and the true depths (n,)."""
+    camera, rng = stereo((-0.1, 0.02, 0.0, 0.0, 0.0))[0], np.random.default_rng(10700)
+    t_s = np.arange(80) / 30.0
+    phase = np.sqrt(9.81 / ROPE_M) * t_s
+    angle, off = 0.75 * np.cos(phase), off_m * np.sin(phase)
+    along = np.sqrt(ROPE_M**2 - off**2)
+    turn = np.deg2rad(20.0)
+    across = np.array([np.cos(turn), np.sin(turn), 0.0])
+    normal = np.array([-np.sin(turn), np.cos(turn), 0.0])
+    ball = (along * np.sin(angle))[:, None] * across + off[:, None] * normal + [0.0, 0.0, 0.3]
+    ball[:, 2] -= along * np.cos(angle)
+    ball[:, 0] += tie_speed_m_s * t_s
+    depth = camera.depth_m(ball)
+    rays = (ball - camera.position_in_world_m) @ camera.world_to_camera.T / depth[:, None]
+    radius = 600 * RADIUS_M / depth * (1 + np.linalg.norm(rays, axis=1)) / 2
+    sphere = 1 - (radius[:, None] / 600) ** 2  # a disc's centre lies farther out than its sphere's
+    disc = camera.center_px + (camera.project(ball) - camera.center_px) / sphere
+    return (
+        camera,
+        FilmTrack(
+            "film",
+            np.arange(len(t_s), dtype=float),
+            t_s,
+            disc + 0.1 * rng.standard_normal(disc.shape),
+            np.tile(0.01 * np.eye(2), (len(t_s), 1, 1)),
+            radius + 0.1 * rng.standard_normal(len(t_s)),
+            np.ones(len(t_s)),
+            np.full((len(t_s), 2), np.nan),
+        ),
+        depth,
+    )
+
+
+def depth_errors_m(ball_radius_m, rope_m):
+    camera, track, depth = swing()
+    found = from_one(track, camera, ball_radius_m, rope_m)
+    return found, camera.depth_m(found.position_m) - depth
+
+
+def rms(values):
+    return float(np.sqrt(np.mean(values**2)))
+
+
+def test_a_wrong_diameter_shifts_depth_by_size_alone_and_hardly_shifts_it_with_the_rope():
+    """The ball is 3 % larger than said: 45 mm at 1.5 m; the swing's plane leaves half at most."""
+    _, by_size = depth_errors_m(RADIUS_M / 1.03, None)
+    both, error = depth_errors_m(RADIUS_M / 1.03, ROPE_M)
+    assert rms(by_size) > 0.035
+    assert rms(error) < 0.023
+    assert both.swing.size == pytest.approx(1.03, abs=0.012)
+
+
+def test_the_part_off_the_plane_is_told_and_errors_are_as_large_as_said():
+    camera, *_ = swing()
+    found, error = depth_errors_m(RADIUS_M, ROPE_M)
+    assert found.swing.off_plane_rms_m == pytest.approx(OFF_M / np.sqrt(2), rel=0.5)
+    forward = camera.world_to_camera[2]
+    sigma = np.sqrt(np.einsum("i,nij,j->n", forward, found.covariance_m2, forward))
+    assert np.mean((error / sigma) ** 2) < 3.0
+
+
+def test_a_rope_of_another_length_is_no_swing_and_leaves_the_size():
+    found, _ = depth_errors_m(RADIUS_M, 1.2)
+    assert found.swing is None
+    alone, _ = depth_errors_m(RADIUS_M, None)
+    assert np.array_equal(found.position_m, alone.position_m)
+
+
+def test_too_few_sightings_leave_the_size():
+    camera, track, _ = swing()
+    few = dataclasses.replace(track, **{name: getattr(track, name)[:8] for name in vars(track) if name != "name"})
+    assert from_one(few, camera, RADIUS_M, ROPE_M).swing is None
