@@ -5,7 +5,6 @@ from __future__ import annotations
 import contextlib
 import dataclasses
 import io
-import json
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -34,6 +33,7 @@ from kendama_cli.schema.foxglove import FrameTransform
 from kendama_cli.stages.capture.messages import TOPICS
 from kendama_cli.store.append_file import DurableAppendFile
 from kendama_cli.store.codecs import save_artifact
+from kendama_cli.vision.colour import HUES, SATURATIONS, LearnedColour
 
 
 @dataclass(frozen=True)
@@ -144,7 +144,7 @@ def _calibration() -> bytes:
 
 
 def _colour() -> bytes:
-    return json.dumps({"value_min": 30, "log_odds": np.zeros((180, 256)).tolist()}).encode()
+    return LearnedColour(np.zeros((HUES, SATURATIONS)), 30).to_json().encode()
 
 
 def _policy(folder: Path, name: str) -> bytes:
