@@ -62,6 +62,8 @@ class CameraObserver:
     the world.
     """
 
+    tracked = False
+
     def __init__(
         self,
         loop: ImageLoop,

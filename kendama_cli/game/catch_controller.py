@@ -23,7 +23,8 @@ class CatchController:
     """Plans the interception anew in every period, for where the ball is predicted to come down.
 
     Until the first prediction that is good enough, that is where the ballistic flight of the swing-up's last state
-    lands. ``believed_sigma_m`` is the standard deviation below which a prediction is followed.
+    lands. ``believed_sigma_m`` is the standard deviation below which a prediction is followed. What is ``tracked``
+    tells of the ball as late as the swing-up was told of it; images have the time at which they were taken.
     """
 
     def __init__(
@@ -34,13 +35,14 @@ class CatchController:
         *,
         catch: CatchSettings,
         believed_sigma_m: float,
+        tracked: bool,
     ) -> None:
         self._cart, self._geometry, self._catch = cart, geometry, catch
         self._believed_sigma_m = believed_sigma_m
-        self._lag_s = cart.lag_s  # as the swing-up has shown it: in flight only images and joint angles count
+        self._lag_s = cart.delay_s if tracked else cart.arm_lag_s  # as the swing-up has shown it
         landing = geometry.flight.landing(swing.last)
         ball = geometry.flight.rope.ball(swing.last.angle_rad, swing.last.rate_rad_s)
-        self.catch_s = swing.duration_s + (landing.time_s if landing else 0.0)
+        self.catch_s = swing.duration_s + (landing.time_s if landing else 0.0) - (cart.delay_s - self._lag_s)
         """When the ball is caught, as it is predicted now."""
         self._target_m = landing.x_m if landing else cart.x_m
         self._speed_m_s = swing.last.velocity_m_s + ball.across_m_s if landing else 0.0

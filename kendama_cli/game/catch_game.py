@@ -69,7 +69,9 @@ def finish_game(
     """After ``swing`` observe the ball and catch it; raises HardwareError of the line."""
     if swing.outcome != "goal":
         return Game(swing, (), (), None, observer.observed, None)
-    controller = CatchController(swing, cart, geometry, catch=catch, believed_sigma_m=believed_sigma_m)
+    controller = CatchController(
+        swing, cart, geometry, catch=catch, believed_sigma_m=believed_sigma_m, tracked=observer.tracked
+    )
     steps: list[CartStep] = []
     estimates: list[CatchPrediction] = []
     step = swing.steps[-1]

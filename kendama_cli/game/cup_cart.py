@@ -8,6 +8,7 @@ from typing import Protocol
 
 from kendama_cli.devices.robot.interface import Exchange, JointCommand, Robot
 from kendama_cli.game.cup_tilt import CupTilt, TiltingArm
+from kendama_cli.game.joint_lag import JointLag
 from kendama_cli.game.state_prediction import predict_state, scaled_to_model_rope
 from kendama_cli.game.swing_state import SwingStateEstimator
 from kendama_cli.learning.limiter import BrakingLimiter
@@ -54,9 +55,9 @@ class CupCart:
     """Integrates accelerations to a reference along ``line``, kept inside by a limiter; estimates the swing's state.
 
     The limiter keeps the reference itself inside, which is exact: whatever lag or latency the arm has, the cup runs
-    through places where the reference was before, so that the limiter needs to know neither. The arm's total delay
-    ``lag_s`` is estimated from the rollout itself: the slope of (reference - observed position) over the reference's
-    velocity.
+    through places where the reference was before, so that the limiter needs to know neither. The total delay
+    ``delay_s``, the arm's and its tracking's, is estimated from the rollout itself: the slope of (reference - observed
+    position) over the reference's velocity; ``arm_lag_s`` is the arm's part of it, by the same of the joints.
     """
 
     def __init__(
@@ -98,9 +99,9 @@ class CupCart:
         self.x_m += self.velocity_m_s * h + 0.5 * a * h * h
         self.velocity_m_s += a * h
         point = self._point(a, tilt)
-        exchange = self._robot.exchange(
-            JointCommand(point.position_rad, point.velocity_rad_s, point.acceleration_rad_s2)
-        )
+        command = JointCommand(point.position_rad, point.velocity_rad_s, point.acceleration_rad_s2)
+        exchange = self._robot.exchange(command)
+        self._arm_lag.observe(command, exchange.state.position_rad)
         self._sent.append(a)
         late = self._late
         state = self._estimator.update(exchange.state, self._sent[-1 - late] if late < len(self._sent) else 0.0)
@@ -118,14 +119,19 @@ class CupCart:
         return self._tilting.at(self.x_m, self.velocity_m_s, tilt) or line
 
     @property
-    def lag_s(self) -> float:
-        """How far the arm is behind the reference, in [0, 0.1]; 0 before it has moved [s]."""
+    def arm_lag_s(self) -> float:
+        """How far the joints are behind what they are commanded, in [0, 0.1]; 0 before they have moved [s]."""
+        return self._arm_lag.lag_s
+
+    @property
+    def delay_s(self) -> float:
+        """How far the cup that is tracked is behind the reference, in [0, 0.1]; 0 before it has moved [s]."""
         return min(max(self._behind / self._moved, 0.0), 0.1) if self._moved > 1e-3 else 0.0
 
     @property
     def _late(self) -> int:
         """The same in control periods: so many of the newest commands have not been carried out yet."""
-        return round(self.lag_s / self.period_s)
+        return round(self.delay_s / self.period_s)
 
     def predict_state(self, state: SwingState) -> SwingState:
         """The state in which the next command will act, on the model's rope, where ``state`` is the newest reading."""
@@ -145,6 +151,7 @@ class CupCart:
         self.velocity_m_s = 0.0
         self.t_s = 0.0
         self._start_s = 0.0
-        self._behind = 0.0
-        self._moved = 0.0
+        self._behind: float = 0.0
+        self._moved: float = 0.0
+        self._arm_lag: JointLag = JointLag()
         self._sent: list[float] = []

@@ -77,6 +77,8 @@ class FlightObserver(Protocol):
     """Observes one game, control period by control period."""
 
     observed: ObservationLog
+    tracked: bool
+    """Whether the ball is where the robot's tracking tells it, as late as that is."""
 
     def begin(self, seed: int, *, pictured: bool) -> None:
         """A new game; a simulated sensor draws its noise from ``seed``, ``pictured`` asks for whole images to keep."""
@@ -93,6 +95,8 @@ class FlightObserver(Protocol):
 
 class MarkerObserver:
     """Takes the ball's marker as the robot tracks it, from ``free_after_s`` after the goal on."""
+
+    tracked = True
 
     def __init__(
         self, tracker: PositionTracker, settings: ObservationSettings, *, rim_m: float, catch_m: float
@@ -122,6 +126,8 @@ class MarkerObserver:
 
 class SlackeningObserver:
     """Takes the ball's marker as the robot tracks it; ``tracker`` finds free flight in its places, as in images."""
+
+    tracked = True
 
     def __init__(
         self, tracker: PositionTracker, settings: ObservationSettings, *, rim_m: float, catch_m: float

@@ -25,11 +25,22 @@ class Straight:
 
 
 class CartRobot:
-    """Semi-implicit Euler for the ball (docs/equations.md eq. 1); the cup follows its command with a pure delay."""
+    """Semi-implicit Euler for the ball (docs/equations.md eq. 1); the cup follows its command with a pure delay.
+
+    It is ``delay_n`` control periods; cup and ball are told ``tracking_late_n`` periods late.
+    """
 
     joint_names = ("x",)
 
-    def __init__(self, game: GameSettings, *, rope_scale: float = 1.0, delay_n: int = 0, noise_m: float = 0.0) -> None:
+    def __init__(
+        self,
+        game: GameSettings,
+        *,
+        rope_scale: float = 1.0,
+        delay_n: int = 0,
+        noise_m: float = 0.0,
+        tracking_late_n: int = 0,
+    ) -> None:
         self.period_s = 0.004
         self.limits = JointLimits(*(np.full(1, v) for v in (-0.5, 0.5, 3.0, 50.0, 100.0)))
         self.game = game
@@ -38,6 +49,7 @@ class CartRobot:
         self.drag_per_s, self.drag_per_m = game.drag_per_mass
         self.delay_n = delay_n
         self.noise_m = noise_m
+        self.tracking_late_n = tracking_late_n
         self.missed = 0
         self.realtime = False
         self.torque = None
@@ -53,6 +65,7 @@ class CartRobot:
         self.caught = False
         command = JointCommand(np.array([self.cup[0]]), np.zeros(1), np.zeros(1))
         self.queue = [command] * (self.delay_n + 1)
+        self.tracked: list[tuple[Array, Array]] = []
         return self._reported(command)
 
     def exchange(self, command: JointCommand) -> Exchange:
@@ -96,15 +109,11 @@ class CartRobot:
         def seen(point: Array) -> Array:
             return np.asarray(point + self.noise_m * self.rng.standard_normal(3))
 
-        state = RobotState(
-            np.array([self.cup[0]]),
-            np.array([self.cup[1]]),
-            np.zeros(1),
-            np.zeros(6),
-            seen(MIDDLE_M + np.array([self.cup[0], 0.0, 0.0])),
-            seen(MIDDLE_M + np.array([self.ball[0], 0.0, self.ball[1]])),
-            self.caught,
-        )
         cup, ball = np.array([self.cup[0], 0.0, 0.0]), np.array([self.ball[0], 0.0, self.ball[1]])
+        self.tracked.append((seen(MIDDLE_M + cup), seen(MIDDLE_M + ball)))
+        told = self.tracked[max(len(self.tracked) - 1 - self.tracking_late_n, 0)]
+        state = RobotState(
+            np.array([self.cup[0]]), np.array([self.cup[1]]), np.zeros(1), np.zeros(6), *told, self.caught
+        )
         scene = SceneState(state.position_rad, MIDDLE_M + cup, np.eye(3), MIDDLE_M + ball)
         return Exchange(sent, state, self.t_s, scene)

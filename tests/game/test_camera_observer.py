@@ -23,7 +23,7 @@ from kendama_cli.schema.arrays import Array
 from kendama_cli.settings.camera import CameraSettings, VirtualCamera
 from kendama_cli.stages.learn.stage import Learn
 from kendama_cli.vision.region import Region
-from tests.game.cart_robot import CartRobot
+from tests.game.cart_robot import DIRECTION, MIDDLE_M, CartRobot
 from tests.game.observed_games import CAMERAS, GAME, LEARN, TRANSFER, configured, observed_runner
 from tests.memory_context import MemoryContext
 
@@ -60,6 +60,18 @@ def commands(game: Game) -> Array:
 def test_games_through_images_are_caught(games: list[Game]) -> None:
     assert [game.outcome for game in games] == ["caught"] * 4
     assert np.median([1e3 * (game.prediction_error_m(0.1) or math.nan) for game in games]) < 2.0
+
+
+def test_a_late_tracking_does_not_make_the_cup_early(policy: PolicyArtifact) -> None:
+    """32 ms at 1.3 m/s are 42 mm, and images are not late: the catch must not count them as the arm's."""
+    with observed_runner(noise_m=NOISE_M, delay_n=3, tracking_late_n=8) as (runner, _):
+        game = played(runner, policy, 0)
+    ball = game.estimates[-1].catch
+    cup_m = np.interp(
+        ball.t_s, [step.t_s for step in game.steps], [step.exchange.state.position_rad[0] for step in game.steps]
+    )
+    assert DIRECTION @ (ball.position_m - MIDDLE_M) == pytest.approx(cup_m, abs=0.01)
+    assert game.caught
 
 
 def test_the_ball_is_seen_nearly_always_in_flight_and_within_a_frame(games: list[Game]) -> None:

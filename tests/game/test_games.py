@@ -101,17 +101,22 @@ def test_the_workspace_is_similar_to_the_models_as_far_as_the_catch_may_use_it(
 
 
 @pytest.mark.parametrize(
-    ("rope_scale", "delay_n"),
-    [pytest.param(1.0, 0, marks=pytest.mark.slow), (1.05, 6), pytest.param(0.95, 3, marks=pytest.mark.slow)],
+    ("rope_scale", "delay_n", "late_n"),
+    [
+        pytest.param(1.0, 0, 0, marks=pytest.mark.slow),
+        (1.05, 6, 0),
+        pytest.param(0.95, 3, 0, marks=pytest.mark.slow),
+        pytest.param(1.0, 3, 8, marks=pytest.mark.slow),
+    ],
 )
 def test_games_are_caught_in_spite_of_rope_delay_and_noise(
-    proven: list[PolicyArtifact], rope_scale: float, delay_n: int
+    proven: list[PolicyArtifact], rope_scale: float, delay_n: int, late_n: int
 ) -> None:
     """The rope's length is believed as games measure it. Ten policies, four games each on every body: 120 of 120.
 
     Tables that only reached the goal ten times in a row are not caught so: 60 of 80, 73 of 80 and 67 of 79.
     """
-    runner = make_runner(rope_scale, noise_m=0.0005, rope_scale=rope_scale, delay_n=delay_n)
+    runner = make_runner(rope_scale, noise_m=0.0005, rope_scale=rope_scale, delay_n=delay_n, tracking_late_n=late_n)
     played = [runner.play(GreedyPolicy(policy, LEARN), seed=number) for policy in proven for number in range(4)]
     assert sum(game.caught for game in played) >= 15
     errors = [game.prediction_error_m(0.1) for game in played]
@@ -126,7 +131,8 @@ def test_a_game_is_the_same_for_the_same_seed(policy: PolicyArtifact) -> None:
 def test_the_arms_delay_is_estimated_from_the_rollout_itself(policy: PolicyArtifact) -> None:
     runner = make_runner(noise_m=0.0005, delay_n=5)
     runner.swing_up(GreedyPolicy(policy, LEARN), seed=1)
-    assert runner._cart.lag_s == pytest.approx(0.020, abs=0.002)
+    assert runner._cart.delay_s == pytest.approx(0.020, abs=0.002)
+    assert runner._cart.arm_lag_s == pytest.approx(0.020, abs=0.002)
 
 
 def test_the_crossing_is_the_first_fall_through_the_height() -> None:
