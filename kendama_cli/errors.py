@@ -12,6 +12,9 @@ class KendamaError(Exception):
 
     exit_code = 1
 
+    def __init__(self, message: str) -> None:
+        super().__init__(" ".join(message.splitlines()))  # what it quotes, of a user or a library, may have several
+
 
 class UsageError(KendamaError):
     """The request cannot be carried out as it was written."""

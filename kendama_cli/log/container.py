@@ -146,7 +146,15 @@ def read_container(path: Path | str, topics: Collection[str] | None = None) -> C
                 reader.add(record)
                 if isinstance(record, Footer):
                     _check_summary(file, record, size)
-        except (McapError, CRCValidationError, ZstdError, struct.error, ValueError, MemoryError) as wrong:
+        except (
+            McapError,
+            CRCValidationError,
+            ZstdError,
+            struct.error,
+            ArithmeticError,
+            ValueError,
+            MemoryError,
+        ) as wrong:
             at = file.tell()
             file.seek(max(0, size - len(MAGIC)))
             if size < 2 * len(MAGIC) or file.read() != MAGIC:
