@@ -98,7 +98,15 @@ Teach = Annotated[
 ]
 DetectorName = Annotated[
     str | None,
-    typer.Option("--detector", metavar="NAME", help="taught, motion, colour, ... [taught with --teach, else motion]"),
+    typer.Option(
+        "--detector", metavar="NAME", help="taught, motion, colour, network, ... [taught with --teach, else motion]"
+    ),
+]
+DetectorSettingsOption = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--override", metavar="KEY=VALUE", help="A setting of the detector, such as predict.detector.model=ball.onnx."
+    ),
 ]
 Seed = Annotated[int, typer.Option(metavar="N", min=0, help="Of what is drawn while the ball is learned.")]
 
@@ -123,6 +131,7 @@ def camera_detect(
     ] = Path("found.csv"),
     teach: Teach = None,
     detector: DetectorName = None,
+    override: DetectorSettingsOption = None,
     balls: Annotated[int, typer.Option(metavar="N", min=1, help="Most balls in one image.")] = 1,
     score: Annotated[
         Path | None, typer.Option(metavar="LABELS", help="Compare with the boxes in this folder, and say how well.")
@@ -135,7 +144,7 @@ def camera_detect(
     """Find the ball in images, each for itself."""
     from kendama_cli.cli.camera_seeing import SeeingOptions, detect_balls  # OpenCV
 
-    options = SeeingOptions(find_site(home, config_dir), detector, teach, seed)
+    options = SeeingOptions(find_site(home, config_dir), detector, teach, seed, tuple(override or ()))
     detect_balls(images, output, options, balls, score, as_json=as_json)
 
 
@@ -169,6 +178,7 @@ def camera_track(
         typer.Option(metavar="FRAME:X,Y,W,H", help="Teach the ball by a box in the first film [px]; repeat, 3 to 10."),
     ] = None,
     detector: DetectorName = None,
+    override: DetectorSettingsOption = None,
     same_clock: Annotated[
         bool, typer.Option("--same-clock", help="The films begin at one moment; else that is found from the ball.")
     ] = False,
@@ -184,7 +194,7 @@ def camera_track(
     from kendama_cli.cli.camera_seeing import SeeingOptions  # OpenCV
     from kendama_cli.cli.camera_track import TrackOptions, track_films
 
-    seeing = SeeingOptions(find_site(home, config_dir), detector, teach, seed)
+    seeing = SeeingOptions(find_site(home, config_dir), detector, teach, seed, tuple(override or ()))
     track_films(
         videos,
         output,

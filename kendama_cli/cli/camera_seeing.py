@@ -22,7 +22,7 @@ from kendama_cli.store.durable import write_file
 from kendama_cli.vision.interface import Detector, Image, Sighting
 from kendama_cli.vision.make_detector import make_detector
 from kendama_cli.vision.motion_detector import MotionDetector
-from kendama_cli.vision.settings import DetectorSettings, TaughtDetectorSettings
+from kendama_cli.vision.settings import DetectorSettings, NetworkDetectorSettings, TaughtDetectorSettings
 from kendama_cli.vision.taught_detector import TaughtDetector
 from kendama_cli.vision.teaching import TaughtBall, TaughtImage, teach
 
@@ -31,12 +31,14 @@ ALIKE_SIZES = "images of one size from a camera that stands still"
 
 @dataclass(frozen=True)
 class SeeingOptions:
-    """How the ball is to be found: a detector by name, or taught by a folder of images with boxes."""
+    """How the ball is to be found: a detector by name and overrides of its settings, or taught by a folder of images
+    with boxes."""
 
     site: Site
     detector: str | None
     teach: Path | None
     seed: int
+    overrides: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -71,16 +73,15 @@ def open_seeing(options: SeeingOptions, shown: Sequence[TaughtImage] = ()) -> Se
     name = options.detector or ("taught" if by_boxes else "motion")
     if by_boxes and name != "taught":
         raise UsageError(f"--detector {name}: boxes teach the detector 'taught'; leave out one of the two")
-    settings: DetectorSettings = build_settings(composed(options.site, [f"predict/detector={name}"]))[
-        "predict"
-    ].detector
+    predict = build_settings(composed(options.site, [f"predict/detector={name}", *options.overrides]))["predict"]
+    settings: DetectorSettings = predict.detector
     if isinstance(settings, TaughtDetectorSettings) and by_boxes:
         images = list(shown)
         if options.teach is not None:
             images += [read_labelled(one) for one in labelled(options.teach)]
         ball = taught(options.teach or Path("--box"), images, options.seed)
         return Seeing(TaughtDetector(settings, ball), settings.score_min)
-    threshold = settings.score_min if isinstance(settings, TaughtDetectorSettings) else 0.5
+    threshold = settings.score_min if isinstance(settings, TaughtDetectorSettings | NetworkDetectorSettings) else 0.5
     return Seeing(make_detector(settings), threshold)
 
 

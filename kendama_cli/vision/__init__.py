@@ -20,3 +20,8 @@ MOTION = Variant(
     settings="kendama_cli.vision.settings:MotionDetectorSettings",
     makes="kendama_cli.vision.motion_detector:MotionDetector",
 )
+NETWORK = Variant(
+    "network",
+    settings="kendama_cli.vision.settings:NetworkDetectorSettings",
+    makes="kendama_cli.devices.camera.network_file:network_detector",
+)

@@ -4,6 +4,7 @@ import csv
 import json
 import shutil
 
+import cv2
 import numpy as np
 import pytest
 import yaml
@@ -12,8 +13,10 @@ from kendama_cli.cli.track_output import PlaceMessage, SightingMessage
 from kendama_cli.devices.camera.calibration import camera_model, read_calibration
 from kendama_cli.devices.flight.reader import read_tracks
 from kendama_cli.log.reader import LogFile
+from kendama_cli.vision.conformance import disc_image
 from tests.cli.typed import kendama
 from tests.vision.ball_films import RATE_HZ, WIDTH, draw_ball, pendulum, textured, write_film, write_labelled
+from tests.vision.onnx_file import disc_finder
 
 
 def rows(path):
@@ -71,6 +74,23 @@ def test_a_film_of_a_ball_on_a_string_is_tracked_without_teaching(here, capsys):
     assert np.mean(np.array(off) < 7) >= 0.99
     assert np.sqrt(np.mean(np.square(off))) <= 1.0
     assert (here / "seen.webm").stat().st_size > 10_000
+
+
+def test_a_network_finds_the_ball_in_images(here, capsys):
+    (here / "ball.onnx").write_bytes(disc_finder(160, 120, 14.0))
+    (here / "images").mkdir()
+    for number, place in enumerate([(40.2, 60.0), (115.0, 50.5), ()]):
+        cv2.imwrite(str(here / "images" / f"{number}.png"), disc_image(*([place] if place else [])))
+    words = ["camera", "detect", "images", "--detector", "network", "-o", "found.csv", "--override"]
+    code, _, err = kendama(capsys, *words, "predict.detector.input_px=[160,120]")
+    assert code == 0, err
+    found = rows(here / "found.csv")
+    assert [row["file"] for row in found] == ["images/0.png", "images/1.png"]
+    assert float(found[1]["u_px"]) == pytest.approx(115.0, abs=0.5)
+    code, _, err = kendama(capsys, *words, "predict.detector.model=mine.onnx")
+    assert code == 2
+    assert "mine.onnx" in err
+    assert len(err.strip().splitlines()) == 1
 
 
 def camera(name, x_m, size=(WIDTH, 240)):

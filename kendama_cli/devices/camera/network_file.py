@@ -1,0 +1,51 @@
+"""The detector ``network``: its file, and what is wrong with it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import cv2
+import numpy as np
+
+from kendama_cli.errors import InputError
+from kendama_cli.vision.network_detector import NetworkDetector
+from kendama_cli.vision.settings import NetworkDetectorSettings
+
+SHAPES = {"heatmap": "(1, classes, h, w)", "boxes": "(1, 4 + classes, n) or (1, n, 4 + classes)"}
+REMEDY = "examples/train_network.py makes one; docs/cameras.md says what fits"
+
+
+def network_detector(settings: NetworkDetectorSettings) -> NetworkDetector:
+    """The detector of the network that ``settings`` name; raises InputError for a file that holds none that fits."""
+    try:
+        content = Path(settings.model).read_bytes()
+    except OSError as wrong:
+        raise InputError(settings.model, f"cannot be read ({wrong.strerror})", remedy=REMEDY) from None
+    loud = cv2.utils.logging.getLogLevel()
+    cv2.utils.logging.setLogLevel(cv2.utils.logging.LOG_LEVEL_SILENT)
+    try:
+        network = cv2.dnn.readNetFromONNX(np.frombuffer(content, dtype=np.uint8))
+        if network.empty():
+            raise ValueError("no layers")
+    except (cv2.error, ValueError):
+        raise InputError(settings.model, "it is not a network in ONNX that OpenCV can read", remedy=REMEDY) from None
+    finally:
+        cv2.utils.logging.setLogLevel(loud)
+    detector = NetworkDetector(settings, network)
+    width, height = settings.input_px
+    try:
+        made = detector.output(np.zeros((2, 2, 3), dtype=np.uint8))
+    except cv2.error:
+        raise InputError(
+            settings.model,
+            f"it does not take an image of {width} x {height} px (1, 3, {height}, {width})",
+            remedy="set predict.detector.input_px to the size that it was exported with",
+        ) from None
+    if not detector.fits(made):
+        raise InputError(
+            settings.model,
+            f"its output has the shape {tuple(made.shape)}; of gives={settings.gives} with class_number="
+            f"{settings.class_number} it is {SHAPES[settings.gives]}",
+            remedy="set predict.detector.gives and class_number as the network needs them",
+        )
+    return detector
