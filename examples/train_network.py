@@ -1,6 +1,6 @@
 """Train a small heat-map network on images with boxes about the ball, for predict/detector=network.
 
-    pip install torch onnx onnxscript opencv-python-headless
+    pip install 'kendama[network]'
     python train_network.py labelled/ -o ball.onnx
 
 ``labelled/`` holds images/ and labels/ as 'kendama camera teach' takes them; a network knows the films that taught it,
@@ -26,7 +26,11 @@ def read(folder: Path) -> list[tuple[np.ndarray, np.ndarray]]:
         label = folder / "labels" / path.with_suffix(".txt").name
         rows = np.loadtxt(label, ndmin=2)[:, 1:] if label.is_file() and label.stat().st_size else np.empty((0, 4))
         pixels = cv2.imread(str(path))
+        if pixels is None:
+            raise SystemExit(f"{path}: no image")
         pairs.append((pixels, rows * np.tile(pixels.shape[1::-1], 2)))
+    if not any(len(boxes) for _, boxes in pairs):
+        raise SystemExit(f"{folder}: none of {len(pairs)} images has a box about the ball")
     return pairs
 
 

@@ -20,6 +20,7 @@ SIGMA_RADII = 0.15
 """Standard deviation of a sighting's place, in ball radii, as of a taught detector."""
 GREY = 114
 """What is left of the input, as in the training of most networks of boxes."""
+ROUNDING = 0.01
 TOP_PART = 0.5
 """The middle of a peak is that of what is above this part of it, where the heat map is."""
 
@@ -47,7 +48,7 @@ class NetworkDetector:
         put = np.full((height, width, 3), GREY, dtype=np.uint8)
         put[: pixels.shape[0], : pixels.shape[1]] = pixels
         self._network.setInput(cv2.dnn.blobFromImage(put, 1 / 255, swapRB=True))
-        return np.asarray(self._network.forward(), dtype=np.float32)
+        return np.nan_to_num(np.asarray(self._network.forward(), dtype=np.float32))
 
     def candidates(
         self, pixels: Image, origin_px: tuple[int, int] = (0, 0), hint: SearchHint | None = None
@@ -65,8 +66,8 @@ class NetworkDetector:
                 f"an image of {pixels.shape[1]} x {pixels.shape[0]} px does not fit the network's input of "
                 f"{most_width} x {most_height} px; predict.detector.scale={fitting:.3f} would make it fit"
             )
-        output = self.output(small)
-        found = self._peaks(output[0], (height, width)) if output.ndim == 4 else self._boxes(output[0])
+        output = self.output(small)[0]
+        found = self._peaks(output, (height, width)) if output.ndim == 3 else self._boxes(output)
         kept: list[Sighting] = []
         for one in sorted(found, key=lambda sighting: -sighting.score):
             if all(float(np.hypot(*(one.centre_px - other.centre_px))) > one.radius_px for other in kept):
@@ -85,7 +86,7 @@ class NetworkDetector:
 
     def _peaks(self, maps: NDArray[np.float32], size: tuple[int, int]) -> Iterator[Sighting]:
         """The highest places of a heat map (classes, h, w), which may be coarser than the input."""
-        heat = maps[self._settings.class_number].copy()
+        heat = _probabilities(maps[self._settings.class_number]).copy()
         cell = np.array(self._settings.input_px) / (heat.shape[1], heat.shape[0])
         heat[int(np.ceil(size[0] / cell[1])) :] = 0
         heat[:, int(np.ceil(size[1] / cell[0])) :] = 0
@@ -106,9 +107,20 @@ class NetworkDetector:
     def _boxes(self, rows: NDArray[np.float32]) -> Iterator[Sighting]:
         """Rows (n, 4 + classes) or their transpose: middle, width, height [px of the input], probabilities."""
         rows = rows.T if rows.shape[0] < rows.shape[1] else rows
-        scores = rows[:, 4 + self._settings.class_number]
+        scores = _probabilities(rows[:, 4 + self._settings.class_number])
         best = np.argsort(-scores, kind="stable")[: 20 * self._settings.candidates]
         for row in rows[best[scores[best] >= LEAST_SCORE]].astype(np.float64):
             radius = float(min(row[2], row[3])) / 2 / self._settings.scale
             if radius > 0:
                 yield self._sighting(row[:2] - 0.5, radius, float(row[4 + self._settings.class_number]))
+
+
+def _probabilities(values: NDArray[np.float32]) -> NDArray[np.float32]:
+    """The values, where they can be probabilities; raises StageError otherwise."""
+    low, high = float(values.min()), float(values.max())
+    if low < -ROUNDING or high > 1 + ROUNDING:
+        raise StageError(
+            f"the network gives values from {low:.2f} to {high:.2f} where probabilities from 0 to 1 are meant; "
+            "let it end in a sigmoid, and see that predict.detector.gives and class_number fit it"
+        )
+    return values

@@ -52,9 +52,9 @@ def model(nodes, weights, shape_in, shape_out, output):
     return field(1, 8) + field(7, graph) + field(8, field(1, "") + field(2, 13))
 
 
-def disc_finder(width, height, radius_px, *, steep=20.0, least=0.5, boxes=False):
+def disc_finder(width, height, radius_px, *, steep=20.0, least=0.5, boxes=False, last="Sigmoid"):
     """A network that gives the probability of a red disc about each place: what is redder inside than around, through a
-    logistic; or boxes of that size about each place, one row for each."""
+    logistic (or what ``last`` names); or boxes of that size about each place, one row for each."""
     side = 2 * round(1.6 * radius_px) + 1
     v, u = np.indices((side, side)) - side // 2
     off = np.hypot(u, v)
@@ -68,7 +68,7 @@ def disc_finder(width, height, radius_px, *, steep=20.0, least=0.5, boxes=False)
         node(
             "Conv", ["image", "kernel", "bias"], "sum", pads=[side // 2] * 4, kernel_shape=[side, side], strides=[1, 1]
         ),
-        node("Sigmoid", ["sum"], "heat"),
+        node(last, ["sum"], "heat"),
     ]
     if not boxes:
         return model(nodes, weights, (1, 3, height, width), (1, 1, height, width), "heat")

@@ -16,6 +16,7 @@ def files(tmp_path_factory):
     home = tmp_path_factory.mktemp("networks")
     for gives in ("heatmap", "boxes"):
         (home / f"{gives}.onnx").write_bytes(disc_finder(160, 120, 14.0, boxes=gives == "boxes"))
+    (home / "odds.onnx").write_bytes(disc_finder(160, 120, 14.0, last="Identity"))
     (home / "text.onnx").write_text("no network")
     return home
 
@@ -45,6 +46,12 @@ def test_an_image_larger_than_the_input_says_which_scale_fits(files):
     detector = network_detector(settings(files))
     with pytest.raises(StageError, match=r"320 x 120 px does not fit .* of 160 x 120 px; predict.detector.scale=0.5"):
         next(detector.candidates(disc_image(width=320)))
+
+
+def test_a_network_that_gives_no_probabilities_is_told(files):
+    detector = network_detector(settings(files, "odds", gives="heatmap"))
+    with pytest.raises(StageError, match=r"values from -1\d\.\d\d to \d+\.\d\d where probabilities .* a sigmoid"):
+        next(detector.candidates(disc_image((70.3, 52.6))))
 
 
 @pytest.mark.parametrize(
