@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kendama_cli.motion.rotation_matrix import matrix_of
+from kendama_cli.rendering import kernel_light
 from kendama_cli.rendering.floor import Floor
 from kendama_cli.rendering.mesh import LinkMesh, unit_cylinder, unit_sphere
 from kendama_cli.rendering.moving import SceneSampler
@@ -130,8 +131,8 @@ class FilmMaker:
         last = len(moving.ball_m) - 1
         rows = np.full(HEIGHT_PX, last / 2)
         light = self._raycaster.render(Shot(t_s, moving, rows, float(last), np.ones(HEIGHT_PX)), self._whole)
-        level = np.minimum((np.clip(light, 0.0, 1.0) * (len(_SRGB) - 1) + 0.5).astype(np.int32), len(_SRGB) - 1)
-        picture = np.ascontiguousarray(_SRGB[level][..., ::-1])
+        picture = np.empty(light.shape, dtype=np.uint8)
+        kernel_light.to_screen(light, _SRGB, picture)
         words = self._motion.label + ("" if speed > 0.99 else f"   1/{1 / speed:.0f} speed")
         cv2.putText(picture, words, (36, HEIGHT_PX - 34), cv2.FONT_HERSHEY_DUPLEX, 0.62, _INK_BGR, 1, cv2.LINE_AA)
         return picture
