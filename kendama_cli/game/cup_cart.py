@@ -8,7 +8,7 @@ from typing import Protocol
 
 from kendama_cli.devices.robot.interface import Exchange, JointCommand, Robot
 from kendama_cli.game.cup_tilt import CupTilt, TiltingArm
-from kendama_cli.game.joint_lag import JointLag
+from kendama_cli.game.lag import Lag
 from kendama_cli.game.state_prediction import predict_state, scaled_to_model_rope
 from kendama_cli.game.swing_state import SwingStateEstimator
 from kendama_cli.learning.limiter import BrakingLimiter
@@ -101,13 +101,12 @@ class CupCart:
         point = self._point(a, tilt)
         command = JointCommand(point.position_rad, point.velocity_rad_s, point.acceleration_rad_s2)
         exchange = self._robot.exchange(command)
-        self._arm_lag.observe(command, exchange.state.position_rad)
+        self._arm_lag.observe(command.position_rad, command.velocity_rad_s, exchange.state.position_rad)
         self._sent.append(a)
         late = self._late
         state = self._estimator.update(exchange.state, self._sent[-1 - late] if late < len(self._sent) else 0.0)
         self.t_s = exchange.t_s - self._start_s
-        self._behind += self.velocity_m_s * (self.x_m - state.x_m)
-        self._moved += self.velocity_m_s**2
+        self._delay.observe(self.x_m, self.velocity_m_s, state.x_m)
         return CartStep(self.t_s, state, a, exchange)
 
     def _point(self, acceleration_m_s2: float, tilt: CupTilt | None) -> Point:
@@ -120,13 +119,13 @@ class CupCart:
 
     @property
     def arm_lag_s(self) -> float:
-        """How far the joints are behind what they are commanded, in [0, 0.1]; 0 before they have moved [s]."""
+        """How far the joints are behind what they are commanded [s]."""
         return self._arm_lag.lag_s
 
     @property
     def delay_s(self) -> float:
-        """How far the cup that is tracked is behind the reference, in [0, 0.1]; 0 before it has moved [s]."""
-        return min(max(self._behind / self._moved, 0.0), 0.1) if self._moved > 1e-3 else 0.0
+        """How far the cup that is tracked is behind the reference [s]."""
+        return self._delay.lag_s
 
     @property
     def _late(self) -> int:
@@ -151,7 +150,6 @@ class CupCart:
         self.velocity_m_s = 0.0
         self.t_s = 0.0
         self._start_s = 0.0
-        self._behind: float = 0.0
-        self._moved: float = 0.0
-        self._arm_lag: JointLag = JointLag()
+        self._delay: Lag = Lag()
+        self._arm_lag: Lag = Lag()
         self._sent: list[float] = []

@@ -11,7 +11,7 @@ from kendama_cli.artifacts.catch_pose import CatchPose
 from kendama_cli.artifacts.motion_plan import JointTrajectory
 from kendama_cli.devices.robot.interface import JointCommand
 from kendama_cli.game.interception import InterceptionPlan, plan_interception
-from kendama_cli.game.joint_lag import JointLag
+from kendama_cli.game.lag import Lag
 from kendama_cli.robot_model.inverse_kinematics import across, weighted_step
 from kendama_cli.robot_model.model import UPRIGHT, RobotModel
 from kendama_cli.schema.arrays import Array
@@ -81,7 +81,7 @@ class SteeredMotion:
         self._pose: CatchPose | None = None
         self._catch_s = math.inf
         self._plans: list[InterceptionPlan] = []
-        self._lag = JointLag()
+        self._lag = Lag()
 
     @property
     def last(self) -> JointCommand:
@@ -106,7 +106,7 @@ class SteeredMotion:
     def observe(self, position_rad: Array) -> None:
         """The joints (n,) as they are read after the last command; in flight the lag is known already."""
         if self._pose is None:
-            self._lag.observe(self._last, position_rad)
+            self._lag.observe(self._last.position_rad, self._last.velocity_rad_s, position_rad)
 
     def follow(self, pose: CatchPose) -> None:
         """Aim at the ball of ``pose``, on its way down at whatever height, where it is known well enough.

@@ -1,0 +1,28 @@
+"""How far something is behind what is wanted of it: an arm's joints, or the cup as its tracking tells it."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from kendama_cli.schema.arrays import Array
+
+LONGEST_LAG_S = 0.1
+LEAST_MOTION = 1e-3
+"""Sum of squared speeds from which on something is known [rad^2/s^2 or m^2/s^2]."""
+
+
+class Lag:
+    """The slope of (wanted - read) places over the wanted speeds, by least squares over all that was observed."""
+
+    def __init__(self) -> None:
+        self._behind = self._moved = 0.0
+
+    def observe(self, wanted: Array | float, speed: Array | float, read: Array | float) -> None:
+        """It is at ``read`` (n,) where ``wanted`` (n,), which changes with ``speed`` (n,) per second, was asked for."""
+        self._behind += float(np.vdot(speed, wanted - read))
+        self._moved += float(np.vdot(speed, speed))
+
+    @property
+    def lag_s(self) -> float:
+        """In [0, LONGEST_LAG_S]; 0 before it has moved [s]."""
+        return min(max(self._behind / self._moved, 0.0), LONGEST_LAG_S) if self._moved > LEAST_MOTION else 0.0
