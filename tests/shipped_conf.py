@@ -42,7 +42,18 @@ def _read(group: str, name: str) -> dict[str, Any]:
         for path, choice in entry.items() if isinstance(entry, dict) else ():
             if path.startswith(f"{group}/"):
                 values |= _below(group, path.removeprefix(f"{group}/"), choice)
-    return values | own
+    made = values | own
+    for entry in _defaults():
+        for path, choice in entry.items() if isinstance(entry, dict) else ():
+            header = _header(path, choice)
+            if header.startswith(f"# @package {group}."):  # a node below this group's, set by a group beside it
+                made[header.removeprefix(f"# @package {group}.")].update(plain(path, choice))
+    return made
+
+
+def _header(group: str, choice: str | None) -> str:
+    file = CONF / group / f"{choice}.yaml"
+    return file.read_text().splitlines()[0] if file.is_file() else ""
 
 
 @functools.cache
@@ -53,5 +64,4 @@ def _defaults() -> list[Any]:
 def _below(group: str, key: str, choice: str) -> dict[str, Any]:
     """What a subgroup adds to its group: a key of its name, or keys beside it where the file's header says so."""
     made = plain(f"{group}/{key}", choice)
-    first = (CONF / group / key / f"{choice}.yaml").read_text().splitlines()[0]
-    return made if first == f"# @package {group}" else {key: made}
+    return made if _header(f"{group}/{key}", choice) == f"# @package {group}" else {key: made}

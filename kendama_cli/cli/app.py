@@ -194,16 +194,18 @@ def referee(
         typer.Argument(metavar="[RUN]", help="Id of a run; the newest if left out.", autocompletion=completion.runs),
     ] = None,
     rope_g: Annotated[
-        float,
-        typer.Option(metavar="G", min=0.01, max=20, help="Mass of the whole rope; the simulation's own has none."),
-    ] = 0.05,
+        float | None,
+        typer.Option(
+            metavar="G", min=0.01, max=20, help="Mass of the whole rope [as in the run; 0.05 if it had none]."
+        ),
+    ] = None,
     as_json: Json = False,
     home: Home = None,
 ) -> None:
     """Play a run's games again on a chain of links in MuJoCo, and say whether it agrees (extra 'referee')."""
     from kendama_cli.cli.referee import referee as play_again  # numpy, scipy and MuJoCo
 
-    play_again(find_site(home).home, run_name, rope_kg=1e-3 * rope_g, as_json=as_json)
+    play_again(find_site(home).home, run_name, rope_kg=None if rope_g is None else 1e-3 * rope_g, as_json=as_json)
 
 
 @app.command()

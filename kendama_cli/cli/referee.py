@@ -44,7 +44,7 @@ class LoggedGame:
     replay: ReplayMessage
 
 
-def referee(home: Path, run: str | None, *, rope_kg: float, as_json: bool) -> None:
+def referee(home: Path, run: str | None, *, rope_kg: float | None, as_json: bool) -> None:
     """Play every logged game of a run again, show what came of it, and write a log beside the run.
 
     Raises UsageError where the run has no such games, MissingPartError without MuJoCo.
@@ -87,9 +87,13 @@ def logged_games(record: Mapping[str, Any]) -> Iterator[LoggedGame]:
                 yield from (LoggedGame(stage["name"], game, one) for one in log.messages(topic, ReplayMessage).messages)
 
 
-def played_again(game: LoggedGame, rope_kg: float = CHAIN_KG) -> RefereeMessage:
-    """One game under the referee's physics, with a rope of ``rope_kg``, beside our own."""
+def played_again(game: LoggedGame, rope_kg: float | None = None) -> RefereeMessage:
+    """One game under the referee's physics, with a rope of ``rope_kg``, beside our own.
+
+    None: as the game's rope was, or CHAIN_KG where that had no mass.
+    """
     one = game.replay
+    rope_kg = rope_kg or one.rope_kg or CHAIN_KG
     t_s, cup_m, axis, ball_m = (np.array(list(value)) for value in (one.t_s, one.cup_m, one.cup_axis, one.ball_m))
     places, axes, balls = (value.reshape(-1, 3) for value in (cup_m, axis, ball_m))
     body = Body(one.rope_m, one.ball_kg, (one.drag_n_s_m, one.drag_n_s2_m2), one.restitution, rope_kg)

@@ -68,11 +68,12 @@ class ReplayMessage:
 
     ``t_s`` (n,) counts from the game's start, ``cup_m``, ``cup_axis`` and ``ball_m`` (3 n) are places of the cup and of
     the ball and the cup's unit axis in the world, one after another. Crossings of the rim's plane count from
-    ``since_s`` on; ``miss_m`` is nan where there was none.
+    ``since_s`` on; ``miss_m`` is nan where there was none. ``rope_kg`` is 0 where the rope had no mass.
     """
 
     index: int
     rope_m: float
+    rope_kg: float
     ball_kg: float
     drag_n_s_m: float
     drag_n_s2_m2: float

@@ -9,14 +9,27 @@ from typing import Literal
 from kendama_cli.errors import ConfigError
 from kendama_cli.schema.settings import setting
 
+LEAST_ROPE_KG = 1e-5
+"""A lighter chain would need shorter sub-steps, and differs from a spring by less than 0.1 mm."""
+
 
 @dataclass(frozen=True)
 class RopeSettings:
-    """A spring and damper that never pushes."""
+    """A spring and damper that never pushes; with a mass, a chain of links between it and the cup."""
 
     length_m: float = setting("untensioned length l0 from the tie point to the ball's centre [m]", above=0)
     stiffness_n_m: float = setting("stiffness Ks [N/m]", above=0)
     damping_n_s_m: float = setting("damping Kd [N s/m]", at_least=0)
+    mass_kg: float = setting(
+        "mass of the whole rope, as a chain of links in DART; 0: a spring without mass [kg]", at_least=0, at_most=0.02
+    )
+
+    def __post_init__(self) -> None:
+        if 0.0 < self.mass_kg < LEAST_ROPE_KG:
+            raise ConfigError(
+                "mass_kg",
+                f"'mass_kg' is {self.mass_kg:g}; allowed: 0, a spring without mass, or {LEAST_ROPE_KG:g} to 0.02",
+            )
 
 
 @dataclass(frozen=True)

@@ -102,6 +102,11 @@ class Imperfection:
 
     rope_scale: float = setting("factor on the rope's length", above=0)
     rope_scale_spread: float = setting("uniform +- spread of that factor, drawn at every reset", at_least=0, below=1)
+    rope_kg: float | None = setting(
+        "mass of the rope as a chain of links; null: as the game's, 0: a spring without mass [kg]",
+        at_least=0,
+        at_most=0.02,
+    )
     ball_start_m: float = setting("uniform +- offset of the ball's start along x, drawn at every reset [m]", at_least=0)
     joint_friction_nm: float = setting("Coulomb friction of every joint that nobody models [Nm]", at_least=0)
     joint_friction_share: float = setting("share of each joint's known friction that comes on top of it", at_least=0)

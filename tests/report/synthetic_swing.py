@@ -72,7 +72,8 @@ WRENCH = {f"{kind}_{axis}_{unit}": 0.5 for kind, unit in (("force", "n"), ("torq
 
 
 def replay_message(index: int, caught: bool, miss_m: float) -> dict[str, Any]:
-    body = {"rope_m": 0.4, "ball_kg": 0.05, "drag_n_s_m": 1e-4, "drag_n_s2_m2": 4e-4, "restitution": 0.2}
+    body = {"rope_m": 0.4, "rope_kg": 0.0, "ball_kg": 0.05}
+    body |= {"drag_n_s_m": 1e-4, "drag_n_s2_m2": 4e-4, "restitution": 0.2}
     way = {"t_s": [0.0, 0.01], "cup_m": [0.0] * 6, "cup_axis": [0.0, 0.0, 1.0] * 2, "ball_m": [0.0, 0.0, -0.4] * 2}
     return {"index": index, "since_s": 0.0, "caught": caught, "miss_m": miss_m, **body, **way}
 

@@ -18,10 +18,11 @@ from kendama_cli.errors import InputError
 from kendama_cli.log.messages import ReplayMessage
 from kendama_cli.motion.rotation_matrix import matrix_of
 from kendama_cli.physics.rope import CupProfile, RopeLaw, rope_pull
+from kendama_cli.physics.rope_chain import link_lengths_m
 from kendama_cli.report.source import StageLog
 from kendama_cli.schema.settings import build
 from kendama_cli.settings.game import CupSettings, GameSettings, LinearAir
-from kendama_cli.simulation.referee.chain import CHAIN_KG, LINKS, Body, damping_ratio, link_lengths_m
+from kendama_cli.simulation.referee.chain import CHAIN_KG, LINKS, Body, damping_ratio
 from kendama_cli.simulation.referee.cup_track import CupTrack
 from kendama_cli.simulation.referee.replay import Replay, replay
 from kendama_cli.simulation.referee.swing_slack import swing_slack_s
@@ -129,7 +130,7 @@ def test_a_game_begins_at_rest_however_its_logged_cup_trembles() -> None:
 def test_a_hinge_lies_at_every_edge_that_the_rope_goes_over() -> None:
     for name in ("floor", "handle"):
         edges_m = CupProfile.of(build(CupSettings, plain("game/cup", name), "cup")).used_m
-        lengths = link_lengths_m(0.4, edges_m)
+        lengths = link_lengths_m(0.4, edges_m, LINKS)
         ends = np.cumsum(lengths)
         assert len(lengths) == LINKS
         assert ends[-1] == pytest.approx(0.4)
@@ -153,6 +154,7 @@ def test_a_logged_game_is_judged_beside_ours() -> None:
     message = ReplayMessage(
         index=3,
         rope_m=GAME.rope.length_m,
+        rope_kg=0.0,
         ball_kg=GAME.ball.mass_kg,
         drag_n_s_m=GAME.drag[0],
         drag_n_s2_m2=GAME.drag[1],

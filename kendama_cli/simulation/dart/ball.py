@@ -17,6 +17,7 @@ from kendama_cli.schema.arrays import Array
 from kendama_cli.settings.game import BallSettings, CupSettings, GameSettings
 from kendama_cli.simulation.dart import joint_kernel as kernel
 from kendama_cli.simulation.dart.pressing import PressingForce
+from kendama_cli.simulation.dart.rope_chain import NO_CHAIN, RopeChain
 from kendama_cli.simulation.dart.world_errors import NO_ERRORS, WorldErrors
 
 RUBS_FULLY_M_S = 0.02
@@ -53,9 +54,10 @@ class TetheredBall:
     ``force_n`` are the arrays on which compiled code works (joint_kernel.pull).
     """
 
-    def __init__(self, game: GameSettings, arm: Body) -> None:
+    def __init__(self, game: GameSettings, arm: Body, *, carried: bool = False) -> None:
+        """The cup is ``carried`` where its speed is set before ``pull``, and not by the step after it."""
         self.skeleton = make_ball(game.ball, game.cup)
-        self.game = game
+        self.game, self._carried = game, carried
         self._cup, self._tie = arm.cup, arm.tie
         self.pulled = np.zeros(13)
         self.pulled[kernel.SIDE] = 1.0
@@ -72,7 +74,11 @@ class TetheredBall:
         drag = (errors.drag_scale * one for one in self.game.drag)
         self.rope = np.array([*kernel.rope_constants(law), *drag, over_tie_m])
         self._tie_friction_m, self._tilt_rad = errors.tie_friction_m, errors.gravity_tilt_rad
-        self.mass_kg = errors.mass_scale * self.game.ball.mass_kg
+        rope_kg = self.game.rope.mass_kg if errors.rope_kg is None else errors.rope_kg
+        self.mass_kg, self.chain = errors.mass_scale * self.game.ball.mass_kg, NO_CHAIN
+        if rope_kg > 0.0:
+            self.chain = RopeChain(self.game, law, rope_kg, self.mass_kg, carried=self._carried)
+        self.mass_kg += self.chain.end_kg
         weight_n = self.mass_kg * self.game.gravity_m_s2
         self.weight_n = np.array([0.0, 0.0, -weight_n])
         self._leaning_n = weight_n * np.array([math.sin(self._tilt_rad), 0.0, 1.0 - math.cos(self._tilt_rad)])
@@ -86,19 +92,18 @@ class TetheredBall:
         length = self._law.length_m + weight_n / self._law.stiffness_n_m
         x, y, z = self._tie.getCOM().tolist()
         aside_m += length * math.sin(self._tilt_rad)
-        self.skeleton.setPositions([x + aside_m, y, z - math.sqrt(length**2 - aside_m**2)])
-        self.skeleton.resetVelocities()
         self.skeleton.resetAccelerations()
         self.pulled[: kernel.SIDE] = (0.0, 0.0, weight_n, weight_n, 0.0, 0.0, -weight_n, x, y, z)
-        self.pressing.let_go()
-        self.observe()
+        self.put([x + aside_m, y, z - math.sqrt(length**2 - aside_m**2)], [0.0, 0.0, 0.0])
 
     def put(self, place_m: Sequence[float], velocity_m_s: Sequence[float]) -> None:
-        """Put the ball at ``place_m`` (3,), moving with ``velocity_m_s`` (3,)."""
+        """Put the ball at ``place_m`` (3,), moving with ``velocity_m_s`` (3,), and a rope with mass the short way."""
         self.skeleton.setPositions(list(place_m))
         self.skeleton.setVelocities(list(velocity_m_s))
         self.pressing.let_go()
         self.observe()
+        axis = self._cup.getWorldTransform().rotation()[:, 2]
+        self.chain.lay((self.tie_m, self.tie_m_s), (self.position_m, self.velocity_m_s), axis)
 
     def pull(self, t_s: float) -> None:
         """Set what rope and air do to the ball in the coming step; raises SimulationError where it is far away.
@@ -107,7 +112,8 @@ class TetheredBall:
         """
         cup, ball = (self.tie_m, self.tie_m_s), (self.position_m, self.velocity_m_s)
         over_tie = (self._cup.getCOM(), self._cup.getCOMLinearVelocity())
-        if not kernel.pull(*ball, *cup, *over_tie, self.rope, self.pulled, self.force_n):
+        state = (*ball, *cup, *over_tie, self.rope, *self.chain.arrays)
+        if not kernel.pull_chain(*state, self.pulled, self.force_n):
             self.abort(t_s)
         self.give()
 

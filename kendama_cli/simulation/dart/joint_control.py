@@ -95,6 +95,7 @@ class JointControl:
             *reference, noise, added, *state, ball.position_m, ball.velocity_m_s, ball.pressing.force_n,
             *self._constants, ball.rope, self._gains, self.friction.unknown, drive.state, effort_nm,
             self.friction.level_nm, ball.pulled, ball.force_n, self._force_nm,
+            *ball.chain.arrays,
         )  # fmt: skip
         drive.limited = bool(answer & kernel.LIMITED)
         if answer > kernel.NEAR + kernel.LIMITED or answer & kernel.NOT_FINITE:

@@ -10,6 +10,7 @@ class WorldErrors:
     """How one world differs from what its controller believes (see settings.robot.Imperfection).
 
     The rope is ``rope_scale`` times as long as the game's, and ``ball_start_m`` is how far the ball hangs aside.
+    ``rope_kg`` is the mass of its chain of links, None as in the game (0: a spring without mass).
     ``joint_friction_nm`` is Coulomb friction of every joint beyond the known one, ``joint_friction_share`` the share of
     each joint's known friction that comes on top of it; ``restitution`` that of ball and cup, None as in the game;
     ``mass_scale`` and ``drag_scale`` are factors on the ball's mass and on the air's force; ``tie_friction_m`` is the
@@ -26,6 +27,7 @@ class WorldErrors:
     drag_scale: float = 1.0
     tie_friction_m: float = 0.0
     gravity_tilt_rad: float = 0.0
+    rope_kg: float | None = None
 
 
 NO_ERRORS = WorldErrors()

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -11,11 +10,10 @@ import numpy as np
 
 from kendama_cli.errors import MissingPartError
 from kendama_cli.physics.rope import CupProfile
+from kendama_cli.physics.rope_chain import link_lengths_m
 from kendama_cli.settings.game import GameSettings, HandleTie
 
 LINKS = 40
-SAME_M = 1e-6
-"""Edges of the cup that are nearer to each other along the rope are one."""
 LINK_RADIUS_M = 0.0001
 CHAIN_KG = 0.00005
 """Mass of the whole chain, where none is given."""
@@ -69,7 +67,7 @@ def chain_model(game: GameSettings, body: Body, step_s: float) -> Any:
     carried.add_freejoint()
     _add_cup(mj, carried, game)
     holder, below = carried, 0.0
-    for number, length in enumerate(link_lengths_m(body.rope_m, CupProfile.of(cup).used_m)):
+    for number, length in enumerate(link_lengths_m(body.rope_m, CupProfile.of(cup).used_m, LINKS)):
         link_kg = body.rope_kg * length / body.rope_m
         holder = holder.add_body(
             name=f"link {number}",
@@ -103,19 +101,6 @@ def chain_model(game: GameSettings, body: Body, step_s: float) -> Any:
         name="ball velocity", type=mj.mjtSensor.mjSENS_FRAMELINVEL, objtype=mj.mjtObj.mjOBJ_SITE, objname="ball"
     )
     return spec.compile()
-
-
-def link_lengths_m(rope_m: float, edges_m: Sequence[float]) -> list[float]:
-    """LINKS links of a rope with a hinge where it goes over each edge of the cup, ``edges_m`` along the rope.
-
-    A taut rope lies over an edge always with the same place. A link across an edge would cut its corner.
-    """
-    ends = np.unique([0.0, *(edge for edge in edges_m if edge < rope_m), rope_m])
-    gaps = np.diff(ends[np.insert(np.diff(ends) > SAME_M, 0, True)])
-    pieces = np.ones(len(gaps), dtype=int)
-    while pieces.sum() < LINKS:
-        pieces[np.argmax(gaps / pieces)] += 1
-    return np.repeat(gaps / pieces, pieces).tolist()
 
 
 def damping_ratio(restitution: float) -> float:

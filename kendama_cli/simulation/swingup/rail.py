@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from kendama_cli.errors import SimulationError
+from kendama_cli.errors import ConfigError, SimulationError
 from kendama_cli.learning.decision import ROUNDING_S
 from kendama_cli.learning.half_swings import TURN_RAD_S
 from kendama_cli.learning.limiter import BrakingLimiter
@@ -21,7 +21,16 @@ from kendama_cli.simulation.swingup.workspace import catch_limiter, limiter, mou
 
 
 def physics(game: GameSettings, step_s: float, rope_scale: float = 1.0, drag_scale: float = 1.0) -> kernel.Physics:
-    """The constants of the dynamics; the mass is inverted as DART inverts a matrix with it on the diagonal."""
+    """The constants of the dynamics; the mass is inverted as DART inverts a matrix with it on the diagonal.
+
+    Raises ConfigError for a rope with mass, which only the world of the whole arm has.
+    """
+    if game.rope.mass_kg > 0.0:
+        raise ConfigError(
+            "game.rope.mass_kg",
+            f"'game.rope.mass_kg' is {game.rope.mass_kg:g}: on the rail the rope has no mass; choose "
+            "simulation/rope=spring there, or simulation/engine=dart",
+        )
     mass = game.ball.mass_kg
     rope, (linear, quadratic) = TautRope.of(game, rope_scale), (drag_scale * one for one in game.drag)
     cup, (_, floor_rad, rim_rad) = rope.cup, rope.turns_rad

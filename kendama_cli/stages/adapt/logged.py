@@ -57,7 +57,8 @@ def log_replay(ctx: StageContext, index: int, world: ArmWorld, drawn: WorldError
     message = ReplayMessage(
         index=index,
         rope_m=world.ball.rope_m,
-        ball_kg=world.ball.mass_kg,
+        rope_kg=world.ball.chain.rope_kg,
+        ball_kg=world.ball.mass_kg - world.ball.chain.end_kg,
         drag_n_s_m=drawn.drag_scale * game.drag[0],
         drag_n_s2_m2=drawn.drag_scale * game.drag[1],
         restitution=game.cup.restitution if drawn.restitution is None else drawn.restitution,

@@ -32,6 +32,7 @@ def played_body(settings: GameSettings, made: Imperfection | None, history: Scen
     the weight's stretch m g / Ks. Otherwise the body is that of the settings on the rope that was measured.
     """
     (linear, quadratic), mass_kg, rope_m = settings.drag, settings.ball.mass_kg, history.rope_m
+    rope_kg = settings.rope.mass_kg if made is None or made.rope_kg is None else made.rope_kg
     if made is not None:
         linear, quadratic = made.drag_scale * linear, made.drag_scale * quadratic
         mass_kg *= made.mass_scale
@@ -39,7 +40,7 @@ def played_body(settings: GameSettings, made: Imperfection | None, history: Scen
         first = history.rollout()[0]
         stretch_m = mass_kg * settings.gravity_m_s2 / settings.rope.stiffness_n_m
         rope_m = float(np.linalg.norm(first[7:] - first[1:4])) - stretch_m
-    return Body(rope_m, mass_kg, (linear, quadratic), settings.cup.restitution)
+    return Body(rope_m, mass_kg, (linear, quadratic), settings.cup.restitution, rope_kg)
 
 
 def replay_message(
@@ -63,6 +64,7 @@ def replay_message(
     return ReplayMessage(
         index=index,
         rope_m=body.rope_m,
+        rope_kg=body.rope_kg,
         ball_kg=body.ball_kg,
         drag_n_s_m=body.drag[0],
         drag_n_s2_m2=body.drag[1],

@@ -23,6 +23,7 @@ from tests.simulation.dart.bench_robot import kendama_game, pa10
 PERFECT = Imperfection(
     rope_scale=1.0,
     rope_scale_spread=0.0,
+    rope_kg=None,
     ball_start_m=0.0,
     joint_friction_nm=0.0,
     joint_friction_share=0.0,
@@ -43,6 +44,7 @@ PERFECT = Imperfection(
 WORN = Imperfection(
     rope_scale=1.05,
     rope_scale_spread=0.01,
+    rope_kg=None,
     ball_start_m=0.01,
     joint_friction_nm=0.3,
     joint_friction_share=0.1,
