@@ -144,11 +144,11 @@ class CatchMotion:
     """The adapted primitive and the arm's motion for it: what the hardware is handed.
 
     ``placement`` is where the arm stands and how it holds the cup for it. ``success_rate`` is that of the perturbed
-    repeats in simulation; ``caught`` is the nominal outcome.
+    repeats in simulation, None where nothing was repeated; ``caught`` is the nominal outcome.
     """
 
     plan: MotionPlan
     joints: JointTrajectory
     placement: Placement
     caught: bool
-    success_rate: float
+    success_rate: float | None

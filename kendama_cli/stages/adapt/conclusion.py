@@ -16,6 +16,11 @@ from kendama_cli.stages.adapt.logged import log_chosen, log_windows
 from kendama_cli.stages.adapt.rollouts import Rollouts
 from kendama_cli.stages.interface import Made, Metric, StageContext
 
+NOT_REPEATED = (
+    "no rollout of the search was caught, so none was repeated: there is no success_rate, and 'caught' is one "
+    "undisturbed rollout of the nearest"
+)
+
 
 def conclude(
     rollouts: Rollouts,
@@ -63,18 +68,17 @@ def conclude(
         "effort_over_limit": result.effort_share,
     }
     joints = swing.joints(variation.tau_scale, settings.hold_s)
-    placement, success = current_placement(rollouts.world.arm), float(rate["success_rate"] or 0.0)
-    return Made(CatchMotion(family.plan(variation), joints, placement, result.caught, success), metrics)
+    placement = current_placement(rollouts.world.arm)
+    motion = CatchMotion(family.plan(variation), joints, placement, result.caught, rate["success_rate"])
+    return Made(motion, metrics, () if search.confirmed else (NOT_REPEATED,))
 
 
-def _rate(search: Search) -> dict[str, Metric]:
+def _rate(search: Search) -> dict[str, float | None]:
     successes, repeats = sum(repeat.caught for repeat in search.confirmed), len(search.confirmed)
+    if not repeats:
+        return {"success_rate": None, "success_rate_low": None, "success_rate_high": None}
     interval = success_interval(successes, repeats)
-    return {
-        "success_rate": successes / max(repeats, 1),
-        "success_rate_low": interval.low if repeats else None,
-        "success_rate_high": interval.high if repeats else None,
-    }
+    return {"success_rate": successes / repeats, "success_rate_low": interval.low, "success_rate_high": interval.high}
 
 
 def _lasts(search: Search, settings: AdaptSettings) -> bool:

@@ -41,9 +41,9 @@ class Adapt:
     def run(self, given: Mapping[str, Any], ctx: StageContext) -> Made:
         """Search tau, then goal and size, in the closed loop; the result is judged by perturbed repeats.
 
-        ``caught`` is the nominal outcome, ``success_rate`` that over fresh perturbed repeats. Where nothing catches
-        the stage still ends, and its metrics say how near it came and what stands in the way. Raises StageError,
-        naming the joint and its limit, where no tau in the range is within the arm's limits.
+        ``caught`` is the nominal outcome, ``success_rate`` that over fresh perturbed repeats, None without any. Where
+        nothing catches the stage still ends, and its metrics say how near it came and what stands in the way. Raises
+        StageError, naming the joint and its limit, where no tau in the range is within the arm's limits.
         """
         plan: MotionPlan = given["encode"]
         plan = scaled_plan(plan, self._settings.size, plan.tau_scale)
@@ -74,7 +74,7 @@ class Adapt:
             total = done + settings.repeats if trial.kind == "confirm" else None
             ctx.progress(done + len(search.confirmed), total, **_figures(trial, search))
         made = conclude(rollouts, search, way, settings=settings, bounds=bounds, eyes_seed=seeds[1], ctx=ctx)
-        return dataclasses.replace(made, warnings=warnings)
+        return dataclasses.replace(made, warnings=(*warnings, *made.warnings))
 
     def _placed(self, robot: RobotSettings, plan: MotionPlan, ctx: StageContext) -> RobotSettings:
         """The arm where it stands, or where the search finds that it should: the same after a resumption.
