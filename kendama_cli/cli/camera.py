@@ -144,8 +144,8 @@ def camera_detect(
     """Find the ball in images, each for itself."""
     from kendama_cli.cli.camera_seeing import SeeingOptions, detect_balls  # OpenCV
 
-    options = SeeingOptions(find_site(home, config_dir), detector, teach, seed, tuple(override or ()))
-    detect_balls(images, output, options, balls, score, as_json=as_json)
+    options = SeeingOptions(find_site(home, config_dir), detector, teach, seed, tuple(override or ()), balls)
+    detect_balls(images, output, options, score, as_json=as_json)
 
 
 @camera_app.command("track")

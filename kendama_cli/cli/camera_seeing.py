@@ -32,13 +32,14 @@ ALIKE_SIZES = "images of one size from a camera that stands still"
 @dataclass(frozen=True)
 class SeeingOptions:
     """How the ball is to be found: a detector by name and overrides of its settings, or taught by a folder of images
-    with boxes."""
+    with boxes; and how many balls an image shows at most."""
 
     site: Site
     detector: str | None
     teach: Path | None
     seed: int
     overrides: tuple[str, ...] = ()
+    balls: int = 1
 
 
 @dataclass(frozen=True)
@@ -75,6 +76,8 @@ def open_seeing(options: SeeingOptions, shown: Sequence[TaughtImage] = ()) -> Se
         raise UsageError(f"--detector {name}: boxes teach the detector 'taught'; leave out one of the two")
     predict = build_settings(composed(options.site, [f"predict/detector={name}", *options.overrides]))["predict"]
     settings: DetectorSettings = predict.detector
+    if isinstance(settings, TaughtDetectorSettings):
+        settings = dataclasses.replace(settings, balls=max(settings.balls, options.balls))
     if isinstance(settings, TaughtDetectorSettings) and by_boxes:
         images = list(shown)
         if options.teach is not None:
@@ -86,7 +89,7 @@ def open_seeing(options: SeeingOptions, shown: Sequence[TaughtImage] = ()) -> Se
 
 
 def detect_balls(
-    paths: Sequence[Path], output: Path, options: SeeingOptions, balls: int, score: Path | None, *, as_json: bool
+    paths: Sequence[Path], output: Path, options: SeeingOptions, score: Path | None, *, as_json: bool
 ) -> None:
     """Find the ball in every image, write what is above the detector's threshold, and compare with boxes if asked."""
     files = image_files(paths)
@@ -95,7 +98,7 @@ def detect_balls(
         seeing.detector.learn(_alike(files))
     found: dict[Path, list[Sighting]] = {}
     for file in files:
-        candidates = islice(seeing.detector.candidates(read_image(file)), balls)
+        candidates = islice(seeing.detector.candidates(read_image(file)), options.balls)
         found[file] = [one for one in candidates if one.score >= seeing.threshold]
     text = io.StringIO()
     rows = csv.writer(text, lineterminator="\n")

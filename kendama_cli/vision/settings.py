@@ -45,6 +45,7 @@ class TaughtDetectorSettings:
 
     kind: Literal["taught"]
     ball: str = setting("file of the taught ball (npz)", file=True)
+    balls: int = setting("how many such balls an image shows at most: more peaks share their probability", at_least=1)
     score_min: float = setting("probability from which a peak counts as seen", above=0, below=1)
     candidates: int = setting("most candidates in an image", at_least=1, at_most=20)
 

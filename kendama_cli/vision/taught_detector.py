@@ -25,10 +25,15 @@ LEAST_SCORE = 0.03
 
 
 class TaughtDetector:
-    """Peaks of a classifier's log odds over place and scale; the score is the probability that they give."""
+    """Peaks of a classifier's log odds over place and scale.
+
+    The score is the probability that they give, p_k, over max(1, sum_j p_j / balls) of all peaks in the image: no more
+    balls are believed in than there are. What resembles the ball and was not in the taught images (a checked shirt)
+    has many peaks, the ball has one.
+    """
 
     def __init__(self, settings: TaughtDetectorSettings, ball: TaughtBall) -> None:
-        self._candidates, self.threshold = settings.candidates, settings.score_min
+        self._candidates, self._balls, self.threshold = settings.candidates, settings.balls, settings.score_min
         self._ball = ball
 
     def candidates(
@@ -47,12 +52,13 @@ class TaughtDetector:
         for one in found:
             if all(float(np.hypot(*(one.centre_px - other.centre_px))) > self._ball.radius_px for other in kept):
                 kept.append(one)
+        believed = max(1.0, sum(one.score for one in kept) / self._balls)
         kept = kept[: self._candidates]
         if hint is not None:
             expected = np.asarray(hint.centre_px) - corner
             kept.sort(key=lambda one: float(np.hypot(*(one.centre_px - expected))))
         for one in kept:
-            yield Sighting(one.centre_px + corner, one.covariance_px2, one.radius_px, one.score)
+            yield Sighting(one.centre_px + corner, one.covariance_px2, one.radius_px, one.score / believed)
 
     def _peaks(self, pixels: Image) -> Iterator[Sighting]:
         """The highest peaks at each scale, in the coordinates of ``pixels``."""

@@ -1,5 +1,7 @@
 """A ball taught by boxes in a few images is found in others, and boxes that show something else are refused."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 
@@ -7,9 +9,9 @@ from kendama_cli.vision.interface import SearchHint
 from kendama_cli.vision.settings import TaughtDetectorSettings
 from kendama_cli.vision.taught_detector import TaughtDetector
 from kendama_cli.vision.teaching import BallBox, TaughtBall, TaughtImage, teach
-from tests.vision.ball_films import labelled_image
+from tests.vision.ball_films import draw_ball, labelled_image
 
-SETTINGS = TaughtDetectorSettings("taught", "", 0.5, 6)
+SETTINGS = TaughtDetectorSettings("taught", "", 1, 0.5, 6)
 
 
 def shown(seed, *, ball=True):
@@ -41,6 +43,19 @@ def test_no_ball_is_seen_where_there_is_none(ball):
         for seed in range(10200, 10210)
     )
     assert wrong <= 1
+
+
+def test_no_more_balls_are_believed_in_than_an_image_shows(ball):
+    image = labelled_image(10210, ball=False)[0]
+    places = np.array([(60.0, 60.0), (160.0, 180.0), (260.0, 90.0)])
+    for place in places:
+        draw_ball(image, place, 10.0, (60, 60, 65), stripe=(40, 120, 235))
+    one, three = (
+        list(TaughtDetector(dataclasses.replace(SETTINGS, balls=balls), ball).candidates(image)) for balls in (1, 3)
+    )
+    assert sum(sighting.score for sighting in one) == pytest.approx(1.0)
+    sure = np.array([sighting.centre_px for sighting in three if sighting.score >= SETTINGS.score_min])
+    assert sorted(np.hypot(*(sure[:, None] - places).T).argmin(axis=0).tolist()) == [0, 1, 2]
 
 
 def test_near_a_hint_the_ball_is_found_in_a_part_of_the_image(ball):
