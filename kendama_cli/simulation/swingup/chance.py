@@ -13,6 +13,7 @@ from kendama_cli.learning.settings import LearnSettings
 from kendama_cli.learning.task_settings import RailEngine
 from kendama_cli.settings.game import GameSettings
 from kendama_cli.simulation.swingup.environment import SwingUpEnvironment
+from kendama_cli.simulation.swingup.rail import without_rope_mass
 
 ROLLOUTS = 400
 _SEED = 324
@@ -22,7 +23,7 @@ _SEED = 324
 def chance_rate(settings: LearnSettings, game: GameSettings) -> float:
     """Share of ROLLOUTS rollouts, each driven by a newly drawn harmonic on the rail, that succeed; always the same."""
     drawing = dataclasses.replace(settings, learner=RandomSettings("random"), engine=RailEngine("rail"))
-    environment, learner = SwingUpEnvironment(drawing, game), begin_learner(drawing)
+    environment, learner = SwingUpEnvironment(drawing, without_rope_mass(game)), begin_learner(drawing)
     noise_rng, harmonic_rng = np.random.default_rng([_SEED, 1]), np.random.default_rng([_SEED, 2])
     succeeded = 0
     for _ in range(ROLLOUTS):

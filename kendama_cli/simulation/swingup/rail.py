@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from dataclasses import dataclass
 
@@ -18,6 +19,11 @@ from kendama_cli.physics.taut_rope import TautRope
 from kendama_cli.settings.game import GameSettings
 from kendama_cli.simulation.swingup import rail_kernel as kernel
 from kendama_cli.simulation.swingup.workspace import catch_limiter, limiter, mouth_m
+
+
+def without_rope_mass(game: GameSettings) -> GameSettings:
+    """The game as the rail can have it."""
+    return dataclasses.replace(game, rope=dataclasses.replace(game.rope, mass_kg=0.0))
 
 
 def physics(game: GameSettings, step_s: float, rope_scale: float = 1.0, drag_scale: float = 1.0) -> kernel.Physics:
