@@ -22,6 +22,10 @@ STREAKS_A_FRAME = 4.0
 LEAST_SUPPORT = 1.2
 """Score of all candidates on a motion; one alone, sure as it may be, is not enough."""
 SOLITARY = 0.9
+STILL_PART, STILL_FRAMES = 0.5, 200
+"""What is at one place, to a ball's radius, in this part of the images (so many of the film) stands still."""
+MOVING_PART = 0.1
+"""A ball that moves in this part of the film tells what else there is."""
 
 
 @dataclass(frozen=True)
@@ -40,7 +44,32 @@ def track(candidates: Sequence[Sequence[Sighting]], threshold: float) -> list[Tr
     frames are tried; a motion's support is the sum of the scores of the candidates within NEAR_RADII of it, one a
     frame. The candidate with the most support is the ball where the support is that of a motion, or where it is sure
     by itself and alone in its neighbourhood in time.
+
+    What stands still has the support of a motion too. A place that shows something in half of those images in which a
+    ball that moves is seen elsewhere is scenery, and no candidate; a ball that rests first leaves its place.
     """
+    moving = _follow(_without(candidates, range(len(candidates))), threshold)
+    seen = [frame for frame, ball in enumerate(moving) if ball is not None]
+    if len(seen) < max(MOVING_PART * len(candidates), HALF_FRAMES):
+        return _follow(candidates, threshold)
+    return _follow(_without(candidates, seen), threshold)
+
+
+def _without(candidates: Sequence[Sequence[Sighting]], frames: Sequence[int]) -> list[list[Sighting]]:
+    """The ``candidates`` of each frame but those at whose place something is in STILL_PART of ``frames``."""
+    looked = frames[:: max(1, len(frames) // STILL_FRAMES)]
+    number = np.array([k for k, frame in enumerate(looked) for _ in candidates[frame]], dtype=np.intp)
+    places = np.array([one.centre_px for frame in looked for one in candidates[frame]]).reshape(-1, 2)
+
+    def stands(one: Sighting) -> bool:
+        there = np.hypot(*(places - one.centre_px).T) <= one.radius_px
+        return len(np.unique(number[there])) >= max(STILL_PART * len(looked), 2)
+
+    return [[one for one in frame if not stands(one)] for frame in candidates]
+
+
+def _follow(candidates: Sequence[Sequence[Sighting]], threshold: float) -> list[TrackedBall | None]:
+    """The candidate of each frame with the most support, None where none has enough; see track."""
     chosen: list[TrackedBall | None] = []
     for frame in range(len(candidates)):
         first, last = max(0, frame - HALF_FRAMES), min(len(candidates), frame + HALF_FRAMES + 1)
