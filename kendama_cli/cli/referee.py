@@ -13,6 +13,7 @@ import numpy as np
 from kendama_cli.artifacts.proportion import success_interval
 from kendama_cli.cli import render
 from kendama_cli.errors import StageError, UsageError
+from kendama_cli.log.logged_settings import logged_settings
 from kendama_cli.log.memory_file import MemoryFile
 from kendama_cli.log.messages import ReplayMessage
 from kendama_cli.log.reader import LogFile
@@ -21,7 +22,6 @@ from kendama_cli.pipeline.artifact_place import LOG
 from kendama_cli.pipeline.record import find_run
 from kendama_cli.pipeline.report import REFEREE_LOG
 from kendama_cli.schema.arrays import Array
-from kendama_cli.schema.settings import build
 from kendama_cli.settings.game import GameSettings
 from kendama_cli.simulation.catch.search_record import SLACK_S
 from kendama_cli.simulation.referee.chain import CHAIN_KG, Body, mujoco
@@ -83,7 +83,7 @@ def logged_games(record: Mapping[str, Any]) -> Iterator[LoggedGame]:
         settings = log.stage.get("settings", {}).get("game")
         for topic in log.topics:
             if topic.endswith(ENDING) and settings is not None:
-                game = build(GameSettings, settings, "game")
+                game = logged_settings(GameSettings, settings, "game", path)
                 yield from (LoggedGame(stage["name"], game, one) for one in log.messages(topic, ReplayMessage).messages)
 
 

@@ -7,12 +7,12 @@ from pathlib import Path
 from typing import Any
 
 from kendama_cli.errors import InputError
+from kendama_cli.log.logged_settings import logged_settings
 from kendama_cli.pipeline.report import logs_of
 from kendama_cli.rendering.film_file import check_film_name, write_film
 from kendama_cli.report.chapters import declaration_of, performances
 from kendama_cli.report.replay.performance import Performance
 from kendama_cli.report.source import StageLog
-from kendama_cli.schema.settings import build
 from kendama_cli.settings.game import GameSettings
 
 
@@ -30,7 +30,7 @@ def film_run(record: Mapping[str, Any], path: Path) -> int:
             remedy="film a run of adapt, learn or transfer (kendama runs)",
         )
     motion, log = min(found, key=lambda one: one[0].links is None)
-    return write_film(motion, build(GameSettings, log.settings["game"], "game"), path)
+    return write_film(motion, logged_settings(GameSettings, log.settings["game"], "game", log.path), path)
 
 
 def _motions(record: Mapping[str, Any]) -> list[tuple[Performance, StageLog]]:

@@ -23,7 +23,7 @@ class StageLog:
     """
 
     def __init__(self, path: Path | str, topics: Collection[str] | None = None) -> None:
-        self._path = path
+        self.path = Path(path)
         self._file = LogFile(path, topics)
         facts = self._file.stage
         self.settings: Mapping[str, Any] = facts.get("settings", {})
@@ -58,7 +58,7 @@ class StageLog:
             return float(found)
         if default is None:
             raise InputError(
-                str(self._path), f"has no setting '{'.'.join(names)}'", remedy="run the stage again with --force"
+                str(self.path), f"has no setting '{'.'.join(names)}'", remedy="run the stage again with --force"
             )
         return default
 
