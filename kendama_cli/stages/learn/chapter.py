@@ -34,8 +34,8 @@ def swingup_figures(log: StageLog) -> list[Figure]:
             [
                 "Reward of every rollout of the learning. Explored: driven by a random harmonic trajectory; greedy: by"
                 " the policy as it stood; filled: success. Line: running median of the greedy rollouts over 21 of them."
-                " From ten successes in a row on the policy is frozen, until it fails or is proven. Compare with Fig. 5"
-                " of the paper."
+                " From ten successes in a row on, the policy is frozen, until it fails or is proven. Compare with Fig."
+                " 5 of the paper."
             ],
             learning,
             columns=1,

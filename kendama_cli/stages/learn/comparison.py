@@ -37,8 +37,8 @@ def learning_figures(runs: Ensemble) -> list[Figure]:
                 learning,
                 [
                     "Reward of every rollout: interquartile mean over the seeds, and its 95 % interval (bootstrap)."
-                    f" A run that has ended goes on with the median of its last {_TAIL} greedy rollouts;"
-                    " From ten successes in a row on a policy is frozen, until it fails or is proven.",
+                    f" A run that has ended goes on with the median of its last {_TAIL} greedy rollouts."
+                    " From ten successes in a row on, a policy is frozen, until it fails or is proven.",
                     "Share of seeds that came to the first of the successes in a row that prove the policy after so"
                     " many rollouts; an unproven seed stays at the cap.",
                 ],
