@@ -32,6 +32,6 @@ def test_the_way_ahead_falls_as_the_run_s_own_gravity_says() -> None:
 def test_a_log_without_the_game_s_sizes_is_refused_by_name() -> None:
     """Before, the sizes of conf/game/kendama.yaml were drawn instead."""
     log = StageLog.__new__(StageLog)
-    log._path, log.settings = "adapt.mcap", {"rope": {"length_m": 0.4}}
+    log.path, log.settings = "adapt.mcap", {"rope": {"length_m": 0.4}}
     with pytest.raises(InputError, match=r"adapt.mcap: has no setting 'ball.radius_m'; run the stage again"):
         Geometry.of(log)
