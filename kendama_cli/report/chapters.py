@@ -46,14 +46,12 @@ def declaration_of(name: str, entry: Mapping[str, Any]) -> StageDeclaration | No
 
 
 def draw(declaration: StageDeclaration, log: StageLog) -> tuple[list[Figure], str]:
-    """The figures of a stage's chapter, or none and the reason; raises InputError for a log that cannot be read."""
+    """The figures of a stage's chapter, or none and the reason, which a log of another version can be."""
     if declaration.chapter is None:
         return [], ""
     try:
         figures = list(resolve(declaration.chapter, f"the chapter of stage '{declaration.name}'")(log))
-    except InputError:
-        raise
-    except MissingPartError as error:
+    except (InputError, MissingPartError) as error:
         return [], f"This chapter cannot be drawn: {error}."
     except Exception as error:  # a chapter of another package, or a log from before it changed: the page goes on
         return [], undrawn(error)
@@ -75,8 +73,6 @@ def film(declaration: StageDeclaration, log: StageLog) -> str:
         return ""
     try:
         return resolve(declaration.film, f"the film of stage '{declaration.name}'")(log) or ""
-    except InputError:
-        raise
     except Exception:  # the chapter of the same stage says what is wrong
         return ""
 
@@ -87,8 +83,6 @@ def performances(declaration: StageDeclaration, log: StageLog) -> list[Performan
         return []
     try:
         return list(resolve(declaration.replay, f"the replay of stage '{declaration.name}'")(log))
-    except InputError:
-        raise
     except Exception:  # the chapter of the same stage says what is wrong
         return []
 

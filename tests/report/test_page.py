@@ -4,6 +4,7 @@ import os
 import re
 import subprocess
 import sys
+from dataclasses import dataclass
 from html.parser import HTMLParser
 from pathlib import Path
 
@@ -11,10 +12,11 @@ import pytest
 
 from kendama_cli.errors import InputError
 from kendama_cli.log.reader import LogFile
+from kendama_cli.log.writer import McapLog
 from kendama_cli.report.page import make_report
 from kendama_cli.report.replay.page_part import scripts
 from kendama_cli.schema.messages import codec, kind_of
-from tests.log.made_logs import all_topics, memory_log
+from tests.log.made_logs import MemoryFile, all_topics, memory_log
 
 VOID = {"meta", "link", "input", "br"}
 
@@ -188,6 +190,21 @@ def test_a_stage_of_a_project_of_its_own_gets_metrics_and_settings(tmp_path):
     page = make_report({"run": "x", "stages": [{"name": "own", "status": "ran"}]}, {"own": path})
     assert "<h2>own</h2>" in page
     assert "5 Hz" in page
+
+
+@dataclass(frozen=True)
+class _OlderRefereeMessage:
+    stage: str
+    miss_m: float
+
+
+def test_a_log_of_another_version_leaves_the_rest_of_the_page(run, logs, tmp_path):
+    log = McapLog({"/referee/game": _OlderRefereeMessage}, MemoryFile())
+    log.write("/referee/game", 0.0, _OlderRefereeMessage("transfer", 0.01))
+    log.finish(tmp_path / "referee.mcap", stage="referee", settings={}, metrics={"caught_rate": 1.0})
+    page = make_report(run, {"learn": logs["learn"], "referee": tmp_path / "referee.mcap"})
+    assert re.search(r"This chapter cannot be drawn: [^<]*referee.mcap[^<]*/referee/game", page)
+    assert "Reward per rollout" in page
 
 
 def test_a_damaged_log_is_refused_with_one_line(run, logs, tmp_path):
