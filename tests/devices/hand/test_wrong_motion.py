@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -141,6 +142,13 @@ def test_a_way_back_as_fast_as_the_swing_is_left_out_and_told(tmp_path, swing):
         np.ptp(place_m, axis=0), abs=0.02
     )
     assert any("with which a ball never rises over the cup, as it does elsewhere" in one for one in hand.warnings)
+
+
+def test_two_jumps_and_no_swing(tmp_path):
+    """Both are shorter than a swing, so that nothing of the recording would be left."""
+    t_s = np.arange(0, 3, 0.01)
+    place_m = np.column_stack([np.where(t_s < 1, 0.0, 0.5), np.zeros(300), np.where(t_s < 2, 1.0, 1.2)])
+    assert re.search(r"jump|speed|acceleration", refusal(tmp_path, t_s, place_m))
 
 
 def test_a_pause_within_a_swing_does_not_cut_it(tmp_path, swing):
