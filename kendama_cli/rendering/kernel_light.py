@@ -198,12 +198,13 @@ def background_light(region: Array, unlit: Array, lit: Array, free: Array, stren
     """The background's light: its own, and each lamp's where nothing stands between."""
     for v in range(region[1], region[3]):
         for u in range(region[0], region[2]):
+            y, x = v - region[1], u - region[0]
             for i in range(3):
-                light = np.float64(unlit[v, u, i])
-                for lamp in range(len(lit)):
-                    if free[lamp, v, u]:
-                        light += strength[v] * lit[lamp, v, u, i]
-                image[v - region[1], u - region[0], i] = light
+                image[y, x, i] = unlit[v, u, i]
+            for lamp in range(len(lit)):
+                if free[lamp, v, u]:
+                    for i in range(3):
+                        image[y, x, i] += strength[v] * lit[lamp, v, u, i]
 
 
 @compiled
