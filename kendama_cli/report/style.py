@@ -132,6 +132,11 @@ section>h3{font:600 15px/1.4 var(--sans);margin:26px 0 0}
 .replay .legend span{flex:1;padding:10px 14px}
 .replay .legend span+span{border-left:1px solid var(--line)}
 .replay .legend.tall span+span{border-left:0;border-top:1px solid var(--line)}
+.replay .cameras{display:flex;gap:8px;margin:12px 0 0}.replay .cameras[hidden]{display:none}
+.replay .cameras figure{flex:0 1 420px;min-width:0;margin:0}
+.replay .cameras svg{display:block;width:100%;height:auto;border-radius:4px;background:var(--tint)}
+.replay .cameras figcaption{font:12px/1.4 var(--sans);color:var(--muted);margin:4px 0 0}
+.replay .cameras circle{fill:none;stroke:#00e5ff;stroke-width:2px;vector-effect:non-scaling-stroke}
 .replay .choose{flex-wrap:wrap;gap:8px 16px}
 .replay .choose label{display:flex;align-items:center;gap:6px;cursor:pointer}
 .replay .choose input{flex:none;min-width:0;margin:0}

@@ -106,7 +106,8 @@ def write_transfer(log: FieldLog, rng: np.random.Generator) -> tuple[dict[str, A
         log.write("/transfer/replay", start_s + 2.5, replay_message(index, True, 0.004))
     picture = io.BytesIO()
     Image.new("RGB", (640, 480), (206, 204, 198)).save(picture, "jpeg", quality=80)
-    log.write("/transfer/image/left", 106.6, {"frame": "left", "format": "jpeg", "data": picture.getvalue()})
+    for time in (106.6, 106.75):  # the second one a moment at which the ball was not found
+        log.write("/transfer/image/left", time, {"frame": "left", "format": "jpeg", "data": picture.getvalue()})
     metrics = {
         "rollouts": 25,
         "success_rate_before": 0.7,

@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from kendama_cli.report.replay.camera_images import CameraImages
 from kendama_cli.report.replay.performance import Expected, Frames, Performance
 from kendama_cli.report.tracks import Array
 from kendama_cli.schema.foxglove import Solid
@@ -25,10 +26,9 @@ _MOST = 32767
 def scripts() -> tuple[str, str]:
     """three.js with its licence, and the player: both must be allowed by the page's policy."""
     here = files("kendama_cli.report.replay")
-    three, motion, player = (
-        here.joinpath(name).read_text(encoding="utf-8") for name in ("three.min.js", "motion.js", "player.js")
-    )
-    return three, f"'use strict';\n(() => {{\n{motion}{player}}})();\n"
+    names = ("three.min.js", "motion.js", "cameras.js", "player.js")
+    three, *parts = (here.joinpath(name).read_text(encoding="utf-8") for name in names)
+    return three, f"'use strict';\n(() => {{\n{''.join(parts)}}})();\n"
 
 
 def replay(performances: Sequence[Performance], *, once: bool = False) -> str:
@@ -63,6 +63,7 @@ def replay(performances: Sequence[Performance], *, once: bool = False) -> str:
         '<input type="range" min="0" max="1" step="any" value="0" aria-label="time"><output></output></div>'
         f'<div class="controls choose"><span class="seg" role="group" aria-label="speed">{speeds}</span>{side}'
         f'<button type="button" class="reset">Reset view</button>{choices}</div>'
+        '<div class="cameras" hidden></div>'
         '<p class="run keys">Drag to turn, two fingers or the wheel (after a click) to zoom; keys: space, arrows, + and'
         " \u2212, comma and point for single pictures, R. Times count from the catch.</p>"
         f'<script type="application/json">{_json(scene)}</script></div>'
@@ -88,6 +89,17 @@ def _performance(one: Performance) -> dict[str, Any]:
         "gravity": one.gravity_m_s2,
         "catch": None if one.catch_s is None else round(one.catch_s, 4),
         "ahead": [_ahead(known) for known in one.expected],
+        "images": [_images(seen) for seen in one.images],
+    }
+
+
+def _images(seen: CameraImages) -> dict[str, Any]:
+    return {
+        "camera": seen.camera,
+        "size": list(seen.size_px),
+        "times": _rounded(seen.t_s, 4),
+        "files": [f"data:image/{seen.format};base64,{base64.b64encode(one).decode()}" for one in seen.files],
+        "balls": [None if ball is None else _rounded(ball, 1) for ball in seen.balls],
     }
 
 

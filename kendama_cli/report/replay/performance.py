@@ -10,6 +10,7 @@ from typing import Literal
 import numpy as np
 import pandas as pd
 
+from kendama_cli.report.replay.camera_images import CameraImages
 from kendama_cli.report.source import StageLog
 from kendama_cli.report.tracks import Array
 from kendama_cli.schema.foxglove import FrameTransform, FrameTransforms, SceneUpdate, Solid
@@ -64,6 +65,7 @@ class Performance:
     gravity_m_s2: float = 9.81
     catch_s: float | None = None
     expected: tuple[Expected, ...] = ()
+    images: tuple[CameraImages, ...] = ()
     placed: bool = True
 
     def moved(self, by_m: Array) -> Performance:
@@ -87,6 +89,7 @@ def performance(
     start_s: float = -math.inf,
     end_s: float = math.inf,
     expected: Sequence[Expected] = (),
+    images: Sequence[CameraImages] = (),
 ) -> Performance | None:
     """What ``under``/cup, /ball and /links tell from ``start_s`` to ``end_s``; None where there is no ball and cup.
 
@@ -111,6 +114,7 @@ def performance(
         gravity_m_s2=log.setting("gravity_m_s2"),
         catch_s=came_down_s(bodies, rim_m),
         expected=tuple(expected),
+        images=tuple(images),
     )
 
 

@@ -1,4 +1,4 @@
-/* The player: scene, view, controls; follows motion.js in the page. */
+/* The player: scene, view, controls; follows motion.js and cameras.js in the page. */
 class Replay {
   constructor(box, context) {
     this.box = box; this.canvas = box.querySelector('canvas'); this.place = box.querySelector('.stage');
@@ -15,6 +15,7 @@ class Replay {
     this.orbit.maxPolarAngle = Math.PI * 0.52;
     this.canvas.style.touchAction = 'pan-y';
     this.orbit.addEventListener('change', () => this.draw());
+    this.cameras = new Cameras(box.querySelector('.cameras'));
     this.rate = 1; this.running = false; this.once = 'once' in box.dataset;
     const arms = this.performances.filter(one => one.links);
     this.on = new Set([0]); this.side = arms.length > 1;
@@ -83,6 +84,7 @@ class Replay {
       button.setAttribute('aria-pressed', String(Boolean(+button.dataset.side) === this.side));
       button.disabled = main.length < 2;
     }
+    this.cameras.of(main.find(one => one.images.length));
     this.tall = this.place.clientHeight > this.place.clientWidth;
     legend.classList.toggle('tall', this.tall);
   }
@@ -198,6 +200,7 @@ class Replay {
     this.slider.min = this.start; this.slider.max = this.end; this.slider.value = t;
     this.out.textContent = (t < 0 ? '\u2212' : '+') + Math.abs(t).toFixed(2) + ' s';
     const {clientWidth: width, clientHeight: height} = this.place, n = this.panes.length;
+    this.cameras.show(t);
     this.camera.aspect = this.aspect(); this.camera.updateProjectionMatrix();
     this.renderer.setScissorTest(true);
     this.panes.forEach((pane, k) => {

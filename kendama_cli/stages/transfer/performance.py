@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from kendama_cli.report.replay.camera_images import camera_images
 from kendama_cli.report.replay.performance import Expected, Performance, performance
 from kendama_cli.report.source import StageLog
 from kendama_cli.report.tracks import last_start_s
@@ -28,6 +29,7 @@ def replay(log: StageLog) -> list[Performance]:
         start_s=start_s,
         end_s=end_s,
         expected=_expected(log, number),
+        images=camera_images(log, "/transfer", start_s=start_s, end_s=end_s),
     )
     imitated = performance(
         log,

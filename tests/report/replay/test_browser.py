@@ -117,6 +117,30 @@ def test_side_by_side_and_overlaid_show_what_is_ticked(in_space, report) -> None
     tab.send("Page.close")
 
 
+def test_the_cameras_images_stand_beside_the_scene_with_a_ring_about_the_ball(in_space, report) -> None:
+    """Of the first game, of which alone there are images: at 106.6 s, ball found at (300, 200) px, and at 106.75 s."""
+    tab = _opened(in_space, report, 1000, 800)
+    caption = "document.querySelector('.replay .cameras figcaption').textContent"
+    ring = (
+        "(() => { const one = document.querySelector('.replay .cameras circle');"
+        " return [one.getAttribute('cx'), one.getAttribute('cy'), one.style.display]; })()"
+    )
+    tab.value(TO.format(time=-1.0))
+    first = tab.value(caption)
+    assert first.startswith("Camera “left”, ")
+    assert tab.value(ring) == ["300", "200", ""]
+    image = "document.querySelector('.replay .cameras image')"
+    tab.wait(f"{image}.getBoundingClientRect().width > 200")
+    assert tab.value(f"{image}.getAttribute('href')").startswith("data:image/jpeg;base64,")
+    tab.value(TO.format(time=9.0))
+    assert tab.value(caption).endswith(", ball not found")
+    assert tab.value(ring)[2] == "none"
+    tab.value(ONE)
+    assert tab.value("document.querySelector('.replay .cameras').hidden") is True
+    assert tab.said == []
+    tab.send("Page.close")
+
+
 def test_it_fits_a_phone(in_space, report) -> None:
     tab = _opened(in_space, report, 390, 844, phone=True)
     assert tab.value("document.documentElement.scrollWidth") <= 390
