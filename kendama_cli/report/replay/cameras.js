@@ -7,14 +7,13 @@ class Cameras {
     if (this.performance === performance) return;
     this.performance = performance; this.box.textContent = ''; this.box.hidden = !performance;
     this.cameras = !performance ? [] : performance.images.map(seen => {
-      const figure = document.createElement('figure'), caption = document.createElement('figcaption');
-      const [picture, image, ring] = ['svg', 'image', 'circle'].map(
-        name => document.createElementNS('http://www.w3.org/2000/svg', name));
-      const [width, height] = seen.size;
-      picture.setAttribute('viewBox', `0 0 ${width} ${height}`); picture.setAttribute('role', 'img');
+      const figure = document.createElement('figure'), [width, height] = seen.size;
+      figure.innerHTML = '<svg role="img"><image/><circle/></svg><figcaption></figcaption>';
+      const [picture, image, ring, caption] = figure.querySelectorAll('*');
+      picture.setAttribute('viewBox', `0 0 ${width} ${height}`);
       picture.setAttribute('aria-label', `Camera ${seen.camera}`);
       image.setAttribute('width', width); image.setAttribute('height', height);
-      picture.append(image, ring); figure.append(picture, caption); this.box.append(figure);
+      this.box.append(figure);
       return {seen, image, ring, caption, at: null};
     });
   }
