@@ -113,14 +113,37 @@ Seed = Annotated[int, typer.Option(metavar="N", min=0, help="Of what is drawn wh
 
 @camera_app.command("teach")
 def camera_teach(
-    images: Annotated[Path, typer.Argument(metavar="FOLDER", help="3 to 10 images with boxes: images/ and labels/.")],
-    output: Annotated[Path, typer.Option("-o", "--output", metavar="FILE", help="The taught ball.")] = Path("ball.npz"),
+    path: Annotated[
+        Path,
+        typer.Argument(
+            metavar="FILM|FOLDER", help="A film to draw boxes in, or 3 to 10 images with boxes: images/ and labels/."
+        ),
+    ],
+    output: Annotated[
+        Path | None,
+        typer.Option(
+            "-o",
+            "--output",
+            metavar="PATH",
+            help="Of a film: the folder for images and boxes [FILM-boxes]; of a folder: the taught ball [ball.npz].",
+        ),
+    ] = None,
+    port: Annotated[int, typer.Option(min=0, max=65535, help="TCP port of the page; 0 takes a free one.")] = 0,
+    show: Annotated[bool, typer.Option("--show/--no-show", help="Open the page in the browser.")] = True,
     seed: Seed = 0,
 ) -> None:
-    """Learn what the ball looks like from a few images with a box about it."""
-    from kendama_cli.cli.camera_seeing import teach_ball  # OpenCV
+    """Show what the ball looks like: draw boxes about it in stills of a film, on a page in the browser.
 
-    teach_ball(images, output, seed)
+    With a folder of images that have boxes already: learn the ball once, for predict/detector=taught.
+    """
+    if path.is_dir():
+        from kendama_cli.cli.camera_seeing import teach_ball  # OpenCV
+
+        teach_ball(path, output or Path("ball.npz"), seed)
+        return
+    from kendama_cli.cli.camera_draw import PageOptions, draw_boxes  # OpenCV
+
+    draw_boxes(path, output or Path(f"{path.stem}-boxes"), PageOptions(port, show))
 
 
 @camera_app.command("detect")

@@ -19,12 +19,13 @@ from kendama_cli.devices.camera.boxes import image_files, labelled, read_boxes, 
 from kendama_cli.errors import InputError, UsageError
 from kendama_cli.pipeline.nodes import build_settings
 from kendama_cli.store.durable import write_file
+from kendama_cli.vision.ball_box import TaughtImage
 from kendama_cli.vision.interface import Detector, Image, Sighting
 from kendama_cli.vision.make_detector import make_detector
 from kendama_cli.vision.motion_detector import MotionDetector
 from kendama_cli.vision.settings import DetectorSettings, NetworkDetectorSettings, TaughtDetectorSettings
 from kendama_cli.vision.taught_detector import TaughtDetector
-from kendama_cli.vision.teaching import TaughtBall, TaughtImage, teach
+from kendama_cli.vision.teaching import TaughtBall, teach
 
 ALIKE_SIZES = "images of one size from a camera that stands still"
 

@@ -16,11 +16,11 @@ from kendama_cli.devices.camera.calibration import camera_model, read_calibratio
 from kendama_cli.devices.camera.film import Film
 from kendama_cli.devices.camera.track_overlay import draw_track
 from kendama_cli.errors import InputError, UsageError
+from kendama_cli.vision.ball_box import BallBox, TaughtImage
 from kendama_cli.vision.ball_film import FilmTrack, film_track
 from kendama_cli.vision.camera_model import CameraModel
 from kendama_cli.vision.film_positions import FilmPositions, from_one, from_several
 from kendama_cli.vision.motion_detector import MotionDetector
-from kendama_cli.vision.teaching import BallBox, TaughtImage
 
 BACKGROUND_FRAMES = 41
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import io
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from zipfile import BadZipFile
 
@@ -11,6 +11,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from kendama_cli.vision.ball_box import LEAST_CONTRAST, BallBox, TaughtImage
 from kendama_cli.vision.interface import Image
 from kendama_cli.vision.patch_classifier import PatchClassifier, Training, Values, standardised
 from kendama_cli.vision.patch_features import BALL_PX, COUNT, DIRECTIONS, patch_features, scaled, turned
@@ -34,29 +35,6 @@ HARD_LOG_ODDS = -2.0
 CHECK_STEPS = 300
 ODD_SHARE = 0.05
 """A box is refused when this part of its image looks more like the other boxes than the box does itself."""
-
-
-@dataclass(frozen=True)
-class BallBox:
-    """A box about the ball in an image: its middle and its sides [px]."""
-
-    u_px: float
-    v_px: float
-    width_px: float
-    height_px: float
-
-    @property
-    def radius_px(self) -> float:
-        """Of the ball: motion blur makes the box longer, never narrower."""
-        return min(self.width_px, self.height_px) / 2
-
-
-@dataclass(frozen=True)
-class TaughtImage:
-    """An image (h, w, 3) with a box about each ball in it; none: there is no ball in it."""
-
-    pixels: Image
-    boxes: tuple[BallBox, ...]
 
 
 @dataclass(frozen=True)
@@ -127,8 +105,8 @@ def teach(images: Sequence[TaughtImage], seed: int = 0) -> TaughtBall:
 
     Patches about the boxes' middles against patches elsewhere, at three scales; copies of the ball are blurred, turned
     and lit otherwise; what the classifier takes for the ball in these very images is learned again as not the ball
-    (twice). Raises ValueError without a box, for a box of under 4 px, and (from three images with boxes on) where a box
-    shows something else than the others do.
+    (twice). Raises ValueError without a box, for a box of under 4 px or on a plain surface, and (from three images with
+    boxes on) where a box shows something else than the others do.
     """
     boxes = [box for image in images for box in image.boxes]
     if not boxes:
@@ -136,19 +114,49 @@ def teach(images: Sequence[TaughtImage], seed: int = 0) -> TaughtBall:
     small = min(boxes, key=lambda box: box.radius_px)
     if small.radius_px < 2:
         raise ValueError(f"a box of {small.width_px:.1f} x {small.height_px:.1f} px: a ball needs 4 px at the least")
+    for number, image in enumerate(images):
+        for box in image.boxes:
+            if (stands_out := box.contrast(image.pixels)) < LEAST_CONTRAST:
+                raise ValueError(
+                    f"the box at {box.u_px:.0f},{box.v_px:.0f} in image {number + 1} shows a plain surface: contrast "
+                    f"{stands_out:.1f} of 255, allowed: {LEAST_CONTRAST:g} and more"
+                )
     rng = np.random.default_rng(seed)
-    radius_px = float(np.median([box.radius_px for box in boxes]))
-    patches = [
+    patches = _all_patches(images, rng)
+    for number, share in _odd(images, patches, rng):
+        box = images[number].boxes[0]
+        raise ValueError(
+            f"the box at {box.u_px:.0f},{box.v_px:.0f} in image {number + 1} shows something else than the other "
+            f"boxes: {share:.0%} of that image looks more like them"
+        )
+    return TaughtBall(median_radius_px(images), tuple(_train(patches, STEPS, ROUNDS, rng) for _ in range(CLASSIFIERS)))
+
+
+def odd_images(images: Sequence[TaughtImage], seed: int = 0) -> dict[int, float]:
+    """The images whose box ``teach`` would refuse for showing something else, with the part of each that looks more
+    like the other boxes than its own does."""
+    rng = np.random.default_rng(seed)
+    return dict(_odd(images, _all_patches(images, rng), rng))
+
+
+def median_radius_px(images: Sequence[TaughtImage]) -> float:
+    """Of the balls in the boxes."""
+    return float(np.median([box.radius_px for image in images for box in image.boxes]))
+
+
+def _all_patches(images: Sequence[TaughtImage], rng: np.random.Generator) -> list[_Patches]:
+    radius_px = median_radius_px(images)
+    return [
         _collect(number, image, BALL_PX / (radius_px * scale), rng)
         for number, image in enumerate(images)
         for scale in SCALES
     ]
-    _require_alike(images, patches, rng)
-    return TaughtBall(radius_px, tuple(_train(patches, STEPS, ROUNDS, rng) for _ in range(CLASSIFIERS)))
 
 
-def _require_alike(images: Sequence[TaughtImage], patches: Sequence[_Patches], rng: np.random.Generator) -> None:
-    """Raise ValueError where the box of one image is not found again by what the boxes of all others taught."""
+def _odd(
+    images: Sequence[TaughtImage], patches: Sequence[_Patches], rng: np.random.Generator
+) -> Iterator[tuple[int, float]]:
+    """Images whose box is not found again by what the boxes of all others taught."""
     boxed = [number for number, image in enumerate(images) if image.boxes]
     if len(boxed) < 3:
         return
@@ -163,11 +171,7 @@ def _require_alike(images: Sequence[TaughtImage], patches: Sequence[_Patches], r
             best = max(float(classifier.log_odds(ball).max()) for ball in one.balls)
             shares.append(float((classifier.log_odds(one.elsewhere) > best).mean()))
         if min(shares) > ODD_SHARE:
-            box = images[number].boxes[0]
-            raise ValueError(
-                f"the box at {box.u_px:.0f},{box.v_px:.0f} in image {number + 1} shows something else than the other "
-                f"boxes: {min(shares):.0%} of that image looks more like them"
-            )
+            yield number, min(shares)
 
 
 def _collect(number: int, image: TaughtImage, scale: float, rng: np.random.Generator) -> _Patches:

@@ -5,10 +5,11 @@ import dataclasses
 import numpy as np
 import pytest
 
+from kendama_cli.vision.ball_box import BallBox, TaughtImage
 from kendama_cli.vision.interface import SearchHint
 from kendama_cli.vision.settings import TaughtDetectorSettings
 from kendama_cli.vision.taught_detector import TaughtDetector
-from kendama_cli.vision.teaching import BallBox, TaughtBall, TaughtImage, teach
+from kendama_cli.vision.teaching import TaughtBall, teach
 from tests.vision.ball_films import draw_ball, labelled_image
 
 SETTINGS = TaughtDetectorSettings("taught", "", 1, 0.5, 6)
@@ -97,6 +98,10 @@ def test_a_box_on_the_bare_wall_is_refused_and_named():
         ([], "none of 0 images has a box"),
         ([TaughtImage(np.zeros((40, 40, 3), dtype=np.uint8), ())], "none of 1 images has a box"),
         ([TaughtImage(np.zeros((40, 40, 3), dtype=np.uint8), (BallBox(20, 20, 3, 3),))], "needs 4 px"),
+        (
+            [TaughtImage(np.full((40, 40, 3), 150, dtype=np.uint8), (BallBox(20, 20, 9, 9),))],
+            "plain surface: contrast 0",
+        ),
     ],
 )
 def test_what_teaches_nothing_is_refused(images, message):

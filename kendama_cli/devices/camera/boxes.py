@@ -11,8 +11,8 @@ import numpy as np
 
 from kendama_cli.devices.camera.views import IMAGES
 from kendama_cli.errors import InputError
+from kendama_cli.vision.ball_box import BallBox, TaughtImage
 from kendama_cli.vision.interface import Image
-from kendama_cli.vision.teaching import BallBox, TaughtImage
 
 LAYOUT = (
     "boxes are YOLO text files (class, centre and size over the image's width and height) in labels/ beside images/"
@@ -102,3 +102,19 @@ def read_labelled(one: LabelledImage) -> TaughtImage:
     """The image with its boxes."""
     pixels = read_image(one.image)
     return TaughtImage(pixels, read_boxes(one.label, pixels.shape[1], pixels.shape[0]))
+
+
+def write_labelled(folder: Path, name: str, image: TaughtImage) -> None:
+    """Write the image as ``images/NAME.png`` and its boxes as ``labels/NAME.txt``, in full precision."""
+    height_px, width_px = image.pixels.shape[:2]
+    lines = [
+        f"0 {(box.u_px + 0.5) / width_px:.9g} {(box.v_px + 0.5) / height_px:.9g} "
+        f"{box.width_px / width_px:.9g} {box.height_px / height_px:.9g}\n"
+        for box in image.boxes
+    ]
+    for part, ending, content in (
+        ("images", ".png", cv2.imencode(".png", image.pixels)[1].tobytes()),
+        ("labels", ".txt", "".join(lines).encode()),
+    ):
+        (folder / part).mkdir(parents=True, exist_ok=True)
+        (folder / part / f"{name}{ending}").write_bytes(content)
