@@ -10,6 +10,16 @@ SARSA = Variant(
     settings="kendama_cli.learning.learner_settings:SarsaSettings",
     makes="kendama_cli.learning.sarsa:SARSA",
 )
+DYNA = Variant(
+    "dyna",
+    settings="kendama_cli.learning.learner_settings:DynaSettings",
+    makes="kendama_cli.learning.dyna:DYNA",
+)
+TILE_CODING = Variant(
+    "tile_coding",
+    settings="kendama_cli.learning.learner_settings:TileCodingSettings",
+    makes="kendama_cli.learning.tile_coding:TILE_CODING",
+)
 LUCKY = Variant(
     "lucky",
     settings="kendama_cli.learning.learner_settings:LuckySettings",
@@ -29,4 +39,9 @@ OPEN_LOOP = Variant(
     "open_loop",
     settings="kendama_cli.learning.learner_settings:OpenLoopSettings",
     makes="kendama_cli.learning.open_loop:OPEN_LOOP",
+)
+MODEL_BASED = Variant(
+    "model_based",
+    settings="kendama_cli.learning.learner_settings:ModelBasedSettings",
+    makes="kendama_cli.learning.model_based:MODEL_BASED",
 )

@@ -51,7 +51,7 @@ class OpenLoopPolicy:
         """Raises ValueError where the artifact does not hold one swing."""
         self._low, self._high = settings.actions_m_s2[0], settings.actions_m_s2[-1]
         self._period_s = settings.decision.longest_s
-        self.play(_swing_of(artifact))
+        self.play(swing_of(artifact))
 
     def play(self, swing: Array) -> None:
         """Begin a rollout that plays ``swing`` (3,)."""
@@ -100,7 +100,7 @@ class OpenLoopLearner:
         self.count = LearningCount(succeeded_ever=policy is not None)
         self._centre, self._spread = _ranges(settings)
         if policy is not None:
-            self._centre = _swing_of(policy)
+            self._centre = swing_of(policy)
         self._costs: list[list[float]] = [[]]
         self._seed: int | None = None
         self._generation: Generation | None = None
@@ -109,7 +109,7 @@ class OpenLoopLearner:
         self._best_streak = 0
         self._explored = False
         self._successes = self._barren = 0
-        self._actor = OpenLoopPolicy(_sealed(self._centre, settings), settings)
+        self._actor = OpenLoopPolicy(sealed_swing(self._centre, settings), settings)
         self._rollout = RewardedActor(self._actor, settings.reward)
 
     @classmethod
@@ -143,7 +143,7 @@ class OpenLoopLearner:
     def policy(self) -> PolicyArtifact:
         """The centre of the search, unless an earlier one had the longer streak while it was frozen; sealed."""
         longer = self._best_streak > self.count.streak
-        return _sealed(self._best if longer else self._greedy, self._settings)
+        return sealed_swing(self._best if longer else self._greedy, self._settings)
 
     @property
     def next_look_s(self) -> float:
@@ -224,11 +224,13 @@ def _ranges(settings: LearnSettings) -> tuple[Array, Array]:
     return ranges.mean(axis=1), 0.5 * (ranges[:, 1] - ranges[:, 0])
 
 
-def _sealed(swing: Array, settings: LearnSettings) -> PolicyArtifact:
+def sealed_swing(swing: Array, settings: LearnSettings) -> PolicyArtifact:
+    """The policy that plays ``swing`` (3,), of the learner that ``settings`` choose."""
     return PolicyArtifact.seal(settings.learner.kind, task_meaning(settings), {"swing": np.array(swing)})
 
 
-def _swing_of(artifact: PolicyArtifact) -> Array:
+def swing_of(artifact: PolicyArtifact) -> Array:
+    """The swing (3,) of a policy; raises ValueError where the artifact does not hold one."""
     values: Array = artifact.array("swing")
     if values.shape != (PARAMETERS,):
         raise ValueError(f"the swing has shape {values.shape}; allowed: ({PARAMETERS},), frequency, chirp, amplitude")

@@ -12,8 +12,6 @@ from kendama_cli.learning.settings import LearnSettings
 from kendama_cli.learning.state import SwingState
 from kendama_cli.schema.arrays import Array
 
-KIND = "sarsa"
-
 
 def task_meaning(settings: LearnSettings) -> Mapping[str, object]:
     """The settings that give a policy on bins its meaning: the task with its goal, bins, actions, decisions."""
@@ -21,9 +19,12 @@ def task_meaning(settings: LearnSettings) -> Mapping[str, object]:
     return {**parts, "task": settings.task, "actions_m_s2": settings.actions_m_s2}
 
 
-def seal_table(q: Array, settings: LearnSettings) -> PolicyArtifact:
-    """The policy of the table ``q`` (states, actions)."""
-    return PolicyArtifact.seal(KIND, task_meaning(settings), {"q": q})
+def seal_table(q: Array, settings: LearnSettings, meaning: Mapping[str, object] | None = None) -> PolicyArtifact:
+    """The policy of the values ``q`` (rows, actions), of the learner that ``settings`` choose.
+
+    Where the rows are not the states of ``learn.grid``, ``meaning`` says more than ``task_meaning``.
+    """
+    return PolicyArtifact.seal(settings.learner.kind, meaning or task_meaning(settings), {"q": q})
 
 
 class GreedyPolicy:

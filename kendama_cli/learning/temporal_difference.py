@@ -87,6 +87,13 @@ class ValueTable:
             self.begin()
         return error
 
+    def back_up(self, transition: Transition, alpha: float, update: UpdateName) -> None:
+        """Learn from one imagined transition, by the target of ``update``: one step, and traces stay what they are."""
+        entry = transition.row, transition.column
+        for q in self._tables:
+            ahead = 0.0 if transition.next_row is None else UPDATES[update].ahead(q, transition)
+            q[entry] += alpha * (transition.reward + self._gamma * ahead - q[entry])
+
     def _update_pair(self, transition: Transition, alpha: float, learning: int) -> float:
         entry = transition.row, transition.column
         values = [float(q[entry]) for q in self._tables]

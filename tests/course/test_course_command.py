@@ -80,8 +80,8 @@ def test_a_notebook_that_ends_its_process_is_told(tmp_path: Path) -> None:
             ("start", "2", "--solutions", "."),
             "no 2-movement-primitives.md there; name the folder examples/course/solutions",
         ),
-        (("board", "lucky", "sarsas"), "there is no learner 'sarsas'; allowed: cma, epsilon_greedy, lucky, pump, "),
-        (("board", "lucky", "seed=3"), "there is no learner 'seed=3'; allowed: cma, epsilon_greedy, "),
+        (("board", "lucky", "sarsas"), "there is no learner 'sarsas'; allowed: cma, dyna, epsilon_greedy, lucky, "),
+        (("board", "lucky", "seed=3"), "there is no learner 'seed=3'; allowed: cma, dyna, "),
         (("board", "--task", "no"), "there is no task 'no'; allowed: easy, hard, hard_random, paper"),
     ],
 )

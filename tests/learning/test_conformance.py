@@ -17,7 +17,7 @@ from kendama_cli.learning.settings import LearnSettings
 from kendama_cli.learning.state import SwingState
 from tests.learning.settings_files import learn_settings
 
-OURS = ("sarsa", "lucky", "random", "pump", "open_loop")
+OURS = ("sarsa", "lucky", "random", "pump", "open_loop", "dyna", "tile_coding", "model_based")
 
 
 @pytest.mark.parametrize("check", conformance.CHECKS)
@@ -25,6 +25,18 @@ OURS = ("sarsa", "lucky", "random", "pump", "open_loop")
 @pytest.mark.parametrize("kind", ["sarsa", "epsilon_greedy", "lucky", "random", "pump", "cma"])
 def test_every_learner_keeps_every_law(kind, task, check):
     check(learn_settings(task, f"learn/learner={kind}"))
+
+
+@pytest.mark.parametrize("check", conformance.CHECKS)
+@pytest.mark.parametrize("kind", ["dyna", "tile_coding"])
+def test_every_learner_of_values_keeps_every_law(kind, check):
+    check(learn_settings("paper", f"learn/learner={kind}"))
+
+
+@pytest.mark.parametrize("check", conformance.CHECKS)
+def test_the_model_based_learner_keeps_every_law(check):
+    short = {"learner__models": 2, "learner__candidates": 2, "learner__population": 4, "learner__generations": 1}
+    check(learn_settings("paper", "learn/learner=model_based", **short))
 
 
 @pytest.mark.parametrize("update", ["expected_sarsa", "q", "double_sarsa"])

@@ -1,0 +1,175 @@
+"""Model-based: a model of the swing is fitted to the rollouts so far, and a swing that is found in it is played.
+
+The model (``swing_model.py``) is linear in what it learns and assumes no pendulum; a swing is that of ``open_loop``, a
+harmonic place of the cup whose frequency changes. The first rollouts play swings that are drawn. From then on the swing
+of least expected cost, over what the model may still be, is found by CMA-ES in the model (``swing_planner.py``) and
+played as the greedy policy; a success keeps it, a failure adds to the model, in which another one is found. So went
+PILCO (M. Deisenroth and C. Rasmussen, ICML 2011), with Gaussian processes; as there, the reward of a state is known.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from numpy.random import Generator
+
+from kendama_cli.artifacts.policy import PolicyArtifact
+from kendama_cli.learning import swing_model_kernel as kernel
+from kendama_cli.learning.decision import HeldAction
+from kendama_cli.learning.discretisation import StateGrid
+from kendama_cli.learning.interface import FinishedRollout, LearnerMaker
+from kendama_cli.learning.learner_settings import ModelBasedSettings
+from kendama_cli.learning.open_loop import sealed_swing, swing_of
+from kendama_cli.learning.policy import task_meaning
+from kendama_cli.learning.reward import Outcome
+from kendama_cli.learning.rewarded_actor import RewardedActor
+from kendama_cli.learning.settings import LearnSettings
+from kendama_cli.learning.state import SwingState
+from kendama_cli.learning.statistics import LearningCount
+from kendama_cli.learning.swing_model import SwingModel
+from kendama_cli.learning.swing_planner import SwingPlanner
+from kendama_cli.schema.arrays import Array
+
+
+class SwingPolicy:
+    """Plays one swing, its acceleration held by ``learn.decision`` on the bins of ``learn.grid``."""
+
+    table = None
+    decides_on_bins = True
+
+    def __init__(self, artifact: PolicyArtifact, settings: LearnSettings) -> None:
+        """Raises ValueError where the artifact does not hold one swing."""
+        self._settings, self._grid = settings, StateGrid(settings.grid)
+        self.play(swing_of(artifact))
+
+    def play(self, swing: Array) -> None:
+        """Begin a rollout that plays ``swing`` (3,)."""
+        self._swing = swing
+        self._held = HeldAction(self._settings, self._grid)
+        self._acceleration = 0.0
+        self.times_s: list[float] = []
+        self.readings: list[SwingState] = []
+
+    def begin_rollout(self) -> None:
+        """Begin the same swing anew."""
+        self.play(self._swing)
+
+    @property
+    def decisions(self) -> int:
+        """Decisions of this rollout so far."""
+        return len(self.readings)
+
+    @property
+    def next_look_s(self) -> float:
+        """``act`` changes nothing before this time into the rollout, so no reading is needed before it [s]."""
+        return self._held.next_look_s
+
+    def act(self, state: SwingState, t_s: float) -> float:
+        """The cup's acceleration [m/s^2] at ``t_s`` into the rollout; the ball's reading says only when it changes."""
+        held, actions = self._held, self._settings.actions_m_s2
+        if t_s >= held.next_look_s:
+            row = held.due(state, t_s)
+            if row is not None:
+                held.hold(row, held.action, t_s)
+                ahead_s = self._settings.decision.longest_s
+                wanted = float(kernel.wanted(self._swing, t_s, state.x_m, state.velocity_m_s, ahead_s))
+                self._acceleration = max(actions[0], min(actions[-1], wanted))
+                self.times_s.append(t_s)
+                self.readings.append(state)
+        return self._acceleration
+
+
+class ModelBasedLearner:
+    """Fits a model to the rollouts so far, and plays what a search finds in it. See the module."""
+
+    table = None
+    decides_on_bins = True
+
+    def __init__(self, settings: LearnSettings, policy: PolicyArtifact | None = None) -> None:
+        """From nothing, or from the swing of a ``policy``, which is played until it fails."""
+        assert isinstance(settings.learner, ModelBasedSettings)
+        self._settings, self._own = settings, settings.learner
+        self.count = LearningCount(succeeded_ever=policy is not None)
+        noise = settings.noise
+        self._model = SwingModel(math.radians(noise.angle_reading_deg), noise.rate_reading_rad_s)
+        self._planner = SwingPlanner(settings)
+        self._greedy = np.zeros(3) if policy is None else swing_of(policy)
+        self._best, self._best_streak = self._greedy, 0
+        self._plans, self._seen = policy is None, 0
+        self._explored = False
+        self._actor = SwingPolicy(sealed_swing(self._greedy, settings), settings)
+        self._rollout = RewardedActor(self._actor, settings.reward)
+
+    @classmethod
+    def from_state(cls, settings: LearnSettings, state: Mapping[str, Any]) -> ModelBasedLearner:
+        """The learner that ``state()`` described, between the same two rollouts."""
+        learner = cls(settings)
+        learner.count = LearningCount(**state["count"])
+        learner._greedy, learner._best = np.array(state["greedy"]), np.array(state["best"])
+        learner._best_streak, learner._seen = int(state["best_streak"]), int(state["seen"])
+        learner._plans = bool(state["plans"])
+        learner._model.gram, learner._model.moment = np.array(state["gram"]), np.array(state["moment"])
+        learner._model.squares, learner._model.equations = float(state["squares"]), int(state["equations"])
+        return learner
+
+    def state(self) -> dict[str, Any]:
+        """The learner between two rollouts: the model's normal equations, and JSON values."""
+        return {
+            "count": dataclasses.asdict(self.count),
+            "greedy": self._greedy.tolist(),
+            "best": self._best.tolist(),
+            "best_streak": self._best_streak,
+            "seen": self._seen,
+            "plans": self._plans,
+            "gram": np.array(self._model.gram),
+            "moment": np.array(self._model.moment),
+            "squares": self._model.squares,
+            "equations": self._model.equations,
+        }
+
+    @property
+    def policy(self) -> PolicyArtifact:
+        """The swing that was found last, unless an earlier one had the longer streak while it was frozen; sealed."""
+        longer = self._best_streak > self.count.streak
+        return sealed_swing(self._best if longer else self._greedy, self._settings)
+
+    @property
+    def next_look_s(self) -> float:
+        """``act`` changes nothing before this time into the rollout, so no reading is needed before it [s]."""
+        return self._rollout.next_look_s
+
+    def begin_rollout(self, rng: Generator) -> None:
+        """Play a drawn swing, the last one that was found, or another one that ``rng`` helps to find."""
+        self._explored = self._plans and self._seen < self._own.drawn_rollouts
+        if self._plans and not self._explored:
+            self._greedy = self._planner.found(self._model, self._greedy if self._greedy.any() else None, rng)
+        self._actor.play(self._planner.drawn(rng) if self._explored else self._greedy)
+        self._rollout = RewardedActor(self._actor, self._settings.reward)
+
+    def act(self, state: SwingState, t_s: float) -> float:
+        """The cup's acceleration [m/s^2] at ``t_s`` into the rollout."""
+        return self._rollout.act(state, t_s)
+
+    def end_rollout(self, outcome: Outcome, state: SwingState, miss_m: float | None = None) -> FinishedRollout:
+        """Add the readings to the model and count; ``state`` is the last reading."""
+        success, reward = outcome == "goal", self._rollout.reward(outcome, state, miss_m)
+        if not self.count.frozen(self._settings.count):
+            self._model.add(self._actor.times_s, self._actor.readings)
+            self._seen += 1
+        if not (self._explored or success) and self.count.streak >= max(
+            self._settings.count.streak, self._best_streak + 1
+        ):
+            self._best, self._best_streak = self._greedy, self.count.streak
+        self._plans = self._explored or not success
+        self.count = self.count.after(explored=self._explored, success=success, settings=self._settings.count)
+        return FinishedRollout(self.count.rollouts, self._explored, success, reward, self._rollout.decisions)
+
+
+MODEL_BASED = LearnerMaker(
+    begin=ModelBasedLearner, resume=ModelBasedLearner.from_state, policy=SwingPolicy, meaning=task_meaning
+)
+"""The kind ``model_based``."""

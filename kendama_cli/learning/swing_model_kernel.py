@@ -1,0 +1,170 @@
+"""Swings of the cup and what a fitted model says that the ball does meanwhile, as compiled code.
+
+``limit`` is BrakingLimiter and ``wanted`` the law of OpenLoopPolicy; tests hold each to the plain one.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+from numba import njit
+
+compiled = njit(cache=True, error_model="numpy")
+Array = Any
+"""A numpy array of float64; compiled code takes no finer annotation."""
+FOLLOWING_PER_S = 4.0
+"""The share of the error in place that the cup makes up in a second."""
+
+
+class Cup(NamedTuple):
+    """How the cup follows a swing: its limits, as BrakingLimiter has them, and how it is played."""
+
+    half_width_m: float
+    max_speed_m_s: float
+    braking_m_s2: float
+    largest_m_s2: float
+    lowest_m_s2: float
+    highest_m_s2: float
+    edge_m: float
+    ahead_s: float
+    step_s: float
+    held: int
+    steps: int
+
+
+class Window(NamedTuple):
+    """When the ball is let go, and where it may come down."""
+
+    nearest_rad: float
+    farthest_rad: float
+    slowest_rad_s: float
+    fastest_rad_s: float
+    gravity_m_s2: float
+    rim_m: float
+    landing_limit_m: float
+    catch_acceleration_m_s2: float
+
+
+@compiled
+def limit(command: float, x: float, v: float, cup: Cup) -> float:
+    """BrakingLimiter.limit with the period ``cup.step_s``."""
+    highest = min(_highest(x, v, cup), (cup.max_speed_m_s - v) / cup.step_s)
+    lowest = -min(_highest(-x, -v, cup), (cup.max_speed_m_s + v) / cup.step_s)
+    if command > highest:
+        return max(highest, -cup.largest_m_s2)
+    return min(lowest, cup.largest_m_s2) if command < lowest else command
+
+
+@compiled
+def _highest(x: float, v: float, cup: Cup) -> float:
+    b, h = cup.braking_m_s2, cup.step_s
+    if math.isinf(cup.half_width_m):
+        return math.inf
+    reach = b * h * b * h + 2.0 * b * (cup.half_width_m - x - 0.5 * b * h * h)
+    return -cup.largest_m_s2 if reach <= 0.0 else (math.sqrt(reach) - b * h - v) / h
+
+
+@compiled
+def wanted(swing: Array, t: float, x: float, v: float, ahead: float) -> float:
+    """What brings the cup to the speed that A sin(w t + c t^2 / 2) has ``ahead`` later, and some way to its place."""
+    w, c, size = swing[0], swing[1], swing[2]
+    later = t + ahead
+    speed = size * (w + c * later) * math.cos((w + 0.5 * c * later) * later)
+    place = size * math.sin((w + 0.5 * c * t) * t)
+    return float((speed + FOLLOWING_PER_S * (place - x) - v) / ahead)
+
+
+@compiled
+def place_of(angle: float, nodes: int) -> tuple[int, float, float]:
+    """The node below |angle|, the share of the way to the next one, and the angle's sign."""
+    turned = angle - 2.0 * math.pi * math.floor(angle / (2.0 * math.pi) + 0.5)
+    side = -1.0 if turned < 0.0 else 1.0
+    place = abs(turned) / math.pi * (nodes - 1)
+    node = min(int(place), nodes - 2)
+    return node, place - node, side
+
+
+@compiled
+def acceleration(weights: Array, angle: float, rate: float, cup: float) -> float:
+    """phi'' of the model: ``weights`` (4, n) of 1, phi'^2 (odd in the angle), phi' and the cup's acceleration."""
+    node, share, side = place_of(angle, weights.shape[1])
+    total = 0.0
+    for part in range(4):
+        weight = (1.0 - share) * weights[part, node] + share * weights[part, node + 1]
+        factor = side if part == 0 else (side * rate * rate if part == 1 else (rate if part == 2 else cup))
+        total += weight * factor
+    return total
+
+
+@compiled
+def add_features(into: Array, angle: float, rate: float, cup: float, by: float) -> None:
+    """Add ``by`` times what ``acceleration`` multiplies the weights by to ``into`` (4, nodes)."""
+    node, share, side = place_of(angle, into.shape[1])
+    for part in range(4):
+        factor = side if part == 0 else (side * rate * rate if part == 1 else (rate if part == 2 else cup))
+        into[part, node] += by * (1.0 - share) * factor
+        into[part, node + 1] += by * share * factor
+
+
+@compiled
+def costs(  # noqa: PLR0917 - plain arrays, as compiled code takes them
+    swings: Array, starts: Array, weights: Array, toy: Array, cup: Cup, window: Window
+) -> Array:
+    """The cost of each swing (n,): the mean over the models ``weights`` (m, 4, nodes), each with its ``starts`` (m, 3).
+
+    A start is the ball's angle, the cup's place, and a factor on all accelerations.
+    """
+    found = np.zeros(len(swings))
+    for i in range(len(swings)):
+        for j in range(len(starts)):
+            found[i] += _cost(swings[i], starts[j], weights[j], toy, cup, window) / len(starts)
+    return found
+
+
+@compiled
+def _cost(  # noqa: PLR0917
+    swing: Array, start: Array, weights: Array, toy: Array, cup: Cup, window: Window
+) -> float:
+    """-1 for a release after which the cup has nothing to do, -0.5 where it just gets there, above 0 without one."""
+    x, v, angle, rate, highest, h = start[1], 0.0, start[0], 0.0, 0.0, cup.step_s
+    asked = 0.0
+    for k in range(cup.steps):
+        if k % cup.held == 0:
+            asked = wanted(swing, k * h, x, v, cup.ahead_s)
+            asked = max(cup.lowest_m_s2, min(cup.highest_m_s2, asked))
+        sent = limit(asked, x, v, cup) * start[2]
+        a1 = acceleration(weights, angle, rate, sent)
+        a2 = acceleration(weights, angle + 0.5 * h * rate, rate + 0.5 * h * a1, sent)
+        a3 = acceleration(weights, angle + 0.5 * h * rate + 0.25 * h * h * a1, rate + 0.5 * h * a2, sent)
+        a4 = acceleration(weights, angle + h * rate + 0.5 * h * h * a2, rate + h * a3, sent)
+        angle += h * rate + h * h / 6.0 * (a1 + a2 + a3)
+        rate += h / 6.0 * (a1 + 2.0 * a2 + 2.0 * a3 + a4)
+        x, v = x + h * v + 0.5 * h * h * sent, v + h * sent
+        highest = max(highest, 0.5 * (1.0 - math.cos(angle)))
+        if abs(x) > cup.edge_m or not abs(rate) < 50.0:
+            return 1.0
+        out, away = abs(angle), rate if angle >= 0.0 else -rate
+        if window.nearest_rad <= out <= window.farthest_rad and window.slowest_rad_s <= away <= window.fastest_rad_s:
+            side = 1.0 if angle >= 0.0 else -1.0
+            place = out / math.pi * (len(toy) - 1)
+            node = min(int(place), len(toy) - 2)
+            share = place - node
+            at = (1.0 - share) * toy[node] + share * toy[node + 1]
+            if -side * sent * at[0] - window.gravity_m_s2 * at[1] + rate * rate * at[2] <= 0.0:
+                return _landing(side * x, side * v, away, at, window)
+    return 1.0 - 0.5 * highest
+
+
+@compiled
+def _landing(x: float, v: float, rate: float, at: Array, window: Window) -> float:
+    """The cost of a release on the right: how much of the cup's reach the landing takes."""
+    root = (rate * at[6]) ** 2 + 2.0 * window.gravity_m_s2 * (at[4] - window.rim_m)
+    if root <= 0.0:
+        return 0.4
+    time = (rate * at[6] + math.sqrt(root)) / window.gravity_m_s2
+    apart = at[3] + rate * at[5] * time
+    needed = abs(2.0 * apart / (time * time)) / window.catch_acceleration_m_s2
+    reach = max(needed, abs(x + v * time + apart) / window.landing_limit_m)
+    return float(-1.0 + 0.5 * min(reach, 2.5))

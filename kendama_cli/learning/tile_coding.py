@@ -1,0 +1,188 @@
+"""SARSA(lambda) with linear function approximation: the value of an action is the sum over the active tiles.
+
+    Q(s, a) = sum_k w[tile_k(s), a],    w += alpha / n [r + gamma V - Q(s, a)] e
+
+for n tilings, with V of ``learn.update`` and traces e on the weights (Sutton and Barto, 2nd edition, section 12.7).
+Actions change where the bins of ``learn.grid`` do, as a table's; the tiles say what the state is then.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.random import Generator
+from numpy.typing import NDArray
+
+from kendama_cli.artifacts.policy import PolicyArtifact
+from kendama_cli.errors import ConfigError
+from kendama_cli.learning.decision import HeldAction, greedy_column
+from kendama_cli.learning.discretisation import StateGrid
+from kendama_cli.learning.interface import LearnerMaker
+from kendama_cli.learning.learner_settings import TileCodingSettings
+from kendama_cli.learning.policy import seal_table, task_meaning
+from kendama_cli.learning.settings import LearnSettings
+from kendama_cli.learning.state import SwingState
+from kendama_cli.learning.tiles import Tiles
+from kendama_cli.learning.traces import TRACES
+from kendama_cli.learning.updates import UPDATES, Transition
+from kendama_cli.learning.value_learner import ValueLearner
+
+
+class TileValues:
+    """Weights (tiles, actions), and traces on those that the present rollout has used.
+
+    A transition's row is the number of a visit of this rollout, which ``visit`` gives.
+    """
+
+    def __init__(self, weights: NDArray[np.float64], settings: LearnSettings) -> None:
+        assert isinstance(settings.learner, TileCodingSettings)
+        self.q = weights
+        self._flat = self.q.reshape(-1)
+        self._columns = weights.shape[1]
+        self._tilings = settings.learner.tilings
+        self._update, self._law = UPDATES[settings.update], TRACES[settings.traces]
+        self._gamma, self._fading = settings.gamma, settings.gamma * settings.trace_decay
+        self._visits: list[NDArray[np.int64]] = []
+        self.begin()
+
+    @property
+    def tables(self) -> NDArray[np.float64]:
+        """A copy of the weights."""
+        return np.array(self.q)
+
+    def begin(self) -> None:
+        """Forget all traces."""
+        self._places: dict[int, int] = {}
+        self._marked, self._traces = np.empty(64, dtype=np.int64), np.empty(64)
+
+    def forget_visits(self) -> None:
+        """A new rollout counts its visits anew."""
+        self._visits = []
+
+    def visit(self, active: NDArray[np.int64]) -> int:
+        """The row of a transition that begins where these tiles are active."""
+        self._visits.append(active)
+        return len(self._visits) - 1
+
+    def values(self, row: int) -> list[float]:
+        """The values of the actions at a visit."""
+        found: list[float] = self.q[self._visits[row]].sum(axis=0).tolist()
+        return found
+
+    def update(self, transition: Transition, alpha: float, coin: float = 0.0) -> float:
+        """Learn from one transition; returns the temporal-difference error before the update."""
+        step, used = alpha / self._tilings, self._visits[transition.row] * self._columns + transition.column
+        ahead, goes_on = 0.0, True
+        if transition.next_row is not None:
+            here = np.array([self.values(transition.next_row)])
+            there = transition._replace(next_row=0)
+            ahead, goes_on = self._update.ahead(here, there), self._update.goes_on(here, there)
+        error = transition.reward + self._gamma * ahead - float(self._flat[used].sum())
+        n = len(self._places)
+        self._traces[:n] *= self._fading
+        for entry in used.tolist():
+            place = self._places.setdefault(entry, n)
+            if place == n:
+                n = self._longer(entry)
+            self._traces[place] = self._law.marked(float(self._traces[place]), step)
+        self._flat[self._marked[:n]] += step * error * self._traces[:n]
+        if not goes_on:
+            self.begin()
+        return error
+
+    def _longer(self, entry: int) -> int:
+        """One more trace, of ``entry``; gives how many there are."""
+        n = len(self._places)
+        if n > len(self._marked):
+            self._marked, self._traces = np.resize(self._marked, 2 * n), np.resize(self._traces, 2 * n)
+        self._marked[n - 1], self._traces[n - 1] = entry, 0.0
+        return n
+
+
+class TileCodingLearner(ValueLearner):
+    """SARSA(lambda) on tiles; for the rest as a table's learner."""
+
+    table = None
+    _values: TileValues
+
+    def _begin_values(self, q: NDArray[np.float64] | None) -> TileValues:
+        settings = self._settings
+        assert isinstance(settings.learner, TileCodingSettings)
+        for key, refused, allowed in (
+            ("update", "double_sarsa", "sarsa, expected_sarsa, q"),
+            ("traces", "dutch", "replacing, accumulating"),
+        ):
+            if getattr(settings, key) == refused:
+                raise ConfigError(
+                    f"learn.{key}", f"'learn.{key}' is '{refused}'; allowed with learner tile_coding: {allowed}"
+                )
+        self._tiles = Tiles(settings)
+        if q is not None:
+            return TileValues(np.array(_checked(q, settings, self._tiles)), settings)
+        shape = self._tiles.n, len(settings.actions_m_s2)
+        return TileValues(np.full(shape, settings.initial_q / settings.learner.tilings), settings)
+
+    def _sealed(self, q: NDArray[np.float64]) -> PolicyArtifact:
+        return seal_table(q, self._settings, _meaning(self._settings))
+
+    def begin_rollout(self, rng: Generator) -> None:
+        """Decide whether this rollout explores, and forget the visits of the last one."""
+        super().begin_rollout(rng)
+        self._values.forget_visits()
+
+    def _choose(self, held: HeldAction, row: int, state: SwingState, t_s: float) -> None:
+        super()._choose(held, self._values.visit(self._tiles.active(state)), state, t_s)
+
+
+class TilePolicy:
+    """Chooses the action of the largest value, at the times at which a table would be asked."""
+
+    table = None
+    decides_on_bins = True
+
+    def __init__(self, policy: PolicyArtifact, settings: LearnSettings) -> None:
+        """Raises ValueError where the weights have not the shape that the settings need."""
+        self._settings, self._grid, self._tiles = settings, StateGrid(settings.grid), Tiles(settings)
+        self._weights = _checked(policy.array("q"), settings, self._tiles)
+        self.begin_rollout()
+
+    def begin_rollout(self) -> None:
+        """Forget the last action; the next call of ``act`` chooses at once."""
+        self._held = HeldAction(self._settings, self._grid)
+
+    @property
+    def next_look_s(self) -> float:
+        """``act`` changes nothing before this time into the rollout, so no reading is needed before it [s]."""
+        return self._held.next_look_s
+
+    def act(self, state: SwingState, t_s: float) -> float:
+        """The cup's acceleration [m/s^2] at ``t_s`` into the rollout."""
+        held = self._held
+        if t_s >= held.next_look_s:
+            row = held.due(state, t_s)
+            if row is not None:
+                values: list[float] = self._weights[self._tiles.active(state)].sum(axis=0).tolist()
+                column = greedy_column(values, held.mirrored(held.action))
+                held.hold(row, held.mirrored(column), t_s)
+        return self._settings.actions_m_s2[held.action]
+
+
+def _checked(weights: NDArray[np.float64], settings: LearnSettings, tiles: Tiles) -> NDArray[np.float64]:
+    wanted = tiles.n, len(settings.actions_m_s2)
+    if weights.shape != wanted:
+        raise ValueError(f"the weights have shape {weights.shape}; the configuration 'learn' needs {wanted}")
+    return np.asarray(weights, dtype=np.float64)
+
+
+def _begin(settings: LearnSettings, policy: PolicyArtifact | None) -> TileCodingLearner:
+    return TileCodingLearner(settings, q=None if policy is None else policy.array("q"))
+
+
+def _meaning(settings: LearnSettings) -> dict[str, object]:
+    """The task, and how the state falls into tiles."""
+    tiles = {key: getattr(settings.learner, key) for key in TileCodingSettings.__dataclass_fields__ if key != "kind"}
+    workspace = [settings.workspace.half_width_m, settings.workspace.max_speed_m_s]
+    return {**task_meaning(settings), "tiles": tiles, "tiled_workspace": workspace}
+
+
+TILE_CODING = LearnerMaker(begin=_begin, resume=TileCodingLearner.from_state, policy=TilePolicy, meaning=_meaning)
+"""The kind ``tile_coding``."""

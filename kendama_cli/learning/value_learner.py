@@ -1,0 +1,197 @@
+"""Learning the values of actions, driven from outside: the same object learns in simulation and on hardware.
+
+What the values are kept in differs: a table (``sarsa.py``), a table and a model (``dyna.py``), tiles
+(``tile_coding.py``).
+"""
+
+from __future__ import annotations
+
+import abc
+import dataclasses
+from collections.abc import Mapping
+from typing import Any, Protocol, Self
+
+import numpy as np
+from numpy.random import Generator
+from numpy.typing import NDArray
+
+from kendama_cli.artifacts.policy import PolicyArtifact
+from kendama_cli.learning.decision import HeldAction, greedy_column
+from kendama_cli.learning.discretisation import StateGrid
+from kendama_cli.learning.exploration import DrawnHarmonic, Explorer, Harmonic, explorer, explores
+from kendama_cli.learning.interface import FinishedRollout
+from kendama_cli.learning.policy import seal_table
+from kendama_cli.learning.reward import Outcome, final_reward, step_reward
+from kendama_cli.learning.settings import LearnSettings
+from kendama_cli.learning.state import SwingState
+from kendama_cli.learning.statistics import LearningCount
+from kendama_cli.learning.updates import Transition
+
+
+class Values(Protocol):
+    """Values of the actions by row, and how they learn from a choice."""
+
+    @property
+    def q(self) -> NDArray[np.float64]:
+        """What to act by (rows, actions). Not to be written to."""
+
+    @property
+    def tables(self) -> NDArray[np.float64]:
+        """A copy of all that was learned."""
+
+    def values(self, row: int) -> list[float]:
+        """The values of the actions in ``row``."""
+
+    def begin(self) -> None:
+        """Forget all traces."""
+
+    def update(self, transition: Transition, alpha: float, coin: float = 0.0) -> float:
+        """Learn from one transition; returns the temporal-difference error."""
+
+
+class ValueLearner(abc.ABC):
+    """Temporal differences on values: ``begin_rollout``, ``act`` as often as there are readings, ``end_rollout``.
+
+    An action is held until the binned state changes, at least ``decision.shortest_s`` and at most
+    ``decision.longest_s``; only these decisions are learned from. Between rollouts ``state()`` is all there is to
+    save, and ``from_state`` goes on from it bit for bit.
+    """
+
+    def __init__(self, settings: LearnSettings, *, q: NDArray[np.float64] | None = None) -> None:
+        self._settings = settings
+        self._grid = StateGrid(settings.grid)
+        self._values = self._begin_values(q)
+        self.count = LearningCount(succeeded_ever=q is not None)
+        self._best, self._best_streak = np.array(self._values.q), 0
+        self._explorer: Explorer | None = None
+        self._lucky: list[tuple[float, DrawnHarmonic]] = []
+        self._alpha = settings.alpha
+        self._held = HeldAction(settings, self._grid)
+        self._table_rng: Generator | None = None
+        self._reward = 0.0
+        self._transitions: list[Transition] = []
+
+    @abc.abstractmethod
+    def _begin_values(self, q: NDArray[np.float64] | None) -> Values:
+        """The values at the start, or those of ``q``."""
+
+    @classmethod
+    def from_state(cls, settings: LearnSettings, state: Mapping[str, Any]) -> Self:
+        """The learner that ``state()`` described, between the same two rollouts."""
+        learner = cls(settings, q=state["q"])
+        learner.count = LearningCount(**state["count"])
+        learner._best, learner._best_streak = np.asarray(state["best"]), int(state["best_streak"])
+        learner._lucky = [(reward, DrawnHarmonic(*drawn)) for reward, *drawn in state["lucky"]]
+        return learner
+
+    def state(self) -> dict[str, Any]:
+        """The learner between two rollouts: the values (both tables for double_sarsa) and JSON values."""
+        return {
+            "q": self._values.tables,
+            "count": dataclasses.asdict(self.count),
+            "best": np.array(self._best),
+            "best_streak": self._best_streak,
+            "lucky": [[reward, *drawn] for reward, drawn in self._lucky],
+        }
+
+    @property
+    def rollouts(self) -> int:
+        """Rollouts finished so far."""
+        return self.count.rollouts
+
+    @property
+    def explored(self) -> bool:
+        """Whether the present rollout explores, or the last one did."""
+        return self._explorer is not None
+
+    @property
+    def policy(self) -> PolicyArtifact:
+        """The values to act by, sealed with the settings that give them their meaning.
+
+        They are the present ones, unless earlier ones had the longer streak of greedy successes while they were frozen.
+        """
+        return self._sealed(self._best if self._best_streak > self.count.streak else self._values.q)
+
+    def _sealed(self, q: NDArray[np.float64]) -> PolicyArtifact:
+        return seal_table(q, self._settings)
+
+    def begin_rollout(self, rng: Generator) -> None:
+        """Decide whether this rollout explores and draw what it tries; ``rng`` serves until the rollout ends."""
+        settings = self._settings.exploration
+        explore = explores(settings.after_failure, self.count, rng, in_a_row=settings.in_a_row)
+        self._explorer = (
+            explorer(self._settings, self.count, [drawn for _, drawn in self._lucky], rng) if explore else None
+        )
+        fading = 1.0 + self.rollouts / self._settings.alpha_decay_rollouts
+        self._alpha = 0.0 if self.count.frozen(self._settings.count) else self._settings.alpha / fading
+        self._table_rng = rng if self._settings.update == "double_sarsa" else None
+        self._values.begin()
+        self._held = HeldAction(self._settings, self._grid)
+        self._reward = 0.0
+        self._transitions = []
+
+    decides_on_bins = True
+
+    @property
+    def next_look_s(self) -> float:
+        """``act`` changes nothing before this time into the rollout, so no reading is needed before it [s]."""
+        return self._held.next_look_s
+
+    def act(self, state: SwingState, t_s: float) -> float:
+        """The cup's acceleration [m/s^2] at ``t_s`` into the rollout."""
+        held = self._held
+        if t_s >= held.next_look_s:
+            row = held.due(state, t_s)
+            if row is not None:
+                self._choose(held, row, state, t_s)
+        return self._settings.actions_m_s2[held.action]
+
+    def _choose(self, held: HeldAction, row: int, state: SwingState, t_s: float) -> None:
+        action = held.mirrored(greedy_column(self._values.values(row), held.mirrored(held.action)))
+        probabilities = None
+        if self._explorer is not None:
+            probabilities = self._explorer.action_probabilities(action)
+            action = self._explorer.action(t_s, state, action)
+        if probabilities is not None and held.mirrored(0) != 0:
+            probabilities.reverse()
+        if held.row >= 0:
+            reward = step_reward(self._settings.reward, state.x_m)
+            self._learn(Transition(held.row, held.column, reward, row, held.mirrored(action), probabilities))
+        held.hold(row, action, t_s)
+
+    def end_rollout(self, outcome: Outcome, state: SwingState, miss_m: float | None = None) -> FinishedRollout:
+        """Learn from the end of the rollout and count it; ``state`` is the last reading."""
+        rewards = self._settings.reward
+        final = final_reward(rewards, outcome, miss_m)
+        if self._held.row >= 0:
+            reward = step_reward(rewards, state.x_m) + final
+            self._learn(Transition(self._held.row, self._held.column, reward, None, None))
+        actions = len(self._transitions)
+        for _ in range(self._settings.replay_passes if self._alpha else 0):
+            self._values.begin()
+            for transition in self._transitions:
+                self._values.update(transition, self._alpha, self._coin())
+        success = outcome == "goal"
+        if final > 0.0 and isinstance(self._explorer, Harmonic):
+            self._lucky.insert(0, (final, self._explorer.drawn))
+            self._lucky = sorted(self._lucky, key=_first)[: self._settings.exploration.remembered]
+        # a frozen table is still what made the streak that ends here
+        longer = max(self._settings.count.streak, self._best_streak + 1)
+        if not (success or self.explored) and self.count.streak >= longer:
+            self._best, self._best_streak = np.array(self._values.q), self.count.streak
+        self.count = self.count.after(explored=self.explored, success=success, settings=self._settings.count)
+        return FinishedRollout(self.count.rollouts, self.explored, success, self._reward, actions)
+
+    def _learn(self, transition: Transition) -> None:
+        if self._alpha:
+            self._values.update(transition, self._alpha, self._coin())
+        self._transitions.append(transition)
+        self._reward += transition.reward
+
+    def _coin(self) -> float:
+        return 0.0 if self._table_rng is None else self._table_rng.random()
+
+
+def _first(lucky: tuple[float, DrawnHarmonic]) -> float:
+    """The order of what is remembered: the best reward first, of equal ones the newest."""
+    return -lucky[0]
