@@ -23,7 +23,8 @@ from kendama_cli.stages.learn.comparison_tables import learning_tables
 _TAIL = 10
 """A run that has ended is carried on with the median reward of its last greedy rollouts."""
 _LONG = 100
-"""Beyond so many rollouts the axis is logarithmic."""
+"""Beyond so many rollouts the axis is logarithmic, and every curve a mean over steps that are even on it."""
+_STEPS = 60
 
 
 def learning_figures(runs: Ensemble) -> list[Figure]:
@@ -36,7 +37,8 @@ def learning_figures(runs: Ensemble) -> list[Figure]:
             lettered(
                 learning,
                 [
-                    "Reward of every rollout: interquartile mean over the seeds, and its 95 % interval (bootstrap)."
+                    "Reward per rollout: interquartile mean over the seeds, and its 95 % interval (bootstrap); on a"
+                    f" logarithmic axis of the means over at most {_STEPS} even steps."
                     f" A run that has ended goes on with the median of its last {_TAIL} greedy rollouts."
                     " From ten successes in a row on, a policy is frozen, until it fails or is proven.",
                     "Share of seeds that came to the first of the successes in a row that prove the policy after so"
@@ -73,8 +75,8 @@ def _rewards(groups: Sequence[Group]) -> Panel | None:
         for found, group, colour in zip(curves, groups, _colours(groups), strict=True):
             if found:
                 matrix = np.array([_carried_on(reward, shown) for reward in found])
+                index, matrix = _even_steps(matrix) if shown > _LONG else (np.arange(1.0, shown + 1), matrix)
                 low, high = bootstrap_curve(matrix, interquartile_mean)
-                index = np.arange(1, shown + 1)
                 axes.fill_between(index, low, high, color=colour, alpha=0.16, lw=0)
                 axes.plot(index, interquartile_mean(matrix, axis=0), color=colour, lw=1.5, label=group.label)
         axes.set_xlabel("rollout")
@@ -102,6 +104,13 @@ def _reward(log: StageLog) -> Array:
 
 def _carried_on(reward: Array, n: int) -> Array:
     return np.concatenate([reward[:-1], np.full(max(0, n - len(reward) + 1), reward[-1])])[:n]
+
+
+def _even_steps(matrix: Array) -> tuple[Array, Array]:
+    """Means of curves (k, rollouts) over steps (n,) that are even on a logarithmic axis: their middles, and (k, n)."""
+    edges = np.unique(np.rint(np.geomspace(1, matrix.shape[1] + 1, _STEPS + 1)).astype(int))
+    means = np.add.reduceat(matrix, edges[:-1] - 1, axis=1) / np.diff(edges)
+    return np.sqrt(edges[:-1] * (edges[1:] - 1.0)), means
 
 
 def _learned(groups: Sequence[Group]) -> Panel | None:
