@@ -167,18 +167,18 @@ def meet(
             t = sphere(start, d, balls, tau, sizes.ball_m, normal)
             if t < depth[i]:
                 depth[i], owner[i] = t, -2 - BALL
-                normals[i, :] = normal
+                normals[i, 0], normals[i, 1], normals[i, 2] = normal[0], normal[1], normal[2]
         if near & 2:
             t = open_cup(start, d, cups, turns, tau, sizes, normal)
             if t < depth[i]:
                 depth[i], owner[i] = t, -2 - CUP
-                normals[i, :] = normal
+                normals[i, 0], normals[i, 1], normals[i, 2] = normal[0], normal[1], normal[2]
         for piece in range(ropes.shape[1] - 1):
             if (near >> (ROPE + piece % PIECES)) & 1:
                 t = capsule(start, d, ropes, piece, tau, sizes.rope_m, normal)
                 if t < depth[i]:
                     depth[i], owner[i] = t, -2 - ROPE
-                    normals[i, :] = normal
+                    normals[i, 0], normals[i, 1], normals[i, 2] = normal[0], normal[1], normal[2]
 
 
 @compiled
