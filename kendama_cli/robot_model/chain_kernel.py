@@ -103,8 +103,10 @@ class CollisionGeometry(NamedTuple):
 @compiled
 def frames(chain: Chain, angles: Array, turns: Array, shifts: Array) -> None:
     """Turns (n + 1, 3, 3) and shifts (n + 1, 3) of root and links for ``angles`` (n,), into the given arrays."""
-    turns[0] = np.eye(3)
-    shifts[0] = 0.0
+    for r in range(3):  # number by number here and below: an array assigned to a row takes seconds to compile
+        shifts[0, r] = 0.0
+        for k in range(3):
+            turns[0, r, k] = 1.0 if r == k else 0.0
     for i in range(len(angles)):
         x, y, z = chain.axes[i, 0], chain.axes[i, 1], chain.axes[i, 2]
         c, s = math.cos(angles[i]), math.sin(angles[i])
@@ -227,9 +229,13 @@ def follow(chain: Chain, tool: ToolGeometry, ik: IkSettings, path_m: Array, whol
                 break
             step = least_step(jacobian, change, ik.weights)
             last = last + step * min(1.0, LONGEST_STEP_RAD / max(np.abs(step).max(), 1e-12))
-        angles[k] = last
-        if missed[k] > REACHED and not whole:
-            angles[k:], missed[k:] = last, math.inf
+        beyond = missed[k] > REACHED and not whole
+        for later in range(k, count if beyond else k + 1):
+            for i in range(n):
+                angles[later, i] = last[i]
+            if beyond:
+                missed[later] = math.inf
+        if beyond:
             break
     return angles, missed
 
