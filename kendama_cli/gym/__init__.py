@@ -14,5 +14,7 @@ from kendama_cli.gym.free_cup import Game as Game
 from kendama_cli.gym.registration import CATCH as CATCH
 from kendama_cli.gym.registration import GAME as GAME
 from kendama_cli.gym.registration import SWING_UP as SWING_UP
+from kendama_cli.gym.registration import SWING_UP_GOAL as SWING_UP_GOAL
 from kendama_cli.gym.swing_up import SwingUp as SwingUp
+from kendama_cli.gym.swing_up_goal import SwingUpGoal as SwingUpGoal
 from kendama_cli.gym.swing_up_vector import SwingUpVector as SwingUpVector

@@ -18,6 +18,7 @@ EXPECTED = {
     "predict_catch.py": "after 0.2 s: down at 0.45",  # z = 1.1 + 2 t - g t^2 / 2 falls through 1.0 at 0.453 s
     "run_and_read.py": "mm rms",
     "catch_by_hand.py": "of 50 by the law",
+    "swing_to_goals.py": "30 of 30 goals by the pump",
     "gymnasium_random.py": "of 20 random rollouts reached the goal",
 }
 WITH_OTHERS = {

@@ -16,7 +16,7 @@ from kendama_cli.learning.interface import Actor
 from kendama_cli.learning.reward import Flight, Goal, Outcome
 from kendama_cli.learning.settings import LearnSettings
 from kendama_cli.learning.state import SwingState
-from kendama_cli.learning.task_settings import DartEngine
+from kendama_cli.learning.task_settings import DartEngine, GoalSettings
 from kendama_cli.settings.game import GameSettings
 from kendama_cli.simulation.swingup.compiled_rollouts import CompiledRollouts
 from kendama_cli.simulation.swingup.engine import StepCallback, SwingEngine, rate, state_of
@@ -53,6 +53,10 @@ class SwingUpEnvironment:
         self._step_s = settings.step_s
         self.n_steps = max(1, round(settings.rollout_s / settings.step_s))
         self._swing, self._compiled = (swing, None) if swing is not None else _opened(settings, game)
+
+    def aimed(self, goal: GoalSettings) -> SwingUpEnvironment:
+        """The same engine for rollouts with another goal, not compiled ones."""
+        return SwingUpEnvironment(dataclasses.replace(self.settings, goal=goal), self.game, self._swing)
 
     @property
     def compiled(self) -> bool:
