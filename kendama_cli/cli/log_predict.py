@@ -36,14 +36,17 @@ def log_predict(
             "[the other flights of FILE..., each flight's own left out].",
         ),
     ] = None,
+    spin: Annotated[
+        bool, typer.Option("--spin", help="Balls spin in the air (Magnus): estimate each flight's spin too.")
+    ] = False,
     as_json: Json = False,
 ) -> None:
     """Predict the end of every free flight in a recording from its first part, and say how far off that is."""
     from kendama_cli.vision.flight_trial import try_flights  # scipy and cv2
 
-    flights, without = _flights(files)
-    others = _flights(calibrate)[0] if calibrate else None
-    document = _document(files, flights, try_flights(flights, SEEN, others))
+    flights, without = _flights(files, spin=spin)
+    others = _flights(calibrate, spin=spin)[0] if calibrate else None
+    document = _document(files, flights, try_flights(flights, SEEN, others, spin=spin))
     for path in without:
         render.note(f"{path}: no free flight; left out")
     if as_json:
@@ -59,7 +62,7 @@ def log_predict(
     render.table([[render.figure(value) for value in row.values()] for row in rows], head=list(rows[0]))
 
 
-def _flights(paths: Sequence[Path]) -> tuple[list[RecordedFlight], list[Path]]:
+def _flights(paths: Sequence[Path], *, spin: bool) -> tuple[list[RecordedFlight], list[Path]]:
     """The flights of all files, and the files that have none; raises InputError where none has any."""
     from kendama_cli.devices.flight.reader import read_tracks  # pandas
     from kendama_cli.vision.flight_search import DROP_M, FLIGHT_S, find_flights
@@ -67,7 +70,7 @@ def _flights(paths: Sequence[Path]) -> tuple[list[RecordedFlight], list[Path]]:
     found, without, tracks = [], [], 0
     for path in paths:
         recorded = read_tracks(path)
-        flights = find_flights(recorded)
+        flights = find_flights(recorded, spin=spin)
         tracks += len(recorded)
         found += flights
         if not flights:
@@ -103,6 +106,7 @@ def _document(paths: Sequence[Path], flights: list[RecordedFlight], trial: Trial
         "tilt_x_rad": float(model.tilt_rad[0]),
         "tilt_y_rad": float(model.tilt_rad[1]),
         "drag_per_s": model.drag_per_s,
+        **{name: value for name in ("drag_per_m", "spin_sigma_per_s") if (value := getattr(model, name))},
         "sigma_m": model.sigma_m,
         **{f"wobble_{name}": value for name, value in vars(model.motion).items() if name != "kind"},
     }

@@ -38,7 +38,7 @@ class BallisticFit:
     """
 
     def __init__(self, flight: FreeFlight) -> None:
-        self._flight = flight
+        self.flight = flight
         self.count = 0
         self._start_s = 0.0
         self._early: list[tuple[float, SightRows]] | None = []
@@ -75,14 +75,14 @@ class BallisticFit:
         start, velocity = self._state[:3], self._state[3:]
         if t_s == self._start_s:
             return start, velocity
-        return self._flight.moved(start, velocity, t_s - self._start_s)
+        return self.flight.moved(start, velocity, t_s - self._start_s)
 
     def moment(self, t_s: float) -> Moment | None:
         """The ball at ``t_s``, with the covariance of its position, scaled up where the residuals are too large."""
         known = self.state(t_s)
         if known is None or self._state is None:
             return None
-        ahead = self._flight.transition(self._state[3:], t_s - self._start_s).position_s
+        ahead = self.flight.transition(self._state[3:], t_s - self._start_s).position_s
         p = self._covariance
         moved = p[:3, 3:] @ ahead.T
         covariance = p[:3, :3] + moved + moved.T + ahead @ p[3:, 3:] @ ahead.T
@@ -102,8 +102,8 @@ class BallisticFit:
     def _accumulate(self, s: float, sight: SightRows, *, weighted: bool) -> None:
         """Add one sight to the sums, weighted with the inverse depth of the reference."""
         reference = self._reference
-        place = self._flight.moved(reference[:3], reference[3:], s)[0]
-        ahead = self._flight.transition(reference[3:], s).position_s
+        place = self.flight.moved(reference[:3], reference[3:], s)[0]
+        ahead = self.flight.transition(reference[3:], s).position_s
         scaled, right = sight.rows, sight.right
         if weighted:
             weight = 1.0 / max(float(sight.depth_row @ place) + sight.depth_right, NEAREST_DEPTH_M)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 
 import numpy as np
@@ -24,16 +25,20 @@ class WobblingFit:
 
         w'' = -lambda^2 w - 2 lambda w' + white noise,  var(w) = sigma^2,
 
-    beside the process noise, which is least squares with that residual covariance (generalised least squares).
+    beside the process noise, which is least squares with that residual covariance (generalised least squares). With
+    ``spin_sigma_per_s`` the flight's constant spin is the last part of x, normal about none.
     Begins with the plain fit's state as soon as that is known, and takes the sights that led to it once more.
     """
 
-    def __init__(self, flight: FreeFlight, motion: ProcessNoiseMotion | ColouredMotion) -> None:
-        self._flight, self._motion = flight, motion
+    def __init__(
+        self, flight: FreeFlight, motion: ProcessNoiseMotion | ColouredMotion, spin_sigma_per_s: float = 0.0
+    ) -> None:
+        self._flight, self._motion, self._spin_sigma_per_s = flight, motion, spin_sigma_per_s
         self._plain = BallisticFit(flight)
         self._waiting: list[tuple[float, SightRows]] = []
         self.count = 0
-        self._size = 12 if isinstance(motion, ColouredMotion) else 6
+        self._coloured, self._spins = isinstance(motion, ColouredMotion), spin_sigma_per_s > 0
+        self._size = 6 + 6 * self._coloured + 3 * self._spins
         self._mean: Array | None = None
         self._covariance = np.zeros((self._size, self._size))
         self._square = 0.0
@@ -44,6 +49,11 @@ class WobblingFit:
         """Mean square of the innovations, each over its standard deviation."""
         freedom = self.count - UNKNOWNS
         return self._square / freedom if self._mean is not None and freedom >= MIN_FREEDOM else 1.0
+
+    @property
+    def flight(self) -> FreeFlight:
+        """The flight with the spin that is believed in."""
+        return self._flight if self._mean is None or not self._spins else _spinning(self._flight, self._mean)
 
     def add(self, t_s: float, sight: SightRows) -> None:
         """Take one sight; stamps may go back by the few milliseconds that cameras are apart, no farther."""
@@ -59,7 +69,8 @@ class WobblingFit:
         if known is None or not self._plain.within(WIDE_POSITION_M / 4, WIDE_VELOCITY_M_S / 4):
             return
         self._mean = np.concatenate([*known, np.zeros(self._size - UNKNOWNS)])
-        wide = np.repeat([WIDE_POSITION_M**2, WIDE_VELOCITY_M_S**2, *self._still()], 3)
+        unseen = [self._spin_sigma_per_s**2] if self._spins else []
+        wide = np.repeat([WIDE_POSITION_M**2, WIDE_VELOCITY_M_S**2, *_still(self._motion), *unseen], 3)
         self._covariance, self.reference_s = np.diag(wide), first_s
         for one in self._waiting:
             self._take(*one)
@@ -71,7 +82,7 @@ class WobblingFit:
             return None
         mean = self._mean_over(t_s - self.reference_s)
         place, velocity = mean[0], mean[1]
-        return (place + mean[2], velocity + mean[3]) if self._size == 12 else (place, velocity)
+        return (place + mean[2], velocity + mean[3]) if self._coloured else (place, velocity)
 
     def moment(self, t_s: float) -> Moment | None:
         """The ball at ``t_s``, with the covariance of its position, scaled up where the innovations are too large."""
@@ -80,7 +91,7 @@ class WobblingFit:
             return None
         p = self._covariance_over(t_s - self.reference_s)
         place = p[:3, :3]
-        if self._size == 12:
+        if self._coloured:
             place = place + p[6:9, 6:9] + p[:3, 6:9] + p[6:9, :3]
         return Moment(*known, place * max(1.0, self.residual_ratio))
 
@@ -93,13 +104,13 @@ class WobblingFit:
             self._covariance = self._covariance_over(t_s - self.reference_s)
             self.reference_s = t_s
         # a stamp from before is held against the flight traced back
-        place, _ = self._flight.moved(self._mean[:3], self._mean[3:6], late)
-        ahead = self._flight.transition(self._mean[3:6], late).position_s
+        place, _ = self.flight.moved(self._mean[:3], self._mean[3:6], late)
+        ahead = self.flight.transition(self._mean[3:6], late).position_s
         depth = float(sight.depth_row @ place) + sight.depth_right
         rows = sight.rows / max(depth, NEAREST_DEPTH_M)
         design = np.zeros((len(rows), self._size))
         design[:, :3], design[:, 3:6] = rows, rows @ ahead
-        if self._size == 12:
+        if self._coloured:
             design[:, 6:9] = rows
             place = place + self._mean[6:9]
         innovation = sight.right / max(depth, NEAREST_DEPTH_M) - rows @ place
@@ -111,39 +122,36 @@ class WobblingFit:
         covariance = self._covariance - gain @ crossed.T
         self._covariance = (covariance + covariance.T) / 2
 
-    def _still(self) -> list[float]:
-        """Stationary variances of the wobble and its rate."""
-        if not isinstance(self._motion, ColouredMotion):
-            return []
-        sigma, decay = self._motion.sigma_m, math.sqrt(3) / self._motion.length_s
-        return [sigma**2, (decay * sigma) ** 2]
-
     def _mean_over(self, s: float) -> Array:
         """The mean after ``s`` seconds, a row for each of p, v, w, w' (2 or 4, 3)."""
         if self._mean is None:
             raise ValueError("nothing is known yet")
         mean = self._mean.reshape(-1, 3)
-        ahead: Array = np.empty_like(mean)
-        ahead[0], ahead[1] = self._flight.moved(mean[0], mean[1], s)
-        ahead[2:] = self._wobble(s) @ mean[2:]
+        ahead: Array = mean.copy()
+        ahead[0], ahead[1] = self.flight.moved(mean[0], mean[1], s)
+        if self._coloured:
+            ahead[2:4] = self._wobble(s) @ mean[2:4]
         return ahead
 
     def _covariance_over(self, s: float) -> Array:
         """The covariance after ``s`` seconds; backward, nothing is forgotten."""
         if self._mean is None:
             raise ValueError("nothing is known yet")
-        wobble, flown = self._wobble(s), self._flight.transition(self._mean[3:6], s)
+        wobble, flown = self._wobble(s), self.flight.transition(self._mean[3:6], s)
         ahead = np.eye(self._size)
         ahead[:3, 3:6], ahead[3:6, 3:6] = flown.position_s, flown.velocity
-        ahead[6:, 6:] = _per_axis(wobble)
+        if self._coloured:
+            ahead[6:12, 6:12] = _per_axis(wobble)
+        if self._spins:
+            ahead[:3, -3:], ahead[3:6, -3:] = self._flight.transition_by_spin(self._mean[3:6], s)
         covariance = ahead @ self._covariance @ ahead.T
         if s > 0:
             q, added = self._motion.intensity_m2_s3, np.zeros((self._size // 3,) * 2)
             added[0, 0], added[1, 1] = q * s**3 / 3, q * s
             added[0, 1] = added[1, 0] = q * s**2 / 2
-            if self._size == 12:
-                still = np.diag(self._still())
-                added[2:, 2:] = still - wobble @ still @ wobble.T
+            if self._coloured:
+                still = np.diag(_still(self._motion))
+                added[2:4, 2:4] = still - wobble @ still @ wobble.T
             covariance += _per_axis(added)
         return covariance
 
@@ -167,3 +175,16 @@ def _per_axis(block: Array) -> Array:
     whole = np.zeros((k, 3, k, 3))
     whole[:, _AXES, :, _AXES] = block
     return whole.reshape(3 * k, 3 * k)
+
+
+def _spinning(flight: FreeFlight, mean: Array) -> FreeFlight:
+    x, y, z = mean.ravel()[-3:].tolist()
+    return dataclasses.replace(flight, spin_per_s=(x, y, z))
+
+
+def _still(motion: ProcessNoiseMotion | ColouredMotion) -> list[float]:
+    """Stationary variances of the wobble and its rate."""
+    if not isinstance(motion, ColouredMotion):
+        return []
+    sigma, decay = motion.sigma_m, math.sqrt(3) / motion.length_s
+    return [sigma**2, (decay * sigma) ** 2]
