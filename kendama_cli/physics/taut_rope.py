@@ -7,8 +7,9 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
 
+from kendama_cli.errors import ConfigError
 from kendama_cli.physics.rope import CupProfile
-from kendama_cli.settings.game import GameSettings
+from kendama_cli.settings.game import GameSettings, SideTie
 
 
 class Ball(NamedTuple):
@@ -42,14 +43,14 @@ class TautRope:
 
     @classmethod
     def of(cls, game: GameSettings, rope_scale: float = 1.0) -> TautRope:
-        """That of the game, ``rope_scale`` times as long."""
-        return cls(game.rope.length_m * rope_scale, CupProfile.of(game.cup))
+        """That of the game, ``rope_scale`` times as long; raises ConfigError where it leaves the swing's plane."""
+        return cls(game.rope.length_m * rope_scale, _on_axis(game))
 
     @classmethod
     def hanging(cls, game: GameSettings, rope_scale: float = 1.0) -> TautRope:
         """The rope, ``rope_scale`` times as long, as the ball stretches it that hangs on it at rest."""
         stretch_m = game.ball.mass_kg * game.gravity_m_s2 / game.rope.stiffness_n_m
-        return cls(game.rope.length_m * rope_scale + stretch_m, CupProfile.of(game.cup))
+        return cls(game.rope.length_m * rope_scale + stretch_m, _on_axis(game))
 
     @cached_property
     def turns_rad(self) -> tuple[float, float, float]:
@@ -121,3 +122,15 @@ class TautRope:
         along, across = gravity_m_s2 * cosine - cup_m_s2 * sine, -gravity_m_s2 * sine - cup_m_s2 * cosine
         bent = (slope * (bend - distance) + 2.0 * distance * slope) * rate_rad_s * rate_rad_s
         return (slope * along + distance * across - bent) / (slope * slope + distance * distance)
+
+
+def _on_axis(game: GameSettings) -> CupProfile:
+    """The cup round which a rope stays in the plane of the swing."""
+    if isinstance(game.cup.tie, SideTie):
+        raise ConfigError(
+            "game.cup.tie.kind",
+            "'game.cup.tie.kind' is side: the rope goes round the wall, out of the plane in which the swing-up, its "
+            "engines and the game's estimator have the ball; choose game/cup=floor or handle there; imitation up to "
+            "'adapt' takes a tie at the side",
+        )
+    return CupProfile.of(game.cup)

@@ -12,6 +12,9 @@ from kendama_cli.schema.settings import setting
 LEAST_ROPE_KG = 1e-5
 """A lighter chain would need shorter sub-steps, and differs from a spring by less than 0.1 mm."""
 
+FROM_EDGE_M = 0.002
+"""A tie on the wall is at least so far from rim and floor."""
+
 
 @dataclass(frozen=True)
 class RopeSettings:
@@ -85,6 +88,15 @@ class HandleTie:
 
 
 @dataclass(frozen=True)
+class SideTie:
+    """The rope is tied to the outside of the cup's wall."""
+
+    kind: Literal["side"]
+    below_rim_m: float = setting("from the rim down to the tie [m]", above=0)
+    angle_deg: float = setting("where, about the axis from x of the cup's frame [deg]", at_least=-180, at_most=180)
+
+
+@dataclass(frozen=True)
 class CupSettings:
     """A ring of staves on a floor, and where the rope is tied to it."""
 
@@ -95,7 +107,7 @@ class CupSettings:
     mass_kg: float = setting("mass with handle [kg]", above=0)
     restitution: float = setting("coefficient of restitution between ball and cup", at_least=0, at_most=1)
     friction: float = setting("Coulomb friction coefficient between ball and cup", at_least=0)
-    tie: FloorTie | HandleTie = setting("where the rope is tied to the cup")
+    tie: FloorTie | HandleTie | SideTie = setting("where the rope is tied to the cup")
 
     def __post_init__(self) -> None:
         if isinstance(self.tie, HandleTie) and self.tie.radius_m > self.outer_radius_m:
@@ -103,6 +115,13 @@ class CupSettings:
                 "tie.radius_m",
                 f"'tie.radius_m' is {self.tie.radius_m}: the handle would be wider than the cup; allowed: up to "
                 f"radius_m + wall_m, which is {self.outer_radius_m:g}",
+            )
+        lowest_m = self.depth_m - FROM_EDGE_M
+        if isinstance(self.tie, SideTie) and not FROM_EDGE_M <= self.tie.below_rim_m <= lowest_m:
+            raise ConfigError(
+                "tie.below_rim_m",
+                f"'tie.below_rim_m' is {self.tie.below_rim_m:g}: the tie would not be on the wall; allowed: "
+                f"{FROM_EDGE_M:g} to {lowest_m:g}, {FROM_EDGE_M:g} m from both edges of the wall (cup.depth_m)",
             )
 
     @property
@@ -112,13 +131,22 @@ class CupSettings:
 
     @property
     def floor_m(self) -> float:
-        """Height of the floor's underside over the cup's place, which is the tie point."""
+        """Height of the floor's underside over the cup's place."""
         return self.tie.length_m if isinstance(self.tie, HandleTie) else 0.0
 
     @property
     def rim_m(self) -> float:
         """Height of the rim over the cup's place."""
         return self.floor_m + self.depth_m
+
+    @property
+    def tie_m(self) -> tuple[float, float, float]:
+        """Where the rope is tied, in the cup's frame: at its origin, the cup's place, or on the wall."""
+        tie = self.tie
+        if not isinstance(tie, SideTie):
+            return 0.0, 0.0, 0.0
+        angle, out = math.radians(tie.angle_deg), self.outer_radius_m
+        return out * math.cos(angle), out * math.sin(angle), self.rim_m - tie.below_rim_m
 
 
 @dataclass(frozen=True)
@@ -147,6 +175,8 @@ class GameSettings:
         r, tie = self.cup.outer_radius_m, self.cup.tie
         if isinstance(tie, HandleTie):
             return tie.radius_m + math.hypot(r - tie.radius_m, tie.length_m) + self.cup.depth_m + r
+        if isinstance(tie, SideTie):
+            return tie.below_rim_m + r
         return r + self.cup.depth_m + r
 
     @property

@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 from kendama_cli.cli.referee import LoggedGame, played_again, summary, write_log
-from kendama_cli.errors import InputError
+from kendama_cli.errors import ConfigError, InputError
 from kendama_cli.log.messages import ReplayMessage
 from kendama_cli.motion.rotation_matrix import matrix_of
 from kendama_cli.physics.rope import CupProfile, RopeLaw, rope_pull
@@ -246,3 +246,10 @@ def test_on_the_shipped_demonstrations_the_referee_catches_too(tmp_path: Path) -
     assert max(abs(game["ours_miss_mm"] - game["referee_miss_mm"]) for game in document["games"]) < 2.2
     page = Path(kendama("report").strip())
     assert "Under another physics" in (tmp_path / page).read_text()
+
+
+def test_a_tie_at_the_cups_side_is_refused() -> None:
+    side = dataclasses.replace(GAME, cup=build(CupSettings, plain("game/cup", "side"), "cup"))
+    with pytest.raises(ConfigError, match=r"is side: the referee's chain moves in the plane") as raised:
+        seen(side, lambda t_s: 0.0 * t_s, HANGING_M, 0.1)
+    assert "\n" not in str(raised.value)

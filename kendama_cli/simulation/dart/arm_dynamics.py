@@ -7,7 +7,7 @@ import numpy as np
 from kendama_cli.robot_model.chain import compiled_chain
 from kendama_cli.robot_model.model import HANDLE_RADIUS_M, RobotModel
 from kendama_cli.schema.arrays import Array
-from kendama_cli.settings.game import CupSettings, GameSettings
+from kendama_cli.settings.game import CupSettings, GameSettings, SideTie
 from kendama_cli.simulation.dart import joint_kernel as kernel
 
 
@@ -29,7 +29,10 @@ class ArmDynamics:
         cup = game.cup if game is not None else None
         axis, tie_m = pose.rotation[:, 2], pose.position_m
         middle_m = tie_m + axis * (cup.rim_m / 2 if cup is not None else 0.0)
-        self.marks = np.array([root_m[-1], middle_m, tie_m, tie_m + axis])
+        marks = [root_m[-1], middle_m, tie_m, tie_m + axis]
+        if cup is not None and isinstance(cup.tie, SideTie):
+            marks.append(tie_m + pose.rotation @ cup.tie_m)
+        self.marks = np.array(marks)
         self._gravity_m_s2 = arm.gravity_m_s2
         self.radii = np.full(n + 2, -1.0) if game is None else _radii(arm, game, links=links)
         self.inertia, self.bias, self.screws = np.zeros((n, n)), np.zeros(n), np.zeros((n, 6))

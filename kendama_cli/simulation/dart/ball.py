@@ -14,7 +14,7 @@ from kendama_cli.robot_model.body import Body
 from kendama_cli.robot_model.cup import set_restitution
 from kendama_cli.robot_model.dart_library import dartpy
 from kendama_cli.schema.arrays import Array
-from kendama_cli.settings.game import BallSettings, CupSettings, GameSettings
+from kendama_cli.settings.game import BallSettings, CupSettings, GameSettings, SideTie
 from kendama_cli.simulation.dart import joint_kernel as kernel
 from kendama_cli.simulation.dart.pressing import PressingForce
 from kendama_cli.simulation.dart.rope_chain import NO_CHAIN, RopeChain
@@ -59,6 +59,7 @@ class TetheredBall:
         self.skeleton = make_ball(game.ball, game.cup)
         self.game, self._carried = game, carried
         self._cup, self._tie = arm.cup, arm.tie
+        self._knot = np.array(game.cup.tie_m) if isinstance(game.cup.tie, SideTie) else None
         self.pulled = np.zeros(13)
         self.pulled[kernel.SIDE] = 1.0
         self._reaction = self.pulled[kernel.REACTION : kernel.PIVOT]
@@ -72,7 +73,8 @@ class TetheredBall:
         self._law = law = RopeLaw.of(self.game, errors.rope_scale)
         over_tie_m = float(self._cup.getLocalCOM()[2])
         drag = (errors.drag_scale * one for one in self.game.drag)
-        self.rope = np.array([*kernel.rope_constants(law), *drag, over_tie_m])
+        on_wall = [law.cup.side_m] if law.cup.side_m > 0.0 else []
+        self.rope = np.array([*kernel.rope_constants(law), *drag, over_tie_m, *on_wall])
         self._tie_friction_m, self._tilt_rad = errors.tie_friction_m, errors.gravity_tilt_rad
         rope_kg = self.game.rope.mass_kg if errors.rope_kg is None else errors.rope_kg
         self.mass_kg, self.chain = errors.mass_scale * self.game.ball.mass_kg, NO_CHAIN
@@ -87,10 +89,10 @@ class TetheredBall:
         set_restitution(self._cup, self.game.cup.restitution if errors.restitution is None else errors.restitution)
 
     def hang(self, aside_m: float) -> None:
-        """Hang still under the tie point, ``aside_m`` along x from where it would come to rest."""
+        """Hang still under the tie, ``aside_m`` along x from where it would come to rest."""
         weight_n = self.mass_kg * self.game.gravity_m_s2
         length = self._law.length_m + weight_n / self._law.stiffness_n_m
-        x, y, z = self._tie.getCOM().tolist()
+        x, y, z = (self.tie_m if self._knot is None else _knot_m(self._cup, self._knot)).tolist()
         aside_m += length * math.sin(self._tilt_rad)
         self.skeleton.resetAccelerations()
         self.pulled[: kernel.SIDE] = (0.0, 0.0, weight_n, weight_n, 0.0, 0.0, -weight_n, x, y, z)
@@ -112,6 +114,8 @@ class TetheredBall:
         """
         cup, ball = (self.tie_m, self.tie_m_s), (self.position_m, self.velocity_m_s)
         over_tie = (self._cup.getCOM(), self._cup.getCOMLinearVelocity())
+        if self._knot is not None:
+            over_tie = _with_knot(self._cup, self._knot, over_tie)
         state = (*ball, *cup, *over_tie, self.rope, *self.chain.arrays)
         if not kernel.pull_chain(*state, self.pulled, self.force_n):
             self.abort(t_s)
@@ -191,3 +195,15 @@ class TetheredBall:
             f"the ball is at {place} m with {speed} m/s at {t_s:.3f} s: the time step is too long for the rope or the "
             "contact; lower game.rope.stiffness_n_m and game.rope.damping_n_s_m or use a heavier ball",
         )
+
+
+def _knot_m(cup: Any, knot: Array) -> Array:
+    """Where in the world the cup's place ``knot`` (3,) is (3,)."""
+    place = cup.getWorldTransform()
+    return np.asarray(place.translation() + place.rotation() @ knot)
+
+
+def _with_knot(cup: Any, knot: Array, axis: tuple[Array, Array]) -> tuple[Array, Array]:
+    """Place and velocity (6,) of a point of the cup's ``axis``, and after them of its place ``knot`` (3,)."""
+    place_m = np.concatenate([axis[0], _knot_m(cup, knot)])
+    return place_m, np.concatenate([axis[1], cup.getLinearVelocity(knot)])

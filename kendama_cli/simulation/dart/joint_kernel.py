@@ -14,6 +14,9 @@ import numpy as np
 from numba import boolean, float64, int64, njit, types
 
 from kendama_cli.physics.rope import RopeLaw
+from kendama_cli.physics.side_rope import MOST_STEPS as MOST_NEWTON
+from kendama_cli.physics.side_rope import SAMPLES as EDGE_SAMPLES
+from kendama_cli.physics.side_rope import SMALL_RAD
 
 F = TypeVar("F", bound=Callable[..., Any])
 Array = Any
@@ -49,10 +52,12 @@ TENSION, REACTION, PIVOT, SIDE = 3, 4, 7, 10
 and where in the world it acts (3), and the direction (3) in which the rope last left the cup's axis."""
 FAR_AWAY = 1e4
 """A ball farther away or faster than this, in m and m/s, has left the domain of the model."""
-HEIGHT = 12
-"""Where in the rope's numbers the height over the tie stands at which the cup's axis is taken."""
-ROOT, MIDDLE, TIE, OVER = range(4)
-"""Marks on the last link: its joint's origin, the cup's middle, the tie point and the point of the axis 1 m over it."""
+HEIGHT, ON_WALL = 12, 13
+"""Where in the rope's numbers the height over the cup's place stands at which the cup's axis is taken, and, with a tie
+on the wall, that tie's height."""
+ROOT, MIDDLE, TIE, OVER, KNOT = range(5)
+"""Marks on the last link: its joint's origin, the cup's middle, its place (the tie, if on the axis), the point of the
+axis 1 m over it, and a tie on the wall."""
 
 NODE, NODE_SPEED, NODE_KG, NODE_M = 0, 3, 6, 7
 """Columns of a chain's nodes: place, velocity, mass, and the length of the link that ends there."""
@@ -722,7 +727,10 @@ def joint_forces(  # noqa: PLR0917
 
 
 def rope_constants(law: RopeLaw) -> list[float]:
-    """Those of the rope and the cup that it goes round, as ``pull`` takes them before the air's."""
+    """Those of the rope and the cup that it goes round, as ``pull`` takes them before the air's.
+
+    With a tie on the wall its height follows after the rest (ON_WALL).
+    """
     cup = law.cup
     sizes = [cup.radius_m, cup.floor_m, cup.rim_m, cup.handle_m, *cup.used_m]
     return [law.length_m, law.stiffness_n_m, law.damping_n_s_m, *sizes]
@@ -734,6 +742,168 @@ def air(ball_m_s: Array, k1: float, k2: float, force: Array) -> None:
     vx, vy, vz = ball_m_s
     drag = k1 + k2 * math.sqrt(vx * vx + vy * vy + vz * vz)
     force[0], force[1], force[2] = -drag * vx, -drag * vy, -drag * vz
+
+
+_inner = njit(cache=True, error_model="numpy")
+"""For functions of numbers that only other compiled ones call."""
+
+
+@_inner
+def _edge_angle(radius_m: float, down_m: float, ball: tuple[float, float, float]) -> float:
+    """physics.side_rope._edge_angle."""
+    r, (rho, phi, beyond) = radius_m, ball
+    best, shortest = 0, math.inf
+    for k in range(EDGE_SAMPLES + 1):
+        angle = phi * k / EDGE_SAMPLES
+        chord = max(rho * rho + r * r - 2 * rho * r * math.cos(phi - angle), 0.0)
+        way = math.hypot(r * angle, down_m) + math.sqrt(chord + beyond * beyond)
+        if way < shortest:
+            best, shortest = k, way
+    low, high = phi * max(best - 1, 0) / EDGE_SAMPLES, phi * min(best + 1, EDGE_SAMPLES) / EDGE_SAMPLES
+    angle = phi * best / EDGE_SAMPLES
+    for _ in range(MOST_NEWTON):
+        sine, cosine = rho * r * math.sin(phi - angle), rho * r * math.cos(phi - angle)
+        way, rest = math.hypot(r * angle, down_m), math.sqrt(rho * rho + r * r - 2 * cosine + beyond * beyond)
+        slope = r * r * angle / way - sine / rest
+        bend = (r * down_m) ** 2 / way**3 + (cosine - sine * sine / (rest * rest)) / rest
+        if slope > 0.0:
+            high = angle
+        else:
+            low = angle
+        better = angle - slope / bend if bend > 0.0 else high
+        if not low < better < high:
+            better = 0.5 * (low + high)
+        moved, angle = abs(better - angle), better
+        if moved < SMALL_RAD:
+            break
+    return angle
+
+
+@_inner
+def _beside_wall(
+    radius_m: float, rim_m: float, tie_m: float, ball: tuple[float, float, float]
+) -> tuple[float, float, float, float]:
+    """physics.side_rope._beside."""
+    rho, phi, z = ball
+    edge = rim_m if z > tie_m else 0.0
+    if rho > radius_m:
+        wrapped = phi - math.acos(radius_m / rho)
+        tangent = math.sqrt(rho * rho - radius_m * radius_m)
+        share = radius_m * wrapped / (radius_m * wrapped + tangent)
+        leaves = tie_m + (z - tie_m) * share
+        if 0.0 <= leaves <= rim_m:
+            length = math.hypot(radius_m * wrapped + tangent, z - tie_m)
+            return wrapped, leaves, share * length, (1.0 - share) * length
+    angle = _edge_angle(radius_m, abs(edge - tie_m), (rho, phi, abs(z - edge)))
+    chord = rho * rho + radius_m * radius_m - 2 * rho * radius_m * math.cos(phi - angle)
+    left = math.sqrt(max(chord, 0.0) + (z - edge) * (z - edge))
+    return angle, edge, math.hypot(radius_m * angle, edge - tie_m), left
+
+
+@_inner
+def _over_end(radius_m: float, down_m: float, ball: tuple[float, float, float]) -> tuple[float, float, float]:
+    """physics.side_rope._over_end."""
+    rho, phi, beyond = ball
+    r, first, last = radius_m, 0.0, phi
+    for _ in range(MOST_NEWTON):
+        half = 0.5 * (last - first)
+        way, sine, cosine = (
+            math.hypot(r * first, down_m),
+            rho * r * math.sin(phi - last),
+            rho * r * math.cos(phi - last),
+        )
+        rest = math.sqrt(rho * rho + r * r - 2 * cosine + beyond * beyond)
+        chord, curl = r * math.cos(half), 0.5 * r * math.sin(half)
+        slope_1, slope_2 = r * r * first / way - chord, chord - sine / rest
+        bend_1 = (r * down_m) ** 2 / way**3 - curl
+        bend_2 = (cosine - sine * sine / (rest * rest)) / rest - curl
+        det = bend_1 * bend_2 - curl * curl
+        if bend_1 <= 0.0 or det <= 0.0:
+            return 0.0, math.inf, 0.0
+        step_1, step_2 = (bend_2 * slope_1 - curl * slope_2) / det, (bend_1 * slope_2 - curl * slope_1) / det
+        first, last = first - step_1, last - step_2
+        if not (-0.1 <= first <= last <= math.pi + 0.1):
+            return 0.0, math.inf, 0.0
+        if abs(step_1) + abs(step_2) < SMALL_RAD:
+            break
+    if first < 0.0 or rho * math.cos(phi - last) < r:
+        return 0.0, math.inf, 0.0
+    rest = math.sqrt(rho * rho + r * r - 2 * rho * r * math.cos(phi - last) + beyond * beyond)
+    return last, math.hypot(r * first, down_m) + 2 * r * math.sin(0.5 * (last - first)), rest
+
+
+@_inner
+def _side_way(
+    radius_m: float, rim_m: float, tie_m: float, ball: tuple[float, float, float]
+) -> tuple[float, float, float, float]:
+    """physics.side_rope.side_way, compiled, with the three before it."""
+    x, y, z = ball
+    if x >= radius_m:
+        return (radius_m, 0.0, tie_m, 0.0)
+    rho, phi = math.hypot(x, y), abs(math.atan2(y, x))
+    out, up, used, left = _beside_wall(radius_m, rim_m, tie_m, (rho, phi, z))
+    across = math.hypot(x - radius_m, y)
+    for edge in (0.0, rim_m):
+        beyond = z > edge if edge == 0.0 else z < edge
+        down = abs(tie_m - edge)
+        if beyond and rho > radius_m and math.hypot(across, down + abs(z - edge)) < used + left:
+            end, over, rest = _over_end(radius_m, down, (rho, phi, abs(z - edge)))
+            if over + rest < used + left:
+                out, up, used, left = end, edge, over, rest
+    return (radius_m * math.cos(out), math.copysign(radius_m * math.sin(out), y), up, used)
+
+
+@_compiled(boolean(READ, READ, READ, READ, READ, READ, READ, WRITE, WRITE))
+def _pull_from_wall(  # noqa: PLR0917
+    ball_m: Array,
+    ball_m_s: Array,
+    tie_m: Array,
+    tie_m_s: Array,
+    up_m: Array,
+    up_m_s: Array,
+    rope: Array,
+    pulled: Array,
+    force: Array,
+) -> bool:
+    """``pull`` with the tie on the wall: in the cup's frame, whose x goes from the axis to the tie, and back."""
+    radius, rim, high, knot = rope[3], rope[5], rope[HEIGHT], rope[ON_WALL]
+    turn, rates, ball, speed = np.empty((3, 3)), np.empty((3, 3)), np.empty(3), np.empty(3)
+    for r in range(3):
+        turn[r, 2], rates[r, 2] = (up_m[r] - tie_m[r]) / high, (up_m_s[r] - tie_m_s[r]) / high
+        turn[r, 0] = (up_m[3 + r] - tie_m[r] - knot * turn[r, 2]) / radius
+        rates[r, 0] = (up_m_s[3 + r] - tie_m_s[r] - knot * rates[r, 2]) / radius
+        ball[r], speed[r] = ball_m[r] - tie_m[r], ball_m_s[r] - tie_m_s[r]
+    for r in range(3):
+        a, b = (r + 1) % 3, (r + 2) % 3
+        turn[r, 1] = turn[a, 2] * turn[b, 0] - turn[b, 2] * turn[a, 0]
+        rates[r, 1] = rates[a, 2] * turn[b, 0] - rates[b, 2] * turn[a, 0]
+        rates[r, 1] += turn[a, 2] * rates[b, 0] - turn[b, 2] * rates[a, 0]
+    x = ball[0] * turn[0, 0] + ball[1] * turn[1, 0] + ball[2] * turn[2, 0]
+    y = ball[0] * turn[0, 1] + ball[1] * turn[1, 1] + ball[2] * turn[2, 1]
+    z = ball[0] * turn[0, 2] + ball[1] * turn[1, 2] + ball[2] * turn[2, 2]
+    out, beside, up, used = _side_way(radius, rim, knot, (x, y, z))
+    left = growth = 0.0
+    for r in range(3):
+        touched = out * turn[r, 0] + beside * turn[r, 1] + up * turn[r, 2]
+        speed[r] -= out * rates[r, 0] + beside * rates[r, 1] + up * rates[r, 2]
+        pulled[PIVOT + r] = tie_m[r] + touched
+        ball[r] -= touched
+        left += ball[r] * ball[r]
+        growth += ball[r] * speed[r]
+    left = math.sqrt(left)
+    k = 0.0
+    if used + left > rope[0] and left > 0.0:
+        size = rope[1] * (used + left - rope[0]) + rope[2] * growth / left
+        if size > 0.0:
+            k = -size / left
+    pulled[TENSION] = -k * left
+    air(ball_m_s, rope[10], rope[11], force)
+    extent = 0.0
+    for r in range(3):
+        pulled[r], pulled[REACTION + r] = k * ball[r], -k * ball[r]
+        force[r] += pulled[r]
+        extent += abs(ball_m[r]) + abs(ball_m_s[r])
+    return bool(extent < FAR_AWAY)
 
 
 @_compiled(boolean(READ, READ, READ, READ, READ, READ, READ, WRITE, WRITE))
@@ -751,8 +921,12 @@ def pull(  # noqa: PLR0917 - plain numbers and arrays, as compiled code takes th
     """Put the rope's pull (physics.rope.rope_pull) into ``pulled`` and its sum with the drag into ``force`` (3,).
 
     ``up_m`` and ``up_m_s`` (3,) are place and velocity of a point of the cup on its axis, over the tie; ``rope`` holds
-    the ``rope_constants``, the drag k1, k2 and the height of that point. False where the ball has gone far away.
+    the ``rope_constants``, the drag k1, k2 and the height of that point. With a tie on the wall ``rope`` has its height
+    too, ``tie_m`` is the place under it on the axis, and ``up_m`` and ``up_m_s`` (6,) go on with those of the tie.
+    False where the ball has gone far away.
     """
+    if rope.size > ON_WALL:
+        return _pull_from_wall(ball_m, ball_m_s, tie_m, tie_m_s, up_m, up_m_s, rope, pulled, force)
     length_m, stiffness_n_m, damping_n_s_m, radius, floor, rim, handle, at_edge, at_floor, at_rim, k1, k2, high = rope
     kx, ky, kz = (up_m[0] - tie_m[0]) / high, (up_m[1] - tie_m[1]) / high, (up_m[2] - tie_m[2]) / high
     x, y, z = ball_m[0] - tie_m[0], ball_m[1] - tie_m[1], ball_m[2] - tie_m[2]
@@ -1078,7 +1252,9 @@ def step_forces(  # noqa: PLR0917
     inertia, bias, screws = np.empty((n, n)), np.empty(n), np.empty((n, 6))
     points, speeds = np.empty((n + marks.shape[0], 3)), np.empty((marks.shape[0], 3))
     move_chain(position_rad, velocity_rad_s, links, marks, gains[3], inertia, bias, screws, points, speeds)
-    tie, tie_speed, over, over_speed = points[n + TIE], speeds[TIE], points[n + OVER], speeds[OVER]
+    tie, tie_speed = points[n + TIE], speeds[TIE]
+    # after the point on the axis, a tie on the wall
+    over, over_speed = points[n + OVER :].copy().reshape(-1), speeds[OVER:].copy().reshape(-1)
     for r in range(3):
         over[r] = tie[r] + rope[HEIGHT] * (over[r] - tie[r])
         over_speed[r] = tie_speed[r] + rope[HEIGHT] * (over_speed[r] - tie_speed[r])

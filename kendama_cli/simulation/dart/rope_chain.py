@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 
+from kendama_cli.errors import ConfigError
 from kendama_cli.physics.rope import RopeLaw
 from kendama_cli.physics.rope_chain import cup_sections_m, laid, link_lengths_m, node_masses_kg
 from kendama_cli.schema.arrays import Array
@@ -42,6 +43,12 @@ class RopeChain(NoChain):
     """
 
     def __init__(self, game: GameSettings, law: RopeLaw, rope_kg: float, ball_kg: float, *, carried: bool) -> None:
+        if law.cup.side_m > 0.0:
+            raise ConfigError(
+                "game.cup.tie.kind",
+                "'game.cup.tie.kind' is side: a rope with mass is tied on the cup's axis; choose "
+                "simulation/rope=spring (and no hardware.imperfection.rope_kg), or game/cup=floor or handle",
+            )
         self._profile, self.rope_kg = law.cup, rope_kg
         self._lengths_m = link_lengths_m(law.length_m, law.cup.used_m, LINKS)
         nodes, numbers = np.zeros((LINKS + 1, 8)), np.zeros(NUMBERS)

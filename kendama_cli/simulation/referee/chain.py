@@ -8,10 +8,10 @@ from typing import Any
 
 import numpy as np
 
-from kendama_cli.errors import MissingPartError
+from kendama_cli.errors import ConfigError, MissingPartError
 from kendama_cli.physics.rope import CupProfile
 from kendama_cli.physics.rope_chain import link_lengths_m
-from kendama_cli.settings.game import GameSettings, HandleTie
+from kendama_cli.settings.game import GameSettings, HandleTie, SideTie
 
 LINKS = 40
 LINK_RADIUS_M = 0.0001
@@ -56,6 +56,12 @@ def chain_model(game: GameSettings, body: Body, step_s: float) -> Any:
     ball with the game's. Raises ConfigError for a tie at the cup's side.
     """
     cup = game.cup
+    if isinstance(cup.tie, SideTie):
+        raise ConfigError(
+            "game.cup.tie.kind",
+            "'game.cup.tie.kind' is side: the referee's chain moves in the plane of the swing, which a rope round the "
+            "wall leaves; choose game/cup=floor or handle",
+        )
     mj = mujoco()
     spec = mj.MjSpec()
     spec.option.timestep = step_s

@@ -10,10 +10,13 @@ import numpy as np
 import pytest
 
 from kendama_cli.schema.arrays import Array
+from kendama_cli.schema.settings import build
+from kendama_cli.settings.game import CupSettings, GameSettings
 from kendama_cli.settings.robot import RobotSettings
 from kendama_cli.simulation.dart.arm_dynamics import ArmDynamics
 from kendama_cli.simulation.dart.world import STEP_S, ArmWorld
 from kendama_cli.simulation.dart.world_errors import WorldErrors
+from tests.shipped_conf import plain
 from tests.simulation.dart.bench_robot import kendama_game, modelled, pa10
 
 
@@ -31,9 +34,11 @@ def watched(world: ArmWorld, *, always_held: bool = False) -> list[bool]:
     return looked
 
 
-def swayed(robot: RobotSettings, *, always_held: bool, steps: int = 700) -> tuple[Array, list[bool]]:
+def swayed(
+    robot: RobotSettings, *, always_held: bool, steps: int = 700, game: GameSettings | None = None
+) -> tuple[Array, list[bool]]:
     """Joints and ball (steps, 10) while all joints sway through zero speed, and in which steps DART looked."""
-    world = ArmWorld(robot, kendama_game(), links=True)
+    world = ArmWorld(robot, game or kendama_game(), links=True)
     looked = watched(world, always_held=always_held)
     places = []
     for k in range(1, steps):
@@ -59,6 +64,18 @@ def test_an_arm_moves_as_if_dart_had_looked_for_contacts_and_friction_in_every_s
     assert np.mean(looked) < 0.2
     assert all(always)
     assert np.abs(apart - touching).max() < rounding_rad
+
+
+def test_a_tie_on_the_cups_wall_pulls_alike_whether_dart_looks_or_not_and_lies_under_no_axis() -> None:
+    """DART tells where the tie is and how fast, compiled code finds both by itself from the joints."""
+    robot = dataclasses.replace(pa10(), viscous_nm_s=(0.0,) * 7)
+    game = dataclasses.replace(kendama_game(), cup=build(CupSettings, plain("game/cup", "side"), "cup"))
+    apart, looked = swayed(robot, always_held=False, steps=300, game=game)
+    touching, always = swayed(robot, always_held=True, steps=300, game=game)
+    assert not all(looked)
+    assert all(always)
+    assert np.abs(apart - touching).max() < 1e-10
+    assert np.abs(apart - swayed(robot, always_held=False, steps=300)[0]).max() > 0.04, "as with a tie on the axis"
 
 
 def test_a_ball_in_the_cup_of_an_arm_that_stops_moves_as_if_dart_had_found_friction_and_contacts_together() -> None:

@@ -47,3 +47,40 @@ def test_a_ball_that_is_far_away_is_told() -> None:
     rope = np.array([*kernel.rope_constants(RopeLaw.of(build(GameSettings, GAME, "game"))), 0.0, 0.0, 0.035])
     up, zero = np.array([0.0, 0.0, 0.035]), np.zeros(3)
     assert not kernel.pull(np.array([2e4, 0, 0]), zero, zero, zero, up, zero, rope, np.zeros(13), np.zeros(3))
+
+
+def test_with_a_tie_on_the_wall_too_however_the_cup_turns() -> None:
+    game = build(GameSettings, GAME | {"cup": plain("game/cup", "side")}, "game")
+    law, rng, high = RopeLaw.of(game), np.random.default_rng(2), 0.035
+    out, height = law.cup.radius_m, law.cup.side_m
+    rope = np.array([*kernel.rope_constants(law), 0.001, 0.0004, high, height])
+    pulled, force, heights = np.zeros(13), np.zeros(3), []
+    for _ in range(COMPARED // 5):
+        ball, speed, place, place_speed, rate = rng.normal(0, [[0.25], [2.0], [0.05], [0.5], [3.0]], (5, 3))
+        turn = np.linalg.qr(rng.normal(size=(3, 3)))[0]
+        turn[:, 1] = np.cross(turn[:, 2], turn[:, 0])
+        axis, side = turn[:, 2], turn[:, 0]
+        knot = out * side + height * axis
+        up = np.concatenate([place + high * axis, place + knot])
+        up_speed = np.concatenate([place_speed + np.cross(rate, high * axis), place_speed + np.cross(rate, knot)])
+        assert kernel.pull(ball, speed, place, place_speed, up, up_speed, rope, pulled, force)
+        plain_pull = rope_pull(
+            law,
+            tuple(ball - place),
+            tuple(speed - place_speed),
+            tuple(axis),
+            tuple(np.cross(rate, axis)),
+            tuple(side),
+            float(rate @ axis),
+        )
+        drag = -(0.001 + 0.0004 * np.linalg.norm(speed)) * speed
+        np.testing.assert_allclose(force, pulled[:3] + drag, rtol=1e-12)
+        if plain_pull is None:
+            assert pulled[kernel.TENSION] == 0.0
+            continue
+        heights.append(float(np.dot(plain_pull.pivot_m, axis)))
+        # by rounding another of two equal ways may be taken; none of these places is so near to that
+        np.testing.assert_allclose(pulled[:3], plain_pull.force_n, rtol=1e-6, atol=1e-6)
+        np.testing.assert_allclose(pulled[kernel.REACTION : kernel.PIVOT], -pulled[:3])
+        np.testing.assert_allclose(pulled[kernel.PIVOT : kernel.SIDE], place + plain_pull.pivot_m, atol=1e-9)
+    assert np.ptp(heights) > 0.99 * law.cup.rim_m, "some end of the cup was never compared"
