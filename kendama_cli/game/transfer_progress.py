@@ -111,6 +111,15 @@ class Progress:
         learned_at = self.learner(start).count.learned_at
         return self._cap if learned_at is None else learned_at
 
+    def rollouts_to_proof(self) -> int:
+        """Rollouts on the hardware before those in a row that prove the table handed over; the cap where none do."""
+        proven_after = self.learner().count.proven_after
+        return self._cap if proven_after is None else proven_after
+
+    def proven(self) -> bool | None:
+        """Whether the table stood the proof; None where learning ends before it can."""
+        return self.learner().count.proven if self._frozen >= self._learn.count.frozen else None
+
     @property
     def count(self) -> int:
         """All rollouts, plays and games so far."""

@@ -18,6 +18,9 @@ def transfer_metrics(result: TransferResult, progress: Progress, *, baseline: bo
     latencies = [game.latency_frames for game in games if game.latency_frames is not None]
     frames = sum(game.frames for game in games)
     metrics: dict[str, Metric] = {"rollouts": result.rollouts, "learned": progress.learned()}
+    if (proven := progress.proven()) is not None:
+        metrics["rollouts_to_proof"] = progress.rollouts_to_proof()
+        metrics["proven"] = proven
     if baseline:
         metrics["rollouts_from_scratch"] = progress.rollouts("scratch")
         metrics["learned_from_scratch"] = progress.learned("scratch")
