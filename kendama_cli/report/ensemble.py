@@ -33,10 +33,14 @@ class Member:
 
 @dataclass(frozen=True)
 class Group:
-    """All members whose runs were made with the same overrides but for the seed."""
+    """All members whose runs were made with the same overrides but for the seed.
+
+    ``label`` stands where the override's name does beside it, ``legend`` where it stands alone.
+    """
 
     label: str
     members: tuple[Member, ...]
+    legend: str
 
     def figures(self, metric: str) -> Array:
         """The metric of every member that has it, in order."""
@@ -81,7 +85,10 @@ def ensemble(runs: Sequence[Run], stage: str, topics: Collection[str]) -> Ensemb
     for path, values in common.items():
         label = _label(values, differing)
         members.setdefault(label, []).append(Member(values.get(_SEED, ""), StageLog(path, topics)))
-    groups = tuple(Group(label, tuple(found)) for label, found in members.items())
+    named = f"{differing[0]}=" if len(differing) == 1 else ""
+    groups = tuple(
+        Group(label, tuple(found), label if label == _DEFAULT else named + label) for label, found in members.items()
+    )
     return Ensemble(", ".join(differing), groups, tuple(failed))
 
 

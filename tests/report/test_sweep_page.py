@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 import re
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -13,8 +14,11 @@ import pytest
 
 from kendama_cli.errors import InputError
 from kendama_cli.report.ensemble import ensemble
+from kendama_cli.report.source import StageLog
 from kendama_cli.report.sweep_page import make_sweep_report
+from kendama_cli.stages.adapt.messages import AdaptRepeatMessage, AdaptRolloutMessage
 from tests.log.made_logs import memory_log
+from tests.report.synthetic_run import write_run
 from tests.report.synthetic_sweep import TWINS, write_explorations, write_transfers
 from tests.report.test_page import _Balance
 
@@ -57,6 +61,7 @@ def test_an_override_that_only_some_runs_have_parts_them(explorations):
         for place, (document, logs) in enumerate(explorations[:4])
     ]
     assert [group.label for group in ensemble(runs, "learn", ()).groups] == ["as configured", "0.3"]
+    assert [group.legend for group in ensemble(runs, "learn", ()).groups] == ["as configured", "learn.alpha=0.3"]
 
 
 def test_a_log_that_runs_share_counts_once_under_what_they_agree_on(transfers):
@@ -120,6 +125,37 @@ def test_the_page_is_well_formed_and_asks_nothing_of_the_network(exploration_pag
             assert target in balance.ids
         addresses = re.findall(r"""(?:src|href|url)\s*[=(]\s*["']?([^"')\s>]+)""", page)
         assert [one for one in addresses if not one.startswith(("#", "data:"))] == []
+
+
+def test_searches_swings_repeats_and_errors_of_several_runs_lie_over_each_other(tmp_path):
+    """Two robots and two detectors; each legend names override and value, and each group has its line in the tables."""
+    _, logs = write_run(tmp_path)
+    runs = []
+    for robot in ("pa10", "iiwa"):
+        own = {name: Path(shutil.copy(logs[name], tmp_path / f"{name}-{robot}.mcap")) for name in ("adapt", "predict")}
+        stages = [{"name": name, "status": "ran"} for name in own]
+        runs.append(({"pipeline": "kendama", "overrides": [f"robot={robot}"], "stages": stages}, own))
+    page = make_sweep_report("made up", runs)
+    plots = re.findall(r"<svg.*?</svg>", page, flags=re.DOTALL)
+    assert len(plots) == 5
+    for plot in plots:
+        assert all(f"robot={robot}</text>" in plot for robot in ("pa10", "iiwa"))
+    repeats = StageLog(logs["adapt"]).table("/adapt/repeat", AdaptRepeatMessage)
+    assert f"{len(repeats)} {100 * repeats['caught'].mean():.1f}".removesuffix(".0") + " %" in _text(page)
+    alone = make_sweep_report("made up", runs[:1])
+    assert "robot=pa10</text>" not in alone
+
+
+def test_a_plot_that_one_point_cannot_fill_is_left_out(tmp_path):
+    log = memory_log()
+    log.write("/adapt/repeat", 0.0, AdaptRepeatMessage(0, True, 0.004))
+    log.write("/adapt/rollout", 0.0, AdaptRolloutMessage(0, 1.1, 0.004, True, 1.0, 0.0, 0.0))
+    log.finish(tmp_path / "adapt.mcap", stage="adapt", settings={}, metrics={"tau_scale": 1.1})
+    stages = [{"name": "adapt", "status": "ran"}]
+    runs = [({"overrides": [], "stages": stages}, {"adapt": tmp_path / "adapt.mcap"})]
+    page = make_sweep_report("made up", runs)
+    assert "<svg" not in page
+    assert "1 100 %" in _text(page)
 
 
 def test_a_stage_of_the_users_own_has_its_metrics_over_the_runs(tmp_path):

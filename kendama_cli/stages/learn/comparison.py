@@ -78,7 +78,7 @@ def _rewards(groups: Sequence[Group]) -> Panel | None:
                 index, matrix = _even_steps(matrix) if shown > _LONG else (np.arange(1.0, shown + 1), matrix)
                 low, high = bootstrap_curve(matrix, interquartile_mean)
                 axes.fill_between(index, low, high, color=colour, alpha=0.16, lw=0)
-                axes.plot(index, interquartile_mean(matrix, axis=0), color=colour, lw=1.5, label=group.label)
+                axes.plot(index, interquartile_mean(matrix, axis=0), color=colour, lw=1.5, label=group.legend)
         axes.set_xlabel("rollout")
         axes.set_ylabel("reward")
         if shown > _LONG:
@@ -131,7 +131,7 @@ def _learned(groups: Sequence[Group]) -> Panel | None:
             share = np.arange(1, len(values) + 1) / len(group.members)
             end = share[-1] if len(share) else 0.0
             at, height = [0, *values, most * 1.04], [0, *share, end]
-            axes.step(at, height, where="post", color=colour, lw=1.5, label=group.label)
+            axes.step(at, height, where="post", color=colour, lw=1.5, label=group.legend)
         smallest = min(float(group.figures("rollouts_to_proof").min()) for group in groups)
         if most > 30 * max(1.0, smallest):
             axes.set_xscale("symlog", linthresh=10)

@@ -49,6 +49,16 @@ def prediction_figures(log: StageLog) -> list[Figure]:
     ]
 
 
+def like_horizons(horizon_ms: pd.Series) -> pd.Series:
+    """Horizons at which errors are put together: those that flights share, else of groups of about 15 like ones."""
+    horizon = horizon_ms.round(3)
+    if 3 * horizon.nunique() < len(horizon):
+        return horizon
+    groups = int(np.clip(len(horizon) // 15, 4, 15))
+    rank = (horizon.rank(method="first") - 1) * groups // len(horizon)
+    return horizon.groupby(rank).transform("median")
+
+
 def error_panel(errors: pd.DataFrame, column: str, title: str) -> Panel | None:
     """Quantile bands of |error| over the horizon."""
     if errors.empty:
@@ -56,12 +66,13 @@ def error_panel(errors: pd.DataFrame, column: str, title: str) -> Panel | None:
     errors = errors[np.isfinite(errors[column].to_numpy(np.float64))]
     if errors.empty:
         return None
-    horizon = errors["horizon_ms"].round(3)
-    if horizon.nunique() > 40:  # every flight has its own: groups of like horizons, about 15 flights each
-        groups = int(np.clip(len(errors) // 15, 4, 15))
-        rank = (horizon.rank(method="first") - 1) * groups // len(errors)
-        horizon = horizon.groupby(rank).transform("median")
-    spread = errors[column].abs().groupby(horizon).quantile(np.array([0.05, 0.25, 0.5, 0.75, 0.95])).unstack()
+    spread = (
+        errors[column]
+        .abs()
+        .groupby(like_horizons(errors["horizon_ms"]))
+        .quantile(np.array([0.05, 0.25, 0.5, 0.75, 0.95]))
+        .unstack()
+    )
     at = spread.index.to_numpy(np.float64)
     unit = column.rsplit("_", 1)[1]
     with drawing(f"predict-{unit}", f"{title}: error against the horizon", width_in=3.4, height_in=2.6) as made:

@@ -51,7 +51,7 @@ def transfer_table(runs: Ensemble) -> str:
     ]
     note = (
         "Rollouts on the hardware up to the first of ten greedy successes in a row; a failure counts as the cap. Below"
-        " means and ratios their 95 % bootstrap intervals, below success rates the 95 % interval (Wilson) over all"
+        " means and ratios their 95 % bootstrap intervals, below success rates the exact 95 % interval over all"
         " trials."
     )
     note = (f"Not learned: {'; '.join(failed)}. " if failed else "") + note

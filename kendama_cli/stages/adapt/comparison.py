@@ -1,0 +1,164 @@
+"""Adaptation over several runs: their searches, their swings and their repeats over each other."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from kendama_cli.artifacts.proportion import success_interval
+from kendama_cli.report.bootstrap import bootstrap
+from kendama_cli.report.chapters import EnsembleChapter
+from kendama_cli.report.ensemble import Ensemble, Group
+from kendama_cli.report.figure import Figure, Panel, figure, lettered
+from kendama_cli.report.grid import EMPTY, Cell, grid, percent, with_interval
+from kendama_cli.report.plot import drawing, legend_above
+from kendama_cli.report.source import StageLog
+from kendama_cli.report.style import MUTED, SERIES
+from kendama_cli.report.tracks import Array, Geometry, Path2D, catch_time_s, pair
+from kendama_cli.schema.declaration import Headline
+from kendama_cli.stages.adapt.messages import AdaptRepeatMessage, AdaptRolloutMessage
+
+_MOST_MISS_MM = 300.0
+_BEFORE_S, _AFTER_S = 0.9, 0.12
+"""Of a swing is drawn what lies so long before and after the catch."""
+
+
+def adaptation_comparison(runs: Ensemble) -> list[Figure]:
+    """Misses over tau, the chosen swings, and the misses of the repeats."""
+    panels = [_searches(runs.groups), _swings(runs.groups), _repeats(runs.groups)]
+    return figure(
+        lettered(
+            panels,
+            [
+                "How far the ball crosses the rim's plane from the cup's middle over the time scale tau: a line for"
+                " every run's search, dashed the tau that it chose. Misses beyond the frame stand at its edge.",
+                "The chosen swing of each group's first run around the catch, in the swing plane and from where the cup"
+                " began: the cup's tie point (thin) and the ball (thick).",
+                "Misses of the perturbed repeats of all runs, sorted; a repeat whose ball never came down counts as the"
+                " largest.",
+            ],
+        ),
+        panels,
+    )
+
+
+def adaptation_table(runs: Ensemble) -> str:
+    """Tau, the rollouts of the search and the share of repeats caught, for each group."""
+    rows = []
+    for group in runs.groups:
+        tau, rollouts = group.figures("tau_scale"), group.figures("rollouts")
+        caught = np.concatenate([_caught(member.log) for member in group.members])
+        share = EMPTY
+        if len(caught):
+            between = success_interval(int(caught.sum()), len(caught))
+            share = percent(float(caught.mean()), f"{100 * between.low:.1f} … {100 * between.high:.1f}")
+        cells = [
+            with_interval(float(values.mean()), bootstrap(values, np.mean)) if len(values) else EMPTY
+            for values in (tau, rollouts)
+        ]
+        rows.append([Cell(group.label), Cell(str(len(group.members))), *cells, Cell(str(len(caught))), share])
+    head = [runs.differs, "logs", "tau", "rollouts", "repeats", "caught"]
+    note = "Below means their 95 % bootstrap interval over the runs, below shares the exact one over all repeats."
+    return f'<h3>What each comes to</h3>{grid(head, rows)}<p class="note">{note}</p>'
+
+
+def _searches(groups: Sequence[Group]) -> Panel | None:
+    found = [[curve for member in group.members if len((curve := _search(member.log))[0]) > 1] for group in groups]
+    if not any(found):
+        return None
+    with drawing("compare-search", "Miss over the time scale", height_in=3.4) as made:
+        axes = made.axes()[0]
+        axes.axhline(0, color=MUTED, lw=0.7)
+        for curves, group, colour in zip(found, groups, _colours(groups), strict=True):
+            for number, (tau, miss_mm) in enumerate(curves):
+                axes.plot(tau, miss_mm, ".-", color=colour, lw=1.0, ms=3, label="" if number else group.legend)
+            for chosen in np.unique(group.figures("tau_scale")):
+                axes.axvline(float(chosen), color=colour, lw=0.9, ls=(0, (4, 3)))
+        axes.set_xlabel("time scale tau")
+        axes.set_ylabel("signed miss [mm]")
+        if len(groups) > 1:
+            legend_above(axes, columns=min(3, len(groups)))
+    return Panel("The searches for the time scale", made.svg)
+
+
+def _search(log: StageLog) -> tuple[Array, Array]:
+    """Tau (n,) and the signed miss (n,) [mm] of the rollouts of the chosen size, nothing moved, in tau's order."""
+    rollouts = log.table("/adapt/rollout", AdaptRolloutMessage)
+    if rollouts.empty:
+        return np.empty(0), np.empty(0)
+    still = (rollouts[["shift_x_m", "shift_y_m"]].to_numpy(np.float64) == 0.0).all(axis=1)
+    same = rollouts["amplitude"].to_numpy(np.float64) == log.metrics.get("amplitude", 1.0)
+    known = np.isfinite(rollouts["signed_miss_m"].to_numpy(np.float64))
+    kept = rollouts[still & same & known].sort_values(["tau_scale", "index"])
+    miss_mm = 1e3 * kept["signed_miss_m"].to_numpy(np.float64)
+    return kept["tau_scale"].to_numpy(np.float64), np.clip(miss_mm, -_MOST_MISS_MM, _MOST_MISS_MM)
+
+
+def _swings(groups: Sequence[Group]) -> Panel | None:
+    found = [_swing(group.members[0].log) for group in groups]
+    if not any(found):
+        return None
+    with drawing("compare-swing", "Paths of cup and ball in the swing plane", height_in=3.4) as made:
+        axes = made.axes()[0]
+        for paths, group, colour in zip(found, groups, _colours(groups), strict=True):
+            if paths:
+                cup, ball = paths
+                axes.plot(cup.x_m, cup.z_m, color=colour, lw=0.9)
+                axes.plot(ball.x_m, ball.z_m, color=colour, lw=1.6, label=group.legend)
+        axes.set_xlabel("x [m]")
+        axes.set_ylabel("z [m]")
+        axes.set_aspect("equal", adjustable="datalim")
+        if len(groups) > 1:
+            legend_above(axes, columns=min(3, len(groups)))
+    return Panel("The chosen swings", made.svg)
+
+
+def _swing(log: StageLog) -> tuple[Path2D, Path2D] | None:
+    paths = pair(log, "/adapt")
+    if paths is None:
+        return None
+    t_s = catch_time_s(*paths, Geometry.of(log).cup_depth_m)
+    cup, ball = paths
+    return paths if t_s is None else (cup.between(t_s - _BEFORE_S, t_s + _AFTER_S), ball.between(t_s - _BEFORE_S, t_s))
+
+
+def _repeats(groups: Sequence[Group]) -> Panel | None:
+    found = [np.concatenate([_misses_mm(member.log) for member in group.members]) for group in groups]
+    if max((len(misses) for misses in found), default=0) < 2:
+        return None
+    with drawing("compare-repeats", "Misses of the perturbed repeats", height_in=3.4) as made:
+        axes = made.axes()[0]
+        for misses, group, colour in zip(found, groups, _colours(groups), strict=True):
+            share = (np.arange(len(misses)) + 1.0) / max(1, len(misses))
+            axes.step(np.sort(misses), share, where="post", color=colour, lw=1.4, label=group.legend)
+        axes.set_ylim(0, 1.02)
+        axes.set_xlabel("miss [mm]")
+        axes.set_ylabel("share of repeats")
+        if len(groups) > 1:
+            legend_above(axes, columns=min(3, len(groups)))
+    return Panel("Perturbed repeats", made.svg)
+
+
+def _misses_mm(log: StageLog) -> Array:
+    repeats = log.table("/adapt/repeat", AdaptRepeatMessage)
+    miss_mm = 1e3 * repeats["miss_m"].to_numpy(np.float64)
+    return np.where(np.isfinite(miss_mm), np.minimum(np.abs(miss_mm), _MOST_MISS_MM), _MOST_MISS_MM)
+
+
+def _caught(log: StageLog) -> Array:
+    return log.table("/adapt/repeat", AdaptRepeatMessage)["caught"].to_numpy(np.float64)
+
+
+def _colours(groups: Sequence[Group]) -> list[str]:
+    return [SERIES[place % len(SERIES)] for place in range(len(groups))]
+
+
+CHAPTER = EnsembleChapter(
+    title="Adaptation",
+    lead="The same search in several configurations.",
+    topics=("/adapt/rollout", "/adapt/repeat", "/adapt/cup", "/adapt/ball"),
+    figures=adaptation_comparison,
+    tables=adaptation_table,
+    headline=(Headline("success_rate", "of perturbed repeats caught by the adapted swing"),),
+)
