@@ -49,6 +49,16 @@ def enters(o: Array, d: Array, low: Array, high: Array, far: float) -> bool:
 
 
 @compiled
+def misses(ox: float, oy: float, oz: float, dx: float, dy: float, dz: float, centre: Array, reach: float) -> bool:
+    """Whether the ray o + t d, t >= 0, surely passes a sphere."""
+    gx, gy, gz = centre[0] - ox, centre[1] - oy, centre[2] - oz
+    length2, along = dx * dx + dy * dy + dz * dz, gx * dx + gy * dy + gz * dz
+    beyond2 = gx * gx + gy * gy + gz * gz - reach * reach  # it starts outside
+    passes: bool = beyond2 > 0 and (along <= 0 or beyond2 * length2 > along * along)
+    return passes
+
+
+@compiled
 def local_ray(start: Array, towards: Array, pose: Array, o: Array, d: Array) -> None:
     """``start`` and ``towards`` of the world in a mesh's frame."""
     for i in range(3):
@@ -57,11 +67,29 @@ def local_ray(start: Array, towards: Array, pose: Array, o: Array, d: Array) -> 
 
 
 @compiled
+def bundles_into_box(
+    starts: Array, ways: Array, far: float, widths: Array, pose: Array, low: Array, high: Array, may: Array
+) -> None:
+    """Whether (n,) any ray of a bundle may meet a box that ``pose`` (3, 4) takes world points to.
+
+    A bundle stays within its ``width`` [m] of its axis, ``starts`` (n, 3) or (1, 3) + t ``ways`` (n, 3), 0 <= t <= far.
+    A ball of the world is as wide along a side of the box as the pose's row there is long.
+    """
+    o, d, below, above = np.empty(3), np.empty(3), np.empty(3), np.empty(3)
+    for n in range(len(ways)):
+        local_ray(starts[0 if len(starts) == 1 else n], ways[n], pose, o, d)
+        for i in range(3):
+            grown = widths[n] * math.sqrt(pose[i, 0] ** 2 + pose[i, 1] ** 2 + pose[i, 2] ** 2)
+            below[i], above[i] = low[i] - grown, high[i] + grown
+        may[n] = enters(o, d, below, above, far)
+
+
+@compiled
 def pixels_into_mesh(
-    tiles: Array, window: Array, field: Array, place: Array, shadow: bool, row_tau: Array, wanted: Array, into: Array,
-    low: Array, high: Array, index: Array, origins: Array, directions: Array,
+    tiles: Array, window: Array, field: Array, place: Array, shadow: bool, row_tau: Array, wanted: Array,
+    centre: Array, reach: float, into: Array, low: Array, high: Array, index: Array, origins: Array, directions: Array,
 ) -> int:  # fmt: skip
-    """One ray per wanted pixel of ``tiles`` that may meet a mesh; the number of rays written.
+    """One ray per wanted pixel of ``tiles`` that may meet a mesh bounded by a sphere; the number of rays written.
 
     From ``place`` along ``field``, the camera's rays, or, for a ``shadow``, from ``field``, points, to the lamp at
     ``place``. ``window`` is left, top, right, bottom; ``wanted`` (h, w) is of the whole image as ``field`` is.
@@ -79,8 +107,10 @@ def pixels_into_mesh(
                 if wanted[v, u] == 0:
                     continue
                 if shadow:
-                    for i in range(3):
-                        towards[i] = place[i] - field[v, u, i]
+                    x, y, z = field[v, u, 0], field[v, u, 1], field[v, u, 2]
+                    towards[0], towards[1], towards[2] = place[0] - x, place[1] - y, place[2] - z
+                    if misses(x, y, z, towards[0], towards[1], towards[2], centre, reach):
+                        continue
                     local_ray(field[v, u], towards, pose, o, d)
                 else:
                     local_ray(place, field[v, u], pose, o, d)
@@ -104,7 +134,6 @@ def rays_into_mesh(
     """
     pose, o, d, towards = np.empty((3, 4)), np.empty(3), np.empty(3), np.empty(3)
     count, posed = 0, math.nan
-    cx, cy, cz = centre[0], centre[1], centre[2]
     from_one, to_one = len(starts) == 1, len(ends) == 1
     for n in range(len(taus)):
         if wanted[n] == 0:
@@ -112,10 +141,7 @@ def rays_into_mesh(
         a, b = 0 if from_one else n, 0 if to_one else n
         ox, oy, oz = starts[a, 0], starts[a, 1], starts[a, 2]
         dx, dy, dz = ends[b, 0] - ox, ends[b, 1] - oy, ends[b, 2] - oz
-        gx, gy, gz = cx - ox, cy - oy, cz - oz
-        length2, along = dx * dx + dy * dy + dz * dz, gx * dx + gy * dy + gz * dz
-        beyond2 = gx * gx + gy * gy + gz * gz - reach * reach  # the ray misses the sphere, or it starts past it
-        if beyond2 > 0 and (along <= 0 or beyond2 * length2 > along * along):
+        if misses(ox, oy, oz, dx, dy, dz, centre, reach):
             continue
         start = starts[a]
         towards[0], towards[1], towards[2] = dx, dy, dz

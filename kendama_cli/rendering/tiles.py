@@ -7,7 +7,8 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from kendama_cli.rendering.kernel_rays import TILE
+from kendama_cli.rendering.kernel_rays import TILE, bundles_into_box
+from kendama_cli.rendering.moving import Part
 from kendama_cli.schema.arrays import Array
 from kendama_cli.vision.region import Region
 
@@ -56,3 +57,23 @@ class Tiles:
         share = np.clip((way * apart).sum(axis=1) / (way * way).sum(axis=1), 0.0, 1.0)
         off = np.linalg.norm(apart - share[:, None] * way, axis=1)
         return np.asarray(tiles[off <= reach_m + self._reach[tiles] + 1e-6])
+
+    def showing_part(self, tiles: NDArray[np.int64], part: Part) -> NDArray[np.int64]:
+        """Those of ``tiles`` in which the middle of a pixel can show ``part``."""
+        near = self.showing(tiles, part.centre_m, part.reach_m)
+        far = float(np.linalg.norm(part.centre_m - self._origin)) + part.reach_m
+        widest = 2 * np.sin(np.arccos(np.clip(self._cosine[near], -1, 1)) / 2) * far
+        return near[_meeting(part, self._origin[None], self._axis[near], far, widest)]
+
+    def shaded_by_part(self, tiles: NDArray[np.int64], part: Part, lamp_m: Array) -> NDArray[np.int64]:
+        """Those of ``tiles`` whose background ``part`` can shade from ``lamp_m``."""
+        near = self.shaded(tiles, part.centre_m, part.reach_m, lamp_m)
+        return near[_meeting(part, self._centre[near], lamp_m - self._centre[near], 1.0, self._reach[near])]
+
+
+def _meeting(part: Part, starts: Array, ways: Array, far: float, widths: Array) -> NDArray[np.bool_]:
+    """Which bundles of rays (n,) may meet the part's box, wherever it is meanwhile."""
+    may = np.empty(len(ways), dtype=np.bool_)
+    grown = widths + part.travel_m + 1e-6
+    bundles_into_box(starts, ways, far, grown, part.into[0], part.surface.low, part.surface.high, may)
+    return may

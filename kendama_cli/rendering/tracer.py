@@ -44,10 +44,11 @@ class Tracer:
         """Enter into ``met``, flat over the image, what the middle of each pixel of ``window`` shows."""
         tiles = self._tiles.inside(window)
         for number, part in enumerate(parts):
-            near = self._tiles.showing(tiles, part.centre_m, part.reach_m)
+            near = self._tiles.showing_part(tiles, part)
             count = kernel_rays.pixels_into_mesh(
-                near, _corners(window), rays, origin, False, row_tau, self._everywhere, part.into, part.surface.low,
-                part.surface.high, self._index, self._origins, self._directions,
+                near, _corners(window), rays, origin, False, row_tau, self._everywhere, part.centre_m,
+                part.reach_m, part.into, part.surface.low, part.surface.high, self._index, self._origins,
+                self._directions,
             )  # fmt: skip
             self._take(part, number, count, met)
 
@@ -104,10 +105,10 @@ class Tracer:
         """Set ``free`` (h, w) to 0 where a mesh stands between the background's ``points`` (h, w, 3) and ``lamp``."""
         tiles = self._tiles.inside(region)
         for part in parts:
-            near = self._tiles.shaded(tiles, part.centre_m, part.reach_m, lamp)
+            near = self._tiles.shaded_by_part(tiles, part, lamp)
             count = kernel_rays.pixels_into_mesh(
-                near, _corners(region), points, lamp, True, row_tau, free, part.into, part.surface.low,
-                part.surface.high, self._index, self._origins, self._directions,
+                near, _corners(region), points, lamp, True, row_tau, free, part.centre_m, part.reach_m,
+                part.into, part.surface.low, part.surface.high, self._index, self._origins, self._directions,
             )  # fmt: skip
             self._block(part, count, free.reshape(-1))
 
