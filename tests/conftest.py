@@ -31,19 +31,20 @@ typer.main.get_command = functools.cache(typer.main.get_command)
 
 LONGEST_FIRST = (
     "test_whole_game.py",
-    "stages/test_transfer.py",
-    "docs/test_commands.py",
     "faults/test_interruptions.py",
+    "pipeline/test_cluster.py",
+    "faults/test_one_line.py",
+    "pipeline/test_sweep.py",
+    "docs/test_commands.py",
+    "plugin/test_documented_parts.py",
+    "stages/test_transfer.py",
     "game/test_camera_observer.py",
     "cli/test_camera.py",
     "cli/test_usage.py",
-    "faults/test_one_line.py",
-    "plugin/test_documented_parts.py",
     "stages/test_predict.py",
     "stages/test_learn.py",
     "stages/test_adapt.py",
     "devices/camera/test_virtual.py",
-    "pipeline/test_sweep.py",
     "pipeline/test_cache.py",
     "config/test_compose.py",
     "api/test_examples.py",
@@ -54,10 +55,16 @@ LONGEST_FIRST = (
     "stages/test_interact.py",
     "cli/test_place.py",
     "cli/test_robot_twin.py",
+    "course/test_course_command.py",
+    "report/test_browser.py",
     "plugin/test_wheel_of_parts.py",
     "cli/test_wheel.py",
 )
-"""Files of half a minute or so, by their time: begun last, one of them would keep one core busy and the others idle."""
+"""Files of half a minute or so, by their time: begun last, one of them would keep one core busy and the others idle.
+
+While the whole game has the numerical code compiled, the other workers begin with files that need little of it: each
+would compile the same once more.
+"""
 
 RECORDINGS = Path(__file__).resolve().parents[2] / "shared" / "data"
 
