@@ -9,7 +9,7 @@ from kendama_cli.artifacts.policy import PolicyArtifact
 
 @dataclass(frozen=True)
 class TransferResult:
-    """The policy as it stands after learning on the hardware, with what was counted there."""
+    """The policy after learning on the hardware, or as handed over where that made it worse; what was counted there."""
 
     policy: PolicyArtifact
     rollouts: int

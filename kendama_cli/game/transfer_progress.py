@@ -93,7 +93,7 @@ class Progress:
 
     @property
     def policy(self) -> PolicyArtifact:
-        """The policy that was handed over as it stands, sealed."""
+        """The policy that was handed over as learning left it, sealed."""
         return self.learner().policy
 
     def learned(self, start: Start = "table") -> bool:
@@ -119,6 +119,14 @@ class Progress:
     def proven(self) -> bool | None:
         """Whether the table stood the proof; None where learning ends before it can."""
         return self.learner().count.proven if self._frozen >= self._learn.count.frozen else None
+
+    def went_back(self) -> bool:
+        """Whether learning on made the table worse: it is not proven, and fewer frozen rollouts succeed than before."""
+        return not self.proven() and float(np.mean(self.after)) < float(np.mean(self.before))
+
+    def kept(self, handed_over: PolicyArtifact) -> PolicyArtifact:
+        """What games are played with: the policy as it stands, or ``handed_over`` where learning made it worse."""
+        return handed_over if self.went_back() else self.policy
 
     @property
     def count(self) -> int:

@@ -42,6 +42,25 @@ def test_learning_that_ends_at_ten_in_a_row_tells_of_no_proof() -> None:
     assert progress.proven() is None
 
 
+@pytest.mark.parametrize(
+    ("wins", "before", "after", "back"), [(10, 6, 3, True), (10, 3, 6, False), (10, 5, 5, False), (80, 6, 5, False)]
+)
+def test_what_learning_made_worse_is_not_kept_unless_it_is_proven(
+    wins: int, before: int, after: int, back: bool
+) -> None:
+    settings = dataclasses.replace(TRANSFER, frozen=80, cap=200)
+    handed = begin_learner(LEARN).policy
+    progress = Progress.resumed(None, handed, LEARN, settings, np.random.default_rng(0))
+    learner = progress.learner()
+    for _ in range(wins):
+        learner.count = learner.count.after(explored=False, success=True, settings=LEARN.count)  # type: ignore[attr-defined]
+    progress.keep(learner)
+    progress.before += [True] * before + [False] * (8 - before)
+    progress.after += [True] * after + [False] * (8 - after)
+    assert progress.went_back() is back
+    assert (progress.kept(handed) is handed) is back
+
+
 def test_a_quick_twin_without_errors_swings_as_the_robot_that_was_there_before() -> None:
     """Two integrations of one law, with 1 and 0.5 ms: 2 mm apart after a second."""
     values = dict.fromkeys((field.name for field in dataclasses.fields(Imperfection)), 0.0)

@@ -27,6 +27,7 @@ def transfer_metrics(result: TransferResult, progress: Progress, *, baseline: bo
     metrics |= {
         "success_rate_before": float(np.mean(progress.before)),
         "success_rate_after": float(np.mean(progress.after)),
+        "went_back": progress.went_back(),
         "imitation_caught": result.imitation_caught,
         "imitation_tries": len(progress.imitation),
     }

@@ -145,13 +145,13 @@ class TransferSession:
         results.append(played.caught)
         self._finish(messages, played.exchanges[-1].t_s, phase=phase, caught=int(played.caught))
 
-    def play(self, settings: GameSettings, hardware: HardwareSettings) -> None:
-        """Full games with the policy as it stands; ``hardware`` is what the robot was opened as."""
+    def play(self, policy: PolicyArtifact, settings: GameSettings, hardware: HardwareSettings) -> None:
+        """Full games of the frozen policy; ``hardware`` is what the robot was opened as."""
         progress = self._progress
         while len(progress.games) < self._settings.games:
             index = len(progress.games)
             seed = int(progress.rng("game", index).integers(2**63))
-            game = self._runner.play(make_policy(progress.policy, self._learn), seed=seed, pictured=index == 0)
+            game = self._runner.play(make_policy(policy, self._learn), seed=seed, pictured=index == 0)
             steps = [*game.swing.steps, *game.steps]
             start_s = progress.clock_s
             timed = [(start_s + step.t_s, step.exchange) for step in steps]

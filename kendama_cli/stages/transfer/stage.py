@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 from kendama_cli.artifacts.motion_plan import CatchMotion
@@ -92,16 +92,27 @@ class Transfer:
                         session.learn("scratch")
                     if motion is not None and adapt is not None:
                         session.imitate(motion, setup.game, adapt)
-                    session.play(setup.game, self._hardware)
+                    session.play(progress.kept(policy), setup.game, self._hardware)
                 except HardwareError:
                     ctx.checkpoint(progress.saved, force=True)  # the next run goes on from before what broke off
                     session.log_broken_off()
                     raise
         result = TransferResult(
-            policy=progress.policy,
+            policy=progress.kept(policy),
             rollouts=progress.rollouts(),
             imitation_caught=any(progress.imitation) if progress.imitation else None,
             games=len(progress.games),
             caught=sum(game.caught for game in progress.games),
         )
-        return Made(result, transfer_metrics(result, progress, baseline=settings.baseline))
+        return Made(
+            result, transfer_metrics(result, progress, baseline=settings.baseline), warnings=tuple(_warnings(progress))
+        )
+
+
+def _warnings(progress: Progress) -> Iterator[str]:
+    if progress.went_back():
+        yield (
+            f"learning on made the table worse: {sum(progress.after)} of {len(progress.after)} frozen rollouts succeed "
+            f"after it, {sum(progress.before)} of {len(progress.before)} did before; the games were played with the "
+            "table as it was handed over, and that is handed on"
+        )
