@@ -7,11 +7,11 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from zipfile import BadZipFile
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from kendama_cli.vision.ball_box import LEAST_CONTRAST, BallBox, TaughtImage
+from kendama_cli.vision.ball_copies import before, varied
 from kendama_cli.vision.interface import Image
 from kendama_cli.vision.patch_classifier import PatchClassifier, Training, Values, standardised
 from kendama_cli.vision.patch_features import BALL_PX, COUNT, DIRECTIONS, patch_features, scaled, turned
@@ -27,8 +27,9 @@ LIKE_RADIUS = (0.8, 1.25)
 """An image teaches the ball at a scale where its radius comes within this part of BALL_PX."""
 VARIED = 6
 """Blurred and otherwise lit copies of each ball."""
-LONGEST_BLUR = 1.6
-"""In ball radii."""
+ELSEWHERE = 6
+"""Copies of each ball before what else the images show: with few boxes its own backgrounds would be learned with it."""
+TRIES = 10
 TURNED = 0.5
 OTHERS_AN_IMAGE, OTHERS_A_COPY, HARD_AN_IMAGE = 1500, 60, 300
 HARD_LOG_ODDS = -2.0
@@ -146,11 +147,11 @@ def median_radius_px(images: Sequence[TaughtImage]) -> float:
 
 def _all_patches(images: Sequence[TaughtImage], rng: np.random.Generator) -> list[_Patches]:
     radius_px = median_radius_px(images)
-    return [
-        _collect(number, image, BALL_PX / (radius_px * scale), rng)
-        for number, image in enumerate(images)
-        for scale in SCALES
-    ]
+    found: list[_Patches] = []
+    for scale in SCALES:
+        views = [_view(number, image, BALL_PX / (radius_px * scale)) for number, image in enumerate(images)]
+        found += [_collect(view, views, rng) for view in views]
+    return found
 
 
 def _odd(
@@ -174,20 +175,37 @@ def _odd(
             yield number, min(shares)
 
 
-def _collect(number: int, image: TaughtImage, scale: float, rng: np.random.Generator) -> _Patches:
-    """The patches of one image at one scale."""
+@dataclass(frozen=True)
+class _View:
+    """One image at one scale."""
+
+    number: int
+    pixels: Image
+    away: tuple[tuple[float, NDArray[np.float64]], ...]
+    """of each box its ball's radius [px] in ``pixels``, and every pixel's distance from its middle in half boxes"""
+    outside: NDArray[np.bool_]
+    """what shows no ball"""
+
+
+def _view(number: int, image: TaughtImage, scale: float) -> _View:
     small = scaled(image.pixels, scale)
-    features = patch_features(small)
-    rows, columns = np.mgrid[: features.shape[0], : features.shape[1]].astype(np.float64)
+    rows, columns = np.mgrid[: small.shape[0], : small.shape[1]].astype(np.float64)
     away = [_half_boxes(columns, rows, box, scale) for box in image.boxes]
-    outside = np.min(away, axis=0) > OUTSIDE if away else np.ones(features.shape[:2], dtype=np.bool_)
+    outside = np.min(away, axis=0) > OUTSIDE if away else np.ones(small.shape[:2], dtype=np.bool_)
+    radii = [box.radius_px * scale for box in image.boxes]
+    return _View(number, small, tuple(zip(radii, away, strict=True)), outside)
+
+
+def _collect(view: _View, views: Sequence[_View], rng: np.random.Generator) -> _Patches:
+    """The patches of one image at one scale; ``views`` are all images at that scale."""
+    features, outside = patch_features(view.pixels), view.outside
     balls: list[Values] = []
     others: list[Values] = []
-    for box, distance in zip(image.boxes, away, strict=True):
+    for radius_px, distance in view.away:
         inside = np.argwhere(distance < INSIDE)
-        if len(inside) and LIKE_RADIUS[0] < box.radius_px * scale / BALL_PX < LIKE_RADIUS[1]:
+        if len(inside) and LIKE_RADIUS[0] < radius_px / BALL_PX < LIKE_RADIUS[1]:
             balls.append(features[inside[:, 0], inside[:, 1]])
-            copies, beside = _copies(small, outside, inside, rng)
+            copies, beside = _copies(view, distance, views, rng)
             balls.append(copies)
             others.append(beside)
     places = np.argwhere(outside)
@@ -195,25 +213,44 @@ def _collect(number: int, image: TaughtImage, scale: float, rng: np.random.Gener
         some = places[rng.integers(0, len(places), OTHERS_AN_IMAGE)]
         others.append(features[some[:, 0], some[:, 1]])
     elsewhere = features[::2, ::2][outside[::2, ::2]]
-    return _Patches(number, tuple(balls), tuple(others), elsewhere)
+    return _Patches(view.number, tuple(balls), tuple(others), elsewhere)
 
 
 def _copies(
-    small: Image, outside: NDArray[np.bool_], inside: NDArray[np.intp], rng: np.random.Generator
+    view: _View, distance: NDArray[np.float64], views: Sequence[_View], rng: np.random.Generator
 ) -> tuple[Values, Values]:
-    """Features of the places ``inside`` (n, 2), and of some places about them, in varied copies of the image."""
-    reach = round(7.5 * BALL_PX)
+    """Features of a ball's places, and of some places about them, in varied copies of the image about the ball."""
+    reach, inside = round(7.5 * BALL_PX), np.argwhere(distance < INSIDE)
     (top, left), (bottom, right) = np.maximum(inside.min(axis=0) - reach, 0), inside.max(axis=0) + reach
-    crop, free = small[top:bottom, left:right], np.argwhere(outside[top:bottom, left:right])
+    crop, near = view.pixels[top:bottom, left:right], distance[top:bottom, left:right]
     at = inside - (top, left)
     balls, others = [], [np.empty((0, COUNT), dtype=np.float32)]
-    for _ in range(VARIED):
-        copy = patch_features(_varied(crop, rng))
-        balls.append(copy[at[:, 0], at[:, 1]])
+    for number in range(VARIED + ELSEWHERE):
+        background = _background(views, near.shape[0], near.shape[1], rng) if number >= VARIED else None
+        if background is None:
+            copy, is_free = varied(crop, rng), view.outside[top:bottom, left:right]
+        else:
+            copy, is_free = before(background, crop, near, rng), near > OUTSIDE
+        features, free = patch_features(copy), np.argwhere(is_free)
+        balls.append(features[at[:, 0], at[:, 1]])
         if len(free):
             some = free[rng.integers(0, len(free), OTHERS_A_COPY)]
-            others.append(copy[some[:, 0], some[:, 1]])
+            others.append(features[some[:, 0], some[:, 1]])
     return np.concatenate(balls), np.concatenate(others)
+
+
+def _background(views: Sequence[_View], height: int, width: int, rng: np.random.Generator) -> Image | None:
+    """A part (height, width, 3) of one of the images that shows no ball; None where none is found."""
+    for _ in range(TRIES):
+        view = views[int(rng.integers(len(views)))]
+        down, right = view.outside.shape[0] - height, view.outside.shape[1] - width
+        if min(down, right) < 0:
+            continue
+        row, column = int(rng.integers(down + 1)), int(rng.integers(right + 1))
+        part = slice(row, row + height), slice(column, column + width)
+        if view.outside[part].all():
+            return view.pixels[part]
+    return None
 
 
 def _half_boxes(
@@ -222,25 +259,6 @@ def _half_boxes(
     """Distance of each pixel of the scaled image from the box's middle, in half boxes."""
     u, v = (box.u_px + 0.5) * scale - 0.5, (box.v_px + 0.5) * scale - 0.5
     return np.hypot((columns - u) / (box.width_px * scale / 2), (rows - v) / (box.height_px * scale / 2))
-
-
-def _varied(crop: Image, rng: np.random.Generator) -> Image:
-    """The crop under other light, and mostly blurred along a line."""
-    values = crop.astype(np.float32)
-    if rng.random() < 0.7:
-        length, angle = rng.uniform(2, LONGEST_BLUR * BALL_PX), rng.uniform(0, np.pi)
-        values = np.asarray(cv2.filter2D(values, -1, _line(length, angle)), dtype=np.float32)
-    values = values * np.float32(rng.uniform(0.8, 1.25)) * rng.uniform(0.94, 1.06, 3).astype(np.float32)
-    return np.clip(np.rint(values), 0, 255).astype(np.uint8)
-
-
-def _line(length_px: float, angle_rad: float) -> Values:
-    """A kernel that blurs along a line."""
-    half = int(np.ceil(length_px / 2))
-    kernel = np.zeros((2 * half + 1, 2 * half + 1), dtype=np.float32)
-    for way in np.linspace(-length_px / 2, length_px / 2, 8 * half + 4):
-        kernel[round(half + way * np.sin(angle_rad)), round(half + way * np.cos(angle_rad))] += 1
-    return np.asarray(kernel / kernel.sum(), dtype=np.float32)
 
 
 def _train(patches: Sequence[_Patches], steps: int, rounds: int, rng: np.random.Generator) -> PatchClassifier:
