@@ -208,6 +208,13 @@ def camera_track(
     overlay: Annotated[
         Path | None, typer.Option(metavar="FILM", help="The first film with the track drawn in (.webm).")
     ] = None,
+    self_training: Annotated[
+        bool,
+        typer.Option(
+            "--self-training/--no-self-training",
+            help="Where boxes teach the ball, learn on from the film: what moves like it, and what stands about it.",
+        ),
+    ] = True,
     seed: Seed = 0,
     as_json: Json = False,
     home: Home = None,
@@ -222,7 +229,7 @@ def camera_track(
         videos,
         output,
         seeing,
-        TrackOptions(calibration, ball_mm, rope_mm, tuple(box or ()), same_clock, overlay),
+        TrackOptions(calibration, ball_mm, rope_mm, tuple(box or ()), same_clock, overlay, self_training),
         as_json=as_json,
     )
 

@@ -5,8 +5,9 @@ from __future__ import annotations
 import csv
 import dataclasses
 import io
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from functools import partial
 from itertools import islice
 from pathlib import Path
 
@@ -23,6 +24,7 @@ from kendama_cli.vision.ball_box import TaughtImage
 from kendama_cli.vision.interface import Detector, Image, Sighting
 from kendama_cli.vision.make_detector import make_detector
 from kendama_cli.vision.motion_detector import MotionDetector
+from kendama_cli.vision.self_training import trained_on_film
 from kendama_cli.vision.settings import DetectorSettings, NetworkDetectorSettings, TaughtDetectorSettings
 from kendama_cli.vision.taught_detector import TaughtDetector
 from kendama_cli.vision.teaching import TaughtBall, teach
@@ -45,10 +47,12 @@ class SeeingOptions:
 
 @dataclass(frozen=True)
 class Seeing:
-    """A detector and the score from which its sightings count."""
+    """A detector and the score from which its sightings count; where boxes taught the ball, the detector that frames
+    in a row of the film to be tracked make of it."""
 
     detector: Detector
     threshold: float
+    trained_on: Callable[[Sequence[Image]], Detector] | None = None
 
 
 def teach_ball(folder: Path, output: Path, seed: int) -> None:
@@ -84,7 +88,12 @@ def open_seeing(options: SeeingOptions, shown: Sequence[TaughtImage] = ()) -> Se
         if options.teach is not None:
             images += [read_labelled(one) for one in labelled(options.teach)]
         ball = taught(options.teach or Path("--box"), images, options.seed)
-        return Seeing(TaughtDetector(settings, ball), settings.score_min)
+        made = partial(TaughtDetector, settings)
+
+        def trained_on(frames: Sequence[Image]) -> Detector:
+            return made(trained_on_film(images, ball, frames, made, threshold=settings.score_min, seed=options.seed))
+
+        return Seeing(made(ball), settings.score_min, trained_on)
     threshold = settings.score_min if isinstance(settings, TaughtDetectorSettings | NetworkDetectorSettings) else 0.5
     return Seeing(make_detector(settings), threshold)
 

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from itertools import islice
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from kendama_cli.cli import render
-from kendama_cli.cli.camera_seeing import Seeing, SeeingOptions, open_seeing
+from kendama_cli.cli.camera_seeing import SeeingOptions, open_seeing
 from kendama_cli.cli.track_output import refuse_name, write_track
 from kendama_cli.devices.camera.calibration import camera_model, read_calibration
 from kendama_cli.devices.camera.film import Film
@@ -20,7 +21,9 @@ from kendama_cli.vision.ball_box import BallBox, TaughtImage
 from kendama_cli.vision.ball_film import FilmTrack, film_track
 from kendama_cli.vision.camera_model import CameraModel
 from kendama_cli.vision.film_positions import FilmPositions, from_one, from_several
+from kendama_cli.vision.interface import Image
 from kendama_cli.vision.motion_detector import MotionDetector
+from kendama_cli.vision.self_training import FRAMES
 
 BACKGROUND_FRAMES = 41
 
@@ -35,6 +38,7 @@ class TrackOptions:
     boxes: tuple[str, ...]
     same_clock: bool
     overlay: Path | None
+    self_training: bool
 
 
 def track_films(
@@ -49,14 +53,17 @@ def track_films(
     refuse_name(output)
     if options.overlay is not None and options.overlay.suffix.lower() != ".webm":
         raise UsageError(f"--overlay {options.overlay}: name it like {options.overlay.with_suffix('.webm')}")
-    detector = open_seeing(seeing, _shown(films[0], options.boxes))
+    opened = open_seeing(seeing, _shown(films[0], options.boxes))
     tracks = []
     for film in films:
-        frames = film.count()
-        if isinstance(detector.detector, MotionDetector):
+        frames, detector = film.count(), opened.detector
+        if isinstance(detector, MotionDetector):
             every = max(frames // BACKGROUND_FRAMES, 1)
-            detector.detector.learn([pixels for _, pixels in film.frames(every)])
-        tracks.append(_track(film, detector))
+            detector.learn([pixels for _, pixels in film.frames(every)])
+        if options.self_training and opened.trained_on is not None:
+            render.note(f"{film.path}: learning on from its own frames (--no-self-training leaves that out)")
+            detector = opened.trained_on(_middle(film, frames))
+        tracks.append(film_track(film.name, film.frames(), detector, opened.threshold))
         render.note(f"{film.path}: the ball is seen in {len(tracks[-1].t_s)} of {frames} frames")
     positions = _positions(paths, tracks, cameras, options)
     write_track(output, tracks, positions)
@@ -136,8 +143,10 @@ def _shown(film: Film, boxes: Sequence[str]) -> list[TaughtImage]:
     return shown
 
 
-def _track(film: Film, seeing: Seeing) -> FilmTrack:
-    return film_track(film.name, film.frames(), seeing.detector, seeing.threshold)
+def _middle(film: Film, count: int) -> list[Image]:
+    """The frames in the middle of a film that its ball is learned on from."""
+    first = max(count - FRAMES, 0) // 2
+    return [pixels for _, pixels in islice(film.frames(), first, first + FRAMES)]
 
 
 def _positions(

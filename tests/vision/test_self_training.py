@@ -1,0 +1,105 @@
+"""A taught ball that learns on from the film in which it is sought."""
+
+import numpy as np
+import pytest
+
+from kendama_cli.vision import self_training
+from kendama_cli.vision.ball_box import BallBox, TaughtImage
+from kendama_cli.vision.image_track import track
+from kendama_cli.vision.interface import Sighting
+from kendama_cli.vision.self_training import trained_on_film
+from kendama_cli.vision.settings import TaughtDetectorSettings
+from kendama_cli.vision.taught_detector import TaughtDetector
+from kendama_cli.vision.teaching import teach
+from tests.vision.ball_films import draw_ball, labelled_image, pendulum, textured
+
+FRAMES = [np.full((120, 160, 3), number, dtype=np.uint8) for number in range(40)]
+BALL, STONE = (lambda k: (20.0 + 5 * k, 30.0)), (lambda k: (100.0, 90.0))
+
+
+class Told:
+    """Sees what it is told to, at places of the frame's number."""
+
+    def __init__(self, places, score=0.9):
+        self.places, self.score = places, score
+
+    def candidates(self, pixels, origin_px=(0, 0), hint=None):
+        for place in self.places:
+            yield Sighting(np.array(place(int(pixels[0, 0, 0]))), np.eye(2), 6.0, self.score)
+
+
+def taught_with(monkeypatch, places_of_ball):
+    """The images that each round teaches, where a ball of that number is seen at those places; and the ball chosen."""
+    rounds = []
+
+    def note(images, seed):
+        rounds.append(images)
+        return len(rounds)
+
+    monkeypatch.setattr(self_training, "teach", note)
+    best = trained_on_film(["own"], 0, FRAMES, lambda ball: Told(places_of_ball(ball)), threshold=0.5)
+    return rounds, best
+
+
+def test_sightings_that_move_are_taught_as_boxes_in_their_frames(monkeypatch):
+    rounds, best = taught_with(monkeypatch, lambda ball: [BALL])
+    assert best == self_training.ROUNDS
+    own, *shown = rounds[0]
+    assert own == "own"
+    assert len(shown) == self_training.MOST
+    numbers = sorted(int(one.pixels[0, 0, 0]) for one in shown)
+    assert min(np.diff(numbers)) >= self_training.APART_FRAMES
+    for one in shown:
+        (box,) = one.boxes
+        assert (box.u_px, box.v_px) == BALL(int(one.pixels[0, 0, 0]))
+        assert box.radius_px == 6.0
+
+
+def test_what_stands_still_teaches_that_it_is_no_ball(monkeypatch):
+    rounds, best = taught_with(monkeypatch, lambda ball: [STONE] if ball == 0 else [BALL])
+    (_, background), (_, *shown), _ = rounds
+    assert background.boxes == ()
+    assert background.pixels[0, 0, 0] == 19  # the median of 0 to 39
+    assert len(shown) == self_training.MOST
+    assert best == self_training.ROUNDS
+
+
+def test_a_ball_that_rests_stays_as_it_was_taught(monkeypatch):
+    _, best = taught_with(monkeypatch, lambda ball: [STONE])
+    assert best == 0
+
+
+def test_a_ball_that_teaching_refuses_ends_it(monkeypatch):
+    def refuse(images, seed):
+        raise ValueError("the box shows a plain surface")
+
+    monkeypatch.setattr(self_training, "teach", refuse)
+    assert trained_on_film([], 7, FRAMES, lambda ball: Told([BALL]), threshold=0.5) == 7
+
+
+@pytest.mark.slow
+def test_on_a_background_that_no_box_has_shown_more_of_a_swing_is_seen():
+    """Dark discs of the ball's size hang about, and the light is another."""
+    images = []
+    for seed in range(10000, 10005):
+        image, (u, v, width, height) = labelled_image(seed)
+        images.append(TaughtImage(image, (BallBox(u, v, width, height),)))
+    background = textured(10077)
+    for place in ((60, 60), (250, 120), (120, 200), (200, 40)):
+        draw_ball(background, place, 10.0, (70, 75, 80), stripe=(60, 90, 120), angle_deg=20.0)
+    frames, truth = pendulum(
+        40, 10000, background=background, radius_px=10.0, colour=(60, 60, 65), stripe=(40, 120, 235)
+    )
+    settings = TaughtDetectorSettings("taught", "", 20, 0.5, 1)
+
+    def hits(ball):
+        detector = TaughtDetector(settings, ball)
+        seen = track([list(detector.candidates(pixels))[:6] for pixels in frames], 0.5)
+        return sum(one is not None and np.hypot(*(one.sighting.centre_px - truth[one.frame])) < 10.0 for one in seen)
+
+    ball = teach(images)
+    after = trained_on_film(
+        images, ball, frames, lambda one: TaughtDetector(settings, one), threshold=settings.score_min
+    )
+    print(hits(ball), hits(after))
+    assert hits(after) >= 38
