@@ -29,14 +29,20 @@ def turn(*, alone: bool) -> Iterator[None]:
     if own is None:  # no workers, nobody beside
         yield
         return
-    locks = _folder(os.getppid())
-    locks.mkdir(exist_ok=True)
+    locks = shared_folder()
     held = [f"gw{i}" for i in range(int(os.environ["PYTEST_XDIST_WORKER_COUNT"]))] if alone else [own]
     with contextlib.ExitStack() as stack:
         with FileLock(locks / "next", poll_interval=POLL_S):  # so that who waits for all is not overtaken for ever
             for worker in held:
                 stack.enter_context(FileLock(locks / worker, poll_interval=POLL_S))
         yield
+
+
+def shared_folder() -> Path:
+    """The folder of a worker's and the others' locks."""
+    made = _folder(os.getppid())
+    made.mkdir(exist_ok=True)
+    return made
 
 
 def _folder(process: int) -> Path:

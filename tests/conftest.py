@@ -15,7 +15,7 @@ import pytest
 import typer.main
 from filelock import FileLock
 
-from tests import alone
+from tests import alone, first_imports
 from tests.toy_project import ToyProject
 
 # started as a shell's background job, this process ignores Ctrl-C, and so would all that it starts
@@ -72,6 +72,13 @@ RECORDINGS = Path(__file__).resolve().parents[2] / "shared" / "data"
 def pytest_xdist_auto_num_workers() -> int:
     """One more than there are cores: for a third of their time tests wait for processes that they started."""
     return (os.cpu_count() or 1) + 1
+
+
+def pytest_sessionstart(session: pytest.Session) -> None:
+    """In a worker of the whole suite, share what is compiled."""
+    whole = [(session.config.rootpath / name).resolve() for name in session.config.args] == [Path(__file__).parent]
+    if whole and "PYTEST_XDIST_WORKER" in os.environ:
+        first_imports.import_in_turn(alone.shared_folder())
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
