@@ -17,6 +17,7 @@ from hydra.errors import OverrideParseException
 from omegaconf import DictConfig, OmegaConf
 
 from kendama_cli.config.folders import configuration_files, group_options, groups
+from kendama_cli.config.quick_yaml import quick_yaml
 from kendama_cli.config.search_path import further_folders
 from kendama_cli.config.site import Site
 from kendama_cli.config.surroundings import Environment, recorded
@@ -92,6 +93,7 @@ def _compose_files(
     with (
         further_folders(others),
         initialize_config_dir(str(first), job_name="kendama", version_base="1.3"),
+        quick_yaml(),
         recorded() as environment,
     ):
         config = compose("config", overrides=list(chosen))
