@@ -33,6 +33,7 @@ LONGEST_FIRST = (
     "test_whole_game.py",
     "faults/test_interruptions.py",
     "pipeline/test_cluster.py",
+    "stages/test_placed.py",
     "faults/test_one_line.py",
     "pipeline/test_sweep.py",
     "docs/test_commands.py",
@@ -44,16 +45,15 @@ LONGEST_FIRST = (
     "stages/test_predict.py",
     "stages/test_learn.py",
     "stages/test_adapt.py",
+    "faults/test_twin_process.py",
     "devices/camera/test_virtual.py",
     "pipeline/test_cache.py",
     "config/test_compose.py",
     "api/test_examples.py",
     "cli/test_camera_seeing.py",
-    "stages/test_placed.py",
     "game/test_games.py",
     "game/test_state_prediction.py",
     "stages/test_interact.py",
-    "cli/test_place.py",
     "cli/test_robot_twin.py",
     "course/test_course_command.py",
     "report/test_browser.py",
@@ -63,7 +63,8 @@ LONGEST_FIRST = (
 """Files of half a minute or so, by their time: begun last, one of them would keep one core busy and the others idle.
 
 While the whole game has the numerical code compiled, the other workers begin with files that need little of it: each
-would compile the same once more.
+would compile the same once more. The chain of joints is compiled by the search for a placement, long before other files
+need it.
 """
 
 RECORDINGS = Path(__file__).resolve().parents[2] / "shared" / "data"
@@ -82,7 +83,7 @@ def pytest_sessionstart(session: pytest.Session) -> None:
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Begin with the files that take longest, end with those whose tests run alone; the others keep their order."""
+    """Begin with the files that take longest, end with those of real time; the others keep their order."""
     place = {Path(__file__).parent / name: i for i, name in enumerate(LONGEST_FIRST)}
     place.update({item.path: len(place) + 1 for item in items if item.get_closest_marker("realtime")})
     middle = len(LONGEST_FIRST)
@@ -91,8 +92,8 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
 
 @pytest.hookimpl(wrapper=True)
 def pytest_runtest_protocol(item: pytest.Item) -> Generator[None, object, object]:
-    """Run tests of real time alone."""
-    with alone.turn(alone=item.get_closest_marker("realtime") is not None):
+    """Run tests of real time beside each other only."""
+    with alone.turn(realtime=item.get_closest_marker("realtime") is not None):
         return (yield)
 
 

@@ -17,6 +17,7 @@ from kendama_cli.robot_model.display.write_stubs import imported_functions, read
 
 ROOT = Path(__file__).resolve().parents[3]
 BARE_MACHINE = Path(__file__).with_name("bare_machine.py")
+WAIT = "{name: wait, duration_s: 0.2, position_m: [-0.12, 0, 1.06], turn_rad: [0, 0, 0], force_n: [0, 0, 0]}"
 linux = pytest.mark.skipif(sys.platform != "linux", reason="macOS and Windows wheels of DART need no stand-in")
 
 
@@ -88,7 +89,7 @@ def test_where_the_system_has_no_display_library_dart_alone_fails_and_the_stages
     assert "libGL.so.1: cannot open shared object file" in plain.stderr, "the libraries were not hidden"
     (tmp_path / "ours").mkdir()
     kendama = [sys.executable, "-m", "kendama_cli.cli.main"]
-    done = on_a_bare_machine(tmp_path / "ours", *kendama, "run", "-p", "press", "--json")
+    done = on_a_bare_machine(tmp_path / "ours", *kendama, "run", "-p", "press", "--json", f"interact.script=[{WAIT}]")
     assert done.returncode == 0, done.stderr
     assert "interact: done" in done.stderr
 
