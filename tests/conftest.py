@@ -15,8 +15,12 @@ import pytest
 import typer.main
 from filelock import FileLock
 
+from kendama_cli.system.interpreters import one_thread
 from tests import alone, first_imports
 from tests.toy_project import ToyProject
+
+# before any worker imports numpy: threads that wait for each other take twice the computation, and longer
+os.environ.update(one_thread())
 
 # started as a shell's background job, this process ignores Ctrl-C, and so would all that it starts
 signal.signal(signal.SIGINT, signal.default_int_handler)

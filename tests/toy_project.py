@@ -239,7 +239,9 @@ class ToyProject:
         return self.folder / ".kendama"
 
     def environment(self) -> dict[str, str]:
-        return {**os.environ, "PYTHONPATH": str(self.folder / "lib"), "PYTHONDONTWRITEBYTECODE": "1"}
+        """A user's: linear algebra on one thread is not this suite's doing."""
+        user = {name: value for name, value in os.environ.items() if not name.endswith("_NUM_THREADS")}
+        return {**user, "PYTHONPATH": str(self.folder / "lib"), "PYTHONDONTWRITEBYTECODE": "1"}
 
     def command(self, *arguments: str) -> list[str]:
         return [sys.executable, "-m", "kendama_cli.cli.main", *arguments]
