@@ -75,8 +75,8 @@ RECORDINGS = Path(__file__).resolve().parents[2] / "shared" / "data"
 
 
 def pytest_xdist_auto_num_workers() -> int:
-    """One more than there are cores: for a third of their time tests wait for processes that they started."""
-    return (os.cpu_count() or 1) + 1
+    """Two more than there are cores: for a third of their time tests wait for processes that they started."""
+    return (os.cpu_count() or 1) + 2
 
 
 def pytest_sessionstart(session: pytest.Session) -> None:
