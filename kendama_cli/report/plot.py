@@ -58,6 +58,8 @@ COLUMN_IN, PAGE_IN = 3.46, 7.16
 """Widths in print of one column and of both, as most journals have them."""
 WIDE_IN = 5.5
 """Figures that the page draws wider than this take both columns."""
+LEGEND_SHARE = 0.86
+"""Of a figure's width a legend over the axes may have so much: the rest is what stands to the left of them."""
 
 _taking: ContextVar[Callable[[str, Canvas], None] | None] = ContextVar("taking", default=None)
 
@@ -110,8 +112,12 @@ def drawing(name: str, alternative: str, *, height_in: float = 3.0, width_in: fl
 
 
 def legend_above(axes: Axes, columns: int = 3) -> None:
-    """A legend over the axes, at their left."""
-    axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=columns)
+    """A legend over the axes, at their left, in at most ``columns`` columns: fewer where the figure has less room."""
+    room = LEGEND_SHARE * axes.figure.bbox.width
+    for fewer in range(columns, 0, -1):
+        legend = axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=fewer)
+        if legend.get_window_extent().width <= room:
+            return
 
 
 def _svg(canvas: Canvas, name: str, alternative: str) -> str:

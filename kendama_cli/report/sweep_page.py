@@ -88,12 +88,13 @@ def _headlines(chapters: Mapping[str, EnsembleChapter], gathered: Mapping[str, E
     results = []
     for stage, chapter in chapters.items():
         for headline in chapter.headline:
-            groups = [group for group in gathered[stage].groups if len(group.figures(headline.metric))]
+            every = gathered[stage].groups
+            groups = [group for group in every if len(group.figures(headline.metric))]
             means = [float(group.figures(headline.metric).mean()) for group in groups]
             share = headline.metric.endswith("_rate") or "_rate_" in headline.metric
-            if groups and (chapter.pooled or len(groups) == 1):
+            if groups and (chapter.pooled or len(every) == 1):
                 results.append(_result(float(np.mean(means)), headline.words, share))
-            elif len(groups) <= _FEW:
+            elif len(every) <= _FEW:
                 results += [
                     _result(mean, f"{headline.words}: {group.label}", share)
                     for mean, group in zip(means, groups, strict=True)
@@ -128,7 +129,6 @@ def _section(stage: str, chapter: EnsembleChapter, found: Ensemble, figures: int
             figures += 1
             parts.append(shown.html(figures))
         parts.append(tables)
-        first = found.groups[0].members[0]
-        parts.append(settings_table(first.log.settings))
+        parts.append(settings_table(*(group.members[0].log.settings for group in found.groups)))
     parts.append("</section>")
     return "".join(parts), figures

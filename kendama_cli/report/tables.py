@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import html
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 _UNITS = (
@@ -29,6 +29,9 @@ _TAILS = {
     "_before": " before",
     "_after": " after",
 }
+
+_FEW = 4
+"""So many values of one setting are told where runs differ in it."""
 
 
 def label_and_unit(name: str) -> tuple[str, str]:
@@ -68,15 +71,20 @@ def metrics_table(metrics: Mapping[str, Any]) -> str:
     return f'<dl class="facts">{"".join(rows)}</dl>' if rows else ""
 
 
-def settings_table(settings: Mapping[str, Any]) -> str:
-    """Every setting by its dotted name, folded away."""
-    rows = [
-        f"<div><dt>{html.escape(name)}</dt><dd>{html.escape(number(value))}</dd></div>"
-        for name, value in _flat(settings, "")
-    ]
+def settings_table(*settings: Mapping[str, Any]) -> str:
+    """Every setting by its dotted name, folded away; of several runs the values that each has of it."""
+    flat = [dict(_flat(one, "")) for one in settings]
+    names = dict.fromkeys(name for one in flat for name in one)
+    told = {name: _values([number(one.get(name)) for one in flat]) for name in names}
+    rows = [f"<div><dt>{html.escape(name)}</dt><dd>{html.escape(values)}</dd></div>" for name, values in told.items()]
     if not rows:
         return ""
     return f'<details><summary>Settings ({len(rows)})</summary><dl class="settings">{"".join(rows)}</dl></details>'
+
+
+def _values(of_runs: Sequence[str]) -> str:
+    distinct = list(dict.fromkeys(of_runs))
+    return " | ".join(distinct) if len(distinct) <= _FEW else f"{len(distinct)} different ones"
 
 
 def _flat(settings: Mapping[str, Any], prefix: str) -> Iterator[tuple[str, Any]]:

@@ -183,3 +183,26 @@ def test_a_damaged_log_is_named(explorations, tmp_path):
     broken.write_bytes(logs["learn"].read_bytes()[:-300])
     with pytest.raises(InputError, match=r"broken\.mcap"):
         make_sweep_report("", [(document, {"learn": broken})])
+
+
+def test_where_runs_differ_in_a_setting_the_values_of_each_are_told(tmp_path):
+    runs = []
+    for task in ("hard", "paper"):
+        log = memory_log()
+        settings = {"smooth": {"task": task, "width": 3}}
+        log.finish(tmp_path / f"{task}.mcap", stage="smooth", settings=settings, metrics={"n_kept": 1})
+        document = {"overrides": [f"smooth.task={task}"], "stages": [{"name": "smooth", "status": "ran"}]}
+        runs.append((document, {"smooth": tmp_path / f"{task}.mcap"}))
+    text = _text(make_sweep_report("", runs))
+    assert "smooth.task hard | paper smooth.width 3" in text
+
+
+def test_where_groups_are_many_a_figure_that_few_of_them_have_is_no_headline(tmp_path):
+    runs = []
+    for kind, metrics in (("sarsa", {"swings": 4.0}), ("lucky", {"swings": 5.0}), ("pump", {}), ("random", {})):
+        log = memory_log()
+        log.finish(tmp_path / f"{kind}.mcap", stage="learn", settings={}, metrics=metrics)
+        document = {"overrides": [f"learn/learner={kind}"], "stages": [{"name": "learn", "status": "ran"}]}
+        runs.append((document, {"learn": tmp_path / f"{kind}.mcap"}))
+    assert "half-swings to the goal, mean: sarsa" in make_sweep_report("made up", runs[:2])
+    assert "half-swings to the goal, mean" not in make_sweep_report("made up", runs)
