@@ -110,6 +110,12 @@ class CupSettings:
     tie: FloorTie | HandleTie | SideTie = setting("where the rope is tied to the cup")
 
     def __post_init__(self) -> None:
+        if self.depth_m <= self.wall_m:
+            raise ConfigError(
+                "depth_m",
+                f"'depth_m' is {self.depth_m:g}: the floor would fill the cup; allowed: above wall_m, which is "
+                f"{self.wall_m:g}",
+            )
         if isinstance(self.tie, HandleTie) and self.tie.radius_m > self.outer_radius_m:
             raise ConfigError(
                 "tie.radius_m",
@@ -160,6 +166,18 @@ class GameSettings:
     gravity_m_s2: float = setting("gravity, along -z of the world [m/s^2]", above=0)
 
     def __post_init__(self) -> None:
+        if self.ball.radius_m >= self.cup.radius_m:
+            raise ConfigError(
+                "ball.radius_m",
+                f"'ball.radius_m' is {self.ball.radius_m:g}: the ball does not fit into the cup; allowed: below "
+                f"cup.radius_m, which is {self.cup.radius_m:g}",
+            )
+        if self.rope.mass_kg > 0.0 and isinstance(self.cup.tie, SideTie):
+            raise ConfigError(
+                "cup.tie.kind",
+                "'cup.tie.kind' is side: a rope with mass is tied on the cup's axis; choose game/cup=floor or handle, "
+                "or simulation/rope=spring",
+            )
         around_m = self.way_into_cup_m
         if self.rope.length_m <= around_m:
             raise ConfigError(

@@ -32,6 +32,24 @@ def test_a_cup_that_the_rope_cannot_reach_over_is_refused() -> None:
     assert game(rope__length_m=0.17).way_into_cup_m == pytest.approx(0.168)
 
 
+def test_a_cup_into_which_the_ball_does_not_fit_is_refused() -> None:
+    with pytest.raises(
+        ConfigError, match=r"'game\.ball\.radius_m' is 0\.05: the ball does not fit .* below cup\.radius_m"
+    ):
+        game(ball__radius_m=0.05)
+    with pytest.raises(
+        ConfigError, match=r"'game\.cup\.depth_m' is 0\.004: the floor would fill the cup; allowed: above"
+    ):
+        game(cup__depth_m=0.004)
+
+
+def test_a_rope_with_mass_at_the_cups_side_is_refused() -> None:
+    with pytest.raises(
+        ConfigError, match=r"'game\.cup\.tie\.kind' is side: a rope with mass is tied on the cup's axis"
+    ):
+        game("side", rope__mass_kg=0.0005)
+
+
 def test_a_handle_wider_than_the_cup_is_refused() -> None:
     with pytest.raises(ConfigError, match=r"'game\.cup\.tie\.radius_m' is 0\.05.* wider than the cup; allowed: up to"):
         game("handle", cup__tie__radius_m=0.05)
