@@ -47,7 +47,7 @@ class RopeChain(NoChain):
             raise ConfigError(
                 "game.cup.tie.kind",
                 "'game.cup.tie.kind' is side: a rope with mass is tied on the cup's axis; choose "
-                "simulation/rope=spring (and no hardware.imperfection.rope_kg), or game/cup=floor or handle",
+                "hardware.imperfection.rope_kg=null, or game/cup=floor or handle",
             )
         self._profile, self.rope_kg = law.cup, rope_kg
         self._lengths_m = link_lengths_m(law.length_m, law.cup.used_m, LINKS)
