@@ -51,7 +51,7 @@ def _background(
     camera: _ByValue, appearance: AppearanceSettings, lighting: LightingSettings
 ) -> tuple[Background, Tiles]:
     made = Background(camera.model, appearance, lighting)
-    return made, Tiles(made.rays, made.points, np.array(camera.model.position_in_world_m, dtype=np.float64))
+    return made, Tiles(made.rays, made.points, made.lit, np.array(camera.model.position_in_world_m, dtype=np.float64))
 
 
 class Background:

@@ -14,8 +14,8 @@ from kendama_cli.motion.rotation_matrix import matrix_of
 from kendama_cli.rendering import kernel_light
 from kendama_cli.rendering.floor import Floor
 from kendama_cli.rendering.mesh import LinkMesh, unit_cylinder, unit_sphere
-from kendama_cli.rendering.moving import SceneSampler
-from kendama_cli.rendering.raycast import Raycaster, Shot
+from kendama_cli.rendering.moving import SceneSampler, Shot
+from kendama_cli.rendering.raycast import Raycaster
 from kendama_cli.rendering.scene import ScenePose, hanging_rope
 from kendama_cli.report.replay.performance import Frames, Performance
 from kendama_cli.robot_model.arm_scene import BALL_RGB, CUP_RGB, Rgb
@@ -24,7 +24,6 @@ from kendama_cli.schema.foxglove import Solid
 from kendama_cli.settings.camera import AppearanceSettings, LightingSettings, LightSettings
 from kendama_cli.settings.game import GameSettings
 from kendama_cli.vision.camera_model import CameraModel, looking_at
-from kendama_cli.vision.region import whole
 
 WIDTH_PX, HEIGHT_PX, RATE_HZ = 1280, 720, 60.0
 SLOWER = 8.0
@@ -115,7 +114,7 @@ class FilmMaker:
         self.model = _view(motion.start_m, arm=motion.links is not None)
         self._raycaster = Raycaster(self.model, look, light, game, Floor(self.model, light))
         self._sampler = SceneSampler(look, self._scene.meshes)
-        self._whole = whole(WIDTH_PX, HEIGHT_PX)
+        self._picture = np.empty((HEIGHT_PX, WIDTH_PX, 3), dtype=np.uint8)
 
     @staticmethod
     def moments(motion: Performance) -> list[tuple[float, float]]:
@@ -130,9 +129,9 @@ class FilmMaker:
         moving = self._sampler.moving(self._scene, t_s - half_s, t_s + half_s)
         last = len(moving.ball_m) - 1
         rows = np.full(HEIGHT_PX, last / 2)
-        light = self._raycaster.render(Shot(t_s, moving, rows, float(last), np.ones(HEIGHT_PX)), self._whole)
-        picture = np.empty(light.shape, dtype=np.uint8)
-        kernel_light.to_screen(light, _SRGB, picture)
+        light, changed = self._raycaster.renew(Shot(t_s, moving, rows, float(last), np.ones(HEIGHT_PX)))
+        kernel_light.to_screen(changed, light, _SRGB, self._picture)
+        picture = self._picture.copy()
         words = self._motion.label + ("" if speed > 0.99 else f"   1/{1 / speed:.0f} speed")
         cv2.putText(picture, words, (36, HEIGHT_PX - 34), cv2.FONT_HERSHEY_DUPLEX, 0.62, _INK_BGR, 1, cv2.LINE_AA)
         return picture

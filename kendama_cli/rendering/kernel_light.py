@@ -31,23 +31,27 @@ BYTES_MEAN, BYTES_SIGMA = 8 * 127.5, math.sqrt(8 * (256**2 - 1) / 12)
 
 
 @compiled
-def count_samples(region: Array, level: Array, owner: Array) -> int:
-    """Samples that ``list_samples`` writes."""
+def count_samples(tiles: Array, region: Array, level: Array, owner: Array, first: Array) -> None:
+    """Number of the ``first`` (m + 1,) of the samples that ``list_samples`` writes for each of m tiles, and of all."""
+    across = (level.shape[1] + TILE - 1) // TILE
     count = 0
-    for v in range(region[1], region[3]):
-        for u in range(region[0], region[2]):
-            if level[v, u] != SMOOTH:
-                count += level[v, u]
-            elif owner[v, u] >= 0:
-                count += 1
-    return count
+    for k in range(len(tiles)):
+        first[k] = count
+        top, left = tiles[k] // across * TILE, tiles[k] % across * TILE
+        for v in range(max(top, region[1]), min(top + TILE, region[3])):
+            for u in range(max(left, region[0]), min(left + TILE, region[2])):
+                if level[v, u] != SMOOTH:
+                    count += level[v, u]
+                elif owner[v, u] >= 0:
+                    count += 1
+    first[len(tiles)] = count
 
 
 @compiled
 def list_samples(
-    region: Array, rays: Array, level: Array, bits: Array, owner: Array, depth: Array, triangle: Array, row_tau: Array,
-    spread_tau: float, pattern: Array, pixel: Array, weight: Array, direction: Array, tau: Array, near: Array,
-    s_owner: Array, s_depth: Array, s_triangle: Array, fresh: Array,
+    tiles: Array, region: Array, rays: Array, level: Array, bits: Array, owner: Array, depth: Array, triangle: Array,
+    row_tau: Array, spread_tau: float, pattern: Array, pixel: Array, weight: Array, direction: Array, tau: Array,
+    near: Array, s_owner: Array, s_depth: Array, s_triangle: Array, fresh: Array,
 ) -> None:  # fmt: skip
     """Write the samples tile by tile: one per pixel inside a mesh, which is known, and 4 or 16 fresh ones elsewhere.
 
@@ -55,34 +59,35 @@ def list_samples(
     middle; a pixel of four samples takes every fourth. A pixel's ray bends by its neighbours' central differences.
     """
     height, width = rays.shape[0], rays.shape[1]
+    across = (width + TILE - 1) // TILE
     n = 0
-    for top in range(region[1] // TILE * TILE, region[3], TILE):
-        for left in range(region[0] // TILE * TILE, region[2], TILE):
-            for v in range(max(top, region[1]), min(top + TILE, region[3])):
-                above, below = max(v - 1, 0), min(v + 1, height - 1)
-                for u in range(max(left, region[0]), min(left + TILE, region[2])):
-                    samples = level[v, u]
-                    if samples == SMOOTH:
-                        if owner[v, u] >= 0:
-                            pixel[n], weight[n], tau[n], near[n], fresh[n] = v * width + u, 1.0, row_tau[v], 0, 0
-                            s_owner[n], s_depth[n], s_triangle[n] = owner[v, u], depth[v, u], triangle[v, u]
-                            for i in range(3):
-                                direction[n, i] = rays[v, u, i]
-                            n += 1
-                        continue
-                    before, after = max(u - 1, 0), min(u + 1, width - 1)
-                    for s in range(0, 16, 16 // samples):
-                        right, down = pattern[s, 0] / (after - before), pattern[s, 1] / (below - above)
+    for tile in tiles:
+        top, left = tile // across * TILE, tile % across * TILE
+        for v in range(max(top, region[1]), min(top + TILE, region[3])):
+            above, below = max(v - 1, 0), min(v + 1, height - 1)
+            for u in range(max(left, region[0]), min(left + TILE, region[2])):
+                samples = level[v, u]
+                if samples == SMOOTH:
+                    if owner[v, u] >= 0:
+                        pixel[n], weight[n], tau[n], near[n], fresh[n] = v * width + u, 1.0, row_tau[v], 0, 0
+                        s_owner[n], s_depth[n], s_triangle[n] = owner[v, u], depth[v, u], triangle[v, u]
                         for i in range(3):
-                            direction[n, i] = (
-                                rays[v, u, i]
-                                + right * (rays[v, after, i] - rays[v, before, i])
-                                + down * (rays[below, u, i] - rays[above, u, i])
-                            )
-                        pixel[n], weight[n], near[n], fresh[n] = v * width + u, 1.0 / samples, bits[v, u], 1
-                        tau[n] = row_tau[v] + spread_tau * pattern[s, 2]
-                        s_owner[n], s_depth[n], s_triangle[n] = -1, math.inf, -1
+                            direction[n, i] = rays[v, u, i]
                         n += 1
+                    continue
+                before, after = max(u - 1, 0), min(u + 1, width - 1)
+                for s in range(0, 16, 16 // samples):
+                    right, down = pattern[s, 0] / (after - before), pattern[s, 1] / (below - above)
+                    for i in range(3):
+                        direction[n, i] = (
+                            rays[v, u, i]
+                            + right * (rays[v, after, i] - rays[v, before, i])
+                            + down * (rays[below, u, i] - rays[above, u, i])
+                        )
+                    pixel[n], weight[n], near[n], fresh[n] = v * width + u, 1.0 / samples, bits[v, u], 1
+                    tau[n] = row_tau[v] + spread_tau * pattern[s, 2]
+                    s_owner[n], s_depth[n], s_triangle[n] = -1, math.inf, -1
+                    n += 1
 
 
 @compiled
@@ -194,17 +199,31 @@ def collect(
 
 
 @compiled
-def background_light(region: Array, unlit: Array, lit: Array, free: Array, strength: Array, image: Array) -> None:
-    """The background's light: its own, and each lamp's where nothing stands between."""
-    for v in range(region[1], region[3]):
-        for u in range(region[0], region[2]):
-            y, x = v - region[1], u - region[0]
-            for i in range(3):
-                image[y, x, i] = unlit[v, u, i]
-            for lamp in range(len(lit)):
-                if free[lamp, v, u]:
-                    for i in range(3):
-                        image[y, x, i] += strength[v] * lit[lamp, v, u, i]
+def background_light(
+    tiles: Array, region: Array, unlit: Array, lit: Array, free: Array, strength: Array, image: Array
+) -> None:
+    """The background's light in ``tiles``: its own, and each lamp's where nothing stands between."""
+    across = (unlit.shape[1] + TILE - 1) // TILE
+    for tile in tiles:
+        top, left = tile // across * TILE, tile % across * TILE
+        for v in range(max(top, region[1]), min(top + TILE, region[3])):
+            for u in range(max(left, region[0]), min(left + TILE, region[2])):
+                y, x = v - region[1], u - region[0]
+                for i in range(3):
+                    image[y, x, i] = unlit[v, u, i]
+                for lamp in range(len(lit)):
+                    if free[lamp, v, u]:
+                        for i in range(3):
+                            image[y, x, i] += strength[v] * lit[lamp, v, u, i]
+
+
+@compiled
+def shadowed(tiles: Array, free: Array, found: Array) -> None:
+    """Mark in ``found``, one for each tile of the image, those of ``tiles`` with a pixel that a lamp does not reach."""
+    across = (free.shape[2] + TILE - 1) // TILE
+    for tile in tiles:
+        top, left = tile // across * TILE, tile % across * TILE
+        found[tile] |= free[:, top : top + TILE, left : left + TILE].min() == 0
 
 
 @compiled
@@ -234,10 +253,13 @@ def digitise(
 
 
 @compiled
-def to_screen(light: Array, levels: Array, out: Array) -> None:
-    """Light (h, w, 3), red green blue, to ``out`` as BGR by the table ``levels`` of light in [0, 1]."""
+def to_screen(tiles: Array, light: Array, levels: Array, out: Array) -> None:
+    """``tiles`` of light (h, w, 3), red green blue, to ``out`` as BGR by the table ``levels`` of light in [0, 1]."""
     top_level = len(levels) - 1
-    for y in range(light.shape[0]):
-        for x in range(light.shape[1]):
-            for i in range(3):
-                out[y, x, i] = levels[int(min(max(light[y, x, 2 - i], 0.0), 1.0) * top_level + 0.5)]
+    across = (light.shape[1] + TILE - 1) // TILE
+    for tile in tiles:
+        top, left = tile // across * TILE, tile % across * TILE
+        for y in range(top, min(top + TILE, light.shape[0])):
+            for x in range(left, min(left + TILE, light.shape[1])):
+                for i in range(3):
+                    out[y, x, i] = levels[int(min(max(light[y, x, 2 - i], 0.0), 1.0) * top_level + 0.5)]

@@ -18,10 +18,8 @@ Array = Any
 """A numpy array; compiled code takes no finer annotation."""
 
 TILE = 16
-NOTHING = -1
-"""Owner of a ray that met no body."""
-SMOOTH, EDGE, ALL = 0, 4, 16
-"""Samples of a pixel: none of its own (one ray through its middle), few, or all of the pattern."""
+BEYOND = 1.0001
+"""A ray is followed so much farther than what it has met: a mesh in single precision may touch its box before that."""
 
 
 @compiled
@@ -68,16 +66,21 @@ def local_ray(start: Array, towards: Array, pose: Array, o: Array, d: Array) -> 
 
 @compiled
 def bundles_into_box(
-    starts: Array, ways: Array, far: float, widths: Array, pose: Array, low: Array, high: Array, may: Array
-) -> None:
-    """Whether (n,) any ray of a bundle may meet a box that ``pose`` (3, 4) takes world points to.
+    starts: Array, ways: Array, far: float, widths: Array, centre: Array, reach: float, pose: Array, low: Array,
+    high: Array, may: Array,
+) -> None:  # fmt: skip
+    """Whether (n,) any ray of a bundle may meet a box, bounded by a sphere, that ``pose`` (3, 4) takes world points to.
 
     A bundle stays within its ``width`` [m] of its axis, ``starts`` (n, 3) or (1, 3) + t ``ways`` (n, 3), 0 <= t <= far.
     A ball of the world is as wide along a side of the box as the pose's row there is long.
     """
     o, d, below, above = np.empty(3), np.empty(3), np.empty(3), np.empty(3)
     for n in range(len(ways)):
-        local_ray(starts[0 if len(starts) == 1 else n], ways[n], pose, o, d)
+        start, way = starts[0 if len(starts) == 1 else n], ways[n]
+        if misses(start[0], start[1], start[2], way[0], way[1], way[2], centre, reach + widths[n]):
+            may[n] = False
+            continue
+        local_ray(start, way, pose, o, d)
         for i in range(3):
             grown = widths[n] * math.sqrt(pose[i, 0] ** 2 + pose[i, 1] ** 2 + pose[i, 2] ** 2)
             below[i], above[i] = low[i] - grown, high[i] + grown
@@ -86,25 +89,25 @@ def bundles_into_box(
 
 @compiled
 def pixels_into_mesh(
-    tiles: Array, window: Array, field: Array, place: Array, shadow: bool, row_tau: Array, wanted: Array,
+    tiles: Array, window: Array, field: Array, place: Array, shadow: bool, row_tau: Array, far: Array,
     centre: Array, reach: float, into: Array, low: Array, high: Array, index: Array, origins: Array, directions: Array,
 ) -> int:  # fmt: skip
-    """One ray per wanted pixel of ``tiles`` that may meet a mesh bounded by a sphere; the number of rays written.
+    """One ray per pixel of ``tiles`` that may meet a mesh bounded by a sphere; the number of rays written.
 
     From ``place`` along ``field``, the camera's rays, or, for a ``shadow``, from ``field``, points, to the lamp at
-    ``place``. ``window`` is left, top, right, bottom; ``wanted`` (h, w) is of the whole image as ``field`` is.
+    ``place``. ``window`` is left, top, right, bottom; ``far`` (h, w), of the whole image as ``field`` is, says how many
+    times its way a pixel's ray goes.
     """
     pose, o, d, towards = np.empty((3, 4)), np.empty(3), np.empty(3), np.empty(3)
     width = field.shape[1]
     across = (width + TILE - 1) // TILE
     count = 0
-    far = 1.0 if shadow else math.inf
     for tile in tiles:
         top, left = tile // across * TILE, tile % across * TILE
         for v in range(max(top, window[1]), min(top + TILE, window[3])):
             pose_at(into, row_tau[v], pose)
             for u in range(max(left, window[0]), min(left + TILE, window[2])):
-                if wanted[v, u] == 0:
+                if far[v, u] == 0:
                     continue
                 if shadow:
                     x, y, z = field[v, u, 0], field[v, u, 1], field[v, u, 2]
@@ -114,7 +117,7 @@ def pixels_into_mesh(
                     local_ray(field[v, u], towards, pose, o, d)
                 else:
                     local_ray(place, field[v, u], pose, o, d)
-                if enters(o, d, low, high, far):
+                if enters(o, d, low, high, far[v, u] * BEYOND):
                     index[count] = v * width + u
                     for i in range(3):
                         origins[count, i], directions[count, i] = o[i], d[i]
@@ -124,37 +127,51 @@ def pixels_into_mesh(
 
 @compiled
 def rays_into_mesh(
-    starts: Array, ends: Array, taus: Array, wanted: Array, centre: Array, reach: float, into: Array,
-    low: Array, high: Array, far: float, index: Array, origins: Array, directions: Array,
+    tiles: Array, first: Array, starts: Array, ends: Array, taus: Array, wanted: Array, far: Array, centre: Array,
+    reach: float, into: Array, low: Array, high: Array, index: Array, origins: Array, directions: Array,
 ) -> int:  # fmt: skip
-    """The wanted rays of a list that may meet a mesh bounded by a sphere; the number written.
+    """The wanted rays of some tiles that may meet a mesh bounded by a sphere; the number written.
 
-    ``starts`` and ``ends`` are (n, 3) or (1, 3) for all; a ray's parameter is 0 at its start and 1 at its end, and it
-    goes up to ``far``.
+    Rays ``first[k]`` to ``first[k + 1]`` of the n are of tile k. ``starts`` and ``ends`` are (n, 3) or (1, 3) for all;
+    a ray's parameter is 0 at its start and 1 at its end, and it goes up to ``far`` (n,).
     """
     pose, o, d, towards = np.empty((3, 4)), np.empty(3), np.empty(3), np.empty(3)
     count, posed = 0, math.nan
     from_one, to_one = len(starts) == 1, len(ends) == 1
-    for n in range(len(taus)):
-        if wanted[n] == 0:
-            continue
-        a, b = 0 if from_one else n, 0 if to_one else n
-        ox, oy, oz = starts[a, 0], starts[a, 1], starts[a, 2]
-        dx, dy, dz = ends[b, 0] - ox, ends[b, 1] - oy, ends[b, 2] - oz
-        if misses(ox, oy, oz, dx, dy, dz, centre, reach):
-            continue
-        start = starts[a]
-        towards[0], towards[1], towards[2] = dx, dy, dz
-        if taus[n] != posed:
-            posed = taus[n]
-            pose_at(into, posed, pose)
-        local_ray(start, towards, pose, o, d)
-        if enters(o, d, low, high, far):
-            index[count] = n
+    for tile in tiles:
+        for n in range(first[tile], first[tile + 1]):
+            if wanted[n] == 0:
+                continue
+            start, end = starts[0 if from_one else n], ends[0 if to_one else n]
             for i in range(3):
-                origins[count, i], directions[count, i] = o[i], d[i]
-            count += 1
+                towards[i] = end[i] - start[i]
+            if misses(start[0], start[1], start[2], towards[0], towards[1], towards[2], centre, reach):
+                continue
+            if taus[n] != posed:
+                posed = taus[n]
+                pose_at(into, posed, pose)
+            local_ray(start, towards, pose, o, d)
+            if enters(o, d, low, high, far[n] * BEYOND):
+                index[count] = n
+                for i in range(3):
+                    origins[count, i], directions[count, i] = o[i], d[i]
+                count += 1
     return count
+
+
+@compiled
+def bound_starts(first: Array, wanted: Array, starts: Array, middle: Array, reach: Array) -> None:
+    """``middle`` (m, 3) and ``reach`` (m,) of a ball about the wanted ``starts`` of each tile; reach -1 about none."""
+    low, high = np.empty(3), np.empty(3)
+    for tile in range(len(first) - 1):
+        low[:], high[:], reach[tile] = math.inf, -math.inf, -1.0
+        for n in range(first[tile], first[tile + 1]):
+            if wanted[n]:
+                for i in range(3):
+                    low[i], high[i] = min(low[i], starts[n, i]), max(high[i], starts[n, i])
+        if low[0] <= high[0]:
+            middle[tile] = (low + high) / 2
+            reach[tile] = math.sqrt(((high - low) ** 2).sum()) / 2
 
 
 @compiled
@@ -164,7 +181,8 @@ def take_nearer(
 ) -> None:  # fmt: skip
     """Enter hits of one mesh where they are nearer than what stands in ``depth``, ``owner`` and ``triangle``.
 
-    The distance is that to the triangle's plane, t = (a - o) n / (d n) in double precision.
+    The distance is that to the triangle's plane, t = (a - o) n / (d n) in double precision. Of equal ones the part of
+    the lower number is taken, so that the order in which parts are asked does not matter.
     """
     for n in range(len(hits)):
         hit = hits[n]
@@ -177,7 +195,7 @@ def take_nearer(
         if slope == 0:
             continue
         t, i = above / slope, index[n]
-        if 0 < t < depth[i]:
+        if 0 < t < depth[i] or (t == depth[i] and part < owner[i]):
             depth[i], owner[i], triangle[i] = t, part, hit
 
 
@@ -187,71 +205,3 @@ def mark_blocked(index: Array, hits: Array, free: Array) -> None:
     for n in range(len(hits)):
         if hits[n] >= 0:
             free[index[n]] = 0
-
-
-@compiled
-def mark_near(
-    tiles: Array, window: Array, rays: Array, origin: Array, a: Array, b: Array, reach: float, spread: float, bit: int,
-    samples: int, level: Array, bits: Array,
-) -> None:  # fmt: skip
-    """Ask for ``samples`` in the pixels whose rays pass within ``reach`` of the way from ``a`` to ``b``.
-
-    ``spread`` is half a pixel's diagonal in units of the ray's length along the optical axis. The distance of line
-    and segment is that of the segment's nearest point to the line, the segment seen along the line.
-    """
-    width = rays.shape[1]
-    across = (width + TILE - 1) // TILE
-    for tile in tiles:
-        top, left = tile // across * TILE, tile % across * TILE
-        for v in range(max(top, window[1]), min(top + TILE, window[3])):
-            for u in range(max(left, window[0]), min(left + TILE, window[2])):
-                d = rays[v, u]
-                dd = d[0] * d[0] + d[1] * d[1] + d[2] * d[2]
-                da = dw = ww = aw = aa = 0.0
-                for i in range(3):
-                    gap, way = a[i] - origin[i], b[i] - a[i]
-                    da += d[i] * gap
-                    dw += d[i] * way
-                    ww += way * way
-                    aw += gap * way
-                    aa += gap * gap
-                sideways = ww - dw * dw / dd
-                share = min(max(-(aw - da * dw / dd) / sideways, 0.0), 1.0) if sideways > 1e-18 else 0.0
-                forward = (da + share * dw) / dd
-                off2 = aa + 2 * share * aw + share * share * ww - forward * forward * dd
-                margin = reach + spread * abs(forward)
-                if forward > -reach and off2 <= margin * margin:
-                    level[v, u] = max(level[v, u], samples)
-                    bits[v, u] |= 1 << bit
-
-
-@compiled
-def mark_edges(window: Array, owner: Array, depth: Array, blur: int, samples: int, level: Array) -> None:
-    """Ask for ``samples`` ``blur`` pixels about every border between meshes, or leap in depth by more than 2 %."""
-    left, top, right, bottom = window[0], window[1], window[2], window[3]
-    for v in range(top, bottom):
-        for u in range(left, right):
-            for down in range(2):
-                y, x = v + down, u + 1 - down
-                if y >= bottom or x >= right:
-                    continue
-                same = owner[v, u] == owner[y, x]
-                if same and (owner[v, u] < 0 or abs(depth[v, u] - depth[y, x]) < 0.02 * depth[v, u]):
-                    continue
-                for j in range(max(v - blur, top), min(y + blur + 1, bottom)):
-                    for i in range(max(u - blur, left), min(x + blur + 1, right)):
-                        level[j, i] = samples
-
-
-@compiled
-def pixels_of(tiles: Array, window: Array, width: int) -> Array:
-    """Flat indices (n,) of the pixels of ``tiles`` in ``window``."""
-    pixels = np.empty(len(tiles) * TILE * TILE, dtype=np.int64)
-    across, count = (width + TILE - 1) // TILE, 0
-    for tile in tiles:
-        top, left = tile // across * TILE, tile % across * TILE
-        for v in range(max(top, window[1]), min(top + TILE, window[3])):
-            for u in range(max(left, window[0]), min(left + TILE, window[2])):
-                pixels[count] = v * width + u
-                count += 1
-    return pixels[:count]

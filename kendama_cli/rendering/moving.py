@@ -48,6 +48,22 @@ class Moving:
     parts: tuple[Part, ...]
 
 
+@dataclass(frozen=True)
+class Shot:
+    """What one frame is taken of: the bodies, when each row is exposed, and how strong the lamps are then.
+
+    ``row_tau`` (h,) is each row's mid-exposure in [0, k - 1] of the k moments of ``moving``, ``spread_tau`` the
+    exposure on that scale, ``strength`` (h,) the lamps' mean strength over each row's exposure. A patterned ball has
+    turned since time 0 until ``t_s``.
+    """
+
+    t_s: float
+    moving: Moving
+    row_tau: Array
+    spread_tau: float
+    strength: Array
+
+
 class SceneSampler:
     """Asks a scene for its poses, and sees its robot as meshes: links that were given once, and rods between joints."""
 

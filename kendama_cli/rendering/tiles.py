@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -14,25 +15,26 @@ from kendama_cli.vision.region import Region
 
 
 class Tiles:
-    """The tiles of one camera: the cone of rays through each, and a sphere about the background's points seen in it."""
+    """The tiles of one camera: the cone of rays through each, and a sphere about the background's points seen in it.
 
-    def __init__(self, rays: Array, points: Array, origin: Array) -> None:
+    ``rays`` and ``points`` are (h, w, 3), ``lit`` (lamps, h, w, 3) is the light that the lamps add to the points.
+    """
+
+    def __init__(self, rays: Array, points: Array, lit: NDArray[np.float32], origin: Array) -> None:
         height, width = rays.shape[:2]
-        self._origin, self._across = origin, -(-width // TILE)
-        self._down = -(-height // TILE)
-        count = self._down * self._across
-        self._axis, self._cosine = np.empty((count, 3)), np.empty(count)
-        self._centre, self._reach = np.empty((count, 3)), np.empty(count)
+        self._origin, self._across, self._down = origin, -(-width // TILE), -(-height // TILE)
+        self.count = self._down * self._across
         unit = rays / np.linalg.norm(rays, axis=2, keepdims=True)
-        for number in range(count):
-            top, left = number // self._across * TILE, number % self._across * TILE
-            inside = unit[top : top + TILE, left : left + TILE].reshape(-1, 3)
-            axis = inside.mean(axis=0)
-            self._axis[number] = axis / np.linalg.norm(axis)
-            self._cosine[number] = (inside @ self._axis[number]).min()
-            seen = points[top : top + TILE, left : left + TILE].reshape(-1, 3)
-            self._centre[number] = (seen.min(axis=0) + seen.max(axis=0)) / 2
-            self._reach[number] = np.linalg.norm(seen - self._centre[number], axis=1).max()
+        axis = _of_tiles(np.add, unit)
+        axis /= np.linalg.norm(axis, axis=2, keepdims=True)
+        cosine = np.clip(_of_tiles(np.minimum, (unit * _of_pixels(axis, height, width)).sum(axis=2)), -1, 1).ravel()
+        self._axis, self._cosine, self._sine = axis.reshape(-1, 3), cosine, np.sqrt(1 - cosine**2)
+        steps = [np.linalg.norm(np.diff(rays, axis=along), axis=2).max(initial=0.0) for along in (0, 1)]
+        self._chord = 2 * np.sin(np.arccos(cosine) / 2) + math.hypot(*steps)  # with a pixel more on each side
+        centre = (_of_tiles(np.minimum, points) + _of_tiles(np.maximum, points)) / 2
+        off = np.linalg.norm(points - _of_pixels(centre, height, width), axis=2)
+        self._centre, self._reach = centre.reshape(-1, 3), _of_tiles(np.maximum, off).ravel()
+        self._lit = _of_tiles(np.maximum, lit.max(axis=(0, 3), initial=0.0)).ravel() > 0
 
     def inside(self, window: Region) -> NDArray[np.int64]:
         """Tiles that share a pixel with ``window``."""
@@ -40,15 +42,26 @@ class Tiles:
         columns = np.arange(window.left // TILE, -(-window.right // TILE))
         return np.asarray((rows[:, None] * self._across + columns).ravel(), dtype=np.int64)
 
+    def lit_inside(self, window: Region) -> NDArray[np.int64]:
+        """Those of them on which a shadow can be seen."""
+        tiles = self.inside(window)
+        return tiles[self._lit[tiles]]
+
+    def about(self, tiles: NDArray[np.int64], reach_px: int) -> NDArray[np.int64]:
+        """``tiles`` and all that have a pixel within ``reach_px`` of them."""
+        marked, grown = np.zeros((self._down, self._across), dtype=np.uint8), -(-reach_px // TILE)
+        marked.ravel()[tiles] = 1
+        return np.flatnonzero(cv2.dilate(marked, np.ones((2 * grown + 1, 2 * grown + 1), dtype=np.uint8)))
+
     def showing(self, tiles: NDArray[np.int64], centre_m: Array, reach_m: float) -> NDArray[np.int64]:
         """Those of ``tiles`` in which a body within ``reach_m`` of ``centre_m`` can appear."""
         apart = centre_m - self._origin
         distance = float(np.linalg.norm(apart))
         if distance <= reach_m:
             return tiles
-        widest = np.arccos(np.clip(self._cosine[tiles], -1, 1)) + math.asin(reach_m / distance) + 0.01  # half a pixel
-        off = np.arccos(np.clip(self._axis[tiles] @ apart / distance, -1, 1))
-        return np.asarray(tiles[off <= widest])
+        wider = math.asin(reach_m / distance) + 0.01  # half a pixel
+        widest = self._cosine[tiles] * math.cos(wider) - self._sine[tiles] * math.sin(wider)
+        return np.asarray(tiles[self._axis[tiles] @ apart >= distance * widest])
 
     def shaded(self, tiles: NDArray[np.int64], centre_m: Array, reach_m: float, lamp_m: Array) -> NDArray[np.int64]:
         """Those of ``tiles`` whose background a body within ``reach_m`` of ``centre_m`` can shade from ``lamp_m``."""
@@ -58,22 +71,33 @@ class Tiles:
         off = np.linalg.norm(apart - share[:, None] * way, axis=1)
         return np.asarray(tiles[off <= reach_m + self._reach[tiles] + 1e-6])
 
-    def showing_part(self, tiles: NDArray[np.int64], part: Part) -> NDArray[np.int64]:
-        """Those of ``tiles`` in which the middle of a pixel can show ``part``."""
-        near = self.showing(tiles, part.centre_m, part.reach_m)
+    def showing_part(self, tiles: NDArray[np.int64], part: Part) -> NDArray[np.bool_]:
+        """In which (n,) of ``tiles`` a ray through one of their pixels can meet ``part``."""
         far = float(np.linalg.norm(part.centre_m - self._origin)) + part.reach_m
-        widest = 2 * np.sin(np.arccos(np.clip(self._cosine[near], -1, 1)) / 2) * far
-        return near[_meeting(part, self._origin[None], self._axis[near], far, widest)]
+        return bundles_meeting(part, self._origin[None], self._axis[tiles], far, self._chord[tiles] * far)
 
-    def shaded_by_part(self, tiles: NDArray[np.int64], part: Part, lamp_m: Array) -> NDArray[np.int64]:
-        """Those of ``tiles`` whose background ``part`` can shade from ``lamp_m``."""
-        near = self.shaded(tiles, part.centre_m, part.reach_m, lamp_m)
-        return near[_meeting(part, self._centre[near], lamp_m - self._centre[near], 1.0, self._reach[near])]
+    def shaded_by_part(self, tiles: NDArray[np.int64], part: Part, lamp_m: Array) -> NDArray[np.bool_]:
+        """The background of which (n,) of ``tiles`` ``part`` can shade from ``lamp_m``."""
+        centre = self._centre[tiles]
+        return bundles_meeting(part, centre, lamp_m - centre, 1.0, self._reach[tiles])
 
 
-def _meeting(part: Part, starts: Array, ways: Array, far: float, widths: Array) -> NDArray[np.bool_]:
-    """Which bundles of rays (n,) may meet the part's box, wherever it is meanwhile."""
+def bundles_meeting(part: Part, starts: Array, ways: Array, far: float, widths: Array) -> NDArray[np.bool_]:
+    """Which bundles (n,) of rays may meet the part's box, wherever it is meanwhile."""
     may = np.empty(len(ways), dtype=np.bool_)
-    grown = widths + part.travel_m + 1e-6
-    bundles_into_box(starts, ways, far, grown, part.into[0], part.surface.low, part.surface.high, may)
+    bundles_into_box(
+        starts, ways, far, widths + part.travel_m + 1e-6, part.centre_m, part.reach_m, part.into[0],
+        part.surface.low, part.surface.high, may,
+    )  # fmt: skip
     return may
+
+
+def _of_tiles(ufunc: np.ufunc, values: Array) -> Array:
+    """One number (or vector) for each tile (down, across): ``ufunc`` of those of its pixels (h, w)."""
+    rows, columns = (np.arange(0, size, TILE) for size in values.shape[:2])
+    return np.asarray(ufunc.reduceat(ufunc.reduceat(values, rows, axis=0), columns, axis=1))
+
+
+def _of_pixels(values: Array, height: int, width: int) -> Array:
+    """The numbers of each pixel's tile (h, w)."""
+    return values.repeat(TILE, axis=0)[:height].repeat(TILE, axis=1)[:, :width]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -11,7 +10,7 @@ from numpy.typing import NDArray
 
 from kendama_cli.rendering import kernel_rays
 from kendama_cli.rendering.moving import Part
-from kendama_cli.rendering.tiles import Tiles
+from kendama_cli.rendering.tiles import Tiles, bundles_meeting
 from kendama_cli.schema.arrays import Array
 from kendama_cli.vision.region import Region
 
@@ -25,32 +24,45 @@ class Met:
     triangle: NDArray[np.int32]
 
 
-class Tracer:
-    """Hands rays to the meshes that they may meet; it keeps the space for the handed rays from frame to frame.
+@dataclass(frozen=True)
+class Listed:
+    """Which of n rays are of which tile: of ``tiles[k]`` those from ``first[k]`` to ``first[k + 1]``."""
 
+    tiles: NDArray[np.int64]
+    first: NDArray[np.int64]
+
+
+class Tracer:
+    """Hands rays to the meshes that they may meet, the nearest mesh first, so that what stands behind it is not asked.
+
+    It keeps the space for the handed rays from frame to frame.
     ``tau`` and ``row_tau`` are the rays' own moments, as the kernels count them.
     """
 
     def __init__(self, tiles: Tiles, height_px: int, width_px: int) -> None:
         self._tiles = tiles
-        self._everywhere = np.ones((height_px, width_px), dtype=np.uint8)
         self._index = np.empty(0, dtype=np.int64)
         self._origins = self._directions = np.empty((0, 3), dtype=np.float32)
         self._reserve(height_px * width_px)
 
     def look(
         self, parts: Sequence[Part], window: Region, rays: Array, origin: Array, *, row_tau: Array, met: Met
-    ) -> None:
-        """Enter into ``met``, flat over the image, what the middle of each pixel of ``window`` shows."""
-        tiles = self._tiles.inside(window)
-        for number, part in enumerate(parts):
-            near = self._tiles.showing_part(tiles, part)
+    ) -> NDArray[np.int64]:
+        """Enter into ``met``, flat over the image, what the middle of each pixel of ``window`` shows.
+
+        Returns the tiles in which a part can be seen.
+        """
+        tiles, far = self._tiles.inside(window), met.depth.reshape(rays.shape[:2])
+        seen = np.zeros(len(tiles), dtype=np.bool_)
+        for number, part in _nearest_first(parts, origin):
+            may = self._tiles.showing_part(tiles, part)
+            seen |= may
             count = kernel_rays.pixels_into_mesh(
-                near, _corners(window), rays, origin, False, row_tau, self._everywhere, part.centre_m,
-                part.reach_m, part.into, part.surface.low, part.surface.high, self._index, self._origins,
-                self._directions,
+                tiles[may], _corners(window), rays, origin, False, row_tau, far, part.centre_m, part.reach_m,
+                part.into, part.surface.low, part.surface.high, self._index, self._origins, self._directions,
             )  # fmt: skip
             self._take(part, number, count, met)
+        return tiles[seen]
 
     def trace(
         self,
@@ -58,6 +70,7 @@ class Tracer:
         origin: Array,
         directions: Array,
         *,
+        listed: Listed,
         tau: Array,
         wanted: NDArray[np.uint8],
         met: Met,
@@ -65,10 +78,11 @@ class Tracer:
         """Enter into ``met`` what the wanted rays (n, 3) from ``origin`` meet."""
         self._reserve(len(tau))
         ends = origin + directions
-        for number, part in enumerate(parts):
+        for number, part in _nearest_first(parts, origin):
+            near = np.flatnonzero(self._tiles.showing_part(listed.tiles, part))
             count = kernel_rays.rays_into_mesh(
-                origin[None], ends, tau, wanted, part.centre_m, part.reach_m, part.into, part.surface.low,
-                part.surface.high, math.inf, self._index, self._origins, self._directions,
+                near, listed.first, origin[None], ends, tau, wanted, met.depth, part.centre_m, part.reach_m, part.into,
+                part.surface.low, part.surface.high, self._index, self._origins, self._directions,
             )  # fmt: skip
             self._take(part, number, count, met)
 
@@ -78,17 +92,23 @@ class Tracer:
         starts: Array,
         lamp: Array,
         *,
+        listed: Listed,
         tau: Array,
         owner: NDArray[np.int32],
         free: NDArray[np.uint8],
     ) -> None:
         """Set ``free`` (n,) to 0 where a mesh stands between ``starts`` (n, 3), on their owners, and ``lamp``."""
         self._reserve(len(tau))
+        middle, reach = np.empty((len(listed.tiles), 3)), np.empty(len(listed.tiles))
+        kernel_rays.bound_starts(listed.first, free, starts, middle, reach)
+        lit = np.flatnonzero(reach >= 0)
+        middle, reach = middle[lit], reach[lit]
         for number, part in enumerate(parts):
+            near = lit[bundles_meeting(part, middle, lamp - middle, 1.0, reach)]
             wanted = free * (owner != number) if part.surface.convex else free  # a rod never shades itself
             count = kernel_rays.rays_into_mesh(
-                starts, lamp[None], tau, wanted, part.centre_m, part.reach_m, part.into, part.surface.low,
-                part.surface.high, 1.0, self._index, self._origins, self._directions,
+                near, listed.first, starts, lamp[None], tau, wanted, wanted, part.centre_m, part.reach_m, part.into,
+                part.surface.low, part.surface.high, self._index, self._origins, self._directions,
             )  # fmt: skip
             self._block(part, count, free)
 
@@ -103,9 +123,9 @@ class Tracer:
         free: NDArray[np.uint8],
     ) -> None:
         """Set ``free`` (h, w) to 0 where a mesh stands between the background's ``points`` (h, w, 3) and ``lamp``."""
-        tiles = self._tiles.inside(region)
+        tiles = self._tiles.lit_inside(region)
         for part in parts:
-            near = self._tiles.shaded_by_part(tiles, part, lamp)
+            near = tiles[self._tiles.shaded_by_part(tiles, part, lamp)]
             count = kernel_rays.pixels_into_mesh(
                 near, _corners(region), points, lamp, True, row_tau, free, part.centre_m, part.reach_m,
                 part.into, part.surface.low, part.surface.high, self._index, self._origins, self._directions,
@@ -131,6 +151,10 @@ class Tracer:
         if len(self._index) < count:
             self._index = np.empty(count, dtype=np.int64)
             self._origins, self._directions = np.empty((2, count, 3), dtype=np.float32)
+
+
+def _nearest_first(parts: Sequence[Part], origin: Array) -> list[tuple[int, Part]]:
+    return sorted(enumerate(parts), key=lambda one: float(np.linalg.norm(one[1].centre_m - origin)))
 
 
 def _corners(region: Region) -> NDArray[np.int64]:

@@ -74,6 +74,12 @@ def test_the_pictures_show_ball_cup_and_arm_where_they_are() -> None:
     assert (first.min(axis=-1) > 225).mean() > 0.5  # light paper behind it all
 
 
+def test_a_picture_is_the_same_whatever_was_pictured_before() -> None:
+    one, another = FilmMaker(_motion(1.0), GAME), FilmMaker(_motion(1.0), GAME)
+    one.picture(0.1, 1.0)
+    np.testing.assert_array_equal(one.picture(0.9, 1.0), another.picture(0.9, 1.0))
+
+
 @pytest.mark.parametrize("suffix", [".webm", ".mp4"])
 def test_a_film_is_a_file_that_is_whole_or_not_there(tmp_path: Path, monkeypatch, suffix: str) -> None:
     monkeypatch.setattr(os, "sched_getaffinity", lambda pid: {0}, raising=False)

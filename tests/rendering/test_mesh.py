@@ -7,6 +7,8 @@ import pytest
 
 from kendama_cli.devices.camera.virtual import VirtualCameraBlock
 from kendama_cli.errors import ConfigError
+from kendama_cli.motion.rotation_matrix import exp_of
+from kendama_cli.rendering import tiles, tracer
 from kendama_cli.rendering.mesh import LinkMesh, unit_cylinder
 from kendama_cli.vision.region import Region, around
 from tests.devices.camera.test_virtual import Clock, camera, light_of, posed, still
@@ -31,6 +33,31 @@ def test_a_mesh_of_many_triangles_looks_like_the_rod_that_it_approximates():
     expected = light_of(rods, lambda _: dataclasses.replace(nothing, arm_m=ends), flank)
     assert np.median(np.abs(shown - expected)) < 0.01
     assert np.ptp(expected) > 0.05
+
+
+def test_rays_that_are_not_traced_would_have_changed_nothing(monkeypatch):
+    """All tiles are asked for all meshes, and all rays that meet a mesh's bounds: the image is the same."""
+    vertices, triangles = unit_cylinder(12)
+    rng = np.random.default_rng(10000)
+    meshes = [LinkMesh(vertices * size, triangles, (0.5, 0.5, 0.5)) for size in rng.uniform(0.05, 0.3, (6, 3))]
+    turns = [exp_of(turn) for turn in rng.normal(0, 1, (6, 3))]
+    places = rng.uniform((-0.4, -0.1, -0.4), (0.4, 0.5, 0.2), (6, 3))
+
+    def scene(t_s):  # they turn and move by about two pixels
+        links = np.array([np.column_stack([turn, p + 3.0 * t_s]) for turn, p in zip(turns, places, strict=True)])
+        return dataclasses.replace(posed([0.1, -0.2, 0.1]), links=links)
+
+    made = VirtualCameraBlock(
+        shipped_models()[0], virtual(), game(), lighting("side"), scene=scene, clock=Clock(),
+        rng=np.random.default_rng(0), links=meshes,
+    )  # fmt: skip
+    everything = Region(0, 0, made.model.width_px, made.model.height_px)
+    shown = light_of(made, scene, everything)
+    assert np.ptp(shown) > 0.3
+    for module in (tiles, tracer):
+        monkeypatch.setattr(module, "bundles_meeting", lambda part, starts, ways, *_: np.ones(len(ways), dtype=bool))
+    monkeypatch.setattr(tracer, "_nearest_first", lambda parts, origin: reversed(list(enumerate(parts))))
+    np.testing.assert_array_equal(light_of(made, scene, everything), shown)
 
 
 def test_links_without_their_meshes_are_refused_in_one_line():

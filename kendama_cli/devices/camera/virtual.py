@@ -11,8 +11,8 @@ import numpy as np
 from kendama_cli.devices.camera.interface import Frame, SceneSource, StaleFrame, too_old
 from kendama_cli.errors import ConfigError
 from kendama_cli.rendering.mesh import LinkMesh
-from kendama_cli.rendering.moving import SceneSampler
-from kendama_cli.rendering.raycast import Raycaster, Shot
+from kendama_cli.rendering.moving import SceneSampler, Shot
+from kendama_cli.rendering.raycast import Raycaster
 from kendama_cli.rendering.scene import Scene
 from kendama_cli.rendering.sensor import Sensor
 from kendama_cli.schema.arrays import Array
