@@ -91,7 +91,7 @@ def open_seeing(options: SeeingOptions, shown: Sequence[TaughtImage] = ()) -> Se
         made = partial(TaughtDetector, settings)
 
         def trained_on(frames: Sequence[Image]) -> Detector:
-            return made(trained_on_film(images, ball, frames, made, threshold=settings.score_min, seed=options.seed))
+            return trained_on_film(images, ball, frames, made, threshold=settings.score_min, seed=options.seed)
 
         return Seeing(made(ball), settings.score_min, trained_on)
     threshold = settings.score_min if isinstance(settings, TaughtDetectorSettings | NetworkDetectorSettings) else 0.5

@@ -7,11 +7,13 @@ from itertools import islice
 
 import numpy as np
 
-from kendama_cli.vision.ball_box import BallBox, TaughtImage
+from kendama_cli.vision.ball_box import LEAST_CONTRAST, BallBox, TaughtImage
 from kendama_cli.vision.ball_film import CANDIDATES
+from kendama_cli.vision.ball_region import BallRegion, learn_region
 from kendama_cli.vision.image_track import TrackedBall, track
-from kendama_cli.vision.interface import Detector, Image
-from kendama_cli.vision.teaching import TaughtBall, teach
+from kendama_cli.vision.interface import Detector, Image, Sighting
+from kendama_cli.vision.region_detector import RegionDetector
+from kendama_cli.vision.teaching import TaughtBall, odd_images, teach
 
 FRAMES = 60
 """So many frames in a row are looked at."""
@@ -33,28 +35,45 @@ def trained_on_film(
     *,
     threshold: float,
     seed: int = 0,
-) -> TaughtBall:
-    """``ball``, which ``images`` taught, or what it becomes when ``frames`` in a row of a film teach it too.
+) -> Detector:
+    """A ``detector`` of the ``ball`` that ``images`` taught, or of what it becomes when ``frames`` in a row of a film
+    teach it too, with sightings placed by the ball's region in that film.
 
     Self-training in ROUNDS: the best supported sightings of a ball that moves are taught as boxes, and so is all else
-    in their frames as not the ball. Where hardly anything moves, what stands still in the film was taken for the ball:
-    the frames' median is taught as an image without one. Where nothing moves to the end ``ball`` is returned as it was,
+    in their frames as not the ball. The region places the boxes: a classifier learns the part of the ball on which it
+    looked, and looks there the more. Where hardly anything moves, what stands still in the film was taken for the ball:
+    the frames' median is taught as an image without one. Where nothing moves to the end it is the ``ball`` as it was,
     for it may rest. Rounds are not compared by their support: what is wrongly taken for the ball may have much.
     """
     learned = ball
     for number in range(ROUNDS + 1):
-        candidates = [list(islice(detector(learned).candidates(pixels), CANDIDATES)) for pixels in frames]
+        seeing = detector(learned)
+        candidates = [list(islice(seeing.candidates(pixels), CANDIDATES)) for pixels in frames]
         moving = _moving(track(candidates, threshold))
+        region = learn_region(images, [(frames[one.frame], one.sighting) for one in moving])
         if number == ROUNDS:
             break
-        shown = _shown(moving, frames)
-        if len(shown) < FEWEST:
-            shown.append(_background(frames))
+        shown = _shown(moving, frames, region)
         try:
-            learned = teach([*images, *shown], seed)
+            learned = _taught(images, shown, frames, seed)
         except ValueError:  # what was found is no ball like the others
-            return learned if moving else ball
-    return learned if moving else ball
+            break
+    found = detector(learned if moving else ball)
+    return found if region is None else RegionDetector(found, region)
+
+
+def _taught(
+    images: Sequence[TaughtImage], shown: Sequence[TaughtImage], frames: Sequence[Image], seed: int
+) -> TaughtBall:
+    """What ``images`` teach together with those of ``shown`` that teaching does not refuse."""
+    kept = [one for one in shown if all(box.contrast(one.pixels) >= LEAST_CONTRAST for box in one.boxes)]
+    background = [_background(frames)]
+    try:
+        return teach([*images, *kept, *background[: len(kept) < FEWEST]], seed)
+    except ValueError:
+        odd = odd_images([*images, *kept], seed)
+        kept = [one for number, one in enumerate(kept, len(images)) if number not in odd]
+        return teach([*images, *kept, *background[: len(kept) < FEWEST]], seed)
 
 
 def _moving(tracked: Sequence[TrackedBall | None]) -> list[TrackedBall]:
@@ -70,7 +89,7 @@ def _moving(tracked: Sequence[TrackedBall | None]) -> list[TrackedBall]:
     return found
 
 
-def _shown(moving: Sequence[TrackedBall], frames: Sequence[Image]) -> list[TaughtImage]:
+def _shown(moving: Sequence[TrackedBall], frames: Sequence[Image], region: BallRegion | None) -> list[TaughtImage]:
     """The frames with the best supported sightings, with boxes about them."""
     chosen: list[TrackedBall] = []
     for least in SUPPORTS:
@@ -81,12 +100,13 @@ def _shown(moving: Sequence[TrackedBall], frames: Sequence[Image]) -> list[Taugh
                 chosen.append(one)
         if len(chosen) >= FEWEST:
             break
-    return [TaughtImage(frames[one.frame], (_box(one),)) for one in chosen]
+    placed = [one.sighting if region is None else region.placed(frames[one.frame], one.sighting) for one in chosen]
+    return [TaughtImage(frames[one.frame], (_box(sighting),)) for one, sighting in zip(chosen, placed, strict=True)]
 
 
-def _box(one: TrackedBall) -> BallBox:
-    u, v = one.sighting.centre_px.tolist()
-    return BallBox(u, v, 2 * one.sighting.radius_px, 2 * one.sighting.radius_px)
+def _box(sighting: Sighting) -> BallBox:
+    u, v = sighting.centre_px.tolist()
+    return BallBox(u, v, 2 * sighting.radius_px, 2 * sighting.radius_px)
 
 
 def _background(frames: Sequence[Image]) -> TaughtImage:
