@@ -78,7 +78,6 @@ class BallRegion:
     """the ball's radius in the film, in pixels of a patch"""
     offset: Array
     """(2,) the ball's middle from the sighting's, in pixels of a patch"""
-
     odds: float
     """a pixel's mean log odds within the ball's disc"""
 
@@ -107,8 +106,8 @@ class BallRegion:
 
 def learn_region(images: Sequence[TaughtImage], seen: Sequence[tuple[Image, Sighting]]) -> BallRegion | None:
     """The region of the ball that the boxes of ``images`` taught in images of a film, each ``seen`` with the ball's
-    centre to within a radius and its radius to within a third; None where nothing is
-    seen, or has colours of its own."""
+    centre to within a radius and its radius to within a third; None where nothing is seen, or the ball's colours are
+    those about it."""
     if not seen:
         return None
     seen_px = float(np.median([sighting.radius_px for _, sighting in seen]))
@@ -116,7 +115,6 @@ def learn_region(images: Sequence[TaughtImage], seen: Sequence[tuple[Image, Sigh
     some = seen[:: -(-len(seen) // MOST_IMAGES)]
     patches = [_colours(pixels, sighting.centre_px, seen_px) for pixels, sighting in some]
     middles, radius, inside = [np.zeros(2) for _ in patches], PATCH_RADIUS_PX, boxed
-    outside = np.zeros(BINS**3)
     for number in range(ROUNDS):
         away = [_away(middle) for middle in middles]
         if number:
