@@ -19,8 +19,14 @@ from kendama_cli.simulation.swingup.rollout import RolloutNoise
 NOMINAL = BodySettings(
     rope=0.0, drag=(1.0, 1.0), noise=(1.0, 1.0), acceleration=0.0, angle_deg=0.0, delay_s=0.0, narrowing=0.0
 )
-LARGEST = {"rope": 2.0, "drag": 100.0, "acceleration": 2.0, "angle_deg": 90.0, "delay_s": 0.1}
-"""What a body may be asked for, from 0 (``angle_deg`` from its negative): factors, degrees, seconds."""
+ALLOWED = {
+    "rope": (0.5, 2.0),
+    "drag": (0.0, 100.0),
+    "acceleration": (0.0, 2.0),
+    "angle_deg": (-90.0, 90.0),
+    "delay_s": (0.0, 0.1),
+}
+"""What a body may be asked for: factors, degrees, seconds."""
 
 
 @dataclass(frozen=True)
@@ -35,21 +41,27 @@ class RolloutOptions:
     body: Mapping[str, float] | None = None
 
     @classmethod
-    def of(cls, options: Mapping[str, Any] | None) -> RolloutOptions:
-        """Those of ``reset``; raises ConfigError for another key, or a number out of range."""
-        given = dict(options or {})
+    def of(cls, options: Mapping[str, Any] | None, *others: str) -> RolloutOptions:
+        """Those of ``reset``; raises ConfigError for another key, or a number out of range.
+
+        ``others`` are the names of options that the environment has read beside these.
+        """
+        given = {name: value for name, value in (options or {}).items() if name not in others}
         for name in given:
             if name not in ("noise", "body"):
-                raise ConfigError(name, f"option '{name}' is unknown; allowed: noise, body")
+                raise ConfigError(name, f"option '{name}' is unknown; allowed: {', '.join((*others, 'noise', 'body'))}")
         noise = _number("noise", given.get("noise", 1.0), 0.0, 100.0)
         if given.get("body") is None:
             return cls(noise)
+        if not isinstance(given["body"], Mapping):
+            raise ConfigError(
+                "body", f"option 'body' is {given['body']!r}; allowed: a dictionary of {', '.join(ALLOWED)}"
+            )
         body = {}
-        for name, value in dict(given["body"]).items():
-            if name not in LARGEST:
-                raise ConfigError(f"body.{name}", f"option 'body.{name}' is unknown; allowed: {', '.join(LARGEST)}")
-            least = -LARGEST[name] if name == "angle_deg" else 0.0
-            body[name] = _number(f"body.{name}", value, least, LARGEST[name])
+        for name, value in given["body"].items():
+            if name not in ALLOWED:
+                raise ConfigError(f"body.{name}", f"option 'body.{name}' is unknown; allowed: {', '.join(ALLOWED)}")
+            body[name] = _number(f"body.{name}", value, *ALLOWED[name])
         return cls(noise, body)
 
     def drawn(self, settings: LearnSettings, rng: np.random.Generator) -> RolloutNoise:

@@ -73,7 +73,10 @@ class Accelerations:
             if isinstance(action, (int, np.integer, np.ndarray)) and self.space.contains(action):
                 return float(self._values[int(action)])
             raise gymnasium.error.InvalidAction(f"action {action!r}; allowed: whole numbers 0 to {self.space.n - 1}")
-        share = np.asarray(action, dtype=np.float64)
+        try:
+            share = np.asarray(action, dtype=np.float64)
+        except (TypeError, ValueError):
+            share = np.empty(0)
         if share.shape != (1,) or not abs(float(share[0])) <= 1.0:
             raise gymnasium.error.InvalidAction(f"action {action!r}; allowed: an array of one number from -1 to 1")
         return float(share[0]) * self._largest

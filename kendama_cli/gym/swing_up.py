@@ -25,10 +25,15 @@ from kendama_cli.simulation.swingup.environment import Rolling, SwingUpEnvironme
 from kendama_cli.simulation.swingup.rollout import SimulatedRollout
 
 
-def task(overrides: Sequence[str]) -> tuple[LearnSettings, GameSettings]:
-    """Task and game with ``overrides`` as on the command line; raises ConfigError where one is not allowed."""
+def task(overrides: Sequence[str], *before: str) -> tuple[LearnSettings, GameSettings]:
+    """Task and game with ``overrides`` as on the command line, after those ``before``.
+
+    Raises ConfigError where one is not allowed.
+    """
+    if isinstance(overrides, str):
+        raise ConfigError("overrides", f"'overrides' is {overrides!r}; allowed: a list, [{overrides!r}]")
     site = find_site()
-    config = composed(site, list(overrides))
+    config = composed(site, [*before, *overrides])
     learn = resolve_files(build(LearnSettings, config["learn"], "learn"), "learn", site.data_roots)
     return learn, build(GameSettings, config["game"], "game")
 
@@ -52,6 +57,9 @@ class Shaping:
     """
 
     def __init__(self, weight: float, settings: LearnSettings, game: GameSettings) -> None:
+        """Raises ConfigError for a ``weight`` that is no finite number."""
+        if not isinstance(weight, (int, float)) or not math.isfinite(weight):
+            raise ConfigError("shaping", f"'shaping' is {weight!r}; allowed: a finite number, 0 for none")
         self._weight, self._gamma = weight, settings.gamma
         self._swing_s2 = 0.5 * game.rope.length_m / game.gravity_m_s2
 

@@ -65,7 +65,7 @@ class SwingUpGoal(gymnasium.Env[GoalObservation, Any]):
             raise ConfigError("reward", f"'reward' is {reward!r}; allowed: sparse, dense")
         _check_range("angles_deg", angles_deg, 180.0)
         _check_range("rates_rad_s", rates_rad_s, LARGEST_RATE_RAD_S)
-        if not min(tolerance) > 0.0:
+        if not _two_numbers(tolerance) or not min(tolerance) > 0.0:
             raise ConfigError("tolerance", f"'tolerance' is {tolerance}; allowed: two numbers above 0")
         self.render_mode = render_mode
         self.settings, game = task(overrides)
@@ -93,11 +93,10 @@ class SwingUpGoal(gymnasium.Env[GoalObservation, Any]):
     ) -> tuple[GoalObservation, dict[str, Any]]:
         """Hang the ball and draw a goal; ``options`` are ``goal`` and those of SwingUp."""
         super().reset(seed=seed)
-        given = dict(options or {})
-        asked = given.pop("goal", None)
+        asked = (options or {}).get("goal")
         drawn = self.np_random.uniform(*self._goals)
         self._goal = np.asarray(drawn if asked is None else _checked_goal(asked), dtype=np.float32)
-        noise = RolloutOptions.of(given).drawn(self.settings, self.np_random)
+        noise = RolloutOptions.of(options, "goal").drawn(self.settings, self.np_random)
         self._rolling = self._environment.aimed(self._window()).rolling(noise)
         self._reading, self._t_s = next(self._rolling)
         self._true = self._environment.state()
@@ -169,14 +168,20 @@ class SwingUpGoal(gymnasium.Env[GoalObservation, Any]):
 
 
 def _check_range(name: str, given: tuple[float, float], highest: float) -> None:
-    if not (len(given) == 2 and 0.0 < given[0] <= given[1] <= highest):
+    if not (_two_numbers(given) and 0.0 < given[0] <= given[1] <= highest):
         raise ConfigError(name, f"'{name}' is {given}; allowed: (low, high) with 0 < low <= high <= {highest:g}")
 
 
+def _two_numbers(given: Any) -> bool:
+    try:
+        return np.asarray(given, dtype=np.float64).shape == (2,)
+    except (TypeError, ValueError):
+        return False
+
+
 def _checked_goal(given: Any) -> NDArray[np.float64]:
-    goal = np.asarray(given, dtype=np.float64)
-    if goal.shape != (2,) or not (0.0 < goal[0] <= HIGHEST[0] and abs(goal[1]) <= HIGHEST[1]):
+    if not _two_numbers(given) or not (0.0 < given[0] <= HIGHEST[0] and abs(given[1]) <= HIGHEST[1]):
         raise ConfigError(
             "goal", f"option 'goal' is {given!r}; allowed: angle above 0 to pi [rad], rate -100 to 100 [rad/s]"
         )
-    return goal
+    return np.asarray(given, dtype=np.float64)

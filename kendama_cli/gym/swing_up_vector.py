@@ -47,7 +47,7 @@ class SwingUpVector(VectorEnv[Observation, Any, Any]):
         """As SwingUp's; raises ConfigError for what is not allowed, an engine that is not compiled included."""
         if num_envs < 1:
             raise ConfigError("num_envs", f"'num_envs' is {num_envs}; allowed: 1 or more")
-        self.settings, game = task(["simulation/engine=rail", *overrides])
+        self.settings, game = task(overrides, "simulation/engine=rail")
         if not isinstance(self.settings.engine, RailEngine):
             raise ConfigError("simulation/engine", "many environments at once run on the rail: simulation/engine=rail")
         self.num_envs = num_envs
@@ -64,8 +64,17 @@ class SwingUpVector(VectorEnv[Observation, Any, Any]):
     def reset(
         self, *, seed: int | list[int | None] | None = None, options: dict[str, Any] | None = None
     ) -> tuple[Observation, dict[str, Any]]:
-        """Hang every ball; ``options`` as SwingUp's, for all of them. One ``seed`` for all, or the first of a list."""
-        super().reset(seed=seed[0] if isinstance(seed, list) else seed)
+        """Hang every ball; ``options`` as SwingUp's, for all of them. One ``seed`` for all, or a list of one for each.
+
+        All draw from one generator, so that a seed of a list decides no environment's rollouts alone. Raises
+        ConfigError for a list of another length.
+        """
+        if isinstance(seed, list):
+            if len(seed) != self.num_envs:
+                raise ConfigError("seed", f"'seed' has {len(seed)} entries; allowed: {self.num_envs}, one for each")
+            whole = None if None in seed else np.random.SeedSequence([int(one or 0) for one in seed])
+            seed = None if whole is None else int(whole.generate_state(1)[0])
+        super().reset(seed=seed)
         self._options, self._begun = RolloutOptions.of(options), True
         self._rollouts.begin(np.arange(self.num_envs), self._options, self.np_random)
         seen = self._rollouts.readings(self.np_random)

@@ -106,6 +106,14 @@ def test_stepping_after_the_end_is_refused():
         env.step(np.int64(0))
 
 
+def test_a_continuous_action_that_is_no_number_is_refused():
+    env = gymnasium.make(NAME, overrides=[RAIL], actions="continuous").unwrapped
+    env.reset(seed=0)
+    for action in ("left", None, 0.5, np.array([1.5])):
+        with pytest.raises(gymnasium.error.InvalidAction, match="allowed: an array of one number from -1 to 1"):
+            env.step(action)
+
+
 def test_a_hold_shorter_than_a_time_step_is_refused_in_one_line():
     with pytest.raises(ConfigError, match=r"'hold_s' is 0.0001; allowed: from learn.step_s, 0.002, to learn.rollout_s"):
         gymnasium.make(NAME, hold_s=1e-4)

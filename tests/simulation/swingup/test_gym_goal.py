@@ -99,6 +99,8 @@ def test_another_goal_is_drawn_in_every_reset_and_the_seed_repeats_it(env):
         ({"reward": "shaped"}, "'reward' is 'shaped'; allowed: sparse, dense"),
         ({"angles_deg": (90.0, 30.0)}, r"'angles_deg' is \(90.0, 30.0\); allowed: \(low, high\)"),
         ({"tolerance": (0.1, 0.0)}, r"'tolerance' is \(0.1, 0.0\); allowed: two numbers above 0"),
+        ({"tolerance": 0.1}, r"'tolerance' is 0.1; allowed: two numbers above 0"),
+        ({"rates_rad_s": 3.0}, r"'rates_rad_s' is 3.0; allowed: \(low, high\)"),
     ],
 )
 def test_options_that_are_none_are_refused_in_one_line(options, words):
@@ -109,3 +111,7 @@ def test_options_that_are_none_are_refused_in_one_line(options, words):
 def test_a_goal_that_is_none_is_refused_in_one_line(env):
     with pytest.raises(ConfigError, match=r"option 'goal' is \(4.0, 1.0\); allowed: angle above 0 to pi"):
         env.reset(options={"goal": (4.0, 1.0)})
+    with pytest.raises(ConfigError, match=r"option 'goal' is 'up'; allowed: angle above 0 to pi"):
+        env.reset(options={"goal": "up"})
+    with pytest.raises(ConfigError, match=r"option 'goals' is unknown; allowed: goal, noise, body"):
+        env.reset(options={"goals": (1.0, 1.0)})

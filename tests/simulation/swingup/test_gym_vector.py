@@ -101,7 +101,18 @@ def test_a_longer_rope_a_denser_air_and_a_delay_act_as_in_the_single_environment
         (lambda: SwingUpVector(2, actions="both"), "'actions' is 'both'; allowed: discrete, continuous"),
         (lambda: SwingUpVector(2, hold_s=1e-4), "'hold_s' is 0.0001; allowed: from learn.step_s"),
         (lambda: SwingUpVector(2).reset(options={"sound": 1}), "option 'sound' is unknown; allowed: noise, body"),
-        (lambda: SwingUpVector(2).reset(options={"body": {"rope": 3.0}}), "option 'body.rope' is 3.0; allowed: 0 to 2"),
+        (
+            lambda: SwingUpVector(2).reset(options={"body": {"rope": 3.0}}),
+            "option 'body.rope' is 3.0; allowed: 0.5 to 2",
+        ),
+        (
+            lambda: SwingUpVector(2).reset(options={"body": {"rope": 0.0}}),
+            "option 'body.rope' is 0.0; allowed: 0.5 to 2",
+        ),
+        (lambda: SwingUpVector(2).reset(options={"body": 3}), "option 'body' is 3; allowed: a dictionary of rope"),
+        (lambda: SwingUpVector(2).reset(seed=[1]), "'seed' has 1 entries; allowed: 2, one for each"),
+        (lambda: SwingUpVector(2, shaping=float("nan")), "'shaping' is nan; allowed: a finite number"),
+        (lambda: SwingUpVector(2, "learn/task=paper"), "'overrides' is 'learn/task=paper'; allowed: a list"),
         (
             lambda: SwingUpVector(2, hold_s=0.02).reset(options={"body": {"delay_s": 0.05}}),
             "a delay of 0.05 s is longer than an action is held, 0.02 s",
