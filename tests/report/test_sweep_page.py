@@ -206,3 +206,17 @@ def test_where_groups_are_many_a_figure_that_few_of_them_have_is_no_headline(tmp
         runs.append((document, {"learn": tmp_path / f"{kind}.mcap"}))
     assert "half-swings to the goal, mean: sarsa" in make_sweep_report("made up", runs[:2])
     assert "half-swings to the goal, mean" not in make_sweep_report("made up", runs)
+
+
+def test_what_makes_a_twin_hard_its_imitation_and_its_proof_are_told(tmp_path):
+    metrics = {"rollouts": 1, "rollouts_to_proof": 60, "proven": False, "imitation_caught_rate": 0.95}
+    made = {"rope_scale": 1.05, "rope_kg": None, "drag_scale": 3.0, "mass_scale": 1.0, "gravity_tilt_rad": 0.01745}
+    settings = {"hardware": {"imperfection": made}, "transfer": {"imitation_repeats": 20}}
+    log = memory_log()
+    log.finish(tmp_path / "transfer.mcap", stage="transfer", settings=settings, metrics=metrics)
+    document = {"overrides": ["hardware=hard", "seed=2"], "stages": [{"name": "transfer", "status": "ran"}]}
+    text = _text(make_sweep_report("made up", [(document, {"transfer": tmp_path / "transfer.mcap"})]))
+    assert "rope +5 %, air × 3, tilt 1° 1 1" in text
+    assert "to proof imitation caught" in text
+    assert "60 95 % 75 … 100" in text
+    assert "to proof: seed 2" in text

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
@@ -19,12 +20,24 @@ from kendama_cli.report.tracks import Array
 from kendama_cli.schema.declaration import Headline
 
 _HEAD = ("body", "seeds", "from Q", "from scratch", "ratio", "frozen, before", "frozen, after", "games caught")
-_TWIN: tuple[tuple[str, str, Callable[[float], str]], ...] = (
-    ("rope_scale", "rope", lambda value: f"{100 * (value - 1):+.0f} %".replace("-", "−")),
-    ("lag_s", "lag", lambda value: f"{1e3 * value:.0f} ms"),
-    ("latency_s", "latency", lambda value: f"{1e3 * value:.0f} ms"),
-    ("ball_noise_m", "marker", lambda value: f"{1e3 * value:g} mm"),
+_ALSO = (("rollouts_to_proof", "to proof"), ("imitation_caught_rate", "imitation caught"))
+"""Metrics that not every pipeline and choice of ``transfer`` has, and the columns that they are told in where there."""
+_TWIN: tuple[tuple[str, float | None, Callable[[float], str]], ...] = (
+    ("rope_scale", None, lambda value: f"rope {100 * (value - 1):+.0f} %".replace("-", "−")),
+    ("rope_kg", 0.0, lambda value: f"rope of {1e3 * value:g} g"),
+    ("lag_s", None, lambda value: f"lag {1e3 * value:.0f} ms"),
+    ("latency_s", None, lambda value: f"latency {1e3 * value:.0f} ms"),
+    ("ball_noise_m", None, lambda value: f"marker {1e3 * value:g} mm"),
+    ("mass_scale", 1.0, lambda value: f"ball's mass × {value:g}"),
+    ("drag_scale", 1.0, lambda value: f"air × {value:g}"),
+    ("tie_friction_m", 0.0, lambda value: f"tie rubs at {1e3 * value:g} mm"),
+    ("gravity_tilt_rad", 0.0, lambda value: f"tilt {math.degrees(value):.2g}°"),
+    ("backlash_rad", 0.0, lambda value: f"backlash {math.degrees(value):.2g}°"),
+    ("drift_m", 0.0, lambda value: f"drift {1e3 * value:g} mm"),
+    ("tracking_delay_s", 0.0, lambda value: f"tracking {1e3 * value:.0f} ms late"),
+    ("tracking_lost_share", 0.0, lambda value: f"{100 * value:g} % of it lost"),
 )
+"""What a twin is like: the imperfection, the value that is not worth a word (None: any is), and the words."""
 
 
 def transfer_sweep_figures(runs: Ensemble) -> list[Figure]:
@@ -41,12 +54,13 @@ def transfer_table(runs: Ensemble) -> str:
     groups = [group for group in runs.groups if len(group.figures("rollouts"))]
     if not groups:
         return ""
-    rows = [_row(group) for group in groups]
-    foot = _foot(groups) if len(groups) > 1 else []
+    also = [(metric, word) for metric, word in _ALSO if any(len(group.figures(metric)) for group in groups)]
+    rows = [_row(group, also) for group in groups]
+    foot = _foot(groups, also) if len(groups) > 1 else []
     failed = [
         f"{group.label} {what}: seed {', '.join(seeds)}"
         for group in groups
-        for metric, what in (("learned", "from Q"), ("learned_from_scratch", "from scratch"))
+        for metric, what in (("learned", "from Q"), ("learned_from_scratch", "from scratch"), ("proven", "to proof"))
         if (seeds := [member.seed or "–" for member in group.members if member.log.metrics.get(metric) is False])
     ]
     note = (
@@ -55,11 +69,12 @@ def transfer_table(runs: Ensemble) -> str:
         " trials."
     )
     note = (f"Not learned: {'; '.join(failed)}. " if failed else "") + note
+    head = (*_HEAD, *(word for _, word in also))
     note = note.replace("&", "&amp;").replace("<", "&lt;")
-    return f'<h3>Further rollouts on each body</h3>{grid(_HEAD, rows, foot=foot)}<p class="note">{note}</p>'
+    return f'<h3>Further rollouts on each body</h3>{grid(head, rows, foot=foot)}<p class="note">{note}</p>'
 
 
-def _row(group: Group) -> list[Cell]:
+def _row(group: Group, also: Sequence[tuple[str, str]]) -> list[Cell]:
     given, scratch = group.figures("rollouts"), group.figures("rollouts_from_scratch")
     ratio = EMPTY
     if len(scratch):
@@ -73,10 +88,18 @@ def _row(group: Group) -> list[Cell]:
         _rate(group, "success_rate_before", "evaluation_n"),
         _rate(group, "success_rate_after", "evaluation_n"),
         _rate(group, "caught_rate", "games"),
+        *(_further_cell(group, metric) for metric, _ in also),
     ]
 
 
-def _foot(groups: Sequence[Group]) -> list[Cell]:
+def _further_cell(group: Group, metric: str) -> Cell:
+    if metric.endswith("_rate"):
+        return _rate(group, metric, "imitation_repeats")
+    values = group.figures(metric)
+    return with_interval(float(values.mean()), bootstrap(values, np.mean)) if len(values) else EMPTY
+
+
+def _foot(groups: Sequence[Group], also: Sequence[tuple[str, str]]) -> list[Cell]:
     def mean(metric: str) -> float | None:
         means = [float(found.mean()) for group in groups if len(found := group.figures(metric))]
         return float(np.mean(means)) if means else None
@@ -95,6 +118,10 @@ def _foot(groups: Sequence[Group]) -> list[Cell]:
         Cell(quantity(ratio)),
         *(percent(mean(metric), worst(metric)) for metric in ("success_rate_before", "success_rate_after")),
         percent(mean("caught_rate"), worst("caught_rate")),
+        *(
+            percent(mean(metric), worst(metric)) if metric.endswith("_rate") else Cell(quantity(mean(metric)))
+            for metric, _ in also
+        ),
     ]
 
 
@@ -113,8 +140,10 @@ def _rate(group: Group, metric: str, trials: str) -> Cell:
 def _body(settings: Mapping[str, Any]) -> str:
     """What the twin is like, in a few words."""
     made = settings.get("hardware", {}).get("imperfection", {})
-    known = ((made.get(name), word, show) for name, word, show in _TWIN)
-    return ", ".join(f"{word} {show(value)}" for value, word, show in known if isinstance(value, int | float))
+    known = ((made.get(name), without, show) for name, without, show in _TWIN)
+    return ", ".join(
+        show(value) for value, without, show in known if isinstance(value, int | float) and value != without
+    )
 
 
 def _further(groups: Sequence[Group]) -> Panel | None:
