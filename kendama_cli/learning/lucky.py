@@ -4,7 +4,7 @@ They have no table and learn nothing about states: what a learner needs fewer ro
 more than to chance. Harmonics are drawn as an exploring rollout draws them, until one succeeds; from then on that one
 is replayed, and counts as the greedy policy. After a replay that failed the next rollout draws anew with the
 probability ``after_failure``, and a success replaces what is replayed. ``random`` draws anew for every rollout, and
-counts each as greedy. Actions change at the same times as those of a table.
+counts each as greedy; its policy is the last one drawn. Actions change at the same times as those of a table.
 """
 
 from __future__ import annotations

@@ -19,7 +19,7 @@ class FlightRecord:
     def __init__(self, ball: TetheredBall) -> None:
         self._ball, self._rim_m = ball, ball.game.cup.rim_m
         self._plane_m = ball.game.cup.rim_m + ball.game.ball.radius_m
-        self._above, self._slack_s = False, 0.0
+        self._above, self._taut_s, self._slack_steps = False, 0.0, 0
         self.apex_m, self.swing_slack_s = -math.inf, 0.0
         self.miss_m: tuple[float, float] | None = None
         self.flight_s: tuple[float, float] | None = None
@@ -31,12 +31,14 @@ class FlightRecord:
         self.apex_m = max(self.apex_m, height)
         if ball.tension_n > 0.0:
             if self.flight_s is None:
-                self.swing_slack_s = max(self.swing_slack_s, t_s - self._slack_s - STEP_S)
-            self._slack_s = t_s
+                self.swing_slack_s = max(self.swing_slack_s, self._slack_steps * STEP_S)
+            self._taut_s, self._slack_steps = t_s, 0
+        else:
+            self._slack_steps += 1
         if self._above and height <= self._plane_m and self.flight_s is None:
             fall_m = height - self._rim_m
             self.miss_m = self._miss(0, fall_m), self._miss(1, fall_m)
-            self.flight_s = self._slack_s, t_s
+            self.flight_s = self._taut_s, t_s
         self._above = height > self._plane_m
 
     def _miss(self, axis: int, fall_m: float) -> float:
