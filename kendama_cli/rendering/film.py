@@ -18,7 +18,7 @@ from kendama_cli.rendering.moving import SceneSampler, Shot
 from kendama_cli.rendering.raycast import Raycaster
 from kendama_cli.rendering.scene import ScenePose, hanging_rope
 from kendama_cli.report.replay.performance import Frames, Performance
-from kendama_cli.robot_model.arm_scene import BALL_RGB, CUP_RGB, Rgb
+from kendama_cli.robot_model.colours import BALL_RGB, CUP_RGB, Rgb
 from kendama_cli.schema.arrays import Array
 from kendama_cli.schema.foxglove import Solid
 from kendama_cli.settings.camera import AppearanceSettings, LightingSettings, LightSettings

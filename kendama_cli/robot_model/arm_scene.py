@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from kendama_cli.motion.rotation_matrix import quaternion_of
+from kendama_cli.robot_model.colours import BALL_RGB, CUP_RGB, JOINT_RGB, SHELL_RGB, STAND_RGB, Rgb
 from kendama_cli.robot_model.cup import cup_frame
 from kendama_cli.robot_model.link_shapes import link_shapes
 from kendama_cli.robot_model.model import HANDLE_RADIUS_M, RobotModel
@@ -16,9 +17,6 @@ from kendama_cli.schema.foxglove import FrameTransforms, SceneUpdate, Solid
 from kendama_cli.settings.game import CupSettings, GameSettings, HandleTie
 
 WORLD = "world"
-Rgb = tuple[float, float, float]
-SHELL_RGB, JOINT_RGB, STAND_RGB = (0.86, 0.87, 0.89), (0.30, 0.32, 0.36), (0.62, 0.64, 0.67)
-CUP_RGB, BALL_RGB = (0.0, 0.447, 0.698), (0.835, 0.369, 0.0)
 SHORTEST_M = 1e-3
 """Joints nearer to each other than this have nothing between them that could be drawn."""
 _SIDES = 40

@@ -4,15 +4,18 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import cast
+from typing import TYPE_CHECKING, cast
 
 import cv2
 import numpy as np
-import pandas as pd
 
 from kendama_cli.log.messages import DetectionMessage
-from kendama_cli.report.source import StageLog
 from kendama_cli.schema.foxglove import CompressedImage
+
+if TYPE_CHECKING:  # a process that renders a film reads no log
+    import pandas as pd
+
+    from kendama_cli.report.source import StageLog
 
 _MOST_BYTES = 900_000
 """Of all images of one motion."""

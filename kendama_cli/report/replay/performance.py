@@ -5,15 +5,18 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
-import pandas as pd
 
 from kendama_cli.report.replay.camera_images import CameraImages
-from kendama_cli.report.source import StageLog
-from kendama_cli.report.tracks import Array
+from kendama_cli.schema.arrays import Array
 from kendama_cli.schema.foxglove import FrameTransform, FrameTransforms, SceneUpdate, Solid
+
+if TYPE_CHECKING:  # a process that renders a film reads no log
+    import pandas as pd
+
+    from kendama_cli.report.source import StageLog
 
 Kind = Literal["demonstration", "simulation", "hardware", "referee"]
 
