@@ -64,6 +64,7 @@ def camera_calibrate(
     board_at: Annotated[
         str, typer.Option(metavar="X,Y,Z", help="The world's place [m] of the board's middle in the first view.")
     ] = "0,0,0",
+    lens: Annotated[str, typer.Option(metavar="KIND", help="radial, or fisheye where straight lines bow.")] = "radial",
     as_json: Json = False,
 ) -> None:
     """Calibrate one or several cameras from views of a ChArUco board.
@@ -71,9 +72,10 @@ def camera_calibrate(
     Views of one name (or one place in their videos) were taken at one moment. In the first view of the first camera the
     board lies print up, its rows along the world's x.
     """
-    from kendama_cli.cli.camera_work import board_of, calibrate_cameras  # OpenCV
+    from kendama_cli.cli.camera_work import CalibrationRequest, board_of, calibrate_cameras, lens_of  # OpenCV
 
-    calibrate_cameras(board_of(squares, square_mm, marker_mm), paths, board_at, output, as_json=as_json)
+    request = CalibrationRequest(board_of(squares, square_mm, marker_mm), tuple(paths), board_at, lens_of(lens))
+    calibrate_cameras(request, output, as_json=as_json)
 
 
 @camera_app.command("colour")

@@ -148,14 +148,15 @@ def _arm(site: Site, robot: str | None) -> RobotModel | None:
 def _settings(model: CameraModel) -> CameraModelSettings:
     w, x, y, z = Rotation.from_matrix(model.world_to_camera.T).as_quat(canonical=True, scalar_first=True).tolist()
     (fx, fy), (cx, cy) = model.focal_px.tolist(), model.center_px.tolist()
-    k1, k2, p1, p2, k3 = model.distortion.tolist()
+    a, b, c, d, e = model.distortion.tolist()
     return CameraModelSettings(
         name=model.name,
         width_px=model.width_px,
         height_px=model.height_px,
         focal_px=(fx, fy),
         center_px=(cx, cy),
-        distortion=(k1, k2, p1, p2, k3),
+        lens=model.lens,
+        distortion=(a, b, c, d, e),
         position_m=_triple(model.position_in_world_m),
         look_at_m=None,
         rotation_wxyz=(w, x, y, z),

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
+from typing import get_args
 
 import numpy as np
 import yaml
@@ -19,11 +21,23 @@ from kendama_cli.errors import InputError, StageError, UsageError
 from kendama_cli.pipeline.inputs import resolve_files
 from kendama_cli.pipeline.nodes import build_settings
 from kendama_cli.rendering.pictures import as_png, calibration_picture, check_picture
+from kendama_cli.schema.settings import nearest
+from kendama_cli.settings.camera import LensKind
 from kendama_cli.store.durable import write_file
 from kendama_cli.vision.calibration import Board, BoardView, CalibratedCamera, calibrate, find_board
 from kendama_cli.vision.colour import learn_from_clicks
 
 PRINT_DPI = 300
+
+
+@dataclass(frozen=True)
+class CalibrationRequest:
+    """The board, images by camera, where the board lies in the first of them, and what lens the cameras have."""
+
+    board: Board
+    paths: tuple[Path, ...]
+    board_at: str
+    lens: LensKind
 
 
 def board_of(squares: str, square_mm: float, marker_mm: float) -> Board:
@@ -42,12 +56,21 @@ def draw_board(board: Board, output: Path) -> None:
     render.text(f"{output}: print it at {PRINT_DPI} dpi, glue it on something flat, and measure a square")
 
 
-def calibrate_cameras(board: Board, paths: Sequence[Path], board_at: str, output: Path, *, as_json: bool) -> None:
+def lens_of(name: str) -> LensKind:
+    """The kind of lens called ``name``; raises UsageError where there is none."""
+    kinds: tuple[LensKind, ...] = get_args(LensKind)
+    for kind in kinds:
+        if kind == name:
+            return kind
+    raise UsageError(f"--lens {name}: allowed are {', '.join(kinds)}{nearest(name, kinds)}")
+
+
+def calibrate_cameras(request: CalibrationRequest, output: Path, *, as_json: bool) -> None:
     """Calibrate, write the file and a picture beside it, and show how well it went.
 
     Raises UsageError or InputError, with nothing written, where the views cannot be used.
     """
-    centre_m = _triple(board_at)
+    board, paths, centre_m = request.board, request.paths, _triple(request.board_at)
     if output.suffix.lower() not in (".yaml", ".yml"):
         raise UsageError(f"-o {output}: a calibration is YAML; name it like {output.with_suffix('.yaml')}")
     sizes: dict[str, tuple[int, int]] = {}
@@ -63,7 +86,7 @@ def calibrate_cameras(board: Board, paths: Sequence[Path], board_at: str, output
             else:
                 views[name].append(found)
     try:
-        made = calibrate(board, views, sizes, centre_m)
+        made = calibrate(board, views, sizes, centre_m, request.lens)
     except ValueError as error:
         raise InputError(", ".join(map(str, paths)), str(error)) from None
     document = calibration_document(board, made)

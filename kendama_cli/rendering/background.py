@@ -28,7 +28,7 @@ GAMMA = 2.2
 class _ByValue:
     """A camera that equals another with the same numbers."""
 
-    numbers: tuple[float | bytes, ...]
+    numbers: tuple[object, ...]
     model: CameraModel = field(compare=False)
 
 
@@ -41,7 +41,7 @@ def background(
     whose file may change, they are made anew.
     """
     place = (model.world_to_camera.tobytes(), model.position_in_world_m.tobytes())
-    camera = _ByValue((model.width_px, model.height_px, *model.lens, *place), model)
+    camera = _ByValue((model.width_px, model.height_px, model.optics, *place), model)
     make = _background if appearance.wall_image is None else _background.__wrapped__
     return make(camera, appearance, lighting)
 
@@ -57,14 +57,17 @@ def _background(
 class Background:
     """What each pixel sees where no body stands before it.
 
-    ``rays`` and ``points`` (h, w, 3): the pixel's ray, of length 1 along the optical axis, and where it ends;
-    ``unlit`` (h, w, 3) its light without lamps, ``lit`` (lamps, h, w, 3) what each unhidden lamp of strength 1 adds.
+    ``rays`` and ``points`` (h, w, 3): the pixel's ray, as ``CameraModel.image_rays`` has it, and where it ends;
+    ``unlit`` (h, w, 3) its light without lamps, ``lit`` (lamps, h, w, 3) what each unhidden lamp of strength 1 adds;
+    ``dark`` (h, w) where a fisheye lens lets no light through, None where all pixels see something.
     """
 
     def __init__(self, model: CameraModel, appearance: AppearanceSettings, lighting: LightingSettings) -> None:
         columns, rows = np.meshgrid(np.arange(model.width_px), np.arange(model.height_px))
         pixels = np.column_stack([columns.ravel(), rows.ravel()]).astype(np.float64)
-        self.rays: Array = np.ascontiguousarray(model.rays(pixels).reshape(model.height_px, model.width_px, 3))
+        self.rays: Array = np.ascontiguousarray(model.image_rays(pixels).reshape(model.height_px, model.width_px, 3))
+        seen = model.sees(pixels).reshape(self.rays.shape[:2])
+        self.dark: NDArray[np.bool_] | None = None if seen.all() else ~seen
         origin = model.position_in_world_m
         with np.errstate(divide="ignore", invalid="ignore"):
             to_wall = (appearance.wall_y_m - origin[1]) / self.rays[..., 1]

@@ -78,7 +78,7 @@ class Sight:
             shown.append(self._tiles.about(seen, blur + 1))
             samples = kernel_marks.EDGE if blur <= 2 else kernel_marks.ALL
             kernel_marks.mark_edges(shown[0], corners, self._owner, self._depth, blur, samples, self.level)
-        tiles, spread = self._tiles.inside(window), 1.0 / float(self._model.focal_px.min())
+        tiles, spread = self._tiles.inside(window), 1.0 / self._model.optics.coarsest_px
         for bit, a_m, b_m, reach_m in ways(shot.moving, self._sizes):
             middle, half = (a_m + b_m) / 2, float(np.linalg.norm(b_m - a_m)) / 2
             near = self._tiles.showing(tiles, middle, half + reach_m)

@@ -32,14 +32,15 @@ def setting(
     at_most: float | None = None,
     file: bool = False,
     made_by: str | None = None,
+    absent: Any = None,
 ) -> Any:
     """Declare one field: its meaning with the unit, its range, and whether it names input files.
 
     A ``file`` field enters a stage's key by the content of the files, never by their path; ``made_by`` says what makes
-    such files, for where there are none.
+    such files, for where there are none. ``absent`` is what a file from before there was this field means.
     """
     facts: dict[str, object] = {"doc": doc, "above": above, "at_least": at_least, "below": below, "at_most": at_most}
-    facts |= {"file": file, "made_by": made_by}
+    facts |= {"file": file, "made_by": made_by, "absent": absent}
     return dataclasses.field(
         metadata={name: value for name, value in facts.items() if value is not None and value is not False}
     )
@@ -81,6 +82,9 @@ def build(schema: type[T], data: Any, key: str = "") -> T:
     values = {}
     for name, field in fields.items():
         path = _join(key, name)
+        if name not in data and "absent" in field.metadata:
+            values[name] = field.metadata["absent"]
+            continue
         if name not in data:
             raise ConfigError(path, f"missing key '{path}': {field.metadata.get('doc', 'it has no value in conf/')}")
         values[name] = _value(hints[name], data[name], path, field.metadata)

@@ -107,6 +107,8 @@ class BallSearch:
         hint, half_px = self._hint(camera, t_s)
         self._learn(camera, pixels)
         sighting = next(self._detectors[camera].candidates(pixels, origin_px, hint), None)
+        if sighting is not None and not self._cameras[camera].sees(sighting.centre_px).all():
+            sighting = None
         if sighting is None or (hint is not None and np.abs(sighting.centre_px - hint.centre_px).max() > half_px):
             if track is not None:
                 track.lost += 1
@@ -160,9 +162,7 @@ class BallSearch:
             return None
         if self._ball_radius_m is None:
             return SearchHint(pixel, radius_px)
-        return SearchHint(
-            pixel, float(model.focal_px.mean()) * self._ball_radius_m / float(model.depth_m(ball_m)), True
-        )
+        return SearchHint(pixel, model.size_px(ball_m, self._ball_radius_m), True)
 
 
 def _size(hint: SearchHint | None) -> float | None:

@@ -10,19 +10,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kendama_cli.schema.arrays import Array
+from kendama_cli.settings.camera import LensKind
 from kendama_cli.vision.bundle import Bundle, Seen, adjust
-from kendama_cli.vision.calibration_checks import check_moments, check_views, rms
+from kendama_cli.vision.calibration_checks import check_moments, rms
 from kendama_cli.vision.camera_model import CameraModel
+from kendama_cli.vision.intrinsics import Intrinsics, intrinsics
 
-MIN_VIEWS = 4
-"""Fewer leave the focal length and the board's distance to be mistaken for each other."""
 MIN_CORNERS = 6
-LEAST_TILT_DEG = 15.0
-"""From parallel views a focal length comes out that is wrong several times over, with a small standard deviation."""
-MOST_FOCAL_SIGMA = 0.1
-"""Share of the focal length by which it may be uncertain, from one camera's views alone."""
-FLAGS = cv2.CALIB_FIX_K3
-"""k3 is left at 0: on ordinary lenses it only trades with k1 and k2, and goes wild towards the image's corners."""
 
 
 @dataclass(frozen=True)
@@ -81,16 +75,6 @@ class CalibratedCamera:
         return float(np.sqrt((np.concatenate(self.residuals_px) ** 2).sum(axis=1).mean()))
 
 
-@dataclass(frozen=True)
-class _Fit:
-    matrix: Array
-    distortion: Array
-    rotations: Sequence[Array]
-    shifts: Sequence[Array]
-    errors_px: Array
-    """(v,): rms of each view"""
-
-
 def find_board(board: Board, image: NDArray[np.uint8], name: str) -> BoardView | None:
     """The board's corners in ``image`` (h, w, 3); None where fewer than six of them, or of one line, are seen."""
     found, ids, _, _ = cv2.aruco.CharucoDetector(board.opencv).detectBoard(cv2.cvtColor(image, cv2.COLOR_BGR2GRAY))
@@ -108,17 +92,23 @@ def calibrate(
     views: Mapping[str, Sequence[BoardView]],
     sizes: Mapping[str, tuple[int, int]],
     centre_m: Array,
+    kind: LensKind = "radial",
 ) -> list[CalibratedCamera]:
     """Models of all cameras: each one's intrinsics by itself, its pose to the first, then all adjusted together.
+
+    All have a lens of one ``kind``.
 
     ``views`` and ``sizes`` (width, height) are by camera; views of one name were taken at one moment. The world: in the
     first view of the first camera the board's middle lies at ``centre_m``, its rows along x, z up out of its print.
     Raises ValueError where the views do not suffice.
     """
-    fits = {name: _intrinsics(board, name, seen, sizes[name]) for name, seen in views.items()}
+    fits = {
+        name: intrinsics(name, kind, seen, [board.corners_m[view.ids] for view in seen], sizes[name])
+        for name, seen in views.items()
+    }
     names = list(views)
-    cameras = np.array([np.eye(4), *(_to_other(board, (names[0], name), views, fits) for name in names[1:])])
-    bundle, errors = _together(board, views, fits, cameras)
+    cameras = np.array([np.eye(4), *(_to_other(board, (names[0], name), views, fits, kind) for name in names[1:])])
+    bundle, errors = _together(board, views, fits, cameras, kind)
     if len(names) > 1:
         check_moments(views, {name: fit.errors_px for name, fit in fits.items()}, errors, sizes[names[0]][0])
     world = bundle.boards[0] @ np.linalg.inv(_board_to_world(board, centre_m))
@@ -136,6 +126,7 @@ def calibrate(
             distortion=np.append(lens[4:], 0.0),
             world_to_camera=rotation,
             position_in_world_m=-rotation.T @ pose[:3, 3],
+            lens=kind,
         )
         left = errors[name]
         rms_px = np.array([rms(one) for one in left])
@@ -144,7 +135,11 @@ def calibrate(
 
 
 def _together(
-    board: Board, views: Mapping[str, Sequence[BoardView]], fits: Mapping[str, _Fit], cameras: Array
+    board: Board,
+    views: Mapping[str, Sequence[BoardView]],
+    fits: Mapping[str, Intrinsics],
+    cameras: Array,
+    kind: LensKind,
 ) -> tuple[Bundle, dict[str, list[Array]]]:
     """All cameras adjusted together, from what each is by itself, and what every view of each then leaves over."""
     seen, boards, owners = [], dict[int, Array](), []
@@ -155,79 +150,41 @@ def _together(
             boards.setdefault(moment, np.linalg.inv(cameras[k]) @ _pose(rotation, shift))
             seen.append(Seen(k, moment, board.corners_m[view.ids], view.pixels))
             owners.append(name)
-    lenses = np.array(
-        [
-            [fit.matrix[0, 0], fit.matrix[1, 1], fit.matrix[0, 2], fit.matrix[1, 2], *fit.distortion[:4]]
-            for fit in fits.values()
-        ]
-    )
-    bundle = adjust(seen, lenses, cameras, boards)
+    bundle = adjust(seen, kind, np.array([fit.numbers for fit in fits.values()]), cameras, boards)
     errors: dict[str, list[Array]] = {name: [] for name in fits}
     for name, left in zip(owners, bundle.residuals_px, strict=True):
         errors[name].append(left)
     return bundle, errors
 
 
-def _intrinsics(board: Board, name: str, views: Sequence[BoardView], size: tuple[int, int]) -> _Fit:
-    if len(views) < MIN_VIEWS:
-        raise ValueError(
-            f"camera '{name}': the board is seen in {len(views)} images, at least {MIN_VIEWS} are needed; check the "
-            "board's size and take more images of it, tilted every way"
-        )
-    points = [board.corners_m[view.ids].astype(np.float32) for view in views]
-    pixels = [view.pixels.astype(np.float32)[:, None] for view in views]
-    try:
-        _, matrix, distortion, rotations, shifts, sigma, _, errors = cv2.calibrateCameraExtended(
-            points, pixels, size, np.eye(3), np.zeros(5), flags=FLAGS
-        )
-    except cv2.error as error:
-        raise ValueError(f"camera '{name}': its views do not determine it ({error.err}); tilt the board more") from None
-    errors_px = np.asarray(errors, dtype=np.float64).ravel()
-    check_views(name, views, errors_px, size[0])
-    turned = [np.asarray(cv2.Rodrigues(rotation)[0], dtype=np.float64) for rotation in rotations]
-    normals = np.array([rotation[:, 2] for rotation in turned])
-    spread = float(np.degrees(np.arccos(np.clip(normals @ normals.T, -1, 1))).max())
-    if not spread > LEAST_TILT_DEG:
-        raise ValueError(
-            f"camera '{name}': the board's tilt differs by {spread:.1f} degrees between its views, above "
-            f"{LEAST_TILT_DEG:.0f} are needed to tell the focal length; tilt it by 20 degrees or more every way"
-        )
-    uncertain = float(np.asarray(sigma).ravel()[0] / matrix[0, 0])
-    if not uncertain < MOST_FOCAL_SIGMA:
-        raise ValueError(
-            f"camera '{name}': its views tell the focal length to {uncertain:.0%} only, {MOST_FOCAL_SIGMA:.0%} at most "
-            "are allowed; take more images, tilt the board by 30 degrees every way and bring it nearer"
-        )
-    return _Fit(
-        matrix=np.asarray(matrix, dtype=np.float64),
-        distortion=np.asarray(distortion, dtype=np.float64).ravel()[:5],
-        rotations=turned,
-        shifts=[np.asarray(shift, dtype=np.float64) for shift in shifts],
-        errors_px=errors_px,
-    )
-
-
 def _to_other(
-    board: Board, pair: tuple[str, str], views: Mapping[str, Sequence[BoardView]], fits: Mapping[str, _Fit]
+    board: Board,
+    pair: tuple[str, str],
+    views: Mapping[str, Sequence[BoardView]],
+    fits: Mapping[str, Intrinsics],
+    kind: LensKind,
 ) -> Array:
     """The map (4, 4) from the first camera's axes to the other's, from the corners that both see at one moment."""
     a, b = pair
+    lenses = fits[a].lens(kind), fits[b].lens(kind)
     other = {view.name: view for view in views[b]}
     points, seen_a, seen_b = [], [], []
     for view in views[a]:
         if view.name not in other:
             continue
         ids, at_a, at_b = np.intersect1d(view.ids, other[view.name].ids, return_indices=True)
-        if len(ids) >= MIN_CORNERS:
-            points.append(board.corners_m[ids].astype(np.float32))
-            seen_a.append(view.pixels[at_a].astype(np.float32)[:, None])
-            seen_b.append(other[view.name].pixels[at_b].astype(np.float32)[:, None])
+        flat = lenses[0].pinhole(view.pixels[at_a]).pixels, lenses[1].pinhole(other[view.name].pixels[at_b]).pixels
+        good = np.isfinite(np.hstack(flat)).all(axis=1)
+        if np.count_nonzero(good) >= MIN_CORNERS:
+            points.append(board.corners_m[ids[good]].astype(np.float32))
+            seen_a.append(flat[0][good].astype(np.float32)[:, None])
+            seen_b.append(flat[1][good].astype(np.float32)[:, None])
     if not points:
         raise ValueError(
             f"cameras '{a}' and '{b}' see the board together in no view; views of one moment must have one name, or "
             "one place in their videos"
         )
-    one, two = fits[a], fits[b]
+    one, two = (lens.pinhole(np.zeros((1, 2))) for lens in lenses)
     result = cv2.stereoCalibrate(
         points, seen_a, seen_b, one.matrix, one.distortion, two.matrix, two.distortion, (1, 1),
         flags=cv2.CALIB_FIX_INTRINSIC,

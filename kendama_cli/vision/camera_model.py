@@ -1,45 +1,24 @@
-"""The calibrated camera: pinhole, OpenCV's lens distortion, pose in the world."""
+"""The calibrated camera: its lens, and its pose in the world."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import NamedTuple
 
-import cv2
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from kendama_cli.schema.arrays import Array, array
-
-
-class Straight(NamedTuple):
-    """An undistorted point (x, y) and the four entries of d(pixel) / d(x, y) there."""
-
-    x: float
-    y: float
-    u_x: float
-    u_y: float
-    v_x: float
-    v_y: float
-
-
-class _Distorted(NamedTuple):
-    """OpenCV's distortion of one point (u, v) and its derivative, which is symmetric."""
-
-    u: float
-    v: float
-    x_x: float
-    x_y: float
-    y_y: float
+from kendama_cli.settings.camera import LensKind
+from kendama_cli.vision.lens import Lens, make_lens
+from kendama_cli.vision.lens_terms import Straight
 
 
 @dataclass(frozen=True)
 class CameraModel:
     """A camera whose axes are x right, y down, z forward; pixel centres lie at whole numbers.
 
-    A world point p becomes c = R (p - o); with (x, y) = c_xy / c_z distorted by OpenCV's
-    (k1, k2, p1, p2, k3), the pixel is (fx x + cx, fy y + cy).
+    A world point p becomes c = R (p - o), of which the lens makes a pixel (``kendama_cli.vision.lens``).
     """
 
     name: str
@@ -50,11 +29,12 @@ class CameraModel:
     center_px: Array
     """(cx, cy)"""
     distortion: Array
-    """(k1, k2, p1, p2, k3)"""
+    """(k1, k2, p1, p2, k3) of a radial lens, (k1, k2, k3, k4, 0) of a fisheye lens"""
     world_to_camera: Array
     """R (3, 3)"""
     position_in_world_m: Array
     """o (3,)"""
+    lens: LensKind = "radial"
 
     def __post_init__(self) -> None:
         for name, shape in (
@@ -70,6 +50,15 @@ class CameraModel:
             or np.linalg.det(self.world_to_camera) < 0
         ):
             raise ValueError(f"camera '{self.name}': world_to_camera is not a rotation")
+        try:
+            _ = self.optics
+        except ValueError as error:
+            raise ValueError(f"camera '{self.name}': {error}") from None
+
+    @cached_property
+    def optics(self) -> Lens:
+        """The lens, which knows all about distortion."""
+        return make_lens(self.lens, self.focal_px, self.center_px, self.distortion)
 
     @property
     def matrix(self) -> Array:
@@ -81,71 +70,44 @@ class CameraModel:
         """Distance (n,) of ``points_m`` (n, 3) in front of the image plane; negative behind it."""
         return np.asarray((np.asarray(points_m) - self.position_in_world_m) @ self.world_to_camera[2])
 
+    def in_camera(self, points_m: ArrayLike) -> Array:
+        """World ``points_m`` (n, 3) in the camera's axes (n, 3)."""
+        points = np.atleast_2d(np.asarray(points_m, dtype=np.float64))
+        return np.asarray((points - self.position_in_world_m) @ self.world_to_camera.T)
+
     def project(self, points_m: ArrayLike) -> Array:
-        """Pixels (n, 2) of world ``points_m`` (n, 3); nan for a point that is not in front of the camera."""
-        points = (
-            np.atleast_2d(np.asarray(points_m, dtype=np.float64)) - self.position_in_world_m
-        ) @ self.world_to_camera.T
-        ahead = points[:, 2] > 1e-6
-        pixels = np.full((len(points), 2), np.nan)
-        if ahead.any():
-            found, _ = cv2.projectPoints(points[ahead], np.zeros(3), np.zeros(3), self.matrix, self.distortion)
-            pixels[ahead] = found.reshape(-1, 2)
-        return pixels
+        """Pixels (n, 2) of world ``points_m`` (n, 3); nan for a point that the lens does not see."""
+        return self.optics.project(self.in_camera(points_m))
 
     def undistort(self, pixels: ArrayLike) -> Array:
-        """Normalised image coordinates (x, y) (n, 2) of ``pixels`` (n, 2), distortion taken out."""
-        pixels = np.atleast_2d(np.asarray(pixels, dtype=np.float64))
-        if not self.distortion.any():
-            return np.asarray((pixels - self.center_px) / self.focal_px)
-        stop = (cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, 40, 1e-12)
-        found = cv2.undistortPoints(pixels.reshape(-1, 1, 2), self.matrix, self.distortion, criteria=stop)
-        return np.asarray(found, dtype=np.float64).reshape(-1, 2)
+        """Normalised image coordinates (x, y) (n, 2) of ``pixels`` (n, 2), distortion taken out; nan where a pixel
+        sees nothing."""
+        return self.optics.undistort(np.atleast_2d(np.asarray(pixels, dtype=np.float64)))
 
-    @cached_property
-    def lens(self) -> tuple[float, ...]:
-        """fx, fy, cx, cy, k1, k2, p1, p2, k3 as plain numbers, for what is done pixel by pixel."""
-        return tuple(float(value) for value in (*self.focal_px, *self.center_px, *self.distortion))
+    def sees(self, pixels: ArrayLike) -> NDArray[np.bool_]:
+        """Which (n,) of ``pixels`` (n, 2) see something."""
+        return self.optics.sees(np.atleast_2d(np.asarray(pixels, dtype=np.float64)).reshape(-1, 2))
 
     def straight(self, u: float, v: float) -> Straight:
-        """One pixel with the distortion taken out, and the slope of the distortion there.
-
-        Newton's method on OpenCV's model; where that does not converge, OpenCV's own fixed point.
-        """
-        fx, fy, cx, cy = self.lens[:4]
-        wanted_x, wanted_y = (u - cx) / fx, (v - cy) / fy
-        x, y = wanted_x, wanted_y
-        for _ in range(10):
-            at = self._distorted(x, y)
-            off_x, off_y = wanted_x - at.u, wanted_y - at.v
-            if abs(off_x) + abs(off_y) < 1e-10:
-                return Straight(x, y, fx * at.x_x, fx * at.x_y, fy * at.x_y, fy * at.y_y)
-            spread = at.x_x * at.y_y - at.x_y * at.x_y
-            if spread <= 0.01:  # the model folds over here: Newton's step would leave the image
-                break
-            x += (at.y_y * off_x - at.x_y * off_y) / spread
-            y += (at.x_x * off_y - at.x_y * off_x) / spread
-        x, y = (float(value) for value in self.undistort((u, v))[0])
-        at = self._distorted(x, y)
-        return Straight(x, y, fx * at.x_x, fx * at.x_y, fy * at.x_y, fy * at.y_y)
-
-    def _distorted(self, x: float, y: float) -> _Distorted:
-        k1, k2, p1, p2, k3 = self.lens[4:]
-        r2 = x * x + y * y
-        radial = 1 + r2 * (k1 + r2 * (k2 + r2 * k3))
-        slope = k1 + r2 * (2 * k2 + 3 * k3 * r2)  # d(radial) / d(r2)
-        return _Distorted(
-            x * radial + 2 * p1 * x * y + p2 * (r2 + 2 * x * x),
-            y * radial + p1 * (r2 + 2 * y * y) + 2 * p2 * x * y,
-            radial + 2 * x * x * slope + 2 * p1 * y + 6 * p2 * x,
-            2 * x * y * slope + 2 * p1 * x + 2 * p2 * y,
-            radial + 2 * y * y * slope + 6 * p1 * y + 2 * p2 * x,
-        )
+        """One pixel with the distortion taken out, and the slope of the distortion there."""
+        return self.optics.straight(u, v)
 
     def rays(self, pixels: ArrayLike) -> Array:
-        """Directions (n, 3) in the world through ``pixels`` (n, 2), of length 1 along the optical axis."""
+        """Directions (n, 3) in the world through ``pixels`` (n, 2), of length 1 along the optical axis.
+
+        None at 90 degrees off the axis has such a length: a pixel that looks farther aside than the lens says, has nan.
+        """
         flat = self.undistort(pixels)
         return np.asarray(np.column_stack([flat, np.ones(len(flat))]) @ self.world_to_camera)
+
+    def image_rays(self, pixels: ArrayLike) -> Array:
+        """Directions (n, 3) in the world to render ``pixels`` (n, 2) by, each finite; see ``Lens.image_rays``."""
+        pixels = np.atleast_2d(np.asarray(pixels, dtype=np.float64))
+        return np.asarray(self.optics.image_rays(pixels) @ self.world_to_camera)
+
+    def size_px(self, place_m: ArrayLike, radius_m: float) -> float:
+        """The mean radius of the disc of a sphere of ``radius_m`` at the world's ``place_m`` (3,)."""
+        return self.optics.size_px(self.in_camera(place_m)[0], radius_m)
 
 
 def looking_at(position_m: ArrayLike, target_m: ArrayLike) -> Array:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.optimize import minimize_scalar
@@ -58,6 +58,7 @@ def from_several(tracks: Sequence[FilmTrack], cameras: Sequence[CameraModel], *,
     Where the films have no clock in common, each one's offset is that with which the rays meet best. Raises ValueError
     where the films never see the ball at one moment.
     """
+    tracks = [_seen(one, camera) for one, camera in zip(tracks, cameras, strict=True)]
     first, model = tracks[0], cameras[0]
     if min(len(one.t_s) for one in tracks) < FEWEST:
         few = min(tracks, key=lambda one: len(one.t_s))
@@ -83,19 +84,15 @@ def from_several(tracks: Sequence[FilmTrack], cameras: Sequence[CameraModel], *,
 
 
 def from_one(found: FilmTrack, camera: CameraModel, ball_radius_m: float, rope_m: float | None = None) -> FilmPositions:
-    """Depth from the ball's size, and from the plane of its swing where a rope of ``rope_m`` is given and seen taut.
-
-    A sphere of radius R at the depth Z, seen along (x, y, 1), has a disc of the mean radius
-    r = f R / Z (1 + sqrt(1 + x^2 + y^2)) / 2: nearly an ellipse, longer away from the image's middle by the root.
-    """
+    """Depth from the ball's size, and from the plane of its swing where a rope of ``rope_m`` is given and seen taut."""
+    found = _seen(found, camera)
     focal = float(camera.focal_px.mean())
     straight = [
         camera.straight(*sphere_centre(camera, centre, float(radius)))
         for centre, radius in zip(found.centre_px, found.radius_px, strict=True)
     ]
     rays = np.array([(at.x, at.y, 1.0) for at in straight]).reshape(-1, 3)
-    longer = (1.0 + np.linalg.norm(rays, axis=1)) / 2
-    depth = focal * ball_radius_m * longer / found.radius_px
+    depth = camera.optics.depth_m(rays, found.radius_px, ball_radius_m)
     sigma = depth * max(RADIUS_SIGMA, scatter(found.radius_px)) / found.radius_px
     own_sigma = depth * max(OWN_RADIUS_SIGMA, scatter(found.radius_px)) / found.radius_px
     sights = SizedSights(found.t_s, rays, focal, depth, own_sigma)
@@ -111,10 +108,17 @@ def from_one(found: FilmTrack, camera: CameraModel, ball_radius_m: float, rope_m
             plane.size,
         )
     own = np.einsum("n,ni,nj->nij", sigma**2, rays, rays)
-    own[:, :2, :2] += (depth**2 / focal**2)[:, None, None] * found.covariance_px2
+    own[:, :2, :2] += camera.optics.across_m2(straight, depth, found.covariance_px2)
     turn = camera.world_to_camera.T
     places = camera.position_in_world_m + (depth[:, None] * rays) @ turn.T
     return FilmPositions(found.t_s, places, turn @ own @ turn.T, np.zeros(0), swing)
+
+
+def _seen(track: FilmTrack, camera: CameraModel) -> FilmTrack:
+    """Without sightings where the lens sees nothing."""
+    seen = camera.sees(track.centre_px)
+    parts = {name: values[seen] for name, values in vars(track).items() if name != "name"}
+    return track if seen.all() else replace(track, **parts)
 
 
 def _sight(camera: CameraModel, centre_px: Array, radius_px: float, covariance_px2: Array) -> SightRows:

@@ -113,7 +113,7 @@ def place_cameras(
 
 def _sight(board: Board, camera: CameraModel, view: BoardView, hand: HandPose) -> _Sight:
     corners = board.corners_m[view.ids]
-    _, turn, shift = cv2.solvePnP(corners, view.pixels, camera.matrix, camera.distortion)
+    _, turn, shift = cv2.solvePnP(corners, *camera.optics.pinhole(view.pixels))
     return _Sight(
         _pose(hand.rotation, hand.place_m),
         camera,
@@ -163,9 +163,8 @@ def _residuals(parameters: Array, sights: Sequence[_Sight]) -> Array:
     for sight in sights:
         to_camera = np.linalg.inv(_world(sight.camera)) @ from_robot @ sight.hand @ in_hand
         turn = cv2.Rodrigues(to_camera[:3, :3])[0]
-        camera = sight.camera
-        pixels = cv2.projectPoints(sight.corners_m, turn, to_camera[:3, 3], camera.matrix, camera.distortion)[0]
-        left.append((pixels.reshape(-1, 2) - sight.pixels).ravel())
+        pixels = sight.camera.optics.posed(sight.corners_m, turn, to_camera[:3, 3])[0]
+        left.append((pixels - sight.pixels).ravel())
     return np.concatenate(left)
 
 

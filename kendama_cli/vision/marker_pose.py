@@ -35,19 +35,20 @@ class PoseCandidate:
 
 def marker_poses(corners_px: Array, side_m: float, camera: CameraModel) -> list[PoseCandidate]:
     """One or two candidates for corners (4, 2), best first; none where the corners are no square in front of it."""
-    points = side_m * CORNERS
+    points, lens = side_m * CORNERS, camera.optics
+    flat = lens.pinhole(corners_px)
+    if not np.isfinite(flat.pixels).all():
+        return []
     try:
         count, turns, places, _ = cv2.solvePnPGeneric(
-            points, corners_px, camera.matrix, camera.distortion, flags=cv2.SOLVEPNP_IPPE_SQUARE
+            points, flat.pixels, flat.matrix, flat.distortion, flags=cv2.SOLVEPNP_IPPE_SQUARE
         )
     except cv2.error:
         return []
     found = []
     for turn, place in zip(turns[:count], places[:count], strict=True):
-        turned, placed = cv2.solvePnPRefineLM(
-            points, corners_px, camera.matrix, camera.distortion, turn.copy(), place.copy()
-        )
-        made, _ = cv2.projectPoints(points, turned, placed, camera.matrix, camera.distortion)
+        turned, placed = lens.refined(points, corners_px, turn, place)
+        made, _ = lens.posed(points, turned, placed)
         if not (np.isfinite(made).all() and float(placed[2, 0]) > 0):
             continue
         rotation = np.asarray(cv2.Rodrigues(turned)[0])
@@ -66,17 +67,10 @@ def marker_poses(corners_px: Array, side_m: float, camera: CameraModel) -> list[
 def _covariance(turned_m: Array, place_m: Array, camera: CameraModel) -> Array:
     """(J^T J)^-1 (6, 6) for corners with 1 px: of place and of a small turn w in the camera's frame.
 
-    A corner at p = place + v moves by dp = dplace + w x v; pinhole without the lens's small curvature.
+    A corner at p = place + v moves by dp = dplace + w x v.
     """
     rows = []
-    for v in turned_m:
-        x, y, z = place_m + v
-        pixel = np.array(
-            [
-                [camera.focal_px[0] / z, 0.0, -camera.focal_px[0] * x / z**2],
-                [0.0, camera.focal_px[1] / z, -camera.focal_px[1] * y / z**2],
-            ]
-        )
+    for v, pixel in zip(turned_m, camera.optics.place_slopes(place_m + turned_m), strict=True):
         cross = np.array([[0.0, v[2], -v[1]], [-v[2], 0.0, v[0]], [v[1], -v[0], 0.0]])
         rows.append(pixel @ np.hstack((np.eye(3), cross)))
     jacobian = np.vstack(rows)

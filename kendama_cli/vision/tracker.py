@@ -14,7 +14,7 @@ from kendama_cli.vision.camera_model import CameraModel
 from kendama_cli.vision.catch_pose import CatchPoseEstimator
 from kendama_cli.vision.interface import Detector, Sighting
 from kendama_cli.vision.onset import FreeFlightFound, FreeFlightOnset
-from kendama_cli.vision.triangulation import NEAREST_DEPTH_M, SightRows, sight_rows, triangulate
+from kendama_cli.vision.triangulation import SightRows, sight_rows, triangulate
 
 SAME_MOMENT_S = 1e-4
 TRUSTED_SIGMA_M = 0.02
@@ -111,7 +111,7 @@ class BallTracker:
         if state is None or sigma_m > TRUSTED_SIGMA_M:
             return True
         off = float(np.linalg.norm(model.project(state[:3])[0] - seen.centre_px))
-        sigma_px = sigma_m * float(model.focal_px[0]) / max(float(model.depth_m(state[:3])), NEAREST_DEPTH_M)
+        sigma_px = model.size_px(state[:3], sigma_m) if np.isfinite(off) else 0.0
         near = off <= max(GATE_PX, GATE_SIGMAS * float(np.hypot(sigma_px, np.sqrt(np.trace(seen.covariance_px2)))))
         self._refused = 0 if near else self._refused + 1
         return near
@@ -144,10 +144,5 @@ class BallTracker:
 
 
 def sphere_centre(camera: CameraModel, disc_px: ArrayLike, radius_px: float) -> Array:
-    """The image (2,) of a sphere's centre, from the centre (2,) of its disc.
-
-    A sphere seen under the half angle alpha at the angle theta off the axis has its disc's centre at
-    tan(theta) cos^2(theta) / (cos^2(theta) - sin^2(alpha)); for a small ball alpha / cos(theta) is radius / focal.
-    """
-    shrink = 1 - (radius_px / float(camera.focal_px.mean())) ** 2
-    return np.asarray(camera.center_px + shrink * (np.asarray(disc_px, dtype=np.float64) - camera.center_px))
+    """The image (2,) of a sphere's centre, from the centre (2,) of its disc."""
+    return camera.optics.sphere_centre(np.asarray(disc_px, dtype=np.float64), radius_px)

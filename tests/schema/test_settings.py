@@ -96,3 +96,15 @@ def test_what_does_not_fit_is_named_with_what_is_allowed(change: dict[str, Any],
 def test_a_missing_key_tells_what_it_means() -> None:
     with pytest.raises(ConfigError, match=r"missing key 'outer.name': what it is called"):
         build(Outer, {key: value for key, value in GOOD.items() if key != "name"}, "outer")
+
+
+def test_a_key_that_older_files_lack_has_what_its_absence_means() -> None:
+    @dataclass(frozen=True)
+    class Grown:
+        old: int = setting("was there")
+        new: Literal["first", "second"] = setting("came later", absent="first")
+
+    assert build(Grown, {"old": 1}, "grown") == Grown(1, "first")
+    assert build(Grown, {"old": 1, "new": "second"}, "grown").new == "second"
+    with pytest.raises(ConfigError, match=r"'grown\.new' is None; allowed: first, second"):
+        build(Grown, {"old": 1, "new": None}, "grown")

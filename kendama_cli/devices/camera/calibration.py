@@ -74,6 +74,7 @@ def calibration_document(board: Board, cameras: Sequence[CalibratedCamera]) -> d
                 "height_px": one.model.height_px,
                 "focal_px": _plain(one.model.focal_px, 4),
                 "center_px": _plain(one.model.center_px, 4),
+                "lens": one.model.lens,
                 "distortion": _plain(one.model.distortion, 7),
                 "position_m": _plain(one.model.position_in_world_m, 6),
                 "look_at_m": None,
@@ -125,6 +126,7 @@ def camera_model(settings: CameraModelSettings) -> CameraModel:
         distortion=np.array(settings.distortion),
         world_to_camera=rotation,
         position_in_world_m=np.array(settings.position_m),
+        lens=settings.lens,
     )
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from collections.abc import Iterator, Sequence
 from pathlib import Path
@@ -169,4 +170,4 @@ def _camera(settings: MarkerSettings, width: int, height: int, path: str) -> Cam
         )
     if settings.view == "calibration":
         return model
-    return CameraModel(name, width, height, model.focal_px, model.center_px, model.distortion, LEVEL, np.zeros(3))
+    return dataclasses.replace(model, world_to_camera=LEVEL, position_in_world_m=np.zeros(3))

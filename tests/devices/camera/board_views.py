@@ -24,12 +24,10 @@ def camera(name, position_m, target_m=(0.0, 0.0, 0.0)):
 
 
 @functools.cache
-def four_rays(name):
+def four_rays(lens, width_px, height_px):
     """Directions in the camera's axes (3, n), four per pixel."""
-    model = camera(name, (0.0, -1.0, 0.0))
-    v, u = np.indices((2 * model.height_px, 2 * model.width_px))
-    rays = model.rays(np.column_stack([(u.ravel() - 0.5) / 2, (v.ravel() - 0.5) / 2]))
-    return np.ascontiguousarray(model.world_to_camera @ rays.T)
+    v, u = np.indices((2 * height_px, 2 * width_px))
+    return np.ascontiguousarray(lens.image_rays(np.column_stack([(u.ravel() - 0.5) / 2, (v.ravel() - 0.5) / 2])).T)
 
 
 def pair():
@@ -52,7 +50,7 @@ def view(model, pose, *, noise=2.0, seed=0):
     texture = BOARD.picture(SCALE).astype(np.float32)
     height, width = model.height_px * 2, model.width_px * 2
     origin = (model.position_in_world_m - middle_m) @ rotation
-    x, y, z = (model.world_to_camera @ rotation).T @ four_rays(model.name)
+    x, y, z = (model.world_to_camera @ rotation).T @ four_rays(model.optics, model.width_px, model.height_px)
     t = -origin[2] / z
     columns = (origin[0] + t * x) * (SCALE / BOARD.square_m) + (BOARD.columns / 2 + 0.5) * SCALE - 0.5
     rows = (origin[1] + t * y) * (-SCALE / BOARD.square_m) + (BOARD.rows / 2 + 0.5) * SCALE - 0.5

@@ -1,0 +1,154 @@
+"""One camera's lens and the board's poses, from its views of a flat board alone."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+import cv2
+import numpy as np
+
+from kendama_cli.schema.arrays import Array
+from kendama_cli.settings.camera import LensKind
+from kendama_cli.vision.bundle import Bundle, Seen, adjust
+from kendama_cli.vision.calibration_checks import check_views, rms
+from kendama_cli.vision.fisheye_lens import FisheyeLens
+from kendama_cli.vision.lens import LENSES, Lens
+from kendama_cli.vision.lens_terms import FITTED
+
+MIN_VIEWS = 4
+"""Fewer leave the focal length and the board's distance to be mistaken for each other."""
+LEAST_TILT_DEG = 15.0
+"""From parallel views a focal length comes out that is wrong several times over, with a small standard deviation."""
+MOST_FOCAL_SIGMA = 0.1
+"""Share of the focal length by which it may be uncertain, from one camera's views alone."""
+FLAGS = cv2.CALIB_FIX_K3
+"""k3 is left at 0: on ordinary lenses it only trades with k1 and k2, and goes wild towards the image's corners."""
+FISHEYE_VIEWS_DEG = (80.0, 110.0, 140.0, 170.0)
+"""Fields of view, across the image, from which a fisheye lens is sought."""
+LEAST_CORNERS = 4
+"""Of a view that a wide start sees whole: fewer have no pose."""
+
+
+class View(Protocol):
+    """A view of the board: its name and its corners' pixels (n, 2)."""
+
+    @property
+    def name(self) -> str: ...
+
+    @property
+    def pixels(self) -> Array: ...
+
+
+@dataclass(frozen=True)
+class Intrinsics:
+    """A lens of one camera, and the board in its axes by view."""
+
+    numbers: Array
+    """(8,): what of the lens is fitted"""
+    focal_sigma_px: float
+    rotations: Sequence[Array]
+    shifts: Sequence[Array]
+    errors_px: Array
+    """(v,): rms of each view"""
+
+    def lens(self, kind: LensKind) -> Lens:
+        """As what it was fitted."""
+        return LENSES[kind](*self.numbers.tolist())
+
+
+def intrinsics(
+    name: str, kind: LensKind, views: Sequence[View], corners_m: Sequence[Array], size: tuple[int, int]
+) -> Intrinsics:
+    """The lens of camera ``name`` by its ``views`` of the corners (n_i, 3); ValueError where they do not tell it."""
+    if len(views) < MIN_VIEWS:
+        raise ValueError(
+            f"camera '{name}': the board is seen in {len(views)} images, at least {MIN_VIEWS} are needed; check the "
+            "board's size and take more images of it, tilted every way"
+        )
+    fit = _radial if kind == "radial" else _fisheye
+    found = fit(name, [view.pixels for view in views], corners_m, size)
+    check_views(name, views, found.errors_px, size[0])
+    normals = np.array([rotation[:, 2] for rotation in found.rotations])
+    spread = float(np.degrees(np.arccos(np.clip(normals @ normals.T, -1, 1))).max())
+    if not spread > LEAST_TILT_DEG:
+        raise ValueError(
+            f"camera '{name}': the board's tilt differs by {spread:.1f} degrees between its views, above "
+            f"{LEAST_TILT_DEG:.0f} are needed to tell the focal length; tilt it by 20 degrees or more every way"
+        )
+    uncertain = found.focal_sigma_px / float(found.numbers[0])
+    if not uncertain < MOST_FOCAL_SIGMA:
+        raise ValueError(
+            f"camera '{name}': its views tell the focal length to {uncertain:.0%} only, {MOST_FOCAL_SIGMA:.0%} at most "
+            "are allowed; take more images, tilt the board by 30 degrees every way and bring it nearer"
+        )
+    return found
+
+
+def _radial(name: str, seen_px: Sequence[Array], corners_m: Sequence[Array], size: tuple[int, int]) -> Intrinsics:
+    """By OpenCV."""
+    points = [one.astype(np.float32) for one in corners_m]
+    pixels = [one.astype(np.float32)[:, None] for one in seen_px]
+    try:
+        _, matrix, distortion, rotations, shifts, sigma, _, errors = cv2.calibrateCameraExtended(
+            points, pixels, size, np.eye(3), np.zeros(5), flags=FLAGS
+        )
+    except cv2.error as error:
+        raise ValueError(f"camera '{name}': its views do not determine it ({error.err}); tilt the board more") from None
+    (fx, _, cx), (_, fy, cy), _ = np.asarray(matrix, dtype=np.float64)
+    return Intrinsics(
+        numbers=np.array([fx, fy, cx, cy, *np.asarray(distortion, dtype=np.float64).ravel()[:4]]),
+        focal_sigma_px=float(np.asarray(sigma).ravel()[0]),
+        rotations=[np.asarray(cv2.Rodrigues(rotation)[0], dtype=np.float64) for rotation in rotations],
+        shifts=[np.asarray(shift, dtype=np.float64) for shift in shifts],
+        errors_px=np.asarray(errors, dtype=np.float64).ravel(),
+    )
+
+
+def _fisheye(name: str, seen_px: Sequence[Array], corners_m: Sequence[Array], size: tuple[int, int]) -> Intrinsics:
+    """From several fields of view, for the nearest fit to a wrong one may be a wrong one; the best of them."""
+    found = [
+        made
+        for degrees in FISHEYE_VIEWS_DEG
+        if (made := _fisheye_near(size[0] / math.radians(degrees), seen_px, corners_m, size)) is not None
+    ]
+    if not found:
+        raise ValueError(
+            f"camera '{name}': its views show no flat board through a fisheye lens; look at the board's columns and "
+            "rows, or leave out --lens fisheye"
+        )
+    best = min(found, key=_left)
+    return Intrinsics(
+        numbers=best.lenses[0],
+        focal_sigma_px=float(best.lens_sigmas[0, 0]),
+        rotations=[best.boards[k][:3, :3] for k in range(len(seen_px))],
+        shifts=[best.boards[k][:3, 3:] for k in range(len(seen_px))],
+        errors_px=np.array([rms(left) for left in best.residuals_px]),
+    )
+
+
+def _fisheye_near(
+    focal_px: float, seen_px: Sequence[Array], corners_m: Sequence[Array], size: tuple[int, int]
+) -> Bundle | None:
+    """The fit near an equidistant lens of ``focal_px``; None where that sees a view's corners nowhere, or no end is."""
+    numbers = np.array([focal_px, focal_px, (size[0] - 1) / 2, (size[1] - 1) / 2, *np.zeros(FITTED - 4)])
+    lens, boards = FisheyeLens(*numbers.tolist()), {}
+    for k, (pixels, points) in enumerate(zip(seen_px, corners_m, strict=True)):
+        flat = lens.pinhole(pixels)
+        good = np.isfinite(flat.pixels).all(axis=1)
+        if np.count_nonzero(good) < LEAST_CORNERS:
+            return None
+        _, turn, shift = cv2.solvePnP(points[good], flat.pixels[good], flat.matrix, flat.distortion)
+        better = lens.refined(points, pixels, turn, shift)
+        boards[k] = np.eye(4)
+        boards[k][:3, :3], boards[k][:3, 3] = cv2.Rodrigues(better[0])[0], better[1].ravel()
+    seen = [Seen(0, k, points, pixels) for k, (points, pixels) in enumerate(zip(corners_m, seen_px, strict=True))]
+    made = adjust(seen, "fisheye", numbers[None], np.eye(4)[None], boards)
+    ahead = all(one[2, 3] > 0 for one in made.boards.values())
+    return made if ahead and np.isfinite(made.lenses).all() and made.lenses[0, :2].min() > 0 else None
+
+
+def _left(made: Bundle) -> float:
+    return float(sum((left**2).sum() for left in made.residuals_px))

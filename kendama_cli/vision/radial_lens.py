@@ -1,0 +1,173 @@
+"""The lens of most cameras: a pinhole with OpenCV's radial and tangential distortion."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import astuple, dataclass
+from functools import cached_property
+from typing import NamedTuple
+
+import cv2
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from kendama_cli.schema.arrays import Array
+from kendama_cli.vision.lens_terms import FITTED, Pinhole, Straight
+
+AHEAD_M = 1e-6
+"""Nearer to the image plane, or behind it, a point has no pixel."""
+
+
+class _Distorted(NamedTuple):
+    """OpenCV's distortion of one point (u, v) and its derivative, which is symmetric."""
+
+    u: float
+    v: float
+    x_x: float
+    x_y: float
+    y_y: float
+
+
+@dataclass(frozen=True)
+class RadialLens:
+    """With (x, y) = p_xy / p_z distorted by OpenCV's (k1, k2, p1, p2, k3), the pixel is (fx x + cx, fy y + cy)."""
+
+    fx: float
+    fy: float
+    cx: float
+    cy: float
+    k1: float
+    k2: float
+    p1: float
+    p2: float
+    k3: float = 0.0
+
+    @cached_property
+    def matrix(self) -> Array:
+        """OpenCV's camera matrix (3, 3)."""
+        return np.array([[self.fx, 0.0, self.cx], [0.0, self.fy, self.cy], [0.0, 0.0, 1.0]])
+
+    @cached_property
+    def distortion(self) -> Array:
+        """(k1, k2, p1, p2, k3)."""
+        return np.array(astuple(self)[4:])
+
+    @cached_property
+    def focal_px(self) -> Array:
+        """(fx, fy)."""
+        return np.array([self.fx, self.fy])
+
+    @cached_property
+    def center_px(self) -> Array:
+        """(cx, cy)."""
+        return np.array([self.cx, self.cy])
+
+    def project(self, points_m: Array) -> Array:
+        """Pixels (n, 2); nan for a point that is not in front of the camera."""
+        ahead = points_m[:, 2] > AHEAD_M
+        pixels = np.full((len(points_m), 2), np.nan)
+        if ahead.any():
+            found, _ = cv2.projectPoints(points_m[ahead], np.zeros(3), np.zeros(3), self.matrix, self.distortion)
+            pixels[ahead] = found.reshape(-1, 2)
+        return pixels
+
+    def undistort(self, pixels: Array) -> Array:
+        """Normalised image coordinates (x, y) (n, 2)."""
+        if not self.distortion.any():
+            return np.asarray((pixels - self.center_px) / self.focal_px)
+        stop = (cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, 40, 1e-12)
+        found = cv2.undistortPoints(pixels.reshape(-1, 1, 2), self.matrix, self.distortion, criteria=stop)
+        return np.asarray(found, dtype=np.float64).reshape(-1, 2)
+
+    def straight(self, u: float, v: float) -> Straight:
+        """Newton's method on OpenCV's model; where that does not converge, OpenCV's own fixed point."""
+        fx, fy = self.fx, self.fy
+        wanted_x, wanted_y = (u - self.cx) / fx, (v - self.cy) / fy
+        x, y = wanted_x, wanted_y
+        for _ in range(10):
+            at = self._distorted(x, y)
+            off_x, off_y = wanted_x - at.u, wanted_y - at.v
+            if abs(off_x) + abs(off_y) < 1e-10:
+                return Straight(x, y, fx * at.x_x, fx * at.x_y, fy * at.x_y, fy * at.y_y)
+            spread = at.x_x * at.y_y - at.x_y * at.x_y
+            if spread <= 0.01:  # the model folds over here: Newton's step would leave the image
+                break
+            x += (at.y_y * off_x - at.x_y * off_y) / spread
+            y += (at.x_x * off_y - at.x_y * off_x) / spread
+        x, y = (float(value) for value in self.undistort(np.array([[u, v]]))[0])
+        at = self._distorted(x, y)
+        return Straight(x, y, fx * at.x_x, fx * at.x_y, fy * at.x_y, fy * at.y_y)
+
+    def _distorted(self, x: float, y: float) -> _Distorted:
+        k1, k2, p1, p2, k3 = self.k1, self.k2, self.p1, self.p2, self.k3
+        r2 = x * x + y * y
+        radial = 1 + r2 * (k1 + r2 * (k2 + r2 * k3))
+        slope = k1 + r2 * (2 * k2 + 3 * k3 * r2)  # d(radial) / d(r2)
+        return _Distorted(
+            x * radial + 2 * p1 * x * y + p2 * (r2 + 2 * x * x),
+            y * radial + p1 * (r2 + 2 * y * y) + 2 * p2 * x * y,
+            radial + 2 * x * x * slope + 2 * p1 * y + 6 * p2 * x,
+            2 * x * y * slope + 2 * p1 * x + 2 * p2 * y,
+            radial + 2 * y * y * slope + 6 * p1 * y + 2 * p2 * x,
+        )
+
+    def sees(self, pixels: Array) -> NDArray[np.bool_]:
+        """Every pixel looks ahead."""
+        return np.ones(len(pixels), dtype=np.bool_)
+
+    def image_rays(self, pixels: Array) -> Array:
+        """Directions (n, 3) of length 1 along the optical axis."""
+        flat = self.undistort(pixels)
+        return np.column_stack([flat, np.ones(len(flat))])
+
+    @property
+    def coarsest_px(self) -> float:
+        """The focal length, as if there were no distortion."""
+        return min(self.fx, self.fy)
+
+    def posed(self, points_m: Array, turn: ArrayLike, shift: ArrayLike) -> tuple[Array, Array]:
+        """By OpenCV; behind the camera it goes on as if mirrored."""
+        made = cv2.projectPoints(points_m, np.asarray(turn), np.asarray(shift), self.matrix, self.distortion)
+        pixels, slopes = (np.asarray(one, dtype=np.float64) for one in made)
+        return pixels.reshape(-1, 2), slopes[:, : 6 + FITTED]
+
+    def place_slopes(self, points_m: Array) -> Array:
+        """Of the pinhole, without the distortion's small curvature."""
+        made = np.zeros((len(points_m), 2, 3))
+        for slope, (x, y, z) in zip(made, points_m, strict=True):
+            slope[0] = self.fx / z, 0.0, -self.fx * x / z**2
+            slope[1] = 0.0, self.fy / z, -self.fy * y / z**2
+        return made
+
+    def pinhole(self, pixels: Array) -> Pinhole:
+        """Everything as it is: OpenCV knows this distortion."""
+        return Pinhole(pixels, self.matrix, self.distortion)
+
+    def refined(self, points_m: Array, pixels: Array, turn: ArrayLike, shift: ArrayLike) -> tuple[Array, Array]:
+        """Levenberg-Marquardt, by OpenCV."""
+        start = np.array(turn), np.array(shift)
+        made = cv2.solvePnPRefineLM(points_m, pixels, self.matrix, self.distortion, *start)
+        return np.asarray(made[0], dtype=np.float64), np.asarray(made[1], dtype=np.float64)
+
+    def sphere_centre(self, disc_px: Array, radius_px: float) -> Array:
+        """A sphere seen under the half angle alpha at the angle theta off the axis has its disc's centre at
+        tan(theta) cos^2(theta) / (cos^2(theta) - sin^2(alpha)); for a small ball alpha / cos(theta) is radius / focal.
+        """
+        shrink = 1 - (radius_px / float(self.focal_px.mean())) ** 2
+        return np.asarray(self.center_px + shrink * (disc_px - self.center_px))
+
+    def size_px(self, place_m: Array, radius_m: float) -> float:
+        """As in the image's middle."""
+        return float(self.focal_px.mean()) * radius_m / float(place_m[2])
+
+    def depth_m(self, rays: Array, radius_px: Array, radius_m: float) -> Array:
+        """A sphere of radius R at the depth Z, seen along (x, y, 1), has a disc of the mean radius
+        r = f R / Z (1 + sqrt(1 + x^2 + y^2)) / 2: nearly an ellipse, longer away from the middle by the root.
+        """
+        longer = (1.0 + np.linalg.norm(rays, axis=1)) / 2
+        return np.asarray(float(self.focal_px.mean()) * radius_m * longer / radius_px)
+
+    def across_m2(self, seen: Sequence[Straight], depth_m: Array, covariance_px2: Array) -> Array:
+        """By the focal length."""
+        del seen
+        return np.asarray((depth_m**2 / float(self.focal_px.mean()) ** 2)[:, None, None] * covariance_px2)
