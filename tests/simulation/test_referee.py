@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.optimize import brentq
 
 from kendama_cli.cli.referee import LoggedGame, played_again, summary, write_log
 from kendama_cli.errors import ConfigError, InputError
@@ -22,7 +23,7 @@ from kendama_cli.physics.rope_chain import link_lengths_m
 from kendama_cli.report.source import StageLog
 from kendama_cli.schema.settings import build
 from kendama_cli.settings.game import CupSettings, GameSettings, LinearAir
-from kendama_cli.simulation.referee.chain import CHAIN_KG, LINKS, Body, damping_ratio
+from kendama_cli.simulation.referee.chain import CHAIN_KG, LINKS, STEP_S, Body, chain_model, mujoco
 from kendama_cli.simulation.referee.cup_track import CupTrack
 from kendama_cli.simulation.referee.replay import Replay, replay
 from kendama_cli.simulation.referee.swing_slack import swing_slack_s
@@ -67,7 +68,7 @@ def ours(
 
 @pytest.mark.parametrize(("reach_m", "rate_rad_s"), [(0.15, 3.5), (0.15, 4.0), (0.12, 4.5), (0.1, 5.0)])
 def test_a_swing_of_an_accelerated_cup_is_the_same_on_the_chain(reach_m: float, rate_rad_s: float) -> None:
-    """Below the cup, where the two differ by the chain's mass only, a thousandth of the ball's: 0.08 to 0.11 mm."""
+    """Below the cup, where the two differ by the chain's mass only, a thousandth of the ball's: 0.07 to 0.10 mm."""
 
     def cup_x(t_s: Any) -> Any:
         return reach_m * (1 - np.cos(rate_rad_s * np.asarray(t_s)))
@@ -78,13 +79,13 @@ def test_a_swing_of_an_accelerated_cup_is_the_same_on_the_chain(reach_m: float, 
     assert apart.max() < 0.15e-3
 
 
-@pytest.mark.parametrize(("speed_m_s", "apart_m", "straight_m"), [(3.6, 2e-3, 0.02), (4.0, 3e-3, 0.046)])
+@pytest.mark.parametrize(("speed_m_s", "apart_m", "straight_m"), [(3.6, 1.3e-3, 0.019), (4.0, 2e-3, 0.045)])
 def test_a_ball_that_rises_over_the_tie_hangs_on_a_rope_that_goes_round_the_cup(
     speed_m_s: float, apart_m: float, straight_m: float
 ) -> None:
     """A cup that is set going swings the ball up beside it: where ours is, and not where a straight rope would have it.
 
-    Measured: 1.9 and 2.8 mm from ours, 20 and 47 mm from the straight rope.
+    Measured: 1.1 and 1.7 mm from ours, 20 and 46 mm from the straight rope.
     """
 
     def cup_x(t_s: Any) -> Any:
@@ -102,7 +103,7 @@ def test_a_ball_that_rises_over_the_tie_hangs_on_a_rope_that_goes_round_the_cup(
 
 
 def test_the_lighter_the_chain_the_nearer_it_is_to_a_rope_without_mass() -> None:
-    """A cup set going at 4 m/s; measured 8.3, 5.4 and 2.8 mm with chains of 1, 0.5 and 0.05 g."""
+    """A cup set going at 4 m/s; measured 7.1, 4.2 and 1.7 mm with chains of 1, 0.5 and 0.05 g."""
 
     def cup_x(t_s: Any) -> Any:
         begun_s = np.minimum(np.asarray(t_s), 0.1)
@@ -114,7 +115,7 @@ def test_the_lighter_the_chain_the_nearer_it_is_to_a_rope_without_mass() -> None
         apart.append(float(np.linalg.norm(ours(STILL, cup_x, HANGING_M, theirs.t_s) - theirs.ball_m, axis=1).max()))
     assert apart[0] > apart[1] + 1.5e-3
     assert apart[1] > apart[2] + 1.5e-3
-    assert apart[2] < 3e-3
+    assert apart[2] < 2e-3
 
 
 def test_a_game_begins_at_rest_however_its_logged_cup_trembles() -> None:
@@ -212,11 +213,37 @@ def test_the_game_on_which_both_differ_most_is_shown_in_space_under_either(tmp_p
     assert np.allclose(matrix_of(theirs.bodies.poses[20, k["cup"], 3:])[:, 2], axis, atol=1e-9)
 
 
-@pytest.mark.parametrize("restitution", [0.1, 0.5, 0.9])
-def test_the_contacts_damping_gives_back_the_restitution(restitution: float) -> None:
-    """A linear spring and damper give back exp(-pi z / sqrt(1 - z^2)) of the speed."""
-    ratio = damping_ratio(restitution)
-    assert math.exp(-math.pi * ratio / math.sqrt(1 - ratio**2)) == pytest.approx(restitution)
+@pytest.mark.parametrize("restitution", [0.1, 0.2, 0.3, 0.5, 0.8])
+def test_a_ball_dropped_into_the_referees_cup_leaves_its_floor_with_the_restitution_drawn(restitution: float) -> None:
+    """From 40 mm, the chain in a slack loop that meets nothing.
+
+    Measured 0.07, 0.17, 0.28, 0.49 and 0.80: gravity takes its part while they touch.
+    A contact that also pulls, in fewer steps, gave back 0.27, 0.36, 0.45, 0.77 and more than there was.
+    """
+    model = chain_model(STILL, Body(STILL.rope.length_m, STILL.ball.mass_kg, (0.0, 0.0), restitution), STEP_S)
+    data, ball = mujoco().MjData(model), model.body("ball").id
+    ball_geom = model.body_geomadr[ball]
+    links = np.flatnonzero(model.geom_contype == 0)
+    model.geom_conaffinity[links[links != ball_geom]] = 0
+    held = np.array([0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0])
+
+    def looped(bend_rad: float) -> np.ndarray:
+        data.qpos[:7], data.qpos[7 : 7 + LINKS] = held, bend_rad
+        mujoco().mj_forward(model, data)
+        return np.array(data.xpos[ball])
+
+    above_m = STILL.cup.floor_m + STILL.cup.wall_m + STILL.ball.radius_m + 0.04
+    bend = brentq(lambda rad: float(np.linalg.norm(looped(rad))) - above_m, 0.05, 2 * math.pi / LINKS)
+    x, _, z = looped(bend)
+    data.qpos[7] = bend - math.atan2(x, z)
+    vertical = []
+    for _ in range(round(0.16 / STEP_S)):
+        data.qpos[:7], data.qvel[:6] = held, 0.0
+        mujoco().mj_step(model, data)
+        vertical.append(float(data.sensordata[2]))
+    met = int(np.argmin(vertical))
+    assert vertical[met] < -0.8
+    assert max(vertical[met:]) / -vertical[met] == pytest.approx(restitution, abs=0.04)
 
 
 def test_a_way_of_a_few_samples_is_refused() -> None:
