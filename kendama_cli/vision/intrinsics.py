@@ -146,7 +146,10 @@ def _fisheye_near(
         boards[k][:3, :3], boards[k][:3, 3] = cv2.Rodrigues(better[0])[0], better[1].ravel()
     seen = [Seen(0, k, points, pixels) for k, (points, pixels) in enumerate(zip(corners_m, seen_px, strict=True))]
     made = adjust(seen, "fisheye", numbers[None], np.eye(4)[None], boards)
-    ahead = all(one[2, 3] > 0 for one in made.boards.values())
+    # of what is seen: a near board that is tilted at the edge of a wide view reaches behind the camera
+    ahead = all(
+        float((one.points_m @ made.boards[k][2, :3]).mean()) + made.boards[k][2, 3] > 0 for k, one in enumerate(seen)
+    )
     return made if ahead and np.isfinite(made.lenses).all() and made.lenses[0, :2].min() > 0 else None
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import cv2
 import numpy as np
 import pytest
 
@@ -30,6 +31,22 @@ def test_distances_between_wide_cameras_are_right_where_a_radial_lens_is_not():
     wide, null = np.mean(np.array(errors), axis=0)
     assert wide < 0.5
     assert null > 2 * wide
+
+
+def test_a_board_that_reaches_behind_the_camera_at_the_edge_of_its_view_is_a_view_like_others():
+    rng = np.random.default_rng(10633)
+    camera = pair(rng, "fisheye")[0]
+    views = views_of([camera], rng, 8)
+    turn = cv2.Rodrigues(np.array([0.0, -np.pi / 3, 0.0]))[0]  # its rows go away from the camera
+    in_camera_m = BOARD.corners_m @ turn.T + [-0.1, -0.12, -0.02]
+    pixels = camera.project(in_camera_m @ camera.world_to_camera + camera.position_in_world_m)
+    ids = np.flatnonzero(((pixels > 0) & (pixels < SIZE)).all(axis=1))
+    assert in_camera_m[ids, 2].min() > 0.03
+    assert len(ids) > 20
+    views["left"].append(BoardView("edge", ids, pixels[ids] + rng.normal(0, 0.2, (len(ids), 2))))
+    (found,) = calibrated(views, "fisheye")
+    assert found.errors_px[-1] < 0.5
+    assert found.model.focal_px == pytest.approx(camera.focal_px, rel=0.01)
 
 
 def test_a_view_whose_corners_are_named_wrongly_is_refused_and_named():
