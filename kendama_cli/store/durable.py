@@ -29,6 +29,8 @@ SEALED = re.compile(
 )
 INDEX_FORMAT = 1
 """Of files in ``index/``; one of another format is as good as none."""
+PART_BYTES = 1 << 16
+"""So much of a file is read at a time: for larger parts the system gives and takes back fresh pages each time."""
 
 
 @contextlib.contextmanager
@@ -68,8 +70,11 @@ def sha256(data: bytes) -> str:
 
 def file_sha256(path: Path) -> str:
     """Hexadecimal SHA-256 of a file's content."""
+    digest = hashlib.sha256()
     with path.open("rb") as stream:
-        return hashlib.file_digest(stream, "sha256").hexdigest()
+        while part := stream.read(PART_BYTES):
+            digest.update(part)
+    return digest.hexdigest()
 
 
 def read_file(path: Path) -> bytes | None:
@@ -141,6 +146,8 @@ def remove(path: Path) -> None:
 
 def make_folder(path: Path) -> Path:
     """Create ``path`` with its parents, durably."""
+    if os.path.isdir(path):
+        return path
     with plain_disk_errors(path):
         missing = [folder for folder in (path, *path.parents) if not folder.exists()]
         path.mkdir(parents=True, exist_ok=True)
@@ -158,7 +165,7 @@ def write_file(path: Path, data: bytes) -> None:
 def copy_file(source: Path, target: Path) -> None:
     """Replace ``target`` by the content of ``source``, durably."""
     with _replacing(target) as stream, source.open("rb") as reader:
-        while part := reader.read(1 << 20):
+        while part := reader.read(PART_BYTES):
             stream.write(part)
 
 

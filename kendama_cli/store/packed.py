@@ -18,9 +18,9 @@ from kendama_cli.store.store import MANIFEST, manifest_in
 LARGEST_MANIFEST = 1 << 20
 
 
-def pack(folder: Path, manifest: dict[str, Any], target: Path) -> None:
-    """Write the artifact in ``folder``, whose manifest is ``manifest``, to the new file ``target``."""
-    with tarfile.open(target, "w:", format=tarfile.GNU_FORMAT) as archive:
+def pack(folder: Path, manifest: dict[str, Any], target: IO[bytes]) -> None:
+    """Write the artifact in ``folder``, whose manifest is ``manifest``, to ``target``."""
+    with tarfile.open(fileobj=target, mode="w:", format=tarfile.GNU_FORMAT) as archive:
         for name in (MANIFEST, *sorted(manifest["files"])):
             member = tarfile.TarInfo(name)  # no owner, no times
             member.size = (folder / name).stat().st_size
@@ -28,13 +28,13 @@ def pack(folder: Path, manifest: dict[str, Any], target: Path) -> None:
                 archive.addfile(member, stream)
 
 
-def unpack(source: Path, digest: str, folder: Path) -> str | None:
-    """Write what ``source`` packs into the empty ``folder``; what is wrong, where that is not the artifact ``digest``.
+def unpack(source: IO[bytes], digest: str, folder: Path) -> str | None:
+    """Write what ``source`` packs into ``folder``; what is wrong, where that is not the artifact ``digest``.
 
     Raises FormatError where it is whole and of another format.
     """
     try:
-        with tarfile.open(source, "r:") as archive:
+        with tarfile.open(fileobj=source, mode="r:") as archive:
             return _unpack(archive, digest, folder)
     except FormatError:
         raise
@@ -69,7 +69,7 @@ def _copied(source: IO[bytes], target: Path) -> str:
     """Copy; the SHA-256 of what was copied."""
     digest = hashlib.sha256()
     with target.open("wb") as stream:
-        while part := source.read(1 << 20):
+        while part := source.read(durable.PART_BYTES):
             digest.update(part)
             stream.write(part)
     return digest.hexdigest()

@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+import io
 import os
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Protocol
+from typing import IO, Protocol
 
 from kendama_cli.errors import OfflineError, StoreError
 from kendama_cli.settings.store import StoreSettings
 from kendama_cli.store import durable
+
+SMALL_BYTES = 1 << 20
+"""A blob of so many bytes or fewer is held in memory on its way: making and deleting a file costs more than it."""
 
 
 class Remote(Protocol):
@@ -28,11 +32,20 @@ class Remote(Protocol):
     def fetch(self, name: str, target: Path) -> bool:
         """Copy a blob to the new file ``target``; False where there is none."""
 
+    def opened(self, name: str, scratch: Path) -> IO[bytes] | None:
+        """A blob to read, which the caller closes; a large one is copied to the new file ``scratch`` first.
+
+        None where there is none.
+        """
+
     def size(self, name: str) -> int | None:
         """The bytes of a blob; None where there is none."""
 
     def write(self, name: str, source: Path) -> None:
         """Make the content of ``source`` the blob: at once, whatever another writer does."""
+
+    def put(self, name: str, data: bytes) -> None:
+        """As ``write``, for what is small."""
 
     def names(self, prefix: str) -> Iterator[str]:
         """Every blob whose name begins with the folder ``prefix``."""
@@ -76,6 +89,14 @@ class FolderRemote:
                     stream.write(part)
         return True
 
+    def opened(self, name: str, scratch: Path) -> IO[bytes] | None:
+        """See ``Remote``."""
+        size = self.size(name)
+        if size is not None and size <= SMALL_BYTES:
+            data = self.read(name)
+            return None if data is None else io.BytesIO(data)
+        return scratch.open("rb") if self.fetch(name, scratch) else None
+
     def size(self, name: str) -> int | None:
         """See ``Remote``."""
         with self._reached():
@@ -88,6 +109,11 @@ class FolderRemote:
         """See ``Remote``."""
         with self._reached():
             durable.copy_file(source, self._folder / name)
+
+    def put(self, name: str, data: bytes) -> None:
+        """See ``Remote``."""
+        with self._reached():
+            durable.write_file(self._folder / name, data)
 
     def names(self, prefix: str) -> Iterator[str]:
         """See ``Remote``."""

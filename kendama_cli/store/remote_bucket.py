@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import io
 from collections.abc import Iterator
 from datetime import timedelta
 from pathlib import Path
-from typing import Any, NoReturn
+from typing import IO, Any, NoReturn
 
 from kendama_cli.errors import MissingPartError, OfflineError, RemoteError
 from kendama_cli.settings.store import StoreSettings
+from kendama_cli.store.remote import SMALL_BYTES
 
 try:
     import obstore
@@ -49,14 +51,23 @@ class BucketRemote:
     def fetch(self, name: str, target: Path) -> bool:
         """See ``Remote``."""
         try:
-            parts = iter(obstore.get(self._store, name))
-            with target.open("wb") as stream:
-                for part in parts:
-                    stream.write(part)
+            _copy(obstore.get(self._store, name), target)
         except (obstore.exceptions.BaseError, OSError) as error:
             self._refuse_unless_absent(error)
             return False
         return True
+
+    def opened(self, name: str, scratch: Path) -> IO[bytes] | None:
+        """See ``Remote``."""
+        try:
+            found = obstore.get(self._store, name)
+            if found.meta["size"] <= SMALL_BYTES:
+                return io.BytesIO(bytes(found.bytes()))
+            _copy(found, scratch)
+            return scratch.open("rb")
+        except (obstore.exceptions.BaseError, OSError) as error:
+            self._refuse_unless_absent(error)
+            return None
 
     def size(self, name: str) -> int | None:
         """See ``Remote``."""
@@ -70,6 +81,13 @@ class BucketRemote:
         """See ``Remote``."""
         try:
             obstore.put(self._store, name, source)
+        except (obstore.exceptions.BaseError, OSError) as error:
+            self._refuse(error)
+
+    def put(self, name: str, data: bytes) -> None:
+        """See ``Remote``."""
+        try:
+            obstore.put(self._store, name, data)
         except (obstore.exceptions.BaseError, OSError) as error:
             self._refuse(error)
 
@@ -96,6 +114,12 @@ class BucketRemote:
         if any(word in text for word in REFUSALS):
             raise RemoteError(self.place, f"{begin} access is refused; check its secret and its rights") from error
         raise OfflineError(self.place, f"{begin} it cannot be reached ({_first_line(error)})") from error
+
+
+def _copy(found: obstore.GetResult, target: Path) -> None:
+    with target.open("wb") as stream:
+        for part in found:
+            stream.write(part)
 
 
 def _first_line(error: Exception) -> str:

@@ -6,6 +6,7 @@ before a result names it. Who writes what stands there already writes the same b
 
 from __future__ import annotations
 
+import io
 import os
 import re
 import threading
@@ -20,7 +21,7 @@ from kendama_cli.errors import OfflineError, ReadOnlyError, RemoteError
 from kendama_cli.settings.store import StoreSettings
 from kendama_cli.store import durable
 from kendama_cli.store.packed import pack, packed_bytes, unpack
-from kendama_cli.store.remote import Remote, open_remote
+from kendama_cli.store.remote import SMALL_BYTES, Remote, open_remote
 from kendama_cli.store.store import Store, StoredResult, damaged_files, key_of, read_manifest
 
 ABSENT_S = 2.0
@@ -152,10 +153,7 @@ def send(remote: Remote, store: Store, result: StoredResult, *, anew: set[str] |
         return False
     name = _object_name(digest)
     if name in anew or remote.size(name) != packed_bytes(manifest):
-        with store.scratch_folder() as folder:
-            with durable.plain_disk_errors(folder):
-                pack(result.artifact, manifest, folder / "pack")
-            remote.write(name, folder / "pack")
+        _send_artifact(remote, store, result.artifact, manifest)
         wrote = True
     name, path = _result_name(result.stage, result.key), store.result_path(result.stage, result.key)
     standing = None if name in anew else remote.read(name)
@@ -243,19 +241,38 @@ def _is_whole(folder: Path) -> bool:
     return manifest is not None and not damaged_files(folder, manifest)
 
 
+def _send_artifact(remote: Remote, store: Store, artifact: Path, manifest: dict[str, Any]) -> None:
+    name = _object_name(artifact.name)
+    if packed_bytes(manifest) <= SMALL_BYTES:
+        packed = io.BytesIO()
+        with durable.readable(artifact):
+            pack(artifact, manifest, packed)
+        remote.put(name, packed.getvalue())
+        return
+    with store.scratch_folder() as folder:
+        with durable.plain_disk_errors(folder), (folder / "pack").open("wb") as stream:
+            pack(artifact, manifest, stream)
+        remote.write(name, folder / "pack")
+
+
 def _receive_artifact(remote: Remote, store: Store, digest: str) -> RemoteDamage | None:
     with store.scratch_folder() as folder:
         damage = _unpacked(remote, folder, digest, _object_name(digest))
         if damage is None:
-            durable.publish_folder(folder / "artifact", store.object_folder(digest))
+            durable.publish_folder(folder, store.object_folder(digest))
         return damage
 
 
 def _unpacked(remote: Remote, folder: Path, digest: str, name: str) -> RemoteDamage | None:
-    """Fetch a pack into ``folder`` and lay it out in ``folder/artifact``; what is wrong with it, if anything is."""
+    """Lay a pack out in the empty ``folder``; what is wrong with it, if anything is."""
+    scratch = folder.with_suffix(".pack")
     with durable.plain_disk_errors(folder):
-        if not remote.fetch(name, folder / "pack"):
-            return RemoteDamage(name, "it is missing")
-        (folder / "artifact").mkdir()
-        problem = unpack(folder / "pack", digest, folder / "artifact")
+        try:
+            packed = remote.opened(name, scratch)
+            if packed is None:
+                return RemoteDamage(name, "it is missing")
+            with packed:
+                problem = unpack(packed, digest, folder)
+        finally:
+            scratch.unlink(missing_ok=True)
     return None if problem is None else RemoteDamage(name, problem)

@@ -12,7 +12,7 @@ import pytest
 from kendama_cli.errors import ConfigError, MissingPartError, OfflineError, RemoteError
 from kendama_cli.schema.settings import build
 from kendama_cli.settings.store import StoreSettings
-from kendama_cli.store.remote import FolderRemote, Remote, open_remote
+from kendama_cli.store.remote import SMALL_BYTES, FolderRemote, Remote, open_remote
 from kendama_cli.store.shared import SharedStore, open_shared, pull, push, send, verify_remote
 from kendama_cli.store.store import Store, StoredResult, key_of
 from tests.toy_project import ToyProject, artifact_bytes, statuses
@@ -80,14 +80,16 @@ def files_of(folder: Path) -> dict[str, bytes]:
     return {path.name: path.read_bytes() for path in sorted(folder.iterdir())}
 
 
-def test_what_one_home_shares_another_has_to_the_byte(tmp_path: Path, remote: Remote) -> None:
+@pytest.mark.parametrize("log_bytes", [30_000, 3 * SMALL_BYTES])
+def test_what_one_home_shares_another_has_to_the_byte(tmp_path: Path, remote: Remote, log_bytes: int) -> None:
     one, other = joined(tmp_path / "one", remote), joined(tmp_path / "other", remote)
-    made = made_in(one)
+    made = made_in(one, log=os.urandom(log_bytes))
     assert other.find(made.stage, made.key) is None
     assert one.share(made)
     found = joined(tmp_path / "third", remote).find(made.stage, made.key)
     assert found is not None
     assert files_of(found.artifact) == files_of(made.artifact)
+    assert [list((tmp_path / home).glob("scratch/*")) for home in ("one", "third")] == [[], []]
     assert (found.metrics, found.parts, found.made_with) == (made.metrics, made.parts, made.made_with)
     record = Store.result_path
     assert (
@@ -140,6 +142,21 @@ def test_every_byte_that_is_changed_on_the_way_is_found_and_nothing_of_it_is_use
         (tmp_path / "broken").write_bytes(sound)
         remote.write(name, tmp_path / "broken")
     assert verify_remote(one, remote) == (2, [])
+
+
+def test_a_large_artifact_that_is_damaged_there_leaves_nothing_behind(tmp_path: Path, remote: Remote) -> None:
+    one = Store(tmp_path / "one")
+    made = made_in(one, log=os.urandom(2 * SMALL_BYTES))
+    send(remote, one, made)
+    (name,) = remote.names("objects")
+    sound = remote.read(name)
+    assert sound is not None
+    remote.put(name, sound[:SMALL_BYTES] + bytes([sound[SMALL_BYTES] ^ 1]) + sound[SMALL_BYTES + 1 :])
+    told: list[str] = []
+    other = joined(tmp_path / "other", remote, told)
+    assert other.find(made.stage, made.key) is None
+    assert "is damaged (the bytes of 'log.mcap' are not those written)" in told[0]
+    assert list(other.scratch.iterdir()) == []
 
 
 def test_what_is_damaged_there_is_made_again_and_replaced(tmp_path: Path, remote: Remote) -> None:
