@@ -91,12 +91,14 @@ def canonical_json(value: Any) -> str:
 
 
 def _plain(value: Any) -> Any:
-    if isinstance(value, Mapping):
-        return {str(key): _plain(item) for key, item in value.items()}
     if isinstance(value, str):
         return Path(value).name if os.path.isabs(value) else value
+    if isinstance(value, float):
+        return value if math.isfinite(value) else None
+    if isinstance(value, dict | Mapping):  # asking Mapping first costs a forked worker a copy of many pages
+        return {str(key): _plain(item) for key, item in value.items()}
     if hasattr(value, "tolist"):  # a numpy scalar or array
         return _plain(value.tolist())
     if isinstance(value, list | tuple):
         return [_plain(item) for item in value]
-    return None if isinstance(value, float) and not math.isfinite(value) else value
+    return value

@@ -11,11 +11,11 @@ import sys
 from collections.abc import Mapping
 from typing import Any
 
-import numpy.random  # noqa: F401 - numpy imports it when it is first asked for, which every worker would do again
+import numpy as np
 
 from kendama_cli.errors import KendamaError
 from kendama_cli.pipeline.record import versions
-from kendama_cli.pipeline.worker import make_stage, work
+from kendama_cli.pipeline.worker import ReadyStage, make_stage, work
 from kendama_cli.system.choice import system
 from kendama_cli.system.fork_server import serve
 
@@ -25,16 +25,38 @@ def main() -> int:
     system().end_with_parent()
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     signal.signal(signal.SIGHUP, signal.SIG_IGN)
-    versions()  # looked up once for all workers
-    serve(int(sys.argv[1]), _prepare, work)
+    # once for all workers
+    versions()
+    np.random.default_rng(0)
+    serve(int(sys.argv[1]), _Stages().ready, work)
     return 0
 
 
-def _prepare(request: Mapping[str, Any]) -> None:
+class _Stages:
+    """Each stage as it was asked for last: requests of a sweep that differ in seed or inputs share it."""
+
+    def __init__(self) -> None:
+        self._known: dict[str, tuple[Any, ReadyStage]] = {}
+
+    def ready(self, request: Mapping[str, Any]) -> ReadyStage | None:
+        """The stage of ``request``; None where its worker has to make it."""
+        name, asked = request["stage"], [request["declared"], request["settings"], request.get("places")]
+        if name in self._known and self._known[name][0] == asked:
+            return self._known[name][1]
+        ready = _prepared(request)
+        if ready is None or ready.declaration.kind != "computes":  # what it has of a device, its worker opens itself
+            return None
+        self._known[name] = asked, ready
+        return ready
+
+
+def _prepared(request: Mapping[str, Any]) -> ReadyStage | None:
     with contextlib.suppress(ImportError, KendamaError):  # the worker meets it again, and reports it
-        stage, _ = make_stage(request)
-        if hasattr(stage, "prepare"):
-            stage.prepare()
+        ready = make_stage(request)
+        if hasattr(ready.stage, "prepare"):
+            ready.stage.prepare()
+        return ready
+    return None
 
 
 if __name__ == "__main__":

@@ -17,6 +17,7 @@ import signal
 import sys
 import traceback
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -41,6 +42,16 @@ Emit = Callable[[Mapping[str, Any]], None]
 """Sends one event to the process that started the worker."""
 
 
+@dataclass(frozen=True)
+class ReadyStage:
+    """A stage that is imported and constructed, with its settings by its own names for them."""
+
+    declaration: StageDeclaration
+    stage: Any
+    settings: dict[str, Any]
+    gives: type
+
+
 def main() -> int:
     """Run the stage that standard input asks for; 0 where its artifact is in the store."""
     request = json.loads(sys.stdin.buffer.readline())
@@ -49,20 +60,24 @@ def main() -> int:
     return work(request, events)
 
 
-def work(request: Mapping[str, Any], events: int) -> int:
-    """Be the worker for ``request`` that reports on the file descriptor ``events``; the exit code."""
+def work(request: Mapping[str, Any], events: int, ready: ReadyStage | None = None) -> int:
+    """Be the worker for ``request`` that reports on the file descriptor ``events``; the exit code.
+
+    ``ready`` is the stage where it is constructed already.
+    """
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C reaches the whole group; the parent decides
     if hasattr(signal, "SIGHUP"):
         signal.signal(signal.SIGHUP, signal.SIG_IGN)  # as Ctrl-C
     signal.signal(signal.SIGTERM, _interrupt)
-    channel = os.fdopen(events, "w", encoding="utf-8", buffering=1, newline="\n")
+    channel = os.fdopen(events, "wb")
 
     def emit(event: Mapping[str, Any]) -> None:
-        channel.write(json.dumps(event) + "\n")
+        channel.write(json.dumps(event).encode() + b"\n")
+        channel.flush()
 
     try:
         system().end_with_parent()
-        emit(run_stage(request, emit))
+        emit(run_stage(request, emit, ready or make_stage(request)))
     except KeyboardInterrupt:
         return 130
     except KendamaError as error:
@@ -77,9 +92,10 @@ def work(request: Mapping[str, Any], events: int) -> int:
     return 0
 
 
-def make_stage(request: Mapping[str, Any]) -> tuple[Any, dict[str, Any]]:
-    """The stage that ``request`` names, imported and constructed, and its settings by its own names for them."""
-    stage_class = resolve(_declaration(request).run, f"stage '{request['stage']}'")
+def make_stage(request: Mapping[str, Any]) -> ReadyStage:
+    """The stage that ``request`` names."""
+    declaration = _declaration(request)
+    stage_class = resolve(declaration.run, f"stage '{request['stage']}'")
     schemas, _ = node_schemas()
     settings = {
         own: build_value(schemas[node["name"]], node["value"], node["name"])
@@ -94,13 +110,14 @@ def make_stage(request: Mapping[str, Any]) -> tuple[Any, dict[str, Any]]:
             f"{error}"
         ) from error
     places = request.get("places", {})  # where files are on this machine; the log tells where they were named
-    return stage_class(**{own: at_places(value, places) for own, value in settings.items()}), settings
+    stage = stage_class(**{own: at_places(value, places) for own, value in settings.items()})
+    # what cannot be kept need not be made
+    gives = artifact_type(declaration.gives, f"stage '{request['stage']}'")
+    return ReadyStage(declaration, stage, settings, gives)
 
 
-def run_stage(request: Mapping[str, Any], emit: Emit) -> dict[str, Any]:
-    """Carry out ``request``: make the stage, feed it, keep what it made; the event that reports it."""
-    stage, settings = make_stage(request)
-    artifact_type(_declaration(request).gives, f"stage '{request['stage']}'")  # what cannot be kept need not be made
+def run_stage(request: Mapping[str, Any], emit: Emit, ready: ReadyStage) -> dict[str, Any]:
+    """Carry out ``request``: feed the stage, keep what it made; the event that reports it."""
     given = _Given(
         {
             own: load_artifact(artifact_type(one["gives"], f"stage '{own}'"), Path(one["folder"]))
@@ -111,15 +128,15 @@ def run_stage(request: Mapping[str, Any], emit: Emit) -> dict[str, Any]:
     checkpoints = CheckpointFolder(store.checkpoint_folder(request["stage"], request["key"]))
     if request["fresh"]:
         checkpoints.discard()
-    topics = _declaration(request).topics
+    topics = ready.declaration.topics
     context = WorkerContext(seed=request["seed"], checkpoints=checkpoints, topics=topics, emit=emit)
     with contextlib.closing(context):
         try:
-            made = stage.run(given, context)
+            made = ready.stage.run(given, context)
         except BaseException as error:
-            _keep_log(request, context, settings, str(error))
+            _keep_log(request, context, ready.settings, str(error))
             raise
-        return _finish(request, store, context, settings, made)
+        return _finish(request, store, context, ready, made)
 
 
 def _keep_log(request: Mapping[str, Any], context: WorkerContext, settings: Mapping[str, Any], stopped: str) -> None:
@@ -134,10 +151,9 @@ def _keep_log(request: Mapping[str, Any], context: WorkerContext, settings: Mapp
 
 
 def _finish(
-    request: Mapping[str, Any], store: Store, context: WorkerContext, settings: Mapping[str, Any], made: Any
+    request: Mapping[str, Any], store: Store, context: WorkerContext, ready: ReadyStage, made: Any
 ) -> dict[str, Any]:
     """Keep what the stage made; the event that reports it."""
-    gives = artifact_type(_declaration(request).gives, f"stage '{request['stage']}'")
     if not isinstance(made, Made):
         raise StageError(
             f"stage '{request['stage']}' gave a {type(made).__name__}; a stage gives Made(artifact, metrics)"
@@ -146,9 +162,10 @@ def _finish(
     if made.warnings:
         metrics["warnings"] = "\n".join(made.warnings)
     with store.scratch_folder() as folder, plain_disk_errors(folder):
-        save_artifact(gives, made.artifact, folder, f"stage '{request['stage']}'")
+        save_artifact(ready.gives, made.artifact, folder, f"stage '{request['stage']}'")
         (folder / "metrics.json").write_bytes(canonical_json(metrics) + b"\n")
-        context.log.finish(folder / LOG, stage=request["stage"], settings=_plain_settings(settings), metrics=metrics)
+        settings = _plain_settings(ready.settings)
+        context.log.finish(folder / LOG, stage=request["stage"], settings=settings, metrics=metrics)
         result = store.put(folder, request["stage"], request["key"], metrics, request["parts"], made_with=versions())
     return {"event": "done", "artifact": str(result.artifact), "metrics": metrics}
 

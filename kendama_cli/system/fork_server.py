@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import functools
 import gc
 import json
 import os
@@ -11,7 +12,7 @@ import socket
 import subprocess
 import sys
 from collections.abc import Callable, Mapping
-from typing import IO, Any
+from typing import IO, Any, TypeVar
 
 from kendama_cli.errors import StageError
 from kendama_cli.system.interface import Lock, Worker
@@ -20,6 +21,8 @@ from kendama_cli.system.interpreters import one_thread
 FORK_SERVER = "kendama_cli.pipeline.forkserver"
 """The module that is the fork server's program; it calls ``serve``."""
 REQUEST_BYTES = 1 << 20
+
+R = TypeVar("R")
 
 
 class ForkServer:
@@ -103,12 +106,13 @@ class _Fork:
 
 
 def serve(
-    descriptor: int, prepare: Callable[[Mapping[str, Any]], None], work: Callable[[Mapping[str, Any], int], int]
+    descriptor: int, prepare: Callable[[Mapping[str, Any]], R], work: Callable[[Mapping[str, Any], int, R], int]
 ) -> None:
     """Fork a worker for each request on the socket ``descriptor``, until its other end closes.
 
     A request comes with the descriptors of its events, its printed output and its lock. ``prepare`` is called here,
-    ``work`` with the request and the events' descriptor in the fork; the answers are its pid and, later, exit code.
+    ``work`` in the fork, with the request, the events' descriptor and what ``prepare`` gave; the answers are its pid
+    and, later, exit code.
     """
     line = socket.socket(fileno=descriptor)
     line.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, REQUEST_BYTES)
@@ -117,12 +121,12 @@ def serve(
         if not data:
             return
         request = json.loads(data)
-        prepare(request)
+        prepared = prepare(request)
         gc.freeze()  # else a fork's first collection copies every page that holds an object
         pid = os.fork()
         if pid == 0:
             line.close()
-            os._exit(_be_worker(request, handles, work))
+            os._exit(_be_worker(functools.partial(work, request, handles[0], prepared), handles[1]))
         for handle in handles:
             os.close(handle)
         line.send(json.dumps({"pid": pid}).encode())
@@ -130,12 +134,11 @@ def serve(
         line.send(json.dumps({"code": os.waitstatus_to_exitcode(status)}).encode())
 
 
-def _be_worker(request: Mapping[str, Any], handles: list[int], work: Callable[[Mapping[str, Any], int], int]) -> int:
-    events, printed = handles[:2]
+def _be_worker(work: Callable[[], int], printed: int) -> int:
     os.dup2(printed, sys.stdout.fileno())
     os.dup2(printed, sys.stderr.fileno())
     try:
-        return work(request, events)
+        return work()
     finally:
         sys.stdout.flush()
         sys.stderr.flush()

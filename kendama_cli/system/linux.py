@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import contextlib
 import fcntl
+import functools
 import os
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from kendama_cli.system.interface import Starter
 
@@ -97,10 +99,17 @@ class Linux:
 
     def end_with_parent(self) -> None:
         """The kernel's signal at the parent's death; SIGTERM itself comes from the parent where it asks."""
-        import ctypes  # noqa: PLC0415 - only workers need it
-        import signal  # noqa: PLC0415
+        import signal  # noqa: PLC0415 - only workers need it
 
-        ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGTERM)
+        _libc().prctl(PR_SET_PDEATHSIG, signal.SIGTERM)
+
+
+@functools.cache
+def _libc() -> Any:
+    """The C library, found by a fork server for all its forks."""
+    import ctypes  # noqa: PLC0415 - only workers need it
+
+    return ctypes.CDLL(None)
 
 
 def _open(path: Path) -> int:

@@ -64,6 +64,14 @@ def test_a_failed_job_stops_no_other_and_a_second_sweep_does_only_what_is_missin
     assert [run["stages"][0]["status"] for run in again] == ["failed", "failed", "cached", "ran"]
 
 
+def test_runs_that_share_a_fork_server_have_each_its_own_settings_and_seed(toy: ToyProject) -> None:
+    runs = sweep(toy, "-j", "1", "toy.steps=3,4", "seed=1,2")
+    assert [run["stages"][0]["metrics"]["n"] for run in runs] == [3, 3, 4, 4]
+    assert len({run["stages"][0]["metrics"]["sum"] for run in runs}) == 4
+    alone = toy.run_json("toy.steps=4", "seed=2", "--home", "other")
+    assert artifact_bytes(runs[3]) == artifact_bytes(alone)
+
+
 def test_a_sweep_over_a_key_that_the_pipeline_does_not_read_is_one_run(toy_beside_ours: ToyProject) -> None:
     assert len(sweep(toy_beside_ours, "learn.alpha=0.1,0.2")) == 1
 
