@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import IO, Any
 
 from kendama_cli.errors import ClusterError, MissingPartError
-from kendama_cli.pipeline.cluster_task import PROGRESS, compute, what_runs_here
+from kendama_cli.pipeline.cluster_task import OUTCOME, PROGRESS, compute, what_runs_here
 from kendama_cli.settings.executor import DaskExecutor, SlurmExecutor
 from kendama_cli.settings.store import StoreSettings
 from kendama_cli.store.shared import SharedStore
@@ -26,6 +26,7 @@ from kendama_cli.system.interface import Lock, Worker
 from kendama_cli.system.processes import cores_shared_by
 
 try:
+    import dask
     import distributed
 except ImportError as missing:
     raise MissingPartError(
@@ -35,6 +36,8 @@ except ImportError as missing:
 RUNS_PER_THREAD = 4
 """Runs of a sweep that wait for each thread of the cluster, so that none is idle between two stages."""
 LEAST_RUNS, MOST_RUNS = 8, 256
+UNWATCHED = {"distributed.worker.profile.enabled": False, "distributed.admin.tick.interval": "1s"}
+"""Our own cluster has no dashboard: nobody sees its profiles (100 looks a second) and its lags (50 a second)."""
 
 
 @contextlib.contextmanager
@@ -84,14 +87,15 @@ def _opened(executor: DaskExecutor | SlurmExecutor, home: Path) -> Iterator[tupl
 
 def _workers_here(count: int) -> distributed.LocalCluster:
     """A scheduler and workers of this machine: on loopback, and behind certificates of their own."""
-    return distributed.LocalCluster(
-        n_workers=count,
-        threads_per_worker=1,
-        host="127.0.0.1",
-        dashboard_address=None,
-        security=distributed.Security.temporary(),
-        silence_logs=logging.CRITICAL,
-    )
+    with dask.config.set(UNWATCHED):
+        return distributed.LocalCluster(
+            n_workers=count,
+            threads_per_worker=1,
+            host="127.0.0.1",
+            dashboard_address=None,
+            security=distributed.Security.temporary(),
+            silence_logs=logging.CRITICAL,
+        )
 
 
 def _client(executor: DaskExecutor, address: str) -> distributed.Client:
@@ -157,6 +161,7 @@ class DaskCluster:
         self._tasks: dict[str, _Task] = {}
         self._given_up: ClusterError | None = None
         client.subscribe_topic(PROGRESS, self._progress)
+        client.subscribe_topic(OUTCOME, self._outcome)
 
     def start(self, request: Mapping[str, Any], *, lock: Lock, printed: int) -> Worker:
         """Submit the stage; ``lock`` stays here, what it printed comes to the file descriptor ``printed`` at the end.
@@ -206,6 +211,12 @@ class DaskCluster:
         if task is not None:
             task.tell({**told, "event": "progress"})
 
+    def _outcome(self, event: tuple[float, Mapping[str, Any]]) -> None:
+        _, told = event
+        task = self._tasks.get(str(told.get("key")))
+        if task is not None:
+            task.answer = str(told["answer"])
+
 
 def _lost(address: str) -> ClusterError:
     return ClusterError(
@@ -217,6 +228,8 @@ class _Task:
     """A stage that computes somewhere: it looks like a worker process of ours."""
 
     events: IO[bytes]
+    answer: str | None = None
+    """The task's result, where it was told before Dask knew that the task has ended."""
 
     def __init__(
         self, future: distributed.Future, store: Store, request: Mapping[str, Any], printed: int, lost: ClusterError
@@ -268,7 +281,8 @@ class _Task:
 
     def _outcome(self, future: distributed.Future) -> dict[str, Any]:
         try:
-            return dict(json.loads(future.result()))
+            told = self.answer if future.status == "finished" else None
+            return dict(json.loads(future.result() if told is None else told))
         except distributed.KilledWorker:
             message = "it ended several workers, one after the other (out of memory?); the same command tries again"
         except (distributed.CancelledError, OSError):

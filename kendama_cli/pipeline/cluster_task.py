@@ -7,6 +7,7 @@ answers are JSON texts: nothing of ours is pickled.
 from __future__ import annotations
 
 import contextlib
+import functools
 import json
 import os
 import platform
@@ -14,7 +15,7 @@ import queue
 import tempfile
 import threading
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -25,7 +26,7 @@ from kendama_cli.pipeline.shipped_files import placed_files
 from kendama_cli.schema.settings import build
 from kendama_cli.settings.store import StoreSettings
 from kendama_cli.store import durable
-from kendama_cli.store.remote import open_remote
+from kendama_cli.store.remote import Remote, open_remote
 from kendama_cli.store.shared import SharedStore
 from kendama_cli.store.store import Store
 from kendama_cli.system.choice import system
@@ -38,6 +39,10 @@ PRINTED_BYTES = 64_000
 """So much of the end of what a stage printed travels back."""
 PROGRESS = "kendama-progress"
 """The Dask topic of how far stages are."""
+OUTCOME = "kendama-outcome"
+"""The Dask topic of how stages ended: who waits hears it without fetching the task's result from its worker."""
+OUTCOME_BYTES = 4096
+"""A longer answer is not told so: every client of the scheduler hears it, and the scheduler keeps it a while."""
 
 ENDING = ("closing", "closed", "failed")
 
@@ -63,7 +68,10 @@ def compute(text: str) -> str:
     def tell(event: Mapping[str, Any]) -> None:
         worker.log_event(PROGRESS, {**event, "key": str(key)})
 
-    return json.dumps({**carry_out(json.loads(text), tell, is_wanted), "worker": str(worker.address)})
+    answer = json.dumps({**carry_out(json.loads(text), tell, is_wanted), "worker": str(worker.address)})
+    if len(answer) <= OUTCOME_BYTES:
+        worker.log_event(OUTCOME, {"key": str(key), "answer": answer})
+    return answer
 
 
 def what_runs_here() -> dict[str, str]:
@@ -75,8 +83,7 @@ def carry_out(request: Mapping[str, Any], tell: Progress, is_wanted: Callable[[]
     """The event by which the stage of ``request`` ended, with what it printed."""
     try:
         home = durable.make_folder(Path(request["workers_home"]).expanduser() / platform.node())
-        remote = open_remote(build(StoreSettings, request["store"]))
-        assert remote is not None
+        remote = _remote(json.dumps(request["store"]))
         complaints: list[str] = []
         store = Store(home, SharedStore(remote, complaints.append))
         with store.in_use():
@@ -89,26 +96,36 @@ def carry_out(request: Mapping[str, Any], tell: Progress, is_wanted: Callable[[]
         return {"event": "failed", "message": str(error), "unexpected": False}
 
 
+@functools.cache
+def _remote(settings: str) -> Remote:
+    """The shared store that ``settings`` name, as JSON: tasks use one client of a bucket, and its connections."""
+    remote = open_remote(build(StoreSettings, json.loads(settings)))
+    assert remote is not None
+    return remote
+
+
 def _refuse_another_kind(request: Mapping[str, Any], home: Path) -> None:
     """Raise StageError where this worker would not compute what the key says."""
     here = what_runs_here()
     for name, wanted in request["sender"].items():
         if here[name] != wanted:
             raise StageError(f"the worker on {platform.node()} has {name} {here[name]}, the key is of {wanted}")
-    index = FileIndex(home / "index" / "files.json")
-    differing = [place for place, digest in request["parts"]["code"].items() if _code_here(place, index) != digest]
-    index.save()
+    wanted_code = request["parts"]["code"]
+    _look_at_code(wanted_code, home)
+    differing = [place for place, digest in wanted_code.items() if _code[place] != digest]
     if differing:
         raise StageError(
             f"the worker on {platform.node()} has other code in {differing[0]}; install the same there, begin it anew"
         )
 
 
-def _code_here(place: str, index: FileIndex) -> str | None:
-    """The digest of the code in ``place`` when this process first asked: later changes are not what is imported."""
-    if place not in _code:
-        _code[place] = code_digest(place, index)
-    return _code[place]
+def _look_at_code(places: Iterable[str], home: Path) -> None:
+    """Have the digests of the code in ``places`` as this process first saw it: later changes are not what it runs."""
+    new = [place for place in places if place not in _code]
+    if new:
+        index = FileIndex(home / "index" / "files.json")
+        _code.update({place: code_digest(place, index) for place in new})
+        index.save()
 
 
 def _done(request: Mapping[str, Any], store: Store, tell: Progress, is_wanted: Callable[[], bool]) -> dict[str, Any]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import functools
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -22,6 +23,8 @@ from kendama_cli.store.store import Store, StoredResult, key_of
 
 WHERE = ("executor", "store")
 """Nodes of the configuration that enter no key."""
+FORCED = ("forced",)
+"""Why a stage runs that the user asked to have made anew."""
 
 
 @dataclass(frozen=True)
@@ -140,7 +143,7 @@ class Planner:
         parts = self.parts(spec, inputs)
         key = key_of(parts)
         if forced:
-            return StagePlan(spec, key, parts, None, ("forced",))
+            return StagePlan(spec, key, parts, None, FORCED)
         if self.kind(spec.name) == "moves":
             return StagePlan(spec, key, parts, None, ("moves hardware: every run is a new attempt",))
         result = self.store.find(spec.name, key)
@@ -185,6 +188,17 @@ class Planner:
             f"{part} {before[part]} -> {parts[part]}" for part in ("stage", "gives") if before.get(part) != parts[part]
         ]
         return reasons or (["did not finish last time"] if inputs_known else [])
+
+
+def made_since(planner: Planner, plan: StagePlan) -> StagePlan | None:
+    """``plan`` with the result that another run has made since it was looked up; None where none has.
+
+    What was forced, or moves hardware, is to be made here whatever others have made.
+    """
+    if plan.key is None or plan.reasons == FORCED or planner.kind(plan.spec.name) == "moves":
+        return None
+    result = planner.store.find(plan.spec.name, plan.key)
+    return None if result is None else dataclasses.replace(plan, result=result)
 
 
 def check_forced(pipeline: Pipeline, forced: list[str]) -> frozenset[str]:

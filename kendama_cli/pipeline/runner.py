@@ -19,7 +19,7 @@ from kendama_cli.errors import KendamaError
 from kendama_cli.pipeline import outcomes
 from kendama_cli.pipeline.artifact_place import broken_off_log
 from kendama_cli.pipeline.catalogue import StageSpec
-from kendama_cli.pipeline.plan import Planner, StagePlan
+from kendama_cli.pipeline.plan import Planner, StagePlan, made_since
 from kendama_cli.pipeline.record import RunRecord, StageOutcome
 from kendama_cli.pipeline.workers import Job, Workers
 from kendama_cli.store import durable
@@ -124,9 +124,9 @@ class Runner:
                 self._finish_cached(plan)
             elif len(self._running) < self._workers:
                 self._record.begin(self._held)
-                self._start_locked(plan, inputs)
+                self._start_locked(plan)
 
-    def _start_locked(self, plan: StagePlan, inputs: Mapping[str, str]) -> None:
+    def _start_locked(self, plan: StagePlan) -> None:
         """Start a worker, or leave the stage waiting while another run holds its key."""
         name = plan.spec.name
         lock = _try_lock(self._planner.store.home, plan)
@@ -136,12 +136,12 @@ class Runner:
                 self._observer.stage_waits(name)
             return
         # whoever held the lock may have finished between our look and the lock
-        again = self._planner.look_up(plan.spec, inputs, forced=name in self._forced)
-        if again.result is not None:
+        made = made_since(self._planner, plan)
+        if made is None:
+            self._start(plan, lock)
+        else:
             lock.release()
-            self._finish_cached(again)
-            return
-        self._start(plan, lock)
+            self._finish_cached(made)
 
     def _start(self, plan: StagePlan, lock: Lock) -> None:
         spec = plan.spec

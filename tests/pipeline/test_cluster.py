@@ -15,6 +15,7 @@ from typing import Any
 import pytest
 
 from kendama_cli.errors import ConfigError
+from kendama_cli.pipeline import cluster_task
 from kendama_cli.pipeline.shipped_files import placed_files
 from kendama_cli.schema.settings import build_value
 from kendama_cli.settings.executor import ExecutorSettings
@@ -25,7 +26,8 @@ from kendama_cli.store.store import Store
 from tests.pipeline.dask_processes import DaskProcesses
 from tests.toy_project import ToyProject, artifact_bytes, statuses
 
-pytest.importorskip("distributed")
+distributed = pytest.importorskip("distributed")
+cluster_module = pytest.importorskip("kendama_cli.pipeline.cluster")
 
 SEEDS = "seed=range(0,8)"
 SLOWLY = ("toy.steps=12", "toy.pause_s=0.03")
@@ -77,6 +79,34 @@ def test_a_run_on_a_cluster_tells_progress_failures_and_what_was_printed(
     assert "told to fail at 3" in (toy.home / "runs" / failed["run"] / "roll.txt").read_text()
     again = toy.run_json(*on, "seed=50", "toy.steps=60", "toy.pause_s=0.1", "--force", "roll")
     assert statuses(again) == {"roll": "ran", "total": "cached"}
+
+
+@pytest.mark.parametrize("longest", [0, 4096])
+def test_an_answer_comes_whether_it_is_told_at_once_or_has_to_be_fetched(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, longest: int
+) -> None:
+    """The one worker is a thread here, so that the limit holds for it; a request that is none is answered too."""
+    monkeypatch.setattr(cluster_task, "OUTCOME_BYTES", longest)
+    fetched: list[str] = []
+    fetch = distributed.Future.result
+    monkeypatch.setattr(distributed.Future, "result", lambda self, *given: fetched.append(self.key) or fetch(self))
+    (tmp_path / "shared").mkdir()
+    settings = StoreSettings(str(tmp_path / "shared"), None, 1.0)
+    store = Store(tmp_path / "home", open_shared(settings, print))
+    request = {"given": {}, "files": {}, "stage": "roll", "key": "1", "fresh": False, "parts": {"code": {"no.py": "1"}}}
+    quiet = {"dashboard_address": ":0", "processes": False, "silence_logs": 60}
+    with (
+        distributed.LocalCluster(n_workers=1, threads_per_worker=1, **quiet) as threads,
+        distributed.Client(threads, set_as_default=False) as client,
+        (tmp_path / "printed").open("wb") as printed,
+    ):
+        cluster = cluster_module.DaskCluster(client, store, settings, str(tmp_path / "workers"), 1)
+        task = cluster.start(request, lock=None, printed=printed.fileno())
+        told = [json.loads(line) for line in task.events]
+        assert task.wait() == 1
+    assert [event["event"] for event in told] == ["failed"]
+    assert "has other code in no.py" in told[0]["message"]
+    assert fetched == ([] if longest else ["roll-1"])
 
 
 def test_a_stage_whose_process_dies_fails_alone(cluster: tuple[ToyProject, DaskProcesses]) -> None:
