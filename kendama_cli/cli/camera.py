@@ -173,6 +173,19 @@ def camera_detect(
     detect_balls(images, output, options, score, as_json=as_json)
 
 
+ReadoutFile = Annotated[
+    Path | None,
+    typer.Option(metavar="FILE", help="Find rolling shutters' readouts from the flights: the calibration with them."),
+]
+SelfTraining = Annotated[
+    bool,
+    typer.Option(
+        "--self-training/--no-self-training",
+        help="Where boxes teach the ball, learn on from the film: what moves like it, and what stands about it.",
+    ),
+]
+
+
 @camera_app.command("track")
 def camera_track(
     videos: Annotated[list[Path], typer.Argument(metavar="VIDEO...", help="A film per camera.")],
@@ -207,16 +220,11 @@ def camera_track(
     same_clock: Annotated[
         bool, typer.Option("--same-clock", help="The films begin at one moment; else that is found from the ball.")
     ] = False,
+    readout: ReadoutFile = None,
     overlay: Annotated[
         Path | None, typer.Option(metavar="FILM", help="The first film with the track drawn in (.webm).")
     ] = None,
-    self_training: Annotated[
-        bool,
-        typer.Option(
-            "--self-training/--no-self-training",
-            help="Where boxes teach the ball, learn on from the film: what moves like it, and what stands about it.",
-        ),
-    ] = True,
+    self_training: SelfTraining = True,
     seed: Seed = 0,
     as_json: Json = False,
     home: Home = None,
@@ -231,7 +239,7 @@ def camera_track(
         videos,
         output,
         seeing,
-        TrackOptions(calibration, ball_mm, rope_mm, tuple(box or ()), same_clock, overlay, self_training),
+        TrackOptions(calibration, ball_mm, rope_mm, tuple(box or ()), same_clock, readout, overlay, self_training),
         as_json=as_json,
     )
 

@@ -160,6 +160,7 @@ def _settings(model: CameraModel) -> CameraModelSettings:
         position_m=_triple(model.position_in_world_m),
         look_at_m=None,
         rotation_wxyz=(w, x, y, z),
+        readout_s=model.readout_s,
     )
 
 

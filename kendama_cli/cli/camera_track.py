@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from kendama_cli.cli import render
+from kendama_cli.cli.camera_readout import find_readouts, refuse_readout, write_readouts
 from kendama_cli.cli.camera_seeing import SeeingOptions, open_seeing
 from kendama_cli.cli.track_output import refuse_name, write_track
 from kendama_cli.devices.camera.calibration import camera_model, read_calibration
@@ -20,7 +21,7 @@ from kendama_cli.errors import InputError, UsageError
 from kendama_cli.vision.ball_box import BallBox, TaughtImage
 from kendama_cli.vision.ball_film import FilmTrack, film_track
 from kendama_cli.vision.camera_model import CameraModel
-from kendama_cli.vision.film_positions import FilmPositions, from_one, from_several
+from kendama_cli.vision.film_positions import FilmPositions, clock_offsets, from_one, from_several
 from kendama_cli.vision.interface import Image
 from kendama_cli.vision.motion_detector import MotionDetector
 from kendama_cli.vision.self_training import FRAMES
@@ -37,6 +38,7 @@ class TrackOptions:
     rope_mm: float | None
     boxes: tuple[str, ...]
     same_clock: bool
+    readout: Path | None
     overlay: Path | None
     self_training: bool
 
@@ -51,6 +53,7 @@ def track_films(
     films = [Film(path) for path in paths]
     cameras = _cameras(films, options)
     refuse_name(output)
+    refuse_readout(options.readout, options.calibration)
     if options.overlay is not None and options.overlay.suffix.lower() != ".webm":
         raise UsageError(f"--overlay {options.overlay}: name it like {options.overlay.with_suffix('.webm')}")
     opened = open_seeing(seeing, _shown(films[0], options.boxes))
@@ -65,11 +68,18 @@ def track_films(
             detector = opened.trained_on(_middle(film, frames))
         tracks.append(film_track(film.name, film.frames(), detector, opened.threshold))
         render.note(f"{film.path}: the ball is seen in {len(tracks[-1].t_s)} of {frames} frames")
+    readouts = None
+    if options.readout is not None and options.calibration is not None:
+        radius_m = None if options.ball_mm is None else options.ball_mm / 2e3
+        readouts = find_readouts(tracks, cameras, same_clock=options.same_clock, ball_radius_m=radius_m)
+        cameras = readouts.cameras
+        write_readouts(options.calibration, options.readout, cameras)
+    tracks = [one.exposed(camera) for one, camera in zip(tracks, cameras, strict=True)] if cameras else tracks
     positions = _positions(paths, tracks, cameras, options)
     write_track(output, tracks, positions)
     if options.overlay is not None:
         draw_track(films[0], tracks[0], options.overlay)
-    document = _document(output, tracks, positions)
+    document = _document(output, tracks, positions) | ({"readout": readouts.document()} if readouts else {})
     if as_json:
         render.document(document)
         return
@@ -77,7 +87,7 @@ def track_films(
     render.text(f"{output}: {document['rows']} rows, in {unit}")
     for name, offset in document["offset_s"].items():
         render.text(f"{name}: its clock is {1e3 * offset:.1f} ms ahead of that of {films[0].name}")
-    for line in _depth_lines(positions, options):
+    for line in (*_depth_lines(positions, options), *(readouts.lines() if readouts else ())):
         render.text(line)
 
 
@@ -159,7 +169,8 @@ def _positions(
         rope_m = None if options.rope_mm is None else options.rope_mm / 1e3
         return from_one(tracks[0], cameras[0], options.ball_mm / 2e3, rope_m)
     try:
-        return from_several(tracks, cameras, same_clock=options.same_clock)
+        offset_s = np.zeros(len(tracks) - 1) if options.same_clock else clock_offsets(tracks, cameras)
+        return from_several(tracks, cameras, offset_s)
     except ValueError as wrong:
         raise InputError(", ".join(map(str, paths)), str(wrong), remedy="look at one film with --overlay") from None
 

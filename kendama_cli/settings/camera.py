@@ -38,6 +38,13 @@ class CameraModelSettings:
     rotation_wxyz: tuple[float, float, float, float] | None = setting(
         "camera axes in the world, unit quaternion, or null"
     )
+    readout_s: float = setting(
+        "from the first line's exposure to the last's [s]: 0 of a global shutter, negative where the lowest line comes "
+        "first; virtual cameras take their sensor's",
+        at_least=-0.1,
+        at_most=0.1,
+        absent=0.0,
+    )
 
     def __post_init__(self) -> None:
         if (self.look_at_m is None) == (self.rotation_wxyz is None):

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import islice
 
 import numpy as np
 
 from kendama_cli.schema.arrays import Array
+from kendama_cli.vision.camera_model import CameraModel
 from kendama_cli.vision.image_track import TrackedBall, track
 from kendama_cli.vision.interface import Detector, Image, Sighting
 
@@ -31,6 +32,10 @@ class FilmTrack:
     radius_px: Array
     score: Array
     streak_px: Array
+
+    def exposed(self, camera: CameraModel) -> FilmTrack:
+        """With the frames' times turned into those at which ``camera`` exposed the ball's rows."""
+        return replace(self, t_s=camera.exposed_s(self.t_s, self.centre_px))
 
 
 def film_track(name: str, frames: Iterable[tuple[float, Image]], detector: Detector, threshold: float) -> FilmTrack:

@@ -35,6 +35,8 @@ class CameraModel:
     position_in_world_m: Array
     """o (3,)"""
     lens: LensKind = "radial"
+    readout_s: float = 0.0
+    """From the first row's exposure to the last's; 0 of a global shutter"""
 
     def __post_init__(self) -> None:
         for name, shape in (
@@ -65,6 +67,19 @@ class CameraModel:
         """OpenCV's camera matrix (3, 3)."""
         (fx, fy), (cx, cy) = self.focal_px, self.center_px
         return np.array([[fx, 0.0, cx], [0.0, fy, cy], [0.0, 0.0, 1.0]])
+
+    @property
+    def row_s(self) -> float:
+        """How much later than the row above it a row is exposed."""
+        return self.readout_s / self.height_px
+
+    def exposed_s(self, frame_s: ArrayLike, pixels: ArrayLike) -> Array:
+        """When ``pixels`` (..., 2) of frames of the times ``frame_s`` (...) were exposed, which are the middle row's.
+
+        Row v of h rows is exposed at frame_s + (v - (h - 1) / 2) row_s.
+        """
+        rows = np.asarray(pixels, dtype=np.float64)[..., 1] - (self.height_px - 1) / 2
+        return np.asarray(frame_s, dtype=np.float64) + rows * self.row_s
 
     def depth_m(self, points_m: ArrayLike) -> Array:
         """Distance (n,) of ``points_m`` (n, 3) in front of the image plane; negative behind it."""

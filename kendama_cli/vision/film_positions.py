@@ -52,25 +52,27 @@ class FilmPositions:
     swing: SeenSwing | None = None
 
 
-def from_several(tracks: Sequence[FilmTrack], cameras: Sequence[CameraModel], *, same_clock: bool) -> FilmPositions:
+def clock_offsets(tracks: Sequence[FilmTrack], cameras: Sequence[CameraModel]) -> Array:
+    """By how much each further film's clock is ahead of the first's (films - 1,) [s]: where the rays meet best.
+
+    Raises ValueError where two films never show the ball at one moment.
+    """
+    (first, model), *others = _all_seen(tracks, cameras)
+    return np.array([_offset_s(first, model, *other) for other in others])
+
+
+def from_several(tracks: Sequence[FilmTrack], cameras: Sequence[CameraModel], offset_s: Array) -> FilmPositions:
     """Triangulate the first film's sightings with the others', interpolated to the same moments.
 
-    Where the films have no clock in common, each one's offset is that with which the rays meet best. Raises ValueError
-    where the films never see the ball at one moment.
+    ``offset_s`` (films - 1,) are those of ``clock_offsets``, or 0. Raises ValueError where the films never see the ball
+    at one moment.
     """
-    tracks = [_seen(one, camera) for one, camera in zip(tracks, cameras, strict=True)]
-    first, model = tracks[0], cameras[0]
-    if min(len(one.t_s) for one in tracks) < FEWEST:
-        few = min(tracks, key=lambda one: len(one.t_s))
-        raise ValueError(f"'{few.name}' shows the ball in {len(few.t_s)} frames; {FEWEST} are the least")
-    offsets = np.zeros(len(tracks) - 1)
-    if not same_clock:
-        offsets = np.array([_offset_s(first, model, *other) for other in zip(tracks[1:], cameras[1:], strict=True)])
+    (first, model), *others = _all_seen(tracks, cameras)
     times, places, covariances = [], [], []
     for i, t_s in enumerate(first.t_s):
         sights = [_sight(model, first.centre_px[i], first.radius_px[i], first.covariance_px2[i])]
-        for one, camera, offset_s in zip(tracks[1:], cameras[1:], offsets, strict=True):
-            seen = _at(one, t_s + offset_s)
+        for (one, camera), ahead_s in zip(others, offset_s, strict=True):
+            seen = _at(one, t_s + ahead_s)
             if seen is not None:
                 sights.append(_sight(camera, *seen))
         point = triangulate(sights)
@@ -80,7 +82,7 @@ def from_several(tracks: Sequence[FilmTrack], cameras: Sequence[CameraModel], *,
             covariances.append(point.covariance_m2)
     if not times:
         raise ValueError("no two films show the ball at one moment; are their clocks apart by more than 2 s?")
-    return FilmPositions(np.array(times), np.array(places), np.array(covariances), offsets)
+    return FilmPositions(np.array(times), np.array(places), np.array(covariances), offset_s)
 
 
 def from_one(found: FilmTrack, camera: CameraModel, ball_radius_m: float, rope_m: float | None = None) -> FilmPositions:
@@ -112,6 +114,15 @@ def from_one(found: FilmTrack, camera: CameraModel, ball_radius_m: float, rope_m
     turn = camera.world_to_camera.T
     places = camera.position_in_world_m + (depth[:, None] * rays) @ turn.T
     return FilmPositions(found.t_s, places, turn @ own @ turn.T, np.zeros(0), swing)
+
+
+def _all_seen(tracks: Sequence[FilmTrack], cameras: Sequence[CameraModel]) -> list[tuple[FilmTrack, CameraModel]]:
+    """What the lenses see of each film, with its camera; ValueError where that is too little."""
+    seen = [(_seen(one, camera), camera) for one, camera in zip(tracks, cameras, strict=True)]
+    few = min((one for one, _ in seen), key=lambda one: len(one.t_s))
+    if len(few.t_s) < FEWEST:
+        raise ValueError(f"'{few.name}' shows the ball in {len(few.t_s)} frames; {FEWEST} are the least")
+    return seen
 
 
 def _seen(track: FilmTrack, camera: CameraModel) -> FilmTrack:

@@ -69,12 +69,23 @@ class BallTracker:
         if self.onset is not None:
             self.onset.reset()
 
-    def update(self, t_s: float, sightings: Mapping[str, Sighting | None], tie_m: ArrayLike) -> CatchPose | None:
-        """Take the sightings of one moment with the rope's tie point (3,) at that moment; give the catching pose."""
-        rows = [
-            self._rows(name, seen)
+    def update(
+        self,
+        t_s: float,
+        sightings: Mapping[str, Sighting | None],
+        tie_m: ArrayLike,
+        own_s: Mapping[str, float] | None = None,
+    ) -> CatchPose | None:
+        """Take the sightings of one moment with the rope's tie point (3,) at that moment; give the catching pose.
+
+        A rolling shutter exposes the ball in one image a little before or after that in another: ``own_s`` has each
+        sighting's own time, by camera.
+        """
+        times = {name: t_s if own_s is None else own_s[name] for name, seen in sightings.items() if seen is not None}
+        sights = [
+            (times[name], self._rows(name, seen))
             for name, seen in sightings.items()
-            if seen is not None and self._is_new(name, t_s, seen) and self._is_near(name, t_s, seen)
+            if seen is not None and self._is_new(name, times[name], seen) and self._is_near(name, times[name], seen)
         ]
         if self._has_come_apart(t_s):
             self._refused += 1
@@ -82,13 +93,13 @@ class BallTracker:
             self._begin()
             self.lost = True
             return None
-        self.lost = self.lost and not rows
+        self.lost = self.lost and not sights
         if self.onset is not None and self.found is None:
-            self._waiting += [(t_s, row) for row in rows]
-            self._test(t_s, rows, tie_m)
+            self._waiting += sights
+            self._test(t_s, [row for _, row in sights], tie_m)
         else:
-            for row in rows:
-                self.estimator.update_sight(t_s, row)
+            for own, row in sights:
+                self.estimator.update_sight(own, row)
         return self.estimator.catch()
 
     def _has_come_apart(self, t_s: float) -> bool:

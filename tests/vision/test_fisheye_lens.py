@@ -183,7 +183,7 @@ def test_films_of_wide_cameras_give_metres_and_a_sighting_in_the_dark_counts_for
     places = np.column_stack([-0.6 + 1.2 * t, -0.1 + 0.2 * t, 0.4 + t - 1.5 * t**2])
     cameras = [wide((x, -0.7, 0.1), (0, 0, 0.2)) for x in (-0.4, 0.4)]
     tracks = [film(camera, places, rng) for camera in cameras]
-    several = from_several(tracks, cameras, same_clock=True)
+    several = from_several(tracks, cameras, np.zeros(1))
     one = from_one(tracks[0], cameras[0], 0.03)
     assert len(one.t_s) == 39
     for found, most_m in ((several, 0.002), (one, 0.003)):

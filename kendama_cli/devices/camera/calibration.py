@@ -127,6 +127,7 @@ def camera_model(settings: CameraModelSettings) -> CameraModel:
         world_to_camera=rotation,
         position_in_world_m=np.array(settings.position_m),
         lens=settings.lens,
+        readout_s=settings.readout_s,
     )
 
 

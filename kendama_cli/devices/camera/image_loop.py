@@ -109,9 +109,12 @@ class ImageLoop:
             single = tracker.onset is None or tracker.found is not None
             if late or single or len(self._waiting[moment_s]) == len(self.cameras):
                 together = self._waiting.pop(moment_s)
-                exposed_s = moment_s + self._row_delay_s(together)
-                sightings = {name: image.sighting for name, image in together.items()}
-                fed.append(Moment(exposed_s, tracker.update(exposed_s, sightings, tie_m(exposed_s))))
+                seen = {name: image.sighting for name, image in together.items() if image.sighting is not None}
+                own_s = {
+                    name: float(tracker.cameras[name].exposed_s(moment_s, one.centre_px)) for name, one in seen.items()
+                }
+                exposed_s = moment_s + sum(t_s - moment_s for t_s in own_s.values()) / max(len(own_s), 1)
+                fed.append(Moment(exposed_s, tracker.update(exposed_s, seen, tie_m(exposed_s), own_s)))
         return fed
 
     def aim(self) -> None:
@@ -138,12 +141,3 @@ class ImageLoop:
         arrived_s, began_s = self._now_s(), time.perf_counter()
         sighting = self.tracker.search.detect(name, frame.t_s, frame.pixels, frame.origin_px)
         return ObservedImage(name, frame, sighting, arrived_s, self._now_s(), time.perf_counter() - began_s)
-
-    def _row_delay_s(self, images: dict[str, ObservedImage]) -> float:
-        """How long after the middle row that of the ball was exposed, in the mean: stereo pairs see it about level."""
-        delays = [
-            (float(image.sighting.centre_px[1]) - (camera.model.height_px - 1) / 2) * image.frame.row_s
-            for camera in self.cameras
-            if (image := images.get(camera.model.name)) is not None and image.sighting is not None
-        ]
-        return sum(delays) / len(delays) if delays else 0.0

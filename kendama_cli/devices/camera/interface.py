@@ -32,14 +32,13 @@ class Frame:
     """One image, or the region of interest of it.
 
     ``t_s`` is mid-exposure; ``pixels`` (h, w, 3) uint8 in OpenCV's order blue, green, red; ``origin_px`` is the
-    column and row of ``pixels[0, 0]`` in the whole image. A rolling shutter exposes each row ``row_s`` after the one
-    above it, and ``t_s`` is then the middle row's: row v of an image of h rows is taken at t_s + (v - (h - 1)/2) row_s.
+    column and row of ``pixels[0, 0]`` in the whole image. With a rolling shutter ``t_s`` is the middle row's of the
+    whole image, and the camera's model knows the others (``CameraModel.exposed_s``).
     """
 
     t_s: float
     pixels: NDArray[np.uint8]
     origin_px: tuple[int, int]
-    row_s: float = 0.0
 
 
 class Camera(Protocol):

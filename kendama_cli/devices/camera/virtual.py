@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -66,12 +67,12 @@ class VirtualCameraBlock:
         offset_s: float = 0.0,
         links: Sequence[LinkMesh] = (),
     ) -> None:
-        self.model = model
+        sensor = settings.sensor
+        self.model = replace(model, readout_s=sensor.rows_s)
         self._settings, self._lighting = settings, lighting
         self._sampler = SceneSampler(settings.appearance, links)
         self._raycaster = Raycaster(model, settings.appearance, lighting, game)
-        sensor = settings.sensor
-        self._row_s, self._busy_s = sensor.rows_s / model.height_px, sensor.busy_s
+        self._busy_s = sensor.busy_s
         self._sensor = Sensor(sensor)
         self._offset_s = offset_s
         self._region: Region | None = None
@@ -121,7 +122,7 @@ class VirtualCameraBlock:
             self._key = int(self._rng.integers(2**63))
         key = np.uint64((self._key + number * FRAME_STEP) % 2**64)
         pixels = self._sensor.image(partial(self._raycaster.render, self._shot(t_s)), region, image, t_s=t_s, key=key)
-        return Frame(t_s, pixels, (region.left, region.top), row_s=self._row_s)
+        return Frame(t_s, pixels, (region.left, region.top))
 
     def _shot(self, t_s: float) -> Shot:
         """The scene from the first row's opening to the last row's closing about ``t_s``."""
@@ -129,8 +130,8 @@ class VirtualCameraBlock:
         moving = self._sampler.moving(self._scene, t_s - half, t_s + half)
         moments = len(moving.ball_m) - 1
         rows = np.arange(self.model.height_px, dtype=np.float64) - (self.model.height_px - 1) / 2
-        row_tau = (0.5 + rows * self._row_s / self._busy_s) * moments
-        strength = _flicker(self._lighting, t_s + rows * self._row_s, exposure_s)
+        row_tau = (0.5 + rows * self.model.row_s / self._busy_s) * moments
+        strength = _flicker(self._lighting, t_s + rows * self.model.row_s, exposure_s)
         return Shot(t_s, moving, row_tau, exposure_s / self._busy_s * moments, strength)
 
 

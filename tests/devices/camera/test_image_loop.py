@@ -10,6 +10,7 @@ import pytest
 
 from kendama_cli.devices.camera.image_loop import ImageLoop
 from kendama_cli.devices.camera.interface import Camera, Frame, StaleFrame
+from kendama_cli.vision.camera_model import CameraModel, looking_at
 from kendama_cli.vision.tracker import BallTracker
 
 PERIOD_S = 0.01
@@ -20,14 +21,14 @@ class ScriptedCamera:
     """Shows the frames of ``stamps_s``, one for each call; None: it has no young frame."""
 
     def __init__(self, name: str, stamps_s: list[float | None]) -> None:
-        self.model = SimpleNamespace(name=name, width_px=40, height_px=30)
+        self.model = seeing(name)
         self._stamps_s, self.regions, self.restarts = list(stamps_s), list[Any](), 0
 
     def latest(self, *, max_age_s: float) -> Frame:
         stamp_s = self._stamps_s.pop(0)
         if stamp_s is None:
             raise StaleFrame(self.model.name, 1.0, "no young frame")
-        return Frame(stamp_s, np.zeros((30, 40, 3), dtype=np.uint8), (0, 0), row_s=ROW_S)
+        return Frame(stamp_s, np.zeros((30, 40, 3), dtype=np.uint8), (0, 0))
 
     def set_region_of_interest(self, region: Any) -> None:
         self.regions.append(region)
@@ -36,23 +37,32 @@ class ScriptedCamera:
         self.restarts += 1
 
 
+def seeing(name: str) -> CameraModel:
+    size, level = (40, 30), looking_at((0, -1, 0), (0, 0, 0))
+    focal, centre, bare = np.full(2, 40.0), np.array([19.5, 14.5]), np.zeros(5)
+    return CameraModel(name, *size, focal, centre, bare, level, np.array([0.0, -1.0, 0.0]), readout_s=30 * ROW_S)
+
+
 class ScriptedTracker:
-    """Finds the ball 10 rows under the middle row of every image, and writes down what it is given."""
+    """Finds the ball 10 (left) or 12 rows (right) under every image's middle row, and writes down what it is given."""
 
     def __init__(self, *, onset: bool = True) -> None:
         self.search = self
+        self.cameras = {name: seeing(name) for name in ("left", "right")}
         self.onset = object() if onset else None
         self.found: object | None = None
         self.given: list[tuple[float, set[str], Any]] = []
+        self.own_s: list[dict[str, float]] = []
 
     def reset(self) -> None:
         self.given.clear()
 
     def detect(self, camera: str, t_s: float, pixels: Any, origin_px: Any) -> Any:
-        return SimpleNamespace(centre_px=np.array([20.0, 24.5]))
+        return SimpleNamespace(centre_px=np.array([20.0, 24.5 if camera == "left" else 26.5]))
 
-    def update(self, t_s: float, sightings: dict[str, Any], tie_m: Any) -> None:
+    def update(self, t_s: float, sightings: dict[str, Any], tie_m: Any, own_s: dict[str, float]) -> None:
         self.given.append((t_s, set(sightings), tie_m))
+        self.own_s.append(own_s)
 
     def region(self, camera: str, t_s: float) -> str:
         return f"{camera} at {t_s:.3f}"
@@ -88,7 +98,8 @@ def test_a_moment_waits_for_the_other_camera_and_counts_at_the_time_of_the_balls
     looping.feed(looping.take(), 0.016, tie_m)
     (t_s, cameras, tie), *_ = tracker.given
     assert cameras == {"left", "right"}
-    assert t_s == pytest.approx(0.01 + 10 * ROW_S)
+    assert t_s == pytest.approx(0.01 + 11 * ROW_S)
+    assert tracker.own_s == [pytest.approx({"left": 0.01 + 10 * ROW_S, "right": 0.01 + 12 * ROW_S})]
     assert tie == pytest.approx([t_s, 0.0, 0.0])
 
 
