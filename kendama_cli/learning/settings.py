@@ -92,6 +92,9 @@ class LearnSettings:
         "the target that the value of a choice moves to"
     )
     traces: Literal["replacing", "accumulating", "dutch"] = setting("what choosing an entry makes of its trace")
+    acting: Literal["latest", "streak_mean"] = setting(
+        "what is acted by: the 'latest' values, or the 'streak_mean' of those after each success in a row so far"
+    )
     initial_q: float = setting("value of every entry of the table before learning")
     replay_passes: int = setting("times that a finished rollout is gone through again", at_least=0)
     actions_m_s2: tuple[float, ...] = setting("accelerations of the cup to choose from, rising [m/s^2]")

@@ -40,7 +40,7 @@ class ValueTable:
 
     @property
     def q(self) -> NDArray[np.float64]:
-        """The table to act by (states, actions): the mean of all there are. Not to be written to."""
+        """The latest table (states, actions): the mean of all there are. Not to be written to."""
         return self._tables[0] if len(self._tables) == 1 else np.asarray(self._tables.mean(axis=0))
 
     @property
@@ -48,11 +48,9 @@ class ValueTable:
         """All that was learned: a copy of the table, or of the tables (n, states, actions)."""
         return np.array(self._tables[0] if len(self._tables) == 1 else self._tables)
 
-    def values(self, row: int) -> list[float]:
-        """The values of one row of ``q``."""
-        found: list[float] = self._tables[0, row].tolist()
-        if len(self._tables) > 1:
-            found = self._tables[:, row].mean(axis=0).tolist()
+    def values(self, q: NDArray[np.float64], row: int) -> list[float]:
+        """The values of one row of ``q``, or of a mean of such tables."""
+        found: list[float] = q[row].tolist()
         return found
 
     def begin(self) -> None:

@@ -63,9 +63,9 @@ class TileValues:
         self._visits.append(active)
         return len(self._visits) - 1
 
-    def values(self, row: int) -> list[float]:
-        """The values of the actions at a visit."""
-        found: list[float] = self.q[self._visits[row]].sum(axis=0).tolist()
+    def values(self, q: NDArray[np.float64], row: int) -> list[float]:
+        """The values of the actions at a visit, by the weights ``q``."""
+        found: list[float] = q[self._visits[row]].sum(axis=0).tolist()
         return found
 
     def update(self, transition: Transition, alpha: float, coin: float = 0.0) -> float:
@@ -73,7 +73,7 @@ class TileValues:
         step, used = alpha / self._tilings, self._visits[transition.row] * self._columns + transition.column
         ahead, goes_on = 0.0, True
         if transition.next_row is not None:
-            here = np.array([self.values(transition.next_row)])
+            here = np.array([self.values(self.q, transition.next_row)])
             there = transition._replace(next_row=0)
             ahead, goes_on = self._update.ahead(here, there), self._update.goes_on(here, there)
         error = transition.reward + self._gamma * ahead - float(self._flat[used].sum())

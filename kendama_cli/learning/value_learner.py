@@ -16,6 +16,7 @@ from numpy.random import Generator
 from numpy.typing import NDArray
 
 from kendama_cli.artifacts.policy import PolicyArtifact
+from kendama_cli.learning.acting import Acting
 from kendama_cli.learning.decision import HeldAction, greedy_column
 from kendama_cli.learning.discretisation import StateGrid
 from kendama_cli.learning.exploration import DrawnHarmonic, Explorer, Harmonic, explorer, explores
@@ -33,14 +34,14 @@ class Values(Protocol):
 
     @property
     def q(self) -> NDArray[np.float64]:
-        """What to act by (rows, actions). Not to be written to."""
+        """The latest values (rows, actions). Not to be written to."""
 
     @property
     def tables(self) -> NDArray[np.float64]:
         """A copy of all that was learned."""
 
-    def values(self, row: int) -> list[float]:
-        """The values of the actions in ``row``."""
+    def values(self, q: NDArray[np.float64], row: int) -> list[float]:
+        """The values of the actions in ``row``, of ``q`` or of a mean of such."""
 
     def begin(self) -> None:
         """Forget all traces."""
@@ -62,7 +63,7 @@ class ValueLearner(abc.ABC):
         self._grid = StateGrid(settings.grid)
         self._values = self._begin_values(q)
         self.count = LearningCount(succeeded_ever=q is not None)
-        self._best, self._best_streak = np.array(self._values.q), 0
+        self._acting = Acting(self._values.q, averaged=settings.acting == "streak_mean")
         self._explorer: Explorer | None = None
         self._lucky: list[tuple[float, DrawnHarmonic]] = []
         self._alpha = settings.alpha
@@ -80,7 +81,7 @@ class ValueLearner(abc.ABC):
         """The learner that ``state()`` described, between the same two rollouts."""
         learner = cls(settings, q=state["q"])
         learner.count = LearningCount(**state["count"])
-        learner._best, learner._best_streak = np.asarray(state["best"]), int(state["best_streak"])
+        learner._acting.restore(state)
         learner._lucky = [(reward, DrawnHarmonic(*drawn)) for reward, *drawn in state["lucky"]]
         return learner
 
@@ -89,9 +90,8 @@ class ValueLearner(abc.ABC):
         return {
             "q": self._values.tables,
             "count": dataclasses.asdict(self.count),
-            "best": np.array(self._best),
-            "best_streak": self._best_streak,
             "lucky": [[reward, *drawn] for reward, drawn in self._lucky],
+            **self._acting.state(),
         }
 
     @property
@@ -106,11 +106,8 @@ class ValueLearner(abc.ABC):
 
     @property
     def policy(self) -> PolicyArtifact:
-        """The values to act by, sealed with the settings that give them their meaning.
-
-        They are the present ones, unless earlier ones had the longer streak of greedy successes while they were frozen.
-        """
-        return self._sealed(self._best if self._best_streak > self.count.streak else self._values.q)
+        """The values to act by, sealed with the settings that give them their meaning."""
+        return self._sealed(self._acting.handed_over(self._values.q, self.count))
 
     def _sealed(self, q: NDArray[np.float64]) -> PolicyArtifact:
         return seal_table(q, self._settings)
@@ -147,7 +144,8 @@ class ValueLearner(abc.ABC):
         return self._settings.actions_m_s2[held.action]
 
     def _choose(self, held: HeldAction, row: int, state: SwingState, t_s: float) -> None:
-        action = held.mirrored(greedy_column(self._values.values(row), held.mirrored(held.action)))
+        values = self._values.values(self._acting.by(self._values.q), row)
+        action = held.mirrored(greedy_column(values, held.mirrored(held.action)))
         probabilities = None
         if self._explorer is not None:
             probabilities = self._explorer.action_probabilities(action)
@@ -175,11 +173,9 @@ class ValueLearner(abc.ABC):
         if final > 0.0 and isinstance(self._explorer, Harmonic):
             self._lucky.insert(0, (final, self._explorer.drawn))
             self._lucky = sorted(self._lucky, key=_first)[: self._settings.exploration.remembered]
-        # a frozen table is still what made the streak that ends here
-        longer = max(self._settings.count.streak, self._best_streak + 1)
-        if not (success or self.explored) and self.count.streak >= longer:
-            self._best, self._best_streak = np.array(self._values.q), self.count.streak
-        self.count = self.count.after(explored=self.explored, success=success, settings=self._settings.count)
+        before, settings = self.count, self._settings.count
+        self.count = before.after(explored=self.explored, success=success, settings=settings)
+        self._acting.ended(self._values.q, before, self.count, learned=bool(self._alpha), streak=settings.streak)
         return FinishedRollout(self.count.rollouts, self.explored, success, self._reward, actions)
 
     def _learn(self, transition: Transition) -> None:

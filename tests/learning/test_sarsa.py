@@ -133,9 +133,10 @@ def test_epsilon_greedy_takes_other_than_greedy_actions_as_often_as_configured()
     assert 700 < rest < 900
 
 
+@pytest.mark.parametrize("acting", ["latest", "streak_mean"])
 @pytest.mark.parametrize("update", ["sarsa", "expected_sarsa", "q", "double_sarsa"])
-def test_from_state_goes_on_bit_for_bit(update):
-    settings = learn_settings(update=update)
+def test_from_state_goes_on_bit_for_bit(update, acting):
+    settings = learn_settings(update=update, acting=acting)
 
     def rollouts(learner: SarsaLearner, rng: np.random.Generator, n: int) -> None:
         for k in range(n):
@@ -149,7 +150,7 @@ def test_from_state_goes_on_bit_for_bit(update):
     half, rng = SarsaLearner(settings), np.random.default_rng(1)
     rollouts(half, rng, 3)
     saved = half.state()
-    tables = {name: saved.pop(name) for name in ("q", "best")}
+    tables = {name: saved.pop(name) for name in ("q", "best", "mean") if name in saved}
     resumed = SarsaLearner.from_state(settings, {**tables, **json.loads(json.dumps(saved))})
     for k in range(3, 8):
         resumed.begin_rollout(rng)
@@ -157,6 +158,7 @@ def test_from_state_goes_on_bit_for_bit(update):
             resumed.act(SwingState(0.1 * step, 0.0, rng.normal(), 0.0), 0.1 * step)
         resumed.end_rollout("goal" if k % 3 else "timeout", HANGING)
     np.testing.assert_array_equal(resumed.table, whole.table)
+    assert resumed.policy.digest == whole.policy.digest
     assert resumed.count == whole.count
 
 

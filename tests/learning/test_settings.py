@@ -66,7 +66,7 @@ def test_hard_random_is_hard_on_other_bodies():
     back = dataclasses.replace(hard.validation, bodies=hard.bodies)
     more = dataclasses.replace(hard.exploration, in_a_row=2)
     assert dataclasses.replace(hard, exploration=more) == dataclasses.replace(
-        varied, task="hard", bodies=hard.bodies, validation=back
+        varied, task="hard", bodies=hard.bodies, validation=back, acting="latest"
     )
 
 

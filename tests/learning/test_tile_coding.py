@@ -82,7 +82,7 @@ def test_a_step_moves_the_sum_over_the_tilings_by_alpha():
     values = TileValues(np.zeros((80, 5)), settings)
     visit = values.visit(np.arange(0, 80, 10))
     values.update(Transition(visit, 2, 1.0, None, None), 0.7)
-    assert values.values(visit) == pytest.approx([0.0, 0.0, 0.7, 0.0, 0.0])
+    assert values.values(values.q, visit) == pytest.approx([0.0, 0.0, 0.7, 0.0, 0.0])
 
 
 @pytest.mark.parametrize(("key", "value"), [("update", "double_sarsa"), ("traces", "dutch")])

@@ -95,7 +95,7 @@ def test_double_sarsa_lets_one_table_learn_from_the_other_and_acts_by_their_mean
         assert learning.update(step, 0.5, coin) == ahead
     np.testing.assert_array_equal(learning.tables[:, 0, 0], [3.0, 2.0])
     assert learning.q[0, 0] == 2.5
-    assert learning.values(0) == [2.5]
+    assert learning.values(learning.q, 0) == [2.5]
 
 
 def test_with_lambda_one_double_sarsa_learns_the_return_whatever_the_tables_say():

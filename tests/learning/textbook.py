@@ -109,7 +109,7 @@ def grid_episode(
 
     def choose(place: tuple[int, int]) -> tuple[int, int, Sequence[float]]:
         row = place[0] * grid.columns + place[1]
-        values = table.values(row)
+        values = table.values(table.q, row)
         greedy = int(rng.choice(np.flatnonzero(np.array(values) == max(values))))
         return row, behaviour.action(0.0, NOWHERE, greedy), behaviour.action_probabilities(greedy)
 
@@ -131,6 +131,6 @@ def greedy_path(grid: Grid, table: ValueTable, longest: int = 100) -> list[tuple
     """The places of the greedy policy from start to goal."""
     place, path = grid.start, [grid.start]
     while place != grid.goal and len(path) <= longest:
-        place, _ = grid.move(place, int(np.argmax(table.values(place[0] * grid.columns + place[1]))))
+        place, _ = grid.move(place, int(np.argmax(table.values(table.q, place[0] * grid.columns + place[1]))))
         path.append(place)
     return path

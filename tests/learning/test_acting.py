@@ -1,0 +1,52 @@
+"""What is acted by while values are learned."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from kendama_cli.learning.acting import Acting
+from kendama_cli.learning.statistics import LearningCount
+
+STREAK = 3
+
+
+def after(acting: Acting, value: float, before: LearningCount, *, streak: int, failed: bool = False) -> LearningCount:
+    """A rollout after which every value is ``value``."""
+    count = LearningCount(streak=streak, greedy_failed=failed)
+    acting.ended(np.array([[value]]), before, count, learned=before.streak < STREAK, streak=STREAK)
+    return count
+
+
+def by(acting: Acting, latest: float) -> float:
+    return float(acting.by(np.array([[latest]]))[0, 0])
+
+
+def test_successes_in_a_row_are_acted_on_by_their_mean_and_a_failure_ends_it() -> None:
+    acting = Acting(np.zeros((1, 1)), averaged=True)
+    count = after(acting, 1.0, LearningCount(), streak=0)
+    assert by(acting, 1.0) == 1.0
+    for streak, value, mean in ((1, 2.0, 2.0), (2, 4.0, 3.0), (3, 9.0, 5.0)):
+        count = after(acting, value, count, streak=streak)
+        assert by(acting, value) == pytest.approx(mean)
+    count = after(acting, 9.0, count, streak=4)
+    assert by(acting, 9.0) == pytest.approx(5.0)
+    failed = after(acting, 9.0, count, streak=0, failed=True)
+    assert by(acting, 9.0) == pytest.approx(5.0)
+    after(acting, 7.0, failed, streak=0, failed=True)
+    assert by(acting, 7.0) == 7.0
+
+
+@pytest.mark.parametrize(("averaged", "kept"), [(True, 5.0), (False, 9.0)])
+def test_what_had_the_longest_streak_while_frozen_is_handed_over(averaged: bool, kept: float) -> None:
+    acting = Acting(np.zeros((1, 1)), averaged=averaged)
+    count = LearningCount()
+    for streak, value in ((1, 2.0), (2, 4.0), (3, 9.0), (4, 9.0)):
+        count = after(acting, value, count, streak=streak)
+    count = after(acting, 9.0, count, streak=0, failed=True)
+    count = after(acting, 1.0, count, streak=0, failed=True)
+    saved = Acting(np.zeros((1, 1)), averaged=averaged)
+    saved.restore(acting.state())
+    for one in (acting, saved):
+        assert float(one.handed_over(np.array([[1.0]]), count)[0, 0]) == pytest.approx(kept)
+        assert by(one, 1.0) == 1.0
