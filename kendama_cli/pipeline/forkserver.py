@@ -40,7 +40,8 @@ class _Stages:
 
     def ready(self, request: Mapping[str, Any]) -> ReadyStage | None:
         """The stage of ``request``; None where its worker has to make it."""
-        name, asked = request["stage"], [request["declared"], request["settings"], request.get("places")]
+        config = {**request["parts"]["config"], "seed": None}  # with the digests of files that a stage may read at once
+        name, asked = request["stage"], [request["declared"], request["settings"], request.get("places"), config]
         if name in self._known and self._known[name][0] == asked:
             return self._known[name][1]
         ready = _prepared(request)
