@@ -6,7 +6,10 @@ import numpy as np
 import pytest
 
 from kendama_cli.learning.acting import Acting
+from kendama_cli.learning.sarsa import SarsaLearner
+from kendama_cli.learning.state import SwingState
 from kendama_cli.learning.statistics import LearningCount
+from tests.learning.settings_files import learn_settings
 
 STREAK = 3
 
@@ -50,3 +53,21 @@ def test_what_had_the_longest_streak_while_frozen_is_handed_over(averaged: bool,
     for one in (acting, saved):
         assert float(one.handed_over(np.array([[1.0]]), count)[0, 0]) == pytest.approx(kept)
         assert by(one, 1.0) == 1.0
+
+
+@pytest.mark.parametrize("acting", ["latest", "streak_mean"])
+def test_a_learner_hands_over_what_its_setting_says(acting: str) -> None:
+    learner = SarsaLearner(learn_settings("paper", acting=acting))
+    tables = []
+    for seed in range(5):
+        learner.begin_rollout(np.random.default_rng(seed))
+        explored = learner.explored
+        for step in range(200):
+            learner.act(SwingState(0.0, 0.0, 0.3 * np.sin(0.05 * step * (seed + 1)), 2.0), 0.02 * step)
+        learner.end_rollout("goal", SwingState(0.0, 0.0, 2.0, 2.0))
+        if not explored:
+            tables.append(learner.table)
+    assert len(tables) == 4
+    assert np.ptp(tables, axis=0).max() > 0.0
+    expected = tables[-1] if acting == "latest" else np.mean(tables, axis=0)
+    np.testing.assert_allclose(learner.policy.array("q"), expected, rtol=0, atol=1e-12)
