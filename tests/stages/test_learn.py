@@ -105,7 +105,7 @@ def test_reaching_the_cap_without_learning_ends_normally():
 
 
 def test_the_honest_task_is_learned_where_the_null_model_and_the_pump_do_not_solve_it():
-    """Six seeds that nothing was tuned on; the bounds are told in docs/figures.md."""
+    """Six seeds that nothing was tuned on; what is reached is told in docs/learning.md."""
     every = [learn(MemoryContext(seed), "hard", count__evaluation=50).metrics for seed in range(1000, 1006)]
     assert np.mean([metrics["rollouts_to_proof"] for metrics in every]) < 450
     assert sum(metrics["proven"] for metrics in every) >= 5
