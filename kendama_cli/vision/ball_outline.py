@@ -17,6 +17,8 @@ OUTLINE, OUTLINE_SIGMA_PX = 0.5, 0.1
 """Part of the difference's outline that must fit one circle, and the least standard deviation that it gives."""
 MOVED_PART, SIZED = 0.7, 1.6
 """A circle whose centre is farther from the disc's, in radii, or whose radius differs by more, is another thing's."""
+SIZE_OCTAVES = 0.35
+"""... and fits the less the more octaves its size differs by."""
 MORE = 0.1
 """An outline that is painted over is told by so much more of it that fits the circle of the outermost edge."""
 BESIDE_PX = 8.0
@@ -38,8 +40,8 @@ class BallOutline:
     def circle(self, shown: Image, background: Image, least: float, disc: Disc) -> Sighting | None:
         """The circle about ``disc`` in ``shown`` (h, w, 3) before ``background``, None where the outline has none.
 
-        That of a ball of one colour, or of any colours where that explains more of the outline. A difference below
-        ``least`` grey levels is none.
+        That of a ball of one colour, or of any colours where that explains more of the outline or has more nearly the
+        disc's size: the lit part of a ball may be round too. A difference below ``least`` grey levels is none.
         """
         height, width = shown.shape[:2]
         box = around(disc.centre, 2 * disc.radius + BESIDE_PX).within(whole(width, height))
@@ -47,11 +49,13 @@ class BallOutline:
             return None
         part, corner = (slice(box.top, box.bottom), slice(box.left, box.right)), np.array([box.left, box.top])
         more = self._more_light(shown[part], background[part])
-        inside, best = Disc(disc.centre - corner, disc.radius, disc.is_sized), None
+        inside, best, best_fit = Disc(disc.centre - corner, disc.radius, disc.is_sized), None, -np.inf
         for outline in (through_contrast, outermost(least)):
             circle = self._fit.circle(more, inside, outline)
-            if circle is not None and (best is None or circle.score > best.score + MORE) and _is_of(circle, inside):
-                best = circle
+            if circle is not None and _is_of(circle, inside):
+                fit = circle.score * _alike(circle.radius_px, disc.radius)
+                if fit > best_fit + MORE:
+                    best, best_fit = circle, fit
         return None if best is None else dataclasses.replace(best, centre_px=best.centre_px + corner)
 
     def _more_light(self, shown: Image, background: Image) -> NDArray[np.float32]:
@@ -70,3 +74,7 @@ def _is_of(circle: Sighting, disc: Disc) -> bool:
     moved = float(np.hypot(*(circle.centre_px - disc.centre)))
     sized = max(circle.radius_px / disc.radius, disc.radius / circle.radius_px)
     return moved < MOVED_PART * disc.radius and sized < SIZED
+
+
+def _alike(radius_px: float, usual_px: float) -> float:
+    return float(np.exp(-((np.log2(radius_px / usual_px) / SIZE_OCTAVES) ** 2) / 2))

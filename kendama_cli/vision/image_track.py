@@ -12,6 +12,8 @@ from kendama_cli.vision.interface import Sighting
 
 HALF_FRAMES = 5
 """A candidate is judged with those of so many frames to either side."""
+THROUGH_FRAMES = 3
+"""... on motions through candidates of frames at most so far away."""
 NEAR_RADII = 0.7
 """A candidate belongs to a motion when it lies within so many ball radii of it."""
 MOST_RADII_A_FRAME = 5.0
@@ -95,29 +97,26 @@ def _follow(candidates: Sequence[Sequence[Sighting]], threshold: float) -> list[
 def _support(one: Sighting, window: Sequence[tuple[int, Array, Array]]) -> float:
     """The best sum of scores over motions through ``one`` and candidates of one frame before or after each."""
     near, reach = NEAR_RADII * one.radius_px, _reach_px(one)
-    places = [
-        (k, row, float(score))
-        for k, rows, scores in window
-        if abs(k) <= 3
-        for row, score in zip(rows, scores, strict=True)
-        if float(np.hypot(*(row - one.centre_px))) <= reach * abs(k)
-    ]
-    best = 0.0
-    for i, (k, a, _) in enumerate(places):
-        for m, b, _ in places[i + 1 :]:
-            if m == k:
-                continue
-            # u(t) = c + p t + q t^2 through 0, k and m
-            p = ((a - one.centre_px) * m / k - (b - one.centre_px) * k / m) / (m - k)
-            q = ((b - one.centre_px) / m - (a - one.centre_px) / k) / (m - k)
-            total = 0.0
-            for t, rows, scores in window:
-                off = np.hypot(*(rows - (one.centre_px + p * t + q * t * t)).T)
-                on = off <= near
-                if on.any():
-                    total += float(scores[on].max())
-            best = max(best, total)
-    return best
+    close = [(k, rows - one.centre_px) for k, rows, _ in window if abs(k) <= THROUGH_FRAMES]
+    if len(close) < 2:
+        return 0.0
+    frames = np.concatenate([np.full(len(rows), float(k)) for k, rows in close])
+    places = np.concatenate([rows for _, rows in close])
+    within = np.hypot(*places.T) <= reach * np.abs(frames)
+    frames, places = frames[within], places[within]
+    first, second = np.nonzero(frames[:, None] < frames)
+    if len(first) == 0:
+        return 0.0
+    # u(t) = c + p t + q t^2 through 0, k and m
+    k, m, a, b = frames[first][:, None], frames[second][:, None], places[first], places[second]
+    p = (a * m / k - b * k / m) / (m - k)
+    q = (b / m - a / k) / (m - k)
+    total = np.zeros(len(first))
+    for t, rows, scores in window:
+        off = (rows - one.centre_px) - (p * t + q * t * t)[:, None]
+        on = np.hypot(off[..., 0], off[..., 1]) <= near
+        total += np.where(on, scores, 0.0).max(axis=1)
+    return float(total.max())
 
 
 def _reach_px(one: Sighting) -> float:

@@ -5,33 +5,22 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Iterator, Sequence
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from kendama_cli.errors import StageError
+from kendama_cli.vision.background import Background
 from kendama_cli.vision.ball_outline import BallOutline
 from kendama_cli.vision.circle_fit import Disc
+from kendama_cli.vision.image_change import ImageChange, change_of
 from kendama_cli.vision.interface import Image, SearchHint, Sighting
-from kendama_cli.vision.motion_blob import Blob, blob_of
+from kendama_cli.vision.motion_blob import Blob, blobs_of, parts_of
 from kendama_cli.vision.settings import MotionDetectorSettings
 from kendama_cli.vision.streak import StreakGuess, streak
+from kendama_cli.vision.usual_size import SIZE_OCTAVES, usual_radius_px
 
-NOISE_SIGMAS = 6.0
-"""A difference from the background counts from so many standard deviations of the image's noise on."""
-MAD_SIGMA = 1.4826
-"""Standard deviation of a Gaussian over its median absolute deviation."""
-STRING_PART = 0.35
-"""What is thinner than this part of the ball's diameter is the string: it is opened away."""
-GAP_PART = 0.3
-"""Between two colours of a ball lies a line of the background's own brightness, up to twice this part of its radius."""
-SHAKE_SCALE = 0.5
-LESS = 0.9
-"""A shake is believed where it leaves less than this part of the difference."""
-SHAKE_PX = 3.0
-"""A camera on a table moves less; more is no shake but another view."""
-SIZE_OCTAVES = 0.35
-"""Balls of one film differ from their usual radius by about this many octaves: distance, blur, shadow."""
+SIZED_FROM = 15
+"""So many images, spread over the film, tell how large the ball is."""
 SIGMA_PART = 0.1
 """Standard deviation of a blob's centre, in radii: light and shadow are not the same on all its rim."""
 
@@ -40,12 +29,13 @@ GHOST = 0.4
 PAINTED_PART, UNROUND_PART = 0.2, 0.6
 """Standard deviation of a centre, in radii, for each part of the circle that is missing, of the blob that is not round:
 measured on rendered balls of two colours, striped and wooden."""
-LONG, FILLED, LEAST_ALIKE = 0.5, 0.6, 0.02
-"""A blob whose way is longer than this part of its width may be a streak, where it fills so much of one and the width
-is that alike to the ball's."""
+LEAST_ALIKE = 0.02
+"""A blob may be a streak where its width is that alike to the ball's."""
 EXPLAINED = 0.75
 """A streak explains this part of the difference in light, or it is none."""
 MOST_STREAKS = 3
+LEAST_SCORE = 0.003
+"""What scores less is no candidate: its size is another thing's."""
 
 
 class MotionDetector:
@@ -57,36 +47,23 @@ class MotionDetector:
     ``learn`` must have seen the camera's images first: the median of some of them over time is the background, and what
     is round and moves in them says how large the ball is. The score is roundness times how alike its size is to that,
     times how far the blob's rim is in this image rather than in the background (where the ball hung while the
-    background was taken it leaves a ghost). A streak's is the part of the light that it explains, times its size's.
+    background was taken it leaves a ghost), less where all of it may be a shadow. A streak's is the part of the light
+    that it explains, times its size's, less where it may be a shadow.
     """
 
     def __init__(self, settings: MotionDetectorSettings) -> None:
         self._settings = settings
         self._outline = BallOutline(settings)
-        self._background: Image | None = None
+        self._background: Background | None = None
         self._usual_px: float | None = None
 
     def learn(self, images: Sequence[Image]) -> None:
         """Take the background and the ball's size from images (h, w, 3) of one camera, spread over its film."""
-        chosen = np.linspace(0, len(images) - 1, min(len(images), self._settings.memory)).round().astype(int)
-        stack = np.array([images[i] for i in chosen])
-        self._background = np.partition(stack, len(stack) // 2, axis=0)[len(stack) // 2]
-        self._small = _small(self._background)
-        self._window = cv2.createHanningWindow(self._small.shape[::-1], cv2.CV_32F)
-        self._usual_px = None
-        moved = [
-            blob
-            for i in chosen
-            for blob in self._blobs(*self._difference(images[i], (0, 0)), self._settings.min_radius_px)
-        ]
-        weighed = [
-            (one.roundness * one.new, np.log2(one.radius_px)) for one in moved if one.roundness > 0.6 and one.new > 0.5
-        ] or [(one.filled, np.log2(one.width_px / 2)) for one in moved if one.filled > FILLED]
-        if weighed:
-            weight, octave = np.array(weighed).T
-            near = np.abs(octave[:, None] - octave) < SIZE_OCTAVES
-            votes = near @ weight
-            self._usual_px = float(2 ** np.median(octave[near[int(votes.argmax())]]))
+        chosen = [images[i] for i in _spread(len(images), self._settings.memory)]
+        self._background = Background(chosen)
+        changes = [self._change(chosen[i], (0, 0)) for i in _spread(len(chosen), SIZED_FROM)]
+        smallest, largest = self._settings.min_radius_px, self._settings.max_radius_px
+        self._usual_px = usual_radius_px([one for one in changes if one is not None], smallest, largest)
 
     def candidates(
         self, pixels: Image, origin_px: tuple[int, int] = (0, 0), hint: SearchHint | None = None
@@ -98,38 +75,58 @@ class MotionDetector:
                 "('kendama camera detect') and in stages, not on single images"
             )
         usual = self._usual_px if hint is None else hint.radius_px
-        difference, shown, background = self._difference(pixels, origin_px)
-        found = self._blobs(difference, shown, background, usual or self._settings.min_radius_px)
-        streaks = self._streaks(shown, background, found, hint, usual)
-        alike = [0.0 if one is None else one.score * _alike(one.radius_px, usual) for one in streaks]
-        round_ones = [blob.roundness * blob.new * _alike(blob.radius_px, usual) for blob in found]
+        change = self._change(pixels, origin_px)
+        if change is None:
+            return
+        radius_px = usual or self._settings.min_radius_px
+        whole = blobs_of(change, radius_px)
+        parts = [part for blob in whole if blob.is_mixed(radius_px) for part in parts_of(change, blob, radius_px)]
+        whole, parts = self._sized(whole), self._sized(parts)
+        found = whole + parts
+        round_ones = [blob.likeness * _alike(blob.radius_px, usual) for blob in found]
+        streaks = self._streaks(change, whole, hint, usual) + [None] * len(parts)
+        alike = [
+            0.0 if one is None else one.score * blob.lit * _alike(one.radius_px, usual)
+            for blob, one in zip(found, streaks, strict=True)
+        ]
         scores = np.maximum(round_ones, alike) if found else np.zeros(0)
+        order = _in_places(found, scores)
         expected = None if hint is None else Disc(np.asarray(hint.centre_px) - origin_px, hint.radius_px, hint.is_sized)
-        if expected is None:
-            order = np.argsort(-scores, kind="stable")
-        else:
-            off = [np.hypot(*(blob.centre_px - expected.centre)) for blob in found]
-            ghosts = [blob.new < GHOST and one is None for blob, one in zip(found, streaks, strict=True)]
-            order = np.lexsort([off, ghosts])
+        if expected is not None:
+            order = sorted(order, key=lambda i: _unlikely(found[i], float(scores[i]), streaks[i], expected))
         for number in order[: self._settings.candidates]:
             seen, score = streaks[number], float(np.clip(scores[number], 0.0, 1.0))
             if seen is None:
-                seen = Sighting(*self._outlined(shown, background, found[number], expected), score)
+                seen = Sighting(*self._outlined(change, found[number], expected), score)
             yield dataclasses.replace(seen, centre_px=seen.centre_px + origin_px, score=score)
 
+    def _change(self, pixels: Image, origin_px: tuple[int, int]) -> ImageChange | None:
+        """How ``pixels`` differ from the background, None where they lie outside of it."""
+        assert self._background is not None
+        behind = self._background.behind(pixels, origin_px)
+        return None if behind is None else change_of(pixels, behind, self._settings.contrast_min)
+
+    def _sized(self, found: Sequence[Blob]) -> list[Blob]:
+        """Those that may be a ball by their size."""
+        smallest, largest = self._settings.min_radius_px, self._settings.max_radius_px
+        return [blob for blob in found if smallest <= blob.radius_px <= largest]
+
     def _streaks(
-        self, shown: Image, background: Image, found: Sequence[Blob], hint: SearchHint | None, usual: float | None
+        self, change: ImageChange, found: Sequence[Blob], hint: SearchHint | None, usual: float | None
     ) -> list[Sighting | None]:
         """The streak of each blob, None where it is none."""
         made: list[Sighting | None] = [None] * len(found)
-        likely = [_alike(blob.width_px / 2, usual) * blob.filled for blob in found]
+        likely = [
+            _alike(blob.width_px / 2, usual) * blob.filled if blob.may_be_streak(usual or blob.width_px / 2) else 0.0
+            for blob in found
+        ]
         for number in np.argsort([-one for one in likely], kind="stable")[:MOST_STREAKS]:
             if likely[number] >= LEAST_ALIKE:
-                made[number] = _streak_of(found[number], shown, background, self._settings.gamma, hint)
+                made[number] = _streak_of(found[number], change, self._settings.gamma, hint)
         return made
 
     def _outlined(
-        self, shown: Image, background: Image, blob: Blob, expected: Disc | None
+        self, change: ImageChange, blob: Blob, expected: Disc | None
     ) -> tuple[NDArray[np.float64], NDArray[np.float64], float]:
         """Centre, covariance and radius of the circle about a blob, where its outline has one; else the blob's own.
 
@@ -139,76 +136,37 @@ class MotionDetector:
         """
         best, disc = None, Disc(blob.centre_px, blob.radius_px)
         if expected is not None and expected.is_sized and _is_about(blob, expected):
-            best = self._outline.circle(shown, background, blob.least, expected)
+            best = self._outline.circle(change.pixels, change.background, blob.least, expected)
         if best is None:
-            best = self._outline.circle(shown, background, blob.least, disc)
+            best = self._outline.circle(change.pixels, change.background, blob.least, disc)
         if best is not None:
             spread_px = PAINTED_PART * (1 - best.score) * best.radius_px
             return best.centre_px, best.covariance_px2 + np.eye(2) * spread_px**2, best.radius_px
         spread_px = (SIGMA_PART + UNROUND_PART * (1 - blob.roundness)) * blob.radius_px
         return blob.centre_px, np.eye(2) * spread_px**2, blob.radius_px
 
-    def _difference(self, pixels: Image, origin_px: tuple[int, int]) -> tuple[Image, Image, Image]:
-        """How ``pixels`` differ from the background (h, w, 3), the two themselves; no pixels where they do not meet."""
-        assert self._background is not None
-        height, width = pixels.shape[:2]
-        left, top = origin_px
-        background = self._without_shake(pixels, self._background[top : top + height, left : left + width])
-        if background.shape != pixels.shape:
-            return pixels[:0], pixels[:0], background[:0]
-        return np.asarray(cv2.absdiff(pixels, background), dtype=np.uint8), pixels, background
 
-    def _blobs(self, difference: Image, pixels: Image, background: Image, radius_px: float) -> list[Blob]:
-        """What differs from the background, in the coordinates of ``pixels``."""
-        if difference.size == 0:
-            return []
-        blue, green, red = cv2.split(difference)
-        change = np.asarray(cv2.max(cv2.max(blue, green), red), dtype=np.uint8)
-        counts = np.bincount(change.ravel(), minlength=256)
-        middle = _median(counts)
-        noise = MAD_SIGMA * _median(np.bincount(np.abs(np.arange(256) - middle), weights=counts, minlength=256))
-        least = max(self._settings.contrast_min, middle + NOISE_SIGMAS * noise)
-        mask = (change > least).astype(np.uint8)
-        gap = 2 * round(GAP_PART * radius_px) + 1
-        closed = cv2.morphologyEx(mask, cv2.MORPH_CLOSE, cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (gap, gap)))
-        side = max(3, 2 * round(STRING_PART * radius_px) + 1)
-        mask = np.asarray(
-            cv2.morphologyEx(closed, cv2.MORPH_OPEN, cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (side, side)))
-        )
-        contours, _ = cv2.findContours(mask, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
-        made = []
-        for contour in contours:
-            blob = blob_of(np.asarray(contour, dtype=np.int32), least, change, pixels, background)
-            if blob is not None and self._settings.min_radius_px <= blob.radius_px <= self._settings.max_radius_px:
-                made.append(blob)
-        return made
-
-    def _without_shake(self, pixels: Image, background: Image) -> Image:
-        """The background moved as the camera shook, where the whole image says so."""
-        assert self._background is not None
-        if pixels.shape != self._background.shape:
-            return background
-        right, down = cv2.phaseCorrelate(self._small, _small(pixels), self._window)[0]
-        right, down = right / SHAKE_SCALE, down / SHAKE_SCALE
-        if not 0.3 < float(np.hypot(right, down)) <= SHAKE_PX:
-            return background
-        way = np.array([[1, 0, right], [0, 1, down]], dtype=np.float64)
-        size = background.shape[1], background.shape[0]
-        moved = np.asarray(cv2.warpAffine(background, way, size, borderMode=cv2.BORDER_REPLICATE), dtype=np.uint8)
-        # what moved in the image pulls the correlation along: a true shake leaves less difference
-        left = [float(cv2.norm(pixels, one, cv2.NORM_L1)) for one in (background, moved)]
-        return moved if left[1] < LESS * left[0] else background
+def _spread(number: int, most: int) -> list[int]:
+    """At most ``most`` of the numbers below ``number``, evenly spread."""
+    return [round(one) for one in np.linspace(0, number - 1, min(number, most))]
 
 
-def _small(pixels: Image) -> NDArray[np.float32]:
-    """The image's grey at SHAKE_SCALE."""
-    small = cv2.resize(pixels, None, fx=SHAKE_SCALE, fy=SHAKE_SCALE, interpolation=cv2.INTER_AREA)
-    return np.asarray(cv2.cvtColor(small, cv2.COLOR_BGR2GRAY), dtype=np.float32)
+def _in_places(found: Sequence[Blob], scores: NDArray[np.float64]) -> list[int]:
+    """The best of what lies within a radius of each other, the highest score first."""
+    kept: list[int] = []
+    for i in np.argsort(-scores, kind="stable"):
+        centre, radius = found[i].centre_px, found[i].radius_px
+        if scores[i] >= LEAST_SCORE and all(
+            float(np.hypot(*(found[k].centre_px - centre))) > max(found[k].radius_px, radius) for k in kept
+        ):
+            kept.append(int(i))
+    return kept
 
 
-def _median(counts: NDArray[np.float64] | NDArray[np.intp]) -> int:
-    """The median of values 0, 1, ... that occur so many times."""
-    return int(np.searchsorted(np.cumsum(counts), counts.sum() / 2))
+def _unlikely(blob: Blob, score: float, seen: Sighting | None, expected: Disc) -> tuple[bool, float]:
+    """How unlikely it is that a blob is the ball that is expected: a ghost least likely, then by distance and score."""
+    is_ghost = blob.new < GHOST and seen is None
+    return is_ghost, float(np.hypot(*(blob.centre_px - expected.centre))) / expected.radius - score
 
 
 def _alike(radius_px: float, usual_px: float | None) -> float:
@@ -216,13 +174,11 @@ def _alike(radius_px: float, usual_px: float | None) -> float:
     return 1.0 if usual_px is None else float(np.exp(-((np.log2(radius_px / usual_px) / SIZE_OCTAVES) ** 2) / 2))
 
 
-def _streak_of(blob: Blob, shown: Image, background: Image, gamma: float, hint: SearchHint | None) -> Sighting | None:
-    """The streak that a long blob is, where one explains it."""
-    if float(np.hypot(*blob.way_px)) < LONG * blob.width_px or blob.filled < FILLED:
-        return None
+def _streak_of(blob: Blob, change: ImageChange, gamma: float, hint: SearchHint | None) -> Sighting | None:
+    """The streak that a blob of such a shape is, where one explains it."""
     is_sized = hint is not None and hint.is_sized
     radius = hint.radius_px if hint is not None and is_sized else blob.width_px / 2
-    seen = streak(shown, background, gamma, StreakGuess(blob.centre_px, blob.way_px, radius, is_sized))
+    seen = streak(change.pixels, change.background, gamma, StreakGuess(blob.centre_px, blob.way_px, radius, is_sized))
     return None if seen is None or seen.score < EXPLAINED else seen
 
 

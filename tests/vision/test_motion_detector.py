@@ -41,6 +41,33 @@ def test_every_frame_shows_the_swinging_ball_whatever_its_colour(name, options):
     assert rms <= 1.0, name
 
 
+@pytest.mark.parametrize(
+    "options",
+    [
+        {"string_px": 2},
+        {"string_px": 3, "jpeg": 60},
+        {"hand": True, "string_px": 2, "colour": (235, 235, 235)},
+        {"hand": True, "shadow": 0.2, "drift": 0.06, "string_px": 2, "colour": (60, 110, 200), "jpeg": 80},
+    ],
+    ids=["a string", "a thick string in JPEG", "a hand", "a hand, shadows, an exposure that drifts"],
+)
+def test_the_ball_is_told_from_what_moves_with_it(options):
+    frames, truth = pendulum(FRAMES, 10020, background=textured(10021), **options)
+    recall, precision, rms = scored(frames, truth, 7.0)
+    assert recall >= 0.97
+    assert precision >= 0.99
+    assert rms <= 1.0
+
+
+def test_a_shadow_that_is_as_round_as_the_ball_is_not_the_ball():
+    frames, truth = pendulum(
+        FRAMES, 10022, background=np.full((240, 320, 3), 170, np.uint8), colour=(110, 150, 215), shadow=0.3
+    )
+    recall, precision, _ = scored(frames, truth, 7.0)
+    assert recall >= 0.97
+    assert precision >= 0.99
+
+
 def test_a_ball_that_hung_still_while_the_background_was_taken_leaves_no_ghost():
     frames, truth = pendulum(FRAMES, 10003, background=np.full((240, 320, 3), 200, dtype=np.uint8), at_rest=35)
     recall, precision, _ = scored(frames, truth, 7.0)
@@ -118,7 +145,7 @@ def test_a_size_that_is_not_the_balls_spoils_nothing():
         assert found.radius_px == pytest.approx(8.0, abs=0.3)
 
 
-def test_where_the_ball_was_when_the_background_was_taken_comes_last():
+def test_where_the_ball_was_when_the_background_was_taken_it_is_not_seen():
     rng = np.random.default_rng(10012)
     detector = MotionDetector(SETTINGS)
     before, there = painted(rng, 0.0, 20)
@@ -126,6 +153,6 @@ def test_where_the_ball_was_when_the_background_was_taken_comes_last():
     pixels = np.full_like(before, 150)
     now = there + np.array([25.0, 10.0])
     draw_ball(pixels, now, 8.0, (20, 20, 20))
-    first, last = detector.candidates(pixels, (0, 0), SearchHint(there, 8.0, True))
+    first, *others = detector.candidates(pixels, (0, 0), SearchHint(there, 8.0, True))
     assert np.hypot(*(first.centre_px - now)) < 0.3
-    assert np.hypot(*(last.centre_px - there)) < 0.3
+    assert not others
