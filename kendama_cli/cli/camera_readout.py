@@ -9,9 +9,9 @@ from typing import Any
 
 import yaml
 
+from kendama_cli.cli.output_file import refuse_output, write_output
 from kendama_cli.errors import InputError, UsageError
 from kendama_cli.schema.plain_yaml import load_yaml
-from kendama_cli.store.durable import write_file
 from kendama_cli.vision.ball_film import FilmTrack
 from kendama_cli.vision.camera_model import CameraModel
 from kendama_cli.vision.readout import FoundReadout, find_readout
@@ -63,8 +63,7 @@ def refuse_readout(output: Path | None, calibration: Path | None) -> None:
         return
     if calibration is None:
         raise UsageError("--readout: flights tell it in metres; add --calibration (see 'kendama camera calibrate')")
-    if output.suffix.lower() not in (".yaml", ".yml"):
-        raise UsageError(f"--readout {output}: a calibration is YAML; name it like {output.with_suffix('.yaml')}")
+    refuse_output(output, "a calibration is YAML", ".yaml", ".yml", option="--readout")
 
 
 def find_readouts(
@@ -91,4 +90,4 @@ def write_readouts(calibration: Path, output: Path, cameras: Sequence[CameraMode
     for entry in content["cameras"]:
         if entry["name"] in readouts:
             entry["readout_s"] = round(readouts[entry["name"]], 6)
-    write_file(output, (NOTE + yaml.safe_dump(content, sort_keys=False)).encode())
+    write_output(output, (NOTE + yaml.safe_dump(content, sort_keys=False)).encode(), option="--readout")

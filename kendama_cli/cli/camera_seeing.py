@@ -14,12 +14,12 @@ from pathlib import Path
 import numpy as np
 
 from kendama_cli.cli import render
+from kendama_cli.cli.output_file import refuse_output, write_output
 from kendama_cli.config.compose import composed
 from kendama_cli.config.site import Site
 from kendama_cli.devices.camera.boxes import image_files, labelled, read_boxes, read_image, read_labelled
 from kendama_cli.errors import InputError, UsageError
 from kendama_cli.pipeline.nodes import build_settings
-from kendama_cli.store.durable import write_file
 from kendama_cli.vision.ball_box import TaughtImage
 from kendama_cli.vision.interface import Detector, Image, Sighting
 from kendama_cli.vision.make_detector import make_detector
@@ -57,8 +57,9 @@ class Seeing:
 
 def teach_ball(folder: Path, output: Path, seed: int) -> None:
     """Learn the ball from a folder of images with boxes, and write it."""
+    refuse_output(output, "a taught ball is a NumPy archive", ".npz")
     ball = taught(folder, [read_labelled(one) for one in labelled(folder)], seed)
-    write_file(output, ball.to_bytes())
+    write_output(output, ball.to_bytes())
     render.text(f"{output}; use it with predict/detector=taught predict.detector.ball={output}")
 
 
@@ -102,6 +103,7 @@ def detect_balls(
     paths: Sequence[Path], output: Path, options: SeeingOptions, score: Path | None, *, as_json: bool
 ) -> None:
     """Find the ball in every image, write what is above the detector's threshold, and compare with boxes if asked."""
+    refuse_output(output, "sightings are a CSV", ".csv")
     files = image_files(paths)
     seeing = open_seeing(options)
     if isinstance(seeing.detector, MotionDetector):
@@ -117,7 +119,7 @@ def detect_balls(
         for one in sightings:
             u, v = one.centre_px
             rows.writerow((str(file), f"{u:.2f}", f"{v:.2f}", f"{one.radius_px:.2f}", f"{one.score:.4f}"))
-    write_file(output, text.getvalue().encode())
+    write_output(output, text.getvalue().encode())
     seen = sum(bool(sightings) for sightings in found.values())
     figures = {"images": len(files), "seen": seen, "output": str(output)}
     scored = None if score is None else dataclasses.asdict(compare(found, score))

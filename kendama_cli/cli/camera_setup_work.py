@@ -13,7 +13,8 @@ from pathlib import Path
 from scipy.spatial.transform import Rotation
 
 from kendama_cli.cli import render
-from kendama_cli.cli.setup_work import amended
+from kendama_cli.cli.output_file import refuse_output, write_output
+from kendama_cli.cli.setup_work import amended, refuse_setup
 from kendama_cli.config.compose import composed
 from kendama_cli.config.site import Site
 from kendama_cli.devices.camera import brightness
@@ -27,7 +28,6 @@ from kendama_cli.robot_model.model import RobotModel
 from kendama_cli.schema.arrays import Array
 from kendama_cli.settings.camera import CameraModelSettings
 from kendama_cli.settings.setup import SIGMAS_95, MeasuredNumber, PlacedCamera
-from kendama_cli.store.durable import write_file
 from kendama_cli.vision.calibration import Board, BoardView, find_board
 from kendama_cli.vision.camera_model import CameraModel
 from kendama_cli.vision.hand_eye import PlacedCameras, place_cameras
@@ -48,19 +48,21 @@ class PlaceRequest:
 
 def write_page(output: Path) -> None:
     """Write the page that blinks."""
-    write_file(output, files("kendama_cli.devices.camera").joinpath("page/blink.html").read_bytes())
+    refuse_output(output, "a page is HTML", ".html")
+    write_output(output, files("kendama_cli.devices.camera").joinpath("page/blink.html").read_bytes())
     render.text(f"{output}: open it on a screen before the camera; at its end it offers blinks.csv")
 
 
 def record_brightness(site: Site, overrides: Sequence[str], output: Path, seconds: float, region: str | None) -> None:
     """Write the table of a live camera."""
+    refuse_output(output, "the table is a CSV", ".csv")
     settings = build_settings(composed(site, overrides))
     seen = brightness.watch(settings["camera"], seconds, _region(region))
     text = io.StringIO()
     rows = csv.writer(text, lineterminator="\n")
     rows.writerow(("t_s", "brightness"))
     rows.writerows((f"{t_s:.6f}", f"{level:.3f}") for t_s, level in zip(seen.stamp_s, seen.level, strict=True))
-    write_file(output, text.getvalue().encode())
+    write_output(output, text.getvalue().encode())
     render.text(f"{output}: {len(seen.level)} images; then 'kendama camera latency {output} blinks.csv'")
 
 
@@ -68,6 +70,8 @@ def measure_latency(
     film: Path, blinks: Path, stamps: Path | None, region: str | None, output: Path | None, *, as_json: bool
 ) -> None:
     """Measure, show, and keep it where a setup is named; raises InputError where the light is not found."""
+    if output is not None:
+        refuse_setup(output)
     switched = Blinks(brightness.read_column(blinks, "t_s"))
     if film.suffix.lower() == ".csv":
         seen = brightness.of_table(film)
@@ -94,6 +98,7 @@ def measure_latency(
 
 def place_in_robot(site: Site, request: PlaceRequest, output: Path, *, as_json: bool) -> None:
     """Place the cameras, show how well, and keep them in the setup; raises InputError, with nothing written."""
+    refuse_setup(output)
     by_name = {one.name: one for one in read_calibration(str(request.calibration))}
     hands = read_hand_poses(request.poses, _arm(site, request.robot))
     views: dict[str, list[BoardView]] = {}

@@ -13,7 +13,8 @@ import numpy as np
 from kendama_cli.cli import render
 from kendama_cli.cli.camera_readout import find_readouts, refuse_readout, write_readouts
 from kendama_cli.cli.camera_seeing import SeeingOptions, open_seeing
-from kendama_cli.cli.track_output import refuse_name, write_track
+from kendama_cli.cli.output_file import refuse_output
+from kendama_cli.cli.track_output import refuse_track, write_track
 from kendama_cli.devices.camera.calibration import camera_model, read_calibration
 from kendama_cli.devices.camera.film import Film
 from kendama_cli.devices.camera.track_overlay import draw_track
@@ -50,12 +51,12 @@ def track_films(
 
     Raises UsageError or InputError, with nothing written, where films, calibration and boxes do not fit together.
     """
+    refuse_track(output)
+    refuse_readout(options.readout, options.calibration)
+    if options.overlay is not None:
+        refuse_output(options.overlay, "it is written as WebM", ".webm", option="--overlay")
     films = [Film(path) for path in paths]
     cameras = _cameras(films, options)
-    refuse_name(output)
-    refuse_readout(options.readout, options.calibration)
-    if options.overlay is not None and options.overlay.suffix.lower() != ".webm":
-        raise UsageError(f"--overlay {options.overlay}: name it like {options.overlay.with_suffix('.webm')}")
     opened = open_seeing(seeing, _shown(films[0], options.boxes))
     tracks = []
     for film in films:

@@ -12,6 +12,7 @@ import yaml
 from numpy.typing import NDArray
 
 from kendama_cli.cli import render
+from kendama_cli.cli.output_file import refuse_output, write_output
 from kendama_cli.config.compose import composed
 from kendama_cli.config.site import Site
 from kendama_cli.devices.camera.calibration import calibration_document
@@ -23,7 +24,6 @@ from kendama_cli.pipeline.nodes import build_settings
 from kendama_cli.rendering.pictures import as_png, calibration_picture, check_picture
 from kendama_cli.schema.settings import nearest
 from kendama_cli.settings.camera import LensKind
-from kendama_cli.store.durable import write_file
 from kendama_cli.vision.calibration import Board, BoardView, CalibratedCamera, calibrate, find_board
 from kendama_cli.vision.colour import learn_from_clicks
 
@@ -71,8 +71,7 @@ def calibrate_cameras(request: CalibrationRequest, output: Path, *, as_json: boo
     Raises UsageError or InputError, with nothing written, where the views cannot be used.
     """
     board, paths, centre_m = request.board, request.paths, _triple(request.board_at)
-    if output.suffix.lower() not in (".yaml", ".yml"):
-        raise UsageError(f"-o {output}: a calibration is YAML; name it like {output.with_suffix('.yaml')}")
+    refuse_output(output, "a calibration is YAML", ".yaml", ".yml")
     sizes: dict[str, tuple[int, int]] = {}
     views: dict[str, list[BoardView]] = {}
     backgrounds: dict[str, NDArray[np.uint8]] = {}
@@ -91,7 +90,7 @@ def calibrate_cameras(request: CalibrationRequest, output: Path, *, as_json: boo
         raise InputError(", ".join(map(str, paths)), str(error)) from None
     document = calibration_document(board, made)
     note = "# Made by 'kendama camera calibrate'; use it with camera.calibration=FILE\n"
-    write_file(output, (note + yaml.safe_dump(document, sort_keys=False)).encode())
+    write_output(output, (note + yaml.safe_dump(document, sort_keys=False)).encode())
     picture = output.with_suffix(".png")
     _write_png(picture, calibration_picture(made, backgrounds))
     if as_json:
@@ -109,6 +108,7 @@ def learn_ball(clicks: Sequence[str], radius_px: float, output: Path) -> None:
 
     Raises UsageError for a click that is none or lies outside its image, InputError where nothing can be learned.
     """
+    refuse_output(output, "a learned colour is JSON", ".json")
     images, places = [], []
     for click in clicks:
         name, _, place = click.rpartition("@")
@@ -126,7 +126,7 @@ def learn_ball(clicks: Sequence[str], radius_px: float, output: Path) -> None:
         learned = learn_from_clicks(images, places, radius_px)
     except ValueError as error:
         raise InputError(", ".join(clicks), str(error), remedy="point at the ball in a well lit image") from None
-    write_file(output, learned.to_json().encode())
+    write_output(output, learned.to_json().encode())
     render.text(f"{output}; use it with predict.detector.colour={output}")
 
 
@@ -175,10 +175,9 @@ def _triple(text: str) -> NDArray[np.float64]:
 
 
 def _require_png(path: Path) -> None:
-    if path.suffix.lower() != ".png":
-        raise UsageError(f"-o {path}: a picture is a PNG; name it like {path.with_suffix('.png')}")
+    refuse_output(path, "a picture is a PNG", ".png")
 
 
 def _write_png(path: Path, pixels: NDArray[np.uint8]) -> None:
     _require_png(path)
-    write_file(path, as_png(pixels))
+    write_output(path, as_png(pixels))

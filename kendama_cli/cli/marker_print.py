@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kendama_cli.cli import render
+from kendama_cli.cli.output_file import refuse_output, write_output
 from kendama_cli.errors import UsageError
 from kendama_cli.rendering.pictures import as_png
-from kendama_cli.store.durable import write_file
 from kendama_cli.vision.marker import DICTIONARIES, black_cells, marker_count
 
 PRINT_DPI = 300
@@ -27,9 +27,8 @@ def print_marker(dictionary: str, number: int, size_mm: float, output: Path) -> 
         raise UsageError(f"--number {number}: {dictionary} has the markers 0 to {count - 1}")
     black = black_cells(dictionary, number)
     writers = {".png": _png, ".svg": _svg, ".pdf": _pdf}
-    if output.suffix.lower() not in writers:
-        raise UsageError(f"-o {output}: allowed are {', '.join(writers)}")
-    write_file(output, writers[output.suffix.lower()](black, size_mm))
+    refuse_output(output, f"allowed are {', '.join(writers)}", *writers)
+    write_output(output, writers[output.suffix.lower()](black, size_mm))
     render.text(
         f"{output}: marker {number} of {dictionary}; print it unscaled and measure the black square, which should be "
         f"{size_mm:g} mm: capture.dictionary={dictionary} capture.number={number} capture.size_m={size_mm / 1e3:g}"

@@ -12,6 +12,7 @@ import yaml
 
 from kendama_cli.artifacts.toy_model import ToyModel
 from kendama_cli.cli import render
+from kendama_cli.cli.output_file import refuse_output, write_output
 from kendama_cli.config.laboratory import read_setup
 from kendama_cli.config.site import Site
 from kendama_cli.errors import UsageError
@@ -24,20 +25,23 @@ from kendama_cli.settings.setup import (
     MeasuredNumber,
     MeasuredPlace,
 )
-from kendama_cli.store.durable import write_file
 
 NOTE = "# What was measured of a laboratory, each with its standard deviation: kendama run setup=FILE\n"
 SPEED_M_S = 3.0
 
 
+def refuse_setup(output: Path) -> None:
+    """Raise UsageError where the setup ``output`` cannot be written."""
+    refuse_output(output, "a setup is YAML", ".yaml", ".yml")
+
+
 def amended(output: Path, **measured: Any) -> LaboratorySetup:
     """Write ``measured`` into the setup ``output``, whose other entries stay; the setup as it is now."""
-    if output.suffix.lower() not in (".yaml", ".yml"):
-        raise UsageError(f"{output}: a setup is YAML; name it like {output.with_suffix('.yaml')}")
+    refuse_setup(output)
     empty = LaboratorySetup(**dict.fromkeys((field.name for field in dataclasses.fields(LaboratorySetup)), None))
     made = dataclasses.replace(read_setup(output) if output.exists() else empty, **measured)
     content = {name: value for name, value in dataclasses.asdict(made).items() if value is not None}
-    write_file(output, (NOTE + yaml.safe_dump(_lists(content), sort_keys=False, allow_unicode=True)).encode())
+    write_output(output, (NOTE + yaml.safe_dump(_lists(content), sort_keys=False, allow_unicode=True)).encode())
     return made
 
 

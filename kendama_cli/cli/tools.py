@@ -12,6 +12,7 @@ import typer
 from kendama_cli.cli import completion, render
 from kendama_cli.cli.log_predict import log_predict
 from kendama_cli.cli.options import ConfigDir, Home, Json
+from kendama_cli.cli.output_file import refuse_output, write_output
 from kendama_cli.cli.shared_cache import RemotePlace, pull, push
 from kendama_cli.cli.shared_cache import verify as verify_shared
 from kendama_cli.config.site import find_site
@@ -174,11 +175,11 @@ def log_layout(
     """Write a layout with which Foxglove shows an MCAP log: scene, images and plots."""
     from kendama_cli.log.layout import layout  # pandas
     from kendama_cli.pipeline.artifact_place import log_path
-    from kendama_cli.store.durable import write_file
 
-    made = json.dumps(layout(log_path(find_site(home).home, file)), indent=1)
     target = output or Path(Path(file).stem + ".layout.json")
-    write_file(target, f"{made}\n".encode())
+    refuse_output(target, "a layout is JSON", ".json")
+    made = json.dumps(layout(log_path(find_site(home).home, file)), indent=1)
+    write_output(target, f"{made}\n".encode())
     render.text(str(target))
 
 

@@ -11,12 +11,11 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 
-from kendama_cli.errors import UsageError
+from kendama_cli.cli.output_file import refuse_output, write_output
 from kendama_cli.log.memory_file import MemoryFile
 from kendama_cli.log.writer import McapLog
 from kendama_cli.schema.arrays import Array
 from kendama_cli.schema.foxglove import FrameTransform
-from kendama_cli.store.durable import write_file
 from kendama_cli.vision.ball_film import FilmTrack
 from kendama_cli.vision.film_positions import FilmPositions
 
@@ -67,17 +66,15 @@ TOPICS = {
 }
 
 
-def refuse_name(output: Path) -> None:
-    """Raise UsageError for a file whose name says neither CSV nor MCAP."""
-    if output.suffix.lower() not in (".csv", ".mcap"):
-        names = " or ".join(str(output.with_suffix(ending)) for ending in (".csv", ".mcap"))
-        raise UsageError(f"-o {output}: a track is a CSV or an MCAP log; name it {names}")
+def refuse_track(output: Path) -> None:
+    """Raise UsageError for a file that cannot be written, or whose name says neither CSV nor MCAP."""
+    refuse_output(output, "a track is a CSV or an MCAP log", ".csv", ".mcap")
 
 
 def write_track(output: Path, tracks: Sequence[FilmTrack], positions: FilmPositions | None) -> None:
     """Write the track to ``output``; times are the first film's [s]. Raises StoreError where the disk refuses."""
     data = _log(tracks, positions) if output.suffix.lower() == ".mcap" else _table(tracks[0], positions)
-    write_file(output, data)
+    write_output(output, data)
 
 
 def _table(first: FilmTrack, positions: FilmPositions | None) -> bytes:

@@ -34,19 +34,20 @@ PART_BYTES = 1 << 16
 
 
 @contextlib.contextmanager
-def plain_disk_errors(path: Path) -> Iterator[None]:
-    """Turn an operating-system error on ``path`` into one line with a next step."""
+def plain_disk_errors(path: Path, option: str = "--home") -> Iterator[None]:
+    """Turn an operating-system error on ``path`` into one line with a next step; ``option`` names the place."""
     try:
         yield
     except OSError as error:
         reason = {
-            errno.ENOSPC: "the disk is full; free some space or choose another folder with --home",
-            errno.EDQUOT: "the disk quota is used up; free some space or choose another folder with --home",
-            errno.EROFS: "the file system is read-only; choose another folder with --home",
-            errno.EACCES: "permission denied; choose another folder with --home",
+            errno.ENOSPC: f"the disk is full; free some space or choose another folder with {option}",
+            errno.EDQUOT: f"the disk quota is used up; free some space or choose another folder with {option}",
+            errno.EROFS: f"the file system is read-only; choose another folder with {option}",
+            errno.EACCES: f"permission denied; choose another folder with {option}",
         }.get(error.errno or 0, error.strerror or str(error))
         kind = ReadOnlyError if error.errno in (errno.EROFS, errno.EACCES, errno.EPERM) else StoreError
-        raise kind(str(path), f"cannot write {path}: {reason} (what was finished is kept)") from error
+        kept = " (what was finished is kept)" if option == "--home" else ""
+        raise kind(str(path), f"cannot write {path}: {reason}{kept}") from error
 
 
 def canonical_json(value: Any) -> bytes:
@@ -156,9 +157,9 @@ def make_folder(path: Path) -> Path:
     return path
 
 
-def write_file(path: Path, data: bytes) -> None:
-    """Replace ``path`` by ``data``, durably."""
-    with _replacing(path) as stream:
+def write_file(path: Path, data: bytes, *, option: str = "--home") -> None:
+    """Replace ``path`` by ``data``, durably; ``option`` is what the user names its folder by."""
+    with _replacing(path, option) as stream:
         stream.write(data)
 
 
@@ -170,11 +171,11 @@ def copy_file(source: Path, target: Path) -> None:
 
 
 @contextlib.contextmanager
-def _replacing(path: Path) -> Iterator[IO[bytes]]:
+def _replacing(path: Path, option: str = "--home") -> Iterator[IO[bytes]]:
     """What is written meanwhile stands at ``path`` afterwards, durably; where that fails, ``path`` stays as it was."""
     make_folder(path.parent)
     scratch = path.parent / f"{SCRATCH}-{os.urandom(16).hex()}"
-    with plain_disk_errors(path):
+    with plain_disk_errors(path, option):
         try:
             with scratch.open("wb") as stream:
                 yield stream

@@ -181,7 +181,7 @@ def test_a_colour_that_cannot_be_learned_is_one_line(here, capsys, click, messag
 
 
 def test_check_refuses_a_picture_of_another_kind_and_a_recording_without_frames_in_time(here, capsys):
-    assert "seen.jpg: a picture is a PNG; name it like seen.png" in refused(
+    assert "seen.jpg: a picture is a PNG; name it seen.png" in refused(
         capsys, "camera", "check", "--seconds", "0.05", "-o", "seen.jpg"
     )
     images(here, n=1, rows=["file,t_s", "000.png,9"])

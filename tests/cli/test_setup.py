@@ -164,7 +164,7 @@ def test_wrong_poses_are_one_clear_line(here, capsys, held_board):
 
 
 def test_a_setup_has_yamls_ending(here, capsys, held_board):
-    assert "a setup is YAML; name it like" in refused(capsys, *place_words(held_board), "-o", "setup.txt")
+    assert "a setup is YAML; name it setup.yaml" in refused(capsys, *place_words(held_board), "-o", "setup.txt")
 
 
 def test_what_a_run_has_measured_of_the_toy_goes_into_the_setup(here, capsys):
