@@ -17,6 +17,7 @@ from kendama_cli.cli.output_file import refuse_output
 from kendama_cli.cli.track_output import refuse_track, write_track
 from kendama_cli.devices.camera.calibration import camera_model, read_calibration
 from kendama_cli.devices.camera.film import Film
+from kendama_cli.devices.camera.film_check import film_faults
 from kendama_cli.devices.camera.track_overlay import draw_track
 from kendama_cli.errors import InputError, UsageError
 from kendama_cli.vision.ball_box import BallBox, TaughtImage
@@ -57,10 +58,11 @@ def track_films(
         refuse_output(options.overlay, "it is written as WebM", ".webm", option="--overlay")
     films = [Film(path) for path in paths]
     cameras = _cameras(films, options)
+    lengths = [_checked(film) for film in films]
     opened = open_seeing(seeing, _shown(films[0], options.boxes))
     tracks = []
-    for film in films:
-        frames, detector = film.count(), opened.detector
+    for film, frames in zip(films, lengths, strict=True):
+        detector = opened.detector
         if isinstance(detector, MotionDetector):
             every = max(frames // BACKGROUND_FRAMES, 1)
             detector.learn([pixels for _, pixels in film.frames(every)])
@@ -92,6 +94,14 @@ def track_films(
         render.text(line)
 
 
+def _checked(film: Film) -> int:
+    """How many frames a film has; what is wrong with them is told."""
+    times_s = film.times_s()
+    for fault in film_faults(film, times_s):
+        render.note(fault)
+    return len(times_s)
+
+
 def _cameras(films: Sequence[Film], options: TrackOptions) -> list[CameraModel]:
     """The model of each film's camera, by name, or in the calibration's order; none without a calibration."""
     names = [film.name for film in films]
@@ -119,12 +129,19 @@ def _cameras(films: Sequence[Film], options: TrackOptions) -> list[CameraModel]:
         raise UsageError("one camera sees depth by the ball's size: add --ball-mm, its diameter")
     for film, entry in zip(films, chosen, strict=True):
         if (film.width_px, film.height_px) != (entry.width_px, entry.height_px):
-            size = f"{film.width_px} x {film.height_px} px"
+            turned = f", turned by {film.turned_deg}° as its metadata says" if film.turned_deg else ""
+            size = f"{film.width_px} x {film.height_px} px{turned}"
             calibrated = f"{entry.width_px} x {entry.height_px} px"
             raise InputError(
                 str(film.path),
                 f"it has {size}, but camera '{entry.name}' was calibrated with {calibrated}",
                 remedy="film and calibrate in one resolution and orientation",
+            )
+        if film.turned_deg in (90, 270) and (options.readout is not None or entry.readout_s):
+            raise InputError(
+                str(film.path),
+                f"it is turned by {film.turned_deg}° as its metadata says, so its shutter's lines are columns",
+                remedy="film with the camera level, or leave out --readout and readout_s",
             )
     return [camera_model(entry) for entry in chosen]
 

@@ -90,7 +90,7 @@ def test_what_cannot_be_is_one_line(here, capsys):
     line = refused(capsys, "camera", "track", "left.avi", "--readout", "r.yaml")
     assert "--readout: flights tell it in metres; add --calibration" in line
     words = ["camera", "track", "left.avi", "--calibration", "both.yaml", "--ball-mm", "60", "--readout"]
-    assert "--readout r.txt: a calibration is YAML; name it like r.yaml" in refused(capsys, *words, "r.txt")
+    assert "--readout r.txt: a calibration is YAML; name it r.yaml" in refused(capsys, *words, "r.txt")
     assert "no free flight is seen: throw the ball up and catch it" in refused(capsys, *words, "r.yaml")
     assert not (here / "r.yaml").exists()
     (here / "both.yaml").write_text(yaml.safe_dump({"cameras": [entry("left", -0.3) | {"readout_s": 24.0}]}))

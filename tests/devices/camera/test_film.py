@@ -1,0 +1,107 @@
+"""Films with faults: what is known of them is used, and what is wrong is told."""
+
+import struct
+
+import numpy as np
+import pytest
+
+from kendama_cli.devices.camera.avi import read_avi
+from kendama_cli.devices.camera.film import Film
+from kendama_cli.devices.camera.film_check import film_faults
+from kendama_cli.errors import InputError
+from tests.vision.ball_films import RATE_HZ, pendulum, textured, write_film
+
+FRAMES = 24
+
+
+@pytest.fixture(scope="module")
+def frames():
+    return pendulum(FRAMES, 10310, background=textured(10311))[0]
+
+
+@pytest.fixture
+def avi(frames, tmp_path):
+    write_film(tmp_path / "film.avi", frames)
+    return tmp_path / "film.avi"
+
+
+@pytest.fixture
+def mp4(frames, tmp_path):
+    write_film(tmp_path / "film.mp4", frames, "mp4v")
+    return tmp_path / "film.mp4"
+
+
+def changed(path, place, content):
+    data = bytearray(path.read_bytes())
+    data[place : place + len(content)] = content
+    path.write_bytes(data)
+
+
+def faults(path):
+    film = Film(path)
+    return list(film_faults(film, film.times_s()))
+
+
+def test_a_whole_film_has_no_faults(avi, mp4):
+    assert faults(avi) == faults(mp4) == []
+    facts = read_avi(avi)
+    assert (facts.rate_hz, facts.frames, facts.damaged_byte) == (RATE_HZ, FRAMES, None)
+    assert read_avi(mp4) is None
+    assert np.allclose(Film(avi).times_s(), np.arange(FRAMES) / RATE_HZ, atol=1e-6)
+
+
+@pytest.mark.parametrize("what", ["zeros", "noise", "length"])
+def test_an_avi_ends_where_it_is_damaged(avi, what):
+    """After it FFmpeg finds further frames, but counts on from the last one before: their times would be wrong."""
+    data = avi.read_bytes()
+    start, found = data.index(b"movi"), []
+    while (start := data.find(b"00dc", start + 1)) > 0 and len(found) < FRAMES:
+        found.append(start)
+    hurt = {
+        "zeros": (found[10] + 3000, bytes(30_000)),
+        "noise": (found[10] + 3000, np.random.default_rng(10312).integers(0, 256, 30_000, dtype=np.uint8).tobytes()),
+        "length": (found[11] + 4, struct.pack("<I", 0x7FFFFFFF)),
+    }
+    changed(avi, *hurt[what])
+    (line,) = faults(avi)
+    assert f"it is damaged at byte {found[11]}, after 11 of its {FRAMES} frames; an AVI does not say when" in line
+    assert np.allclose(Film(avi).times_s(), np.arange(11) / RATE_HZ, atol=1e-6)
+
+
+def test_a_film_that_is_cut_off_is_told_and_its_first_part_used(avi, mp4):
+    avi.write_bytes(avi.read_bytes()[: avi.stat().st_size // 2])
+    (line,) = faults(avi)
+    assert f" of its {FRAMES} frames can be read: it is cut off or damaged; copy it again" in line
+    assert FRAMES // 3 < Film(avi).count() < FRAMES * 2 // 3
+    mp4.write_bytes(mp4.read_bytes()[: mp4.stat().st_size // 2])
+    with pytest.raises(InputError, match=r"film.mp4: it is cut off: its index \(moov\) is not there; copy it again"):
+        Film(mp4)
+
+
+@pytest.mark.parametrize(("scale", "rate", "told"), [(1, 0, "0"), (0, 0, "0"), (1000, 1, "0.001"), (1, 9999, "9999")])
+def test_an_avi_without_a_frame_rate_is_refused(avi, scale, rate, told):
+    """FFmpeg takes 25 frames a second where the header says none."""
+    changed(avi, avi.read_bytes().index(b"strh") + 28, struct.pack("<II", scale, rate))
+    with pytest.raises(InputError, match=f"its header says {told} frames per second, so its times are not known"):
+        Film(avi)
+
+
+def test_frames_that_are_not_evenly_spaced_are_told(mp4):
+    times_s = np.delete(np.arange(FRAMES) / RATE_HZ, [5, 12, 13])
+    (line,) = [one for one in film_faults(Film(mp4), times_s) if "evenly" in one]
+    assert "its frames are not evenly spaced (33.3 ms, but 2 gaps of up to 100 ms): each has its own time" in line
+
+
+def turn_on_its_side(path):
+    """Have the metadata say that the film is to be turned: the matrix of ISO 14496-12's track header."""
+    place = path.read_bytes().index(b"tkhd") + 4 + 40
+    one = 0x10000
+    changed(path, place, struct.pack(">9i", 0, one, 0, -one, 0, 0, 0, 0, 0x40000000))
+
+
+def test_a_film_that_its_metadata_turns_is_turned_and_says_so(mp4):
+    assert (Film(mp4).turned_deg, Film(mp4).width_px) == (0, 320)
+    turn_on_its_side(mp4)
+    film = Film(mp4)
+    assert film.turned_deg in (90, 270)
+    assert (film.width_px, film.height_px) == (240, 320)
