@@ -21,6 +21,7 @@ from kendama_cli.devices.camera.boxes import image_files, labelled, read_boxes, 
 from kendama_cli.errors import InputError, UsageError
 from kendama_cli.pipeline.nodes import build_settings
 from kendama_cli.vision.ball_box import TaughtImage
+from kendama_cli.vision.camera_shift import STANDING_PX, CameraShift, camera_shift
 from kendama_cli.vision.interface import Detector, Image, Sighting
 from kendama_cli.vision.make_detector import make_detector
 from kendama_cli.vision.motion_detector import MotionDetector
@@ -99,6 +100,21 @@ def open_seeing(options: SeeingOptions, shown: Sequence[TaughtImage] = ()) -> Se
     return Seeing(make_detector(settings), threshold)
 
 
+def tell_shift(source: str, shift: CameraShift, *, by_motion: bool, calibrated: bool = False) -> None:
+    """Tell of a camera that did not stand still, where that matters."""
+    if shift.stood:
+        return
+    parts = []
+    if calibrated:
+        parts.append("its calibration holds for one place of it, so that metres get larger standard deviations")
+    if by_motion:
+        parts.append("the detector 'motion' needs one that stands still: put it on a tripod, or teach with --teach")
+    render.note(
+        f"{source}: the camera moved: the scene is off by up to {shift.largest_px:.0f} px, by more than "
+        f"{STANDING_PX:g} px in {shift.moved_part:.0%} of the images looked at; {'; '.join(parts)}"
+    )
+
+
 def detect_balls(
     paths: Sequence[Path], output: Path, options: SeeingOptions, score: Path | None, *, as_json: bool
 ) -> None:
@@ -107,7 +123,9 @@ def detect_balls(
     files = image_files(paths)
     seeing = open_seeing(options)
     if isinstance(seeing.detector, MotionDetector):
-        seeing.detector.learn(_alike(files))
+        images = _alike(files)
+        tell_shift(str(files[0].parent), camera_shift(images), by_motion=True)
+        seeing.detector.learn(images)
     found: dict[Path, list[Sighting]] = {}
     for file in files:
         candidates = islice(seeing.detector.candidates(read_image(file)), options.balls)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from itertools import islice
 from pathlib import Path
 from typing import Any
 
@@ -13,22 +12,17 @@ import numpy as np
 from kendama_cli.cli import render
 from kendama_cli.cli.camera_readout import find_readouts, refuse_readout, write_readouts
 from kendama_cli.cli.camera_seeing import SeeingOptions, open_seeing
+from kendama_cli.cli.film_tracking import checked_length, tracked
 from kendama_cli.cli.output_file import refuse_output
 from kendama_cli.cli.track_output import refuse_track, write_track
 from kendama_cli.devices.camera.calibration import camera_model, read_calibration
 from kendama_cli.devices.camera.film import Film
-from kendama_cli.devices.camera.film_check import film_faults
 from kendama_cli.devices.camera.track_overlay import draw_track
 from kendama_cli.errors import InputError, UsageError
 from kendama_cli.vision.ball_box import BallBox, TaughtImage
-from kendama_cli.vision.ball_film import FilmTrack, film_track
+from kendama_cli.vision.ball_film import FilmTrack
 from kendama_cli.vision.camera_model import CameraModel
 from kendama_cli.vision.film_positions import FilmPositions, clock_offsets, from_one, from_several
-from kendama_cli.vision.interface import Image
-from kendama_cli.vision.motion_detector import MotionDetector
-from kendama_cli.vision.self_training import FRAMES
-
-BACKGROUND_FRAMES = 41
 
 
 @dataclass(frozen=True)
@@ -58,19 +52,12 @@ def track_films(
         refuse_output(options.overlay, "it is written as WebM", ".webm", option="--overlay")
     films = [Film(path) for path in paths]
     cameras = _cameras(films, options)
-    lengths = [_checked(film) for film in films]
+    lengths = [checked_length(film) for film in films]
     opened = open_seeing(seeing, _shown(films[0], options.boxes))
-    tracks = []
-    for film, frames in zip(films, lengths, strict=True):
-        detector = opened.detector
-        if isinstance(detector, MotionDetector):
-            every = max(frames // BACKGROUND_FRAMES, 1)
-            detector.learn([pixels for _, pixels in film.frames(every)])
-        if options.self_training and opened.trained_on is not None:
-            render.note(f"{film.path}: learning on from its own frames (--no-self-training leaves that out)")
-            detector = opened.trained_on(_middle(film, frames))
-        tracks.append(film_track(film.name, film.frames(), detector, opened.threshold))
-        render.note(f"{film.path}: the ball is seen in {len(tracks[-1].t_s)} of {frames} frames")
+    tracks = [
+        tracked(film, frames, opened, calibrated=bool(cameras), self_training=options.self_training)
+        for film, frames in zip(films, lengths, strict=True)
+    ]
     readouts = None
     if options.readout is not None and options.calibration is not None:
         radius_m = None if options.ball_mm is None else options.ball_mm / 2e3
@@ -92,14 +79,6 @@ def track_films(
         render.text(f"{name}: its clock is {1e3 * offset:.1f} ms ahead of that of {films[0].name}")
     for line in (*_depth_lines(positions, options), *(readouts.lines() if readouts else ())):
         render.text(line)
-
-
-def _checked(film: Film) -> int:
-    """How many frames a film has; what is wrong with them is told."""
-    times_s = film.times_s()
-    for fault in film_faults(film, times_s):
-        render.note(fault)
-    return len(times_s)
 
 
 def _cameras(films: Sequence[Film], options: TrackOptions) -> list[CameraModel]:
@@ -169,12 +148,6 @@ def _shown(film: Film, boxes: Sequence[str]) -> list[TaughtImage]:
     if wanted:
         raise UsageError(f"--box {min(wanted)}:...: the film {film.path} has no frame {min(wanted)}")
     return shown
-
-
-def _middle(film: Film, count: int) -> list[Image]:
-    """The frames in the middle of a film that its ball is learned on from."""
-    first = max(count - FRAMES, 0) // 2
-    return [pixels for _, pixels in islice(film.frames(), first, first + FRAMES)]
 
 
 def _positions(
