@@ -20,7 +20,7 @@ from kendama_cli.config.site import Site
 from kendama_cli.devices.camera.boxes import image_files, labelled, read_boxes, read_image, read_labelled
 from kendama_cli.errors import InputError, UsageError
 from kendama_cli.pipeline.nodes import build_settings
-from kendama_cli.vision.ball_box import TaughtImage
+from kendama_cli.vision.ball_box import BallBox, TaughtImage
 from kendama_cli.vision.camera_shift import STANDING_PX, CameraShift, camera_shift
 from kendama_cli.vision.interface import Detector, Image, Sighting
 from kendama_cli.vision.make_detector import make_detector
@@ -121,6 +121,9 @@ def detect_balls(
     """Find the ball in every image, write what is above the detector's threshold, and compare with boxes if asked."""
     refuse_output(output, "sightings are a CSV", ".csv")
     files = image_files(paths)
+    if score is not None:
+        for _ in scored_boxes(files, score):
+            pass  # what is wrong with a file of boxes is told before the work
     seeing = open_seeing(options)
     if isinstance(seeing.detector, MotionDetector):
         images = _alike(files)
@@ -149,6 +152,21 @@ def detect_balls(
         render.table([(name, render.figure(value)) for name, value in scored.items()])
 
 
+def scored_boxes(images: Sequence[Path], labels: Path) -> Iterator[tuple[Path, Sequence[BallBox]]]:
+    """Each image that has a file of boxes in ``labels``, with them; raises InputError where none has."""
+    files = {path.stem: path for path in sorted(labels.rglob("*.txt"))} if labels.is_dir() else {}
+    if not files:
+        raise InputError(str(labels), "it holds no file of boxes", remedy="give the folder labels/ of the images")
+    known = [image for image in images if image.stem in files]
+    if not known:
+        raise InputError(
+            str(labels), "no file of boxes in it has an image's name", remedy="give labels of these images"
+        )
+    for image in known:
+        pixels = read_image(image)
+        yield image, read_boxes(files[image.stem], pixels.shape[1], pixels.shape[0])
+
+
 @dataclass(frozen=True)
 class Comparison:
     """Sightings against boxes: a hit has its centre in a box."""
@@ -163,16 +181,10 @@ class Comparison:
 
 def compare(found: dict[Path, list[Sighting]], labels: Path) -> Comparison:
     """Compare sightings with the boxes in ``labels``, a folder as of ``labelled`` or of text files alone."""
-    files = {path.stem: path for path in sorted(labels.rglob("*.txt"))} if labels.is_dir() else {}
-    if not files:
-        raise InputError(str(labels), "it holds no file of boxes", remedy="give the folder labels/ of the images")
     boxes = hits = sightings = 0
     errors = []
-    for file, seen in found.items():
-        if file.stem not in files:
-            continue
-        pixels = read_image(file)
-        left = list(read_boxes(files[file.stem], pixels.shape[1], pixels.shape[0]))
+    for file, shown in scored_boxes(list(found), labels):
+        left, seen = list(shown), found[file]
         boxes += len(left)
         sightings += len(seen)
         for one in seen:

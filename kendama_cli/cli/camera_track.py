@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from itertools import islice
 from pathlib import Path
 from typing import Any
 
@@ -50,10 +51,11 @@ def track_films(
     refuse_readout(options.readout, options.calibration)
     if options.overlay is not None:
         refuse_output(options.overlay, "it is written as WebM", ".webm", option="--overlay")
+    boxes = [_box(text) for text in options.boxes]
     films = [Film(path) for path in paths]
     cameras = _cameras(films, options)
     lengths = [checked_length(film) for film in films]
-    opened = open_seeing(seeing, _shown(films[0], options.boxes))
+    opened = open_seeing(seeing, _shown(films[0], lengths[0], boxes))
     tracks = [
         tracked(film, frames, opened, calibrated=bool(cameras), self_training=options.self_training)
         for film, frames in zip(films, lengths, strict=True)
@@ -125,29 +127,46 @@ def _cameras(films: Sequence[Film], options: TrackOptions) -> list[CameraModel]:
     return [camera_model(entry) for entry in chosen]
 
 
-def _shown(film: Film, boxes: Sequence[str]) -> list[TaughtImage]:
-    """The frames that ``boxes``, FRAME:X,Y,W,H each, point into; raises UsageError for a box that is none."""
+@dataclass(frozen=True)
+class _Box:
+    """What ``--box`` says, as it was written, and in numbers: a frame, and left, top, width and height [px]."""
+
+    text: str
+    frame: int
+    left: float
+    top: float
+    width: float
+    height: float
+
+
+def _box(text: str) -> _Box:
+    """The box that ``text``, FRAME:X,Y,W,H, says; raises UsageError where it is none."""
+    frame, _, place = text.partition(":")
+    try:
+        left, top, width, height = (float(part) for part in place.split(","))
+        box = _Box(text, int(frame), left, top, width, height)
+    except ValueError:
+        raise UsageError(f"--box {text}: give a frame and the box in it, such as 12:310,200,40,38") from None
+    if not (width > 0 and height > 0 and np.isfinite([left, top, width, height]).all()):
+        raise UsageError(f"--box {text}: width and height are more than 0 px, such as 12:310,200,40,38")
+    return box
+
+
+def _shown(film: Film, frames: int, boxes: Sequence[_Box]) -> list[TaughtImage]:
+    """The frames that ``boxes`` point into, of a film that has so many; raises UsageError for what is not in it."""
     wanted: dict[int, list[BallBox]] = {}
     for box in boxes:
-        frame, _, place = box.partition(":")
-        try:
-            left, top, width, height = (float(part) for part in place.split(","))
-            number = int(frame)
-        except ValueError:
-            raise UsageError(f"--box {box}: give a frame and the box in it, such as 12:310,200,40,38") from None
-        inside = left >= 0 and left + width <= film.width_px and top >= 0 and top + height <= film.height_px
-        if number < 0 or not (width > 0 and height > 0 and inside):
-            raise UsageError(f"--box {box}: it lies outside of the film's {film.width_px} x {film.height_px} px")
-        wanted.setdefault(number, []).append(BallBox(left + width / 2 - 0.5, top + height / 2 - 0.5, width, height))
-    shown = []
-    for number, (_, pixels) in enumerate(film.frames()):
-        if not wanted:
-            break
-        if number in wanted:
-            shown.append(TaughtImage(pixels, tuple(wanted.pop(number))))
-    if wanted:
-        raise UsageError(f"--box {min(wanted)}:...: the film {film.path} has no frame {min(wanted)}")
-    return shown
+        if not 0 <= box.frame < frames:
+            raise UsageError(
+                f"--box {box.text}: the film {film.path} has no frame {box.frame}; its frames are 0 to {frames - 1}"
+            )
+        right, bottom = box.left + box.width, box.top + box.height
+        if not (box.left >= 0 and right <= film.width_px and box.top >= 0 and bottom <= film.height_px):
+            raise UsageError(f"--box {box.text}: it lies outside of the film's {film.width_px} x {film.height_px} px")
+        middle = box.left + box.width / 2 - 0.5, box.top + box.height / 2 - 0.5
+        wanted.setdefault(box.frame, []).append(BallBox(*middle, box.width, box.height))
+    shown = islice(film.frames(), max(wanted, default=-1) + 1)
+    return [TaughtImage(one[1], tuple(wanted[number])) for number, one in enumerate(shown) if number in wanted]
 
 
 def _positions(

@@ -164,7 +164,14 @@ def test_two_calibrated_films_with_clocks_of_their_own_give_metres_and_the_offse
         (["camera", "track", "text.mp4"], "OpenCV cannot read it as a film"),
         (["camera", "track", "film.avi", "--box", "3"], "give a frame and the box in it"),
         (["camera", "track", "film.avi", "--box", "3:310,10,30,30"], "lies outside of the film"),
-        (["camera", "track", "film.avi", "--box", "900:10,10,30,30"], "has no frame 900"),
+        (["camera", "track", "film.avi", "--box", "900:10,10,30,30"], "has no frame 900; its frames are 0 to 4"),
+        (["camera", "track", "film.avi", "--box", "-1:10,10,30,30"], "has no frame -1"),
+        (["camera", "track", "no.avi", "--box", "3:10,10,0,30"], "--box 3:10,10,0,30: width and height are more than"),
+        (["camera", "track", "no.avi", "--box", "3:10,ten,30,30"], "--box 3:10,ten,30,30: give a frame and the box"),
+        (["camera", "track", "no.avi", "--box", "3:nan,10,30,30"], "--box 3:nan,10,30,30: width and height"),
+        (["camera", "track", "film.avi", "--teach", "bad"], "bad/labels/b.txt, line 2: '0 0.5 0.5 0.1' has 4 columns"),
+        (["camera", "detect", "images", "--score", "bad/labels"], "no file of boxes in it has an image's name"),
+        (["camera", "detect", "bad", "--score", "bad/labels"], "bad/labels/b.txt, line 2: '0 0.5 0.5 0.1' has 4"),
         (["camera", "track", "film.avi", "film.avi"], "two films are called"),
         (["camera", "track", "film.avi", "--calibration", "other.yaml", "--ball-mm", "60"], "was calibrated with"),
         (
@@ -179,6 +186,10 @@ def test_what_cannot_be_seen_is_refused_in_one_line(here, capsys, labelled, word
     (here / "images").mkdir()
     shutil.copy(next((labelled[0] / "others" / "images").iterdir()), here / "images")
     (here / "text.mp4").write_text("no film")
+    (here / "bad" / "images").mkdir(parents=True)
+    (here / "bad" / "labels").mkdir()
+    cv2.imwrite(str(here / "bad" / "images" / "b.png"), disc_image())
+    (here / "bad" / "labels" / "b.txt").write_text("0 0.5 0.5 0.1 0.1\n0 0.5 0.5 0.1\n")
     (here / "other.yaml").write_text(yaml.safe_dump({"cameras": [camera("film", 0.0, (640, 480))]}))
     write_film(here / "film.avi", pendulum(5, 1, background=textured(2))[0])
     code, _, err = kendama(capsys, *words)

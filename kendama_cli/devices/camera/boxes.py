@@ -19,6 +19,11 @@ LAYOUT = (
 )
 
 
+COLUMNS = 5
+NOT_BOXES = ("classes", "notes")
+"""Files of these names lie beside the boxes that labelling programs write."""
+
+
 @dataclass(frozen=True)
 class LabelledImage:
     """An image's file and the file with its boxes; a missing or empty file of boxes says that there is no ball."""
@@ -62,6 +67,13 @@ def labelled(folder: Path) -> list[LabelledImage]:
         made.append(LabelledImage(image, beside if image.parent.name == "images" else image.with_suffix(".txt")))
     if not any(one.label.is_file() for one in made):
         raise InputError(str(folder), f"none of its {len(made)} images has a file of boxes", remedy=LAYOUT)
+    known = {one.label for one in made}
+    for home in sorted({one.label.parent for one in made if one.label.parent.name == "labels"}):
+        for label in sorted(home.glob("*.txt")):
+            if label not in known and label.stem not in NOT_BOXES:
+                raise InputError(
+                    str(label), "there is no image of its name", remedy="add the image to images/, or delete the file"
+                )
     return made
 
 
@@ -86,16 +98,29 @@ def read_boxes(label: Path, width_px: int, height_px: int) -> tuple[BallBox, ...
     for number, line in enumerate(lines, start=1):
         if not line.strip():
             continue
-        try:
-            _, u, v, width, height = (float(cell) for cell in line.split())
-        except ValueError:
-            raise InputError(str(label), f"'{line[:60]}' is no box", where=f"line {number}", remedy=LAYOUT) from None
-        if not (0 <= u <= 1 and 0 <= v <= 1 and 0 < width <= 1 and 0 < height <= 1):
-            raise InputError(
-                str(label), f"'{line[:60]}' lies outside of the image", where=f"line {number}", remedy=LAYOUT
-            )
+        u, v, width, height = _box(str(label), number, line)
         boxes.append(BallBox(u * width_px - 0.5, v * height_px - 0.5, width * width_px, height * height_px))
     return tuple(boxes)
+
+
+def _box(label: str, number: int, line: str) -> tuple[float, float, float, float]:
+    """Centre and size of the box in a line; raises InputError where it says none."""
+    where, cells = f"line {number}", line.split()
+    if len(cells) != COLUMNS:
+        raise InputError(
+            label, f"'{line[:60]}' has {len(cells)} columns in place of {COLUMNS}", where=where, remedy=LAYOUT
+        )
+    try:
+        _, u, v, width, height = (float(cell) for cell in cells)
+    except ValueError:
+        raise InputError(label, f"'{line[:60]}' is no box: not all are numbers", where=where, remedy=LAYOUT) from None
+    if width <= 0 or height <= 0:
+        raise InputError(label, f"'{line[:60]}' is a box without size", where=where, remedy=LAYOUT)
+    if not (0 <= u <= 1 and 0 <= v <= 1 and 0 < width <= 1 and 0 < height <= 1):
+        raise InputError(
+            label, f"'{line[:60]}' lies outside of the image: values are 0 to 1", where=where, remedy=LAYOUT
+        )
+    return u, v, width, height
 
 
 def read_labelled(one: LabelledImage) -> TaughtImage:
