@@ -23,7 +23,8 @@ from kendama_cli.errors import InputError, UsageError
 from kendama_cli.vision.ball_box import BallBox, TaughtImage
 from kendama_cli.vision.ball_film import FilmTrack
 from kendama_cli.vision.camera_model import CameraModel
-from kendama_cli.vision.film_positions import FilmPositions, clock_offsets, from_one, from_several
+from kendama_cli.vision.film_agreement import agreed_positions
+from kendama_cli.vision.film_positions import FilmPositions, from_one
 
 
 @dataclass(frozen=True)
@@ -179,8 +180,7 @@ def _positions(
         rope_m = None if options.rope_mm is None else options.rope_mm / 1e3
         return from_one(tracks[0], cameras[0], options.ball_mm / 2e3, rope_m)
     try:
-        offset_s = np.zeros(len(tracks) - 1) if options.same_clock else clock_offsets(tracks, cameras)
-        return from_several(tracks, cameras, offset_s)
+        return agreed_positions(tracks, cameras, same_clock=options.same_clock)
     except ValueError as wrong:
         raise InputError(", ".join(map(str, paths)), str(wrong), remedy="look at one film with --overlay") from None
 

@@ -43,13 +43,15 @@ class SeenSwing:
 @dataclass(frozen=True)
 class FilmPositions:
     """Places (n, 3) [m] of the ball at times (n,) [s] of the first film, with covariances (n, 3, 3) [m^2], and by how
-    much each further film's clock is ahead of the first's (films - 1,) [s]."""
+    much each further film's clock is ahead of the first's (films - 1,) [s]; of several films what is left over of the
+    sights a degree of freedom (n,), by their noise."""
 
     t_s: Array
     position_m: Array
     covariance_m2: Array
     offset_s: Array
     swing: SeenSwing | None = None
+    chi_square: Array | None = None
 
 
 def clock_offsets(tracks: Sequence[FilmTrack], cameras: Sequence[CameraModel]) -> Array:
@@ -68,7 +70,7 @@ def from_several(tracks: Sequence[FilmTrack], cameras: Sequence[CameraModel], of
     at one moment.
     """
     (first, model), *others = _all_seen(tracks, cameras)
-    times, places, covariances = [], [], []
+    times, places, covariances, left = [], [], [], []
     for i, t_s in enumerate(first.t_s):
         sights = [_sight(model, first.centre_px[i], first.radius_px[i], first.covariance_px2[i])]
         for (one, camera), ahead_s in zip(others, offset_s, strict=True):
@@ -80,9 +82,10 @@ def from_several(tracks: Sequence[FilmTrack], cameras: Sequence[CameraModel], of
             times.append(t_s)
             places.append(point.position_m)
             covariances.append(point.covariance_m2)
+            left.append(point.chi_square)
     if not times:
         raise ValueError("no two films show the ball at one moment; are their clocks apart by more than 2 s?")
-    return FilmPositions(np.array(times), np.array(places), np.array(covariances), offset_s)
+    return FilmPositions(np.array(times), np.array(places), np.array(covariances), offset_s, chi_square=np.array(left))
 
 
 def from_one(found: FilmTrack, camera: CameraModel, ball_radius_m: float, rope_m: float | None = None) -> FilmPositions:

@@ -50,10 +50,12 @@ def sight_rows(camera: CameraModel, centre_px: Array, covariance_px2: Array) -> 
 
 @dataclass(frozen=True)
 class Located:
-    """A point in the world and its covariance (3, 3)."""
+    """A point in the world and its covariance (3, 3); ``chi_square`` is what is left over of the sights, by their
+    noise, a degree of freedom (as many as rows beyond three)."""
 
     position_m: Array
     covariance_m2: Array
+    chi_square: float
 
 
 def triangulate(sights: Sequence[SightRows]) -> Located | None:
@@ -78,4 +80,6 @@ def triangulate(sights: Sequence[SightRows]) -> Located | None:
             return None
         weight = np.repeat(1.0 / depths, [len(sight.rows) for sight in sights])
     weighted = rows * weight[:, None]
-    return Located(point, np.asarray(np.linalg.inv(weighted.T @ weighted), dtype=np.float64))
+    left = weighted @ point - right * weight
+    covariance = np.asarray(np.linalg.inv(weighted.T @ weighted), dtype=np.float64)
+    return Located(point, covariance, float(left @ left) / (len(left) - 3))

@@ -151,6 +151,14 @@ def test_two_calibrated_films_with_clocks_of_their_own_give_metres_and_the_offse
     assert {message.film for message in log.messages("/track/sighting", SightingMessage).messages} == {"left", "right"}
     sigma = [np.sqrt(message.covariance_m2[0]) for message in log.messages("/track/place", PlaceMessage).messages]
     assert np.allclose(sigma, [float(r["sigma_x_m"]) for r in found], atol=1e-6)
+    exchanged = [camera("left", 0.4), camera("right", -0.4)]
+    (here / "both.yaml").write_text(yaml.safe_dump({"cameras": exchanged}))
+    code, out, err = kendama(
+        capsys, "camera", "track", "left.avi", "right.avi", "--calibration", "both.yaml", "-o", "wrong.csv"
+    )
+    assert code == 2
+    assert "much less with the cameras of 'left' and 'right' exchanged: exchange the films' names" in err
+    assert not (here / "wrong.csv").exists()
 
 
 @pytest.mark.parametrize(
