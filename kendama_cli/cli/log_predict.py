@@ -10,7 +10,7 @@ import typer
 
 from kendama_cli.cli import render
 from kendama_cli.cli.options import Json
-from kendama_cli.errors import InputError
+from kendama_cli.errors import InputError, UsageError
 
 if TYPE_CHECKING:
     from kendama_cli.vision.flight_search import RecordedFlight
@@ -44,6 +44,7 @@ def log_predict(
     """Predict the end of every free flight in a recording from its first part, and say how far off that is."""
     from kendama_cli.vision.flight_trial import try_flights  # scipy and cv2
 
+    _refuse_repeated(files, calibrate or [])
     flights, without = _flights(files, spin=spin)
     others = _flights(calibrate, spin=spin)[0] if calibrate else None
     document = _document(files, flights, try_flights(flights, SEEN, others, spin=spin))
@@ -62,6 +63,29 @@ def log_predict(
     render.table([[render.figure(value) for value in row.values()] for row in rows], head=list(rows[0]))
 
 
+def _refuse_repeated(files: Sequence[Path], calibrate: Sequence[Path]) -> None:
+    """Raise UsageError for a file, or an exact copy of one, that is given twice.
+
+    Its flights would count twice, and a prediction be calibrated on the very flight that it is of.
+    """
+    from kendama_cli.store.durable import file_sha256
+
+    seen: dict[str, Path] = {}
+    for path in (*files, *calibrate):
+        if not path.is_file():  # told by its reader
+            continue
+        before = seen.setdefault(file_sha256(path), path)
+        if before is path:
+            continue
+        what = "given twice" if before == path else f"a copy of {before}"
+        if path in calibrate and before in files:
+            raise UsageError(
+                f"--calibrate {path}: it is {'among the files to predict' if before == path else what}, so flights "
+                "would be predicted from themselves; leave out --calibrate, or give other flights"
+            )
+        raise UsageError(f"{path}: it is {what}, so its flights would count twice; leave out one of the two")
+
+
 def _flights(paths: Sequence[Path], *, spin: bool) -> tuple[list[RecordedFlight], list[Path]]:
     """The flights of all files, and the files that have none; raises InputError where none has any."""
     from kendama_cli.devices.flight.reader import read_tracks  # pandas
@@ -76,11 +100,16 @@ def _flights(paths: Sequence[Path], *, spin: bool) -> tuple[list[RecordedFlight]
         if not flights:
             without.append(path)
     if not found:
+        where = f"its {tracks} tracks" if tracks > 1 else "its only track" if tracks else "it, for it has no track"
+        if len(paths) > 1:
+            where = f"the {tracks} tracks of {len(paths)} files"
         problem = (
-            f"no free flight in its {tracks} tracks: none falls as gravity wants it to for {FLIGHT_S:g} s and "
+            f"no free flight in {where}: none falls as gravity wants it to for {FLIGHT_S:g} s and "
             f"ends {DROP_M:g} m under its apex"
         )
-        raise InputError(str(paths[0]), problem, remedy="give a recording of thrown balls, and look at its units")
+        raise InputError(
+            str(paths[0]), problem, remedy="record balls that are thrown up and fall, in metres and seconds, z up"
+        )
     return found, without
 
 

@@ -23,6 +23,9 @@ GRAVITY_SIGMA_M_S2 = 0.3
 THINNED = 60
 """Samples of a flight that the likelihood looks at: what is smooth needs no more."""
 MOST_FLIGHTS = 12
+LEAST_SIGMA_M = 1e-5
+"""No camera measures better. Without a floor the likelihood of exact data grows without end as sigma goes to 0, and
+numbers that are lost in rounding decide on gravity and drag."""
 PRIORS = {  # median and spread (natural log) of what is plausible before any flight was seen
     "drag": (0.05, 1.5),
     "sigma_m": (1e-3, 2.5),
@@ -110,6 +113,7 @@ def fit_flight_model(flights: Sequence[RecordedFlight], *, spin: bool = False) -
     )
     values = np.asarray(np.exp(medians + spreads * best.x), dtype=np.float64)
     drag, sigma_m, intensity, wobble_m, length_s = (float(value) for value in values)
+    sigma_m = max(sigma_m, LEAST_SIGMA_M)
     motion = ColouredMotion("coloured", wobble_m, length_s, intensity)
     k1, k2 = (0.0, drag) if thin.fast else (drag, 0.0)
     gravity_m_s2 = _pooled_gravity(flights, k1, k2) if len(flights) > 1 else _Likelihood(thin, values).gravity_m_s2
@@ -176,6 +180,7 @@ class _Likelihood:
 
     def __init__(self, flights: _Thinned, values: Array) -> None:
         drag, sigma_m, intensity, wobble_m, length_s = (float(value) for value in values)
+        sigma_m = max(sigma_m, LEAST_SIGMA_M)
         flight = FreeFlight(np.array([0.0, 0.0, -GRAVITY_M_S2]), 0.0 if flights.fast else drag)
         s, there = flights.t_s, flights.there
         b = flight.gravity_gain_s2(s)[..., None]

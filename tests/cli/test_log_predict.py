@@ -57,8 +57,12 @@ def test_a_single_flight_is_held_against_standard_gravity(tmp_path, capsys):
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("t_s,x_m,y_m,z_m\n" + "".join(f"{i / 100},0,0,1\n" for i in range(200)), "no free flight in its 1 tracks"),
+        (
+            "t_s,x_m,y_m,z_m\n" + "".join(f"{i / 100},0,0,1\n" for i in range(200)),
+            "no free flight in its only track: none falls",
+        ),
         ("a,b\n1,2\n", "its header lacks t_s, x_m, y_m, z_m"),
+        ("t_s;x_m;y_m;z_m\n0,1;0;0;1\n", "line 1: its columns are separated by ';'"),
     ],
 )
 def test_a_file_without_a_flight_is_told_in_one_line(tmp_path, capsys, text, message):
@@ -83,3 +87,30 @@ def test_files_of_one_throw_each_count_as_one_recording(tmp_path, capsys):
     document = json.loads(shown.out)
     assert document["flights"] == document["0.5"]["predicted"] == document["model"]["calibrated_on"] == 4
     assert "still.csv: no free flight" in shown.err
+
+
+def refused(capsys, *words):
+    assert main(["log", "predict", *map(str, words)]) == 2
+    shown = capsys.readouterr()
+    (line,) = shown.err.splitlines()
+    return line
+
+
+def test_a_file_that_is_given_twice_is_refused(throws, tmp_path, capsys):
+    assert "throws.csv: it is given twice, so its flights would count twice" in refused(capsys, throws, throws)
+    copy = tmp_path / "copy.csv"
+    copy.write_bytes(throws.read_bytes())
+    line = refused(capsys, throws, copy)
+    assert f"copy.csv: it is a copy of {throws}, so its flights would count twice; leave out one of the two" in line
+    line = refused(capsys, throws, "--calibrate", throws)
+    assert f"--calibrate {throws}: it is among the files to predict, so flights would be predicted from" in line
+    assert f"--calibrate {copy}: it is a copy of {throws}" in refused(capsys, throws, "--calibrate", copy)
+
+
+def test_files_without_a_flight_are_counted(tmp_path, capsys):
+    for number in (1, 2):
+        still = "t_s,x_m,y_m,z_m\n" + "".join(f"{i / 100},0,0,{number}\n" for i in range(200))
+        (tmp_path / f"{number}.csv").write_text(still)
+    line = refused(capsys, tmp_path / "1.csv", tmp_path / "2.csv")
+    assert "no free flight in the 2 tracks of 2 files" in line
+    assert "record balls that are thrown up and fall, in metres and seconds, z up" in line

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from kendama_cli.vision.flight_calibration import NOMINAL, fit_flight_model
+from kendama_cli.vision.flight_calibration import LEAST_SIGMA_M, NOMINAL, fit_flight_model
 from kendama_cli.vision.flight_search import RecordedFlight, find_flights
 from kendama_cli.vision.flight_trial import try_flights
 from kendama_cli.vision.free_flight import FreeFlight, tilted_gravity
@@ -81,3 +81,17 @@ def test_the_same_flights_give_the_same_bytes():
     first, second = (try_flights(flights(10207, 3), (0.5,)) for _ in range(2))
     assert first.position_error_mm.tobytes() == second.position_error_mm.tobytes()
     assert first.model.gravity_m_s2.tobytes() == second.model.gravity_m_s2.tobytes()
+
+
+def test_flights_without_any_noise_keep_a_floor_under_sigma():
+    """Exact data: without a floor the likelihood grew without end, to a sigma of 1e-15 m."""
+    made = []
+    t_s = np.arange(0, 0.7, 1 / 200)
+    for speed in np.linspace(2.6, 3.4, 6):
+        points = FreeFlight(np.array([0.0, 0.0, -9.81]), 0.0).position_m(np.zeros(3), np.array([0.4, 0.0, speed]), t_s)
+        made.append(RecordedFlight("ball", 0.0, t_s, points))
+    model = fit_flight_model(made)
+    assert model.sigma_m >= LEAST_SIGMA_M
+    assert np.abs(model.gravity_m_s2 - (0, 0, -9.81)).max() < 0.01
+    assert model.drag_per_s < 0.05
+    assert np.nanmax(try_flights(made, (0.5,)).position_error_mm) < 1.0

@@ -46,6 +46,10 @@ def read_table(path: str, text: str) -> list[RecordedTrack]:
     if missing:
         listed = ", ".join(name for name in header if name)[:120] or "nothing"
         remedy = "name the columns t_s,x_m,y_m,z_m in the first line (seconds and metres)"
+        if len(missing) == len(COLUMNS) and len(rows[0][1] if rows else []) == 1 and ";" in header[0]:
+            problem = "its columns are separated by ';', as a spreadsheet of another language writes them"
+            remedy = "separate columns by commas and write decimals with a point: t_s,x_m,y_m,z_m"
+            raise InputError(path, problem, where=f"line {rows[0][0]}", remedy=remedy)
         problem = f"its header lacks {', '.join(missing)}; it has {listed}"
         raise InputError(path, problem, where=f"line {rows[0][0] if rows else 1}", remedy=remedy)
     values = numbers(path, rows[1:], [header.index(name) for name in COLUMNS], COLUMNS)
