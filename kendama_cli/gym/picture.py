@@ -27,6 +27,10 @@ class Painter:
         self._game, self._half_width_m = game, half_width_m
         self._window: Any = None
 
+    def __getstate__(self) -> dict[str, Any]:
+        """Without the window, which is this process's own."""
+        return vars(self) | {"_window": None}
+
     def paint(self, x_m: float, across_m: float, above_m: float) -> Picture:
         """The picture (480, 640, 3), RGB, of a cup at ``x_m`` with the ball so far from its tie point."""
         cup, picture = self._game.cup, np.full((HEIGHT_PX, WIDTH_PX, 3), GROUND, np.uint8)

@@ -46,7 +46,7 @@ class RolloutOptions:
 
         ``others`` are the names of options that the environment has read beside these.
         """
-        given = {name: value for name, value in (options or {}).items() if name not in others}
+        given = {name: value for name, value in option_dictionary(options).items() if name not in others}
         for name in given:
             if name not in ("noise", "body"):
                 raise ConfigError(name, f"option '{name}' is unknown; allowed: {', '.join((*others, 'noise', 'body'))}")
@@ -79,6 +79,13 @@ class RolloutOptions:
             drag_scale=body.get("drag", 1.0),
             delay_steps=round(body.get("delay_s", 0.0) / settings.step_s),
         )
+
+
+def option_dictionary(options: Any) -> Mapping[str, Any]:
+    """The options of ``reset``; raises ConfigError where they are no dictionary."""
+    if options is not None and not isinstance(options, Mapping):
+        raise ConfigError("options", f"'options' is {options!r}; allowed: a dictionary of noise and body, or None")
+    return options or {}
 
 
 def _number(name: str, value: Any, least: float, largest: float) -> float:

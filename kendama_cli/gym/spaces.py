@@ -83,14 +83,31 @@ class Accelerations:
 
     def many(self, actions: Any, n: int) -> NDArray[np.float64]:
         """The accelerations (n,) of ``n`` actions; raises gymnasium's InvalidAction where one is none."""
-        given = np.asarray(actions)
+        try:
+            given = np.asarray(actions)
+        except ValueError:  # rows of different lengths
+            given = np.empty(0, dtype=object)
         if isinstance(self.space, spaces.Discrete):
-            whole = given.shape == (n,) and np.issubdtype(given.dtype, np.integer)
-            if not whole or given.min() < 0 or given.max() >= self.space.n:
-                raise gymnasium.error.InvalidAction(
-                    f"actions of shape {given.shape}; allowed: ({n},) whole numbers 0 to {self.space.n - 1}"
-                )
+            allowed = f"({n},) whole numbers 0 to {self.space.n - 1}"
+            if given.shape != (n,) or not np.issubdtype(given.dtype, np.integer):
+                raise _no_actions(given, allowed)
+            _refuse_first(given, (given < 0) | (given >= self.space.n), allowed)
             return np.asarray(self._values[given])
-        if given.shape != (n, 1) or not (np.abs(given) <= 1.0).all():
-            raise gymnasium.error.InvalidAction(f"actions of shape {given.shape}; allowed: ({n}, 1) numbers, -1 to 1")
+        allowed = f"({n}, 1) numbers, -1 to 1"
+        if given.shape != (n, 1) or not (
+            np.issubdtype(given.dtype, np.floating) or np.issubdtype(given.dtype, np.integer)
+        ):
+            raise _no_actions(given, allowed)
+        _refuse_first(given[:, 0], ~(np.abs(given[:, 0]) <= 1.0), allowed)
         return np.asarray(given[:, 0].astype(np.float64) * self._largest)
+
+
+def _no_actions(given: NDArray[Any], allowed: str) -> Exception:
+    return gymnasium.error.InvalidAction(f"actions of shape {given.shape} and type {given.dtype}; allowed: {allowed}")
+
+
+def _refuse_first(given: NDArray[Any], wrong: NDArray[np.bool_], allowed: str) -> None:
+    """Raise gymnasium's InvalidAction with the first of the actions (n,) that is ``wrong`` (n,), and its index."""
+    if wrong.any():
+        i = int(np.argmax(wrong))
+        raise gymnasium.error.InvalidAction(f"action {given[i]} of environment {i}; allowed: {allowed}")

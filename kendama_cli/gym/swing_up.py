@@ -14,6 +14,7 @@ from kendama_cli.config.site import find_site
 from kendama_cli.errors import ConfigError
 from kendama_cli.gym.picture import Painter, Picture
 from kendama_cli.gym.rollout_options import RolloutOptions
+from kendama_cli.gym.rollout_under_way import RolloutUnderWay
 from kendama_cli.gym.spaces import Accelerations, ActionKind, Observation, Observed
 from kendama_cli.learning.reward import final_reward, step_reward
 from kendama_cli.learning.settings import LearnSettings
@@ -21,7 +22,6 @@ from kendama_cli.learning.state import SwingState
 from kendama_cli.pipeline.inputs import resolve_files
 from kendama_cli.schema.settings import build
 from kendama_cli.settings.game import GameSettings
-from kendama_cli.simulation.swingup.environment import Rolling, SwingUpEnvironment
 from kendama_cli.simulation.swingup.rollout import SimulatedRollout
 
 
@@ -105,7 +105,7 @@ class SwingUp(gymnasium.Env[Observation, Any]):
             raise ConfigError("render_mode", f"'render_mode' is {render_mode!r}; allowed: rgb_array, human, None")
         self.render_mode = render_mode
         self.settings, game = task(overrides)
-        self._environment = SwingUpEnvironment(self.settings, game)
+        self._rollout = RolloutUnderWay(self.settings, game)
         self._hold_s = held(self.settings, hold_s)
         self._observed = Observed.swing(self.settings, normalised=normalised)
         self._accelerations = Accelerations(self.settings, actions)
@@ -113,7 +113,6 @@ class SwingUp(gymnasium.Env[Observation, Any]):
         self._painter = Painter(game, self.settings.workspace.half_width_m)
         self.observation_space = self._observed.box
         self.action_space = self._accelerations.space
-        self._rolling: Rolling | None = None
         self._reading, self._t_s = SwingState(0.0, 0.0, 0.0, 0.0), 0.0
 
     def reset(
@@ -121,18 +120,18 @@ class SwingUp(gymnasium.Env[Observation, Any]):
     ) -> tuple[Observation, dict[str, Any]]:
         """Hang the ball, but for the noise of ``learn.noise``; the same ``seed`` begins the same rollouts."""
         super().reset(seed=seed)
-        self._rolling = self._environment.rolling(RolloutOptions.of(options).drawn(self.settings, self.np_random))
-        self._reading, self._t_s = next(self._rolling)
+        drawn = RolloutOptions.of(options).drawn(self.settings, self.np_random)
+        self._reading, self._t_s = self._rollout.begin(drawn)
         self._show()
         return self._observation(), {"success": False}
 
     def step(self, action: Any) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
         """Hold an action; raises gymnasium's ResetNeeded before ``reset`` and after the end, InvalidAction for none."""
-        if self._rolling is None:
+        if not self._rollout.waits:
             raise gymnasium.error.ResetNeeded("call reset() first: no rollout is under way")
         wanted, before = self._accelerations.one(action), self._potential()
         try:
-            self._reading, self._t_s = self._rolling.send((wanted, self._t_s + self._hold_s - 1e-9))
+            self._reading, self._t_s = self._rollout.answer(wanted, self._t_s + self._hold_s - 1e-9)
         except StopIteration as end:
             return self._ended(end.value, before)
         self._show()
@@ -149,7 +148,7 @@ class SwingUp(gymnasium.Env[Observation, Any]):
         self._painter.close()
 
     def _ended(self, rollout: SimulatedRollout, before: float) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
-        self._rolling, self._reading, self._t_s = None, rollout.final, rollout.duration_s
+        self._reading, self._t_s = rollout.final, rollout.duration_s
         self._show()
         rewards = self.settings.reward
         miss_m = None if rollout.catch is None else rollout.catch.miss_m
@@ -175,7 +174,7 @@ class SwingUp(gymnasium.Env[Observation, Any]):
         return self._observed.of(np.array([x_m, velocity_m_s, angle, rate_rad_s, left_s]))
 
     def _picture(self) -> Picture:
-        return self._painter.paint(*self._environment.places())
+        return self._painter.paint(*self._rollout.places())
 
     def _show(self) -> None:
         if self.render_mode == "human":

@@ -14,11 +14,11 @@ from numpy.typing import NDArray
 
 from kendama_cli.errors import ConfigError
 from kendama_cli.gym.picture import Painter
-from kendama_cli.gym.rollout_options import RolloutOptions
+from kendama_cli.gym.rollout_options import RolloutOptions, option_dictionary
+from kendama_cli.gym.rollout_under_way import RolloutUnderWay
 from kendama_cli.gym.spaces import LARGEST_RATE_RAD_S, Accelerations, ActionKind, Observation, Observed
 from kendama_cli.gym.swing_up import held, task
 from kendama_cli.learning.state import SwingState
-from kendama_cli.simulation.swingup.environment import Rolling, SwingUpEnvironment
 
 GoalObservation = dict[str, Observation]
 ROUNDING = 1e-5
@@ -69,7 +69,7 @@ class SwingUpGoal(gymnasium.Env[GoalObservation, Any]):
             raise ConfigError("tolerance", f"'tolerance' is {tolerance}; allowed: two numbers above 0")
         self.render_mode = render_mode
         self.settings, game = task(overrides)
-        self._environment = SwingUpEnvironment(self.settings, game)
+        self._rollout = RolloutUnderWay(self.settings, game)
         self._hold_s = held(self.settings, hold_s)
         self._observed = Observed.swing(self.settings, normalised=normalised)
         self._accelerations = Accelerations(self.settings, actions)
@@ -84,7 +84,6 @@ class SwingUpGoal(gymnasium.Env[GoalObservation, Any]):
         )
         self.action_space = self._accelerations.space
         self._goal = np.zeros(2, np.float32)
-        self._rolling: Rolling | None = None
         self._reading = self._true = SwingState(0.0, 0.0, 0.0, 0.0)
         self._t_s = 0.0
 
@@ -93,26 +92,25 @@ class SwingUpGoal(gymnasium.Env[GoalObservation, Any]):
     ) -> tuple[GoalObservation, dict[str, Any]]:
         """Hang the ball and draw a goal; ``options`` are ``goal`` and those of SwingUp."""
         super().reset(seed=seed)
-        asked = (options or {}).get("goal")
+        asked = option_dictionary(options).get("goal")
         drawn = self.np_random.uniform(*self._goals)
         self._goal = np.asarray(drawn if asked is None else _checked_goal(asked), dtype=np.float32)
         noise = RolloutOptions.of(options, "goal").drawn(self.settings, self.np_random)
-        self._rolling = self._environment.aimed(self._window()).rolling(noise)
-        self._reading, self._t_s = next(self._rolling)
-        self._true = self._environment.state()
+        self._reading, self._t_s = self._rollout.begin(noise, self._window())
+        self._true = self._rollout.state()
         self._show()
         return self._observation(), {"is_success": False}
 
     def step(self, action: Any) -> tuple[GoalObservation, float, bool, bool, dict[str, Any]]:
         """Hold an action; raises gymnasium's ResetNeeded before ``reset`` and after the end, InvalidAction for none."""
-        if self._rolling is None:
+        if not self._rollout.waits:
             raise gymnasium.error.ResetNeeded("call reset() first: no rollout is under way")
         wanted, outcome = self._accelerations.one(action), ""
         try:
-            self._reading, self._t_s = self._rolling.send((wanted, self._t_s + self._hold_s - 1e-9))
-            self._true = self._environment.state()
+            self._reading, self._t_s = self._rollout.answer(wanted, self._t_s + self._hold_s - 1e-9)
+            self._true = self._rollout.state()
         except StopIteration as end:
-            self._rolling, outcome = None, end.value.outcome
+            outcome = end.value.outcome
             self._reading, self._true, self._t_s = end.value.final, end.value.final, end.value.duration_s
         self._show()
         observation, reached = self._observation(), outcome == "goal"
@@ -130,7 +128,7 @@ class SwingUpGoal(gymnasium.Env[GoalObservation, Any]):
 
     def render(self) -> Any:
         """The picture (480, 640, 3), RGB, in mode rgb_array; None in the others, of which human shows each step."""
-        return self._painter.paint(*self._environment.places()) if self.render_mode == "rgb_array" else None
+        return self._painter.paint(*self._rollout.places()) if self.render_mode == "rgb_array" else None
 
     def close(self) -> None:
         """Close the window, if there is one."""
@@ -164,7 +162,7 @@ class SwingUpGoal(gymnasium.Env[GoalObservation, Any]):
 
     def _show(self) -> None:
         if self.render_mode == "human":
-            self._painter.show(self._painter.paint(*self._environment.places()))
+            self._painter.show(self._painter.paint(*self._rollout.places()))
 
 
 def _check_range(name: str, given: tuple[float, float], highest: float) -> None:

@@ -45,8 +45,8 @@ class SwingUpVector(VectorEnv[Observation, Any, Any]):
         shaping: float = 0.0,
     ) -> None:
         """As SwingUp's; raises ConfigError for what is not allowed, an engine that is not compiled included."""
-        if num_envs < 1:
-            raise ConfigError("num_envs", f"'num_envs' is {num_envs}; allowed: 1 or more")
+        if isinstance(num_envs, bool) or not isinstance(num_envs, (int, np.integer)) or num_envs < 1:
+            raise ConfigError("num_envs", f"'num_envs' is {num_envs!r}; allowed: a whole number, 1 or more")
         self.settings, game = task(overrides, "simulation/engine=rail")
         if not isinstance(self.settings.engine, RailEngine):
             raise ConfigError("simulation/engine", "many environments at once run on the rail: simulation/engine=rail")

@@ -1,4 +1,4 @@
-"""Full games through images on the arm in DART: the figures that the README states."""
+"""Full games through images on the arm in DART: how many are caught, whole and with faults on the way."""
 
 from __future__ import annotations
 
