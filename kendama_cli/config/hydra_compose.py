@@ -6,7 +6,7 @@ import contextlib
 import copy
 import functools
 import time
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -160,6 +160,14 @@ def _plain_error(site: Site, overrides: list[str], error: Exception) -> ConfigEr
     return ConfigError("conf", "configuration: " + " ".join(str(error).split()))
 
 
+def _below(node: dict[str, Any]) -> Iterator[str]:
+    """Dotted names of all values beneath the keys of ``node``."""
+    for name, value in node.items():
+        if isinstance(value, dict):
+            for inner in (*value, *_below(value)):
+                yield f"{name}.{inner}"
+
+
 def _missing(config: dict[str, Any], key: str, names: list[str]) -> ConfigError | None:
     """The error for the first part of ``key`` that ``config`` does not have; None where it has them all."""
     if "/" in key and key not in names:
@@ -171,6 +179,6 @@ def _missing(config: dict[str, Any], key: str, names: list[str]) -> ConfigError 
         if not isinstance(node, dict):
             return ConfigError(key, f"unknown key '{key}': '{walked}' is a value and has no keys below it")
         if part not in node and (walked or part not in names):
-            return unknown_key(path, node)
+            return unknown_key(path, node, _below(node))
         node, walked = node.get(part, {}), path
     return None

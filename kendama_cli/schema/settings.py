@@ -52,13 +52,19 @@ def nearest(word: str, candidates: Iterable[str]) -> str:
     return f", did you mean '{close[0]}'?" if close else ""
 
 
-def unknown_key(key: str, siblings: Iterable[str]) -> ConfigError:
-    """The error for a key that the schema does not have."""
+def unknown_key(key: str, siblings: Iterable[str], below: Iterable[str] = ()) -> ConfigError:
+    """The error for a key that the schema does not have; ``below`` are dotted names beneath the siblings.
+
+    The hint is the sibling that is spelled nearest, else what beneath one has the nearest last word.
+    """
     prefix, _, name = key.rpartition(".")
     place = f"{prefix}." if prefix else ""
     known = sorted(siblings)
     # the last word is what was mistyped: comparing whole paths would find every sibling alike
     close = difflib.get_close_matches(name, known, n=1, cutoff=0.6)
+    if not close:
+        by_word = {path.rpartition(".")[2]: path for path in sorted(below, reverse=True)}
+        close = [by_word[word] for word in difflib.get_close_matches(name, by_word, n=1, cutoff=0.75)]
     hint = (
         f", did you mean '{place}{close[0]}'?"
         if close

@@ -37,6 +37,7 @@ def complaint(toy: ToyProject, *arguments: str) -> str:
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
+        (["run", "learn.cap=3"], "unknown key 'learn.cap', did you mean 'learn.count.cap'?"),
         (["run", "learn.alph=0.5"], "unknown key 'learn.alph', did you mean 'learn.alpha'?"),
         (["run", "+learn.alph=0.5"], "unknown key 'learn.alph', did you mean 'learn.alpha'?"),
         (["run", "++learn.alph=0.5"], "unknown key 'learn.alph', did you mean 'learn.alpha'?"),

@@ -96,7 +96,7 @@ def test_a_longer_rope_a_denser_air_and_a_delay_act_as_in_the_single_environment
 @pytest.mark.parametrize(
     ("make", "told"),
     [
-        (lambda: SwingUpVector(0), "'num_envs' is 0; allowed: 1 or more"),
+        (lambda: SwingUpVector(0), "'num_envs' is 0; allowed: a whole number, 1 or more"),
         (lambda: SwingUpVector(2, ["simulation/engine=dart"]), "simulation/engine=rail"),
         (lambda: SwingUpVector(2, actions="both"), "'actions' is 'both'; allowed: discrete, continuous"),
         (lambda: SwingUpVector(2, hold_s=1e-4), "'hold_s' is 0.0001; allowed: from learn.step_s"),
