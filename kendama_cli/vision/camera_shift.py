@@ -87,7 +87,7 @@ def camera_shift(images: Sequence[Image]) -> CameraShift:
         corners = _Corners(_grey(image, scale))
         step = _step(before.shift_px(corners, np.zeros(2)), enough)
         predicted = place if step is None else place + step
-        direct = (first.near_px(corners, guess) for guess in (predicted, np.zeros(2)))
+        direct = (first.near_px(corners, guess) for guess in (np.zeros(2), predicted))
         agreed = next((one for one in direct if np.isfinite(one[:, 0]).sum() >= enough), None)
         if agreed is not None:
             shifts.append(agreed)
