@@ -21,6 +21,8 @@ if TYPE_CHECKING:
     from kendama_cli.pipeline.unchanged import Question
 
 INTERRUPTED = 130
+KEPT = "what was finished is kept, the same command goes on from there"
+NOT_KEPT = "what was not finished is not kept, the same command begins anew"
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -28,8 +30,9 @@ def main(arguments: list[str] | None = None) -> int:
     signal.signal(signal.SIGTERM, _interrupt)
     if hasattr(signal, "SIGHUP") and signal.getsignal(signal.SIGHUP) is not signal.SIG_IGN:  # as nohup sets it
         signal.signal(signal.SIGHUP, _interrupt)
+    words = sys.argv[1:] if arguments is None else arguments
     try:
-        code = _carry_out(sys.argv[1:] if arguments is None else arguments)
+        code = _carry_out(words)
         if sys.stdout is not None:
             sys.stdout.flush()
     except KendamaError as error:
@@ -55,7 +58,7 @@ def main(arguments: list[str] | None = None) -> int:
         render.error(f"{type(error).__name__}: {error} (unexpected; KENDAMA_DEBUG=1 shows its traceback)")
         code = 1
     if code == INTERRUPTED:  # typer itself turns Ctrl-C inside a command into this code
-        render.error("interrupted; what was finished is kept, the same command goes on from there")
+        render.error(f"interrupted; {NOT_KEPT if words[:1] == ['camera'] else KEPT}")
     return code
 
 

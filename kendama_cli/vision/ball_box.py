@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import cv2
@@ -11,6 +12,10 @@ from kendama_cli.vision.interface import Image
 
 LEAST_CONTRAST = 5.0
 """Of 255: boxes about the balls of three phone films have 16 and more, bare walls in them 1 to 4."""
+FEWEST_BOXES = 3
+LEAST_SIDE_PX = 4.0
+MOST_PART = 0.25
+"""Of the image's area: about a ball that fills more nothing is left to tell it from."""
 BLURRED_HALVES = 1 / 6
 """Noise is taken out by a blur of this part of half a box."""
 INSIDE, AROUND = 0.8, (1.1, 1.6)
@@ -60,3 +65,32 @@ class TaughtImage:
 
     pixels: Image
     boxes: tuple[BallBox, ...]
+
+
+def refuse_boxes(images: Sequence[TaughtImage]) -> None:
+    """Raises ValueError where there are under FEWEST_BOXES boxes, or one is too small, covers too much of its image, or
+    is on a plain surface."""
+    boxes = [box for image in images for box in image.boxes]
+    if not boxes:
+        raise ValueError(f"none of {len(images)} images has a box about the ball")
+    small = min(boxes, key=lambda box: box.radius_px)
+    if 2 * small.radius_px < LEAST_SIDE_PX:
+        raise ValueError(
+            f"a box of {small.width_px:.1f} x {small.height_px:.1f} px: a ball needs {LEAST_SIDE_PX:g} px at the least"
+        )
+    for number, image in enumerate(images, start=1):
+        for box in image.boxes:
+            where = f"the box at {box.u_px:.0f},{box.v_px:.0f} in image {number}"
+            part = box.width_px * box.height_px / (image.pixels.shape[0] * image.pixels.shape[1])
+            if part > MOST_PART:
+                raise ValueError(f"{where} covers {part:.0%} of the image, allowed: {MOST_PART:.0%} and less")
+            if (stands_out := box.contrast(image.pixels)) < LEAST_CONTRAST:
+                raise ValueError(
+                    f"{where} shows a plain surface: contrast {stands_out:.1f} of 255, allowed: {LEAST_CONTRAST:g} and "
+                    "more"
+                )
+    if len(boxes) < FEWEST_BOXES:
+        raise ValueError(
+            f"{len(boxes)} box{'' if len(boxes) == 1 else 'es'} about the ball, allowed: at least {FEWEST_BOXES}, in "
+            f"images that differ"
+        )

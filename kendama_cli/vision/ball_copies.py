@@ -1,4 +1,4 @@
-"""Copies of a taught image about its ball: before other backgrounds, blurred, under other light."""
+"""Copies of a taught image about its ball: before other backgrounds, nearer or farther, blurred, in other light."""
 
 from __future__ import annotations
 
@@ -11,11 +11,27 @@ from kendama_cli.vision.patch_features import BALL_PX
 
 Values = NDArray[np.float32]
 
-LONGEST_BLUR = 1.6
+LONGEST_BLUR = 2.5
 """In ball radii."""
 BLURRED = 0.7
 RIM = 0.95
 """The part of a box's ellipse that surely shows the ball."""
+ZOOM = 0.15
+"""A ball is shown larger or smaller by up to this part."""
+
+
+def zoomed(
+    crop: Image, free: NDArray[np.bool_], middle_px: tuple[float, float], rng: np.random.Generator
+) -> tuple[Image, NDArray[np.bool_], float]:
+    """The crop (h, w, 3) larger or smaller about ``middle_px`` (column, row), where it then shows no ball (h, w), and
+    by which factor; ``free`` (h, w) says where the crop shows none. What lies beyond the crop is mirrored in."""
+    factor = float(rng.uniform(1 - ZOOM, 1 + ZOOM))
+    u, v = middle_px
+    way = np.array([[factor, 0, (1 - factor) * u], [0, factor, (1 - factor) * v]])
+    size = crop.shape[1], crop.shape[0]
+    made = np.asarray(cv2.warpAffine(crop, way, size, borderMode=cv2.BORDER_REFLECT_101), dtype=np.uint8)
+    shows_none = cv2.warpAffine(free.astype(np.uint8), way, size, flags=cv2.INTER_NEAREST, borderValue=0)
+    return made, np.asarray(shows_none, dtype=np.bool_), factor
 
 
 def varied(crop: Image, rng: np.random.Generator) -> Image:

@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import dataclass
 
 import cv2
 import numpy as np
 
 from kendama_cli.schema.arrays import Array
+from kendama_cli.vision.ball_patches import SCALES
 from kendama_cli.vision.interface import Image, SearchHint, Sighting
 from kendama_cli.vision.patch_features import BALL_PX, COUNT, patch_features, scaled
+from kendama_cli.vision.peak_scores import peak_scores
 from kendama_cli.vision.settings import TaughtDetectorSettings
-from kendama_cli.vision.teaching import SCALES, TaughtBall
+from kendama_cli.vision.teaching import TaughtBall
 
 EVERY_PX = 2
 """Every second pixel of the scaled image is asked: a third of the ball's radius."""
@@ -20,17 +23,21 @@ SEARCHED_RADII = 4.0
 """With a hint the ball is searched within so many of its radii about the expected place."""
 SIGMA_RADII = 0.15
 """Standard deviation of a peak's place, in ball radii: measured on films that taught the detector with 5 boxes."""
-LEAST_SCORE = 0.03
+LEAST_LOG_ODDS = -6.0
 """Weaker peaks are not worth a tracker's time."""
 
 
-class TaughtDetector:
-    """Peaks of a classifier's log odds over place and scale.
+@dataclass(frozen=True)
+class _Peak:
+    """A place where the classifiers' log odds are highest."""
 
-    The score is the probability that they give, p_k, over max(1, sum_j p_j / balls) of all peaks in the image: no more
-    balls are believed in than there are. What resembles the ball and was not in the taught images (a checked shirt)
-    has many peaks, the ball has one.
-    """
+    centre_px: Array
+    radius_px: float
+    log_odds: float
+
+
+class TaughtDetector:
+    """Peaks of a classifier's log odds over place and scale, scored together (see peak_scores)."""
 
     def __init__(self, settings: TaughtDetectorSettings, ball: TaughtBall) -> None:
         self._candidates, self._balls, self.threshold = settings.candidates, settings.balls, settings.score_min
@@ -47,20 +54,23 @@ class TaughtDetector:
             high = np.ceil(hint.centre_px - corner + half).astype(int) + 1
             pixels = pixels[low[1] : max(high[1], 0), low[0] : max(high[0], 0)]
             corner = corner + low
-        found = sorted(self._peaks(pixels), key=lambda one: -one.score)
-        kept: list[Sighting] = []
-        for one in found:
+        kept: list[_Peak] = []
+        for one in sorted(self._peaks(pixels), key=lambda one: -one.log_odds):
             if all(float(np.hypot(*(one.centre_px - other.centre_px))) > self._ball.radius_px for other in kept):
                 kept.append(one)
-        believed = max(1.0, sum(one.score for one in kept) / self._balls)
-        kept = kept[: self._candidates]
+        scores = peak_scores(np.array([one.log_odds for one in kept]), self._balls)
+        found = [
+            Sighting(
+                one.centre_px + corner, np.eye(2) * (SIGMA_RADII * one.radius_px) ** 2, one.radius_px, float(score)
+            )
+            for one, score in zip(kept[: self._candidates], scores, strict=False)
+        ]
         if hint is not None:
-            expected = np.asarray(hint.centre_px) - corner
-            kept.sort(key=lambda one: float(np.hypot(*(one.centre_px - expected))))
-        for one in kept:
-            yield Sighting(one.centre_px + corner, one.covariance_px2, one.radius_px, one.score / believed)
+            expected = np.asarray(hint.centre_px)
+            found.sort(key=lambda one: float(np.hypot(*(one.centre_px - expected))))
+        yield from found
 
-    def _peaks(self, pixels: Image) -> Iterator[Sighting]:
+    def _peaks(self, pixels: Image) -> Iterator[_Peak]:
         """The highest peaks at each scale, in the coordinates of ``pixels``."""
         if min(pixels.shape[:2]) < 2:
             return
@@ -72,11 +82,11 @@ class TaughtDetector:
             log_odds: Array = np.asarray(cv2.GaussianBlur(rough, (0, 0), SMOOTHED_PX), dtype=np.float64)
             for _ in range(self._candidates):
                 row, column = divmod(int(log_odds.argmax()), log_odds.shape[1])
-                score = float(1 / (1 + np.exp(-float(log_odds[row, column]))))
-                if score < LEAST_SCORE:
+                highest = float(log_odds[row, column])
+                if highest < LEAST_LOG_ODDS:
                     break
                 centre = (EVERY_PX * _top(log_odds, row, column) + 0.5) / shrink - 0.5
-                yield Sighting(centre, np.eye(2) * (SIGMA_RADII * radius_px) ** 2, radius_px, score)
+                yield _Peak(centre, radius_px, highest)
                 cv2.circle(log_odds, (column, row), round(BALL_PX / EVERY_PX) + 1, -50.0, -1)
 
 

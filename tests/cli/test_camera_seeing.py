@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 import yaml
 
+from kendama_cli.cli import main
 from kendama_cli.cli.track_output import PlaceMessage, SightingMessage
 from kendama_cli.devices.camera.calibration import camera_model, read_calibration
 from kendama_cli.devices.flight.reader import read_tracks
@@ -53,10 +54,35 @@ def test_a_taught_ball_is_found_and_scored_against_boxes(here, capsys, labelled)
 
 def test_a_ball_is_taught_once_and_used_by_name(here, capsys, labelled):
     home, _ = labelled
-    code, out, err = kendama(capsys, "camera", "teach", str(home / "one"), "-o", "mine.npz")
+    code, out, err = kendama(capsys, "camera", "teach", str(home / "taught"), "-o", "mine.npz")
     assert code == 0, err
     assert "predict/detector=taught predict.detector.ball=mine.npz" in out
     assert (here / "mine.npz").stat().st_size > 1000
+
+
+def test_one_box_is_too_few_to_teach_a_ball(here, capsys, labelled):
+    code, _, err = kendama(capsys, "camera", "teach", str(labelled[0] / "one"), "-o", "mine.npz")
+    assert code == 2
+    assert "1 box about the ball, allowed: at least 3" in err
+    assert len(err.strip().splitlines()) == 1
+    assert not (here / "mine.npz").exists()
+
+
+@pytest.mark.parametrize(
+    ("words", "told"),
+    [
+        (["camera", "detect", "images"], "what was not finished is not kept, the same command begins anew"),
+        (["run", "-p", "toy"], "what was finished is kept, the same command goes on from there"),
+    ],
+)
+def test_an_interruption_says_whether_the_command_goes_on(here, capsys, monkeypatch, words, told):
+    def interrupted(arguments):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(main, "_carry_out", interrupted)
+    code, _, err = kendama(capsys, *words)
+    assert code == main.INTERRUPTED
+    assert err == f"kendama: interrupted; {told}\n"
 
 
 def test_a_film_of_a_ball_on_a_string_is_tracked_without_teaching(here, capsys):

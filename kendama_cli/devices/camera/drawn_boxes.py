@@ -11,11 +11,8 @@ from typing import Any
 from kendama_cli.devices.camera.boxes import read_boxes, write_labelled
 from kendama_cli.devices.camera.film import Film
 from kendama_cli.devices.camera.film_stills import Stills
-from kendama_cli.vision.ball_box import LEAST_CONTRAST, BallBox, TaughtImage
+from kendama_cli.vision.ball_box import FEWEST_BOXES, LEAST_CONTRAST, LEAST_SIDE_PX, BallBox, TaughtImage
 from kendama_cli.vision.teaching import odd_images
-
-LEAST_BOXES = 3
-SMALLEST_PX = 4.0
 
 Drawn = tuple[BallBox, ...]
 
@@ -62,7 +59,7 @@ class DrawnBoxes:
                 self._changed.wait_for(lambda: self._compared != self._version)
                 version, drawn = self._version, self._sound()
             shown = [TaughtImage(self.stills.pixels(frame), boxes) for frame, boxes in drawn.items()]
-            odd = odd_images(shown) if len(shown) >= LEAST_BOXES else {}
+            odd = odd_images(shown) if len(shown) >= FEWEST_BOXES else {}
             frames = list(drawn)
             with self._changed:
                 if version == self._version:
@@ -85,15 +82,15 @@ class DrawnBoxes:
                 "boxes": {frame: _sides(boxes) for frame, boxes in self._drawn.items()},
                 "warnings": {**self._odd, **self._plain},
                 "comparing": self._compared != self._version,
-                "least": LEAST_BOXES,
+                "least": FEWEST_BOXES,
             }
 
     def missing(self) -> str | None:
         """Why these boxes do not yet teach the ball; None where they do."""
         with self._changed:
             boxed = sum(bool(boxes) for boxes in self._drawn.values())
-            if boxed < LEAST_BOXES:
-                return f"{boxed} boxes are drawn: {LEAST_BOXES} are the least"
+            if boxed < FEWEST_BOXES:
+                return f"{boxed} boxes are drawn: {FEWEST_BOXES} are the least"
             if self._plain or self._odd:
                 frames = ", ".join(map(str, sorted({*self._plain, *self._odd})))
                 return f"the boxes in frames {frames} show no ball, or another one: draw them anew or remove them"
@@ -122,8 +119,8 @@ class DrawnBoxes:
         left, top, width, height = sides_px
         right, bottom = min(left + width, self.stills.width_px), min(top + height, self.stills.height_px)
         left, top = max(left, 0.0), max(top, 0.0)
-        if not (all(map(math.isfinite, sides_px)) and min(right - left, bottom - top) >= SMALLEST_PX):
-            raise ValueError(f"a box needs {SMALLEST_PX:g} px of the image on each side")
+        if not (all(map(math.isfinite, sides_px)) and min(right - left, bottom - top) >= LEAST_SIDE_PX):
+            raise ValueError(f"a box needs {LEAST_SIDE_PX:g} px of the image on each side")
         return BallBox((left + right) / 2 - 0.5, (top + bottom) / 2 - 0.5, right - left, bottom - top)
 
     def _plainness(self, frame: int, boxes: Drawn) -> str | None:
