@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,13 +27,17 @@ COPY_RADII = 7.5
 """A copy reaches so many radii beyond the ball's places."""
 TRIES = 10
 OTHERS_AN_IMAGE, OTHERS_A_COPY = 1500, 60
+MOST_PATCHES = 1_500_000
+"""Of an image that shows more places to look at than this at the finest of SCALES, a part about its boxes teaches."""
 
 
 @dataclass(frozen=True)
 class Patches:
-    """Features of patches in one image at one scale: those that show the ball, some others, and all that do not."""
+    """Features of patches in one image at one scale: those that show the ball as it is (``uncopied``) and with its
+    copies, some others, and all that do not."""
 
     image: int
+    uncopied: tuple[Features, ...]
     balls: tuple[Features, ...]
     others: tuple[Features, ...]
     elsewhere: Features
@@ -42,11 +46,31 @@ class Patches:
 def all_patches(images: Sequence[TaughtImage], rng: np.random.Generator) -> list[Patches]:
     """The patches of each of ``images`` at each of the SCALES."""
     radius_px = median_radius_px(images)
+    most_px = MOST_PATCHES * (radius_px * min(SCALES) / BALL_PX) ** 2
+    images = [_part(image, most_px, rng) for image in images]
     found: list[Patches] = []
     for scale in SCALES:
         views = [_view(number, image, BALL_PX / (radius_px * scale)) for number, image in enumerate(images)]
         found += [_collect(view, views, rng) for view in views]
     return found
+
+
+def _part(image: TaughtImage, most_px: float, rng: np.random.Generator) -> TaughtImage:
+    """A rectangle of the image with all of its boxes, of the image's shape and ``most_px`` pixels where the boxes allow
+    it; the image itself where it has no more."""
+    size = np.array(image.pixels.shape[1::-1])
+    smaller = np.ceil(size * min(np.sqrt(most_px / size.prod()), 1.0)).astype(int)
+    if (smaller >= size).all():
+        return image
+    sides = np.array([(one.u_px, one.v_px, one.width_px, one.height_px) for one in image.boxes]).reshape(-1, 4)
+    low = np.clip(np.floor((sides[:, :2] - sides[:, 2:]).min(axis=0, initial=size.max())).astype(int), 0, size)
+    high = np.clip(np.ceil((sides[:, :2] + sides[:, 2:]).max(axis=0, initial=0)).astype(int), 0, size)
+    smaller = np.minimum(np.maximum(smaller, high - low), size)
+    first = rng.integers(np.maximum(high - smaller, 0), np.minimum(low, size - smaller) + 1)
+    left, top = first.tolist()
+    width, height = smaller.tolist()
+    boxes = tuple(replace(one, u_px=one.u_px - left, v_px=one.v_px - top) for one in image.boxes)
+    return TaughtImage(image.pixels[top : top + height, left : left + width], boxes)
 
 
 def median_radius_px(images: Sequence[TaughtImage]) -> float:
@@ -93,21 +117,22 @@ def _viewed(columns: NDArray[np.float64], rows: NDArray[np.float64], box: BallBo
 def _collect(view: _View, views: Sequence[_View], rng: np.random.Generator) -> Patches:
     """The patches of one image at one scale; ``views`` are all images at that scale."""
     features, outside = patch_features(view.pixels), view.outside
+    uncopied: list[Features] = []
     balls: list[Features] = []
     others: list[Features] = []
     for ball in view.balls:
         inside = ball.distance < INSIDE
         if inside.any() and LIKE_RADIUS[0] < ball.radius_px / BALL_PX < LIKE_RADIUS[1]:
-            balls.append(features[inside])
+            uncopied.append(features[inside])
             copies, beside = _copies(view, ball, views, rng)
-            balls.append(copies)
+            balls += [uncopied[-1], copies]
             others.append(beside)
     places = np.argwhere(outside)
     if len(places):
         some = places[rng.integers(0, len(places), OTHERS_AN_IMAGE)]
         others.append(features[some[:, 0], some[:, 1]])
     elsewhere = features[::2, ::2][outside[::2, ::2]]
-    return Patches(view.number, tuple(balls), tuple(others), elsewhere)
+    return Patches(view.number, tuple(uncopied), tuple(balls), tuple(others), elsewhere)
 
 
 def _copies(

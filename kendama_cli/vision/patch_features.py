@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import cv2
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +16,8 @@ BALL_PX = 6.0
 """Images are scaled so that the ball has this radius: the sizes below are in those pixels."""
 REACH_PX = 18
 """No feature looks farther than this from its patch's middle."""
+STRIP_PX = 512
+"""Images are worked through in strips of so many rows: the features of a patch take 320 bytes."""
 BOXES_PX = (3, 9, 17, 33)
 RINGS_PX = (3.5, 10.0)
 DIRECTIONS = 8
@@ -68,6 +72,16 @@ def patch_features(pixels: Image, every: int = 1) -> Features:
     for side in EDGES_PX:
         add(_mean(slope, side))
     return made
+
+
+def feature_strips(pixels: Image, every: int) -> Iterator[Features]:
+    """What patch_features gives for ``pixels`` and ``every``, a divisor of STRIP_PX, in parts (rows, w, COUNT) from the
+    top to the bottom."""
+    margin = -(-REACH_PX // every) * every
+    for top in range(0, len(pixels), STRIP_PX):
+        low, bottom = max(top - margin, 0), min(top + STRIP_PX, len(pixels))
+        first = (top - low) // every
+        yield patch_features(pixels[low : bottom + margin], every)[first : first - (top - bottom) // every]
 
 
 def turned(steps: int, *, mirrored: bool) -> NDArray[np.intp]:

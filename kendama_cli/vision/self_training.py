@@ -10,10 +10,11 @@ import numpy as np
 from kendama_cli.vision.ball_box import LEAST_CONTRAST, BallBox, TaughtImage
 from kendama_cli.vision.ball_film import CANDIDATES
 from kendama_cli.vision.ball_region import BallRegion, learn_region
+from kendama_cli.vision.box_likeness import odd_images
 from kendama_cli.vision.image_track import TrackedBall, track
 from kendama_cli.vision.interface import Detector, Image, Sighting
 from kendama_cli.vision.region_detector import RegionDetector
-from kendama_cli.vision.teaching import TaughtBall, odd_images, teach
+from kendama_cli.vision.teaching import TaughtBall, teach
 
 FRAMES = 60
 """So many frames in a row are looked at."""

@@ -11,7 +11,7 @@ import numpy as np
 from kendama_cli.schema.arrays import Array
 from kendama_cli.vision.ball_patches import SCALES
 from kendama_cli.vision.interface import Image, SearchHint, Sighting
-from kendama_cli.vision.patch_features import BALL_PX, COUNT, patch_features, scaled
+from kendama_cli.vision.patch_features import BALL_PX, COUNT, feature_strips, scaled
 from kendama_cli.vision.peak_scores import peak_scores
 from kendama_cli.vision.settings import TaughtDetectorSettings
 from kendama_cli.vision.teaching import TaughtBall
@@ -77,8 +77,10 @@ class TaughtDetector:
         for scale in SCALES:
             radius_px = self._ball.radius_px * scale
             shrink = BALL_PX / radius_px
-            features = patch_features(scaled(pixels, shrink), EVERY_PX)
-            rough = self._ball.log_odds(features.reshape(-1, COUNT)).reshape(features.shape[:2])
+            strips = feature_strips(scaled(pixels, shrink), EVERY_PX)
+            rough = np.concatenate(
+                [self._ball.log_odds(one.reshape(-1, COUNT)).reshape(one.shape[:2]) for one in strips]
+            )
             log_odds: Array = np.asarray(cv2.GaussianBlur(rough, (0, 0), SMOOTHED_PX), dtype=np.float64)
             for _ in range(self._candidates):
                 row, column = divmod(int(log_odds.argmax()), log_odds.shape[1])

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import io
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from zipfile import BadZipFile
 
@@ -11,20 +11,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kendama_cli.vision.ball_box import TaughtImage, refuse_boxes
-from kendama_cli.vision.ball_patches import Patches, all_patches, median_radius_px
-from kendama_cli.vision.patch_classifier import PatchClassifier, Training, Values, standardised
-from kendama_cli.vision.patch_features import COUNT, DIRECTIONS, turned
+from kendama_cli.vision.ball_patches import all_patches, median_radius_px
+from kendama_cli.vision.box_likeness import UNLIKE_SHARE, compared, odd_boxes, unlike_share
+from kendama_cli.vision.patch_classifier import PatchClassifier, Values
+from kendama_cli.vision.patch_features import COUNT
+from kendama_cli.vision.patch_training import trained
 
 CLASSIFIERS = 3
 STEPS, ROUNDS = 1500, 3
-BALLS_A_BATCH, OTHERS_A_BATCH = 96, 192
-TURNED = 0.5
-"""The part of the batches that are shown turned or mirrored, balls and others alike."""
-HARD_AN_IMAGE = 300
-HARD_LOG_ODDS = -2.0
-CHECK_STEPS = 300
-ODD_SHARE = 0.05
-"""A box is refused when this part of its image looks more like the other boxes than the box does itself."""
 
 
 @dataclass(frozen=True)
@@ -85,79 +79,23 @@ def teach(images: Sequence[TaughtImage], seed: int = 0) -> TaughtBall:
 
     Patches about the boxes' middles against patches elsewhere, at three scales; copies of the ball are blurred, turned
     and lit otherwise; what the classifier takes for the ball in these very images is learned again as not the ball
-    (twice). Raises ValueError without a box, for a box of under 4 px or on a plain surface, and (from three images with
-    boxes on) where a box shows something else than the others do.
+    (twice). Raises ValueError for under three boxes, for one that is too small or too large or on a plain surface, and
+    (from three images with boxes on) where a box shows something else than the others do, or none shows what others do.
     """
     refuse_boxes(images)
+    boxes = [box for image in images for box in image.boxes]
     rng = np.random.default_rng(seed)
     patches = all_patches(images, rng)
-    for number, share in _odd(images, patches, rng):
+    likeness = compared(images, patches, rng)
+    for number, share in odd_boxes(likeness).items():
         box = images[number].boxes[0]
         raise ValueError(
             f"the box at {box.u_px:.0f},{box.v_px:.0f} in image {number + 1} shows something else than the other "
             f"boxes: {share:.0%} of that image looks more like them"
         )
-    return TaughtBall(median_radius_px(images), tuple(_train(patches, STEPS, ROUNDS, rng) for _ in range(CLASSIFIERS)))
-
-
-def odd_images(images: Sequence[TaughtImage], seed: int = 0) -> dict[int, float]:
-    """The images whose box ``teach`` would refuse for showing something else, with the part of each that looks more
-    like the other boxes than its own does."""
-    rng = np.random.default_rng(seed)
-    return dict(_odd(images, all_patches(images, rng), rng))
-
-
-def _odd(
-    images: Sequence[TaughtImage], patches: Sequence[Patches], rng: np.random.Generator
-) -> Iterator[tuple[int, float]]:
-    """Images whose box is not found again by what the boxes of all others taught."""
-    boxed = [number for number, image in enumerate(images) if image.boxes]
-    if len(boxed) < 3:
-        return
-    for number in boxed:
-        own = [one for one in patches if one.image == number and one.balls]
-        others = [one for one in patches if one.image != number]
-        if not own or not any(one.balls for one in others):
-            continue
-        classifier = _train(others, CHECK_STEPS, 1, rng)
-        shares = []
-        for one in own:
-            best = max(float(classifier.log_odds(ball).max()) for ball in one.balls)
-            shares.append(float((classifier.log_odds(one.elsewhere) > best).mean()))
-        if min(shares) > ODD_SHARE:
-            yield number, min(shares)
-
-
-def _train(patches: Sequence[Patches], steps: int, rounds: int, rng: np.random.Generator) -> PatchClassifier:
-    balls = np.concatenate([ball for one in patches for ball in one.balls])
-    others = np.concatenate([other for one in patches for other in one.others])
-    sample = np.concatenate([balls[:: max(len(balls) // 10_000, 1)], others])
-    mean, spread = sample.mean(axis=0), sample.std(axis=0) + np.float32(1e-3)
-    training = Training(mean, spread, steps, rng)
-    shown, common = standardised(balls, mean, spread), standardised(others, mean, spread)
-    hard = np.empty((0, COUNT), dtype=np.float32)
-    orders = [turned(eighths, mirrored=mirrored) for eighths in range(DIRECTIONS) for mirrored in (False, True)]
-    truth = np.repeat(np.array([1, 0], dtype=np.float32), [BALLS_A_BATCH, OTHERS_A_BATCH])
-    for round_ in range(rounds):
-        for _ in range(steps // rounds):
-            batch = shown[rng.integers(0, len(shown), BALLS_A_BATCH)]
-            from_hard = OTHERS_A_BATCH // 2 if len(hard) else 0
-            some = common[rng.integers(0, len(common), OTHERS_A_BATCH - from_hard)]
-            most = hard[rng.integers(0, max(len(hard), 1), from_hard)]
-            batch = np.concatenate([batch, some, most])
-            if rng.random() < TURNED:  # balls and others alike: else what is turned would be the ball
-                batch = batch[:, orders[rng.integers(len(orders))]]
-            training.learn(batch, truth)
-        if round_ < rounds - 1:
-            hard = np.concatenate([hard, standardised(_hard(training.classifier(), patches), mean, spread)])
-    return training.classifier()
-
-
-def _hard(classifier: PatchClassifier, patches: Sequence[Patches]) -> Values:
-    """The features of patches elsewhere that look most like the ball."""
-    found = []
-    for one in patches:
-        log_odds = classifier.log_odds(one.elsewhere)
-        worst = np.argsort(-log_odds)[:HARD_AN_IMAGE]
-        found.append(one.elsewhere[worst[log_odds[worst] > HARD_LOG_ODDS]])
-    return np.concatenate(found)
+    if (share := unlike_share(likeness)) > UNLIKE_SHARE:
+        raise ValueError(
+            f"the {len(boxes)} boxes do not show one ball: {share:.1%} of their images looks more like the other boxes "
+            f"than each of them does, allowed: {UNLIKE_SHARE:.0%}"
+        )
+    return TaughtBall(median_radius_px(images), tuple(trained(patches, STEPS, ROUNDS, rng) for _ in range(CLASSIFIERS)))

@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from kendama_cli.vision import teaching
-from kendama_cli.vision.ball_box import BallBox, TaughtImage
+from kendama_cli.vision.ball_box import LEAST_CONTRAST, BallBox, TaughtImage
+from kendama_cli.vision.box_likeness import odd_images
 from kendama_cli.vision.interface import SearchHint
 from kendama_cli.vision.settings import TaughtDetectorSettings
 from kendama_cli.vision.taught_detector import TaughtDetector
@@ -86,6 +87,24 @@ def test_a_taught_ball_comes_back_from_its_file_to_the_last_bit(ball):
 def test_a_file_that_holds_no_taught_ball_is_refused(content):
     with pytest.raises(ValueError, match="no taught ball"):
         TaughtBall.from_bytes(content)
+
+
+@pytest.mark.parametrize("seed", [11000, 11001, 11002])
+def test_boxes_anywhere_on_a_textured_background_are_refused(seed):
+    rng = np.random.default_rng(seed)
+    images = []
+    while len(images) < 3:
+        pixels = textured(rng.integers(1 << 30))
+        box = BallBox(*rng.uniform([30, 30], [290, 210]), 20.0, 20.0)
+        if box.contrast(pixels) > 2 * LEAST_CONTRAST:
+            images.append(TaughtImage(pixels, (box,)))
+    with pytest.raises(ValueError, match=r"3 boxes do not show one ball|shows something else than the other"):
+        teach(images)
+    assert odd_images(images)
+
+
+def test_boxes_about_one_ball_are_not_refused():
+    assert odd_images([shown(seed) for seed in range(11010, 11013)]) == {}
 
 
 def test_a_box_on_the_bare_wall_is_refused_and_named():

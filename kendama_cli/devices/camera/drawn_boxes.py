@@ -12,7 +12,7 @@ from kendama_cli.devices.camera.boxes import read_boxes, write_labelled
 from kendama_cli.devices.camera.film import Film
 from kendama_cli.devices.camera.film_stills import Stills
 from kendama_cli.vision.ball_box import FEWEST_BOXES, LEAST_CONTRAST, LEAST_SIDE_PX, BallBox, TaughtImage
-from kendama_cli.vision.teaching import odd_images
+from kendama_cli.vision.box_likeness import odd_images
 
 Drawn = tuple[BallBox, ...]
 
