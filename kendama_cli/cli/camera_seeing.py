@@ -20,7 +20,7 @@ from kendama_cli.config.site import Site
 from kendama_cli.devices.camera.boxes import image_files, labelled, read_boxes, read_image, read_labelled
 from kendama_cli.errors import InputError, UsageError
 from kendama_cli.pipeline.nodes import build_settings
-from kendama_cli.vision.ball_box import BallBox, TaughtImage
+from kendama_cli.vision.ball_box import FEWEST_BOXES, BallBox, TaughtImage
 from kendama_cli.vision.camera_shift import STANDING_PX, CameraShift, camera_shift
 from kendama_cli.vision.interface import Detector, Image, Sighting
 from kendama_cli.vision.make_detector import make_detector
@@ -66,6 +66,10 @@ def teach_ball(folder: Path, output: Path, seed: int) -> None:
 
 def taught(source: Path, images: Sequence[TaughtImage], seed: int) -> TaughtBall:
     """The ball that ``images`` show; raises InputError, naming ``source``, where they teach none."""
+    boxes = sum(len(image.boxes) for image in images)
+    if 0 < boxes < FEWEST_BOXES:
+        number = "1 box teaches" if boxes == 1 else f"{boxes} boxes teach"
+        render.note(f"{number} the ball: with 3 to 10 it is found more often, and a wrong one is noticed")
     try:
         return teach(images, seed)
     except ValueError as wrong:

@@ -13,6 +13,7 @@ from kendama_cli.vision.interface import Image
 LEAST_CONTRAST = 5.0
 """Of 255: boxes about the balls of three phone films have 16 and more, bare walls in them 1 to 4."""
 FEWEST_BOXES = 3
+"""From so many on boxes can be compared with each other."""
 LEAST_SIDE_PX = 4.0
 MOST_PART = 0.25
 """Of the image's area: about a ball that fills more nothing is left to tell it from."""
@@ -68,8 +69,8 @@ class TaughtImage:
 
 
 def refuse_boxes(images: Sequence[TaughtImage]) -> None:
-    """Raises ValueError where there are under FEWEST_BOXES boxes, or one is too small, covers too much of its image, or
-    is on a plain surface."""
+    """Raises ValueError where there is no box, or one is too small, covers too much of its image, or is on a plain
+    surface."""
     boxes = [box for image in images for box in image.boxes]
     if not boxes:
         raise ValueError(f"none of {len(images)} images has a box about the ball")
@@ -89,8 +90,3 @@ def refuse_boxes(images: Sequence[TaughtImage]) -> None:
                     f"{where} shows a plain surface: contrast {stands_out:.1f} of 255, allowed: {LEAST_CONTRAST:g} and "
                     "more"
                 )
-    if len(boxes) < FEWEST_BOXES:
-        raise ValueError(
-            f"{len(boxes)} box{'' if len(boxes) == 1 else 'es'} about the ball, allowed: at least {FEWEST_BOXES}, in "
-            f"images that differ"
-        )

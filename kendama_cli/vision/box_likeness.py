@@ -7,17 +7,17 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from kendama_cli.vision.ball_box import TaughtImage
+from kendama_cli.vision.ball_box import FEWEST_BOXES, TaughtImage
 from kendama_cli.vision.ball_patches import Patches, all_patches
 from kendama_cli.vision.patch_training import trained
 
 CHECK_STEPS = 300
-FEWEST_COMPARED = 3
 ODD_SHARE = 0.05
 """A box is refused when this part of its image looks more like the other boxes than the box and its copies do."""
-UNLIKE_SHARE = 0.01
+UNLIKE_SHARE = 0.03
 """All boxes are refused when more than this part of the images, in the geometric mean, looks more like the other boxes
-than an image's own does: on two phone films 0.0001 to 0.004 for boxes about balls, 0.008 to 0.9 for boxes elsewhere."""
+than an image's own does: on two phone films 0.0001 to 0.004 for boxes about balls, 0.008 to 0.9 for boxes
+elsewhere."""
 LEAST_SHARE = 1e-4
 """Less is not told apart: an image has some ten thousand places."""
 
@@ -33,9 +33,9 @@ class BoxLikeness:
 
 
 def compared(images: Sequence[TaughtImage], patches: Sequence[Patches], rng: np.random.Generator) -> list[BoxLikeness]:
-    """Each of ``images`` with boxes against what the boxes of the others teach, nothing for under FEWEST_COMPARED."""
+    """Each of ``images`` with boxes against what the boxes of the others teach, nothing for under FEWEST_BOXES."""
     boxed = [number for number, image in enumerate(images) if image.boxes]
-    if len(boxed) < FEWEST_COMPARED:
+    if len(boxed) < FEWEST_BOXES:
         return []
     found = []
     for number in boxed:

@@ -79,8 +79,8 @@ def teach(images: Sequence[TaughtImage], seed: int = 0) -> TaughtBall:
 
     Patches about the boxes' middles against patches elsewhere, at three scales; copies of the ball are blurred, turned
     and lit otherwise; what the classifier takes for the ball in these very images is learned again as not the ball
-    (twice). Raises ValueError for under three boxes, for one that is too small or too large or on a plain surface, and
-    (from three images with boxes on) where a box shows something else than the others do, or none shows what others do.
+    (twice). Raises ValueError for no box, for one that is too small or too large or on a plain surface, and (from three
+    images with boxes on) where a box shows something else than the others do, or none shows what others do.
     """
     refuse_boxes(images)
     boxes = [box for image in images for box in image.boxes]
