@@ -100,33 +100,36 @@ class Blob:
         )
 
 
-def blobs_of(change: ImageChange, radius_px: float) -> list[Blob]:
-    """The connected parts of a change, were the ball's radius ``radius_px``."""
-    return list(_blobs(change, change.amount > change.least, radius_px, STRING_PART))
+def blobs_of(change: ImageChange, radius_px: float, least_px: float = 0.0) -> list[Blob]:
+    """The connected parts of a change, of at least the radius ``least_px``, were the ball's radius ``radius_px``."""
+    return list(_blobs(change, change.amount > change.least, radius_px, STRING_PART, (least_px, np.inf)))
 
 
-def parts_of(change: ImageChange, blob: Blob, radius_px: float) -> list[Blob]:
-    """What a blob of a change comes apart into."""
+def parts_of(change: ImageChange, blob: Blob, radius_px: float, sizes_px: tuple[float, float]) -> list[Blob]:
+    """What a blob of a change comes apart into, of radii from the first to the second of ``sizes_px``."""
     left, top, width, height = cv2.boundingRect(blob.contour_px)
     inside = np.zeros((height, width), dtype=np.uint8)
     cv2.drawContours(inside, [blob.contour_px], -1, 1, -1, offset=(-left, -top))
     part = change.part(slice(top, top + height), slice(left, left + width))
     amount, lighter, shadow = part.amount * inside, part.lighter(), _shadow(part.pixels, part.background)
-    made = [one for level, thin in PARTS for one in _blobs(part, amount > level * part.least, radius_px, thin)]
+    masks = [(amount > level * part.least, thin) for level, thin in PARTS]
     for level in SIDE_LEVELS:
         above = amount > level * part.least
-        for kind in (lighter, ~lighter, ~shadow):
-            made += _blobs(part, above & kind, radius_px, STRING_PART)
-    return [one.moved(left, top) for one in made]
+        masks += [(above & kind, STRING_PART) for kind in (lighter, ~lighter, ~shadow)]
+    return [one.moved(left, top) for mask, thin in masks for one in _blobs(part, mask, radius_px, thin, sizes_px)]
 
 
-def _blobs(change: ImageChange, mask: NDArray[np.bool_], radius_px: float, thin: float) -> Iterator[Blob]:
+def _blobs(
+    change: ImageChange, mask: NDArray[np.bool_], radius_px: float, thin: float, sizes_px: tuple[float, float]
+) -> Iterator[Blob]:
     """The connected parts of a mask, without what is thinner than the part ``thin`` of the ball's diameter."""
     gap, side = (2 * round(part * radius_px) + 1 for part in (GAP_PART, thin))
     closed = cv2.morphologyEx(mask.astype(np.uint8), cv2.MORPH_CLOSE, _disc(gap))
     opened = cv2.morphologyEx(closed, cv2.MORPH_OPEN, _disc(max(3, side)))
+    least, most = (np.pi * size**2 for size in sizes_px)
     for found in cv2.findContours(opened, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)[0]:
-        blob = _blob_of(np.asarray(found, dtype=np.int32), change)
+        pixels = cv2.contourArea(found) + len(found) / 2 + 1  # Pick's theorem
+        blob = _blob_of(np.asarray(found, dtype=np.int32), change) if least <= pixels <= most else None
         if blob is not None:
             yield blob
 

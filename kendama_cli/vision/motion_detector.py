@@ -19,7 +19,7 @@ from kendama_cli.vision.settings import MotionDetectorSettings
 from kendama_cli.vision.streak import StreakGuess, streak
 from kendama_cli.vision.usual_size import SIZE_OCTAVES, usual_radius_px
 
-SIZED_FROM = 15
+SIZED_FROM = 11
 """So many images, spread over the film, tell how large the ball is."""
 SIGMA_PART = 0.1
 """Standard deviation of a blob's centre, in radii: light and shadow are not the same on all its rim."""
@@ -34,8 +34,8 @@ LEAST_ALIKE = 0.02
 EXPLAINED = 0.75
 """A streak explains this part of the difference in light, or it is none."""
 MOST_STREAKS = 3
-LEAST_SCORE = 0.003
-"""What scores less is no candidate: its size is another thing's."""
+LEAST_SCORE, MOST_UNLIKE = 0.003, 2.3
+"""What scores less is no candidate, nor a part that is so many times larger or smaller than the ball: another thing."""
 
 
 class MotionDetector:
@@ -55,15 +55,14 @@ class MotionDetector:
         self._settings = settings
         self._outline = BallOutline(settings)
         self._background: Background | None = None
+        self._unsized: list[Image] = []
         self._usual_px: float | None = None
 
     def learn(self, images: Sequence[Image]) -> None:
         """Take the background and the ball's size from images (h, w, 3) of one camera, spread over its film."""
         chosen = [images[i] for i in _spread(len(images), self._settings.memory)]
         self._background = Background(chosen)
-        changes = [self._change(chosen[i], (0, 0)) for i in _spread(len(chosen), SIZED_FROM)]
-        smallest, largest = self._settings.min_radius_px, self._settings.max_radius_px
-        self._usual_px = usual_radius_px([one for one in changes if one is not None], smallest, largest)
+        self._unsized = [chosen[i] for i in _spread(len(chosen), SIZED_FROM)]
 
     def candidates(
         self, pixels: Image, origin_px: tuple[int, int] = (0, 0), hint: SearchHint | None = None
@@ -74,14 +73,11 @@ class MotionDetector:
                 "the detector 'motion' has seen no background: it works on films ('kendama camera track'), folders "
                 "('kendama camera detect') and in stages, not on single images"
             )
-        usual = self._usual_px if hint is None else hint.radius_px
+        usual = self._usual() if hint is None else hint.radius_px
         change = self._change(pixels, origin_px)
         if change is None:
             return
-        radius_px = usual or self._settings.min_radius_px
-        whole = blobs_of(change, radius_px)
-        parts = [part for blob in whole if blob.is_mixed(radius_px) for part in parts_of(change, blob, radius_px)]
-        whole, parts = self._sized(whole), self._sized(parts)
+        whole, parts = self._parted(change, usual)
         found = whole + parts
         round_ones = [blob.likeness * _alike(blob.radius_px, usual) for blob in found]
         streaks = self._streaks(change, whole, hint, usual) + [None] * len(parts)
@@ -100,16 +96,32 @@ class MotionDetector:
                 seen = Sighting(*self._outlined(change, found[number], expected), score)
             yield dataclasses.replace(seen, centre_px=seen.centre_px + origin_px, score=score)
 
+    def _usual(self) -> float | None:
+        """The ball's radius [px], judged when it is first asked for: who knows where the ball is needs it not."""
+        if self._unsized:
+            changes = [self._change(one, (0, 0)) for one in self._unsized]
+            smallest, largest = self._settings.min_radius_px, self._settings.max_radius_px
+            self._usual_px = usual_radius_px([one for one in changes if one is not None], smallest, largest)
+            self._unsized = []
+        return self._usual_px
+
     def _change(self, pixels: Image, origin_px: tuple[int, int]) -> ImageChange | None:
         """How ``pixels`` differ from the background, None where they lie outside of it."""
         assert self._background is not None
         behind = self._background.behind(pixels, origin_px)
         return None if behind is None else change_of(pixels, behind, self._settings.contrast_min)
 
-    def _sized(self, found: Sequence[Blob]) -> list[Blob]:
-        """Those that may be a ball by their size."""
+    def _parted(self, change: ImageChange, usual: float | None) -> tuple[list[Blob], list[Blob]]:
+        """The blobs of a change that may be a ball, and the parts of all that hold one."""
         smallest, largest = self._settings.min_radius_px, self._settings.max_radius_px
-        return [blob for blob in found if smallest <= blob.radius_px <= largest]
+        radius_px = usual or smallest
+        sizes_px = (smallest, largest) if usual is None else (usual / MOST_UNLIKE, usual * MOST_UNLIKE)
+        blobs = blobs_of(change, radius_px)
+        parts = [
+            part for blob in blobs if blob.is_mixed(radius_px) for part in parts_of(change, blob, radius_px, sizes_px)
+        ]
+        whole, sized = ([one for one in some if smallest <= one.radius_px <= largest] for some in (blobs, parts))
+        return whole, sized
 
     def _streaks(
         self, change: ImageChange, found: Sequence[Blob], hint: SearchHint | None, usual: float | None
@@ -164,9 +176,11 @@ def _in_places(found: Sequence[Blob], scores: NDArray[np.float64]) -> list[int]:
 
 
 def _unlikely(blob: Blob, score: float, seen: Sighting | None, expected: Disc) -> tuple[bool, float]:
-    """How unlikely it is that a blob is the ball that is expected: a ghost least likely, then by distance and score."""
+    """How unlikely it is that a blob is the ball that is expected: a ghost least likely; then by d^2/2 - 2 ln score, d
+    in radii: the place is known to a radius, and clutter beside the ball scores less than it."""
     is_ghost = blob.new < GHOST and seen is None
-    return is_ghost, float(np.hypot(*(blob.centre_px - expected.centre))) / expected.radius - score
+    off = float(np.hypot(*(blob.centre_px - expected.centre))) / expected.radius
+    return is_ghost, off**2 / 2 - 2 * float(np.log(score))
 
 
 def _alike(radius_px: float, usual_px: float | None) -> float:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -11,9 +12,14 @@ from kendama_cli.vision.motion_blob import Blob, blobs_of, parts_of
 
 SIZE_OCTAVES = 0.35
 """Balls of one film differ from their usual radius by about this many octaves: distance, blur, shadow."""
+STEP = 2**0.25
+"""What is larger or smaller than a size by more votes for the next; what lies between two may vote when either is
+tried."""
 LOOKED_AT_PX = 6.0
 """Larger balls are looked for in images made so much smaller."""
 LEAST_ROUND, LEAST_NEW = 0.6, 0.5
+SHADE_PART = 0.15
+"""What may be all shadow votes for its size with so much less: of two things as round the ball is the other one."""
 FILLED = 0.6
 """A streak fills so much of the way of a disc."""
 
@@ -22,33 +28,42 @@ def usual_radius_px(changes: Sequence[ImageChange], min_px: float, max_px: float
     """The radius [px] of what is round in most of a camera's images; None where nothing is.
 
     Radii from ``min_px`` to ``max_px`` are tried in steps of SIZE_OCTAVES: what is thinner than a ball of that radius
-    is opened away, and what is left and has that radius votes for it with its roundness. The votes of one image are
-    shared among what it has of a size: a ball is one, specks and pieces of string are many. Where nothing is round
-    what fills a streak's shape votes for its width.
+    is opened away, and what is left and has that radius votes for it with its roundness. Of an image the roundest
+    counts: a ball is one, specks and pieces of string are many. Where nothing is round what fills a streak's shape
+    votes for its width.
     """
     steps = int(np.ceil(np.log2(max_px / min_px) / SIZE_OCTAVES)) + 1
     sizes = min_px * 2 ** (SIZE_OCTAVES * np.arange(steps))
     found = [(number, size, blob) for size in sizes for number, blob in _of_size(changes, float(size))]
     for weighed in (_round, _streaks):
         votes = [
-            (number, radius, weight)
+            _Vote(number, radius, weight)
             for number, size, blob in found
             for radius, weight in [weighed(blob)]
-            if weight > 0 and abs(np.log2(radius / size)) <= SIZE_OCTAVES / 2 and min_px <= radius <= max_px
+            if weight > 0 and 1 / STEP <= radius / size <= STEP and min_px <= radius <= max_px
         ]
         if votes:
-            return _most_votes(*np.array(votes).T)
+            return _most_votes(votes)
     return None
 
 
+@dataclass(frozen=True)
+class _Vote:
+    image: int
+    radius_px: float
+    weight: float
+
+
 def _of_size(changes: Sequence[ImageChange], size_px: float) -> list[tuple[int, Blob]]:
-    """The number of the image and the blob, for all blobs when a ball of ``size_px`` is looked for."""
+    """The number of the image and the blob, for what may be or hold a ball of ``size_px``."""
     factor = min(1.0, LOOKED_AT_PX / size_px)
     found = []
     for number, change in enumerate(changes):
         smaller, radius_px = change.scaled(factor), size_px * factor
-        for blob in blobs_of(smaller, radius_px):
-            parts = parts_of(smaller, blob, radius_px) if blob.is_mixed(blob.width_px / 2) else []
+        least_px, most_px = radius_px / STEP, radius_px * STEP
+        for blob in blobs_of(smaller, radius_px, least_px):
+            mixed = blob.is_mixed(blob.width_px / 2)
+            parts = parts_of(smaller, blob, radius_px, (least_px, most_px)) if mixed else []
             found += [(number, one.scaled(1 / factor)) for one in (blob, *parts)]
     return found
 
@@ -56,7 +71,7 @@ def _of_size(changes: Sequence[ImageChange], size_px: float) -> list[tuple[int, 
 def _round(blob: Blob) -> tuple[float, float]:
     """The radius that a round blob votes for, and with what weight."""
     is_round = blob.roundness > LEAST_ROUND and blob.new > LEAST_NEW
-    return blob.radius_px, blob.roundness * blob.new if is_round else 0.0
+    return blob.radius_px, blob.roundness * blob.new * (1 - SHADE_PART * blob.shade) if is_round else 0.0
 
 
 def _streaks(blob: Blob) -> tuple[float, float]:
@@ -64,10 +79,15 @@ def _streaks(blob: Blob) -> tuple[float, float]:
     return blob.width_px / 2, blob.filled if blob.filled > FILLED else 0.0
 
 
-def _most_votes(number: np.ndarray, radius_px: np.ndarray, weight: np.ndarray) -> float:
-    octave = np.log2(radius_px)
-    near = np.abs(octave[:, None] - octave) < SIZE_OCTAVES
-    of_image = number[:, None] == number
-    shared = weight**2 / ((near & of_image) @ weight)
-    best = int((near @ shared).argmax())
-    return float(2 ** np.median(octave[near[best]]))
+def _most_votes(votes: Sequence[_Vote]) -> float:
+    """The radius for which most is; of an image the heaviest vote counts."""
+    octave = np.log2([vote.radius_px for vote in votes])
+    image, weight = np.array([vote.image for vote in votes]), np.array([vote.weight for vote in votes])
+    best, most = octave, -1.0
+    for middle in octave:
+        near = np.abs(octave - middle) < SIZE_OCTAVES
+        heaviest = np.zeros(image.max() + 1)
+        np.maximum.at(heaviest, image[near], weight[near])
+        if heaviest.sum() > most:
+            best, most = octave[near], float(heaviest.sum())
+    return float(2 ** np.median(best))
