@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from kendama_cli.schema.arrays import Array
 from kendama_cli.vision.camera_model import CameraModel
 from kendama_cli.vision.interface import BackgroundDetector, Detector, Image, SearchHint, Sighting
+from kendama_cli.vision.painted_size import PaintedSize
 from kendama_cli.vision.region import Region, around, whole
 
 MARGIN_PX = 10.0
@@ -55,7 +56,8 @@ class BallSearch:
 
     Each camera has a detector of its own, by ``make_detector``; one that must know the background is given the flight's
     first images, whole. ``ball_m`` gives the ball's place (3,) at a time, None where none is known well enough to
-    search by; with ``ball_radius_m`` its size in the image is known too then.
+    search by; with ``ball_radius_m`` its size in the image is known too then, and better once two cameras see a ball of
+    several colours (``PaintedSize``).
     """
 
     def __init__(
@@ -69,6 +71,7 @@ class BallSearch:
         self._behind: dict[str, list[Image]] = {}
         self._detectors = {name: make_detector() for name in cameras}
         self._ball_m, self._ball_radius_m = ball_m, ball_radius_m
+        self._painted = None if ball_radius_m is None else PaintedSize(cameras, ball_radius_m)
         self.reset()
 
     def reset(self) -> None:
@@ -78,6 +81,8 @@ class BallSearch:
             if isinstance(detector, BackgroundDetector):
                 self._behind[name] = self._behind.get(name, [])[BACKGROUND_IMAGES[-1] - KEPT_IMAGES :]
         self._taken = dict.fromkeys(self._behind, 0)
+        if self._painted is not None:
+            self._painted.reset()
         self.forget()
 
     def forget(self) -> None:
@@ -105,6 +110,8 @@ class BallSearch:
         """Find the ball in one image (h, w, 3) of ``camera``; the next search begins from what is found."""
         track, expected = self._tracks.get(camera), self._expected.get(camera)
         hint, half_px = self._hint(camera, t_s)
+        if hint is not None and self._painted is not None:
+            hint = replace(hint, painted_px=self._painted.radius_px(camera, t_s))
         self._learn(camera, pixels)
         sighting = next(self._detectors[camera].candidates(pixels, origin_px, hint), None)
         if sighting is not None and not self._cameras[camera].sees(sighting.centre_px).all():
@@ -124,6 +131,8 @@ class BallSearch:
         sized_px = track.sized_px if track is not None else _size(hint)
         self._tracks[camera] = _ImageTrack(t_s, sighting.centre_px, speed, sighting.radius_px, sized_px, 0, reach_px)
         self._expected.pop(camera, None)
+        if self._painted is not None:
+            self._painted.see(camera, t_s, sighting)
         return sighting
 
     def _learn(self, camera: str, pixels: Image) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import cv2
 import numpy as np
@@ -33,6 +34,11 @@ RIM = 6
 CENTRED_PX = 0.4
 """A circle found from rays that meet so near to its centre is final: what is left is of second order, 0.01 px."""
 ROUNDS = 4
+_ANGLES = 2 * np.pi * np.arange(DIRECTIONS) / DIRECTIONS
+RAYS = np.column_stack([np.cos(_ANGLES), np.sin(_ANGLES)])
+"""Unit vectors (n, 2) of the rays."""
+DESIGN = np.column_stack([RAYS, np.ones(DIRECTIONS)])
+"""About the rays' common centre the distance to a circle is DESIGN @ (shift u, shift v, radius)."""
 
 
 @dataclass(frozen=True)
@@ -61,9 +67,6 @@ class CircleFit:
 
     def __init__(self, *, min_radius_px: float, min_outline: float, sigma_floor_px: float) -> None:
         self._min_radius_px, self._min_outline, self._sigma_floor_px = min_radius_px, min_outline, sigma_floor_px
-        angle = 2 * np.pi * np.arange(DIRECTIONS) / DIRECTIONS
-        self._directions = np.column_stack([np.cos(angle), np.sin(angle)])
-        self._design = np.column_stack([self._directions, np.ones(DIRECTIONS)])
 
     def circle(self, pixels: Pixels, disc: Disc, outline: Outline) -> Sighting | None:
         """The circle about ``disc`` in ``pixels`` (h, w, 3), or None; its score is the part of the outline found.
@@ -71,7 +74,7 @@ class CircleFit:
         It is fitted again from its own centre until rays and outline meet at right angles.
         """
         for _ in range(ROUNDS):
-            steps, profile, usable = self._profile(pixels, disc)
+            steps, profile, usable = profile_along_rays(pixels, disc)
             if usable.sum() < self._least(disc):
                 return None
             found = self._fit(disc, *outline(steps, profile, usable))
@@ -90,24 +93,6 @@ class CircleFit:
         """The least number of rays that must meet the outline."""
         return max(5.0, (SIZED_OUTLINE if disc.is_sized else self._min_outline) * DIRECTIONS)
 
-    def _profile(self, pixels: Pixels, disc: Disc) -> tuple[Array, Array, NDArray[np.bool_]]:
-        """What lies along every direction from the disc's centre: steps, the image there, which rays are inside it."""
-        height, width = pixels.shape[:2]
-        radius = max(disc.radius, 1.0)
-        steps = np.arange(0.5 * radius, 1.35 * radius + 3.0 + STEP_PX, STEP_PX)
-        reach = float(steps[-1]) + 2
-        left, top = (max(int(middle - reach), 0) for middle in disc.centre)
-        right, bottom = (int(middle + reach) + 2 for middle in disc.centre)
-        crop = pixels[top:bottom, left:right]
-        if crop.size == 0:
-            return steps, np.zeros((DIRECTIONS, len(steps), 3)), np.zeros(DIRECTIONS, dtype=np.bool_)
-        columns, rows = ((disc.centre - (left, top))[:, None, None] + self._directions.T[:, :, None] * steps).astype(
-            np.float32
-        )
-        ends = self._directions * steps[-1] + disc.centre
-        usable = ((ends >= 0) & (ends <= (width - 1, height - 1))).all(axis=1)
-        return steps, np.asarray(cv2.remap(crop, columns, rows, cv2.INTER_LINEAR), dtype=np.float32), usable
-
     def _fit(self, disc: Disc, reach: Array, usable: NDArray[np.bool_]) -> Sighting | None:
         """The circle through outline points at distance ``reach`` (n,) from the disc's centre, outliers left out.
 
@@ -123,18 +108,35 @@ class CircleFit:
         circle = np.array([0.0, 0.0, disc.radius if disc.is_sized else np.partition(seen, most)[most]])
         cutoffs = SIZED_CUTOFFS_PX if disc.is_sized else CUTOFFS_PX
         for cutoff in cutoffs:
-            kept = usable & (np.abs(reach - self._design @ circle) < cutoff)
+            kept = usable & (np.abs(reach - DESIGN @ circle) < cutoff)
             count = int(kept.sum())
             if count < least:
                 return None
-            weighted = self._design * kept[:, None]
+            weighted = DESIGN * kept[:, None]
             rays = 0.0 if not disc.is_sized else SIZED_LAST if cutoff == cutoffs[-1] else SIZED_RAYS
-            inverse = np.linalg.inv(weighted.T @ self._design + np.diag([0.0, 0.0, rays]))
+            inverse = np.linalg.inv(weighted.T @ DESIGN + np.diag([0.0, 0.0, rays]))
             circle = inverse @ (reach @ weighted + [0.0, 0.0, rays * disc.radius])
-        left = (reach - self._design @ circle)[kept]
+        left = (reach - DESIGN @ circle)[kept]
         variance = float(left @ left) / max(count - 3, 1)
         covariance = inverse[:2, :2] * variance + np.eye(2) * self._sigma_floor_px**2
         return Sighting(disc.centre + circle[:2], np.asarray(covariance), float(circle[2]), count / DIRECTIONS)
+
+
+def profile_along_rays(pixels: Pixels, disc: Disc) -> tuple[Array, Array, NDArray[np.bool_]]:
+    """What lies along every direction from the disc's centre: steps, the image there, which rays are inside it."""
+    height, width = pixels.shape[:2]
+    radius = max(disc.radius, 1.0)
+    steps = np.arange(0.5 * radius, 1.35 * radius + 3.0 + STEP_PX, STEP_PX)
+    reach = float(steps[-1]) + 2
+    left, top = (max(int(middle - reach), 0) for middle in disc.centre)
+    right, bottom = (int(middle + reach) + 2 for middle in disc.centre)
+    crop = pixels[top:bottom, left:right]
+    if crop.size == 0:
+        return steps, np.zeros((DIRECTIONS, len(steps), 3)), np.zeros(DIRECTIONS, dtype=np.bool_)
+    columns, rows = ((disc.centre - (left, top))[:, None, None] + RAYS.T[:, :, None] * steps).astype(np.float32)
+    ends = RAYS * steps[-1] + disc.centre
+    usable = ((ends >= 0) & (ends <= (width - 1, height - 1))).all(axis=1)
+    return steps, np.asarray(cv2.remap(crop, columns, rows, cv2.INTER_LINEAR), dtype=np.float32), usable
 
 
 def through_contrast(steps: Array, profile: Array, usable: NDArray[np.bool_]) -> tuple[Array, NDArray[np.bool_]]:
@@ -156,30 +158,47 @@ def through_contrast(steps: Array, profile: Array, usable: NDArray[np.bool_]) ->
     return _falls(steps, signal, (low + high) / 2, usable & (high - low > MIN_CONTRAST), last=False)
 
 
-def outermost(least: float) -> Outline:
-    """An Outline in the signed difference from a background, of a ball of any colours: the outermost colour's edge.
+class Edges(NamedTuple):
+    """The outermost edge on each ray (n,): its distance, whether one was found, the ``contrast`` of its colour, and how
+    much of that colour lies at each step of the ray (n, s), the ``signal``."""
 
-    From outside inward, it lies where the difference first reaches half of that colour's own, which is the most that it
-    comes to within EDGE_PX before it turns to another colour; below ``least`` nothing differs. Where a part of the ball
-    looks like what is behind it, the outline is not there.
-    """
+    reach: Array
+    found: NDArray[np.bool_]
+    contrast: Array
+    signal: Array
+
+
+def outermost(least: float) -> Outline:
+    """An Outline in the signed difference from a background, of a ball of any colours: the outermost colour's edge."""
 
     def found(steps: Array, profile: Array, usable: NDArray[np.bool_]) -> tuple[Array, NDArray[np.bool_]]:
-        differs = np.abs(profile).max(axis=2) > least
-        n, count = differs.shape
-        every, last = np.arange(n), count - 1 - differs[:, ::-1].argmax(axis=1)
-        colour = profile[every, np.maximum(last - 1, 0)]
-        colour /= np.maximum(np.linalg.norm(colour, axis=1), 1e-9)[:, None]
-        signal = (profile @ colour[:, :, None])[:, :, 0]
-        inward = np.maximum(last[:, None] - np.arange(round(EDGE_PX / STEP_PX) + 1), 0)
-        reached = signal[every[:, None], inward]
-        so_far = np.maximum.accumulate(reached, axis=1)
-        turned = np.logical_or.accumulate(reached < so_far - np.maximum(least / 2, TURNED * so_far), axis=1)
-        top = np.where(turned, -np.inf, reached).max(axis=1)
-        some = usable & (top > least) & (last < count - 1)
-        return _falls(steps, signal, top / 2, some, last=True)
+        edges = outermost_edges(steps, profile, usable, least, EDGE_PX)
+        return edges.reach, edges.found
 
     return found
+
+
+def outermost_edges(steps: Array, profile: Array, usable: NDArray[np.bool_], least: float, within_px: float) -> Edges:
+    """The edges of the outermost colour in the signed difference ``profile`` (n, s, 3) from a background.
+
+    From outside inward, an edge lies where the difference first reaches half of that colour's own, which is the most
+    that it comes to within ``within_px`` before it turns to another colour; below ``least`` nothing differs. Where a
+    part of the ball looks like what is behind it, the edge is not there.
+    """
+    differs = np.abs(profile).max(axis=2) > least
+    n, count = differs.shape
+    every, last = np.arange(n), count - 1 - differs[:, ::-1].argmax(axis=1)
+    colour = profile[every, np.maximum(last - 1, 0)]
+    colour /= np.maximum(np.linalg.norm(colour, axis=1), 1e-9)[:, None]
+    signal = (profile @ colour[:, :, None])[:, :, 0]
+    inward = np.maximum(last[:, None] - np.arange(round(within_px / STEP_PX) + 1), 0)
+    reached = signal[every[:, None], inward]
+    so_far = np.maximum.accumulate(reached, axis=1)
+    turned = np.logical_or.accumulate(reached < so_far - np.maximum(least / 2, TURNED * so_far), axis=1)
+    top = np.where(turned, -np.inf, reached).max(axis=1)
+    some = usable & (top > least) & (last < count - 1)
+    reach, found = _falls(steps, signal, top / 2, some, last=True)
+    return Edges(reach, found, top, signal)
 
 
 def _falls(

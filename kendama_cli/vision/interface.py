@@ -36,6 +36,8 @@ class Sighting:
     score: float
     streak: Streak | None = None
     """its motion within the exposure, where the image shows one"""
+    painted: bool = False
+    """whether its outline is that of a ball of several colours"""
 
 
 @dataclass(frozen=True)
@@ -46,6 +48,8 @@ class SearchHint:
     radius_px: float
     is_sized: bool = False
     """whether the radius is that of the ball where it is, to a few per cent, rather than the last one seen"""
+    painted_px: float | None = None
+    """the radius to a per cent, of a ball known to have several colours"""
 
 
 class Detector(Protocol):

@@ -88,12 +88,13 @@ class MotionDetector:
         scores = np.maximum(round_ones, alike) if found else np.zeros(0)
         order = _in_places(found, scores)
         expected = None if hint is None else Disc(np.asarray(hint.centre_px) - origin_px, hint.radius_px, hint.is_sized)
+        painted_px = None if hint is None else hint.painted_px
         if expected is not None:
             order = sorted(order, key=lambda i: _unlikely(found[i], float(scores[i]), streaks[i], expected))
         for number in order[: self._settings.candidates]:
             seen, score = streaks[number], float(np.clip(scores[number], 0.0, 1.0))
             if seen is None:
-                seen = Sighting(*self._outlined(change, found[number], expected), score)
+                seen = _outlined(self._outline, change, found[number], expected, painted_px)
             yield dataclasses.replace(seen, centre_px=seen.centre_px + origin_px, score=score)
 
     def _usual(self) -> float | None:
@@ -137,26 +138,6 @@ class MotionDetector:
                 made[number] = _streak_of(found[number], change, self._settings.gamma, hint)
         return made
 
-    def _outlined(
-        self, change: ImageChange, blob: Blob, expected: Disc | None
-    ) -> tuple[NDArray[np.float64], NDArray[np.float64], float]:
-        """Centre, covariance and radius of the circle about a blob, where its outline has one; else the blob's own.
-
-        What differs from the background is the whole ball, however it is painted; only where a part of it looks like
-        the background the blob's centre is off, and the outline of the rest still has the ball's circle. Where the
-        ball's size is known that circle has it: else a cap of one colour would have a circle of its own.
-        """
-        best, disc = None, Disc(blob.centre_px, blob.radius_px)
-        if expected is not None and expected.is_sized and _is_about(blob, expected):
-            best = self._outline.circle(change.pixels, change.background, blob.least, expected)
-        if best is None:
-            best = self._outline.circle(change.pixels, change.background, blob.least, disc)
-        if best is not None:
-            spread_px = PAINTED_PART * (1 - best.score) * best.radius_px
-            return best.centre_px, best.covariance_px2 + np.eye(2) * spread_px**2, best.radius_px
-        spread_px = (SIGMA_PART + UNROUND_PART * (1 - blob.roundness)) * blob.radius_px
-        return blob.centre_px, np.eye(2) * spread_px**2, blob.radius_px
-
 
 def _spread(number: int, most: int) -> list[int]:
     """At most ``most`` of the numbers below ``number``, evenly spread."""
@@ -186,6 +167,32 @@ def _unlikely(blob: Blob, score: float, seen: Sighting | None, expected: Disc) -
 def _alike(radius_px: float, usual_px: float | None) -> float:
     """How well a radius fits the usual one, 0..1; 1 where none is known."""
     return 1.0 if usual_px is None else float(np.exp(-((np.log2(radius_px / usual_px) / SIZE_OCTAVES) ** 2) / 2))
+
+
+def _outlined(
+    outline: BallOutline, change: ImageChange, blob: Blob, expected: Disc | None, painted_px: float | None
+) -> Sighting:
+    """The circle about a blob, where its outline has one; else the blob's own.
+
+    What differs from the background is the whole ball, however it is painted; only where a part of it looks like
+    the background the blob's centre is off, and the outline of the rest still has the ball's circle. Where the
+    ball's size is known that circle has it: else a cap of one colour would have a circle of its own. A ball of
+    several colours has the one of ``painted_px``, where that is known.
+    """
+    best, about = None, expected is not None and _is_about(blob, expected)
+    if painted_px is not None and about:
+        best = outline.painted_circle(change.pixels, change.background, blob.least, Disc(blob.centre_px, painted_px))
+        if best is not None:
+            return best
+    if expected is not None and expected.is_sized and about:
+        best = outline.circle(change.pixels, change.background, blob.least, expected)
+    if best is None:
+        best = outline.circle(change.pixels, change.background, blob.least, Disc(blob.centre_px, blob.radius_px))
+    if best is not None:
+        spread_px = PAINTED_PART * (1 - best.score) * best.radius_px
+        return dataclasses.replace(best, covariance_px2=best.covariance_px2 + np.eye(2) * spread_px**2)
+    spread_px = (SIGMA_PART + UNROUND_PART * (1 - blob.roundness)) * blob.radius_px
+    return Sighting(blob.centre_px, np.eye(2) * spread_px**2, blob.radius_px, 0.0)
 
 
 def _streak_of(blob: Blob, change: ImageChange, gamma: float, hint: SearchHint | None) -> Sighting | None:
