@@ -22,9 +22,9 @@ SHOWN_REASONS = 3
 class PlainLines:
     """One line when a stage starts and ends, and one every few seconds between."""
 
-    def __init__(self, prefix: str = "", *, errors: bool = True) -> None:
-        """``prefix`` tells runs of a sweep apart; without ``errors`` the summary that follows tells them."""
-        self._prefix, self._errors = prefix, errors
+    def __init__(self, prefix: str = "") -> None:
+        """``prefix`` tells runs of a sweep apart."""
+        self._prefix = prefix
         self._told_s: dict[str, float] = {}
 
     def __enter__(self) -> Self:
@@ -56,7 +56,7 @@ class PlainLines:
     def stage_ends(self, outcome: StageOutcome) -> None:
         """The stage ran, was cached, or failed."""
         if outcome.status == "failed":
-            self._say(f"{outcome.name}: failed" + (f": {outcome.error}" if self._errors else ""))
+            self._say(f"{outcome.name}: failed: {outcome.error}")
         elif outcome.status == "ran":
             self._say(f"{outcome.name}: done in {outcome.seconds:.1f} s; {render.figures(outcome.metrics, 4)}")
         else:
@@ -134,6 +134,6 @@ def _why(reasons: tuple[str, ...]) -> str:
     return "; ".join((*reasons[:SHOWN_REASONS], *([f"{more} more in 'kendama plan'"] if more > 0 else [])))
 
 
-def observer(*, errors: bool = True) -> LiveView | PlainLines:
-    """The live view where standard error is a terminal, else plain lines; ``errors`` as PlainLines has it."""
-    return LiveView() if sys.stderr.isatty() else PlainLines(errors=errors)
+def observer() -> LiveView | PlainLines:
+    """The live view where standard error is a terminal, else plain lines."""
+    return LiveView() if sys.stderr.isatty() else PlainLines()

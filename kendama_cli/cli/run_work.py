@@ -49,7 +49,7 @@ def run_pipeline(
     settings = build_settings(configured.config)
     with (
         open_cluster(planner.store, settings, render.note) as cluster,
-        PlainLines() if as_json else observer(errors=False) as view,
+        PlainLines() if as_json else observer() as view,
         with_page(view, opened, record, planner) as seen,
     ):
         Runner(planner, record, seen, forced=forced, cluster=cluster).run()

@@ -5,7 +5,6 @@ from __future__ import annotations
 import pytest
 
 from kendama_cli.cli.progress import PlainLines
-from kendama_cli.pipeline.record import StageOutcome
 
 
 def test_a_stage_that_starts_tells_its_first_reasons_and_how_many_more(capsys: pytest.CaptureFixture[str]) -> None:
@@ -17,13 +16,3 @@ def test_a_stage_that_starts_tells_its_first_reasons_and_how_many_more(capsys: p
     assert one == "adapt: starts (config a 1 -> 2)"
     assert many.endswith("(config a 1 -> 2; config b 1 -> 2; config c 1 -> 2; 2 more in 'kendama plan')")
     assert none == "transfer: starts (goes on)"
-
-
-@pytest.mark.parametrize(("errors", "line"), [(True, "learn: failed: the rope broke"), (False, "learn: failed")])
-def test_an_error_is_left_to_the_summary_where_one_follows(
-    errors: bool, line: str, capsys: pytest.CaptureFixture[str]
-) -> None:
-    PlainLines(errors=errors).stage_ends(
-        StageOutcome("learn", "learn", None, "failed", 1.0, None, {}, "the rope broke")
-    )
-    assert capsys.readouterr().err == f"{line}\n"
