@@ -13,8 +13,8 @@ def refuse_output(output: Path, what: str = "", *endings: str, option: str = "-o
     """Raise UsageError where ``output``, named by ``option``, cannot be written.
 
     ``what`` says of what kind it is ("a track is a CSV or an MCAP log"), ``endings`` the names' endings that are
-    allowed, any without one. Whether the folder takes a file is found by making one in it: permissions do not tell of a
-    file system that is mounted for reading only.
+    allowed, any without one. Folders that are not there are made when it is written. Whether a folder takes a file is
+    found by making one in it: permissions do not tell of a file system that is mounted for reading only.
     """
     if output.is_dir():
         inside = output / f"output{endings[0] if endings else ''}"
@@ -22,19 +22,23 @@ def refuse_output(output: Path, what: str = "", *endings: str, option: str = "-o
     if endings and output.suffix.lower() not in endings:
         names = " or ".join(str(output.with_suffix(ending)) for ending in endings if ending != ".yml")
         raise UsageError(f"{option} {output}: {what}; name it {names}")
-    folder = output.absolute().parent
-    if not folder.exists():
-        raise UsageError(f"{option} {output}: there is no folder {output.parent}; make it, or name another one")
+    folder = next(one for one in output.absolute().parents if one.exists())
     if not folder.is_dir():
-        raise UsageError(f"{option} {output}: {output.parent} is no folder; name a folder that is there")
+        raise UsageError(f"{option} {output}: {_shown(folder, output)} is no folder; name another one")
     try:
         with tempfile.TemporaryFile(dir=folder):
             pass
     except OSError as error:
         reason = error.strerror or str(error)
         raise UsageError(
-            f"{option} {output}: the folder {output.parent} takes no file ({reason}); name another one"
+            f"{option} {output}: the folder {_shown(folder, output)} takes no file ({reason}); name another one"
         ) from error
+
+
+def _shown(folder: Path, output: Path) -> Path:
+    """A folder above ``output`` as its user would write it."""
+    here = Path.cwd()
+    return folder.relative_to(here) if not output.is_absolute() and folder.is_relative_to(here) else folder
 
 
 def write_output(output: Path, data: bytes, *, option: str = "-o") -> None:

@@ -16,26 +16,28 @@ TRACK = ["camera", "track", "nowhere.mp4"]
 @pytest.mark.parametrize(
     ("words", "message"),
     [
-        ([*TRACK, "-o", "none/track.csv"], "-o none/track.csv: there is no folder none; make it, or name another one"),
         ([*TRACK, "-o", "folder"], "-o folder: it is a folder; name a file in it, such as folder/output.csv"),
-        ([*TRACK, "-o", "file/track.csv"], "-o file/track.csv: file is no folder; name a folder that is there"),
+        ([*TRACK, "-o", "file/track.csv"], "-o file/track.csv: file is no folder; name another one"),
         ([*TRACK, "-o", "track.xls"], "a track is a CSV or an MCAP log; name it track.csv or track.mcap"),
         ([*TRACK, "--overlay", "seen.avi"], "--overlay seen.avi: it is written as WebM; name it seen.webm"),
-        ([*TRACK, "--overlay", "none/seen.webm"], "--overlay none/seen.webm: there is no folder none"),
-        ([*TRACK, "--calibration", "c.yaml", "--readout", "none/r.yaml"], "--readout none/r.yaml: there is no folder"),
         ([*TRACK, "--calibration", "c.yaml", "--readout", "r.txt"], "a calibration is YAML; name it r.yaml"),
-        (["camera", "detect", "nowhere", "-o", "none/found.csv"], "-o none/found.csv: there is no folder none"),
+        (
+            [*TRACK, "--overlay", "file/in/seen.webm"],
+            "--overlay file/in/seen.webm: file is no folder; name another one",
+        ),
+        ([*TRACK, "--calibration", "c.yaml", "--readout", "file/r.yaml"], "--readout file/r.yaml: file is no folder"),
+        (["camera", "detect", "nowhere", "-o", "file/found.csv"], "-o file/found.csv: file is no folder"),
+        (["camera", "calibrate", "nowhere", "-o", "file/c.yaml"], "file is no folder"),
+        (["camera", "marker", "-o", "file/marker.pdf"], "file is no folder"),
+        (["camera", "brightness", "-o", "file/seen.csv"], "file is no folder"),
+        (["camera", "latency", "no.csv", "no.csv", "-o", "file/setup.yaml"], "file is no folder"),
+        (["log", "layout", "no.mcap", "-o", "file/all.json"], "file is no folder"),
         (["camera", "detect", "nowhere", "-o", "found.json"], "sightings are a CSV; name it found.csv"),
         (["camera", "teach", "folder", "-o", "ball.json"], "a taught ball is a NumPy archive; name it ball.npz"),
-        (["camera", "calibrate", "nowhere", "-o", "none/c.yaml"], "there is no folder none"),
         (["camera", "calibrate", "nowhere", "-o", "c.json"], "a calibration is YAML; name it c.yaml"),
         (["camera", "colour", "no.png@1,2", "--radius-px", "5", "-o", "c.txt"], "a learned colour is JSON"),
         (["camera", "board", "-o", "board.jpg"], "a picture is a PNG; name it board.png"),
-        (["camera", "marker", "-o", "none/marker.pdf"], "there is no folder none"),
         (["camera", "blink", "-o", "blink.txt"], "a page is HTML; name it blink.html"),
-        (["camera", "brightness", "-o", "none/seen.csv"], "there is no folder none"),
-        (["camera", "latency", "no.csv", "no.csv", "-o", "none/setup.yaml"], "there is no folder none"),
-        (["log", "layout", "no.mcap", "-o", "none/all.json"], "there is no folder none"),
     ],
 )
 def test_an_output_that_cannot_be_written_is_refused_first(here, capsys, words, message):
@@ -45,6 +47,14 @@ def test_an_output_that_cannot_be_written_is_refused_first(here, capsys, words, 
     assert message in line
     assert "--home" not in line
     assert sorted(path.name for path in here.iterdir()) == ["file", "folder"]
+
+
+def test_folders_that_are_not_there_are_made_when_the_file_is_written(tmp_path):
+    output = tmp_path / "some" / "where" / "track.csv"
+    refuse_output(output, "a track is a CSV", ".csv")
+    assert not list(tmp_path.iterdir())
+    write_output(output, b"t_s")
+    assert output.read_bytes() == b"t_s"
 
 
 @pytest.mark.skipif(not Path("/proc").is_dir(), reason="no folder here takes no file whoever asks")
