@@ -14,13 +14,12 @@ from kendama_cli.vision.interface import Image, Sighting
 from kendama_cli.vision.region import around, whole
 from kendama_cli.vision.settings import MotionDetectorSettings
 from kendama_cli.vision.sized_circle import sized_circle
+from kendama_cli.vision.usual_size import size_likeness
 
 OUTLINE, OUTLINE_SIGMA_PX = 0.5, 0.1
 """Part of the difference's outline that must fit one circle, and the least standard deviation that it gives."""
 MOVED_PART, SIZED = 0.7, 1.6
 """A circle whose centre is farther from the disc's, in radii, or whose radius differs by more, is another thing's."""
-SIZE_OCTAVES = 0.35
-"""... and fits the less the more octaves its size differs by."""
 MORE = 0.1
 """An outline that is painted over is told by so much more of it that fits the circle of the outermost edge."""
 RIM = 0.3
@@ -52,7 +51,7 @@ class BallOutline:
         for outline in (through_contrast, outermost(least)):
             circle = self._fit.circle(more, inside, outline)
             if circle is not None and _is_of(circle, inside):
-                fit = circle.score * _alike(circle.radius_px, disc.radius)
+                fit = circle.score * size_likeness(circle.radius_px, disc.radius)
                 if fit > best_fit + MORE:
                     best, best_fit = dataclasses.replace(circle, painted=outline is not through_contrast), fit
         return None if best is None else dataclasses.replace(best, centre_px=best.centre_px + corner)
@@ -91,7 +90,3 @@ def _is_of(circle: Sighting, disc: Disc) -> bool:
     moved = float(np.hypot(*(circle.centre_px - disc.centre)))
     sized = max(circle.radius_px / disc.radius, disc.radius / circle.radius_px)
     return moved < MOVED_PART * disc.radius and sized < SIZED
-
-
-def _alike(radius_px: float, usual_px: float) -> float:
-    return float(np.exp(-((np.log2(radius_px / usual_px) / SIZE_OCTAVES) ** 2) / 2))

@@ -17,7 +17,7 @@ from kendama_cli.vision.interface import Image, SearchHint, Sighting
 from kendama_cli.vision.motion_blob import Blob, blobs_of, parts_of
 from kendama_cli.vision.settings import MotionDetectorSettings
 from kendama_cli.vision.streak import StreakGuess, streak
-from kendama_cli.vision.usual_size import SIZE_OCTAVES, usual_radius_px
+from kendama_cli.vision.usual_size import size_likeness, usual_radius_px
 
 SIZED_FROM = 11
 """So many images, spread over the film, tell how large the ball is."""
@@ -166,7 +166,7 @@ def _unlikely(blob: Blob, score: float, seen: Sighting | None, expected: Disc) -
 
 def _alike(radius_px: float, usual_px: float | None) -> float:
     """How well a radius fits the usual one, 0..1; 1 where none is known."""
-    return 1.0 if usual_px is None else float(np.exp(-((np.log2(radius_px / usual_px) / SIZE_OCTAVES) ** 2) / 2))
+    return 1.0 if usual_px is None else size_likeness(radius_px, usual_px)
 
 
 def _outlined(

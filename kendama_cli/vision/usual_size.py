@@ -17,11 +17,9 @@ STEP = 2**0.25
 tried."""
 LOOKED_AT_PX = 6.0
 """Larger balls are looked for in images made so much smaller."""
-LEAST_ROUND, LEAST_NEW = 0.6, 0.5
+LEAST_ROUND, LEAST_NEW = 0.7, 0.5
 SHADE_PART = 0.15
 """What may be all shadow votes for its size with so much less: of two things as round the ball is the other one."""
-FILLED = 0.6
-"""A streak fills so much of the way of a disc."""
 
 
 def usual_radius_px(changes: Sequence[ImageChange], min_px: float, max_px: float) -> float | None:
@@ -45,6 +43,11 @@ def usual_radius_px(changes: Sequence[ImageChange], min_px: float, max_px: float
         if votes:
             return _most_votes(votes)
     return None
+
+
+def size_likeness(radius_px: float, usual_px: float) -> float:
+    """How well a radius fits the usual one, 0..1: exp(-x^2 / 2) of their distance x in SIZE_OCTAVES."""
+    return float(np.exp(-((np.log2(radius_px / usual_px) / SIZE_OCTAVES) ** 2) / 2))
 
 
 @dataclass(frozen=True)
@@ -76,7 +79,7 @@ def _round(blob: Blob) -> tuple[float, float]:
 
 def _streaks(blob: Blob) -> tuple[float, float]:
     """The radius that a streak votes for, and with what weight."""
-    return blob.width_px / 2, blob.filled if blob.filled > FILLED else 0.0
+    return blob.width_px / 2, blob.filled if blob.may_be_streak(blob.width_px / 2) else 0.0
 
 
 def _most_votes(votes: Sequence[_Vote]) -> float:
