@@ -43,16 +43,19 @@ def watched() -> Iterator[Stalls]:
         thread.join()
 
 
-def without_stall(work: Callable[[int], T], *excused: type[Exception]) -> T:
+def without_stall(work: Callable[[int], T], *excused: type[Exception], late: str | None = None) -> T:
     """What ``work``, given the number of the attempt, returns where the machine let it.
 
-    An ``excused`` exception counts where there was no stall; with one it is tried again, and skipped in the end.
+    An ``excused`` exception counts where there was no stall; with one it is tried again, and skipped in the end. One
+    that says ``late`` may come of a stall of the peer's process, which is not seen from here: it counts when it comes
+    in every attempt.
     """
     for attempt in range(ATTEMPTS):
         with watched() as stalls:
             try:
                 return work(attempt)
-            except excused:
-                if stalls.longest_s <= STALL_S:
+            except excused as error:
+                may_be_late = late is not None and late in str(error) and attempt < ATTEMPTS - 1
+                if stalls.longest_s <= STALL_S and not may_be_late:
                     raise
     pytest.skip(f"this machine stood still in each of {ATTEMPTS} attempts, the last time for {stalls.longest_s:.3f} s")
