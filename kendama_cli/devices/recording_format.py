@@ -62,6 +62,8 @@ def format_of(path: Path, *, remedy: str, folder_remedy: str | None = None) -> R
     Raises InputError with ``remedy`` where it cannot be read or is empty, with ``folder_remedy`` for another folder.
     """
     name = str(path)
+    if path.name == "metadata.yaml" and path.is_file():  # stands for the folder
+        return BAG
     if path.is_dir():
         if (path / "metadata.yaml").is_file():
             return BAG
@@ -77,6 +79,12 @@ def format_of(path: Path, *, remedy: str, folder_remedy: str | None = None) -> R
         raise InputError(name, "is empty, no row", remedy=remedy)
     begun = next(one for one in FORMATS if one.begins(head))
     return begun if begun is not TABLE else next((one for one in FORMATS if path.suffix.lower() in one.endings), TABLE)
+
+
+def name_of(path: str) -> str:
+    """The name of the recording: of its file without the ending, or of a bag's folder."""
+    file = Path(path)
+    return file.parent.name if file.name == "metadata.yaml" else file.stem
 
 
 def text_of(path: str, content: bytes, *, remedy: str) -> str:

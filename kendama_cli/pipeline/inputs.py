@@ -19,6 +19,8 @@ from kendama_cli.store import durable
 PACKAGE = "package://"
 ROBOTS = "example-robot-data"
 """The distribution of robot descriptions that the extra ``robots`` brings."""
+BAG_FACTS = "metadata.yaml"
+"""What names the files of a ROS 2 bag, in their folder: it stands for the bag."""
 
 
 def resolve_files(settings: Any, key: str, roots: Sequence[Path]) -> Any:
@@ -79,11 +81,16 @@ def _contents(value: str | tuple[str, ...] | None, index: FileIndex) -> list[str
     listed = [one.parent / name for one in given for name in index.facts(one, "listed", _listed)]
     paths = [*given, *(path for path in listed if path.is_file())]
     # the name counts beside the content: demonstrations are called by their files
-    return [f"{path.name} {index.facts(path, 'content', durable.file_sha256)}" for path in paths]
+    named = [f"{path.parent.name}/{path.name}" if path.name == BAG_FACTS else path.name for path in paths]
+    return [
+        f"{name} {index.facts(path, 'content', durable.file_sha256)}" for name, path in zip(named, paths, strict=True)
+    ]
 
 
 def _listed(path: Path) -> list[str]:
-    """Files beside a table that it names in its column ``file``, as a list of images does."""
+    """Files beside a table that it names in its column ``file``, as a list of images does; or the rest of a bag."""
+    if path.name == BAG_FACTS:
+        return sorted(one.name for one in path.parent.iterdir() if one.is_file() and one != path)
     if path.suffix != ".csv":
         return []
     try:
@@ -101,12 +108,14 @@ def _find(
     expanded = Path(os.path.expanduser(_in_package(pattern, key) if pattern.startswith(PACKAGE) else pattern))
     for root in [Path("/")] if expanded.is_absolute() else roots:
         plain = root / expanded
-        if plain.is_file():
-            return (str(plain.resolve()),)
+        if (one := _file_or_bag(plain)) is not None:
+            return (str(one.resolve()),)
         if plain.is_dir():
             glob_like = f", or a glob like '{pattern.rstrip('/')}/*.csv'" if several else ""
-            raise ConfigError(key, f"{key}: '{pattern}' is a folder; name a file{glob_like}")
-        found = sorted(name for name in glob.glob(str(plain), recursive=True) if Path(name).is_file())
+            bag = any(plain.glob("*.db3*")) or any(plain.glob("*.mcap*"))
+            no_bag = f" (a ROS 2 bag without its {BAG_FACTS}: 'ros2 bag reindex' makes it)" if bag else ""
+            raise ConfigError(key, f"{key}: '{pattern}' is a folder{no_bag}; name a file{glob_like}")
+        found = sorted(str(one) for name in glob.glob(str(plain), recursive=True) if (one := _file_or_bag(Path(name))))
         for name in found:
             if not durable.is_text(name):
                 raise ConfigError(key, f"{key}: the file name {name!a} is not UTF-8 text; rename the file")
@@ -115,6 +124,11 @@ def _find(
     looked = "" if expanded.is_absolute() else f" (looked in {', '.join(str(root) for root in roots)})"
     remedy = f"; {made_by}" if made_by else ""
     raise ConfigError(key, f"{key}: no such file '{pattern}'{looked}{remedy}")
+
+
+def _file_or_bag(path: Path) -> Path | None:
+    """The file ``path``, or what stands for the ROS 2 bag in the folder ``path``; None for neither."""
+    return next((one for one in (path, path / BAG_FACTS) if one.is_file()), None)
 
 
 def _in_package(pattern: str, key: str) -> str:

@@ -29,7 +29,8 @@ def placed_files(files: Mapping[str, Mapping[str, str]], store: Store) -> dict[s
         inside = os.path.relpath(path, folder)
         if inside.startswith(os.pardir):
             raise StageError(f"{facts['beside']} lists {inside}: a table's files must be below its folder to travel")
-        place = inputs / durable.sha256(folder.encode())[:16] / inside
+        # a bag is called by its folder
+        place = inputs / durable.sha256(folder.encode())[:16] / os.path.basename(folder) / inside
         if not _is_here(str(place), facts["sha256"]):
             store.shared.fetch_file(facts["sha256"], place)
         places[path] = str(place)

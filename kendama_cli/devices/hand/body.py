@@ -30,6 +30,7 @@ from kendama_cli.devices.recording_format import (
     STREAM,
     RecordingFormat,
     format_of,
+    name_of,
     text_of,
 )
 from kendama_cli.errors import InputError
@@ -106,7 +107,7 @@ def recording_of(path: str, body: BodyTrack, ball: BodyTrack | None, settings: B
 
     return Recording(
         path,
-        Path(path).stem,
+        name_of(path),
         t_s - t_s[0],
         place_m,
         place,
@@ -122,7 +123,7 @@ def recording_of(path: str, body: BodyTrack, ball: BodyTrack | None, settings: B
 
 def _strayed(path: str, stamps_s: Array, even_s: Array) -> str:
     return (
-        f"{Path(path).name}: stamps stray by up to {1e3 * float(np.abs(even_s - stamps_s).max()):.1f} ms from a steady "
+        f"{name_of(path)}: stamps stray by up to {1e3 * float(np.abs(even_s - stamps_s).max()):.1f} ms from a steady "
         f"{1 / float(np.diff(even_s).min()):.1f} Hz, whose times are taken (capture.times=stamps keeps them)"
     )
 

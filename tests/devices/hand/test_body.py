@@ -7,11 +7,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 import yaml
+from mcap.writer import Writer as McapWriter
 from scipy.spatial.transform import Rotation
 
 from kendama_cli.devices.hand.open_hands import open_hands
 from kendama_cli.devices.hand.settings import BodyCapture
 from kendama_cli.errors import ConfigError, InputError
+from kendama_cli.pipeline.code import FileIndex
+from kendama_cli.pipeline.inputs import file_contents, resolve_files
 from kendama_cli.schema.settings import build
 
 ROOT = Path(__file__).parents[3]
@@ -119,25 +122,110 @@ def test_a_body_of_qualisys_6d(tmp_path):
     assert (made.inv() * turns).magnitude().max() < 1e-5
 
 
-def test_poses_of_a_ros_2_bag_keep_their_own_stamps(tmp_path):
+def pose_message(kinds, t, p, q):
+    """A geometry_msgs/PoseStamped of ROS 1 or 2, whichever ``kinds`` are of."""
+    stamp = kinds["builtin_interfaces/msg/Time"](sec=int(1000 + t), nanosec=round((t % 1) * 1e9) % 10**9)
+    numbered = {"seq": 0} if "seq" in kinds["std_msgs/msg/Header"].__dataclass_fields__ else {}
+    return kinds["geometry_msgs/msg/PoseStamped"](
+        header=kinds["std_msgs/msg/Header"](stamp=stamp, frame_id="world", **numbered),
+        pose=kinds["geometry_msgs/msg/Pose"](
+            position=kinds["geometry_msgs/msg/Point"](*map(float, p)),
+            orientation=kinds["geometry_msgs/msg/Quaternion"](*map(float, q)),
+        ),
+    )
+
+
+def bag_of(folder, rows, compressed=None, storage="SQLITE3"):
+    """A ROS 2 bag by rosbags, whose stamps are 4 ms before the times of its log."""
     rosbag2 = pytest.importorskip("rosbags.rosbag2")
     typesys = pytest.importorskip("rosbags.typesys")
-    t_s, place_m, turns = motion()
     store = typesys.get_typestore(typesys.Stores.ROS2_HUMBLE)
-    kinds = store.types
-    with rosbag2.Writer(tmp_path / "bag", version=9) as bag:
+    bag = rosbag2.Writer(folder, version=9, storage_plugin=rosbag2.StoragePlugin[storage])
+    if compressed:
+        bag.set_compression(rosbag2.CompressionMode[compressed], rosbag2.CompressionFormat.ZSTD)
+    with bag:
         link = bag.add_connection("/cup/pose", "geometry_msgs/msg/PoseStamped", typestore=store)
-        for t, p, q in zip(t_s, place_m, turns.as_quat(), strict=True):
-            stamp = kinds["builtin_interfaces/msg/Time"](sec=int(1000 + t), nanosec=round((t % 1) * 1e9) % 10**9)
-            pose = kinds["geometry_msgs/msg/Pose"](
-                position=kinds["geometry_msgs/msg/Point"](*map(float, p)),
-                orientation=kinds["geometry_msgs/msg/Quaternion"](*map(float, q)),
-            )
-            header = kinds["std_msgs/msg/Header"](stamp=stamp, frame_id="world")
-            message = kinds["geometry_msgs/msg/PoseStamped"](header=header, pose=pose)
+        for t, p, q in rows:
             late_ns = int(1e9 * (1000 + t)) + 4_000_000
+            message = pose_message(store.types, t, p, q)
             bag.write(link, late_ns, store.serialize_cdr(message, "geometry_msgs/msg/PoseStamped"))
-    made_s, made_m, made = read(tmp_path / "bag")
+    return folder
+
+
+def split(folder, halves):
+    """The bags ``halves`` as one bag of two files, as ``ros2 bag record --max-bag-size`` leaves them."""
+    folder.mkdir()
+    facts = [yaml.safe_load((half / "metadata.yaml").read_text()) for half in halves]
+    whole = facts[0]["rosbag2_bagfile_information"]
+    names = []
+    for number, (half, one) in enumerate(zip(halves, facts, strict=True)):
+        (name,) = one["rosbag2_bagfile_information"]["relative_file_paths"]
+        names.append(f"bag_{number}{''.join(Path(name).suffixes)}")
+        (half / name).rename(folder / names[-1])
+    whole["relative_file_paths"] = names
+    whole["files"] = [{**one["rosbag2_bagfile_information"]["files"][0], "path": name} for one, name in
+                      zip(facts, names, strict=True)]  # fmt: skip
+    whole["message_count"] = sum(one["rosbag2_bagfile_information"]["message_count"] for one in facts)
+    (folder / "metadata.yaml").write_text(yaml.safe_dump(facts[0]))
+    return folder
+
+
+@pytest.mark.parametrize("halves", [1, 2])
+@pytest.mark.parametrize(
+    ("compressed", "storage"), [(None, "SQLITE3"), ("FILE", "SQLITE3"), ("MESSAGE", "SQLITE3"), (None, "MCAP")]
+)
+def test_poses_of_a_ros_2_bag_keep_their_own_stamps(tmp_path, monkeypatch, halves, compressed, storage):
+    t_s, place_m, turns = motion()
+    rows = list(zip(t_s, place_m, turns.as_quat(), strict=True))
+    parts = [rows] if halves == 1 else [rows[:90], rows[90:]]
+    bags = [bag_of(tmp_path / f"part{i}", part, compressed, storage) for i, part in enumerate(parts)]
+    folder = bags[0].rename(tmp_path / "bag") if halves == 1 else split(tmp_path / "bag", bags)
+    monkeypatch.chdir(tmp_path)
+    capture = resolve_files(settings("bag"), "capture", [tmp_path])  # as the command line finds it
+    assert [hand.name for hand in open_hands(capture)] == ["bag"]
+    made_s, made_m, made = read(capture.path[0])
+    assert made_s == pytest.approx(t_s, abs=1e-6)
+    assert made_m == pytest.approx(place_m, abs=1e-9)
+    assert (made.inv() * turns).magnitude().max() < 1e-6
+    assert set(file_contents(capture, FileIndex(tmp_path / "index"))) == {str(one) for one in folder.iterdir()}
+
+
+def test_a_bag_without_poses_lists_its_topics(tmp_path):
+    rosbag2 = pytest.importorskip("rosbags.rosbag2")
+    typesys = pytest.importorskip("rosbags.typesys")
+    store = typesys.get_typestore(typesys.Stores.ROS2_HUMBLE)
+    with rosbag2.Writer(tmp_path / "bag", version=9) as bag:
+        link = bag.add_connection("/chatter", "std_msgs/msg/String", typestore=store)
+        text = store.serialize_cdr(store.types["std_msgs/msg/String"](data="a"), "std_msgs/msg/String")
+        bag.write(link, 1, text)
+    with pytest.raises(InputError, match=r"no poses or transforms; its topics: /chatter \(std_msgs/msg/String, 1\)"):
+        open_hands(settings(tmp_path / "bag" / "metadata.yaml"))
+
+
+def test_a_bag_that_was_never_closed_is_called_so(tmp_path):
+    (tmp_path / "bag").mkdir()
+    (tmp_path / "bag" / "bag_0.db3").write_bytes(b"SQLite format 3\0")
+    with pytest.raises(
+        ConfigError, match=r"'bag' is a folder \(a ROS 2 bag without its metadata\.yaml: 'ros2 bag reindex"
+    ):
+        resolve_files(settings("bag"), "capture", [tmp_path])
+
+
+def test_an_mcap_of_a_ros_1_bag_is_read(tmp_path):
+    """Bytes by rosbags' own serialiser, the file by the library mcap, as its ``mcap convert`` names schemas."""
+    typesys = pytest.importorskip("rosbags.typesys")
+    store = typesys.get_typestore(typesys.Stores.ROS1_NOETIC)
+    t_s, place_m, turns = motion()
+    with (tmp_path / "a.mcap").open("wb") as stream:
+        writer = McapWriter(stream)
+        writer.start(profile="ros1")
+        schema = writer.register_schema("geometry_msgs/PoseStamped", "ros1msg", b"Header header\nPose pose")
+        channel = writer.register_channel("/cup/pose", "ros1", schema)
+        for t, p, q in zip(t_s, place_m, turns.as_quat(), strict=True):
+            data = bytes(store.serialize_ros1(pose_message(store.types, t, p, q), "geometry_msgs/msg/PoseStamped"))
+            writer.add_message(channel, log_time=int(1e9 * t) + 4_000_000, data=data, publish_time=0)
+        writer.finish()
+    made_s, made_m, made = read(tmp_path / "a.mcap")
     assert made_s == pytest.approx(t_s, abs=1e-6)
     assert made_m == pytest.approx(place_m, abs=1e-9)
     assert (made.inv() * turns).magnitude().max() < 1e-6

@@ -17,7 +17,7 @@ from google.protobuf.timestamp_pb2 import Timestamp
 
 from kendama_cli.devices.hand.tracks.body_track import BodyTrack
 from kendama_cli.devices.hand.tracks.poses import OF_FOXGLOVE, OF_ROS, Pose, PoseTrack, PoseTracks
-from kendama_cli.devices.hand.tracks.rosbag import ros_2_decoder
+from kendama_cli.devices.hand.tracks.rosbag import ros_decoder
 from kendama_cli.errors import InputError
 from kendama_cli.log.container import REMEDY, ChannelContent
 from kendama_cli.log.reader import LogFile
@@ -28,15 +28,25 @@ PROTOBUF: Mapping[str, type[Message]] = {
     "foxglove.PoseInFrame": PoseInFrame,
 }
 HOLDS_POSES = frozenset(
-    {(name, encoding) for name in OF_FOXGLOVE for encoding in ("protobuf", "json")} | {(name, "cdr") for name in OF_ROS}
+    {(name, encoding) for name in OF_FOXGLOVE for encoding in ("protobuf", "json")}
+    | {(name, encoding) for name in OF_ROS for encoding in ("cdr", "ros1")}
 )
 """Schemas with the encodings in which they are read."""
+
+
+def ros_2_name(schema: str) -> str:
+    """A schema's name as ROS 2 writes it, with ``/msg/``: a bag of ROS 1 that became an MCAP is without."""
+    return schema.replace("/", "/msg/") if schema.count("/") == 1 else schema
 
 
 def pose_topics(channels: list[dict[str, Any]]) -> list[str]:
     """The topics among ``LogFile.describe``'s channels that have messages with poses, sorted."""
     return sorted(
-        {one["topic"] for one in channels if one["messages"] and (one["schema"], one["encoding"]) in HOLDS_POSES}
+        {
+            one["topic"]
+            for one in channels
+            if one["messages"] and (ros_2_name(one["schema"]), one["encoding"]) in HOLDS_POSES
+        }
     )
 
 
@@ -77,9 +87,9 @@ def _gathered(path: str, topics: Collection[str]) -> PoseTracks:
 
 
 def _reader(path: str, channel: ChannelContent) -> Callable[[bytes], list[Pose]]:
-    name = channel.schema_name
-    if channel.encoding == "cdr":
-        decoded = ros_2_decoder(Path(path))
+    name = ros_2_name(channel.schema_name)
+    if channel.encoding in ("cdr", "ros1"):
+        decoded = ros_decoder(Path(path), channel.encoding)
         return lambda data: OF_ROS[name](decoded(data, name))
     made = PROTOBUF[name]
     if channel.encoding == "json":

@@ -17,14 +17,17 @@ def read_bag(path: Path) -> list[BodyTrack]:
 
     Raises MissingPartError without ``rosbags``, InputError for what is no bag or holds no poses.
     """
-    highlevel, store = _rosbags(path, "rosbags.highlevel"), ros_2_types(path)
+    highlevel, store = _rosbags(path, "rosbags.highlevel"), ros_types(path)
+    path = path.parent if path.name == "metadata.yaml" else path
     found = PoseTracks()
     topics: dict[str, str] = {}
     try:
         with highlevel.AnyReader([path], default_typestore=store) as bag:
-            topics = {one.topic: str(one.msgtype) for one in bag.connections}
+            topics = {one.topic: f"{one.msgtype}, {one.msgcount}" for one in bag.connections}
             chosen = [one for one in bag.connections if one.msgtype in OF_ROS]
-            for number, (link, log_ns, data) in enumerate(bag.messages(connections=chosen), start=1):
+            # no connections would mean all of them
+            messages = bag.messages(connections=chosen) if chosen else ()
+            for number, (link, log_ns, data) in enumerate(messages, start=1):
                 poses = OF_ROS[str(link.msgtype)](bag.deserialize(data, link.msgtype))
                 found.add(link.topic, number, log_ns, poses)
     except (highlevel.AnyReaderError, OSError, ValueError, KeyError, AssertionError) as wrong:
@@ -38,19 +41,21 @@ def read_bag(path: Path) -> list[BodyTrack]:
     return bodies
 
 
-def ros_2_types(path: Path) -> Any:
-    """The store of ROS 2's own message types; raises MissingPartError without ``rosbags``."""
+def ros_types(path: Path, version: int = 2) -> Any:
+    """The store of the message types of ROS 1 or 2; raises MissingPartError without ``rosbags``."""
     typesys = _rosbags(path, "rosbags.typesys")
-    return typesys.get_typestore(typesys.Stores.ROS2_HUMBLE)
+    return typesys.get_typestore(typesys.Stores.ROS2_HUMBLE if version == 2 else typesys.Stores.ROS1_NOETIC)
 
 
-def ros_2_decoder(path: Path) -> Callable[[bytes, str], Any]:
-    """What turns bytes of CDR into a message of a named type, and raises ValueError where they are none."""
-    store, wrong = ros_2_types(path), _rosbags(path, "rosbags.serde").SerdeError
+def ros_decoder(path: Path, encoding: str) -> Callable[[bytes, str], Any]:
+    """Return what makes a message of a named type of ``cdr`` (ROS 2) or ``ros1``, and raises ValueError otherwise."""
+    store = ros_types(path, 2 if encoding == "cdr" else 1)
+    read = store.deserialize_cdr if encoding == "cdr" else store.deserialize_ros1
+    wrong = _rosbags(path, "rosbags.serde").SerdeError
 
     def decoded(data: bytes, kind: str) -> Any:
         try:
-            return store.deserialize_cdr(data, kind)
+            return read(data, kind)
         except (wrong, AssertionError, IndexError) as damaged:
             raise ValueError(str(damaged)) from None
 
