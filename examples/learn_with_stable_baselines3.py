@@ -1,6 +1,6 @@
 """Deep learners in Catch-v0: python examples/learn_with_stable_baselines3.py [dqn|ppo|sac] [STEPS] [SEEDS]
 
-Needs: pip install 'kendama[gym]' stable-baselines3. Judged in 200 episodes that no learner saw, beside an untrained
+Needs: ``pip install '.[gym]' stable-baselines3``. Judged in 200 episodes that no learner saw, beside an untrained
 policy (its cup hardly moves: what falls into a cup at rest). A reward above 0 is no catch: a near miss has some too.
 """
 

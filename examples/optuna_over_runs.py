@@ -1,6 +1,6 @@
 """Search settings of the swing-up with Optuna: python examples/optuna_over_runs.py [HOME] [TRIALS]
 
-Needs: pip install kendama optuna. What was run before is taken from the store. A search finds what was lucky on its
+Needs: ``pip install . optuna``. What was run before is taken from the store. A search finds what was lucky on its
 seeds, so the shipped settings and the best are compared on others.
 """
 

@@ -1,6 +1,6 @@
 """Train a small heat-map network on images with boxes about the ball, for predict/detector=network.
 
-    pip install 'kendama[network]'
+    pip install '.[network]'
     python train_network.py labelled/ -o ball.onnx
 
 ``labelled/`` holds images/ and labels/ as 'kendama camera teach' takes them; a network knows the films that taught it,

@@ -54,6 +54,11 @@ class MissingPartError(KendamaError):
         self.part = part
 
 
+def install_line(extra: str) -> str:
+    """Return the command that installs the libraries of an extra of pyproject.toml: from a checkout."""
+    return f"pip install '.[{extra}]' in a checkout of kendama"
+
+
 class StageError(KendamaError):
     """A stage could not do its work with valid input; nothing that was finished is lost."""
 

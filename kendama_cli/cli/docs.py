@@ -10,7 +10,7 @@ import typer
 from kendama_cli.cli import render
 from kendama_cli.cli.options import Home
 from kendama_cli.config.site import bundled_root, find_site
-from kendama_cli.errors import KendamaError, MissingPartError
+from kendama_cli.errors import KendamaError, MissingPartError, install_line
 
 
 def docs(
@@ -31,7 +31,7 @@ def docs(
     except ModuleNotFoundError as error:
         if (error.name or "").partition(".")[0] not in ("furo", "myst_parser", "sphinx"):
             raise
-        message = f"'kendama docs' needs {error.name}: pip install 'kendama[docs]'; the pages lie as text in {pages}"
+        message = f"'kendama docs' needs {error.name}: {install_line('docs')}; the pages lie as text in {pages}"
         raise MissingPartError(str(error.name), message) from None
     site = output or find_site(home).home / "docs"
     try:

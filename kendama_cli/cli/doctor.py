@@ -11,7 +11,7 @@ import sys
 from dataclasses import dataclass
 
 import kendama_cli
-from kendama_cli.errors import KendamaError
+from kendama_cli.errors import KendamaError, install_line
 from kendama_cli.robot_model.display import SONAMES
 from kendama_cli.schema.declaration import NODES, STAGES
 from kendama_cli.schema.registry import declared, resolve
@@ -40,11 +40,11 @@ REQUIRED = {
     "matplotlib": "matplotlib",
 }
 EXTRAS = {
-    "example-robot-data": "robot=ur5, ur10, panda, xarm7: pip install 'kendama[robots]'",
-    "starlette": "kendama play: pip install 'kendama[play]'",
-    "obstore": "store.remote=s3://bucket/prefix: pip install 'kendama[remote]'",
-    "distributed": "--on dask, --on slurm: pip install 'kendama[dask]'",
-    "gymnasium": "the learning environment for others' agents: pip install 'kendama[gym]'",
+    "example-robot-data": f"robot=ur5, ur10, panda, xarm7: {install_line('robots')}",
+    "starlette": f"kendama play: {install_line('play')}",
+    "obstore": f"store.remote=s3://bucket/prefix: {install_line('remote')}",
+    "distributed": f"--on dask, --on slurm: {install_line('dask')}",
+    "gymnasium": f"the learning environment for others' agents: {install_line('gym')}",
 }
 DEVICES = {
     "capture=mocap": "a motion capture system that streams rigid bodies",

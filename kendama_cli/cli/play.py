@@ -10,7 +10,7 @@ import typer
 from kendama_cli.cli import render
 from kendama_cli.cli.options import ConfigDir, Home, Overrides
 from kendama_cli.config.site import find_site
-from kendama_cli.errors import MissingPartError
+from kendama_cli.errors import MissingPartError, install_line
 
 LOOPBACK = ("127.0.0.1", "::1", "localhost")
 EVERYWHERE = ("0.0.0.0", "::")
@@ -38,7 +38,7 @@ def play(
     except ModuleNotFoundError as error:
         if (error.name or "").partition(".")[0] not in ("starlette", "uvicorn", "websockets"):
             raise
-        message = f"'kendama play' needs {error.name}: pip install 'kendama[play]'"
+        message = f"'kendama play' needs {error.name}: {install_line('play')}"
         raise MissingPartError(str(error.name), message) from None
     settings = build_settings(composed(find_site(home, config_dir), overrides or []))
     folder = Path(settings["play"].folder).expanduser().absolute()

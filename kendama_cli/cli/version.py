@@ -37,7 +37,7 @@ def _checked_out(root: Path) -> str | None:
 def _installed_from() -> str | None:
     """The commit that pip installed from a repository, as it noted it (PEP 610); None for any other origin."""
     try:
-        noted = importlib.metadata.distribution("kendama").read_text("direct_url.json")
+        noted = importlib.metadata.distribution("kendama-cli").read_text("direct_url.json")
         origin = json.loads(noted or "{}")
         return f"commit {origin['vcs_info']['commit_id'][:10]}"
     except (importlib.metadata.PackageNotFoundError, ValueError, KeyError, TypeError):

@@ -16,7 +16,7 @@ from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import IO, Any
 
-from kendama_cli.errors import ClusterError, MissingPartError
+from kendama_cli.errors import ClusterError, MissingPartError, install_line
 from kendama_cli.pipeline.cluster_task import OUTCOME, PROGRESS, compute, what_runs_here
 from kendama_cli.settings.executor import DaskExecutor, SlurmExecutor
 from kendama_cli.settings.store import StoreSettings
@@ -30,7 +30,7 @@ try:
     import distributed
 except ImportError as missing:
     raise MissingPartError(
-        "distributed", "executor=dask and executor=slurm need Dask: pip install 'kendama[dask]'"
+        "distributed", f"executor=dask and executor=slurm need Dask: {install_line('dask')}"
     ) from missing
 
 RUNS_PER_THREAD = 4

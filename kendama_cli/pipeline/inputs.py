@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from kendama_cli.errors import ConfigError, MissingPartError
+from kendama_cli.errors import ConfigError, MissingPartError, install_line
 from kendama_cli.pipeline.code import FileIndex
 from kendama_cli.schema.settings import input_files
 from kendama_cli.store import durable
@@ -138,7 +138,7 @@ def _in_package(pattern: str, key: str) -> str:
     try:
         installed = importlib.metadata.distribution(ROBOTS)
     except importlib.metadata.PackageNotFoundError:
-        message = f"{key}: '{pattern}' needs the package {ROBOTS}: pip install 'kendama[robots]'"
+        message = f"{key}: '{pattern}' needs the package {ROBOTS}: {install_line('robots')}"
         raise MissingPartError(ROBOTS, message) from None
     # the wheel keeps its files below cmeel's own prefix
     return str(installed.locate_file(f"cmeel.prefix/share/{ROBOTS}/robots/{inside}"))

@@ -17,7 +17,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
-from kendama_cli.errors import ClusterError, MissingPartError
+from kendama_cli.errors import ClusterError, MissingPartError, install_line
 from kendama_cli.settings.executor import SlurmExecutor
 from kendama_cli.store import durable
 
@@ -26,7 +26,7 @@ try:
     import distributed
 except ImportError as missing:
     raise MissingPartError(
-        "dask-jobqueue", "executor=slurm needs Dask and dask-jobqueue: pip install 'kendama[dask]'"
+        "dask-jobqueue", f"executor=slurm needs Dask and dask-jobqueue: {install_line('dask')}"
     ) from missing
 
 JOB_NAME = "kendama"

@@ -12,7 +12,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from kendama_cli.errors import InputError, MissingPartError
+from kendama_cli.errors import InputError, MissingPartError, install_line
 
 Write = Callable[[NDArray[np.uint8]], None]
 """Takes the next picture (h, w, 3), blue green red."""
@@ -45,7 +45,7 @@ def h264_film(path: Path, rate_hz: float, width_px: int, height_px: int) -> Iter
         import av  # noqa: PLC0415 - of the extra film
     except ImportError:
         raise MissingPartError(
-            "film", f"{path.name}: .mp4 needs PyAV; pip install 'kendama[film]', or name the film .webm"
+            "film", f"{path.name}: .mp4 needs PyAV; {install_line('film')}, or name the film .webm"
         ) from None
     with av.open(str(path), "w", format="mp4", options={"movflags": "faststart"}) as container:
         stream = container.add_stream("libx264", rate=round(rate_hz), options={"crf": QUALITY})

@@ -8,7 +8,7 @@ from datetime import timedelta
 from pathlib import Path
 from typing import IO, Any, NoReturn
 
-from kendama_cli.errors import MissingPartError, OfflineError, RemoteError
+from kendama_cli.errors import MissingPartError, OfflineError, RemoteError, install_line
 from kendama_cli.settings.store import StoreSettings
 from kendama_cli.store.remote import SMALL_BYTES
 
@@ -17,7 +17,7 @@ try:
     from obstore.store import from_url
 except ImportError as missing:
     raise MissingPartError(
-        "obstore", "a shared store in a bucket needs the package obstore: pip install 'kendama[remote]'"
+        "obstore", f"a shared store in a bucket needs the package obstore: {install_line('remote')}"
     ) from missing
 
 REFUSALS = ("403 Forbidden", "401 Unauthorized", "AccessDenied", "InvalidAccessKeyId", "SignatureDoesNotMatch")

@@ -1,7 +1,7 @@
 """Speed of the arm's control loop, and of MuJoCo with the same arm, cup, ball and rope beside it.
 
 ``python -m tests.benchmarks.arm`` prints name, value, unit and ratio; all of it in one process on one thread, warmed
-up, the best of three. MuJoCo comes with ``pip install 'kendama[benchmarks]'``. Ratios hold from machine to machine,
+up, the best of three. MuJoCo comes with ``pip install '.[benchmarks]'``. Ratios hold from machine to machine,
 absolute speeds do not. Both sides run computed torque at 1 kHz from Python while all joints sway: once with the ball
 swinging on its rope, where nothing touches it, and once with the ball in the cup.
 """

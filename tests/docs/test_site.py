@@ -50,7 +50,7 @@ def test_without_sphinx_one_line_says_what_to_install(tmp_path: Path) -> None:
     done = subprocess.run(COMMAND, cwd=tmp_path, env=hidden, capture_output=True, text=True, check=False)
     assert done.returncode == 2
     assert done.stderr.count("\n") == 1
-    assert "needs furo: pip install 'kendama[docs]'" in done.stderr
+    assert "needs furo: pip install '.[docs]'" in done.stderr
 
 
 @pytest.mark.slow

@@ -12,9 +12,7 @@ from kendama_cli.motion.averaging import encode, prepare
 from kendama_cli.motion.dmp import play
 from tests.motion.swings import path, settings
 
-peer: Any = pytest.importorskip(
-    "movement_primitives.dmp", reason="needs movement_primitives (pip install 'kendama[test]')"
-)
+peer: Any = pytest.importorskip("movement_primitives.dmp", reason="needs movement_primitives (pip install '.[test]')")
 
 
 @pytest.mark.parametrize(("begin_s", "end_s"), [(0.0, 2.0), (0.55, 1.35)], ids=["at rest", "moving"])

@@ -35,7 +35,7 @@ def test_without_the_extra_one_line_names_it(monkeypatch: pytest.MonkeyPatch) ->
         raise importlib.metadata.PackageNotFoundError(name)
 
     monkeypatch.setattr(importlib.metadata, "distribution", missing)
-    with pytest.raises(MissingPartError, match=r"robot\.path: .* pip install 'kendama\[robots\]'$") as caught:
+    with pytest.raises(MissingPartError, match=r"robot\.path: .* pip install '\.\[robots\]' in a checkout") as caught:
         resolved("package://example-robot-data/ur_description/urdf/ur10_robot.urdf")
     assert caught.value.part == "example-robot-data"
     assert "\n" not in str(caught.value)

@@ -98,7 +98,8 @@ def test_a_film_is_a_file_that_is_whole_or_not_there(tmp_path: Path, monkeypatch
 def test_without_its_extra_an_mp4_says_what_to_install(tmp_path: Path, monkeypatch) -> None:
     monkeypatch.setitem(sys.modules, "av", None)
     with pytest.raises(
-        MissingPartError, match=r"\.mp4 needs PyAV; pip install 'kendama\[film\]', or name the film .webm"
+        MissingPartError,
+        match=r"\.mp4 needs PyAV; pip install '\.\[film\]' in a checkout of kendama, or name the film .webm",
     ):
         write_film(_motion(0.1), GAME, tmp_path / "catch.mp4")
     assert list(tmp_path.iterdir()) == []

@@ -289,7 +289,7 @@ def test_commands_push_pull_and_verify_a_shared_store(toy: ToyProject) -> None:
 def test_a_home_without_the_library_says_how_to_get_it(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(__import__("sys").modules, "obstore", None)
     monkeypatch.delitem(__import__("sys").modules, "kendama_cli.store.remote_bucket", raising=False)
-    with pytest.raises(MissingPartError, match=r"pip install 'kendama\[remote\]'"):
+    with pytest.raises(MissingPartError, match=r"pip install '\.\[remote\]'"):
         open_remote(StoreSettings("s3://bucket/x", None, 1.0))
 
 

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from scipy.optimize import brentq
 
-from kendama_cli.errors import ConfigError, MissingPartError
+from kendama_cli.errors import ConfigError, MissingPartError, install_line
 from kendama_cli.physics.rope import CupProfile
 from kendama_cli.physics.rope_chain import link_lengths_m
 from kendama_cli.settings.game import GameSettings, HandleTie, SideTie
@@ -47,9 +47,7 @@ def mujoco() -> Any:
     try:
         import mujoco as found  # noqa: PLC0415 - an extra
     except ImportError as error:
-        raise MissingPartError(
-            "mujoco", "the referee needs MuJoCo; install it with: pip install 'kendama[referee]'"
-        ) from error
+        raise MissingPartError("mujoco", f"the referee needs MuJoCo: {install_line('referee')}") from error
     return found
 
 

@@ -214,5 +214,5 @@ def test_a_message_that_is_cut_short_is_named(tmp_path):
 def test_without_rosbags_the_extra_is_named(tmp_path, monkeypatch):
     path = poses_of_ros(tmp_path / "a.mcap")
     monkeypatch.setitem(__import__("sys").modules, "rosbags.typesys", None)
-    with pytest.raises(MissingPartError, match=r"needs the library rosbags: pip install 'kendama\[ros\]'"):
+    with pytest.raises(MissingPartError, match=r"needs the library rosbags: pip install '\.\[ros\]'"):
         open_hands(settings(path))

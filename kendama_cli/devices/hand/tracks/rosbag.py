@@ -9,7 +9,7 @@ from typing import Any
 
 from kendama_cli.devices.hand.tracks.body_track import BodyTrack
 from kendama_cli.devices.hand.tracks.poses import OF_ROS, PoseTracks
-from kendama_cli.errors import InputError, MissingPartError
+from kendama_cli.errors import InputError, MissingPartError, install_line
 
 
 def read_bag(path: Path) -> list[BodyTrack]:
@@ -67,5 +67,5 @@ def _rosbags(path: Path, module: str) -> Any:
         return import_module(module)
     except ImportError:
         raise MissingPartError(
-            "rosbags", f"{path}: reading messages of ROS needs the library rosbags: pip install 'kendama[ros]'"
+            "rosbags", f"{path}: reading messages of ROS needs the library rosbags: {install_line('ros')}"
         ) from None

@@ -16,7 +16,7 @@ from kendama_cli.devices.robot.franka.rate_limit import RateLimits
 from kendama_cli.devices.robot.interface import Exchange, JointCommand, RobotState
 from kendama_cli.devices.robot.limiter import check_command
 from kendama_cli.devices.robot.task import Task
-from kendama_cli.errors import ConfigError, HardwareError, MissingPartError
+from kendama_cli.errors import ConfigError, HardwareError, MissingPartError, install_line
 from kendama_cli.motion import minimum_jerk
 from kendama_cli.motion.task_settings import InteractionTask
 from kendama_cli.robot_model.limits import JointLimits
@@ -38,7 +38,7 @@ _SETTLED_RAD = 0.005
 def open_franka(hardware: FrankaHardware, robot: RobotSettings, task: Task) -> Iterator[FrankaRobot]:
     """The arm at ``hardware.host``; raises ConfigError, MissingPartError without the library, HardwareError."""
     if importlib.util.find_spec(LIBRARY) is None:
-        raise MissingPartError(LIBRARY, f"hardware=franka needs {LIBRARY}: pip install 'kendama[franka]'")
+        raise MissingPartError(LIBRARY, f"hardware=franka needs {LIBRARY}: {install_line('franka')}")
     if isinstance(task, InteractionTask):
         arm = RobotModel(robot, task.interact.probe, task.interact.gravity_m_s2)
     else:

@@ -98,7 +98,7 @@ def test_a_process_that_ends_is_one_clear_line(library: Path) -> None:
 
 def test_without_the_library_it_says_how_to_get_it(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(importlib.util, "find_spec", lambda name: None)
-    with pytest.raises(MissingPartError, match=r"hardware=franka needs pylibfranka: pip install 'kendama\[franka\]'"):
+    with pytest.raises(MissingPartError, match=r"hardware=franka needs pylibfranka: pip install '\.\[franka\]'"):
         open_franka(FRANKA, FR3, GAME).__enter__()
 
 

@@ -88,7 +88,7 @@ def echo_server(python: str, port: int, folder: Path, timeout_packets: int = 100
 def python() -> str:
     """An interpreter that has RSIPI."""
     if importlib.util.find_spec("RSIPI") is None:
-        pytest.skip("RSIPI is not here: pip install 'kendama[test]'")
+        pytest.skip("RSIPI is not here: pip install '.[test]'")
     return sys.executable
 
 
