@@ -11,6 +11,7 @@ from kendama_cli.cli import render
 from kendama_cli.cli.options import Home
 from kendama_cli.config.site import bundled_root, find_site
 from kendama_cli.errors import KendamaError, MissingPartError, install_line
+from kendama_cli.store.home import claim
 
 
 def docs(
@@ -33,7 +34,10 @@ def docs(
             raise
         message = f"'kendama docs' needs {error.name}: {install_line('docs')}; the pages lie as text in {pages}"
         raise MissingPartError(str(error.name), message) from None
-    site = output or find_site(home).home / "docs"
+    if output is None:
+        output = find_site(home).home / "docs"
+        claim(output.parent)
+    site = output
     try:
         site.mkdir(parents=True, exist_ok=True)
     except OSError as error:

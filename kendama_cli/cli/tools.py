@@ -101,16 +101,19 @@ def cache_gc(
     keep_runs: Annotated[
         int | None, typer.Option(metavar="N", min=0, help="Forget all but the newest N runs and what only they used.")
     ] = None,
+    dry_run: Annotated[bool, typer.Option("--dry-run", help="Only name what would be deleted.")] = False,
     home: Home = None,
 ) -> None:
     """Delete damaged entries, artifacts that nothing names, and what killed runs left behind."""
     from kendama_cli.store.garbage import collect_garbage
     from kendama_cli.store.store import Store
 
-    gone = collect_garbage(Store(find_site(home).home), keep_runs)
-    for path in gone:
-        render.text(f"deleted {path}")
-    render.text(f"{len(gone)} deleted")
+    done = collect_garbage(Store(find_site(home).home), keep_runs, dry_run=dry_run)
+    for path in done.deleted:
+        render.text(f"{'would delete' if dry_run else 'deleted'} {path}")
+    for path in done.left:
+        render.text(f"left {path}: it is, holds or is reached through something that kendama did not make")
+    render.text(f"{len(done.deleted)} {'would be ' if dry_run else ''}deleted")
 
 
 cache_app.command("push")(push)

@@ -7,6 +7,7 @@ settings' schema follows in any case. ``setup=FILE`` is not Hydra's: see ``labor
 
 from __future__ import annotations
 
+import contextlib
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -14,9 +15,10 @@ from typing import Any
 
 from kendama_cli.config.folders import configuration_files
 from kendama_cli.config.site import Site
-from kendama_cli.errors import ConfigError
+from kendama_cli.errors import ConfigError, StoreError
 from kendama_cli.pipeline.unchanged import Stamps, environment_now, settled, stamps
 from kendama_cli.store import durable
+from kendama_cli.store.home import claim
 
 
 @dataclass(frozen=True)
@@ -54,6 +56,8 @@ def composition(site: Site, overrides: Sequence[str]) -> Composition:
     from kendama_cli.config.laboratory import with_setup  # noqa: PLC0415 - reads YAML
 
     made = Composition(*with_setup(site, list(overrides), compose_with_hydra), looked)
+    with contextlib.suppress(StoreError):  # a home that cannot be written does without
+        claim(site.home)
     if settled(states, began_s):
         kept = {"config": made.config, "environment": made.environment}
         durable.write_index(path, {"question": question, "stamps": states, **kept})

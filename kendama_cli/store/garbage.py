@@ -14,8 +14,10 @@ from pathlib import Path
 from typing import TypeVar
 
 from kendama_cli.store import durable
+from kendama_cli.store.home import DIGEST, KEY, MARK, PLACES, STAGE, UNFINISHED, is_made_here
 from kendama_cli.store.runs import record_path, run_names
 from kendama_cli.store.store import MANIFEST, Store, damaged_files, read_manifest
+from kendama_cli.system.choice import system
 
 T = TypeVar("T")
 READINGS = 3
@@ -35,7 +37,7 @@ class Damage:
 
 def verify(store: Store) -> list[Damage]:
     """Read every byte of the store; what is damaged or missing. Raises StoreError where something cannot be read."""
-    damage = [found for path in _results(store) for found in _damaged_result(store, path)]
+    damage = [found for path in store.result_files() for found in _damaged_result(store, path)]
     damage += [found for folder in _objects(store) for found in _damaged_object(folder)]
     damage += [
         Damage(path, "the run's record is not as it was written")
@@ -45,6 +47,8 @@ def verify(store: Store) -> list[Damage]:
     ]
     damage += [found for path in _records(store) for found in _damaged_prints(path)]
     damage += [found for folder in _checkpoints(store) for found in _damaged_checkpoints(folder)]
+    if durable.exists(store.home / MARK) and durable.read_sealed(store.home / MARK) is None:
+        damage.append(Damage(store.home / MARK, "the home's mark is not as it was written; it is written anew"))
     damage += [
         Damage(path, "the index's bytes are not those written; what it says is found out anew")
         for path in _index_files(store.home / "index")
@@ -53,15 +57,24 @@ def verify(store: Store) -> list[Damage]:
     return damage
 
 
-def collect_garbage(store: Store, keep_runs: int | None = None) -> list[Path]:
-    """Delete what is damaged, what no result names, and what killed processes left; what was deleted, sorted.
+@dataclass(frozen=True)
+class Collection:
+    """The names that were deleted, and those that were left because something in them is not ours; both sorted."""
+
+    deleted: list[Path]
+    left: list[Path]
+
+
+def collect_garbage(store: Store, keep_runs: int | None = None, *, dry_run: bool = False) -> Collection:
+    """Delete what is damaged, what no result names, and what killed processes left.
 
     With ``keep_runs``, runs but the newest so many are forgotten too, with all that only they used. Checkpoints of
-    unfinished work are kept: they are what a rerun goes on from. Raises StoreError while a run goes on, and where
-    something cannot be read now: nothing has been deleted then.
+    unfinished work are kept: they are what a rerun goes on from. Only names that kendama makes are deleted, never
+    through a link; a folder with anything else in it is left. With ``dry_run`` nothing is. Raises UsageError where the
+    home is none, StoreError while a run goes on, and where something cannot be read now: nothing has been deleted then.
     """
     with store.alone():
-        results = list(_results(store))
+        results = store.result_files()
         intact = {path: store.find(path.parent.name, path.stem) for path in results}
         damaged = [path for path, result in intact.items() if result is None]
         lost = [path for path in _records(store) if durable.read_sealed(path) is None]
@@ -86,26 +99,26 @@ def collect_garbage(store: Store, keep_runs: int | None = None) -> list[Path]:
             or not any(path.suffix == ".ckpt" for path in durable.listed(folder))
         ]
         gone += [path for path in _index_files(store.home / "index") if durable.read_index(path) is None]
-        gone += [path for name in MEANWHILE for path in durable.listed(store.home / name)]
+        gone += [
+            path for name in MEANWHILE for path in durable.listed(store.home / name) if is_made_here(store.home, path)
+        ]
         gone += _unfinished(store.home)
-        for path in gone:  # results go before the artifacts that they name
-            durable.remove(path)
-    return sorted(set(gone))
-
-
-def _results(store: Store) -> Iterator[Path]:
-    for stage in durable.listed(store.results):
-        yield from (path for path in durable.listed(stage) if path.suffix == ".json")
+        ours = [path for path in dict.fromkeys(gone) if is_made_here(store.home, path)]
+        if not dry_run:
+            for path in ours:  # results go before the artifacts that they name
+                durable.remove(path)
+            _drop_locks(store.home / "locks")
+    return Collection(sorted(ours), sorted(set(gone) - set(ours)))
 
 
 def _objects(store: Store) -> Iterator[Path]:
     for beginning in durable.listed(store.objects):
-        if not beginning.name.startswith(durable.SCRATCH):
-            yield from (path for path in durable.listed(beginning) if not path.name.startswith(durable.SCRATCH))
+        if len(beginning.name) == 2:
+            yield from (path for path in durable.listed(beginning) if DIGEST.fullmatch(path.name))
 
 
 def _records(store: Store) -> list[Path]:
-    """Where the records of runs are or, where a run left a folder alone, would be; oldest first."""
+    """Return where the records of runs are or, of a run that left a folder alone, would be; oldest first."""
     return [record_path(store.home, run) for run in run_names(store.home)]
 
 
@@ -116,7 +129,8 @@ def _of_run(record: Path) -> list[Path]:
 
 def _checkpoints(store: Store) -> Iterator[Path]:
     for stage in durable.listed(store.checkpoints):
-        yield from (path for path in durable.listed(stage) if not path.name.startswith(durable.SCRATCH))
+        if STAGE.fullmatch(stage.name):
+            yield from (path for path in durable.listed(stage) if KEY.fullmatch(path.name))
 
 
 def _index_files(folder: Path) -> Iterator[Path]:
@@ -127,13 +141,23 @@ def _index_files(folder: Path) -> Iterator[Path]:
             yield from _index_files(path)
 
 
-def _unfinished(folder: Path) -> Iterator[Path]:
-    """Everything below ``folder`` that a process which was killed had not finished."""
+def _unfinished(folder: Path, depth: int = 3) -> Iterator[Path]:
+    """Yield everything below a home that a process which was killed had not finished."""
     for path in durable.listed(folder):
-        if path.name.startswith(durable.SCRATCH):
+        if UNFINISHED.fullmatch(path.name):
             yield path
-        elif path.is_dir() and not path.is_symlink():
-            yield from _unfinished(path)
+        elif depth and (depth < 3 or path.name in PLACES) and path.is_dir() and not path.is_symlink():
+            yield from _unfinished(path, depth - 1)
+
+
+def _drop_locks(folder: Path) -> None:
+    """Delete the locks of keys, made until 0.2 and by killed runs, that no worker which outlived its run holds."""
+    for path in durable.listed(folder):
+        if KEY.fullmatch(path.stem[-40:]) and path.suffix == ".lock" and not path.is_symlink():
+            with durable.plain_disk_errors(path):
+                lock = system().try_lock(path)
+                if lock is not None:
+                    lock.release()
 
 
 def _damaged_prints(path: Path) -> Iterator[Damage]:

@@ -9,6 +9,7 @@ from pathlib import Path
 
 from kendama_cli.errors import FormatError
 from kendama_cli.store import durable
+from kendama_cli.store.home import RUN
 
 _RECORD = ".json"
 _BEFORE = "run.json"
@@ -36,7 +37,7 @@ def run_names(home: Path) -> list[str]:
 
     Raises StoreError where that cannot be told now, FormatError where a record stands inside a folder, as until 0.2.
     """
-    paths = [path for path in durable.listed(home / "runs") if not path.name.startswith(durable.SCRATCH)]
+    paths = [path for path in durable.listed(home / "runs") if RUN.fullmatch(path.name.removesuffix(_RECORD))]
     recorded = {path.stem for path in paths if path.suffix == _RECORD}
     others = [path for path in paths if path.suffix != _RECORD and path.name not in recorded]
     for folder in others:

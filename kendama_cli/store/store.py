@@ -16,6 +16,7 @@ from typing import Any, Protocol
 
 from kendama_cli.errors import FormatError, ReadOnlyError, StoreError
 from kendama_cli.store import durable
+from kendama_cli.store.home import DIGEST, KEY, STAGE, claim
 from kendama_cli.system.choice import system
 
 MANIFEST = "manifest.json"
@@ -60,6 +61,13 @@ class Store:
         self.results = home / "results"
         self.checkpoints = home / "checkpoints"
         self.scratch = home / "scratch"
+        self._is_claimed = False
+
+    def claim(self) -> None:
+        """Have the home marked before anything is written; raises UsageError where it is somebody else's folder."""
+        if not self._is_claimed:
+            claim(self.home)
+            self._is_claimed = True
 
     def result_path(self, stage: str, key: str) -> Path:
         """Where the result of ``key`` stands or would stand."""
@@ -85,7 +93,7 @@ class Store:
 
     def _find_here(self, stage: str, key: str) -> StoredResult | None:
         record = durable.read_sealed(self.result_path(stage, key))
-        if record is None or record.get("key") != key:
+        if record is None or record.get("key") != key or not DIGEST.fullmatch(str(record.get("artifact"))):
             return None
         folder = self.object_folder(str(record["artifact"]))
         manifest = read_manifest(folder)
@@ -104,6 +112,7 @@ class Store:
     @contextlib.contextmanager
     def scratch_folder(self) -> Iterator[Path]:
         """A folder on the store's own file system that is gone afterwards unless it was published."""
+        self.claim()
         folder = durable.make_folder(self.scratch) / os.urandom(16).hex()
         with durable.plain_disk_errors(folder):
             folder.mkdir()
@@ -145,14 +154,15 @@ class Store:
 
     def entries(self) -> list[StoredResult]:
         """Every intact result, by stage and then by age."""
-        found = []
-        stages = [stage for stage in durable.listed(self.results) if not stage.name.startswith(durable.SCRATCH)]
-        paths = [path for stage in stages for path in durable.listed(stage) if path.suffix == ".json"]
-        for path in sorted(paths, key=lambda item: (item.parent.name, _written_ns(item), item.name)):
-            result = self.find(path.parent.name, path.stem)
-            if result is not None:
-                found.append(result)
-        return found
+        paths = sorted(self.result_files(), key=lambda item: (item.parent.name, _written_ns(item), item.name))
+        found = (self.find(path.parent.name, path.stem) for path in paths)
+        return [result for result in found if result is not None]
+
+    def result_files(self) -> list[Path]:
+        """Where the results stand, intact or not; files of other names are not ours."""
+        stages = [stage for stage in durable.listed(self.results) if STAGE.fullmatch(stage.name)]
+        files = [path for stage in stages for path in durable.listed(stage)]
+        return [path for path in files if path.suffix == ".json" and KEY.fullmatch(path.stem)]
 
     @contextlib.contextmanager
     def in_use(self) -> Iterator[None]:
@@ -178,6 +188,7 @@ class Store:
             yield
 
     def _lock_path(self) -> Path:
+        self.claim()
         return durable.make_folder(self.home / "locks") / "home.lock"
 
     def object_folder(self, digest: str) -> Path:

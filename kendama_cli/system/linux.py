@@ -21,6 +21,7 @@ class Flock:
     """A descriptor that holds a lock until it and all its copies are closed."""
 
     descriptor: int
+    path: Path
 
     @property
     def inherited(self) -> tuple[int, ...]:
@@ -28,8 +29,10 @@ class Flock:
         return (self.descriptor,)
 
     def release(self) -> None:
-        """Close the descriptor."""
+        """Close the descriptor; where no child holds the lock, its file is deleted by who holds it again for that."""
         os.close(self.descriptor)
+        with contextlib.suppress(OSError), _flock(_open(self.path, os.O_RDWR), fcntl.LOCK_EX | fcntl.LOCK_NB):
+            os.unlink(self.path)
 
 
 class Linux:
@@ -37,22 +40,21 @@ class Linux:
 
     def try_lock(self, path: Path) -> Flock | None:
         """An exclusive flock, or None."""
-        lock = Flock(_open(path))
-        try:
-            fcntl.flock(lock.descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except BlockingIOError:
-            lock.release()
-            return None
-        return lock
+        while True:
+            descriptor = _open(path)
+            try:
+                fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            except BlockingIOError:
+                os.close(descriptor)
+                return None
+            if os.fstat(descriptor).st_nlink:
+                return Flock(descriptor, path)
+            os.close(descriptor)  # its last holder has deleted the file since we opened it
 
     @contextlib.contextmanager
     def shared(self, path: Path) -> Iterator[None]:
-        """A shared flock; a file that may only be read can be locked too."""
-        try:
-            handle = _open(path)
-        except PermissionError:
-            handle = os.open(path, os.O_RDONLY | os.O_CLOEXEC)
-        with _flock(handle, fcntl.LOCK_SH):
+        """A shared flock."""
+        with _flock(_open(path), fcntl.LOCK_SH):
             yield
 
     @contextlib.contextmanager
@@ -112,8 +114,12 @@ def _libc() -> Any:
     return ctypes.CDLL(None)
 
 
-def _open(path: Path) -> int:
-    return os.open(path, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o644)
+def _open(path: Path, how: int = os.O_RDWR | os.O_CREAT) -> int:
+    """Open a lock's file; one of another user that may only be read can be locked too."""
+    try:
+        return os.open(path, how | os.O_CLOEXEC, 0o666)
+    except PermissionError:
+        return os.open(path, os.O_RDONLY | os.O_CLOEXEC)
 
 
 def _open_folder(folder: Path) -> int:

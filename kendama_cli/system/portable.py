@@ -33,8 +33,16 @@ class HeldFile:
         return ()
 
     def release(self) -> None:
-        """Release it."""
+        """Delete its file and release it; Windows deletes no file that is open, and POSIX none that another holds."""
+        if os.name != "nt":
+            self._delete()
         self.lock.release()
+        if os.name == "nt":
+            self._delete()
+
+    def _delete(self) -> None:
+        with contextlib.suppress(OSError):
+            os.unlink(self.lock.lock_file)
 
 
 class Portable:
@@ -143,7 +151,7 @@ def _end_with_input() -> None:
 
 def _file_lock(path: Path) -> BaseFileLock:
     # not a soft lock where there are no others: that would stay after a kill
-    return FileLock(path, thread_local=False, fallback_to_soft=False)
+    return FileLock(path, mode=0o666, thread_local=False, fallback_to_soft=False)
 
 
 def _taken(lock: BaseFileLock, timeout_s: float) -> bool:

@@ -124,10 +124,10 @@ def used(home: Path) -> frozenset[str]:
     for path in damaged:
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_bytes(b"damaged")
-    shutil.copytree(found.artifact, store.objects / "zz" / ("z" * 64))
-    damaged.append(store.objects / "zz" / ("z" * 64) / "manifest.json")
+    shutil.copytree(found.artifact, store.objects / "ff" / ("f" * 64))
+    damaged.append(store.objects / "ff" / ("f" * 64) / "manifest.json")
     for place in ("results/roll", "objects/aa", "checkpoints/roll", "runs", "scratch"):
-        left = home / place / f"{durable.SCRATCH}-left"
+        left = home / place / f"{durable.SCRATCH}-{0:032x}"
         left.mkdir(parents=True)
         (left / "file").write_bytes(b"half")
     damaged.append(store.result_path("roll", KEYS[0]))  # while its artifact is being replaced it has none

@@ -12,6 +12,7 @@ from kendama_cli.pipeline import runner
 from kendama_cli.pipeline.plan import StagePlan
 from kendama_cli.pipeline.record import begin, past_runs
 from kendama_cli.store import durable
+from kendama_cli.store.home import MARK
 from kendama_cli.store.runs import record_path
 from kendama_cli.store.store import Store, StoredResult
 
@@ -53,7 +54,7 @@ def test_a_chain_of_cached_stages_is_walked_without_waiting_and_recorded_once(
     monkeypatch.setattr("time.sleep", lambda seconds: pytest.fail("it waited"))
     record = begin(tmp_path, "any", [], {})
     runner.Runner(planner, record, Silent()).run()
-    assert written == [record_path(tmp_path, record.run)]
+    assert written == [tmp_path / MARK, record_path(tmp_path, record.run)]
     assert [path.name for path in (tmp_path / "runs").iterdir()] == [f"{record.run}.json"], "a folder takes 4 KiB more"
     (kept,) = past_runs(tmp_path)
     assert kept["outcome"] == "done"

@@ -19,6 +19,9 @@ from kendama_cli.store.garbage import collect_garbage, verify
 from kendama_cli.store.runs import record_path, run_names
 from kendama_cli.store.store import Store
 
+UNNAMED = "f" * 64
+"""The digest of an artifact that no result names."""
+
 
 @pytest.fixture
 def store(tmp_path: Path) -> Store:
@@ -46,17 +49,17 @@ def files(store: Store) -> dict[str, bytes]:
 def test_a_collection_stops_at_a_file_that_cannot_be_read_and_has_deleted_nothing(
     store: Store, number: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    shutil.copytree(store.object_folder(collected(store)[0]), store.objects / "zz" / "unnamed")
+    shutil.copytree(store.object_folder(collected(store)[0]), store.objects / "ff" / UNNAMED)
     before = files(store)
     for name in before:
-        if "unnamed" in name:
+        if UNNAMED in name:
             continue
         with monkeypatch.context() as patch:
             break_reading(patch, store.home / name, number)
             with pytest.raises(StoreError, match=f"cannot read .*{os.strerror(number)}"):
-                collect_garbage(store)
+                collect_garbage(Store(store.home))
         assert files(store) == before, name
-    assert collect_garbage(store) == [store.objects / "zz" / "unnamed"]
+    assert collect_garbage(store).deleted == [store.objects / "ff" / UNNAMED]
 
 
 def test_a_folder_that_cannot_be_listed_is_not_an_empty_one(store: Store, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -94,7 +97,7 @@ def test_what_is_damaged_goes_with_what_only_it_named(store: Store) -> None:
     (store.object_folder(digest) / "arrays.npz").write_bytes(b"flipped")
     (store.home / "runs" / "20260102-000000-bbbbbb").mkdir()
     (store.home / "runs" / "20260102-000000-bbbbbb" / "roll.txt").write_text("of a run whose record is gone")
-    gone = collect_garbage(store)
+    gone = collect_garbage(store).deleted
     assert store.object_folder(digest) in gone
     assert len(list(store.results.glob("*/*.json"))) == 2
     assert run_names(store.home) == ["20260101-000000-aaaaaa"]
@@ -106,28 +109,28 @@ def test_a_checkpoint_whose_work_is_done_goes_and_an_unfinished_one_stays(store:
     done, unfinished = store.checkpoint_folder("roll", "0" * 40), store.checkpoint_folder("roll", "9" * 40)
     for folder in (done, unfinished):
         folder.mkdir(parents=True)
-        (folder / "1.ckpt").write_bytes(b"x")
-    assert collect_garbage(store) == [done]
+        (folder / "00000001.ckpt").write_bytes(b"x")
+    assert collect_garbage(store).deleted == [done]
     assert unfinished.is_dir()
 
 
 def test_what_only_a_living_run_or_sweep_needs_is_collected_when_none_lives(store: Store) -> None:
     before = files(store)
-    left = [store.home / "inputs" / ("0" * 32), store.home / "slurm" / "1"]
+    left = [store.home / "inputs" / ("0" * 32), store.home / "slurm" / ("1" * 16)]
     for folder in left:
-        (folder / "inside").mkdir(parents=True)
-        (folder / "inside" / "file").write_text("x")
+        (folder / ("2" * 16)).mkdir(parents=True)
+        (folder / ("2" * 16) / "file").write_text("x")
     with store.in_use(), pytest.raises(StoreError, match="a run is using"):
         collect_garbage(store)
-    assert all((folder / "inside" / "file").exists() for folder in left)
-    assert collect_garbage(store) == left
+    assert all((folder / ("2" * 16) / "file").exists() for folder in left)
+    assert collect_garbage(store).deleted == left
     assert files(store) == before
 
 
 def test_a_killed_collection_leaves_nothing_that_the_next_one_does_not_collect(store: Store) -> None:
     for number in range(20):
-        shutil.copytree(store.object_folder(collected(store)[0]), store.objects / "zz" / f"unnamed-{number}")
-    kept = {name: data for name, data in files(store).items() if "unnamed" not in name}
+        shutil.copytree(store.object_folder(collected(store)[0]), store.objects / "ff" / f"{UNNAMED[:-2]}{number:02d}")
+    kept = {name: data for name, data in files(store).items() if UNNAMED[:-2] not in name}
     code = (
         "import os, shutil, signal, sys; from pathlib import Path\n"
         "from kendama_cli.store.garbage import collect_garbage; from kendama_cli.store.store import Store\n"

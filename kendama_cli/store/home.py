@@ -1,0 +1,110 @@
+"""The folder that is a home: known by its sealed mark, else by sealed records of ours; and every name made in it.
+
+Nothing is written into a folder of somebody else, and nothing is deleted whose name is not one of these.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import itertools
+import json
+import re
+from collections.abc import Iterator
+from pathlib import Path
+
+from kendama_cli.errors import FormatError, StoreError, UsageError
+from kendama_cli.store import durable
+
+MARK = "kendama-home.json"
+"""The file by which a home is known; sealed."""
+KEY = re.compile(r"[0-9a-f]{40}")
+DIGEST = re.compile(r"[0-9a-f]{64}")
+STAGE = re.compile(r"[\w-]{1,100}")
+RUN = re.compile(r"\d{1,18}(-\d{6})?-[0-9a-f]{6}")
+UNFINISHED = re.compile(re.escape(durable.SCRATCH) + "-[0-9a-f]{32}")
+_ARTIFACT = re.compile(r"(artifact|metrics|manifest)\.json|arrays\.npz|log\.mcap|pack")
+_ANY = re.compile(r".*", re.DOTALL)
+_S = STAGE.pattern
+_MADE: dict[str, re.Pattern[str] | None] = {
+    rf"results/{_S}/{KEY.pattern}\.json": None,
+    rf"runs/{RUN.pattern}\.json": None,
+    rf"runs/{RUN.pattern}": re.compile(rf"{_S}\.(txt|mcap)|tags\.json|in_use\.lock|{UNFINISHED.pattern}"),
+    rf"objects/[0-9a-f]{{2}}/{DIGEST.pattern}": _ARTIFACT,
+    rf"checkpoints/{_S}/{KEY.pattern}": re.compile(rf"\d{{8,}}\.ckpt|log\.part|{UNFINISHED.pattern}"),
+    r"scratch/[0-9a-f]{32}": _ARTIFACT,
+    r"scratch/[0-9a-f]{32}\.pack": None,
+    r"inputs/[0-9a-f]{32}": re.compile(r"[0-9a-f]{16}"),
+    r"slurm/[0-9a-f]{16}": _ANY,
+    rf"index/(files|latest/[^/]+/{_S}|(compose|unchanged)/[0-9a-f]{{32}})\.json": None,
+    rf"(([^/]+/){{0,3}}){UNFINISHED.pattern}": _ANY,
+}
+"""Names below a home, and of a folder the names directly in it; None stands for a file."""
+PLACES = ("results", "runs", "objects", "checkpoints", "scratch", "inputs", "slurm", "locks", "index")
+LOOKED_AT = 20
+"""So many records of each kind are read before a folder is called somebody else's."""
+
+
+def claim(home: Path) -> None:
+    """Make ``home`` where there is nothing, and mark it where it is ours already.
+
+    Raises UsageError where it is a folder of somebody else, StoreError where a new one cannot be made.
+    """
+    if durable.read_sealed(home / MARK) is not None:
+        return
+    names = [path for path in durable.listed(home) if not UNFINISHED.fullmatch(path.name)]
+    if not names:
+        _mark(home)
+    elif _has_records(home):
+        with contextlib.suppress(StoreError):  # another user's, or a full disk: the records speak for it as well
+            _mark(home)
+    else:
+        raise UsageError(
+            f"{home} holds files and is no home of kendama ({names[0].name}, ...): nothing there is written or "
+            "deleted; name an empty or a new folder with --home"
+        )
+
+
+def is_made_here(home: Path, path: Path) -> bool:
+    """Return True if ``path`` is a name that kendama makes in ``home``, is no link and reached through none.
+
+    JSON that was never sealed is a person's, whatever its name.
+    """
+    inside = path.relative_to(home)
+    if path.is_symlink() or path.parent.resolve() != home.resolve() / inside.parent:
+        return False
+    for pattern, held in _MADE.items():
+        if re.fullmatch(pattern, inside.as_posix()):
+            if not path.is_dir():
+                return (held is None or held is _ANY) and not _is_plain_json(path)
+            return held is not None and all(held.fullmatch(one.name) for one in durable.listed(path))
+    return False
+
+
+def _is_plain_json(path: Path) -> bool:
+    """Return True if ``path`` is whole JSON that was never sealed, which no damage makes of a record of ours."""
+    try:
+        value = json.loads(durable.read_file(path) or b"")
+    except (ValueError, RecursionError):
+        return False
+    return not isinstance(value, dict) or "seal" not in value
+
+
+def _mark(home: Path) -> None:
+    durable.make_folder(home)
+    durable.write_sealed(home / MARK, {"home": "kendama"})
+
+
+def _has_records(home: Path) -> bool:
+    """Return True if one of the first records in ``home`` is whole, of whatever format."""
+    for pattern in ("runs/*.json", "runs/*/run.json", "results/*/*.json"):
+        for path in itertools.islice(home.glob(pattern), LOOKED_AT):
+            try:
+                if durable.read_sealed(path) is not None:
+                    return True
+            except FormatError:
+                return True
+    return any(durable.read_index(path) is not None for path in itertools.islice(_index_files(home), LOOKED_AT))
+
+
+def _index_files(home: Path) -> Iterator[Path]:
+    return home.glob("index/**/*.json")
