@@ -18,12 +18,12 @@ from kendama_cli.log.memory_file import MemoryFile
 from kendama_cli.log.messages import ReplayMessage
 from kendama_cli.log.reader import LogFile
 from kendama_cli.log.writer import McapLog
+from kendama_cli.physics.rim_crossing import SLACK_S
 from kendama_cli.pipeline.artifact_place import LOG
 from kendama_cli.pipeline.record import find_run
 from kendama_cli.pipeline.report import REFEREE_LOG
 from kendama_cli.schema.arrays import Array
 from kendama_cli.settings.game import GameSettings
-from kendama_cli.simulation.catch.search_record import SLACK_S
 from kendama_cli.simulation.referee.chain import CHAIN_KG, Body, mujoco
 from kendama_cli.simulation.referee.cup_track import CupTrack
 from kendama_cli.simulation.referee.replay import replay

@@ -14,6 +14,7 @@ from kendama_cli.game.flight_observer import CatchPrediction, FlightObserver, Ob
 from kendama_cli.game.outcome import CatchOutcome, catch_outcome, held
 from kendama_cli.game.settings import CatchSettings
 from kendama_cli.game.swing_up import SwingUpRollout
+from kendama_cli.settings.game import GameSettings
 
 REST_S = 0.1
 """A game ends with the cup commanded to rest for so long: with whatever lag, the arm then does."""
@@ -40,7 +41,7 @@ class Game:
 
     @property
     def caught(self) -> bool:
-        """Whether the ball was in the cup in the end."""
+        """Whether the ball was caught, as in RolloutResult."""
         return self.catch is not None and self.catch.caught
 
     @property
@@ -63,6 +64,7 @@ def finish_game(
     geometry: CatchGeometry,
     observer: FlightObserver,
     *,
+    game: GameSettings,
     catch: CatchSettings,
     believed_sigma_m: float,
 ) -> Game:
@@ -85,7 +87,7 @@ def finish_game(
         steps.append(step)
         resting_s = resting_s + cart.period_s if abs(cart.velocity_m_s) < AT_REST_M_S else 0.0
     path = np.array([[one.t_s, *one.exchange.state.ball_in_world_m] for one in steps])
-    crossing = find_crossing(path, geometry.rim_height_m, observer.observed.free_s or 0.0)
-    return Game(
-        swing, tuple(steps), tuple(estimates), catch_outcome(steps, controller.catch_s), observer.observed, crossing
-    )
+    since_s = observer.observed.free_s or 0.0
+    crossing = find_crossing(path, geometry.rim_height_m, since_s)
+    outcome = catch_outcome(steps, controller.catch_s, geometry.direction, game, since_s)
+    return Game(swing, tuple(steps), tuple(estimates), outcome, observer.observed, crossing)

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from kendama_cli.physics.rim_crossing import falls
 from kendama_cli.schema.arrays import Array
 
 FEWEST_SAMPLES = 20
@@ -28,7 +29,8 @@ def find_crossing(path: Array, height_m: float, free_s: float) -> Crossing | Non
     line between the two samples about it where there are few.
     """
     path = path[path[:, 0] >= free_s]
-    fallen = np.flatnonzero((path[:-1, 3] >= height_m) & (path[1:, 3] < height_m))
+    height = path[:, 3] - height_m
+    fallen = np.flatnonzero(falls(height[:-1], height[1:]))
     if not len(fallen):
         return None
     last = int(fallen[0])

@@ -43,12 +43,13 @@ class Line(Protocol):
 
 @dataclass(frozen=True)
 class CartStep:
-    """One control period: what was asked for, what was observed after it."""
+    """One control period: what was asked for, what was observed after it; the cup was to lean by ``tilt_rad``."""
 
     t_s: float
     state: SwingState
     acceleration_m_s2: float
     exchange: Exchange
+    tilt_rad: float = 0.0
 
 
 class CupCart:
@@ -107,7 +108,7 @@ class CupCart:
         state = self._estimator.update(exchange.state, self._sent[-1 - late] if late < len(self._sent) else 0.0)
         self.t_s = exchange.t_s - self._start_s
         self._delay.observe(self.x_m, self.velocity_m_s, state.x_m)
-        return CartStep(self.t_s, state, a, exchange)
+        return CartStep(self.t_s, state, a, exchange, 0.0 if tilt is None else tilt.tilt_rad)
 
     def _point(self, acceleration_m_s2: float, tilt: CupTilt | None) -> Point:
         line = self._line.at(self.x_m, self.velocity_m_s, acceleration_m_s2)

@@ -9,10 +9,13 @@ import numpy as np
 from kendama_cli.artifacts.motion_plan import JointTrajectory
 from kendama_cli.devices.robot.interface import Exchange, JointCommand, Robot
 from kendama_cli.errors import StageError
+from kendama_cli.game.outcome import sensed_catch
 from kendama_cli.game.steered_motion import CupPlan, SteeredMotion
 from kendama_cli.game.watched_flight import WatchedFlight
+from kendama_cli.physics.rim_crossing import SampledWays, catch_from_s
 from kendama_cli.robot_model.model import RobotModel
 from kendama_cli.schema.arrays import Array
+from kendama_cli.settings.game import GameSettings
 from kendama_cli.simulation.catch.settings import SteeringSettings
 
 SETTLE_S = 0.6
@@ -21,14 +24,25 @@ SETTLE_S = 0.6
 
 @dataclass(frozen=True)
 class Played:
-    """What the robot did, period by period, from rest at the first posture."""
+    """What the robot did, period by period, from rest at the first posture, and the ``joints`` that were planned."""
 
     exchanges: tuple[Exchange, ...]
+    joints: JointTrajectory
 
-    @property
-    def caught(self) -> bool:
-        """What the cup's sensor says at the end."""
-        return self.exchanges[-1].state.caught
+    def caught(self, arm: RobotModel, game: GameSettings) -> bool:
+        """Return True if the ball was caught, as in RolloutResult, by the cup's sensor and the tracked ball."""
+        states = [one.state for one in self.exchanges]
+        poses = [arm.tool_pose(state.position_rad) for state in states]
+        planned_m = np.array([arm.tool_place_m(place) for place in self.joints.position_rad])
+        t_s = np.array([one.t_s for one in self.exchanges]) - self.exchanges[0].t_s
+        ways = SampledWays(
+            t_s,
+            np.array([state.cup_in_world_m for state in states]),
+            np.array([pose.rotation[:, 2] for pose in poses]),
+            np.array([state.ball_in_world_m for state in states]),
+        )
+        miss_m = ways.miss_m(game, catch_from_s(self.joints.t_s, planned_m), game.rope.length_m)
+        return sensed_catch(states[-1].caught, miss_m, game)
 
 
 @dataclass(frozen=True)
@@ -56,7 +70,7 @@ def play_motion(
     if seen is None:
         for row in zip(played.position_rad, played.velocity_rad_s, played.acceleration_rad_s2, strict=True):
             exchanges.append(robot.exchange(JointCommand(*row)))
-        return Played(tuple(exchanges))
+        return Played(tuple(exchanges), played)
     steered = SteeredMotion(
         CupPlan(seen.arm, _from_rest(played, motion.position_rad[0]), robot.period_s), seen.steering, seen.rim_m
     )
@@ -67,7 +81,7 @@ def play_motion(
         prediction = None if steered.over else seen.watched.look(exchanges[-1])
         if prediction is not None:
             steered.follow(prediction.catch)
-    return Played(tuple(exchanges))
+    return Played(tuple(exchanges), played)
 
 
 def _from_rest(played: JointTrajectory, start_rad: Array) -> JointTrajectory:

@@ -21,6 +21,7 @@ from kendama_cli.gym.swing_up import task
 from kendama_cli.learning.limiter import BrakingLimiter
 from kendama_cli.learning.reward import Flight, Goal, Landing
 from kendama_cli.learning.state import SwingState
+from kendama_cli.physics.rim_crossing import falls, falls_in
 from kendama_cli.physics.taut_rope import TautRope
 from kendama_cli.simulation.swingup.rail import CompiledRail
 from kendama_cli.simulation.swingup.workspace import catch_limiter, mouth_m
@@ -96,7 +97,7 @@ class FreeCup(gymnasium.Env[Observation, Any], abc.ABC):
             above = rail.above_m
             rail.step(self._limiter.limit(wanted, *rail.reference))
             self._taken += 1
-            if above > rim_m >= rail.above_m:
+            if falls(above - rim_m, rail.above_m - rim_m):
                 return self._down()
             if self._taken == self._at_most:
                 self._over = True
@@ -117,8 +118,11 @@ class FreeCup(gymnasium.Env[Observation, Any], abc.ABC):
         """A state to begin in."""
 
     def _down(self) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
-        miss_m = abs(self._rail.across_m)
-        caught = miss_m < self._mouth_m
+        rail, workspace = self._rail, self.settings.workspace
+        miss_m, edge_m = abs(rail.across_m), workspace.half_width_m if workspace.kind == "terminate" else math.inf
+        over_m = rail.above_m - self._game.cup.rim_m
+        limits = {"mouth_m": self._mouth_m, "edge_m": edge_m, "step_s": self.settings.step_s}
+        caught = falls_in(rail.x_m, rail.across_m, over_m, rail.above_m_s, **limits)
         self._over = True
         self._show()
         reward = 1.0 if caught else 0.5 * max(0.0, 1.0 - miss_m / NEAR_M)

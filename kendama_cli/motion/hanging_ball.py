@@ -14,6 +14,7 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 from scipy.signal import savgol_filter
 
+from kendama_cli.physics.rim_crossing import CATCH_SHARE, falls
 from kendama_cli.schema.arrays import Array
 
 GRAVITY_M_S2 = 9.81
@@ -27,8 +28,6 @@ RIM_M = 0.09
 """The rim and a ball's radius over the tie point."""
 NEAR_M = 0.15
 """A ball that comes down so near can have been caught: cup, hand and model are off by that much together."""
-LATE_SHARE = 0.6
-"""The catch ends a swing: so much of the hand's way lies before it."""
 SMOOTHING_S = 0.06
 AFTER_S = 0.5
 
@@ -70,10 +69,10 @@ def rise_of(t_s: Array, hand_m: Array, upward: Array) -> list[Rise]:
         away = ball - hand
         before, height = height, np.einsum("ij,ij->i", away, up)
         risen |= height > RIM_M
-        falls = (before > RIM_M) & (height <= RIM_M)
-        if falls.any():
+        down = falls(before - RIM_M, height - RIM_M)
+        if down.any():
             beside = np.linalg.norm(away - height[:, None] * up, axis=1)
-            caught |= falls & (beside < NEAR_M) & (path.share(inner_s) > LATE_SHARE)
+            caught |= down & (beside < NEAR_M) & (path.share(inner_s) > CATCH_SHARE)
     shares = [(flags.reshape(-1, each).mean(axis=1)) for flags in (risen, caught)]
     return [Rise(float(a), float(b)) for a, b in zip(*shares, strict=True)]
 

@@ -50,7 +50,7 @@ def dart_loop(*, in_cup: bool) -> Callable[[], int]:
             if in_cup and k == DROP_AT:
                 world.ball.put([world.ball.tie_m[0], world.ball.tie_m[1], world.ball.tie_m[2] + 0.1], [0.0, 0.0, -2.0])
             world.step(*sample)
-        if world.ball.is_caught() != in_cup:
+        if world.ball.is_in_cup() != in_cup:
             raise RuntimeError("the ball is not where it should be")
         return STEPS
 

@@ -37,8 +37,9 @@ def played(*, seen: bool) -> tuple[Played, ObservationLog]:
 
 
 def test_what_three_times_the_air_spoils_is_caught_when_the_ball_is_tracked() -> None:
-    assert not played(seen=False)[0].caught
-    assert played(seen=True)[0].caught
+    made, game = swing(), kendama_game()
+    assert not played(seen=False)[0].caught(made.arm, game)
+    assert played(seen=True)[0].caught(made.arm, game)
 
 
 def test_free_flight_is_found_in_the_tracked_places_alone() -> None:

@@ -158,7 +158,7 @@ class Judged:
 
     def judged(self, variation: MotionVariation, draw: Any, *, eyes_seed: int, **others: Any) -> Any:
         self.asked.append((draw, eyes_seed))
-        return RolloutResult(True, 0.0, 0.0, (0.5, 0.9), 0.0, 0.3, 0.5, 0.5, "j1", None), 0.0
+        return RolloutResult(True, False, 0.0, 0.0, (0.5, 0.9), 0.0, 0.3, 0.5, 0.5, "j1", None), 0.0
 
 
 def test_how_many_repeats_follow_changes_nothing_of_what_is_chosen() -> None:

@@ -140,7 +140,7 @@ class SimulatedRobot:
         cup, ball, caught = world.tool_m, np.full(3, np.nan), False
         if self._game:
             cup, ball = np.array(world.ball.tie_m), np.array(world.ball.position_m)
-            caught = world.ball.is_caught()
+            caught = world.ball.is_in_cup()
         if self._tracking is not None:
             cup, ball = self._tracking.told(np.array([cup, ball]))
         if self._backlash is not None:

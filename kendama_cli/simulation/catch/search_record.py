@@ -7,10 +7,8 @@ from dataclasses import asdict, dataclass, replace
 from math import hypot
 from typing import Any, Protocol
 
+from kendama_cli.physics.rim_crossing import SLACK_S
 from kendama_cli.simulation.catch.uncertainty import Repeat
-
-SLACK_S = 0.02
-"""A rope that is slack for less swings on as if it had been taut: the ball falls 2 mm in that time."""
 
 
 @dataclass(frozen=True)

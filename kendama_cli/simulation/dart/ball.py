@@ -104,8 +104,7 @@ class TetheredBall:
         self.skeleton.setVelocities(list(velocity_m_s))
         self.pressing.let_go()
         self.observe()
-        axis = self._cup.getWorldTransform().rotation()[:, 2]
-        self.chain.lay((self.tie_m, self.tie_m_s), (self.position_m, self.velocity_m_s), axis)
+        self.chain.lay((self.tie_m, self.tie_m_s), (self.position_m, self.velocity_m_s), self.axis)
 
     def pull(self, t_s: float) -> None:
         """Set what rope and air do to the ball in the coming step; raises SimulationError where it is far away.
@@ -132,7 +131,7 @@ class TetheredBall:
         place = self._cup.getWorldTransform()
         return np.asarray(place.rotation().T @ (self.position_m - place.translation()))
 
-    def is_caught(self) -> bool:
+    def is_in_cup(self) -> bool:
         """Whether the ball's centre is inside the cup, below the rim: what a sensor in the cup would say."""
         cup = self.game.cup
         x, y, z = (self.position_m - self.tie_m).tolist()
@@ -155,6 +154,11 @@ class TetheredBall:
         """The cup's place in the world (3,)."""
         place: Array = self._tie.getCOM()
         return place
+
+    @property
+    def axis(self) -> Array:
+        """The cup's unit axis in the world (3,)."""
+        return np.asarray(self._cup.getWorldTransform().rotation()[:, 2])
 
     @property
     def tie_m_s(self) -> Array:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from kendama_cli.physics.rim_crossing import catch_from_s
 from kendama_cli.schema.arrays import Array
 from kendama_cli.settings.game import GameSettings
 from kendama_cli.simulation.dart.flight_record import FlightRecord
@@ -27,9 +28,11 @@ class Swing:
     slack: Array
     """(n,): whether the rope is slack."""
     caught: bool
-    """Whether the ball lies in the cup at the end."""
+    """Whether the ball lies in the cup at the end, and came into it as the catch of the path: see RolloutResult."""
     miss_m: float | None
-    """How far beside the cup's axis, along x, the ball came down through the rim's plane first; None: never."""
+    """How far beside the cup's axis, along x, that descent reaches the rim's plane; None without one."""
+    caught_later: bool
+    """Whether the ball lies in the cup otherwise: off the rim, or on a later descent."""
 
 
 def carry_cup(
@@ -48,11 +51,13 @@ def carry_cup(
     world = HandWorld(game)
     world.reset(upright[0])
     world.ball.hang(aside_m)
-    flight, ball_m, slack = FlightRecord(world.ball), np.empty_like(cup), np.zeros(len(cup), dtype=bool)
+    flight = FlightRecord(world.ball, catch_from_s(instants, cup))
+    ball_m, slack = np.empty_like(cup), np.zeros(len(cup), dtype=bool)
     ball_m[0] = world.ball.position_m
     for k in range(1, len(cup)):
         world.step(upright[k])
         flight.observe(float(instants[k]))
         ball_m[k], slack[k] = world.ball.position_m, world.ball.tension_n == 0.0
     miss_m = None if flight.miss_m is None else float(flight.miss_m[0])
-    return Swing(instants, cup, ball_m, slack, bool(world.ball.is_caught()), miss_m)
+    later = world.ball.is_in_cup() and not flight.caught
+    return Swing(instants, cup, ball_m, slack, flight.caught, miss_m, later)

@@ -9,6 +9,7 @@ from typing import Protocol
 import numpy as np
 
 from kendama_cli.artifacts.motion_plan import JointTrajectory
+from kendama_cli.physics.rim_crossing import catch_from_s
 from kendama_cli.schema.arrays import Array
 from kendama_cli.simulation.dart.arm_errors import ArmErrors, ErringArm
 from kendama_cli.simulation.dart.flight_record import FlightRecord
@@ -16,6 +17,9 @@ from kendama_cli.simulation.dart.world import STEP_S, ArmWorld
 
 TRACE_EVERY = 10
 """Steps between two samples of a recorded rollout."""
+
+PLANNED_EVERY = 20
+"""Steps between two samples of the cup's planned way."""
 
 
 @dataclass(frozen=True)
@@ -46,17 +50,19 @@ class Steering(Protocol):
 
 @dataclass(frozen=True)
 class RolloutResult:
-    """What came of it.
+    """The outcome of a rollout.
 
-    ``signed_miss_m`` is the ball's place along x relative to the cup's axis as it first comes down through the rim's
-    plane, measured one ball radius above and carried on, so that contact with the rim does not spoil it; None where it
-    never came down. ``side_miss_m`` is the same along y. ``flight_s`` is when the rope went slack for that flight and
-    when it ended there; ``swing_slack_s`` is the longest time for which it was slack before. ``apex_m`` is the largest
-    height of the ball's centre over the rim. The shares are the peaks of speed and torque over their limits,
-    ``effort_joint`` the joint whose torque came nearest to its own.
+    The ball is ``caught`` if it is in the cup at the end, and its descent next to the planned catch led it there: the
+    first on a slack rope after CATCH_SHARE of the cup's planned way (rim_crossing). ``caught_later`` names what is in
+    the cup otherwise. ``signed_miss_m`` is the ball's place along x beside the cup's axis as that descent reaches the
+    rim's plane, None without one; ``side_miss_m`` is the same along y. ``flight_s`` is when the rope went slack for
+    that flight and when it ended there; ``swing_slack_s`` is the longest time for which it was slack before.
+    ``apex_m`` is the largest height of the ball's centre over the rim. The shares are the peaks of speed and torque
+    over their limits, ``effort_joint`` the joint whose torque came nearest to its own.
     """
 
     caught: bool
+    caught_later: bool
     signed_miss_m: float | None
     side_miss_m: float | None
     flight_s: tuple[float, float] | None
@@ -89,7 +95,9 @@ def play_rollout(
     erring = None if errors is None else ErringArm(world.arm, joints, errors, STEP_S)
     if rng is not None and noise_rad > 0:
         noises = list(rng.normal(0.0, noise_rad, joints.position_rad.shape))
-    flight = FlightRecord(world.ball)
+    every = slice(None, None, PLANNED_EVERY)
+    planned_m = np.array([world.arm.tool_place_m(place) for place in joints.position_rad[every]])
+    flight = FlightRecord(world.ball, catch_from_s(joints.t_s[every] - joints.t_s[0], planned_m))
     steered: Sequence[tuple[Array, Array, Array]] | None = None
     fastest = strongest = np.zeros(len(world.position_rad))
     samples: list[tuple[float | Array, ...]] = []
@@ -113,12 +121,14 @@ def play_rollout(
         if record and k % TRACE_EVERY == 0:
             samples.append(_sample(world))
     miss_m, side_m = flight.miss_m or (None, None)
+    descent = flight.descent
     efforts = strongest / world.arm.limits.effort_nm
     return RolloutResult(
-        caught=world.ball.is_caught(),
+        caught=flight.caught,
+        caught_later=world.ball.is_in_cup() and not flight.caught,
         signed_miss_m=miss_m,
         side_miss_m=side_m,
-        flight_s=flight.flight_s,
+        flight_s=None if descent is None else descent.flight_s,
         swing_slack_s=flight.swing_slack_s,
         apex_m=float(flight.apex_m - world.ball.game.cup.rim_m),
         velocity_share=float((fastest / world.arm.limits.velocity_rad_s).max()),

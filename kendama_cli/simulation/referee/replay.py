@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from kendama_cli.errors import SimulationError
+from kendama_cli.physics.rim_crossing import is_caught
 from kendama_cli.schema.arrays import Array
 from kendama_cli.settings.game import GameSettings
 from kendama_cli.simulation.referee.chain import STEP_S, Body, chain_model, hang, mujoco
@@ -83,7 +84,9 @@ def _replayed(
     if not np.isfinite(data.qpos).all() or data.warning[mj.mjtWarning.mjWARN_BADQACC].number:
         return None
     path = np.array(kept)
-    return Replay(_inside(game, data, ball), miss, path[:, 0], path[:, 1:])
+    in_cup = _inside(game, data, ball)
+    caught = is_caught(in_cup, None if miss is None else (miss, 0.0), game.cup.radius_m)
+    return Replay(caught, miss, path[:, 0], path[:, 1:])
 
 
 def _inside(game: GameSettings, data: object, ball: int) -> bool:

@@ -86,7 +86,7 @@ class ArmSwing:
     @property
     def in_cup(self) -> bool:
         """Whether the ball lies in the cup."""
-        return self._world.ball.is_caught()
+        return self._world.ball.is_in_cup()
 
     def take_on(self, rope_scale: float, drag_scale: float) -> None:
         """From the next ``start`` on the rope is so many times as long, and the air's drag so many times as large."""

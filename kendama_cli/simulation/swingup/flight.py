@@ -6,6 +6,7 @@ import math
 
 from kendama_cli.learning.reward import Flight, Goal, Landing
 from kendama_cli.learning.settings import LearnSettings
+from kendama_cli.physics.rim_crossing import at_rim_m, falls, falls_in, is_caught
 from kendama_cli.physics.taut_rope import Ball
 from kendama_cli.settings.game import GameSettings
 from kendama_cli.simulation.swingup.engine import StepCallback, SwingEngine, state_of
@@ -47,18 +48,24 @@ def fly(
     """Fly on: the cup heads for the landing, within its limits, until the ball is down at the rim again.
 
     The acceleration is planned anew in every step for a ball that falls freely; rope and air are in the dynamics.
-    Where ball and cup touch, the cup then comes to rest, and the ball must stay in it. Where they do not, the ball is
-    caught whose centre comes down through the rim's plane within the mouth.
+    Where ball and cup touch, the cup then comes to rest, and the ball that came down into its mouth must stay in it
+    (is_caught). Where they do not, the ball is caught whose centre comes down through the rim's plane so that the ball
+    touches nothing.
     """
+    radius_m = game.ball.radius_m
     flight, largest, step_s = Flight.of(game), settings.goal.catch_acceleration_m_s2, settings.step_s
     limit = catch_limiter(settings).limit
     edge_m = settings.workspace.half_width_m if settings.workspace.kind == "terminate" else math.inf
-    steps = 0
+    steps, at_rim = 0, None
 
     def advance(wanted_m_s2: float) -> None:
-        nonlocal steps
+        nonlocal steps, at_rim
+        before = swing.across_m, 0.0, swing.above_m - flight.rim_m
         sent = limit(max(-largest, min(largest, wanted_m_s2)), *swing.reference)
         swing.step(sent)
+        now = swing.across_m, 0.0, swing.above_m - flight.rim_m
+        if at_rim is None and falls(before[2] - radius_m, now[2] - radius_m):
+            at_rim = at_rim_m(before, now)
         steps += 1
         if on_step is not None:
             on_step(since_s + steps * step_s, swing, sent)
@@ -68,13 +75,14 @@ def fly(
         advance(landing.acceleration_m_s2)
         landing = _fall(swing, flight)
     miss_m, duration_s = abs(swing.across_m), steps * step_s
-    here = abs(swing.above_m - flight.rim_m) <= step_s * abs(swing.above_m_s) and swing.above_m_s < 0.0
-    caught = here and miss_m < mouth_m(game) and abs(swing.x_m) <= edge_m
     if swing.in_cup is None:
-        return Catch(miss_m, duration_s, caught)
+        state = swing.x_m, swing.across_m, swing.above_m - flight.rim_m, swing.above_m_s
+        return Catch(miss_m, duration_s, falls_in(*state, mouth_m=mouth_m(game), edge_m=edge_m, step_s=step_s))
     for _ in range(round(SETTLING_S / step_s)):
         advance(-swing.reference[1] / step_s)
-    return Catch(miss_m, duration_s, bool(swing.in_cup))
+    if at_rim is not None:
+        miss_m = abs(at_rim[0])
+    return Catch(miss_m, duration_s, is_caught(bool(swing.in_cup), at_rim, game.cup.radius_m))
 
 
 def _fall(swing: SwingEngine, flight: Flight) -> Landing | None:

@@ -364,7 +364,7 @@ def fly(s: Array, at_most: int, largest_m_s2: float, p: Physics, w: Limits) -> i
 
 @compiled
 def falls_in(s: Array, mouth_m: float, p: Physics, w: Limits) -> bool:
-    """Whether a flight that ended at ``s`` ended in the cup's mouth, from above, with the cup where it may be."""
+    """Whether a flight that ended at ``s`` ended in the cup's mouth: rim_crossing.falls_in."""
     here = abs(s[2] - p.rim_m) <= p.step_s * abs(s[5])
     return bool(here and s[5] < 0.0 and abs(s[1] - s[0]) < mouth_m and abs(s[0]) <= w.edge_m)
 

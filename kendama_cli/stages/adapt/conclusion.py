@@ -40,7 +40,7 @@ def conclude(
     if result.trace is not None:
         reference_m = swing.cup_reference_m(variation.tau_scale, result.trace.t_s)
         log_chosen(ctx, rollouts.world.arm, rollouts.game, result.trace, reference_m)
-    metrics: dict[str, Metric] = {"caught": result.caught}
+    metrics: dict[str, Metric] = {"caught": result.caught, "caught_later": result.caught_later}
     if not result.caught:
         policy = settings.search != "tau"
         metrics["in_the_way"] = (

@@ -11,7 +11,10 @@ from kendama_cli.schema.foxglove import FrameTransform, FrameTransforms, JointSt
 
 @dataclass(frozen=True)
 class AdaptRolloutMessage:
-    """One rollout of a variation of the motion; ``signed_miss_m`` is nan where the ball never came down."""
+    """One rollout of a variation of the motion; ``signed_miss_m`` is nan where the ball never came down.
+
+    ``caught_later`` is a ball that came into the cup off the rim, or on a descent after the planned catch.
+    """
 
     index: int
     tau_scale: float
@@ -20,6 +23,7 @@ class AdaptRolloutMessage:
     amplitude: float
     shift_x_m: float
     shift_y_m: float
+    caught_later: bool = False
 
 
 @dataclass(frozen=True)

@@ -158,6 +158,7 @@ def _rollout_message(trial: Trial, result: RolloutResult) -> AdaptRolloutMessage
         amplitude=trial.variation.amplitude,
         shift_x_m=trial.variation.shift_m[0],
         shift_y_m=trial.variation.shift_m[1],
+        caught_later=result.caught_later,
     )
 
 

@@ -10,7 +10,7 @@ from kendama_cli.game.catch_game import Game
 from kendama_cli.game.cup_cart import CartStep
 from kendama_cli.game.scene_history import SceneHistory
 from kendama_cli.log.messages import ReplayMessage
-from kendama_cli.physics.rim_crossing import rim_miss_m
+from kendama_cli.physics.rim_crossing import SampledWays
 from kendama_cli.schema.arrays import Array
 from kendama_cli.settings.game import GameSettings
 from kendama_cli.settings.hardware import HardwareSettings, SimulatedHardware, TwinHardware
@@ -60,7 +60,7 @@ def replay_message(
     way = history.rollout() if history.reported else _tracked(steps)
     t_s, cup_m, axis, ball_m = way[:, 0], way[:, 1:4], way[:, 4:7], way[:, 7:]
     since_s = game.swing.duration_s
-    miss_m = rim_miss_m(t_s, cup_m, ball_m, rim_m=settings.cup.rim_m, radius_m=settings.ball.radius_m, since_s=since_s)
+    miss_m = SampledWays(t_s, cup_m, axis, ball_m).miss_m(settings, since_s)
     return ReplayMessage(
         index=index,
         rope_m=body.rope_m,
@@ -71,7 +71,7 @@ def replay_message(
         restitution=body.restitution,
         since_s=since_s,
         caught=game.caught,
-        miss_m=float("nan") if miss_m is None else miss_m,
+        miss_m=float("nan") if miss_m is None else miss_m[0],
         t_s=t_s,
         cup_m=cup_m.ravel(),
         cup_axis=axis.ravel(),

@@ -234,13 +234,13 @@ def test_a_ball_dropped_into_the_cup_stays_and_is_caught() -> None:
     game = kendama_game()
     world = ArmWorld(pa10(), game)
     x, y, z = world.ball.tie_m
-    assert not world.ball.is_caught()
+    assert not world.ball.is_in_cup()
     for aside, down_m_s in ((0.0, 0.0), (0.02, 4.0), (-0.024, 2.0)):
         world.reset(world.arm.home_rad)
         world.ball.put([x + aside, y, z + 0.12], [0.0, 0.0, -down_m_s])
         for _ in range(1500):
             world.step(world.arm.home_rad, STILL, STILL)
-        assert world.ball.is_caught()
+        assert world.ball.is_in_cup()
 
 
 def test_a_ball_dropped_beside_the_cup_is_not_caught() -> None:
@@ -249,7 +249,7 @@ def test_a_ball_dropped_beside_the_cup_is_not_caught() -> None:
     world.ball.put([x + 0.075, y, z + 0.12], [0.0, 0.0, 0.0])
     for _ in range(1500):
         world.step(world.arm.home_rad, STILL, STILL)
-    assert not world.ball.is_caught()
+    assert not world.ball.is_in_cup()
     assert world.ball.position_m[2] < z
 
 

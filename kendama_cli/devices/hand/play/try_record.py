@@ -56,7 +56,7 @@ class TryRecord:
             self._rest = len(self._rows) - 1
         if z - cup_z > self._highest_m:
             self._highest_m, self._rest_before_highest = z - cup_z, self._rest
-        if not ball.is_caught():
+        if not ball.is_in_cup():
             self._in_cup_since_s = None
         elif self._in_cup_since_s is None:
             self._in_cup_since_s = world.t_s
