@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from kendama_cli.learning.dyna import TransitionModel
 from kendama_cli.learning.learners import begin_learner
 from kendama_cli.learning.state import SwingState
 from kendama_cli.learning.temporal_difference import ValueTable
-from kendama_cli.learning.transition_model import TransitionModel
 from kendama_cli.learning.updates import Transition
 from tests.learning.settings_files import learn_settings
 

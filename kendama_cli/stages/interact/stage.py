@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from typing import Any
 
@@ -9,7 +10,7 @@ import numpy as np
 
 from kendama_cli.artifacts.interaction import InteractionResult
 from kendama_cli.devices.controller.open_controller import make_controller
-from kendama_cli.devices.robot.interface import ContactTruth, TorqueExchange, torque_interface
+from kendama_cli.devices.robot.interface import ContactTruth, Robot, RobotState, TorqueExchange, torque_interface
 from kendama_cli.devices.robot.open_robot import open_robot
 from kendama_cli.errors import StageError
 from kendama_cli.log.messages import WrenchMessage
@@ -18,13 +19,14 @@ from kendama_cli.motion.rotation_matrix import quaternion_of
 from kendama_cli.motion.task_path import TaskPath
 from kendama_cli.motion.task_settings import InteractionTask, InteractSettings
 from kendama_cli.robot_model.limits import JointLimits
+from kendama_cli.robot_model.model import RobotModel
 from kendama_cli.schema.arrays import Array
 from kendama_cli.schema.foxglove import FrameTransform, JointStates
 from kendama_cli.settings.hardware import HardwareSettings
 from kendama_cli.settings.robot import RobotSettings
 from kendama_cli.settings.scene import SceneSettings
+from kendama_cli.simulation.dart.task_state import task_state
 from kendama_cli.stages.interact.messages import ContactMessage
-from kendama_cli.stages.interact.probe_state import ProbeState
 from kendama_cli.stages.interface import Made, Metric, StageContext
 
 PROGRESS_STEPS = 500
@@ -194,3 +196,40 @@ def _log(
 
 def _frame(child: str, place_m: Array, rotation: Array) -> FrameTransform:
     return FrameTransform("world", child, place_m, quaternion_of(rotation))
+
+
+class ProbeState:
+    """The arm with its probe after the last reading, ``state`` at ``t_s``.
+
+    The contact's force is what the wrist's sensor reads, less the probe's weight, F = m g - R f (f being what the probe
+    exerts on the tip link, in its frame), through a filter of first order and ``sensor_hz``; the probe's inertia is in.
+    """
+
+    state: TaskState
+    t_s: float
+
+    def __init__(self, robot: RobotSettings, interact: InteractSettings, period_s: float) -> None:
+        self._model = RobotModel(robot, interact.probe, interact.gravity_m_s2)
+        self._body = self._model.new_body()
+        self._weight_n = interact.probe.mass_kg * np.array([0.0, 0.0, -interact.gravity_m_s2])
+        self._share = 1.0 - math.exp(-2.0 * math.pi * interact.sensor_hz * period_s)
+        self._felt_n = np.zeros(3)
+        self.home_rad = self._model.home_rad
+
+    def check_joints(self, robot: Robot) -> None:
+        """Raise StageError, before anything moves, where ``robot`` has other joints than the model."""
+        if robot.joint_names != self._model.joint_names:
+            raise StageError(
+                f"the robot has the joints {', '.join(robot.joint_names)}, the configured arm "
+                f"{', '.join(self._model.joint_names)}: choose the robot's own description (robot=...); nothing moved"
+            )
+
+    def take(self, reading: RobotState, t_s: float) -> None:
+        """Take the robot's reading at ``t_s``; the one at time 0 begins the filter at no contact."""
+        skeleton = self._body.skeleton
+        skeleton.setPositions(reading.position_rad)
+        skeleton.setVelocities(reading.velocity_rad_s)
+        turn = np.array(self._body.tip.getWorldTransform().rotation())
+        felt_n = self._weight_n - turn @ reading.wrist_wrench[:3]
+        self._felt_n = np.zeros(3) if t_s == 0 else self._felt_n + self._share * (felt_n - self._felt_n)
+        self.state, self.t_s = task_state(self._body, self._felt_n), t_s

@@ -10,7 +10,7 @@ from kendama_cli.artifacts.friction_model import ParametricFriction
 from kendama_cli.robot_model.dart_library import dartpy
 from kendama_cli.schema.arrays import Array
 from kendama_cli.simulation.dart import joint_kernel as kernel
-from kendama_cli.simulation.dart.joint_friction import JointFriction
+from kendama_cli.simulation.dart.joint_control import JointFriction
 from kendama_cli.simulation.dart.world import STEP_S, ArmWorld
 from kendama_cli.simulation.dart.world_errors import WorldErrors
 from tests.simulation.dart.bench_robot import frictionless_pa10, kendama_game, modelled, pa10

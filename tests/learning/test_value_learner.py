@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from kendama_cli.learning.acting import Acting
 from kendama_cli.learning.sarsa import SarsaLearner
 from kendama_cli.learning.state import SwingState
 from kendama_cli.learning.statistics import LearningCount
+from kendama_cli.learning.value_learner import Acting
 from tests.learning.settings_files import learn_settings
 
 STREAK = 3
