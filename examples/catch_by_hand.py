@@ -29,7 +29,7 @@ def caught(acts_by_law: bool) -> int:
             action = law(observation) if acts_by_law else np.zeros(1, np.float32)
             observation, _, terminated, truncated, info = environment.step(action)
             ended = terminated or truncated
-        successes += info["success"]
+        successes += info["is_success"]
     return successes
 
 

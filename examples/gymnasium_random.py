@@ -2,7 +2,7 @@
 
 import kendama_cli as kendama
 
-environment = kendama.environment(["simulation/engine=rail"])
+environment = kendama.environment()
 environment.action_space.seed(1)
 reached = 0
 for episode in range(20):
@@ -11,5 +11,5 @@ for episode in range(20):
     while not ended:
         _, _, terminated, truncated, info = environment.step(environment.action_space.sample())
         ended = terminated or truncated
-    reached += info["success"]
+    reached += info["is_success"]
 print(reached, "of 20 random rollouts reached the goal")

@@ -40,7 +40,7 @@ def caught(learner: BaseAlgorithm, actions: str) -> float:
             action, _ = learner.predict(observation, deterministic=True)
             observation, _, terminated, truncated, info = judged.step(action)
             over = terminated or truncated
-        successes += info["success"]
+        successes += info["is_success"]
     return successes / 200
 
 

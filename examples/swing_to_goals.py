@@ -8,8 +8,7 @@ import numpy as np
 ROPE_M, GRAVITY_M_S2 = 0.4, 9.81
 GAIN, STIFFNESS_PER_M, DAMPING_S_M = 8.0, 2.0, 0.5
 EPISODES, FIRST_SEED = 30, 0
-RAIL = ["simulation/engine=rail"]
-environment = gymnasium.make("kendama_cli.gym:kendama/SwingUpGoal-v1", overrides=RAIL, hold_s=0.05)
+environment = gymnasium.make("kendama_cli.gym:kendama/SwingUpGoal-v1")
 
 
 def energy(angle_rad: float, rate_rad_s: float) -> float:

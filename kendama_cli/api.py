@@ -174,15 +174,15 @@ def open_run(name: str | None = None, home: Path | str | None = None) -> Run:
     return Run(find_run(site.home, name), site.pipeline_folders)
 
 
-def environment(overrides: Sequence[str] = (), hold_s: float | None = None) -> SwingUp:
+def environment(overrides: Sequence[str] = (), hold_s: float = 0.05) -> SwingUp:
     """The swing-up as a Gymnasium environment (needs the extra ``gym``).
 
     Parameters
     ----------
     overrides : sequence of str
-        As on the command line: ``["simulation/engine=rail", "learn/task=paper"]``.
-    hold_s : float, optional
-        How long an action is held [s]; by default ``learn.decision.longest_s``.
+        As on the command line: ``["simulation/engine=dart", "learn/task=paper"]``; by default on the rail.
+    hold_s : float
+        How long an action is held [s].
 
     Returns
     -------

@@ -38,7 +38,7 @@ class FreeCup(gymnasium.Env[Observation, Any], abc.ABC):
     velocity relative to the cup along x and z [m/s], time left [s]. Action, held for ``hold_s``: which of
     ``learn.actions_m_s2``, or a share of the largest of them; the limits of ``learn.workspace`` hold whatever is asked.
     Reward 1 for a catch; at the first way down past the rim else max(0, 1 - miss / 0.3 m) / 2. Terminated by either,
-    truncated when time is up. ``info``: success, and at a crossing miss_m.
+    truncated when time is up. ``info``: is_success, and at a crossing miss_m.
     """
 
     metadata = {"render_modes": ["rgb_array", "human"], "render_fps": 50}  # noqa: RUF012 - gymnasium's own declaration
@@ -86,7 +86,7 @@ class FreeCup(gymnasium.Env[Observation, Any], abc.ABC):
         self._rail.start(self._drawn(self.np_random))
         self._taken, self._over = 0, False
         self._show()
-        return self._observation(), {"success": False}
+        return self._observation(), {"is_success": False}
 
     def step(self, action: Any) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
         """Hold an action; raises gymnasium's ResetNeeded before ``reset`` and after the end, InvalidAction for none."""
@@ -103,7 +103,7 @@ class FreeCup(gymnasium.Env[Observation, Any], abc.ABC):
                 self._over = True
                 break
         self._show()
-        return self._observation(), 0.0, False, self._over, {"success": False}
+        return self._observation(), 0.0, False, self._over, {"is_success": False}
 
     def render(self) -> Any:
         """The picture (480, 640, 3), RGB, in mode rgb_array; None in the others, of which human shows each step."""
@@ -126,7 +126,7 @@ class FreeCup(gymnasium.Env[Observation, Any], abc.ABC):
         self._over = True
         self._show()
         reward = 1.0 if caught else 0.5 * max(0.0, 1.0 - miss_m / NEAR_M)
-        return self._observation(), reward, True, False, {"success": caught, "miss_m": miss_m}
+        return self._observation(), reward, True, False, {"is_success": caught, "miss_m": miss_m}
 
     def _observation(self) -> Observation:
         rail, left_s = self._rail, self.longest_s - self._taken * self.settings.step_s

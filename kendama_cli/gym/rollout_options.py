@@ -65,12 +65,13 @@ class RolloutOptions:
         return cls(noise, body)
 
     def drawn(self, settings: LearnSettings, rng: np.random.Generator) -> RolloutNoise:
-        """One rollout's noise."""
-        levels = {name: self.noise * level for name, level in dataclasses.asdict(settings.noise).items()}
-        scaled = dataclasses.replace(settings, noise=type(settings.noise)(**levels))
-        if self.body is None:
-            return draw_noise(scaled, settings.bodies, rng)
-        noise, body = draw_noise(scaled, NOMINAL, rng), self.body
+        """Draw one rollout's noise."""
+        bodies = settings.bodies if self.body is None else NOMINAL
+        calmest, noisiest = bodies.noise
+        bodies = dataclasses.replace(bodies, noise=(self.noise * calmest, self.noise * noisiest))
+        noise, body = draw_noise(settings, bodies, rng), self.body
+        if body is None:
+            return noise
         return dataclasses.replace(
             noise,
             angle_rad=np.asarray(noise.angle_rad) + math.radians(body.get("angle_deg", 0.0)),

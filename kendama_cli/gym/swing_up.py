@@ -24,43 +24,56 @@ from kendama_cli.schema.settings import build
 from kendama_cli.settings.game import GameSettings
 from kendama_cli.simulation.swingup.rollout import SimulatedRollout
 
+HOLD_S = 0.05
+"""Period of an agent's decisions at which the product's own learner succeeds on every seed (docs/gymnasium.md)."""
 
-def task(overrides: Sequence[str], *before: str) -> tuple[LearnSettings, GameSettings]:
-    """Task and game with ``overrides`` as on the command line, after those ``before``.
+
+def task(overrides: Sequence[str]) -> tuple[LearnSettings, GameSettings]:
+    """Return task and game with ``overrides`` as on the command line, on the rail unless they name another engine.
 
     Raises ConfigError where one is not allowed.
     """
     if isinstance(overrides, str):
         raise ConfigError("overrides", f"'overrides' is {overrides!r}; allowed: a list, [{overrides!r}]")
     site = find_site()
-    config = composed(site, [*before, *overrides])
+    config = composed(site, ["simulation/engine=rail", *overrides])
     learn = resolve_files(build(LearnSettings, config["learn"], "learn"), "learn", site.data_roots)
     return learn, build(GameSettings, config["game"], "game")
 
 
-def held(settings: LearnSettings, hold_s: float | None) -> float:
-    """How long an action is held [s]; raises ConfigError where that is shorter than a step or longer than a rollout."""
-    wanted = settings.decision.longest_s if hold_s is None else hold_s
-    if not settings.step_s <= wanted <= settings.rollout_s:
+def held(settings: LearnSettings, hold_s: float) -> float:
+    """Return how long an action is held [s], in whole time steps.
+
+    Raises ConfigError where that is shorter than a step or longer than a rollout.
+    """
+    if not settings.step_s <= hold_s <= settings.rollout_s:
         raise ConfigError(
             "hold_s",
-            f"'hold_s' is {wanted}; allowed: from learn.step_s, {settings.step_s}, to learn.rollout_s, "
+            f"'hold_s' is {hold_s}; allowed: from learn.step_s, {settings.step_s}, to learn.rollout_s, "
             f"{settings.rollout_s}",
         )
-    return wanted
+    return round(hold_s / settings.step_s) * settings.step_s
 
 
 class Shaping:
     """A reward of the ball's energy that leaves the best policy what it is (Ng, Harada and Russell, ICML 1999).
 
-    gamma P(s') - P(s) with the potential P = weight min(1, (1 - cos phi + l phi'^2 / 2 g) / 2), and 0 at the end.
+    gamma P(s') - P(s) with the potential P = weight min(1, (1 - cos phi + l phi'^2 / 2 g) / 2), which counts as 0 at a
+    true end. So a rollout that ends is worth -P(s_0) more, whatever was done: for an agent with this very ``gamma``.
     """
 
-    def __init__(self, weight: float, settings: LearnSettings, game: GameSettings) -> None:
-        """Raises ConfigError for a ``weight`` that is no finite number."""
+    def __init__(self, weight: float, gamma: float | None, game: GameSettings) -> None:
+        """Raises ConfigError for a ``weight`` that is no finite number, and for one without the agent's ``gamma``."""
         if not isinstance(weight, (int, float)) or not math.isfinite(weight):
             raise ConfigError("shaping", f"'shaping' is {weight!r}; allowed: a finite number, 0 for none")
-        self._weight, self._gamma = weight, settings.gamma
+        if gamma is None and weight == 0.0:
+            gamma = 1.0
+        if not isinstance(gamma, (int, float)) or not 0.0 <= gamma <= 1.0:
+            raise ConfigError(
+                "gamma",
+                f"'gamma' is {gamma!r}; allowed: 0 to 1, your agent's discount, which 'shaping' needs",
+            )
+        self._weight, self._gamma = weight, gamma
         self._swing_s2 = 0.5 * game.rope.length_m / game.gravity_m_s2
 
     def potential(self, angle_rad: Any, rate_rad_s: Any) -> Any:
@@ -79,9 +92,9 @@ class SwingUp(gymnasium.Env[Observation, Any]):
     positive toward +x, within +-pi) and angular velocity [rad/s], time left [s]; the ball's two with the reading noise
     of ``learn.noise``. Action, held for ``hold_s``: which of ``learn.actions_m_s2``, or a share of the largest of them.
     Reward: ``learn.reward``, the step's and at the end the final one, and ``shaping`` times the growth of the ball's
-    energy. Terminated at the release (the flight and the catch follow by themselves within that step), or outside where
-    that ends a rollout; truncated after ``learn.rollout_s``. At the end ``info`` has outcome, duration_s, half_swings
-    and peak_displacement_m, and success in any case. For ``reset(options=...)`` see RolloutOptions.
+    energy for an agent with discount ``gamma``. Terminated at the release (flight and catch follow within that step),
+    or outside where that ends a rollout; truncated after ``learn.rollout_s``. ``info`` has is_success, and at the end
+    outcome, duration_s, half_swings and peak_displacement_m. For ``reset(options=...)`` see RolloutOptions.
     """
 
     metadata = {"render_modes": ["rgb_array", "human"], "render_fps": 10}  # noqa: RUF012 - gymnasium's own declaration
@@ -89,17 +102,17 @@ class SwingUp(gymnasium.Env[Observation, Any]):
     def __init__(
         self,
         overrides: Sequence[str] = (),
-        hold_s: float | None = None,
+        hold_s: float = HOLD_S,
         *,
         actions: ActionKind = "discrete",
         normalised: bool = False,
         shaping: float = 0.0,
+        gamma: float | None = None,
         render_mode: str | None = None,
     ) -> None:
         """``overrides`` are those of the command line, as in ``["learn/task=paper", "learn.rollout_s=3.0"]``.
 
-        Without ``hold_s`` an action is held for ``learn.decision.longest_s``. Raises ConfigError for what is not
-        allowed.
+        Raises ConfigError for what is not allowed.
         """
         if render_mode not in (None, *self.metadata["render_modes"]):
             raise ConfigError("render_mode", f"'render_mode' is {render_mode!r}; allowed: rgb_array, human, None")
@@ -109,7 +122,7 @@ class SwingUp(gymnasium.Env[Observation, Any]):
         self._hold_s = held(self.settings, hold_s)
         self._observed = Observed.swing(self.settings, normalised=normalised)
         self._accelerations = Accelerations(self.settings, actions)
-        self._shaping = Shaping(shaping, self.settings, game)
+        self._shaping = Shaping(shaping, gamma, game)
         self._painter = Painter(game, self.settings.workspace.half_width_m)
         self.observation_space = self._observed.box
         self.action_space = self._accelerations.space
@@ -123,7 +136,7 @@ class SwingUp(gymnasium.Env[Observation, Any]):
         drawn = RolloutOptions.of(options).drawn(self.settings, self.np_random)
         self._reading, self._t_s = self._rollout.begin(drawn)
         self._show()
-        return self._observation(), {"success": False}
+        return self._observation(), {"is_success": False}
 
     def step(self, action: Any) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
         """Hold an action; raises gymnasium's ResetNeeded before ``reset`` and after the end, InvalidAction for none."""
@@ -137,7 +150,7 @@ class SwingUp(gymnasium.Env[Observation, Any]):
         self._show()
         reward = step_reward(self.settings.reward, self._reading.x_m)
         reward += float(self._shaping.reward(before, self._potential()))
-        return self._observation(), reward, False, False, {"success": False}
+        return self._observation(), reward, False, False, {"is_success": False}
 
     def render(self) -> Any:
         """The picture (480, 640, 3), RGB, in mode rgb_array; None in the others, of which human shows each step."""
@@ -156,7 +169,7 @@ class SwingUp(gymnasium.Env[Observation, Any]):
         late = rollout.outcome == "timeout"
         reward += float(self._shaping.reward(before, self._potential() if late else 0.0))
         info = {
-            "success": rollout.success,
+            "is_success": rollout.success,
             "outcome": rollout.outcome,
             "duration_s": rollout.duration_s,
             "half_swings": rollout.half_swings,

@@ -17,10 +17,24 @@ from kendama_cli.gym.picture import Painter
 from kendama_cli.gym.rollout_options import RolloutOptions, option_dictionary
 from kendama_cli.gym.rollout_under_way import RolloutUnderWay
 from kendama_cli.gym.spaces import LARGEST_RATE_RAD_S, Accelerations, ActionKind, Observation, Observed
-from kendama_cli.gym.swing_up import held, task
+from kendama_cli.gym.swing_up import HOLD_S, held, task
 from kendama_cli.learning.state import SwingState
 
 GoalObservation = dict[str, Observation]
+
+
+class GoalReward(gymnasium.Wrapper[GoalObservation, Any, GoalObservation, Any], gymnasium.utils.RecordConstructorArgs):
+    """What ``gymnasium.make`` gives: ``compute_reward`` through Gymnasium's wrappers, which hide a method of ours."""
+
+    def __init__(self, env: gymnasium.Env[GoalObservation, Any]) -> None:
+        gymnasium.utils.RecordConstructorArgs.__init__(self)
+        super().__init__(env)
+
+    def compute_reward(self, achieved_goal: Any, desired_goal: Any, info: Any) -> Any:
+        """See SwingUpGoal."""
+        return self.get_wrapper_attr("unwrapped").compute_reward(achieved_goal, desired_goal, info)
+
+
 ROUNDING = 1e-5
 """Slack in comparing with the tolerance, for goals are float32."""
 HIGHEST = math.pi, LARGEST_RATE_RAD_S
@@ -45,7 +59,7 @@ class SwingUpGoal(gymnasium.Env[GoalObservation, Any]):
     def __init__(
         self,
         overrides: Sequence[str] = (),
-        hold_s: float | None = None,
+        hold_s: float = HOLD_S,
         *,
         actions: ActionKind = "continuous",
         normalised: bool = False,

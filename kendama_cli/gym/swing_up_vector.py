@@ -8,6 +8,7 @@ from typing import Any
 
 import gymnasium
 import numpy as np
+from gymnasium.utils import seeding
 from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 from numpy.typing import NDArray
@@ -16,8 +17,8 @@ from kendama_cli.errors import ConfigError
 from kendama_cli.gym.rail_rollouts import RailRollouts
 from kendama_cli.gym.rollout_options import RolloutOptions
 from kendama_cli.gym.spaces import Accelerations, ActionKind, Observation, Observed
-from kendama_cli.gym.swing_up import Shaping, held, task
-from kendama_cli.learning.reward import final_reward
+from kendama_cli.gym.swing_up import HOLD_S, Shaping, held, task
+from kendama_cli.learning.reward import final_reward, step_reward
 from kendama_cli.learning.task_settings import RailEngine
 from kendama_cli.simulation.swingup import rail_kernel as kernel
 
@@ -28,8 +29,8 @@ ANGLE, RATE = 2, 3
 class SwingUpVector(VectorEnv[Observation, Any, Any]):
     """``num_envs`` environments of SwingUp, each with its own noise and body; the next step after an end resets it.
 
-    Spaces, rewards and ends are SwingUp's, and without noise the numbers too; only the engine ``rail`` is compiled.
-    ``info`` has arrays ``success``, ``outcome`` and ``duration_s`` with the masks that Gymnasium gives them.
+    Spaces, rewards, ends and numbers are SwingUp's, also what a seed draws; only the engine ``rail`` is compiled.
+    ``info`` has arrays ``is_success``, ``outcome`` and ``duration_s`` with the masks that Gymnasium gives them.
     """
 
     metadata = {"autoreset_mode": AutoresetMode.NEXT_STEP, "render_modes": []}  # noqa: RUF012 - gymnasium's own
@@ -38,46 +39,54 @@ class SwingUpVector(VectorEnv[Observation, Any, Any]):
         self,
         num_envs: int = 1,
         overrides: Sequence[str] = (),
-        hold_s: float | None = None,
+        hold_s: float = HOLD_S,
         *,
         actions: ActionKind = "discrete",
         normalised: bool = False,
         shaping: float = 0.0,
+        gamma: float | None = None,
+        max_episode_steps: int | None = None,
     ) -> None:
-        """As SwingUp's; raises ConfigError for what is not allowed, an engine that is not compiled included."""
+        """Take SwingUp's arguments; ``max_episode_steps`` truncates as Gymnasium's TimeLimit does a single one.
+
+        Raises ConfigError for what is not allowed, an engine that is not compiled included.
+        """
         if isinstance(num_envs, bool) or not isinstance(num_envs, (int, np.integer)) or num_envs < 1:
             raise ConfigError("num_envs", f"'num_envs' is {num_envs!r}; allowed: a whole number, 1 or more")
-        self.settings, game = task(overrides, "simulation/engine=rail")
+        self.settings, game = task(overrides)
         if not isinstance(self.settings.engine, RailEngine):
             raise ConfigError("simulation/engine", "many environments at once run on the rail: simulation/engine=rail")
         self.num_envs = num_envs
         self._observed = Observed.swing(self.settings, normalised=normalised)
         self._accelerations = Accelerations(self.settings, actions)
-        self._shaping = Shaping(shaping, self.settings, game)
+        self._shaping = Shaping(shaping, gamma, game)
         self.single_observation_space, self.single_action_space = self._observed.box, self._accelerations.space
         self.observation_space = batch_space(self.single_observation_space, num_envs)
         self.action_space = batch_space(self.single_action_space, num_envs)
         self._options, self._begun = RolloutOptions(), False
         self._rollouts = RailRollouts(num_envs, held(self.settings, hold_s), self.settings, game)
         self._potential = np.zeros(num_envs)
+        self._rngs = [seeding.np_random()[0] for _ in range(num_envs)]
+        self._steps, self._most_steps = np.zeros(num_envs, np.int64), max_episode_steps
 
     def reset(
         self, *, seed: int | list[int | None] | None = None, options: dict[str, Any] | None = None
     ) -> tuple[Observation, dict[str, Any]]:
-        """Hang every ball; ``options`` as SwingUp's, for all of them. One ``seed`` for all, or a list of one for each.
+        """Hang every ball; ``options`` as SwingUp's, for all of them.
 
-        All draw from one generator, so that a seed of a list decides no environment's rollouts alone. Raises
-        ConfigError for a list of another length.
+        As in Gymnasium's own vectors ``seed`` is a list of one for each, or a number to which each adds its index.
+        An environment's seed alone decides its rollouts: those of SwingUp. Raises ConfigError for another length.
         """
-        if isinstance(seed, list):
-            if len(seed) != self.num_envs:
-                raise ConfigError("seed", f"'seed' has {len(seed)} entries; allowed: {self.num_envs}, one for each")
-            whole = None if None in seed else np.random.SeedSequence([int(one or 0) for one in seed])
-            seed = None if whole is None else int(whole.generate_state(1)[0])
-        super().reset(seed=seed)
+        if isinstance(seed, list) and len(seed) != self.num_envs:
+            raise ConfigError("seed", f"'seed' has {len(seed)} entries; allowed: {self.num_envs}, one for each")
+        for i in range(self.num_envs):
+            one = seed[i] if isinstance(seed, list) else None if seed is None else seed + i
+            if one is not None:
+                self._rngs[i], _ = seeding.np_random(one)
         self._options, self._begun = RolloutOptions.of(options), True
-        self._rollouts.begin(np.arange(self.num_envs), self._options, self.np_random)
-        seen = self._rollouts.readings(self.np_random)
+        self._rollouts.begin(np.arange(self.num_envs), self._options, self._rngs)
+        self._steps[:] = 0
+        seen = self._rollouts.readings()
         self._potential = self._shaping.potential(seen[:, ANGLE], seen[:, RATE])
         return self._observed.of(seen), self._info(np.zeros(self.num_envs, np.bool_))
 
@@ -87,26 +96,32 @@ class SwingUpVector(VectorEnv[Observation, Any, Any]):
             raise gymnasium.error.ResetNeeded("call reset() first: no rollout is under way")
         wanted = self._accelerations.many(actions, self.num_envs)
         anew = self._rollouts.ends != kernel.DUE
-        self._rollouts.begin(np.flatnonzero(anew), self._options, self.np_random)
+        self._rollouts.begin(np.flatnonzero(anew), self._options, self._rngs)
         self._rollouts.ends[anew] = kernel.TIMEOUT  # passed over
-        self._rollouts.hold(wanted, self.np_random)
+        self._rollouts.hold(wanted)
         self._rollouts.ends[anew] = kernel.DUE
+        self._steps = np.where(anew, 0, self._steps + 1)
         return self._step(anew)
 
     def _step(self, anew: NDArray[np.bool_]) -> Step:
-        seen, ended = self._rollouts.readings(self.np_random), self._rollouts.ends != kernel.DUE
+        seen, ended = self._rollouts.readings(), self._rollouts.ends != kernel.DUE
         late = self._rollouts.ends == kernel.TIMEOUT
         potential = self._shaping.potential(seen[:, ANGLE], seen[:, RATE])
-        following = np.where(ended & ~late, 0.0, potential)
+        terminated = ended & ~late
+        following = np.where(terminated, 0.0, potential)
         rewards = self.settings.reward
-        beyond = np.maximum(0.0, np.abs(seen[:, 0]) - rewards.displacement_free_m)
-        reward = rewards.step - rewards.displacement_per_m * beyond + self._shaping.reward(self._potential, following)
+        reward = step_reward(rewards, seen[:, 0]) + self._shaping.reward(self._potential, following)
         for i in np.flatnonzero(ended).tolist():
             outcome, miss_m = self._outcome(i)
             reward[i] += final_reward(rewards, outcome, miss_m)
         reward[anew] = 0.0
         self._potential = potential
-        return self._observed.of(seen), reward, ended & ~late, late, self._info(ended)
+        info = self._info(ended)
+        if self._most_steps is not None:
+            cut = ~anew & (self._steps >= self._most_steps)
+            self._rollouts.ends[cut & ~ended] = kernel.TIMEOUT  # the next step hangs the ball anew
+            late |= cut
+        return self._observed.of(seen), reward, terminated, late, info
 
     def _outcome(self, i: int) -> tuple[Any, float | None]:
         if self._rollouts.ends[i] != kernel.GOAL:
@@ -120,8 +135,8 @@ class SwingUpVector(VectorEnv[Observation, Any, Any]):
         for i in np.flatnonzero(ended).tolist():
             outcomes[i] = self._outcome(i)[0]
         return {
-            "success": outcomes == "goal",
-            "_success": np.ones(self.num_envs, np.bool_),
+            "is_success": outcomes == "goal",
+            "_is_success": np.ones(self.num_envs, np.bool_),
             "outcome": outcomes,
             "_outcome": ended,
             "duration_s": np.where(ended, self._rollouts.durations_s, 0.0),

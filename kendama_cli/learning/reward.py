@@ -4,13 +4,18 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Literal
+from typing import TYPE_CHECKING, Literal, TypeVar
 
 from kendama_cli.learning.state import SwingState
 from kendama_cli.learning.task_settings import GoalSettings, RewardSettings
 from kendama_cli.physics.taut_rope import Ball, TautRope
 from kendama_cli.settings.game import GameSettings
 
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+Numbers = TypeVar("Numbers", "float", "NDArray[np.float64]")
 Outcome = Literal["goal", "missed", "timeout", "outside"]
 """How a rollout ends: with success, released and not caught, with time up, or (where that ends it) outside."""
 
@@ -112,13 +117,14 @@ class Goal:
         )
 
 
-def step_reward(settings: RewardSettings, x_m: float) -> float:
-    """Reward of one action that has led to the cup's position ``x_m``."""
-    return settings.step - settings.displacement_per_m * max(0.0, abs(x_m) - settings.displacement_free_m)
+def step_reward(settings: RewardSettings, x_m: Numbers) -> Numbers:
+    """Return the reward of an action that has led to the cup's position ``x_m`` [m], a number or an array (n,)."""
+    beyond_m = abs(x_m) - settings.displacement_free_m
+    return settings.step - settings.displacement_per_m * beyond_m * (beyond_m > 0.0)
 
 
 def final_reward(settings: RewardSettings, outcome: Outcome, miss_m: float | None = None) -> float:
-    """Reward of the end of a rollout; ``miss_m`` is how far beside the cup's axis a ball that was missed came down."""
+    """Return the reward of a rollout's end; ``miss_m`` is how far beside the cup's axis a missed ball came down."""
     if outcome == "missed" and miss_m is not None:
         return settings.missed * max(0.0, 1.0 - miss_m / settings.missed_range_m)
     return {

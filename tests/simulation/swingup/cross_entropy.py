@@ -40,7 +40,7 @@ def played(env: gymnasium.Env[Any, Any], policy: LinearPolicy, seed: int) -> tup
         steps += 1
         highest = max(highest, abs(float(observation[2])))
         if terminated or truncated:
-            return (10.0 - 0.02 * steps if info["success"] else highest), bool(info["success"])
+            return (10.0 - 0.02 * steps if info["is_success"] else highest), bool(info["is_success"])
 
 
 def improved(

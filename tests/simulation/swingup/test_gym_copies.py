@@ -31,7 +31,7 @@ def went_on(environment, steps):
 
 
 @pytest.mark.parametrize("name", [SWING_UP, GOAL])
-@pytest.mark.parametrize("overrides", [[RAIL], []], ids=["rail", "dart"])
+@pytest.mark.parametrize("overrides", [[RAIL], ["simulation/engine=dart"]], ids=["rail", "dart"])
 @pytest.mark.parametrize("again", [lambda one: pickle.loads(pickle.dumps(one)), copy.deepcopy], ids=["pickle", "copy"])
 def test_a_copy_goes_on_with_identical_observations(name, overrides, again):
     environment = gymnasium.make(name, overrides=overrides).unwrapped

@@ -24,8 +24,8 @@ def accelerations(n: int, steps: int, seed: int) -> np.ndarray:
 @pytest.mark.parametrize("task", ["hard", "paper", "easy"])
 def test_without_noise_each_is_the_single_environment_with_its_actions(task: str) -> None:
     overrides, n = [f"learn/task={task}"], 24
-    many = SwingUpVector(n, overrides, actions="continuous", shaping=10.0)
-    one = SwingUp([RAIL, *overrides], actions="continuous", shaping=10.0)
+    many = SwingUpVector(n, overrides, 0.1, actions="continuous", shaping=10.0, gamma=0.9)
+    one = SwingUp([RAIL, *overrides], 0.1, actions="continuous", shaping=10.0, gamma=0.9)
     actions = accelerations(n, 40, 10050)
     first, _ = many.reset(seed=0, options=STILL)
     seen, rewards, ends = [first], [], []
@@ -70,19 +70,35 @@ def test_after_an_end_the_next_step_hangs_the_ball_anew_and_no_other_is_disturbe
     assert observations[1][4] < observations[0][4], "its time goes on"
 
 
-def test_noise_and_bodies_differ_from_one_to_the_other_and_follow_from_the_seed() -> None:
-    many = SwingUpVector(64, ["learn/task=hard_random"])
-    first, again = (many.reset(seed=5)[0] for _ in range(2))
-    np.testing.assert_array_equal(first, again)
-    assert (many.reset(seed=6)[0] != first).any()
-    assert len(set(first[:, 2].tolist())) > 60
-    still = many.reset(seed=5, options={"noise": 0.0, "body": {"angle_deg": 3.0}})[0]
-    np.testing.assert_allclose(still[:, 2], np.radians(3.0), rtol=1e-6)
+@pytest.mark.parametrize("task", ["hard_random", "paper"])
+def test_each_is_over_several_rollouts_the_single_environment_of_its_seed_alone(task: str) -> None:
+    overrides, seeds, steps = [f"learn/task={task}"], [10061, 10060, 10063], 120
+    actions = np.random.default_rng(10062).integers(0, 5, (steps, 3))
+    many, other = SwingUpVector(3, overrides), SwingUpVector(2, overrides)
+    seen = [(many.reset(seed=seeds)[0], np.zeros(3), np.zeros(3, bool))]
+    for action in actions:
+        observations, rewards, terminated, truncated, _ = many.step(action)
+        seen.append((observations, rewards, terminated | truncated))
+    resets = 0
+    for i, seed in enumerate(seeds):
+        one, ended = SwingUp(overrides), False
+        np.testing.assert_allclose(seen[0][0][i], one.reset(seed=seed)[0], rtol=1e-6)
+        for k, action in enumerate(actions[:, i], start=1):
+            if ended:
+                observation, reward, ended = one.reset()[0], 0.0, False
+                resets += 1
+            else:
+                observation, reward, terminated, truncated, _ = one.step(action)
+                ended = terminated or truncated
+            np.testing.assert_allclose(seen[k][0][i], observation, rtol=1e-5, atol=1e-5)
+            assert (seen[k][1][i], seen[k][2][i]) == (pytest.approx(reward, abs=1e-5), ended)
+    assert resets >= 2, "no rollout ended"
+    np.testing.assert_array_equal(other.reset(seed=10060)[0], seen[0][0][[1, 0]], "10060 and 10061")
 
 
 def test_a_longer_rope_a_denser_air_and_a_delay_act_as_in_the_single_environment() -> None:
     options = {"noise": 0.0, "body": {"rope": 1.05, "drag": 3.0, "delay_s": 0.02, "acceleration": 0.9}}
-    many, one = SwingUpVector(2, actions="continuous"), SwingUp([RAIL], actions="continuous")
+    many, one = SwingUpVector(2, hold_s=0.1, actions="continuous"), SwingUp([RAIL], 0.1, actions="continuous")
     many.reset(seed=0, options=options)
     one.reset(seed=0, options=options)
     for k in range(12):
@@ -112,6 +128,8 @@ def test_a_longer_rope_a_denser_air_and_a_delay_act_as_in_the_single_environment
         (lambda: SwingUpVector(2).reset(options={"body": 3}), "option 'body' is 3; allowed: a dictionary of rope"),
         (lambda: SwingUpVector(2).reset(seed=[1]), "'seed' has 1 entries; allowed: 2, one for each"),
         (lambda: SwingUpVector(2, shaping=float("nan")), "'shaping' is nan; allowed: a finite number"),
+        (lambda: SwingUpVector(2, shaping=10.0), "'gamma' is None; allowed: 0 to 1, your agent's discount"),
+        (lambda: SwingUpVector(2, shaping=10.0, gamma=1.1), "'gamma' is 1.1; allowed: 0 to 1"),
         (lambda: SwingUpVector(2, "learn/task=paper"), "'overrides' is 'learn/task=paper'; allowed: a list"),
         (
             lambda: SwingUpVector(2, hold_s=0.02).reset(options={"body": {"delay_s": 0.05}}),
