@@ -7,12 +7,13 @@ import dataclasses
 import glob
 import importlib.metadata
 import os
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from kendama_cli.errors import ConfigError, MissingPartError, install_line
 from kendama_cli.pipeline.code import FileIndex
+from kendama_cli.schema.listed_file import listed_file
 from kendama_cli.schema.settings import input_files
 from kendama_cli.store import durable
 
@@ -48,10 +49,10 @@ def resolve_files(settings: Any, key: str, roots: Sequence[Path]) -> Any:
 
 
 def describe(settings: Any, index: FileIndex) -> Any:
-    """``settings`` as plain data for a key: files by name and content digest instead of by path."""
+    """Return ``settings`` as plain data for a key: files by name and content digest instead of by path."""
     if dataclasses.is_dataclass(settings) and not isinstance(settings, type):
         return {
-            field.name: _contents(getattr(settings, field.name), index)
+            field.name: _contents(getattr(settings, field.name), field.metadata, index)
             if field.metadata.get("file")
             else describe(getattr(settings, field.name), index)
             for field in dataclasses.fields(settings)
@@ -62,44 +63,49 @@ def describe(settings: Any, index: FileIndex) -> Any:
 
 
 def file_contents(settings: Any, index: FileIndex) -> dict[str, dict[str, str]]:
-    """Every input file below ``settings`` by its path: ``sha256`` of its content, and ``beside``, who named it.
+    """Return every input file below ``settings`` by its path: its content's ``sha256``, and ``beside``, who named it.
 
     A file that a table lists stands beside that table; any other beside itself.
     """
     found = {}
-    for value in input_files(settings).values():
+    listing = input_files(settings, among="lists_images")
+    for key, value in input_files(settings).items():
         for one in map(Path, value):
-            listed = [one.parent / name for name in index.facts(one, "listed", _listed)]
-            for path in (one, *(path for path in listed if path.is_file())):
+            for path in (one, *(_images(one, index) if key in listing else ())):
                 digest = str(index.facts(path, "content", durable.file_sha256))
                 found[str(path)] = {"sha256": digest, "beside": str(one)}
     return found
 
 
-def _contents(value: str | tuple[str, ...] | None, index: FileIndex) -> list[str]:
+def _contents(value: str | tuple[str, ...] | None, facts: Mapping[str, Any], index: FileIndex) -> list[str]:
     given = [Path(path) for path in ([] if value is None else [value] if isinstance(value, str) else value)]
-    listed = [one.parent / name for one in given for name in index.facts(one, "listed", _listed)]
-    paths = [*given, *(path for path in listed if path.is_file())]
+    listed = [path for one in given for path in _images(one, index)] if facts.get("lists_images") else []
     # the name counts beside the content: demonstrations are called by their files
-    named = [f"{path.parent.name}/{path.name}" if path.name == BAG_FACTS else path.name for path in paths]
+    return [f"{path.name} {index.facts(path, 'content', durable.file_sha256)}" for path in (*given, *listed)]
+
+
+def _images(table: Path, index: FileIndex) -> list[Path]:
+    """Return the files that a list of images names and that there are; raises InputError for one beyond its folder."""
+    if table.suffix != ".csv":
+        return []
     return [
-        f"{name} {index.facts(path, 'content', durable.file_sha256)}" for name, path in zip(named, paths, strict=True)
+        path
+        for name, line in index.facts(table, "images", _listed)
+        if os.path.isfile(path := listed_file(table, name, f"row {line}"))
     ]
 
 
-def _listed(path: Path) -> list[str]:
-    """Files beside a table that it names in its column ``file``, as a list of images does; or the rest of a bag."""
-    if path.name == BAG_FACTS:
-        return sorted(one.name for one in path.parent.iterdir() if one.is_file() and one != path)
-    if path.suffix != ".csv":
-        return []
+def _listed(path: Path) -> list[tuple[str, int]]:
+    """Return each name in a table's column ``file`` with the first line that has it."""
+    names: dict[str, int] = {}
     try:
         with path.open(newline="", encoding="utf-8") as stream:
             rows = csv.DictReader(stream)
-            names = [row["file"] or "" for row in rows] if "file" in (rows.fieldnames or ()) else []
+            for row in rows if "file" in (rows.fieldnames or ()) else ():
+                names.setdefault(row["file"] or "", rows.line_num)
     except (UnicodeDecodeError, csv.Error):
         return []  # who reads the table says what is wrong with it
-    return list(dict.fromkeys(names))
+    return list(names.items())
 
 
 def _find(

@@ -15,6 +15,7 @@ from typing import Any
 import kendama_cli
 from kendama_cli.errors import FormatError, ReadOnlyError, StoreError, UsageError
 from kendama_cli.store import durable
+from kendama_cli.store.home import STAGE
 from kendama_cli.store.runs import record_path, run_folder, run_names, run_number
 from kendama_cli.system.choice import system
 
@@ -188,8 +189,8 @@ def _known(home: Path, run: str) -> dict[str, Any] | None:
         raise
     except StoreError:  # one that cannot be read now hides no other
         return None
-    if record is None:
-        return None
+    if record is None or not all(STAGE.fullmatch(str(stage["name"])) for stage in record["stages"]):
+        return None  # names of stages become names of files
     folder = run_folder(home, run)
     known = {**record, "folder": str(folder)}
     killed = record["outcome"] == "running" and not (folder.exists() and system().is_in_use(folder))

@@ -69,13 +69,17 @@ def thinned(vertices_m: Array, triangles: NDArray[np.int64], most: int) -> tuple
 def read_stl(path: Path) -> tuple[Array, NDArray[np.int64]] | None:
     """Vertices (n, 3), joined where they are equal, and triangles (m, 3) of a binary STL file; None for any other."""
     try:
-        data = path.read_bytes()
-    except OSError:
+        if not path.is_file():  # a URDF may name a device, whose content has no end
+            return None
+        with path.open("rb") as stream:
+            head = stream.read(_STL_HEADER)
+            count = struct.unpack_from("<I", head, _STL_HEADER - 4)[0] if len(head) == _STL_HEADER else 0
+            if not count or path.stat().st_size != _STL_HEADER + _STL_TRIANGLE * count:
+                return None
+            data = stream.read()
+    except (OSError, ValueError):
         return None
-    count = struct.unpack_from("<I", data, _STL_HEADER - 4)[0] if len(data) >= _STL_HEADER else 0
-    if not count or len(data) != _STL_HEADER + _STL_TRIANGLE * count:
-        return None
-    rows = np.frombuffer(data, np.uint8, offset=_STL_HEADER).reshape(count, _STL_TRIANGLE)
+    rows = np.frombuffer(data, np.uint8).reshape(count, _STL_TRIANGLE)
     corners = np.ascontiguousarray(rows[:, 12:48]).view("<f4").reshape(-1, 3).astype(np.float64)
     if not np.isfinite(corners).all():
         return None

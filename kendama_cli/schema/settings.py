@@ -31,16 +31,18 @@ def setting(
     below: float | None = None,
     at_most: float | None = None,
     file: bool = False,
+    lists_images: bool = False,
     made_by: str | None = None,
     absent: Any = None,
 ) -> Any:
     """Declare one field: its meaning with the unit, its range, and whether it names input files.
 
-    A ``file`` field enters a stage's key by the content of the files, never by their path; ``made_by`` says what makes
-    such files, for where there are none. ``absent`` is what a file from before there was this field means.
+    A ``file`` field enters a stage's key by the content of the files, never by their path; where one is a table that
+    ``lists_images``, the images in its column ``file`` do too. ``made_by`` says what makes such files, for where there
+    are none. ``absent`` is what a file from before there was this field means.
     """
     facts: dict[str, object] = {"doc": doc, "above": above, "at_least": at_least, "below": below, "at_most": at_most}
-    facts |= {"file": file, "made_by": made_by, "absent": absent}
+    facts |= {"file": file, "lists_images": lists_images, "made_by": made_by, "absent": absent}
     return dataclasses.field(
         metadata={name: value for name, value in facts.items() if value is not None and value is not False}
     )
@@ -142,18 +144,18 @@ def _same(schema: type) -> type:
     return schema
 
 
-def input_files(settings: Any, key: str = "") -> dict[str, tuple[str, ...]]:
-    """The values of every ``file`` field below ``settings``, by dotted key."""
+def input_files(settings: Any, key: str = "", *, among: str = "file") -> dict[str, tuple[str, ...]]:
+    """Return the values of every ``file`` field below ``settings``, or of those that have ``among``, by dotted key."""
     found: dict[str, tuple[str, ...]] = {}
     if not dataclasses.is_dataclass(settings):
         return found
     for field in dataclasses.fields(settings):
         value = getattr(settings, field.name)
         path = _join(key, field.name)
-        if field.metadata.get("file"):
+        if not field.metadata.get("file"):
+            found |= input_files(value, path, among=among)
+        elif field.metadata.get(among):
             found[path] = () if value is None else (value,) if isinstance(value, str) else tuple(value)
-        else:
-            found |= input_files(value, path)
     return found
 
 

@@ -183,7 +183,9 @@ class FileCamera(CameraRig):
     source: ClassVar[Source] = "recorded"
 
     kind: Literal["file"] = setting("recorded images")
-    paths: tuple[str, ...] = setting("one video file, or times.csv of an image folder, per camera", file=True)
+    paths: tuple[str, ...] = setting(
+        "one video file, or times.csv of an image folder, per camera", file=True, lists_images=True
+    )
     rate_hz: float | None = setting(
         "frames per second, where a video does not say [Hz]; null believes the file", above=0
     )

@@ -6,9 +6,9 @@ from pathlib import Path
 
 import pytest
 
-from kendama_cli.errors import ConfigError, MissingPartError
+from kendama_cli.errors import ConfigError, InputError, MissingPartError
 from kendama_cli.pipeline.code import FileIndex
-from kendama_cli.pipeline.inputs import describe, resolve_files
+from kendama_cli.pipeline.inputs import describe, file_contents, resolve_files
 from kendama_cli.schema.settings import setting
 from tests.extras import require_robot_descriptions
 
@@ -16,6 +16,11 @@ from tests.extras import require_robot_descriptions
 @dataclass(frozen=True)
 class Described:
     path: str = setting("a file", file=True)
+
+
+@dataclass(frozen=True)
+class Listing:
+    path: str = setting("a list of images", file=True, lists_images=True)
 
 
 def resolved(path: str) -> str:
@@ -58,7 +63,7 @@ def test_the_images_of_a_list_count_like_the_list_itself(tmp_path: Path, changed
     (tmp_path / "000.png").write_bytes(b"one image")
 
     def key() -> list[str]:
-        described = describe(Described(str(tmp_path / "times.csv")), FileIndex(tmp_path / "index.json"))
+        described = describe(Listing(str(tmp_path / "times.csv")), FileIndex(tmp_path / "index.json"))
         return list(described["path"])
 
     before = key()
@@ -72,4 +77,46 @@ def test_other_tables_count_alone(tmp_path: Path) -> None:
     index = FileIndex(tmp_path / "index.json")
     for content in (b"t,x\n0,1\n", bytes(range(256)), b""):
         (tmp_path / "table.csv").write_bytes(content)
-        assert len(describe(Described(str(tmp_path / "table.csv")), index)["path"]) == 1
+        assert len(describe(Listing(str(tmp_path / "table.csv")), index)["path"]) == 1
+
+
+NAMES = (
+    "../secret",
+    "a/../../secret",
+    "..",
+    "{there}/secret",
+    "link",
+    "linked/secret",
+    "..\\secret",
+    "C:\\secret",
+    "\\secret",
+)
+
+
+@pytest.mark.parametrize("name", [*NAMES, "a\0b", "circle"])
+def test_a_list_of_images_names_no_file_beyond_its_folder(tmp_path: Path, name: str) -> None:
+    folder = tmp_path / "images"
+    folder.mkdir()
+    (tmp_path / "secret").write_text("of somebody else")
+    (folder / "link").symlink_to(tmp_path / "secret")
+    (folder / "linked").symlink_to(tmp_path)
+    (folder / "circle").symlink_to(folder / "circle")
+    (folder / "000.png").write_bytes(b"one image")
+    table = folder / "times.csv"
+    table.write_text(f"file,t_s\n000.png,0\n{name.format(there=tmp_path)},0.1\n")
+    index = FileIndex(tmp_path / "index.json")
+    for reads in (describe, file_contents):
+        with pytest.raises(InputError, match=rf"{table}, row 3: .* is no file below {folder}; name files") as caught:
+            reads(Listing(str(table)), index)
+        assert len(str(caught.value).splitlines()) == 1
+    assert str(tmp_path / "secret") not in index.read
+    assert list(file_contents(Described(str(table)), index)) == [str(table)], "no list of images: nobody looks at it"
+
+
+def test_images_below_the_folder_of_a_list_are_taken_however_it_is_reached(tmp_path: Path) -> None:
+    (tmp_path / "disk/left").mkdir(parents=True)
+    (tmp_path / "disk/left/0.png").write_bytes(b"one")
+    (tmp_path / "disk/times.csv").write_text("file,t_s\nleft/0.png,0\n./left/0.png,1\n")
+    (tmp_path / "here").symlink_to(tmp_path / "disk")
+    named = file_contents(Listing(str(tmp_path / "here/times.csv")), FileIndex(tmp_path / "index.json"))
+    assert [Path(path).name for path in named] == ["times.csv", "0.png"]

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from kendama_cli.devices.camera.interface import Frame, RegionOfInterest, SceneSource, StaleFrame, too_old
 from kendama_cli.devices.camera.settings_check import require_one_each
 from kendama_cli.errors import InputError
+from kendama_cli.schema.listed_file import listed_file
 from kendama_cli.settings.camera import FileCamera
 from kendama_cli.vision.camera_model import CameraModel
 from kendama_cli.vision.region import Region
@@ -156,7 +157,7 @@ class _Images:
         if t_s <= self._before:
             raise InputError(self._path, f"t_s is {t_s} after {self._before}; times must rise", where=where)
         self._before = t_s
-        image = Path(self._path).parent / (row["file"] or "")
+        image = listed_file(Path(self._path), row["file"] or "", where)
         try:
             coded = np.fromfile(image, dtype=np.uint8)
         except OSError as error:
