@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 from typing import Annotated
 
@@ -29,6 +30,7 @@ def play(
 
     from kendama_cli.config.compose import composed
     from kendama_cli.devices.hand.play.address import own_address
+    from kendama_cli.devices.hand.play.capture import doubt_of
     from kendama_cli.pipeline.nodes import build_settings
     from kendama_cli.system.listening import listen
 
@@ -40,9 +42,12 @@ def play(
             raise
         message = f"'kendama play' needs {error.name}: {install_line('play')}"
         raise MissingPartError(str(error.name), message) from None
-    settings = build_settings(composed(find_site(home, config_dir), overrides or []))
+    asked = overrides or []
+    taker = [] if any(one.startswith("capture=") for one in asked) else ["capture=play"]
+    settings = build_settings(composed(find_site(home, config_dir), [*taker, *asked]))
     folder = Path(settings["play"].folder).expanduser().absolute()
-    server = PlayServer(settings["game"], settings["play"], folder, render.note)
+    doubt = partial(doubt_of, settings["capture"])
+    server = PlayServer(settings["game"], settings["play"], folder, doubt=doubt, tell=render.note)
 
     def ready(opened: Opened) -> None:
         address = opened.address

@@ -44,18 +44,22 @@ class RecordedHand:
 
 
 def open_files(settings: FileCapture) -> Sequence[RecordedHand]:
-    """A hand for every recording that the settings name, in their order.
+    """A hand for every recording that the settings name, in their order; raises as ``recordings_of``."""
+    return hands_of(recordings_of(settings))
+
+
+def recordings_of(settings: FileCapture) -> list[Recording]:
+    """Every recording that the settings name, checked, in their order.
 
     Raises InputError for a file that cannot be read or does not hold a plausible swing.
     """
     paths = (settings.path,) if isinstance(settings.path, str) else settings.path or ()
-    recordings = [
+    return [
         swing
         for path in paths
         for recording in _read(path, settings)
         for swing in checked_swings(recording, settings.plausible, settings.gap_factor, settings.segments)
     ]
-    return hands_of(recordings)
 
 
 def hands_of(recordings: Sequence[Recording]) -> tuple[RecordedHand, ...]:

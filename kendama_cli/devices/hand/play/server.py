@@ -22,6 +22,7 @@ from starlette.websockets import WebSocket
 from kendama_cli.devices.hand.play.messages import LONGEST
 from kendama_cli.devices.hand.play.player import BYE, Player
 from kendama_cli.devices.hand.play.settings import PlaySettings
+from kendama_cli.devices.hand.play.tries import TryFolder, check_folder
 from kendama_cli.errors import UsageError
 from kendama_cli.settings.game import GameSettings
 
@@ -47,9 +48,23 @@ class Opened:
 class PlayServer:
     """Serves the page to whoever knows the token; a name plays in one window at a time."""
 
-    def __init__(self, game: GameSettings, settings: PlaySettings, folder: Path, tell: Callable[[str], None]) -> None:
-        """``tell`` takes lines for whoever started the server: who comes, catches and leaves, and what went wrong."""
-        self._game, self._settings, self._folder, self._tell = game, settings, folder, tell
+    def __init__(
+        self,
+        game: GameSettings,
+        settings: PlaySettings,
+        folder: Path,
+        *,
+        doubt: Callable[[Path], str | None],
+        tell: Callable[[str], None],
+    ) -> None:
+        """Raises UsageError where tries cannot be kept in ``folder``.
+
+        ``doubt`` says why ``capture=play`` would not take a file, ``tell`` takes lines for whoever started the server:
+        who comes, catches and leaves, and what went wrong.
+        """
+        check_folder(folder)
+        self._game, self._settings, self._folder = game, settings, folder
+        self._doubt, self._tell = doubt, tell
         self._token = secrets.token_urlsafe(16)
         self._players: dict[str, Player] = {}
 
@@ -79,7 +94,7 @@ class PlayServer:
         finally:
             listening.close()
             for player in self._players.values():
-                player.leave()
+                player.end()
 
     async def _page(self, request: Request) -> Response:
         if not self._knows(request.query_params.get("token", "")):
@@ -107,24 +122,26 @@ class PlayServer:
         if old is not None:
             await old.replaced()
         self._tell(f"{player.name} plays")
+        reason = "the page was closed, or its line was lost"
         try:
             await player.play()
         except UsageError as error:
+            reason = str(error)
             self._tell(f"{player.name}: {error}")
             await line.close(BYE, _reason(error))
         finally:
-            player.leave()
+            await player.leave(reason)
             if self._players.get(player.name) is player:
                 del self._players[player.name]
                 self._tell(f"{player.name} has left")
 
     def _seat(self, line: WebSocket) -> Player:
+        name = line.query_params.get("player", "")
         player = Player(
             line,
-            line.query_params.get("player", ""),
             self._game,
             self._settings,
-            self._folder,
+            TryFolder(self._folder, name, self._settings.most_tries, self._doubt),
             clock=time.monotonic,
             today=lambda: datetime.datetime.now().astimezone(),
             tell=self._tell,

@@ -10,7 +10,7 @@ import numpy as np
 
 from kendama_cli.devices.hand.play.settings import PlaySettings
 from kendama_cli.devices.hand.play.table import PlayTable
-from kendama_cli.devices.hand.play.tries import TryFolder
+from kendama_cli.devices.hand.play.tries import Try, TryFolder, head, rows_of
 from kendama_cli.schema.arrays import Array
 from kendama_cli.settings.game import GameSettings
 
@@ -32,6 +32,7 @@ def state(table: PlayTable, t_s: float) -> dict[str, Any]:
         "pull": round(ball.tension_n, 3),
         "phase": table.phase,
         "outcome": table.outcome,
+        "reason": table.reason,
         "steps": table.steps,
     }
 
@@ -66,10 +67,18 @@ def tries(folder: TryFolder) -> dict[str, Any]:
             "duration_s": one.duration_s,
             "conditions": one.conditions,
             "ease": one.conditions.partition(";")[0],
+            "note": one.note,
         }
         for one in folder.tries()
     ]
     return {"type": "tries", "tries": kept}
+
+
+def unwritten(player: str, one: Try, samples: Array, problem: str) -> dict[str, Any]:
+    """A try that could not be kept, to be saved from the page: the whole file that it would have been."""
+    name = f"{player}-{one.began[:19].replace(':', '-')}.csv"
+    line = f"this try ({one.outcome}) could not be kept: {problem}"
+    return {"type": "unwritten", "name": name, "line": line, "text": head(one) + rows_of(samples)}
 
 
 def replay(name: str, samples: Array, robots: GameSettings) -> dict[str, Any]:

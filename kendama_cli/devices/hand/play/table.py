@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import itertools
 import math
 from collections import deque
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, NoReturn
 
 import numpy as np
 
@@ -25,6 +24,8 @@ LOOK_EVERY = 4
 """Steps between two looks at the ball, and between two samples of what is kept: 250 Hz."""
 AHEAD_S = 2.0
 """So much of the hand's time may come at once, as it does after a stutter of browser or network."""
+WORK_RATIO = 3.0
+"""Times a millisecond is simulated, on average, at most: guessed, taken back, and as it was."""
 SETTLING_S = 1.2
 """After the hand has let go the ball has this long to come to lie in the cup, and then the table is ready again."""
 SILENCE_S, PERIOD_S = 0.06, 0.02
@@ -34,8 +35,8 @@ MOST_MOMENTS = 20
 BELOW_S = 0.3
 """A ball that hangs under the cup so long after the hand has let go will not be caught."""
 
-Keep = Callable[[str, Conditions, Array], None]
-"""Called with the outcome, the conditions and the samples of every try that is worth keeping."""
+Keep = Callable[[str, Conditions, Array, str], None]
+"""Called with outcome, conditions and samples of every try that is worth keeping, and why it was interrupted, or ""."""
 
 
 @dataclass(frozen=True)
@@ -58,25 +59,43 @@ class _Moment:
     steps: int
 
 
+class Allowance:
+    """Seconds that a player may spend: ``ratio`` for each of the clock, and those of AHEAD_S at once."""
+
+    def __init__(self, ratio: float) -> None:
+        self._ratio, self._spent_to_s = ratio, -math.inf
+
+    def lacking_s(self, amount_s: float, now_s: float) -> float:
+        """Return how many seconds of the clock are missing for ``amount_s``; at most 0 where it may be spent."""
+        self._spent_to_s = max(self._spent_to_s, now_s - AHEAD_S)
+        return self._spent_to_s + amount_s / self._ratio - now_s
+
+    def spend(self, amount_s: float) -> None:
+        """Spend ``amount_s``."""
+        self._spent_to_s += amount_s / self._ratio
+
+
 class PlayTable:
     """Simulates what the hand's samples ask for, in steps of STEP_S of the hand's own time.
 
     ``phase`` is ready (the ball hangs, nothing moves), playing (the hand holds the cup), settling (it has let go, the
     ball may still come to lie in the cup) or over (the try has ended, the world goes on until the hand lets go or takes
-    the cup anew). ``steps`` counts all steps that were simulated, ``outcome`` is the last try's.
+    the cup anew). ``steps`` counts all steps that were simulated, ``outcome`` is the last try's, ``reason`` says why it
+    was interrupted.
     """
 
     def __init__(self, game: GameSettings, settings: PlaySettings, keep: Keep) -> None:
         self._game, self._settings, self._keep = game, settings, keep
         self.steps = 0
         self.outcome: str | None = None
+        self.reason = ""
         self.phase: Phase = "ready"
-        self._held, self._budget_from_s = False, -math.inf
+        self._held, self._time, self._work = False, Allowance(1.0), Allowance(WORK_RATIO)
         self.change(Conditions())
 
-    def change(self, conditions: Conditions) -> None:
-        """Play under other conditions from now on; a try that goes on ends."""
-        self.stop()
+    def change(self, conditions: Conditions, reason: str = "the game was made easier or harder") -> None:
+        """Play under other conditions from now on; a try that goes on ends for this reason."""
+        self.stop(reason)
         self.conditions = conditions.within(self._settings.ease)
         self.world = HandWorld(self.conditions.game(self._game))
 
@@ -85,10 +104,12 @@ class PlayTable:
 
         A hand that says nothing stands still or its samples are on their way: ``guessed`` samples say that it stands
         where it was, the ball moves on, and real ones that come later and are older take the table back first. Raises
-        UsageError where the hand's time runs ahead of the clock.
+        UsageError where the hand's time runs ahead of the clock, or too much is to be simulated again.
         """
-        if self.phase != "ready" and (self._fell_silent(samples) or (held and not self._held)):
-            self.stop()
+        if self.phase != "ready":
+            silent_s = self._silence_s(samples)
+            if silent_s > self._settings.pause_s or (held and not self._held):
+                self.stop(f"nothing was heard of the hand for {silent_s:.2f} s")
         self._held = held
         if self.phase == "ready":
             if not held:
@@ -96,20 +117,32 @@ class PlayTable:
             self._begin(samples[0])
         if self.phase == "playing" and not held:
             self.phase, self._let_go_s = "settling", self.world.t_s
-        self._check_clock(samples, now_s)
+        until_s = max(one.t_s for one in samples) - self._first.t_s
+        new_s = max(until_s - self._reached_s, 0.0)
+        if (ahead_s := self._time.lacking_s(new_s, now_s)) > 0:
+            self._refuse(f"the hand's time runs {ahead_s:.1f} s ahead of the clock")
+        if guessed and self._work.lacking_s(until_s - self._path.t_s, now_s) > 0:
+            return
         if self.phase == "playing" and not guessed:
             self._go_back(samples[0].t_s - self._first.t_s)
-            self._heard_s = samples[-1].t_s - self._first.t_s
+            self._heard_s = until_s
         elif self.phase == "playing" and not self._moments:
             self._moments.append(self._moment())
+        work_s = max(until_s - self._path.t_s, 0.0)
+        if self._work.lacking_s(work_s, now_s) > 0:
+            self._refuse("the page asks for more than can be simulated")
+        self._time.spend(new_s)
+        self._work.spend(work_s)
+        self._reached_s += new_s
         self._move(samples)
         if guessed and self.phase == "playing":
             self._moments.append(self._moment())
 
-    def stop(self) -> None:
+    def stop(self, reason: str) -> None:
         """The hand has gone: what was recorded of a try is kept, and the ball hangs still again."""
         if self.phase in ("playing", "settling"):
-            self._end("interrupted" if self.phase == "playing" else "missed")
+            interrupted = self.phase == "playing"
+            self._end("interrupted" if interrupted else "missed", reason if interrupted else "")
         if self.phase != "ready":
             self.world.reset(np.zeros(PLACE))
             self.phase = "ready"
@@ -120,7 +153,7 @@ class PlayTable:
         self._record = TryRecord(self._settings.caught_s)
         self._moments: deque[_Moment] = deque(maxlen=MOST_MOMENTS)
         self._heard_s = self._reached_s = 0.0
-        self.phase, self.outcome, self._let_go_s = "playing", None, math.inf
+        self.phase, self.outcome, self.reason, self._let_go_s = "playing", None, "", math.inf
 
     def _moment(self) -> _Moment:
         return _Moment(self.world.moment(), self._path.moment(), self._record.moment(), self.steps)
@@ -141,18 +174,14 @@ class PlayTable:
         self._record.go_back(to.record)
         self.steps = to.steps
 
-    def _fell_silent(self, samples: Sequence[HandSample]) -> bool:
-        times = [self._first.t_s + self._path.t_s, *(one.t_s for one in samples)]
-        return any(later - one > self._settings.pause_s for one, later in itertools.pairwise(times))
+    def _silence_s(self, samples: Sequence[HandSample]) -> float:
+        """The longest time between two samples, from the last one on, of the hand's time as it is simulated."""
+        times = np.maximum.accumulate([self._first.t_s + self._path.t_s, *(one.t_s for one in samples)])
+        return float(np.diff(times).max())
 
-    def _check_clock(self, samples: Sequence[HandSample], now_s: float) -> None:
-        """Each simulated second needs one of the clock, or one player could take all the machine's time."""
-        reached_s = max(self._reached_s, samples[-1].t_s - self._first.t_s)
-        self._budget_from_s = max(self._budget_from_s, now_s - AHEAD_S) + reached_s - self._reached_s
-        self._reached_s = reached_s
-        if self._budget_from_s > now_s:
-            self.stop()
-            raise UsageError(f"the hand's time runs {self._budget_from_s - now_s:.1f} s ahead of the clock")
+    def _refuse(self, reason: str) -> NoReturn:
+        self.stop(reason)
+        raise UsageError(reason)
 
     def _move(self, samples: Sequence[HandSample]) -> None:
         place = np.zeros(PLACE)
@@ -163,7 +192,7 @@ class PlayTable:
             if self.steps % LOOK_EVERY == 0 and self.phase != "over":
                 self._look()
         if not self._held and self.world.t_s > self._let_go_s + SETTLING_S:
-            self.stop()
+            self.stop("")
 
     def _sample(self, one: HandSample) -> tuple[float, Array]:
         reach, first = self._settings.reach, self._first
@@ -184,10 +213,10 @@ class PlayTable:
         elif t_s > self._settings.longest_try_s or (below and t_s > self._let_go_s + BELOW_S):
             self._end("missed")
 
-    def _end(self, outcome: str) -> None:
+    def _end(self, outcome: str, reason: str = "") -> None:
         self._moments.clear()  # what has ended is not taken back
-        self.outcome, self.phase = outcome, "over"
+        self.outcome, self.phase, self.reason = outcome, "over", reason
         self._let_go_s = min(self._let_go_s, self.world.t_s)
         samples = self._record.samples(self.conditions)
         if samples is not None:
-            self._keep(outcome, self.conditions, samples)
+            self._keep(outcome, self.conditions, samples, reason)

@@ -38,8 +38,11 @@ def hand(scale: float = 1.0, rate_hz: float = 125.0, wait_s: float = 0.6, length
 class Kept(list[tuple[str, Conditions, Array]]):
     """What the table keeps."""
 
-    def __call__(self, outcome: str, conditions: Conditions, samples: Array) -> None:
+    reasons: tuple[str, ...] = ()
+
+    def __call__(self, outcome: str, conditions: Conditions, samples: Array, reason: str) -> None:
         self.append((outcome, conditions, samples))
+        self.reasons += (reason,)
 
 
 def table(**changed: Any) -> tuple[PlayTable, Kept]:

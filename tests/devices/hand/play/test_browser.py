@@ -9,6 +9,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from kendama_cli.devices.hand.play.conditions import Conditions
+from kendama_cli.devices.hand.play.tries import Try, TryFolder, read_try
 from tests.devices.hand.play.chromium import CHROMIUM, browser
 from tests.devices.hand.play.table_top import caught_swing, hand
 
@@ -44,7 +46,7 @@ def opened(chromium, game, player, *size, phone=False):
     tab.send("Page.close")  # what is open goes on drawing
 
 
-def drag(tab, at=(450.0, 450.0), touch=False):
+def drag(tab, at=(450.0, 450.0), touch=False, shown="kendama.tries.length > 0"):
     """The bundled swing as a drag in real time, and what was asked for: times [s], aside and up [m]."""
     metre = tab.value("kendama.metre")
     samples = hand(caught_swing()[0], wait_s=0.4)
@@ -65,7 +67,7 @@ def drag(tab, at=(450.0, 450.0), touch=False):
         tab("Input.dispatchTouchEvent", type="touchEnd", touchPoints=[])
     else:
         tab("Input.dispatchMouseEvent", type="mouseReleased", x=x, y=y, button="left", buttons=0)
-    tab.wait("kendama.tries.length > 0")
+    tab.wait(shown)
     rows = [(one.t_s - samples[0].t_s, one.aside_m, one.up_m) for one in samples]
     return np.array(rows), metre
 
@@ -145,6 +147,47 @@ def test_a_try_is_shown_renamed_and_deleted_on_the_page(chromium, game):
         tab.value("setTimeout(() => document.querySelector('#tries [title^=Delete]').click())")
         tab.wait("kendama.tries.length === 0")
         assert tab.value("document.getElementById('none').hidden") is False
+
+
+SHOWN_WHOLE = """
+[...document.querySelectorAll('#tries .about')].every(one => one.scrollWidth <= one.clientWidth
+  && one.getBoundingClientRect().right <= innerWidth && getComputedStyle(one).textOverflow !== 'ellipsis')
+"""
+
+
+def test_each_state_is_shown_whole_and_why_a_try_was_interrupted(chromium, game, tmp_path):
+    conditions = Conditions(0.4, 0.7, 1.6).words()
+    reason = "nothing was heard of the hand for 0.31 s, while this computer was busy with something else"
+    doubt = "line 99: the position jumps by 0.3 m within 0.004 s"
+    folder = TryFolder(game.folder / "plays", "whole", 9, lambda _: doubt)
+    for outcome, note in (("interrupted", reason), ("caught", "")):
+        folder.keep(Try("", outcome, False, "2026-05-04T03:02:01.000+00:00", 2.3, conditions, note), caught_swing()[1])
+    with opened(chromium, game, "whole", 1280, 720) as tab:
+        tab.wait("kendama.tries.length === 2")
+        said = tab.value("[...document.querySelectorAll('#tries .about')].map(one => one.innerText)")
+        eased = conditions.partition(";")[0]
+        assert said == [
+            f"caught, 2.3 s, {eased}; not for the robot: {doubt}",
+            f"interrupted, 2.3 s, {eased}; {reason}",
+        ]
+        assert tab.value(SHOWN_WHOLE)
+        tab.picture(tmp_path / "whole.png")
+
+
+def test_a_try_that_cannot_be_written_is_saved_from_the_page(chromium, game, tmp_path):
+    (game.folder / "plays" / "full").write_text("in the way")
+    with opened(chromium, game, "full", 1280, 720) as tab:
+        tab("Page.setDownloadBehavior", behavior="allow", downloadPath=str(tmp_path))
+        tab.wait("document.getElementById('problem').innerText.includes('tries cannot be kept in')")
+        drag(tab, shown="document.querySelector('#unwritten a') !== null")
+        assert "could not be kept" in tab.value("document.querySelector('#unwritten li').innerText")
+        tab.picture(tmp_path / "full.png")
+        tab.value("document.querySelector('#unwritten a').click()")
+        until_s = time.monotonic() + 20
+        while not (saved := list(tmp_path.glob("full-*.csv"))):
+            assert time.monotonic() < until_s
+            time.sleep(0.05)
+        assert read_try(saved[0]).outcome in ("caught", "missed")
 
 
 def test_a_second_window_takes_over_and_the_first_says_so(chromium, game):

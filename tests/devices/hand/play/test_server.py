@@ -2,14 +2,20 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
+import threading
 import time
 import urllib.error
 import urllib.request
 
 import pytest
+from websockets.exceptions import ConnectionClosed
 
+from kendama_cli.devices.hand.play.capture import doubt_of
+from kendama_cli.devices.hand.play.tries import read_try
 from tests.devices.hand.play.table_top import caught_swing, hand
+from tests.devices.hand.play.test_tries import settings
 
 pytestmark = pytest.mark.realtime
 
@@ -76,6 +82,7 @@ def test_a_page_that_closes_in_the_middle_leaves_its_try(game):
     while not (found := list((game.folder / "plays").glob("cleo/*.csv"))) and time.monotonic() < deadline:
         time.sleep(0.05)
     assert "# outcome: interrupted\n# chosen: no\n" in found[0].read_text()
+    assert "# note: the page was closed, or its line was lost\n" in found[0].read_text()
 
 
 def test_two_windows_of_one_player_do_not_fight(game):
@@ -113,6 +120,68 @@ def test_a_wrong_token_or_name_is_told(game):
         assert "has no letter or digit" in line.goodbye()[1]
     with game.line("../../etc") as line:
         assert line.hear("table")["player"] == "etc"
+
+
+def test_a_player_may_have_a_name_in_any_script(game):
+    with game.line("%D0%90%D0%BD%D0%BD%D0%B0") as line:
+        assert line.hear("table")["player"] == "анна"
+        assert swing(line)["outcome"] == "caught"
+        assert [one["name"] for one in line.latest["tries"]["tries"]] == ["анна-001"]
+        line.say(type="choose", name="анна-001", value="no")
+        assert not line.hear("tries")["tries"][0]["chosen"]
+    assert (game.folder / "plays" / "анна" / "анна-001.csv").exists()
+
+
+def test_a_try_that_cannot_be_written_is_offered_whole_and_that_is_told_before_it(game):
+    (game.folder / "plays" / "kim").write_text("in the way")
+    with game.line("Kim") as line:
+        told = line.hear("error")
+        assert "tries cannot be kept in" in told["line"]
+        assert told["stays"]
+        assert swing(line)["outcome"] == "caught"
+        offered = line.latest["unwritten"]
+    assert "could not be kept" in offered["line"]
+    file = game.folder / offered["name"]
+    file.write_text(offered["text"])
+    kept = read_try(file)
+    assert (kept.outcome, kept.conditions) == ("caught", "the real game")
+    assert doubt_of(settings(), file) is None
+
+
+@pytest.mark.parametrize(
+    "message",
+    [
+        {"type": "hand", "held": True, "samples": [[0, 0, 0, 0], [6e6, 0, 0, 0], [0, 0, 0, 0]]},
+        {"type": "hand", "held": True, "samples": [[240 * k, 0, 0, 0] for k in range(999)] + [[0, 0, 0, 0]]},
+        {"type": "ease", "gravity": 0.5, "rope": 1, "cup": 1},
+    ],
+    ids=["jump", "steps", "ease"],
+)
+def test_whatever_one_page_says_again_and_again_others_play_on_and_ctrl_c_ends_it(games, message):
+    game, over = games(), threading.Event()
+
+    def shout():
+        with game.line("mallory") as bad, contextlib.suppress(ConnectionClosed):
+            while not over.is_set():
+                bad.say(**message)
+
+    thread = threading.Thread(target=shout)
+    thread.start()
+    with game.line("nina") as line:
+        assert swing(line, until=60)["phase"] == "playing"
+    assert game.end() == 0
+    over.set()
+    thread.join()
+
+
+def test_a_folder_that_cannot_hold_tries_is_told_before_the_first_swing(games, tmp_path):
+    (tmp_path / "plays").write_text("in the way")
+    refused = games()
+    assert refused.process.wait(timeout=30) == 2
+    refused._reader.join(timeout=5)
+    assert len(refused.said) == 1
+    assert "tries cannot be kept in" in refused.said[0]
+    assert "set play.folder" in refused.said[0]
 
 
 def test_more_players_than_the_machine_bears_are_told(games):

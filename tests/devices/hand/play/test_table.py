@@ -8,6 +8,7 @@ import pytest
 from kendama_cli.devices.hand.play.conditions import Conditions
 from kendama_cli.devices.hand.play.table import HandSample
 from kendama_cli.errors import UsageError
+from kendama_cli.simulation.dart.hand_world import HandWorld
 from tests.devices.hand.play.table_top import GAME, caught_swing, drag, hand, swing, table
 
 
@@ -94,7 +95,7 @@ def test_no_drag_gives_no_try():
     at, kept = table()
     still = [dataclasses.replace(one, aside_m=0.0, up_m=0.0) for one in hand()]
     drag(at, still)
-    at.stop()
+    at.stop("the page was closed")
     assert kept == []
 
 
@@ -116,6 +117,7 @@ def test_a_hand_that_falls_silent_leaves_what_it_did_until_then():
     drag(at, hand()[:200])
     at.hand([dataclasses.replace(hand()[200], t_s=99.0)], held=True, now_s=99.0)
     assert kept[0][0] == "interrupted"
+    assert kept.reasons == ("nothing was heard of the hand for 92.41 s",)
     assert kept[0][2][-1, 0] > 0.8
 
 
@@ -134,6 +136,50 @@ def test_time_that_runs_ahead_of_the_clock_is_refused():
     assert at.steps <= 2000
 
 
+def row(t_s, aside_m=0.0):
+    return HandSample(t_s, aside_m, 0.0, 0.0)
+
+
+@pytest.mark.parametrize(
+    "samples",
+    [
+        [row(0), row(60), row(0)],
+        [row(0), row(1e9), row(0)],
+        [row(1e9), row(2e9), row(1e9)],
+        [*(row(0.24 * k) for k in range(999)), row(0)],
+        [*(row(0.24 * k) for k in range(500)), *(row(-0.24 * k) for k in range(500))],
+    ],
+)
+def test_times_that_rise_and_fall_again_in_one_message_buy_no_time_of_the_machine(samples):
+    at, _ = table()
+    with pytest.raises(UsageError, match="ahead of the clock"):
+        at.hand(samples, held=True, now_s=1e6)
+    assert at.steps == 0
+    at.hand([row(3e9), row(3e9 + 0.1)], held=True, now_s=1e6)  # who is refused once may play on
+    assert at.steps == pytest.approx(100, abs=1)
+
+
+def test_what_is_guessed_and_taken_back_again_and_again_buys_no_time_of_the_machine(monkeypatch):
+    at, _ = table()
+    step, steps = HandWorld.step, []
+
+    def counted(world, place):
+        steps.append(1)
+        step(world, place)
+
+    monkeypatch.setattr(HandWorld, "step", counted)
+    at.hand([row(0.0)], held=True, now_s=0.0)
+    clock_s, k = 0.0, 0
+    try:
+        while clock_s < 1.0:  # 1000 pairs of small messages in a second of the clock
+            at.hand([row(0.001 * k + 0.2)], held=True, now_s=clock_s, guessed=True)
+            at.hand([row(0.001 * k, 1e-5 * k)], held=True, now_s=clock_s)
+            clock_s, k = clock_s + 0.001, k + 1
+    except UsageError:
+        pass
+    assert len(steps) <= 1000 * 3.0 * (2.0 + 1.0)  # the clock's second and what may come at once, three times
+
+
 def test_the_cup_stays_within_reach():
     at, _ = table()
     far = [HandSample(0.01 * k, 0.02 * k, 0.02 * k, 0.1 * k) for k in range(200)]
@@ -150,7 +196,7 @@ def test_an_eased_swing_is_kept_as_the_robot_needs_it(caught, eased):
     at, kept = table()
     at.change(eased)
     drag(at, hand(scale / eased.time_scale, rate_hz=1000.0, lengths=eased.rope_scale))
-    at.stop()
+    at.stop("the page was closed")
     made = kept[0][2]
     until_s = min(made[-1, 0], samples[-1, 0]) - 0.5  # before the catch
     t_s = np.arange(0.1, until_s, 0.01)

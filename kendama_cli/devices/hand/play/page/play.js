@@ -32,7 +32,7 @@ function flush() {
 }
 function hear(message) {
   if (message.type === 'state') {
-    if (state && state.outcome !== message.outcome && message.outcome) tell(message.outcome);
+    if (state && state.outcome !== message.outcome && message.outcome) tell(message.outcome, message.reason);
     state = message;
     rumble(message.pull);
   } else if (message.type === 'table') {
@@ -46,11 +46,19 @@ function hear(message) {
     state = null; trail = [];
   } else if (message.type === 'tries') { tries = message.tries; showTries();
   } else if (message.type === 'replay') { replay = {...message, began: performance.now()}; showReplay();
-  } else if (message.type === 'error') problem(message.line, false);
+  } else if (message.type === 'unwritten') offer(message);
+  else if (message.type === 'error') problem(message.line, false, message.stays);
 }
-function problem(line, ended) {
+let problems = 0;
+function problem(line, ended, stays) {
+  const number = ++problems;
   $('problem').firstChild.textContent = line; $('problem').hidden = false; $('again').hidden = !ended;
-  if (!ended) setTimeout(() => { $('problem').hidden = true; }, 6000);
+  if (!ended && !stays) setTimeout(() => { if (number === problems) $('problem').hidden = true; }, 6000);
+}
+// a try that could not be written there can be saved from here
+function offer(message) {
+  const file = URL.createObjectURL(new Blob([message.text], {type: 'text/csv'}));
+  $('unwritten').prepend(make('li', {}, `${message.line} `, make('a', {href: file, download: message.name, textContent: `Save ${message.name}`})));
 }
 $('again').onclick = connect;
 
@@ -207,10 +215,10 @@ function measure(now) {
 }
 
 // -- what stands beside the game
-function tell(outcome) {
-  const lines = {caught: 'Caught!', missed: 'Missed: once more?', interrupted: 'The try was interrupted; it is kept.'};
+function tell(outcome, reason) {
+  const lines = {caught: 'Caught!', missed: 'Missed: once more?', interrupted: `The try was interrupted: ${reason}.`};
   $('result').textContent = lines[outcome]; $('result').className = 'shown ' + outcome;
-  resultUntil = performance.now() + (outcome === 'caught' ? 1800 : 1100);
+  resultUntil = performance.now() + {caught: 1800, missed: 1100, interrupted: 4000}[outcome];
   if (outcome === 'caught') navigator.vibrate?.(40);
 }
 function showReplay() {
@@ -249,7 +257,7 @@ function showTries() {
   $('chosen').textContent = chosen === 1 ? 'one try' : `${chosen} tries`;
   $('tries').replaceChildren(...[...tries].reverse().map(one => make('li', {className: one.outcome}, make('i', {}),
     make('button', {className: 'name', title: 'Show in slow motion', textContent: one.name, onclick: () => say({type: 'show', name: one.name})}),
-    make('span', {className: 'about', title: one.conditions, textContent: `${one.outcome}, ${one.duration_s.toFixed(1)} s, ${one.ease}`}),
+    make('span', {className: 'about', title: one.conditions, textContent: `${one.outcome}, ${one.duration_s.toFixed(1)} s, ${one.ease}${one.note && '; '}${one.note}`}),
     make('span', {className: 'do'},
       make('button', {className: 'robot', textContent: 'robot', title: 'For the robot: capture=play takes it', data: {'aria-pressed': one.chosen, 'aria-label': `${one.name} for the robot`},
         onclick: () => say({type: 'choose', name: one.name, value: one.chosen ? 'no' : 'yes'})}),
