@@ -58,9 +58,9 @@ class SeenCatch:
         return None if self._tracker.found is None else self._tracker.found.declared_s
 
     @property
-    def shift_m(self) -> float:
-        """How far the cup is beside its plan."""
-        return float(np.linalg.norm(self._motion.shift_m))
+    def shifts_m(self) -> tuple[float, float]:
+        """The cup's distances from its plan: at the moment of the catch, and the largest."""
+        return self._motion.catch_shift_m, self._motion.largest_shift_m
 
     def coming(self, t_s: float, position_rad: Array, ball_m: Array) -> Sequence[tuple[Array, Array, Array]] | None:
         """What is commanded in the period that begins at ``t_s``, step by step; None: as it is planned."""

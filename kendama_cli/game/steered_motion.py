@@ -22,6 +22,8 @@ SHARES = (1.0, 0.6, 0.3, 0.0)
 UNREACHED_M = 0.005
 """A cup that the arm cannot bring nearer than this to its place is out of reach."""
 STILL_M_S = 1e-12
+ROUNDING_M = 1e-5
+"""The last period of braking is not a whole one: it ends up to b h^2 / 8 farther."""
 
 
 @dataclass(frozen=True)
@@ -68,16 +70,20 @@ class SteeredMotion:
 
     The cup's shift along x and y is the cubic of plan_interception, planned anew in every period, that brings the cup
     to the ball at the moment of the catch, the drive's lag earlier, with the ball's own speed as far as the limits
-    allow. Every command keeps to the joints' limits as far as braking does: the acceleration of the shift gives way.
+    allow. It never leaves a circle of ``settings.max_shift_m`` about the plan: the cup brakes in time. Every command
+    keeps to the joints' limits as far as braking does: the acceleration of the shift gives way.
+
+    No ball is followed before ``from_s``, counted from the motion's start.
     """
 
-    def __init__(self, plan: CupPlan, settings: SteeringSettings, rim_m: float) -> None:
-        self._plan, self._settings = plan, settings
+    def __init__(self, plan: CupPlan, settings: SteeringSettings, rim_m: float, from_s: float = 0.0) -> None:
+        self._plan, self._settings, self._from_s = plan, settings, from_s
         self._lever_m = rim_m - settings.below_rim_m
         motion = plan.motion
         self._index = 0
         self._last = JointCommand(motion.position_rad[0], motion.velocity_rad_s[0], motion.acceleration_rad_s2[0])
         self._shift_m, self._speed_m_s = np.zeros(2), np.zeros(2)
+        self.catch_shift_m = self.largest_shift_m = 0.0
         self._pose: CatchPose | None = None
         self._catch_s = math.inf
         self._plans: list[InterceptionPlan] = []
@@ -95,7 +101,10 @@ class SteeredMotion:
 
     @property
     def shift_m(self) -> Array:
-        """How far the cup is commanded beside its plan (2,)."""
+        """The way (2,) from the planned to the commanded cup.
+
+        ``catch_shift_m`` is its length at the moment of the catch, ``largest_shift_m`` the largest until now.
+        """
         return self._shift_m
 
     @property
@@ -113,7 +122,8 @@ class SteeredMotion:
 
         Its time counts from the motion's start.
         """
-        if float(np.trace(pose.covariance_m2)) <= self._settings.believed_sigma_m**2:
+        believed = float(np.trace(pose.covariance_m2)) <= self._settings.believed_sigma_m**2
+        if believed and self._index * self._plan.period_s >= self._from_s:
             self._pose = pose
 
     def next(self) -> JointCommand:
@@ -124,7 +134,7 @@ class SteeredMotion:
         if self._pose is None:
             self._last = JointCommand(motion.position_rad[k], motion.velocity_rad_s[k], motion.acceleration_rad_s2[k])
         elif self._speed_m_s.any() or not self.over or self._last.velocity_rad_s.any():
-            wanted = self._acceleration_m_s2(self._pose)
+            wanted = self._bounded(self._acceleration_m_s2(self._pose))
             stopping = _shortened(-self._speed_m_s / self._plan.period_s, self._settings.acceleration_m_s2)
             for tried in (*(share * wanted for share in SHARES), stopping):
                 made = self._with_acceleration(tried, k)
@@ -132,6 +142,10 @@ class SteeredMotion:
                     break
             self._last, _, self._shift_m, speed_m_s = made
             self._speed_m_s = np.where(np.abs(speed_m_s) < STILL_M_S, 0.0, speed_m_s)
+            shift_m = float(np.linalg.norm(self._shift_m))
+            self.largest_shift_m = max(self.largest_shift_m, shift_m)
+            if not self.over:
+                self.catch_shift_m = shift_m
         return self._last
 
     @property
@@ -150,6 +164,22 @@ class SteeredMotion:
             return _shortened(wanted, settings.acceleration_m_s2)
         return _shortened(-self._speed_m_s / h, settings.braking_m_s2)
 
+    def _bounded(self, acceleration_m_s2: Array) -> Array:
+        """``acceleration_m_s2`` (2,), or braking where the cup could not stop within ``max_shift_m`` after it.
+
+        From s with speed v the cup stops at s + v |v| / (2 b); braking with b leaves that place where it is.
+        """
+        settings, h, speed = self._settings, self._plan.period_s, self._speed_m_s
+        shift = self._shift_m + h * (speed + 0.5 * h * acceleration_m_s2)
+        if self._stops_inside(shift, speed + h * acceleration_m_s2):
+            return acceleration_m_s2
+        inside = self._stops_inside(self._shift_m, speed)
+        return _shortened(-speed / h, settings.braking_m_s2 if inside else settings.acceleration_m_s2)
+
+    def _stops_inside(self, shift_m: Array, speed_m_s: Array) -> bool:
+        way_m = speed_m_s * float(np.linalg.norm(speed_m_s)) / (2 * self._settings.braking_m_s2)
+        return float(np.linalg.norm(shift_m + way_m)) <= self._settings.max_shift_m + ROUNDING_M
+
     def _aim(self, pose: CatchPose, start_s: float) -> None:
         """Plan the shift from ``start_s`` on, where there is time for another plan."""
         settings = self._settings
@@ -161,8 +191,13 @@ class SteeredMotion:
             return
         self._catch_s = end_s
         cup_m, cup_m_s = self._plan.at(end_s, self._lever_m)
-        way_m = _shortened((ball_m - cup_m)[:2], settings.max_shift_m) - self._shift_m
+        aim_m = _shortened((ball_m - cup_m)[:2], settings.max_shift_m)
+        way_m = aim_m - self._shift_m
         wanted_m_s = settings.matching * (ball_m_s - cup_m_s)[:2]
+        along = wanted_m_s / max(float(np.linalg.norm(wanted_m_s)), 1e-12)
+        out_m = float(aim_m @ along)
+        left_m = math.sqrt(max(out_m**2 + settings.max_shift_m**2 - float(aim_m @ aim_m), 0.0)) - out_m
+        wanted_m_s = _shortened(wanted_m_s, math.sqrt(2 * settings.braking_m_s2 * max(left_m, 0.0)))
         self._plans = [
             plan_interception(
                 way_m=float(way_m[axis]),

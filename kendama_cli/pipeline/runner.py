@@ -148,7 +148,7 @@ class Runner:
         request = _request(self._planner, plan, self._plans, fresh=spec.name in self._forced)
         # what records a person or moves an arm does so where the person and the arm are
         away = self._cluster if self._planner.kind(spec.name) == "computes" else None
-        if away is None and spec.declaration.kind != "computes":
+        if away is None:
             request["broken_off"] = str(broken_off_log(self._record.folder, spec.name))
         output = durable.make_folder(self._record.folder) / f"{spec.name}.txt"
         self._running.start(away or self._starter, plan, request, lock=lock, output=output)

@@ -134,13 +134,15 @@ def run_stage(request: Mapping[str, Any], emit: Emit, ready: ReadyStage) -> dict
         try:
             made = ready.stage.run(given, context)
         except BaseException as error:
-            _keep_log(request, context, ready.settings, str(error))
+            # of a computation that was interrupted the checkpoint is kept; of one that gave up only its log says why
+            if ready.declaration.kind != "computes" or isinstance(error, StageError):
+                _keep_log(request, context, ready.settings, str(error))
             raise
         return _finish(request, store, context, ready, made)
 
 
 def _keep_log(request: Mapping[str, Any], context: WorkerContext, settings: Mapping[str, Any], stopped: str) -> None:
-    """What a stage that moves or records had logged when it broke off, beside its run."""
+    """What a stage had logged when it broke off, beside its run."""
     if "broken_off" not in request or not len(context.log):
         return
     metrics = {"completed": False, "warnings": f"the stage broke off: {stopped}" if stopped else "it was interrupted"}

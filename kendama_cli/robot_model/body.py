@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from kendama_cli.errors import InputError
+from kendama_cli.motion.heading import heading_turn
 from kendama_cli.motion.task_settings import ProbeSettings
 from kendama_cli.robot_model.cup import attach_cup, cup_frame
 from kendama_cli.robot_model.dart_library import dartpy
@@ -71,12 +72,6 @@ def build_body(
         joint.setLimitEnforcement(True)
         _add_rotor(joint, rotor)
     return Body(skeleton, joints, tip, cup, tie, place)
-
-
-def heading_turn(heading_rad: float) -> Array:
-    """The base's turn about the world's z as a matrix (3, 3)."""
-    c, s = np.cos(heading_rad), np.sin(heading_rad)
-    return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
 
 
 def _load(description: Description) -> Any:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 from dataclasses import dataclass
 
 from kendama_cli.schema.settings import setting
@@ -28,6 +29,15 @@ class Placement:
     handle_m: tuple[float, float, float]
     cup_axis: tuple[float, float, float]
     redundancy_weights: tuple[float, ...]
+
+
+def turned(robot: RobotSettings, angle_rad: float) -> RobotSettings:
+    """Return the same arm standing turned by ``angle_rad`` about the world's z, base and heading."""
+    c, s = math.cos(angle_rad), math.sin(angle_rad)
+    x, y, z = robot.base_position_m
+    return dataclasses.replace(
+        robot, base_position_m=(c * x - s * y, s * x + c * y, z), base_heading_rad=robot.base_heading_rad + angle_rad
+    )
 
 
 def placed(robot: RobotSettings, placement: Placement) -> RobotSettings:

@@ -40,7 +40,7 @@ def played(pose: CatchPose, **settings: float) -> tuple[SteeredMotion, list[Join
     plan = swing().cup
     motion = SteeredMotion(plan, dataclasses.replace(ADAPT.steering, **settings), RIM_M)
     commands = [motion.last]
-    while len(commands) < len(plan.motion.t_s):
+    while len(commands) < len(plan.motion.t_s) + 150:
         if len(commands) >= SEEN_AT and not motion.over:
             motion.follow(pose)
         commands.append(motion.next())
@@ -56,8 +56,9 @@ def mouth(position_rad: Array) -> Array:
 def test_until_a_ball_is_believed_the_motion_is_the_plan() -> None:
     _, commands = played(ball((0.1, 0.0), sigma_m=0.1))
     motion = swing().cup.motion
-    assert (np.array([one.position_rad for one in commands]) == motion.position_rad).all()
-    assert (np.array([one.velocity_rad_s for one in commands]) == motion.velocity_rad_s).all()
+    planned = commands[: len(motion.t_s)]
+    assert (np.array([one.position_rad for one in planned]) == motion.position_rad).all()
+    assert (np.array([one.velocity_rad_s for one in planned]) == motion.velocity_rad_s).all()
 
 
 @pytest.mark.parametrize("beside_m", [(0.08, 0.0), (-0.1, 0.02), (0.0, 0.0)])
@@ -97,7 +98,40 @@ def test_every_command_keeps_to_the_joints_limits_and_goes_no_farther_than_allow
     assert (bends <= limits.acceleration_rad_s2 * (1 + 1e-9)).all()
     # places and speeds belong together: a step is the mean speed, to the third order of the period
     assert np.abs(np.diff(places, axis=0) - H * (speeds[1:] + speeds[:-1]) / 2).max() < 1e-4
-    assert np.linalg.norm(motion.shift_m) < 0.2 + 0.05
+    # the place is bounded, and not the aim alone: 10 um is a last period of braking that is not whole
+    beside = np.array([swing().arm.tool_place_m(one.position_rad) for one in commands])
+    beside -= np.array([swing().cup.sample(k).place_m for k in range(len(commands))])
+    assert np.linalg.norm(beside[:, :2], axis=1).max() < 0.2 + 1e-3
+    assert motion.largest_shift_m <= 0.2 + 2e-5
+    assert 0.1 < motion.catch_shift_m <= motion.largest_shift_m
+
+
+@pytest.mark.parametrize("beside_m", [(0.05, 0.0), (-0.06, 0.05), (0.15, 0.1), (0.1, -0.2)])
+@pytest.mark.parametrize("most_m", [0.08, 0.2])
+def test_the_cup_brakes_in_time_for_a_ball_that_flies_fast_to_the_side(
+    beside_m: tuple[float, float], most_m: float
+) -> None:
+    """Matched and then braked with 4 m/s^2, 1.5 m/s take 0.28 m."""
+    fast = dataclasses.replace(ball(beside_m), velocity_m_s=np.array([*1.5 * np.sign(beside_m), -2.0]))
+    motion, commands = played(fast, max_shift_m=most_m)
+    shift = np.array([swing().arm.tool_place_m(one.position_rad) for one in commands])[:, :2]
+    shift -= np.array([swing().cup.sample(k).place_m[:2] for k in range(len(commands))])
+    assert np.linalg.norm(shift, axis=1).max() < most_m + 1e-3
+    assert not commands[-1].velocity_rad_s.any()
+    if np.hypot(*beside_m) < most_m - 0.02:
+        meeting = commands[round(CATCH_S / H)].position_rad
+        assert np.linalg.norm(mouth(meeting)[:2] - fast.position_m[:2]) < 0.01
+    assert motion.largest_shift_m <= most_m + 2e-5
+
+
+def test_no_ball_is_followed_before_the_time_from_which_it_may_be() -> None:
+    motion = SteeredMotion(swing().cup, ADAPT.steering, RIM_M, from_s=1.0)
+    for _ in range(round(1.0 / H)):
+        motion.follow(ball((0.08, 0.0)))
+        motion.next()
+    assert not motion.steered
+    motion.follow(ball((0.08, 0.0)))
+    assert motion.steered
 
 
 def test_a_ball_out_of_reach_is_followed_no_farther_than_the_arm_can() -> None:

@@ -153,12 +153,9 @@ class Judged:
     def __init__(self) -> None:
         self.asked: list[tuple[Any, int]] = []
 
-    def require_reach(self, variation: MotionVariation, flight: tuple[float, float] | None) -> None:
-        """Nothing is out of reach."""
-
     def judged(self, variation: MotionVariation, draw: Any, *, eyes_seed: int, **others: Any) -> Any:
         self.asked.append((draw, eyes_seed))
-        return RolloutResult(True, False, 0.0, 0.0, (0.5, 0.9), 0.0, 0.3, 0.5, 0.5, "j1", None), 0.0
+        return RolloutResult(True, False, 0.0, 0.0, (0.5, 0.9), 0.0, 0.3, 0.5, 0.5, "j1", None), (0.0, 0.0)
 
 
 def test_how_many_repeats_follow_changes_nothing_of_what_is_chosen() -> None:

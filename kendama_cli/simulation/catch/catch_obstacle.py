@@ -1,8 +1,8 @@
-"""Why nothing catches: how near the search came, and what stands in the way."""
+"""Why the chosen motion does not catch: how near it came, and what stands in the way."""
 
 from __future__ import annotations
 
-from kendama_cli.simulation.catch.catch_search import LEAST_APEX_M, nearest_attempt
+from kendama_cli.simulation.catch.catch_search import LEAST_APEX_M
 from kendama_cli.simulation.catch.search_record import Attempt, Bounds, Search
 from kendama_cli.simulation.catch.settings import AdaptSettings
 
@@ -10,28 +10,27 @@ TORQUE_SPENT = 0.999
 """A joint whose torque reached this share of its limit did not follow as it should."""
 
 
-def obstacle(search: Search, settings: AdaptSettings, bounds: Bounds, limiting_joint: str, torque: str | None) -> str:
-    """One line: the nearest miss, its cause, and which setting to change.
+def obstacle(chosen: Attempt, settings: AdaptSettings, bounds: Bounds, limiting_joint: str, torque: str | None) -> str:
+    """One line: the miss of the ``chosen`` motion, its cause, and which setting to change.
 
     ``limiting_joint`` is the arm's limit that forbids a faster motion, ``torque`` the joint whose torque was spent in
-    the nearest rollout, if any.
+    its rollout, if any.
     """
-    return f"{_how_near(search)}: {_cause(nearest_attempt(search), settings, bounds, limiting_joint, torque)}"
+    return f"{_how_near(chosen)}: {_cause(chosen, settings, bounds, limiting_joint, torque)}"
 
 
-def policy_obstacle(search: Search) -> str:
-    """One line: how near a search of the shape came, and which setting to change."""
+def policy_obstacle(chosen: Attempt, search: Search) -> str:
+    """One line: how near the motion ``chosen`` by a search of the shape came, and which setting to change."""
     played = sum(one.limit is None for one in search.attempts)
     if played == 0:
         return f"every motion that was tried is forbidden by {search.attempts[-1].limit}: lower adapt.policy.spread_m"
     return (
-        f"{_how_near(search)}: {played} rollouts did not lead to a policy that lasts: raise adapt.policy.max_rollouts, "
+        f"{_how_near(chosen)}: {played} rollouts did not lead to a policy that lasts: raise adapt.policy.max_rollouts, "
         "or change adapt.policy.spread_m"
     )
 
 
-def _how_near(search: Search) -> str:
-    nearest = nearest_attempt(search)
+def _how_near(nearest: Attempt) -> str:
     variation = nearest.variation
     at = f"at tau_scale {variation.tau_scale:.4g}"
     if variation.amplitude != 1.0:
@@ -48,6 +47,7 @@ def _cause(nearest: Attempt, settings: AdaptSettings, bounds: Bounds, limiting_j
     least = bounds.lowest_tau.get(nearest.variation.amplitude, 0.0)
     miss_m, side_m = abs(nearest.signed_miss_m or 0.0), abs(nearest.side_miss_m or 0.0)
     causes = (
+        (nearest.limit is not None, f"it is forbidden by {nearest.limit}"),
         (torque is not None, f"{torque} has no more torque to give: place the arm otherwise (adapt.placement)"),
         (
             nearest.off_m < bounds.mouth_m,

@@ -17,7 +17,7 @@ from kendama_cli.motion.time_scaling import (
     next_tau,
     next_window_tau,
 )
-from kendama_cli.simulation.catch.race import ENOUGH, draws_needed, next_draw, winner
+from kendama_cli.simulation.catch.race import ENOUGH, draws_needed, next_draw, next_final_draw, winner
 from kendama_cli.simulation.catch.search_record import Attempt, Bounds, MotionVariation, Search, Trial
 from kendama_cli.simulation.catch.settings import AdaptSettings
 from kendama_cli.simulation.catch.uncertainty import expected_success
@@ -62,6 +62,10 @@ class TauSearch:
         """What is confirmed at the end."""
         return best_candidate(search, self._bounds)
 
+    def expected(self, search: Search, variation: MotionVariation) -> float:
+        """The success that is expected of a motion that was judged."""
+        return predicted_success(search, variation, self._bounds)
+
 
 def next_trial(search: Search, settings: AdaptSettings, bounds: Bounds) -> Trial | None:
     """The next rollout to play, or None when the search has ended.
@@ -69,7 +73,8 @@ def next_trial(search: Search, settings: AdaptSettings, bounds: Bounds) -> Trial
     First attempts over tau until one catches, then over the whole range of tau for all windows, whose middles race for
     the largest expected success in worlds drawn from the declared uncertainties. Only if none of them is predicted to
     succeed in ENOUGH of all worlds, the place of the catch is moved; only if nothing catches at all, the motion's size
-    is changed. The best is repeated afresh.
+    is changed. What lacks reach is no catch, and is judged only where there is nothing else: to tell what it would be
+    worth. The best is repeated afresh.
     """
     for amplitude in (1.0, *settings.amplitudes):
         trial = _explore(search, settings, bounds, amplitude)
@@ -80,12 +85,18 @@ def next_trial(search: Search, settings: AdaptSettings, bounds: Bounds) -> Trial
             trial = trial or next_draw(search, _moved(search, amplitude), bounds.mouth_m)
         if trial is not None:
             return trial
-        if any(one.caught and one.variation.amplitude == amplitude for one in search.attempts):
+        caught = [one.variation for one in search.attempts if one.caught and one.variation.amplitude == amplitude]
+        if search.reaching(caught):
             break
     best = best_candidate(search, bounds)
-    if best is not None and len(search.confirmed) < settings.repeats:
-        return Trial("confirm", best, len(search.confirmed))
-    return None
+    if best is None:
+        off_m = {one.variation: one.off_m for one in search.attempts}
+        short = sorted(dict(search.short_of_reach), key=lambda one: (search.slack_in_swing(one), off_m[one]))
+        return next_draw(search, short, bounds.mouth_m)
+    trial = next_final_draw(search, _winners(search, bounds), bounds.mouth_m)
+    if trial is None and len(search.confirmed) < settings.repeats:
+        trial = Trial("confirm", best, len(search.confirmed))
+    return trial
 
 
 def windows(search: Search, settings: AdaptSettings, bounds: Bounds) -> tuple[Window, ...]:
@@ -101,13 +112,18 @@ def windows(search: Search, settings: AdaptSettings, bounds: Bounds) -> tuple[Wi
 def best_candidate(search: Search, bounds: Bounds) -> MotionVariation | None:
     """The best of those that won a race: the largest expected success, then the least that a catch needs.
 
-    One whose rope hangs slack in the swing is taken only where there is no other.
+    One whose rope hangs slack in the swing is taken only where there is no other, one without reach never.
     """
-    races: dict[tuple[float, bool], list[MotionVariation]] = {}
-    for variation, _ in search.evaluated:
-        races.setdefault((variation.amplitude, variation.shifted), []).append(variation)
-    winners = [winner(search, entered, bounds.mouth_m) for entered in races.values()]
+    winners = _winners(search, bounds)
     return winner(search, winners, bounds.mouth_m) if winners else None
+
+
+def _winners(search: Search, bounds: Bounds) -> list[MotionVariation]:
+    """The winner of each race, of those that have reach."""
+    races: dict[tuple[float, bool], list[MotionVariation]] = {}
+    for variation in search.reaching(variation for variation, _ in search.evaluated):
+        races.setdefault((variation.amplitude, variation.shifted), []).append(variation)
+    return [winner(search, entered, bounds.mouth_m) for entered in races.values()]
 
 
 def predicted_success(search: Search, variation: MotionVariation, bounds: Bounds) -> float:
@@ -167,7 +183,7 @@ def _can_wait_elsewhere(attempt: Attempt) -> bool:
 def _middles(search: Search, settings: AdaptSettings, bounds: Bounds, amplitude: float) -> list[MotionVariation]:
     """The middle of every window of this amplitude that there is still budget to evaluate, the widest first.
 
-    Those whose rope hangs slack in the swing come last.
+    Those whose rope hangs slack in the swing come last; those that lack reach are left out.
     """
     where = _range(settings, bounds, amplitude)
     if where is None:
@@ -177,22 +193,20 @@ def _middles(search: Search, settings: AdaptSettings, bounds: Bounds, amplitude:
     most = next((many for many in range(MOST_EVALUATED, 1, -1) if draws_needed(many) <= left), 1)
     found = catch_windows(trials, where, bounds.mouth_m)
     middles = [MotionVariation(window.best.tau_scale, amplitude) for window in found]
-    return sorted(middles, key=search.slack_in_swing)[:most]
+    return sorted(search.reaching(middles), key=search.slack_in_swing)[:most]
 
 
 def _moved(search: Search, amplitude: float) -> list[MotionVariation]:
     """The best catch at a moved place."""
-    caught = [
-        one for one in search.attempts if one.caught and one.variation.shifted and one.variation.amplitude == amplitude
-    ]
-    return [min(caught, key=lambda one: one.off_m).variation] if caught else []
+    moved = [one for one in search.attempts if one.variation.shifted and one.variation.amplitude == amplitude]
+    caught = sorted((one for one in moved if one.caught), key=lambda one: one.off_m)
+    return search.reaching(one.variation for one in caught)[:1]
 
 
 def _best_over_tau(search: Search, bounds: Bounds, amplitude: float) -> float:
     """The largest predicted success of what was evaluated over tau alone."""
-    plain = [
-        variation for variation, _ in search.evaluated if not variation.shifted and variation.amplitude == amplitude
-    ]
+    judged = search.reaching(variation for variation, _ in search.evaluated)
+    plain = [one for one in judged if not one.shifted and one.amplitude == amplitude]
     return predicted_success(search, winner(search, plain, bounds.mouth_m), bounds) if plain else 0.0
 
 

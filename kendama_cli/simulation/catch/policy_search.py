@@ -8,7 +8,7 @@ from kendama_cli.learning.parameter_search import Generation, parameter_search
 from kendama_cli.schema.arrays import Array
 from kendama_cli.simulation.catch.catch_family import CatchFamily
 from kendama_cli.simulation.catch.path_bumps import ALONG
-from kendama_cli.simulation.catch.search_record import Attempt, MotionVariation, Search, Trial
+from kendama_cli.simulation.catch.search_record import SLACK_S, Attempt, MotionVariation, Search, Trial
 from kendama_cli.simulation.catch.settings import AdaptSettings
 from kendama_cli.simulation.catch.uncertainty import Repeat
 
@@ -20,6 +20,8 @@ FORBIDDEN_M = 1.5
 """What a motion costs that the arm cannot do."""
 JUMPED_OUT_M = 0.04
 """What a ball costs at least that was lost: as much as one that came down on the edge of the cup."""
+SLACK_M = 0.06
+"""How far apart a rope without mass and a chain come down after a slack in mid-swing (60 to 80 mm)."""
 MOST_FORBIDDEN = 3
 """A search in which all but one of so many motions are beyond the arm's limits ends early."""
 
@@ -54,7 +56,8 @@ class PolicySearch:
             if inside == 0 and complete:
                 judged = self._variation(stand.best)
                 made = dict(search.evaluated).get(judged, ())
-                if self._family.limit(judged) is None and not self._decided(made):
+                allowed = self._family.limit(judged) is None and search.reaching([judged])
+                if allowed and not self._decided(made):
                     return Trial("prove", judged, len(made))
             most = self._policy.max_rollouts
             if self.rollouts(search) < most and len(search.attempts) < MOST_FORBIDDEN * most:
@@ -62,27 +65,39 @@ class PolicySearch:
         best = self.best(search)
         if best is not None and len(search.confirmed) < self._settings.repeats:
             return Trial("confirm", best, len(search.confirmed))
+        if best is None and search.short_of_reach:  # what the newest of them would be worth is told
+            judged = search.short_of_reach[-1][0]
+            made = dict(search.evaluated).get(judged, ())
+            return None if self._decided(made) else Trial("prove", judged, len(made))
         return None
+
+    def expected(self, search: Search, variation: MotionVariation) -> float:
+        """The success that is expected of a motion that was judged: the share of its repeats that was caught."""
+        made = dict(search.evaluated)[variation]
+        return _caught(made) / len(made)
 
     def rollouts(self, search: Search) -> int:
         """How many rollouts the search took, without the repeats that judged it."""
         return sum(one.limit is None for one in search.attempts)
 
     def proven(self, search: Search) -> MotionVariation | None:
-        """The policy of which enough repeats were caught."""
+        """The policy of which enough repeats were caught, without a rope that hangs slack in the swing."""
         enough, of = self._policy.lasting
-        for variation, made in search.evaluated:
-            if len(made) == of and _caught(made) >= enough:
+        done = dict(search.evaluated)
+        for variation in search.reaching(done):
+            made = done[variation]
+            if len(made) == of and _caught(made) >= enough and not _slack(made):
                 return variation
         return None
 
     def best(self, search: Search) -> MotionVariation | None:
-        """The proven policy, or else the one of which most repeats were caught before it was given up."""
-        proven = self.proven(search)
-        if proven is not None or not search.evaluated:
-            return proven
-        variation, made = max(search.evaluated, key=lambda entry: _caught(entry[1]))
-        return variation if _caught(made) else None
+        """The proven policy, or else the one of which most repeats were caught before it was given up.
+
+        One whose rope hangs slack in the swing is taken only where there is no other.
+        """
+        proven, done = self.proven(search), dict(search.evaluated)
+        caught = [one for one in search.reaching(done) if _caught(done[one])]
+        return proven or max(caught, key=lambda one: (not _slack(done[one]), _caught(done[one])), default=None)
 
     def _decided(self, made: tuple[Repeat, ...]) -> bool:
         enough, of = self._policy.lasting
@@ -109,14 +124,20 @@ class PolicySearch:
 def cost_m(attempt: Attempt) -> float:
     """What a rollout costs [m]: how far the ball came down from where the cup was planned to be.
 
-    A seen catch's own way counts as a miss would, so that its search ends where little of it is needed.
+    A seen catch's own way counts as a miss would, so that its search ends where little of it is needed. A rope that
+    hung slack in the swing costs SLACK_M besides.
     """
     if attempt.limit is not None:
         return FORBIDDEN_M
     if attempt.signed_miss_m is None:
         return NEVER_DOWN_M - min(attempt.apex_m, HIGHEST_M)
-    missed = attempt.off_m + attempt.steered_m
+    missed = attempt.off_m + attempt.steered_m + (SLACK_M if attempt.slack_in_swing else 0.0)
     return missed if attempt.caught else max(missed, JUMPED_OUT_M)
+
+
+def _slack(made: tuple[Repeat, ...]) -> bool:
+    """Whether the rope hung slack in the swing of most of these repeats."""
+    return sum(one.swing_slack_s >= SLACK_S for one in made) > len(made) / 2
 
 
 def _caught(made: tuple[Repeat, ...]) -> int:

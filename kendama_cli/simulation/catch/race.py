@@ -40,10 +40,27 @@ def next_draw(search: Search, candidates: Sequence[MotionVariation], mouth_m: fl
 
 
 def winner(search: Search, candidates: Sequence[MotionVariation], mouth_m: float) -> MotionVariation:
-    """The best of those that stayed in the race longer than its first round, or of all where none did."""
+    """The best of ``candidates``, any two of them compared by as many worlds as both were judged in.
+
+    The one that was judged in fewest wins where it is the best by so many; or else those with so many are out.
+    """
+    done, left = dict(search.evaluated), list(candidates)
+    while True:
+        fewest = min(len(done[one]) for one in left)
+        best = max(left, key=lambda one: _worth(search, one, mouth_m, fewest))
+        longer = [one for one in left if len(done[one]) > fewest]
+        if len(done[best]) == fewest or not longer:
+            return best
+        left = longer
+
+
+def next_final_draw(search: Search, winners: Sequence[MotionVariation], mouth_m: float) -> Trial | None:
+    """The next world for the best of the ``winners`` of several races, until it has stood as many as any of them."""
+    if not winners:
+        return None
     done = dict(search.evaluated)
-    longer = [one for one in candidates if len(done[one]) > BLOCK] or candidates
-    return max(longer, key=lambda one: _worth(search, one, mouth_m, MOST_DRAWS))
+    best, most = winner(search, winners, mouth_m), max(len(done[one]) for one in winners)
+    return Trial("evaluate", best, len(done[best])) if len(done[best]) < most else None
 
 
 def _worth(search: Search, one: MotionVariation, mouth_m: float, draws: int) -> tuple[bool, float, float]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass, replace
 from math import hypot
 from typing import Any, Protocol
@@ -75,11 +75,16 @@ class Trial:
 
 @dataclass(frozen=True)
 class Search:
-    """All results so far: attempts in order, the worlds that judged each candidate, and the chosen motion's repeats."""
+    """All results so far: attempts in order, the worlds that judged each candidate, and the chosen motion's repeats.
+
+    ``short_of_reach`` are the catches in whose flight a seen catch cannot go as far as is asked for, each with the
+    reason: they are taken by no race.
+    """
 
     attempts: tuple[Attempt, ...] = ()
     evaluated: tuple[tuple[MotionVariation, tuple[Repeat, ...]], ...] = ()
     confirmed: tuple[Repeat, ...] = ()
+    short_of_reach: tuple[tuple[MotionVariation, str], ...] = ()
 
     def to_json(self) -> dict[str, Any]:
         """As JSON values."""
@@ -89,6 +94,7 @@ class Search:
                 [asdict(variation), [asdict(repeat) for repeat in repeats]] for variation, repeats in self.evaluated
             ],
             "confirmed": [asdict(one) for one in self.confirmed],
+            "short_of_reach": [[asdict(variation), reason] for variation, reason in self.short_of_reach],
         }
 
     @staticmethod
@@ -101,6 +107,7 @@ class Search:
                 for variation, repeats in state["evaluated"]
             ),
             tuple(Repeat(**one) for one in state["confirmed"]),
+            tuple((_variation(variation), reason) for variation, reason in state["short_of_reach"]),
         )
 
     def with_attempt(self, attempt: Attempt) -> Search:
@@ -114,6 +121,15 @@ class Search:
         done = dict(self.evaluated)
         done[trial.variation] = (*done.get(trial.variation, ()), repeat)
         return replace(self, evaluated=tuple(done.items()))
+
+    def without_reach(self, variation: MotionVariation, reason: str) -> Search:
+        """This search, knowing why ``variation`` lacks the reach that is asked for."""
+        return replace(self, short_of_reach=(*self.short_of_reach, (variation, reason)))
+
+    def reaching(self, candidates: Iterable[MotionVariation]) -> list[MotionVariation]:
+        """Those of ``candidates`` of which nothing says that they lack reach."""
+        short = dict(self.short_of_reach)
+        return [one for one in candidates if one not in short]
 
     def rollouts(self) -> int:
         """All rollouts that the search took; the fresh repeats at its end are not part of it."""
@@ -148,6 +164,9 @@ class CatchSearch(Protocol):
 
     def best(self, search: Search) -> MotionVariation | None:
         """What is confirmed at the end."""
+
+    def expected(self, search: Search, variation: MotionVariation) -> float:
+        """The success that is expected of a motion that was judged."""
 
 
 @dataclass(frozen=True)

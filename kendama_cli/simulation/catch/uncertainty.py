@@ -34,12 +34,14 @@ LEAST_SPREAD_M = 0.002
 class Repeat:
     """One perturbed rollout; ``miss_m`` is None where the ball never came down through the rim's plane.
 
-    ``steered_m`` is how far a seen catch moved the cup beside its plan.
+    ``steered_m`` is how far a seen catch had moved the cup beside its plan then, ``swing_slack_s`` for how long the
+    rope hung slack before.
     """
 
     caught: bool
     miss_m: float | None
     steered_m: float = 0.0
+    swing_slack_s: float = 0.0
 
 
 @dataclass(frozen=True)

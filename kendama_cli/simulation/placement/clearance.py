@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from kendama_cli.artifacts.motion_plan import JointTrajectory
-from kendama_cli.robot_model.body import heading_turn
+from kendama_cli.motion.heading import heading_turn
 from kendama_cli.robot_model.chain import compiled_chain
 from kendama_cli.robot_model.chain_kernel import Chain, CollisionGeometry, ToolGeometry, clearance
 from kendama_cli.robot_model.model import HANDLE_RADIUS_M, RobotModel

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from kendama_cli.learning.limiter import BRAKING_SHARE
-from kendama_cli.robot_model.body import heading_turn
+from kendama_cli.motion.heading import heading_turn
 from kendama_cli.robot_model.chain import compiled_chain
 from kendama_cli.robot_model.chain_kernel import Curve, IkSettings, ToolGeometry, clearance, follow, frames, peaks
 from kendama_cli.robot_model.model import RobotModel

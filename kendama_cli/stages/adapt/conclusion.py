@@ -2,18 +2,24 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from kendama_cli.artifacts.motion_plan import CatchMotion
 from kendama_cli.artifacts.proportion import success_interval
+from kendama_cli.errors import StageError
+from kendama_cli.motion.heading import heading_turn, turned_plan
+from kendama_cli.robot_model.model import RobotModel
 from kendama_cli.simulation.catch.catch_obstacle import TORQUE_SPENT, obstacle, policy_obstacle
-from kendama_cli.simulation.catch.catch_search import nearest_attempt, predicted_success, windows
-from kendama_cli.simulation.catch.search_record import Bounds, CatchSearch, MotionVariation, Search
+from kendama_cli.simulation.catch.catch_search import nearest_attempt, windows
+from kendama_cli.simulation.catch.search_record import Attempt, Bounds, CatchSearch, MotionVariation, Search
 from kendama_cli.simulation.catch.settings import AdaptSettings
 from kendama_cli.simulation.dart.rollout import RolloutResult
 from kendama_cli.simulation.placement.find_placement import current_placement
-from kendama_cli.stages.adapt.logged import log_chosen, log_windows
+from kendama_cli.stages.adapt.logged import log_chosen, log_windows, turned_trace
 from kendama_cli.stages.adapt.rollouts import Rollouts
+from kendama_cli.stages.adapt.trials import attempt_made
 from kendama_cli.stages.interface import Made, Metric, StageContext
 
 NOT_REPEATED = (
@@ -34,17 +40,28 @@ def conclude(
 ) -> Made:
     """The best motion that ``way`` found, or the nearest to a catch; it is logged, and the search's figures told."""
     best, family = way.best(search), rollouts.family
-    variation = best or nearest_attempt(search).variation
-    swing = family.swing(variation)
+    variation = best or _best_short_of_reach(search, way) or nearest_attempt(search).variation
+    swing, heading_rad = family.swing(variation), rollouts.standing.heading_rad
+    arm = RobotModel(rollouts.standing.robot, rollouts.game.cup, rollouts.game.gravity_m_s2)
     result, _ = rollouts.judged(variation, None, eyes_seed=eyes_seed, record=True)
     if result.trace is not None:
         reference_m = swing.cup_reference_m(variation.tau_scale, result.trace.t_s)
-        log_chosen(ctx, rollouts.world.arm, rollouts.game, result.trace, reference_m)
+        log_chosen(
+            ctx, arm, rollouts.game, turned_trace(result.trace, heading_rad), reference_m @ heading_turn(-heading_rad)
+        )
+    of_search = _of_search(search, best, way, settings=settings, bounds=bounds, ctx=ctx)
+    if best is None and search.short_of_reach:
+        raise StageError(
+            f"no motion that catches leaves the seen catch its reach: at tau_scale {variation.tau_scale:.4g}, the best "
+            f"of them, with an expected success of {way.expected(search, variation):.2f}, "
+            f"{dict(search.short_of_reach)[variation]}"
+        )
     metrics: dict[str, Metric] = {"caught": result.caught, "caught_later": result.caught_later}
     if not result.caught:
+        chosen = attempt_made(variation, swing, result)
         policy = settings.search != "tau"
         metrics["in_the_way"] = (
-            policy_obstacle(search) if policy else _obstacle(rollouts, search, settings, bounds, result)
+            policy_obstacle(chosen, search) if policy else _obstacle(rollouts, chosen, settings, bounds, result)
         )
     rate = _rate(search)
     metrics |= {
@@ -55,8 +72,9 @@ def conclude(
         **rate,
         "search": settings.search,
         "rollouts_to_lasting": way.rollouts(search) if _lasts(search, settings) else None,
-        **_of_search(search, best, settings, bounds, ctx),
+        **of_search,
         "rollouts_to_first_catch": search.rollouts_to_first_catch(),
+        "heading_deg": math.degrees(heading_rad),
         "amplitude": variation.amplitude,
         "shift_mm": 1e3 * float(np.hypot(*variation.shift_m)),
         "signed_miss_mm": None if result.signed_miss_m is None else 1e3 * result.signed_miss_m,
@@ -68,8 +86,8 @@ def conclude(
         "effort_over_limit": result.effort_share,
     }
     joints = swing.joints(variation.tau_scale, settings.hold_s)
-    placement = current_placement(rollouts.world.arm)
-    motion = CatchMotion(family.plan(variation), joints, placement, result.caught, rate["success_rate"])
+    plan = turned_plan(family.plan(variation), heading_rad)
+    motion = CatchMotion(plan, joints, current_placement(arm), result.caught, rate["success_rate"])
     return Made(motion, metrics, () if search.confirmed else (NOT_REPEATED,))
 
 
@@ -88,8 +106,21 @@ def _lasts(search: Search, settings: AdaptSettings) -> bool:
     return any(len(made) >= of and sum(one.caught for one in made) * of >= enough * len(made) for made in judged)
 
 
+def _best_short_of_reach(search: Search, way: CatchSearch) -> MotionVariation | None:
+    """The catch without the reach that is asked for that would be worth most; None where there is none."""
+    judged = dict(search.evaluated)
+    short = [one for one, _ in search.short_of_reach if one in judged]
+    return max(short, key=lambda one: way.expected(search, one), default=None)
+
+
 def _of_search(
-    search: Search, best: MotionVariation | None, settings: AdaptSettings, bounds: Bounds, ctx: StageContext
+    search: Search,
+    best: MotionVariation | None,
+    way: CatchSearch,
+    *,
+    settings: AdaptSettings,
+    bounds: Bounds,
+    ctx: StageContext,
 ) -> dict[str, Metric]:
     """What only the search that was made can tell."""
     if settings.search != "tau":
@@ -97,15 +128,14 @@ def _of_search(
     found = windows(search, settings, bounds)
     log_windows(ctx, found, search)
     return {
-        "predicted_success": None if best is None else predicted_success(search, best, bounds),
+        "predicted_success": None if best is None else way.expected(search, best),
         "windows": len(found),
     }
 
 
 def _obstacle(
-    rollouts: Rollouts, search: Search, settings: AdaptSettings, bounds: Bounds, result: RolloutResult
+    rollouts: Rollouts, chosen: Attempt, settings: AdaptSettings, bounds: Bounds, result: RolloutResult
 ) -> str:
     torque = f"joint '{result.effort_joint}'" if result.effort_share >= TORQUE_SPENT else None
-    amplitude = nearest_attempt(search).variation.amplitude
-    limiting = rollouts.family.swing(MotionVariation(1.0, amplitude)).limiting_joint()
-    return obstacle(search, settings, bounds, limiting, torque)
+    limiting = rollouts.family.swing(MotionVariation(1.0, chosen.variation.amplitude)).limiting_joint()
+    return obstacle(chosen, settings, bounds, limiting, torque)

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Sequence
 
 from kendama_cli.log.messages import ReplayMessage
+from kendama_cli.motion.heading import heading_turn
 from kendama_cli.motion.rotation_matrix import quaternion_of
 from kendama_cli.motion.time_scaling import Window
 from kendama_cli.robot_model.arm_scene import WORLD, ArmScene
@@ -71,6 +73,13 @@ def log_replay(ctx: StageContext, index: int, world: ArmWorld, drawn: WorldError
         ball_m=trace.ball_m.ravel(),
     )
     ctx.log.write("/adapt/replay", float(index), message)
+
+
+def turned_trace(trace: Trace, angle_rad: float) -> Trace:
+    """Return ``trace`` as it is in a world turned by ``angle_rad`` about z; joints are what they are."""
+    back = heading_turn(-angle_rad)
+    places = {name: getattr(trace, name) @ back for name in ("cup_m", "ball_m", "cup_axis")}
+    return dataclasses.replace(trace, **places)
 
 
 LINKS_EVERY = 2

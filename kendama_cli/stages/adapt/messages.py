@@ -30,7 +30,8 @@ class AdaptRolloutMessage:
 class AdaptExploredMessage:
     """One rollout of a policy search: ``cost_m`` is what it was worth, ``miss_m`` nan where the ball never came down.
 
-    The goal was moved by ``shift_x_m`` and ``shift_y_m``; ``bumps_m`` are the bumps' heights, those along x first.
+    The goal was moved by ``shift_x_m`` and ``shift_y_m``; ``bumps_m`` are the bumps' heights, those along x first; the
+    rope hung slack for ``swing_slack_s`` in the swing.
     """
 
     index: int
@@ -42,6 +43,7 @@ class AdaptExploredMessage:
     shift_x_m: float
     shift_y_m: float
     bumps_m: Collection[float]
+    swing_slack_s: float
 
 
 @dataclass(frozen=True)
@@ -67,12 +69,16 @@ class AdaptWindowMessage:
 
 @dataclass(frozen=True)
 class AdaptRepeatMessage:
-    """One perturbed repeat of the chosen motion; the cup ended ``shift_m`` beside its plan."""
+    """One perturbed repeat of the chosen motion.
+
+    The cup was ``shift_m`` beside its plan at the catch, and at most ``largest_shift_m``.
+    """
 
     index: int
     caught: bool
     miss_m: float
     shift_m: float = 0.0
+    largest_shift_m: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -110,5 +116,6 @@ TOPICS: Mapping[str, type] = {
     "/adapt/reference": FrameTransform,
 }
 """``candidate``: candidates in the worlds that judge them; ``explored`` and ``proof``: those of a policy search
-and the repeats that judge it; ``replay``: the repeats' bodies and ways; the last: what the arm looks like, and the
-chosen motion, undisturbed."""
+and the repeats that judge it; ``replay``: the repeats' bodies and ways, turned about the vertical until the swing goes
+along x, as all misses and shifts are; the last: what the arm looks like, and the chosen motion, undisturbed, where
+the arm stands."""

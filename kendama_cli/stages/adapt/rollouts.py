@@ -2,27 +2,40 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from kendama_cli.artifacts.motion_plan import JointTrajectory
-from kendama_cli.game.catch_reach import require_reach
+from kendama_cli.game.catch_reach import lacking_reach
 from kendama_cli.game.seen_catch import SeenCatch, cup_plan
 from kendama_cli.game.steered_motion import CupPlan
 from kendama_cli.settings.game import GameSettings
+from kendama_cli.settings.robot import RobotSettings
 from kendama_cli.simulation.catch.catch_family import CatchFamily
 from kendama_cli.simulation.catch.search_record import MotionVariation
 from kendama_cli.simulation.catch.settings import AdaptSettings
-from kendama_cli.simulation.catch.uncertainty import Draw
+from kendama_cli.simulation.catch.uncertainty import MOUTH_SHARE, Draw
 from kendama_cli.simulation.dart.rollout import RolloutResult, play_rollout
 from kendama_cli.simulation.dart.world import ArmWorld
 from kendama_cli.simulation.dart.world_errors import NO_ERRORS
 
 
-class Rollouts:
-    """Plays the motions of ``family`` in ``world``."""
+@dataclass(frozen=True)
+class Standing:
+    """How the arm of a search stands in its own world; there the swing goes along ``heading_rad`` from x."""
 
-    def __init__(self, world: ArmWorld, family: CatchFamily, settings: AdaptSettings, game: GameSettings) -> None:
-        self.world, self.family = world, family
+    robot: RobotSettings
+    heading_rad: float
+
+
+class Rollouts:
+    """Plays the motions of ``family`` in ``world``, in which the swing goes along x; ``standing`` is outside of it."""
+
+    def __init__(
+        self, world: ArmWorld, family: CatchFamily, settings: AdaptSettings, game: GameSettings, *, standing: Standing
+    ) -> None:
+        self.world, self.family, self.standing = world, family, standing
         self._settings, self.game = settings, game
         self._planned: tuple[MotionVariation, JointTrajectory, CupPlan] | None = None
 
@@ -39,11 +52,11 @@ class Rollouts:
         eyes_seed: int,
         rng: np.random.Generator | None = None,
         record: bool = False,
-    ) -> tuple[RolloutResult, float]:
+    ) -> tuple[RolloutResult, tuple[float, float]]:
         """Played with the catch that is wanted, in the world of ``draw`` or in the model's.
 
         The joints' noise is drawn from ``rng``, what the eyes add from ``eyes_seed``. Returns besides how far the cup
-        was moved beside its plan [m].
+        was moved beside its plan, at the catch and at most [m].
         """
         settings, world = self._settings, self.world
         joints, cup = self._motion(variation)
@@ -63,19 +76,25 @@ class Rollouts:
             steering=seen,
             record=record,
         )
-        return result, 0.0 if seen is None else seen.shift_m
+        return result, (0.0, 0.0) if seen is None else seen.shifts_m
 
-    def require_reach(self, variation: MotionVariation, flight: tuple[float, float] | None) -> None:
-        """Raise StageError where a seen catch could not go as far as the uncertainty asks for.
+    def flight_s(self, variation: MotionVariation, flight: tuple[float, float]) -> tuple[float, float]:
+        """When the ball flies that does so in the share ``flight`` of the motion."""
+        swing = self.family.swing(variation)
+        start_s, end_s = ((share * swing.plan.duration_s + swing.lead_in_s) * variation.tau_scale for share in flight)
+        return start_s, end_s
+
+    def lacking_reach(self, variation: MotionVariation, flight: tuple[float, float] | None) -> str | None:
+        """Why a seen catch cannot go as far as the uncertainty asks for, or None.
 
         ``flight`` is the share of the motion in which the ball flies.
         """
-        if self._settings.catch == "seen" and flight is not None:
-            swing = self.family.swing(variation)
-            start_s, end_s = (
-                (share * swing.plan.duration_s + swing.lead_in_s) * variation.tau_scale for share in flight
-            )
-            require_reach(self._motion(variation)[1], (start_s, end_s), self._settings)
+        if self._settings.catch != "seen" or flight is None:
+            return None
+        cup = self._motion(variation)[1]
+        mouth_m = MOUTH_SHARE * self.game.cup.radius_m
+        flight_s = self.flight_s(variation, flight)
+        return lacking_reach(cup, flight_s, self._settings, rim_m=self.game.cup.rim_m, mouth_m=mouth_m)
 
     def _motion(self, variation: MotionVariation) -> tuple[JointTrajectory, CupPlan]:
         """The joints and the cup of ``variation``; kept for its next rollout, which is mostly of the same."""

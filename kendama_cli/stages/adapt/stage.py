@@ -13,10 +13,11 @@ from kendama_cli.artifacts.toy_model import SIGMAS_95, ToyModel
 from kendama_cli.errors import StageError
 from kendama_cli.learning.friction_known import with_identified
 from kendama_cli.motion.amplitude import scaled_plan
+from kendama_cli.motion.heading import swing_heading_rad, turned_plan
 from kendama_cli.robot_model.arm_motion import ArmMotion
 from kendama_cli.robot_model.model import RobotModel
 from kendama_cli.settings.game import GameSettings
-from kendama_cli.settings.placement import placed
+from kendama_cli.settings.placement import placed, turned
 from kendama_cli.settings.robot import RobotSettings
 from kendama_cli.simulation.catch.catch_family import CatchFamily
 from kendama_cli.simulation.catch.catch_search import TauSearch
@@ -27,7 +28,7 @@ from kendama_cli.simulation.catch.tilt import playable_tilt
 from kendama_cli.simulation.dart.world import ArmWorld
 from kendama_cli.simulation.placement.find_placement import find_placement
 from kendama_cli.stages.adapt.conclusion import conclude
-from kendama_cli.stages.adapt.rollouts import Rollouts
+from kendama_cli.stages.adapt.rollouts import Rollouts, Standing
 from kendama_cli.stages.adapt.trials import Trials
 from kendama_cli.stages.interface import Made, StageContext, State
 
@@ -41,6 +42,8 @@ class Adapt:
     def run(self, given: Mapping[str, Any], ctx: StageContext) -> Made:
         """Search tau, then goal and size, in the closed loop; the result is judged by perturbed repeats.
 
+        The search is made in the primitive's own plane: base and primitive are turned about the vertical until it
+        swings along x, along which misses are signed, errors drawn and reaches asked for, and the result turned back.
         ``caught`` is the nominal outcome, ``success_rate`` that over fresh perturbed repeats, None without any. Where
         nothing catches the stage still ends, and its metrics say how near it came and what stands in the way. Raises
         StageError, naming the joint and its limit, where no tau in the range is within the arm's limits.
@@ -52,10 +55,11 @@ class Adapt:
             self._game, self._settings = toy.applied(self._game), _narrowed(self._settings, toy)
         settings = self._settings
         robot = self._placed(with_identified(self._robot, given.get("identify")), plan, ctx)
-        world = ArmWorld(robot, self._game)
-        plan, warnings = playable_tilt(world.arm, plan, settings)
+        heading_rad = swing_heading_rad(plan)
+        world = ArmWorld(turned(robot, -heading_rad), self._game)
+        plan, warnings = playable_tilt(world.arm, turned_plan(plan, -heading_rad), settings)
         family = CatchFamily(world.arm, plan, settings.lead_in_m_s2)
-        rollouts = Rollouts(world, family, settings, self._game)
+        rollouts = Rollouts(world, family, settings, self._game, standing=Standing(robot, heading_rad))
         bounds = family.bounds(settings.amplitudes, self._game.cup.radius_m)
         self._require_playable(family, bounds)
         saved = ctx.restore()

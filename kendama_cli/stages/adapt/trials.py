@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from kendama_cli.errors import SimulationError
 from kendama_cli.robot_model.arm_motion import ArmMotion
 from kendama_cli.settings.game import GameSettings
 from kendama_cli.simulation.catch.policy_search import cost_m
@@ -49,24 +50,35 @@ class Trials:
 
     def play(self, search: Search, trial: Trial) -> Search:
         """``search`` with what came of ``trial``."""
+        variation = trial.variation
         if trial.kind == "attempt":
-            return search.with_attempt(self._attempt(trial))
+            attempt = self._attempt(trial)
+            lacks = self._rollouts.lacking_reach(variation, attempt.flight) if attempt.caught else None
+            search = search.with_attempt(attempt)
+            return search if lacks is None else search.without_reach(variation, lacks)
         if trial.kind == "explore":
             return search.with_attempt(self._explored(trial))
-        if trial.kind in {"evaluate", "prove"} and trial.index == 0:
-            self._rollouts.require_reach(trial.variation, search.flight(trial.variation))
-        if trial.kind == "prove":
-            return search.with_repeat(trial, self._proof(trial, len(search.attempts)))
-        return search.with_repeat(trial, self._repeat(trial))
+        if trial.kind == "prove" and trial.index == 0 and search.reaching([variation]):
+            lacks = self._rollouts.lacking_reach(variation, search.flight(variation))
+            if lacks is not None:
+                return search.without_reach(variation, lacks)
+        try:
+            made = self._proof(trial, len(search.attempts)) if trial.kind == "prove" else self._repeat(trial)
+        except SimulationError:  # one world is beyond the model: it is lost, the others are not
+            made = Repeat(False, None)
+        return search.with_repeat(trial, made)
 
     def _attempt(self, trial: Trial) -> Attempt:
         variation, rollouts = trial.variation, self._rollouts
         limit = rollouts.family.limit(variation)
         if limit is not None:
             return _forbidden(variation, limit)
-        result = rollouts.planned(variation)
+        try:
+            result = rollouts.planned(variation)
+        except SimulationError as error:  # this motion is beyond the model: another may not be
+            return _forbidden(variation, str(error))
         self._ctx.log.write("/adapt/rollout", float(trial.index), _rollout_message(trial, result))
-        return _attempt_made(variation, rollouts.family.swing(variation), result)
+        return attempt_made(variation, rollouts.family.swing(variation), result)
 
     def _explored(self, trial: Trial) -> Attempt:
         """A rollout of a policy search; all of a generation are in the same world."""
@@ -75,8 +87,11 @@ class Trials:
         limit = rollouts.family.limit(variation)
         if limit is not None:
             return _forbidden(variation, limit)
-        result, steered_m = self._drawn(variation, [self._seeds[0], 0, generation])
-        made = _attempt_made(variation, rollouts.family.swing(variation), result, steered_m)
+        try:
+            result, (steered_m, _) = self._drawn(variation, [self._seeds[0], 0, generation])
+        except SimulationError as error:
+            return _forbidden(variation, str(error))
+        made = attempt_made(variation, rollouts.family.swing(variation), result, steered_m)
         message = AdaptExploredMessage(
             index=trial.index,
             generation=generation,
@@ -87,6 +102,7 @@ class Trials:
             shift_x_m=variation.shift_m[0],
             shift_y_m=variation.shift_m[1],
             bumps_m=variation.bumps_m,
+            swing_slack_s=result.swing_slack_s,
         )
         self._ctx.log.write("/adapt/explored", float(trial.index), message)
         return made
@@ -96,9 +112,9 @@ class Trials:
         result, _ = self._drawn(trial.variation, [self._seeds[0], 1, rollouts, trial.index])
         message = AdaptProofMessage(rollouts, trial.index, result.caught, _or_nan(result.signed_miss_m))
         self._ctx.log.write("/adapt/proof", float(rollouts), message)
-        return Repeat(result.caught, result.signed_miss_m)
+        return Repeat(result.caught, result.signed_miss_m, swing_slack_s=result.swing_slack_s)
 
-    def _drawn(self, variation: MotionVariation, seed: list[int]) -> tuple[RolloutResult, float]:
+    def _drawn(self, variation: MotionVariation, seed: list[int]) -> tuple[RolloutResult, tuple[float, float]]:
         rng = np.random.default_rng(seed)
         draw = drawn_errors(self._settings.uncertainty, self._game.rope.length_m, rng)
         return self._rollouts.judged(variation, draw, eyes_seed=int(rng.integers(2**62)), rng=rng)
@@ -114,25 +130,28 @@ class Trials:
             if confirm
             else judging_errors(uncertainty, rope_m, trial.index, self._seeds[0])
         )
-        result, shift_m = self._rollouts.judged(trial.variation, draw, eyes_seed=seed, rng=rng, record=confirm)
+        result, (shift_m, largest_m) = self._rollouts.judged(
+            trial.variation, draw, eyes_seed=seed, rng=rng, record=confirm
+        )
         if confirm:
             miss_m = _or_nan(result.signed_miss_m)
-            message = AdaptRepeatMessage(index=trial.index, caught=result.caught, miss_m=miss_m, shift_m=shift_m)
+            message = AdaptRepeatMessage(trial.index, result.caught, miss_m, shift_m, largest_m)
             log.write("/adapt/repeat", float(trial.index), message)
             log_replay(self._ctx, trial.index, self._rollouts.world, draw.world, result)
             log.write("/adapt/drawn", float(trial.index), draw_message(trial.index, draw, self._game))
         else:
             log.write("/adapt/candidate", float(trial.index), _rollout_message(trial, result))
-        return Repeat(result.caught, result.signed_miss_m, shift_m)
+        return Repeat(result.caught, result.signed_miss_m, shift_m, result.swing_slack_s)
 
 
 def _forbidden(variation: MotionVariation, limit: str) -> Attempt:
     return Attempt(variation, False, None, None, 0.0, None, limit)
 
 
-def _attempt_made(
+def attempt_made(
     variation: MotionVariation, swing: ArmMotion, result: RolloutResult, steered_m: float = 0.0
 ) -> Attempt:
+    """The attempt at ``variation``, whose motion is ``swing``, with what came of it."""
     flight = None
     if result.flight_s is not None:
         start, end = ((t_s / variation.tau_scale - swing.lead_in_s) / swing.plan.duration_s for t_s in result.flight_s)

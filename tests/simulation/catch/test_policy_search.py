@@ -88,7 +88,7 @@ def test_after_every_generation_repeats_judge_it_and_end_once_too_many_are_lost(
     assert [one.index for one in trials if one.kind == "explore"] == list(range(18))
     assert [one.index for one in trials if one.kind == "prove"] == [0, 1, 2] * 3
     assert way().best(search) is None
-    assert re_says(policy_obstacle(search), "18 rollouts did not lead to a policy that lasts")
+    assert re_says(policy_obstacle(search.attempts[0], search), "18 rollouts did not lead to a policy that lasts")
 
 
 def re_says(line: str, words: str) -> bool:
@@ -109,7 +109,41 @@ def test_motions_beyond_the_arm_are_no_rollouts_and_the_search_ends() -> None:
     search, trials = searched(settings, arm=AnyArm("joint 'S3' with its speed limit of 1.00 rad/s"))
     assert way(settings).rollouts(search) == 0
     assert len(trials) == 18
-    assert "every motion that was tried is forbidden by joint 'S3'" in policy_obstacle(search)
+    assert "every motion that was tried is forbidden by joint 'S3'" in policy_obstacle(search.attempts[0], search)
+
+
+def test_a_policy_whose_rope_hangs_slack_in_the_swing_is_taken_only_where_there_is_no_other() -> None:
+    slack, taut = MotionVariation(1.0, bumps_m=(0.01,) * 8), MotionVariation(1.0, bumps_m=(0.0,) * 8)
+    enough, of = POLICY.lasting
+
+    def judged(*swings: tuple[MotionVariation, float, int]) -> Search:
+        made = tuple((one, (Repeat(True, 0.0, 0.0, s),) * n + (Repeat(False, 0.1),) * (of - n)) for one, s, n in swings)
+        return Search(evaluated=made)
+
+    alone, beside = judged((slack, 0.08, of)), judged((slack, 0.08, of), (taut, 0.01, enough - 5))
+    assert way().proven(alone) is way().proven(beside) is None
+    assert way().best(alone) == slack
+    assert way().best(beside) == taut
+    assert way().proven(judged((taut, 0.01, enough))) == taut
+    hung = Attempt(taut, True, 0.01, 0.0, 0.2, None, swing_slack_s=0.08)
+    assert cost_m(hung) - cost_m(dataclasses.replace(hung, swing_slack_s=0.01)) == pytest.approx(0.06)
+
+
+def test_a_policy_without_reach_is_passed_over_and_judged_only_where_there_is_no_other() -> None:
+    settings = dataclasses.replace(SHIPPED, policy=dataclasses.replace(POLICY, max_rollouts=12))
+    search, asked = Search(), []
+    while (trial := way(settings).next_trial(search)) is not None:
+        asked.append(trial)
+        if trial.kind == "prove" and trial.variation not in dict(search.short_of_reach):
+            search = search.without_reach(trial.variation, "it has 70 mm")
+        else:
+            search = played(search, trial, True)
+    kinds = [one.kind for one in asked]
+    assert kinds[:14] == (["explore"] * 6 + ["prove"]) * 2
+    assert set(kinds[14:]) == {"prove"}
+    assert way(settings).best(search) is None
+    assert not search.confirmed
+    assert 0 <= way(settings).expected(search, search.short_of_reach[-1][0]) <= 1
 
 
 def test_a_rollout_costs_its_miss_its_height_or_the_way_that_a_seen_catch_went() -> None:
