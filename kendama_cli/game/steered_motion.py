@@ -10,6 +10,7 @@ import numpy as np
 from kendama_cli.artifacts.catch_pose import CatchPose
 from kendama_cli.artifacts.motion_plan import JointTrajectory
 from kendama_cli.devices.robot.interface import JointCommand
+from kendama_cli.game.bounded_shift import bounded, brakable, shortened
 from kendama_cli.game.interception import InterceptionPlan, plan_interception
 from kendama_cli.game.lag import Lag
 from kendama_cli.robot_model.inverse_kinematics import across, weighted_step
@@ -22,8 +23,6 @@ SHARES = (1.0, 0.6, 0.3, 0.0)
 UNREACHED_M = 0.005
 """A cup that the arm cannot bring nearer than this to its place is out of reach."""
 STILL_M_S = 1e-12
-ROUNDING_M = 1e-5
-"""The last period of braking is not a whole one: it ends up to b h^2 / 8 farther."""
 
 
 @dataclass(frozen=True)
@@ -134,8 +133,9 @@ class SteeredMotion:
         if self._pose is None:
             self._last = JointCommand(motion.position_rad[k], motion.velocity_rad_s[k], motion.acceleration_rad_s2[k])
         elif self._speed_m_s.any() or not self.over or self._last.velocity_rad_s.any():
-            wanted = self._bounded(self._acceleration_m_s2(self._pose))
-            stopping = _shortened(-self._speed_m_s / self._plan.period_s, self._settings.acceleration_m_s2)
+            h, settings = self._plan.period_s, self._settings
+            wanted = bounded(self._acceleration_m_s2(self._pose), self._shift_m, self._speed_m_s, h, settings)
+            stopping = shortened(-self._speed_m_s / h, settings.acceleration_m_s2)
             for tried in (*(share * wanted for share in SHARES), stopping):
                 made = self._with_acceleration(tried, k)
                 if made[1]:
@@ -161,24 +161,8 @@ class SteeredMotion:
             self._aim(pose, start_s)
         if start_s < self._catch_s:
             wanted = np.array([plan.acceleration_m_s2(start_s + 0.5 * h) for plan in self._plans])
-            return _shortened(wanted, settings.acceleration_m_s2)
-        return _shortened(-self._speed_m_s / h, settings.braking_m_s2)
-
-    def _bounded(self, acceleration_m_s2: Array) -> Array:
-        """``acceleration_m_s2`` (2,), or braking where the cup could not stop within ``max_shift_m`` after it.
-
-        From s with speed v the cup stops at s + v |v| / (2 b); braking with b leaves that place where it is.
-        """
-        settings, h, speed = self._settings, self._plan.period_s, self._speed_m_s
-        shift = self._shift_m + h * (speed + 0.5 * h * acceleration_m_s2)
-        if self._stops_inside(shift, speed + h * acceleration_m_s2):
-            return acceleration_m_s2
-        inside = self._stops_inside(self._shift_m, speed)
-        return _shortened(-speed / h, settings.braking_m_s2 if inside else settings.acceleration_m_s2)
-
-    def _stops_inside(self, shift_m: Array, speed_m_s: Array) -> bool:
-        way_m = speed_m_s * float(np.linalg.norm(speed_m_s)) / (2 * self._settings.braking_m_s2)
-        return float(np.linalg.norm(shift_m + way_m)) <= self._settings.max_shift_m + ROUNDING_M
+            return shortened(wanted, settings.acceleration_m_s2)
+        return shortened(-self._speed_m_s / h, settings.braking_m_s2)
 
     def _aim(self, pose: CatchPose, start_s: float) -> None:
         """Plan the shift from ``start_s`` on, where there is time for another plan."""
@@ -191,13 +175,9 @@ class SteeredMotion:
             return
         self._catch_s = end_s
         cup_m, cup_m_s = self._plan.at(end_s, self._lever_m)
-        aim_m = _shortened((ball_m - cup_m)[:2], settings.max_shift_m)
+        aim_m = shortened((ball_m - cup_m)[:2], settings.max_shift_m)
         way_m = aim_m - self._shift_m
-        wanted_m_s = settings.matching * (ball_m_s - cup_m_s)[:2]
-        along = wanted_m_s / max(float(np.linalg.norm(wanted_m_s)), 1e-12)
-        out_m = float(aim_m @ along)
-        left_m = math.sqrt(max(out_m**2 + settings.max_shift_m**2 - float(aim_m @ aim_m), 0.0)) - out_m
-        wanted_m_s = _shortened(wanted_m_s, math.sqrt(2 * settings.braking_m_s2 * max(left_m, 0.0)))
+        wanted_m_s = brakable(settings.matching * (ball_m_s - cup_m_s)[:2], aim_m, settings)
         self._plans = [
             plan_interception(
                 way_m=float(way_m[axis]),
@@ -224,32 +204,32 @@ class SteeredMotion:
 
     def _with_acceleration(self, acceleration_m_s2: Array, k: int) -> tuple[JointCommand, bool, Array, Array]:
         """The command with that of the shift, whether the joints' limits allow it, and the shift's place and speed."""
-        plan, arm, h, last = self._plan, self._plan.arm, self._plan.period_s, self._last
+        h = self._plan.period_s
         shift = self._shift_m + h * (self._speed_m_s + 0.5 * h * acceleration_m_s2)
         rate = self._speed_m_s + h * acceleration_m_s2
-        cup, planned_rad_s = plan.sample(k), plan.motion.velocity_rad_s[k]
-        near = last.position_rad + h * last.velocity_rad_s
-        value, task = arm.cup_task(near, cup.across)
-        change = np.concatenate([cup.place_m - value[:3], value[3:]])
-        change[:2] += shift
-        most_rad = h * arm.limits.velocity_rad_s  # a task that cannot be met asks for any step at all
-        q = near + np.clip(weighted_step(task, change, arm.redundancy_weights), -most_rad, most_rad)
-        wanted = cup.task_speed + np.concatenate([rate, np.zeros(3)])
-        speed = planned_rad_s + weighted_step(task, wanted - task @ planned_rad_s, arm.redundancy_weights)
-        limits = arm.limits
-        bend = (speed - last.velocity_rad_s) / h
-        inside = (
-            (q >= limits.lower_rad)
-            & (q <= limits.upper_rad)
-            & (np.abs(speed) <= limits.velocity_rad_s)
-            & (np.abs(bend) <= limits.acceleration_rad_s2)
-        )
-        reached = float(np.abs(change).max()) < UNREACHED_M
-        q = np.clip(q, limits.lower_rad, limits.upper_rad)
-        speed = np.clip(speed, -limits.velocity_rad_s, limits.velocity_rad_s)
-        return JointCommand(q, speed, bend), bool(inside.all()) and reached, shift, rate
+        return *_beside(self._plan, k, shift, rate, self._last), shift, rate
 
 
-def _shortened(vector: Array, most: float) -> Array:
-    """``vector`` at its length, or at ``most``."""
-    return np.asarray(vector * min(1.0, most / max(float(np.linalg.norm(vector)), 1e-12)))
+def _beside(plan: CupPlan, k: int, shift_m: Array, rate_m_s: Array, last: JointCommand) -> tuple[JointCommand, bool]:
+    """The command after ``last`` with the cup ``shift_m`` (2,) beside sample ``k``, and whether the limits allow it."""
+    arm, limits, h = plan.arm, plan.arm.limits, plan.period_s
+    cup, planned_rad_s = plan.sample(k), plan.motion.velocity_rad_s[k]
+    near = last.position_rad + h * last.velocity_rad_s
+    value, task = arm.cup_task(near, cup.across)
+    change = np.concatenate([cup.place_m - value[:3], value[3:]])
+    change[:2] += shift_m
+    most_rad = h * limits.velocity_rad_s  # a task that cannot be met asks for any step at all
+    q = near + np.clip(weighted_step(task, change, arm.redundancy_weights), -most_rad, most_rad)
+    wanted = cup.task_speed + np.concatenate([rate_m_s, np.zeros(3)])
+    speed = planned_rad_s + weighted_step(task, wanted - task @ planned_rad_s, arm.redundancy_weights)
+    bend = (speed - last.velocity_rad_s) / h
+    inside = (
+        (q >= limits.lower_rad)
+        & (q <= limits.upper_rad)
+        & (np.abs(speed) <= limits.velocity_rad_s)
+        & (np.abs(bend) <= limits.acceleration_rad_s2)
+    )
+    reached = float(np.abs(change).max()) < UNREACHED_M
+    q = np.clip(q, limits.lower_rad, limits.upper_rad)
+    speed = np.clip(speed, -limits.velocity_rad_s, limits.velocity_rad_s)
+    return JointCommand(q, speed, bend), bool(inside.all()) and reached

@@ -5,10 +5,11 @@ from __future__ import annotations
 import math
 
 from kendama_cli.learning.parameter_search import Generation, parameter_search
+from kendama_cli.physics.rim_crossing import SLACK_S
 from kendama_cli.schema.arrays import Array
 from kendama_cli.simulation.catch.catch_family import CatchFamily
 from kendama_cli.simulation.catch.path_bumps import ALONG
-from kendama_cli.simulation.catch.search_record import SLACK_S, Attempt, MotionVariation, Search, Trial
+from kendama_cli.simulation.catch.search_record import Attempt, MotionVariation, Search, Trial
 from kendama_cli.simulation.catch.settings import AdaptSettings
 from kendama_cli.simulation.catch.uncertainty import Repeat
 

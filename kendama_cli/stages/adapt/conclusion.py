@@ -38,24 +38,21 @@ def conclude(
     eyes_seed: int,
     ctx: StageContext,
 ) -> Made:
-    """The best motion that ``way`` found, or the nearest to a catch; it is logged, and the search's figures told."""
+    """The best motion that ``way`` found, or the nearest to a catch; it is logged, and the search's figures told.
+
+    Raises StageError where everything that catches lacks the reach that is asked for.
+    """
     best, family = way.best(search), rollouts.family
     variation = best or _best_short_of_reach(search, way) or nearest_attempt(search).variation
     swing, heading_rad = family.swing(variation), rollouts.standing.heading_rad
     arm = RobotModel(rollouts.standing.robot, rollouts.game.cup, rollouts.game.gravity_m_s2)
     result, _ = rollouts.judged(variation, None, eyes_seed=eyes_seed, record=True)
     if result.trace is not None:
-        reference_m = swing.cup_reference_m(variation.tau_scale, result.trace.t_s)
-        log_chosen(
-            ctx, arm, rollouts.game, turned_trace(result.trace, heading_rad), reference_m @ heading_turn(-heading_rad)
-        )
+        reference_m = swing.cup_reference_m(variation.tau_scale, result.trace.t_s) @ heading_turn(-heading_rad)
+        log_chosen(ctx, arm, rollouts.game, turned_trace(result.trace, heading_rad), reference_m)
     of_search = _of_search(search, best, way, settings=settings, bounds=bounds, ctx=ctx)
     if best is None and search.short_of_reach:
-        raise StageError(
-            f"no motion that catches leaves the seen catch its reach: at tau_scale {variation.tau_scale:.4g}, the best "
-            f"of them, with an expected success of {way.expected(search, variation):.2f}, "
-            f"{dict(search.short_of_reach)[variation]}"
-        )
+        raise _refused(search, variation, way)
     metrics: dict[str, Metric] = {"caught": result.caught, "caught_later": result.caught_later}
     if not result.caught:
         chosen = attempt_made(variation, swing, result)
@@ -104,6 +101,14 @@ def _lasts(search: Search, settings: AdaptSettings) -> bool:
     enough, of = settings.policy.lasting
     judged = [search.confirmed] if settings.search == "tau" else [made for _, made in search.evaluated]
     return any(len(made) >= of and sum(one.caught for one in made) * of >= enough * len(made) for made in judged)
+
+
+def _refused(search: Search, best: MotionVariation, way: CatchSearch) -> StageError:
+    """What is told of a search that found no catch but those without reach, of which ``best`` is worth most."""
+    return StageError(
+        f"no motion that catches leaves a seen catch its reach: at tau_scale {best.tau_scale:.4g}, the best of them "
+        f"with an expected success of {way.expected(search, best):.2f}, {dict(search.short_of_reach)[best]}"
+    )
 
 
 def _best_short_of_reach(search: Search, way: CatchSearch) -> MotionVariation | None:
