@@ -68,6 +68,18 @@ def planned_descent(times_s: Sequence[float], since_s: float) -> int | None:
     return after[0] if after else len(times_s) - 1 if times_s else None
 
 
+def near_descent(t_s: Array, cup_m: Array, over_m: tuple[Array, Array, Array]) -> int | None:
+    """Return the sample (of n) before the descent to mark as the catch: that within NEAR_M of the axis; None without.
+
+    ``cup_m`` (n, k) is the cup's way and ``over_m`` the ball over its rim (over_rim).
+    """
+    x, y, height = over_m
+    near = np.hypot(x, y)[:-1] < NEAR_M
+    down = np.flatnonzero(falls(height[:-1], height[1:]) & near).tolist()
+    which = planned_descent([float(t_s[k + 1]) for k in down], catch_from_s(t_s, cup_m))
+    return None if which is None else int(down[which])
+
+
 def is_caught(in_cup: bool, miss_m: tuple[float, float] | None, radius_m: float) -> bool:
     """Return True if the ball is in the cup at the end, and its descent next to the planned catch led into the mouth.
 

@@ -24,13 +24,15 @@ BALL, CUP, ROPE, PIECES = 0, 1, 2, 60
 
 
 class Sizes(NamedTuple):
-    """Sizes of ball, cup and rope [m]."""
+    """Sizes of ball, cup and rope [m]; ``cup_floor_m`` is the floor's height over the cup's place, on a handle or 0."""
 
     ball_m: float
     cup_inner_m: float
     cup_outer_m: float
     cup_depth_m: float
     cup_wall_m: float
+    cup_floor_m: float
+    handle_m: float
     rope_m: float
 
 
@@ -113,7 +115,7 @@ def capsule(o: Array, d: Array, points: Array, piece: int, tau: float, radius: f
 
 @compiled
 def open_cup(o: Array, d: Array, places: Array, turns: Array, tau: float, s: Sizes, normal: Array) -> float:
-    """A round cup of wall, floor and rim, that can be looked into."""
+    """A round cup of wall, floor and rim, that can be looked into, and the handle under it."""
     k, f = moment(len(places), tau)
     ox = oy = oz = dx = dy = dz = 0.0
     for i in range(3):
@@ -123,6 +125,7 @@ def open_cup(o: Array, d: Array, places: Array, turns: Array, tau: float, s: Siz
         rz = turns[k, i, 2] + f * (turns[k + 1, i, 2] - turns[k, i, 2])
         ox, oy, oz = ox + gap * rx, oy + gap * ry, oz + gap * rz
         dx, dy, dz = dx + d[i] * rx, dy + d[i] * ry, dz + d[i] * rz
+    oz -= s.cup_floor_m
     aa, ab, bb = dx * dx + dy * dy, dx * ox + dy * oy, ox * ox + oy * oy
     best, nx, ny, nz = math.inf, 0.0, 0.0, 0.0
     t = first_root(aa, ab, bb - s.cup_outer_m**2)
@@ -131,6 +134,10 @@ def open_cup(o: Array, d: Array, places: Array, turns: Array, tau: float, s: Siz
     t = last_root(aa, ab, bb - s.cup_inner_m**2)
     if t < best and s.cup_wall_m <= oz + t * dz <= s.cup_depth_m:
         best, nx, ny, nz = t, -(ox + t * dx) / s.cup_inner_m, -(oy + t * dy) / s.cup_inner_m, 0.0
+    if s.handle_m > 0:
+        t = first_root(aa, ab, bb - s.handle_m**2)
+        if t < best and -s.cup_floor_m <= oz + t * dz <= 0:
+            best, nx, ny, nz = t, (ox + t * dx) / s.handle_m, (oy + t * dy) / s.handle_m, 0.0
     if dz != 0:
         for face in range(3):
             level = s.cup_depth_m if face == 0 else s.cup_wall_m if face == 1 else 0.0
@@ -188,7 +195,8 @@ def shade(
 ) -> None:  # fmt: skip
     """Set ``free`` (n,) to 0 where ball or cup stands between ``starts`` (n, 3) and the lamp; a rope is too thin."""
     scratch, d = np.empty(3), np.empty(3)
-    cup_reach = math.hypot(sizes.cup_outer_m, sizes.cup_depth_m / 2)
+    half = (sizes.cup_floor_m + sizes.cup_depth_m) / 2
+    cup_reach = math.hypot(sizes.cup_outer_m, half)
     for i in range(len(starts)):
         if free[i] == 0:
             continue
@@ -201,8 +209,7 @@ def shade(
         for j in range(3):
             gap = balls[k, j] + f * (balls[k + 1, j] - balls[k, j]) - starts[i, j]
             ball2, ball_along = ball2 + gap * gap, ball_along + gap * d[j]
-            middle = (turns[k, j, 2]) * sizes.cup_depth_m / 2
-            gap = cups[k, j] + f * (cups[k + 1, j] - cups[k, j]) + middle - starts[i, j]
+            gap = cups[k, j] + f * (cups[k + 1, j] - cups[k, j]) + turns[k, j, 2] * half - starts[i, j]
             cup2, cup_along = cup2 + gap * gap, cup_along + gap * d[j]
         if (
             owner[i] != -2 - BALL

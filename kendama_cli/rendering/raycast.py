@@ -16,7 +16,7 @@ from kendama_cli.rendering.tiles import Tiles
 from kendama_cli.rendering.tracer import Tracer
 from kendama_cli.schema.arrays import Array
 from kendama_cli.settings.camera import AppearanceSettings, LightingSettings
-from kendama_cli.settings.game import GameSettings
+from kendama_cli.settings.game import GameSettings, HandleTie
 from kendama_cli.vision.camera_model import CameraModel
 from kendama_cli.vision.region import Region, whole
 
@@ -50,8 +50,9 @@ class Raycaster:
         self._tracer = Tracer(self._tiles, model.height_px, model.width_px)
         self._lamps = [(np.array(lamp.position_m, dtype=np.float64), lamp.irradiance) for lamp in lighting.lamps]
         cup = game.cup
-        outer = cup.radius_m + cup.wall_m
-        self._sizes = Sizes(game.ball.radius_m, cup.radius_m, outer, cup.depth_m, cup.wall_m, appearance.rope_radius_m)
+        handle_m = cup.tie.radius_m if isinstance(cup.tie, HandleTie) else 0.0
+        own = cup.radius_m, cup.outer_radius_m, cup.depth_m, cup.wall_m, cup.floor_m, handle_m
+        self._sizes = Sizes(game.ball.radius_m, *own, appearance.rope_radius_m)
         self._spin = 2 * np.pi * appearance.ball_spin_hz * SPIN_AXIS
         self._pattern_of_ball = ("plain", "two_tone", "striped", "wooden").index(appearance.ball_pattern)
         self._sight = Sight(model, self._background.rays, self._tiles, self._tracer, self._sizes)

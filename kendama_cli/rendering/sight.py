@@ -122,8 +122,8 @@ class Sight:
 def ways(moving: Moving, sizes: Sizes) -> Iterator[tuple[int, Array, Array, float]]:
     """Ball, cup and the rope's pieces: bit, the way (a, b) of a sphere that holds it, and the sphere's radius [m]."""
     yield BALL, moving.ball_m[0], moving.ball_m[-1], sizes.ball_m + _bend_m(moving.ball_m)
-    middle = moving.cup_m + moving.cup_rotation[:, :, 2] * sizes.cup_depth_m / 2
-    reach = math.hypot(sizes.cup_outer_m, sizes.cup_depth_m / 2)
+    half = (sizes.cup_floor_m + sizes.cup_depth_m) / 2
+    middle, reach = moving.cup_m + moving.cup_rotation[:, :, 2] * half, math.hypot(sizes.cup_outer_m, half)
     yield CUP, middle[0], middle[-1], reach + _bend_m(middle)
     for piece in range(moving.rope_m.shape[1] - 1):
         ends = moving.rope_m[:, piece : piece + 2]

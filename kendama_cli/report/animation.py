@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from kendama_cli.report.tracks import Array, Geometry, Path2D
+from kendama_cli.report.tracks import Array, Geometry, Path2D, cup_outline_m
 
 _FRAMES_PER_S = 60
 _MOST_FRAMES = 720
@@ -113,7 +113,7 @@ def player(
     film = {"x": rows, "ahead": ahead, "rate": rate, "rope": rope, "poster": poster, "start": round(start, 4)}
     shown = ahead[poster]
     a, b, c, d, e, f, g, h = shown or (0.0,) * 8
-    wide, deep, radius = (scale * size for size in (sizes.cup_radius_m, sizes.cup_depth_m, sizes.ball_m))
+    cup_path, radius = _path(*(cup_outline_m(sizes.cup) * [scale, -scale]).T), scale * sizes.ball_m
     cx, cy, tilt, bx, by = rows[poster]
     slack = math.sqrt(max(0.0, rope**2 - (bx - cx) ** 2 - (by - cy) ** 2))
     bar = 0.1 * scale
@@ -132,7 +132,7 @@ def player(
         f'fill-opacity=".25"/></g>'
         f'<circle class="ball" cx="{bx}" cy="{by}" r="{radius:.1f}" fill="var(--ball)"/>'
         f'<g class="cup" transform="translate({cx} {cy}) rotate({tilt})">'
-        f'<path d="M{-wide:.1f} {-deep:.1f}V0H{wide:.1f}V{-deep:.1f}" fill="var(--cup)" fill-opacity=".16" '
+        f'<path d="{cup_path}" fill="var(--cup)" fill-opacity=".16" '
         f'stroke="var(--cup)" stroke-width="3.4" stroke-linejoin="round" stroke-linecap="round"/></g></svg>'
         f'<div class="controls"><button type="button">Play</button><button type="button">\u00bc speed</button>'
         f'<input type="range" min="0" max="{len(t) - 1}" value="{poster}" aria-label="time">'
@@ -160,9 +160,9 @@ def _ahead(
 
 def _frame(cup: Path2D, ball: Path2D, sizes: Geometry) -> tuple[float, float, float, float]:
     """Pixels per metre, the world's left and top edge [m], and the picture's height [px]."""
-    reach = sizes.cup_radius_m + 0.01
+    reach = sizes.cup.radius_m + 0.01
     xs = np.concatenate([cup.x_m - reach, cup.x_m + reach, ball.x_m - sizes.ball_m, ball.x_m + sizes.ball_m])
-    zs = np.concatenate([cup.z_m, cup.z_m + sizes.cup_depth_m, ball.z_m - sizes.ball_m, ball.z_m + sizes.ball_m])
+    zs = np.concatenate([cup.z_m, cup.z_m + sizes.cup.rim_m, ball.z_m - sizes.ball_m, ball.z_m + sizes.ball_m])
     wide, tall = float(np.ptp(xs)), float(np.ptp(zs))
     scale = min((_WIDTH - 2 * _MARGIN) / wide, (_HEIGHT - 2 * _MARGIN) / tall)
     left = float(xs.min()) - ((_WIDTH / scale) - wide) / 2

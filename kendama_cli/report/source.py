@@ -57,10 +57,19 @@ class StageLog:
         if isinstance(found, int | float):
             return float(found)
         if default is None:
-            raise InputError(
-                str(self.path), f"has no setting '{'.'.join(names)}'", remedy="run the stage again with --force"
-            )
+            raise self._missing(names)
         return default
+
+    def group(self, name: str) -> Mapping[str, Any]:
+        """The group ``name`` of the settings, wherever it stands; raises InputError where it is not there."""
+        found = _find(self.settings, (name,))
+        if not isinstance(found, Mapping):
+            raise self._missing((name,))
+        return found
+
+    def _missing(self, names: tuple[str, ...]) -> InputError:
+        problem = f"has no setting '{'.'.join(names)}'"
+        return InputError(str(self.path), problem, remedy="run the stage again with --force")
 
 
 def _find(settings: Any, names: tuple[str, ...]) -> Any:

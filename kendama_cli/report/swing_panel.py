@@ -8,7 +8,7 @@ from matplotlib.axes import Axes
 from kendama_cli.report.figure import Panel
 from kendama_cli.report.plot import drawing, legend_above
 from kendama_cli.report.style import BALL, CUP, INK, PAPER
-from kendama_cli.report.tracks import Geometry, Path2D
+from kendama_cli.report.tracks import Geometry, Path2D, cup_outline_m
 
 
 def swing_panel(name: str, title: str, paths: tuple[Path2D, Path2D], sizes: Geometry, at_s: float | None) -> Panel:
@@ -31,8 +31,7 @@ def swing_panel(name: str, title: str, paths: tuple[Path2D, Path2D], sizes: Geom
 
 def _draw_cup(axes: Axes, x_m: float, z_m: float, tilt_rad: float, sizes: Geometry) -> None:
     """The cup's outline with its tie point at (x, z)."""
-    wide, deep = sizes.cup_radius_m, sizes.cup_depth_m
-    outline = np.array([[-wide, deep], [-wide, 0.0], [wide, 0.0], [wide, deep]])
+    outline = cup_outline_m(sizes.cup)
     c, s = np.cos(tilt_rad), np.sin(tilt_rad)
     turned = outline @ np.array([[c, -s], [s, c]])
     axes.plot(x_m + turned[:, 0], z_m + turned[:, 1], color=INK, lw=1.6, solid_joinstyle="round", zorder=4)

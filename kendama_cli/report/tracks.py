@@ -10,8 +10,11 @@ import numpy.typing as npt
 import pandas as pd
 from matplotlib.axes import Axes
 
+from kendama_cli.log.logged_settings import logged_settings
+from kendama_cli.physics.rim_crossing import near_descent, over_rim
 from kendama_cli.report.source import StageLog
 from kendama_cli.schema.foxglove import FrameTransform
+from kendama_cli.settings.game import CupSettings
 
 Array = npt.NDArray[np.float64]
 
@@ -42,12 +45,11 @@ class Path2D:
 
 @dataclass(frozen=True)
 class Geometry:
-    """The game's sizes [m] and gravity, from the settings in the log."""
+    """The game's sizes [m], the cup's among them, and gravity, from the settings in the log."""
 
     rope_m: float
     ball_m: float
-    cup_radius_m: float
-    cup_depth_m: float
+    cup: CupSettings
     gravity_m_s2: float
 
     @staticmethod
@@ -56,8 +58,7 @@ class Geometry:
         return Geometry(
             rope_m=log.setting("rope", "length_m"),
             ball_m=log.setting("ball", "radius_m"),
-            cup_radius_m=log.setting("cup", "radius_m"),
-            cup_depth_m=log.setting("cup", "depth_m"),
+            cup=cup_of(log),
             gravity_m_s2=log.setting("gravity_m_s2"),
         )
 
@@ -114,13 +115,25 @@ def last_start_s(frame: pd.DataFrame) -> float:
     return float(frame["t_s"].iloc[parted[-1]]) if len(parted) else -math.inf
 
 
-def catch_time_s(cup: Path2D, ball: Path2D, depth_m: float) -> float | None:
-    """When the ball last comes down through the rim plane within reach of the cup; None if it never does."""
+def cup_of(log: StageLog) -> CupSettings:
+    """Return the cup of the stage's game; raises InputError where the log does not have it."""
+    return logged_settings(CupSettings, log.group("cup"), "game.cup", log.path)
+
+
+def cup_outline_m(cup: CupSettings) -> Array:
+    """Return the outline (k, 2) of a cup in its own plane, x and height over its place, with its handle."""
+    wide, floor, rim = cup.radius_m, cup.floor_m, cup.rim_m
+    handle = [(0.0, floor), (0.0, 0.0), (0.0, floor)] if floor else []
+    return np.array([(-wide, rim), (-wide, floor), *handle, (wide, floor), (wide, rim)])
+
+
+def catch_time_s(cup: Path2D, ball: Path2D, of: CupSettings) -> float | None:
+    """When the ball comes down through the rim's plane for the catch (near_descent); None if it never does."""
     held = cup.at(ball.t_s)
-    height = ball.z_m - held.z_m - depth_m
-    down = np.flatnonzero((height[:-1] > 0) & (height[1:] <= 0))
-    near = [i for i in down if abs(ball.x_m[i] - held.x_m[i]) < 0.1]
-    return float(ball.t_s[near[-1]]) if near else None
+    axis = np.sin(held.tilt_rad), 0.0 * held.tilt_rad, np.cos(held.tilt_rad)
+    apart = ball.x_m - held.x_m, 0.0 * held.x_m, ball.z_m - held.z_m
+    found = near_descent(ball.t_s, np.column_stack([held.x_m, held.z_m]), over_rim(apart, axis, of.rim_m))
+    return None if found is None else float(ball.t_s[found])
 
 
 def running_median(values: Array, half_width: int) -> Array:

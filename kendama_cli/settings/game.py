@@ -146,6 +146,11 @@ class CupSettings:
         return self.floor_m + self.depth_m
 
     @property
+    def reach_m(self) -> float:
+        """How far the cup reaches from its place, whichever way it is turned."""
+        return math.hypot(self.outer_radius_m, self.rim_m)
+
+    @property
     def tie_m(self) -> tuple[float, float, float]:
         """Where the rope is tied, in the cup's frame: at its origin, the cup's place, or on the wall."""
         tie = self.tie

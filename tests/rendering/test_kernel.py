@@ -7,7 +7,7 @@ from kendama_cli.rendering import kernel_light, kernel_shapes
 from kendama_cli.rendering.kernel_shapes import Sizes
 from tests.rendering.closed_forms import Capsule, OpenCup, Sphere
 
-SIZES = Sizes(0.02, 0.045, 0.048, 0.07, 0.003, 0.004)
+SIZES = Sizes(0.02, 0.045, 0.048, 0.07, 0.003, 0.0, 0.0, 0.004)
 TURN = np.array([[0.8, 0.0, 0.6], [0.0, 1.0, 0.0], [-0.6, 0.0, 0.8]])
 BALL, CUP = np.array([0.05, 0.02, 0.03]), np.array([-0.02, 0.01, 0.0])
 ROPE = np.array([[0.0, 0.0, -0.08], [0.03, 0.05, 0.06]])

@@ -8,12 +8,13 @@ import numpy as np
 
 from kendama_cli.schema.foxglove import Solid
 from tests.log.made_logs import FieldLog
+from tests.shipped_conf import plain
 
 GAME = {
     "gravity_m_s2": 9.81,
     "rope": {"length_m": 0.4, "stiffness_n_m": 2000.0, "damping_n_s_m": 2.0},
     "ball": {"mass_kg": 0.05, "radius_m": 0.02},
-    "cup": {"radius_m": 0.045, "depth_m": 0.07, "staves": 12},
+    "cup": plain("game", "kendama")["cup"],
 }
 ROPE_M = 0.4
 

@@ -10,13 +10,14 @@ from kendama_cli.errors import InputError
 from kendama_cli.report.animation import Ahead, player
 from kendama_cli.report.source import StageLog
 from kendama_cli.report.tracks import Geometry, Path2D
+from tests.simulation.dart.bench_robot import kendama_game
 
 
 def _drop_px(gravity_m_s2: float) -> float:
     """How much higher the parabola ahead ends than it begins, over its scale: the ball at rest at the crossing."""
     t = np.linspace(0.0, 1.0, 11)
     still = Path2D(t, 0 * t, 0 * t, 0 * t)
-    sizes = Geometry(0.4, 0.02, 0.045, 0.07, gravity_m_s2)
+    sizes = Geometry(0.4, 0.02, kendama_game().cup, gravity_m_s2)
     ahead = Ahead(t_s=0.0, crossing_s=2.0, x_m=0.0, x_m_s=0.0, z_m=0.0, z_m_s=0.0, sigma_m=0.01)
     film = player("one", still, still, sizes, poster_s=0.0, autoplay=False, predictions=[ahead])
     data = json.loads(re.search(r'application/json">(.*?)</script>', film)[1])

@@ -6,6 +6,9 @@ import pytest
 
 from kendama_cli.report.tables import label_and_unit, number
 from kendama_cli.report.tracks import Path2D, catch_time_s, direction, last_start_s, running_median, track
+from tests.simulation.dart.bench_robot import kendama_game
+
+CUP = kendama_game().cup
 
 
 def _frame(t, x, y, z, q=(1.0, 0.0, 0.0, 0.0)):
@@ -37,14 +40,14 @@ def test_long_paths_are_thinned_but_keep_their_times():
     assert np.array_equal(shown.t_s, shown.x_m)
 
 
-def test_the_catch_is_the_last_fall_through_the_rim_within_reach():
+def test_the_catch_is_the_fall_through_the_rim_within_reach():
     t = np.linspace(0, 2, 2001)
     rest = Path2D(t, 0 * t, 0 * t, 0 * t)
     height = 0.07 + 0.3 - 0.5 * 9.81 * (t - 1) ** 2
     ball = Path2D(t, 0.02 + 0 * t, height, 0 * t)
-    assert catch_time_s(rest, ball, 0.07) == pytest.approx(1 + np.sqrt(0.6 / 9.81), abs=1e-3)
-    assert catch_time_s(rest, ball.moved(0.3, 0.0), 0.07) is None
-    assert catch_time_s(rest, ball.moved(0.0, -0.4), 0.07) is None
+    assert catch_time_s(rest, ball, CUP) == pytest.approx(1 + np.sqrt(0.6 / 9.81), abs=1e-3)
+    assert catch_time_s(rest, ball.moved(0.3, 0.0), CUP) is None
+    assert catch_time_s(rest, ball.moved(0.0, -0.4), CUP) is None
 
 
 def test_attempts_are_parted_by_jumps():

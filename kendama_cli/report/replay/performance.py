@@ -9,7 +9,9 @@ from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
+from kendama_cli.physics.rim_crossing import near_descent, over_rim
 from kendama_cli.report.replay.camera_images import CameraImages
+from kendama_cli.report.tracks import cup_of
 from kendama_cli.schema.arrays import Array
 from kendama_cli.schema.foxglove import FrameTransform, FrameTransforms, SceneUpdate, Solid
 
@@ -22,8 +24,6 @@ Kind = Literal["demonstration", "simulation", "hardware", "referee"]
 
 MOST_RATE_HZ = 100.0
 MOST_SAMPLES = 3000
-NEAR_M = 0.1
-"""The ball comes down at the cup where it crosses the rim's plane within this of its axis."""
 
 
 @dataclass(frozen=True)
@@ -105,7 +105,7 @@ def performance(
     bodies = _sampled(poses)
     links = _links(log, f"{under}/links", start_s, end_s)
     seen = log.messages(scene, SceneUpdate).messages if scene else ()
-    rim_m = _rim_m(log)
+    rim_m = cup_of(log).rim_m
     return Performance(
         label,
         kind,
@@ -123,7 +123,7 @@ def performance(
 
 def carried(log: StageLog, label: str, kind: Kind, poses: dict[str, tuple[Array, Array]], rope_m: float) -> Performance:
     """A cup and a ball, their ``poses`` as times (n,) and poses (n, 7), where no arm was logged."""
-    bodies, rim_m = _sampled(poses), _rim_m(log)
+    bodies, rim_m = _sampled(poses), cup_of(log).rim_m
     gravity_m_s2, catch_s = log.setting("gravity_m_s2"), came_down_s(bodies, rim_m)
     return Performance(label, kind, bodies, rope_m=rope_m, rim_m=rim_m, gravity_m_s2=gravity_m_s2, catch_s=catch_s)
 
@@ -137,20 +137,13 @@ def cup_alone(frame: pd.DataFrame, label: str) -> Performance | None:
 
 
 def came_down_s(bodies: Frames, rim_m: float) -> float | None:
-    """When the ball last came down through the rim's plane near the cup's axis; None if it never did."""
+    """When the ball came down through the rim's plane for the catch (near_descent); None if it never did."""
     cup, ball = (bodies.poses[:, bodies.names.index(name)] for name in ("cup", "ball"))
     w, x, y, z = cup[:, 3:].T
-    axis = np.column_stack([2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x * x + y * y)])
-    out = ball[:, :3] - cup[:, :3]
-    height = (out * axis).sum(axis=1) - rim_m
-    aside = np.linalg.norm(out - (height + rim_m)[:, None] * axis, axis=1)
-    down = np.flatnonzero((height[:-1] > 0) & (height[1:] <= 0) & (aside[:-1] < NEAR_M))
-    return None if not len(down) else bodies.start_s + float(down[-1]) / bodies.rate_hz
-
-
-def _rim_m(log: StageLog) -> float:
-    """From the tie to the rim's plane."""
-    return log.setting("cup", "depth_m") + log.setting("cup", "tie", "length_m", default=0.0)
+    axis = 2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x * x + y * y)
+    t_s = bodies.start_s + np.arange(len(cup)) / bodies.rate_hz
+    found = near_descent(t_s, cup[:, :3], over_rim((ball[:, :3] - cup[:, :3]).T, axis, rim_m))
+    return None if found is None else float(t_s[found])
 
 
 def _within(frame: pd.DataFrame, start_s: float, end_s: float) -> pd.DataFrame:

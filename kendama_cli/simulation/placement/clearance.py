@@ -40,7 +40,7 @@ def collision_geometry_about(
         side=heading_turn(heading_rad).T @ np.array([0.0, 1.0, 0.0]),
         swing_m=game.rope.length_m + game.ball.radius_m,
         ball_m=game.ball.radius_m,
-        cup_m=float(np.hypot(game.cup.outer_radius_m, game.cup.rim_m)),
+        cup_m=game.cup.reach_m,
     )
 
 

@@ -99,8 +99,7 @@ def _surroundings(
     heights = np.array([arm.joint_places_m(one)[:, 2] for one in angles])
     cup_m = np.array([arm.tool_place_m(one) for one in angles])
     lowest = np.minimum(heights[:, 1:-1], heights[:, 2:]) - arm.link_radius_m[1:]
-    cup_reach_m = float(np.hypot(game.cup.radius_m + game.cup.wall_m, game.cup.depth_m))
-    gaps = np.column_stack([lowest, cup_m[:, 2] - cup_reach_m]) - safety.table_height_m
+    gaps = np.column_stack([lowest, cup_m[:, 2] - game.cup.reach_m]) - safety.table_height_m
     k, part = np.unravel_index(gaps.argmin(), gaps.shape)
     names = [*(f"the link of '{name}'" for name in arm.joint_names[1:]), "the cup"]
     yield CheckedLimit(

@@ -29,7 +29,7 @@ def film(log: StageLog) -> str | None:
     if paths is None:
         return None
     sizes = Geometry.of(log)
-    caught_s = catch_time_s(*paths, sizes.cup_depth_m)
+    caught_s = catch_time_s(*paths, sizes.cup)
     shown = player("catch", *paths, sizes, poster_s=None if caught_s is None else caught_s - 0.12, autoplay=True)
     return shown + "<p class=run style='margin:8px 0 0'>The adapted swing, played by the arm in simulation.</p>"
 
@@ -141,7 +141,7 @@ def _catch(log: StageLog) -> Panel | None:
         return None
     cup, ball = paths
     sizes = Geometry.of(log)
-    t_s = catch_time_s(cup, ball, sizes.cup_depth_m)
+    t_s = catch_time_s(cup, ball, sizes.cup)
     if t_s is not None:
         cup, ball = (body.between(t_s - 0.9, t_s + 0.12) for body in (cup, ball))
     return swing_panel("adapt-catch", "The catch" if t_s is not None else "The rollout", (cup, ball), sizes, t_s)

@@ -118,7 +118,7 @@ def _swing(log: StageLog) -> tuple[Path2D, Path2D] | None:
     paths = pair(log, "/adapt")
     if paths is None:
         return None
-    t_s = catch_time_s(*paths, Geometry.of(log).cup_depth_m)
+    t_s = catch_time_s(*paths, Geometry.of(log).cup)
     cup, ball = paths
     return paths if t_s is None else (cup.between(t_s - _BEFORE_S, t_s + _AFTER_S), ball.between(t_s - _BEFORE_S, t_s))
 

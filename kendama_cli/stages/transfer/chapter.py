@@ -118,7 +118,7 @@ def _path(log: StageLog, paths: tuple[Path2D, Path2D] | None) -> Panel | None:
     if paths is None:
         return None
     sizes = Geometry.of(log)
-    caught_s = catch_time_s(*paths, sizes.cup_depth_m)
+    caught_s = catch_time_s(*paths, sizes.cup)
     if caught_s is not None:
         cup, ball = (body.between(body.t_s[0], caught_s + 0.12) for body in paths)
         paths = cup, ball
@@ -132,7 +132,7 @@ def _film(log: StageLog, paths: tuple[Path2D, Path2D] | None, game: int) -> Pane
     start_s = float(paths[0].t_s[0])
     predictions = ahead(log, game, paths[0], start_s)
     cup, ball = (Path2D(body.t_s - start_s, body.x_m, body.z_m, body.tilt_rad) for body in paths)
-    caught_s = catch_time_s(cup, ball, sizes.cup_depth_m)
+    caught_s = catch_time_s(cup, ball, sizes.cup)
     poster_s = None if caught_s is None else caught_s - 0.1
     film = player("transfer-film", cup, ball, sizes, poster_s=poster_s, autoplay=False, predictions=predictions)
     return Panel("Film of the game", film)
@@ -188,7 +188,7 @@ def _imitation(log: StageLog) -> Panel | None:
     if paths is None:
         return None
     sizes = Geometry.of(log)
-    caught_s = catch_time_s(*paths, sizes.cup_depth_m)
+    caught_s = catch_time_s(*paths, sizes.cup)
     if caught_s is not None:
         cup, ball = (body.between(caught_s - 0.9, caught_s + 0.12) for body in paths)
         paths = cup, ball

@@ -101,5 +101,5 @@ def _shapes(game: GameSettings) -> dict[str, Any]:
     return {
         "rope": game.rope.length_m,
         "ball": game.ball.radius_m,
-        "cup": {"radius": cup.radius_m, "depth": cup.depth_m, "wall": cup.wall_m},
+        "cup": {"radius": cup.radius_m, "depth": cup.depth_m, "floor": cup.floor_m, "wall": cup.wall_m},
     }
