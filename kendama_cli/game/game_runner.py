@@ -44,7 +44,7 @@ class GameRunner:
         self.history = history
         """What the robot reported of the present rollout's scene."""
         self._geometry, self.observer = geometry, observer
-        self._settings, self._game = settings, game
+        self._settings, self.game = settings, game
         self._rollout_s = learn.rollout_s
         scale = geometry.flight.rope.length_m / game.rope.length_m
         estimator = SwingStateEstimator(
@@ -83,7 +83,7 @@ class GameRunner:
             self._cart,
             self._geometry,
             observer,
-            game=self._game,
+            game=self.game,
             catch=self._settings.catch,
             believed_sigma_m=self._settings.observation.believed_sigma_m,
         )

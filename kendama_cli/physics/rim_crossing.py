@@ -11,7 +11,7 @@ import numpy as np
 
 from kendama_cli.physics.rope import CupProfile
 from kendama_cli.schema.arrays import Array
-from kendama_cli.settings.game import GameSettings
+from kendama_cli.settings.game import CupSettings, GameSettings
 
 SLACK_S = 0.02
 """A rope that is slack for less swings on as if it had been taut: the ball falls 2 mm in that time."""
@@ -78,6 +78,12 @@ def near_descent(t_s: Array, cup_m: Array, over_m: tuple[Array, Array, Array]) -
     down = np.flatnonzero(falls(height[:-1], height[1:]) & near).tolist()
     which = planned_descent([float(t_s[k + 1]) for k in down], catch_from_s(t_s, cup_m))
     return None if which is None else int(down[which])
+
+
+def is_inside(place_m: Array, cup: CupSettings) -> bool:
+    """Return True if a ball with its centre at ``place_m`` (3,), in the cup's own frame, is in it below the rim."""
+    x, y, z = place_m.tolist()
+    return bool(cup.floor_m < z < cup.rim_m and math.hypot(x, y) < cup.radius_m)
 
 
 def is_caught(in_cup: bool, miss_m: tuple[float, float] | None, radius_m: float) -> bool:

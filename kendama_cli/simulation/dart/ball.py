@@ -9,6 +9,7 @@ from typing import Any, Never
 import numpy as np
 
 from kendama_cli.errors import SimulationError
+from kendama_cli.physics.rim_crossing import is_inside
 from kendama_cli.physics.rope import RopeLaw
 from kendama_cli.robot_model.body import Body
 from kendama_cli.robot_model.cup import set_restitution
@@ -126,19 +127,13 @@ class TetheredBall:
         self.pressing.before(self.velocity_m_s, given_n)
         self.skeleton.setForces(given_n)
 
-    def in_cup_m(self) -> Array:
-        """The ball's centre in the cup's frame (3,): z along the axis from the cup's place."""
-        place = self._cup.getWorldTransform()
-        return np.asarray(place.rotation().T @ (self.position_m - place.translation()))
-
     def is_in_cup(self) -> bool:
         """Whether the ball's centre is inside the cup, below the rim: what a sensor in the cup would say."""
-        cup = self.game.cup
         x, y, z = (self.position_m - self.tie_m).tolist()
-        if x * x + y * y + z * z > (2 * cup.rim_m) ** 2:
+        if x * x + y * y + z * z > (2 * self.game.cup.rim_m) ** 2:
             return False
-        x, y, z = self.in_cup_m()
-        return bool(cup.floor_m < z < cup.rim_m and math.hypot(x, y) < cup.radius_m)
+        place = self._cup.getWorldTransform()
+        return is_inside(place.rotation().T @ (self.position_m - place.translation()), self.game.cup)
 
     def react(self) -> None:
         """Let the pull of this step, or of the last one again, act on the cup, where the rope leaves it."""

@@ -95,9 +95,7 @@ def play_rollout(
     erring = None if errors is None else ErringArm(world.arm, joints, errors, STEP_S)
     if rng is not None and noise_rad > 0:
         noises = list(rng.normal(0.0, noise_rad, joints.position_rad.shape))
-    every = slice(None, None, PLANNED_EVERY)
-    planned_m = np.array([world.arm.tool_place_m(place) for place in joints.position_rad[every]])
-    flight = FlightRecord(world.ball, catch_from_s(joints.t_s[every] - joints.t_s[0], planned_m))
+    flight = FlightRecord(world.ball, _catch_from_s(world, joints))
     steered: Sequence[tuple[Array, Array, Array]] | None = None
     fastest = strongest = np.zeros(len(world.position_rad))
     samples: list[tuple[float | Array, ...]] = []
@@ -136,6 +134,12 @@ def play_rollout(
         effort_joint=world.arm.joint_names[int(efforts.argmax())],
         trace=Trace(*(np.array(column) for column in zip(*samples, strict=True))) if record else None,
     )
+
+
+def _catch_from_s(world: ArmWorld, joints: JointTrajectory) -> float:
+    """When the catch is planned at the earliest."""
+    t_s = joints.t_s[::PLANNED_EVERY] - joints.t_s[0]
+    return catch_from_s(t_s, np.array([world.arm.tool_place_m(one) for one in joints.position_rad[::PLANNED_EVERY]]))
 
 
 def _sample(world: ArmWorld) -> tuple[float | Array, ...]:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from kendama_cli.errors import SimulationError
-from kendama_cli.physics.rim_crossing import is_caught
+from kendama_cli.physics.rim_crossing import is_caught, is_inside
 from kendama_cli.schema.arrays import Array
 from kendama_cli.settings.game import GameSettings
 from kendama_cli.simulation.referee.chain import STEP_S, Body, chain_model, hang, mujoco
@@ -92,5 +92,4 @@ def _replayed(
 def _inside(game: GameSettings, data: object, ball: int) -> bool:
     """Whether the ball's centre is in the cup, below the rim."""
     turn, apart = data.xmat[1].reshape(3, 3), data.xpos[ball] - data.xpos[1]  # type: ignore[attr-defined]
-    x, y, z = (turn.T @ apart).tolist()
-    return bool(game.cup.floor_m < z < game.cup.rim_m and math.hypot(x, y) < game.cup.radius_m)
+    return is_inside(turn.T @ apart, game.cup)

@@ -130,26 +130,19 @@ class TransferSession:
             seen = SeenImitation(watched, self._arm, adapt.steering, game.cup.rim_m)
         while not any(tried) and len(tried) < len(wanted):
             tempo = wanted[len(tried)]
-            self._imitate_once(fit.joints, tempo, "imitation", tried, seen=seen, game=game)
+            self._imitate_once(fit.joints, tempo, "imitation", tried, seen)
         while any(tried) and len(progress.repeats) < settings.imitation_repeats:
-            self._imitate_once(fit.joints, wanted[tried.index(True)], "repeat", progress.repeats, seen=seen, game=game)
+            self._imitate_once(fit.joints, wanted[tried.index(True)], "repeat", progress.repeats, seen)
 
     def _imitate_once(
-        self,
-        joints: JointTrajectory,
-        tempo: float,
-        phase: str,
-        results: list[bool],
-        *,
-        seen: SeenImitation | None,
-        game: GameSettings,
+        self, joints: JointTrajectory, tempo: float, phase: str, results: list[bool], seen: SeenImitation | None
     ) -> None:
         """One play; appends to ``results`` whether it caught."""
         seed = int(self._progress.rng(phase, len(results)).integers(2**63))
         played = play_motion(self._runner.robot, joints, tempo=tempo, seed=seed, seen=seen)
         timed = trace.timed(played.exchanges, self._progress.clock_s)
         messages = [*self._scene(timed, under="/transfer/imitation"), *self._exchanges(timed)]
-        results.append(played.caught(self._arm, game))
+        results.append(played.caught(self._arm, self._runner.game))
         self._finish(messages, played.exchanges[-1].t_s, phase=phase, caught=int(results[-1]))
 
     def play(self, policy: PolicyArtifact, settings: GameSettings, hardware: HardwareSettings) -> None:
