@@ -20,7 +20,7 @@ from kendama_cli.motion.averaging import Encoding
 from kendama_cli.motion.dmp import play
 from kendama_cli.motion.encoding import fit_demonstrations
 from kendama_cli.motion.onset import moving_part
-from kendama_cli.motion.resampling import cut
+from kendama_cli.motion.resampling import between, cut
 from kendama_cli.motion.rotation import angular_velocity, continuous_logarithm, exponential, inverse, multiply
 from kendama_cli.motion.settings import EncodeSettings
 from kendama_cli.schema.arrays import Array
@@ -54,9 +54,11 @@ def encode_pose(t_s: Array, position_m: Array, rotation_wxyz: Array, settings: E
         raise ValueError(f"sample {wrong[0] + 1}: the quaternion's norm is {norm[wrong[0]]:.4g}, not 1")
     part = moving_part(t_s, position_m, rest_speed_m_s=settings.rest_speed_m_s, rest_share=settings.rest_share)
     margin = settings.margin_share if settings.trim == "rest" else None
-    first = 0 if margin is None else int(np.searchsorted(t_s, cut(t_s, position_m, part, margin, margin).onset_s))
-    start = rotation_wxyz[first] / norm[first]
-    turned = continuous_logarithm(multiply(rotation_wxyz / norm[:, None], inverse(start)))
+    unit = rotation_wxyz / norm[:, None]
+    begin_s = np.array([cut(t_s, position_m, part, margin, margin).onset_s])
+    from_first = continuous_logarithm(multiply(unit, inverse(unit[0])))
+    start = multiply(exponential(between(t_s, from_first, begin_s)[0]), unit[0])
+    turned = continuous_logarithm(multiply(unit, inverse(start)))
     trimmed = [cut(t_s, values, part, margin, margin) for values in (position_m, turned)]
     parameters, basis = fit_demonstrations(trimmed, settings)
     encoding = Encoding(tuple(trimmed), parameters, basis)

@@ -17,6 +17,7 @@ from kendama_cli.artifacts.motion_plan import MotionPlan, TurnPlan
 from kendama_cli.motion.averaging import Encoding
 from kendama_cli.motion.dmp import play
 from kendama_cli.motion.encoding import fit_demonstrations
+from kendama_cli.motion.resampling import between
 from kendama_cli.motion.rotation import continuous_logarithm, exponential, logarithm, multiply
 from kendama_cli.motion.settings import EncodeSettings
 from kendama_cli.schema.arrays import Array
@@ -36,8 +37,7 @@ def encode_turns(
     for one, demonstration in zip(demonstrations, encoding.trimmed, strict=True):
         if one.rotation_wxyz is None:
             return None
-        first = int(np.searchsorted(one.t_s, demonstration.onset_s))
-        vectors = continuous_logarithm(one.rotation_wxyz)[first : first + len(demonstration.position_m)]
+        vectors = between(one.t_s, continuous_logarithm(one.rotation_wxyz), demonstration.t_s)
         trimmed.append(dataclasses.replace(demonstration, position_m=vectors - vectors[0]))
         first_rad.append(vectors[0])
     made, basis = fit_demonstrations(trimmed, dataclasses.replace(settings, width=(encoding.basis.width,)))

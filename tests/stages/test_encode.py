@@ -1,4 +1,5 @@
 import dataclasses
+import re
 
 import numpy as np
 import pytest
@@ -11,7 +12,7 @@ from kendama_cli.motion.plan_text import plan_text
 from kendama_cli.motion.variation import sample_plan
 from kendama_cli.stages.encode.stage import Encode
 from tests.memory_context import MemoryContext
-from tests.motion.swings import demonstration, settings
+from tests.motion.swings import demonstration, path, settings
 
 
 def encode(demonstrations, ctx=None, **changes):
@@ -38,7 +39,7 @@ def test_many_of_other_durations_and_rates_give_one_primitive():
     metrics = encode(swings).metrics
     assert metrics["rmse_mm"] < 0.5
     assert metrics["rmse_mm"] <= metrics["max_error_mm"]
-    assert 0 < metrics["spread_mm"] < 5  # the same swing: what is left is where onset and end were found
+    assert 0 < metrics["spread_mm"] < 1  # the same swing: what is left is where onset and end were found
     assert metrics["averaged"] == 3
 
 
@@ -51,6 +52,33 @@ def test_metrics_are_of_each_demonstration_by_its_own_primitive():
     assert both["max_error_mm"] == pytest.approx(alone["max_error_mm"])
     assert both["spread_max_mm"] > 100
     assert both["spread_mm"] > 50
+
+
+def error_mm(plan):
+    """The largest distance of a primitive from the formula of the swing of 1 s behind it, placed where it fits."""
+    t = np.linspace(0, plan.duration_s, 400)
+    made = play(plan, t).position_m
+    onsets = np.linspace(0.0, 1.0 - plan.duration_s, 200)
+    away = [made - path(onset + t, 1.0) for onset in onsets]
+    return 1e3 * min(np.linalg.norm(one - one.mean(axis=0), axis=1).max() for one in away)
+
+
+@pytest.mark.parametrize("rate_hz", [12, 14, 16])
+def test_a_motion_of_fewer_samples_than_numbers_is_told_with_the_error_to_expect(rate_hz):
+    made = encode([demonstration(1.0, rate_hz, head_s=0.3, tail_s=0.3, name="slow")])
+    (told,) = made.warnings
+    assert re.match(r"slow: \d+ samples show its motion of \S+ s \(\S+ Hz\), and the primitive has 22 numbers", told)
+    expected_mm = float(re.search(r"expect an error of (\d+) mm at worst", told)[1])
+    assert expected_mm == pytest.approx(error_mm(made.artifact), rel=0.5, abs=1)
+    better_hz = int(re.search(r"record at (\d+) Hz or more", told)[1])
+    finer = encode([demonstration(1.0, better_hz, head_s=0.3, tail_s=0.3)])
+    assert finer.warnings == ()
+    assert error_mm(finer.artifact) < 3
+
+
+def test_a_motion_whose_samples_leave_more_than_the_mouths_play_unknown_is_refused():
+    with pytest.raises(StageError, match=r"slow: 11 samples .* 39 mm at worst.*\(allowed: 25 mm"):
+        encode([demonstration(1.0, 6, head_s=0.3, tail_s=0.3, name="slow")])
 
 
 def test_the_log_holds_what_was_demonstrated_and_what_is_reproduced():

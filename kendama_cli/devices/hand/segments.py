@@ -11,7 +11,7 @@ from kendama_cli.devices.hand.recording import MIN_SAMPLES, Recording, check_sam
 from kendama_cli.devices.hand.settings import PlausibleSettings
 from kendama_cli.devices.hand.swing_axes import NEVER_RISES
 from kendama_cli.motion.hanging_ball import rise_of
-from kendama_cli.motion.onset import moving_part
+from kendama_cli.motion.onset import REST_WINDOW_S, SmoothSpeed
 from kendama_cli.schema.arrays import Array
 
 REST_SPEED_M_S, REST_SHARE = 0.05, 0.05
@@ -48,7 +48,7 @@ def cut_apart(recording: Recording) -> tuple[list[Recording], list[str]]:
     """The swings in ``recording``, in order, and what was left out, one sentence each; itself where it is one swing."""
     t_s, place_m = recording.t_s, recording.position_m
     try:
-        whole = moving_part(t_s, place_m, rest_speed_m_s=REST_SPEED_M_S, rest_share=REST_SHARE)
+        whole = SmoothSpeed(t_s, place_m).moving(REST_WINDOW_S, REST_SPEED_M_S, REST_SHARE)
     except ValueError:
         return [recording], []
     pieces = _joined(recording, _stretches(t_s, whole.speed_m_s > whole.rest_m_s))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -15,6 +16,7 @@ from kendama_cli.errors import StageError
 from kendama_cli.motion.agreement import apart, axes_of
 from kendama_cli.motion.averaging import COORDINATES, Deviation, Encoding, encode, prepare
 from kendama_cli.motion.dmp import play
+from kendama_cli.motion.resampling import between_samples_m
 from kendama_cli.motion.settings import EncodeSettings
 from kendama_cli.motion.turning import encode_turns, tilt_only, turns_of
 from kendama_cli.schema.arrays import Array
@@ -23,6 +25,12 @@ from kendama_cli.stages.encode.messages import WeightsMessage
 from kendama_cli.stages.interface import Made, Metric, StageContext
 
 LOG_RATE_HZ = 100.0
+
+HIDES_M = 0.025
+"""The mouth's radius less the ball's, 45 - 20 mm: where the cup is off by more, a ball on its middle meets the rim."""
+
+AMPLE = 1.2
+"""The rate that is advised over the least: among few samples a motion's ends are found too far apart."""
 
 SHARES = np.linspace(0.0, 1.0, 101)
 """Where the paths of demonstrations are compared."""
@@ -44,7 +52,8 @@ class Encode:
         demonstration and its own primitive; ``spread_mm`` is the rms distance of the demonstrations' primitives from
         their average at equal shares, ``spread_max_mm`` the largest; ``outliers`` names the demonstrations that stand
         apart, which are left out where ``encode.outliers`` is ``drop``. Raises StageError, naming the
-        demonstration, where one cannot be encoded, and InputError for a plan that cannot be read.
+        demonstration, where one cannot be encoded or has too few samples, and InputError for a plan that cannot be
+        read.
         """
         if self._settings.plan is not None:
             return _imported(read_plan(self._settings.plan), ctx)
@@ -64,12 +73,13 @@ class Encode:
             encoding = self._encoded(demonstrations)
             paths = _paths(encoding)
         ctx.progress(len(demonstrations), len(demonstrations))
-        mean, turned_metrics = _with_turn(encoding.average(), demonstrations, encoding, self._settings)
         plans = [encoding.plan(i) for i in range(len(encoding))]
+        own = [encoding.deviation(plan, i) for i, plan in enumerate(plans)]
+        warnings += _too_few_samples(demonstrations, encoding, own, self._settings.functions)
+        mean, turned_metrics = _with_turn(encoding.average(), demonstrations, encoding, self._settings)
         _log_demonstrations(ctx, demonstrations, encoding, plans)
         _log_plan(ctx, mean)
         spread = np.linalg.norm(paths - play(mean, SHARES * mean.duration_s).position_m, axis=2)
-        own = [encoding.deviation(plan, i) for i, plan in enumerate(plans)]
         metrics: dict[str, Metric] = {
             "n_parameters": mean.n_parameters,
             "rmse_mm": 1e3 * _pooled(own),
@@ -128,6 +138,29 @@ def _check_axes(demonstrations: Sequence[Demonstration], paths: Array) -> None:
                 f"encode: demonstration '{demonstration.name}' moves along other axes than the others: it agrees with "
                 f"them where {turned}; look at capture.columns and capture.sign, or leave it out of capture.path"
             )
+
+
+def _too_few_samples(
+    demonstrations: Sequence[Demonstration], encoding: Encoding, own: Sequence[Deviation], functions: int
+) -> tuple[str, ...]:
+    """Tell which motions have fewer samples than their primitive has numbers, and how far off it then is.
+
+    Raises StageError where that is more than HIDES_M.
+    """
+    needed, told = functions + 2, []
+    for one, trimmed, lost in zip(demonstrations, encoding.trimmed, own, strict=True):
+        count, lasts_s = len(trimmed.position_m), trimmed.duration_s
+        if count >= needed:
+            continue
+        off_m = max(lost.max_m, between_samples_m(trimmed.position_m))
+        told.append(
+            f"{one.name}: {count} samples show its motion of {lasts_s:.2g} s ({(count - 1) / lasts_s:.3g} Hz), and the "
+            f"primitive has {needed} numbers a coordinate: expect an error of {1e3 * off_m:.0f} mm at worst; record "
+            f"at {math.ceil(AMPLE * needed / lasts_s)} Hz or more"
+        )
+        if off_m > HIDES_M:
+            raise StageError(f"encode: {told[-1]} (allowed: {1e3 * HIDES_M:.0f} mm, the play of the ball in the mouth)")
+    return tuple(told)
 
 
 def _pooled(deviations: Sequence[Deviation]) -> float:
