@@ -15,6 +15,8 @@ from kendama_cli.log.container_summary import MAGIC as MCAP_MAGIC
 HEAD_BYTES = 4096
 C3D_BLOCK_BYTES = 512
 C3D_KEY = 0x50
+UTF_16 = (b"\xff\xfe", b"\xfe\xff")
+VICON_PARTS = ("Trajectories", "Devices", "Segments", "Joints", "Model Outputs")
 STREAM_HEADER = "t_s,x_m,y_m,z_m,qw,qx,qy,qz"
 
 
@@ -37,22 +39,21 @@ def _is_c3d(head: bytes) -> bool:
 
 
 def _text(head: bytes) -> str:
-    return head.decode("utf-8-sig", errors="replace").replace("\r\n", "\n")
+    encoding = "utf-16" if head.startswith(UTF_16) else "utf-8-sig"
+    return head.decode(encoding, errors="replace").replace("\r\n", "\n").lstrip('"')
 
 
 MCAP = RecordingFormat("an MCAP with poses", lambda head: head.startswith(MCAP_MAGIC), (".mcap",))
 BAG = RecordingFormat("a ROS bag", lambda head: head.startswith((b"#ROSBAG V", b"SQLite format 3\0")), (".bag", ".db3"))
 C3D = RecordingFormat("a C3D", _is_c3d)
-QUALISYS_6D = RecordingFormat(
-    "a Qualisys TSV of 6D data",
-    lambda head: _text(head).startswith("NO_OF_FRAMES\t") and "\nNO_OF_BODIES\t" in _text(head),
-)
 QUALISYS = RecordingFormat("a Qualisys TSV", lambda head: _text(head).startswith("NO_OF_FRAMES\t"))
-MOTIVE = RecordingFormat("a Motive CSV", lambda head: _text(head).startswith("Format Version,"))
+TRC = RecordingFormat("a TRC", lambda head: _text(head).startswith("PathFileType"))
+VICON = RecordingFormat("a Vicon CSV", lambda head: _text(head).startswith(VICON_PARTS))
+MOTIVE = RecordingFormat("a Motive CSV", lambda head: _text(head).startswith("Format Version"))
 STREAM = RecordingFormat("a stream that was kept", lambda head: f"\n{STREAM_HEADER}\n" in f"\n{_text(head)}")
 TABLE = RecordingFormat("a table of text", lambda head: True)
 
-FORMATS = (MCAP, BAG, C3D, QUALISYS_6D, QUALISYS, MOTIVE, STREAM, TABLE)
+FORMATS = (MCAP, BAG, C3D, QUALISYS, TRC, VICON, MOTIVE, STREAM, TABLE)
 """In the order in which they are tried; what is none of the others is a table."""
 
 
@@ -88,11 +89,14 @@ def name_of(path: str) -> str:
 
 
 def text_of(path: str, content: bytes, *, remedy: str) -> str:
-    """The text of a file in UTF-8, with or without a byte order mark; raises InputError naming the first bad byte."""
-    if (zero := content.find(b"\0")) >= 0:
-        raise InputError(path, "not a text file (it holds a zero byte)", where=f"byte {zero}", remedy=remedy)
+    """Return the text of a file: UTF-16 with a byte order mark, UTF-8, or else Windows' Western European.
+
+    Raises InputError where it is none.
+    """
     try:
-        return content.decode("utf-8-sig")
-    except UnicodeDecodeError as wrong:
-        problem = f"not UTF-8 text (byte 0x{content[wrong.start]:02x})"
-        raise InputError(path, problem, where=f"byte {wrong.start}", remedy=remedy) from None
+        text = content.decode("utf-16") if content.startswith(UTF_16) else content.decode("utf-8-sig")
+    except UnicodeDecodeError:
+        text = content.decode("cp1252", errors="replace")  # a name or a unit in the head, say
+    if (zero := text.find("\0")) >= 0:
+        raise InputError(path, "not a text file (it holds a zero byte)", where=f"byte {zero}", remedy=remedy)
+    return text

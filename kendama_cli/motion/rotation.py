@@ -32,6 +32,15 @@ def inverse(rotation_wxyz: Array) -> Array:
     return made
 
 
+def mapped(rotation_wxyz: Array, matrix: Array, determinant: int) -> Array:
+    """Return quaternions (n, 4) in the axes to which an orthogonal M (3, 3) maps places.
+
+    A turn R becomes M R M^T, which turns by det(M) times the same angle about M times its axis. ``determinant`` (1 or
+    -1) is of the whole map from the source's axes, of which M may be the last part.
+    """
+    return np.hstack([rotation_wxyz[:, :1], determinant * rotation_wxyz[:, 1:] @ matrix.T])
+
+
 def exponential(vector_rad: Array) -> Array:
     """The rotation about ``vector_rad`` (..., 3) by its length, as a unit quaternion (..., 4)."""
     vector = np.asarray(vector_rad, dtype=np.float64)

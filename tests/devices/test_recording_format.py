@@ -15,14 +15,17 @@ BEGINNINGS = [
     (b"#ROSBAG V2.0\n", known.BAG),
     (b"SQLite format 3\0", known.BAG),
     (b"\x02\x50" + bytes(510), known.C3D),
-    (b"NO_OF_FRAMES\t3\r\nNO_OF_BODIES\t1\r\n", known.QUALISYS_6D),
+    (b"NO_OF_FRAMES\t3\r\nNO_OF_BODIES\t1\r\n", known.QUALISYS),
     (b"NO_OF_FRAMES\t3\nNO_OF_MARKERS\t1\n", known.QUALISYS),
     (b"\xef\xbb\xbfFormat Version,1.23\n", known.MOTIVE),
+    ("Format Version,1.23\n".encode("utf-16"), known.MOTIVE),
+    (b"PathFileType\t4\t(X/Y/Z)\ta.trc\r\n", known.TRC),
+    (b"Trajectories\r\n100\r\n", known.VICON),
     (b"# cup\nt_s,x_m,y_m,z_m,qw,qx,qy,qz\n", known.STREAM),
 ]
 
 
-@pytest.mark.parametrize(("beginning", "form"), BEGINNINGS, ids=[form.name for _, form in BEGINNINGS])
+@pytest.mark.parametrize(("beginning", "form"), BEGINNINGS, ids=str)
 @pytest.mark.parametrize("name", ["a", "a.csv", "a.mcap", "a.BAG"])
 def test_what_is_in_a_file_says_what_it_is_whatever_its_name(
     tmp_path: Path, name: str, beginning: bytes, form: RecordingFormat

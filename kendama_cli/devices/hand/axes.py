@@ -1,7 +1,9 @@
-"""Which axes of a source are ours: x in the swing's plane, y, and z up."""
+"""Axes and signs that make a source's frame ours: x in the swing's plane, y, and z up; and what they do to turns."""
 
 from __future__ import annotations
 
+import re
+from collections.abc import Sequence
 from typing import Literal
 
 from kendama_cli.errors import ConfigError
@@ -9,26 +11,56 @@ from kendama_cli.errors import ConfigError
 Axis = Literal["x", "-x", "y", "-y", "z", "-z"]
 Axes = tuple[Axis, Axis, Axis]
 """Which axis of the source is our x, y and z: [x, -z, y] where its y points up."""
-
-
-def check_axes(axes: Axes) -> None:
-    """Raise ConfigError where an axis occurs twice, or where they mirror the space."""
-    if sorted(axis[-1] for axis in axes) != ["x", "y", "z"]:
-        raise ConfigError("axes", f"'axes' is {list(axes)}; allowed: each of x, y and z once, with its sign")
-    order = [axis[-1] for axis in axes]
-    odd = (order[0] > order[1]) ^ (order[0] > order[2]) ^ (order[1] > order[2])
-    if (sum(axis.startswith("-") for axis in axes) % 2 == 1) != odd:
-        raise ConfigError(
-            "axes",
-            f"'axes' is {list(axes)}, which mirrors the space: a right-handed frame becomes left-handed; turn "
-            f"one axis round, such as [{', '.join([_turned(axes[0]), *axes[1:]])}]",
-        )
+Handedness = Literal["right", "left"]
+HANDEDNESS = "of the source's axes, which its orientations are given in (Unity's are left); places alone do not ask"
 
 
 def to_ours(axes: Axes) -> tuple[tuple[float, ...], ...]:
-    """The rows of the rotation from the source's axes to ours."""
+    """Return the rows of the matrix from the source's axes to ours; raises ConfigError where an axis occurs twice."""
+    if sorted(axis[-1] for axis in axes) != ["x", "y", "z"]:
+        raise ConfigError("axes", f"'axes' is {list(axes)}; allowed: each of x, y and z once, with its sign")
     return tuple(tuple((-1.0 if axis.startswith("-") else 1.0) * (axis[-1] == one) for one in "xyz") for axis in axes)
 
 
-def _turned(axis: str) -> str:
-    return axis[1:] if axis.startswith("-") else f"-{axis}"
+def determinant(axes: Axes) -> int:
+    """Return the determinant of that matrix: -1 where it mirrors the space."""
+    order = parity([axis[-1] for axis in axes]) or 1
+    return -order if sum(axis.startswith("-") for axis in axes) % 2 else order
+
+
+def mirror_problem(determinant: int, handedness: Handedness) -> str:
+    """Return what is wrong with a map of orientations by its determinant, and what to do; empty where nothing is.
+
+    Ours are right-handed, so the map has to mirror the orientations of a left-handed source and no others.
+    """
+    if (determinant < 0) == (handedness == "left"):
+        return ""
+    if determinant < 0:
+        return (
+            "mirrors the space and its orientations: a right-handed frame becomes left-handed; turn one axis round, or "
+            "set capture.handedness=left if the source's axes are left-handed"
+        )
+    return "leaves left-handed axes left-handed (capture.handedness=left); turn one axis round"
+
+
+def parity(columns: Sequence[int | str | None]) -> int | None:
+    """Return 1 or -1 for an even or odd order of the columns of x, y and z; None where it is not known.
+
+    By the axis in their names, such as ``qx``, ``pose.position.x`` or ``X1``, else by the order in the file, which is
+    taken to be x, y, z.
+    """
+    places = [_axis_of(column) if isinstance(column, str) else column for column in columns]
+    known = [place for place in places if place is not None]
+    if len(set(known)) < 3 or len({type(column) for column in columns}) > 1:
+        return None
+    x, y, z = known
+    return -1 if (x > y) ^ (x > z) ^ (y > z) else 1
+
+
+def _axis_of(name: str) -> int | None:
+    """The axis 0, 1 or 2 that a column's name speaks of."""
+    words = [word.lower() for word in re.split(r"[^A-Za-z]+|(?<=[a-z])(?=[A-Z])", name) if word]
+    alone = [word for word in words if word in ("x", "y", "z")]
+    short = [word[-1] for word in words if len(word) == 2 and word[-1] in "xyz"]
+    found = (alone or short or [words[-1][-1:]] if words else [""])[-1]
+    return "xyz".find(found) if found in ("x", "y", "z") else None

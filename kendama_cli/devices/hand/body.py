@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
-from pathlib import Path
+from collections.abc import Sequence
 
 import numpy as np
 
-from kendama_cli.devices.flight.reader import KNOWN, read_tracks
-from kendama_cli.devices.hand.axes import to_ours
+from kendama_cli.devices.hand.axes import determinant, mirror_problem, to_ours
 from kendama_cli.devices.hand.ball_there import check_gravity, without_misses
 from kendama_cli.devices.hand.even_times import even_times
 from kendama_cli.devices.hand.file import RecordedHand, hands_of
@@ -17,33 +15,11 @@ from kendama_cli.devices.hand.recording import Recording, unit_rotations
 from kendama_cli.devices.hand.segments import checked_swings
 from kendama_cli.devices.hand.settings import BodyCapture, BodySettings
 from kendama_cli.devices.hand.tracks.body_track import BodyTrack
-from kendama_cli.devices.hand.tracks.mcap_poses import read_mcap_bodies
-from kendama_cli.devices.hand.tracks.motive import read_motive_bodies
-from kendama_cli.devices.hand.tracks.qualisys import read_qualisys_bodies
-from kendama_cli.devices.hand.tracks.rosbag import read_bag
-from kendama_cli.devices.hand.tracks.stream_file import read_stream
-from kendama_cli.devices.recording_format import (
-    BAG,
-    MCAP,
-    MOTIVE,
-    QUALISYS_6D,
-    STREAM,
-    RecordingFormat,
-    format_of,
-    name_of,
-    text_of,
-)
+from kendama_cli.devices.hand.tracks.reader import read_bodies
+from kendama_cli.devices.recording_format import name_of
 from kendama_cli.errors import InputError
-from kendama_cli.motion.rotation import exponential, multiply
-from kendama_cli.motion.rotation_matrix import log_of
+from kendama_cli.motion.rotation import mapped
 from kendama_cli.schema.arrays import Array
-
-OF_BODIES: Mapping[RecordingFormat, Callable[[str, str], list[BodyTrack]]] = {
-    MOTIVE: read_motive_bodies,
-    QUALISYS_6D: read_qualisys_bodies,
-    STREAM: lambda path, text: [read_stream(path, text)],
-}
-"""What reads bodies with orientation; any other file holds points."""
 
 
 def open_bodies(settings: BodyCapture) -> Sequence[RecordedHand]:
@@ -61,19 +37,6 @@ def open_bodies(settings: BodyCapture) -> Sequence[RecordedHand]:
     return hands_of(recordings)
 
 
-def read_bodies(path: str) -> list[BodyTrack]:
-    """Every body and marker in the file; its kind is told by what is in it."""
-    file = Path(path)
-    form = format_of(file, remedy=KNOWN)
-    if form is BAG:
-        return read_bag(file)
-    if form is MCAP:
-        return read_mcap_bodies(path)
-    if form in OF_BODIES:
-        return OF_BODIES[form](path, text_of(path, file.read_bytes(), remedy=KNOWN))
-    return [BodyTrack(one.name, one.t_s, one.position_m, None) for one in read_tracks(file)]
-
-
 def recording_of(path: str, body: BodyTrack, ball: BodyTrack | None, settings: BodySettings) -> Recording:
     """The cup's motion behind ``body`` in our axes; raises InputError where it is not seen for too long."""
     seen = np.isfinite(body.position_m).all(axis=1)
@@ -89,12 +52,13 @@ def recording_of(path: str, body: BodyTrack, ball: BodyTrack | None, settings: B
     even_s = even_times(stamps_s) if settings.times == "even" else None
     t_s = stamps_s if even_s is None else even_s
     _check_gaps(path, body.name, settings, t_s)
-    turn = np.array(to_ours(settings.axes))
+    turn, mirror = np.array(to_ours(settings.axes)), determinant(settings.axes)
     place_m = body.position_m[known] @ turn.T
     turned = None
     if body.rotation_wxyz is not None:
-        ours = exponential(log_of(turn))
-        turned = multiply(multiply(ours, body.rotation_wxyz[known]), ours * [1, -1, -1, -1])
+        if problem := mirror_problem(mirror, settings.handedness):
+            raise InputError(path, f"capture.axes is {list(settings.axes)}, which {problem}")
+        turned = mapped(body.rotation_wxyz[known], turn, mirror)
         w, v = turned[:, :1], turned[:, 1:]
         offset = turn @ np.asarray(settings.body_to_cup_m)
         place_m = place_m + offset + 2 * np.cross(v, np.cross(v, offset) + w * offset)

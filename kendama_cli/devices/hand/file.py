@@ -4,17 +4,21 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
+from kendama_cli.devices.hand.axes import mirror_problem, parity
 from kendama_cli.devices.hand.interface import HandSample
 from kendama_cli.devices.hand.mcap_log import read_mcap
 from kendama_cli.devices.hand.recording import Recording
 from kendama_cli.devices.hand.segments import checked_swings
 from kendama_cli.devices.hand.settings import FileCapture
 from kendama_cli.devices.hand.text import read_text
-from kendama_cli.devices.recording_format import MCAP, format_of
+from kendama_cli.devices.recording_format import BAG, C3D, MCAP, STREAM, TABLE, format_of
+from kendama_cli.errors import InputError
+from kendama_cli.motion.rotation import mapped
 from kendama_cli.schema.arrays import Array
 
 UPRIGHT = np.array([1.0, 0.0, 0.0, 0.0])
@@ -58,8 +62,33 @@ def recordings_of(settings: FileCapture) -> list[Recording]:
         swing
         for path in paths
         for recording in _read(path, settings)
-        for swing in checked_swings(recording, settings.plausible, settings.gap_factor, settings.segments)
+        for swing in checked_swings(
+            _signed(recording, settings), settings.plausible, settings.gap_factor, settings.segments
+        )
     ]
+
+
+def _signed(recording: Recording, settings: FileCapture) -> Recording:
+    """The recording with its axes turned round as ``capture.sign`` says; raises InputError where that mirrors turns."""
+    signs, columns = np.array([settings.sign.x, settings.sign.y, settings.sign.z], dtype=np.float64), settings.columns
+    made = replace(recording, position_m=signs * recording.position_m)
+    if recording.rotation_wxyz is None:
+        return made
+    named = settings.rotation
+    order = 1 if named.w is None else parity((named.x, named.y, named.z)) or 1  # MCAP names no columns
+    places = order if named.w is None else parity((columns.x, columns.y, columns.z)) or order
+    if places != order:
+        raise InputError(
+            recording.path,
+            f"capture.columns and capture.rotation take x, y and z in another order ({columns.x}, {columns.y}, "
+            f"{columns.z}; {named.x}, {named.y}, {named.z})",
+            remedy="name for each of our axes the place and the turn of one axis of the file",
+        )
+    mirror = order * int(signs.prod())
+    if problem := mirror_problem(mirror, settings.handedness):
+        shown = f"x={settings.sign.x}, y={settings.sign.y}, z={settings.sign.z}"
+        raise InputError(recording.path, f"capture.sign ({shown}) with capture.columns {problem}")
+    return replace(made, rotation_wxyz=mapped(recording.rotation_wxyz, np.diag(signs), mirror))
 
 
 def hands_of(recordings: Sequence[Recording]) -> tuple[RecordedHand, ...]:
@@ -81,4 +110,13 @@ def _read(path: str, settings: FileCapture) -> Sequence[Recording]:
     form = format_of(Path(path), remedy=remedy, folder_remedy=f"{remedy}, such as '{path}/*.csv'")
     if settings.format == "mcap" or (settings.format == "auto" and form is MCAP):
         return read_mcap(path, settings)
-    return (read_text(path, Path(path).read_bytes(), settings),)
+    bodies = f"kendama run capture=body capture.path={path}"
+    if form in (BAG, C3D):
+        raise InputError(path, f"is {form.name}, and capture=file reads text and MCAP", remedy=bodies)
+    try:
+        return (read_text(path, Path(path).read_bytes(), settings),)
+    except InputError as wrong:
+        if form in (TABLE, STREAM):
+            raise
+        remedy = f"{wrong.remedy}; it is {form.name}, which capture=body reads: {bodies}"
+        raise InputError(path, wrong.problem, where=wrong.where, remedy=remedy) from None

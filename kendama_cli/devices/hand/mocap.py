@@ -10,15 +10,16 @@ from pathlib import Path
 
 import numpy as np
 
-from kendama_cli.devices.hand.body import read_bodies, recording_of
+from kendama_cli.devices.hand.body import recording_of
 from kendama_cli.devices.hand.file import RecordedHand, hands_of
 from kendama_cli.devices.hand.live_figures import LiveFigures, Tell
 from kendama_cli.devices.hand.segments import checked_swings
 from kendama_cli.devices.hand.settings import FARTHEST_M, MocapCapture
-from kendama_cli.devices.hand.stream_server import METRES
 from kendama_cli.devices.hand.tracks.pose_stream import PROTOCOLS, streamed_poses
+from kendama_cli.devices.hand.tracks.reader import read_bodies
 from kendama_cli.devices.hand.tracks.stream_file import StreamFile
 from kendama_cli.errors import ConfigError, HardwareError
+from kendama_cli.schema.units import METRES
 
 FEWEST = 20
 CLOCK_SHARE = 0.02

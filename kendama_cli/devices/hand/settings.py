@@ -5,11 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Annotated, ClassVar, Literal, Protocol
 
-from kendama_cli.devices.hand.axes import Axes, check_axes
-from kendama_cli.devices.hand.stream_server import LengthUnit, StreamServer
+from kendama_cli.devices.hand.axes import HANDEDNESS, Axes, Handedness, determinant, mirror_problem, to_ours
+from kendama_cli.devices.hand.stream_server import StreamServer
 from kendama_cli.errors import ConfigError
 from kendama_cli.schema.registry import Registry
 from kendama_cli.schema.settings import setting
+from kendama_cli.schema.units import LengthUnit, TimeUnit
 
 Column = int | str | None
 FARTHEST_M = 50.0
@@ -82,10 +83,11 @@ class FileCapture:
     last_row: int | None = setting("last data row that is read; null: all", at_least=1)
     column_base: Literal[0, 1] = setting("number of the first column where columns are given by number")
     unit: LengthUnit = setting("unit of the positions in text files (MCAP holds metres)")
-    time_unit: Literal["s", "ms", "us", "ns"] = setting("unit of the time column")
+    time_unit: TimeUnit = setting("unit of the time column")
     rate_hz: float | None = setting("sampling rate where there is no time column [Hz]", above=0, at_most=1e5)
     gap_factor: float = setting("a time step above this multiple of the median step is a gap", above=1)
     segments: Literal["auto", "one"] = setting("auto: several swings in a file are cut apart where the hand rests")
+    handedness: Handedness = setting(HANDEDNESS, absent="right")
     topic: str | None = setting("MCAP: topic of the cup's poses or transforms; null: the only one, or /capture/cup")
     child: str | None = setting("MCAP: child_frame_id of the cup; null: each child is a demonstration")
 
@@ -133,9 +135,10 @@ class BodySettings:
         "even: stamps that stray from a steady rate by less than 50 ms are put there; stamps: as they are"
     )
     segments: Literal["auto", "one"] = setting("auto: several swings in a file are cut apart where the hand rests")
+    handedness: Handedness = setting(HANDEDNESS, absent="right")
 
     def __post_init__(self) -> None:
-        check_axes(self.axes)
+        to_ours(self.axes)
 
 
 @dataclass(frozen=True)
@@ -228,6 +231,12 @@ class MocapCapture(StreamServer, BodySettings):
     )
     seconds: float = setting("how long it is recorded [s]", above=0)
     record: str = setting("where the stream is kept as it comes; it is never overwritten")
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        # before anybody swings: a stream always holds orientations
+        if problem := mirror_problem(determinant(self.axes), self.handedness):
+            raise ConfigError("axes", f"'axes' is {list(self.axes)}, which {problem}")
 
 
 class CaptureSettingsNode(Protocol):

@@ -7,9 +7,8 @@ from dataclasses import dataclass
 from typing import Literal
 
 from kendama_cli.schema.settings import setting
+from kendama_cli.schema.units import LengthUnit
 
-LengthUnit = Literal["m", "cm", "mm"]
-METRES: Mapping[LengthUnit, float] = {"m": 1.0, "cm": 1e-2, "mm": 1e-3}
 USUAL_PORT: Mapping[str, int] = {"openigtlink": 18944, "vrpn": 3883}
 USUAL_UNIT: Mapping[str, LengthUnit] = {"openigtlink": "mm", "vrpn": "m"}
 """What servers of a protocol speak unless they are told otherwise."""

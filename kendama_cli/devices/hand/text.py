@@ -3,36 +3,27 @@
 from __future__ import annotations
 
 import itertools
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 
 from kendama_cli.devices.hand.recording import Recording, unit_rotations
 from kendama_cli.devices.hand.settings import Column, FileCapture
-from kendama_cli.devices.hand.stream_server import METRES
-from kendama_cli.devices.recording_format import text_of
+from kendama_cli.devices.recording_format import name_of, text_of
+from kendama_cli.devices.text_table import Row, exact_seconds, head_length, number, rows_of, times
 from kendama_cli.errors import InputError
 from kendama_cli.schema.arrays import Array
 from kendama_cli.schema.settings import nearest
+from kendama_cli.schema.units import METRES, SECONDS, length_unit, time_unit
 
 REMEDY = "give a text file (CSV, TSV or whitespace-separated) or an MCAP file"
-DELIMITERS = {"tab": "\t", "semicolon": ";", "comma": ",", "pipe": "|"}
-SECONDS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
-
-
-@dataclass(frozen=True)
-class Row:
-    """One line of the file: its number, counted from 1, and its cells."""
-
-    line: int
-    cells: tuple[str, ...]
 
 
 @dataclass(frozen=True)
 class Rows:
-    """A file's rows: those of the header, the last of which holds the names, and the data rows that are read."""
+    """A file's rows: those of the header, one of which holds the names, and the data rows that are read."""
 
     header: tuple[Row, ...]
     data: tuple[Row, ...]
@@ -40,22 +31,15 @@ class Rows:
 
 def read_text(path: str, content: bytes, settings: FileCapture) -> Recording:
     """The recording in the text ``content`` of the file ``path``; raises InputError naming line, column and value."""
-    rows = _rows(path, _split(text_of(path, content, remedy=REMEDY), settings), settings)
-    scale = METRES[settings.unit]
-    axes = []
-    for axis, sign in (("x", settings.sign.x), ("y", settings.sign.y), ("z", settings.sign.z)):
-        column: Column = getattr(settings.columns, axis)
-        values = (
-            np.zeros(len(rows.data))
-            if column is None
-            else _numbers(path, rows, f"capture.columns.{axis}", column, settings)
-        )
-        axes.append(sign * scale * values)
-    if settings.columns.time is None:
-        t_s = np.arange(len(rows.data)) / float(settings.rate_hz or np.nan)
-    else:
-        stamps = _numbers(path, rows, "capture.columns.time", settings.columns.time, settings)
-        t_s = (stamps - stamps[0]) * SECONDS[settings.time_unit]
+    rows = _rows(path, text_of(path, content, remedy=REMEDY), settings)
+    _check_units(path, rows, settings)
+    columns = (settings.columns.x, settings.columns.y, settings.columns.z)
+    axes = [
+        np.zeros(len(rows.data))
+        if column is None
+        else _numbers(path, rows, f"capture.columns.{axis}", column, settings)
+        for axis, column in zip("xyz", columns, strict=True)
+    ]
     lines = [row.line for row in rows.data]
 
     def place(sample: int) -> str:
@@ -63,9 +47,9 @@ def read_text(path: str, content: bytes, settings: FileCapture) -> Recording:
 
     return Recording(
         path,
-        Path(path).stem,
-        t_s,
-        np.column_stack(axes),
+        name_of(path),
+        _seconds(path, rows, settings),
+        METRES[settings.unit] * np.column_stack(axes),
         place,
         "look at the unit (capture.unit: m, cm or mm) and at capture.columns",
         "look at capture.columns and capture.sign (z points up, x lies in the swing's plane)",
@@ -73,57 +57,57 @@ def read_text(path: str, content: bytes, settings: FileCapture) -> Recording:
     )
 
 
+def _seconds(path: str, rows: Rows, settings: FileCapture) -> Array:
+    """The samples' times from the first on (n,): of numbers in the declared unit, of dates or of clocks."""
+    column = settings.columns.time
+    if column is None:
+        return np.arange(len(rows.data)) / float(settings.rate_hz or np.nan)
+    index = _index(path, rows.header, "capture.columns.time", column, settings.column_base)
+    cells = [row.cells[index] if index < len(row.cells) else "" for row in rows.data]
+    written = None if number(cells[0]) is not None else times(cells)
+    if written is not None:
+        return written
+    stamps = _numbers(path, rows, "capture.columns.time", column, settings)
+    return exact_seconds(cells, stamps, SECONDS[settings.time_unit])
+
+
 def _rotation(path: str, rows: Rows, settings: FileCapture, place: Callable[[int], str]) -> Array | None:
-    """The unit quaternions (n, 4) in our axes; None where no columns are named."""
+    """The unit quaternions (n, 4) of the named columns; None where none are named."""
     named = settings.rotation
-    parts = []
-    for axis, sign in (("w", 1), ("x", settings.sign.x), ("y", settings.sign.y), ("z", settings.sign.z)):
-        column: Column = getattr(named, axis)
-        if column is None:
-            return None
-        parts.append(sign * _numbers(path, rows, f"capture.rotation.{axis}", column, settings))
+    if named.w is None:
+        return None
+    columns: list[Column] = [named.w, named.x, named.y, named.z]
+    parts = [
+        _numbers(path, rows, f"capture.rotation.{axis}", column, settings)
+        for axis, column in zip("wxyz", columns, strict=True)
+        if column is not None
+    ]
     return unit_rotations(path, np.column_stack(parts), place, from_start=named.upright == "start")
 
 
-def _split(text: str, settings: FileCapture) -> list[Row]:
-    """All rows but comments and leading blank lines."""
-    lines = [
-        (number, line)
-        for number, line in enumerate(text.splitlines(), start=1)
-        if not (settings.comment and line.lstrip().startswith(settings.comment))
-    ]
-    lines = list(itertools.dropwhile(lambda numbered: not numbered[1].strip(), lines))
-    delimiter = _delimiter(lines, settings.delimiter)
-    return [Row(number, tuple(cell.strip().strip('"') for cell in line.split(delimiter))) for number, line in lines]
+def _rows(path: str, text: str, settings: FileCapture) -> Rows:
+    """Header and data rows, without comments and blank lines before them; raises InputError where no data row is left.
 
-
-def _delimiter(lines: Sequence[tuple[int, str]], declared: str) -> str | None:
-    """The delimiter, None for whitespace; ``auto`` looks at a line past most headers."""
-    if declared != "auto":
-        return DELIMITERS.get(declared)
-    sample = next((line for _, line in reversed(lines[:50]) if line.strip()), "")
-    return next((mark for mark in DELIMITERS.values() if mark in sample), None)
-
-
-def _rows(path: str, rows: Sequence[Row], settings: FileCapture) -> Rows:
-    """Header and data rows; raises InputError where no data row is left.
-
-    Undeclared, the header ends with the last row without any number that comes before the first row of numbers
-    alone; so a damaged first data row is not taken for a header.
+    A comment before the data may hold the names, as numpy writes them, where no row of the header does.
     """
+    lines = text.splitlines()
+    mark = settings.comment
+    remarks = [i for i, line in enumerate(lines) if mark and line.lstrip().startswith(mark)]
+    bare = "\n".join("" if i in set(remarks) else line for i, line in enumerate(lines)) if remarks else text
+    rows = [row for row in rows_of(bare, settings.delimiter) if row.line - 1 not in set(remarks)]
+    rows = list(itertools.dropwhile(lambda row: not row.filled, rows))
     header = settings.header_rows
     if header is None:
-        first = next((i for i, row in enumerate(rows) if _all_numbers(row)), len(rows))
-        header = next((i + 1 for i in range(first - 1, -1, -1) if _no_number(rows[i])), 0)
-        if header == len(rows) > 1:
+        header = head_length(rows)
+        if not any(number(cell) is not None for row in rows[header - 1 :] for cell in row.filled) and len(rows) > 1:
             raise InputError(
                 path,
-                f"none of its {header} rows holds a number",
+                f"none of its {len(rows)} rows holds a number",
                 where=f"line {rows[-1].line} has the cells {', '.join(repr(cell) for cell in rows[-1].cells)[:80]}",
-                remedy="look at capture.delimiter; decimals are written with a point",
+                remedy="look at capture.delimiter",
             )
-    data = list(rows[header:])
-    while data and not any(cell.strip() for cell in data[-1].cells):
+    data = list(itertools.dropwhile(lambda row: not row.filled, rows[header:]))
+    while data and not data[-1].filled:
         data.pop()
     chosen = data[settings.first_row - 1 : settings.last_row]
     if not chosen:
@@ -132,43 +116,57 @@ def _rows(path: str, rows: Sequence[Row], settings: FileCapture) -> Rows:
             f"no data row is left: {len(data)} follow {header} of header, and first_row is {settings.first_row}",
             remedy="give a file that holds a swing, and look at capture.header_rows and capture.first_row",
         )
-    return Rows(tuple(rows[:header]), tuple(chosen))
+    named, given = len(rows[header - 1].filled) if header else 0, len(chosen[0].cells)
+    if named and given == 2 * named and all(cell.lstrip("-").isdecimal() for cell in chosen[0].cells):
+        raise InputError(
+            path,
+            f"its rows have {given} cells under {named} names: commas stand between columns and before decimals",
+            where=f"line {chosen[0].line}",
+            remedy="export it with semicolons or tabs between the columns",
+        )
+    before = chosen[0].line
+    told = ["\n" * i + lines[i].lstrip()[len(mark) :] for i in remarks if i < before]
+    commented = [row for one in told for row in rows_of(one, settings.delimiter) if row.filled]
+    return Rows((*commented, *rows[:header]), tuple(chosen))
 
 
-def _number(cell: str) -> float | None:
-    try:
-        return float(cell)
-    except ValueError:
-        return None
-
-
-def _all_numbers(row: Row) -> bool:
-    filled = [cell for cell in row.cells if cell.strip()]
-    return bool(filled) and all(_number(cell) is not None for cell in filled)
-
-
-def _no_number(row: Row) -> bool:
-    filled = [cell for cell in row.cells if cell.strip()]
-    return bool(filled) and all(_number(cell) is None for cell in filled)
+def _check_units(path: str, rows: Rows, settings: FileCapture) -> None:
+    """Raise InputError where a row of units stands in the header and says another unit than the settings."""
+    columns = settings.columns
+    for axis, column in (("time", columns.time), ("x", columns.x), ("y", columns.y), ("z", columns.z)):
+        if column is None or not rows.header:
+            continue
+        key, declared = ("time_unit", settings.time_unit) if axis == "time" else ("unit", settings.unit)
+        row = rows.header[-1]
+        index = _index(path, rows.header, f"capture.columns.{axis}", column, settings.column_base)
+        cell = row.cells[index] if index < len(row.cells) else ""
+        told = (time_unit if axis == "time" else length_unit)(cell)
+        if told not in (None, declared):
+            problem = f"the row of units says '{cell}' for column {column}, and capture.{key} is {declared}"
+            raise InputError(path, problem, where=f"line {row.line}", remedy=f"set capture.{key}={told}")
 
 
 def _index(path: str, header: Sequence[Row], key: str, column: int | str, base: int) -> int:
-    """The position of ``column`` in a row's cells."""
+    """The position of ``column`` in a row's cells: a name's in the last row of the header that has it."""
     if isinstance(column, int):
         return column - base
     if not header:
         raise InputError(path, f"no header row, but {key} is the name '{column}'", remedy=f"set {key} to a number")
-    names = [cell.strip() for cell in header[-1].cells]
-    if names.count(column) != 1:
-        found = f"{names.count(column)} columns" if column in names else "no column"
-        listed = ", ".join(name for name in names if name)
+    row = next((row for row in reversed(header) if column in row.cells), None)
+    if row is None:  # the last row may hold units
+        row = max(
+            reversed(header[-2:]), key=lambda row: len({cell for cell in row.filled if length_unit(cell) is None})
+        )
+    if row.cells.count(column) != 1:
+        found = f"{row.cells.count(column)} columns" if column in row.cells else "no column"
         raise InputError(
             path,
-            f"{found} '{column}' ({key}); its header has {listed[:200] or 'no names'}{nearest(column, names)}",
-            where=f"line {header[-1].line}",
+            f"{found} '{column}' ({key}); its header has {', '.join(row.filled)[:200] or 'no names'}"
+            f"{nearest(column, row.cells)}",
+            where=f"line {row.line}",
             remedy=f"set {key} to one of these names or to a number",
         )
-    return names.index(column)
+    return row.cells.index(column)
 
 
 def _numbers(path: str, rows: Rows, key: str, column: int | str, settings: FileCapture) -> Array:
@@ -178,7 +176,7 @@ def _numbers(path: str, rows: Rows, key: str, column: int | str, settings: FileC
     values = np.empty(len(rows.data))
     for i, row in enumerate(rows.data):
         where = f"line {row.line}, {label}"
-        if not any(cell.strip() for cell in row.cells):
+        if not row.filled:
             raise InputError(
                 path, "an empty line amid the data", where=f"line {row.line}", remedy="fill or cut the gap"
             )
@@ -189,9 +187,9 @@ def _numbers(path: str, rows: Rows, key: str, column: int | str, settings: FileC
                 where=where,
                 remedy=f"look at {key} and capture.delimiter",
             )
-        cell = row.cells[index].strip()
-        value = _number(cell)
-        if value is None or not np.isfinite(value):
+        cell = row.cells[index]
+        value = number(cell)
+        if value is None or not math.isfinite(value):
             shown = "is empty" if not cell else f"'{cell[:40]}' is not a finite number"
             remedy = "fill or cut the gap in the recording, or choose rows without it"
             if cell and value is None:

@@ -89,7 +89,7 @@ def test_recordings_of_others_are_read(name, tracks, samples):
         ("a.csv", b"t_s,x_m,y_m,z_m\n0,1,2,3\n1,a,2,3\n", "line 3, column x_m: 'a' is not a number"),
         ("a.csv", b"t_s,x_m,y_m,z_m\n0,1,2,3\n0,1,2,3\n", "sample 2 of 'ball': time does not rise: 0 s after 0 s"),
         ("a.csv", b"t_s,x_m,y_m,z_m\n0,1,2,3\n,1,2,3\n", "time does not rise: nan s after 0 s"),
-        ("a.csv", b"\xff\xfe", "not UTF-8 text"),
+        ("a.csv", b"\xff\xfe", "its header lacks t_s, x_m, y_m, z_m; it has nothing"),
         ("a.csv", b"abc\x00def", "not a text file"),
         ("a.tsv", b"NO_OF_FRAMES\t3\n", "no NO_OF_MARKERS or FREQUENCY in its header"),
         ("a.tsv", b"NO_OF_FRAMES\t3\nNO_OF_MARKERS\t1\nFREQUENCY\t100\n", "0 data rows of 1 markers at 100 Hz"),

@@ -84,12 +84,11 @@ def test_a_recording_of_hours_is_refused_before_the_work_of_smoothing_it(tmp_pat
     assert "capture.first_row" in message
 
 
-def test_decimal_commas_are_told_by_the_cells_that_are_no_numbers(tmp_path):
-    lines = [line.replace(",", ";").replace(".", ",") for line in csv_lines()]
+def test_commas_that_separate_both_columns_and_decimals_are_told(tmp_path):
+    lines = [csv_lines()[0], *(line.replace(".", ",") for line in csv_lines()[1:])]
     message = refusal(write(tmp_path / "a.csv", lines))
-    assert "line 202 has the cells '2,000', " in message
-    assert "none of its 202 rows holds a number" in message
-    assert "decimals are written with a point" in message
+    assert "its rows have 8 cells under 4 names: commas stand between columns and before decimals" in message
+    assert "export it with semicolons or tabs" in message
 
 
 def test_a_row_cut_short(tmp_path):
@@ -176,12 +175,6 @@ def test_binary_rubbish(tmp_path):
     file = tmp_path / "a.csv"
     file.write_bytes(np.random.default_rng(0).bytes(5000))
     assert "not a text file" in refusal(file) or "not UTF-8 text" in refusal(file)
-
-
-def test_text_in_another_encoding(tmp_path):
-    file = tmp_path / "a.csv"
-    file.write_bytes("t_s,x_m\n0.0,1.0 µ".encode("latin-1"))
-    assert "byte 16: not UTF-8 text (byte 0xb5)" in refusal(file)
 
 
 def test_words_instead_of_numbers(tmp_path):

@@ -90,13 +90,6 @@ def test_an_unknown_body_is_told_with_those_that_are_there(tmp_path):
         open_hands(settings(path))
 
 
-def test_axes_that_mirror_the_space_are_refused():
-    with pytest.raises(ConfigError, match=r"which mirrors the space.*such as \[-x, z, y\]"):
-        settings("a.csv", axes=["x", "z", "y"])
-    with pytest.raises(ConfigError, match="each of x, y and z once"):
-        settings("a.csv", axes=["x", "x", "y"])
-
-
 def qualisys(path, t_s, place_m, turns):
     head = [
         f"NO_OF_FRAMES\t{len(t_s)}",

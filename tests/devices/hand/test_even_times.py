@@ -89,6 +89,6 @@ def test_two_poses_that_arrive_together_are_no_jump_and_it_is_told(tmp_path):
     path = kept_stream(tmp_path)
     (hand,) = open_hands(settings(path))
     assert [one.t_s for one in hand.samples()] == pytest.approx(SWING[:, 0], abs=1e-4)
-    assert any("mocap.csv: stamps stray by up to 9.5 ms from a steady 100.0 Hz, whose" in one for one in hand.warnings)
+    assert any("mocap: stamps stray by up to 9.5 ms from a steady 100.0 Hz, whose" in one for one in hand.warnings)
     with pytest.raises(InputError, match=r"the position jumps by|an acceleration of"):
         open_hands(settings(path, times="stamps"))

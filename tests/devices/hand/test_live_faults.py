@@ -7,10 +7,11 @@ import pytest
 
 from kendama_cli.devices.hand.open_hands import open_hands
 from kendama_cli.devices.hand.openigtlink import HEADER, TRANSFORM, crc64
-from kendama_cli.devices.hand.stream_server import METRES, USUAL_UNIT
+from kendama_cli.devices.hand.stream_server import USUAL_UNIT
 from kendama_cli.devices.hand.vrpn import COOKIE, POSE, POSE_TYPE, SENDER, TYPE, named
 from kendama_cli.devices.hand.vrpn import HEADER as VRPN_HEADER
 from kendama_cli.errors import ConfigError, HardwareError, InputError
+from kendama_cli.schema.units import METRES
 from tests.devices.hand.swing_server import SWING, replayed
 from tests.devices.hand.test_mocap import settings
 

@@ -20,10 +20,10 @@ from kendama_cli.devices.hand.haptic.way import DeviceWay
 from kendama_cli.devices.hand.interface import HandSample
 from kendama_cli.devices.hand.play.conditions import Conditions
 from kendama_cli.devices.hand.play.try_record import TryRecord
-from kendama_cli.devices.hand.stream_server import METRES
 from kendama_cli.devices.hand.tracks.stream_file import StreamFile
 from kendama_cli.errors import ConfigError, HardwareError, KendamaError
 from kendama_cli.schema.arrays import Array
+from kendama_cli.schema.units import METRES
 from kendama_cli.settings.game import GameSettings
 from kendama_cli.simulation.dart.hand_world import PLACE, HandWorld
 from kendama_cli.simulation.dart.world import STEP_S

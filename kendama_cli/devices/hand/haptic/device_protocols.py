@@ -16,7 +16,7 @@ from typing import Protocol
 from kendama_cli.devices.hand import vrpn
 from kendama_cli.devices.hand.haptic.settings import HapticCapture
 from kendama_cli.devices.hand.openigtlink import TEXT_BEGINS, TRANSFORM, MessageStream, transform
-from kendama_cli.devices.hand.stream_server import METRES
+from kendama_cli.schema.units import METRES
 
 Vector = tuple[float, float, float]
 BUTTON = struct.Struct(">ii")

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import ClassVar, Literal
 
-from kendama_cli.devices.hand.axes import Axes, check_axes
+from kendama_cli.devices.hand.axes import Axes, to_ours
 from kendama_cli.devices.hand.stream_server import StreamServer
 from kendama_cli.schema.settings import setting
 from kendama_cli.settings.game import GameSettings
@@ -53,7 +53,7 @@ class HapticCapture(StreamServer):
 
     def __post_init__(self) -> None:
         if self.axes is not None:
-            check_axes(self.axes)
+            to_ours(self.axes)
 
     @property
     def spoken_axes(self) -> Axes:

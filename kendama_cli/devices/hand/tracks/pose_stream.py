@@ -78,7 +78,8 @@ def _openigtlink() -> Callable[[bytes], Iterator[StreamedPose]]:
                 continue
             values = np.array(TRANSFORM.unpack_from(message.content), dtype=np.float64)
             matrix = values[:9].reshape(3, 3).T
-            turned = exponential(log_of(matrix)) if np.isfinite(matrix).all() else np.full(4, np.nan)
+            turns = np.isfinite(matrix).all() and np.linalg.det(matrix) > 0  # a mirror is no turn
+            turned = exponential(log_of(matrix)) if turns else np.full(4, np.nan)
             yield StreamedPose(message.device, message.stamp_s, tuple(values[9:].tolist()), tuple(turned.tolist()))
 
     return read

@@ -6,9 +6,9 @@ from pathlib import Path
 from types import TracebackType
 from typing import Self
 
-from kendama_cli.devices.flight.table import numbers, rows_of
 from kendama_cli.devices.hand.tracks.body_track import BodyTrack
 from kendama_cli.devices.recording_format import STREAM_HEADER
+from kendama_cli.devices.text_table import filled_rows, numbers
 from kendama_cli.errors import ConfigError
 
 
@@ -44,7 +44,7 @@ def read_stream(path: str, text: str) -> BodyTrack:
     """The body in the file; a row that was cut short at the end is left out."""
     lines = text.splitlines()
     head = lines.index(STREAM_HEADER)
-    rows = [row for row in rows_of("\n".join(lines), ",", head + 2) if len(row[1]) == 8]
+    rows = [row for row in filled_rows(text, "comma", head + 2) if len(row.cells) == 8]
     table = numbers(path, rows, range(8), STREAM_HEADER.split(","))
     name = lines[0].lstrip("# ") if head else Path(path).stem
     return BodyTrack(name, table[:, 0] - table[0, 0], table[:, 1:4], table[:, 4:])

@@ -72,9 +72,9 @@ def test_a_fault_that_the_device_tells_of_stops_it_for_good(tmp_path: Path) -> N
         link.close()
 
 
-def test_mirrored_axes_are_refused() -> None:
-    with pytest.raises(ConfigError, match=r"'axes' is \['x', 'z', 'y'\], which mirrors the space"):
-        phantom(1, axes=["x", "z", "y"])
+def test_an_axis_that_occurs_twice_is_refused() -> None:
+    with pytest.raises(ConfigError, match=r"'axes' is \['x', 'z', 'z'\]; allowed: each of x, y and z once"):
+        phantom(1, axes=["x", "z", "z"])
 
 
 @pytest.mark.realtime

@@ -8,16 +8,17 @@ from __future__ import annotations
 
 import struct
 from dataclasses import dataclass
+from itertools import chain, takewhile
 
 import numpy as np
 
+from kendama_cli.devices.hand.tracks.body_track import BodyTrack
 from kendama_cli.devices.recording_format import C3D_BLOCK_BYTES
 from kendama_cli.errors import InputError
 from kendama_cli.schema.arrays import Array
-from kendama_cli.vision.flight_search import RecordedTrack
+from kendama_cli.schema.units import METRES, length_unit
 
 INTEL, DEC, MIPS = 84, 85, 86
-METRES = {"m": 1.0, "cm": 1e-2, "mm": 1e-3}
 REMEDY = "export the recording again, or as CSV with the columns t_s,x_m,y_m,z_m"
 
 
@@ -28,7 +29,7 @@ class _Parameter:
     data: bytes
 
 
-def read_c3d(path: str, content: bytes) -> list[RecordedTrack]:
+def read_c3d(path: str, content: bytes) -> list[BodyTrack]:
     """A track in metres per point; raises InputError for a file that is cut short or contradicts itself."""
     try:
         return _C3d(path, content).tracks()
@@ -46,17 +47,18 @@ class _C3d:
         self._order = ">" if self._processor == MIPS else "<"
         self._parameters = self._read_parameters(begin + 4, begin + C3D_BLOCK_BYTES * content[begin + 2])
 
-    def tracks(self) -> list[RecordedTrack]:
+    def tracks(self) -> list[BodyTrack]:
         """The points over time."""
         count, analog, first, last = struct.unpack_from(f"{self._order}4H", self._content, 2)
         begin = (struct.unpack_from(f"{self._order}H", self._content, 16)[0] - 1) * C3D_BLOCK_BYTES
         scale, rate_hz = self._floats(self._content[12:16])[0], self._floats(self._content[20:24])[0]
         rate_hz = self._number("POINT", "RATE") or rate_hz
-        unit = self._texts("POINT", "UNITS")[:1] or ["mm"]
+        written = (self._texts("POINT", "UNITS") or ["mm"])[0]
+        unit = length_unit(written)
         if count == 0:
             raise InputError(self._path, "the C3D file is empty: it has no points", remedy=REMEDY)
-        if unit[0].lower() not in METRES or not rate_hz > 0 or scale == 0:
-            raise ValueError(f"{count} points at {rate_hz:g} Hz in '{unit[0]}' with scale {scale:g}")
+        if unit is None or not rate_hz > 0 or scale == 0:
+            raise ValueError(f"{count} points at {rate_hz:g} Hz in '{written}' with scale {scale:g}")
         width = 4 if scale < 0 else 2
         frame = width * (4 * count + analog)
         frames, left = divmod(len(self._content) - begin, frame)
@@ -70,11 +72,14 @@ class _C3d:
         values = self._floats(raw) if width == 4 else np.frombuffer(raw, f"{self._order}i2").astype(np.float64)
         points = values.reshape(frames, -1)[:, : 4 * count].reshape(frames, count, 4).transpose(1, 0, 2)
         seen = points[:, :, 3] >= 0
-        metres = METRES[unit[0].lower()] * (1.0 if scale < 0 else scale) * points[:, :, :3]
+        metres = METRES[unit] * (1.0 if scale < 0 else scale) * points[:, :, :3]
         metres[~seen] = np.nan
-        names = self._texts("POINT", "LABELS")
+        # a parameter holds 255 names at most: LABELS2 goes on
+        further = takewhile(bool, (self._texts("POINT", f"LABELS{i}") for i in range(2, 258)))
+        names = [*self._texts("POINT", "LABELS"), *chain.from_iterable(further)]
         t_s = np.arange(frames) / rate_hz
-        return [RecordedTrack(names[i] if i < len(names) else f"point {i + 1}", t_s, metres[i]) for i in range(count)]
+        named = [*names, *("" for _ in range(count))]
+        return [BodyTrack(named[i] or f"point {i + 1}", t_s, metres[i], None) for i in range(count)]
 
     def _floats(self, data: bytes) -> Array:
         if self._processor != DEC:
@@ -114,7 +119,7 @@ class _C3d:
             return []
         width = max(parameter.dimensions[0], 1)
         text = parameter.data.decode("latin-1")
-        return [text[i : i + width].strip() for i in range(0, len(text), width)]
+        return [text[i : i + width].strip(" \t\0") for i in range(0, len(text), width)]
 
     def _number(self, group: str, name: str) -> float | None:
         parameter = self._parameters.get((group, name))

@@ -1,0 +1,42 @@
+"""Units of length and time, as settings name them and as programs write them into files."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Literal
+
+LengthUnit = Literal["m", "cm", "mm"]
+TimeUnit = Literal["s", "ms", "us", "ns"]
+METRES: Mapping[LengthUnit, float] = {"m": 1.0, "cm": 1e-2, "mm": 1e-3}
+SECONDS: Mapping[TimeUnit, float] = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
+_LENGTHS: Mapping[str, LengthUnit] = {"meter": "m", "metre": "m", "centimet": "cm", "millimet": "mm"}
+_TIMES: Mapping[str, TimeUnit] = {
+    "sec": "s",
+    "millisec": "ms",
+    "msec": "ms",
+    "microsec": "us",
+    "usec": "us",
+    "nanosec": "ns",
+    "nsec": "ns",
+    "\N{MICRO SIGN}s": "us",
+    "\N{GREEK SMALL LETTER MU}s": "us",
+}
+"""Units by how their written names begin."""
+
+
+def length_unit(word: str) -> LengthUnit | None:
+    """Return the unit of length that ``word`` means, such as ``[mm]`` or ``Millimeters``; None for any other."""
+    plain = _plain(word)
+    begun = (unit for begin, unit in _LENGTHS.items() if plain.startswith(begin))
+    return next((unit for unit in METRES if plain == unit), next(begun, None))
+
+
+def time_unit(word: str) -> TimeUnit | None:
+    """Return the unit of time that ``word`` means, such as ``(s)`` or ``Seconds``; None for any other."""
+    plain = _plain(word)
+    begun = (unit for begin, unit in _TIMES.items() if plain.startswith(begin))
+    return next((unit for unit in SECONDS if plain == unit), next(begun, None))
+
+
+def _plain(word: str) -> str:
+    return word.strip(" \t\0[](){}").lower()
