@@ -6,7 +6,7 @@ import math
 import typing
 from dataclasses import dataclass
 
-from kendama_cli.schema.arrays import Array, array, rising
+from kendama_cli.schema.arrays import Array, array, rising, unit_quaternions
 from kendama_cli.settings.placement import Placement
 
 
@@ -115,11 +115,10 @@ class PosePlan:
     """(4,) unit quaternion of the orientation at the start"""
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "start_wxyz", array("start_wxyz", self.start_wxyz, (4,)))
+        start = unit_quaternions(array("start_wxyz", self.start_wxyz, (4,)))
+        object.__setattr__(self, "start_wxyz", array("start_wxyz", start, (4,)))
         if len(self.motion.coordinates) != 6:
             raise ValueError(f"a pose has 6 coordinates, not {len(self.motion.coordinates)}")
-        if abs(math.hypot(*self.start_wxyz) - 1) > 1e-9:
-            raise ValueError(f"start_wxyz must be a unit quaternion; its norm is {math.hypot(*self.start_wxyz):g}")
 
 
 @dataclass(frozen=True)

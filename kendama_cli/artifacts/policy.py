@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from kendama_cli.schema.arrays import Array, array
+from kendama_cli.schema.json_text import json_text
 
 
 @dataclass(frozen=True)
@@ -45,7 +46,7 @@ class PolicyArtifact:
     @staticmethod
     def seal(kind: str, meaning: Mapping[str, object], arrays: Mapping[str, Array]) -> PolicyArtifact:
         """A policy with its digest computed; ``meaning`` holds JSON values."""
-        text = canonical_json(meaning)
+        text = json_text(meaning)
         named = tuple(NamedArray(name, values) for name, values in sorted(arrays.items()))
         return PolicyArtifact(kind, text, named, policy_digest(kind, text, named))
 
@@ -56,11 +57,6 @@ class PolicyArtifact:
                 return entry.values
         known = ", ".join(entry.name for entry in self.arrays) or "none"
         raise ValueError(f"the policy has no array '{name}'; it has {known}")
-
-
-def canonical_json(meaning: Mapping[str, object]) -> str:
-    """``meaning`` as the one text that stands for it."""
-    return json.dumps(meaning, sort_keys=True, separators=(",", ":"))
 
 
 def policy_digest(kind: str, meaning: str, arrays: tuple[NamedArray, ...]) -> str:

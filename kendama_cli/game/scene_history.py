@@ -8,7 +8,8 @@ from collections.abc import Callable
 import numpy as np
 
 from kendama_cli.devices.robot.interface import Exchange, JointCommand, Robot, SceneState
-from kendama_cli.motion.rotation_matrix import quaternion_of
+from kendama_cli.motion.rotation import between as turned_between
+from kendama_cli.motion.rotation_matrix import matrix_of, quaternion_of
 from kendama_cli.rendering.scene import ScenePose, hanging_rope
 from kendama_cli.robot_model.model import RobotModel
 from kendama_cli.schema.arrays import Array
@@ -71,7 +72,8 @@ class SceneHistory:
             return np.asarray(one + part * (two - one))
 
         cup, ball = between("cup_m") - self.origin_m, between("ball_m") - self.origin_m
-        rotation = between("cup_rotation")
+        ends = np.array([quaternion_of(one.cup_rotation) for one in (last, coming)])
+        rotation = matrix_of(turned_between(np.array([0.0, 1.0]), ends, np.array([part]))[0])
         arm = self._arm_places(between("position_rad")) - self.origin_m
         return ScenePose(
             ball_m=ball,

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import zlib
 from collections.abc import Mapping
 from typing import Any, Literal
 
@@ -15,6 +14,7 @@ from kendama_cli.game.settings import TransferSettings
 from kendama_cli.learning.interface import Learner
 from kendama_cli.learning.learners import begin_learner, joined_state, parted_state, resume_learner
 from kendama_cli.learning.settings import LearnSettings
+from kendama_cli.schema.random_stream import random_stream
 
 Start = Literal["table", "scratch"]
 """What a learner on the hardware began with: the policy that was handed over (mostly a table), or nothing."""
@@ -81,7 +81,7 @@ class Progress:
 
     def rng(self, step: str, number: int) -> np.random.Generator:
         """The random stream of one rollout."""
-        return np.random.default_rng([self._seed, zlib.crc32(step.encode()), number])
+        return random_stream(self._seed, step, number)
 
     def learner(self, start: Start = "table") -> Learner:
         """A learner that goes on from its last finished rollout."""

@@ -9,7 +9,8 @@ from kendama_cli.artifacts.friction_model import ParametricFriction
 from kendama_cli.schema.arrays import Array
 
 SIGN_RAD_S = 0.005
-"""The sign of a velocity turns over about this speed: narrow, for the velocities are a reference's, without noise."""
+"""The sign of a velocity turns over about this speed: narrow, for the velocities are a reference's, without noise. The
+simulated controller plays with the same (joint_kernel.REVERSAL_RAD_S: compiled code keeps its own constants)."""
 NARROWEST_RAD_S, WIDEST_RAD_S = 0.02, 1.0
 """Stribeck speeds that are looked for."""
 WORTH = 0.02

@@ -6,10 +6,11 @@ import json
 from collections.abc import Iterator
 from typing import Any
 
-from kendama_cli.artifacts.policy import PolicyArtifact, canonical_json, policy_digest
+from kendama_cli.artifacts.policy import PolicyArtifact, policy_digest
 from kendama_cli.errors import StageError
 from kendama_cli.learning.learners import maker
 from kendama_cli.learning.settings import LearnSettings
+from kendama_cli.schema.json_text import json_text
 
 
 def verify_policy(policy: PolicyArtifact, settings: LearnSettings, source: str) -> None:
@@ -24,7 +25,7 @@ def verify_policy(policy: PolicyArtifact, settings: LearnSettings, source: str) 
             f"the policy of {source} is damaged: its digest is {found[:12]}, its seal says {policy.digest[:12]}; "
             "nothing was moved, learn it again"
         )
-    configured = canonical_json(maker(settings).meaning(settings))
+    configured = json_text(maker(settings).meaning(settings))
     task, wanted = (_task(meaning) for meaning in (policy.meaning, configured))
     if (policy.kind, task) != (settings.learner.kind, wanted):
         raise StageError(

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 import os
 from collections.abc import Callable, Mapping
@@ -11,6 +10,7 @@ from typing import Any
 
 from kendama_cli.errors import LogMessageError
 from kendama_cli.log.container_writer import AppendFile, ContainerWriter
+from kendama_cli.schema.json_text import json_text
 from kendama_cli.schema.messages import codec, kind_of
 
 STAGE_METADATA = "kendama.stage"
@@ -87,7 +87,7 @@ class McapLog:
 
 def canonical_json(value: Any) -> str:
     """JSON with sorted keys and no spaces; numbers that are not finite become null, absolute paths their last part."""
-    return json.dumps(_plain(value), sort_keys=True, separators=(",", ":"), ensure_ascii=False, allow_nan=False)
+    return json_text(_plain(value))
 
 
 def _plain(value: Any) -> Any:

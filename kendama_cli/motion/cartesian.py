@@ -23,12 +23,9 @@ from kendama_cli.motion.onset import moving_part
 from kendama_cli.motion.resampling import between, cut
 from kendama_cli.motion.rotation import angular_velocity, continuous_logarithm, exponential, inverse, multiply
 from kendama_cli.motion.settings import EncodeSettings
-from kendama_cli.schema.arrays import Array
+from kendama_cli.schema.arrays import Array, NotUnitError, unit_quaternions
 
 POSE = ("x", "y", "z", "rx", "ry", "rz")
-
-UNIT_SLACK = 1e-3
-"""Recorded quaternions are rounded; a norm farther from 1 means that the columns are something else."""
 
 
 @dataclass(frozen=True)
@@ -48,13 +45,12 @@ def encode_pose(t_s: Array, position_m: Array, rotation_wxyz: Array, settings: E
 
     Raises ValueError where nothing moves, or naming the sample where a quaternion is not of unit length.
     """
-    norm = np.linalg.norm(rotation_wxyz, axis=1)
-    wrong = np.flatnonzero(np.abs(norm - 1) > UNIT_SLACK)
-    if len(wrong):
-        raise ValueError(f"sample {wrong[0] + 1}: the quaternion's norm is {norm[wrong[0]]:.4g}, not 1")
+    try:
+        unit = unit_quaternions(rotation_wxyz)
+    except NotUnitError as wrong:
+        raise ValueError(f"sample {wrong.index + 1}: {wrong}") from None
     part = moving_part(t_s, position_m, rest_speed_m_s=settings.rest_speed_m_s, rest_share=settings.rest_share)
     margin = settings.margin_share if settings.trim == "rest" else None
-    unit = rotation_wxyz / norm[:, None]
     begin_s = np.array([cut(t_s, position_m, part, margin, margin).onset_s])
     from_first = continuous_logarithm(multiply(unit, inverse(unit[0])))
     start = multiply(exponential(between(t_s, from_first, begin_s)[0]), unit[0])

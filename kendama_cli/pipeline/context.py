@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import contextlib
 import time
-import zlib
 from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
 
 from kendama_cli.log.writer import McapLog
+from kendama_cli.schema.random_stream import random_stream
 from kendama_cli.stages.interface import State
 from kendama_cli.store.append_file import DurableAppendFile
 from kendama_cli.store.checkpoint import Checkpoint, CheckpointFolder
@@ -50,7 +50,7 @@ class WorkerContext:
         if self._seed is None:
             raise RuntimeError("a stage that draws random numbers must list 'seed' in its pipeline's config")
         if purpose not in self._streams:
-            self._streams[purpose] = np.random.default_rng([self._seed, zlib.crc32(purpose.encode())])
+            self._streams[purpose] = random_stream(self._seed, purpose)
         return self._streams[purpose]
 
     def restore(self) -> State | None:

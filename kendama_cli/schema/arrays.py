@@ -5,6 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from kendama_cli.schema.quaternion import UNIT_SLACK
+
 Array = NDArray[np.float64]
 
 
@@ -20,6 +22,27 @@ def array(name: str, value: ArrayLike, shape: tuple[int | None, ...], *, finite:
         raise ValueError(f"{name} holds a value that is not finite at {tuple(np.argwhere(~np.isfinite(made))[0])}")
     made.flags.writeable = False
     return made
+
+
+class NotUnitError(ValueError):
+    """A quaternion that is none of a rotation: its ``index`` among those given, and its ``length``."""
+
+    def __init__(self, index: int, length: float) -> None:
+        super().__init__(f"the length of the quaternion is {length:.4g}; it must be 1")
+        self.index, self.length = index, length
+
+
+def unit_quaternions(rotation_wxyz: ArrayLike) -> Array:
+    """Return quaternions (4,) or (n, 4) made exactly of unit length; raises NotUnitError beyond UNIT_SLACK.
+
+    What is of unit length but for rounding is left as it is, so that what was written is read again.
+    """
+    made = np.array(rotation_wxyz, dtype=np.float64)
+    length = np.linalg.norm(made, axis=-1, keepdims=True)
+    wrong = np.flatnonzero(~(np.abs(length - 1.0) <= UNIT_SLACK))
+    if len(wrong):
+        raise NotUnitError(int(wrong[0]), float(length.ravel()[wrong[0]]))
+    return np.asarray(np.where(np.abs(length - 1.0) < 1e-12, made, made / length))
 
 
 def rising(name: str, value: ArrayLike) -> Array:

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from kendama_cli.errors import ConfigError
+from kendama_cli.schema.quaternion import UNIT_SLACK
 from kendama_cli.schema.settings import setting
 
 SIZES: dict[str, tuple[str, ...]] = {
@@ -35,7 +36,7 @@ class _Body:
             allowed = f"[{', '.join(wanted)}]"
             raise ConfigError("size_m", f"'size_m' is {list(self.size_m)}; allowed for a {self.shape}: {allowed}")
         norm = math.hypot(*self.rotation_wxyz)
-        if abs(norm - 1.0) > 1e-3:
+        if not abs(norm - 1.0) <= UNIT_SLACK:
             problem = f"'rotation_wxyz' is {list(self.rotation_wxyz)} of length {norm:.4g}; allowed: length 1"
             raise ConfigError("rotation_wxyz", f"{problem}, as [1, 0, 0, 0] for no rotation")
 

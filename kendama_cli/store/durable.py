@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import IO, Any
 
 from kendama_cli.errors import FormatError, ReadOnlyError, StoreError
+from kendama_cli.schema.json_text import json_text
 from kendama_cli.system.choice import system
 
 SCRATCH = ".scratch"
@@ -51,8 +52,8 @@ def plain_disk_errors(path: Path, option: str = "--home") -> Iterator[None]:
 
 
 def canonical_json(value: Any) -> bytes:
-    """The one JSON text of a value: sorted keys, no spaces, no NaN."""
-    return json.dumps(value, sort_keys=True, separators=(",", ":"), allow_nan=False, ensure_ascii=False).encode()
+    """Return the one JSON text of a value as bytes."""
+    return json_text(value).encode()
 
 
 def is_text(value: str) -> bool:

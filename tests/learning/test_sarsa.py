@@ -8,12 +8,12 @@ import math
 import numpy as np
 import pytest
 
-from kendama_cli.artifacts.policy import canonical_json
 from kendama_cli.errors import ConfigError
 from kendama_cli.learning.exploration import DrawnHarmonic, vary_harmonic
 from kendama_cli.learning.policy import GreedyPolicy, seal_table, task_meaning
 from kendama_cli.learning.sarsa import SarsaLearner
 from kendama_cli.learning.state import SwingState
+from kendama_cli.schema.json_text import json_text
 from tests.learning.settings_files import learn_settings
 
 COSTLY = {"reward__step": -0.2, "reward__displacement_per_m": 100.0, "reward__displacement_free_m": 0.3}
@@ -255,8 +255,8 @@ def test_the_policy_is_sealed_with_what_gives_it_its_meaning_and_with_nothing_el
     sealed = SarsaLearner(SETTINGS).policy
     assert sealed.digest == seal_table(sealed.array("q"), SETTINGS).digest
     assert set(json.loads(sealed.meaning)) == {"task", "grid", "decision", "goal", "actions_m_s2"}
-    assert canonical_json(task_meaning(learn_settings(alpha=0.1))) == sealed.meaning
-    assert canonical_json(task_meaning(learn_settings(grid__rate_edges_rad_s=[-1.0, 1.0]))) != sealed.meaning
+    assert json_text(task_meaning(learn_settings(alpha=0.1))) == sealed.meaning
+    assert json_text(task_meaning(learn_settings(grid__rate_edges_rad_s=[-1.0, 1.0]))) != sealed.meaning
 
 
 def test_exploration_varies_the_harmonics_with_the_best_rewards_and_keeps_them_over_a_restart():

@@ -90,7 +90,7 @@ def test_resting_heads_are_cut_from_the_orientation_too() -> None:
 def test_what_is_no_unit_quaternion_is_named_by_its_sample() -> None:
     wrong = turning(T)
     wrong[7] *= 1.3
-    with pytest.raises(ValueError, match=r"sample 8: the quaternion's norm is 1\.3, not 1"):
+    with pytest.raises(ValueError, match=r"sample 8: the length of the quaternion is 1\.3; it must be 1"):
         encode_pose(T, path(T), wrong, CHOSEN)
 
 

@@ -135,7 +135,9 @@ def _adapt(log: FieldLog, rng: np.random.Generator) -> tuple[dict[str, Any], dic
     for index in range(12):
         bent = {"cost_m": 0.3 / (1 + index), "miss_m": 0.3 / (1 + index), "caught": index > 8, "bumps_m": [0.01] * 8}
         moved = {"tau_scale": 1.0, "shift_x_m": 0.01, "shift_y_m": 0.0}
-        log.write("/adapt/explored", 45.0, {"index": index, "generation": index // 6, **bent, **moved})
+        log.write(
+            "/adapt/explored", 45.0, {"index": index, "generation": index // 6, "swing_slack_s": 0.0, **bent, **moved}
+        )
         proof = {"rollouts": 6 * (1 + index // 6), "index": index % 6, "caught": index > 4, "miss_m": 0.01}
         log.write("/adapt/proof", 46.0, proof)
     for index in range(30):

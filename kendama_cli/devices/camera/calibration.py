@@ -10,7 +10,8 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from kendama_cli.errors import ConfigError, InputError
-from kendama_cli.schema.arrays import Array
+from kendama_cli.motion.rotation_matrix import matrix_of
+from kendama_cli.schema.arrays import Array, NotUnitError, unit_quaternions
 from kendama_cli.schema.plain_yaml import load_yaml
 from kendama_cli.schema.settings import build
 from kendama_cli.settings.camera import CameraModelSettings, CameraSettings
@@ -132,14 +133,8 @@ def camera_model(settings: CameraModelSettings) -> CameraModel:
 
 
 def _camera_axes(wxyz: tuple[float, float, float, float]) -> Array:
-    length = float(np.linalg.norm(wxyz))
-    if abs(length - 1) > 1e-3:
-        raise ConfigError("camera.cameras", f"rotation_wxyz {list(wxyz)} has length {length:.4g}; it must be 1")
-    w, x, y, z = np.array(wxyz) / length
-    return np.array(
-        [
-            [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
-            [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
-            [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
-        ]
-    )
+    try:
+        return matrix_of(unit_quaternions(wxyz))
+    except NotUnitError as wrong:
+        problem = f"rotation_wxyz {list(wxyz)} has length {wrong.length:.4g}; it must be 1"
+        raise ConfigError("camera.cameras", problem) from None

@@ -6,11 +6,12 @@ from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from kendama_cli.devices.camera.csv_rows import csv_rows
 from kendama_cli.errors import InputError
+from kendama_cli.motion.rotation_matrix import matrix_of
 from kendama_cli.robot_model.model import RobotModel
+from kendama_cli.schema.arrays import NotUnitError, unit_quaternions
 from kendama_cli.vision.hand_eye import HandPose
 
 PLACE = ("x_m", "y_m", "z_m")
@@ -45,12 +46,10 @@ def _of_joints(arm: RobotModel, angles: np.ndarray) -> HandPose:
 
 
 def _of_place(path: Path, number: int, values: np.ndarray) -> HandPose:
-    length = float(np.linalg.norm(values[3:]))
-    if abs(length - 1) > 0.01:
-        raise InputError(
-            str(path), f"line {number}: the quaternion has length {length:.3g}", remedy="write unit quaternions"
-        )
-    return HandPose(values[:3], Rotation.from_quat(values[3:], scalar_first=True).as_matrix())
+    try:
+        return HandPose(values[:3], matrix_of(unit_quaternions(values[3:])))
+    except NotUnitError as wrong:
+        raise InputError(str(path), f"line {number}: {wrong}", remedy="write unit quaternions") from None
 
 
 def _remedy(columns: tuple[str, ...]) -> str:

@@ -12,17 +12,13 @@ from kendama_cli.devices.hand.settings import PlausibleSettings
 from kendama_cli.devices.hand.swing_axes import check_axes
 from kendama_cli.errors import InputError
 from kendama_cli.motion.rotation import inverse, multiply
-from kendama_cli.schema.arrays import Array
+from kendama_cli.schema.arrays import Array, NotUnitError, unit_quaternions
 
 MIN_SAMPLES = 10
 """Fewer cannot show a swing."""
 
 MAX_SAMPLES = 100_000
 """More than a minute at 1 kHz is a whole session, or a wrong time unit, and would be smoothed for minutes."""
-
-
-UNIT_SLACK = 1e-2
-"""Recorded quaternions are rounded; a length farther from 1 means that the columns are something else."""
 
 
 @dataclass(frozen=True)
@@ -52,16 +48,15 @@ def unit_rotations(path: str, rotation_wxyz: Array, place: Callable[[int], str],
 
     Raises InputError at the first that is of another length, for then the columns are something else.
     """
-    norm = np.linalg.norm(rotation_wxyz, axis=1)
-    wrong = np.flatnonzero(~(np.abs(norm - 1) <= UNIT_SLACK))
-    if len(wrong):
+    try:
+        unit = unit_quaternions(rotation_wxyz)
+    except NotUnitError as wrong:
         raise InputError(
             path,
-            f"a quaternion of length {norm[wrong[0]]:.4g}; it must be 1",
-            where=place(int(wrong[0])),
+            f"a quaternion of length {wrong.length:.4g}; it must be 1",
+            where=place(wrong.index),
             remedy="look at capture.rotation: w is the real part, some programs write it last",
-        )
-    unit = rotation_wxyz / norm[:, None]
+        ) from None
     return multiply(unit, inverse(unit[0])) if from_start else unit
 
 

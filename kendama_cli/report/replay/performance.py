@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
+from kendama_cli.motion.rotation import between
 from kendama_cli.physics.rim_crossing import near_descent, over_rim
 from kendama_cli.report.replay.camera_images import CameraImages
 from kendama_cli.report.tracks import cup_of
@@ -180,11 +181,6 @@ def _sampled(poses: dict[str, tuple[Array, Array]]) -> Frames:
 
 
 def poses_between(t_s: Array, poses: Array, t: Array) -> Array:
-    """Poses at times ``t``: places on straight lines, rotations by the normalised mean (Lengyel 2011, 4.6.3)."""
-    turn = poses[:, 3:].copy()
-    flips = np.cumprod(np.where((turn[1:] * turn[:-1]).sum(axis=1) < 0, -1.0, 1.0))
-    turn[1:] *= flips[:, None]
-    columns = np.hstack([poses[:, :3], turn]).T
-    made = np.column_stack([np.interp(t, t_s, column) for column in columns])
-    made[:, 3:] /= np.linalg.norm(made[:, 3:], axis=1, keepdims=True)
-    return made
+    """Poses at times ``t``: places on straight lines, rotations by their normalised mean."""
+    places = [np.interp(t, t_s, column) for column in poses[:, :3].T]
+    return np.hstack([np.column_stack(places), between(t_s, poses[:, 3:], t)])

@@ -7,16 +7,21 @@ from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
+from numpy.typing import NDArray
 
 from kendama_cli.artifacts.motion_plan import JointTrajectory
 from kendama_cli.physics.rim_crossing import catch_from_s
 from kendama_cli.schema.arrays import Array
 from kendama_cli.simulation.dart.arm_errors import ArmErrors, ErringArm
-from kendama_cli.simulation.dart.flight_record import FlightRecord
+from kendama_cli.simulation.dart.flight_record import Descent, FlightRecord
 from kendama_cli.simulation.dart.world import STEP_S, ArmWorld
 
 TRACE_EVERY = 10
-"""Steps between two samples of a recorded rollout."""
+"""Steps between two samples of a recorded rollout's swing."""
+
+BEFORE_FLIGHT_S = 0.3
+"""So long before the rope slackens for the flight the record goes on with every step: the last millimetres of a catch
+can be repeated from it."""
 
 PLANNED_EVERY = 20
 """Steps between two samples of the cup's planned way."""
@@ -24,7 +29,10 @@ PLANNED_EVERY = 20
 
 @dataclass(frozen=True)
 class Trace:
-    """A rollout sampled at n instants: ``t_s`` (n,), places and the cup's unit axis (n, 3) in the world, joints."""
+    """A rollout sampled at n instants: ``t_s`` (n,), places and the cup's unit axis (n, 3) in the world, joints.
+
+    Every TRACE_EVERY steps, and every step from BEFORE_FLIGHT_S before the flight to the end.
+    """
 
     t_s: Array
     cup_m: Array
@@ -33,6 +41,11 @@ class Trace:
     position_rad: Array
     velocity_rad_s: Array
     effort_nm: Array
+
+    @property
+    def even(self) -> NDArray[np.int64]:
+        """The samples (k,) that are TRACE_EVERY steps apart."""
+        return np.flatnonzero(np.rint(self.t_s / STEP_S).astype(int) % TRACE_EVERY == 0)
 
 
 class Steering(Protocol):
@@ -116,7 +129,7 @@ def play_rollout(
         flight.observe(world.t_s)
         fastest = np.maximum(fastest, np.abs(world.velocity_rad_s))
         strongest = np.maximum(strongest, np.abs(world.effort_nm))
-        if record and k % TRACE_EVERY == 0:
+        if record:
             samples.append(_sample(world))
     miss_m, side_m = flight.miss_m or (None, None)
     descent = flight.descent
@@ -132,7 +145,7 @@ def play_rollout(
         velocity_share=float((fastest / world.arm.limits.velocity_rad_s).max()),
         effort_share=float(efforts.max()),
         effort_joint=world.arm.joint_names[int(efforts.argmax())],
-        trace=Trace(*(np.array(column) for column in zip(*samples, strict=True))) if record else None,
+        trace=_trace(samples, descent) if record else None,
     )
 
 
@@ -140,6 +153,12 @@ def _catch_from_s(world: ArmWorld, joints: JointTrajectory) -> float:
     """When the catch is planned at the earliest."""
     t_s = joints.t_s[::PLANNED_EVERY] - joints.t_s[0]
     return catch_from_s(t_s, np.array([world.arm.tool_place_m(one) for one in joints.position_rad[::PLANNED_EVERY]]))
+
+
+def _trace(samples: Sequence[tuple[float | Array, ...]], descent: Descent | None) -> Trace:
+    every = len(samples) if descent is None else max(0, round((descent.flight_s[0] - BEFORE_FLIGHT_S) / STEP_S))
+    kept = [one for k, one in enumerate(samples) if k >= every or k % TRACE_EVERY == 0]
+    return Trace(*(np.array(column) for column in zip(*kept, strict=True)))
 
 
 def _sample(world: ArmWorld) -> tuple[float | Array, ...]:

@@ -90,10 +90,11 @@ def log_chosen(ctx: StageContext, arm: RobotModel, game: GameSettings, trace: Tr
     """The chosen motion: the arm's looks, links and joints, cup, ball, and where the cup should be (n, 3)."""
     scene = ArmScene(arm)
     ctx.log.write("/adapt/scene", 0.0, scene.shapes(game))
-    for k, t_s in enumerate(trace.t_s.tolist()):
-        position, velocity, effort = trace.position_rad[k], trace.velocity_rad_s[k], trace.effort_nm[k]
-        ctx.log.write("/adapt/joints", t_s, JointStates(arm.joint_names, position, velocity, effort))
-        if k % LINKS_EVERY == 0:
+    for number, k in enumerate(trace.even.tolist()):
+        t_s, position = float(trace.t_s[k]), trace.position_rad[k]
+        states = JointStates(arm.joint_names, position, trace.velocity_rad_s[k], trace.effort_nm[k])
+        ctx.log.write("/adapt/joints", t_s, states)
+        if number % LINKS_EVERY == 0:
             ctx.log.write("/adapt/links", t_s, scene.frames(position))
     turns = [quaternion_of(cup_frame(tuple(axis))) for axis in trace.cup_axis.tolist()]
     for child, places_m in (("cup", trace.cup_m), ("ball", trace.ball_m), ("reference", reference_m)):

@@ -26,6 +26,7 @@ from kendama_cli.log.messages import WrenchMessage
 from kendama_cli.robot_model.model import RobotModel
 from kendama_cli.schema.arrays import Array
 from kendama_cli.schema.foxglove import FrameTransform, JointStates
+from kendama_cli.schema.random_stream import random_stream
 from kendama_cli.settings.game import GameSettings
 from kendama_cli.settings.hardware import HardwareSettings
 from kendama_cli.settings.robot import RobotSettings
@@ -94,7 +95,7 @@ class _PlayedMotions:
 
     def rng(self, name: str) -> np.random.Generator:
         """A stream that belongs to ``name`` alone, so that a resumed run draws what the killed one drew."""
-        return np.random.default_rng([self._seed, *name.encode()])
+        return random_stream(self._seed, name)
 
     def play(self, name: str, robot: Robot, motion: JointTrajectory) -> Recording:
         if name not in self._done:
