@@ -78,7 +78,8 @@ class Robot {  // one commander at a time; call poll() every period, and answer(
     return Heard::nothing;
   }
 
-  void answer(const State& state) {
+  void answer(const State& state) {  // a stop has answered already
+    if (!answered_.empty() || !reason_.empty()) return;
     const size_t n = about_.joint_names.size();
     Bytes out;
     put(out, state.t_s), put(out, missed_), put(out, ignored_), put(out, uint8_t(state.caught));
@@ -87,12 +88,13 @@ class Robot {  // one commander at a time; call poll() every period, and answer(
     for (auto* part : {&state.position_rad, &state.velocity_rad_s, &state.effort_nm, &state.wrist_wrench, &state.cup_m, &state.ball_m})
       for (double value : *part) put(out, value);
     for (size_t i = 0; i < n + 15; ++i) put(out, double(NAN));
-    say(STATE, out);
+    ready_ = true, say(STATE, out);
   }
 
-  void stop(const std::string& reason) {  // latched: nothing is obeyed until another session begins
+  void stop(const std::string& reason) {  // latched until another session begins; answers what was not answered
     if (reason_.empty()) reason_ = reason;
     moving_ = ready_ = false;
+    if (answered_.empty()) say(STOPPED, Bytes(reason_.begin(), reason_.begin() + std::min<size_t>(reason_.size(), 400)));
   }
 
  private:
@@ -144,13 +146,11 @@ class Robot {  // one commander at a time; call poll() every period, and answer(
     Joints values;
     if (kind != HALT && payload.size() == skip + 8 * rows * n)
       for (size_t i = 0; i < rows * n; ++i) values.push_back(get<double>(payload, skip + 8 * i));
-    bool finite = !values.empty();
-    for (double value : values) finite = finite && std::isfinite(value);
-    if (kind == HALT) stop("the commander sent HALT");
-    else if (!finite) stop("a command of another length came, or one that is not finite");
-    else if (kind == COMMAND && !ready_) stop("COMMAND came before the first RESET");
-    if (!reason_.empty()) return say(STOPPED, Bytes(reason_.begin(), reason_.end())), was_stopped ? Heard::nothing : Heard::stop;
-    ready_ = true, moving_ = kind == COMMAND, command_ = Command{};
+    bool sane = !values.empty();
+    for (double value : values) sane = sane && std::isfinite(value);
+    const char* wrong = sane ? "COMMAND came before RESET was answered" : "a command came that is not finite or not whole";
+    if (was_stopped || !sane || (kind == COMMAND && !ready_)) return stop(kind == HALT ? "the commander sent HALT" : wrong), was_stopped ? Heard::nothing : Heard::stop;
+    ready_ = moving_ = kind == COMMAND, command_ = Command{};
     Joints* parts[] = {&command_.position_rad, &command_.velocity_rad_s, &command_.acceleration_rad_s2, &command_.effort_nm};
     for (size_t row = 0; row < rows; ++row) parts[row]->assign(values.begin() + long(row * n), values.begin() + long((row + 1) * n));
     return kind == RESET ? Heard::reset : Heard::command;

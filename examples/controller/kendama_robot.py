@@ -13,10 +13,9 @@ from dataclasses import dataclass, field
 from hashlib import blake2s
 from pathlib import Path
 
-VERSION, LARGEST, LET_GO_S, MOST_SENDERS = 5, 4096, 60.0, 4
+VERSION, LARGEST, LET_GO_S, MOST_SENDERS, NAN3 = 5, 4096, 60.0, 4, (math.nan,) * 3
 HELLO, CHALLENGE, OPEN, WELCOME, RESET, COMMAND, STATE, HALT, STOPPED, TORQUE, TORQUE_STATE, WORKING = range(1, 13)
 HEADER = struct.Struct("<4sHHQQ")
-NAN3 = (math.nan,) * 3
 
 
 def read_key(path: str) -> bytes:
@@ -109,19 +108,24 @@ class Robot:
         return Heard.NOTHING
 
     def answer(self, state: State) -> None:
-        """Answer the RESET or COMMAND that was heard last."""
+        """Answer the RESET or COMMAND that was heard last, once; a stop has answered it already."""
+        if self.answered or self.reason is not None:
+            return
         sent, n = state.sent, len(self.about.joint_names)
         parts = (sent.position_rad, sent.velocity_rad_s, sent.acceleration_rad_s2, sent.effort_nm)
         values = [value for part in parts for value in part or (0.0,) * n]
         for part in (state.position_rad, state.velocity_rad_s, state.effort_nm, state.wrist_wrench):
             values += part
         values += [*state.cup_m, *state.ball_m, *[math.nan] * (n + 15)]
-        head = struct.pack("<dIIB", state.t_s, self.missed, self.ignored, state.caught)
+        head = struct.pack("<dIIB", state.t_s, self.missed % 2**32, self.ignored % 2**32, state.caught)
+        self.ready = True
         self._say(STATE, head + struct.pack(f"<{len(values)}d", *values))
 
     def stop(self, reason: str) -> None:
-        """Latch a stop: nothing is obeyed until another session begins."""
+        """Latch a stop until another session begins; it answers what was not answered."""
         self.reason, self.moving, self.ready = self.reason or reason, False, False
+        if not self.answered:
+            self._say(STOPPED, self.reason.encode()[:400])
 
     def _take(self, data: bytes, sender: tuple[str, int]) -> Heard:
         kind = session = counter = -1
@@ -140,8 +144,7 @@ class Robot:
             self.ignored += 1
             return Heard.NOTHING
         if kind == HELLO:
-            held = self.session if self._held() else 0
-            self._send(self.key, (CHALLENGE, held, 0), payload + self.nonce, sender)
+            self._send(self.key, (CHALLENGE, self.session if self._held() else 0, 0), payload + self.nonce, sender)
         elif kind == OPEN and session != self.session:
             self.session_key, self.session, self.senders, self.nonce = key, session, [sender], secrets.token_bytes(16)
             self.reason, self.moving, self.ready, self.missed = None, False, False, 0
@@ -163,20 +166,17 @@ class Robot:
         return Heard.NOTHING
 
     def _obey(self, kind: int, payload: bytes) -> Heard:
-        n, was = len(self.about.joint_names), self.reason
+        n, was, skip = len(self.about.joint_names), self.reason, 8 if kind == RESET else 0
         count = {RESET: n, COMMAND: 4 * n}.get(kind, 0)
-        body = payload[8:] if kind == RESET else payload
-        values = struct.unpack(f"<{count}d", body) if count and len(body) == 8 * count else ()
-        if kind == HALT:
-            self.stop("the commander sent HALT")
-        elif not values or not all(map(math.isfinite, values)):
-            self.stop("a command of another length came, or one that is not finite")
-        elif kind == COMMAND and not self.ready:
-            self.stop("COMMAND came before the first RESET")
-        if self.reason is not None:
-            self._say(STOPPED, self.reason.encode()[:400])
+        values = struct.unpack_from(f"<{count}d", payload, skip) if count and len(payload) == skip + 8 * count else ()
+        sane = bool(values) and all(map(math.isfinite, values))
+        if self.reason is not None or not sane or (kind == COMMAND and not self.ready):
+            wrong = (
+                "COMMAND came before RESET was answered" if sane else "a command came that is not finite or not whole"
+            )
+            self.stop("the commander sent HALT" if kind == HALT else wrong)
             return Heard.STOP if was is None else Heard.NOTHING
-        self.ready, self.moving = True, kind == COMMAND
+        self.ready = self.moving = kind == COMMAND
         self.command = Command(*(values[i : i + n] for i in range(0, count, n)))
         return Heard.RESET if kind == RESET else Heard.COMMAND
 

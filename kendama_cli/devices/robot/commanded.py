@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable
+
+import numpy as np
 
 from kendama_cli.devices.robot import protocol
 from kendama_cli.devices.robot.datagram_line import DatagramLine
-from kendama_cli.devices.robot.interface import JointCommand, Robot, torque_interface
+from kendama_cli.devices.robot.interface import BrakingTorque, JointCommand, Robot, torque_interface
+from kendama_cli.devices.robot.limiter import braked
 from kendama_cli.devices.robot.liveness import Address
 from kendama_cli.devices.robot.protocol import Datagram, DatagramError, Kind, Report, Welcome
 from kendama_cli.devices.robot.session import Place, Session
@@ -15,6 +19,9 @@ from kendama_cli.errors import KendamaError
 from kendama_cli.motion.impedance import JointTorque
 
 Command = JointCommand | JointTorque
+_BRAKING_S = 2.0
+"""A robot that is not at rest so long after a stop is halted as it is."""
+_STILL_RAD_S = 1e-2
 
 
 class CommandedRobot:
@@ -28,12 +35,13 @@ class CommandedRobot:
     ) -> None:
         self.robot = open_robot()
         self.session = Session(secret, may_skip=realtime)
-        self.moving = False
+        self.moving = self.braking = False
+        self._sent: Command | None = None
         self._answered: bytes | None = None
         self._open_robot = open_robot
         self._line = line
         self._realtime = realtime
-        self._watchdog_s = watchdog_s
+        self._watchdog_s, self._stopped_s = watchdog_s, 0.0
 
     def period_s(self, command: Command | None) -> float:
         """How long the robot moves under ``command`` [s]."""
@@ -80,7 +88,7 @@ class CommandedRobot:
         if not self.session.is_first:
             self.robot.close()
             self.robot = self._open_robot()
-        self.session.is_first = self.moving = False
+        self.session.is_first = self.moving = self.braking = False
         self._answer(Kind.WELCOME, opening.counter, _welcome(self.robot, self._realtime, self._watchdog_s))
 
     def _obey(self, datagram: Datagram) -> Command | None:
@@ -93,7 +101,7 @@ class CommandedRobot:
             return command
         if datagram.kind is Kind.RESET:
             position, seed = protocol.unpack_reset(datagram.payload, n)
-            self.moving = False
+            self.moving, self._sent = False, None
             exchange = self.robot.reset(position, seed)
             session.ready = True
             report = Report(exchange, session.missed, session.ignored)
@@ -101,25 +109,50 @@ class CommandedRobot:
             return None
         raise DatagramError("the commander sent HALT")
 
-    def move(self, command: Command, *, answer: bool) -> None:
-        """Have the robot carry out ``command``, and report it to the commander where ``answer``."""
+    def move(self, command: Command) -> None:
+        """Have the robot carry out ``command``, and report it to the commander."""
         self.moving = True
-        counter = self.session.counter
+        session = self.session
         try:
-            kind, report = _exchange(self.robot, command, self.session)
+            if isinstance(command, JointTorque):
+                torque = torque_interface(self.robot, "a torque command").exchange(command)
+                self._sent, kind = torque.sent, Kind.TORQUE_STATE
+                report = pack_torque_report(TorqueReport(torque, session.missed, session.ignored))
+            else:
+                done = self.robot.exchange(command)
+                self._sent, kind = done.sent, Kind.STATE
+                report = protocol.pack_report(Report(done, session.missed, session.ignored))
         except KendamaError as error:
             self.stop(str(error))
-            self._refuse(counter)
+            self._refuse(session.counter)
             return
-        if answer:
-            self._answer(kind, counter, report)
+        self._answer(kind, session.counter, report)
+
+    def brake(self) -> None:
+        """Have the robot slow down within its limits for one period; after a stop, until it is at rest and halts."""
+        robot, last, still = self.robot, self._sent, True
+        try:
+            if isinstance(last, JointCommand):
+                slower = braked(last, robot.limits.acceleration_rad_s2, robot.period_s)
+                self._sent = sent = robot.exchange(slower).sent
+                still = not sent.velocity_rad_s.any()
+            elif last is not None and isinstance(robot.torque, BrakingTorque):
+                still = bool((np.abs(robot.torque.brake().state.velocity_rad_s) < _STILL_RAD_S).all())
+        except KendamaError as error:
+            self.stop(str(error))
+            still = True
+        if self.braking and (still or time.monotonic() - self._stopped_s > _BRAKING_S):
+            self.braking = False
+            self.robot.halt()
 
     def stop(self, reason: str) -> None:
-        """Halt for good, because of ``reason``; the first reason is kept."""
+        """Stop for good, because of ``reason``, the first of which is kept: a robot that moves by the clock brakes."""
         if self.session.stopped is None:
-            self.session.stopped = reason
+            self.session.stopped, self._stopped_s = reason, time.monotonic()
+            self.braking = self._realtime and self.moving and self._sent is not None
             self.moving = False
-            self.robot.halt()
+            if not self.braking:
+                self.robot.halt()
 
     def _refuse(self, counter: int) -> None:
         self._answer(Kind.STOPPED, counter, protocol.pack_reason(self.session.stopped or ""))
@@ -141,11 +174,3 @@ def _welcome(robot: Robot, realtime: bool, watchdog_s: float) -> bytes:
     return protocol.pack_welcome(
         Welcome(robot.joint_names, robot.limits, robot.period_s, realtime, watchdog_s, torque_s)
     )
-
-
-def _exchange(robot: Robot, command: Command, session: Session) -> tuple[Kind, bytes]:
-    """Have ``robot`` carry out ``command``; its report, packed."""
-    if isinstance(command, JointTorque):
-        done = torque_interface(robot, "a torque command").exchange(command)
-        return Kind.TORQUE_STATE, pack_torque_report(TorqueReport(done, session.missed, session.ignored))
-    return Kind.STATE, protocol.pack_report(Report(robot.exchange(command), session.missed, session.ignored))

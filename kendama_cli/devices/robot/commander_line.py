@@ -18,6 +18,8 @@ _ASK_WHO_S = 2.0
 """After so long without an answer it is asked whether the session is still open there."""
 _HELD_S = 1.5
 """So long a robot that another commander has is asked again: that one may just have ended."""
+LONGEST_WAIT_S = 120.0
+"""Nobody is waited for longer: no RESET takes so long, no process that lives is suspended or busy for so long."""
 _HALTS = 3
 """HALT waits for no answer, so that it is sent so often."""
 
@@ -30,8 +32,9 @@ class CommanderLine:
     """A session with the robot at ``host:port``; the first fault raises HardwareError, halts the robot, and stays.
 
     Silence is counted only while this process listens, and only for ``silence_s``; not at all where the other process
-    can be seen to live and waits for us (``lockstep``): it may be suspended, or busy. ``exit_reason`` says how a
-    process that we started ended, None while it lives; without it the socket of a process on this machine tells.
+    can be seen to live and waits for us (``lockstep``): it may be suspended, or busy. Nobody is waited for longer than
+    LONGEST_WAIT_S. ``exit_reason`` says how a process that we started ended, None while it lives; without it the
+    socket of a process on this machine tells.
     """
 
     def __init__(
@@ -61,15 +64,15 @@ class CommanderLine:
         """The payload that answers; with ``hold_s`` another datagram goes out after so long, else the same again."""
         if self.failure is not None:
             raise HardwareError(self.failure)
-        waited_s, wait_s = 0.0, hold_s or _AGAIN_S
+        waited_s, wait_s, listened_s = 0.0, hold_s or _AGAIN_S, 0.0
         self._counter += 1
         while True:
             self._peer.send(self._seal.pack(Datagram(kind, self._number, self._counter, payload)))
-            answer = self._await(wanted, wait_s)
-            if isinstance(answer, bytes):
+            if isinstance(answer := self._await(wanted, wait_s), bytes):
                 return answer
-            waited_s = 0.0 if answer is Kind.WORKING else waited_s + wait_s
-            self._judge_silence(f"{kind.name} {self._counter}", waited_s, at_most_s or self._silence_s)
+            waited_s, listened_s = 0.0 if answer is Kind.WORKING else waited_s + wait_s, listened_s + wait_s
+            asked = f"{kind.name} {self._counter}"
+            self._judge_silence(asked, waited_s, at_most_s or self._silence_s, listened_s)
             if hold_s:
                 self._counter += 1
             else:
@@ -108,8 +111,7 @@ class CommanderLine:
                 time.sleep(wait_s)
                 held_s, waited_s = held_s + wait_s, 0.0
             else:
-                waited_s += wait_s
-                self._judge_silence("HELLO", waited_s, self._silence_s)
+                self._judge_silence("HELLO", waited_s := waited_s + wait_s, self._silence_s, waited_s)
             wait_s = min(2 * wait_s, _LONGEST_S)
 
     def _await(self, wanted: Kind, wait_s: float) -> bytes | Kind | None:
@@ -157,18 +159,18 @@ class CommanderLine:
             raise self.fail("it knows this session no more: it was started anew, or took another commander")
         return None
 
-    def _judge_silence(self, asked: str, waited_s: float, at_most_s: float) -> None:
+    def _judge_silence(self, asked: str, waited_s: float, at_most_s: float, listened_s: float) -> None:
         """Raise HardwareError where nobody can be there any more."""
-        ended = self._peer.ended()
-        if ended is not None:
+        if (ended := self._peer.ended()) is not None:
             raise self.fail(ended)
-        if self.lockstep and self._peer.seen_to_live():
+        if listened_s <= LONGEST_WAIT_S and self.lockstep and self._peer.seen_to_live():
             if waited_s >= _ASK_WHO_S:
                 self._reminder = fresh_nonce()
                 self._peer.send(self._greeting.pack(Datagram(Kind.HELLO, 0, 0, self._reminder)))
-        elif waited_s >= at_most_s:
+        elif waited_s >= at_most_s or listened_s > LONGEST_WAIT_S:
             hint = "; has it the same key?" if asked == "HELLO" else ""
-            raise self.fail(f"no answer to {asked} within {at_most_s:g} s{hint}")
+            limit_s = at_most_s if waited_s >= at_most_s else LONGEST_WAIT_S
+            raise self.fail(f"no answer to {asked} within {limit_s:g} s{hint}")
 
     def _send_halt(self) -> None:
         self._counter += 1

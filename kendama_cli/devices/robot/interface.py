@@ -125,6 +125,14 @@ class TorqueInterface(Protocol):
         """Carry out one period of torque control; raises HardwareError when the line or the robot has failed."""
 
 
+@runtime_checkable
+class BrakingTorque(TorqueInterface, Protocol):
+    """A TorqueInterface that can slow the joints down by itself, for periods in which no command came."""
+
+    def brake(self) -> TorqueExchange:
+        """Carry out one period of braking within the limits; raises as ``exchange``."""
+
+
 class Robot(Protocol):
     """An arm that holds the cup; one call of ``exchange`` is one control period.
 

@@ -37,6 +37,15 @@ def nearest_command(last: JointCommand, wanted: JointCommand, limits: JointLimit
     return JointCommand(sent[0], sent[1], np.clip(wanted.acceleration_rad_s2, -top, top))
 
 
+def braked(last: JointCommand, acceleration_rad_s2: Array, step_s: float) -> JointCommand:
+    """Return what follows ``last`` after ``step_s`` where every joint slows down with ``acceleration_rad_s2`` (n,)."""
+    most = acceleration_rad_s2 * step_s
+    slower = np.clip(last.velocity_rad_s, -most, most)
+    speed = last.velocity_rad_s - slower
+    place = last.position_rad + (last.velocity_rad_s + speed) / 2 * step_s
+    return JointCommand(place, speed, -slower / step_s)
+
+
 def check_command(command: JointCommand, limits: JointLimits) -> None:
     """Raise HardwareError for a command that is not finite or absurd: clipped, it would still be a mistake.
 

@@ -8,7 +8,6 @@ TORQUE and TORQUE_STATE are laid out in torque_protocol.py.
 
 from __future__ import annotations
 
-import math
 import struct
 from dataclasses import dataclass
 from enum import IntEnum
@@ -29,6 +28,9 @@ _RESET = struct.Struct("<Q")
 _STATE = struct.Struct("<dIIB")
 _REASON_BYTES = 400
 MOST = 2**32 - 1
+_SHORTEST_S, _LONGEST_PERIOD_S, _LONGEST_WATCHDOG_S = 1e-4, 1.0, 3600.0
+_LARGEST = 1e6
+"""No limit of a joint is beyond this, in rad, rad/s, rad/s^2 or Nm."""
 _LIMITS = ("lower_rad", "upper_rad", "velocity_rad_s", "acceleration_rad_s2", "effort_nm")
 
 
@@ -106,20 +108,45 @@ def unpack_welcome(payload: bytes) -> Welcome:
     if len(payload) < _WELCOME.size:
         raise DatagramError(f"malformed WELCOME of {len(payload)} bytes")
     n, realtime, period_s, watchdog_s, torque_period_s = _WELCOME.unpack_from(payload)
-    if not (0 < period_s < math.inf and 0 < watchdog_s < math.inf and 0 <= torque_period_s < math.inf):
-        times = f"{period_s}, {watchdog_s} and {torque_period_s} s"
-        raise DatagramError(f"malformed WELCOME: times of {times}; they must be positive, only the last may be 0")
+    for name, value, least_s, most_s in (
+        ("period", period_s, _SHORTEST_S, _LONGEST_PERIOD_S),
+        ("watchdog", watchdog_s, _SHORTEST_S, _LONGEST_WATCHDOG_S),
+        ("torque period", torque_period_s or _SHORTEST_S, _SHORTEST_S, _LONGEST_PERIOD_S),
+    ):
+        if not least_s <= value <= most_s:
+            raise DatagramError(f"the WELCOME says a {name} of {value:g} s; allowed: {least_s:g} to {most_s:g}")
+    if realtime > 1:
+        raise DatagramError(f"the WELCOME says real time {realtime}; allowed: 0 and 1")
     expect("WELCOME", payload, _WELCOME.size + n * (NAME_BYTES + 8 * len(_LIMITS)))
-    start = _WELCOME.size
-    try:
-        names = tuple(
-            payload[start + i * NAME_BYTES : start + (i + 1) * NAME_BYTES].rstrip(b"\0").decode() for i in range(n)
+    names = tuple(
+        payload[_WELCOME.size + i * NAME_BYTES :][:NAME_BYTES].rstrip(b"\0").decode(errors="replace") for i in range(n)
+    )
+    if not all(names) or len(set(names)) != n or n == 0:
+        raise DatagramError(f"the WELCOME names the joints {list(names)}; allowed: one name or more, each once")
+    values = floats(payload, _WELCOME.size + n * NAME_BYTES).reshape(len(_LIMITS), n)
+    _check_limits(names, values)
+    return Welcome(
+        names,
+        JointLimits(**dict(zip(_LIMITS, values, strict=True))),
+        period_s,
+        bool(realtime),
+        watchdog_s,
+        torque_period_s,
+    )
+
+
+def _check_limits(names: tuple[str, ...], values: Array) -> None:
+    """Raise DatagramError for limits (5, n) within which no joint can move, or that are none."""
+    lower, upper = values[:2]
+    wrong = ~(np.isfinite(values) & (np.abs(values) <= _LARGEST)).all(axis=0) | ~(lower < upper)
+    wrong |= ~(values[2:] > 0).all(axis=0)
+    if wrong.any():
+        joint = int(wrong.argmax())
+        said = ", ".join(f"{name} {value:g}" for name, value in zip(_LIMITS, values[:, joint], strict=True))
+        raise DatagramError(
+            f"the WELCOME says of joint '{names[joint]}': {said}; allowed: finite, lower below upper, the others "
+            "above 0: mend the limits in the robot's controller"
         )
-        values = floats(payload, start + n * NAME_BYTES).reshape(len(_LIMITS), n)
-        limits = JointLimits(**dict(zip(_LIMITS, values, strict=True)))
-    except ValueError as error:
-        raise DatagramError(f"malformed WELCOME: {error}") from None
-    return Welcome(names, limits, period_s, bool(realtime), watchdog_s, torque_period_s)
 
 
 def pack_reset(position_rad: Array, seed: int) -> bytes:
@@ -147,7 +174,8 @@ def unpack_command(payload: bytes, n: int) -> JointCommand:
 def pack_report(report: Report) -> bytes:
     """The payload of STATE."""
     sent, state = report.exchange.sent, report.exchange.state
-    return _STATE.pack(report.exchange.t_s, report.missed, report.ignored & MOST, state.caught) + as_bytes(
+    counts = report.missed & MOST, report.ignored & MOST  # of 32 bits: they begin anew at 0
+    return _STATE.pack(report.exchange.t_s, *counts, state.caught) + as_bytes(
         sent.position_rad,
         sent.velocity_rad_s,
         sent.acceleration_rad_s2,

@@ -3,8 +3,8 @@
 A stop is latched: from then on the commander's datagrams are answered with STOPPED and its reason, and only a new
 session (see seal.py), then RESET, leaves it. In lockstep the robot moves one control period per COMMAND or TORQUE and
 knows no clock: a commander that says nothing may be suspended, and moves nothing. In real time it moves at every period
-of the wall clock, holds the last command where none came in time, counts that, and stops after ``watchdog_s`` of
-silence. Who has not the secret is ignored, and counted.
+of the wall clock, brakes within its limits where no command came in time, counts that, and stops for good after
+``watchdog_s`` of silence. A stop brakes too. Who has not the secret is ignored, and counted.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ class RobotServer:
         self._realtime = realtime
         self._watchdog_s = watchdog_s
         self._keep_going = keep_going
-        self._held: Command | None = None
+        self._last: Command | None = None
         self._tick_s = 0.0
 
     @property
@@ -59,7 +59,7 @@ class RobotServer:
         """Answer until ``keep_going()`` is false; the robot is closed on the way out."""
         try:
             while self._keep_going():
-                if self._realtime and self._commanded.moving:
+                if self._realtime and (self._commanded.moving or self._commanded.braking):
                     self._one_period()
                 else:
                     self._one_answer()
@@ -72,13 +72,13 @@ class RobotServer:
         if command is None:
             return
         if self._realtime:
-            self._held = command
+            self._last = command
             self._tick_s = time.monotonic()
-        self._commanded.move(command, answer=True)
+        self._commanded.move(command)
 
     def _one_period(self) -> None:
         """Take what comes until the period is over, then move; nobody can keep it from ending by sending much."""
-        period_s = self._commanded.period_s(self._held)
+        period_s = self._commanded.period_s(self._last)
         self._tick_s = max(self._tick_s + period_s, time.monotonic() - period_s)
         fresh: Command | None = None
         left_s = period_s
@@ -89,15 +89,14 @@ class RobotServer:
                 taken = self._commanded.take(*received)
                 self._commanded.session.missed += taken is not None and fresh is not None
                 fresh = taken or fresh
-            if not self._commanded.moving:
+            if not (self._commanded.moving or self._commanded.braking):
                 return
-        if fresh is not None:
-            self._held = fresh
-            self._commanded.move(fresh, answer=True)
+        if fresh is not None and self._commanded.moving:
+            self._last = fresh
+            self._commanded.move(fresh)
             return
-        self._commanded.session.missed += 1
-        silent_s = time.monotonic() - self._commanded.session.heard_s
-        if silent_s > self._watchdog_s:
-            self._commanded.stop(f"no datagram came for {self._watchdog_s:g} s while moving")
-        elif self._held is not None:
-            self._commanded.move(self._held, answer=False)
+        if self._commanded.moving:
+            self._commanded.session.missed += 1
+            if time.monotonic() - self._commanded.session.heard_s > self._watchdog_s:
+                self._commanded.stop(f"no datagram came for {self._watchdog_s:g} s while moving")
+        self._commanded.brake()

@@ -125,6 +125,12 @@ class SimulatedRobot:
             sent, self._state(), self._world.t_s, None if self._game else true_contact(self._world, self._moving)
         )
 
+    def brake_torque(self) -> TorqueExchange:
+        """One step in which every joint slows down at its acceleration limit: tau = -H min(|q'| / h, a)."""
+        speed, top = np.array(self._world.velocity_rad_s), self.limits.acceleration_rad_s2
+        slower = np.clip(speed / STEP_S, -top, top)
+        return self.exchange_torque(JointTorque(-self._world.body.skeleton.getMassMatrix() @ slower, speed))
+
     def halt(self) -> None:
         """Stop and stay stopped."""
         self._halted = True
@@ -197,3 +203,7 @@ class SimulatedTorque:
     def exchange(self, command: JointTorque) -> TorqueExchange:
         """One step; raises HardwareError after ``halt``, SimulationError where the motion is not finite."""
         return self._robot.exchange_torque(command)
+
+    def brake(self) -> TorqueExchange:
+        """One step of braking; raises as ``exchange``."""
+        return self._robot.brake_torque()

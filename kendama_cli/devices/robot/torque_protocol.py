@@ -42,7 +42,7 @@ def pack_torque_report(report: TorqueReport) -> bytes:
     truth = exchange.truth or ContactTruth("", ())
     if len(truth.bodies) > _MOST_BODIES:
         raise DatagramError(f"a scene of {len(truth.bodies)} movable bodies; at most {_MOST_BODIES} fit a datagram")
-    counts = report.missed, report.ignored & MOST
+    counts = report.missed & MOST, report.ignored & MOST
     scene = exchange.truth is not None, len(truth.bodies), _name(truth.touched)
     head = _STATE.pack(exchange.t_s, *counts, state.caught, *scene)
     poses = [as_bytes(one.position_m, one.rotation.ravel()) for one in truth.bodies]

@@ -6,6 +6,7 @@ import ast
 import os
 import shutil
 import socket
+import struct
 import subprocess
 import sys
 import time
@@ -180,7 +181,7 @@ def test_a_controller_stops_for_good_when_its_commander_falls_silent(controller:
 
 @pytest.mark.parametrize(
     ("values", "says"),
-    [(np.full(7, np.nan), "not finite"), (np.zeros(6), "of another length")],
+    [(np.full(7, np.nan), "not finite"), (np.zeros(6), "not whole")],
     ids=["not_finite", "six_of_seven"],
 )
 def test_a_controller_stops_for_a_command_that_makes_no_sense(
@@ -190,6 +191,134 @@ def test_a_controller_stops_for_a_command_that_makes_no_sense(
         robot.reset(np.zeros(7), 0)
         with pytest.raises(HardwareError, match=f"it stopped: .*{says}"):
             robot.exchange(JointCommand(values, values, values))
+
+
+class ByHand:
+    """A commander that says what it should not: an authentic line of its own."""
+
+    def __init__(self, address: Address) -> None:
+        self.line = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        self.line.connect(address)
+        self.line.settimeout(20)
+        nonce = bytes(range(16))
+        self.key, self.number = SECRET, 0
+        robot = self.ask(1, 0, nonce)[1][16:]
+        self.number = int.from_bytes(robot[:8], "little")
+        self.key = blake2s(b"kendama session" + nonce + robot, key=SECRET, digest_size=32).digest()
+        self.ask(3, 1, nonce)
+
+    def say(self, kind: int, counter: int, payload: bytes = b"") -> None:
+        bare = struct.pack("<4sHHQQ", b"KNDM", 5, kind, self.number, counter) + payload
+        self.line.send(bare + blake2s(bare, key=self.key, digest_size=16).digest())
+
+    def ask(self, kind: int, counter: int, payload: bytes = b"") -> tuple[int, bytes]:
+        """Kind and payload of the answer to it."""
+        self.say(kind, counter, payload)
+        while True:
+            data = self.line.recv(9000)
+            answered, _, of = struct.unpack_from("<HQQ", data, 6)
+            if of == counter and answered != 12:
+                return answered, data[24:-16]
+
+
+def reset_to(value: float) -> bytes:
+    return struct.pack("<Q7d", 0, *[value] * 7)
+
+
+COMMANDED = struct.pack("<28d", *[2.0] * 7, *[0.0] * 21)
+
+
+@pytest.mark.parametrize("kind", [6, 8], ids=["command", "halt"])
+def test_a_controller_obeys_nothing_before_it_has_answered_a_reset(
+    controller: tuple[object, Address], kind: int
+) -> None:
+    commander = ByHand(controller[1])
+    with closing(commander.line):
+        commander.say(5, 2, reset_to(2.0))  # takes two seconds
+        time.sleep(0.1)
+        answered, why = commander.ask(kind, 3, COMMANDED if kind == 6 else b"")
+        assert answered == 9
+        assert (b"before RESET was answered" in why) == (kind == 6)
+        assert commander.ask(5, 4, reset_to(2.0))[0] == 9  # and so it stays
+
+
+def test_a_controller_takes_the_newest_of_two_resets(controller: tuple[object, Address]) -> None:
+    commander = ByHand(controller[1])
+    with closing(commander.line):
+        commander.say(5, 2, reset_to(2.0))
+        time.sleep(0.1)
+        answered, state = commander.ask(5, 3, reset_to(0.0))
+        assert answered == 7
+        assert struct.unpack_from("<7d", state, 17 + 28 * 8) == (0.0,) * 7
+        assert commander.ask(6, 4, struct.pack("<28d", *[0.0] * 28))[0] == 7
+
+
+def test_the_count_of_missed_periods_begins_anew_after_32_bits(controller: tuple[object, Address]) -> None:
+    commander = ByHand(controller[1])
+    with closing(commander.line):
+        answered, state = commander.ask(5, 1 << 40, reset_to(0.0))
+        assert (answered, struct.unpack_from("<dI", state)[1]) == (7, ((1 << 40) - 2) % (1 << 32))
+        answered, state = commander.ask(6, (1 << 41) + 7, struct.pack("<28d", *[0.0] * 28))
+        assert answered == 7
+
+
+STOPS = """
+import sys, time
+sys.path.insert(0, sys.argv[3])
+from kendama_robot import Description, Heard, Robot, State, read_key, Command
+one = (1.0,)
+line = Robot(int(sys.argv[2]), read_key(sys.argv[1]), Description(("a",), ((-1.0,), one, one, one, one), 0.004, 1.0))
+print("listening", flush=True)
+while True:
+    heard = line.poll(0.004)
+    if heard is Heard.RESET:
+        time.sleep(0.2)
+        line.stop("its emergency stop was pressed")
+        line.answer(State(0.0, Command((0.0,)), (0.0,), (0.0,), (0.0,)))
+"""
+STOPS_CPP = """
+#include <iostream>
+#include <thread>
+#include "kendama_robot.hpp"
+int main(int, char** words) {
+  kendama::Joints one{1.0};
+  kendama::Robot line(uint16_t(std::stoi(words[2])), kendama::read_key(words[1]),
+                      {{"a"}, {-1.0}, one, one, one, one, 0.004, 1.0});
+  std::cout << "listening" << std::endl;
+  while (true)
+    if (line.poll(0.004) == kendama::Heard::reset) {
+      std::this_thread::sleep_for(std::chrono::milliseconds(200));
+      line.stop("its emergency stop was pressed");
+      line.answer({0.0, {}, {0.0}, {0.0}, {0.0}});
+    }
+}
+"""
+
+
+@pytest.mark.parametrize("language", ["python", "c++"])
+def test_a_stop_during_a_reset_answers_it(language: str, tmp_path: Path) -> None:
+    if language == "c++" and shutil.which("g++") is None:
+        pytest.skip("no g++ here; .ci/run installs it")
+    (tmp_path / "stops.py").write_text(STOPS)
+    (tmp_path / "stops.cpp").write_text(STOPS_CPP)
+    program = [sys.executable, str(tmp_path / "stops.py")]
+    if language == "c++":
+        program = [str(tmp_path / "stops")]
+        flags = ["-std=c++17", "-Wall", "-Wextra", "-Werror", f"-I{FOLDER}"]
+        subprocess.run(["g++", *flags, str(tmp_path / "stops.cpp"), "-o", program[0]], check=True)
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as free:
+        free.bind((LOOPBACK, 0))
+        address: Address = free.getsockname()
+    words = [str(key_file(tmp_path)), str(address[1]), str(FOLDER)]
+    with subprocess.Popen([*program, *words], stdout=subprocess.PIPE) as process:
+        assert process.stdout is not None
+        assert process.stdout.readline() == b"listening\n"
+        try:
+            robot = UdpRobot(*address, SECRET, silence_s=5.0)
+            with closing(robot), pytest.raises(HardwareError, match="it stopped: its emergency stop was pressed"):
+                robot.reset(np.zeros(1), 0)
+        finally:
+            process.kill()
 
 
 def test_a_controller_that_dies_is_one_clear_error(

@@ -10,8 +10,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from kendama_cli.devices.robot import protocol
-from kendama_cli.devices.robot.interface import Exchange, JointCommand, RobotState, SceneState
+from kendama_cli.devices.robot.interface import Exchange, JointCommand, RobotState, SceneState, TorqueExchange
 from kendama_cli.devices.robot.protocol import DatagramError, Report, Welcome
+from kendama_cli.devices.robot.torque_protocol import TorqueReport, pack_torque_report, unpack_torque_report
+from kendama_cli.motion.impedance import JointTorque
 from kendama_cli.robot_model.limits import JointLimits
 
 
@@ -29,15 +31,61 @@ def test_welcome_tells_joints_limits_and_timing() -> None:
         assert np.array_equal(getattr(told.limits, name), getattr(limits, name))
 
 
+SANE = Welcome(("a", "b"), JointLimits(*np.array([[-1.0, -2.0], *[[1.0, 2.0]] * 4])), 0.004, True, 0.2)
+NAN, INF = float("nan"), float("inf")
+
+
 @pytest.mark.parametrize(
-    "spoiled",
-    [{"period_s": float("nan")}, {"period_s": 0.0}, {"watchdog_s": -1.0}, {"torque_period_s": float("inf")}],
+    ("spoiled", "says"),
+    [
+        *(({"period_s": value}, "a period of") for value in (NAN, INF, 0.0, -0.004, 1e-9, 1e9)),
+        *(({"watchdog_s": value}, "a watchdog of") for value in (NAN, INF, 0.0, -1.0, 1e300)),
+        *(({"torque_period_s": value}, "a torque period of") for value in (NAN, INF, -1.0, 1e9)),
+        *(({"joint_names": names}, "names the joints") for names in (("a", "a"), ("a", ""), ("\0", "b"))),
+    ],
 )
-def test_a_welcome_whose_times_are_none_is_refused(spoiled: dict[str, float]) -> None:
-    limits = JointLimits(*(np.ones(2) for _ in range(5)))
-    welcome = dataclasses.replace(Welcome(("a", "b"), limits, 0.004, True, 0.2), **spoiled)
-    with pytest.raises(DatagramError, match="malformed WELCOME: times of"):
-        protocol.unpack_welcome(protocol.pack_welcome(welcome))
+def test_a_welcome_whose_times_or_names_are_none_is_refused(spoiled: dict[str, float], says: str) -> None:
+    assert protocol.unpack_welcome(protocol.pack_welcome(SANE)).joint_names == ("a", "b")
+    with pytest.raises(DatagramError, match=f"the WELCOME (says )?{says}"):
+        protocol.unpack_welcome(protocol.pack_welcome(dataclasses.replace(SANE, **spoiled)))  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("row", range(5))
+@pytest.mark.parametrize("value", [NAN, INF, -INF, 1e30, -9.0, 9.0, 0.0])
+def test_a_welcome_whose_limits_are_none_is_refused(row: int, value: float) -> None:
+    whole = bytearray(protocol.pack_welcome(SANE))
+    rows = np.frombuffer(whole, "<f8", offset=len(whole) - 80).reshape(5, 2)  # little-endian: a view to write to
+    rows[row, 1] = value
+    lower, upper = rows[0, 1], rows[1, 1]
+    if np.abs(rows).max() <= 1e6 and lower < upper and (rows[2:] > 0).all():
+        protocol.unpack_welcome(bytes(whole))
+    else:
+        with pytest.raises(
+            DatagramError, match=r"WELCOME says of joint 'b': lower_rad .* allowed: finite, lower below"
+        ):
+            protocol.unpack_welcome(bytes(whole))
+
+
+def test_a_welcome_of_no_joint_or_of_more_than_it_holds_is_refused() -> None:
+    whole = bytearray(protocol.pack_welcome(SANE))
+    for count, says in ((3, "malformed WELCOME"), (1, "malformed WELCOME"), (255, "malformed WELCOME")):
+        whole[0] = count
+        with pytest.raises(DatagramError, match=says):
+            protocol.unpack_welcome(bytes(whole))
+    with pytest.raises(DatagramError, match="names the joints"):
+        protocol.unpack_welcome(bytes([0]) + bytes(whole[1:26]))
+    with pytest.raises(DatagramError, match="real time 7"):
+        protocol.unpack_welcome(bytes([2, 7]) + bytes(whole[2:]))
+
+
+def test_counts_begin_anew_after_32_bits() -> None:
+    zeros = np.zeros(2)
+    state = RobotState(zeros, zeros, zeros, np.zeros(6), np.zeros(3), np.zeros(3), caught=False)
+    report = Report(Exchange(JointCommand(zeros, zeros, zeros), state, 0.5), 2**40 + 5, 2**32)
+    told = protocol.unpack_report(protocol.pack_report(report), 2)
+    assert (told.missed, told.ignored) == (5, 0)
+    torque = TorqueReport(TorqueExchange(JointTorque(zeros, zeros), state, 0.5), 2**33 + 6)
+    assert unpack_torque_report(pack_torque_report(torque), 2).missed == 6
 
 
 def test_a_joint_name_too_long_for_the_line_is_refused() -> None:
@@ -113,5 +161,5 @@ def test_a_payload_of_another_length_is_refused(unpack: object, data: bytes) -> 
     assert callable(unpack)
     if len(data) == 24:  # the length of a RESET of two joints
         return
-    with pytest.raises(DatagramError, match="malformed"):
+    with pytest.raises(DatagramError, match=r"malformed|the WELCOME says a period"):
         unpack(data)

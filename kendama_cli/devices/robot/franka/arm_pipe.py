@@ -62,11 +62,7 @@ class ArmPipe:
     def close(self) -> None:
         """Let go: the process brakes the arm and ends."""
         self._pipe.close()
-        try:
-            self.process.wait(BRAKING_S if self.process.poll() is None else 0.0)
-        except subprocess.TimeoutExpired:
-            self.process.kill()
-            self.process.wait()
+        self._ended()
 
     def _last_words(self) -> str:
         """What the process said before it ended, or how it did."""
@@ -76,4 +72,12 @@ class ArmPipe:
                     return heard.problem
         except (EOFError, OSError, HardwareError):
             pass
-        return f"the process that moves the arm ended with {self.process.wait()}"
+        return f"the process that moves the arm ended with {self._ended()}"
+
+    def _ended(self) -> int:
+        """Wait until the process has braked the arm and ended, kill it where it does not; its exit code."""
+        try:
+            return self.process.wait(BRAKING_S)
+        except subprocess.TimeoutExpired:
+            self.process.kill()
+            return self.process.wait()

@@ -10,6 +10,8 @@ import numpy as np
 
 from kendama_cli.devices.robot.franka.messages import Done, Wanted
 from kendama_cli.devices.robot.franka.rate_limit import LimiterState, RateLimiter, RateLimits
+from kendama_cli.devices.robot.interface import JointCommand
+from kendama_cli.devices.robot.limiter import braked
 from kendama_cli.schema.arrays import Array
 
 CYCLE_S = 0.001
@@ -114,9 +116,9 @@ class ControlLoop:
         return self._cycles * CYCLE_S
 
     def _braked(self, at: Wanted) -> Wanted:
-        most = 0.5 * self._limits.acceleration_rad_s2 * self._period_s
-        speed = at.velocity_rad_s - np.clip(at.velocity_rad_s, -most, most)
-        return Wanted(at.position_rad + (at.velocity_rad_s + speed) / 2 * self._period_s, speed)
+        last = JointCommand(at.position_rad, at.velocity_rad_s, np.zeros_like(at.velocity_rad_s))
+        sent = braked(last, 0.5 * self._limits.acceleration_rad_s2, self._period_s)
+        return Wanted(sent.position_rad, sent.velocity_rad_s)
 
 
 def between(at: Wanted, wanted: Wanted, share: float, period_s: float) -> Array:

@@ -9,8 +9,8 @@ import time
 import numpy as np
 
 from kendama_cli.devices.robot.interface import JointCommand
-from kendama_cli.devices.robot.limiter import limit_command
-from kendama_cli.devices.robot.rsi.telegram import LARGEST_BYTES, Telegram, read_telegram, write_answer
+from kendama_cli.devices.robot.limiter import braked, limit_command
+from kendama_cli.devices.robot.rsi.telegram import LARGEST_BYTES, Telegram, ahead_ms, read_telegram, write_answer
 from kendama_cli.errors import HardwareError, MissingPartError
 from kendama_cli.robot_model.limits import JointLimits
 from kendama_cli.schema.arrays import Array
@@ -43,8 +43,7 @@ class RsiLink:
         self._thread = threading.Thread(target=self._serve, name="rsi", daemon=True)
         self._wanted: JointCommand | None = None
         self._sent_at: int | None = None
-        self._over = False
-        self._first_late = 0
+        self._over, self._first_late = False, 0
         self.failure: str | None = None
         self.foreign = self.late = 0
 
@@ -58,7 +57,7 @@ class RsiLink:
         first = self._beginning()
         more = (_in_time(self._receive(settings.silence_s), settings) for _ in range(_LISTENED - 1))
         stamps = [first.ipoc, *(one.ipoc for one in more)]
-        cycle_s = 1e-3 * float(np.diff(stamps).min())
+        cycle_s = 1e-3 * min(map(ahead_ms, stamps[1:], stamps))
         if abs(cycle_s - settings.control_period_s) > 1e-9:
             raise HardwareError(
                 f"the controller's cycle is {1e3 * cycle_s:g} ms by its IPOC; set hardware.control_period_s={cycle_s:g}"
@@ -79,8 +78,9 @@ class RsiLink:
         quiet_s = _QUIET * settings.control_period_s
         running = newest = self._receive(quiet_s)
         while running is not None and newest is not None:
-            if newest.ipoc - running.ipoc > 1e3 * _PATIENCE * settings.control_period_s:
-                if newest.late == running.late:
+            stands = time.monotonic() > until_s
+            if stands or ahead_ms(newest.ipoc, running.ipoc) > 1e3 * _PATIENCE * settings.control_period_s:
+                if newest.late == running.late and not stands:
                     return newest
                 raise HardwareError(
                     f"the RSI of {settings.controller} was running before it was listened to, so where it began is not "
@@ -101,14 +101,16 @@ class RsiLink:
         with self._changed:
             self._wanted, self._sent_at = wanted, None
             self._changed.notify_all()
-            self._changed.wait_for(self._is_over)
+            if not self._changed.wait_for(self._is_over, 2 * self._settings.silence_s):
+                raise self.fail(f"no command was answered for {2 * self._settings.silence_s:g} s")
             if self.failure is not None:
                 raise HardwareError(self.failure)
             return self._carried_out, self._answered, self._newest
 
     def _is_over(self) -> bool:
         """Whether the cycle after the one that the command was sent in has come, or none will."""
-        return self.failure is not None or (self._sent_at is not None and self._newest.ipoc > self._sent_at)
+        sent_at, newest = self._sent_at, self._newest.ipoc
+        return self.failure is not None or (sent_at is not None and ahead_ms(newest, sent_at) > 0)
 
     @property
     def newest(self) -> Telegram:
@@ -141,8 +143,7 @@ class RsiLink:
                 telegram = _in_time(self._receive(self._settings.silence_s), self._settings)
                 _check(telegram, self._newest, self._limits, self._settings.control_period_s)
                 with self._changed:
-                    self._newest, self._carried_out = telegram, self._last
-                    self.late = telegram.late - self._first_late
+                    self._newest, self._carried_out, self.late = telegram, self._last, telegram.late - self._first_late
                     self._changed.notify_all()
                     self._changed.wait_for(lambda: self._wanted is not None, self._settings.reply_s)
                     self._answer(telegram)
@@ -151,14 +152,13 @@ class RsiLink:
 
     def _answer(self, telegram: Telegram) -> None:
         """Send what is wanted, within the limits; where nothing is, or after a fault of the commander's, brake."""
-        wanted, last = self._wanted, self._last
+        wanted, last, period_s = self._wanted, self._last, self._settings.control_period_s
         if wanted is None or self.failure is not None:
-            wanted = _braked(last, self._limits, self._settings.control_period_s)
+            wanted = braked(last, self._limits.acceleration_rad_s2, period_s)
         else:
             self._wanted, self._answered, self._sent_at = None, telegram, telegram.ipoc
-        sent = limit_command(last, wanted, self._limits, self._settings.control_period_s)
-        self._last = sent
-        correction_deg = sent.position_rad - self.start_deg
+        self._last = limit_command(last, wanted, self._limits, period_s)
+        correction_deg = self._last.position_rad - self.start_deg
         self._line.sendto(write_answer(self._settings.sentype, correction_deg, telegram.ipoc), self._to)
 
     def _receive(self, timeout_s: float) -> Telegram | None:
@@ -186,14 +186,6 @@ def _in_time(telegram: Telegram | None, settings: RsiHardware) -> Telegram:
     return telegram
 
 
-def _braked(last: JointCommand, limits: JointLimits, step_s: float) -> JointCommand:
-    """What follows ``last`` where every axis slows down at its acceleration limit."""
-    most = limits.acceleration_rad_s2 * step_s
-    speed = last.velocity_rad_s - np.clip(last.velocity_rad_s, -most, most)
-    mean = (last.velocity_rad_s + speed) / 2
-    return JointCommand(last.position_rad + mean * step_s, speed, np.zeros(6))
-
-
 def in_degrees(limits: JointLimits, to_deg: Array, offset_deg: Array) -> JointLimits:
     """``limits`` as the controller counts: its angle is ``offset_deg`` + ``to_deg`` times the description's."""
     lower, upper = np.sort([offset_deg + to_deg * limits.lower_rad, offset_deg + to_deg * limits.upper_rad], axis=0)
@@ -204,7 +196,7 @@ def in_degrees(limits: JointLimits, to_deg: Array, offset_deg: Array) -> JointLi
 
 def _check(telegram: Telegram, before: Telegram, limits: JointLimits, period_s: float) -> None:
     """Raise HardwareError where the time stamp or the place cannot follow those of ``before``."""
-    ahead_s = 1e-3 * (telegram.ipoc - before.ipoc)
+    ahead_s = 1e-3 * ahead_ms(telegram.ipoc, before.ipoc)
     cycles = ahead_s / period_s
     if cycles < 0.5 or abs(cycles - round(cycles)) > 1e-6:
         raise HardwareError(f"IPOC {telegram.ipoc} came after {before.ipoc}, which no clock of its cycle says")

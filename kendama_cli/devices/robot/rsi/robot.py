@@ -11,7 +11,7 @@ import numpy as np
 from kendama_cli.devices.robot.interface import Exchange, JointCommand, RobotState
 from kendama_cli.devices.robot.limiter import check_command
 from kendama_cli.devices.robot.rsi.link import RsiLink, in_degrees
-from kendama_cli.devices.robot.rsi.telegram import AXES, Telegram
+from kendama_cli.devices.robot.rsi.telegram import AXES, Telegram, ahead_ms
 from kendama_cli.devices.robot.task import Task
 from kendama_cli.errors import ConfigError, HardwareError
 from kendama_cli.motion import minimum_jerk
@@ -86,7 +86,7 @@ class RsiRobot:
         sent, answered, after = self._move(command)
         self._began = answered.ipoc if self._began is None else self._began
         self._exchanges += 1
-        t_s = 1e-3 * (after.ipoc - self._began)
+        t_s = 1e-3 * ahead_ms(after.ipoc, self._began)
         cycles = round(t_s / self.period_s)
         self.missed += cycles - self._exchanges
         self._exchanges = cycles
@@ -143,7 +143,7 @@ class RsiRobot:
 
     def _state(self, telegram: Telegram) -> RobotState:
         position, before = (self._from_deg(one.position_deg) for one in (telegram, self._read))
-        velocity = (position - before) / max(1e-3 * (telegram.ipoc - self._read.ipoc), self.period_s)
+        velocity = (position - before) / max(1e-3 * ahead_ms(telegram.ipoc, self._read.ipoc), self.period_s)
         self._read = telegram
         nothing = np.zeros(len(AXES))
         return RobotState(

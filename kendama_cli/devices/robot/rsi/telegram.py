@@ -12,6 +12,7 @@ from kendama_cli.errors import HardwareError
 from kendama_cli.schema.arrays import Array
 
 LARGEST_BYTES = 8192
+_HALF = 1 << 31
 AXES = ("A1", "A2", "A3", "A4", "A5", "A6")
 
 
@@ -26,6 +27,11 @@ class Telegram:
     ipoc: int
     position_deg: Array
     late: int
+
+
+def ahead_ms(later: int, earlier: int) -> int:
+    """Return how far one time stamp is after another [ms]; they have 32 bits and begin anew at 0 after 50 days."""
+    return (later - earlier + _HALF) % (2 * _HALF) - _HALF
 
 
 def read_telegram(data: bytes) -> Telegram:

@@ -74,11 +74,12 @@ class Controller:
         self.answers: list[tuple[int, tuple[float, ...]]] = []
         self.places: list[tuple[float, ...]] = []
         self.wrong = self.number = 0
+        self.first_ipoc = 1000
         self.begun, self.over = threading.Event(), threading.Event()
 
     def serve(self) -> None:
         """Begin RSI again and again, from where the arm stands, as a program of the controller's does in a loop."""
-        base, ipoc = (0.0,) * 6, 1000
+        base, ipoc = (0.0,) * 6, self.first_ipoc
         with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as line:
             line.bind((LOOPBACK, 0))
             while not self.over.is_set():
@@ -110,7 +111,7 @@ class Controller:
                 self.places.append(tuple(a + b for a, b in zip(base, answered, strict=True)))
                 correction, answered_once, unanswered, self.wrong = answered, True, 0, self.wrong - 1
             self.number += 1
-            ipoc += self._cycle_ms
+            ipoc = (ipoc + self._cycle_ms) % 2**32
         return correction, ipoc
 
 
@@ -120,10 +121,17 @@ def truly(number: int, true: str) -> str | None:
 
 @contextlib.contextmanager
 def controller(
-    port: int, said: Said = truly, cycle_ms: int = 4, *, ends: bool = True, patience_s: float = PATIENCE_S
+    port: int,
+    said: Said = truly,
+    cycle_ms: int = 4,
+    *,
+    ends: bool = True,
+    patience_s: float = PATIENCE_S,
+    first_ipoc: int = 1000,
 ) -> Iterator[Controller]:
     """A controller that sends to ``port`` of this machine, and ends RSI where nobody answers."""
     made = Controller(port, said, cycle_ms, ends, patience_s)
+    made.first_ipoc = first_ipoc
     thread = threading.Thread(target=made.serve)
     thread.start()
     try:

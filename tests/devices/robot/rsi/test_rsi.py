@@ -61,6 +61,20 @@ def test_a_motion_is_carried_out_and_every_ipoc_is_kept(tmp_path: Path) -> None:
     assert steps.max() <= 3.0 * (1 + 1e-4)
 
 
+def test_a_time_stamp_that_begins_anew_after_32_bits_is_the_next_one(tmp_path: Path) -> None:
+    port, first = free_port(), 2**32 - 1500
+    settings, times = dataclasses.replace(RSI, port=port), []
+    with controller(port, first_ipoc=first) as kuka, open_rsi(settings, six_axes(tmp_path), GAME) as robot:
+        while len(times) < 2000 and not (times and kuka.answers[-1][0] < 100):
+            times.append(robot.exchange(STILL).t_s)
+        assert robot.late <= kuka.wrong
+    asked = [ipoc for ipoc, _ in kuka.answers]
+    assert max(asked) > first
+    assert asked[-1] < 1000
+    assert times == sorted(times)
+    assert times[-1] < 60.0
+
+
 def test_signs_and_offsets_are_the_controllers(tmp_path: Path) -> None:
     port = free_port()
     settings = dataclasses.replace(
