@@ -93,7 +93,7 @@ class StoreError(KendamaError):
 
 
 class ReadOnlyError(StoreError):
-    """The place cannot be written by this user, though there may be nothing wrong with it."""
+    """The place cannot be written now, by this user or because it is full, though nothing may be wrong with it."""
 
 
 class RemoteError(StoreError):

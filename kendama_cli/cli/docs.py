@@ -11,7 +11,6 @@ from kendama_cli.cli import render
 from kendama_cli.cli.options import Home
 from kendama_cli.config.site import bundled_root, find_site
 from kendama_cli.errors import KendamaError, MissingPartError, install_line
-from kendama_cli.store.home import claim
 
 
 def docs(
@@ -35,6 +34,8 @@ def docs(
         message = f"'kendama docs' needs {error.name}: {install_line('docs')}; the pages lie as text in {pages}"
         raise MissingPartError(str(error.name), message) from None
     if output is None:
+        from kendama_cli.store.home import claim
+
         output = find_site(home).home / "docs"
         claim(output.parent)
     site = output

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from kendama_cli.cli import render
-from kendama_cli.pipeline.record import RunRecord
+from kendama_cli.pipeline.record import RunRecord, elsewhere_notice
 from kendama_cli.pipeline.unchanged import Question, repeat
 
 
@@ -14,11 +14,18 @@ def repeat_run(asked: Question) -> int | None:
         return None
     for stage in record.stages:
         render.note(f"{stage.name}: {stage.status}")
-    if "--json" in asked.arguments:
+    show_end(record, as_json="--json" in asked.arguments)
+    return 0
+
+
+def show_end(record: RunRecord, *, as_json: bool) -> None:
+    """Show how a run ended."""
+    if (elsewhere := elsewhere_notice(record)) is not None:
+        render.note(elsewhere)
+    if as_json:
         render.document(record.document())
     else:
         render.summary(record, next_step(record))
-    return 0
 
 
 def next_step(record: RunRecord) -> str:

@@ -8,7 +8,7 @@ import yaml
 
 from kendama_cli.cli import render
 from kendama_cli.cli.progress import PlainLines, observer
-from kendama_cli.cli.repeat import next_step
+from kendama_cli.cli.repeat import show_end
 from kendama_cli.cli.watch import WatchOptions, with_page
 from kendama_cli.config.compose import Composition, composed, composition
 from kendama_cli.config.site import Site
@@ -53,10 +53,7 @@ def run_pipeline(
         with_page(view, opened, record, planner) as seen,
     ):
         Runner(planner, record, seen, forced=forced, cluster=cluster).run()
-    if as_json:
-        render.document(record.document())
-    else:
-        render.summary(record, next_step(record))
+    show_end(record, as_json=as_json)
     whole = record.outcome == "done" and all(stage.metrics.get("completed") is not False for stage in record.stages)
     if not forced and whole and asked is not None:
         inputs = input_stamps(planner, settings, site.data_roots)

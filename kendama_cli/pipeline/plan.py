@@ -11,12 +11,13 @@ from typing import Any, cast
 
 from kendama_cli.errors import ConfigError, UsageError
 from kendama_cli.pipeline.catalogue import Pipeline, StageSpec
-from kendama_cli.pipeline.code import FileIndex, code_digests
+from kendama_cli.pipeline.code import Code, FileIndex, read_code
 from kendama_cli.pipeline.inputs import describe, file_contents, resolve_files
 from kendama_cli.pipeline.latest import keep_latest, read_latest
 from kendama_cli.pipeline.nodes import node_schemas
 from kendama_cli.pipeline.remembered import Remembered
 from kendama_cli.schema.declaration import KINDS, Kind
+from kendama_cli.schema.registry import Variant
 from kendama_cli.schema.settings import chosen, nearest
 from kendama_cli.store import durable
 from kendama_cli.store.store import Store, StoredResult, key_of
@@ -59,7 +60,7 @@ class Planner:
         known = known or Remembered()
         self.store = store
         self.pipeline = pipeline
-        self._index = known.once("index", (), lambda: FileIndex(store.home / "index" / "files.json"))
+        self.index = known.once("index", (), lambda: FileIndex(store.home / "index" / "files.json"))
         self.settings: dict[str, dict[str, Any]] = {}
         for spec in pipeline.stages:
             for node in spec.config.values():
@@ -84,31 +85,36 @@ class Planner:
         self.seed = int(settings["seed"])
         self._config = {
             spec.name: {
-                own: known.once("config", (value,), functools.partial(describe, value, self._index))
+                own: known.once("config", (value,), functools.partial(describe, value, self.index))
                 for own, value in self.settings[spec.name].items()
             }
             for spec in pipeline.stages
         }
         self._kinds: dict[str, Kind] = {}
-        self._code: dict[str, dict[str, str]] = {}
+        self._code: dict[str, Code] = {}
         schemas, _ = known.once("schemas", (), node_schemas)
         for spec in pipeline.stages:
             own, of = self.settings[spec.name], tuple(self.settings[spec.name].values())
             self._kinds[spec.name] = known.once(f"kind {spec.name}", of, functools.partial(kind_of, spec, own))
-            code = functools.partial(_code, spec, own, schemas, self._index)
+            code = functools.partial(_code, spec, own, schemas, self.index)
             self._code[spec.name] = known.once(f"code {spec.name}", of, code)
-        self._index.save()
+        self.index.save()
 
     def kind(self, stage: str) -> Kind:
         """What the stage does under these settings: compute, record, or move hardware that may be real."""
         return self._kinds[stage]
+
+    def is_cached(self, stage: str) -> bool:
+        """Return True if a result of the stage can be known again: it moves nothing, and all of its code is known."""
+        kind = self.kind(stage)
+        return kind == "records" or (kind == "computes" and not self._code[stage].unknown)
 
     def files(self, stage: str) -> dict[str, dict[str, str]]:
         """Every input file of the stage by its path: its content's digest, and the file that named it."""
         return {
             path: facts
             for value in self.settings[stage].values()
-            for path, facts in file_contents(value, self._index).items()
+            for path, facts in file_contents(value, self.index).items()
         }
 
     def parts(self, spec: StageSpec, inputs: Mapping[str, str]) -> dict[str, Any]:
@@ -120,7 +126,7 @@ class Planner:
             "config": {**self._config[spec.name], **({"seed": self.seed} if spec.seeded else {})},
             "inputs": dict(inputs),
             # another version of the code is no reason to have a person swing again
-            "code": {} if recording else self._code[spec.name],
+            "code": {} if recording else self._code[spec.name].digests,
         }
 
     def plan(self, forced: frozenset[str] = frozenset()) -> list[StagePlan]:
@@ -146,6 +152,8 @@ class Planner:
             return StagePlan(spec, key, parts, None, FORCED)
         if self.kind(spec.name) == "moves":
             return StagePlan(spec, key, parts, None, ("moves hardware: every run is a new attempt",))
+        if not self.is_cached(spec.name):
+            return StagePlan(spec, key, parts, None, (f"never cached: {self._code[spec.name].unknown[0]}",))
         result = self.store.find(spec.name, key)
         if result is not None:
             kept = (f"recorded before; --force {spec.name} records anew",) if self.kind(spec.name) == "records" else ()
@@ -156,11 +164,6 @@ class Planner:
         if any(path.suffix == ".ckpt" for path in durable.listed(self.store.checkpoint_folder(spec.name, key))):
             reasons = [*(reason for reason in reasons if reason != "never ran"), "goes on from its last checkpoint"]
         return StagePlan(spec, key, parts, None, tuple(reasons))
-
-    @property
-    def read_files(self) -> Mapping[str, list[int]]:
-        """Every file that was read for the keys, with the state in which it was read."""
-        return self._index.read
 
     def remember(self, plan: StagePlan) -> None:
         """Make this key the one that the next plan compares with."""
@@ -195,7 +198,7 @@ def made_since(planner: Planner, plan: StagePlan) -> StagePlan | None:
 
     What was forced, or moves hardware, is to be made here whatever others have made.
     """
-    if plan.key is None or plan.reasons == FORCED or planner.kind(plan.spec.name) == "moves":
+    if plan.key is None or plan.reasons == FORCED or not planner.is_cached(plan.spec.name):
         return None
     result = planner.store.find(plan.spec.name, plan.key)
     return None if result is None else dataclasses.replace(plan, result=result)
@@ -240,15 +243,20 @@ def code_targets(spec: StageSpec, settings: Mapping[str, Any], schemas: Mapping[
     types = {*declaration.topics.values(), *(type(value) for value in settings.values())}
     blocks = [
         target
-        for own, value in settings.items()
-        for registry, kind in chosen(schemas[spec.config[own]], value)
-        for target in (registry.variant(kind).makes, registry.variant(kind).settings)
+        for variant in _chosen(spec, settings, schemas)
+        for target in (variant.makes, variant.settings, *variant.packages)
     ]
-    return [declaration.run, declaration.gives, *(kind.__module__ for kind in types), *blocks]
+    return [declaration.run, declaration.gives, *declaration.packages, *(kind.__module__ for kind in types), *blocks]
 
 
-def _code(spec: StageSpec, settings: Mapping[str, Any], schemas: Mapping[str, Any], index: FileIndex) -> dict[str, str]:
-    return code_digests(code_targets(spec, settings, schemas), index)
+def _chosen(spec: StageSpec, settings: Mapping[str, Any], schemas: Mapping[str, Any]) -> list[Variant]:
+    found = [one for own, value in settings.items() for one in chosen(schemas[spec.config[own]], value)]
+    return [registry.variant(kind) for registry, kind in found]
+
+
+def _code(spec: StageSpec, settings: Mapping[str, Any], schemas: Mapping[str, Any], index: FileIndex) -> Code:
+    named = bool(spec.declaration.packages) or any(one.packages for one in _chosen(spec, settings, schemas))
+    return read_code(code_targets(spec, settings, schemas), index, is_named=named)
 
 
 def _result(plan: StagePlan) -> StoredResult:

@@ -18,7 +18,9 @@ from kendama_cli.store import durable
 from kendama_cli.store.home import STAGE
 from kendama_cli.store.runs import record_path, run_folder, run_names, run_number
 from kendama_cli.system.choice import system
+from kendama_cli.system.processor import processor
 
+CPU = "processor"
 LIBRARIES = (
     "dartpy",
     "embreex",
@@ -76,6 +78,8 @@ class RunRecord:
     is_recorded: bool = True
     """False where the home cannot be written: a run that has nothing to compute needs no home that can."""
     has_begun: bool = False
+    cached_with: dict[str, Mapping[str, str]] = field(default_factory=dict)
+    """What the results of cached stages were made with."""
 
     @property
     def folder(self) -> Path:
@@ -225,14 +229,32 @@ def find_run(home: Path, run: str | None) -> dict[str, Any]:
     return matching[0]
 
 
-def version_differences(made_with: Mapping[str, str]) -> list[str]:
-    """What a result was made with in another version than the one that is here: ``numpy 2.3.1, here 2.4.0``."""
-    here = versions()
-    return [
-        f"{name} {made_with.get(name, 'missing')}, here {here.get(name, 'missing')}"
-        for name in sorted({*made_with, *here} - {"kendama"})  # its code is part of the key
+def version_differences(made_with: Mapping[str, str], here: Mapping[str, str] | None = None) -> list[str]:
+    """Return what a result was made with in another version than ``here``: ``numpy 2.3.1, here 2.4.0``.
+
+    Of processors it says which vector extensions one has and the other has not. ``here`` is by default this process.
+    """
+    here = versions() if here is None else here
+    differing = [
+        name
+        for name in sorted({*made_with, *here} - {"kendama", CPU})  # kendama's code is part of the key
         if made_with and made_with.get(name, "missing") != here.get(name, "missing")
     ]
+    found = [f"{name} {made_with.get(name, 'missing')}, here {here.get(name, 'missing')}" for name in differing]
+    there, ours = made_with.get(CPU, "").split(), here.get(CPU, "").split()
+    if there and ours and there != ours:  # until 0.2 nobody wrote it down
+        only = [[word for word in one if word not in other] for one, other in ((there, ours), (ours, there))]
+        found.append(f"a processor with {' '.join(only[0]) or 'less'}, here {' '.join(only[1]) or 'less'}")
+    return found
+
+
+def elsewhere_notice(record: RunRecord) -> str | None:
+    """Return the line that names cached results which were made with other libraries or processors; None for none."""
+    stages: dict[str, list[str]] = {}
+    for stage, made_with in record.cached_with.items():
+        stages.setdefault("; ".join(version_differences(made_with, record.versions)), []).append(stage)
+    told = [f"{', '.join(names)} with {others}" for others, names in stages.items() if others]
+    return f"cached results were made elsewhere: {'; '.join(told)}" if told else None
 
 
 def _host() -> str:
@@ -244,7 +266,7 @@ def _host() -> str:
 
 
 def versions() -> dict[str, str]:
-    """Versions of Python, kendama and the libraries that results depend on, and the kind of machine."""
+    """Versions of Python, kendama and the libraries that results depend on, and the kinds of machine and processor."""
     return dict(_versions())
 
 
@@ -256,6 +278,7 @@ def _versions() -> dict[str, str]:
 
     found = {"python": sys.version.partition(" ")[0], "kendama": kendama_cli.__version__}
     found["machine"] = platform.machine()
+    found[CPU] = processor()
     for name in LIBRARIES:
         try:
             found[name] = importlib.metadata.version(name)

@@ -185,6 +185,7 @@ class Runner:
     def _finish_cached(self, plan: StagePlan) -> None:
         self._waiting.pop(plan.spec.name)
         self._plans[plan.spec.name] = plan
+        self._record.cached_with[plan.spec.name] = {} if plan.result is None else plan.result.made_with
         self._planner.remember(plan)
         self._end(outcomes.cached(plan))
 
@@ -234,5 +235,6 @@ def _request(planner: Planner, plan: StagePlan, plans: Mapping[str, StagePlan], 
         "files": planner.files(spec.name),
         "seed": planner.seed if spec.seeded else None,
         "home": str(planner.store.home),
-        "fresh": fresh,
+        # nor is anything gone on from that other code may have begun
+        "fresh": fresh or (planner.kind(spec.name) != "moves" and not planner.is_cached(spec.name)),
     }

@@ -19,9 +19,10 @@ from typing import Any
 import kendama_cli
 from kendama_cli.errors import ReadOnlyError
 from kendama_cli.pipeline.latest import keep_latest
-from kendama_cli.pipeline.record import RunRecord, StageOutcome, begin
+from kendama_cli.pipeline.record import CPU, RunRecord, StageOutcome, begin
 from kendama_cli.store import durable
 from kendama_cli.store.store import Store
+from kendama_cli.system.processor import processor
 
 SETTLED_S = 2.0
 """A file changed more recently than this before the command began could have changed within one tick of its stamp."""
@@ -136,7 +137,9 @@ def repeat(asked: Question) -> RunRecord | None:
             return None
         outcomes = [StageOutcome(**{**stage, "metrics": dict(stage["metrics"])}) for stage in answer["stages"]]
         parts = answer["parts"]
-        record = begin(Path(answer["home"]), answer["pipeline"], answer["overrides"], answer["versions"])
+        record = begin(
+            Path(answer["home"]), answer["pipeline"], answer["overrides"], {**answer["versions"], CPU: processor()}
+        )
     except (OSError, ValueError, KeyError, TypeError):
         return None
     store = Store(record.home)
@@ -145,6 +148,7 @@ def repeat(asked: Question) -> RunRecord | None:
             result = None if outcome.key is None else store.find(outcome.name, outcome.key)
             if result is None or (str(result.artifact), result.metrics) != (outcome.artifact, outcome.metrics):
                 return None
+            record.cached_with[outcome.name] = result.made_with
         for outcome in outcomes:
             keep_latest(record.home, record.pipeline, outcome.name, outcome.key, parts[outcome.name])
         record.stages = outcomes

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import glob
 import os
 import sys
@@ -32,9 +33,8 @@ def input_stamps(planner: Planner, settings: Mapping[str, Any], roots: Sequence[
     if any("**" in pattern for pattern in patterns):
         return None
     looked = {path for pattern in patterns for path in looked_at(pattern, roots)}
-    read = planner.read_files
-    folders = {Path(path).parent for path in read if path.endswith(".py")}
-    found = stamps([*looked, *folders, *_installed(), *_modules(), *read])
+    read = planner.index.read
+    found = stamps([*looked, *planner.index.folders, *_installed(), *_modules(), *read])
     return found if all(found[path] == state for path, state in read.items()) else None
 
 
@@ -69,7 +69,8 @@ def _installed() -> Iterator[Path]:
     for name in sys.path:
         folder = Path(name or ".")
         yield folder
-        yield from folder.glob("*-info/entry_points.txt")
+        with contextlib.suppress(OSError):  # one that this user may not read holds no package either
+            yield from folder.glob("*-info/entry_points.txt")
 
 
 def _modules() -> Iterator[str]:

@@ -14,6 +14,7 @@ from typing import Any
 
 from kendama_cli.pipeline.plan import StagePlan
 from kendama_cli.store import durable
+from kendama_cli.system.group import share_with_group
 from kendama_cli.system.interface import Lock, Starter, Worker
 
 GRACE_S = 10.0
@@ -46,6 +47,7 @@ class Workers:
     def start(self, starter: Starter, plan: StagePlan, request: Mapping[str, Any], *, lock: Lock, output: Path) -> None:
         """Have a worker of ``starter`` carry out ``request``, holding ``lock``; what it prints goes to ``output``."""
         with durable.plain_disk_errors(output), output.open("wb") as printed:
+            share_with_group(output)
             process = starter.start(request, lock=lock, printed=printed.fileno())
         name = plan.spec.name
         self._jobs[name] = Job(plan, process, lock, time.monotonic())

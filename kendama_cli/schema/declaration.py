@@ -46,6 +46,8 @@ class StageDeclaration:
     What it does in one run is for its settings to say, by a class attribute: ``live = True`` on those of a device
     that a person must act for, ``moves = True`` on those of hardware that may be real. Where no settings say so it
     computes: a hand that reads files, or a simulated twin.
+
+    ``packages`` are further ones whose code counts for its result: see docs/extending.md.
     """
 
     name: str
@@ -62,6 +64,7 @@ class StageDeclaration:
     replay: str | None = None
     episodes: str | None = None
     headline: tuple[Headline, ...] = field(default=())
+    packages: tuple[str, ...] = ()
 
 
 def stage_names() -> list[str]:

@@ -21,12 +21,13 @@ class Variant:
     """One variant of a block: a frozen dataclass of settings with a field ``kind``, and what makes the block of them.
 
     ``settings`` and ``makes`` are ``module:name``. The block's ``interface.py`` says how ``makes`` is called and what
-    it gives.
+    it gives. ``packages`` are further ones whose code counts, imported by computed names or installed as libraries are.
     """
 
     kind: str
     settings: str
     makes: str
+    packages: tuple[str, ...] = ()
 
 
 class Registry:
@@ -67,6 +68,13 @@ def _entry_points() -> Any:
     import importlib.metadata  # noqa: PLC0415 - slow to import, and a run with nothing to do needs none of it
 
     return importlib.metadata.entry_points()
+
+
+def distribution_of(package: str) -> Any:
+    """Return the ``Distribution`` whose entry points name modules of ``package``; None where there is none."""
+    known = _entry_points()
+    points = (point for group in known.groups if group.startswith("kendama.") for point in known.select(group=group))
+    return next((one.dist for one in points if one.value.partition(":")[0].partition(".")[0] == package), None)
 
 
 @functools.cache

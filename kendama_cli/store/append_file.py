@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import BinaryIO
 
 from kendama_cli.store import durable
+from kendama_cli.system.group import share_with_group
 
 
 class DurableAppendFile:
@@ -60,4 +61,5 @@ class DurableAppendFile:
         durable.make_folder(self.path.parent)
         with durable.plain_disk_errors(self.path):
             self._file = io.FileIO(self.path, mode)
+            share_with_group(self.path)
         return self._file

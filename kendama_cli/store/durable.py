@@ -18,6 +18,7 @@ from typing import IO, Any
 from kendama_cli.errors import FormatError, ReadOnlyError, StoreError
 from kendama_cli.schema.json_text import json_text
 from kendama_cli.system.choice import system
+from kendama_cli.system.group import share_with_group
 
 SCRATCH = ".scratch"
 """Prefix of names that are not finished; whoever finds one without its writer may delete it."""
@@ -28,6 +29,7 @@ FORMAT = 1
 SEALED = re.compile(
     rb'\{(?P<numbered>(?:"format": (?P<number>\d+), )?)"record": (?P<body>.*), "seal": "(?P<seal>[0-9a-f]{64})"\}\n'
 )
+UNWRITABLE = (errno.EROFS, errno.EACCES, errno.EPERM, errno.ENOSPC, errno.EDQUOT)
 INDEX_FORMAT = 1
 """Of files in ``index/``; one of another format is as good as none."""
 PART_BYTES = 1 << 16
@@ -46,7 +48,7 @@ def plain_disk_errors(path: Path, option: str = "--home") -> Iterator[None]:
             errno.EROFS: f"the file system is read-only; choose another folder with {option}",
             errno.EACCES: f"permission denied; choose another folder with {option}",
         }.get(error.errno or 0, error.strerror or str(error))
-        kind = ReadOnlyError if error.errno in (errno.EROFS, errno.EACCES, errno.EPERM) else StoreError
+        kind = ReadOnlyError if error.errno in UNWRITABLE else StoreError
         kept = " (what was finished is kept)" if option == "--home" else ""
         raise kind(str(path), f"cannot write {path}: {reason}{kept}") from error
 
@@ -153,6 +155,8 @@ def make_folder(path: Path) -> Path:
     with plain_disk_errors(path):
         missing = [folder for folder in (path, *path.parents) if not folder.exists()]
         path.mkdir(parents=True, exist_ok=True)
+        for folder in reversed(missing):
+            share_with_group(folder)
         for folder in missing:
             sync(folder.parent)
     return path
@@ -182,6 +186,7 @@ def _replacing(path: Path, option: str = "--home") -> Iterator[IO[bytes]]:
                 yield stream
                 stream.flush()
                 os.fsync(stream.fileno())
+            share_with_group(scratch)
             os.replace(scratch, path)
             sync(path.parent)
         finally:
@@ -192,11 +197,12 @@ def write_index(path: Path, value: Mapping[str, Any]) -> None:
     """Replace a rebuildable index: whole or absent, not worth an fsync, silently lost where it cannot be kept."""
     scratch = path.parent / f"{SCRATCH}-{os.urandom(16).hex()}"
     try:
-        path.parent.mkdir(parents=True, exist_ok=True)
+        make_folder(path.parent)
         body = canonical_json(value)
         scratch.write_bytes(_index_seal(body) + body)
+        share_with_group(scratch)
         os.replace(scratch, path)
-    except (OSError, ValueError):  # ValueError: a value that JSON cannot hold, such as NaN
+    except (OSError, StoreError, ValueError):  # ValueError: a value that JSON cannot hold, such as NaN
         with contextlib.suppress(OSError):
             scratch.unlink(missing_ok=True)
 
@@ -219,7 +225,9 @@ def _index_seal(body: bytes) -> bytes:
 def publish_folder(scratch: Path, target: Path) -> None:
     """Move the finished folder ``scratch`` to ``target``, durably; a ``target`` that exists is replaced."""
     with plain_disk_errors(target):
+        share_with_group(scratch)
         for file in sorted(scratch.iterdir()):
+            share_with_group(file)
             sync(file)
         sync(scratch)
         make_folder(target.parent)

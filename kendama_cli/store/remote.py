@@ -14,6 +14,8 @@ from kendama_cli.store import durable
 
 SMALL_BYTES = 1 << 20
 """A blob of so many bytes or fewer is held in memory on its way: making and deleting a file costs more than it."""
+LARGEST_READ = 1 << 26
+"""No record of ours has so many bytes; what has more is read as an empty one, which is a damaged one."""
 
 
 class Remote(Protocol):
@@ -73,7 +75,8 @@ class FolderRemote:
         """See ``Remote``."""
         with self._reached():
             try:
-                return (self._folder / name).read_bytes()
+                path = self._folder / name
+                return path.read_bytes() if path.stat().st_size <= LARGEST_READ else b""
             except (FileNotFoundError, NotADirectoryError):
                 return None
 

@@ -10,7 +10,7 @@ from typing import IO, Any, NoReturn
 
 from kendama_cli.errors import MissingPartError, OfflineError, RemoteError, install_line
 from kendama_cli.settings.store import StoreSettings
-from kendama_cli.store.remote import SMALL_BYTES
+from kendama_cli.store.remote import LARGEST_READ, SMALL_BYTES
 
 try:
     import obstore
@@ -43,7 +43,8 @@ class BucketRemote:
     def read(self, name: str) -> bytes | None:
         """See ``Remote``."""
         try:
-            return bytes(obstore.get(self._store, name).bytes())
+            found = obstore.get(self._store, name)
+            return bytes(found.bytes()) if found.meta["size"] <= LARGEST_READ else b""
         except (obstore.exceptions.BaseError, OSError) as error:
             self._refuse_unless_absent(error)
             return None
@@ -94,10 +95,26 @@ class BucketRemote:
     def names(self, prefix: str) -> Iterator[str]:
         """See ``Remote``."""
         try:
-            for part in obstore.list(self._store, prefix):
-                yield from (str(one["path"]) for one in part)
+            yield from self._below(prefix)
+        except obstore.exceptions.InvalidPathError as error:
+            message = f"store.remote={self.place}: {_first_line(error)}; delete that object"
+            raise RemoteError(self.place, message) from error
         except (obstore.exceptions.BaseError, OSError) as error:
             self._refuse(error)
+
+    def _below(self, folder: str) -> list[str]:
+        """List a folder; where the library stumbles over a name that no path can have, whatever lies beside that."""
+        try:
+            return [str(one["path"]) for part in obstore.list(self._store, folder) for one in part]
+        except obstore.exceptions.InvalidPathError:
+            try:
+                level = obstore.list_with_delimiter(self._store, folder)
+            except obstore.exceptions.InvalidPathError:
+                # it stands in this very folder: an empty name, '.' and '..' sort before every name of ours
+                after = obstore.list(self._store, folder, offset=f"{folder}/0")
+                return [str(one["path"]) for part in after for one in part]
+        inner = [name for one in level["common_prefixes"] for name in self._below(str(one).rstrip("/"))]
+        return [*(str(one["path"]) for one in level["objects"]), *inner]
 
     def _refuse_unless_absent(self, error: Exception) -> None:
         """Raise what ``error`` says, unless it is that the object alone is not there."""

@@ -20,6 +20,7 @@ from typing import Any
 from kendama_cli.errors import OfflineError, ReadOnlyError, RemoteError
 from kendama_cli.settings.store import StoreSettings
 from kendama_cli.store import durable
+from kendama_cli.store.home import DIGEST, KEY, STAGE
 from kendama_cli.store.packed import pack, packed_bytes, unpack
 from kendama_cli.store.remote import SMALL_BYTES, Remote, open_remote
 from kendama_cli.store.store import Store, StoredResult, damaged_files, key_of, read_manifest
@@ -29,7 +30,8 @@ ABSENT_S = 2.0
 OFFLINE_S = 60.0
 """So long a store that was out of reach is not asked again."""
 AT_ONCE = 8
-_DIGEST = re.compile(r"[0-9a-f]{64}")
+_RESULT = re.compile(rf"results/(?P<stage>{STAGE.pattern})/(?P<key>{KEY.pattern})\.json")
+_OBJECT = re.compile(rf"objects/[0-9a-f]{{2}}/{DIGEST.pattern}\.tar")
 
 
 @dataclass(frozen=True)
@@ -184,7 +186,8 @@ def verify_remote(store: Store, remote: Remote) -> tuple[int, list[RemoteDamage]
 
     An artifact that no result names is sound, and in nobody's way: a writer may be about to name it.
     """
-    results, objects = list(_results(remote)), list(remote.names("objects"))
+    results = list(_results(remote))
+    objects = [name for name in remote.names("objects") if _OBJECT.fullmatch(name)]
 
     def result(one: tuple[str, str]) -> RemoteDamage | None:
         name = _result_name(*one)
@@ -205,10 +208,10 @@ def verify_remote(store: Store, remote: Remote) -> tuple[int, list[RemoteDamage]
 
 
 def _results(remote: Remote) -> Iterator[tuple[str, str]]:
-    for name in remote.names("results"):
-        parts = Path(name).parts
-        if len(parts) == 3 and name.endswith(".json"):
-            yield parts[1], Path(name).stem
+    """Yield stage and key of every result; whatever else lies there is not ours."""
+    for found in map(_RESULT.fullmatch, remote.names("results")):
+        if found is not None:
+            yield found["stage"], found["key"]
 
 
 def _result_name(stage: str, key: str) -> str:
@@ -231,7 +234,7 @@ def _checked(data: bytes, name: str, stage: str, key: str) -> dict[str, Any] | R
     told = (record.get("stage"), record.get("key"))
     if told != (stage, key) or key_of(record.get("parts")) != key or not isinstance(record.get("metrics"), dict):
         return RemoteDamage(name, "it is the result of another key")
-    if not _DIGEST.fullmatch(str(record.get("artifact"))) or not isinstance(record.get("made_with"), dict):
+    if not DIGEST.fullmatch(str(record.get("artifact"))) or not isinstance(record.get("made_with"), dict):
         return RemoteDamage(name, "it names no artifact")
     return record
 

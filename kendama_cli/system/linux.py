@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from kendama_cli.system.group import share_with_group
 from kendama_cli.system.interface import Starter
 
 PR_SET_PDEATHSIG = 1
@@ -117,7 +118,9 @@ def _libc() -> Any:
 def _open(path: Path, how: int = os.O_RDWR | os.O_CREAT) -> int:
     """Open a lock's file; one of another user that may only be read can be locked too."""
     try:
-        return os.open(path, how | os.O_CLOEXEC, 0o666)
+        handle = os.open(path, how | os.O_CLOEXEC, 0o666)
+        share_with_group(path)
+        return handle
     except PermissionError:
         return os.open(path, os.O_RDONLY | os.O_CLOEXEC)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib.metadata
 import json
 import os
 import subprocess
@@ -16,6 +17,7 @@ import pytest
 from kendama_cli.pipeline.unchanged import SETTLED_S as SETTLED_S_AS_SHIPPED
 from kendama_cli.pipeline.unchanged import stamp
 from kendama_cli.pipeline.watched import looked_at
+from kendama_cli.store import durable
 from tests import warm_command
 from tests.benchmarks import startup
 from tests.toy_project import ToyProject
@@ -282,3 +284,19 @@ def test_help_imports_the_parser_and_nothing_that_does_the_work(
 @pytest.mark.slow
 def test_the_startup_benchmark_measures_each_command_to_its_end(tmp_path: Path) -> None:
     assert startup.measured(str(tmp_path), rounds=1).keys() == startup.COMMANDS.keys()
+
+
+def test_a_run_says_in_one_line_where_a_cached_result_was_made_with_others(idle: ToyProject) -> None:
+    for path in sorted(idle.home.glob("results/*/*.json")):
+        record = durable.read_sealed(path)
+        assert record is not None
+        here = record["made_with"]["processor"].split()
+        record["made_with"] |= {"processor": " ".join(["avx9", *here[1:]])}
+        if path.parent.name == "roll":
+            record["made_with"]["numpy"] = "0.1"
+        durable.write_sealed(path, record)
+    gone, numpy = f"a processor with avx9, here {here[0]}", importlib.metadata.version("numpy")
+    told = f"cached results were made elsewhere: roll with numpy 0.1, here {numpy}; {gone}; total with {gone}"
+    assert told in idle.kendama("run", "-p", "toy").stderr.splitlines(), "the quick way"
+    replace("lib/toy/numbers.py", "SCALE", "# words\nSCALE")(idle)
+    assert told in idle.kendama("run", "-p", "toy").stderr.splitlines(), "the full way"

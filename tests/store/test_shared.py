@@ -298,3 +298,29 @@ def test_a_folder_with_a_file_in_its_way_is_out_of_reach(tmp_path: Path) -> None
     (tmp_path / "x").touch()
     with pytest.raises(OfflineError, match=r"store\.remote=.*: (Not a directory|File exists)"):
         FolderRemote(str(tmp_path)).write("results/a/b", tmp_path / "x")
+
+
+ODD = ("results//x.json", "results/a b/../x.json", "results/roll/../x.json", "results/roll/./x.json", "results/roll//x",
+       "results/roll/zz//x", "results/roll/\x01.json")  # fmt: skip
+PLAIN = ("results/roll/mine.json", "results/roll/", f"results/{'a' * 300}/{'b' * 40}.json", "results/ro:ll/\u00fc.json",
+         f"results/../{'b' * 40}", "objects/readme.txt", "objects/ab/mine.tar")  # fmt: skip
+
+
+@pytest.mark.parametrize("names", [*((one,) for one in (*ODD, *PLAIN)), PLAIN[:4], ODD[1:5]])
+def test_objects_of_odd_names_in_a_bucket_stop_nothing(
+    tmp_path: Path, bucket: StoreSettings, s3_server: str, names: tuple[str, ...]
+) -> None:
+    import boto3  # noqa: PLC0415 - where it is installed
+
+    remote = open_remote(bucket)
+    assert remote is not None
+    home = Store(tmp_path / "home")
+    results = [made_in(home, f"[{number}]", "roll") for number in range(2)]
+    push(home, remote)
+    client = boto3.client("s3", endpoint_url=s3_server)
+    for name in names:
+        client.put_object(Bucket=BUCKET, Key=f"{tmp_path.name}/{name}", Body=b"of somebody else")
+    other = Store(tmp_path / "other")
+    assert pull(other, remote) == (2, [])
+    assert {one.key for one in other.entries()} == {one.key for one in results}
+    assert verify_remote(other, remote) == (4, [])
