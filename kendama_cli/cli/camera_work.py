@@ -84,6 +84,8 @@ def calibrate_cameras(request: CalibrationRequest, output: Path, *, as_json: boo
                 render.note(f"{name}, {view}: the board is not seen")
             else:
                 views[name].append(found)
+    if any(view.legacy for seen in views.values() for view in seen):
+        render.note("the board has the pattern of OpenCV before 4.6, its first square white")
     try:
         made = calibrate(board, views, sizes, centre_m, request.lens)
     except ValueError as error:

@@ -28,31 +28,33 @@ class Board:
     square_m: float
     marker_m: float
 
-    @property
-    def opencv(self) -> cv2.aruco.CharucoBoard:
-        """OpenCV's board."""
+    def opencv(self, *, legacy: bool = False) -> cv2.aruco.CharucoBoard:
+        """Return OpenCV's board; ``legacy`` is the pattern of OpenCV before 4.6, another one where rows are even."""
         markers = cv2.aruco.getPredefinedDictionary(cv2.aruco.DICT_4X4_250)
-        return cv2.aruco.CharucoBoard((self.columns, self.rows), self.square_m, self.marker_m, markers)
+        board = cv2.aruco.CharucoBoard((self.columns, self.rows), self.square_m, self.marker_m, markers)
+        board.setLegacyPattern(legacy)
+        return board
 
     def picture(self, pixels_per_square: int) -> NDArray[np.uint8]:
         """The board to print, grey, with half a square of white about it."""
         margin = pixels_per_square // 2
         size = (self.columns * pixels_per_square + 2 * margin, self.rows * pixels_per_square + 2 * margin)
-        return np.asarray(self.opencv.generateImage(size, marginSize=margin), dtype=np.uint8)
+        return np.asarray(self.opencv().generateImage(size, marginSize=margin), dtype=np.uint8)
 
     @property
     def corners_m(self) -> Array:
         """Inner corners (n, 3) on the board: x along its rows, y down its columns, z into it, 0 at its first corner."""
-        return np.asarray(self.opencv.getChessboardCorners(), dtype=np.float64)
+        return np.asarray(self.opencv().getChessboardCorners(), dtype=np.float64)
 
 
 @dataclass(frozen=True)
 class BoardView:
-    """Corners of the board in one image: their numbers (n,) and pixels (n, 2)."""
+    """Corners of the board in one image: their numbers (n,) and pixels (n, 2); and if its pattern is the legacy one."""
 
     name: str
     ids: NDArray[np.int64]
     pixels: Array
+    legacy: bool = False
 
 
 @dataclass(frozen=True)
@@ -76,15 +78,22 @@ class CalibratedCamera:
 
 
 def find_board(board: Board, image: NDArray[np.uint8], name: str) -> BoardView | None:
-    """The board's corners in ``image`` (h, w, 3); None where fewer than six of them, or of one line, are seen."""
-    found, ids, _, _ = cv2.aruco.CharucoDetector(board.opencv).detectBoard(cv2.cvtColor(image, cv2.COLOR_BGR2GRAY))
-    if ids is None or len(ids) < MIN_CORNERS:
+    """Return the board's corners in ``image`` (h, w, 3), by the pattern that shows more of them.
+
+    None where fewer than six of them, or of one line, are seen.
+    """
+    grey, best, is_legacy = cv2.cvtColor(image, cv2.COLOR_BGR2GRAY), None, False
+    for legacy in (False, True) if board.rows % 2 == 0 else (False,):
+        found, ids, _, _ = cv2.aruco.CharucoDetector(board.opencv(legacy=legacy)).detectBoard(grey)
+        if ids is not None and len(ids) >= MIN_CORNERS and (best is None or len(ids) > len(best[1])):
+            best, is_legacy = (found, ids), legacy
+    if best is None:
         return None
-    numbers = np.asarray(ids, dtype=np.int64).ravel()
+    found, numbers = best[0], np.asarray(best[1], dtype=np.int64).ravel()
     flat = board.corners_m[numbers, :2]
     if np.linalg.matrix_rank(flat - flat.mean(axis=0), tol=board.square_m / 2) < 2:
         return None
-    return BoardView(name, numbers, np.asarray(found, dtype=np.float64).reshape(-1, 2))
+    return BoardView(name, numbers, np.asarray(found, dtype=np.float64).reshape(-1, 2), is_legacy)
 
 
 def calibrate(

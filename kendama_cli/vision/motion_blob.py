@@ -59,6 +59,8 @@ class Blob:
     """its area over that of such a streak"""
     even: float
     """how alike both halves of its way are in difference and in shade, 0..1"""
+    contrast: float
+    """median difference within it, in least ones"""
     contour_px: NDArray[np.int32]
     """(n, 1, 2) its outline"""
 
@@ -151,7 +153,8 @@ def _blob_of(contour: NDArray[np.int32], change: ImageChange) -> Blob | None:
     inside = np.zeros((height, width), dtype=np.uint8)
     cv2.drawContours(inside, [contour], -1, 1, -1, offset=(-left, -top))
     amount = np.asarray(inside * change.amount[box], dtype=np.float64)
-    weight = np.minimum(amount, np.median(amount[inside > 0]))
+    usual = float(np.median(amount[inside > 0]))
+    weight = np.minimum(amount, usual)
     total = float(weight.sum())
     if total <= 0:
         return None
@@ -171,7 +174,8 @@ def _blob_of(contour: NDArray[np.int32], change: ImageChange) -> Blob | None:
     filled = area / max(np.pi * width_px**2 / 4 + width_px * float(np.hypot(*way)), 1.0)
     centre, radius = np.array([u, v]), float(np.sqrt(area / np.pi))
     roundness, filled = float(min(roundness, 1.0)), float(min(filled, 1.0))
-    return Blob(centre, radius, roundness, change.least, new, shade, way, width_px, filled, even, contour)
+    contrast = usual / change.least
+    return Blob(centre, radius, roundness, change.least, new, shade, way, width_px, filled, even, contrast, contour)
 
 
 def _evenness(

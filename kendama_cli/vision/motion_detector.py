@@ -58,6 +58,11 @@ class MotionDetector:
         self._unsized: list[Image] = []
         self._usual_px: float | None = None
 
+    @property
+    def min_radius_px(self) -> float:
+        """The smallest ball that is looked for [px]."""
+        return self._settings.min_radius_px
+
     def learn(self, images: Sequence[Image]) -> None:
         """Take the background and the ball's size from images (h, w, 3) of one camera, spread over its film."""
         chosen = [images[i] for i in _spread(len(images), self._settings.memory)]

@@ -20,6 +20,9 @@ LOOKED_AT_PX = 6.0
 LEAST_ROUND, LEAST_NEW = 0.7, 0.5
 SHADE_PART = 0.15
 """What may be all shadow votes for its size with so much less: of two things as round the ball is the other one."""
+CLEAR, NOISY_PART = 2.0, 0.1
+"""What differs by less than so many least differences votes with this part: specks that a film's codec leaves barely
+pass the least one, but they are round and in most images."""
 
 
 def usual_radius_px(changes: Sequence[ImageChange], min_px: float, max_px: float) -> float | None:
@@ -74,12 +77,18 @@ def _of_size(changes: Sequence[ImageChange], size_px: float) -> list[tuple[int, 
 def _round(blob: Blob) -> tuple[float, float]:
     """The radius that a round blob votes for, and with what weight."""
     is_round = blob.roundness > LEAST_ROUND and blob.new > LEAST_NEW
-    return blob.radius_px, blob.roundness * blob.new * (1 - SHADE_PART * blob.shade) if is_round else 0.0
+    weight = blob.roundness * blob.new * (1 - SHADE_PART * blob.shade)
+    return blob.radius_px, weight * _clear(blob) if is_round else 0.0
 
 
 def _streaks(blob: Blob) -> tuple[float, float]:
     """The radius that a streak votes for, and with what weight."""
-    return blob.width_px / 2, blob.filled if blob.may_be_streak(blob.width_px / 2) else 0.0
+    return blob.width_px / 2, blob.filled * _clear(blob) if blob.may_be_streak(blob.width_px / 2) else 0.0
+
+
+def _clear(blob: Blob) -> float:
+    """Return how far a blob is more than noise, NOISY_PART to 1."""
+    return 1.0 if blob.contrast >= CLEAR else NOISY_PART
 
 
 def _most_votes(votes: Sequence[_Vote]) -> float:

@@ -44,6 +44,19 @@ def test_a_turned_film_is_refused_where_lines_or_size_matter(here, capsys, swing
     )
 
 
+def test_a_film_without_a_ball_gives_no_track_but_one_line_with_the_evidence(here, capsys):
+    rng, wall = np.random.default_rng(10322), textured(10323)
+    write_film(
+        here / "wall.mp4", [(wall + rng.normal(0, 6, wall.shape)).clip(0, 255).astype(np.uint8) for _ in range(40)]
+    )
+    code, out, err = kendama(capsys, "camera", "track", "wall.mp4", "-o", "wall.csv")
+    assert (code, out) == (1, "")
+    (line,) = [line for line in err.splitlines() if "no ball found" in line]
+    assert "it is seen in no frame" in line or ("smooth stretch has" in line and "on smooth arcs" in line)
+    assert "--box FRAME:X,Y,W,H" in line
+    assert not (here / "wall.csv").exists()
+
+
 def panned(frames, step_px):
     moved = []
     for number, frame in enumerate(frames):

@@ -1,5 +1,6 @@
 """Calibration recovers the cameras that rendered its views, and says what its views lack."""
 
+import cv2
 import numpy as np
 import pytest
 
@@ -87,3 +88,28 @@ def test_no_board_and_a_board_of_another_kind_are_not_seen():
     shown = view(pair()[0], poses(1, seed=0)[0])
     assert find_board(BOARD, shown, "same") is not None
     assert find_board(Board(7, 5, 0.060, 0.044), shown, "the same, twice as large") is not None  # size cannot be seen
+
+
+@pytest.mark.parametrize("legacy", [False, True], ids=["of today", "before OpenCV 4.6"])
+@pytest.mark.parametrize(("columns", "rows"), [(5, 8), (6, 8), (8, 5)])
+def test_boards_of_either_pattern_are_seen_and_calibrate_to_the_pinhole_that_saw_them(columns, rows, legacy):
+    """The board is OpenCV's own, with another of its dictionaries; the camera is a homography of this test."""
+    drawn = cv2.aruco.CharucoBoard(
+        (columns, rows), 0.03, 0.022, cv2.aruco.getPredefinedDictionary(cv2.aruco.DICT_4X4_50)
+    )
+    drawn.setLegacyPattern(legacy)
+    picture = cv2.cvtColor(drawn.generateImage((columns * 60, rows * 60)), cv2.COLOR_GRAY2BGR)
+    to_board_m = np.array([[5e-4, 0, -columns * 0.015], [0, 5e-4, -rows * 0.015], [0, 0, 1]])
+    pinhole, rng = np.array([[700.0, 0, 320], [0, 700, 240], [0, 0, 1]]), np.random.default_rng(10000)
+    board, views = Board(columns, rows, 0.03, 0.022), []
+    for number in range(10):
+        turned = cv2.Rodrigues(np.append(rng.uniform(-0.6, 0.6, 2), rng.uniform(-0.3, 0.3)))[0]
+        shift = rng.uniform([-0.04, -0.03, 0.42], [0.04, 0.03, 0.6])
+        seen_by_it = pinhole @ np.column_stack([turned[:, :2], shift]) @ to_board_m
+        image = cv2.warpPerspective(picture, seen_by_it, (640, 480), borderValue=(120, 120, 120), flags=cv2.INTER_AREA)
+        views.append(find_board(board, cv2.GaussianBlur(image, (3, 3), 0), f"{number}"))
+    assert all(one is not None and one.legacy == (legacy and rows % 2 == 0) for one in views)
+    made = calibrate(board, {"one": views}, {"one": (640, 480)}, AT)[0]
+    off_px = np.array([*made.model.focal_px, *made.model.center_px]) - [700, 700, 320, 240]
+    assert (np.abs(off_px) < 4 * made.sigma_px).all()
+    assert (made.sigma_px < 5.0).all()
