@@ -12,6 +12,9 @@ from collections.abc import Callable
 from kendama_cli.config.site import find_site
 from kendama_cli.errors import KendamaError
 
+MOST_RUNS = 50
+"""Of so many runs the stages are offered: each has a record to read."""
+
 
 def in_bash(answer: Callable[[], object]) -> str:
     """What ``answer`` prints for the word under bash's cursor, as bash wants it.
@@ -66,19 +69,23 @@ def stages(incomplete: str) -> list[str]:
 @_quietly
 def runs(incomplete: str) -> list[str]:
     """Ids of past runs, newest first."""
-    from kendama_cli.pipeline.record import past_runs
+    from kendama_cli.store.runs import run_names
 
-    return [str(record["run"]) for record in reversed(past_runs(find_site().home))]
+    return run_names(find_site().home)[::-1]
 
 
 @_quietly
 def artifacts(incomplete: str) -> list[str]:
-    """STAGE of the newest run, then RUN/STAGE of all runs, newest first."""
-    from kendama_cli.pipeline.record import past_runs
+    """STAGE of the newest run, then RUN/STAGE of the newest runs that begin so."""
+    from kendama_cli.pipeline.record import read_run
+    from kendama_cli.store.runs import run_names
 
-    records = past_runs(find_site().home)[::-1]
+    home, run = find_site().home, incomplete.partition("/")[0]
+    names = run_names(home)[::-1]
+    begun = [name for name in names if name.startswith(run)][:MOST_RUNS]
+    records = [record for name in [*names[:1], *begun] if (record := read_run(home, name)) is not None]
     newest = [str(stage["name"]) for stage in records[0]["stages"]] if records else []
-    return newest + [f"{record['run']}/{stage['name']}" for record in records for stage in record["stages"]]
+    return newest + [f"{record['run']}/{stage['name']}" for record in records[1:] for stage in record["stages"]]
 
 
 @_quietly

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import sys
 from collections.abc import Iterable, Mapping, Sequence
+from textwrap import indent
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:  # a run with nothing to do prints without planning
@@ -31,6 +32,15 @@ def text(message: str) -> None:
 def document(value: Any) -> None:
     """One JSON document on standard output."""
     print(json.dumps(value, indent=2, ensure_ascii=False))
+
+
+def documents(values: Iterable[Any]) -> None:
+    """One JSON list on standard output, as ``document`` prints it, of values that are never held together."""
+    before = "[\n"
+    for value in values:
+        sys.stdout.write(before + indent(json.dumps(value, indent=2, ensure_ascii=False), "  "))
+        before = ",\n"
+    print("[]" if before == "[\n" else "\n]")
 
 
 def line(value: Any) -> None:

@@ -82,25 +82,37 @@ def diff(
 
 
 def _list(home: Path, conditions: list[str], sort: str | None, columns: str | None, *, as_json: bool) -> None:
-    from kendama_cli.pipeline.record import readable_runs, unreadable_notice
-    from kendama_cli.pipeline.run_facts import chosen_runs, condition, require_known, run_facts
+    from kendama_cli.pipeline.record import each_run, read_run, unreadable_notice
+    from kendama_cli.pipeline.run_facts import RECORDED, FactReader, condition, in_order, unknown_fact
+    from kendama_cli.store.runs import record_path
     from kendama_cli.store.store import Store
 
-    records, unreadable = readable_runs(home)
+    tests = [condition(text) for text in conditions]
+    head = COLUMNS if columns is None else ("run", *(name.strip() for name in columns.split(",")))
+    asked = [*(one.key for one in tests), *([sort] if sort else []), *head]
+    reader = FactReader(Store(home), asked)
+    found: list[dict[str, Any]] = []
+    seen, newest, unreadable = set(RECORDED), None, 0
+    for record, run in each_run(home):  # thousands of records are not held at once
+        if record is None:
+            unreadable += record_path(home, run).exists()
+            continue
+        newest, facts = record, reader.facts(record)
+        seen.update(facts)
+        if all(one.holds(facts) for one in tests):
+            found.append({name: facts[name] for name in ("run", "tags", "note", *asked) if name in facts})
     if unreadable:
         render.note(unreadable_notice(home, unreadable))
-    store = Store(home)
-    whole = bool(conditions or sort or columns)
-    facts = [run_facts(store, record, whole=whole) for record in records]
-    found = chosen_runs(facts, [condition(text) for text in conditions], sort)
+    unknown = next((key for key in asked if key not in seen), None)
+    if newest is not None and unknown is not None:
+        raise unknown_fact(unknown, reader.all_keys(newest))
+    found = in_order(found, sort)
     if as_json:
-        by_run = {str(record["run"]): record for record in records}
-        render.document([{**by_run[one["run"]], "tags": one["tags"].split(), "note": one["note"]} for one in found])
+        records = ((read_run(home, one["run"]), one) for one in found)
+        render.documents(
+            {**record, "tags": one["tags"].split(), "note": one["note"]} for record, one in records if record
+        )
         return
-    head: tuple[str, ...] = COLUMNS
-    if columns is not None:
-        head = ("run", *(name.strip() for name in columns.split(",")))
-        require_known(facts, head)
     render.table([[_cell(one.get(name)) for name in head] for one in found], head=head)
 
 

@@ -159,7 +159,7 @@ class RunRecord:
 
 def next_number(home: Path) -> int:
     """The number of the run that begins next; a clock that was set back does not make it older than another."""
-    return max((run_number(path.name) for path in durable.listed(home / "runs")), default=0) + 1
+    return max(map(run_number, durable.names(home / "runs")), default=0) + 1
 
 
 def begin(
@@ -178,17 +178,15 @@ def begin(
 
 def past_runs(home: Path) -> list[dict[str, Any]]:
     """All readable records, oldest first, each with the ``folder`` beside it."""
-    return readable_runs(home)[0]
+    return [record for record, _ in each_run(home) if record is not None]
 
 
-def readable_runs(home: Path) -> tuple[list[dict[str, Any]], int]:
-    """All readable records, as ``past_runs`` gives them, and how many others cannot be read."""
-    found = [(run, _known(home, run)) for run in run_names(home)]
-    unreadable = sum(record is None and record_path(home, run).exists() for run, record in found)
-    return [record for _, record in found if record is not None], unreadable
+def each_run(home: Path) -> Iterator[tuple[dict[str, Any] | None, str]]:
+    """Yield the record of every run, None where it cannot be read, and its name; oldest first, and one at a time."""
+    return ((read_run(home, run), run) for run in run_names(home))
 
 
-def _known(home: Path, run: str) -> dict[str, Any] | None:
+def read_run(home: Path, run: str) -> dict[str, Any] | None:
     """The record of a run, with the ``folder`` beside it; None where it is damaged or cannot be read now."""
     try:
         record = durable.read_sealed(record_path(home, run))
@@ -212,24 +210,26 @@ def unreadable_notice(home: Path, unreadable: int) -> str:
 def find_run(home: Path, run: str | None) -> dict[str, Any]:
     """The record called ``run`` (its number or a unique beginning will do), or the newest; else UsageError."""
     if run is None:
-        known = (_known(home, name) for name in reversed(run_names(home)))  # of many runs this reads one
+        known = (read_run(home, name) for name in reversed(run_names(home)))  # of many runs this reads one
         newest = next(filter(None, known), None)
         if newest is not None:
             return newest
-    records, unreadable = readable_runs(home)
-    if not records and unreadable:
-        raise UsageError(unreadable_notice(home, unreadable))
-    if not records or run is None:
-        raise UsageError(f"no runs in {home} yet; 'kendama run' makes one, --home names another folder")
-    matching = [record for record in records if run.isdecimal() and run_number(str(record["run"])) == int(run)]
-    matching = matching or [record for record in records if str(record["run"]).startswith(run)]
-    if len(matching) != 1:
-        from kendama_cli.schema.settings import nearest  # noqa: PLC0415 - only where there is something to say
+    names = run_names(home)
+    matching = [name for name in names if run is not None and run.isdecimal() and run_number(name) == int(run)]
+    matching = matching or [name for name in names if run is not None and name.startswith(run)]
+    found = [record for record in (read_run(home, name) for name in matching) if record is not None]
+    if len(found) == 1:
+        return found[0]
+    if run is None or not any(read_run(home, name) for name in reversed(names)):
+        unreadable = sum(record_path(home, name).exists() for name in names)
+        told = unreadable_notice(home, unreadable)
+        raise UsageError(
+            told if unreadable else f"no runs in {home} yet; 'kendama run' makes one, --home names another folder"
+        )
+    from kendama_cli.schema.settings import nearest  # noqa: PLC0415 - only where there is something to say
 
-        names = [str(record["run"]) for record in records]
-        problem = "no run" if not matching else "several runs begin with"
-        raise UsageError(f"{problem} '{run}'; 'kendama runs' lists them{nearest(run, names)}")
-    return matching[0]
+    problem = "no run" if not found else "several runs begin with"
+    raise UsageError(f"{problem} '{run}'; 'kendama runs' lists them{nearest(run, names)}")
 
 
 def version_differences(made_with: Mapping[str, str], here: Mapping[str, str] | None = None) -> list[str]:

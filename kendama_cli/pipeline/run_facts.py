@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import json
 import operator
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -15,6 +16,9 @@ from kendama_cli.store.store import Store
 
 RECORDED = ("run", "pipeline", "started", "outcome", "overrides", "tags", "note")
 _TEST = re.compile(r"^\s*([A-Za-z0-9_.]+)\s*(<=|>=|!=|=|<|>|~)\s*(.*?)\s*$")
+_PARTS, _CONFIG = b', "parts": {"stage": "', b', "config": '
+"""The beginning of a key's parts, and of the configuration in them: within a text its quotes have backslashes."""
+_DECODER = json.JSONDecoder()
 _COMPARED: Mapping[str, Callable[[Any, Any], bool]] = {
     "<=": operator.le,
     ">=": operator.ge,
@@ -56,20 +60,79 @@ def condition(text: str) -> Condition:
     return Condition(*found.groups())
 
 
-def run_facts(store: Store, record: Mapping[str, Any], *, whole: bool = True) -> dict[str, Any]:
-    """All scalars that are known of the run ``record``: RECORDED, ``node.key`` of its configuration, ``stage.metric``.
+class FactReader:
+    """Reads what is asked of many runs, and no more: a result's configuration only where a key may stand in it."""
 
-    The configuration is that of the stages whose results are still stored; only RECORDED without ``whole``.
+    def __init__(self, store: Store, keys: Sequence[str] = ()) -> None:
+        """``keys`` are those that are asked for beside RECORDED."""
+        self._store = store
+        self._keys = [key for key in dict.fromkeys(keys) if key not in RECORDED]
+        self._nodes: dict[tuple[object, ...], frozenset[str]] = {}
+
+    def facts(self, record: Mapping[str, Any]) -> dict[str, Any]:
+        """Return RECORDED of a run and, of the keys that are asked for, those that it has.
+
+        A key is ``node.key`` of the configuration of a stage whose result is still stored, or ``stage.metric``.
+        """
+        tagged = read_tags(self._store.home, str(record["run"]))
+        known = {**record, "overrides": " ".join(record["overrides"]), "tags": " ".join(tagged.tags)}
+        facts = {name: value for name, value in {**known, "note": tagged.note}.items() if name in RECORDED}
+        metrics = {str(stage["name"]): stage["metrics"] for stage in record["stages"]}
+        for key in self._keys:
+            value = _within(metrics, key)
+            if value is None:
+                configs = (_within(one, key) for one in self._configs(record, key))
+                value = next((one for one in configs if one is not None), None)
+            facts |= {} if value is None else {key: value}
+        return facts
+
+    def all_keys(self, record: Mapping[str, Any]) -> set[str]:
+        """Return every key that ``facts`` could be asked for of a run."""
+        stages = [(str(stage["name"]), stage) for stage in record["stages"]]
+        facts = {key for name, stage in stages for key in flat(name, stage["metrics"])}
+        configs = [stage_parts(self._store, stage).get("config", {}) for _, stage in stages]
+        return {
+            *RECORDED,
+            *facts,
+            *(key for one in configs for node, value in one.items() for key in flat(node, value)),
+        }
+
+    def _configs(self, record: Mapping[str, Any], key: str) -> Iterator[Mapping[str, Any]]:
+        node = key.partition(".")[0]
+        for stage in reversed(record["stages"]):
+            kind = (record.get("pipeline"), stage["name"], str(record.get("versions")), record.get("started", "")[:10])
+            if stage["key"] and node in self._nodes.get(kind, (node,)):
+                config = stage_config(self._store, stage)
+                self._nodes.setdefault(kind, frozenset(config))
+                yield config
+
+
+def _within(values: Mapping[str, Any], key: str) -> Any:
+    """Return the scalar that nested ``values`` have at the dotted ``key``, as ``flat`` gives it; None for none."""
+    name, rest = "", key
+    while rest:  # names may have dots themselves
+        part, _, rest = rest.partition(".")
+        name = f"{name}.{part}" if name else part
+        value = values.get(name)
+        if isinstance(value, dict):
+            return _within(value, rest) if rest else None
+        if value is not None and not rest:
+            return flat(name, value)[name]
+    return None
+
+
+def stage_config(store: Store, stage: Mapping[str, Any]) -> Mapping[str, Any]:
+    """Return the configuration in the key of a recorded ``stage``; nothing where its result is no longer stored.
+
+    It is a tenth of a result's record, the most of which is the code's digests, and alone is parsed.
     """
-    tagged = read_tags(store.home, str(record["run"]))
-    known = {**record, "overrides": " ".join(record["overrides"]), "tags": " ".join(tagged.tags), "note": tagged.note}
-    facts = {name: known[name] for name in RECORDED if name in known}
-    for stage in record["stages"] if whole else ():
-        for node, value in stage_parts(store, stage).get("config", {}).items():
-            facts.update(flat(node, value))
-    for stage in record["stages"] if whole else ():
-        facts.update(flat(str(stage["name"]), stage["metrics"]))
-    return facts
+    path = store.result_path(str(stage["name"]), str(stage["key"]))
+    body = durable.sealed_body(durable.read_file(path) or b"", str(path)) if stage["key"] else None
+    at = -1 if body is None else body.find(_CONFIG, body.find(_PARTS))
+    if body is None or at < 0 or _PARTS not in body:
+        config: Mapping[str, Any] = stage_parts(store, stage).get("config", {})
+        return config
+    return dict(_DECODER.raw_decode(body[at + len(_CONFIG) :].decode())[0])
 
 
 def stage_parts(store: Store, stage: Mapping[str, Any]) -> dict[str, Any]:
@@ -89,37 +152,27 @@ def flat(name: str, value: Any) -> dict[str, Any]:
     return {} if value is None else {name: value}
 
 
-def chosen_runs(
-    runs: Sequence[dict[str, Any]], conditions: Sequence[Condition], sort: str | None
-) -> list[dict[str, Any]]:
-    """The facts of those ``runs`` on which all ``conditions`` hold, by ``sort`` where it is given, those without last.
-
-    Raises UsageError where no run has a fact that is asked for.
-    """
-    require_known(runs, [*(one.key for one in conditions), *([sort] if sort else [])])
-    found = [facts for facts in runs if all(one.holds(facts) for one in conditions)]
+def in_order(runs: Sequence[dict[str, Any]], sort: str | None) -> list[dict[str, Any]]:
+    """Return the facts of ``runs`` by ``sort`` where it is given, those without last."""
     if sort is None:
-        return found
-    numbers = [_number(facts[sort]) for facts in found if sort in facts]
+        return list(runs)
+    numbers = [_number(facts[sort]) for facts in runs if sort in facts]
     as_numbers = None not in numbers
 
     def place(facts: dict[str, Any]) -> Any:
         return _number(facts[sort]) if as_numbers else str(facts[sort])
 
-    having = sorted((facts for facts in found if sort in facts), key=place)
-    return [*having, *(facts for facts in found if sort not in facts)]
+    having = sorted((facts for facts in runs if sort in facts), key=place)
+    return [*having, *(facts for facts in runs if sort not in facts)]
 
 
-def require_known(runs: Sequence[Mapping[str, Any]], keys: Sequence[str]) -> None:
-    """Raises UsageError where one of ``keys`` is a fact of none of the ``runs``."""
-    unknown = next((key for key in keys if not any(key in facts for facts in runs)), None)
-    if runs and unknown is not None:
-        from kendama_cli.schema.settings import nearest  # noqa: PLC0415 - only where there is something to say
+def unknown_fact(key: str, known: Iterable[str]) -> UsageError:
+    """Return the error for a key that is a fact of no run; ``known`` are those of one."""
+    from kendama_cli.schema.settings import nearest  # noqa: PLC0415 - only where there is something to say
 
-        known = sorted({name for facts in runs for name in facts})
-        raise UsageError(
-            f"no run has '{unknown}': give a key of its configuration or STAGE.METRIC{nearest(unknown, known)}"
-        )
+    return UsageError(
+        f"no run has '{key}': give a key of its configuration or STAGE.METRIC{nearest(key, sorted(known))}"
+    )
 
 
 def _number(value: Any) -> float | None:

@@ -67,7 +67,7 @@ def claim(home: Path) -> None:
 def is_made_here(home: Path, path: Path) -> bool:
     """Return True if ``path`` is a name that kendama makes in ``home``, is no link and reached through none.
 
-    JSON that was never sealed is a person's, whatever its name.
+    JSON that was never sealed is a person's, whatever its name, but in the index, which a run would write over.
     """
     inside = path.relative_to(home)
     if path.is_symlink() or path.parent.resolve() != home.resolve() / inside.parent:
@@ -75,7 +75,7 @@ def is_made_here(home: Path, path: Path) -> bool:
     for pattern, held in _MADE.items():
         if re.fullmatch(pattern, inside.as_posix()):
             if not path.is_dir():
-                return (held is None or held is _ANY) and not _is_plain_json(path)
+                return (held is None or held is _ANY) and (inside.parts[0] == "index" or not _is_plain_json(path))
             return held is not None and all(held.fullmatch(one.name) for one in durable.listed(path))
     return False
 

@@ -37,10 +37,11 @@ def run_names(home: Path) -> list[str]:
 
     Raises StoreError where that cannot be told now, FormatError where a record stands inside a folder, as until 0.2.
     """
-    paths = [path for path in durable.listed(home / "runs") if RUN.fullmatch(path.name.removesuffix(_RECORD))]
-    recorded = {path.stem for path in paths if path.suffix == _RECORD}
-    others = [path for path in paths if path.suffix != _RECORD and path.name not in recorded]
-    for folder in others:
-        if durable.exists(folder / _BEFORE):
-            raise FormatError(str(folder / _BEFORE), "the record of a run", "runs/RUN/run.json", "runs/RUN.json")
-    return sorted(recorded.union(path.name for path in others), key=lambda run: (run_number(run), run))
+    names = [name for name in durable.names(home / "runs") if RUN.fullmatch(name.removesuffix(_RECORD))]
+    recorded = {name.removesuffix(_RECORD) for name in names if name.endswith(_RECORD)}
+    others = {name for name in names if not name.endswith(_RECORD)} - recorded
+    for run in others:
+        if durable.exists(run_folder(home, run) / _BEFORE):
+            place = str(run_folder(home, run) / _BEFORE)
+            raise FormatError(place, "the record of a run", "runs/RUN/run.json", "runs/RUN.json")
+    return sorted(recorded | others, key=lambda run: (run_number(run), run))

@@ -8,8 +8,11 @@ from pathlib import Path
 
 import pytest
 
+from kendama_cli.cli import completion
+from kendama_cli.pipeline import record as record_module
 from kendama_cli.pipeline.run_diff import run_differences
-from kendama_cli.pipeline.run_facts import Condition, chosen_runs, condition
+from kendama_cli.pipeline.run_facts import RECORDED, Condition, FactReader, condition, in_order
+from kendama_cli.store import durable
 from kendama_cli.store.store import Store
 from tests.toy_project import ToyProject
 
@@ -141,4 +144,44 @@ def test_numbers_are_compared_as_numbers_and_text_as_text() -> None:
 
 def test_runs_without_the_key_come_last() -> None:
     runs = [{"run": "1"}, {"run": "2", "k": 10}, {"run": "3", "k": 9}]
-    assert [one["run"] for one in chosen_runs(runs, [], "k")] == ["3", "2", "1"]
+    assert [one["run"] for one in in_order(runs, "k")] == ["3", "2", "1"]
+
+
+def test_what_is_read_of_a_run_is_what_its_result_and_record_say(tmp_path: Path) -> None:
+    words = 'x, "parts": {"stage": ", "config": {"learn": {"alpha": 9}}'
+    config = {"learn": {"alpha": 0.5, "words": words, "none": None, "list": [1, 2]}, "seed": 3}
+    parts = {"stage": "a:B", "gives": "c:D", "config": config, "inputs": {}, "code": {}}
+    metrics = {"parts": 1, "config": words, "rate.mean": 0.25, "by": {"cup": {"mm": 4}}}
+    stage = {"name": "learn", "key": "0" * 40, "metrics": metrics}
+    store = Store(tmp_path)
+    durable.write_sealed(store.result_path("learn", "0" * 40), {"metrics": metrics, "parts": parts})
+    record = {"run": "00001-abcdef", "overrides": ["a=1"], "stages": [stage], "pipeline": "p", "started": "2026"}
+    expected = {
+        "learn.alpha": 0.5, "learn.words": words, "learn.list": "1,2", "seed": 3,
+        "learn.rate.mean": 0.25, "learn.by.cup.mm": 4, "learn.parts": 1, "learn.config": words,
+    }  # fmt: skip
+    reader = FactReader(store, [*expected, "learn.none", "learn", "game.alpha", "learn.by"])
+    for _ in range(2):
+        facts = reader.facts(record)
+        assert {key: value for key, value in facts.items() if key not in RECORDED} == expected
+    assert reader.all_keys(record) >= expected.keys()
+
+
+def test_runs_print_one_json_list_whatever_their_number(done: ToyProject) -> None:
+    printed = done.kendama("runs", "--json").stdout
+    assert printed == json.dumps(json.loads(printed), indent=2, ensure_ascii=False) + "\n"
+    assert json.loads(done.kendama("runs", "--json", "--filter", "outcome!=done").stdout) == []
+
+
+def test_words_are_completed_from_names_and_few_records(done: ToyProject, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("KENDAMA_HOME", str(done.home))
+    monkeypatch.chdir(done.folder)
+    names = [json.loads(path.read_text())["record"]["run"] for path in sorted(done.home.glob("runs/*.json"))]
+    assert completion.runs("") == names[::-1]
+    assert completion.artifacts(names[0]) == [f"{names[0]}/roll", f"{names[0]}/total"]
+    read: list[str] = []
+    monkeypatch.setattr(record_module, "read_run", lambda home, run: read.append(run))
+    completion.runs("0")
+    assert read == []
+    completion.artifacts(names[1])
+    assert read == [names[-1], names[1]]

@@ -20,7 +20,6 @@ PROJECT = (
     "results/learn/summary.json",
     f"results/learn/{'1' * 40}.json",
     "runs/00003-abcdef.json",
-    "index/files.json",
     "runs/summary.json",
     "runs/tensorboard/events.out",
     "runs/00001-abcdef/model.pt",
