@@ -13,7 +13,6 @@ from typing import Any
 
 import numpy as np
 
-from kendama_cli.errors import KendamaError
 from kendama_cli.pipeline.record import versions
 from kendama_cli.pipeline.worker import ReadyStage, make_stage, work
 from kendama_cli.system.choice import system
@@ -52,7 +51,7 @@ class _Stages:
 
 
 def _prepared(request: Mapping[str, Any]) -> ReadyStage | None:
-    with contextlib.suppress(ImportError, KendamaError):  # the worker meets it again, and reports it
+    with contextlib.suppress(Exception):  # the worker meets it again, and reports it
         ready = make_stage(request)
         if hasattr(ready.stage, "prepare"):
             ready.stage.prepare()

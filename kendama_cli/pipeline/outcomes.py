@@ -10,6 +10,7 @@ from typing import Any
 from kendama_cli.pipeline.plan import StagePlan
 from kendama_cli.pipeline.record import StageOutcome
 from kendama_cli.pipeline.workers import Job
+from kendama_cli.store import durable
 
 
 def cached(plan: StagePlan) -> StageOutcome:
@@ -47,4 +48,6 @@ def _failure(reported: Mapping[str, Any] | None, code: int, printed: Path) -> st
         return (
             f"its worker was ended by {signal.Signals(-code).name}; the same command goes on from the last checkpoint"
         )
-    return f"its worker ended with code {code}; what it printed is in {printed}"
+    lines = (durable.read_file(printed) or b"").decode(errors="replace").strip().splitlines()
+    said = f": {lines[-1]}" if lines else ""
+    return f"its worker ended with code {code}{said}; what it printed is in {printed}"

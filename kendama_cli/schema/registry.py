@@ -13,7 +13,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from kendama_cli.errors import ConfigError, MissingPartError
+from kendama_cli.errors import ConfigError, KendamaError, MissingPartError
 
 
 @dataclass(frozen=True)
@@ -95,11 +95,19 @@ def resolve(target: str, what: str) -> Any:
     """The object that ``module:name`` names, imported; raises MissingPartError naming ``what`` where it is not."""
     module, _, name = target.partition(":")
     try:
-        return getattr(importlib.import_module(module), name)
+        imported = importlib.import_module(module)
+    except KendamaError:
+        raise
     except ModuleNotFoundError as error:
         raise MissingPartError(
             target, f"{what} needs module '{error.name}', which is not installed ({target})"
         ) from error
+    except Exception as error:  # of a library in a version that does not fit, or of a part that is broken
+        raise MissingPartError(
+            target, f"{what} cannot be imported ({type(error).__name__}: {error}); 'kendama doctor' says what is broken"
+        ) from error
+    try:
+        return getattr(imported, name)
     except AttributeError as error:
         raise MissingPartError(
             target, f"{what}: module '{module}' has no '{name}'; mend the entry point that names it"

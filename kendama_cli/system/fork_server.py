@@ -11,6 +11,7 @@ import signal
 import socket
 import subprocess
 import sys
+import tempfile
 from collections.abc import Callable, Mapping
 from typing import IO, Any, TypeVar
 
@@ -20,7 +21,6 @@ from kendama_cli.system.interpreters import one_thread
 
 FORK_SERVER = "kendama_cli.pipeline.forkserver"
 """The module that is the fork server's program; it calls ``serve``."""
-REQUEST_BYTES = 1 << 20
 
 R = TypeVar("R")
 
@@ -29,44 +29,62 @@ class ForkServer:
     """Workers are forks of one process, so that a sweep pays for a stage's imports once; one worker at a time."""
 
     def __init__(self) -> None:
-        self._line, self._process = self._open()
+        self._open()
 
     def start(self, request: Mapping[str, Any], *, lock: Lock, printed: int) -> Worker:
         """Have a worker forked that inherits ``lock``; a fork server that was killed is opened anew."""
         read, write = os.pipe()
-        handles = [write, printed, *lock.inherited]
-        pid = self._ask(request, handles)
-        if pid is None:
-            self.close()
-            self._line, self._process = self._open()
-            pid = self._ask(request, handles)
-        os.close(write)
         events = os.fdopen(read, "rb")
-        if pid is None:
-            events.close()
-            raise StageError("the process that starts the sweep's workers cannot run; begin the sweep again with -j 1")
+        # in a file that has no name: a message on the line holds some 200 kB, a request for many recordings more
+        with tempfile.TemporaryFile() as asked, os.fdopen(write, "wb"):
+            asked.write(json.dumps(request).encode())
+            asked.flush()
+            handles = [asked.fileno(), write, printed, *lock.inherited]
+            try:
+                try:
+                    pid = self._ask(handles)
+                except OSError:
+                    self.close()
+                    self._open()
+                    pid = self._ask(handles)
+            except OSError as error:
+                events.close()
+                raise StageError(f"the process that starts the sweep's workers ended: {self._reason(error)}") from error
         return _Fork(self._line, pid, events)
 
     def close(self) -> None:
         """End the fork server."""
         self._line.close()
         self._process.wait()
+        self._printed.close()
 
-    def _ask(self, request: Mapping[str, Any], handles: list[int]) -> int | None:
-        try:
-            socket.send_fds(self._line, [json.dumps(request).encode()], handles)
-            answer = self._line.recv(4096)
-        except OSError:
-            return None
-        return int(json.loads(answer)["pid"]) if answer else None
+    def _ask(self, handles: list[int]) -> int:
+        """Return the process id of a new worker; raises OSError where the fork server does not answer."""
+        socket.send_fds(self._line, [b"?"], handles)
+        answer = self._line.recv(4096)
+        if not answer:
+            raise ConnectionResetError(f"exit code {self._process.wait()}")
+        return int(json.loads(answer)["pid"])
 
-    @staticmethod
-    def _open() -> tuple[socket.socket, subprocess.Popen[bytes]]:
-        ours, theirs = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
+    def _reason(self, error: OSError) -> str:
+        """Return the last line that the fork server printed, or ``error`` where it printed nothing."""
+        if self._printed.closed:
+            return str(error)
+        self._printed.seek(0)
+        return (self._printed.read().decode(errors="replace").strip().splitlines() or [str(error)])[-1]
+
+    def _open(self) -> None:
+        self._line, theirs = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
+        self._printed = tempfile.TemporaryFile()  # noqa: SIM115 - open as long as the process
+        command = [sys.executable, "-P", "-m", FORK_SERVER, str(theirs.fileno())]
         with theirs:
-            command = [sys.executable, "-P", "-m", FORK_SERVER, str(theirs.fileno())]
-            process = subprocess.Popen(command, stdin=subprocess.DEVNULL, pass_fds=(theirs.fileno(),), env=one_thread())
-            return ours, process
+            self._process = subprocess.Popen(
+                command,
+                stdin=subprocess.DEVNULL,
+                stderr=self._printed,
+                pass_fds=(theirs.fileno(),),
+                env=one_thread(),
+            )
 
 
 class _Fork:
@@ -110,17 +128,18 @@ def serve(
 ) -> None:
     """Fork a worker for each request on the socket ``descriptor``, until its other end closes.
 
-    A request comes with the descriptors of its events, its printed output and its lock. ``prepare`` is called here,
-    ``work`` in the fork, with the request, the events' descriptor and what ``prepare`` gave; the answers are its pid
-    and, later, exit code.
+    A request is a file whose descriptor comes with those of its events, its printed output and its lock. ``prepare``
+    is called here, ``work`` in the fork, with the request, the events' descriptor and what ``prepare`` gave; the
+    answers are its pid and, later, exit code.
     """
     line = socket.socket(fileno=descriptor)
-    line.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, REQUEST_BYTES)
     while True:
-        data, handles, _, _ = socket.recv_fds(line, REQUEST_BYTES, 3)
-        if not data:
+        asked, handles, _, _ = socket.recv_fds(line, 1, 4)
+        if not asked:
             return
-        request = json.loads(data)
+        with os.fdopen(handles.pop(0), "rb") as file:
+            file.seek(0)
+            request = json.loads(file.read())
         prepared = prepare(request)
         gc.freeze()  # else a fork's first collection copies every page that holds an object
         pid = os.fork()

@@ -72,6 +72,24 @@ def test_runs_that_share_a_fork_server_have_each_its_own_settings_and_seed(toy: 
     assert artifact_bytes(runs[3]) == artifact_bytes(alone)
 
 
+def test_a_request_for_very_many_files_reaches_the_workers_of_a_sweep(toy: ToyProject) -> None:
+    settings = toy.folder / "lib/toy/roll/settings.py"
+    settings.write_text(settings.read_text() + '    names: str = setting("as long as the names of 10 000 files")\n')
+    conf = toy.folder / "conf/toy/default.yaml"
+    conf.write_text(conf.read_text() + f"names: {'x' * 1_300_000}\n")
+    runs = sweep(toy, "-j", "1", "seed=1,2")
+    assert [stage["status"] for run in runs for stage in run["stages"]] == ["ran"] * 4
+
+
+@pytest.mark.parametrize("command", ["run", "sweep"])
+def test_a_worker_that_dies_while_it_imports_tells_its_last_line(toy: ToyProject, command: str) -> None:
+    stage = toy.folder / "lib/toy/roll/stage.py"
+    broken = "import sys\nprint('numpy.core.multiarray failed to import', file=sys.stderr)\nsys.stderr.flush()\n"
+    stage.write_text(f"{broken}import os\nos._exit(3)\n")
+    done = toy.kendama(command, "-p", "toy", expect=1)
+    assert "numpy.core.multiarray failed to import" in done.stderr
+
+
 def test_a_sweep_over_a_key_that_the_pipeline_does_not_read_is_one_run(toy_beside_ours: ToyProject) -> None:
     assert len(sweep(toy_beside_ours, "learn.alpha=0.1,0.2")) == 1
 
