@@ -16,7 +16,7 @@ from kendama_cli.errors import FormatError, InputError
 from kendama_cli.log.container import ChannelContent, read_container
 from kendama_cli.log.container_writer import FORMAT, LIBRARY
 from kendama_cli.log.decode import UndecodableError, check_schema, decode, decode_as
-from kendama_cli.log.writer import STAGE_METADATA
+from kendama_cli.log.writer import METRICS, STAGE_METADATA, is_metric
 from kendama_cli.schema.arrays import Array
 
 M = TypeVar("M")
@@ -66,18 +66,24 @@ class LogFile:
 
     @property
     def stage(self) -> Mapping[str, Any]:
-        """Stage, settings and metrics of a log of ours; empty for a foreign file."""
+        """Stage, settings and metrics of a log of ours; empty for a foreign file.
+
+        Raises InputError where they are not what a stage writes: settings by name, metrics that ``is_metric`` takes.
+        """
         facts = self.metadata.get(STAGE_METADATA, {})
         if not facts.keys() >= {"stage", "settings", "metrics"}:
             return {}
         try:
-            return {
-                "stage": facts["stage"],
-                "settings": json.loads(facts["settings"]),
-                "metrics": json.loads(facts["metrics"]),
-            }
-        except ValueError as wrong:
+            settings, metrics = (json.loads(facts[name]) for name in ("settings", "metrics"))
+        except (ValueError, RecursionError) as wrong:
             raise InputError(str(self.path), f"its metadata '{STAGE_METADATA}' is no JSON ({wrong})") from None
+        if not isinstance(settings, dict) or not isinstance(metrics, dict):
+            raise InputError(str(self.path), f"its metadata '{STAGE_METADATA}' has no settings or metrics by name")
+        for name, value in metrics.items():
+            if not is_metric(value):
+                problem = f"its metric '{name[:80]}' is a {type(value).__name__}; {METRICS}"
+                raise InputError(str(self.path), problem, remedy="run the stage again with --force")
+        return {"stage": facts["stage"], "settings": settings, "metrics": metrics}
 
     @property
     def time_range_s(self) -> tuple[float, float] | None:

@@ -16,6 +16,14 @@ from kendama_cli.schema.messages import codec, kind_of
 STAGE_METADATA = "kendama.stage"
 """The MCAP metadata record with the keys stage, settings and metrics (both canonical JSON)."""
 
+METRICS = "allowed: a number, text, yes or no, or nothing"
+
+
+def is_metric(value: object) -> bool:
+    """Return True for what may stand among a stage's metrics: a number that a float holds, text, a bool or None."""
+    return value is None or isinstance(value, str | float | bool) or (isinstance(value, int) and abs(value) < 10**300)
+
+
 _MOST_S = 9.2e9  # whole nanoseconds of more seconds do not fit 63 bits
 
 

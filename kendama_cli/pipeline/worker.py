@@ -22,6 +22,7 @@ from pathlib import Path
 from typing import Any
 
 from kendama_cli.errors import KendamaError, StageError, StoreError
+from kendama_cli.log.writer import METRICS, is_metric
 from kendama_cli.pipeline.artifact_place import LOG
 from kendama_cli.pipeline.context import WorkerContext
 from kendama_cli.pipeline.nodes import node_schemas
@@ -161,6 +162,9 @@ def _finish(
             f"stage '{request['stage']}' gave a {type(made).__name__}; a stage gives Made(artifact, metrics)"
         )
     metrics = {key: _plain(value) for key, value in made.metrics.items()}
+    for key, value in metrics.items():
+        if not is_metric(value):
+            raise StageError(f"stage '{request['stage']}': its metric '{key}' is a {type(value).__name__}; {METRICS}")
     if made.warnings:
         metrics["warnings"] = "\n".join(made.warnings)
     with store.scratch_folder() as folder, plain_disk_errors(folder):

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
+from kendama_cli.report.page_head import data_script
 from kendama_cli.report.tracks import Array, Geometry, Path2D, cup_outline_m
 
 _FRAMES_PER_S = 60
@@ -137,7 +137,7 @@ def player(
         f'<div class="controls"><button type="button">Play</button><button type="button">\u00bc speed</button>'
         f'<input type="range" min="0" max="{len(t) - 1}" value="{poster}" aria-label="time">'
         f"<output>{start + poster / rate:.2f} s</output></div>"
-        f'<script type="application/json">{json.dumps(film, separators=(",", ":"))}</script></div>'
+        f"{data_script(film)}</div>"
     )
 
 

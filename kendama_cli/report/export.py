@@ -18,7 +18,20 @@ from matplotlib.patches import Rectangle
 from kendama_cli.report.tables import label_and_unit, number
 
 _FONTS: Any = {"pdf.fonttype": 42, "svg.fonttype": "path"}  # TrueType embedded; outlines
-_LATEX = str.maketrans({**{one: f"\\{one}" for one in "&%$#_{}"}, "−": "$-$", "–": "--", "°": r"$^\circ$", "²": "$^2$"})
+_LATEX = str.maketrans(
+    {
+        **{one: f"\\{one}" for one in "&%$#_{}"},
+        "\\": r"\textbackslash{}",
+        "^": r"\textasciicircum{}",
+        "~": r"\textasciitilde{}",
+        "\n": " ",
+        "\r": " ",
+        "−": "$-$",
+        "–": "--",
+        "°": r"$^\circ$",
+        "²": "$^2$",
+    }
+)
 
 
 class Files:

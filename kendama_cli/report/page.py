@@ -12,7 +12,7 @@ from kendama_cli.report.chapters import declaration_of, draw, film, performances
 from kendama_cli.report.figure import save_script
 from kendama_cli.report.page_head import page_head
 from kendama_cli.report.replay.page_part import replay, scripts
-from kendama_cli.report.source import StageLog
+from kendama_cli.report.source import StageLog, is_number
 from kendama_cli.report.tables import label_and_unit, metrics_table, number, settings_table
 from kendama_cli.schema.declaration import Headline, StageDeclaration
 
@@ -99,7 +99,7 @@ def _headlines(offered: list[tuple[tuple[Headline, ...], StageLog]]) -> list[tup
     """The headline figures that the logs have: every stage's first before any stage's second, in the run's order."""
     found = []
     for stage, (headlines, log) in enumerate(offered):
-        known = [one for one in headlines if not isinstance(log.metrics.get(one.metric), bool | str | None)]
+        known = [one for one in headlines if is_number(log.metrics.get(one.metric))]
         found += [(place, stage, headline, log) for place, headline in enumerate(known)]
     best = sorted(found, key=lambda item: item[:2])[:_MOST_RESULTS]
     return [(headline, log) for _, _, headline, log in sorted(best, key=lambda item: (item[1], item[0]))]
@@ -113,7 +113,7 @@ def _result(metric: str, value: float) -> str:
         shown = f"{value:.3f}"
     else:
         shown = f"{value:.3g}" if isinstance(value, float) else number(value)
-    return shown + (f"<small>{unit}</small>" if unit else "")
+    return html.escape(shown) + (f"<small>{html.escape(unit)}</small>" if unit else "")
 
 
 def section(

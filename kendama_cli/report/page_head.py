@@ -5,8 +5,16 @@ from __future__ import annotations
 import base64
 import hashlib
 import html
+import json
+from typing import Any
 
 from kendama_cli.report.style import CSS
+
+
+def data_script(value: Any) -> str:
+    """Return ``value`` as an element that holds JSON for the page's scripts, and that nothing in it can end."""
+    text = json.dumps(value, separators=(",", ":")).replace("<", "\\u003c")
+    return f'<script type="application/json">{text}</script>'
 
 
 def page_head(title: str, *scripts: str, also: str = "") -> str:

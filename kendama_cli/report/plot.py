@@ -51,6 +51,7 @@ _STYLE: dict[str, Any] = {
     "legend.columnspacing": 1.3,
     "legend.borderaxespad": 0.1,
     "image.composite_image": False,
+    "text.parse_math": False,  # a dollar in a label is a dollar
 }
 
 _SIZES = ("font.size", "axes.linewidth", "grid.linewidth", "lines.linewidth", "lines.markersize")
@@ -132,7 +133,7 @@ def _svg(canvas: Canvas, name: str, alternative: str) -> str:
     box = re.search(r'viewBox="([^"]*)"', text)
     assert box is not None
     head = f'<svg class="plot" role="img" aria-label="{html.escape(alternative)}" viewBox="{box[1]}"'
-    text = re.sub(r"<svg[^>]*>", f'{head} xmlns:xlink="http://www.w3.org/1999/xlink">', text, count=1)
+    text = re.sub(r"<svg[^>]*>", lambda _: f'{head} xmlns:xlink="http://www.w3.org/1999/xlink">', text, count=1)
     text = re.sub(r'\bid="', f'id="{name}-', text)
     text = re.sub(r'(href="|url\()#', rf"\g<1>#{name}-", text)
     # only inside tags: what stands between them is text for the reader

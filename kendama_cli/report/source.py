@@ -16,6 +16,11 @@ from kendama_cli.log.reader import LogFile, TypedMessages
 M = TypeVar("M")
 
 
+def is_number(value: Any) -> bool:
+    """Return True for a metric that has a size; yes and no have none."""
+    return isinstance(value, int | float) and not isinstance(value, bool)
+
+
 class StageLog:
     """The tables, settings and metrics of one stage's log; a topic without messages is an empty table.
 

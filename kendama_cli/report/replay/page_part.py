@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import base64
 import html
-import json
 from collections.abc import Sequence
 from functools import cache
 from importlib.resources import files
@@ -12,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from kendama_cli.report.page_head import data_script
 from kendama_cli.report.replay.camera_images import CameraImages
 from kendama_cli.report.replay.performance import Expected, Frames, Performance
 from kendama_cli.report.tracks import Array
@@ -66,7 +66,7 @@ def replay(performances: Sequence[Performance], *, once: bool = False) -> str:
         '<div class="cameras" hidden></div>'
         '<p class="run keys">Drag to turn, two fingers or the wheel (after a click) to zoom; keys: space, arrows, + and'
         " \u2212, comma and point for single pictures, R. Times count from the catch.</p>"
-        f'<script type="application/json">{_json(scene)}</script></div>'
+        f"{data_script(scene)}</div>"
     )
 
 
@@ -147,7 +147,3 @@ def _rounded(values: Any, digits: int) -> list[float]:
 
 def _packed(values: Array, kind: str) -> str:
     return base64.b64encode(np.ascontiguousarray(values, dtype=kind).tobytes()).decode()
-
-
-def _json(value: Any) -> str:
-    return json.dumps(value, separators=(",", ":")).replace("<", "\\u003c")

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import html
+
 import numpy as np
 
 from kendama_cli.report.bootstrap import Statistic, bootstrap, bootstrap_ratio, p90
@@ -25,7 +27,7 @@ def learning_tables(runs: Ensemble) -> str:
     if len(groups) > 1:
         reference, *others = groups
         names = [f"ratio of {name}s" if name != "90 %" else "ratio of 90 % quantiles" for name, _ in _STATISTICS]
-        parts.append(f"<h3>Against {_plain(reference.label)}</h3>")
+        parts.append(f"<h3>Against {html.escape(reference.label)}</h3>")
         parts.append(grid([runs.differs, *names, "difference"], [_ratios(group, reference) for group in others]))
     head = [runs.differs or "", "caught", "worst seed", "half-swings", "time to release"]
     head += ["soonest found by search", "peak displacement"]
@@ -38,10 +40,6 @@ _RULE = (
     " unproven seed counts as the cap. Chance: share of random harmonics that succeed. Below each figure its 95 %"
     " interval (bootstrap over the seeds)."
 )
-
-
-def _plain(label: str) -> str:
-    return label.replace("&", "&amp;").replace("<", "&lt;")
 
 
 def _counts(group: Group) -> list[Cell]:
@@ -72,8 +70,8 @@ def _unproven(group: Group, differs: str) -> str:
     failed = _failed(group)
     if not failed:
         return ""
-    of = f" ({_plain(group.label)})" if differs else ""
-    return f"Unproven{of}: seed {', '.join(_plain(seed or 'as configured') for seed in failed)}."
+    of = f" ({html.escape(group.label)})" if differs else ""
+    return f"Unproven{of}: seed {', '.join(html.escape(seed or 'as configured') for seed in failed)}."
 
 
 def _quality(group: Group) -> list[Cell]:

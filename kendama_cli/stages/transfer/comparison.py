@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import html
 import math
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
@@ -70,8 +71,8 @@ def transfer_table(runs: Ensemble) -> str:
     )
     note = (f"Not learned: {'; '.join(failed)}. " if failed else "") + note
     head = (*_HEAD, *(word for _, word in also))
-    note = note.replace("&", "&amp;").replace("<", "&lt;")
-    return f'<h3>Further rollouts on each body</h3>{grid(head, rows, foot=foot)}<p class="note">{note}</p>'
+    table = grid(head, rows, foot=foot)
+    return f'<h3>Further rollouts on each body</h3>{table}<p class="note">{html.escape(note)}</p>'
 
 
 def _row(group: Group, also: Sequence[tuple[str, str]]) -> list[Cell]:
