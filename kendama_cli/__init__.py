@@ -8,6 +8,7 @@ See kendama_cli.api for what is exported; it is imported when first asked for, s
 
 from __future__ import annotations
 
+import os
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -34,6 +35,10 @@ if TYPE_CHECKING:
         runs,
         swing,
     )
+
+MOST_PIXELS = 1 << 26
+"""Of an image that is decoded; OpenCV reads its limit when it is imported, and has one of three gigabytes."""
+os.environ.setdefault("OPENCV_IO_MAX_IMAGE_PIXELS", str(MOST_PIXELS))
 
 __version__ = "0.2.0"
 __all__ = [

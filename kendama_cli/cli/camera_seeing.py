@@ -17,7 +17,8 @@ from kendama_cli.cli import render
 from kendama_cli.cli.output_file import refuse_output, write_output
 from kendama_cli.config.compose import composed
 from kendama_cli.config.site import Site
-from kendama_cli.devices.camera.boxes import image_files, labelled, read_boxes, read_image, read_labelled
+from kendama_cli.devices.camera.boxes import image_files, labelled, read_boxes, read_labelled
+from kendama_cli.devices.camera.pixels import read_image
 from kendama_cli.errors import InputError, UsageError
 from kendama_cli.pipeline.nodes import build_settings
 from kendama_cli.vision.ball_box import FEWEST_BOXES, BallBox, TaughtImage

@@ -100,13 +100,11 @@ def figures(values: Mapping[str, Any], most: int | None = None) -> str:
 
 
 def summary(record: RunRecord, next_step: str) -> None:
-    """How a run ended, in a few lines: each stage by its headline metrics, what warns, and what was read."""
+    """How a run ended, in a few lines: each stage by its headline metrics, then what warns."""
     for stage in record.stages:
         shown = {name: value for name, value in stage.metrics.items() if name != "warnings"}
         print(f"{stage.name:<9} {stage.status:<6} {stage.error or figures(shown, 6)}")
     for stage in record.stages:
         for warning in (stage.metrics.get("warnings") or "").splitlines():
             print(f"{stage.name:<9} warns  {warning}")
-    for line in record.read:
-        print(f"{'read':<16} {line}")
     print(f"run {record.run} {record.outcome}; {next_step}")

@@ -5,12 +5,11 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
-import numpy as np
-
 from kendama_cli.artifacts.policy import PolicyArtifact
 from kendama_cli.artifacts.transfer_result import TransferResult
 from kendama_cli.errors import InputError
 from kendama_cli.schema.artifacts import from_plain
+from kendama_cli.schema.unpacking import unpacked_arrays
 
 
 def load_policy(path: str) -> PolicyArtifact:
@@ -18,10 +17,9 @@ def load_policy(path: str) -> PolicyArtifact:
     remedy = "give the artifact.json that `kendama run --json` names for the stage learn or transfer"
     try:
         body = json.loads(Path(path).read_bytes())
-        with np.load(Path(path).with_name("arrays.npz"), allow_pickle=False) as archive:
-            arrays = {name: archive[name] for name in archive.files}
+        arrays = unpacked_arrays(Path(path).with_name("arrays.npz").read_bytes())
         found: PolicyArtifact | TransferResult = from_plain(PolicyArtifact | TransferResult, body, arrays)
         return found.policy if isinstance(found, TransferResult) else found
-    except Exception as error:  # zipfile, zlib and numpy raise many kinds for a spoiled archive, and name none of them
+    except Exception as error:  # many kinds, for what is no document, no archive or no policy
         problem = f"holds no policy ({type(error).__name__}: {' '.join(str(error).split())})"
         raise InputError(path, problem, remedy=remedy) from None

@@ -13,13 +13,18 @@ from typing import Any, BinaryIO
 from mcap.data_stream import ReadDataStream
 from mcap.exceptions import McapError
 from mcap.records import Channel, Chunk, Footer, Header, Message, Metadata, Schema
-from mcap.stream_reader import CRCValidationError, StreamReader, get_chunk_data_stream
+from mcap.stream_reader import CRCValidationError, StreamReader
 from zstandard import ZstdError
 
 from kendama_cli.errors import InputError
 from kendama_cli.log.container_summary import MAGIC
+from kendama_cli.schema.unpacking import OversizedError, check_size, unpacked_chunk
 
 REMEDY = "copy or record it again ('mcap recover' saves what is whole)"
+MOST_BYTES, GROWTH, MOST_UNREAD = 1 << 28, 4, 8
+"""A chunk may have so many bytes, or so many times the file's own; all chunks together more, as not all is kept."""
+RECORD_BYTES = 128
+"""What a message weighs besides its data."""
 _RECORD = struct.Struct("<BQ")
 _MESSAGE = struct.Struct("<HIQQ")  # channel, sequence, log time, publish time
 _MESSAGE_RECORD = 5
@@ -64,16 +69,23 @@ class Content:
 class _Reader:
     """Collects the records of one file into a Content."""
 
-    def __init__(self, topics: Collection[str] | None) -> None:
+    def __init__(self, topics: Collection[str] | None, most_bytes: int) -> None:
+        """``most_bytes``: of one chunk; what is kept may have twice as many."""
         self.content = Content()
+        self._most_bytes = most_bytes
+        self._plain_bytes = self._kept_bytes = 0
         self._topics = topics
         self._schemas: dict[int, Schema] = {}
 
     def add(self, record: Any) -> None:
         """Take one record at the top level of the file."""
         if isinstance(record, Chunk):
-            stream, length = get_chunk_data_stream(record, validate_crc=True)
-            self._records(stream.read(length))
+            plain = unpacked_chunk(record.data, record.compression, record.uncompressed_size, self._most_bytes)
+            self._plain_bytes += len(plain)
+            check_size(self._plain_bytes, MOST_UNREAD * self._most_bytes)
+            if record.uncompressed_crc and zlib.crc32(plain) != record.uncompressed_crc:
+                raise ValueError("the CRC of a chunk does not match")
+            self._records(plain)
             self.content.chunks += 1
         elif isinstance(record, Schema):
             self._schemas[record.id] = record
@@ -109,12 +121,16 @@ class _Reader:
         channel.first_ns = t_ns if channel.first_ns is None else min(channel.first_ns, t_ns)
         channel.last_ns = t_ns if channel.last_ns is None else max(channel.last_ns, t_ns)
         if self._topics is None or channel.topic in self._topics:
+            self._kept_bytes += len(data)
             channel.messages.append((t_ns, data))
 
     def _records(self, plain: bytes) -> None:
         """Take the records inside a chunk; five times as fast as the library's own loop."""
         offset = 0
         while offset < len(plain):
+            self._kept_bytes += RECORD_BYTES
+            if self._kept_bytes > 2 * self._most_bytes:
+                check_size(self._kept_bytes, 2 * self._most_bytes)
             kind, length = _RECORD.unpack_from(plain, offset)
             offset += _RECORD.size
             end = offset + length
@@ -140,12 +156,14 @@ def read_container(path: Path | str, topics: Collection[str] | None = None) -> C
             problem = f"not an MCAP file (its {size} bytes do not begin with the MCAP magic)"
             raise InputError(str(path), problem, remedy="name an MCAP file")
         file.seek(0)
-        reader = _Reader(topics)
+        reader = _Reader(topics, max(MOST_BYTES, GROWTH * size))
         try:
             for record in StreamReader(file, emit_chunks=True, validate_crcs=True, record_size_limit=size).records:
                 reader.add(record)
                 if isinstance(record, Footer):
                     _check_summary(file, record, size)
+        except OversizedError as wrong:
+            raise InputError(str(path), f"{wrong} of chunks", remedy="record the topics apart, or less long") from None
         except (
             McapError,
             CRCValidationError,

@@ -97,7 +97,10 @@ class Background:
 
 def _picture(path: Path, x_m: Array, z_m: Array) -> Array:
     """Linear reflectance (h, w, 3), red green blue, of a picture on the wall; mirrored on beyond its edges."""
-    picture = cv2.imread(str(path), cv2.IMREAD_COLOR_RGB)
+    try:
+        picture = cv2.imread(str(path), cv2.IMREAD_COLOR_RGB)
+    except cv2.error:  # beyond the limit that kendama_cli sets
+        picture = None
     if picture is None:
         raise InputError(str(path), "no picture that can be read", remedy="give a PNG or JPEG file")
     height, width = picture.shape[:2]

@@ -17,8 +17,9 @@ from typing import Any
 import numpy as np
 
 from kendama_cli.errors import FormatError, StoreError
+from kendama_cli.schema.unpacking import unpacked_arrays
 from kendama_cli.store import durable
-from kendama_cli.store.codecs import pack_arrays, unpack_arrays
+from kendama_cli.store.codecs import pack_arrays
 
 KEPT = 2
 """The newest, and one before it in case the newest is damaged later."""
@@ -110,7 +111,7 @@ def read_checkpoint(path: Path) -> Checkpoint | None:
         raise FormatError(str(path), "a checkpoint", number, FORMAT)
     end = _HEAD.size + log_bytes
     try:
-        arrays = unpack_arrays(content[end:])
+        arrays = unpacked_arrays(content[end:])
         meta = json.loads(arrays.pop("meta").tobytes())
     except (ValueError, KeyError):
         return None

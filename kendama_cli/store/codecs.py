@@ -17,6 +17,7 @@ import numpy as np
 
 from kendama_cli.errors import StageError, StoreError
 from kendama_cli.schema.artifacts import from_plain, to_plain, type_name
+from kendama_cli.schema.unpacking import MOST_ARRAYS_BYTES, check_size, unpacked_arrays
 from kendama_cli.store.durable import canonical_json
 
 
@@ -30,11 +31,12 @@ def save_artifact(declared: type, artifact: Any, folder: Path, what: str = "a st
     try:
         body, arrays = to_plain(declared, artifact)
         data = canonical_json(body) + b"\n"
+        packed = pack_arrays(arrays)
     except ValueError as error:  # text that is not UTF-8, too
         raise StageError(f"{what} gave a {type_name(declared)} that cannot be kept: {error}") from error
     (folder / "artifact.json").write_bytes(data)
     if arrays:
-        (folder / "arrays.npz").write_bytes(pack_arrays(arrays))
+        (folder / "arrays.npz").write_bytes(packed)
 
 
 def load_artifact(declared: Any, folder: Path) -> Any:
@@ -45,7 +47,7 @@ def load_artifact(declared: Any, folder: Path) -> Any:
     try:
         body = json.loads((folder / "artifact.json").read_bytes())
         packed = folder / "arrays.npz"
-        arrays = unpack_arrays(packed.read_bytes()) if packed.exists() else {}
+        arrays = unpacked_arrays(packed.read_bytes()) if packed.exists() else {}
         return from_plain(declared, body, arrays)
     except (OSError, ValueError, KeyError, TypeError, OverflowError, RecursionError) as error:
         raise StoreError(
@@ -54,7 +56,8 @@ def load_artifact(declared: Any, folder: Path) -> Any:
 
 
 def pack_arrays(arrays: Mapping[str, np.ndarray]) -> bytes:
-    """An ``.npz`` whose bytes depend on nothing but the arrays."""
+    """Return an ``.npz`` whose bytes depend on nothing but the arrays; raises ValueError for more than are unpacked."""
+    check_size(sum(one.nbytes for one in arrays.values()), MOST_ARRAYS_BYTES)
     buffer = io.BytesIO()
     with zipfile.ZipFile(buffer, "w", zipfile.ZIP_DEFLATED) as archive:
         for name in sorted(arrays):
@@ -63,12 +66,3 @@ def pack_arrays(arrays: Mapping[str, np.ndarray]) -> bytes:
             # ZipInfo's own default date, 1980-01-01: no clock in an artifact
             archive.writestr(zipfile.ZipInfo(f"{name}.npy"), member.getvalue(), zipfile.ZIP_DEFLATED, 3)
     return buffer.getvalue()
-
-
-def unpack_arrays(data: bytes) -> dict[str, np.ndarray]:
-    """The arrays of ``pack_arrays``; raises ValueError for anything else."""
-    try:
-        with np.load(io.BytesIO(data), allow_pickle=False) as archive:
-            return {name: archive[name] for name in archive.files}
-    except Exception as error:  # zipfile, zlib and numpy raise many kinds for a spoiled archive, and name none of them
-        raise ValueError(f"{type(error).__name__}: {error}") from error

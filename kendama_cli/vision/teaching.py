@@ -5,11 +5,11 @@ from __future__ import annotations
 import io
 from collections.abc import Sequence
 from dataclasses import dataclass
-from zipfile import BadZipFile
 
 import numpy as np
 from numpy.typing import NDArray
 
+from kendama_cli.schema.unpacking import unpacked_arrays
 from kendama_cli.vision.ball_box import TaughtImage, refuse_boxes
 from kendama_cli.vision.ball_patches import all_patches, median_radius_px
 from kendama_cli.vision.box_likeness import UNLIKE_SHARE, compared, odd_boxes, unlike_share
@@ -19,6 +19,8 @@ from kendama_cli.vision.patch_training import trained
 
 CLASSIFIERS = 3
 STEPS, ROUNDS = 1500, 3
+MOST_BYTES = 1 << 26
+"""Of all arrays of a taught ball; ours have some hundred kB."""
 
 
 @dataclass(frozen=True)
@@ -51,8 +53,7 @@ class TaughtBall:
     def from_bytes(content: bytes) -> TaughtBall:
         """Raises ValueError for what holds no taught ball."""
         try:
-            with np.load(io.BytesIO(content), allow_pickle=False) as file:
-                read = {name: np.asarray(file[name]) for name in file.files}
+            read = unpacked_arrays(content, MOST_BYTES)
             numbers = sorted({name.split("_")[0] for name in read} - {"radius"})
             made = TaughtBall(
                 float(read["radius_px"]),
@@ -67,7 +68,7 @@ class TaughtBall:
                 ),
             )
             known = all(np.isfinite(made.log_odds(np.zeros((1, COUNT), dtype=np.float32))))
-        except (KeyError, ValueError, TypeError, OSError, EOFError, BadZipFile) as wrong:
+        except (KeyError, ValueError, TypeError, OverflowError) as wrong:
             raise ValueError(f"no taught ball ({wrong})") from None
         if not (made.classifiers and known and 0 < made.radius_px < 1e5):
             raise ValueError("no taught ball (its numbers are not finite)")

@@ -7,12 +7,11 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import cv2
-import numpy as np
 
+from kendama_cli.devices.camera.pixels import read_image
 from kendama_cli.devices.camera.views import IMAGES
 from kendama_cli.errors import InputError
 from kendama_cli.vision.ball_box import BallBox, TaughtImage
-from kendama_cli.vision.interface import Image
 
 LAYOUT = (
     "boxes are YOLO text files (class, centre and size over the image's width and height) in labels/ beside images/"
@@ -75,15 +74,6 @@ def labelled(folder: Path) -> list[LabelledImage]:
                     str(label), "there is no image of its name", remedy="add the image to images/, or delete the file"
                 )
     return made
-
-
-def read_image(path: Path) -> Image:
-    """Pixels (h, w, 3), blue, green, red; raises InputError for what OpenCV cannot read."""
-    coded = np.fromfile(path, dtype=np.uint8)
-    pixels = cv2.imdecode(coded, cv2.IMREAD_COLOR) if len(coded) else None
-    if pixels is None:
-        raise InputError(str(path), "it is not an image that OpenCV can read", remedy="remove or convert it")
-    return np.asarray(pixels, dtype=np.uint8)
 
 
 def read_boxes(label: Path, width_px: int, height_px: int) -> tuple[BallBox, ...]:

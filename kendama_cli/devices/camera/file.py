@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kendama_cli.devices.camera.interface import Frame, RegionOfInterest, SceneSource, StaleFrame, too_old
+from kendama_cli.devices.camera.pixels import open_film, read_image
 from kendama_cli.devices.camera.settings_check import require_one_each
 from kendama_cli.errors import InputError
 from kendama_cli.schema.listed_file import listed_file
@@ -100,7 +101,7 @@ class FileCameraBlock:
 class _Video:
     def __init__(self, path: str, rate_hz: float | None) -> None:
         self._path, self._count = path, 0
-        self._capture = cv2.VideoCapture(path)
+        self._capture = open_film(path)
         if not self._capture.isOpened():
             raise InputError(
                 path, "OpenCV cannot open it as a video", remedy="convert it, e.g. to mp4, or check the file"
@@ -158,14 +159,7 @@ class _Images:
             raise InputError(self._path, f"t_s is {t_s} after {self._before}; times must rise", where=where)
         self._before = t_s
         image = listed_file(Path(self._path), row["file"] or "", where)
-        try:
-            coded = np.fromfile(image, dtype=np.uint8)
-        except OSError as error:
-            raise InputError(str(image), f"the image cannot be read ({_reason(error)})", where=where) from None
-        pixels = cv2.imdecode(coded, cv2.IMREAD_COLOR) if len(coded) else None
-        if pixels is None:
-            raise InputError(str(image), "it is not an image that OpenCV can read", where=where)
-        return t_s, np.asarray(pixels, dtype=np.uint8)
+        return t_s, read_image(image, where)
 
     def close(self) -> None:
         """Nothing is held."""

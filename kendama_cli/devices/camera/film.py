@@ -11,6 +11,7 @@ import cv2
 import numpy as np
 
 from kendama_cli.devices.camera.avi import read_avi
+from kendama_cli.devices.camera.pixels import open_film
 from kendama_cli.errors import InputError
 from kendama_cli.schema.arrays import Array
 from kendama_cli.vision.interface import Image
@@ -48,7 +49,7 @@ class Film:
                 remedy=f"give it the rate it was filmed at, e.g. ffmpeg -r 30 -i {path} {path.with_suffix('.mp4')}",
             )
         self.width_px, self.height_px = first[1].shape[1], first[1].shape[0]
-        capture = cv2.VideoCapture(str(path))
+        capture = open_film(path)
         self.turned_deg = round(capture.get(cv2.CAP_PROP_ORIENTATION_META)) % 360
         self.declared = max(round(capture.get(cv2.CAP_PROP_FRAME_COUNT)), 0)
         capture.release()
@@ -75,7 +76,7 @@ class Film:
 
     def _grabbed(self) -> Iterator[tuple[float, cv2.VideoCapture]]:
         """The time of each frame, and the capture that can decode it."""
-        capture = cv2.VideoCapture(str(self.path))
+        capture = open_film(self.path)
         damaged = self.avi is not None and self.avi.damaged_byte is not None
         known = self.avi.frames if self.avi is not None and damaged else None
         try:

@@ -9,6 +9,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from kendama_cli.devices.camera.pixels import open_film, read_image
 from kendama_cli.errors import InputError
 
 IMAGES = (".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff")
@@ -59,13 +60,9 @@ def read_views(sources: Sequence[Path]) -> Iterator[tuple[str, NDArray[np.uint8]
 
 def _images(source: Path) -> Iterator[tuple[str, NDArray[np.uint8]]]:
     if source.suffix.lower() in IMAGES:
-        coded = np.fromfile(source, dtype=np.uint8)
-        pixels = cv2.imdecode(coded, cv2.IMREAD_COLOR) if len(coded) else None
-        if pixels is None:
-            raise InputError(str(source), "it is not an image that OpenCV can read", remedy="remove or convert it")
-        yield source.stem, np.asarray(pixels, dtype=np.uint8)
+        yield source.stem, read_image(source)
         return
-    capture = cv2.VideoCapture(str(source))
+    capture = open_film(source)
     count = int(capture.get(cv2.CAP_PROP_FRAME_COUNT)) if capture.isOpened() else 0
     wanted = set(np.linspace(0, max(count - 1, 0), min(max(count, 1), FROM_VIDEO)).round().astype(int).tolist())
     shown = 0

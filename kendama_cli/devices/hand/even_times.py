@@ -29,14 +29,14 @@ def even_times(stamps_s: Array) -> Array | None:
     those after them are on the line again, so that none can be missing.
     """
     steps = np.diff(stamps_s)
-    usual = float(np.median(steps)) or float(np.mean(steps))  # coarse stamps: every other step is none
+    usual = float(np.median(steps))
     if len(stamps_s) < FEWEST or not usual > 0:
         return None
     counted = np.arange(len(stamps_s))
     rounded = np.concatenate([[0], np.cumsum(np.maximum(np.rint(steps / usual), 1))])
     stalled = _stalled(counted, stamps_s)
     used = ~stalled
-    numberings = (counted,) if stalled.any() or steps.min() <= 0 else (counted, rounded)
+    numberings = (counted,) if stalled.any() else (counted, rounded)
     lines = [_line(numbers, stamps_s, used) for numbers in numberings]
     best = int(np.argmin([np.std(line - stamps_s) for line in lines]))
     period_s = float(np.diff(lines[best]).min())

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kendama_cli.devices.camera.calibration import camera_model, read_calibration
+from kendama_cli.devices.camera.pixels import open_film
 from kendama_cli.devices.hand.file import RecordedHand, hands_of
 from kendama_cli.devices.hand.recording import Recording
 from kendama_cli.devices.hand.segments import checked_swings
@@ -121,7 +122,7 @@ def _frames(path: str, rate_hz: float | None) -> Iterator[tuple[float, NDArray[n
     """Stamps and pictures; where no rate is declared, the film's own stamps (they may be uneven) or rate."""
     if not Path(path).is_file():
         raise InputError(path, "no such file", remedy="set capture.path to a film, a glob or a list of them")
-    film = cv2.VideoCapture(path)
+    film = open_film(path)
     try:
         if not film.isOpened():
             raise InputError(path, "OpenCV cannot open it as a film", remedy="convert it, e.g. to mp4")

@@ -10,6 +10,7 @@ from typing import Any
 from kendama_cli.devices.hand.tracks.body_track import BodyTrack
 from kendama_cli.devices.hand.tracks.poses import OF_ROS, PoseTracks
 from kendama_cli.errors import InputError, MissingPartError, install_line
+from kendama_cli.system.limits import bounded
 
 
 def read_bag(path: Path) -> list[BodyTrack]:
@@ -22,7 +23,7 @@ def read_bag(path: Path) -> list[BodyTrack]:
     found = PoseTracks()
     topics: dict[str, str] = {}
     try:
-        with highlevel.AnyReader([path], default_typestore=store) as bag:
+        with bounded(), highlevel.AnyReader([path], default_typestore=store) as bag:
             topics = {one.topic: f"{one.msgtype}, {one.msgcount}" for one in bag.connections}
             chosen = [one for one in bag.connections if one.msgtype in OF_ROS]
             # no connections would mean all of them
@@ -30,8 +31,9 @@ def read_bag(path: Path) -> list[BodyTrack]:
             for number, (link, log_ns, data) in enumerate(messages, start=1):
                 poses = OF_ROS[str(link.msgtype)](bag.deserialize(data, link.msgtype))
                 found.add(link.topic, number, log_ns, poses)
-    except (highlevel.AnyReaderError, OSError, ValueError, KeyError, AssertionError) as wrong:
-        raise InputError(str(path), f"cannot be read as a ROS bag ({wrong})", remedy="record it again") from None
+    except (highlevel.AnyReaderError, OSError, ValueError, KeyError, AssertionError, MemoryError, RuntimeError) as bad:
+        problem = f"cannot be read as a ROS bag ({str(bad) or type(bad).__name__})"
+        raise InputError(str(path), problem, remedy="record it again") from None
     bodies = found.bodies()
     if not bodies:
         listed = ", ".join(f"{topic} ({kind})" for topic, kind in sorted(topics.items())) or "none"
