@@ -76,7 +76,9 @@ class RadialLens:
         if not self.distortion.any():
             return np.asarray((pixels - self.center_px) / self.focal_px)
         stop = (cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, 40, 1e-12)
-        found = cv2.undistortPoints(pixels.reshape(-1, 1, 2), self.matrix, self.distortion, criteria=stop)
+        # OpenCV 4 takes the criterion in a function of its own, OpenCV 5 in the only one that it has
+        undistorted = getattr(cv2, "undistortPointsIter", None) or cv2.undistortPoints
+        found = undistorted(pixels.reshape(-1, 1, 2), self.matrix, self.distortion, R=None, P=None, criteria=stop)
         return np.asarray(found, dtype=np.float64).reshape(-1, 2)
 
     def straight(self, u: float, v: float) -> Straight:
