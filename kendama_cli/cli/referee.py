@@ -25,9 +25,8 @@ from kendama_cli.pipeline.report import REFEREE_LOG
 from kendama_cli.schema.arrays import Array
 from kendama_cli.settings.game import GameSettings
 from kendama_cli.simulation.referee.chain import CHAIN_KG, Body, mujoco
-from kendama_cli.simulation.referee.cup_track import CupTrack
+from kendama_cli.simulation.referee.cup_track import CupTrack, swing_slack_s
 from kendama_cli.simulation.referee.replay import replay
-from kendama_cli.simulation.referee.swing_slack import swing_slack_s
 from kendama_cli.stages.referee.messages import TOPICS, RefereeMessage
 from kendama_cli.store import durable
 

@@ -12,19 +12,43 @@ from typing import Any
 
 from hydra import compose, initialize_config_dir
 from hydra._internal.config_loader_impl import ConfigLoaderImpl
+from hydra.core.config_search_path import ConfigSearchPath, SearchPathQuery
 from hydra.core.override_parser.overrides_parser import OverridesParser
+from hydra.core.plugins import Plugins
 from hydra.errors import OverrideParseException
+from hydra.plugins.search_path_plugin import SearchPathPlugin
 from omegaconf import DictConfig, OmegaConf
 
 from kendama_cli.config.folders import configuration_files, group_options, groups
 from kendama_cli.config.quick_yaml import quick_yaml
-from kendama_cli.config.search_path import further_folders
 from kendama_cli.config.site import Site
 from kendama_cli.config.surroundings import Environment, recorded
 from kendama_cli.errors import ConfigError
 from kendama_cli.pipeline.unchanged import environment_now, settled, stamps
 from kendama_cli.schema.plain_yaml import TooMuchError, check_plain, check_yaml, load_yaml
 from kendama_cli.schema.settings import nearest, unknown_key
+
+
+class FurtherFolders(SearchPathPlugin):
+    """Puts ``folders`` behind the folder that Hydra was initialised with, before the schema; Hydra constructs it."""
+
+    folders: tuple[Path, ...] = ()
+
+    def manipulate_search_path(self, search_path: ConfigSearchPath) -> None:
+        """Called by Hydra while it is initialised."""
+        for folder in reversed(self.folders):
+            search_path.append("kendama", f"file://{folder}", anchor=SearchPathQuery(provider="main"))
+
+
+@contextlib.contextmanager
+def further_folders(folders: Sequence[Path]) -> Iterator[None]:
+    """Have Hydra look into ``folders`` too, in this order, when it is initialised meanwhile."""
+    Plugins.instance().register(FurtherFolders)
+    FurtherFolders.folders = tuple(folders)
+    try:
+        yield
+    finally:
+        FurtherFolders.folders = ()
 
 
 def parse_overrides(overrides: list[str]) -> list[Any]:

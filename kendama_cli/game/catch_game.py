@@ -1,20 +1,60 @@
-"""A whole game, and its second half: the free flight observed, the cup brought to where the ball comes down."""
+"""A whole game, and its second half: the flight observed, the cup brought to where the ball comes down, and did."""
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
 
 from kendama_cli.game.catch_controller import CatchController
 from kendama_cli.game.catch_geometry import CatchGeometry
-from kendama_cli.game.crossing import Crossing, find_crossing
 from kendama_cli.game.cup_cart import CartStep, CupCart
 from kendama_cli.game.flight_observer import CatchPrediction, FlightObserver, ObservationLog
 from kendama_cli.game.outcome import CatchOutcome, catch_outcome, held
 from kendama_cli.game.settings import CatchSettings
 from kendama_cli.game.swing_up import SwingUpRollout
+from kendama_cli.physics.rim_crossing import falls
+from kendama_cli.schema.arrays import Array
 from kendama_cli.settings.game import GameSettings
+
+FEWEST_SAMPLES = 20
+"""Samples from which a parabola is fitted."""
+
+
+@dataclass(frozen=True)
+class Crossing:
+    """When and where (3,) the ball really fell through the rim plane."""
+
+    t_s: float
+    place_m: Array
+
+
+def find_crossing(path: Array, height_m: float, free_s: float) -> Crossing | None:
+    """Where a sampled path (n, 4) of t, x, y, z first falls through ``height_m`` after ``free_s``.
+
+    By a parabola through the samples from then on up to the crossing, which takes their noise out; on the straight
+    line between the two samples about it where there are few.
+    """
+    path = path[path[:, 0] >= free_s]
+    height = path[:, 3] - height_m
+    fallen = np.flatnonzero(falls(height[:-1], height[1:]))
+    if not len(fallen):
+        return None
+    last = int(fallen[0])
+    before, after = path[last], path[last + 1]
+    straight = before + (before[3] - height_m) / (before[3] - after[3]) * (after - before)
+    if last < FEWEST_SAMPLES:
+        return Crossing(float(straight[0]), straight[1:])
+    s = path[: last + 1, 0] - before[0]
+    curves = np.polynomial.polynomial.polyfit(s, path[: last + 1, 1:], 2)
+    z0, fall, bend = curves[0, 2] - height_m, curves[1, 2], curves[2, 2]
+    root = fall * fall - 4 * bend * z0
+    if root < 0:
+        return Crossing(float(straight[0]), straight[1:])
+    late = (-fall - math.sqrt(root)) / (2 * bend)
+    return Crossing(float(before[0] + late), curves[0] + late * (curves[1] + late * curves[2]))
+
 
 REST_S = 0.1
 """A game ends with the cup commanded to rest for so long: with whatever lag, the arm then does."""

@@ -17,17 +17,60 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.interpolate import CubicSpline
+from scipy.signal import fftconvolve, savgol_coeffs
 
 from kendama_cli.motion.basis import Basis, activations
 from kendama_cli.motion.moving_goal import goal_path
 from kendama_cli.motion.phase import phase
 from kendama_cli.motion.position_fit import Ends, Operator, even_operator, operator, project, solve_positions
-from kendama_cli.motion.resampling import TrimmedDemonstration
+from kendama_cli.motion.resampling import MIN_SAMPLES, TrimmedDemonstration
 from kendama_cli.motion.settings import EncodeSettings
 from kendama_cli.schema.arrays import Array
 
+
+@dataclass(frozen=True)
+class Derivatives:
+    """Smoothed positions, and derivatives by s, at even shares (n,); arrays are (n, k) [m]."""
+
+    share: Array
+    position: Array
+    rate: Array
+    second: Array
+
+
+def derivatives(demonstration: TrimmedDemonstration, smoothing_s: float) -> Derivatives:
+    """Position and its derivatives by s, by local cubics (Savitzky-Golay) over ``smoothing_s`` of even samples."""
+    n = len(demonstration.position_m)
+    grid = np.linspace(0.0, 1.0, n)
+    even = (
+        demonstration.position_m
+        if demonstration.even
+        else np.asarray(CubicSpline(demonstration.share, demonstration.position_m, axis=0)(grid))
+    )
+    wanted = max(MIN_SAMPLES, 2 * round(smoothing_s / demonstration.duration_s * (n - 1) / 2) + 1)
+    window = min(wanted, n if n % 2 else n - 1)
+    return Derivatives(grid, *(_local_cubic(even, window, order, 1.0 / (n - 1)) for order in range(3)))
+
+
+def _local_cubic(position: Array, window: int, order: int, step: float) -> Array:
+    """The ``order``-th derivative of even samples (n, k); at the ends that of the first and last window's cubic.
+
+    By fast convolution, so that the effort grows with the samples and hardly with the window.
+    """
+    kernel = savgol_coeffs(window, 3, deriv=order, delta=step)[:, None]
+    made = fftconvolve(position, kernel, mode="same", axes=0)
+    half = window // 2
+    at = (np.arange(window) - half) * step
+    for samples, ends in ((slice(0, window), slice(0, half)), (slice(-window, None), slice(-half, None))):
+        cubic = np.polynomial.polynomial.polyfit(at, position[samples], 3)
+        slope = np.polynomial.polynomial.polyder(cubic, order)
+        made[samples][ends] = np.polynomial.polynomial.polyval(at[ends], slope).T
+    return np.asarray(made)
+
+
 if TYPE_CHECKING:
-    from kendama_cli.motion.local_cubics import Derivatives
+    from kendama_cli.motion.encoding import Derivatives
 
 
 def target_force(motion: Derivatives, goal: Array, goal_rate: Array, basis: Basis) -> Array:
@@ -196,7 +239,7 @@ class _ForceFit:
 
 def _fit_force(demonstration: TrimmedDemonstration, basis: Basis, settings: EncodeSettings) -> _ForceFit:
     """y0, y0', g, g' from the local cubics at the ends, weights from f; (4 + m, c)."""
-    from kendama_cli.motion.local_cubics import derivatives  # noqa: PLC0415 - scipy.signal, half a second to import
+    from kendama_cli.motion.encoding import derivatives  # noqa: PLC0415 - scipy.signal, half a second to import
 
     motion = derivatives(demonstration, settings.smoothing_s)
     nothing = np.zeros(motion.position.shape[1])

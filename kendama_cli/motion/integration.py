@@ -58,12 +58,6 @@ class Solution:
         rate = u - self.frequency * y
         return State(y, rate, drive - 2 * self.frequency * rate - self.frequency**2 * y)
 
-    def at_nodes(self) -> State:
-        """The state at the nodes, which needs no step."""
-        y, u = self.nodes[:, 0], self.nodes[:, 1]
-        rate = u - self.frequency * y
-        return State(y, rate, self.driven - 2 * self.frequency * rate - self.frequency**2 * y)
-
 
 def solve(drive: Drive, start: Array, start_rate: Array, frequency: float, steps: int) -> Solution:
     """Integrate y'' + 2 w y' + w^2 y = r(s) over s = 0 .. 1 with ``steps`` classical Runge-Kutta steps of order 4.

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from kendama_cli.motion.rotation import inverse, logarithm, multiply
+from kendama_cli.motion.rotation_matrix import matrix_of
 from kendama_cli.schema.arrays import Array
 
 LEAST_TURN_RAD = np.radians(20)
@@ -39,7 +40,7 @@ def calibrate_pivot(position_m: Array, rotation_wxyz: Array) -> Pivot:
     kept = np.ones(len(position_m), dtype=bool)
     for _ in range(2):
         system = np.zeros((3 * int(kept.sum()), 6))
-        for row, rotation in enumerate(_matrices(rotation_wxyz[kept])):
+        for row, rotation in enumerate(matrix_of(rotation_wxyz[kept])):
             system[3 * row : 3 * row + 3] = np.hstack((rotation, -np.eye(3)))
         target = -position_m[kept].ravel()
         found = np.asarray(np.linalg.lstsq(system, target, rcond=None)[0], dtype=np.float64)
@@ -49,14 +50,3 @@ def calibrate_pivot(position_m: Array, rotation_wxyz: Array) -> Pivot:
         sigma = np.sqrt(np.diag(np.linalg.inv(system.T @ system))[:3]) * rms_m / np.sqrt(3)
         kept[np.flatnonzero(kept)[left > OUTLIER * max(rms_m, 1e-9)]] = False
     return Pivot(found[:3], found[3:], rms_m, sigma, used)
-
-
-def _matrices(rotation_wxyz: Array) -> Array:
-    w, x, y, z = rotation_wxyz.T
-    return np.array(
-        [
-            [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
-            [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
-            [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
-        ]
-    ).transpose(2, 0, 1)

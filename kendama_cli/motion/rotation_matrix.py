@@ -32,16 +32,17 @@ def quaternion_of(rotation: Array) -> Array:
 
 
 def matrix_of(rotation_wxyz: ArrayLike) -> Array:
-    """The rotation matrix (3, 3) of a quaternion (4,), which is normalised first."""
+    """The rotation matrix (3, 3) of a quaternion (4,), or those (n, 3, 3) of (n, 4), which are normalised first."""
     q = np.array(rotation_wxyz, dtype=np.float64)
-    w, x, y, z = q / np.linalg.norm(q)
-    return np.array(
+    w, x, y, z = q.T / np.linalg.norm(q, axis=-1 if q.ndim > 1 else None)
+    made = np.array(
         [
             [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
             [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
             [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
         ]
     )
+    return made if q.ndim == 1 else made.transpose(2, 0, 1)
 
 
 def log_of(rotation: Array) -> Array:

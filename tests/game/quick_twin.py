@@ -8,8 +8,8 @@ from collections import deque
 
 import numpy as np
 
-from kendama_cli.devices.robot.imperfect_tracking import ImperfectTracking
 from kendama_cli.devices.robot.interface import Exchange, JointCommand, RobotState, SceneState
+from kendama_cli.devices.robot.simulated import ImperfectTracking
 from kendama_cli.robot_model.limits import JointLimits
 from kendama_cli.schema.arrays import Array
 from kendama_cli.settings.game import GameSettings

@@ -7,9 +7,9 @@ import dataclasses
 import numpy as np
 import pytest
 
+from kendama_cli.game.catch_controller import TiltPlan
 from kendama_cli.game.cup_tilt import CupTilt, TiltingArm
 from kendama_cli.game.settings import CatchSettings
-from kendama_cli.game.tilt_plan import TiltPlan
 from kendama_cli.robot_model.model import RobotModel
 from kendama_cli.simulation.placement.placement import CupLine
 from tests.game.observed_games import TRANSFER

@@ -9,8 +9,8 @@ import pytest
 
 from kendama_cli.artifacts.policy import PolicyArtifact
 from kendama_cli.devices.robot.remote import UdpRobot
+from kendama_cli.game.catch_game import find_crossing
 from kendama_cli.game.catch_geometry import make_catch_geometry
-from kendama_cli.game.crossing import find_crossing
 from kendama_cli.game.flight_observer import MarkerObserver
 from kendama_cli.game.game_runner import GameRunner
 from kendama_cli.game.imitation import tempos

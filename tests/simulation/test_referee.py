@@ -24,9 +24,8 @@ from kendama_cli.report.source import StageLog
 from kendama_cli.schema.settings import build
 from kendama_cli.settings.game import CupSettings, GameSettings, LinearAir
 from kendama_cli.simulation.referee.chain import CHAIN_KG, LINKS, STEP_S, Body, chain_model, mujoco
-from kendama_cli.simulation.referee.cup_track import CupTrack
+from kendama_cli.simulation.referee.cup_track import CupTrack, swing_slack_s
 from kendama_cli.simulation.referee.replay import Replay, replay
-from kendama_cli.simulation.referee.swing_slack import swing_slack_s
 from kendama_cli.stages.referee.messages import RefereeMessage
 from kendama_cli.stages.referee.performance import replay as performances
 from tests.shipped_conf import plain

@@ -3,31 +3,92 @@
 from __future__ import annotations
 
 import dataclasses
+import math
+from collections.abc import Sequence
 
 import numpy as np
 
-from kendama_cli.devices.robot.command_path import path_between
-from kendama_cli.devices.robot.imperfect_tracking import ImperfectTracking
 from kendama_cli.devices.robot.interface import (
+    BodyPose,
+    ContactTruth,
     Exchange,
     JointCommand,
     RobotState,
+    SceneState,
     TorqueExchange,
 )
 from kendama_cli.devices.robot.limiter import ABSURD_FACTOR, ABSURD_RAD, check_command, check_values, nearest_command
-from kendama_cli.devices.robot.simulated_truth import true_contact, true_scene
 from kendama_cli.devices.robot.task import Task
 from kendama_cli.errors import HardwareError
+from kendama_cli.motion.hermite import cubic_between
 from kendama_cli.motion.impedance import JointTorque
 from kendama_cli.motion.task_settings import InteractionTask
 from kendama_cli.schema.arrays import Array
 from kendama_cli.settings.game import GameSettings
 from kendama_cli.settings.robot import Imperfection, RobotSettings
 from kendama_cli.settings.scene import StaticBody
-from kendama_cli.simulation.dart.backlash import Backlash
-from kendama_cli.simulation.dart.drive_delay import DriveDelay
+from kendama_cli.simulation.dart.drive_delay import Backlash, DriveDelay, Reference
 from kendama_cli.simulation.dart.world import STEP_S, ArmWorld
 from kendama_cli.simulation.dart.world_errors import WorldErrors
+
+
+class ImperfectTracking:
+    """Tells places (k, 3) of k markers, one reading every ``period_s``; all errors are drawn from ``rng``.
+
+    To white noise comes an error of the same size at all times that forgets itself over ``drift_s``:
+
+        e' = a e + sqrt(1 - a^2) drift_m n,   a = exp(-period_s / drift_s), n standard normal
+
+    Then the reading is told ``tracking_delay_s`` late, or, where it is lost, the one before it again.
+    """
+
+    def __init__(self, errors: Imperfection, period_s: float, rng: np.random.Generator) -> None:
+        self._errors, self._rng = errors, rng
+        self._keep = math.exp(-period_s / errors.drift_s)
+        self._late = round(errors.tracking_delay_s / period_s)
+        self._drift: Array | None = None
+        self._waiting: list[Array] = []
+
+    def told(self, places_m: Array) -> Array:
+        """What is told (k, 3) when the markers are at ``places_m`` (k, 3)."""
+        made, rng = self._errors, self._rng
+        if made.ball_noise_m > 0:
+            places_m = places_m + rng.normal(0.0, made.ball_noise_m, places_m.shape)
+        if made.drift_m > 0:
+            new = rng.normal(0.0, made.drift_m, places_m.shape)
+            self._drift = new if self._drift is None else self._keep * self._drift + math.sqrt(1 - self._keep**2) * new
+            places_m = places_m + self._drift
+        lost = made.tracking_lost_share > 0 and rng.uniform() < made.tracking_lost_share
+        self._waiting.append(self._waiting[-1] if lost and self._waiting else places_m)
+        del self._waiting[: -self._late - 1]
+        return self._waiting[0]
+
+
+def true_scene(world: ArmWorld) -> SceneState:
+    """Joints, cup and ball of a game."""
+    place = world.body.cup.getWorldTransform()
+    return SceneState(
+        np.array(world.position_rad),
+        np.array(world.ball.tie_m),
+        np.array(place.rotation()),
+        np.array(world.ball.position_m),
+    )
+
+
+def true_contact(world: ArmWorld, moving: Sequence[str]) -> ContactTruth:
+    """What the probe touches, and where the scene's ``moving`` bodies are."""
+    places = [(name, world.scene.bodies[name].getWorldTransform()) for name in moving]
+    poses = [BodyPose(name, np.array(one.translation()), np.array(one.rotation())) for name, one in places]
+    return ContactTruth(world.sensor.touched, tuple(poses))
+
+
+def path_between(last: JointCommand, sent: JointCommand, *, steps: int, step_s: float) -> list[Reference]:
+    """The reference at the end of every step: the cubic through both commands, the added torque on a line."""
+    path = cubic_between(
+        (last.position_rad, last.velocity_rad_s), (sent.position_rad, sent.velocity_rad_s), steps=steps, step_s=step_s
+    )
+    share = np.arange(1, steps + 1)[:, None] / steps
+    return list(zip(*path, last.effort_nm + share * (sent.effort_nm - last.effort_nm), strict=True))
 
 
 class SimulatedRobot:

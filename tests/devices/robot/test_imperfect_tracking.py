@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from kendama_cli.devices.robot.imperfect_tracking import ImperfectTracking
+from kendama_cli.devices.robot.simulated import ImperfectTracking
 from kendama_cli.schema.arrays import Array
 from kendama_cli.settings.robot import Imperfection
 from tests.devices.robot.test_simulated import PERFECT
