@@ -64,7 +64,6 @@ def camera_calibrate(
     board_at: Annotated[
         str, typer.Option(metavar="X,Y,Z", help="The world's place [m] of the board's middle in the first view.")
     ] = "0,0,0",
-    lens: Annotated[str, typer.Option(metavar="KIND", help="radial, or fisheye where straight lines bow.")] = "radial",
     as_json: Json = False,
 ) -> None:
     """Calibrate one or several cameras from views of a ChArUco board.
@@ -72,9 +71,9 @@ def camera_calibrate(
     Views of one name (or one place in their videos) were taken at one moment. In the first view of the first camera the
     board lies print up, its rows along the world's x.
     """
-    from kendama_cli.cli.camera_work import CalibrationRequest, board_of, calibrate_cameras, lens_of  # OpenCV
+    from kendama_cli.cli.camera_work import CalibrationRequest, board_of, calibrate_cameras  # OpenCV
 
-    request = CalibrationRequest(board_of(squares, square_mm, marker_mm), tuple(paths), board_at, lens_of(lens))
+    request = CalibrationRequest(board_of(squares, square_mm, marker_mm), tuple(paths), board_at)
     calibrate_cameras(request, output, as_json=as_json)
 
 
@@ -173,10 +172,6 @@ def camera_detect(
     detect_balls(images, output, options, score, as_json=as_json)
 
 
-ReadoutFile = Annotated[
-    Path | None,
-    typer.Option(metavar="FILE", help="Find rolling shutters' readouts from the flights: the calibration with them."),
-]
 SelfTraining = Annotated[
     bool,
     typer.Option(
@@ -220,7 +215,6 @@ def camera_track(
     same_clock: Annotated[
         bool, typer.Option("--same-clock", help="The films begin at one moment; else that is found from the ball.")
     ] = False,
-    readout: ReadoutFile = None,
     overlay: Annotated[
         Path | None, typer.Option(metavar="FILM", help="The first film with the track drawn in (.webm).")
     ] = None,
@@ -239,7 +233,7 @@ def camera_track(
         videos,
         output,
         seeing,
-        TrackOptions(calibration, ball_mm, rope_mm, tuple(box or ()), same_clock, readout, overlay, self_training),
+        TrackOptions(calibration, ball_mm, rope_mm, tuple(box or ()), same_clock, overlay, self_training),
         as_json=as_json,
     )
 

@@ -11,7 +11,6 @@ from typing import Any
 import numpy as np
 
 from kendama_cli.cli import render
-from kendama_cli.cli.camera_readout import find_readouts, refuse_readout, write_readouts
 from kendama_cli.cli.camera_seeing import SeeingOptions, open_seeing
 from kendama_cli.cli.film_tracking import checked_length, tracked
 from kendama_cli.cli.output_file import refuse_output
@@ -36,7 +35,6 @@ class TrackOptions:
     rope_mm: float | None
     boxes: tuple[str, ...]
     same_clock: bool
-    readout: Path | None
     overlay: Path | None
     self_training: bool
 
@@ -49,7 +47,6 @@ def track_films(
     Raises UsageError or InputError, with nothing written, where films, calibration and boxes do not fit together.
     """
     refuse_track(output)
-    refuse_readout(options.readout, options.calibration)
     if options.overlay is not None:
         refuse_output(options.overlay, "it is written as WebM", ".webm", option="--overlay")
     boxes = [_box(text) for text in options.boxes]
@@ -61,18 +58,12 @@ def track_films(
         tracked(film, frames, opened, calibrated=bool(cameras), self_training=options.self_training)
         for film, frames in zip(films, lengths, strict=True)
     ]
-    readouts = None
-    if options.readout is not None and options.calibration is not None:
-        radius_m = None if options.ball_mm is None else options.ball_mm / 2e3
-        readouts = find_readouts(tracks, cameras, same_clock=options.same_clock, ball_radius_m=radius_m)
-        cameras = readouts.cameras
-        write_readouts(options.calibration, options.readout, cameras)
     tracks = [one.exposed(camera) for one, camera in zip(tracks, cameras, strict=True)] if cameras else tracks
     positions = _positions(paths, tracks, cameras, options)
     write_track(output, tracks, positions)
     if options.overlay is not None:
         draw_track(films[0], tracks[0], options.overlay)
-    document = _document(output, tracks, positions) | ({"readout": readouts.document()} if readouts else {})
+    document = _document(output, tracks, positions)
     if as_json:
         render.document(document)
         return
@@ -80,7 +71,7 @@ def track_films(
     render.text(f"{output}: {document['rows']} rows, in {unit}")
     for name, offset in document["offset_s"].items():
         render.text(f"{name}: its clock is {1e3 * offset:.1f} ms ahead of that of {films[0].name}")
-    for line in (*_depth_lines(positions, options), *(readouts.lines() if readouts else ())):
+    for line in _depth_lines(positions, options):
         render.text(line)
 
 
@@ -119,11 +110,11 @@ def _cameras(films: Sequence[Film], options: TrackOptions) -> list[CameraModel]:
                 f"it has {size}, but camera '{entry.name}' was calibrated with {calibrated}",
                 remedy="film and calibrate in one resolution and orientation",
             )
-        if film.turned_deg in (90, 270) and (options.readout is not None or entry.readout_s):
+        if film.turned_deg in (90, 270) and entry.readout_s:
             raise InputError(
                 str(film.path),
                 f"it is turned by {film.turned_deg}° as its metadata says, so its shutter's lines are columns",
-                remedy="film with the camera level, or leave out --readout and readout_s",
+                remedy="film with the camera level, or leave out readout_s",
             )
     return [camera_model(entry) for entry in chosen]
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import get_args
 
 import numpy as np
 import yaml
@@ -22,8 +21,6 @@ from kendama_cli.errors import InputError, StageError, UsageError
 from kendama_cli.pipeline.inputs import resolve_files
 from kendama_cli.pipeline.nodes import build_settings
 from kendama_cli.rendering.pictures import as_png, calibration_picture, check_picture
-from kendama_cli.schema.settings import nearest
-from kendama_cli.settings.camera import LensKind
 from kendama_cli.vision.calibration import Board, BoardView, CalibratedCamera, calibrate, find_board
 from kendama_cli.vision.colour import learn_from_clicks
 
@@ -32,12 +29,11 @@ PRINT_DPI = 300
 
 @dataclass(frozen=True)
 class CalibrationRequest:
-    """The board, images by camera, where the board lies in the first of them, and what lens the cameras have."""
+    """The board, images by camera, and where the board lies in the first of them."""
 
     board: Board
     paths: tuple[Path, ...]
     board_at: str
-    lens: LensKind
 
 
 def board_of(squares: str, square_mm: float, marker_mm: float) -> Board:
@@ -54,15 +50,6 @@ def draw_board(board: Board, output: Path) -> None:
     """Write the picture to print."""
     _write_png(output, board.picture(round(board.square_m / 0.0254 * PRINT_DPI)))
     render.text(f"{output}: print it at {PRINT_DPI} dpi, glue it on something flat, and measure a square")
-
-
-def lens_of(name: str) -> LensKind:
-    """The kind of lens called ``name``; raises UsageError where there is none."""
-    kinds: tuple[LensKind, ...] = get_args(LensKind)
-    for kind in kinds:
-        if kind == name:
-            return kind
-    raise UsageError(f"--lens {name}: allowed are {', '.join(kinds)}{nearest(name, kinds)}")
 
 
 def calibrate_cameras(request: CalibrationRequest, output: Path, *, as_json: bool) -> None:
@@ -87,7 +74,7 @@ def calibrate_cameras(request: CalibrationRequest, output: Path, *, as_json: boo
     if any(view.legacy for seen in views.values() for view in seen):
         render.note("the board has the pattern of OpenCV before 4.6, its first square white")
     try:
-        made = calibrate(board, views, sizes, centre_m, request.lens)
+        made = calibrate(board, views, sizes, centre_m)
     except ValueError as error:
         raise InputError(", ".join(map(str, paths)), str(error)) from None
     document = calibration_document(board, made)

@@ -31,7 +31,7 @@ def _camera(model: CameraModel, origin_m: Array) -> list[Solid]:
     turn = model.world_to_camera.T
     ahead, wxyz = turn[:, 2], quaternion_of(turn)
     right, low = model.width_px - 0.5, model.height_px - 0.5
-    corners = model.image_rays([(-0.5, -0.5), (right, -0.5), (right, low), (-0.5, low)])
+    corners = model.rays([(-0.5, -0.5), (right, -0.5), (right, low), (-0.5, low)])
     far = [place + SEEN_M * corner for corner in corners]
     wires = [*((place, end) for end in far), *pairwise([*far, far[0]])]
     return [

@@ -57,17 +57,14 @@ def _background(
 class Background:
     """What each pixel sees where no body stands before it.
 
-    ``rays`` and ``points`` (h, w, 3): the pixel's ray, as ``CameraModel.image_rays`` has it, and where it ends;
-    ``unlit`` (h, w, 3) its light without lamps, ``lit`` (lamps, h, w, 3) what each unhidden lamp of strength 1 adds;
-    ``dark`` (h, w) where a fisheye lens lets no light through, None where all pixels see something.
+    ``rays`` and ``points`` (h, w, 3): the pixel's ray, as ``CameraModel.rays`` has it, and where it ends;
+    ``unlit`` (h, w, 3) its light without lamps, ``lit`` (lamps, h, w, 3) what each unhidden lamp of strength 1 adds.
     """
 
     def __init__(self, model: CameraModel, appearance: AppearanceSettings, lighting: LightingSettings) -> None:
         columns, rows = np.meshgrid(np.arange(model.width_px), np.arange(model.height_px))
         pixels = np.column_stack([columns.ravel(), rows.ravel()]).astype(np.float64)
-        self.rays: Array = np.ascontiguousarray(model.image_rays(pixels).reshape(model.height_px, model.width_px, 3))
-        seen = model.sees(pixels).reshape(self.rays.shape[:2])
-        self.dark: NDArray[np.bool_] | None = None if seen.all() else ~seen
+        self.rays: Array = np.ascontiguousarray(model.rays(pixels).reshape(model.height_px, model.width_px, 3))
         origin = model.position_in_world_m
         with np.errstate(divide="ignore", invalid="ignore"):
             to_wall = (appearance.wall_y_m - origin[1]) / self.rays[..., 1]

@@ -21,7 +21,6 @@ class Floor:
     """The floor at z = 0, light as paper away from shadows, with lines every SQUARE_M that fade into the distance."""
 
     def __init__(self, model: CameraModel, lighting: LightingSettings) -> None:
-        self.dark = None
         columns, rows = np.meshgrid(np.arange(model.width_px), np.arange(model.height_px))
         pixels = np.column_stack([columns.ravel(), rows.ravel()]).astype(np.float64)
         self.rays: Array = np.ascontiguousarray(model.rays(pixels).reshape(model.height_px, model.width_px, 3))

@@ -64,8 +64,6 @@ class Raycaster:
         """Mean light (h, w, 3) in ``region``, which must lie in the image."""
         light = np.empty((region.bottom - region.top, region.right - region.left, 3))
         self._render(shot, region, self._tiles.inside(region), light)
-        if self._background.dark is not None:
-            light[self._background.dark[region.top : region.bottom, region.left : region.right]] = 0.0
         return light
 
     def renew(self, shot: Shot) -> tuple[Array, NDArray[np.int64]]:

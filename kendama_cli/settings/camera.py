@@ -11,7 +11,7 @@ from kendama_cli.schema.settings import setting
 
 Triple = tuple[float, float, float]
 Source = Literal["rendered", "recorded", "live"]
-LensKind = Literal["radial", "fisheye"]
+LensKind = Literal["radial"]
 CAMERAS = Registry("kendama.cameras", "camera")
 
 
@@ -25,12 +25,10 @@ class CameraModelSettings:
     focal_px: tuple[float, float] = setting("fx, fy [px]", above=0)
     center_px: tuple[float, float] = setting("principal point cx, cy [px]")
     lens: LensKind = setting(
-        "what bends the image: radial, a pinhole with OpenCV's distortion, or fisheye, the model of Kannala and Brandt",
+        "lens model: radial, a pinhole with OpenCV's distortion",
         absent="radial",
     )
-    distortion: tuple[float, float, float, float, float] = setting(
-        "OpenCV's k1, k2, p1, p2, k3 of a radial lens, or k1, k2, k3, k4 and 0 of a fisheye lens"
-    )
+    distortion: tuple[float, float, float, float, float] = setting("OpenCV's k1, k2, p1, p2, k3")
     position_m: Triple = setting("optical centre in the world [m]")
     look_at_m: Triple | None = setting(
         "point that a level camera looks at [m]; null where rotation_wxyz gives the pose"
@@ -50,12 +48,6 @@ class CameraModelSettings:
         if (self.look_at_m is None) == (self.rotation_wxyz is None):
             raise ConfigError(
                 "look_at_m", "'look_at_m' or 'rotation_wxyz' must give the camera's pose: give one of them"
-            )
-        if self.lens == "fisheye" and self.distortion[4] != 0:
-            raise ConfigError(
-                "distortion",
-                f"'distortion' has {self.distortion[4]:g} as its fifth value, but a fisheye lens has four, k1 to k4; "
-                "allowed: 0 there, or lens: radial",
             )
 
 

@@ -114,8 +114,6 @@ class BallSearch:
             hint = replace(hint, painted_px=self._painted.radius_px(camera, t_s))
         self._learn(camera, pixels)
         sighting = next(self._detectors[camera].candidates(pixels, origin_px, hint), None)
-        if sighting is not None and not self._cameras[camera].sees(sighting.centre_px).all():
-            sighting = None
         if sighting is None or (hint is not None and np.abs(sighting.centre_px - hint.centre_px).max() > half_px):
             if track is not None:
                 track.lost += 1

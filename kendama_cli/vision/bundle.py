@@ -15,9 +15,8 @@ import numpy as np
 from scipy.optimize import least_squares
 
 from kendama_cli.schema.arrays import Array
-from kendama_cli.settings.camera import LensKind
-from kendama_cli.vision.lens import LENSES
-from kendama_cli.vision.lens_terms import FITTED as LENS
+from kendama_cli.vision.radial_lens import FITTED as LENS
+from kendama_cli.vision.radial_lens import RadialLens
 
 POSE = 6
 """A rotation vector and a shift."""
@@ -52,11 +51,8 @@ class Bundle:
     """(n_i, 2) of each sight: seen less projected"""
 
 
-def adjust(seen: Sequence[Seen], kind: LensKind, lenses: Array, cameras: Array, boards: Mapping[int, Array]) -> Bundle:
-    """The bundle near ``lenses`` (C, 8), ``cameras`` (C, 4, 4) and ``boards`` (4, 4) to the first camera, by moment.
-
-    Lenses are of one ``kind``, by the numbers of it that are fitted.
-    """
+def adjust(seen: Sequence[Seen], lenses: Array, cameras: Array, boards: Mapping[int, Array]) -> Bundle:
+    """The bundle near ``lenses`` (C, 8), ``cameras`` (C, 4, 4) and ``boards`` (4, 4) to the first camera, by moment."""
     moments = {moment: i for i, moment in enumerate(sorted(boards))}
     others, first_board = len(lenses) - 1, len(lenses) * LENS + (len(lenses) - 1) * POSE
     start = np.concatenate(
@@ -71,13 +67,13 @@ def adjust(seen: Sequence[Seen], kind: LensKind, lenses: Array, cameras: Array, 
         return lens, None if pose is None else slice(pose.start, pose.start + POSE), slice(board, board + POSE)
 
     def residuals(values: Array) -> Array:
-        return np.concatenate([_projected(one, kind, values, places(one))[0].ravel() for one in seen])
+        return np.concatenate([_projected(one, values, places(one))[0].ravel() for one in seen])
 
     def slopes(values: Array) -> Array:
         whole = np.zeros((rows[-1], len(values)))
         for i, one in enumerate(seen):
             where = places(one)
-            for place, slope in zip(where, _projected(one, kind, values, where)[1], strict=True):
+            for place, slope in zip(where, _projected(one, values, where)[1], strict=True):
                 if place is not None and slope is not None:
                     whole[rows[i] : rows[i + 1], place] = slope
         return whole
@@ -97,7 +93,7 @@ def adjust(seen: Sequence[Seen], kind: LensKind, lenses: Array, cameras: Array, 
 
 
 def _projected(
-    one: Seen, kind: LensKind, values: Array, places: tuple[slice, slice | None, slice]
+    one: Seen, values: Array, places: tuple[slice, slice | None, slice]
 ) -> tuple[Array, tuple[Array, Array | None, Array]]:
     """Projected less seen pixels (n, 2), and their slopes (2 n, k) by the lens, the camera's and the board's pose."""
     lens, pose, board = places
@@ -107,7 +103,7 @@ def _projected(
         turn, shift = made[:2]
         # its slopes: the turn's by turn, shift, turn and shift of the two; then the shift's
         chain = np.vstack([np.hstack(made[2:6]), np.hstack(made[6:10])])
-    pixels, slope = LENSES[kind](*values[lens].tolist()).posed(one.points_m, turn, shift)
+    pixels, slope = RadialLens(*values[lens].tolist()).posed(one.points_m, turn, shift)
     moved = slope[:, :POSE] @ chain
     by_pose = None if pose is None else moved[:, POSE:]
     return pixels - one.pixels, (slope[:, POSE:], by_pose, moved[:, :POSE])

@@ -10,7 +10,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kendama_cli.schema.arrays import Array
-from kendama_cli.settings.camera import LensKind
 from kendama_cli.vision.bundle import Bundle, Seen, adjust
 from kendama_cli.vision.calibration_checks import check_moments, rms
 from kendama_cli.vision.camera_model import CameraModel
@@ -101,23 +100,20 @@ def calibrate(
     views: Mapping[str, Sequence[BoardView]],
     sizes: Mapping[str, tuple[int, int]],
     centre_m: Array,
-    kind: LensKind = "radial",
 ) -> list[CalibratedCamera]:
     """Models of all cameras: each one's intrinsics by itself, its pose to the first, then all adjusted together.
-
-    All have a lens of one ``kind``.
 
     ``views`` and ``sizes`` (width, height) are by camera; views of one name were taken at one moment. The world: in the
     first view of the first camera the board's middle lies at ``centre_m``, its rows along x, z up out of its print.
     Raises ValueError where the views do not suffice.
     """
     fits = {
-        name: intrinsics(name, kind, seen, [board.corners_m[view.ids] for view in seen], sizes[name])
+        name: intrinsics(name, seen, [board.corners_m[view.ids] for view in seen], sizes[name])
         for name, seen in views.items()
     }
     names = list(views)
-    cameras = np.array([np.eye(4), *(_to_other(board, (names[0], name), views, fits, kind) for name in names[1:])])
-    bundle, errors = _together(board, views, fits, cameras, kind)
+    cameras = np.array([np.eye(4), *(_to_other(board, (names[0], name), views, fits) for name in names[1:])])
+    bundle, errors = _together(board, views, fits, cameras)
     if len(names) > 1:
         check_moments(views, {name: fit.errors_px for name, fit in fits.items()}, errors, sizes[names[0]][0])
     world = bundle.boards[0] @ np.linalg.inv(_board_to_world(board, centre_m))
@@ -135,7 +131,6 @@ def calibrate(
             distortion=np.append(lens[4:], 0.0),
             world_to_camera=rotation,
             position_in_world_m=-rotation.T @ pose[:3, 3],
-            lens=kind,
         )
         left = errors[name]
         rms_px = np.array([rms(one) for one in left])
@@ -148,7 +143,6 @@ def _together(
     views: Mapping[str, Sequence[BoardView]],
     fits: Mapping[str, Intrinsics],
     cameras: Array,
-    kind: LensKind,
 ) -> tuple[Bundle, dict[str, list[Array]]]:
     """All cameras adjusted together, from what each is by itself, and what every view of each then leaves over."""
     seen, boards, owners = [], dict[int, Array](), []
@@ -159,7 +153,7 @@ def _together(
             boards.setdefault(moment, np.linalg.inv(cameras[k]) @ _pose(rotation, shift))
             seen.append(Seen(k, moment, board.corners_m[view.ids], view.pixels))
             owners.append(name)
-    bundle = adjust(seen, kind, np.array([fit.numbers for fit in fits.values()]), cameras, boards)
+    bundle = adjust(seen, np.array([fit.numbers for fit in fits.values()]), cameras, boards)
     errors: dict[str, list[Array]] = {name: [] for name in fits}
     for name, left in zip(owners, bundle.residuals_px, strict=True):
         errors[name].append(left)
@@ -171,29 +165,25 @@ def _to_other(
     pair: tuple[str, str],
     views: Mapping[str, Sequence[BoardView]],
     fits: Mapping[str, Intrinsics],
-    kind: LensKind,
 ) -> Array:
     """The map (4, 4) from the first camera's axes to the other's, from the corners that both see at one moment."""
     a, b = pair
-    lenses = fits[a].lens(kind), fits[b].lens(kind)
+    one, two = fits[a].lens, fits[b].lens
     other = {view.name: view for view in views[b]}
     points, seen_a, seen_b = [], [], []
     for view in views[a]:
         if view.name not in other:
             continue
         ids, at_a, at_b = np.intersect1d(view.ids, other[view.name].ids, return_indices=True)
-        flat = lenses[0].pinhole(view.pixels[at_a]).pixels, lenses[1].pinhole(other[view.name].pixels[at_b]).pixels
-        good = np.isfinite(np.hstack(flat)).all(axis=1)
-        if np.count_nonzero(good) >= MIN_CORNERS:
-            points.append(board.corners_m[ids[good]].astype(np.float32))
-            seen_a.append(flat[0][good].astype(np.float32)[:, None])
-            seen_b.append(flat[1][good].astype(np.float32)[:, None])
+        if len(ids) >= MIN_CORNERS:
+            points.append(board.corners_m[ids].astype(np.float32))
+            seen_a.append(view.pixels[at_a].astype(np.float32)[:, None])
+            seen_b.append(other[view.name].pixels[at_b].astype(np.float32)[:, None])
     if not points:
         raise ValueError(
             f"cameras '{a}' and '{b}' see the board together in no view; views of one moment must have one name, or "
             "one place in their videos"
         )
-    one, two = (lens.pinhole(np.zeros((1, 2))) for lens in lenses)
     result = cv2.stereoCalibrate(
         points, seen_a, seen_b, one.matrix, one.distortion, two.matrix, two.distortion, (1, 1),
         flags=cv2.CALIB_FIX_INTRINSIC,

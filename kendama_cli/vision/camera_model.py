@@ -6,19 +6,18 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from kendama_cli.schema.arrays import Array, array
 from kendama_cli.settings.camera import LensKind
-from kendama_cli.vision.lens import Lens, make_lens
-from kendama_cli.vision.lens_terms import Straight
+from kendama_cli.vision.radial_lens import RadialLens, Straight
 
 
 @dataclass(frozen=True)
 class CameraModel:
     """A camera whose axes are x right, y down, z forward; pixel centres lie at whole numbers.
 
-    A world point p becomes c = R (p - o), of which the lens makes a pixel (``kendama_cli.vision.lens``).
+    A world point p becomes c = R (p - o), of which the lens makes a pixel (``kendama_cli.vision.radial_lens``).
     """
 
     name: str
@@ -29,7 +28,7 @@ class CameraModel:
     center_px: Array
     """(cx, cy)"""
     distortion: Array
-    """(k1, k2, p1, p2, k3) of a radial lens, (k1, k2, k3, k4, 0) of a fisheye lens"""
+    """(k1, k2, p1, p2, k3)"""
     world_to_camera: Array
     """R (3, 3)"""
     position_in_world_m: Array
@@ -58,9 +57,9 @@ class CameraModel:
             raise ValueError(f"camera '{self.name}': {error}") from None
 
     @cached_property
-    def optics(self) -> Lens:
+    def optics(self) -> RadialLens:
         """The lens, which knows all about distortion."""
-        return make_lens(self.lens, self.focal_px, self.center_px, self.distortion)
+        return RadialLens(*(float(value) for value in (*self.focal_px, *self.center_px, *self.distortion)))
 
     @property
     def matrix(self) -> Array:
@@ -91,34 +90,21 @@ class CameraModel:
         return np.asarray((points - self.position_in_world_m) @ self.world_to_camera.T)
 
     def project(self, points_m: ArrayLike) -> Array:
-        """Pixels (n, 2) of world ``points_m`` (n, 3); nan for a point that the lens does not see."""
+        """Pixels (n, 2) of world ``points_m`` (n, 3); nan for a point behind the camera."""
         return self.optics.project(self.in_camera(points_m))
 
     def undistort(self, pixels: ArrayLike) -> Array:
-        """Normalised image coordinates (x, y) (n, 2) of ``pixels`` (n, 2), distortion taken out; nan where a pixel
-        sees nothing."""
+        """Normalised image coordinates (x, y) (n, 2) of ``pixels`` (n, 2), distortion taken out."""
         return self.optics.undistort(np.atleast_2d(np.asarray(pixels, dtype=np.float64)))
-
-    def sees(self, pixels: ArrayLike) -> NDArray[np.bool_]:
-        """Which (n,) of ``pixels`` (n, 2) see something."""
-        return self.optics.sees(np.atleast_2d(np.asarray(pixels, dtype=np.float64)).reshape(-1, 2))
 
     def straight(self, u: float, v: float) -> Straight:
         """One pixel with the distortion taken out, and the slope of the distortion there."""
         return self.optics.straight(u, v)
 
     def rays(self, pixels: ArrayLike) -> Array:
-        """Directions (n, 3) in the world through ``pixels`` (n, 2), of length 1 along the optical axis.
-
-        None at 90 degrees off the axis has such a length: a pixel that looks farther aside than the lens says, has nan.
-        """
+        """Return directions (n, 3) in the world through ``pixels`` (n, 2), of length 1 along the optical axis."""
         flat = self.undistort(pixels)
         return np.asarray(np.column_stack([flat, np.ones(len(flat))]) @ self.world_to_camera)
-
-    def image_rays(self, pixels: ArrayLike) -> Array:
-        """Directions (n, 3) in the world to render ``pixels`` (n, 2) by, each finite; see ``Lens.image_rays``."""
-        pixels = np.atleast_2d(np.asarray(pixels, dtype=np.float64))
-        return np.asarray(self.optics.image_rays(pixels) @ self.world_to_camera)
 
     def size_px(self, place_m: ArrayLike, radius_m: float) -> float:
         """The mean radius of the disc of a sphere of ``radius_m`` at the world's ``place_m`` (3,)."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from scipy.optimize import minimize_scalar
@@ -90,7 +90,6 @@ def from_several(tracks: Sequence[FilmTrack], cameras: Sequence[CameraModel], of
 
 def from_one(found: FilmTrack, camera: CameraModel, ball_radius_m: float, rope_m: float | None = None) -> FilmPositions:
     """Depth from the ball's size, and from the plane of its swing where a rope of ``rope_m`` is given and seen taut."""
-    found = _seen(found, camera)
     focal = float(camera.focal_px.mean())
     straight = [
         camera.straight(*sphere_centre(camera, centre, float(radius)))
@@ -120,19 +119,12 @@ def from_one(found: FilmTrack, camera: CameraModel, ball_radius_m: float, rope_m
 
 
 def _all_seen(tracks: Sequence[FilmTrack], cameras: Sequence[CameraModel]) -> list[tuple[FilmTrack, CameraModel]]:
-    """What the lenses see of each film, with its camera; ValueError where that is too little."""
-    seen = [(_seen(one, camera), camera) for one, camera in zip(tracks, cameras, strict=True)]
+    """Return each film with its camera; raises ValueError where one shows too little."""
+    seen = list(zip(tracks, cameras, strict=True))
     few = min((one for one, _ in seen), key=lambda one: len(one.t_s))
     if len(few.t_s) < FEWEST:
         raise ValueError(f"'{few.name}' shows the ball in {len(few.t_s)} frames; {FEWEST} are the least")
     return seen
-
-
-def _seen(track: FilmTrack, camera: CameraModel) -> FilmTrack:
-    """Without sightings where the lens sees nothing."""
-    seen = camera.sees(track.centre_px)
-    parts = {name: values[seen] for name, values in vars(track).items() if name != "name"}
-    return track if seen.all() else replace(track, **parts)
 
 
 def _sight(camera: CameraModel, centre_px: Array, radius_px: float, covariance_px2: Array) -> SightRows:

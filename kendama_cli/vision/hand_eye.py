@@ -113,7 +113,7 @@ def place_cameras(
 
 def _sight(board: Board, camera: CameraModel, view: BoardView, hand: HandPose) -> _Sight:
     corners = board.corners_m[view.ids]
-    _, turn, shift = cv2.solvePnP(corners, *camera.optics.pinhole(view.pixels))
+    _, turn, shift = cv2.solvePnP(corners, view.pixels, camera.optics.matrix, camera.optics.distortion)
     return _Sight(
         _pose(hand.rotation, hand.place_m),
         camera,

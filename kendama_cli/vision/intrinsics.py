@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Protocol
@@ -11,12 +10,8 @@ import cv2
 import numpy as np
 
 from kendama_cli.schema.arrays import Array
-from kendama_cli.settings.camera import LensKind
-from kendama_cli.vision.bundle import Bundle, Seen, adjust
-from kendama_cli.vision.calibration_checks import check_views, rms
-from kendama_cli.vision.fisheye_lens import FisheyeLens
-from kendama_cli.vision.lens import LENSES, Lens
-from kendama_cli.vision.lens_terms import FITTED
+from kendama_cli.vision.calibration_checks import check_views
+from kendama_cli.vision.radial_lens import RadialLens
 
 MIN_VIEWS = 4
 """Fewer leave the focal length and the board's distance to be mistaken for each other."""
@@ -26,10 +21,6 @@ MOST_FOCAL_SIGMA = 0.1
 """Share of the focal length by which it may be uncertain, from one camera's views alone."""
 FLAGS = cv2.CALIB_FIX_K3
 """k3 is left at 0: on ordinary lenses it only trades with k1 and k2, and goes wild towards the image's corners."""
-FISHEYE_VIEWS_DEG = (80.0, 110.0, 140.0, 170.0)
-"""Fields of view, across the image, from which a fisheye lens is sought."""
-LEAST_CORNERS = 4
-"""Of a view that a wide start sees whole: fewer have no pose."""
 
 
 class View(Protocol):
@@ -54,22 +45,20 @@ class Intrinsics:
     errors_px: Array
     """(v,): rms of each view"""
 
-    def lens(self, kind: LensKind) -> Lens:
-        """As what it was fitted."""
-        return LENSES[kind](*self.numbers.tolist())
+    @property
+    def lens(self) -> RadialLens:
+        """The fitted lens."""
+        return RadialLens(*self.numbers.tolist())
 
 
-def intrinsics(
-    name: str, kind: LensKind, views: Sequence[View], corners_m: Sequence[Array], size: tuple[int, int]
-) -> Intrinsics:
+def intrinsics(name: str, views: Sequence[View], corners_m: Sequence[Array], size: tuple[int, int]) -> Intrinsics:
     """The lens of camera ``name`` by its ``views`` of the corners (n_i, 3); ValueError where they do not tell it."""
     if len(views) < MIN_VIEWS:
         raise ValueError(
             f"camera '{name}': the board is seen in {len(views)} images, at least {MIN_VIEWS} are needed; check the "
             "board's size and take more images of it, tilted every way"
         )
-    fit = _radial if kind == "radial" else _fisheye
-    found = fit(name, [view.pixels for view in views], corners_m, size)
+    found = _radial(name, [view.pixels for view in views], corners_m, size)
     check_views(name, views, found.errors_px, size[0])
     normals = np.array([rotation[:, 2] for rotation in found.rotations])
     spread = float(np.degrees(np.arccos(np.clip(normals @ normals.T, -1, 1))).max())
@@ -105,53 +94,3 @@ def _radial(name: str, seen_px: Sequence[Array], corners_m: Sequence[Array], siz
         shifts=[np.asarray(shift, dtype=np.float64) for shift in shifts],
         errors_px=np.asarray(errors, dtype=np.float64).ravel(),
     )
-
-
-def _fisheye(name: str, seen_px: Sequence[Array], corners_m: Sequence[Array], size: tuple[int, int]) -> Intrinsics:
-    """From several fields of view, for the nearest fit to a wrong one may be a wrong one; the best of them."""
-    found = [
-        made
-        for degrees in FISHEYE_VIEWS_DEG
-        if (made := _fisheye_near(size[0] / math.radians(degrees), seen_px, corners_m, size)) is not None
-    ]
-    if not found:
-        raise ValueError(
-            f"camera '{name}': its views show no flat board through a fisheye lens; look at the board's columns and "
-            "rows, or leave out --lens fisheye"
-        )
-    best = min(found, key=_left)
-    return Intrinsics(
-        numbers=best.lenses[0],
-        focal_sigma_px=float(best.lens_sigmas[0, 0]),
-        rotations=[best.boards[k][:3, :3] for k in range(len(seen_px))],
-        shifts=[best.boards[k][:3, 3:] for k in range(len(seen_px))],
-        errors_px=np.array([rms(left) for left in best.residuals_px]),
-    )
-
-
-def _fisheye_near(
-    focal_px: float, seen_px: Sequence[Array], corners_m: Sequence[Array], size: tuple[int, int]
-) -> Bundle | None:
-    """The fit near an equidistant lens of ``focal_px``; None where that sees a view's corners nowhere, or no end is."""
-    numbers = np.array([focal_px, focal_px, (size[0] - 1) / 2, (size[1] - 1) / 2, *np.zeros(FITTED - 4)])
-    lens, boards = FisheyeLens(*numbers.tolist()), {}
-    for k, (pixels, points) in enumerate(zip(seen_px, corners_m, strict=True)):
-        flat = lens.pinhole(pixels)
-        good = np.isfinite(flat.pixels).all(axis=1)
-        if np.count_nonzero(good) < LEAST_CORNERS:
-            return None
-        _, turn, shift = cv2.solvePnP(points[good], flat.pixels[good], flat.matrix, flat.distortion)
-        better = lens.refined(points, pixels, turn, shift)
-        boards[k] = np.eye(4)
-        boards[k][:3, :3], boards[k][:3, 3] = cv2.Rodrigues(better[0])[0], better[1].ravel()
-    seen = [Seen(0, k, points, pixels) for k, (points, pixels) in enumerate(zip(corners_m, seen_px, strict=True))]
-    made = adjust(seen, "fisheye", numbers[None], np.eye(4)[None], boards)
-    # of what is seen: a near board that is tilted at the edge of a wide view reaches behind the camera
-    ahead = all(
-        float((one.points_m @ made.boards[k][2, :3]).mean()) + made.boards[k][2, 3] > 0 for k, one in enumerate(seen)
-    )
-    return made if ahead and np.isfinite(made.lenses).all() and made.lenses[0, :2].min() > 0 else None
-
-
-def _left(made: Bundle) -> float:
-    return float(sum((left**2).sum() for left in made.residuals_px))

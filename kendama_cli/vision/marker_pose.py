@@ -36,12 +36,9 @@ class PoseCandidate:
 def marker_poses(corners_px: Array, side_m: float, camera: CameraModel) -> list[PoseCandidate]:
     """One or two candidates for corners (4, 2), best first; none where the corners are no square in front of it."""
     points, lens = side_m * CORNERS, camera.optics
-    flat = lens.pinhole(corners_px)
-    if not np.isfinite(flat.pixels).all():
-        return []
     try:
         count, turns, places, _ = cv2.solvePnPGeneric(
-            points, flat.pixels, flat.matrix, flat.distortion, flags=cv2.SOLVEPNP_IPPE_SQUARE
+            points, corners_px, lens.matrix, lens.distortion, flags=cv2.SOLVEPNP_IPPE_SQUARE
         )
     except cv2.error:
         return []

@@ -9,13 +9,25 @@ from typing import NamedTuple
 
 import cv2
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from kendama_cli.schema.arrays import Array
-from kendama_cli.vision.lens_terms import FITTED, Pinhole, Straight
 
+FITTED = 8
+"""Numbers of a lens that a calibration finds: fx, fy, cx, cy and the first four of its distortion."""
 AHEAD_M = 1e-6
 """Nearer to the image plane, or behind it, a point has no pixel."""
+
+
+class Straight(NamedTuple):
+    """An undistorted point (x, y) and the four entries of d(pixel) / d(x, y) there."""
+
+    x: float
+    y: float
+    u_x: float
+    u_y: float
+    v_x: float
+    v_y: float
 
 
 class _Distorted(NamedTuple):
@@ -113,15 +125,6 @@ class RadialLens:
             radial + 2 * y * y * slope + 6 * p1 * y + 2 * p2 * x,
         )
 
-    def sees(self, pixels: Array) -> NDArray[np.bool_]:
-        """Every pixel looks ahead."""
-        return np.ones(len(pixels), dtype=np.bool_)
-
-    def image_rays(self, pixels: Array) -> Array:
-        """Directions (n, 3) of length 1 along the optical axis."""
-        flat = self.undistort(pixels)
-        return np.column_stack([flat, np.ones(len(flat))])
-
     @property
     def coarsest_px(self) -> float:
         """The focal length, as if there were no distortion."""
@@ -140,10 +143,6 @@ class RadialLens:
             slope[0] = self.fx / z, 0.0, -self.fx * x / z**2
             slope[1] = 0.0, self.fy / z, -self.fy * y / z**2
         return made
-
-    def pinhole(self, pixels: Array) -> Pinhole:
-        """Everything as it is: OpenCV knows this distortion."""
-        return Pinhole(pixels, self.matrix, self.distortion)
 
     def refined(self, points_m: Array, pixels: Array, turn: ArrayLike, shift: ArrayLike) -> tuple[Array, Array]:
         """Levenberg-Marquardt, by OpenCV."""

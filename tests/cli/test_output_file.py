@@ -20,12 +20,10 @@ TRACK = ["camera", "track", "nowhere.mp4"]
         ([*TRACK, "-o", "file/track.csv"], "-o file/track.csv: file is no folder; name another one"),
         ([*TRACK, "-o", "track.xls"], "a track is a CSV or an MCAP log; name it track.csv or track.mcap"),
         ([*TRACK, "--overlay", "seen.avi"], "--overlay seen.avi: it is written as WebM; name it seen.webm"),
-        ([*TRACK, "--calibration", "c.yaml", "--readout", "r.txt"], "a calibration is YAML; name it r.yaml"),
         (
             [*TRACK, "--overlay", "file/in/seen.webm"],
             "--overlay file/in/seen.webm: file is no folder; name another one",
         ),
-        ([*TRACK, "--calibration", "c.yaml", "--readout", "file/r.yaml"], "--readout file/r.yaml: file is no folder"),
         (["camera", "detect", "nowhere", "-o", "file/found.csv"], "-o file/found.csv: file is no folder"),
         (["camera", "calibrate", "nowhere", "-o", "file/c.yaml"], "file is no folder"),
         (["camera", "marker", "-o", "file/marker.pdf"], "file is no folder"),

@@ -23,20 +23,6 @@ def seen_px(camera: CameraModel, ball_m: Callable[[float], Array], frame_s: floa
     return np.asarray(pixel)
 
 
-def draw(image: Array, camera: CameraModel, ball_m: Callable[[float], Array], frame_s: float, grey: float) -> Array:
-    """``image`` (h, w, 3) with the ball in it, each line as it is when it is exposed."""
-    u, v = seen_px(camera, ball_m, frame_s)
-    radius = camera.size_px(ball_m(float(camera.exposed_s(frame_s, [u, v]))), RADIUS_M)
-    lines = np.arange(max(int(v - 2 * radius), 0), min(int(v + 2 * radius), len(image) - 1) + 1)
-    times = camera.exposed_s(frame_s, np.column_stack([np.zeros(len(lines)), lines]))
-    middles = camera.project([ball_m(float(t_s)) for t_s in times])
-    away = np.hypot(np.arange(image.shape[1]) - middles[:, :1], lines[:, None] - middles[:, 1:])
-    part = np.clip(radius - away + 0.5, 0, 1)[..., None]
-    made = image.astype(float)
-    made[lines] += part * (grey - made[lines])
-    return made
-
-
 @dataclass(frozen=True)
 class Throws:
     """A ball that is held, thrown and caught, again and again: places and velocities at the throws, and their times."""

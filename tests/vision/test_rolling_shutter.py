@@ -7,11 +7,9 @@ import pytest
 
 from kendama_cli.vision.camera_model import looking_at
 from kendama_cli.vision.film_positions import clock_offsets, from_several
-from kendama_cli.vision.readout import find_readout
 from tests.vision import followed_flight
 from tests.vision.followed_flight import flight, sighting, tracker
 from tests.vision.rolling import filmed, seen_px, throws
-from tests.vision.scenes import stereo
 
 
 def cameras(readout_s):
@@ -50,39 +48,6 @@ def test_each_sighting_counts_at_its_own_time(monkeypatch):
 
 def blind(made):
     return [replace(one, readout_s=0.0) for one in made]
-
-
-@pytest.mark.parametrize("readouts_s", [(0.020, 0.031), (0.0, 0.0), (-0.012, 0.025)])
-def test_readouts_and_the_clocks_offset_are_told_together(readouts_s):
-    """Intervals of 95 % are +-2 to 3 ms here; a global shutter's contains 0."""
-    rng = np.random.default_rng(10653)
-    made = [replace(one, readout_s=own) for one, own in zip(stereo(), readouts_s, strict=True)]
-    films = filmed(made, throws(rng, 6, (2.0, 2.9)), rng, sigma_px=0.1, ahead_s=(0.0, 0.123))
-    found = find_readout(films, blind(made), same_clock=False, ball_radius_m=None)
-    assert (np.abs(found.readout_s - readouts_s) < found.half_s).all()
-    assert found.half_s.max() < 0.004
-    assert found.offset_s == pytest.approx([0.123], abs=2e-4)
-    assert [bool(one) for one in found.settings_s] == [own != 0 for own in readouts_s]
-
-
-def test_a_ball_that_stays_in_its_lines_tells_nothing():
-    """From above, a throw along the lines comes nearer and goes, but hardly leaves its line."""
-    rng = np.random.default_rng(10654)
-    above = [
-        replace(
-            one,
-            readout_s=0.020,
-            position_in_world_m=(place := np.array([x, 0.0, 2.0])),
-            world_to_camera=looking_at(place, place + np.array([0.0, 1e-4, -1.0])),
-        )
-        for one, x in zip(stereo(), (-0.25, 0.25), strict=True)
-    ]
-    made = throws(rng, 6)
-    along = replace(made, start_m=made.start_m * [1, 0, 1], velocity_m_s=made.velocity_m_s * [1, 0, 1])
-    films = filmed(above, along, rng, sigma_px=0.1)
-    found = find_readout(films, blind(above), same_clock=True, ball_radius_m=None)
-    assert found.half_s.min() > 0.02
-    assert found.settings_s == [None, None]
 
 
 def test_a_track_of_rolling_shutters_is_where_the_ball_is_at_its_own_times():

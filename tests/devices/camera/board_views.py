@@ -27,7 +27,8 @@ def camera(name, position_m, target_m=(0.0, 0.0, 0.0)):
 def four_rays(lens, width_px, height_px):
     """Directions in the camera's axes (3, n), four per pixel."""
     v, u = np.indices((2 * height_px, 2 * width_px))
-    return np.ascontiguousarray(lens.image_rays(np.column_stack([(u.ravel() - 0.5) / 2, (v.ravel() - 0.5) / 2])).T)
+    flat = lens.undistort(np.column_stack([(u.ravel() - 0.5) / 2, (v.ravel() - 0.5) / 2]))
+    return np.ascontiguousarray(np.column_stack([flat, np.ones(len(flat))]).T)
 
 
 def pair():

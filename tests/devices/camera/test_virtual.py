@@ -13,8 +13,6 @@ from kendama_cli.rendering.scene import ScenePose, hanging_rope
 from kendama_cli.schema.settings import build
 from kendama_cli.settings.camera import VirtualCamera
 from kendama_cli.vision.region import Region, around
-from kendama_cli.vision.tracker import sphere_centre
-from tests.vision.fisheye_views import wide
 from tests.vision.scenes import game, lighting, plain, shipped_models, virtual
 
 NOTHING = np.empty((0, 3))
@@ -280,34 +278,3 @@ def test_a_slack_rope_hangs_and_a_taut_one_is_straight():
     assert np.allclose(slack[[0, -1]], [tie, ball])
     length = np.linalg.norm(np.diff(hanging_rope(tie, ball, 0.33, 400), axis=0), axis=1).sum()
     assert length == pytest.approx(0.33, rel=0.02)
-
-
-def wide_camera(numbers=(-0.02, 0.006, -0.002, 0.0004, 0.0)):
-    return VirtualCameraBlock(
-        wide((0.0, -0.7, 0.1), (0.0, 0.0, 0.1), numbers), virtual(), game(), lighting("backlit"),
-        scene=still([0, -30, 0]), clock=Clock(), rng=np.random.default_rng(0),
-    )  # fmt: skip
-
-
-def test_a_fisheye_lens_shows_the_ball_where_and_as_large_as_it_says_also_far_aside():
-    made = wide_camera()
-    for pixel in ([318.0, 241.0], [500.0, 180.0], [585.0, 55.0]):  # the last 74 degrees off the axis
-        ball = made.model.position_in_world_m + made.model.image_rays(pixel)[0]
-        difference, region = light_of_ball(made, ball)
-        covered = difference / np.median(difference[difference > 0.5 * difference.max()])
-        rows, columns = np.indices(covered.shape)
-        disc = np.array([(covered * columns).sum(), (covered * rows).sum()]) / covered.sum()
-        size = np.sqrt(covered.sum() / np.pi)
-        centre = sphere_centre(made.model, disc + np.array([region.left, region.top]), size)
-        assert np.abs(centre - made.model.project(ball)[0]).max() < 0.1
-        assert size == pytest.approx(made.model.size_px(ball, 0.02), rel=0.05)
-
-
-def test_pixels_that_a_fisheye_lens_does_not_light_are_dark_and_show_no_body():
-    made = wide_camera((-0.15, 0.0, 0.0, 0.0, 0.0))
-    light = light_of(made, lambda _: posed([0.5, -0.65, 0.1]), Region(0, 0, 640, 480))
-    columns, rows = np.meshgrid(np.arange(640), np.arange(480))
-    dark = ~made.model.sees(np.column_stack([columns.ravel(), rows.ravel()])).reshape(480, 640)
-    assert 0.3 < dark.mean() < 0.9
-    assert (light[dark] == 0).all()
-    assert (light[~dark].sum(axis=1) > 0).all()
