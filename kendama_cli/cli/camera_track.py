@@ -110,10 +110,11 @@ def _cameras(films: Sequence[Film], options: TrackOptions) -> list[CameraModel]:
                 f"it has {size}, but camera '{entry.name}' was calibrated with {calibrated}",
                 remedy="film and calibrate in one resolution and orientation",
             )
-        if film.turned_deg in (90, 270) and entry.readout_s:
+        if film.turned_deg and entry.readout_s:
+            lines = "run upwards" if film.turned_deg == 180 else "are columns"
             raise InputError(
                 str(film.path),
-                f"it is turned by {film.turned_deg}° as its metadata says, so its shutter's lines are columns",
+                f"it is turned by {film.turned_deg}° as its metadata says, so its shutter's lines {lines}",
                 remedy="film with the camera level, or leave out readout_s",
             )
     return [camera_model(entry) for entry in chosen]

@@ -16,7 +16,9 @@ from kendama_cli.config.compose import composed
 from kendama_cli.config.site import Site
 from kendama_cli.devices.camera.calibration import calibration_document
 from kendama_cli.devices.camera.check import check_cameras, figures
-from kendama_cli.devices.camera.views import cameras_of, read_views
+from kendama_cli.devices.camera.film import Film
+from kendama_cli.devices.camera.film_check import shown_otherwise
+from kendama_cli.devices.camera.views import IMAGES, cameras_of, read_views
 from kendama_cli.errors import InputError, StageError, UsageError
 from kendama_cli.pipeline.inputs import resolve_files
 from kendama_cli.pipeline.nodes import build_settings
@@ -64,6 +66,9 @@ def calibrate_cameras(request: CalibrationRequest, output: Path, *, as_json: boo
     backgrounds: dict[str, NDArray[np.uint8]] = {}
     for name, sources in cameras_of(paths).items():
         views[name] = []
+        for film in (Film(source) for source in sources if source.suffix.lower() not in IMAGES):
+            for line in shown_otherwise(film):
+                render.note(line)
         for view, pixels in read_views(sources):
             sizes[name], backgrounds[name] = (pixels.shape[1], pixels.shape[0]), pixels
             found = find_board(board, pixels, view)

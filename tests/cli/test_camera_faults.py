@@ -7,7 +7,7 @@ import yaml
 
 from tests.cli.test_camera_seeing import camera, rows
 from tests.cli.typed import kendama, refused
-from tests.devices.camera.test_film import turn_on_its_side
+from tests.devices.camera.test_film import turn, turn_on_its_side
 from tests.vision.ball_films import HEIGHT, WIDTH, pendulum, textured, write_film
 
 
@@ -40,6 +40,9 @@ def test_a_turned_film_is_refused_where_lines_or_size_matter(here, capsys, swing
     upright = camera("film", 0.0, (240, 320)) | {"center_px": [119.5, 159.5], "readout_s": 0.02}
     (here / "one.yaml").write_text(yaml.safe_dump({"cameras": [upright]}))
     assert "so its shutter's lines are columns; film with the camera level" in refused(capsys, *words)
+    (here / "one.yaml").write_text(yaml.safe_dump({"cameras": [camera("film", 0.0) | {"readout_s": 0.02}]}))
+    turn(here / "film.mp4", -1, 0, 0, -1)
+    assert "so its shutter's lines run upwards" in refused(capsys, *words)
 
 
 def test_a_film_without_a_ball_gives_no_track_but_one_line_with_the_evidence(here, capsys):

@@ -16,10 +16,8 @@ def test_specks_in_every_image_do_not_outvote_the_ball_in_a_few() -> None:
     for number in range(11):
         background = np.full((360, 640, 3), 120, np.uint8)
         image = background.copy()
-        for place in rng.integers(20, 340, (3, 2)):
-            cv2.circle(
-                image, tuple(map(int, place)), 2, (134, 134, 134), -1
-            )  # barely above contrast_min, as specks are
+        for place in rng.integers(20, 340, (3, 2)):  # barely above contrast_min, as a codec's are
+            cv2.circle(image, tuple(map(int, place)), 4, (134, 134, 134), -1)
         if number in (4, 5):
             cv2.circle(image, (200 + 90 * number, 180), 14, (60, 160, 200), -1, cv2.LINE_AA)
         changes.append(change_of(image, background, 10.0))

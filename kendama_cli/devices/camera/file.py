@@ -7,12 +7,12 @@ import math
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from kendama_cli.devices.camera.film import Film
 from kendama_cli.devices.camera.interface import Frame, RegionOfInterest, SceneSource, StaleFrame, too_old
-from kendama_cli.devices.camera.pixels import open_film, read_image
+from kendama_cli.devices.camera.pixels import read_image
 from kendama_cli.devices.camera.settings_check import require_one_each
 from kendama_cli.errors import InputError
 from kendama_cli.schema.listed_file import listed_file
@@ -101,32 +101,28 @@ class FileCameraBlock:
 class _Video:
     def __init__(self, path: str, rate_hz: float | None) -> None:
         self._path, self._count = path, 0
-        self._capture = open_film(path)
-        if not self._capture.isOpened():
-            raise InputError(
-                path, "OpenCV cannot open it as a video", remedy="convert it, e.g. to mp4, or check the file"
-            )
-        rate = rate_hz if rate_hz is not None else float(self._capture.get(cv2.CAP_PROP_FPS))
+        film = Film(Path(path))
+        self._frames, self._expected = film.frames(), film.expected
+        rate = rate_hz if rate_hz is not None else film.rate_hz
         if not (math.isfinite(rate) and rate > 0):
             raise InputError(path, "the video does not tell its frame rate", remedy="give it by camera.rate_hz")
         self._rate_hz = rate
-        self._announced = int(self._capture.get(cv2.CAP_PROP_FRAME_COUNT))
 
     def read(self) -> tuple[float, NDArray[np.uint8]] | None:
-        good, pixels = self._capture.read()
-        if not good:
-            if self._count < 0.98 * self._announced - ESTIMATED:
+        found = next(self._frames, None)
+        if found is None:
+            if self._count < 0.98 * self._expected - ESTIMATED:
                 raise InputError(
                     self._path,
-                    f"it can be read up to frame {self._count} of {self._announced}; it is damaged or was cut short",
+                    f"it can be read up to frame {self._count} of {self._expected}; it is damaged or was cut short",
                     remedy="record it again, or convert the part that can be read",
                 )
             return None
         self._count += 1
-        return (self._count - 1) / self._rate_hz, np.asarray(pixels, dtype=np.uint8)
+        return (self._count - 1) / self._rate_hz, found[1]
 
     def close(self) -> None:
-        self._capture.release()
+        self._frames.close()
 
 
 class _Images:

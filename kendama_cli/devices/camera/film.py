@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import os
-import struct
-from collections.abc import Iterator
+from collections.abc import Generator, Iterator
 from pathlib import Path
 
 import cv2
 import numpy as np
 
 from kendama_cli.devices.camera.avi import read_avi
+from kendama_cli.devices.camera.mp4 import read_mp4, top_boxes
 from kendama_cli.devices.camera.pixels import open_film
 from kendama_cli.errors import InputError
 from kendama_cli.schema.arrays import Array
@@ -19,16 +19,17 @@ from kendama_cli.vision.interface import Image
 REMEDY = "convert it, e.g. to mp4 with H.264"
 SLOWEST_HZ, FASTEST_HZ = 1.0, 2000.0
 """Rates beyond are no film's."""
-MOST_BOXES = 1000
+TURNS = {90: cv2.ROTATE_90_CLOCKWISE, 180: cv2.ROTATE_180, 270: cv2.ROTATE_90_COUNTERCLOCKWISE}
 # a decoder says what is wrong with every block of a damaged film; check_film tells it in one line
 os.environ.setdefault("OPENCV_FFMPEG_LOGLEVEL", "-8")
 
 
 class Film:
     """A film file; frames come with the time stamps of the file (a phone's frame rate varies), turned upright as its
-    metadata says.
+    metadata says, but never mirrored: a calibrated lens saw no mirror's image.
 
-    ``turned_deg`` is by how much, ``declared`` how many frames the file says that it has (0 where it does not say).
+    ``turned_deg`` is by how much, clockwise. ``declared`` is how many frames the file says that it has (0 where it does
+    not say), ``expected`` how many of them its edit list shows, and ``rate_hz`` how many a second, were they even.
     An AVI has no stamps: where it is damaged the film ends, for what follows has no known time.
 
     Raises InputError for what OpenCV cannot read as a film, or an AVI without a frame rate.
@@ -38,7 +39,9 @@ class Film:
         self.path, self.name = path, path.stem
         if not path.is_file():
             raise InputError(str(path), "no such film", remedy="give a video file per camera")
-        self.avi = read_avi(path)
+        self.avi, mp4 = read_avi(path), read_mp4(path)
+        self.is_mirrored = mp4 is not None and mp4.is_mirrored
+        self.turned_deg = 0 if mp4 is None else mp4.turned_deg
         first = next(self.frames(), None)
         if first is None:
             raise _unreadable(path)
@@ -50,11 +53,14 @@ class Film:
             )
         self.width_px, self.height_px = first[1].shape[1], first[1].shape[0]
         capture = open_film(path)
-        self.turned_deg = round(capture.get(cv2.CAP_PROP_ORIENTATION_META)) % 360
+        if mp4 is None:
+            self.turned_deg = round(capture.get(cv2.CAP_PROP_ORIENTATION_META)) % 360
+        self.rate_hz = float(capture.get(cv2.CAP_PROP_FPS))
         self.declared = max(round(capture.get(cv2.CAP_PROP_FRAME_COUNT)), 0)
+        self.expected = self.declared if mp4 is None else round(self.declared * mp4.shown_fraction)
         capture.release()
 
-    def frames(self, every: int = 1) -> Iterator[tuple[float, Image]]:
+    def frames(self, every: int = 1) -> Generator[tuple[float, Image], None, None]:
         """Time [s] and pixels (h, w, 3) of every ``every``-th frame.
 
         A stamp that does not rise (some containers have none) is put one frame period after the one before.
@@ -64,6 +70,8 @@ class Film:
                 good, pixels = capture.retrieve()
                 if not good:
                     return
+                if self.is_mirrored and self.turned_deg in TURNS:
+                    pixels = cv2.rotate(pixels, TURNS[self.turned_deg])
                 yield t_s, np.asarray(pixels, dtype=np.uint8)
 
     def times_s(self) -> Array:
@@ -77,6 +85,8 @@ class Film:
     def _grabbed(self) -> Iterator[tuple[float, cv2.VideoCapture]]:
         """The time of each frame, and the capture that can decode it."""
         capture = open_film(self.path)
+        if self.is_mirrored:
+            capture.set(cv2.CAP_PROP_ORIENTATION_AUTO, 0)  # it takes a mirror for another turn
         damaged = self.avi is not None and self.avi.damaged_byte is not None
         known = self.avi.frames if self.avi is not None and damaged else None
         try:
@@ -94,16 +104,7 @@ class Film:
 
 def _unreadable(path: Path) -> InputError:
     """Why a file is no film, as far as that is seen: an MP4 has its index, often at its end, in the box 'moov'."""
-    with path.open("rb") as stream:
-        boxes: list[bytes] = []
-        place, size = 0, path.stat().st_size
-        while place + 8 <= size and len(boxes) < MOST_BOXES:
-            stream.seek(place)
-            length, name = struct.unpack(">I4s", stream.read(8))
-            if length == 1:
-                (length,) = struct.unpack(">Q", stream.read(8).rjust(8, b"\0"))
-            boxes.append(name)
-            place = place + length if length >= 8 else size
+    boxes = top_boxes(path)
     if boxes[:1] == [b"ftyp"] and b"moov" not in boxes:
         return InputError(
             str(path), "it is cut off: its index (moov) is not there", remedy="copy it again from where it was filmed"

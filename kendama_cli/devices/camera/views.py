@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from kendama_cli.devices.camera.pixels import open_film, read_image
+from kendama_cli.devices.camera.film import Film
+from kendama_cli.devices.camera.pixels import read_image
 from kendama_cli.errors import InputError
 
 IMAGES = (".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff")
@@ -62,17 +62,9 @@ def _images(source: Path) -> Iterator[tuple[str, NDArray[np.uint8]]]:
     if source.suffix.lower() in IMAGES:
         yield source.stem, read_image(source)
         return
-    capture = open_film(source)
-    count = int(capture.get(cv2.CAP_PROP_FRAME_COUNT)) if capture.isOpened() else 0
-    wanted = set(np.linspace(0, max(count - 1, 0), min(max(count, 1), FROM_VIDEO)).round().astype(int).tolist())
-    shown = 0
-    for number in range(count):
-        good, pixels = capture.read()
-        if not good:
-            break
+    film = Film(source)
+    count = film.count()  # a container's own count may hold frames that its edit list hides
+    wanted = set(np.linspace(0, count - 1, min(count, FROM_VIDEO)).round().astype(int).tolist())
+    for number, (_, pixels) in enumerate(film.frames()):
         if number in wanted:
-            shown += 1
-            yield f"frame {number}", np.asarray(pixels, dtype=np.uint8)
-    capture.release()
-    if not shown:
-        raise InputError(str(source), "OpenCV cannot read it as a video", remedy="convert it, e.g. to mp4")
+            yield f"frame {number}", pixels

@@ -7,12 +7,11 @@ import math
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from kendama_cli.devices.camera.calibration import camera_model, read_calibration
-from kendama_cli.devices.camera.pixels import open_film
+from kendama_cli.devices.camera.film import Film
 from kendama_cli.devices.hand.file import RecordedHand, hands_of
 from kendama_cli.devices.hand.recording import Recording
 from kendama_cli.devices.hand.segments import checked_swings
@@ -122,33 +121,18 @@ def _frames(path: str, rate_hz: float | None) -> Iterator[tuple[float, NDArray[n
     """Stamps and pictures; where no rate is declared, the film's own stamps (they may be uneven) or rate."""
     if not Path(path).is_file():
         raise InputError(path, "no such file", remedy="set capture.path to a film, a glob or a list of them")
-    film = open_film(path)
-    try:
-        if not film.isOpened():
-            raise InputError(path, "OpenCV cannot open it as a film", remedy="convert it, e.g. to mp4")
-        own_hz = float(film.get(cv2.CAP_PROP_FPS))
-        announced = int(film.get(cv2.CAP_PROP_FRAME_COUNT))
-        if rate_hz is None and not (math.isfinite(own_hz) and own_hz > 0):
-            raise InputError(path, "the film does not tell its frame rate", remedy="give it by capture.rate_hz")
-        count, before = 0, -math.inf
-        while True:
-            good, pixels = film.read()
-            if not good:
-                break
-            t_s = count / (rate_hz or own_hz)
-            if rate_hz is None:
-                stamp = float(film.get(cv2.CAP_PROP_POS_MSEC)) / 1e3
-                t_s = stamp if stamp > before else before + 1 / own_hz
-            before, count = t_s, count + 1
-            yield t_s, np.asarray(pixels, dtype=np.uint8)
-        if count < 0.9 * announced - 2:
-            raise InputError(
-                path,
-                f"it can be read up to frame {count} of {announced}; it is damaged or was cut short",
-                remedy="record it again, or convert the part that can be read",
-            )
-    finally:
-        film.release()
+    film, count = Film(Path(path)), 0
+    if rate_hz is None and not (math.isfinite(film.rate_hz) and film.rate_hz > 0):
+        raise InputError(path, "the film does not tell its frame rate", remedy="give it by capture.rate_hz")
+    for t_s, pixels in film.frames():
+        yield t_s if rate_hz is None else count / rate_hz, pixels
+        count += 1
+    if count < 0.9 * film.expected - 2:
+        raise InputError(
+            path,
+            f"it can be read up to frame {count} of {film.expected}; it is damaged or was cut short",
+            remedy="record it again, or convert the part that can be read",
+        )
 
 
 def _camera(settings: MarkerSettings, width: int, height: int, path: str) -> CameraModel:

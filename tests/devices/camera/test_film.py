@@ -2,13 +2,18 @@
 
 import struct
 
+import av
 import numpy as np
 import pytest
 
 from kendama_cli.devices.camera.avi import read_avi
+from kendama_cli.devices.camera.file import FileCameraBlock
 from kendama_cli.devices.camera.film import Film
 from kendama_cli.devices.camera.film_check import film_faults
+from kendama_cli.devices.camera.views import read_views
+from kendama_cli.devices.hand.marker import _frames as marker_frames
 from kendama_cli.errors import InputError
+from kendama_cli.vision.camera_model import CameraModel
 from tests.vision.ball_films import RATE_HZ, pendulum, textured, write_film
 
 FRAMES = 24
@@ -92,11 +97,15 @@ def test_frames_that_are_not_evenly_spaced_are_told(mp4):
     assert "its frames are not evenly spaced (33.3 ms, but 2 gaps of up to 100 ms): each has its own time" in line
 
 
-def turn_on_its_side(path):
+def turn(path, a, b, c, d):
     """Have the metadata say that the film is to be turned: the matrix of ISO 14496-12's track header."""
     place = path.read_bytes().index(b"tkhd") + 4 + 40
     one = 0x10000
-    changed(path, place, struct.pack(">9i", 0, one, 0, -one, 0, 0, 0, 0, 0x40000000))
+    changed(path, place, struct.pack(">9i", a * one, b * one, 0, c * one, d * one, 0, 0, 0, 0x40000000))
+
+
+def turn_on_its_side(path):
+    turn(path, 0, 1, -1, 0)
 
 
 def test_a_film_that_its_metadata_turns_is_turned_and_says_so(mp4):
@@ -105,3 +114,61 @@ def test_a_film_that_its_metadata_turns_is_turned_and_says_so(mp4):
     film = Film(mp4)
     assert film.turned_deg in (90, 270)
     assert (film.width_px, film.height_px) == (240, 320)
+
+
+UNMIRRORED = {  # the matrix (a, b, c, d) of x' = a x + c y, y' = b x + d y, and quarter turns of NumPy's rot90
+    "upright": ((1, 0, 0, 1), 0),
+    "clockwise": ((0, 1, -1, 0), -1),
+    "upside down": ((-1, 0, 0, -1), 2),
+    "anticlockwise": ((0, -1, 1, 0), 1),
+}
+
+
+@pytest.mark.parametrize("mirrored", [False, True])
+@pytest.mark.parametrize("name", UNMIRRORED)
+def test_each_of_eight_matrices_shows_the_film_upright_as_the_lens_saw_it(mp4, name, mirrored):
+    taken = next(Film(mp4).frames())[1]
+    (a, b, c, d), quarters = UNMIRRORED[name]
+    if mirrored:  # first flipped from left to right: x' = -a x + c y
+        a, b = -a, -b
+    turn(mp4, a, b, c, d)
+    film = Film(mp4)
+    np.testing.assert_array_equal(next(film.frames())[1], np.rot90(taken, quarters))
+    assert (film.is_mirrored, film.turned_deg) == (mirrored, -90 * quarters % 360)
+    lines = faults(mp4)
+    assert len([line for line in lines if "it is turned by" in line]) == (quarters != 0)
+    assert len([line for line in lines if "mirrors it, which is left out" in line]) == mirrored
+
+
+def trimmed(path, frames):
+    """Have the edit list show the ``frames`` from the middle on: ISO 14496-12's box 'elst' with one entry."""
+    data = path.read_bytes()
+    ticks_per_s = struct.unpack(">I", data[data.index(b"mvhd") + 16 :][:4])[0]
+    place = data.index(b"elst") + 12
+    (since,) = struct.unpack(">i", data[place + 4 : place + 8])
+    media_per_s = struct.unpack(">I", data[data.index(b"mdhd") + 16 :][:4])[0]
+    begun = since + round(media_per_s * (FRAMES // 2) / RATE_HZ)
+    changed(path, place, struct.pack(">Ii", round(ticks_per_s * frames / RATE_HZ), begun))
+
+
+def test_a_trimmed_film_is_read_as_far_as_it_is_shown_and_is_not_damaged(mp4):
+    trimmed(mp4, 8)
+    with av.open(str(mp4)) as opened:
+        shown = sum(1 for _ in opened.decode(video=0))
+    film = Film(mp4)
+    assert (film.count(), film.declared) == (shown, FRAMES)
+    assert 6 <= shown <= 12
+    (line,) = faults(mp4)
+    assert "it is trimmed: its edit list shows about" in line
+    assert f"of its {FRAMES} frames" in line
+    assert len(list(read_views([mp4]))) == shown
+
+
+def test_a_recorded_camera_and_a_filmed_marker_take_a_trimmed_film_for_a_whole_one(mp4):
+    trimmed(mp4, 8)
+    model = CameraModel(
+        "film", 320, 240, np.full(2, 300.0), np.array([159.5, 119.5]), np.zeros(5), np.eye(3), np.zeros(3)
+    )
+    camera = FileCameraBlock(model, str(mp4), clock=lambda: 100.0)
+    assert camera.latest(max_age_s=1000.0).t_s < 12 / RATE_HZ
+    assert len(list(marker_frames(str(mp4), None))) == Film(mp4).count()

@@ -118,7 +118,7 @@ def test_a_binary_list_of_images_is_told_in_one_line(tmp_path):
 def test_a_corrupt_video_is_told_in_one_line(tmp_path):
     path = tmp_path / "rubbish.mp4"
     path.write_bytes(np.random.default_rng(0).bytes(5000))
-    with pytest.raises(InputError, match=r"rubbish\.mp4: OpenCV cannot open it as a video; convert it"):
+    with pytest.raises(InputError, match=r"rubbish\.mp4: OpenCV cannot read it as a film; convert it"):
         FileCameraBlock(MODEL, str(path), clock=Clock())
 
 

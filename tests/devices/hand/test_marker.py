@@ -86,7 +86,7 @@ def test_another_marker_is_not_taken_for_it(tmp_path):
 
 def test_what_is_no_film_is_told(tmp_path):
     (tmp_path / "a.mp4").write_bytes(b"no film")
-    with pytest.raises(InputError, match="OpenCV cannot open it as a film"):
+    with pytest.raises(InputError, match="OpenCV cannot read it as a film"):
         open_hands(settings(tmp_path / "a.mp4"))
     with pytest.raises(InputError, match="no such file"):
         open_hands(settings(tmp_path / "b.mp4"))
