@@ -107,7 +107,7 @@ def write(folder: Path) -> list[Path]:
     files = []
     for name, t_s, path in demonstrations():
         lines = [
-            "# Synthetic demonstration of a kendama swing, made by data/generate.py; no person was recorded.",
+            "# origin: synthetic. A demonstration of a swing, made by data/generate.py; no person was recorded.",
             "# Time [s] and position of the cup [m]: x in the swing plane, y sideways, z up. 100 Hz.",
             "t_s,x_m,y_m,z_m",
             *(f"{t:.2f},{x:.5f},{y:.5f},{z:.5f}" for t, (x, y, z) in zip(t_s, path, strict=True)),

@@ -29,7 +29,7 @@ from kendama_cli.config.site import find_site
 
 app = typer.Typer(
     name="kendama",
-    help="Teach a robot the ball-in-a-cup game: from a person's recorded swing to an arm that catches.",
+    help="Teach a robot the ball-in-a-cup game: from a recorded swing to an arm that catches.",
     no_args_is_help=True,
     pretty_exceptions_enable=False,
     rich_markup_mode=None,

@@ -10,6 +10,7 @@ from typing import Any
 from kendama_cli.report.animation import SCRIPT
 from kendama_cli.report.chapters import declaration_of, draw, film, performances
 from kendama_cli.report.figure import save_script
+from kendama_cli.report.origin import robot_of
 from kendama_cli.report.page_head import page_head
 from kendama_cli.report.replay.page_part import replay, scripts
 from kendama_cli.report.source import StageLog, is_number
@@ -57,7 +58,7 @@ def make_report(run: Mapping[str, Any], logs: Mapping[str, Path]) -> str:
 
 def _heading(declarations: Declarations) -> str:
     only = next(iter(declarations.values())) if len(declarations) == 1 else None
-    return only.title if only is not None else "Ball in a cup: from a person’s swing to a robot’s catch"
+    return only.title if only is not None else "Ball in a cup: from a swing to a robot’s catch"
 
 
 def _contents(declarations: Declarations, sources: Mapping[str, StageLog]) -> str:
@@ -76,7 +77,8 @@ def _head(declarations: Declarations, sources: Mapping[str, StageLog]) -> str:
     ]
     moving = next(filter(None, (film(declaration, log) for declaration, log in shown)), "")
     results = "".join(
-        f"<div><dt>{html.escape(one.words)}</dt><dd>{_result(one.metric, log.metrics[one.metric])}</dd></div>"
+        f"<div><dt>{html.escape(one.of(robot_of(log.settings)))}</dt>"
+        f"<dd>{_result(one.metric, log.metrics[one.metric])}</dd></div>"
         for one, log in _headlines([(declaration.headline, log) for declaration, log in shown])
     )
     table = f'<dl class="results">{results}</dl>' if results else ""

@@ -12,6 +12,7 @@ from kendama_cli.report.chapters import EnsembleChapter, declaration_of, ensembl
 from kendama_cli.report.ensemble import Ensemble, Run, ensemble
 from kendama_cli.report.figure import Figure, save_script
 from kendama_cli.report.grid import EMPTY, Cell, grid, quantity
+from kendama_cli.report.origin import robot_of
 from kendama_cli.report.page_head import page_head
 from kendama_cli.report.tables import label_and_unit, settings_table
 
@@ -90,14 +91,15 @@ def _headlines(chapters: Mapping[str, EnsembleChapter], gathered: Mapping[str, E
         for headline in chapter.headline:
             every = gathered[stage].groups
             groups = [group for group in every if len(group.figures(headline.metric))]
+            robots = {robot_of(one.log.settings) for group in groups for one in group.members}
+            words = headline.of(robots.pop() if len(robots) == 1 else "the robot")
             means = [float(group.figures(headline.metric).mean()) for group in groups]
             share = headline.metric.endswith("_rate") or "_rate_" in headline.metric
             if groups and (chapter.pooled or len(every) == 1):
-                results.append(_result(float(np.mean(means)), headline.words, share))
+                results.append(_result(float(np.mean(means)), words, share))
             elif len(every) <= _FEW:
                 results += [
-                    _result(mean, f"{headline.words}: {group.label}", share)
-                    for mean, group in zip(means, groups, strict=True)
+                    _result(mean, f"{words}: {group.label}", share) for mean, group in zip(means, groups, strict=True)
                 ]
     return f'<dl class="results">{"".join(results)}</dl>' if results else ""
 

@@ -23,10 +23,17 @@ KINDS: tuple[Kind, ...] = ("computes", "records", "moves")
 
 @dataclass(frozen=True)
 class Headline:
-    """A metric that a reader should see first; ``words`` follow the number, as in "of swing-ups succeed"."""
+    """A metric that a reader should see first; ``words`` follow the number, as in "of swing-ups succeed".
+
+    ``{robot}`` in them is the robot that the stage drove: the twin, say.
+    """
 
     metric: str
     words: str
+
+    def of(self, robot: str) -> str:
+        """Return the words about ``robot``."""
+        return self.words.replace("{robot}", robot)
 
 
 @dataclass(frozen=True)

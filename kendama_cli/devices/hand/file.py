@@ -30,7 +30,7 @@ class RecordedHand:
     def __init__(self, name: str, recording: Recording) -> None:
         self.name = name
         self.rate_hz = float(1.0 / np.median(np.diff(recording.t_s)))
-        self.warnings = recording.warnings
+        self.warnings, self.origin = recording.warnings, recording.origin
         self._recording = recording
 
     def samples(self) -> Iterator[HandSample]:

@@ -41,6 +41,8 @@ class Recording:
     """(n, 4) unit quaternions that turn the upright cup; None where only places are there."""
     ball_m: Array | None = None
     """(n, 3) the ball, where it was recorded too; NaN where it was not seen."""
+    origin: str = ""
+    """one word of the file's head about who or what made the swing: ``# origin: synthetic``"""
 
 
 def unit_rotations(path: str, rotation_wxyz: Array, place: Callable[[int], str], *, from_start: bool) -> Array:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
+import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
@@ -18,6 +19,9 @@ from kendama_cli.schema.arrays import Array
 from kendama_cli.schema.settings import nearest
 from kendama_cli.schema.units import METRES, SECONDS, length_unit, time_unit
 
+ORIGIN = re.compile(r"^#\s*(?:origin\s*[:=]\s*([a-z]{1,20})|(synthetic))\b", re.IGNORECASE | re.MULTILINE)
+"""The line of a head that says who or what made the swing."""
+LONGEST_HEAD = 2000
 REMEDY = "give a text file (CSV, TSV or whitespace-separated) or an MCAP file"
 
 
@@ -31,7 +35,8 @@ class Rows:
 
 def read_text(path: str, content: bytes, settings: FileCapture) -> Recording:
     """The recording in the text ``content`` of the file ``path``; raises InputError naming line, column and value."""
-    rows = _rows(path, text_of(path, content, remedy=REMEDY), settings)
+    text = text_of(path, content, remedy=REMEDY)
+    rows = _rows(path, text, settings)
     _check_units(path, rows, settings)
     columns = (settings.columns.x, settings.columns.y, settings.columns.z)
     axes = [
@@ -54,6 +59,7 @@ def read_text(path: str, content: bytes, settings: FileCapture) -> Recording:
         "look at the unit (capture.unit: m, cm or mm) and at capture.columns",
         "look at capture.columns and capture.sign (z points up, x lies in the swing's plane)",
         rotation_wxyz=_rotation(path, rows, settings, place),
+        origin=(found[1] or found[2]).lower() if (found := ORIGIN.search(text[:LONGEST_HEAD])) else "",
     )
 
 

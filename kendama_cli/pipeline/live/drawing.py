@@ -158,6 +158,6 @@ class Drawing:
         declaration = self._declared[stage.name]
         if stage.artifact is not None:
             return performances(declaration, log)
-        kind: Kind = "simulation" if declaration.kind == "computes" else "hardware"
+        kind: Kind = "simulation" if declaration.kind == "computes" else "robot"
         motion = last_motion(log, f"{declaration.title}: the last motion", kind)
         return [] if motion is None else [motion]

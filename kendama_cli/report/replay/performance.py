@@ -21,7 +21,7 @@ if TYPE_CHECKING:  # a process that renders a film reads no log
 
     from kendama_cli.report.source import StageLog
 
-Kind = Literal["demonstration", "simulation", "hardware", "referee"]
+Kind = Literal["demonstration", "simulation", "robot", "referee"]
 
 MOST_RATE_HZ = 100.0
 MOST_SAMPLES = 3000

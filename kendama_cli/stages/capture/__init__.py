@@ -9,7 +9,7 @@ from kendama_cli.stages.capture.messages import TOPICS
 STAGE = StageDeclaration(
     name="capture",
     title="Demonstration",
-    lead="A person's swings, recorded at the hand that holds the cup.",
+    lead="The swings that are learned from: the path of the cup in each.",
     run="kendama_cli.stages.capture.stage:Capture",
     gives="kendama_cli.artifacts.demonstration:DemonstrationSet",
     settings={"capture": CaptureSettings},

@@ -1,8 +1,9 @@
-"""The figures of capture: what the person did."""
+"""The figures of capture: the swings that were recorded."""
 
 from __future__ import annotations
 
 from kendama_cli.report.figure import Figure, Panel, figure, lettered
+from kendama_cli.report.origin import swings_of
 from kendama_cli.report.plot import drawing
 from kendama_cli.report.source import StageLog
 from kendama_cli.report.style import CUP
@@ -35,7 +36,7 @@ def capture_figures(log: StageLog) -> list[Figure]:
         lettered(
             panels,
             [
-                f"Side view of the cup as the person moved it, in {one_or_many}, relative to where it begins (dot).",
+                f"{swings_of(log.metrics)} Side view of the cup in {one_or_many}, relative to where it begins (dot).",
                 "The horizontal (x) and vertical (z) coordinate over time, in metres and seconds.",
             ],
         ),

@@ -8,10 +8,11 @@ from kendama_cli.schema.foxglove import FrameTransform
 
 
 def replay(log: StageLog) -> list[Performance]:
-    """The first demonstration: the cup in the person's hand."""
+    """The first demonstration: the cup alone."""
     cups = log.table("/capture/cup", FrameTransform)
     if cups.empty:
         return []
     name = min(cups["child"])
-    found = cup_alone(cups[cups["child"] == name], f"Demonstration {name}")
+    origin = log.metrics.get("origin")
+    found = cup_alone(cups[cups["child"] == name], f"Demonstration {name}" + (f" ({origin})" if origin else ""))
     return [found] if found is not None else []

@@ -35,6 +35,7 @@ class Capture:
             demonstrations.append(_record(hand, ctx))
             warnings += getattr(hand, "warnings", ())
             ctx.progress(len(demonstrations), len(hands))
+        origins = {getattr(hand, "origin", "") for hand in hands}
         rates = [1.0 / np.median(np.diff(swing.t_s)) for swing in demonstrations]
         return Made(
             DemonstrationSet(tuple(demonstrations)),
@@ -43,6 +44,7 @@ class Capture:
                 "sample_rate_hz": round(float(np.median(rates)), 6),
                 "duration_s": float(np.mean([swing.duration_s for swing in demonstrations])),
                 "peak_speed_m_s": max(swing.peak_speed_m_s for swing in demonstrations),
+                "origin": origins.pop() if len(origins) == 1 else "mixed",
             },
             tuple(warnings),
         )

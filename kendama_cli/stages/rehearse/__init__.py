@@ -17,7 +17,7 @@ STAGE = StageDeclaration(
     kind="moves",
     chapter="kendama_cli.stages.rehearse.chapter:rehearsal_figures",
     headline=(
-        Headline("speed", "of the motion's own speed was played on the hardware"),
+        Headline("speed", "of the motion's own speed was played on {robot}"),
         Headline("behind_rms_mrad", "mrad rms between what was sent and what was measured"),
     ),
 )

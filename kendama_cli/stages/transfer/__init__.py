@@ -9,10 +9,7 @@ from kendama_cli.stages.transfer.messages import TOPICS
 STAGE = StageDeclaration(
     name="transfer",
     title="Transfer to the robot",
-    lead=(
-        "Table and primitive go to the hardware (a simulated twin in a process of its own, unless configured "
-        "otherwise), and the learning goes on there."
-    ),
+    lead="Table and primitive go to the robot that hardware names, and the learning goes on there.",
     run="kendama_cli.stages.transfer.stage:Transfer",
     gives="kendama_cli.artifacts.transfer_result:TransferResult",
     settings={"transfer": TransferSettings},
@@ -23,7 +20,7 @@ STAGE = StageDeclaration(
     episodes="kendama_cli.stages.transfer.episodes:episodes",
     ensemble_chapter="kendama_cli.stages.transfer.comparison:CHAPTER",
     headline=(
-        Headline("success_rate_after", "of swing-ups succeed on the hardware"),
-        Headline("caught_rate", "of full games caught on the hardware"),
+        Headline("success_rate_after", "of swing-ups succeed on {robot}"),
+        Headline("caught_rate", "of full games caught on {robot}"),
     ),
 )

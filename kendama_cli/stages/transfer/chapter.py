@@ -1,4 +1,4 @@
-"""The figures of transfer: learning goes on at the hardware, the games played there, and the imitated swing."""
+"""The figures of transfer: learning goes on with the robot, the games played there, and the imitated swing."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from kendama_cli.log.messages import JointExchangeMessage, RolloutMessage
 from kendama_cli.motion.tracking_delay import Tracking, tracking
 from kendama_cli.report.animation import player
 from kendama_cli.report.figure import Figure, Panel, figure, lettered
+from kendama_cli.report.origin import robot_of
 from kendama_cli.report.plot import drawing, legend_above
 from kendama_cli.report.source import StageLog
 from kendama_cli.report.style import CUP, GOOD, INK, MUTED, PAPER, SERIES
@@ -27,15 +28,16 @@ _PARTS = (("swung_up", "swung up"), ("predicted", "catch predicted"), ("caught",
 
 
 def transfer_figures(log: StageLog) -> list[Figure]:
-    """Rollouts on the hardware; the games; one game in detail; the imitated swing; sent against measured."""
+    """Rollouts on the robot; the games; one game in detail; the imitated swing; sent against measured."""
     own = sent_and_measured(log, *shown_game(log)[1:])
     return [*_learning(log), *_all_games(log), *_one_game(log), *_imitated(log), *own]
 
 
 def _learning(log: StageLog) -> list[Figure]:
     """The rewards of the rollouts, and the rates of success before and after them."""
+    robot = robot_of(log.settings)
     rewards = [
-        reward_panel(log.table("/transfer/rollout", RolloutMessage), "transfer-reward", "rollout on the hardware"),
+        reward_panel(log.table("/transfer/rollout", RolloutMessage), "transfer-reward", f"rollout on {robot}"),
         reward_panel(
             log.table("/transfer/scratch/rollout", RolloutMessage), "transfer-scratch", "rollout from scratch"
         ),
@@ -47,8 +49,8 @@ def _learning(log: StageLog) -> list[Figure]:
     captions = lettered(
         rewards,
         [
-            "Reward of every rollout on the hardware, going on from the table learned in simulation.",
-            "The same hardware, learning from an empty table.",
+            f"Reward of every rollout on {robot}, going on from the table learned before.",
+            f"Learning on {robot} from an empty table.",
         ],
     )
     return figure([*captions, "Filled: the goal was reached.", rates], rewards, columns=1)
@@ -62,6 +64,7 @@ def _all_games(log: StageLog) -> list[Figure]:
 def _one_game(log: StageLog) -> list[Figure]:
     """One game as paths and over time, as its camera saw it, and as a film beside the errors of all predictions."""
     number, start_s, end_s = shown_game(log)
+    robot = robot_of(log.settings)
     paths = pair(log, "/transfer", start_s, end_s)
     detail = [_path(log, paths), _series(log.table("/transfer/step", TransferStepMessage), number)]
     images = thumbnails(log, "/transfer")
@@ -71,9 +74,9 @@ def _one_game(log: StageLog) -> list[Figure]:
             lettered(
                 detail,
                 [
-                    "One game on the hardware: cup and ball in the swing plane, a mark every 60 ms, and the cup at the"
+                    f"One game on {robot}: cup and ball in the swing plane, a mark every 60 ms, and the cup at the"
                     " catch (or at the end).",
-                    "Cup, ball and commanded acceleration of this game over time, as the hardware reported them.",
+                    f"Cup, ball and commanded acceleration of this game over time, as {robot} reported them.",
                 ],
             ),
             detail,
@@ -107,8 +110,8 @@ def _imitated(log: StageLog) -> list[Figure]:
     ended = "" if imitated is None else "; it was caught" if imitated else "; it was missed"
     return figure(
         [
-            "The imitated swing as the hardware carried it out, until shortly after the ball came down to the"
-            f" rim{ended}."
+            f"The imitated swing as {robot_of(log.settings)} carried it out, until shortly after the ball came down to"
+            f" the rim{ended}."
         ],
         [_imitation(log)],
     )
@@ -122,7 +125,7 @@ def _path(log: StageLog, paths: tuple[Path2D, Path2D] | None) -> Panel | None:
     if caught_s is not None:
         cup, ball = (body.between(body.t_s[0], caught_s + 0.12) for body in paths)
         paths = cup, ball
-    return swing_panel("transfer-path", "One game on the hardware", paths, sizes, caught_s)
+    return swing_panel("transfer-path", f"One game on {robot_of(log.settings)}", paths, sizes, caught_s)
 
 
 def _film(log: StageLog, paths: tuple[Path2D, Path2D] | None, game: int) -> Panel | None:

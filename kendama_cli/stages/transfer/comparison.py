@@ -45,7 +45,7 @@ def transfer_sweep_figures(runs: Ensemble) -> list[Figure]:
     """Further rollouts of every seed, from the table and from scratch, for each group."""
     groups = [group for group in runs.groups if len(group.figures("rollouts"))]
     compared = any(len(group.figures("rollouts_from_scratch")) for group in groups)
-    caption = "Further rollouts needed on the hardware, a mark for each seed and a bar for their mean: from the table"
+    caption = "Further rollouts needed on the robot, a mark for each seed and a bar for their mean: from the table"
     caption += " learned in simulation, and from an empty table on the same body." if compared else "."
     return figure([caption], [_further(groups)], columns=1)
 
@@ -65,7 +65,7 @@ def transfer_table(runs: Ensemble) -> str:
         if (seeds := [member.seed or "–" for member in group.members if member.log.metrics.get(metric) is False])
     ]
     note = (
-        "Rollouts on the hardware up to the first of ten greedy successes in a row; a failure counts as the cap. Below"
+        "Rollouts on the robot up to the first of ten greedy successes in a row; a failure counts as the cap. Below"
         " means and ratios their 95 % bootstrap intervals, below success rates the exact 95 % interval over all"
         " trials."
     )
@@ -170,7 +170,7 @@ def _further(groups: Sequence[Group]) -> Panel | None:
         axes.set_xlim(left=0)
         axes.set_xlabel("further rollouts")
         legend_above(axes)
-    return Panel("Further rollouts on the hardware", made.svg)
+    return Panel("Further rollouts on the robot", made.svg)
 
 
 def _spread(values: Array) -> Array:
@@ -186,14 +186,14 @@ def _spread(values: Array) -> Array:
 
 CHAPTER = EnsembleChapter(
     title="Transfer to other bodies",
-    lead="The table goes to hardware that is not what it was learned on, and the learning goes on there.",
+    lead="The table goes to a robot that is not the one it was learned on, and the learning goes on there.",
     topics=(),
     figures=transfer_sweep_figures,
     tables=transfer_table,
     headline=(
-        Headline("rollouts", "further rollouts on the hardware, mean"),
+        Headline("rollouts", "further rollouts on {robot}, mean"),
         Headline("rollouts_from_scratch", "rollouts there from scratch, mean"),
-        Headline("success_rate_after", "of swing-ups succeed on the hardware"),
+        Headline("success_rate_after", "of swing-ups succeed on {robot}"),
     ),
     pooled=True,
 )

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from kendama_cli.report.origin import robot_of
 from kendama_cli.report.replay.camera_images import camera_images
 from kendama_cli.report.replay.performance import Expected, Performance, performance
 from kendama_cli.report.source import StageLog
@@ -17,14 +18,15 @@ _SCENE = "/transfer/scene"
 
 
 def replay(log: StageLog) -> list[Performance]:
-    """The imitated swing's last try and one full game, as the hardware carried them out."""
+    """The imitated swing's last try and one full game, as the robot carried them out."""
+    robot = robot_of(log.settings).removeprefix("the ")
     number, start_s, end_s = shown_game(log)
     tried_s = last_start_s(log.table("/transfer/imitation/ball", FrameTransform))
     game = performance(
         log,
         "/transfer",
-        "Full game, hardware",
-        "hardware",
+        f"Full game, {robot}",
+        "robot",
         scene=_SCENE,
         start_s=start_s,
         end_s=end_s,
@@ -34,8 +36,8 @@ def replay(log: StageLog) -> list[Performance]:
     imitated = performance(
         log,
         "/transfer/imitation",
-        "Imitated swing, hardware",
-        "hardware",
+        f"Imitated swing, {robot}",
+        "robot",
         scene=_SCENE,
         start_s=tried_s,
     )

@@ -108,10 +108,10 @@ def test_it_turns_zooms_and_plays_by_keys_and_mouse(in_space, report) -> None:
 def test_side_by_side_and_overlaid_show_what_is_ticked(in_space, report) -> None:
     tab = _opened(in_space, report, 1000, 800)
     legends = "[...document.querySelectorAll('.replay .legend span')].map(one => one.textContent)"
-    assert tab.value(legends) == ["Adapted swing, simulated", "Full game, hardware"]
+    assert tab.value(legends) == ["Adapted swing, simulated", "Full game, twin"]
     two = tab.value(SEEN)["ball"][0]
     tab.value("document.querySelector('.replay [data-side=\"0\"]').click()")
-    assert tab.value(legends) == ["Adapted swing, simulated, Full game, hardware"]
+    assert tab.value(legends) == ["Adapted swing, simulated, Full game, twin"]
     assert tab.value(SEEN)["ball"][0] != two
     assert tab.said == []
     tab.send("Page.close")

@@ -94,8 +94,8 @@ def test_a_run_shows_every_motion_that_its_logs_hold(run, logs) -> None:
     shown = _scene(undrawn_report(run, logs, "capture", "adapt", "learn", "transfer"))
     assert [one["label"] for one in shown] == [
         "Adapted swing, simulated",
-        "Imitated swing, hardware",
-        "Full game, hardware",
+        "Imitated swing, twin",
+        "Full game, twin",
         "Demonstration swing-00",
         "Learned swing-up, simulated",
     ]

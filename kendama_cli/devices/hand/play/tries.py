@@ -172,6 +172,7 @@ class TryFolder:
 def head(one: Try) -> str:
     """The lines before a try's header row."""
     facts = {
+        "origin": "person",
         "outcome": one.outcome,
         "chosen": "yes" if one.chosen else "no",
         "began": one.began,

@@ -74,7 +74,7 @@ def drag(tab, at=(450.0, 450.0), touch=False, shown="kendama.tries.length > 0"):
 
 def recorded(game: Path, player: str):
     (file,) = (game / "plays" / player).glob("*.csv")
-    rows = np.loadtxt(file, delimiter=",", skiprows=7)
+    rows = np.loadtxt(file, delimiter=",", skiprows=8)
     return rows[:, 0], rows[:, (1, 3)]
 
 
