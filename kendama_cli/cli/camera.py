@@ -199,12 +199,6 @@ def camera_track(
     ball_mm: Annotated[
         float | None, typer.Option(metavar="MM", min=1.0, help="The ball's diameter: one camera sees depth by it.")
     ] = None,
-    rope_mm: Annotated[
-        float | None,
-        typer.Option(
-            metavar="MM", min=50.0, help="From a still tie to the ball's middle: depth by the swing's plane too."
-        ),
-    ] = None,
     teach: Teach = None,
     box: Annotated[
         list[str] | None,
@@ -233,7 +227,7 @@ def camera_track(
         videos,
         output,
         seeing,
-        TrackOptions(calibration, ball_mm, rope_mm, tuple(box or ()), same_clock, overlay, self_training),
+        TrackOptions(calibration, ball_mm, tuple(box or ()), same_clock, overlay, self_training),
         as_json=as_json,
     )
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import islice
 from pathlib import Path
@@ -32,7 +32,6 @@ class TrackOptions:
 
     calibration: Path | None
     ball_mm: float | None
-    rope_mm: float | None
     boxes: tuple[str, ...]
     same_clock: bool
     overlay: Path | None
@@ -71,8 +70,6 @@ def track_films(
     render.text(f"{output}: {document['rows']} rows, in {unit}")
     for name, offset in document["offset_s"].items():
         render.text(f"{name}: its clock is {1e3 * offset:.1f} ms ahead of that of {films[0].name}")
-    for line in _depth_lines(positions, options):
-        render.text(line)
 
 
 def _cameras(films: Sequence[Film], options: TrackOptions) -> list[CameraModel]:
@@ -80,8 +77,6 @@ def _cameras(films: Sequence[Film], options: TrackOptions) -> list[CameraModel]:
     names = [film.name for film in films]
     if len(set(names)) < len(names):
         raise UsageError(f"two films are called {', '.join(names)}: a film has its camera's name")
-    if options.rope_mm is not None and (len(films) > 1 or options.calibration is None):
-        raise UsageError("--rope-mm: it tells the depth that one calibrated camera sees; give one film, --calibration")
     if options.calibration is None:
         if len(films) > 1:
             raise UsageError("several films give places in metres: add --calibration (see 'kendama camera calibrate')")
@@ -169,30 +164,11 @@ def _positions(
         return None
     if len(cameras) == 1:
         assert options.ball_mm is not None
-        rope_m = None if options.rope_mm is None else options.rope_mm / 1e3
-        return from_one(tracks[0], cameras[0], options.ball_mm / 2e3, rope_m)
+        return from_one(tracks[0], cameras[0], options.ball_mm / 2e3)
     try:
         return agreed_positions(tracks, cameras, same_clock=options.same_clock)
     except ValueError as wrong:
         raise InputError(", ".join(map(str, paths)), str(wrong), remedy="look at one film with --overlay") from None
-
-
-def _depth_lines(positions: FilmPositions | None, options: TrackOptions) -> Iterator[str]:
-    """What depth rests on where one camera sees it."""
-    if positions is None or options.rope_mm is None:
-        return
-    swing = positions.swing
-    if swing is None:
-        yield (
-            f"no swing at {options.rope_mm:g} mm about one point fits what was seen: depth by the ball's size alone; "
-            "look at --rope-mm and --ball-mm, and whether the tie stands still"
-        )
-        return
-    yield (
-        f"depth by the ball's size and the swing's plane, {np.degrees(swing.slant_rad):.0f}° to the image: off it "
-        f"by {1e3 * swing.off_plane_rms_m:.0f} mm rms, at most {1e3 * float(np.abs(swing.off_plane_m).max()):.0f} mm; "
-        f"the ball looks {100 * (swing.size - 1):+.1f} % larger than --ball-mm says"
-    )
 
 
 def _document(output: Path, tracks: Sequence[FilmTrack], positions: FilmPositions | None) -> dict[str, Any]:
@@ -204,11 +180,4 @@ def _document(output: Path, tracks: Sequence[FilmTrack], positions: FilmPosition
         "rows": rows,
         "seen": {one.name: len(one.t_s) for one in tracks},
         "offset_s": offsets,
-        "swing": None
-        if positions is None or positions.swing is None
-        else {
-            "off_plane_rms_m": positions.swing.off_plane_rms_m,
-            "slant_rad": positions.swing.slant_rad,
-            "size": positions.swing.size,
-        },
     }

@@ -20,7 +20,6 @@ from kendama_cli.vision.ball_film import FilmTrack
 from kendama_cli.vision.film_positions import FilmPositions
 
 METRES = ("x_m", "y_m", "z_m", "sigma_x_m", "sigma_y_m", "sigma_z_m")
-OFF_PLANE = ("off_plane_m", "sigma_off_plane_m")
 PIXELS = ("frame", "u_px", "v_px", "sigma_px", "radius_px", "score", "streak_u_px", "streak_v_px")
 
 
@@ -50,19 +49,10 @@ class PlaceMessage:
     covariance_m2: Collection[float]
 
 
-@dataclass(frozen=True)
-class OffPlaneMessage:
-    """How far off the plane of its swing the ball is [m], positive away from the camera, and its standard deviation."""
-
-    off_plane_m: float
-    sigma_m: float
-
-
 TOPICS = {
     "/track/sighting": SightingMessage,
     "/track/ball": FrameTransform,
     "/track/place": PlaceMessage,
-    "/track/off_plane": OffPlaneMessage,
 }
 
 
@@ -81,8 +71,7 @@ def _table(first: FilmTrack, positions: FilmPositions | None) -> bytes:
     """A row per moment: metres first where they are known, then the first film's pixels."""
     text = io.StringIO()
     rows = csv.writer(text, lineterminator="\n")
-    swing = None if positions is None else positions.swing
-    head = (() if positions is None else METRES, () if swing is None else OFF_PLANE, PIXELS)
+    head = (() if positions is None else METRES, PIXELS)
     rows.writerow(("t_s", *(name for names in head for name in names)))
     for i, t_s in enumerate(first.t_s):
         metres: list[str] = []
@@ -91,8 +80,7 @@ def _table(first: FilmTrack, positions: FilmPositions | None) -> bytes:
             if at == len(positions.t_s) or positions.t_s[at] != t_s:
                 continue
             sigma = np.sqrt(np.diagonal(positions.covariance_m2[at]))
-            off = () if swing is None else (swing.off_plane_m[at], swing.off_plane_sigma_m[at])
-            metres = [f"{value:.6f}" for value in (*positions.position_m[at], *sigma, *off)]
+            metres = [f"{value:.6f}" for value in (*positions.position_m[at], *sigma)]
         seen = _sighting(first, i)
         pixels = (seen.u_px, seen.v_px, seen.sigma_px, seen.radius_px, seen.score, seen.streak_u_px, seen.streak_v_px)
         cells = ("" if np.isnan(value) else f"{value:.3f}" for value in pixels)
@@ -112,10 +100,6 @@ def _log(tracks: Sequence[FilmTrack], positions: FilmPositions | None) -> bytes:
         log.write("/track/ball", t_s, FrameTransform("world", "ball", position_m))
         x_m, y_m, z_m = (float(value) for value in position_m)
         log.write("/track/place", t_s, PlaceMessage(x_m, y_m, z_m, covariance_m2.ravel()))
-    if positions is not None and positions.swing is not None:
-        swing = positions.swing
-        for t_s, off_m, sigma_m in zip(positions.t_s, swing.off_plane_m, swing.off_plane_sigma_m, strict=True):
-            log.write("/track/off_plane", float(t_s), OffPlaneMessage(float(off_m), float(sigma_m)))
     with TemporaryDirectory() as folder:
         path = Path(folder, "track.mcap")
         log.finish(path, stage="track", settings={}, metrics={})

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -11,7 +12,6 @@ from scipy.optimize import minimize_scalar
 from kendama_cli.schema.arrays import Array
 from kendama_cli.vision.ball_film import FilmTrack
 from kendama_cli.vision.camera_model import CameraModel
-from kendama_cli.vision.swing_plane import SizedSights, fuse, rope_plane, scatter
 from kendama_cli.vision.tracker import sphere_centre
 from kendama_cli.vision.triangulation import SightRows, sight_rows, triangulate
 
@@ -19,25 +19,7 @@ LONGEST_OFFSET_S = 2.0
 GAP_FRAMES = 3.0
 RADIUS_SIGMA = 0.5
 """Standard deviation of a radius that was seen [px], where a detector says none."""
-OWN_RADIUS_SIGMA = 0.12
-"""The part of it that is not common to all frames."""
 FEWEST = 8
-
-
-@dataclass(frozen=True)
-class SeenSwing:
-    """How far off the plane of its swing the ball is (n,) [m], with its standard deviation, positive away from the
-    camera; the angle between plane and image [rad], and how much larger than it is the ball looks."""
-
-    off_plane_m: Array
-    off_plane_sigma_m: Array
-    slant_rad: float
-    size: float
-
-    @property
-    def off_plane_rms_m(self) -> float:
-        """Of ``off_plane_m``, what is not known of it included."""
-        return float(np.sqrt(np.mean(self.off_plane_m**2 + self.off_plane_sigma_m**2)))
 
 
 @dataclass(frozen=True)
@@ -50,7 +32,6 @@ class FilmPositions:
     position_m: Array
     covariance_m2: Array
     offset_s: Array
-    swing: SeenSwing | None = None
     chi_square: Array | None = None
 
 
@@ -88,34 +69,27 @@ def from_several(tracks: Sequence[FilmTrack], cameras: Sequence[CameraModel], of
     return FilmPositions(np.array(times), np.array(places), np.array(covariances), offset_s, chi_square=np.array(left))
 
 
-def from_one(found: FilmTrack, camera: CameraModel, ball_radius_m: float, rope_m: float | None = None) -> FilmPositions:
-    """Depth from the ball's size, and from the plane of its swing where a rope of ``rope_m`` is given and seen taut."""
-    focal = float(camera.focal_px.mean())
+def from_one(found: FilmTrack, camera: CameraModel, ball_radius_m: float) -> FilmPositions:
+    """Return places by one camera, whose depth is that of a ball of ``ball_radius_m`` with the radius seen."""
     straight = [
         camera.straight(*sphere_centre(camera, centre, float(radius)))
         for centre, radius in zip(found.centre_px, found.radius_px, strict=True)
     ]
     rays = np.array([(at.x, at.y, 1.0) for at in straight]).reshape(-1, 3)
     depth = camera.optics.depth_m(rays, found.radius_px, ball_radius_m)
-    sigma = depth * max(RADIUS_SIGMA, scatter(found.radius_px)) / found.radius_px
-    own_sigma = depth * max(OWN_RADIUS_SIGMA, scatter(found.radius_px)) / found.radius_px
-    sights = SizedSights(found.t_s, rays, focal, depth, own_sigma)
-    plane = None if rope_m is None else rope_plane(sights, rope_m)
-    swing = None
-    if plane is not None:
-        fused = fuse(plane, sights)
-        depth, sigma = fused.depth_m, fused.sigma_m
-        swing = SeenSwing(
-            fused.off_plane_m,
-            fused.off_plane_sigma_m,
-            float(np.arccos(min(abs(float(plane.normal[2])), 1.0))),
-            plane.size,
-        )
+    sigma = depth * max(RADIUS_SIGMA, _scatter(found.radius_px)) / found.radius_px
     own = np.einsum("n,ni,nj->nij", sigma**2, rays, rays)
     own[:, :2, :2] += camera.optics.across_m2(straight, depth, found.covariance_px2)
     turn = camera.world_to_camera.T
     places = camera.position_in_world_m + (depth[:, None] * rays) @ turn.T
-    return FilmPositions(found.t_s, places, turn @ own @ turn.T, np.zeros(0), swing)
+    return FilmPositions(found.t_s, places, turn @ own @ turn.T, np.zeros(0))
+
+
+def _scatter(values: Array) -> float:
+    """Return the standard deviation of the noise in a smooth series (n,), from its third differences."""
+    if len(values) < 8:
+        return 0.0
+    return float(np.median(np.abs(np.diff(values, n=3)))) / 0.6745 / math.sqrt(20.0)
 
 
 def _all_seen(tracks: Sequence[FilmTrack], cameras: Sequence[CameraModel]) -> list[tuple[FilmTrack, CameraModel]]:
