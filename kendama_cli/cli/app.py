@@ -172,9 +172,9 @@ def report(
     names: list[str | None] = [*dict.fromkeys(runs)] if runs else [None]
     records = [find_run(folder, name) for name in names]
     if film is not None:
-        from kendama_cli.cli.report_work import film_of  # the ray caster
+        from kendama_cli.pipeline.film import film_run  # the ray caster
 
-        film_of(records, film)
+        render.text(f"{film}: {film_run(records, film)} pictures")
         return
     if export is None:
         from kendama_cli.pipeline.report import write_report  # pandas

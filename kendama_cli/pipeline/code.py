@@ -165,7 +165,8 @@ class _Package:
         if self.is_lone:
             assert self.file is not None
             yield f"{self.name}.py", self.file
-            yield from ((f"{self.name}/{file.name}", file) for file in _data_beside(self.file, index))
+            if not self.is_library:  # there stand others' files
+                yield from ((f"{self.name}/{file.name}", file) for file in _data_beside(self.file, index))
             return
         seen: set[str] = set()
         waiting = [(self.name, folder) for folder in self.folders]

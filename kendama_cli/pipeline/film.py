@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -16,11 +16,14 @@ from kendama_cli.report.source import StageLog
 from kendama_cli.settings.game import GameSettings
 
 
-def film_run(record: Mapping[str, Any], path: Path) -> int:
-    """Write the film of the run's first motion with an arm, or else of its first motion; how many pictures it has.
+def film_run(records: Sequence[Mapping[str, Any]], path: Path) -> int:
+    """Write the film of a run's first motion with an arm, or else of its first motion; how many pictures it has.
 
-    Raises InputError where no log of the run moves a ball, and for a place where no film can be.
+    Raises InputError for several runs, where no log of the one moves a ball, and for a place where no film can be.
     """
+    if len(records) != 1:
+        raise InputError(str(path), f"{len(records)} runs are asked for", remedy="name one run: a film shows one")
+    (record,) = records
     check_film_name(path)
     found = _motions(record)
     if not found:

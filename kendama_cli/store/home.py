@@ -17,41 +17,42 @@ from kendama_cli.store import durable
 
 MARK = "kendama-home.json"
 """The file by which a home is known; sealed."""
+OF_A_DISK = "lost+found"
 KEY = re.compile(r"[0-9a-f]{40}")
 DIGEST = re.compile(r"[0-9a-f]{64}")
 STAGE = re.compile(r"[\w-]{1,100}")
 RUN = re.compile(r"\d{1,18}(-\d{6})?-[0-9a-f]{6}")
 UNFINISHED = re.compile(re.escape(durable.SCRATCH) + "-[0-9a-f]{32}")
-_ARTIFACT = re.compile(r"(artifact|metrics|manifest)\.json|arrays\.npz|log\.mcap|pack")
-_ANY = re.compile(r".*", re.DOTALL)
+_ARTIFACT = r"(artifact|metrics|manifest)\.json|arrays\.npz|log\.mcap|pack"
+_ANY = r"[\s\S]*"
 _S = STAGE.pattern
-_MADE: dict[str, re.Pattern[str] | None] = {
+_MADE: dict[str, str | None] = {
     rf"results/{_S}/{KEY.pattern}\.json": None,
     rf"runs/{RUN.pattern}\.json": None,
-    rf"runs/{RUN.pattern}": re.compile(rf"{_S}\.(txt|mcap)|tags\.json|in_use\.lock|{UNFINISHED.pattern}"),
+    rf"runs/{RUN.pattern}": rf"{_S}\.(txt|mcap)|tags\.json|in_use\.lock|{UNFINISHED.pattern}",
     rf"objects/[0-9a-f]{{2}}/{DIGEST.pattern}": _ARTIFACT,
-    rf"checkpoints/{_S}/{KEY.pattern}": re.compile(rf"\d{{8,}}\.ckpt|log\.part|{UNFINISHED.pattern}"),
+    rf"checkpoints/{_S}/{KEY.pattern}": rf"\d{{8,}}\.ckpt|log\.part|{UNFINISHED.pattern}",
     r"scratch/[0-9a-f]{32}": _ARTIFACT,
     r"scratch/[0-9a-f]{32}\.pack": None,
-    r"inputs/[0-9a-f]{32}": re.compile(r"[0-9a-f]{16}"),
+    r"inputs/[0-9a-f]{32}": r"[0-9a-f]{16}",
     r"slurm/[0-9a-f]{16}": _ANY,
     rf"index/(files|latest/[^/]+/{_S}|(compose|unchanged)/[0-9a-f]{{32}})\.json": None,
     rf"(([^/]+/){{0,3}}){UNFINISHED.pattern}": _ANY,
 }
-"""Names below a home, and of a folder the names directly in it; None stands for a file."""
+"""Patterns of names below a home, and of a folder those of the names directly in it; None stands for a file."""
 PLACES = ("results", "runs", "objects", "checkpoints", "scratch", "inputs", "slurm", "locks", "index")
 LOOKED_AT = 20
 """So many records of each kind are read before a folder is called somebody else's."""
 
 
-def claim(home: Path) -> None:
-    """Make ``home`` where there is nothing, and mark it where it is ours already.
+def claim(home: Path, option: str = "--home") -> None:
+    """Make ``home`` where there is nothing, and mark it where it is ours already; ``option`` is what names it.
 
     Raises UsageError where it is a folder of somebody else, StoreError where a new one cannot be made.
     """
     if durable.read_sealed(home / MARK) is not None:
         return
-    names = [path for path in durable.listed(home) if not UNFINISHED.fullmatch(path.name)]
+    names = [path for path in durable.listed(home) if not UNFINISHED.fullmatch(path.name) and path.name != OF_A_DISK]
     if not names:
         _mark(home)
     elif _has_records(home):
@@ -60,7 +61,7 @@ def claim(home: Path) -> None:
     else:
         raise UsageError(
             f"{home} holds files and is no home of kendama ({names[0].name}, ...): nothing there is written or "
-            "deleted; name an empty or a new folder with --home"
+            f"deleted; name an empty or a new folder with {option}"
         )
 
 
@@ -76,7 +77,7 @@ def is_made_here(home: Path, path: Path) -> bool:
         if re.fullmatch(pattern, inside.as_posix()):
             if not path.is_dir():
                 return (held is None or held is _ANY) and (inside.parts[0] == "index" or not _is_plain_json(path))
-            return held is not None and all(held.fullmatch(one.name) for one in durable.listed(path))
+            return held is not None and all(re.fullmatch(held, one.name) for one in durable.listed(path))
     return False
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import io
 import os
 from collections.abc import Iterator
@@ -11,6 +12,7 @@ from typing import IO, Protocol
 from kendama_cli.errors import OfflineError, StoreError
 from kendama_cli.settings.store import StoreSettings
 from kendama_cli.store import durable
+from kendama_cli.store.home import claim
 
 SMALL_BYTES = 1 << 20
 """A blob of so many bytes or fewer is held in memory on its way: making and deleting a file costs more than it."""
@@ -68,8 +70,12 @@ class FolderRemote:
     """A folder that several machines mount. It is never made: an empty mount point is not the shared store."""
 
     def __init__(self, place: str) -> None:
+        """Raise UsageError where it is a folder of somebody else."""
         self.place = place
         self._folder = Path(os.path.expanduser(place)).absolute()
+        with contextlib.suppress(StoreError):  # who may only read it can use it
+            if self._folder.is_dir():
+                claim(self._folder, "--remote or store.remote")
 
     def read(self, name: str) -> bytes | None:
         """See ``Remote``."""

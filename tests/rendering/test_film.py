@@ -10,7 +10,6 @@ import cv2
 import numpy as np
 import pytest
 
-from kendama_cli.cli.report_work import film_of
 from kendama_cli.errors import InputError, MissingPartError
 from kendama_cli.pipeline.film import film_run
 from kendama_cli.rendering.film import AFTER_S, BEFORE_S, HEIGHT_PX, RATE_HZ, SLOWER, WIDTH_PX, FilmMaker, clock
@@ -134,6 +133,6 @@ def test_a_folder_that_may_not_be_written_is_told_before_anything_is_rendered(tm
 def test_a_run_whose_logs_move_nothing_is_told_in_one_line(tmp_path: Path) -> None:
     record = {"run": "00007-abc", "stages": [{"name": "encode", "artifact": None}]}
     with pytest.raises(InputError, match="run 00007-abc: no log of it moves a cup and a ball; film a run of adapt"):
-        film_run(record, tmp_path / "catch.webm")
+        film_run([record], tmp_path / "catch.webm")
     with pytest.raises(InputError, match="2 runs are asked for; name one run: a film shows one"):
-        film_of([record, record], tmp_path / "catch.webm")
+        film_run([record, record], tmp_path / "catch.webm")

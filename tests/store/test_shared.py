@@ -294,10 +294,21 @@ def test_a_home_without_the_library_says_how_to_get_it(monkeypatch: pytest.Monke
 
 
 def test_a_folder_with_a_file_in_its_way_is_out_of_reach(tmp_path: Path) -> None:
+    remote = FolderRemote(str(tmp_path))
     (tmp_path / "results").write_text("a file where a folder should be")
     (tmp_path / "x").touch()
     with pytest.raises(OfflineError, match=r"store\.remote=.*: (Not a directory|File exists)"):
-        FolderRemote(str(tmp_path)).write("results/a/b", tmp_path / "x")
+        remote.write("results/a/b", tmp_path / "x")
+
+
+def test_a_folder_of_somebody_else_is_no_shared_store(toy: ToyProject) -> None:
+    toy.run_json()
+    (toy.folder / "mine/results").mkdir(parents=True)
+    (toy.folder / "mine/results/metrics.json").write_text("{}")
+    for command in (("run", "-p", "toy", "store.remote=mine"), ("cache", "push", "--remote", "mine")):
+        message = toy.kendama(*command, expect=2).stderr
+        assert message.splitlines()[-1].endswith("name an empty or a new folder with --remote or store.remote")
+    assert [path.name for path in (toy.folder / "mine").rglob("*")] == ["results", "metrics.json"]
 
 
 ODD = ("results//x.json", "results/a b/../x.json", "results/roll/../x.json", "results/roll/./x.json", "results/roll//x",
