@@ -15,6 +15,7 @@ from kendama_cli.cli import render
 from kendama_cli.cli.pipeline_result import run_for
 from kendama_cli.config.site import Site
 from kendama_cli.errors import UsageError
+from kendama_cli.motion.amplitude import scaled_plan
 from kendama_cli.pipeline.inputs import resolve_files
 from kendama_cli.settings.placement import placed
 from kendama_cli.simulation.placement.find_placement import PlacedMotion, find_placement, measured, require_workable
@@ -41,10 +42,11 @@ def place(site: Site, pipeline: str, overrides: list[str], options: PlaceOptions
     if output is not None and output.suffix not in (".yaml", ".yml"):
         raise UsageError(f"-o {output}: a node is a YAML file; name it like conf/robot/mine.yaml")
     made = run_for(MotionPlan, site, pipeline, overrides, as_json=options.as_json)
-    plan, settings = made.artifact, made.settings
+    settings, adapt = made.settings, made.settings["adapt"]
+    plan = scaled_plan(made.artifact, adapt.size, adapt.tau_start)
     robot = resolve_files(settings["robot"], "robot", site.data_roots)
-    game, lead_in = settings["game"], settings["adapt"].lead_in_m_s2
-    kept = settings["adapt"].line if options.line else None
+    game, lead_in = settings["game"], adapt.lead_in_m_s2
+    kept = adapt.line if options.line else None
 
     def show_progress(done: int, total: int, cost: float) -> None:
         render.note(f"place: {done}/{total}, {'nothing reaches yet' if cost >= 1e1 else f'peak {cost:.3f}'}")
@@ -54,7 +56,7 @@ def place(site: Site, pipeline: str, overrides: list[str], options: PlaceOptions
     except SystemError as error:  # how compiled code that was interrupted ends
         raise KeyboardInterrupt from error
     arm = placed(robot, found)
-    motion = measured(arm, game, plan, lead_in)
+    motion = measured(arm, game, plan, lead_in, adapt.tau_range[1])
     if options.as_json:
         render.document(_document(motion))
     else:
@@ -87,6 +89,7 @@ def _document(motion: PlacedMotion) -> dict[str, Any]:
         "leading": [dataclasses.asdict(one) for one in motion.shares.leading],
         "clearance": dataclasses.asdict(motion.clearance),
         "least_tau_scale": motion.least_tau_scale,
+        "tau_scale": motion.tau_scale,
     }
 
 
@@ -101,7 +104,7 @@ def _show(motion: PlacedMotion) -> None:
         rows.append((row["joint"], *shares, f"{row['to_stop_deg']:.0f} deg"))
     render.table(rows, head=("joint", "speed", "acceleration", "effort", "to stop"))
     clear = motion.clearance
-    render.text("peaks over limits; < leads")
+    render.text(f"peaks over limits at tau_scale {motion.tau_scale:.2f}; < leads")
     render.text(f"clearance {1e3 * clear.gap_m:.0f} mm between {clear.parts} at {clear.t_s:.2f} s")
     render.text(f"could be played down to tau_scale {motion.least_tau_scale:.2f}")
 

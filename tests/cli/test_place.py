@@ -81,6 +81,22 @@ def test_what_no_placement_can_do_is_told_in_one_line_and_nothing_is_written(
     assert not (tmp_path / "mine.yaml").exists()
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("setting", "tau"), [("adapt.size=0.2", 1.0), ("adapt.tau_range=[0.8,6]", None), ("adapt.tau_start=4", 4.0)]
+)
+def test_what_the_refusal_advises_makes_the_same_motion_workable(
+    tmp_path: Path, setting: str, tau: float | None
+) -> None:
+    wide = ["capture.plausible.max_extent_m=9", "capture.plausible.max_speed_m_s=20"]
+    ranged = ["adapt.tau_range=[0.8,6]"] if setting.startswith("adapt.tau_start") else []
+    done = kendama(tmp_path, "robot", "place", swing(tmp_path, 0.5, 0.35), *wide, *BRIEF, setting, *ranged, "--json")
+    shown = json.loads(done.stdout)
+    assert shown["leading"][0]["share"] <= 1.0
+    assert tau is None or shown["tau_scale"] == tau
+    assert shown["tau_scale"] >= min(shown["least_tau_scale"], 6.0)
+
+
 def test_a_node_must_be_a_yaml_file(tmp_path: Path) -> None:
     done = kendama(tmp_path, "robot", "place", "-o", "mine.txt", expect=2)
     assert "-o mine.txt: a node is a YAML file; name it like conf/robot/mine.yaml" in done.stderr

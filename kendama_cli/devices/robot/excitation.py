@@ -122,8 +122,8 @@ def _require_clear(arm: RobotModel, game: GameSettings, joints: JointTrajectory)
     """Raise StageError where parts overlap by more than at home, beyond the coarseness of their capsules."""
     rest = np.zeros((2, len(arm.home_rad)))
     home = JointTrajectory(arm.joint_names, np.array([0.0, 1.0]), np.tile(arm.home_rad, (2, 1)), rest, rest)
-    allowed_m = min(least_clearance(arm, game, home, swing=False).gap_m, 0.0) - CAPSULE_SLACK_M
-    nearest = least_clearance(arm, game, joints, swing=False)
+    allowed_m = min(least_clearance(arm, game, home, swing_rad=None).gap_m, 0.0) - CAPSULE_SLACK_M
+    nearest = least_clearance(arm, game, joints, swing_rad=None)
     if nearest.gap_m < allowed_m:
         raise StageError(
             f"{nearest.parts} of {arm.settings.name} would overlap by {-1e3 * nearest.gap_m:.0f} mm in the exciting "

@@ -28,16 +28,17 @@ class Clearance:
 
 
 def collision_geometry_about(
-    arm: RobotModel, game: GameSettings, heading_rad: float, root_height_m: float
+    arm: RobotModel, game: GameSettings, heading_rad: float, root_height_m: float, swing_rad: float = 0.0
 ) -> CollisionGeometry:
     """What must stay apart where the root stands so: capsules of ``link_radius_m``, floor, pedestal, cup and swing.
 
-    The pedestal reaches from the floor to the first joint and is as wide as the widest link.
+    The pedestal reaches from the floor to the first joint and is as wide as the widest link. The ball swings in the
+    vertical plane that is turned by ``swing_rad`` from x.
     """
     return CollisionGeometry(
         radius_m=np.array([max(arm.link_radius_m), *arm.link_radius_m, HANDLE_RADIUS_M]),
         floor_m=-root_height_m,
-        side=heading_turn(heading_rad).T @ np.array([0.0, 1.0, 0.0]),
+        side=heading_turn(swing_rad - heading_rad) @ np.array([0.0, 1.0, 0.0]),
         swing_m=game.rope.length_m + game.ball.radius_m,
         ball_m=game.ball.radius_m,
         cup_m=game.cup.reach_m,
@@ -55,16 +56,18 @@ def tool_of(arm: RobotModel, chain: Chain, game: GameSettings) -> ToolGeometry:
 
 
 def least_clearance(
-    arm: RobotModel, game: GameSettings, joints: JointTrajectory, *, swing: bool = True, floor_m: float = 0.0
+    arm: RobotModel, game: GameSettings, joints: JointTrajectory, *, swing_rad: float | None = 0.0, floor_m: float = 0.0
 ) -> Clearance:
-    """The least gap along ``joints``, which two parts have it, and when; ``swing``: the ball's swing is such a part.
+    """The least gap along ``joints``, which two parts have it, and when.
 
+    The ball's swing in the vertical plane turned by ``swing_rad`` from x is such a part, but where that is None.
     The floor, or a table, is at the height ``floor_m`` in the world.
     """
     chain = compiled_chain(arm)
     settings = arm.settings
-    geometry = collision_geometry_about(arm, game, settings.base_heading_rad, settings.base_position_m[2] - floor_m)
-    if not swing:
+    root_m = settings.base_position_m[2] - floor_m
+    geometry = collision_geometry_about(arm, game, settings.base_heading_rad, root_m, swing_rad or 0.0)
+    if swing_rad is None:
         geometry = geometry._replace(swing_m=-FAR_M)
     thin = max(1, round(EVERY_S / float(np.diff(joints.t_s).mean())))
     angles: Array = np.ascontiguousarray(joints.position_rad[::thin])

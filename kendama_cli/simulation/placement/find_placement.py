@@ -10,6 +10,7 @@ import numpy as np
 from kendama_cli.artifacts.motion_plan import MotionPlan
 from kendama_cli.errors import StageError
 from kendama_cli.motion.cup_path import CupPath
+from kendama_cli.motion.heading import swing_heading_rad
 from kendama_cli.robot_model.arm_motion import ArmMotion
 from kendama_cli.robot_model.model import RobotModel
 from kendama_cli.schema.arrays import Array
@@ -42,6 +43,8 @@ class PlacedMotion:
     shares: LimitShares
     clearance: Clearance
     least_tau_scale: float
+    tau_scale: float
+    """at which the shares are"""
 
 
 def current_placement(arm: RobotModel) -> Placement:
@@ -76,7 +79,7 @@ def find_placement(
     """
     path = CupPath(plan, lead_in_m_s2)
     path_m = path.at(SAMPLE_S * np.arange(int(np.ceil(path.duration_s / SAMPLE_S)) + 1, dtype=np.float64))
-    demands = [motion_demand(path_m, SAMPLE_S)]
+    demands = [motion_demand(path_m, SAMPLE_S * plan.tau_scale, swing_rad=swing_heading_rad(plan))]
     if line is not None:
         demands += line_demands(line, LINE_WEIGHT)
     arm = RobotModel(robot, game.cup, game.gravity_m_s2)
@@ -87,13 +90,20 @@ def find_placement(
     return problem.placement(best.place)
 
 
-def measured(robot: RobotSettings, game: GameSettings, plan: MotionPlan, lead_in_m_s2: float) -> PlacedMotion:
-    """What ``plan`` at its own tempo needs of ``robot`` as it stands; raises StageError where it cannot follow."""
+def measured(
+    robot: RobotSettings, game: GameSettings, plan: MotionPlan, lead_in_m_s2: float, slowest_tau: float = 0.0
+) -> PlacedMotion:
+    """What ``plan`` needs of ``robot`` as it stands: at its own tempo, or as much slower as the limits ask for.
+
+    No slower than ``slowest_tau``. Raises StageError where the arm cannot follow.
+    """
     arm = RobotModel(robot, game.cup, game.gravity_m_s2)
     swing = ArmMotion(arm, plan, lead_in_m_s2)
-    joints = swing.joints(plan.tau_scale, 0.0)
-    shares = limit_shares(arm, joints)
-    return PlacedMotion(current_placement(arm), shares, least_clearance(arm, game, joints), swing.least_tau_scale())
+    least = swing.least_tau_scale()
+    tau = max(plan.tau_scale, min(least, slowest_tau))
+    joints = swing.joints(tau, 0.0)
+    clear = least_clearance(arm, game, joints, swing_rad=swing_heading_rad(plan))
+    return PlacedMotion(current_placement(arm), limit_shares(arm, joints), clear, least, tau)
 
 
 def require_workable(robot: RobotSettings, motion: PlacedMotion) -> None:
@@ -101,13 +111,14 @@ def require_workable(robot: RobotSettings, motion: PlacedMotion) -> None:
     if motion.clearance.gap_m < 0:
         raise StageError(
             f"{robot.name}: the best placement found lets {motion.clearance.parts} overlap by "
-            f"{-1e3 * motion.clearance.gap_m:.0f} mm: make the motion smaller, or robot.link_radius_m if it is too wide"
+            f"{-1e3 * motion.clearance.gap_m:.0f} mm: make the motion smaller (adapt.size), or robot.link_radius_m if "
+            "it is too wide"
         )
     first = motion.shares.leading[0]
     if first.share > WORKABLE:
         raise StageError(
             f"{robot.name}: the best placement found needs {first}: "
-            "play the motion slower (adapt.tau_range), make it smaller, or choose another robot"
+            "play the motion slower (adapt.tau_range), make it smaller (adapt.size), or choose another robot"
         )
 
 

@@ -37,7 +37,14 @@ def check_motion(
     arm: RobotModel, game: GameSettings, joints: JointTrajectory, safety: SafetySettings
 ) -> list[CheckedLimit]:
     """Every limit of ``safety`` for ``joints``; the ball's swing, which a first try has not, is left out."""
-    own = [*_limits(arm, joints, safety), _stops(arm, joints, safety), _gap(arm, game, joints, safety)]
+    return [*_limits(arm, joints, safety), *check_places(arm, game, joints, safety)]
+
+
+def check_places(
+    arm: RobotModel, game: GameSettings, joints: JointTrajectory, safety: SafetySettings
+) -> list[CheckedLimit]:
+    """Return the limits of where ``joints`` go, however fast: stops, gaps, table and the cup's box."""
+    own = [_stops(arm, joints, safety), _gap(arm, game, joints, safety)]
     return [*own, *_surroundings(arm, game, joints, safety)]
 
 
@@ -78,7 +85,7 @@ def _gap(arm: RobotModel, game: GameSettings, joints: JointTrajectory, safety: S
     """Between two parts of the arm; what is beneath it is another limit."""
     still = np.zeros_like(joints.position_rad[:2])
     start = JointTrajectory(joints.joint_names, joints.t_s[:2], joints.position_rad[[0, 0]], still, still)
-    at_start, nearest = (least_clearance(arm, game, one, swing=False, floor_m=-FAR_M) for one in (start, joints))
+    at_start, nearest = (least_clearance(arm, game, one, swing_rad=None, floor_m=-FAR_M) for one in (start, joints))
     overlap = at_start.gap_m < 0
     least_m = min(safety.gap_m, at_start.gap_m - _CAPSULE_SLACK_M) if overlap else safety.gap_m
     return CheckedLimit(

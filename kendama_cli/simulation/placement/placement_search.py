@@ -51,7 +51,7 @@ class Demand:
 
     ``velocity`` (k,) and ``acceleration`` are the rate of s and its change; a motion in time has 1 and 0. ``weight``
     is what its peaks count beside those of other demands, ``rest_share`` what its accelerations and efforts count
-    beside its speeds.
+    beside its speeds. The ball swings in the vertical plane turned by ``swing_rad`` from x.
     """
 
     path_m: Array
@@ -60,11 +60,13 @@ class Demand:
     acceleration: float
     weight: float
     rest_share: float
+    swing_rad: float = 0.0
 
 
-def motion_demand(path_m: Array, step_s: float, weight: float = 1.0) -> Demand:
+def motion_demand(path_m: Array, step_s: float, weight: float = 1.0, swing_rad: float = 0.0) -> Demand:
     """The demand of a motion sampled every ``step_s``."""
-    return Demand(np.asarray(path_m, dtype=np.float64), step_s, np.ones(len(path_m)), 0.0, weight, REST_SHARE)
+    path = np.asarray(path_m, dtype=np.float64)
+    return Demand(path, step_s, np.ones(len(path)), 0.0, weight, REST_SHARE, swing_rad)
 
 
 def line_demands(line: LineSettings, weight: float = 1.0, *, braking_m_s2: float | None = None) -> tuple[Demand, ...]:
@@ -185,15 +187,15 @@ class PlacementProblem:
         """What the candidate ``place`` (d,) costs."""
         one = self._try(place)
         turn = heading_turn(one.heading_rad)
-        side = turn.T @ np.array([0.0, 1.0, 0.0])
+        y = np.array([0.0, 1.0, 0.0])
+        sides = [heading_turn(demand.swing_rad - one.heading_rad) @ y for demand in self.demands]
         pedestal_m = TIE_HEIGHT_M - float(one.tie_m[2])
         blocked = max(0.0, -pedestal_m) + max(0.0, pedestal_m - TALLEST_PEDESTAL_M)
-        blocked += max(0.0, OUT_OF_PLANE - abs(float(one.rise @ side)))
+        blocked += max(0.0, *(OUT_OF_PLANE - abs(float(one.rise @ side)) for side in sides))
         rise = float(one.rise[2])
         blocked += max(0.0, LOWEST_RISE - rise) + max(0.0, rise - HIGHEST_RISE)
         if blocked > 0.5:
             return IMPOSSIBLE + blocked
-        geometry = self._geometry._replace(floor_m=-pedestal_m, side=side)
         peak = 0.0
         for number, demand in enumerate(self.demands):
             angles, missed = follow(self._chain, one.tool, one.ik, demand.path_m @ turn, False)
@@ -201,6 +203,7 @@ class PlacementProblem:
                 left = float(np.isinf(missed).mean()) + len(self.demands) - 1 - number
                 return UNREACHED + UNREACHED * left / len(self.demands) + blocked
             stop = max(float((self._lower_rad - angles).max()), float((angles - self._upper_rad).max()))
+            geometry = self._geometry._replace(floor_m=-pedestal_m, side=sides[number])
             gap = clearance(self._chain, one.tool, geometry, angles, CLEARANCE_EVERY)[0]
             blocked += max(0.0, stop + RANGE_MARGIN_RAD) + 5.0 * max(0.0, MARGIN_M - gap)
             curve = Curve(angles, demand.step, demand.velocity, demand.acceleration)

@@ -13,6 +13,7 @@ from kendama_cli.errors import StageError
 from kendama_cli.motion.amplitude import scaled_plan
 from kendama_cli.motion.cup_path import CupPath
 from kendama_cli.motion.dmp import play
+from kendama_cli.motion.heading import turned_plan
 from kendama_cli.settings.placement import LineSettings, Placement, placed
 from kendama_cli.simulation.placement import find_placement as finding
 from kendama_cli.simulation.placement.evolution import Minimum
@@ -90,6 +91,21 @@ def test_every_candidate_holds_the_cup_upright_at_the_same_place(problem: Placem
         arm = modelled(placed(pa10(), placement))
         value, _ = arm.cup_task(arm.home_rad)
         assert value == pytest.approx([0.0, 0.0, 1.2, 0.0, 0.0], abs=1e-5)
+
+
+@pytest.mark.parametrize("angle_deg", [20, 90])
+def test_a_turned_swing_costs_an_arm_that_turns_along_the_same(problem: PlacementProblem, angle_deg: float) -> None:
+    """The heading is the first coordinate of a candidate, of which 1 is a whole turn."""
+    angle = math.radians(angle_deg)
+    path = CupPath(turned_plan(PLAN, angle), LEAD_IN).at(0.02 * np.arange(151))
+    other = PlacementProblem(modelled(pa10()), GAME, [motion_demand(path, 0.02, swing_rad=angle)])
+    rng = np.random.default_rng(7)
+    places = [problem.place_of(current_placement(modelled(pa10()))), *rng.uniform(size=(100, problem.dimensions))]
+    costs = [problem.cost(place) for place in places]
+    for place in places:
+        place[0] = (place[0] + angle_deg / 360) % 1.0
+    assert [other.cost(place) for place in places] == pytest.approx(costs, rel=1e-6)
+    assert min(costs) < 2
 
 
 @pytest.mark.slow
