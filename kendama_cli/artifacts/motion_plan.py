@@ -143,7 +143,8 @@ class CatchMotion:
     """The adapted primitive and the arm's motion for it: what the hardware is handed.
 
     ``placement`` is where the arm stands and how it holds the cup for it. ``success_rate`` is that of the perturbed
-    repeats in simulation, None where nothing was repeated; ``caught`` is the nominal outcome.
+    repeats in simulation, None where nothing was repeated; ``caught`` is the nominal outcome. ``flight_start_s`` is
+    when the rope slackens for the catch in the simulated motion, None where it never did.
     """
 
     plan: MotionPlan
@@ -151,3 +152,4 @@ class CatchMotion:
     placement: Placement
     caught: bool
     success_rate: float | None
+    flight_start_s: float | None = None

@@ -9,6 +9,7 @@ from kendama_cli.cli import render
 from kendama_cli.cli.pipeline_result import run_for
 from kendama_cli.config.site import Site
 from kendama_cli.game.imitation import stretched
+from kendama_cli.game.reachable import Surroundings, follow_from_s
 from kendama_cli.pipeline.inputs import resolve_files
 from kendama_cli.robot_model.model import RobotModel
 from kendama_cli.settings.placement import placed
@@ -31,6 +32,10 @@ def check(site: Site, pipeline: str, overrides: list[str], *, as_json: bool) -> 
     checked = {
         speed: check_motion(arm, game, stretched(motion.joints, 1.0 / speed, PERIOD_S), safety) for speed in SPEEDS
     }
+    seen: tuple[str, ...] = ()
+    if all(one.holds for one in checked[1.0]):
+        around = Surroundings(arm, game, settings["adapt"], safety)
+        _, seen = around.steering(motion.joints, follow_from_s(motion))
     wrong = {speed: [one for one in found if not one.holds] for speed, found in checked.items()}
     if as_json:
         render.document({str(speed): [dataclasses.asdict(one) for one in found] for speed, found in checked.items()})
@@ -39,6 +44,8 @@ def check(site: Site, pipeline: str, overrides: list[str], *, as_json: bool) -> 
     if any(wrong.values()):
         return 1
     if not as_json:
+        for line in seen:
+            render.note(line)
         render.note(f"{robot.name} may play it; first without the ball: docs/first-time-on-an-arm.md")
     return 0
 

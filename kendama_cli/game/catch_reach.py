@@ -17,7 +17,7 @@ from kendama_cli.simulation.catch.settings import AdaptSettings, SteeringSetting
 ONSET_S = 0.05
 """Free flight is detected so late in 95 % of all flights, at 120 images/s."""
 OTHERWISE = "choose adapt/uncertainty=identified"
-SHARES = (0.9, 0.8, 0.7, 0.6, 0.5, 0.4, 0.3, 0.2, 0.1)
+SHARES = (1.0, 0.9, 0.8, 0.7, 0.6, 0.5, 0.4, 0.3, 0.2, 0.1)
 """Of the reach that is asked for: those that are tried where all of it is not there."""
 FALL_M_S = -2.0
 """How fast the ball comes down that is reached for: a fall of 0.2 m."""
@@ -64,25 +64,27 @@ def lacking_reach(
     own_m_s2, joint = _acceleration_m_s2(arm, posture)
     used_m_s2 = min(own_m_s2, settings.steering.acceleration_m_s2)
     way_m = 0.5 * used_m_s2 * left_s**2
+    flight = _Flight(cup, flight_s[1] - lag_s - left_s, flight_s[1] - lag_s, rim_m, mouth_m)
     if way_m < wanted_m:
         by = "adapt.steering.acceleration_m_s2" if used_m_s2 < own_m_s2 else f"joint '{joint}'"
         return (
             f"{name} moves the cup {1e3 * way_m:.0f} mm while the ball flies ({wanted}): {used_m_s2:.1f} m/s^2 ({by}) "
-            f"in the {left_s:.2f} s that {lost} leave: raise that acceleration, {_passing(way_m)}"
+            f"in the {left_s:.2f} s that {lost} leave: raise that acceleration, {_passing(flight, way_m, settings)}"
         )
-    flight = _Flight(cup, flight_s[1] - lag_s - left_s, flight_s[1] - lag_s, rim_m, mouth_m)
     for side in (1.0, -1.0):
         if not _goes(flight, side * wanted_m, settings.steering):
-            farthest = next((s for s in SHARES if _goes(flight, side * s * wanted_m, settings.steering)), 0.0)
             return (
                 f"{name} cannot hold the cup {1e3 * side * wanted_m:+.0f} mm along x beside the catch and behind it "
-                f"({wanted}): place the arm otherwise (adapt.placement=search), {_passing(farthest * wanted_m)}"
+                f"({wanted}): place the arm otherwise (adapt.placement=search), {_passing(flight, wanted_m, settings)}"
             )
     return None
 
 
-def _passing(reach_m: float) -> str:
-    millimetres = math.floor(1e3 * reach_m)
+def _passing(flight: _Flight, most_m: float, settings: AdaptSettings) -> str:
+    """The settings with which the flight passes, of a reach of at most ``most_m``."""
+    tried = (math.floor(1e3 * share * most_m) for share in SHARES)
+    both = (mm for mm in tried if all(_goes(flight, side * 1e-3 * mm, settings.steering) for side in (1.0, -1.0)))
+    millimetres = next(both, 0)
     return (f"set adapt.uncertainty.least_reach_m={1e-3 * millimetres:g}, " if millimetres else "") + f"or {OTHERWISE}"
 
 

@@ -47,12 +47,16 @@ class Played:
 
 @dataclass(frozen=True)
 class SeenImitation:
-    """What steers an imitation: who watches the ball, the arm's model, and how the cup is moved beside its plan."""
+    """What steers an imitation: who watches the ball, the arm's model, and how the cup is moved beside its plan.
+
+    ``from_s`` is from when on, at the tempo of the plan.
+    """
 
     watched: WatchedFlight
     arm: RobotModel
     steering: SteeringSettings
     rim_m: float
+    from_s: float
 
 
 def play_motion(
@@ -71,9 +75,8 @@ def play_motion(
         for row in zip(played.position_rad, played.velocity_rad_s, played.acceleration_rad_s2, strict=True):
             exchanges.append(robot.exchange(JointCommand(*row)))
         return Played(tuple(exchanges), played)
-    steered = SteeredMotion(
-        CupPlan(seen.arm, _from_rest(played, motion.position_rad[0]), robot.period_s), seen.steering, seen.rim_m
-    )
+    plan = CupPlan(seen.arm, _from_rest(played, motion.position_rad[0]), robot.period_s)
+    steered = SteeredMotion(plan, seen.steering, seen.rim_m, tempo * seen.from_s)
     seen.watched.begin(exchanges[0], seed)
     for _ in played.t_s:
         exchanges.append(robot.exchange(steered.next()))

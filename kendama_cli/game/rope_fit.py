@@ -11,12 +11,13 @@ from kendama_cli.artifacts.motion_plan import CatchMotion, JointTrajectory, Moti
 from kendama_cli.devices.robot.interface import JointCommand, Robot
 from kendama_cli.errors import StageError
 from kendama_cli.game.imitation import require_same_joints
+from kendama_cli.game.reachable import Surroundings, follow_from_s
 from kendama_cli.motion.amplitude import scaled_plan
 from kendama_cli.robot_model.arm_motion import ArmMotion
 from kendama_cli.robot_model.model import RobotModel
 from kendama_cli.schema.arrays import Array
 from kendama_cli.settings.game import GameSettings
-from kendama_cli.simulation.catch.settings import AdaptSettings
+from kendama_cli.simulation.catch.settings import SteeringSettings
 from kendama_cli.simulation.placement.limit_shares import require_within_limits
 
 MEASURED_PERIODS = 100
@@ -56,25 +57,30 @@ def scaled_motion(
 
 @dataclass(frozen=True)
 class FittedMotion:
-    """A motion for the rope at hand: ``rope_scale`` times the model's; ``joints`` is as planned unless ``resized``."""
+    """A motion for the rope at hand: ``rope_scale`` times the model's; ``joints`` is as planned unless ``resized``.
+
+    ``steering`` keeps a seen catch to what was found safe about it.
+    """
 
     joints: JointTrajectory
+    steering: SteeringSettings
     rope_scale: float
     resized: bool
 
 
-def fitted(
-    robot: Robot, arm: RobotModel, motion: CatchMotion, game: GameSettings, adapt: AdaptSettings, *, seed: int
-) -> FittedMotion:
-    """``motion`` for the rope that is measured on ``robot``; as planned where the arm cannot follow the scaled one.
+def fitted(robot: Robot, motion: CatchMotion, around: Surroundings, *, seed: int) -> FittedMotion:
+    """``motion`` for the rope that is measured on ``robot``; as planned where the scaled one is beyond arm or safety.
 
-    ``adapt`` says how its joints were made from its plan. Raises StageError, before anything moves, where the motion
-    was made for other joints; HardwareError of the line.
+    The settings ``around`` it say how its joints were made from its plan. Raises StageError where it was made for other
+    joints, before anything moves, or where it is not safe as planned; HardwareError of the line.
     """
     require_same_joints(robot, motion.joints)
+    game, adapt = around.game, around.adapt
     scale = measured_rope_m(robot, motion.joints.position_rad[0], game, seed) / game.rope.length_m
     try:
-        joints = scaled_motion(arm, motion.plan, scale, lead_in_m_s2=adapt.lead_in_m_s2, hold_s=adapt.hold_s)
+        joints = scaled_motion(around.arm, motion.plan, scale, lead_in_m_s2=adapt.lead_in_m_s2, hold_s=adapt.hold_s)
+        steering, _ = around.steering(joints, follow_from_s(motion))
     except StageError:
-        return FittedMotion(motion.joints, scale, resized=False)
-    return FittedMotion(joints, scale, resized=True)
+        steering, _ = around.steering(motion.joints, follow_from_s(motion))
+        return FittedMotion(motion.joints, steering, scale, resized=False)
+    return FittedMotion(joints, steering, scale, resized=True)

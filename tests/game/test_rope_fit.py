@@ -11,13 +11,14 @@ import pytest
 from kendama_cli.artifacts.demonstration import Demonstration
 from kendama_cli.artifacts.motion_plan import CatchMotion, JointTrajectory
 from kendama_cli.devices.robot.simulated import SimulatedRobot
+from kendama_cli.game.reachable import Surroundings
 from kendama_cli.game.rope_fit import FittedMotion, fitted, measured_rope_m, scaled_motion
 from kendama_cli.motion.averaging import encode_demonstrations
 from kendama_cli.robot_model.arm_motion import ArmMotion
 from kendama_cli.robot_model.model import RobotModel
 from kendama_cli.simulation.placement.find_placement import current_placement
 from tests.motion.swings import settings as encode_settings
-from tests.stages.transfer_setup import ADAPT, GAME, ROBOT, TWIN
+from tests.stages.transfer_setup import ADAPT, GAME, ROBOT, SAFETY, TWIN
 
 ARM = RobotModel(ROBOT, GAME.cup, GAME.gravity_m_s2)
 
@@ -39,7 +40,7 @@ def swing(size_m: float, *, moving: bool = False) -> CatchMotion:
 
 
 def fit_to(rope_scale: float, motion: CatchMotion) -> FittedMotion:
-    return fitted(robot(rope_scale), ARM, motion, GAME, ADAPT, seed=1)
+    return fitted(robot(rope_scale), motion, Surroundings(ARM, GAME, ADAPT, SAFETY), seed=1)
 
 
 def cup_m(joints: JointTrajectory, t_s: np.ndarray) -> np.ndarray:

@@ -172,6 +172,54 @@ def test_how_many_repeats_follow_changes_nothing_of_what_is_chosen() -> None:
     assert told[0] == told[1]
 
 
+def test_a_size_that_the_arm_can_play_is_searched_where_it_cannot_play_the_motion_itself(bundled: MotionPlan) -> None:
+    """The joints are as slow as makes tau 0.92 the least for the demonstration: a larger one is out of range."""
+    large, free = scaled_plan(bundled, 1.25, 1.0), pa10()
+    least = ArmMotion(modelled(free), bundled, SHIPPED.lead_in_m_s2)
+    scale = float(least.acceleration_shares.max()) / 0.92**2
+    robot = dataclasses.replace(free, acceleration_rad_s2=tuple(scale * np.array(free.acceleration_rad_s2)))
+    with pytest.raises(
+        StageError, match=r"would have to be 1\.\d\d times slower for pa10.* make it smaller \(adapt\.size\)"
+    ):
+        Adapt(adapt=QUICK, robot=robot, game=kendama_game()).run({"encode": large}, MemoryContext(1))
+    settings = dataclasses.replace(QUICK, amplitudes=(1.1, 0.8))
+    made = Adapt(adapt=settings, robot=robot, game=kendama_game()).run({"encode": large}, MemoryContext(1))
+    assert made.metrics["caught"] is True
+    assert made.metrics["amplitude"] == 0.8
+
+
+def test_a_catch_without_reach_leaves_the_race_and_does_not_end_the_search(bundled: MotionPlan) -> None:
+    """The reach that is asked for lies between those of two catches; asked for more than both, the stage is refused."""
+    settings = dataclasses.replace(QUICK, tau_range=(0.93, 1.2), max_rollouts=20, repeats=2)
+
+    def asking(reach_m: float) -> AdaptSettings:
+        return dataclasses.replace(
+            settings, uncertainty=dataclasses.replace(settings.uncertainty, least_reach_m=reach_m)
+        )
+
+    windows = [m for topic, _, m in _logged(bundled, asking(0.0)) if topic == "/adapt/window"]
+    assert len(windows) >= 1
+    ctx = MemoryContext(1)
+    with pytest.raises(
+        StageError,
+        match=r"no motion that catches leaves a seen catch its reach: at tau_scale .*success of [01]\.\d\d, .*_m=0",
+    ) as refused:
+        _run(bundled, asking(0.29), ctx)
+    topics = [topic for topic, _, _ in ctx.log.messages]
+    assert {"/adapt/rollout", "/adapt/candidate", "/adapt/window", "/adapt/ball"} <= set(topics)
+    lets_pass = re.search(r"least_reach_m=(0\.\d+)", str(refused.value))
+    assert lets_pass is not None
+    made = _run(bundled, asking(float(lets_pass[1])))
+    assert made.metrics["success_rate"] == 1.0
+    assert f"{made.metrics['tau_scale']:.4g}" in str(refused.value)
+
+
+def _logged(plan: MotionPlan, settings: AdaptSettings) -> list[tuple[str, float, Any]]:
+    ctx = MemoryContext(1)
+    _run(plan, settings, ctx)
+    return ctx.log.messages
+
+
 def test_if_tau_alone_fails_the_size_of_the_motion_is_searched(bundled: MotionPlan) -> None:
     small = scaled_plan(bundled, 0.8, 1.0)
     only = dataclasses.replace(QUICK, tau_range=(0.95, 0.99), tau_start=0.97, amplitudes=(1.25,))

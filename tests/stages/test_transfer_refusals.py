@@ -13,10 +13,11 @@ import pytest
 from kendama_cli.artifacts.motion_plan import CatchMotion, JointTrajectory
 from kendama_cli.artifacts.policy import NamedArray, PolicyArtifact
 from kendama_cli.errors import InputError, StageError
+from kendama_cli.robot_model.model import RobotModel
 from kendama_cli.stages.transfer import stage as transfer_stage
 from kendama_cli.store.codecs import save_artifact
 from tests.memory_context import MemoryContext
-from tests.stages.transfer_setup import SHORT, stage
+from tests.stages.transfer_setup import GAME, ROBOT, SAFETY, SHORT, stage
 
 
 def test_a_motion_for_other_joints_is_refused(policy: PolicyArtifact, still: CatchMotion) -> None:
@@ -26,6 +27,19 @@ def test_a_motion_for_other_joints_is_refused(policy: PolicyArtifact, still: Cat
     settings = dataclasses.replace(SHORT, cap=1, games=1)
     with pytest.raises(StageError, match="the imitation motion is for the joints other_0"):
         stage(settings).run({"learn": policy, "adapt": dataclasses.replace(still, joints=wrong)}, MemoryContext(1))
+
+
+def test_a_motion_is_played_only_where_it_and_its_seen_catch_are_safe(
+    policy: PolicyArtifact, still: CatchMotion, nothing_moves: None
+) -> None:
+    """The plan lifts the cup by 20 mm in one place; the box beside it is too narrow for the smallest circle."""
+    x = float(RobotModel(ROBOT, GAME.cup, GAME.gravity_m_s2).tool_place_m(still.joints.position_rad[0])[0])
+    narrow = dataclasses.replace(SAFETY, cup_high_m=(x + 0.05, *SAFETY.cup_high_m[1:]))
+    with pytest.raises(StageError, match=r"cup, x: from .*nothing was moved"):
+        stage(SHORT, safety=narrow).run({"learn": policy, "adapt": still}, MemoryContext(1))
+    for missing in ("adapt", "safety"):
+        with pytest.raises(StageError, match=f"without the settings of '{missing}'; add '{missing}' to transfer's"):
+            stage(SHORT, **{missing: None}).run({"learn": policy, "adapt": still}, MemoryContext(1))  # type: ignore[arg-type]
 
 
 @pytest.fixture

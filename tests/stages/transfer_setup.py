@@ -11,11 +11,12 @@ from kendama_cli.settings.camera import CameraSettings, LightingSettings
 from kendama_cli.settings.game import GameSettings
 from kendama_cli.settings.hardware import HardwareSettings, TwinHardware
 from kendama_cli.settings.robot import RobotSettings
+from kendama_cli.settings.safety import SafetySettings
 from kendama_cli.simulation.catch.settings import AdaptSettings
 from kendama_cli.stages.transfer.stage import Transfer
 from kendama_cli.vision.settings import PredictSettings
 from tests.learning.settings_files import learn_settings
-from tests.shipped_conf import configured
+from tests.shipped_conf import configured, plain
 from tests.simulation.dart.bench_robot import adapt_values
 
 GAME: GameSettings = configured(GameSettings, "game", "kendama")
@@ -26,12 +27,16 @@ CAMERA: CameraSettings = configured(CameraSettings, "camera", "virtual")
 LIGHTING: LightingSettings = configured(LightingSettings, "lighting", "bright")
 PREDICT: PredictSettings = configured(PredictSettings, "predict", "flights")
 ADAPT: AdaptSettings = build_value(AdaptSettings, adapt_values(), "adapt")
+SAFETY = build_value(SafetySettings, plain("safety", "usual"), "safety")
 FULL: TransferSettings = configured(TransferSettings, "transfer", "default")
 SHORT = dataclasses.replace(FULL, evaluation_n=1, cap=2, games=2, imitation_tries=2, baseline=True)
 
 
 def stage(
-    settings: TransferSettings = SHORT, hardware: HardwareSettings = TWIN, adapt: AdaptSettings | None = ADAPT
+    settings: TransferSettings = SHORT,
+    hardware: HardwareSettings = TWIN,
+    adapt: AdaptSettings | None = ADAPT,
+    safety: SafetySettings | None = SAFETY,
 ) -> Transfer:
     """The stage of the full game, as its pipeline would build it."""
     return Transfer(
@@ -44,4 +49,5 @@ def stage(
         lighting=LIGHTING,
         predict=PREDICT,
         adapt=adapt,
+        safety=safety,
     )

@@ -56,12 +56,11 @@ class CatchFamily:
         return dataclasses.replace(variation, tau_scale=min(max(variation.tau_scale, least), tau_range[1]))
 
     def bounds(self, amplitudes: tuple[float, ...], cup_radius_m: float) -> Bounds:
-        """Where to search; amplitudes whose path the arm cannot reach are left out, but for the motion itself.
+        """Where to search; amplitudes whose path the arm cannot reach are left out, that of the motion itself too.
 
-        A path is solved when it is first asked for: mostly that of the motion itself suffices. Raises StageError where
-        the arm cannot reach along the motion itself.
+        A path is solved when it is first asked for: mostly that of the motion itself suffices.
         """
-        return Bounds(_LowestTau(self, amplitudes), MOUTH_SHARE * cup_radius_m)
+        return Bounds(_LowestTau(self, (1.0, *amplitudes)), MOUTH_SHARE * cup_radius_m)
 
 
 class _LowestTau(Mapping[float, float]):
@@ -69,7 +68,7 @@ class _LowestTau(Mapping[float, float]):
 
     def __init__(self, family: CatchFamily, amplitudes: tuple[float, ...]) -> None:
         self._family, self._amplitudes = family, amplitudes
-        self._found: dict[float, float] = {1.0: family.swing(MotionVariation(1.0)).least_tau_scale()}
+        self._found: dict[float, float] = {}
 
     def __getitem__(self, amplitude: float) -> float:
         if amplitude not in self._found:
@@ -82,7 +81,7 @@ class _LowestTau(Mapping[float, float]):
         return self._found[amplitude]
 
     def __iter__(self) -> Iterator[float]:
-        return (one for one in dict.fromkeys((1.0, *self._amplitudes)) if self.get(one) is not None)
+        return (one for one in dict.fromkeys(self._amplitudes) if self.get(one) is not None)
 
     def __len__(self) -> int:
         return sum(1 for _ in self)

@@ -84,7 +84,8 @@ def conclude(
     }
     joints = swing.joints(variation.tau_scale, settings.hold_s)
     plan = turned_plan(family.plan(variation), heading_rad)
-    motion = CatchMotion(plan, joints, current_placement(arm), result.caught, rate["success_rate"])
+    flight_s = None if result.flight_s is None else result.flight_s[0]
+    motion = CatchMotion(plan, joints, current_placement(arm), result.caught, rate["success_rate"], flight_s)
     return Made(motion, metrics, () if search.confirmed else (NOT_REPEATED,))
 
 

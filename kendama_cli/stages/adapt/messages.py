@@ -43,7 +43,7 @@ class AdaptExploredMessage:
     shift_x_m: float
     shift_y_m: float
     bumps_m: Collection[float]
-    swing_slack_s: float
+    swing_slack_s: float = 0.0
 
 
 @dataclass(frozen=True)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import dataclasses
 import functools
+import math
 from collections.abc import Mapping
 from typing import Any
 
@@ -101,15 +102,19 @@ class Adapt:
         return placed(robot, find(line=None))
 
     def _require_playable(self, family: CatchFamily, bounds: Bounds) -> None:
-        least, most = bounds.lowest_tau[1.0], self._settings.tau_range[1]
-        if least > most:
-            given = self._settings.placement == "given"
-            otherwise = "place the arm otherwise (adapt.placement=search)" if given else "choose another robot"
-            raise StageError(
-                f"the motion would have to be {least:.2f} times slower for {self._robot.name}, whose "
-                f"{family.swing(MotionVariation(1.0)).limiting_joint()} stands in the way; "
-                f"allowed: tau_scale up to {most}: raise adapt.tau_range, or {otherwise}"
-            )
+        """Raise StageError where no size that is searched can be played at all; a smaller one may be."""
+        sizes = (1.0, *self._settings.amplitudes) if self._settings.search == "tau" else (1.0,)
+        most = self._settings.tau_range[1]
+        if any(bounds.lowest_tau.get(size, math.inf) <= most for size in sizes):
+            return
+        swing = family.swing(MotionVariation(1.0))  # out of reach: says so
+        given = self._settings.placement == "given"
+        otherwise = "place the arm otherwise (adapt.placement=search)" if given else "choose another robot"
+        raise StageError(
+            f"the motion would have to be {swing.least_tau_scale():.2f} times slower for {self._robot.name}, whose "
+            f"{swing.limiting_joint()} stands in the way; "
+            f"allowed: tau_scale up to {most}: raise adapt.tau_range, make it smaller (adapt.size), or {otherwise}"
+        )
 
 
 def _state(search: Search, seeds: list[int]) -> State:

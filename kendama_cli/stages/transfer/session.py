@@ -15,6 +15,7 @@ from kendama_cli.game.camera_solids import camera_solids
 from kendama_cli.game.figures import GameFigures, RopeFitFigures
 from kendama_cli.game.game_runner import GameRunner
 from kendama_cli.game.imitation import SeenImitation, play_motion, tempos
+from kendama_cli.game.reachable import Surroundings, follow_from_s
 from kendama_cli.game.rope_fit import fitted
 from kendama_cli.game.scene_history import cup_rotation_wxyz
 from kendama_cli.game.settings import TransferSettings
@@ -28,7 +29,6 @@ from kendama_cli.schema.foxglove import SceneUpdate
 from kendama_cli.settings.camera import CameraSettings
 from kendama_cli.settings.game import GameSettings
 from kendama_cli.settings.hardware import HardwareSettings
-from kendama_cli.simulation.catch.settings import AdaptSettings
 from kendama_cli.stages.interface import StageContext
 from kendama_cli.stages.transfer import trace
 from kendama_cli.stages.transfer.replay_trace import imperfection, replay_message
@@ -108,7 +108,7 @@ class TransferSession:
                 messages += trace.step_messages(swing.steps, finished.index, start_s, self._every)
             self._finish(messages, swing.duration_s, phase=phase, rollouts=finished.index, streak=learner.count.streak)
 
-    def imitate(self, motion: CatchMotion, game: GameSettings, adapt: AdaptSettings) -> None:
+    def imitate(self, motion: CatchMotion, around: Surroundings) -> None:
         """Play the imitation motion, fitted to the rope, until it catches; at slightly other tempos after a miss.
 
         Then play it again at the tempo that caught, to tell how often it does.
@@ -120,14 +120,14 @@ class TransferSession:
             return
         if any(tried) and len(progress.repeats) >= settings.imitation_repeats:
             return
-        robot = self._runner.robot
+        robot, game = self._runner.robot, around.game
         seed = int(progress.rng("rope", 0).integers(2**63))
-        fit = fitted(robot, self._arm, motion, game, adapt, seed=seed)
+        fit = fitted(robot, motion, around, seed=seed)
         progress.rope_fit = RopeFitFigures(fit.rope_scale, fit.resized)
         seen = None
-        if adapt.catch == "seen":
+        if around.adapt.catch == "seen":
             watched = WatchedFlight(self._runner.observer.without_goal())
-            seen = SeenImitation(watched, self._arm, adapt.steering, game.cup.rim_m)
+            seen = SeenImitation(watched, self._arm, fit.steering, game.cup.rim_m, follow_from_s(motion))
         while not any(tried) and len(tried) < len(wanted):
             tempo = wanted[len(tried)]
             self._imitate_once(fit.joints, tempo, "imitation", tried, seen)

@@ -16,15 +16,18 @@ from kendama_cli.devices.robot.open_robot import open_robot
 from kendama_cli.errors import HardwareError, StageError
 from kendama_cli.game.builder import GameBuilder, GameSetup
 from kendama_cli.game.open_observer import CameraSetup, check_cameras
+from kendama_cli.game.reachable import Surroundings, follow_from_s
 from kendama_cli.game.settings import TransferSettings
 from kendama_cli.game.stored_policy import load_policy
 from kendama_cli.game.transfer_progress import Progress
 from kendama_cli.learning.settings import LearnSettings
 from kendama_cli.learning.verification import verify_policy
+from kendama_cli.robot_model.model import RobotModel
 from kendama_cli.settings.camera import CameraSettings, LightingSettings
 from kendama_cli.settings.game import GameSettings
 from kendama_cli.settings.hardware import HardwareSettings
 from kendama_cli.settings.robot import RobotSettings
+from kendama_cli.settings.safety import SafetySettings
 from kendama_cli.simulation.catch.settings import AdaptSettings
 from kendama_cli.stages.interface import Made, Metric, StageContext
 from kendama_cli.stages.transfer.session import TransferSession
@@ -33,8 +36,8 @@ from kendama_cli.vision.settings import PredictSettings
 
 class Transfer:
     """Takes the PolicyArtifact of ``learn`` and, where they are there, the CatchMotion of ``adapt`` and the
-    FrictionModel of ``identify``; gives a TransferResult. ``adapt`` is needed with a CatchMotion: it
-    says how that was made.
+    FrictionModel of ``identify``; gives a TransferResult. ``adapt`` and ``safety`` are needed with a
+    CatchMotion: they say how that was made, and what its seen catch has to keep to.
     """
 
     def __init__(
@@ -49,17 +52,18 @@ class Transfer:
         lighting: LightingSettings,
         predict: PredictSettings,
         adapt: AdaptSettings | None = None,
+        safety: SafetySettings | None = None,
     ) -> None:
-        self._adapt = adapt
+        self._adapt, self._safety = adapt, safety
         self._hardware = hardware
         self._setup = GameSetup(robot, game, learn, transfer, CameraSetup(camera, lighting, predict))
 
     def run(self, given: Mapping[str, Any], ctx: StageContext) -> Made:
         """Evaluate, learn on, evaluate again, imitate, play; what was learned survives whatever goes wrong.
 
-        Raises StageError before anything moves where the policy does not fit, HardwareError where the line or the
-        robot fails: the finished rollouts are kept, and the next run goes on from them; the one that broke off is
-        logged as far as it went.
+        Raises StageError before anything moves where the policy does not fit or the motion is unsafe, HardwareError
+        where the line or the robot fails: the finished rollouts are kept, and the next run goes on from them; the one
+        that broke off is logged as far as it went.
         """
         settings, learn = self._setup.transfer, self._setup.learn
         check_cameras(self._setup.cameras, settings.observation, realtime=False)  # the open robot says whether it is
@@ -68,14 +72,12 @@ class Transfer:
         saved = ctx.restore()
         progress = Progress.resumed(saved, policy, learn, settings, ctx.rng("transfer"))
         motion: CatchMotion | None = given.get("adapt")
-        adapt = self._adapt
-        if motion is not None and adapt is None:
-            raise StageError(
-                "'transfer' is given the motion of 'adapt' without its settings; add 'adapt' to transfer's config in "
-                "the pipeline; nothing was moved"
-            )
         setup = self._setup if motion is None else self._setup.placed_at(motion.placement)
         builder = GameBuilder(setup)
+        held: tuple[str, ...] = ()
+        if motion is not None:
+            around = self._around(builder.arm, setup.game)
+            _, held = around.steering(motion.joints, follow_from_s(motion))
         seed = int(progress.rng("body", 0).integers(2**63))
         with open_robot(self._hardware, setup.robot, setup.game) as bare:
             robot = RememberingRobot(compensated(bare, given.get("identify")))
@@ -91,8 +93,8 @@ class Transfer:
                     session.evaluate(progress.after, progress.policy, "after")
                     if settings.baseline:
                         session.learn("scratch")
-                    if motion is not None and adapt is not None:
-                        session.imitate(motion, setup.game, adapt)
+                    if motion is not None:
+                        session.imitate(motion, around)
                     session.play(progress.kept(policy), setup.game, self._hardware)
                 except HardwareError:
                     ctx.checkpoint(progress.saved, force=True)  # the next run goes on from before what broke off
@@ -105,9 +107,18 @@ class Transfer:
             games=len(progress.games),
             caught=sum(game.caught for game in progress.games),
         )
-        return Made(
-            result, transfer_metrics(result, progress, baseline=settings.baseline), warnings=tuple(_warnings(progress))
-        )
+        metrics = transfer_metrics(result, progress, baseline=settings.baseline)
+        return Made(result, metrics, warnings=(*held, *_warnings(progress)))
+
+    def _around(self, arm: RobotModel, game: GameSettings) -> Surroundings:
+        """Return what an imitated motion of ``arm`` is checked against; raises StageError where that was not given."""
+        if self._adapt is None or self._safety is None:
+            missing = "adapt" if self._adapt is None else "safety"
+            raise StageError(
+                f"'transfer' is given the motion of 'adapt' without the settings of '{missing}'; add '{missing}' to "
+                "transfer's config in the pipeline; nothing was moved"
+            )
+        return Surroundings(arm, game, self._adapt, self._safety)
 
 
 def _warnings(progress: Progress) -> Iterator[str]:
