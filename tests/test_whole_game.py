@@ -20,6 +20,7 @@ from typing import Any
 import pytest
 
 from tests import warm_command
+from tests.report.test_picture import figures_in, figures_of
 from tests.toy_project import artifact_bytes, statuses
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -112,6 +113,9 @@ def test_as_shipped_learning_is_proven_in_dart_and_nine_of_ten_games_are_won(tmp
     assert metrics(shipped, "transfer")["games"] >= 10
     assert metrics(shipped, "transfer")["caught_rate"] >= 0.9
     assert metrics(shipped, "transfer")["missed_packets"] == 0
+    kendama(tmp_path, "report", shipped["run"], "-o", "page.html")
+    shown = figures_in((ROOT / "data" / "pictures" / "report.png").read_bytes())
+    assert figures_of((tmp_path / "page.html").read_text()) == shown, "make README's picture anew: data/picture.py"
 
 
 def test_with_nothing_to_do_everything_is_cached_and_nothing_heavy_is_imported(
