@@ -142,9 +142,12 @@ def _index_files(folder: Path) -> Iterator[Path]:
 
 
 def _unfinished(folder: Path, depth: int = 3) -> Iterator[Path]:
-    """Yield everything below a home that a process which was killed had not finished."""
+    """Yield everything in the places of a home that a process which was killed had not finished.
+
+    Not what stands in the home itself: who marks it has no lock yet.
+    """
     for path in durable.listed(folder):
-        if UNFINISHED.fullmatch(path.name):
+        if depth < 3 and UNFINISHED.fullmatch(path.name):
             yield path
         elif depth and (depth < 3 or path.name in PLACES) and path.is_dir() and not path.is_symlink():
             yield from _unfinished(path, depth - 1)

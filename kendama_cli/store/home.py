@@ -37,7 +37,7 @@ _MADE: dict[str, str | None] = {
     r"inputs/[0-9a-f]{32}": r"[0-9a-f]{16}",
     r"slurm/[0-9a-f]{16}": _ANY,
     rf"index/(files|latest/[^/]+/{_S}|(compose|unchanged)/[0-9a-f]{{32}})\.json": None,
-    rf"(([^/]+/){{0,3}}){UNFINISHED.pattern}": _ANY,
+    rf"(([^/]+/){{1,3}}){UNFINISHED.pattern}": _ANY,
 }
 """Patterns of names below a home, and of a folder those of the names directly in it; None stands for a file."""
 PLACES = ("results", "runs", "objects", "checkpoints", "scratch", "inputs", "slurm", "locks", "index")
@@ -58,7 +58,7 @@ def claim(home: Path, option: str = "--home") -> None:
     elif _has_records(home):
         with contextlib.suppress(StoreError):  # another user's, or a full disk: the records speak for it as well
             _mark(home)
-    else:
+    elif durable.read_sealed(home / MARK) is None:  # else another process has marked it meanwhile
         raise UsageError(
             f"{home} holds files and is no home of kendama ({names[0].name}, ...): nothing there is written or "
             f"deleted; name an empty or a new folder with {option}"
