@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-import importlib
 import importlib.metadata
+import json
 import os
 import platform
 import subprocess
 import sys
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import kendama_cli
 from kendama_cli.errors import KendamaError, install_line
@@ -29,22 +31,30 @@ class Part:
 REQUIRED = {
     "dartpy": "kendama_cli.robot_model.dart_library",
     "numpy": "numpy",
-    "scipy": "scipy",
+    "scipy": "scipy.optimize",
     "numba": "numba",
     "opencv-python-headless": "cv2",
     "pandas": "pandas",
-    "pyarrow": "pyarrow",
-    "mcap": "mcap",
-    "foxglove-schemas-protobuf": "foxglove_schemas_protobuf",
+    "pyarrow": "pyarrow.parquet",
+    "mcap": "mcap.reader",
+    "foxglove-schemas-protobuf": "foxglove_schemas_protobuf.PoseInFrame_pb2",
+    "protobuf": "google.protobuf.json_format",
     "hydra-core": "hydra",
-    "matplotlib": "matplotlib",
+    "matplotlib": "matplotlib.backends.backend_svg",
+    "cma": "cma",
+    "filelock": "filelock",
+    "pyyaml": "yaml",
+    "rich": "rich.progress",
+    "typer": "typer",
+    "zstandard": "zstandard",
+    "embreex": "embreex.rtcore_scene",
 }
 EXTRAS = {
-    "example-robot-data": f"robot=ur5, ur10, panda, xarm7: {install_line('robots')}",
-    "starlette": f"kendama play: {install_line('play')}",
-    "obstore": f"store.remote=s3://bucket/prefix: {install_line('remote')}",
-    "distributed": f"--on dask, --on slurm: {install_line('dask')}",
-    "gymnasium": f"the learning environment for others' agents: {install_line('gym')}",
+    "starlette": ("starlette", f"kendama play: {install_line('play')}"),
+    "obstore": ("obstore", f"store.remote=s3://bucket/prefix: {install_line('remote')}"),
+    "distributed": ("distributed", f"--on dask, --on slurm: {install_line('dask')}"),
+    "gymnasium": ("gymnasium", f"the learning environment for others' agents: {install_line('gym')}"),
+    "example-robot-data": ("", f"robot=ur5, ur10, panda, xarm7: {install_line('robots')}"),
 }
 DEVICES = {
     "capture=mocap": "a motion capture system that streams rigid bodies",
@@ -60,42 +70,89 @@ GROUPS = (STAGES, NODES, *(f"kendama.{block}" for block in BLOCKS))
 """The entry point groups by which packages bring parts."""
 
 
+PROBE = """
+import importlib, json, sys
+for name, targets in json.loads(sys.argv[1]).items():
+    problem = ""
+    for target in targets:
+        module, _, what = target.partition(":")
+        try:
+            getattr(importlib.import_module(module), what or "__name__")
+        except Exception as error:
+            problem = " ".join(f"{type(error).__name__}: {error}".split())
+    print("probed", name, problem, sep="\\t", flush=True)
+"""
+"""Imports modules and says of each what is wrong: in a process that a broken native library may take down."""
+
+
 def examine() -> list[Part]:
-    """Try every part; an import that fails is told with what brings it."""
+    """Import every part; one that cannot be is told with its reason and what brings it."""
     cores = os.cpu_count() or 1
     found = [Part("kendama", "ok", f"{kendama_cli.__version__}, Python {platform.python_version()}, {cores} cores")]
-    found += [_library(name, module) for name, module in REQUIRED.items()]
-    found += [*_display_libraries(), _embree()]
-    found += [_extra(name, needs) for name, needs in EXTRAS.items()]
+    libraries = {name: [module] for name, module in REQUIRED.items()}
+    extras = {name: [module] if module else [] for name, (module, _) in EXTRAS.items() if _version(name)}
+    problems = _problems({**libraries, **extras})
+    found += [_library(name, problems[name]) for name in REQUIRED]
+    found += _display_libraries()
+    for name, (_, serves) in EXTRAS.items():
+        found.append(_library(name, problems[name]) if name in problems else Part(name, "optional", serves))
     found += [Part(name, "optional", f"needs {needs}") for name, needs in DEVICES.items()]
-    return found + [part for group in GROUPS for part in _declared(group)]
+    return found + _declared()
 
 
-def _declared(group: str) -> list[Part]:
-    """What packages declare in ``group``, in one line; and a line for each declaration that cannot be imported."""
-    names, broken = [], []
-    for name, target in sorted(declared(group).items()):
-        try:
-            resolve(target, f"'{name}' of {group}")
-            names.append(name)
-        except KendamaError as error:
-            broken.append(Part(name, "missing", str(error)))
-    return [*([Part(group, "ok", ", ".join(names))] if names else []), *broken]
+def _declared() -> list[Part]:
+    """What packages declare, a line for each group; and a line for each declaration of which a part is not there."""
+    targets: dict[str, list[str]] = {}
+    broken: dict[str, str] = {}
+    for group in GROUPS:
+        for name, target in sorted(declared(group).items()):
+            try:
+                targets[f"{group} {name}"] = _named(resolve(target, f"'{name}' of {group}"))
+            except KendamaError as error:
+                broken[f"{group} {name}"] = str(error)
+    broken |= {key: problem for key, problem in _problems(targets).items() if problem}
+    lines = []
+    for group in GROUPS:
+        names = ", ".join(key.split(" ", 1)[1] for key in targets if key.startswith(f"{group} ") and key not in broken)
+        lines += [Part(group, "ok", names)] if names else []
+        told = {key.split(" ", 1)[1]: why for key, why in broken.items() if key.startswith(f"{group} ")}
+        lines += [Part(name, "missing", why) for name, why in told.items()]
+    return lines
 
 
-def _extra(name: str, serves: str) -> Part:
+def _named(declaration: Any) -> list[str]:
+    """What a declaration names as ``module:name``."""
+    fields = ("run", "gives", "chapter", "ensemble_chapter", "film", "replay", "episodes", "settings", "makes")
+    named = (getattr(declaration, field, None) for field in fields)
+    return [one for one in named if isinstance(one, str)]
+
+
+def _problems(targets: Mapping[str, Sequence[str]]) -> dict[str, str]:
+    """Import all ``targets``; what is wrong with each of their names, empty where nothing is."""
+    found: dict[str, str] = {}
+    while rest := {name: wanted for name, wanted in targets.items() if name not in found}:
+        command = [sys.executable, "-P", "-c", PROBE, json.dumps(rest)]
+        done = subprocess.run(command, capture_output=True, text=True, check=False)
+        probed = (line.split("\t") for line in done.stdout.splitlines() if line.startswith("probed\t"))
+        found |= {name: problem for _, name, problem in probed}
+        if died := next((name for name in rest if name not in found), None):
+            found[died] = (done.stderr.strip().splitlines() or [f"exit code {done.returncode}"])[-1]
+    return found
+
+
+def _version(name: str) -> str | None:
     try:
-        return Part(name, "ok", importlib.metadata.version(name))
+        return importlib.metadata.version(name)
     except importlib.metadata.PackageNotFoundError:
-        return Part(name, "optional", serves)
+        return None
 
 
-def _embree() -> Part:
-    """Required but where there is no wheel of it: cameras without it draw everything but meshes."""
-    part = _library("embreex", "embreex.rtcore_scene")
-    if part.state == "missing" and sys.platform == "linux" and platform.machine() == "aarch64":
-        return Part("embreex", "optional", "has no wheel for Linux on aarch64; images of arms and meshes need it")
-    return part
+def _library(name: str, problem: str) -> Part:
+    if not problem:
+        return Part(name, "ok", _version(name) or "?")
+    if name == "embreex" and sys.platform == "linux" and platform.machine() == "aarch64":
+        return Part(name, "optional", "has no wheel for Linux on aarch64; images of arms and meshes need it")
+    return Part(name, "missing", f"{problem}; pip install {name}")
 
 
 def _display_libraries() -> list[Part]:
@@ -106,15 +163,3 @@ def _display_libraries() -> list[Part]:
     done = subprocess.run([sys.executable, "-P", "-c", probe], capture_output=True, text=True, check=False)
     ours = "not on this system; an object of ours stands in (only a viewer would miss it)"
     return [Part(name, "ok", ours if name in done.stdout.split() else "the system's") for name in SONAMES]
-
-
-def _library(name: str, module: str) -> Part:
-    # a process of its own: a broken native library may take its process down
-    probe = subprocess.run(
-        [sys.executable, "-P", "-c", f"import {module}"], capture_output=True, text=True, check=False
-    )
-    if probe.returncode == 0:
-        return Part(name, "ok", importlib.metadata.version(name))
-    lines = probe.stderr.strip().splitlines()
-    reason = lines[-1] if lines else f"exit code {probe.returncode}"
-    return Part(name, "missing", f"{reason}; pip install {name}")

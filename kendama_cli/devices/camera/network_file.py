@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import cv2
 import numpy as np
@@ -21,8 +22,9 @@ def network_detector(settings: NetworkDetectorSettings) -> NetworkDetector:
         content = Path(settings.model).read_bytes()
     except OSError as wrong:
         raise InputError(settings.model, f"cannot be read ({wrong.strerror})", remedy=REMEDY) from None
-    loud = cv2.utils.logging.getLogLevel()
-    cv2.utils.logging.setLogLevel(cv2.utils.logging.LOG_LEVEL_SILENT)
+    logging: Any = getattr(cv2.utils, "logging", cv2)  # OpenCV 4.10 has the same two functions elsewhere
+    loud = logging.getLogLevel()
+    logging.setLogLevel(0)
     try:
         network = cv2.dnn.readNetFromONNX(np.frombuffer(content, dtype=np.uint8))
         if network.empty():
@@ -30,7 +32,7 @@ def network_detector(settings: NetworkDetectorSettings) -> NetworkDetector:
     except (cv2.error, ValueError):
         raise InputError(settings.model, "it is not a network in ONNX that OpenCV can read", remedy=REMEDY) from None
     finally:
-        cv2.utils.logging.setLogLevel(loud)
+        logging.setLogLevel(loud)
     detector = NetworkDetector(settings, network)
     width, height = settings.input_px
     try:

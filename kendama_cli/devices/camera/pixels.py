@@ -23,9 +23,9 @@ def read_image(path: Path, where: str = "") -> Image:
     except OSError as error:
         raise InputError(str(path), f"the image cannot be read ({error.strerror})", where=where) from None
     except cv2.error:  # beyond the limit that kendama_cli sets
-        pixels = None
-    if pixels is None or pixels.size > 3 * MOST_PIXELS:
-        problem = f"it is not an image that OpenCV can read, {SIZE}"
+        raise InputError(str(path), f"it is not an image {SIZE}", where=where, remedy="scale it down") from None
+    if pixels is None:
+        problem = "it is not an image that OpenCV can read"
         raise InputError(str(path), problem, where=where, remedy="remove or convert it")
     return np.asarray(pixels, dtype=np.uint8)
 
