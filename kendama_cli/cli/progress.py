@@ -13,6 +13,7 @@ from rich.progress import BarColumn, Progress, ProgressColumn, Task, TextColumn,
 from rich.text import Text
 
 from kendama_cli.cli import render
+from kendama_cli.pipeline.plan import NEVER_RAN
 from kendama_cli.pipeline.record import StageOutcome
 
 LINE_PERIOD_S = 5.0
@@ -42,7 +43,8 @@ class PlainLines:
     def stage_starts(self, name: str, key: str | None, reasons: tuple[str, ...]) -> None:
         """A worker for the stage has started."""
         self._told_s[name] = time.monotonic()
-        self._say(f"{name}: starts ({_why(reasons) or 'goes on'})")
+        why = _why(reasons) or "goes on"
+        self._say(f"{name}: {why if why == 'starting' else f'starts ({why})'}")
 
     def stage_progress(self, name: str, done: int, total: int | None, figures: Mapping[str, Any]) -> None:
         """The stage reports where its work stands."""
@@ -114,7 +116,8 @@ class LiveView:
     def stage_ends(self, outcome: StageOutcome) -> None:
         """The stage ran, was cached, or failed."""
         mark = {"ran": "✓", "cached": "=", "failed": "✗"}[outcome.status]
-        shown = outcome.error or ("cached" if outcome.status == "cached" else render.figures(outcome.metrics, 4))
+        # why it failed is told whole in the closing lines
+        shown = render.figures(outcome.metrics, 4) if outcome.status == "ran" else outcome.status
         row = self._row(outcome.name)
         if outcome.status == "failed":
             self._progress.update(row, mark=mark, shown=shown)
@@ -129,7 +132,12 @@ class LiveView:
 
 
 def _why(reasons: tuple[str, ...]) -> str:
-    """The first reasons: another robot alone changes two dozen values, and ``kendama plan`` shows them all."""
+    """The first reasons: another robot alone changes two dozen values, and ``kendama plan`` shows them all.
+
+    Of a stage that runs it is no news that it never ran.
+    """
+    if reasons == NEVER_RAN:
+        return "starting"
     more = len(reasons) - SHOWN_REASONS
     return "; ".join((*reasons[:SHOWN_REASONS], *([f"{more} more in 'kendama plan'"] if more > 0 else [])))
 

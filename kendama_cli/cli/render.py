@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shutil
 import sys
 from collections.abc import Iterable, Mapping, Sequence
 from textwrap import indent
@@ -100,11 +101,29 @@ def figures(values: Mapping[str, Any], most: int | None = None) -> str:
 
 
 def summary(record: RunRecord, next_step: str) -> None:
-    """How a run ended, in a few lines: each stage by its headline metrics, then what warns."""
+    """Print how a run ended, in a few lines: each stage by its headline metrics, then what warns.
+
+    Why a stage failed stands among the progress lines already, where these are no live view.
+    """
+    failed_already = "standard error says why" if not sys.stderr.isatty() else None
     for stage in record.stages:
         shown = {name: value for name, value in stage.metrics.items() if name != "warnings"}
-        print(f"{stage.name:<9} {stage.status:<6} {stage.error or figures(shown, 6)}")
+        reason = stage.error and (failed_already or stage.error)
+        _closing(f"{stage.name:<9} {stage.status:<6} ", reason or figures(shown, 6))
     for stage in record.stages:
         for warning in (stage.metrics.get("warnings") or "").splitlines():
-            print(f"{stage.name:<9} warns  {warning}")
+            _closing(f"{stage.name:<9} warns  ", warning)
     print(f"run {record.run} {record.outcome}; {next_step}")
+
+
+def _closing(head: str, told: str) -> None:
+    """Print ``told`` after ``head``, on a terminal in lines that end between words; elsewhere in one line."""
+    columns = shutil.get_terminal_size((0, 0)).columns
+    words = told.split(" ")
+    lines = [head + words[0]]
+    for word in words[1:]:
+        if columns and len(lines[-1]) + 1 + len(word) > columns:
+            lines.append(" " * len(head) + word)
+        else:
+            lines[-1] += f" {word}"
+    print("\n".join(lines))

@@ -30,6 +30,8 @@ def show_end(record: RunRecord, *, as_json: bool) -> None:
 
 def next_step(record: RunRecord) -> str:
     """What to do after a run."""
+    if record.outcome == "failed" and not record.is_recorded:
+        return "nothing was computed, so it is not among the runs"
     if not record.is_recorded:
         return f"not recorded: {record.home} cannot be written"
     return f"see it with: kendama report {record.run}"

@@ -24,6 +24,9 @@ from kendama_cli.store.store import Store, StoredResult, key_of
 
 WHERE = ("executor", "store")
 """Nodes of the configuration that enter no key."""
+NEVER_RAN = ("never ran",)
+FEW_FILES, SHOWN_VALUES, SHOWN_CHARACTERS = 3, 12, 200
+"""So much of a value that changed is shown as a reason."""
 FORCED = ("forced",)
 """Why a stage runs that the user asked to have made anew."""
 
@@ -137,7 +140,7 @@ class Planner:
             if waiting:
                 reasons = (*self._reasons(spec, self.parts(spec, {}), inputs_known=False),)
                 changed = tuple(f"input {needed} changed" for needed in waiting)
-                never = reasons == ("never ran",)
+                never = reasons == NEVER_RAN
                 plans[spec.name] = StagePlan(spec, None, {}, None, reasons if never else (*changed, *reasons))
                 continue
             inputs = {own: str(_result(plans[needed]).content_digest) for own, needed in spec.needs.items()}
@@ -162,7 +165,7 @@ class Planner:
             return StagePlan(spec, key, parts, None, ("stored artifact damaged or missing",))
         reasons = self._reasons(spec, parts, inputs_known=True)
         if any(path.suffix == ".ckpt" for path in durable.listed(self.store.checkpoint_folder(spec.name, key))):
-            reasons = [*(reason for reason in reasons if reason != "never ran"), "goes on from its last checkpoint"]
+            reasons = [*(reason for reason in reasons if reason not in NEVER_RAN), "goes on from its last checkpoint"]
         return StagePlan(spec, key, parts, None, tuple(reasons))
 
     def remember(self, plan: StagePlan) -> None:
@@ -172,10 +175,10 @@ class Planner:
     def _reasons(self, spec: StageSpec, parts: Mapping[str, Any], *, inputs_known: bool) -> list[str]:
         latest = read_latest(self.store.home, self.pipeline.name, spec.name)
         if latest is None:
-            return ["never ran"]
+            return list(NEVER_RAN)
         before = latest["parts"]
         reasons = [
-            f"config {key} {_show(old)} -> {_show(new)}"
+            f"config {key} {_changed(old, new)}"
             for key, old, new in _differences(
                 _renamed(before["config"], spec.config), _renamed(parts["config"], spec.config)
             )
@@ -278,9 +281,33 @@ def _differences(before: Any, after: Any, prefix: str = "") -> list[tuple[str, A
     return [] if before == after else [(prefix, before, after)]
 
 
+def _changed(old: Any, new: Any) -> str:
+    """What became of one value, in a few words; of many files how many they are."""
+    if max(map(_files, (old, new))) <= FEW_FILES:
+        return f"{_show(old)} -> {_show(new)}"
+    if _files(old) != _files(new):
+        return " -> ".join(f"{count} file{'' if count == 1 else 's'}" for count in map(_files, (old, new)))
+    others = [one for before, one in zip(old, new, strict=True) if before != one]
+    return f"{len(others)} of {len(new)} files, {_show(others[0])} first"
+
+
+def _files(value: Any) -> int:
+    """The number of input files that a value of the configuration is; 0 for another value."""
+    several = value if isinstance(value, list) else [value]
+    return len(several) if all(_is_file(one) for one in several) else 0
+
+
+def _is_file(value: Any) -> bool:
+    name, _, digest = str(value).rpartition(" ")
+    return len(digest) == 64 and bool(name)
+
+
 def _show(value: Any) -> str:
     if isinstance(value, list):
-        return "[" + ", ".join(_show(item) for item in value) + "]"
-    text = str(value)
-    name, _, digest = text.rpartition(" ")
-    return f"{name}@{digest[:8]}" if len(digest) == 64 and name else text
+        text = "[" + ", ".join(map(_show, value[:SHOWN_VALUES])) + (", ...]" if len(value) > SHOWN_VALUES else "]")
+    elif _is_file(value):
+        name, _, digest = str(value).rpartition(" ")
+        text = f"{name}@{digest[:8]}"
+    else:
+        text = str(value)
+    return text if len(text) <= SHOWN_CHARACTERS else f"{text[:SHOWN_CHARACTERS]}..."

@@ -125,6 +125,14 @@ class RunRecord:
                 raise
             self.is_recorded = False
 
+    def withdraw(self) -> None:
+        """Delete what was written of a run that was refused before anything was computed: it is none."""
+        with contextlib.suppress(OSError):
+            record_path(self.home, self.run).unlink(missing_ok=True)
+            for stage in self.stages:
+                (self.folder / f"{stage.name}.txt").unlink(missing_ok=True)
+        self.is_recorded = False
+
     def save(self) -> None:
         """Write the record, durably; raises StoreError where the disk refuses."""
         if not self.is_recorded:

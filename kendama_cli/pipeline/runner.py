@@ -73,6 +73,7 @@ class Runner:
         self._stop = stop or threading.Event()
         self._plans: dict[str, StagePlan] = {}
         self._failed: set[str] = set()
+        self._has_computed = False
         self._waiting: dict[str, StageSpec] = {spec.name: spec for spec in planner.pipeline.stages}
         self._starter = starter or system().interpreters()
         self._cluster = cluster
@@ -105,11 +106,15 @@ class Runner:
         except (KeyboardInterrupt, KendamaError) as error:
             self._running.stop()
             self._record.outcome = "failed" if isinstance(error, KendamaError) else "interrupted"
+            if isinstance(error, KendamaError) and not self._has_computed:
+                self._record.withdraw()
             with contextlib.suppress(KendamaError):  # a full disk may not take this either
                 self._record.save()
             raise
         order = [spec.name for spec in self._planner.pipeline.stages]
         self._record.stages.sort(key=lambda outcome: order.index(outcome.name))
+        if self._failed and not self._has_computed:
+            self._record.withdraw()
         self._record.end("failed" if self._failed else "done")
         return self._record
 
@@ -171,6 +176,8 @@ class Runner:
         name = job.plan.spec.name
         # on a cluster a stage may wait longer for a worker than it computes
         seconds = float((job.done or {}).get("seconds", time.monotonic() - job.started_s))
+        refused = job.failed is not None and job.failed.get("refused") and job.plan.spec.declaration.kind != "moves"
+        self._has_computed |= not refused
         result = None if job.done is None or job.plan.key is None else self._planner.store.find(name, job.plan.key)
         if result is not None:
             self._plans[name] = made = dataclasses.replace(job.plan, result=result)

@@ -83,7 +83,7 @@ def work(request: Mapping[str, Any], events: int, ready: ReadyStage | None = Non
         return 130
     except KendamaError as error:
         _print_traceback()
-        emit({"event": "failed", "message": str(error), "unexpected": False})
+        emit({"event": "failed", "message": str(error), "unexpected": False, "refused": error.exit_code == 2})
         return 1
     except Exception as error:
         _print_traceback()

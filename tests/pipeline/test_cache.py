@@ -11,6 +11,7 @@ from pathlib import Path
 
 import pytest
 
+from kendama_cli.pipeline.plan import _changed
 from kendama_cli.pipeline.unchanged import SETTLED_S
 from kendama_cli.store.garbage import verify
 from kendama_cli.store.store import Store
@@ -185,3 +186,41 @@ def test_an_idle_run_imports_nothing_heavy(toy: ToyProject) -> None:
         [sys.executable, "-c", probe], cwd=toy.folder, env=toy.environment(), capture_output=True, text=True, check=True
     )
     assert done.stderr.splitlines()[-1] == "0 []"
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "told"),
+    [
+        (1, 12, "1 file -> 12 files"),
+        (12, 1, "12 files -> 1 file"),
+        (10_000, 10_001, "10000 files -> 10001 files"),
+        (3, 2, "[0.csv@00000000, 1.csv@00000000, 2.csv@00000000] -> [0.csv@00000000, 1.csv@00000000]"),
+    ],
+)
+def test_a_reason_that_lists_files_is_cut(before: int, after: int, told: str) -> None:
+    def files(count: int) -> list[str] | str:
+        named = [f"{number}.csv {'0' * 64}" for number in range(count)]
+        return named if count > 1 else named[0]
+
+    assert _changed(files(before), files(after)) == told
+
+
+def test_a_reason_names_which_of_many_files_changed_and_no_value_runs_on() -> None:
+    before = [f"{number}.csv {'0' * 64}" for number in range(10)]
+    after = [*before[:4], f"4.csv {'1' * 64}", *before[5:]]
+    assert _changed(before, after) == "1 of 10 files, 4.csv@11111111 first"
+    assert len(_changed("a" * 10_000, list(range(10_000)))) < 500
+
+
+def test_a_run_that_is_refused_before_anything_computes_is_no_run(toy: ToyProject) -> None:
+    stage = toy.folder / "lib/toy/roll/stage.py"
+    whole = stage.read_text()
+    refusal = "from kendama_cli.errors import InputError\n        raise InputError('a', 'b')\n        rng = ctx.rng"
+    stage.write_text(whole.replace("rng = ctx.rng", refusal))
+    document = toy.run_json(expect=1)
+    assert (document["outcome"], document["recorded"]) == ("failed", False)
+    assert "nothing was computed, so it is not among the runs" in toy.kendama("run", "-p", "toy", expect=1).stdout
+    assert json.loads(toy.kendama("runs", "--json").stdout) == []
+    stage.write_text(whole)
+    toy.run_json("toy.fail_at=3", expect=1)
+    assert [run["outcome"] for run in json.loads(toy.kendama("runs", "--json").stdout)] == ["failed"]

@@ -72,7 +72,7 @@ def test_a_run_on_a_cluster_tells_progress_failures_and_what_was_printed(
     toy, processes = cluster
     on = processes.options(toy)
     done = toy.kendama("run", "-p", "toy", *on, "seed=50", "toy.steps=60", "toy.pause_s=0.1")
-    assert "roll: starts (never ran)" in done.stderr or "roll: starts (config" in done.stderr
+    assert "roll: starting" in done.stderr or "roll: starts (config" in done.stderr
     assert "/60, last " in done.stderr
     failed = toy.run_json(*on, "seed=51", "toy.fail_at=3", expect=1)
     assert failed["stages"][0]["error"] == "told to fail at 3"

@@ -9,6 +9,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from kendama_cli.pipeline.catalogue import Pipeline
+from kendama_cli.pipeline.plan import NEVER_RAN
 from kendama_cli.pipeline.record import RunRecord, StageOutcome
 from kendama_cli.report.tables import label_and_unit, number
 
@@ -59,7 +60,13 @@ class RunStatus:
 
     def stage_starts(self, name: str, key: str | None, reasons: tuple[str, ...]) -> None:
         """A worker for the stage has started."""
-        self._tell(name, state="runs", key=key, note="; ".join(reasons), began_s=time.monotonic())
+        self._tell(
+            name,
+            state="runs",
+            key=key,
+            note="starting" if reasons == NEVER_RAN else "; ".join(reasons),
+            began_s=time.monotonic(),
+        )
 
     def stage_progress(self, name: str, done: int, total: int | None, figures: Mapping[str, Any]) -> None:
         """The stage reports where its work stands."""
