@@ -67,7 +67,7 @@ class GameBuilder:
         game, transfer = setup.game, setup.transfer
         check_cameras(setup.cameras, transfer.observation, realtime=robot.realtime)
         origin_m = line.home_m if transfer.observation.camera_origin == "line" else np.zeros(3)
-        history = SceneHistory(partial(joint_places, arm), game.rope.length_m, origin_m)
+        history = SceneHistory(partial(joint_places, arm), game.rope.length_m, origin_m, game.cup.tie_m)
         recording = SceneRecordingRobot(robot, history)
         history.rope_m = measured_rope_m(recording, line.home_rad, game, seed)
         geometry = make_catch_geometry(

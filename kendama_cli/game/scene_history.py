@@ -25,11 +25,17 @@ class SceneHistory:
     """The scene of the last control periods, straight between them; it is the ``Scene`` of virtual cameras.
 
     Places are given relative to ``origin_m`` (3,), in whose frame the cameras stand. ``arm_places`` gives the points
-    (k, 3) that an arm is drawn through for its joint angles (n,).
+    (k, 3) that an arm is drawn through for its joint angles (n,); the rope is tied to ``tie_m`` of the cup's own frame.
     """
 
-    def __init__(self, arm_places: Callable[[Array], Array], rope_m: float, origin_m: Array) -> None:
-        self.rope_m = rope_m
+    def __init__(
+        self,
+        arm_places: Callable[[Array], Array],
+        rope_m: float,
+        origin_m: Array,
+        tie_m: tuple[float, float, float] = (0.0, 0.0, 0.0),
+    ) -> None:
+        self.rope_m, self._tie_m = rope_m, np.array(tie_m)
         self._arm_places, self.origin_m = arm_places, np.asarray(origin_m)
         self._times: list[float] = []
         self._scenes: list[SceneState] = []
@@ -79,7 +85,7 @@ class SceneHistory:
             ball_m=ball,
             cup_m=cup,
             cup_rotation=rotation,
-            rope_m=hanging_rope(cup, ball, self.rope_m),
+            rope_m=hanging_rope(cup + rotation @ self._tie_m, ball, self.rope_m),
             arm_m=np.vstack([arm, cup - HANDLE_END_M * rotation[:, 2]]),
         )
 

@@ -60,10 +60,10 @@ def _speed(from_catch_s: float) -> float:
 
 
 class MotionScene:
-    """The scene of ``motion`` at any time, as a virtual camera asks for it."""
+    """The scene of ``motion`` as a virtual camera asks for it; the rope is tied to ``tie_m`` of the cup's own frame."""
 
-    def __init__(self, motion: Performance) -> None:
-        self._motion = motion
+    def __init__(self, motion: Performance, tie_m: tuple[float, float, float]) -> None:
+        self._motion, self._tie_m = motion, np.array(tie_m)
         self._cup, self._ball = (motion.bodies.names.index(name) for name in ("cup", "ball"))
         held = () if motion.links is None else motion.links.names
         kept = [solid for solid in motion.solids if solid.frame in held]
@@ -82,7 +82,7 @@ class MotionScene:
         if self._motion.links is not None and self._frames:
             at, turned = _at(self._motion.links, t_s)
             links = np.concatenate([turned[self._frames], at[self._frames][:, :, None]], axis=2)
-        rope = hanging_rope(cup, ball, self._motion.rope_m, 17)
+        rope = hanging_rope(cup + rotation @ self._tie_m, ball, self._motion.rope_m, 17)
         return ScenePose(
             ball_m=ball, cup_m=cup, cup_rotation=rotation, rope_m=rope, arm_m=np.empty((0, 3)), links=links
         )
@@ -92,7 +92,7 @@ class FilmMaker:
     """Pictures of ``motion``, which ``game`` gives its sizes, as the camera ``model`` sees it."""
 
     def __init__(self, motion: Performance, game: GameSettings) -> None:
-        self._scene, self._motion = MotionScene(motion), motion
+        self._scene, self._motion = MotionScene(motion, game.cup.tie_m), motion
         lamps = (LightSettings(position_m=_LAMP_M, irradiance=_LAMP),)
         light = LightingSettings(ambient=_AMBIENT, lamps=lamps, wall_glow=0.0, flicker_hz=0.0, flicker_depth=0.0)
         look = AppearanceSettings(

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+import dataclasses
+from collections.abc import Callable, Iterator, Sequence
 from itertools import islice
 
 import numpy as np
@@ -12,9 +13,25 @@ from kendama_cli.vision.ball_film import CANDIDATES
 from kendama_cli.vision.ball_region import BallRegion, learn_region
 from kendama_cli.vision.box_likeness import odd_images
 from kendama_cli.vision.image_track import TrackedBall, track
-from kendama_cli.vision.interface import Detector, Image, Sighting
-from kendama_cli.vision.region_detector import RegionDetector
+from kendama_cli.vision.interface import Detector, Image, SearchHint, Sighting
 from kendama_cli.vision.teaching import TaughtBall, teach
+
+
+class RegionDetector:
+    """The sightings of ``detector``, each moved to the disc that the ball's colours fill, with its radius."""
+
+    def __init__(self, detector: Detector, region: BallRegion) -> None:
+        self._detector, self._region = detector, region
+
+    def candidates(
+        self, pixels: Image, origin_px: tuple[int, int] = (0, 0), hint: SearchHint | None = None
+    ) -> Iterator[Sighting]:
+        """See Detector."""
+        corner = np.array(origin_px, dtype=np.float64)
+        for one in self._detector.candidates(pixels, origin_px, hint):
+            placed = self._region.placed(pixels, dataclasses.replace(one, centre_px=one.centre_px - corner))
+            yield dataclasses.replace(placed, centre_px=placed.centre_px + corner)
+
 
 FRAMES = 60
 """So many frames in a row are looked at."""

@@ -67,3 +67,11 @@ def test_the_scene_is_where_the_arm_truly_is_without_the_noise_of_what_is_read()
         np.linalg.norm(np.diff(places, axis=0), axis=1)
     ), "links are rigid"
     assert np.linalg.norm(places[-1] - arm.tool_place_m(home)) < 0.3, "the hand is near the cup"
+
+
+def test_the_rope_is_seen_to_begin_where_it_is_tied_to_the_cup() -> None:
+    """A tie on the wall of a cup that leans by a quarter turn about y: what was along x points down."""
+    history = SceneHistory(lambda q: np.empty((0, 3)), 0.4, ORIGIN_M, (0.049, 0.0, 0.015))
+    turn = np.array([[0.0, 0.0, 1.0], [0.0, 1.0, 0.0], [-1.0, 0.0, 0.0]])
+    history.add(0.0, SceneState(np.zeros(1), np.array([1.0, 0.0, 1.0]), turn, np.array([1.0, 0.0, 0.6])))
+    assert history(0.0).rope_m[0] == pytest.approx(np.array([1.015, 0.0, 0.951]) - ORIGIN_M)

@@ -6,7 +6,7 @@ import pytest
 from kendama_cli.vision.ball_box import BallBox, TaughtImage
 from kendama_cli.vision.ball_region import BallRegion, learn_region
 from kendama_cli.vision.interface import Sighting
-from kendama_cli.vision.region_detector import RegionDetector
+from kendama_cli.vision.self_training import RegionDetector
 from tests.vision.ball_films import draw_ball, labelled_image, textured
 
 FRAMES = 16

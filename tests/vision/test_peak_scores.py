@@ -5,7 +5,7 @@ from itertools import combinations
 import numpy as np
 import pytest
 
-from kendama_cli.vision.peak_scores import TEMPERATURE, peak_scores
+from kendama_cli.vision.taught_detector import TEMPERATURE, peak_scores
 
 LOG_ODDS = np.array([6.0, 5.0, -2.0, 9.0, 0.5])
 
