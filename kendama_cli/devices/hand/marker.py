@@ -79,8 +79,9 @@ def _recording(path: str, settings: MarkerSettings, camera: CameraModel, t_s: Ar
     sigma_mm = 1e3 * np.sqrt(np.mean(track.place_sigma_m**2, axis=0))
     share = float(track.seen.mean())
     notes = [
-        f"{Path(path).name}: lengths rest on the marker's side, capture.size_m = {settings.size_m:g} m; places are "
-        f"known to about {sigma_mm[:2].max():.1f} mm across the view and {sigma_mm[2]:.1f} mm along it"
+        f"{Path(path).name}: lengths rest on the marker's side, capture.size_m = {settings.size_m:g} m; places have a "
+        f"noise of about {sigma_mm[:2].max():.1f} mm across the view and {sigma_mm[2]:.1f} mm along it, to which lens "
+        "and blur add"
     ]
     if share < DOUBTFUL_SHARE:
         notes.append(
