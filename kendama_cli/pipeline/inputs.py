@@ -71,7 +71,7 @@ def file_contents(settings: Any, index: FileIndex) -> dict[str, dict[str, str]]:
     listing = input_files(settings, among="lists_images")
     for key, value in input_files(settings).items():
         for one in map(Path, value):
-            for path in (one, *(_images(one, index) if key in listing else ())):
+            for path in (one, *_with(one, index, images=key in listing)):
                 digest = str(index.facts(path, "content", durable.file_sha256))
                 found[str(path)] = {"sha256": digest, "beside": str(one)}
     return found
@@ -79,9 +79,17 @@ def file_contents(settings: Any, index: FileIndex) -> dict[str, dict[str, str]]:
 
 def _contents(value: str | tuple[str, ...] | None, facts: Mapping[str, Any], index: FileIndex) -> list[str]:
     given = [Path(path) for path in ([] if value is None else [value] if isinstance(value, str) else value)]
-    listed = [path for one in given for path in _images(one, index)] if facts.get("lists_images") else []
-    # the name counts beside the content: demonstrations are called by their files
-    return [f"{path.name} {index.facts(path, 'content', durable.file_sha256)}" for path in (*given, *listed)]
+    rest = [path for one in given for path in _with(one, index, images=bool(facts.get("lists_images")))]
+    # the name counts beside the content: demonstrations are called by their files, or their bags
+    named = [(f"{one.parent.name}/" if one.name == BAG_FACTS else "", one) for one in (*given, *rest)]
+    return [f"{bag}{one.name} {index.facts(one, 'content', durable.file_sha256)}" for bag, one in named]
+
+
+def _with(path: Path, index: FileIndex, *, images: bool) -> list[Path]:
+    """Return the files that belong to ``path``: the rest of its bag, or the images that it lists."""
+    if path.name == BAG_FACTS:
+        return sorted(one for one in path.parent.iterdir() if one.is_file() and one != path)
+    return _images(path, index) if images else []
 
 
 def _images(table: Path, index: FileIndex) -> list[Path]:

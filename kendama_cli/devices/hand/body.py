@@ -9,11 +9,11 @@ import numpy as np
 
 from kendama_cli.devices.hand.axes import determinant, mirror_problem, to_ours
 from kendama_cli.devices.hand.ball_there import check_gravity, without_misses
-from kendama_cli.devices.hand.even_times import even_times
 from kendama_cli.devices.hand.file import RecordedHand, hands_of
 from kendama_cli.devices.hand.recording import Recording, unit_rotations
 from kendama_cli.devices.hand.segments import checked_swings
 from kendama_cli.devices.hand.settings import BodyCapture, BodySettings
+from kendama_cli.devices.hand.tidy import tidied
 from kendama_cli.devices.hand.tracks.body_track import BodyTrack
 from kendama_cli.devices.hand.tracks.reader import read_bodies
 from kendama_cli.devices.recording_format import name_of
@@ -48,10 +48,6 @@ def recording_of(path: str, body: BodyTrack, ball: BodyTrack | None, settings: B
     if len(known) < 2:
         raise InputError(path, f"'{body.name}' is seen in {len(known)} samples", remedy="record the swing again")
     stamps_s = body.t_s[known]
-    _check_rising(path, stamps_s)
-    even_s = even_times(stamps_s) if settings.times == "even" else None
-    t_s = stamps_s if even_s is None else even_s
-    _check_gaps(path, body.name, settings, t_s)
     turn, mirror = np.array(to_ours(settings.axes)), determinant(settings.axes)
     place_m = body.position_m[known] @ turn.T
     turned = None
@@ -67,29 +63,24 @@ def recording_of(path: str, body: BodyTrack, ball: BodyTrack | None, settings: B
         raise InputError(path, problem, remedy="give a rigid body, or set capture.body_to_cup_m=[0,0,0]")
 
     def place(sample: int) -> str:
-        return f"{body.name} at {t_s[sample]:.3f} s"
+        return f"{body.name} at {stamps_s[sample]:.3f} s"
 
-    return Recording(
+    recording = Recording(
         path,
         name_of(path),
-        t_s - t_s[0],
+        stamps_s - stamps_s[0],
         place_m,
         place,
         "look at the unit in which it was exported",
         "look at capture.axes (z points up, x lies in the swing's plane)",
-        warnings=() if even_s is None else (_strayed(path, stamps_s, even_s),),
         rotation_wxyz=None
         if turned is None
         else unit_rotations(path, turned, place, from_start=settings.upright == "start"),
         ball_m=None if ball is None else _at(ball, stamps_s) @ turn.T,
     )
-
-
-def _strayed(path: str, stamps_s: Array, even_s: Array) -> str:
-    return (
-        f"{name_of(path)}: stamps stray by up to {1e3 * float(np.abs(even_s - stamps_s).max()):.1f} ms from a steady "
-        f"{1 / float(np.diff(even_s).min()):.1f} Hz, whose times are taken (capture.times=stamps keeps them)"
-    )
+    recording = tidied(recording, settings.times)
+    _check_gaps(body.name, settings, recording)
+    return recording
 
 
 def _at(ball: BodyTrack, t_s: Array) -> Array:
@@ -114,20 +105,13 @@ def named_body(path: str, tracks: dict[str, BodyTrack], name: str | None, key: s
     return tracks[name]
 
 
-def _check_rising(path: str, t_s: Array) -> None:
-    steps = np.diff(t_s)
-    if steps.min() <= 0:
-        worst = int(steps.argmin())
-        raise InputError(path, f"time does not rise at {t_s[worst]:.4g} s", remedy="export the recording again")
-
-
-def _check_gaps(path: str, name: str, settings: BodySettings, t_s: Array) -> None:
-    steps = np.diff(t_s)
+def _check_gaps(name: str, settings: BodySettings, recording: Recording) -> None:
+    steps = np.diff(recording.t_s)
     worst = int(steps.argmax())
     if steps[worst] > max(settings.longest_gap_s, 2.5 * float(np.median(steps))):
         raise InputError(
-            path,
+            recording.path,
             f"'{name}' is not seen for {steps[worst]:.3g} s; allowed: {settings.longest_gap_s:g} s",
-            where=f"{t_s[worst]:.3f} s",
+            where=f"{recording.t_s[worst]:.3f} s",
             remedy="fill the gap in the capture program, cut the recording, or raise capture.longest_gap_s",
         )

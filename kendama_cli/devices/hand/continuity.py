@@ -5,7 +5,6 @@ What no hand does is refused, what a good recording hardly ever shows is told.
 
 from __future__ import annotations
 
-from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -26,8 +25,6 @@ ABOVE_NOISE = 10.0
 FROZEN_HIDES_M = 0.01
 """A place that stands still while the hand moved on by so much is refused: at 25 mm of error no tau catches."""
 FROZEN_DOUBT_M = 0.003
-HELD_SHARE = 0.2
-"""Where so many steps of a moving hand are none, the tracker is slower than the file's rate."""
 
 DOUBT_M_S2 = 80.0
 MOVING_START, MOVING_END = 0.25, 0.5
@@ -79,7 +76,7 @@ def _impossible(recording: Recording, reached: Array, k: int, limit_m_s2: float,
 def check_frozen(recording: Recording) -> None:
     """Raise InputError where samples stand still amid the motion, longer than a turning hand does."""
     worst = max(_frozen(recording), key=lambda one: one[2], default=None)
-    if worst is not None and worst[2] >= FROZEN_HIDES_M and not _held(recording):
+    if worst is not None and worst[2] >= FROZEN_HIDES_M:
         first, last, hidden_m = worst
         lasted = recording.t_s[last] - recording.t_s[first]
         raise InputError(
@@ -95,9 +92,7 @@ def doubts_of_continuity(recording: Recording) -> list[str]:
     """What is suspicious but possible, one sentence each."""
     t_s, place_m = recording.t_s, recording.position_m
     doubts = []
-    frozen = [] if _held(recording) else [one for one in _frozen(recording) if one[2] >= FROZEN_DOUBT_M]
-    if _held(recording):
-        doubts.append("many samples repeat the one before: the tracker is slower than the rate of the file")
+    frozen = [one for one in _frozen(recording) if one[2] >= FROZEN_DOUBT_M]
     if frozen:
         first, last, hidden_m = max(frozen, key=lambda one: one[2])
         doubts.append(
@@ -150,14 +145,3 @@ def _frozen(recording: Recording) -> list[tuple[int, int, float]]:
         if np.linalg.norm(place_m[last + 1] - place_m[last]) > 0.5 * hidden_m:
             found.append((first, last, hidden_m))
     return found
-
-
-def _held(recording: Recording) -> bool:
-    """Whether the samples of the moving hand are repeated throughout."""
-    moved = (np.diff(recording.position_m, axis=0) != 0).any(axis=1)
-    steps = np.flatnonzero(moved)
-    if len(steps) < 5:
-        return False
-    between = [b - a for a, b in pairwise(steps.tolist())]
-    short = [one for one in between if one <= 5]
-    return sum(one - 1 for one in short) > HELD_SHARE * sum(short)

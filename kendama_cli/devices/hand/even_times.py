@@ -29,7 +29,7 @@ def even_times(stamps_s: Array) -> Array | None:
     those after them are on the line again, so that none can be missing.
     """
     steps = np.diff(stamps_s)
-    usual = float(np.median(steps))
+    usual = float(np.median(steps)) or float(np.mean(steps))  # coarse stamps: every other step is none
     if len(stamps_s) < FEWEST or not usual > 0:
         return None
     counted = np.arange(len(stamps_s))

@@ -16,6 +16,7 @@ from kendama_cli.devices.hand.recording import Recording
 from kendama_cli.devices.hand.segments import checked_swings
 from kendama_cli.devices.hand.settings import FileCapture
 from kendama_cli.devices.hand.text import read_text
+from kendama_cli.devices.hand.tidy import tidied
 from kendama_cli.devices.recording_format import BAG, C3D, MCAP, STREAM, TABLE, format_of
 from kendama_cli.errors import InputError
 from kendama_cli.motion.rotation import mapped
@@ -58,13 +59,11 @@ def recordings_of(settings: FileCapture) -> list[Recording]:
     Raises InputError for a file that cannot be read or does not hold a plausible swing.
     """
     paths = (settings.path,) if isinstance(settings.path, str) else settings.path or ()
+    tidy = [tidied(_signed(one, settings), settings.times) for path in paths for one in _read(path, settings)]
     return [
         swing
-        for path in paths
-        for recording in _read(path, settings)
-        for swing in checked_swings(
-            _signed(recording, settings), settings.plausible, settings.gap_factor, settings.segments
-        )
+        for one in tidy
+        for swing in checked_swings(one, settings.plausible, settings.gap_factor, settings.segments)
     ]
 
 

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from kendama_cli.devices.hand.continuity import check_frozen, check_jumps, check_rate, doubts_of_continuity
 from kendama_cli.devices.hand.settings import PlausibleSettings
@@ -43,6 +44,17 @@ class Recording:
     """(n, 3) the ball, where it was recorded too; NaN where it was not seen."""
     origin: str = ""
     """one word of the file's head about who or what made the swing: ``# origin: synthetic``"""
+
+    def rows(self, chosen: NDArray[np.int64]) -> Recording:
+        """Return the recording of the ``chosen`` samples alone, in their order, at their own times."""
+        return replace(
+            self,
+            t_s=self.t_s[chosen],
+            position_m=self.position_m[chosen],
+            ball_m=None if self.ball_m is None else self.ball_m[chosen],
+            rotation_wxyz=None if self.rotation_wxyz is None else self.rotation_wxyz[chosen],
+            place=lambda sample: self.place(int(chosen[sample])),
+        )
 
 
 def unit_rotations(path: str, rotation_wxyz: Array, place: Callable[[int], str], *, from_start: bool) -> Array:

@@ -123,12 +123,5 @@ def _part(recording: Recording, piece: tuple[int, int], number: int, count: int)
     t_s = recording.t_s
     first = int(np.searchsorted(t_s, t_s[piece[0]] - MARGIN_S))
     last = int(np.searchsorted(t_s, t_s[piece[1]] + MARGIN_S, side="right"))
-    return replace(
-        recording,
-        name=recording.name if count == 1 else f"{recording.name}-{number}",
-        t_s=t_s[first:last] - t_s[first],
-        position_m=recording.position_m[first:last],
-        ball_m=None if recording.ball_m is None else recording.ball_m[first:last],
-        rotation_wxyz=None if recording.rotation_wxyz is None else recording.rotation_wxyz[first:last],
-        place=lambda sample: recording.place(sample + first),
-    )
+    part = recording.rows(np.arange(first, last))
+    return replace(part, name=recording.name if count == 1 else f"{recording.name}-{number}", t_s=part.t_s - t_s[first])

@@ -15,6 +15,7 @@ from kendama_cli.schema.units import LengthUnit, TimeUnit
 Column = int | str | None
 FARTHEST_M = 50.0
 """No tracker of hands sees so far: places beyond are in another unit."""
+TIMES = "even: stamps that stray from a steady rate by less than 50 ms are put there; stamps: as they are"
 HANDS = Registry("kendama.hands", "hand")
 
 
@@ -85,6 +86,7 @@ class FileCapture:
     unit: LengthUnit = setting("unit of the positions in text files (MCAP holds metres)")
     time_unit: TimeUnit = setting("unit of the time column")
     rate_hz: float | None = setting("sampling rate where there is no time column [Hz]", above=0, at_most=1e5)
+    times: Literal["even", "stamps"] = setting(TIMES, absent="even")
     gap_factor: float = setting("a time step above this multiple of the median step is a gap", above=1)
     segments: Literal["auto", "one"] = setting("auto: several swings in a file are cut apart where the hand rests")
     handedness: Handedness = setting(HANDEDNESS, absent="right")
@@ -131,9 +133,7 @@ class BodySettings:
         "start: the cup is upright where the recording begins; given: the body's own axes are the cup's"
     )
     longest_gap_s: float = setting("longest stretch without the body that is bridged [s]", above=0)
-    times: Literal["even", "stamps"] = setting(
-        "even: stamps that stray from a steady rate by less than 50 ms are put there; stamps: as they are"
-    )
+    times: Literal["even", "stamps"] = setting(TIMES)
     segments: Literal["auto", "one"] = setting("auto: several swings in a file are cut apart where the hand rests")
     handedness: Handedness = setting(HANDEDNESS, absent="right")
 

@@ -87,7 +87,7 @@ def test_recordings_of_others_are_read(name, tracks, samples):
         ("a.csv", b"", "is empty, no row; give a CSV with the columns t_s,x_m,y_m,z_m"),
         ("a.csv", b"time,x\n0,1\n", "line 1: its header lacks t_s, x_m, y_m, z_m; it has time, x"),
         ("a.csv", b"t_s,x_m,y_m,z_m\n0,1,2,3\n1,a,2,3\n", "line 3, column x_m: 'a' is not a number"),
-        ("a.csv", b"t_s,x_m,y_m,z_m\n0,1,2,3\n0,1,2,3\n", "sample 2 of 'ball': time does not rise: 0 s after 0 s"),
+        ("a.csv", b"t_s,x_m,y_m,z_m\n0,1,2,3\n0,1,2,4\n", "sample 2 of 'ball': time does not rise: 0 s after 0 s"),
         ("a.csv", b"t_s,x_m,y_m,z_m\n0,1,2,3\n,1,2,3\n", "time does not rise: nan s after 0 s"),
         ("a.csv", b"\xff\xfe", "its header lacks t_s, x_m, y_m, z_m; it has nothing"),
         ("a.csv", b"abc\x00def", "not a text file"),

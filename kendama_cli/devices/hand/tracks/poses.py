@@ -129,11 +129,12 @@ class PoseTracks:
 
 
 def _body(name: str, track: PoseTrack) -> BodyTrack:
-    t_ns, first = np.unique(track.t_ns(), return_index=True)
+    t_ns = track.t_ns()
+    order = np.argsort(t_ns, kind="stable")
     turned = track.rotation_wxyz()
     return BodyTrack(
         name,
-        (t_ns - t_ns[0]) * 1e-9,
-        np.array(track.position_m, dtype=np.float64)[first],
-        None if turned is None else turned[first],
+        (t_ns[order] - t_ns.min()) * 1e-9,
+        np.array(track.position_m, dtype=np.float64)[order],
+        None if turned is None else turned[order],
     )

@@ -1,0 +1,119 @@
+"""Samples as a tracker saw them, of what a recorder wrote: repeated rows, held places and straying stamps mended.
+
+Each is told. Nothing is mended that could be the motion itself.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kendama_cli.devices.hand.even_times import even_times
+from kendama_cli.devices.hand.recording import MIN_SAMPLES, Recording
+from kendama_cli.motion.onset import SmoothSpeed
+from kendama_cli.schema.arrays import Array
+
+FAST_SHARE, FAST_WINDOW_S = 0.3, 0.1
+"""Of the peak speed over so long: a hand that moves so fast is nowhere twice."""
+HELD_SHARE = 0.2
+"""Where so many rows of a fast hand repeat the place before, the tracker is slower than the file's rate."""
+LONG_HOLD = 2.5
+"""A place that is held so many times longer than usual was lost, not held."""
+
+
+def tidied(recording: Recording, times: str) -> Recording:
+    """Return the recording without repeated rows and held places, and with even times unless they are ``stamps``."""
+    if (
+        len(recording.t_s) < MIN_SAMPLES
+        or not np.isfinite(np.column_stack([recording.t_s, recording.position_m])).all()
+    ):
+        return recording  # the checks of a swing say what is wrong
+    once = _held_once(_rows_once(recording))
+    return once if times == "stamps" else _evened(once)
+
+
+def _rows_once(recording: Recording) -> Recording:
+    """Rows that repeat an earlier one to the digit, time and all, are left out.
+
+    None are where rows of one time differ: then the stamps are coarse, and a hand at rest has the same place twice.
+    """
+    parts = [recording.t_s[:, None], recording.position_m, recording.rotation_wxyz, recording.ball_m]
+    table = np.ascontiguousarray(np.hstack([part for part in parts if part is not None]))
+    whole = table.view([("", table.dtype)] * table.shape[1])[:, 0]
+    first = np.sort(np.unique(whole.view(f"V{table.dtype.itemsize * table.shape[1]}"), return_index=True)[1])
+    if (repeats := len(table) - len(first)) == 0 or len(np.unique(recording.t_s)) < len(first):
+        return recording
+    return _told(recording.rows(first), f"{repeats} rows repeat an earlier one to the digit and are taken once")
+
+
+def _held_once(recording: Recording) -> Recording:
+    """Places that a recorder wrote again, as its tracker had seen no other yet, at the steady rate of the tracker.
+
+    A new place is written late by up to one row, so that its stamps stray about ticks a + P k, which are found by
+    numbering them and a line of least squares. Where the hand is slow, a place may stay: each tick has a sample.
+    """
+    t_s, place_m = recording.t_s, recording.position_m
+    if len(t_s) < MIN_SAMPLES or np.diff(t_s).min() <= 0:  # rows may be gone
+        return recording
+    speed = SmoothSpeed(t_s, place_m).over(FAST_WINDOW_S)
+    fast = speed > FAST_SHARE * speed.max()
+    new = np.concatenate([[True], (np.diff(place_m, axis=0) != 0).any(axis=1)])
+    share = float(1 - new[fast].mean()) if fast.any() else 0.0
+    begins = np.flatnonzero(new)
+    steps_s = np.diff(t_s[begins])[fast[begins][1:]]
+    if share < HELD_SHARE or len(steps_s) < MIN_SAMPLES // 2:
+        return recording
+    rows, at_s, period_s = _ticks(t_s, begins, fast, steps_s)
+    told = (
+        f"{share:.0%} of the rows of the moving hand repeat the place before: the tracker gives {1 / period_s:.1f} Hz, "
+        "and each place is taken once"
+    )
+    return _told(replace(recording.rows(rows), t_s=at_s - at_s[0]), told)
+
+
+def _ticks(
+    t_s: Array, begins: NDArray[np.int64], fast: NDArray[np.bool_], steps_s: Array
+) -> tuple[NDArray[np.int64], Array, float]:
+    """The row of each of the tracker's ticks, their times, and the period between them [s]."""
+    period_s = float(steps_s[steps_s <= LONG_HOLD * np.median(steps_s)].mean())
+    number = np.concatenate([[0], np.cumsum(np.maximum(np.rint(np.diff(t_s[begins]) / period_s), 1))])
+    for _ in range(3):
+        period_s, first_s = np.polyfit(number, t_s[begins], 1)
+        number = np.rint((t_s[begins] - first_s) / period_s)
+        number = np.maximum.accumulate(number - np.arange(len(number))) + np.arange(len(number))  # each its own
+    last = number[-1] + max(round(float(t_s[-1] - t_s[begins[-1]]) / period_s), 0) + 1
+    counts = np.diff(np.append(number, last)).astype(np.int64)
+    counts[fast[begins]] = 1  # what was lost amid the motion is not there
+    inside = np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts)
+    at_s = first_s + period_s * (np.repeat(number, counts) + inside)
+    return np.repeat(begins, counts), np.asarray(at_s), float(period_s)
+
+
+def _evened(recording: Recording) -> Recording:
+    """The steady rate's times where stamps stray from it, if the motion is smoother so: else they are right."""
+    stamps_s, place_m = recording.t_s, recording.position_m
+    even_s = even_times(stamps_s)
+    if even_s is None:
+        return recording
+    order = np.argsort(stamps_s, kind="stable")
+    if _roughness(even_s, place_m) >= _roughness(stamps_s[order], place_m[order]):
+        return recording
+    told = (
+        f"stamps stray by up to {1e3 * float(np.abs(even_s - stamps_s).max()):.1f} ms from a steady "
+        f"{1 / float(np.diff(even_s).min()):.1f} Hz, whose times are taken (capture.times=stamps keeps them)"
+    )
+    return _told(replace(recording, t_s=even_s - even_s[0]), told)
+
+
+def _roughness(t_s: Array, place_m: Array) -> float:
+    """The mean change of velocity from step to step [m/s], infinite where two samples have one time."""
+    steps_s = np.diff(t_s)[:, None]
+    if steps_s.min() <= 0:
+        return float("inf")
+    return float(np.linalg.norm(np.diff(np.diff(place_m, axis=0) / steps_s, axis=0), axis=1).mean())
+
+
+def _told(recording: Recording, what: str) -> Recording:
+    return replace(recording, warnings=(*recording.warnings, f"{recording.name}: {what}"))
