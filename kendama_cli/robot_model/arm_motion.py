@@ -54,12 +54,12 @@ class ArmMotion:
         """The joint, and its limit in words, that forbids a faster motion."""
         arm, limits = self.arm, self.arm.limits
         if self.velocity_shares.max() >= np.sqrt(self.acceleration_shares.max()):
-            j = int(self.velocity_shares.argmax())
-            return f"joint '{arm.joint_names[j]}' with its speed limit of {limits.velocity_rad_s[j]:.2f} rad/s"
-        j = int(self.acceleration_shares.argmax())
-        return (
-            f"joint '{arm.joint_names[j]}' with its acceleration limit of {limits.acceleration_rad_s2[j]:.1f} rad/s^2"
-        )
+            j, kind = int(self.velocity_shares.argmax()), "speed"
+            limit = f"{limits.velocity_rad_s[j]:.2f} rad/s"
+        else:
+            j, kind = int(self.acceleration_shares.argmax()), "acceleration"
+            limit = f"{limits.acceleration_rad_s2[j]:.1f} rad/s^2"
+        return f"joint '{arm.joint_names[j]}' with its {kind} limit of {limit}{arm.limit_doubt(kind)}"
 
     def joints(self, tau_scale: float, hold_s: float) -> JointTrajectory:
         """The motion at ``tau_scale``, every SAMPLE_S, followed by ``hold_s`` of settling and rest."""

@@ -12,7 +12,7 @@ from kendama_cli.motion.heading import heading_turn
 from kendama_cli.motion.task_settings import ProbeSettings
 from kendama_cli.robot_model.cup import attach_cup, cup_frame
 from kendama_cli.robot_model.dart_library import dartpy
-from kendama_cli.robot_model.description import Description
+from kendama_cli.robot_model.description import LIMITS, Description, dart_name
 from kendama_cli.robot_model.probe import attach_probe
 from kendama_cli.schema.arrays import Array
 from kendama_cli.settings.game import CupSettings
@@ -44,21 +44,17 @@ class Body:
         skeleton.clearExternalForces()
 
 
-def build_body(
-    description: Description,
-    robot: RobotSettings,
-    tool: CupSettings | ProbeSettings,
-    rotor_inertia_kg_m2: tuple[float, ...] | None,
-) -> Body:
+def build_body(description: Description, robot: RobotSettings, tool: CupSettings | ProbeSettings) -> Body:
     """The chain of ``description`` at the base pose of ``robot``, holding ``tool``; joints are held to their limits.
 
-    Raises InputError where DART cannot build it.
+    Its links have no rotors: DART knows none, and whoever moves it accounts for them (see RobotModel). Raises
+    InputError where DART cannot build it.
     """
     skeleton = _load(description)
     place = dartpy.math.Isometry3()
     place.set_rotation(cup_frame(robot.tool.cup_axis))
     place.set_translation(np.array(robot.tool.handle_m))
-    tip = skeleton.getBodyNode(description.tip_link)
+    tip = skeleton.getBodyNode(dart_name(description.tip_link))
     if isinstance(tool, ProbeSettings):
         cup = tie = attach_probe(skeleton, tip, place, tool)
     else:
@@ -68,9 +64,15 @@ def build_body(
     base.set_translation(np.array(robot.base_position_m))
     skeleton.getRootJoint().setTransformFromParentBodyNode(base)
     joints = tuple(skeleton.getJoint(name) for name in description.joint_names)
-    for joint, rotor in zip(joints, rotor_inertia_kg_m2 or (0.0,) * len(joints), strict=True):
+    limits = zip(joints, *(description.limits[key] for key in LIMITS), strict=True)
+    for joint, lower, upper, velocity, effort in limits:
+        joint.setPositionLowerLimit(0, lower)
+        joint.setPositionUpperLimit(0, upper)
+        joint.setVelocityLowerLimit(0, -velocity)
+        joint.setVelocityUpperLimit(0, velocity)
+        joint.setForceLowerLimit(0, -effort)
+        joint.setForceUpperLimit(0, effort)
         joint.setLimitEnforcement(True)
-        _add_rotor(joint, rotor)
     return Body(skeleton, joints, tip, cup, tie, place)
 
 
@@ -79,26 +81,10 @@ def _load(description: Description) -> Any:
     options = dartpy.utils.DartLoader.Options()
     options.mDefaultRootJointType = dartpy.utils.DartLoader.RootJointType.FIXED
     loader.setOptions(options)
-    skeleton = loader.parseSkeletonString(description.text, dartpy.common.Uri(""))
+    skeleton = loader.parseSkeletonString(description.urdf(), dartpy.common.Uri(""))
     if skeleton is None:
         raise InputError(description.path, "DART cannot build a robot from it", remedy="check it with a URDF checker")
     names = tuple(skeleton.getDof(i).getName() for i in range(skeleton.getNumDofs()))
     if names != description.joint_names:
         raise InputError(description.path, f"DART orders its joints {names}, the chain is {description.joint_names}")
     return skeleton
-
-
-def _add_rotor(joint: Any, rotor_kg_m2: float) -> None:
-    """Add the motor's inertia to the link that it turns, about the joint's axis.
-
-    DART knows no rotors. The joint itself gets exactly its rotor on the diagonal of H; but here the rotor also turns
-    with the links before it, which a geared one hardly does: where their axes are parallel, those joints come out
-    heavier (the PA10's s1 by about 10 %, e2 by 16 %, the others by less than 4 %). Controller and arm share this model.
-    """
-    if rotor_kg_m2 <= 0.0:
-        return
-    link = joint.getChildBodyNode()
-    inertia = link.getInertia()
-    axis = joint.getTransformFromChildBodyNode().rotation() @ np.array(joint.getAxis())
-    moment = np.array(inertia.getMoment()) + rotor_kg_m2 * np.outer(axis, axis)
-    link.setInertia(dartpy.dynamics.Inertia(inertia.getMass(), inertia.getLocalCOM(), moment))

@@ -49,6 +49,7 @@ def compiled_chain(arm: RobotModel, *, with_tool: bool = False) -> Chain:
         np.array([lump.mass_kg for lump in lumps]),
         np.array([lump.center_m for lump in lumps]),
         np.array([lump.inertia_kg_m2 for lump in lumps]),
+        arm.rotor_inertia_kg_m2,
         arm.friction.viscous_nm_s,
         arm.friction.coulomb_nm,
         arm.friction.stribeck_nm,

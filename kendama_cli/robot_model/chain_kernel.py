@@ -47,7 +47,9 @@ class Chain(NamedTuple):
     centers_m: Array
     """(n, 3) centres of mass"""
     inertia_kg_m2: Array
-    """(n, 3, 3) about the centre of mass, with rotors"""
+    """(n, 3, 3) about the centre of mass"""
+    rotor_kg_m2: Array
+    """(n,) on the diagonal of H"""
     viscous_nm_s: Array
     coulomb_nm: Array
     stribeck_nm: Array
@@ -289,7 +291,12 @@ def efforts(chain: Chain, tool: ToolGeometry, angles: Array, speeds: Array, chan
             forces[i] += forces[i + 1]
         ratio = speeds[i] / chain.stribeck_rad_s[i]
         dry = chain.coulomb_nm[i] + chain.stribeck_nm[i] * math.exp(-ratio * ratio)
-        made[i] = axes[i] @ moments[i] + chain.viscous_nm_s[i] * speeds[i] + dry * np.sign(speeds[i])
+        made[i] = (
+            axes[i] @ moments[i]
+            + chain.rotor_kg_m2[i] * changes[i]
+            + chain.viscous_nm_s[i] * speeds[i]
+            + dry * np.sign(speeds[i])
+        )
     return made
 
 

@@ -2,22 +2,21 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from kendama_cli.artifacts.friction_model import ParametricFriction
-from kendama_cli.errors import InputError
 from kendama_cli.motion.task_settings import ProbeSettings
 from kendama_cli.robot_model.body import Body, build_body
+from kendama_cli.robot_model.composed import check_composed
 from kendama_cli.robot_model.description import read_description
+from kendama_cli.robot_model.limit_doubts import placeholder_in
 from kendama_cli.robot_model.limits import JointLimits
 from kendama_cli.schema.arrays import Array
 from kendama_cli.settings.game import CupSettings
-from kendama_cli.settings.robot import PER_JOINT, RobotSettings
+from kendama_cli.settings.robot import RobotSettings
 
-UNLIMITED_RAD = 1e3
-"""A continuous joint has no position limits; this stands for them."""
 TOP_SPEED_WITHIN_S = 0.15
 """Acceleration where nothing else is known: makers state limits that reach top speed in 0.1 to 0.3 s."""
 STRIBECK_SHARE = 0.05
@@ -38,42 +37,59 @@ class RobotModel:
     """The chain of ``robot`` holding ``tool`` under gravity: a query takes the joint angles and moves nothing.
 
     ``limits``, ``friction`` and the arrays (n,) hold what counts, also where the settings leave it open (null). A
-    world takes its own movable objects from ``new_body``. One instance belongs to one thread. Raises InputError where
-    the URDF cannot be used (see read_description) or a list of the settings has not one value per joint.
+    world takes its own movable objects from ``new_body``. A rotor adds to the diagonal of H alone, as pinocchio's and
+    MuJoCo's ``armature`` does: geared, it turns so much faster than the links before it that their turning hardly
+    counts (Featherstone 2008, section 9.6). One instance belongs to one thread. Raises InputError where the URDF cannot
+    be used (see read_description), or where DART makes another arm of it than the file describes.
     """
 
     def __init__(self, robot: RobotSettings, tool: CupSettings | ProbeSettings, gravity_m_s2: float) -> None:
-        self._description = read_description(robot.path, robot.base_link, robot.tip_link, robot.held_joints)
+        self.description = found = read_description(robot)
         self._tool = tool
         self.settings = robot
         self.gravity_m_s2 = gravity_m_s2
-        self.joint_names = self._description.joint_names
-        self.tip_link = self._description.tip_link
-        self._check_counts()
+        self.joint_names = found.joint_names
+        self.tip_link = found.tip_link
+        n = len(self.joint_names)
+        self.rotor_inertia_kg_m2 = _values(robot.rotor_inertia_kg_m2, np.zeros(n))
         self._body = self.new_body()
         self._skeleton = self._body.skeleton
         self._skeleton.setGravity(np.array([0.0, 0.0, -gravity_m_s2]))
-        self.limits = _limits(self._skeleton, robot)
-        velocity, n = self.limits.velocity_rad_s, len(self.joint_names)
+        check_composed(found, self._skeleton, self.rotor_inertia_kg_m2)
+        given = {key: np.array(values) for key, values in found.limits.items()}
+        velocity = given["velocity_rad_s"]
+        acceleration = _values(robot.acceleration_rad_s2, velocity / TOP_SPEED_WITHIN_S)
+        self.limits = JointLimits(**given, acceleration_rad_s2=acceleration)
         self.friction = ParametricFriction(
-            coulomb_nm=_values(robot.coulomb_nm, np.zeros(n)),
+            coulomb_nm=np.array(found.friction["coulomb_nm"]),
             stribeck_nm=_values(robot.stribeck_nm, np.zeros(n)),
             stribeck_rad_s=_values(robot.stribeck_rad_s, STRIBECK_SHARE * velocity),
-            viscous_nm_s=_values(robot.viscous_nm_s, np.zeros(n)),
+            viscous_nm_s=np.array(found.friction["viscous_nm_s"]),
             offset_nm=np.zeros(n),
         )
         self.home_rad = _values(robot.home_rad, (self.limits.lower_rad + self.limits.upper_rad) / 2)
-        self.rotor_inertia_kg_m2 = _values(robot.rotor_inertia_kg_m2, np.zeros(n))
         self.redundancy_weights = _values(robot.redundancy_weights, 1.0 / velocity**2)
         self.link_radius_m = _values(robot.link_radius_m, np.full(n, LINK_RADIUS_M))
 
+    def limit_doubt(self, kind: str) -> str:
+        """Return in brackets why the limit of ``kind`` (speed, acceleration, effort) may be none of the maker's."""
+        if kind == "acceleration":
+            if self.settings.acceleration_rad_s2 is not None:
+                return ""
+            return (
+                f" (a rule of thumb: top speed within {TOP_SPEED_WITHIN_S} s; robot.acceleration_rad_s2 gives its own)"
+            )
+        key = {"speed": "velocity_rad_s", "effort": "effort_nm"}[kind]
+        doubt = placeholder_in(key, self.description.limits[key], self.description.sources[key])
+        return f" (a placeholder? {doubt})" if doubt else ""
+
     def new_body(self) -> Body:
         """New DART objects of this arm and its tool, for a world to move."""
-        return build_body(self._description, self.settings, self._tool, self.settings.rotor_inertia_kg_m2)
+        return build_body(self.description, self.settings, self._tool)
 
     def tool_pose(self, position_rad: Array) -> ToolPose:
         """Where the tool is for the joint angles (n,)."""
-        place = self._posed(position_rad).cup.getWorldTransform()
+        place = self.posed(position_rad).cup.getWorldTransform()
         return ToolPose(np.array(place.translation()), np.array(place.rotation()))
 
     def tool_place_m(self, position_rad: Array) -> Array:
@@ -82,7 +98,7 @@ class RobotModel:
 
     def tool_jacobian(self, position_rad: Array) -> Array:
         """The Jacobian (6, n) of the tie point's velocity [m/s] and the tool's rate of turn [rad/s], in the world."""
-        body = self._posed(position_rad)
+        body = self.posed(position_rad)
         jacobian = body.skeleton.getWorldJacobian(body.cup)
         return np.vstack([jacobian[3:], jacobian[:3]])
 
@@ -108,7 +124,7 @@ class RobotModel:
 
     def joint_places_m(self, position_rad: Array) -> Array:
         """The joints' origins and the tip link's (n + 1, 3) in the world [m] for the joint angles (n,)."""
-        body = self._posed(position_rad)
+        body = self.posed(position_rad)
         places = [
             joint.getChildBodyNode().getWorldTransform().multiply(joint.getTransformFromChildBodyNode()).translation()
             for joint in body.joints
@@ -117,30 +133,26 @@ class RobotModel:
 
     def tip_jacobian(self, position_rad: Array) -> Array:
         """The Jacobian (6, n) of the tip link's velocity and rate of turn, in its own frame and at its origin."""
-        body = self._posed(position_rad)
+        body = self.posed(position_rad)
         jacobian = body.skeleton.getJacobian(body.tip)
         return np.vstack([jacobian[3:], jacobian[:3]])
 
     def rigid_effort_nm(self, position_rad: Array, velocity_rad_s: Array, acceleration_rad_s2: Array) -> Array:
-        """The torques H q'' + C q' + g (n,) [Nm] of a motion by inverse dynamics, without friction and rope."""
-        skeleton = self._posed(position_rad).skeleton
-        skeleton.setVelocities(velocity_rad_s)
+        """The torques H q'' + C q' + g (n,) [Nm] of a motion by inverse dynamics, without friction and rope.
+
+        H is that of the links, with each joint's rotor on its diagonal.
+        """
+        skeleton = self.posed(position_rad, velocity_rad_s).skeleton
         skeleton.setAccelerations(acceleration_rad_s2)
         skeleton.computeInverseDynamics(False, False, False)
-        return np.array(skeleton.getForces())
+        return np.array(skeleton.getForces()) + self.rotor_inertia_kg_m2 * acceleration_rad_s2
 
-    def _posed(self, position_rad: Array) -> Body:
-        """The model's own body, put where the query asks; its pose is never read without being set."""
+    def posed(self, position_rad: Array, velocity_rad_s: Array | None = None) -> Body:
+        """The model's own body in that state (n,), until the next query; its pose is never read without being set."""
         self._skeleton.setPositions(position_rad)
+        if velocity_rad_s is not None:
+            self._skeleton.setVelocities(velocity_rad_s)
         return self._body
-
-    def _check_counts(self) -> None:
-        n = len(self.joint_names)
-        for name in PER_JOINT:
-            values = getattr(self.settings, name)
-            if values is not None and len(values) != n:
-                problem = f"has {n} moving joints on the way to '{self.tip_link}', robot.{name} has {len(values)}"
-                raise InputError(self.settings.path, problem, remedy="give one value per joint")
 
 
 def _cross(one: Array, two: Array) -> Array:
@@ -148,17 +160,6 @@ def _cross(one: Array, two: Array) -> Array:
     a, b, c = one.tolist()
     x, y, z = two.tolist()
     return np.array([b * z - c * y, c * x - a * z, a * y - b * x])
-
-
-def _limits(skeleton: Any, robot: RobotSettings) -> JointLimits:
-    velocity = np.array(skeleton.getVelocityUpperLimits())
-    return JointLimits(
-        lower_rad=np.maximum(skeleton.getPositionLowerLimits(), -UNLIMITED_RAD),
-        upper_rad=np.minimum(skeleton.getPositionUpperLimits(), UNLIMITED_RAD),
-        velocity_rad_s=velocity,
-        acceleration_rad_s2=_values(robot.acceleration_rad_s2, velocity / TOP_SPEED_WITHIN_S),
-        effort_nm=np.array(skeleton.getForceUpperLimits()),
-    )
 
 
 def _values(given: tuple[float, ...] | None, otherwise: Array) -> Array:

@@ -2,19 +2,17 @@
 
 from __future__ import annotations
 
-import os
 import xml.etree.ElementTree as ET
 from collections import Counter
 from collections.abc import Collection
 from dataclasses import dataclass
-from pathlib import Path
 
 from kendama_cli.errors import InputError
+from kendama_cli.robot_model.urdf_file import read_xml
 
+MOST = 1e9
+"""No length, mass, inertia or limit of an arm is beyond it, in any unit."""
 MOVING = ("revolute", "continuous")
-SHAPES = {"box": {"size": 3}, "cylinder": {"radius": 1, "length": 1}, "sphere": {"radius": 1}}
-LARGEST_M = 1e3
-XACRO = "{http://www.ros.org/wiki/xacro}"
 
 
 @dataclass(frozen=True)
@@ -26,6 +24,11 @@ class UrdfTree:
     links: dict[str, ET.Element]
     joints: tuple[ET.Element, ...]
     parents: dict[str, ET.Element]
+
+    @property
+    def root(self) -> str:
+        """The link on which all others hang; the first where there are several."""
+        return next(link for link in self.links if link not in self.parents)
 
     def chain(self, link: str) -> list[ET.Element]:
         """The joints from the root to ``link``; raises InputError for a ring."""
@@ -48,24 +51,17 @@ class UrdfTree:
         links = {name: link for name, link in self.links.items() if name in held or name == base_link}
         return UrdfTree(self.path, self.name, links, joints, {end(joint, "child"): joint for joint in joints})
 
-    def longest(self, held_joints: Collection[str]) -> str:
-        """The link at the end of the chain with the most moving joints; where two arms are alike, the user must say."""
-        chains = {link: [one for one in self.chain(link) if one.get("name") not in held_joints] for link in self.links}
-        turning = {
-            link: [one for one in chain if one.get("type") in MOVING]
-            for link, chain in chains.items()
-            if all(one.get("type") in (*MOVING, "fixed") and one.find("mimic") is None for one in chain)
-        }
-        most = max((len(joints) for joints in turning.values()), default=0)
-        # of the links that hang on the same last joint the farthest is where makers put the flange
-        arms: dict[str, str] = {}
-        for link in sorted(turning, key=lambda one: len(chains[one])):
-            if len(turning[link]) == most:
-                arms[turning[link][-1].get("name", "") if most else ""] = link
-        if len(arms) > 1:
-            remedy = f"set robot.tip_link to one of: {', '.join(arms.values())}"
-            raise InputError(self.path, f"has {len(arms)} chains of {most} moving joints", remedy=remedy)
-        return next(iter(arms.values()))
+    def joined(self) -> UrdfTree:
+        """The one tree of joints; links that no joint holds are left out. Raises InputError for two trees or a ring."""
+        for link in self.links:
+            self.chain(link)
+        roots = [link for link in self.links if link not in self.parents]
+        held = {end(joint, "parent") for joint in self.joints}
+        trees = [link for link in roots if link in held] or roots[:1]
+        if len(trees) > 1:
+            remedy = f"set robot.base_link to one of: {', '.join(trees)}"
+            raise InputError(self.path, f"has {len(trees)} trees of links that no joint connects", remedy=remedy)
+        return self.beyond(trees[0])
 
 
 def end(joint: ET.Element, side: str) -> str:
@@ -74,85 +70,54 @@ def end(joint: ET.Element, side: str) -> str:
     return "" if element is None else element.get("link", "")
 
 
-def read_tree(path: str) -> UrdfTree:
-    """Read the URDF at ``path``.
+def named(joints: Collection[ET.Element]) -> str:
+    """The names of ``joints``, in one line."""
+    return ", ".join(joint.get("name", "") for joint in joints)
 
-    Meshes are not needed: those of ROS packages may be elsewhere. Raises InputError where it does not parse, a link or
-    a mesh beside the file is missing, or a name is missing or repeated.
+
+def number(text: str | None) -> float | None:
+    """The number that ``text`` is, or None for what is none, or beyond MOST."""
+    try:
+        value = float(text or "")
+    except ValueError:
+        return None
+    return value if abs(value) <= MOST else None
+
+
+def numbers(element: ET.Element | None, name: str, default: tuple[float, ...]) -> tuple[float, ...]:
+    """The numbers of the attribute ``name``, or ``default`` where there is none; raises ValueError for others."""
+    text = None if element is None else element.get(name)
+    return default if text is None else tuple(float(word) for word in text.split())
+
+
+def read_tree(path: str) -> UrdfTree:
+    """Read the links and joints of the URDF at ``path``: what moves and what weighs, never what is only drawn.
+
+    Raises InputError where it is no URDF (see read_xml), a link is missing or hangs on two joints, or a name is missing
+    or repeated.
     """
-    root = _parse(path)
+    root = read_xml(path)
     _check_names(path, root, "link")
     _check_names(path, root, "joint")
     links = {link.get("name", ""): link for link in root.findall("link")}
     if not links:
-        raise InputError(path, "has no links", remedy="set robot.path to a URDF that describes an arm")
-    for name, link in links.items():
-        for mesh in link.iter("mesh"):
-            _check_mesh(path, name, mesh.get("filename", ""))
-        _check_shapes(path, name, link)
+        semantic = root.find("group") is not None or root.find("disable_collisions") is not None
+        problem = "has no links" + (": it is an SRDF, which says how to plan with a robot" if semantic else "")
+        raise InputError(path, problem, remedy="set robot.path to a URDF that describes an arm")
     joints = tuple(root.findall("joint"))
+    parents: dict[str, ET.Element] = {}
     for joint in joints:
+        where = f"joint '{joint.get('name')}'"
         for side in ("parent", "child"):
             if end(joint, side) not in links:
                 problem = f"has no link '{end(joint, side)}' for the {side}"
-                where = f"joint '{joint.get('name')}'"
                 raise InputError(path, problem, where=where, remedy="name a link of the file")
-    return UrdfTree(path, root.get("name", "robot"), links, joints, {end(joint, "child"): joint for joint in joints})
-
-
-def _check_shapes(path: str, name: str, link: ET.Element) -> None:
-    """Raise InputError for a box, cylinder or sphere without a size; nothing draws them, others would."""
-    for tag, sizes in SHAPES.items():
-        for shape in link.iter(tag):
-            for size, count in sizes.items():
-                words = shape.get(size, "").split()
-                if len(words) != count or not all(_is_length(word) for word in words):
-                    problem = f"has <{tag} {size}='{shape.get(size, '')}'>"
-                    wanted = f"give {count} positive numbers" if count > 1 else "give a positive number"
-                    raise InputError(path, problem, where=f"link '{name}'", remedy=f"{wanted} up to {LARGEST_M:g} m")
-
-
-def _is_length(word: str) -> bool:
-    try:
-        return 0 < float(word) <= LARGEST_M
-    except ValueError:
-        return False
-
-
-def _parse(path: str) -> ET.Element:
-    try:
-        root = ET.parse(path).getroot()
-    except ET.ParseError as error:
-        line = f"line {error.position[0]}"
-        raise InputError(
-            path, "is not well-formed XML", where=line, remedy="repair it or choose another URDF"
-        ) from None
-    except (OSError, UnicodeDecodeError, ValueError, LookupError) as error:
-        raise InputError(path, f"cannot be read as a URDF ({error})", remedy="set robot.path to a URDF file") from None
-    if root.tag != "robot":
-        raise InputError(
-            path, f"is not a URDF: its root is <{root.tag}>, not <robot>", remedy="set robot.path to a URDF"
-        )
-    if any(XACRO in element.tag for element in root.iter()):
-        name = os.path.basename(path)
-        plain = name.removesuffix(".xacro").removesuffix(".urdf")
-        plain += "_plain.urdf" if name.endswith(".urdf") else ".urdf"
-        remedy = f"expand it first: xacro {name} > {plain}"
-        raise InputError(path, "is a xacro file, not a URDF yet", remedy=remedy)
-    return root
-
-
-def _check_mesh(path: str, link: str, name: str) -> None:
-    if name.startswith("package://"):
-        package, _, inside = name.removeprefix("package://").partition("/")
-        above = [folder for folder in Path(path).resolve().parents if folder.name == package]
-        missing = bool(package and above) and not (above[0] / inside).exists()
-    else:
-        file = name.removeprefix("file://")
-        missing = "://" not in file and not os.path.exists(os.path.join(os.path.dirname(path), file))
-    if missing:
-        problem = f"names the mesh '{name}', which is not there"
-        raise InputError(path, problem, where=f"link '{link}'", remedy="put it there or drop it from the link")
+        first = parents.setdefault(end(joint, "child"), joint)
+        if first is not joint:
+            problem = f"hangs on two joints, {named((first, joint))}"
+            where = f"link '{end(joint, 'child')}'"
+            raise InputError(path, problem, where=where, remedy="a URDF must be a tree: leave one of them out")
+    return UrdfTree(path, root.get("name", "robot"), links, joints, parents)
 
 
 def _check_names(path: str, root: ET.Element, tag: str) -> None:

@@ -33,19 +33,20 @@ def setting(
     file: bool = False,
     lists_images: bool = False,
     made_by: str | None = None,
-    absent: Any = None,
+    absent: Any = ...,
 ) -> Any:
     """Declare one field: its meaning with the unit, its range, and whether it names input files.
 
     A ``file`` field enters a stage's key by the content of the files, never by their path; where one is a table that
     ``lists_images``, the images in its column ``file`` do too. ``made_by`` says what makes such files, for where there
-    are none. ``absent`` is what a file from before there was this field means.
+    are none. ``absent`` is what a file or code from before there was this field means.
     """
     facts: dict[str, object] = {"doc": doc, "above": above, "at_least": at_least, "below": below, "at_most": at_most}
-    facts |= {"file": file, "lists_images": lists_images, "made_by": made_by, "absent": absent}
-    return dataclasses.field(
-        metadata={name: value for name, value in facts.items() if value is not None and value is not False}
-    )
+    facts |= {"file": file, "lists_images": lists_images, "made_by": made_by}
+    metadata = {name: value for name, value in facts.items() if value is not None and value is not False}
+    if absent is ...:
+        return dataclasses.field(metadata=metadata)
+    return dataclasses.field(default=absent, kw_only=True, metadata={**metadata, "absent": absent})
 
 
 def nearest(word: str, candidates: Iterable[str]) -> str:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import ClassVar
 
 from kendama_cli.errors import ConfigError
 from kendama_cli.schema.settings import setting
@@ -23,6 +24,10 @@ class ToolSettings:
 
 PER_JOINT = (
     "home_rad",
+    "lower_rad",
+    "upper_rad",
+    "velocity_rad_s",
+    "effort_nm",
     "acceleration_rad_s2",
     "rotor_inertia_kg_m2",
     "coulomb_nm",
@@ -42,33 +47,44 @@ class RobotSettings:
     Where null is allowed the arm finds a value of its own: see robot_model.model, whose attributes hold what counts.
     """
 
+    read_by: ClassVar[str] = "kendama_cli.robot_model.description:read_lines"
+    """What reads its file before the first stage, and says in lines what was read."""
+
     tool: ToolSettings
     name: str = setting("name in messages and logs")
     path: str = setting(
-        "robot description (URDF), or package://example-robot-data/...; position, speed and effort limits are its own",
+        "robot description (URDF), or package://example-robot-data/...; its limits count where no setting gives them",
         file=True,
     )
     base_link: str | None = setting(
         "link that stands at the base pose, what is before it left out; null: the root link"
     )
-    tip_link: str | None = setting("link that holds the handle; null: the end of the longest chain")
+    tip_link: str | None = setting("link that holds the handle; null: the tool frame at the end of the longest chain")
     held_joints: tuple[str, ...] = setting("joints on the way to the tip that are held where they are, as a lift is")
     base_position_m: tuple[float, float, float] = setting("where the base link stands in the world [m]")
     base_heading_rad: float = setting("turn of the base link about the world's z; the swing plane is x-z [rad]")
     home_rad: tuple[float, ...] | None = setting(
         "posture with the cup upright where a swing starts; null: the middle of the joints' ranges [rad]"
     )
+    lower_rad: tuple[float, ...] | None = setting("lower position limits; null: the file's [rad]", absent=None)
+    upper_rad: tuple[float, ...] | None = setting("upper position limits; null: the file's [rad]", absent=None)
+    velocity_rad_s: tuple[float, ...] | None = setting(
+        "speed limits, for a file that gives none, or a placeholder; null: the file's [rad/s]", above=0, absent=None
+    )
+    effort_nm: tuple[float, ...] | None = setting(
+        "effort limits, for a file that gives none, or a placeholder; null: the file's [Nm]", above=0, absent=None
+    )
     acceleration_rad_s2: tuple[float, ...] | None = setting(
         "acceleration limits, which a URDF has not; null: top speed within 0.15 s [rad/s^2]", above=0
     )
     rotor_inertia_kg_m2: tuple[float, ...] | None = setting(
-        "motor inertia seen at the joint; null: none [kg m^2]", at_least=0
+        "motor inertia seen at the joint, on the diagonal of H (armature); null: none [kg m^2]", at_least=0
     )
     coulomb_nm: tuple[float, ...] | None = setting(
-        "Coulomb friction Fc, known to the controller; null: none [Nm]", at_least=0
+        "Coulomb friction Fc, known to the controller; null: <dynamics friction> of the file [Nm]", at_least=0
     )
     viscous_nm_s: tuple[float, ...] | None = setting(
-        "viscous friction b, known to the controller; null: none [Nm s/rad]", at_least=0
+        "viscous friction b, known to the controller; null: <dynamics damping> of the file [Nm s/rad]", at_least=0
     )
     stribeck_nm: tuple[float, ...] | None = setting(
         "friction Fs at standstill beyond Fc, known to the controller; null: none [Nm]", at_least=0

@@ -15,7 +15,6 @@ from typing import Any
 import numpy as np
 
 from kendama_cli.robot_model.cup import cup_frame
-from kendama_cli.robot_model.description import read_description
 from kendama_cli.robot_model.model import RobotModel
 from kendama_cli.schema.arrays import Array
 from kendama_cli.settings.game import GameSettings
@@ -62,8 +61,7 @@ def mujoco_model(arm: RobotModel, game: GameSettings) -> Any:
     import mujoco  # noqa: PLC0415 - optional
 
     robot = arm.settings
-    description = read_description(robot.path, robot.base_link, robot.tip_link)
-    spec = mujoco.MjSpec.from_string(description.text)
+    spec = mujoco.MjSpec.from_string(arm.description.urdf())
     spec.compiler.fusestatic = False
     spec.compiler.degree = False
     spec.option.timestep = STEP_S

@@ -27,8 +27,7 @@ from kendama_cli.log.messages import RolloutMessage
 from kendama_cli.log.writer import McapLog
 from kendama_cli.motion.plan_text import plan_text
 from kendama_cli.pipeline.nodes import build_settings
-from kendama_cli.robot_model.body import build_body
-from kendama_cli.robot_model.description import read_description
+from kendama_cli.robot_model.model import RobotModel
 from kendama_cli.schema.foxglove import FrameTransform
 from kendama_cli.stages.capture.messages import TOPICS
 from kendama_cli.store.append_file import DurableAppendFile
@@ -207,9 +206,8 @@ def _robot(settings: Mapping[str, Any]) -> Callable[[Path], object]:
     robot, game = settings["robot"], settings["game"]
 
     def read(path: Path) -> object:
-        description = read_description(str(path), robot.base_link, robot.tip_link)
-        body = build_body(description, robot, game.cup, None)
-        return body.skeleton.getMassMatrix()
+        arm = RobotModel(dataclasses.replace(robot, path=str(path)), game.cup, game.gravity_m_s2)
+        return arm.new_body().skeleton.getMassMatrix()
 
     return read
 

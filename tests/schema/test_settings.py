@@ -104,7 +104,7 @@ def test_a_key_that_older_files_lack_has_what_its_absence_means() -> None:
         old: int = setting("was there")
         new: Literal["first", "second"] = setting("came later", absent="first")
 
-    assert build(Grown, {"old": 1}, "grown") == Grown(1, "first")
+    assert build(Grown, {"old": 1}, "grown") == Grown(1, new="first")
     assert build(Grown, {"old": 1, "new": "second"}, "grown").new == "second"
     with pytest.raises(ConfigError, match=r"'grown\.new' is None; allowed: first, second"):
         build(Grown, {"old": 1, "new": None}, "grown")

@@ -25,7 +25,7 @@ class ArmDynamics:
         turn, shift = arm.base_pose()
         columns = (chain.axes @ turn.T, chain.origins @ turn.T + shift, chain.centers_m @ turn.T + shift)
         inertia = turn @ chain.inertia_kg_m2 @ turn.T
-        self.links = np.hstack([*columns, inertia.reshape(n, 9), chain.mass_kg[:, None]])
+        self.links = np.hstack([*columns, inertia.reshape(n, 9), chain.mass_kg[:, None], chain.rotor_kg_m2[:, None]])
         cup = game.cup if game is not None else None
         axis, tie_m = pose.rotation[:, 2], pose.position_m
         middle_m = tie_m + axis * (cup.rim_m / 2 if cup is not None else 0.0)
@@ -37,6 +37,12 @@ class ArmDynamics:
         self.radii = np.full(n + 2, -1.0) if game is None else _radii(arm, game, links=links)
         self.inertia, self.bias, self.screws = np.zeros((n, n)), np.zeros(n), np.zeros((n, 6))
         self.points, self.mark_speeds = np.zeros((n + len(self.marks), 3)), np.zeros_like(self.marks)
+
+    def carry_rotors(self, velocity_rad_s: Array, acceleration_rad_s2: Array, force_nm: Array) -> Array:
+        """``force_nm`` (n,) with what DART's joints need beside it (joint_kernel.carry_rotors) after ``observe``."""
+        force = np.array(force_nm)
+        kernel.carry_rotors(self.screws, velocity_rad_s, acceleration_rad_s2, self.links[:, kernel.ROTOR], force)
+        return force
 
     def observe(self, position_rad: Array, velocity_rad_s: Array) -> None:
         """Take the arm's state (n,) from DART."""

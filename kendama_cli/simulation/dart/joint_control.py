@@ -11,6 +11,7 @@ import numpy as np
 from kendama_cli.artifacts.friction_model import ParametricFriction
 from kendama_cli.errors import SimulationError
 from kendama_cli.motion.impedance import JointTorque
+from kendama_cli.motion.rotation import cross
 from kendama_cli.robot_model.body import Body
 from kendama_cli.robot_model.model import RobotModel
 from kendama_cli.schema.arrays import Array
@@ -79,7 +80,8 @@ TORQUE_REMEDY = "lower interact.controller.stiffness_n_m, or check the script"
 class JointControl:
     """What sets the forces on the joints of ``body`` for a step of ``step_s``; every array is (n,).
 
-    ``effort_nm`` is what the motors gave last; ``drive`` holds references to the joints' limits.
+    ``effort_nm`` is what the motors gave last; ``drive`` holds references to the joints' limits. ``rope``
+    is the force on the arm of a game [N] in the last step, and where in the world it acts [m].
     """
 
     def __init__(self, arm: RobotModel, body: Body, dynamics: ArmDynamics, step_s: float) -> None:
@@ -92,6 +94,7 @@ class JointControl:
         self._constants = dynamics.links, dynamics.marks, self.drive.limits, self.friction.constants, dynamics.radii
         self._none, self._force_nm = np.zeros(len(arm.joint_names)), np.zeros(len(arm.joint_names))
         self.effort_nm = self._none
+        self.rope: tuple[Array, Array] | None = None
 
     def reset(self, position_rad: Array, velocity_rad_s: Array) -> None:
         """Begin at ``position_rad`` with ``velocity_rad_s``, the motors giving nothing."""
@@ -123,7 +126,7 @@ class JointControl:
         drive.limited = answer == kernel.LIMITED
         if answer & kernel.NOT_FINITE:
             self._abort(effort_nm, "torque", REFERENCE_REMEDY, t_s)
-        self._hold()
+        self._hold(state[1])
 
     def follow_beside(  # noqa: PLR0917
         self,
@@ -155,12 +158,14 @@ class JointControl:
         self._skeleton.setForces(self._force_nm)
         return not answer & kernel.NEAR
 
-    def give(self, command: JointTorque, velocity_rad_s: Array, t_s: float) -> None:
+    def give(self, command: JointTorque, state: tuple[Array, Array], t_s: float) -> None:
         """Have the motors give a commanded torque, and what carries weight, Coriolis and the known friction.
 
         Raises SimulationError, naming the joint, where it is not finite.
         """
-        carried: Array = self._skeleton.getGravityForces() + coriolis_nm(self._skeleton, command.velocity_rad_s)
+        self._dynamics.observe(*state)
+        skeleton, velocity_rad_s = self._arm.posed(*state).skeleton, state[1]
+        carried: Array = skeleton.getGravityForces() + coriolis_nm(skeleton, command.velocity_rad_s)
         friction = self.friction
         self.effort_nm = np.empty_like(self._none)
         if not kernel.efforts(
@@ -168,7 +173,7 @@ class JointControl:
             self.effort_nm, friction.level_nm,
         ):  # fmt: skip
             self._abort(self.effort_nm, "torque", TORQUE_REMEDY, t_s)
-        self._hold()
+        self._hold(velocity_rad_s)
 
     def enforce_limits(self, *, enforce: bool) -> None:
         """Let DART look after the joints' stops and top speeds, or not, where none can be reached."""
@@ -181,9 +186,26 @@ class JointControl:
         if fast.any():
             self._abort(np.where(fast, np.nan, 0.0), "speed", TORQUE_REMEDY, t_s)
 
-    def _hold(self) -> None:
+    def _hold(self, velocity_rad_s: Array) -> None:
+        """Let DART find the friction; in a game its links carry rotors as told by how the joints will accelerate.
+
+        Where the arm itself presses on bodies nothing is corrected, for strikes follow what the links carry, and a
+        mixture of both laws would gain energy in them.
+        """
         self.friction.hold()
-        self._skeleton.setForces(self.effort_nm)
+        if self.rope is None:
+            self._skeleton.setForces(self.effort_nm)
+            return
+        force_n, at_m = self.rope
+        dynamics, friction, n = self._dynamics, self.friction, len(self._none)
+        viscous = friction.unknown[0] * friction.constants[kernel.VISCOUS]
+        load = self.effort_nm - dynamics.bias - viscous * velocity_rad_s
+        load += dynamics.screws @ np.concatenate([cross(at_m, force_n), force_n])
+        dry, change = np.empty(n), np.zeros(n)
+        kernel.accelerations(
+            dynamics.inertia, viscous, velocity_rad_s, load, friction.level_nm, self._gains[2], dry, change
+        )
+        self._skeleton.setForces(dynamics.carry_rotors(velocity_rad_s, change, self.effort_nm))
 
     def _refuse(self, answer: int, ball: TetheredBall, t_s: float) -> Never:
         if answer & kernel.GONE:

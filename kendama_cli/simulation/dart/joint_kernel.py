@@ -40,9 +40,9 @@ COULOMB, STRIBECK, PER_SPEED, VISCOUS, EFFORT = range(5)
 REVERSAL_RAD_S = 0.005
 """The controller's compensation turns its sign over about this speed: friction_parametric.SIGN_RAD_S."""
 
-AXIS, ORIGIN, CENTER, INERTIA, MASS = 0, 3, 6, 9, 18
-"""Columns of the links (n, 19) in the posture of zeros, in the world: a joint's axis and a point of it, its link's
-centre of mass, the inertia about that, row by row, and the mass."""
+AXIS, ORIGIN, CENTER, INERTIA, MASS, ROTOR = 0, 3, 6, 9, 18, 19
+"""Columns of the links (n, 20) in the posture of zeros, in the world: a joint's axis and a point of it, its link's
+centre of mass, the inertia about that, row by row, and the mass; and the joint's rotor, which counts in H alone."""
 NEAR_M, NEAR_S, NEAR_RAD, NEAR_SPEED = 0.02, 0.002, 0.02, 0.9
 """In one step of 1 ms no part of an arm comes nearer than the first to a ball that stands, a moving ball in addition no
 nearer than its way in the second; no joint goes farther than the third, or from the fourth of its top speed to all."""
@@ -477,6 +477,35 @@ def held(  # noqa: PLR0912, PLR0917
     return False
 
 
+@_compiled(boolean(READ_2D, READ, READ, READ, READ, float64, WRITE, WRITE))
+def accelerations(  # noqa: PLR0917
+    inertia: Array,
+    viscous: Array,
+    speed: Array,
+    load: Array,
+    level: Array,
+    period: float,
+    friction: Array,
+    change: Array,
+) -> bool:
+    """Coulomb's ``friction`` (``held``) and the joints' ``change`` of speed under it, per second; False where none is.
+
+    ``load`` is all that moves the joints but dry friction; ``viscous`` enters implicitly, as DART steps.
+    """
+    n = friction.size
+    factor, diagonal = np.empty((n, n)), np.empty(n)
+    for i in range(n):
+        for j in range(i):
+            factor[i, j] = inertia[i, j]
+        factor[i, i] = diagonal[i] = inertia[i, i] + period * viscous[i]
+    if not _factorise(factor, n) or not held(factor, diagonal, speed, load, level, period, friction):
+        return False
+    for i in range(n):
+        change[i] = load[i] + friction[i]
+    _solve(factor, change, n)
+    return True
+
+
 @_compiled(types.void(READ, READ, READ_2D, READ_2D, float64, WRITE_2D, WRITE, WRITE_2D, WRITE_2D, WRITE_2D))
 def move_chain(  # noqa: PLR0912, PLR0915, PLR0917
     position_rad: Array,
@@ -603,6 +632,41 @@ def move_chain(  # noqa: PLR0912, PLR0915, PLR0917
             s = screws[i]
             inertia[i, j] = s[0] * l0 + s[1] * l1 + s[2] * l2 + s[3] * p0 + s[4] * p1 + s[5] * p2
             inertia[j, i] = inertia[i, j]
+        inertia[j, j] += links[j, ROTOR]
+
+
+@_compiled(types.void(READ_2D, READ, READ, READ, WRITE))
+def carry_rotors(screws: Array, velocity_rad_s: Array, change: Array, rotor: Array, force: Array) -> None:
+    """Add to ``force`` (n,) what keeps DART's links, which carry their ``rotor``, to the law of geared ones.
+
+        force_j += a_j . sum_{i >= j} m_i - J_j q_j'',   m_i = J_i (a_i (a_i . dw_i) + (a_i . w_i) w_i x a_i)
+
+    DART knows no armature: each rotor J_i is in the link that it turns, about the axis a_i, so that impacts meet it,
+    but the joints before it feel it too. ``change`` (n,) is q'' as it shall be with J_i on the diagonal alone; w_i and
+    dw_i are the link's rate of turn and its change.
+    """
+    n = force.size
+    w, dw, total, moments = np.zeros(3), np.zeros(3), np.zeros(3), np.empty((n, 3))
+    for i in range(n):
+        a0, a1, a2 = screws[i, 0], screws[i, 1], screws[i, 2]
+        c0, c1, c2 = w[1] * a2 - w[2] * a1, w[2] * a0 - w[0] * a2, w[0] * a1 - w[1] * a0
+        dw[0] += a0 * change[i] + c0 * velocity_rad_s[i]
+        dw[1] += a1 * change[i] + c1 * velocity_rad_s[i]
+        dw[2] += a2 * change[i] + c2 * velocity_rad_s[i]
+        for r in range(3):
+            w[r] += screws[i, r] * velocity_rad_s[i]
+        gain = rotor[i] * (a0 * dw[0] + a1 * dw[1] + a2 * dw[2])
+        spin = rotor[i] * (a0 * w[0] + a1 * w[1] + a2 * w[2])
+        moments[i, 0], moments[i, 1], moments[i, 2] = (
+            gain * a0 + spin * c0,
+            gain * a1 + spin * c1,
+            gain * a2 + spin * c2,
+        )
+    for j in range(n - 1, -1, -1):
+        force[j] -= rotor[j] * change[j]
+        for r in range(3):
+            total[r] += moments[j, r]
+            force[j] += screws[j, r] * total[r]
 
 
 @_compiled(float64(READ, READ, READ))
@@ -665,8 +729,8 @@ def _is_near(  # noqa: PLR0917
 
 @_compiled(
     int64(
-        READ, READ, READ, READ, READ, READ, READ, READ, READ, READ_2D, READ_2D, READ, READ_2D, READ, READ_2D, READ_2D,
-        float64, float64, WRITE,
+        READ, READ, READ, READ, READ, READ, READ, READ, READ, READ_2D, READ_2D, READ, READ, READ_2D, READ, READ_2D,
+        READ_2D, float64, float64, WRITE,
     )
 )  # fmt: skip
 def joint_forces(  # noqa: PLR0917
@@ -681,6 +745,7 @@ def joint_forces(  # noqa: PLR0917
     touch_n: Array,
     screws: Array,
     inertia: Array,
+    rotor: Array,
     bias: Array,
     points: Array,
     radii: Array,
@@ -696,33 +761,30 @@ def joint_forces(  # noqa: PLR0917
 
     as DART steps, with the viscous friction B implicit; F = ``reaction_n`` pulls at ``pivot_m``, and the friction is
     that with which v' obeys Coulomb's law (``held``). D = ``touch_n`` is how the ball has pressed on the cup so far: it
-    is in no ``force``, because DART finds it anew, but a joint rests under it. ``factor`` is that on all friction,
-    ``period`` T. The answer is FINE, or NEAR where something may touch in that step (see _is_near), or LOST where the
-    inertia has no factor, or no friction was found.
+    is in no ``force``, because DART finds it anew, but a joint rests under it. H has the ``rotor`` on its diagonal, and
+    ``force`` what ``carry_rotors`` adds for DART. ``factor`` is that on all friction, ``period`` T. The answer is FINE,
+    or NEAR where something may touch in that step (see _is_near), or LOST where the inertia has no factor, or no
+    friction was found.
     """
     n = effort.size
-    factor_of, diagonal, load, friction = np.empty((n, n)), np.empty(n), np.empty(n), np.empty(n)
+    load, viscous, friction, change = np.empty(n), np.empty(n), np.empty(n), np.empty(n)
     # beside the cup the ball presses on a link, which the joints behind do not feel
     pressed = 1.0 if _is_by_cup(ball_m, ball_m_s, points, radii) else 0.0
     for i in range(n):
-        viscous = factor * joints[VISCOUS, i]
-        for j in range(i):
-            factor_of[i, j] = inertia[i, j]
-        factor_of[i, i] = diagonal[i] = inertia[i, i] + period * viscous
+        viscous[i] = factor * joints[VISCOUS, i]
         pulled = reaction_n[0] * (screws[i, 1] * pivot_m[2] - screws[i, 2] * pivot_m[1] + screws[i, 3])
         pulled += reaction_n[1] * (screws[i, 2] * pivot_m[0] - screws[i, 0] * pivot_m[2] + screws[i, 4])
         pulled += reaction_n[2] * (screws[i, 0] * pivot_m[1] - screws[i, 1] * pivot_m[0] + screws[i, 5])
         force[i] = effort[i] + pulled
-        load[i] = force[i] - bias[i] - viscous * velocity_rad_s[i]
+        load[i] = force[i] - bias[i] - viscous[i] * velocity_rad_s[i]
         load[i] += pressed * touch_n[0] * (screws[i, 1] * ball_m[2] - screws[i, 2] * ball_m[1] + screws[i, 3])
         load[i] += pressed * touch_n[1] * (screws[i, 2] * ball_m[0] - screws[i, 0] * ball_m[2] + screws[i, 4])
         load[i] += pressed * touch_n[2] * (screws[i, 0] * ball_m[1] - screws[i, 1] * ball_m[0] + screws[i, 5])
-    if not _factorise(factor_of, n):
-        return LOST
-    if not held(factor_of, diagonal, velocity_rad_s, load, level, period, friction):
+    if not accelerations(inertia, viscous, velocity_rad_s, load, level, period, friction, change):
         return LOST
     for i in range(n):
         force[i] += friction[i]
+    carry_rotors(screws, velocity_rad_s, change, rotor, force)
     return NEAR if _is_near(position_rad, velocity_rad_s, ball_m, ball_m_s, points, radii, limits) else FINE
 
 
@@ -1270,5 +1332,6 @@ def step_forces(  # noqa: PLR0917
         return answer
     return answer | joint_forces(
         position_rad, velocity_rad_s, effort, level, ball_m, ball_m_s, pulled[REACTION:PIVOT], pulled[PIVOT:SIDE],
-        touch_n, screws, inertia, bias, points[: n + TIE], radii, joints, limits, unknown[0], gains[2], force,
+        touch_n, screws, inertia, links[:, ROTOR], bias, points[: n + TIE], radii, joints, limits, unknown[0], gains[2],
+        force,
     )  # fmt: skip

@@ -1,4 +1,4 @@
-"""The arm's links and the handle as capsules that a ball can touch."""
+"""What the simulated arm's links have beside those of its model: rotors, and capsules that a ball can touch."""
 
 from __future__ import annotations
 
@@ -15,6 +15,16 @@ from kendama_cli.settings.game import CupSettings
 
 SHORTEST_M = 1e-3
 """A link whose joints' origins coincide has no capsule of its own: its neighbours' caps cover it."""
+
+
+def attach_rotors(body: Body, rotor_inertia_kg_m2: Array) -> None:
+    """Give every link the rotor (n,) of the joint that turns it, about that joint's axis (see carry_rotors)."""
+    for joint, rotor in zip(body.joints, rotor_inertia_kg_m2, strict=True):
+        link = joint.getChildBodyNode()
+        own = link.getInertia()
+        axis = joint.getTransformFromChildBodyNode().rotation() @ np.array(joint.getAxis())
+        moment = np.array(own.getMoment()) + rotor * np.outer(axis, axis)
+        link.setInertia(dartpy.dynamics.Inertia(own.getMass(), own.getLocalCOM(), moment))
 
 
 def attach_links(body: Body, arm: RobotModel, cup: CupSettings) -> None:

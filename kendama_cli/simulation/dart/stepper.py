@@ -4,10 +4,13 @@ from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
+
 from kendama_cli.motion.impedance import JointTorque
 from kendama_cli.schema.arrays import Array
 from kendama_cli.simulation.dart.ball import TetheredBall
 from kendama_cli.simulation.dart.joint_control import JointControl
+from kendama_cli.simulation.dart.joint_kernel import PIVOT, REACTION, SIDE
 from kendama_cli.simulation.dart.scene import Scene
 from kendama_cli.simulation.dart.world_pair import WorldPair
 from kendama_cli.simulation.dart.wrist import ContactSensor
@@ -39,6 +42,7 @@ class Stepper:
         self._worlds.renew()
         self._control.enforce_limits(enforce=True)
         self._apart = False
+        self._control.rope = None if self._ball is None else (np.zeros(3), np.zeros(3))
         self._scene.reset()
         if self._sensor is not None:
             self._sensor.reset()
@@ -71,7 +75,7 @@ class Stepper:
 
     def give(self, command: JointTorque, state: tuple[Array, Array], t_s: float) -> None:
         """One step under a commanded torque from ``state`` at ``t_s``; raises SimulationError."""
-        self._control.give(command, state[1], t_s)
+        self._control.give(command, state, t_s)
         self._step_held(t_s)
 
     @property
@@ -89,6 +93,7 @@ class Stepper:
             self._ball.pull(t_s)
             if self._ball.tension_n > 0.0:
                 self._ball.react()
+            self._control.rope = self._ball.pulled[REACTION:PIVOT], self._ball.pulled[PIVOT:SIDE]
         self._scene.pull()
         self._worlds.touching.step()
         if self._sensor is not None:

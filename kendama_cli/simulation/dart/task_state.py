@@ -7,23 +7,24 @@ from typing import Any
 import numpy as np
 
 from kendama_cli.motion.impedance import TaskState
-from kendama_cli.robot_model.body import Body
+from kendama_cli.robot_model.model import RobotModel
 from kendama_cli.schema.arrays import Array
 
 
-def task_state(body: Body, felt_n: Array) -> TaskState:
-    """The arm as it is, with ``felt_n`` (3,), the contact's force as the wrist's sensor reads it, in the world."""
+def task_state(arm: RobotModel, position_rad: Array, velocity_rad_s: Array, felt_n: Array) -> TaskState:
+    """The arm in that state (n,), with ``felt_n`` (3,), the contact's force as the wrist's sensor reads it."""
+    body = arm.posed(position_rad, velocity_rad_s)
     tool, skeleton = body.cup, body.skeleton
     jacobian, rate = skeleton.getWorldJacobian(tool), skeleton.getJacobianClassicDeriv(tool)
     place = tool.getWorldTransform()
     return TaskState(
-        position_rad=skeleton.getPositions(),
-        velocity_rad_s=skeleton.getVelocities(),
+        position_rad=position_rad,
+        velocity_rad_s=velocity_rad_s,
         tool_m=np.array(place.translation()),
         tool_rotation=np.array(place.rotation()),
         jacobian=np.vstack([jacobian[3:], jacobian[:3]]),
         jacobian_rate=np.vstack([rate[3:], rate[:3]]),
-        inertia=skeleton.getMassMatrix(),
+        inertia=skeleton.getMassMatrix() + np.diag(arm.rotor_inertia_kg_m2),
         contact_n=felt_n,
     )
 

@@ -15,7 +15,7 @@ from kendama_cli.settings.scene import SceneSettings
 from kendama_cli.simulation.dart.arm_dynamics import ArmDynamics
 from kendama_cli.simulation.dart.ball import TetheredBall
 from kendama_cli.simulation.dart.joint_control import JointControl
-from kendama_cli.simulation.dart.links import attach_links
+from kendama_cli.simulation.dart.links import attach_links, attach_rotors
 from kendama_cli.simulation.dart.scene import Scene, check_clear
 from kendama_cli.simulation.dart.stepper import Stepper
 from kendama_cli.simulation.dart.task_state import task_state
@@ -51,6 +51,7 @@ class ArmWorld:
             robot, task.probe if isinstance(task, InteractSettings) else task.cup, task.gravity_m_s2
         )
         self.body = arm.new_body()
+        attach_rotors(self.body, arm.rotor_inertia_kg_m2)
         if game is not None and links:
             attach_links(self.body, arm, game.cup)
         self._skeleton = self.body.skeleton
@@ -126,7 +127,7 @@ class ArmWorld:
 
     def state(self) -> TaskState:
         """What a task-space controller with the probe knows of the arm and its contact."""
-        return task_state(self.body, self.sensor.felt_n)
+        return task_state(self.arm, self.position_rad, self.velocity_rad_s, self.sensor.felt_n)
 
     def wrist_wrench(self) -> Array:
         """What a sensor between the tip link and the tool feels after the last step: (6,), force [N], torque [Nm]."""

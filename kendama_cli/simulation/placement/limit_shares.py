@@ -19,15 +19,17 @@ UNITS = {"speed": "rad/s", "acceleration": "rad/s^2", "effort": "Nm"}
 
 @dataclass(frozen=True)
 class Leading:
-    """The joint that needs the largest ``share`` of one kind of limit."""
+    """The joint that needs the largest ``share`` of one kind of limit, and in words why that limit is in ``doubt``."""
 
     kind: str
     joint: str
     share: float
     limit: float
+    doubt: str
 
     def __str__(self) -> str:
-        return f"{self.share:.2f} of joint '{self.joint}' {self.kind} limit ({self.limit:.2f} {UNITS[self.kind]})"
+        limit = f"{self.limit:.2f} {UNITS[self.kind]}"
+        return f"{self.share:.2f} of joint '{self.joint}' {self.kind} limit ({limit}){self.doubt}"
 
 
 @dataclass(frozen=True)
@@ -41,15 +43,17 @@ class LimitShares:
     to_stop_rad: Array
     limits: tuple[Array, Array, Array]
     """of speed, acceleration and effort, (n,) each"""
+    doubts: tuple[str, ...] = ("",) * len(UNITS)
+    """what is doubtful about each of them"""
 
     @property
     def leading(self) -> tuple[Leading, ...]:
         """The leading joint of each kind of limit, the largest share first."""
         found = []
         kinds = (self.velocity, self.acceleration, self.effort)
-        for kind, shares, limits in zip(UNITS, kinds, self.limits, strict=True):
+        for kind, shares, limits, doubt in zip(UNITS, kinds, self.limits, self.doubts, strict=True):
             j = int(shares.argmax())
-            found.append(Leading(kind, self.joint_names[j], float(shares[j]), float(limits[j])))
+            found.append(Leading(kind, self.joint_names[j], float(shares[j]), float(limits[j]), doubt))
         return tuple(sorted(found, key=lambda one: -one.share))
 
 
@@ -65,7 +69,8 @@ def limit_shares(arm: RobotModel, joints: JointTrajectory) -> LimitShares:
         np.abs(efforts_nm(arm, joints)).max(axis=0),
     )
     speed, change, effort = (peak / limit for peak, limit in zip(peaks, limits, strict=True))
-    return LimitShares(arm.joint_names, speed, change, effort, to_stop, limits)
+    doubts = tuple(map(arm.limit_doubt, UNITS))
+    return LimitShares(arm.joint_names, speed, change, effort, to_stop, limits, doubts)
 
 
 def efforts_nm(arm: RobotModel, joints: JointTrajectory) -> Array:
@@ -85,7 +90,7 @@ def require_within_limits(arm: RobotModel, joints: JointTrajectory) -> LimitShar
         unit = UNITS[first.kind]
         raise StageError(
             f"joint '{first.joint}' of {arm.settings.name} would need {first.share * first.limit:.2f} {unit}; "
-            f"allowed: {first.limit:.2f} {unit}: "
+            f"allowed: {first.limit:.2f} {unit}{first.doubt}: "
             "play the motion slower (adapt.tau_range) or place the arm otherwise (adapt.placement=search)"
         )
     return shares

@@ -210,7 +210,6 @@ class ProbeState:
 
     def __init__(self, robot: RobotSettings, interact: InteractSettings, period_s: float) -> None:
         self._model = RobotModel(robot, interact.probe, interact.gravity_m_s2)
-        self._body = self._model.new_body()
         self._weight_n = interact.probe.mass_kg * np.array([0.0, 0.0, -interact.gravity_m_s2])
         self._share = 1.0 - math.exp(-2.0 * math.pi * interact.sensor_hz * period_s)
         self._felt_n = np.zeros(3)
@@ -226,10 +225,8 @@ class ProbeState:
 
     def take(self, reading: RobotState, t_s: float) -> None:
         """Take the robot's reading at ``t_s``; the one at time 0 begins the filter at no contact."""
-        skeleton = self._body.skeleton
-        skeleton.setPositions(reading.position_rad)
-        skeleton.setVelocities(reading.velocity_rad_s)
-        turn = np.array(self._body.tip.getWorldTransform().rotation())
+        turn = np.array(self._model.posed(reading.position_rad).tip.getWorldTransform().rotation())
         felt_n = self._weight_n - turn @ reading.wrist_wrench[:3]
         self._felt_n = np.zeros(3) if t_s == 0 else self._felt_n + self._share * (felt_n - self._felt_n)
-        self.state, self.t_s = task_state(self._body, self._felt_n), t_s
+        self.state = task_state(self._model, reading.position_rad, reading.velocity_rad_s, self._felt_n)
+        self.t_s = t_s

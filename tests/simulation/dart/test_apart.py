@@ -52,7 +52,8 @@ def swayed(
 @pytest.mark.parametrize(
     ("viscous", "rounding_rad"),
     # DART applies constraints after viscous friction, compiled code beside it: 5 Nms of it are T B = 0.5 % of 1 kg m^2
-    [((0.0,) * 7, 1e-10), (pa10().viscous_nm_s, 2e-5)],
+    # where DART finds the friction, rotors are carried by the rope's pull of the step before
+    [((0.0,) * 7, 2e-6), (pa10().viscous_nm_s, 2e-5)],
     ids=["without viscous friction", "as shipped"],
 )
 def test_an_arm_moves_as_if_dart_had_looked_for_contacts_and_friction_in_every_step(
@@ -74,7 +75,7 @@ def test_a_tie_on_the_cups_wall_pulls_alike_whether_dart_looks_or_not_and_lies_u
     touching, always = swayed(robot, always_held=True, steps=300, game=game)
     assert not all(looked)
     assert all(always)
-    assert np.abs(apart - touching).max() < 1e-10
+    assert np.abs(apart - touching).max() < 2e-6, "measured: 9e-7, of the rope's pull of the step before"
     assert np.abs(apart - swayed(robot, always_held=False, steps=300)[0]).max() > 0.04, "as with a tie on the axis"
 
 
@@ -136,14 +137,14 @@ def test_dart_looks_before_anything_touches() -> None:
 def test_the_compiled_arm_is_dart_s() -> None:
     arm = modelled(pa10())
     dynamics, body = ArmDynamics(arm, kendama_game(), links=True), arm.new_body()
-    skeleton, rng = body.skeleton, np.random.default_rng(4)
+    skeleton, rng, rotors = body.skeleton, np.random.default_rng(4), np.diag(arm.rotor_inertia_kg_m2)
     skeleton.setGravity(np.array([0.0, 0.0, -arm.gravity_m_s2]))
     for _ in range(20):
         angles, speeds = rng.uniform(arm.limits.lower_rad, arm.limits.upper_rad), rng.normal(0.0, 2.0, 7)
         skeleton.setPositions(angles)
         skeleton.setVelocities(speeds)
         dynamics.observe(angles, speeds)
-        assert dynamics.inertia == pytest.approx(skeleton.getMassMatrix(), abs=1e-12)
+        assert dynamics.inertia == pytest.approx(skeleton.getMassMatrix() + rotors, abs=1e-12)
         assert dynamics.bias == pytest.approx(skeleton.getCoriolisAndGravityForces(), abs=1e-10)
         assert dynamics.points[:8] == pytest.approx(arm.joint_places_m(angles), abs=1e-12)
         force = rng.normal(size=3)
