@@ -17,6 +17,7 @@ from kendama_cli.config.site import Site
 from kendama_cli.errors import UsageError
 from kendama_cli.motion.amplitude import scaled_plan
 from kendama_cli.pipeline.inputs import resolve_files
+from kendama_cli.robot_model.description import read_lines
 from kendama_cli.settings.placement import placed
 from kendama_cli.simulation.placement.find_placement import PlacedMotion, find_placement, measured, require_workable
 from kendama_cli.store.durable import write_file
@@ -61,6 +62,8 @@ def place(site: Site, pipeline: str, overrides: list[str], options: PlaceOptions
         render.document(_document(motion))
     else:
         _show(motion)
+        for line in read_lines(arm):
+            render.text(line)
     require_workable(arm, motion)
     if output is not None:
         _write(output, made.config["robot"], motion)

@@ -101,7 +101,7 @@ def figures(values: Mapping[str, Any], most: int | None = None) -> str:
 
 
 def summary(record: RunRecord, next_step: str) -> None:
-    """Print how a run ended, in a few lines: each stage by its headline metrics, then what warns.
+    """Print how a run ended, in a few lines: each stage by its headline metrics, what warns, and what was read.
 
     Why a stage failed stands among the progress lines already, where these are no live view.
     """
@@ -113,6 +113,8 @@ def summary(record: RunRecord, next_step: str) -> None:
     for stage in record.stages:
         for warning in (stage.metrics.get("warnings") or "").splitlines():
             _closing(f"{stage.name:<9} warns  ", warning)
+    for line in record.read:
+        _closing(f"{'read':<16} ", line)
     print(f"run {record.run} {record.outcome}; {next_step}")
 
 

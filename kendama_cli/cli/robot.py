@@ -12,7 +12,7 @@ from kendama_cli.cli.options import Arm, ConfigDir, Home, Json, Overrides, Pipel
 from kendama_cli.config.site import find_site
 from kendama_cli.errors import UsageError
 
-robot_app = typer.Typer(help="Robots: keys, twin, place, check, recovery.", no_args_is_help=True)
+robot_app = typer.Typer(help="Robots: description, keys, twin, place, check, recovery.", no_args_is_help=True)
 
 KEY_FILE = "~/.config/kendama/robot.key"
 
@@ -23,6 +23,16 @@ def robot_key(file: Annotated[str, typer.Argument(metavar="[FILE]", help="Where 
     from kendama_cli.devices.robot.key_file import make_key  # dartpy
 
     render.text(str(make_key(file)))
+
+
+@robot_app.command("describe")
+def robot_describe(
+    overrides: Overrides = None, as_json: Json = False, home: Home = None, config_dir: ConfigDir = None
+) -> int:
+    """Show what is read of a robot's description: joints, tip, limits and their sources, what is assumed or missing."""
+    from kendama_cli.cli.describe import describe  # dartpy
+
+    return describe(find_site(home, config_dir), overrides or [], as_json=as_json)
 
 
 @robot_app.command("check")

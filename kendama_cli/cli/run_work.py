@@ -46,6 +46,7 @@ def run_pipeline(
     forced = check_forced(planner.pipeline, force)
     check_armed(planner, armed=arm)
     record = begin(site.home, pipeline, of_results(overrides))
+    record.read = planner.read_lines
     settings = build_settings(configured.config)
     with (
         open_cluster(planner.store, settings, render.note) as cluster,

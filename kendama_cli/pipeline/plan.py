@@ -17,7 +17,7 @@ from kendama_cli.pipeline.latest import keep_latest, read_latest
 from kendama_cli.pipeline.nodes import node_schemas
 from kendama_cli.pipeline.remembered import Remembered
 from kendama_cli.schema.declaration import KINDS, Kind
-from kendama_cli.schema.registry import Variant
+from kendama_cli.schema.registry import Variant, resolve
 from kendama_cli.schema.settings import chosen, nearest
 from kendama_cli.store import durable
 from kendama_cli.store.store import Store, StoredResult, key_of
@@ -56,7 +56,7 @@ class Planner:
         roots: tuple[Path, ...],
         known: Remembered | None = None,
     ) -> None:
-        """Find every stage's configuration and input files; raises ConfigError or UsageError otherwise.
+        """Find every stage's configuration and input files; raises ConfigError, UsageError or InputError otherwise.
 
         Planners of one command share by ``known`` what is found of the same settings.
         """
@@ -85,6 +85,9 @@ class Planner:
                 )
                 for own, node in spec.config.items()
             }
+        values = [value for own in self.settings.values() for value in own.values()]
+        read = [known.once("read", (value,), functools.partial(_read, value)) for value in values]
+        self.read_lines = tuple(dict.fromkeys(line for lines in read for line in lines))
         self.seed = int(settings["seed"])
         self._config = {
             spec.name: {
@@ -260,6 +263,12 @@ def _chosen(spec: StageSpec, settings: Mapping[str, Any], schemas: Mapping[str, 
 def _code(spec: StageSpec, settings: Mapping[str, Any], schemas: Mapping[str, Any], index: FileIndex) -> Code:
     named = bool(spec.declaration.packages) or any(one.packages for one in _chosen(spec, settings, schemas))
     return read_code(code_targets(spec, settings, schemas), index, is_named=named)
+
+
+def _read(settings: Any) -> list[str]:
+    """What ``read_by`` of the settings' class says of the files that they name; raises InputError for a bad one."""
+    reader = getattr(type(settings), "read_by", None)
+    return [] if reader is None else resolve(reader, f"reader of {type(settings).__name__}")(settings)
 
 
 def _result(plan: StagePlan) -> StoredResult:

@@ -75,6 +75,8 @@ class RunRecord:
     outcome: str = "running"
     stages: list[StageOutcome] = field(default_factory=list)
     versions: dict[str, str] = field(default_factory=dict)
+    read: tuple[str, ...] = ()
+    """What was read of files that settings name, a line each."""
     is_recorded: bool = True
     """False where the home cannot be written: a run that has nothing to compute needs no home that can."""
     has_begun: bool = False
@@ -94,6 +96,7 @@ class RunRecord:
             "overrides": self.overrides,
             "outcome": self.outcome,
             "stages": [stage.document() for stage in self.stages],
+            "read": list(self.read),
         }
         return document if self.is_recorded else {**document, "recorded": False}
 

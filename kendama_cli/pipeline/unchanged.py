@@ -117,6 +117,7 @@ def keep(
         "stages": stages,
         "parts": parts,
         "versions": record.versions,
+        "said": list(record.read),
     }
     with contextlib.suppress(ValueError):  # a folder whose name is not UTF-8 text
         durable.write_index(asked.path(), answer)
@@ -140,6 +141,7 @@ def repeat(asked: Question) -> RunRecord | None:
         record = begin(
             Path(answer["home"]), answer["pipeline"], answer["overrides"], {**answer["versions"], CPU: processor()}
         )
+        record.read = tuple(answer["said"])
     except (OSError, ValueError, KeyError, TypeError):
         return None
     store = Store(record.home)
