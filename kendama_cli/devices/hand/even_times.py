@@ -36,7 +36,7 @@ def even_times(stamps_s: Array) -> Array | None:
     rounded = np.concatenate([[0], np.cumsum(np.maximum(np.rint(steps / usual), 1))])
     stalled = _stalled(counted, stamps_s)
     used = ~stalled
-    numberings = (counted,) if stalled.any() else (counted, rounded)
+    numberings = (counted,) if stalled.any() or steps.min() <= 0 else (counted, rounded)
     lines = [_line(numbers, stamps_s, used) for numbers in numberings]
     best = int(np.argmin([np.std(line - stamps_s) for line in lines]))
     period_s = float(np.diff(lines[best]).min())
