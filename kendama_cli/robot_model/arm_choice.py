@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 from kendama_cli.robot_model.urdf_tree import MOVING, UrdfTree, end, named
 
-FINGER = re.compile(r"finger|thumb|jaw|claw|knuckle|phalan|pincer", re.IGNORECASE)
+FINGER = re.compile(r"finger|thumb|jaw|claw|knuckle|phalan|pincer|pinky|index", re.IGNORECASE)
 GRIPPER = re.compile(r"grip(?!.*(yaw|roll|pitch|rot|twist|wrist))", re.IGNORECASE)
 HAND = re.compile(r"hand|index|pinky|little|ring_", re.IGNORECASE)
 TOOLS = tuple(
@@ -18,11 +18,15 @@ TOOLS = tuple(
         r"tool_?0$|tool_?frame|tcp|tool_?cent",
         r"end_?eff|(^|_)eef?(_?link|_?frame)?$|grasp",
         r"gripper_?(frame|cent)|(^|_)tool|flange",
-        r"hand$|gripper",
+        r"hand$|palm|gripper",
     )
 )
 """Names of frames that makers give to where a tool is held, the surest first."""
-ASIDE = re.compile(r"camera|sensor|optical|depth|colou?r|imu|cover|screw|visual|collision", re.I)
+ASIDE = re.compile(
+    FINGER.pattern
+    + r"|middle|little|ring_|_ring|accelero|motor|camera|sensor|optical|depth|colou?r|imu|cover|visual|collision",
+    re.I,
+)
 FEWEST_BEFORE, MOST_OF_FINGER, MOST_NAMED = 4, 5, 8
 """Beyond so many joints at least, three branches, or two alike, of so many joints at most are fingers, not arms; or of
 the last number where their names say so."""
@@ -65,7 +69,7 @@ def choose_arm(tree: UrdfTree, held: Collection[str]) -> Choice:
         reached = max((len(turning[link]) for link in plain), default=0)
         if most:
             break
-    among = plain if reached == most else list(turning)
+    among = plain if reached == most else [link for link in turning if _ends_free(chains[link], held)]
     arms: dict[tuple[str, ...], list[str]] = {}
     for link in among:
         if len(turning[link]) == most:
@@ -89,6 +93,12 @@ def choose_arm(tree: UrdfTree, held: Collection[str]) -> Choice:
         )
         return Choice(tip, left_out, doubt)
     return Choice(tip, left_out)
+
+
+def _ends_free(chain: list[ET.Element], held: Collection[str]) -> bool:
+    """Return True if the last joint that moves is one that turns at its own will, not a finger that slides."""
+    moving = [one for one in chain if is_free(one, held) or is_stuck(one, held)]
+    return not moving or is_free(moving[-1], held)
 
 
 def _tool_frame(links: list[str], chains: dict[str, list[ET.Element]]) -> str:

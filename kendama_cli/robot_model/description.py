@@ -95,7 +95,8 @@ def read_description(robot: RobotSettings) -> Description:
 
 def read_lines(robot: RobotSettings) -> list[str]:
     """Return what a run says of its arm in the closing lines; raises InputError as read_description does."""
-    return read_description(robot).lines()
+    first, *others = read_description(robot).lines()
+    return [f"{robot.name}: {first}", *others]
 
 
 def describe_arm(robot: RobotSettings) -> Description:
@@ -198,19 +199,19 @@ def _limits(
             meant = " (0 stands for not known)" if zero else ""
             missing.append(
                 f"gives no {LIMITS[key]} limit{meant} for {_count(lacking)}: {named(lacking)}; give it beside the "
-                f"file: robot.{key}=[...] with {len(joints)} numbers [{UNITS[key]}], from base to tip"
+                f"file: robot.{key}=[...] with {_count(joints, 'number')} [{UNITS[key]}], from base to tip"
             )
     pairs = zip(joints, limits["lower_rad"], limits["upper_rad"], strict=False)
     if empty := [joint for joint, lower, upper in pairs if not lower < upper]:
         missing.append(
             f"has a lower limit that is not below its upper one for {_count(empty)}: {named(empty)}; give both beside "
-            f"the file: robot.lower_rad=[...] and robot.upper_rad=[...] with {len(joints)} numbers [rad]"
+            f"the file: robot.lower_rad=[...] and robot.upper_rad=[...] with {_count(joints, 'number')} [rad]"
         )
     return limits, sources, missing
 
 
-def _count(joints: list[ET.Element]) -> str:
-    return f"{len(joints)} joint{'s' if len(joints) > 1 else ''}"
+def _count(joints: Collection[ET.Element], what: str = "joint") -> str:
+    return f"{len(joints)} {what}{'s' if len(joints) > 1 else ''}"
 
 
 def _limit(joint: ET.Element, word: str) -> str | None:
