@@ -85,9 +85,7 @@ class Planner:
                 )
                 for own, node in spec.config.items()
             }
-        values = [value for own in self.settings.values() for value in own.values()]
-        read = [known.once("read", (value,), functools.partial(_read, value)) for value in values]
-        self.read_lines = tuple(dict.fromkeys(line for lines in read for line in lines))
+        self.read_lines = _read(self.settings, known)
         self.seed = int(settings["seed"])
         self._config = {
             spec.name: {
@@ -265,10 +263,13 @@ def _code(spec: StageSpec, settings: Mapping[str, Any], schemas: Mapping[str, An
     return read_code(code_targets(spec, settings, schemas), index, is_named=named)
 
 
-def _read(settings: Any) -> list[str]:
-    """What ``read_by`` of the settings' class says of the files that they name; raises InputError for a bad one."""
-    reader = getattr(type(settings), "read_by", None)
-    return [] if reader is None else resolve(reader, f"reader of {type(settings).__name__}")(settings)
+def _read(settings: Mapping[str, Mapping[str, Any]], known: Remembered) -> tuple[str, ...]:
+    """What ``read_by`` of each class of settings says of the files that they name; raises InputError for a bad one."""
+    lines: list[str] = []
+    for value in (value for own in settings.values() for value in own.values()):
+        if reader := getattr(type(value), "read_by", None):
+            lines += known.once("read", (value,), functools.partial(resolve(reader, type(value).__name__), value))
+    return tuple(dict.fromkeys(lines))
 
 
 def _result(plan: StagePlan) -> StoredResult:
