@@ -2,15 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
 
 from kendama_cli.devices.robot.interface import JointCommand
 from kendama_cli.errors import HardwareError
+from kendama_cli.motion import minimum_jerk
 from kendama_cli.robot_model.limits import JointLimits
 from kendama_cli.schema.arrays import Array
 from kendama_cli.simulation.dart import joint_kernel as kernel
 from kendama_cli.simulation.dart.drive import limit_rows
 
+_PEAK_SPEED = 1.875
+"""Of a minimum-jerk motion, over its mean speed."""
 ABSURD_RAD = 1e3
 ABSURD_FACTOR = 1e5
 """No commander means a place farther away than ABSURD_RAD, or so many times what a joint's limits allow."""
@@ -44,6 +49,19 @@ def braked(last: JointCommand, acceleration_rad_s2: Array, step_s: float) -> Joi
     speed = last.velocity_rad_s - slower
     place = last.position_rad + (last.velocity_rad_s + speed) / 2 * step_s
     return JointCommand(place, speed, -slower / step_s)
+
+
+def approach(way: tuple[Array, Array], speed_rad_s: float, period_s: float, least_s: float) -> Iterator[JointCommand]:
+    """Yield a command for each period of a minimum-jerk motion along ``way``, from start to goal (n,), at most so fast.
+
+    It takes ``least_s`` or longer; the rest at the goal is not among the commands.
+    """
+    start, goal = way
+    span_s = max(_PEAK_SPEED * float(np.abs(goal - start).max()) / speed_rad_s, least_s)
+    for t_s in np.arange(period_s, span_s, period_s):
+        place = start + float(minimum_jerk.step(t_s / span_s)) * (goal - start)
+        speed = float(minimum_jerk.step_rate(t_s / span_s)) / span_s * (goal - start)
+        yield JointCommand(place, speed, np.zeros_like(speed))
 
 
 def check_command(command: JointCommand, limits: JointLimits) -> None:

@@ -4,21 +4,33 @@ from __future__ import annotations
 
 import dataclasses
 import importlib.util
+import socket
+import subprocess
+import sys
 from collections.abc import Iterator
 from contextlib import closing, contextmanager
+from multiprocessing.connection import Connection
+from typing import Any, TypeVar
 
 import numpy as np
 
-from kendama_cli.devices.robot.franka.arm_pipe import ArmPipe
-from kendama_cli.devices.robot.franka.messages import Begin, Done, Recover, Stands, Wanted
+from kendama_cli.devices.robot.franka.messages import (
+    Begin,
+    Done,
+    Failure,
+    Message,
+    Recover,
+    Stands,
+    Wanted,
+    decode,
+    encode,
+)
 from kendama_cli.devices.robot.franka.process import LIBRARY
 from kendama_cli.devices.robot.franka.rate_limit import RateLimits
 from kendama_cli.devices.robot.interface import Exchange, JointCommand, RobotState
-from kendama_cli.devices.robot.limiter import check_command
-from kendama_cli.devices.robot.task import Task
+from kendama_cli.devices.robot.limiter import approach, check_command
+from kendama_cli.devices.robot.task import Task, arm_of
 from kendama_cli.errors import ConfigError, HardwareError, MissingPartError, install_line
-from kendama_cli.motion import minimum_jerk
-from kendama_cli.motion.task_settings import InteractionTask
 from kendama_cli.robot_model.limits import JointLimits
 from kendama_cli.robot_model.model import RobotModel
 from kendama_cli.schema.arrays import Array
@@ -28,8 +40,6 @@ from kendama_cli.settings.robot import RobotSettings
 JOINTS = 7
 MOST_STEP_RAD = 0.1
 """A command so far from where the arm was sent last is a mistake, whatever the limits would make of it."""
-_PEAK_SPEED = 1.875
-"""Of a minimum-jerk motion, over its mean speed."""
 _SETTLE_S = 2.0
 _SETTLED_RAD = 0.005
 
@@ -39,12 +49,79 @@ def open_franka(hardware: FrankaHardware, robot: RobotSettings, task: Task) -> I
     """The arm at ``hardware.host``; raises ConfigError, MissingPartError without the library, HardwareError."""
     if importlib.util.find_spec(LIBRARY) is None:
         raise MissingPartError(LIBRARY, f"hardware=franka needs {LIBRARY}: {install_line('franka')}")
-    if isinstance(task, InteractionTask):
-        arm = RobotModel(robot, task.interact.probe, task.interact.gravity_m_s2)
-    else:
-        arm = RobotModel(robot, task.cup, task.gravity_m_s2)
-    with closing(FrankaRobot(hardware, arm)) as made:
+    with closing(FrankaRobot(hardware, arm_of(robot, task))) as made:
         yield made
+
+
+Heard = TypeVar("Heard", Stands, Done)
+BRAKING_S = 2.0
+"""The process gets so long to brake the arm, once nobody commands any more."""
+
+
+class ArmPipe:
+    """Starts the process and speaks with it; the first failure stays, and is what every later call raises."""
+
+    def __init__(self, hardware: FrankaHardware) -> None:
+        self._host = hardware.host
+        self._failure: str | None = None
+        ours, theirs = socket.socketpair()
+        command = [sys.executable, "-m", "kendama_cli.devices.robot.franka.process", str(theirs.fileno())]
+        self.process = subprocess.Popen(command, pass_fds=[theirs.fileno()])
+        theirs.close()
+        self._pipe: Connection[Any, Any] = Connection(ours.detach())
+
+    def fail(self, problem: str) -> HardwareError:
+        """Keep the first problem; the error to raise."""
+        self._failure = self._failure or problem
+        return HardwareError(self._failure)
+
+    def send(self, said: Message) -> None:
+        """Say it; raises HardwareError."""
+        if self._failure is not None:
+            raise HardwareError(self._failure)
+        try:
+            self._pipe.send_bytes(encode(said))
+        except OSError:
+            raise self.fail(self._last_words()) from None
+
+    def hear(self, kind: type[Heard], wait_s: float) -> Heard:
+        """What comes back; raises HardwareError where that is a failure, another kind, or nothing."""
+        try:
+            if not self._pipe.poll(wait_s):
+                raise self.fail(f"the arm at {self._host} said nothing for {wait_s:g} s")
+            heard = decode(self._pipe.recv_bytes())
+        except (EOFError, OSError):
+            raise self.fail(self._last_words()) from None
+        except HardwareError as error:
+            raise self.fail(str(error)) from None
+        if isinstance(heard, Failure):
+            raise self.fail(heard.problem)
+        if not isinstance(heard, kind):
+            raise self.fail(f"the process that moves the arm said {type(heard).__name__} out of turn")
+        return heard
+
+    def close(self) -> None:
+        """Let go: the process brakes the arm and ends."""
+        self._pipe.close()
+        self._ended()
+
+    def _last_words(self) -> str:
+        """What the process said before it ended, or how it did."""
+        try:
+            while self._pipe.poll(0):
+                if isinstance(heard := decode(self._pipe.recv_bytes()), Failure):
+                    return heard.problem
+        except (EOFError, OSError, HardwareError):
+            pass
+        return f"the process that moves the arm ended with {self._ended()}"
+
+    def _ended(self) -> int:
+        """Wait until the process has braked the arm and ended, kill it where it does not; its exit code."""
+        try:
+            return self.process.wait(BRAKING_S)
+        except subprocess.TimeoutExpired:
+            self.process.kill()
+            return self.process.wait()
 
 
 class FrankaRobot:
@@ -110,13 +187,9 @@ class FrankaRobot:
 
     def reset(self, position_rad: Array, seed: int) -> Exchange:
         """Go slowly to rest at ``position_rad``, wait until the arm is there; raises HardwareError where it is not."""
-        start, goal = self._sent_rad, np.asarray(position_rad, dtype=float)
-        way = goal - start
-        span_s = max(_PEAK_SPEED * float(np.abs(way).max()) / self._hardware.approach_rad_s, 0.5)
-        for t_s in np.arange(self.period_s, span_s, self.period_s):
-            place = start + float(minimum_jerk.step(t_s / span_s)) * way
-            speed = float(minimum_jerk.step_rate(t_s / span_s)) / span_s * way
-            self.exchange(JointCommand(place, speed, np.zeros(JOINTS)))
+        goal = np.asarray(position_rad, dtype=float)
+        for command in approach((self._sent_rad, goal), self._hardware.approach_rad_s, self.period_s, 0.5):
+            self.exchange(command)
         rest = JointCommand(goal, np.zeros(JOINTS), np.zeros(JOINTS))
         for _ in range(round(_SETTLE_S / self.period_s)):
             last = self.exchange(rest)

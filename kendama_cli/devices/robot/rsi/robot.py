@@ -9,20 +9,16 @@ from contextlib import closing, contextmanager
 import numpy as np
 
 from kendama_cli.devices.robot.interface import Exchange, JointCommand, RobotState
-from kendama_cli.devices.robot.limiter import check_command
+from kendama_cli.devices.robot.limiter import approach, check_command
 from kendama_cli.devices.robot.rsi.link import RsiLink, in_degrees
 from kendama_cli.devices.robot.rsi.telegram import AXES, Telegram, ahead_ms
-from kendama_cli.devices.robot.task import Task
+from kendama_cli.devices.robot.task import Task, arm_of
 from kendama_cli.errors import ConfigError, HardwareError
-from kendama_cli.motion import minimum_jerk
-from kendama_cli.motion.task_settings import InteractionTask
 from kendama_cli.robot_model.model import RobotModel
 from kendama_cli.schema.arrays import Array
 from kendama_cli.settings.hardware import RsiHardware
 from kendama_cli.settings.robot import RobotSettings
 
-_PEAK_SPEED = 1.875
-"""Of a minimum-jerk motion, over its mean speed."""
 _SETTLED_DEG = 0.2
 _SETTLE_S = 2.0
 
@@ -30,11 +26,7 @@ _SETTLE_S = 2.0
 @contextmanager
 def open_rsi(hardware: RsiHardware, robot: RobotSettings, task: Task) -> Iterator[RsiRobot]:
     """The arm, from the first telegram on; raises ConfigError, MissingPartError where none comes, HardwareError."""
-    if isinstance(task, InteractionTask):
-        arm = RobotModel(robot, task.interact.probe, task.interact.gravity_m_s2)
-    else:
-        arm = RobotModel(robot, task.cup, task.gravity_m_s2)
-    with closing(RsiRobot(hardware, arm)) as made:
+    with closing(RsiRobot(hardware, arm_of(robot, task))) as made:
         yield made
 
 
@@ -94,14 +86,10 @@ class RsiRobot:
 
     def reset(self, position_rad: Array, seed: int) -> Exchange:
         """Go slowly to rest at ``position_rad``, wait until the arm is there; raises HardwareError where it is not."""
-        start = self._from_deg(self._link.newest.position_deg)
-        way = np.asarray(position_rad, dtype=float) - start
-        span_s = max(_PEAK_SPEED * float(np.abs(way).max()) / self._hardware.approach_rad_s, self.period_s)
-        for t_s in np.arange(self.period_s, span_s + self.period_s, self.period_s):
-            share = min(t_s / span_s, 1.0)
-            place = start + float(minimum_jerk.step(share)) * way
-            self._move(JointCommand(place, float(minimum_jerk.step_rate(share)) / span_s * way, np.zeros(len(AXES))))
         rest = JointCommand(np.asarray(position_rad, dtype=float), np.zeros(len(AXES)), np.zeros(len(AXES)))
+        way = self._from_deg(self._link.newest.position_deg), rest.position_rad
+        for command in approach(way, self._hardware.approach_rad_s, self.period_s, self.period_s):
+            self._move(command)
         for _ in range(round(_SETTLE_S / self.period_s)):
             sent, _, after = self._move(rest)
             off_deg = np.abs(after.position_deg - self._controllers_deg(rest.position_rad))
