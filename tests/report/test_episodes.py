@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import json
+import re
+import shutil
+import subprocess
 from pathlib import Path
 
 import numpy as np
@@ -95,6 +98,27 @@ def test_what_cannot_be_exported_is_one_line(
     (tmp_path / "out").mkdir()
     (tmp_path / "out" / "mine").write_text("kept")
     assert "not empty" in refused(capsys, "log", "export", str(logs["capture"]), *lerobot)
+
+
+def test_swings_without_orientation_have_no_columns_of_it(datasets: dict[str, Path]) -> None:
+    features = json.loads((datasets["capture"] / "meta/info.json").read_text())["features"]
+    for key in ("observation.state", "action"):
+        assert (features[key]["names"], features[key]["shape"]) == (["cup.x_m", "cup.y_m", "cup.z_m"], [3])
+        assert stacked(frames(datasets["capture"]), key).std(axis=0).min() > 0, "a constant column"
+
+
+@pytest.mark.slow
+def test_the_validators_of_lerobot_lint_find_only_that_a_swing_hardly_goes_sideways(datasets: dict[str, Path]) -> None:
+    """Of y, joint 1, they say that it never moved: a swing lies in a plane. (pip install lerobot-lint)"""
+    linter = shutil.which("lelint")
+    if linter is None:
+        pytest.skip("needs lelint (pip install lerobot-lint)")
+    told = subprocess.run(
+        [linter, "check", str(datasets["capture"])], capture_output=True, text=True, check=False, timeout=600
+    ).stdout
+    assert "Summary:" in told
+    errors = [line for line in told.splitlines() if re.match(r"\s*\[[A-Z_]+\] episode", line)]
+    assert all("[DEAD_JOINT]" in line and "Joint 1 never moved" in line for line in errors)
 
 
 @pytest.mark.slow

@@ -7,21 +7,28 @@ import numpy as np
 from kendama_cli.log.lerobot import Episode, Episodes
 from kendama_cli.report.replay.performance import poses_between, poses_of
 from kendama_cli.report.source import StageLog
-from kendama_cli.schema.foxglove import FrameTransform
+from kendama_cli.schema.foxglove import UPRIGHT_WXYZ, FrameTransform
 
 _POSE = ("cup.x_m", "cup.y_m", "cup.z_m", "cup.qw", "cup.qx", "cup.qy", "cup.qz")
 
 
 def episodes(log: StageLog, fps: int) -> Episodes | None:
-    """A person's hand that holds the cup: where it is, and as action where it is one frame later."""
+    """A person's hand that holds the cup: where it is, and as action where it is one frame later.
+
+    Where no swing has an orientation, four constant columns would say that the cup was upright: they are left out.
+    """
     found = []
     for _, one in log.table("/capture/cup", FrameTransform).groupby("child", sort=True):
         t_s = one["t_s"].to_numpy(np.float64)
         frames_s = t_s[0] + np.arange(int(np.ptp(t_s) * fps + 1e-6) + 1) / fps
-        poses = poses_between(t_s, poses_of(one), frames_s)
-        following = np.vstack([poses[1:], poses[-1:]])
-        found.append(Episode({"observation.state": poses, "action": following}))
+        found.append(poses_between(t_s, poses_of(one), frames_s))
     if not found:
         return None
-    names = {"observation.state": _POSE, "action": _POSE}
-    return Episodes("hand", "swing the ball up and catch it in the cup", fps, names, tuple(found))
+    turned = any((poses[:, 3:] != UPRIGHT_WXYZ).any() for poses in found)
+    names = _POSE if turned else _POSE[:3]
+    made = tuple(
+        Episode({"observation.state": poses[:, : len(names)], "action": following[:, : len(names)]})
+        for poses, following in ((one, np.vstack([one[1:], one[-1:]])) for one in found)
+    )
+    columns = {"observation.state": names, "action": names}
+    return Episodes("hand", "swing the ball up and catch it in the cup", fps, columns, made)

@@ -99,12 +99,22 @@ def test_axes_under_which_it_is_no_swing_are_told_with_what_to_change(tmp_path, 
     assert any(told in one for one in hand.warnings)
 
 
-@pytest.mark.parametrize(("angle_deg", "told"), [(40, "turned by 41 deg"), (89, "turned by 90 deg")])
-def test_a_turned_swing_plane_is_told_and_taken(tmp_path, swing, angle_deg, told):
+@pytest.mark.parametrize("degrees", [0, 5, 10, 20, 41, 60, 89])
+def test_a_turned_swing_plane_is_told_and_taken(tmp_path, swing, degrees):
     t_s, place_m = swing
-    c, s = np.cos(np.radians(angle_deg)), np.sin(np.radians(angle_deg))
+    c, s = np.cos(np.radians(degrees)), np.sin(np.radians(degrees))
     (hand,) = opened(tmp_path, t_s, place_m @ np.array([[c, s, 0], [-s, c, 0], [0, 0, 1]]))
-    assert any(told in one for one in hand.warnings)
+    told = [int(found[1]) for one in hand.warnings if (found := re.search(r"turned by (\d+) deg from x", one))]
+    assert told == ([pytest.approx(degrees, abs=2)] if degrees > 8 else [])
+
+
+@pytest.mark.parametrize(
+    ("factor", "told"), [(2.0, "half as long: recorded at twice"), (0.5, "twice as long: at half")]
+)
+def test_a_rate_that_is_wrong_by_two_is_told_as_that(tmp_path, swing, factor, told):
+    t_s, place_m = swing
+    (hand,) = opened(tmp_path, factor * t_s, place_m)
+    assert any(f"never rises over the cup, but it does with times {told} the rate?" in one for one in hand.warnings)
 
 
 def test_the_way_back_is_left_out_and_told(tmp_path, swing):
