@@ -114,12 +114,10 @@ def test_a_learned_policy_acts(tmp_path: Path) -> None:
         kendama.policy(run, "transfer")
 
 
-def test_a_failed_stage_raises_its_message_and_the_run_is_kept(
-    tmp_path: object, tmp_path_factory: pytest.TempPathFactory
-) -> None:
+def test_a_refused_recording_raises_its_message_and_is_no_run(tmp_path_factory: pytest.TempPathFactory) -> None:
     home = tmp_path_factory.mktemp("home")
-    bad = home / "bad.csv"
+    bad = tmp_path_factory.mktemp("recordings") / "bad.csv"
     bad.write_text("t_s,x_m,y_m,z_m\n0,0,0,0\n0,0,0,0\n0.2,0,0,0\n0.3,0,0,0\n")
     with pytest.raises(StageError, match="stage 'capture' of run"):
         kendama.run("imitation", [f"capture.path={bad}"], until="capture", home=home)
-    assert kendama.runs(home)[-1].outcome == "failed"
+    assert kendama.runs(home) == []

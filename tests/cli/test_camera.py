@@ -81,7 +81,7 @@ def test_a_file_that_is_no_calibration_is_refused(here, capsys, content, message
         (["empty"], "empty: it holds no image; images end in .png"),
         (["empty/../video.mp4"], "OpenCV cannot read it as a film; convert it"),
         (["two"], "two/b.png: its image 'b' is 32 x 24 px after 64 x 48 px; calibrate images of one size at a time"),
-        (["broken"], "broken/a.png: it is not an image that OpenCV can read, of at most 67 million pixels; remove"),
+        (["broken"], "broken/a.png: it is not an image that OpenCV can read; remove or convert it"),
         (["two/a.png"], "two/a.png: camera 'two': the board is seen in 0 images, at least 4 are needed"),
         (["one/left", "other/left"], "other/left: two cameras would be called 'left'; rename a folder or video"),
         (["two", "--board", "7by5"], "--board 7by5: allowed are COLUMNSxROWS of 3 to 22 squares each, such as 7x5"),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import subprocess
 from pathlib import Path
 
 import pytest
@@ -120,3 +121,26 @@ def test_doctor_lists_what_packages_declare_and_what_of_it_is_broken(toy: ToyPro
     assert "learn, measure, predict, rehearse, toy_roll, toy_total, transfer" in parts["kendama.stages"]["detail"]
     assert parts["lost"]["state"] == "missing"
     assert "needs module 'toy.nowhere', which is not installed" in parts["lost"]["detail"]
+
+
+@pytest.mark.slow  # imports everything
+def test_doctor_imports_what_it_lists(toy: ToyProject) -> None:
+    (toy.folder / "lib/filelock.py").write_text("raise ImportError('built for another Python')\n")
+    (toy.folder / "lib/cma.py").write_text(
+        "import os, sys\nprint('Illegal', file=sys.stderr, flush=True)\nos._exit(3)\n"
+    )
+    (toy.folder / "lib/toy/roll/stage.py").write_text("1 / 0\n")
+    found = subprocess.run(
+        toy.command("doctor", "--json"),
+        cwd=toy.folder,
+        env=toy.environment(),
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    parts = {part["name"]: part for part in json.loads(found.stdout)}
+    assert found.returncode == 1
+    assert parts["filelock"]["detail"] == "ImportError: built for another Python; pip install filelock"
+    assert parts["cma"]["detail"] == "Illegal; pip install cma"
+    assert parts["toy_roll"]["detail"] == "ZeroDivisionError: division by zero"
+    assert parts["numpy"]["state"] == "ok"
