@@ -112,13 +112,18 @@ def _named(tree: ast.Module, name: str, is_package: bool) -> tuple[list[list[obj
         function = called.get(_function(node), _function(node))
         if function not in BY_NAME and function not in COMPUTED:
             continue
-        first = node.args[0] if node.args else node.keywords[0].value
+        keywords = sorted(node.keywords, key=lambda one: one.arg != "name")
+        first = node.args[0] if node.args else keywords[0].value
         if function in BY_NAME and isinstance(first, ast.Constant) and isinstance(first.value, str):
             imports.append([_absolute(first.value.partition(":")[0], name, is_package), node.lineno, True])
             if function in COMPUTED:
                 imports[-1][2] = False
-        elif function in COMPUTED and not _leading(first).startswith((".", f"{name.partition('.')[0]}.")):
-            computed.append(node.lineno)
+        elif function in COMPUTED:
+            package, dot, _ = _leading(first).partition(".")
+            if not dot or function not in BY_NAME:
+                computed.append(node.lineno)
+            elif package:  # some module in it: all of it counts
+                imports.append([package, node.lineno, False])
     return imports, computed
 
 

@@ -57,6 +57,8 @@ def read(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Read:
         ("import importlib\nG = importlib.import_module('PKGtools.deep')\n", "PKGtools/deep.py"),
         ("from importlib import import_module as get\nG = get(name='PKGtools')\n", "PKGtools/__init__.py"),
         ("G = __import__('PKGtools')\n", "PKGtools/__init__.py"),
+        ("from importlib import import_module\ndef f(n): return import_module(f'PKGtools.{n}')\n", "PKGtools/deep.py"),
+        ("import PKGspace.deep\n", "PKGspace/other.json"),
         ("from importlib.resources import files\nG = files('PKGtools').joinpath('gain.txt')\n", "PKGtools/gain.txt"),
         ("import pkgutil\nG = pkgutil.get_data('PKGtools', 'deep/gain.bin')\n", "PKGtools/deep/gain.bin"),
         ("import PKGlone\n", "PKGlone.py"),
@@ -72,7 +74,8 @@ def read(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Read:
 def test_whatever_a_strangers_stage_may_read_of_its_own_counts(
     read: Read, package: dict[str, str], stage: str, changed: str
 ) -> None:
-    files = {**package, "PKG/stage.py": stage, "PKGtools/__init__.py": "", "PKGtools/deep.py": "", "PKGlone.py": ""}
+    files = {**package, "PKG/stage.py": stage, "PKGtools/__init__.py": "", "PKGtools/deep.py": ""}
+    files |= {"PKGlone.py": "", "PKGspace/deep.py": ""}
     before = read({**files, changed: "1"})
     after = read({changed: "2"})
     place = "PKGlone/PKGgains.json" if changed == "PKGgains.json" else changed
