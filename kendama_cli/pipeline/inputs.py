@@ -14,6 +14,7 @@ from typing import Any
 from kendama_cli.errors import ConfigError, MissingPartError, install_line
 from kendama_cli.pipeline.code import FileIndex
 from kendama_cli.schema.listed_file import listed_file
+from kendama_cli.schema.plain_yaml import load_yaml
 from kendama_cli.schema.settings import input_files
 from kendama_cli.store import durable
 
@@ -88,8 +89,20 @@ def _contents(value: str | tuple[str, ...] | None, facts: Mapping[str, Any], ind
 def _with(path: Path, index: FileIndex, *, images: bool) -> list[Path]:
     """Return the files that belong to ``path``: the rest of its bag, or the images that it lists."""
     if path.name == BAG_FACTS:
-        return sorted(one for one in path.parent.iterdir() if one.is_file() and one != path)
+        for name in index.facts(path, "bag", _bag_files):
+            listed_file(path, name, "relative_file_paths")  # the reader follows it
+        names = sorted(one.name for one in path.parent.iterdir() if one.is_file() and one != path)
+        return [listed_file(path, name, "beside it") for name in names]
     return _images(path, index) if images else []
+
+
+def _bag_files(path: Path) -> list[str]:
+    """Return the files that a bag says it has; who reads the bag says what is wrong with it."""
+    try:
+        facts = load_yaml(path.read_text(encoding="utf-8"))["rosbag2_bagfile_information"]
+        return [str(name) for name in facts["relative_file_paths"]]
+    except (OSError, ValueError, KeyError, TypeError):
+        return []
 
 
 def _images(table: Path, index: FileIndex) -> list[Path]:

@@ -120,3 +120,23 @@ def test_images_below_the_folder_of_a_list_are_taken_however_it_is_reached(tmp_p
     (tmp_path / "here").symlink_to(tmp_path / "disk")
     named = file_contents(Listing(str(tmp_path / "here/times.csv")), FileIndex(tmp_path / "index.json"))
     assert [Path(path).name for path in named] == ["times.csv", "0.png"]
+
+
+@pytest.mark.parametrize("spoil", ["../else.db3", "{there}/else.db3", "link"])
+def test_a_bag_takes_no_file_beyond_its_folder(tmp_path: Path, spoil: str) -> None:
+    (tmp_path / "bag").mkdir()
+    facts = tmp_path / "bag/metadata.yaml"
+    (tmp_path / "bag/0.db3").write_bytes(b"rows")
+    (tmp_path / "else.db3").write_bytes(b"of somebody else")
+    text = "rosbag2_bagfile_information:\n  relative_file_paths: [0.db3, '{}']\n"
+    facts.write_text(text.format("0.db3"))
+    index = FileIndex(tmp_path / "index.json")
+    assert {Path(path).name for path in file_contents(Described(str(facts)), index)} == {"metadata.yaml", "0.db3"}
+    if spoil == "link":
+        (tmp_path / "bag/link").symlink_to(tmp_path / "else.db3")
+    else:
+        facts.write_text(text.format(spoil.format(there=tmp_path)))
+    for reads in (describe, file_contents):
+        with pytest.raises(InputError, match="is no file below"):
+            reads(Described(str(facts)), index)
+    assert str(tmp_path / "else.db3") not in index.read
