@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Iterator
+import math
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,6 +16,7 @@ from kendama_cli.schema.arrays import Array
 from kendama_cli.settings.game import GameSettings
 from kendama_cli.settings.safety import SafetySettings
 from kendama_cli.simulation.catch.settings import AdaptSettings, SteeringSettings
+from kendama_cli.simulation.placement.limit_shares import limit_shares
 from kendama_cli.simulation.placement.motion_check import CheckedLimit, check_motion, check_places, require_allowed
 
 EARLY_S = 0.1
@@ -63,6 +65,15 @@ class Surroundings:
                 return dataclasses.replace(steering, max_shift_m=allowed_m), (told,)
             allowed_m = shift_m
         return steering, ()
+
+    def playable(self, joints: JointTrajectory, tempos: Sequence[float]) -> tuple[float, ...]:
+        """Return those of ``tempos``, stretches of time, at which ``joints`` keep to the limits that are safe.
+
+        Speeds and accelerations alone grow with the tempo: v / tempo and a / tempo^2 over their limits.
+        """
+        shares, most = limit_shares(self.arm, joints), self.safety.limit_share
+        least = max(shares.velocity.max() / most, math.sqrt(shares.acceleration.max() / most))
+        return tuple(tempo for tempo in tempos if tempo >= min(least, 1.0))
 
     def _beside(self, joints: JointTrajectory, shift_m: float, from_s: float) -> Iterator[CheckedLimit]:
         """The limits of places along ``joints`` with the cup ``shift_m`` to each side."""

@@ -60,13 +60,14 @@ def excitation(
             rng=rng,
         )
         effort = limit_shares(arm, joints).effort
-        if effort.max() <= EFFORT_SHARE:
-            _require_clear(arm, game, joints)
+        overlap = _overlap(arm, game, joints) if effort.max() <= EFFORT_SHARE else ""
+        if effort.max() <= EFFORT_SHARE and not overlap:
             return joints
         share /= 1.5
     name = arm.joint_names[int(effort.argmax())]
     raise StageError(
-        f"joint '{name}' of {arm.settings.name} would need {effort.max():.2f} of its effort limit even for slow "
+        overlap
+        or f"joint '{name}' of {arm.settings.name} would need {effort.max():.2f} of its effort limit even for slow "
         f"motions around home; allowed: {EFFORT_SHARE}: lower identify.amplitude_rad or choose another robot.home_rad"
     )
 
@@ -118,15 +119,16 @@ def _middle(arm: RobotModel, amplitude_rad: float) -> Array:
     return np.clip(arm.home_rad, arm.limits.lower_rad + reach, arm.limits.upper_rad - reach)
 
 
-def _require_clear(arm: RobotModel, game: GameSettings, joints: JointTrajectory) -> None:
-    """Raise StageError where parts overlap by more than at home, beyond the coarseness of their capsules."""
+def _overlap(arm: RobotModel, game: GameSettings, joints: JointTrajectory) -> str:
+    """The parts that overlap by more than at home, beyond the coarseness of their capsules; empty where none do."""
     rest = np.zeros((2, len(arm.home_rad)))
     home = JointTrajectory(arm.joint_names, np.array([0.0, 1.0]), np.tile(arm.home_rad, (2, 1)), rest, rest)
     allowed_m = min(least_clearance(arm, game, home, swing_rad=None).gap_m, 0.0) - CAPSULE_SLACK_M
     nearest = least_clearance(arm, game, joints, swing_rad=None)
-    if nearest.gap_m < allowed_m:
-        raise StageError(
-            f"{nearest.parts} of {arm.settings.name} would overlap by {-1e3 * nearest.gap_m:.0f} mm in the exciting "
-            f"motion; allowed: {-1e3 * allowed_m:.0f} mm of their capsules: lower identify.amplitude_rad or choose "
-            "another robot.home_rad"
-        )
+    if nearest.gap_m >= allowed_m:
+        return ""
+    return (
+        f"{nearest.parts} of {arm.settings.name} would overlap by {-1e3 * nearest.gap_m:.0f} mm in the exciting "
+        f"motion; allowed: {-1e3 * allowed_m:.0f} mm of their capsules: lower identify.amplitude_rad or choose "
+        "another robot.home_rad"
+    )

@@ -120,10 +120,10 @@ class TransferSession:
             return
         if any(tried) and len(progress.repeats) >= settings.imitation_repeats:
             return
-        robot, game = self._runner.robot, around.game
-        seed = int(progress.rng("rope", 0).integers(2**63))
-        fit = fitted(robot, motion, around, seed=seed)
+        game, seed = around.game, int(progress.rng("rope", 0).integers(2**63))
+        fit = fitted(self._runner.robot, motion, around, seed=seed)
         progress.rope_fit = RopeFitFigures(fit.rope_scale, fit.resized)
+        wanted = around.playable(fit.joints, wanted)
         seen = None
         if around.adapt.catch == "seen":
             watched = WatchedFlight(self._runner.observer.without_goal())
