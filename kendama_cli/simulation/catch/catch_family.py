@@ -5,13 +5,17 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Iterator, Mapping
 
+import numpy as np
+
 from kendama_cli.artifacts.motion_plan import MotionPlan
 from kendama_cli.errors import StageError
+from kendama_cli.motion import minimum_jerk
 from kendama_cli.motion.amplitude import scaled_plan
 from kendama_cli.robot_model.arm_motion import ArmMotion
 from kendama_cli.robot_model.model import RobotModel
-from kendama_cli.simulation.catch.late_shift import shifted_plan
+from kendama_cli.schema.arrays import Array
 from kendama_cli.simulation.catch.path_bumps import bumped_plan
+from kendama_cli.simulation.catch.path_response import SHARE, weights_of
 from kendama_cli.simulation.catch.search_record import Bounds, MotionVariation
 from kendama_cli.simulation.catch.uncertainty import MOUTH_SHARE
 
@@ -85,3 +89,18 @@ class _LowestTau(Mapping[float, float]):
 
     def __len__(self) -> int:
         return sum(1 for _ in self)
+
+
+def shifted_plan(plan: MotionPlan, shift_m: tuple[float, float], flight: tuple[float, float]) -> MotionPlan:
+    """The primitive with its goal moved by ``shift_m`` along x and y, and the way there made during ``flight``.
+
+    ``flight`` is the share of the motion, from 0 to 1, in which the rope is slack. The way is a step of minimum jerk
+
+        d s^3 (10 - 15 s + 6 s^2),   s from 0 to 1 over the flight.
+
+    Coordinates that the motion has not are not shifted.
+    """
+    wanted = minimum_jerk.step((SHARE - flight[0]) / max(flight[1] - flight[0], 1e-3))
+    change = weights_of(plan, wanted[None], np.ones(1))[0]
+    step: Array = np.array([dict(zip("xy", shift_m, strict=True)).get(name, 0.0) for name in plan.coordinates])
+    return dataclasses.replace(plan, goal_m=plan.goal_m + step, weights=plan.weights + step[:, None] * change[None, :])

@@ -6,7 +6,7 @@ import pytest
 from kendama_cli.artifacts.motion_plan import MotionPlan
 from kendama_cli.motion.averaging import encode_demonstrations
 from kendama_cli.motion.dmp import play
-from kendama_cli.simulation.catch.late_shift import shifted_plan
+from kendama_cli.simulation.catch.catch_family import shifted_plan
 from tests.motion.swings import demonstration, settings
 
 FLIGHT = (0.55, 0.75)

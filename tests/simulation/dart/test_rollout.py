@@ -9,7 +9,7 @@ from kendama_cli.artifacts.motion_plan import MotionPlan
 from kendama_cli.motion.averaging import encode_demonstrations
 from kendama_cli.physics.rope import RopeLaw, rope_pull
 from kendama_cli.robot_model.arm_motion import ArmMotion
-from kendama_cli.simulation.catch.late_shift import shifted_plan
+from kendama_cli.simulation.catch.catch_family import shifted_plan
 from kendama_cli.simulation.dart.rollout import BEFORE_FLIGHT_S, RolloutResult, play_rollout
 from kendama_cli.simulation.dart.world import ArmWorld
 from kendama_cli.simulation.dart.world_errors import NO_ERRORS, WorldErrors
