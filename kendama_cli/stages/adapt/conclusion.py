@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 
 import numpy as np
@@ -114,9 +115,9 @@ def _refused(search: Search, best: MotionVariation, way: CatchSearch) -> StageEr
 
 def _best_short_of_reach(search: Search, way: CatchSearch) -> MotionVariation | None:
     """The catch without the reach that is asked for that would be worth most; None where there is none."""
-    judged = dict(search.evaluated)
-    short = [one for one, _ in search.short_of_reach if one in judged]
-    return max(short, key=lambda one: way.expected(search, one), default=None)
+    if not search.short_of_reach:
+        return None
+    return way.best(dataclasses.replace(search, short_of_reach=())) or search.short_of_reach[-1][0]
 
 
 def _of_search(
