@@ -182,7 +182,9 @@ def test_why_a_try_was_interrupted_is_kept_with_it(folder, samples):
 def test_a_try_of_the_version_before_is_read(folder, samples):
     keep(folder, "caught", "the real game", samples, NOW)
     file = folder.path / "anna-b-001.csv"
+    file.write_text(file.read_text().replace("# origin: person\n", ""))
     assert file.read_text().splitlines()[6].startswith("t_s,")  # title, five facts, names: as version 0.2.0 wrote it
+    assert len(folder.samples("anna-b-001")) == len(samples)
     assert folder.tries()[0].chosen
 
 
