@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import dataclasses
+import functools
 import glob
 import importlib.metadata
 import os
@@ -13,8 +14,10 @@ from typing import Any
 
 from kendama_cli.errors import ConfigError, MissingPartError, install_line
 from kendama_cli.pipeline.code import FileIndex
+from kendama_cli.pipeline.remembered import Remembered
 from kendama_cli.schema.listed_file import listed_file
 from kendama_cli.schema.plain_yaml import load_yaml
+from kendama_cli.schema.registry import resolve
 from kendama_cli.schema.settings import input_files
 from kendama_cli.store import durable
 
@@ -76,6 +79,15 @@ def file_contents(settings: Any, index: FileIndex) -> dict[str, dict[str, str]]:
                 digest = str(index.facts(path, "content", durable.file_sha256))
                 found[str(path)] = {"sha256": digest, "beside": str(one)}
     return found
+
+
+def read_files(settings: Mapping[str, Mapping[str, Any]], known: Remembered) -> tuple[str, ...]:
+    """Return what ``read_by`` of the settings' classes says of their files; raises InputError for a bad one."""
+    lines: list[str] = []
+    for value in (value for own in settings.values() for value in own.values()):
+        if reader := getattr(type(value), "read_by", None):
+            lines += known.once("read", (value,), functools.partial(resolve(reader, type(value).__name__), value))
+    return tuple(dict.fromkeys(lines))
 
 
 def _contents(value: str | tuple[str, ...] | None, facts: Mapping[str, Any], index: FileIndex) -> list[str]:

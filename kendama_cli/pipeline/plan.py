@@ -12,12 +12,12 @@ from typing import Any, cast
 from kendama_cli.errors import ConfigError, UsageError
 from kendama_cli.pipeline.catalogue import Pipeline, StageSpec
 from kendama_cli.pipeline.code import Code, FileIndex, read_code
-from kendama_cli.pipeline.inputs import describe, file_contents, resolve_files
+from kendama_cli.pipeline.inputs import describe, file_contents, read_files, resolve_files
 from kendama_cli.pipeline.latest import keep_latest, read_latest
 from kendama_cli.pipeline.nodes import node_schemas
 from kendama_cli.pipeline.remembered import Remembered
 from kendama_cli.schema.declaration import KINDS, Kind
-from kendama_cli.schema.registry import Variant, resolve
+from kendama_cli.schema.registry import Variant
 from kendama_cli.schema.settings import chosen, nearest
 from kendama_cli.store import durable
 from kendama_cli.store.store import Store, StoredResult, key_of
@@ -85,7 +85,7 @@ class Planner:
                 )
                 for own, node in spec.config.items()
             }
-        self.read_lines = _read(self.settings, known)
+        self.read_lines = read_files(self.settings, known)
         self.seed = int(settings["seed"])
         self._config = {
             spec.name: {
@@ -261,15 +261,6 @@ def _chosen(spec: StageSpec, settings: Mapping[str, Any], schemas: Mapping[str, 
 def _code(spec: StageSpec, settings: Mapping[str, Any], schemas: Mapping[str, Any], index: FileIndex) -> Code:
     named = bool(spec.declaration.packages) or any(one.packages for one in _chosen(spec, settings, schemas))
     return read_code(code_targets(spec, settings, schemas), index, is_named=named)
-
-
-def _read(settings: Mapping[str, Mapping[str, Any]], known: Remembered) -> tuple[str, ...]:
-    """What ``read_by`` of each class of settings says of the files that they name; raises InputError for a bad one."""
-    lines: list[str] = []
-    for value in (value for own in settings.values() for value in own.values()):
-        if reader := getattr(type(value), "read_by", None):
-            lines += known.once("read", (value,), functools.partial(resolve(reader, type(value).__name__), value))
-    return tuple(dict.fromkeys(lines))
 
 
 def _result(plan: StagePlan) -> StoredResult:
