@@ -15,7 +15,7 @@ import gymnasium
 import numpy as np
 
 from kendama_cli.errors import ConfigError
-from kendama_cli.gym.picture import Painter, Picture
+from kendama_cli.gym.picture import PaintedEnv
 from kendama_cli.gym.spaces import Accelerations, ActionKind, Observation, Observed
 from kendama_cli.gym.swing_up import task
 from kendama_cli.learning.limiter import BrakingLimiter
@@ -31,7 +31,7 @@ NEAR_M = 0.3
 """A miss is worth part of a catch up to here."""
 
 
-class FreeCup(gymnasium.Env[Observation, Any], abc.ABC):
+class FreeCup(PaintedEnv[Observation]):
     """What Catch and Game have in common.
 
     Observation, float32 (7,): cup position x [m] and velocity [m/s], ball beside the tie point along x and z [m], its
@@ -54,10 +54,8 @@ class FreeCup(gymnasium.Env[Observation, Any], abc.ABC):
         render_mode: str | None = None,
     ) -> None:
         """``overrides`` as on the command line; raises ConfigError for what is not allowed."""
-        if render_mode not in (None, *self.metadata["render_modes"]):
-            raise ConfigError("render_mode", f"'render_mode' is {render_mode!r}; allowed: rgb_array, human, None")
-        self.render_mode = render_mode
         self.settings, self._game = task(overrides)
+        super().__init__(self._game, self.settings.workspace.half_width_m, render_mode)
         step_s = self.settings.step_s
         if not step_s <= hold_s <= self.longest_s:
             raise ConfigError(
@@ -72,7 +70,6 @@ class FreeCup(gymnasium.Env[Observation, Any], abc.ABC):
         scale = np.array([*(0.5 * reach), rope_m, rope_m, 0.2 * fast, 0.2 * fast, self.longest_s])
         self._observed = Observed(largest, scale, normalised)
         self._accelerations = Accelerations(self.settings, actions)
-        self._painter = Painter(self._game, workspace.half_width_m)
         self.observation_space, self.action_space = self._observed.box, self._accelerations.space
         self._taken, self._over = 0, True
 
@@ -105,14 +102,6 @@ class FreeCup(gymnasium.Env[Observation, Any], abc.ABC):
         self._show()
         return self._observation(), 0.0, False, self._over, {"is_success": False}
 
-    def render(self) -> Any:
-        """The picture (480, 640, 3), RGB, in mode rgb_array; None in the others, of which human shows each step."""
-        return self._picture() if self.render_mode == "rgb_array" else None
-
-    def close(self) -> None:
-        """Close the window, if there is one."""
-        self._painter.close()
-
     @abc.abstractmethod
     def _drawn(self, rng: np.random.Generator) -> SwingState:
         """A state to begin in."""
@@ -133,12 +122,8 @@ class FreeCup(gymnasium.Env[Observation, Any], abc.ABC):
         numbers = rail.x_m, rail.velocity_m_s, rail.across_m, rail.above_m, rail.across_m_s, rail.above_m_s, left_s
         return self._observed.of(np.array(numbers))
 
-    def _picture(self) -> Picture:
-        return self._painter.paint(self._rail.x_m, self._rail.across_m, self._rail.above_m)
-
-    def _show(self) -> None:
-        if self.render_mode == "human":
-            self._painter.show(self._picture())
+    def _places(self) -> tuple[float, float, float]:
+        return self._rail.x_m, self._rail.across_m, self._rail.above_m
 
 
 class Catch(FreeCup):

@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
+import abc
 import itertools
 import math
-from typing import Any
+from typing import Any, TypeVar
 
 import cv2
 import gymnasium
 import numpy as np
 from numpy.typing import NDArray
 
+from kendama_cli.errors import ConfigError
 from kendama_cli.settings.game import GameSettings
 
+Seen = TypeVar("Seen")
 Picture = NDArray[np.uint8]
 WIDTH_PX, HEIGHT_PX, PX_PER_M = 640, 480, 420.0
 GROUND, LINE, CUP, ROPE, BALL = (250, 250, 248), (205, 205, 200), (40, 95, 150), (110, 110, 110), (213, 94, 0)
@@ -75,3 +78,31 @@ class Painter:
     def _at(x_m: float, z_m: float) -> tuple[int, int]:
         u, v = 0.5 * WIDTH_PX + x_m * PX_PER_M, 0.5 * HEIGHT_PX - z_m * PX_PER_M
         return round(u * 2**_FINE), round(v * 2**_FINE)
+
+
+class PaintedEnv(gymnasium.Env[Seen, Any], abc.ABC):
+    """An environment that shows the game: as arrays in mode rgb_array, in a window in mode human."""
+
+    metadata = {"render_modes": ["rgb_array", "human"], "render_fps": 10}  # noqa: RUF012 - gymnasium's own declaration
+
+    def __init__(self, game: GameSettings, half_width_m: float, render_mode: str | None) -> None:
+        """Raise ConfigError for another ``render_mode``."""
+        if render_mode not in (None, *self.metadata["render_modes"]):
+            raise ConfigError("render_mode", f"'render_mode' is {render_mode!r}; allowed: rgb_array, human, None")
+        self.render_mode, self._painter = render_mode, Painter(game, half_width_m)
+
+    def render(self) -> Any:
+        """Return the picture (480, 640, 3), RGB, in mode rgb_array; None in the others: human shows each step."""
+        return self._painter.paint(*self._places()) if self.render_mode == "rgb_array" else None
+
+    def close(self) -> None:
+        """Close the window, if there is one."""
+        self._painter.close()
+
+    @abc.abstractmethod
+    def _places(self) -> tuple[float, float, float]:
+        """Return the cup's x, and the ball beside its tie point along x and z [m]."""
+
+    def _show(self) -> None:
+        if self.render_mode == "human":
+            self._painter.show(self._painter.paint(*self._places()))

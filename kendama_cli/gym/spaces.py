@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from kendama_cli.errors import ConfigError
 from kendama_cli.learning.settings import LearnSettings
+from kendama_cli.learning.state import SwingState
 
 Observation = NDArray[np.float32]
 ActionKind = Literal["discrete", "continuous"]
@@ -44,6 +45,11 @@ class Observed:
         highest = (self.largest / self.scale if self.normalised else self.largest).astype(np.float32)
         box: Any = spaces.Box(-highest, highest, dtype=np.float32)
         return cast("spaces.Space[Observation]", box)
+
+    def reading(self, state: SwingState, left_s: float) -> Observation:
+        """Return the observation of a reading of a swing and the time left [s]."""
+        x_m, velocity_m_s, angle_rad, rate_rad_s = state
+        return self.of(np.array([x_m, velocity_m_s, math.remainder(angle_rad, 2.0 * math.pi), rate_rad_s, left_s]))
 
     def of(self, numbers: NDArray[np.float64]) -> Observation:
         """The observation of ``numbers`` (..., n), cut at the largest."""

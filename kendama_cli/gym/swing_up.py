@@ -12,7 +12,7 @@ import numpy as np
 from kendama_cli.config.compose import composed
 from kendama_cli.config.site import find_site
 from kendama_cli.errors import ConfigError
-from kendama_cli.gym.picture import Painter, Picture
+from kendama_cli.gym.picture import PaintedEnv
 from kendama_cli.gym.rollout_options import RolloutOptions
 from kendama_cli.gym.rollout_under_way import RolloutUnderWay
 from kendama_cli.gym.spaces import Accelerations, ActionKind, Observation, Observed
@@ -85,7 +85,7 @@ class Shaping:
         return self._gamma * after - before
 
 
-class SwingUp(gymnasium.Env[Observation, Any]):
+class SwingUp(PaintedEnv[Observation]):
     """Swing the ball up from hanging and let it go, by the cup's acceleration along x.
 
     Observation, float32 (5,): cup position x [m] and velocity [m/s], ball angle about the tie point [rad] (0 hanging,
@@ -96,8 +96,6 @@ class SwingUp(gymnasium.Env[Observation, Any]):
     or outside where that ends a rollout; truncated after ``learn.rollout_s``. ``info`` has is_success, and at the end
     outcome, duration_s, half_swings and peak_displacement_m. For ``reset(options=...)`` see RolloutOptions.
     """
-
-    metadata = {"render_modes": ["rgb_array", "human"], "render_fps": 10}  # noqa: RUF012 - gymnasium's own declaration
 
     def __init__(
         self,
@@ -114,16 +112,13 @@ class SwingUp(gymnasium.Env[Observation, Any]):
 
         Raises ConfigError for what is not allowed.
         """
-        if render_mode not in (None, *self.metadata["render_modes"]):
-            raise ConfigError("render_mode", f"'render_mode' is {render_mode!r}; allowed: rgb_array, human, None")
-        self.render_mode = render_mode
         self.settings, game = task(overrides)
+        super().__init__(game, self.settings.workspace.half_width_m, render_mode)
         self._rollout = RolloutUnderWay(self.settings, game)
         self._hold_s = held(self.settings, hold_s)
         self._observed = Observed.swing(self.settings, normalised=normalised)
         self._accelerations = Accelerations(self.settings, actions)
         self._shaping = Shaping(shaping, gamma, game)
-        self._painter = Painter(game, self.settings.workspace.half_width_m)
         self.observation_space = self._observed.box
         self.action_space = self._accelerations.space
         self._reading, self._t_s = SwingState(0.0, 0.0, 0.0, 0.0), 0.0
@@ -152,14 +147,6 @@ class SwingUp(gymnasium.Env[Observation, Any]):
         reward += float(self._shaping.reward(before, self._potential()))
         return self._observation(), reward, False, False, {"is_success": False}
 
-    def render(self) -> Any:
-        """The picture (480, 640, 3), RGB, in mode rgb_array; None in the others, of which human shows each step."""
-        return self._picture() if self.render_mode == "rgb_array" else None
-
-    def close(self) -> None:
-        """Close the window, if there is one."""
-        self._painter.close()
-
     def _ended(self, rollout: SimulatedRollout, before: float) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
         self._reading, self._t_s = rollout.final, rollout.duration_s
         self._show()
@@ -181,14 +168,7 @@ class SwingUp(gymnasium.Env[Observation, Any]):
         return float(self._shaping.potential(self._reading.angle_rad, self._reading.rate_rad_s))
 
     def _observation(self) -> Observation:
-        x_m, velocity_m_s, angle_rad, rate_rad_s = self._reading
-        left_s = self.settings.rollout_s - self._t_s
-        angle = math.remainder(angle_rad, 2.0 * math.pi)
-        return self._observed.of(np.array([x_m, velocity_m_s, angle, rate_rad_s, left_s]))
+        return self._observed.reading(self._reading, self.settings.rollout_s - self._t_s)
 
-    def _picture(self) -> Picture:
-        return self._painter.paint(*self._rollout.places())
-
-    def _show(self) -> None:
-        if self.render_mode == "human":
-            self._painter.show(self._picture())
+    def _places(self) -> tuple[float, float, float]:
+        return self._rollout.places()

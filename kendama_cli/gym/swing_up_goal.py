@@ -13,7 +13,7 @@ from gymnasium import spaces
 from numpy.typing import NDArray
 
 from kendama_cli.errors import ConfigError
-from kendama_cli.gym.picture import Painter
+from kendama_cli.gym.picture import PaintedEnv
 from kendama_cli.gym.rollout_options import RolloutOptions, option_dictionary
 from kendama_cli.gym.rollout_under_way import RolloutUnderWay
 from kendama_cli.gym.spaces import LARGEST_RATE_RAD_S, Accelerations, ActionKind, Observation, Observed
@@ -40,7 +40,7 @@ ROUNDING = 1e-5
 HIGHEST = math.pi, LARGEST_RATE_RAD_S
 
 
-class SwingUpGoal(gymnasium.Env[GoalObservation, Any]):
+class SwingUpGoal(PaintedEnv[GoalObservation]):
     """Bring the ball to an angle with an angular velocity away from hanging: where it is to be let go.
 
     Observation: ``observation`` as that of SwingUp, with its reading noise; ``achieved_goal`` and ``desired_goal``,
@@ -53,8 +53,6 @@ class SwingUpGoal(gymnasium.Env[GoalObservation, Any]):
     in the midst of a held action; truncated after ``learn.rollout_s``, or where leaving the workspace ends a rollout.
     ``info["is_success"]`` says whether it was reached.
     """
-
-    metadata = {"render_modes": ["rgb_array", "human"], "render_fps": 10}  # noqa: RUF012 - gymnasium's own declaration
 
     def __init__(
         self,
@@ -73,23 +71,20 @@ class SwingUpGoal(gymnasium.Env[GoalObservation, Any]):
 
         Raises ConfigError for what is not allowed.
         """
-        if render_mode not in (None, *self.metadata["render_modes"]):
-            raise ConfigError("render_mode", f"'render_mode' is {render_mode!r}; allowed: rgb_array, human, None")
         if reward not in ("sparse", "dense"):
             raise ConfigError("reward", f"'reward' is {reward!r}; allowed: sparse, dense")
         _check_range("angles_deg", angles_deg, 180.0)
         _check_range("rates_rad_s", rates_rad_s, LARGEST_RATE_RAD_S)
         if not _two_numbers(tolerance) or not min(tolerance) > 0.0:
             raise ConfigError("tolerance", f"'tolerance' is {tolerance}; allowed: two numbers above 0")
-        self.render_mode = render_mode
         self.settings, game = task(overrides)
+        super().__init__(game, self.settings.workspace.half_width_m, render_mode)
         self._rollout = RolloutUnderWay(self.settings, game)
         self._hold_s = held(self.settings, hold_s)
         self._observed = Observed.swing(self.settings, normalised=normalised)
         self._accelerations = Accelerations(self.settings, actions)
         self._sparse, self._tolerance = reward == "sparse", np.array(tolerance)
         self._goals = np.array([np.radians(angles_deg), rates_rad_s]).T
-        self._painter = Painter(game, self.settings.workspace.half_width_m)
         goal: Any = spaces.Box(
             np.array([0.0, -HIGHEST[1]], np.float32), np.array(HIGHEST, np.float32), dtype=np.float32
         )
@@ -140,14 +135,6 @@ class SwingUpGoal(gymnasium.Env[GoalObservation, Any]):
             return np.where(reached, 0.0, -1.0)
         return -np.hypot(apart[..., 0] / math.pi, apart[..., 1] / 10.0)
 
-    def render(self) -> Any:
-        """The picture (480, 640, 3), RGB, in mode rgb_array; None in the others, of which human shows each step."""
-        return self._painter.paint(*self._rollout.places()) if self.render_mode == "rgb_array" else None
-
-    def close(self) -> None:
-        """Close the window, if there is one."""
-        self._painter.close()
-
     def _window(self) -> Any:
         """The goal as that of a rollout."""
         (angle_rad, rate_rad_s), (wide_rad, fast_rad_s) = self._goal.tolist(), self._tolerance.tolist()
@@ -161,22 +148,18 @@ class SwingUpGoal(gymnasium.Env[GoalObservation, Any]):
         )
 
     def _observation(self) -> GoalObservation:
-        x_m, velocity_m_s, angle_rad, rate_rad_s = self._reading
-        angle = math.remainder(angle_rad, 2.0 * math.pi)
-        numbers = np.array([x_m, velocity_m_s, angle, rate_rad_s, self.settings.rollout_s - self._t_s])
         achieved = np.array(
             [abs(self._true.angle_rad), math.copysign(1.0, self._true.angle_rad) * self._true.rate_rad_s]
         )
         limited = np.clip(achieved, [0.0, -HIGHEST[1]], HIGHEST).astype(np.float32)
         return {
-            "observation": self._observed.of(numbers),
+            "observation": self._observed.reading(self._reading, self.settings.rollout_s - self._t_s),
             "achieved_goal": limited,
             "desired_goal": self._goal.copy(),
         }
 
-    def _show(self) -> None:
-        if self.render_mode == "human":
-            self._painter.show(self._painter.paint(*self._rollout.places()))
+    def _places(self) -> tuple[float, float, float]:
+        return self._rollout.places()
 
 
 def _check_range(name: str, given: tuple[float, float], highest: float) -> None:
