@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from kendama_cli.devices.hand.even_times import even_times
 from kendama_cli.devices.hand.open_hands import open_hands
+from kendama_cli.devices.hand.tidy import even_times
 from kendama_cli.errors import InputError
 from tests.devices.hand.swing_server import SWING
 from tests.devices.hand.test_body import settings
