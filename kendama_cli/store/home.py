@@ -17,10 +17,11 @@ from kendama_cli.store import durable
 
 MARK = "kendama-home.json"
 """The file by which a home is known; sealed."""
-OF_A_DISK = "lost+found"
+NOTHING = ("lost+found", "locks")
+"""Names beside which a folder counts as empty: a new disk's own, and what a run of 0.2 left that could not begin."""
 KEY = re.compile(r"[0-9a-f]{40}")
 DIGEST = re.compile(r"[0-9a-f]{64}")
-STAGE = re.compile(r"[\w-]{1,100}")
+STAGE = re.compile(r"[\w-]{1,250}")
 RUN = re.compile(r"\d{1,18}(-\d{6})?-[0-9a-f]{6}")
 UNFINISHED = re.compile(re.escape(durable.SCRATCH) + "-[0-9a-f]{32}")
 _ARTIFACT = r"(artifact|metrics|manifest)\.json|arrays\.npz|log\.mcap|pack"
@@ -52,7 +53,7 @@ def claim(home: Path, option: str = "--home") -> None:
     """
     if durable.read_sealed(home / MARK) is not None:
         return
-    names = [path for path in durable.listed(home) if not UNFINISHED.fullmatch(path.name) and path.name != OF_A_DISK]
+    names = [one for one in durable.listed(home) if not UNFINISHED.fullmatch(one.name) and one.name not in NOTHING]
     if not names:
         _mark(home)
     elif _has_records(home):

@@ -168,6 +168,9 @@ def test_a_damaged_mark_is_found_and_written_anew(tmp_path: Path) -> None:
 
 
 def test_what_a_killed_beginning_left_is_no_file_of_a_person(tmp_path: Path) -> None:
+    for name in ("lost+found", "locks"):
+        (tmp_path / name).mkdir()
+    (tmp_path / "locks/home.lock").touch()
     (tmp_path / f".scratch-{os.urandom(16).hex()}").write_bytes(b"half a mark")
     claim(tmp_path)
     assert (tmp_path / MARK).exists()
