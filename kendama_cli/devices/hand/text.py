@@ -115,6 +115,8 @@ def _rows(path: str, text: str, settings: FileCapture) -> Rows:
     data = list(itertools.dropwhile(lambda row: not row.filled, rows[header:]))
     while data and not data[-1].filled:
         data.pop()
+    if 2 * sum(not row.filled for row in data) >= len(data) - 1 > 1:  # each line ended twice, as \r\r\n does
+        data = [row for row in data if row.filled]
     chosen = data[settings.first_row - 1 : settings.last_row]
     if not chosen:
         raise InputError(

@@ -78,6 +78,12 @@ def test_a_row_of_units_that_says_another_is_refused_with_the_setting(tmp_path, 
     assert same(read(file, **{key: told}))
 
 
+@pytest.mark.parametrize("end", ["\n", "\r\n", "\r", "\r\r\n", "\n\n"])
+def test_lines_may_end_as_any_system_ends_them(tmp_path, end):
+    (tmp_path / "a.csv").write_bytes(end.join([HEAD, *joined(cells())]).encode())
+    assert same(read(tmp_path / "a.csv"))
+
+
 @pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "utf-16", "cp1252"])
 @pytest.mark.parametrize("end", ["\n", "\r\n"])
 def test_any_encoding_of_a_spreadsheet_is_read(tmp_path, encoding, end):
