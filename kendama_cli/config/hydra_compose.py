@@ -7,9 +7,12 @@ import copy
 import functools
 import time
 from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
+import omegaconf._utils
+import yaml
 from hydra import compose, initialize_config_dir
 from hydra._internal.config_loader_impl import ConfigLoaderImpl
 from hydra.core.config_search_path import ConfigSearchPath, SearchPathQuery
@@ -18,15 +21,42 @@ from hydra.core.plugins import Plugins
 from hydra.errors import OverrideParseException
 from hydra.plugins.search_path_plugin import SearchPathPlugin
 from omegaconf import DictConfig, OmegaConf
+from omegaconf._utils import get_yaml_loader
 
 from kendama_cli.config.folders import configuration_files, group_options, groups
-from kendama_cli.config.quick_yaml import quick_yaml
 from kendama_cli.config.site import Site
 from kendama_cli.config.surroundings import Environment, recorded
 from kendama_cli.errors import ConfigError
 from kendama_cli.pipeline.unchanged import environment_now, settled, stamps
 from kendama_cli.schema.plain_yaml import TooMuchError, check_plain, check_yaml, load_yaml
 from kendama_cli.schema.settings import nearest, unknown_key
+
+
+@contextmanager
+def quick_yaml() -> Iterator[None]:
+    """Files that OmegaConf loads meanwhile are parsed by libyaml; what their text means is for OmegaConf as ever."""
+    omegaconf._utils.get_yaml_loader = quick_loader
+    try:
+        yield
+    finally:
+        omegaconf._utils.get_yaml_loader = get_yaml_loader
+
+
+@functools.cache
+def quick_loader() -> Any:
+    """OmegaConf's loader, with its rules for keys and numbers, behind libyaml's parser; as it is where that is not."""
+    loader = get_yaml_loader()
+    if not yaml.__with_libyaml__:
+        return loader
+    parser = yaml.cyaml.CParser  # type: ignore[attr-defined]
+
+    class Quick(parser, loader):  # type: ignore[misc, valid-type]
+        def __init__(self, stream: Any) -> None:
+            parser.__init__(self, stream)
+            yaml.constructor.SafeConstructor.__init__(self)
+            yaml.resolver.Resolver.__init__(self)
+
+    return Quick
 
 
 class FurtherFolders(SearchPathPlugin):

@@ -13,10 +13,27 @@ from kendama_cli.motion.task_settings import ProbeSettings
 from kendama_cli.robot_model.cup import attach_cup, cup_frame
 from kendama_cli.robot_model.dart_library import dartpy
 from kendama_cli.robot_model.description import LIMITS, Description, dart_name
-from kendama_cli.robot_model.probe import attach_probe
 from kendama_cli.schema.arrays import Array
 from kendama_cli.settings.game import CupSettings
 from kendama_cli.settings.robot import RobotSettings
+
+POINT_KG_M2 = 1e-9
+"""Its mass is a point; DART wants an inertia that is not zero."""
+
+
+def attach_probe(skeleton: Any, holder: Any, place: Any, probe: ProbeSettings) -> Any:
+    """Weld the probe to the body ``holder`` at ``place`` (the ball's centre); returns its body."""
+    joint, body = skeleton.createWeldJointAndBodyNodePair(holder)
+    joint.setTransformFromParentBodyNode(place)
+    body.setName("probe")
+    body.setInertia(dartpy.dynamics.Inertia(probe.mass_kg, np.zeros(3), np.eye(3) * POINT_KG_M2))
+    node = body.createShapeNode(dartpy.dynamics.SphereShape(probe.radius_m))
+    node.setName("probe")
+    node.createCollisionAspect()
+    surface = node.createDynamicsAspect()
+    surface.setFrictionCoeff(probe.friction)
+    surface.setRestitutionCoeff(probe.restitution)
+    return body
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,7 @@ import yaml
 from omegaconf import OmegaConf, _utils
 from omegaconf._utils import get_yaml_loader
 
-from kendama_cli.config.quick_yaml import quick_loader, quick_yaml
+from kendama_cli.config.hydra_compose import quick_loader, quick_yaml
 
 CONF = Path(__file__).resolve().parents[2] / "conf"
 

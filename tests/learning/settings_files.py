@@ -11,7 +11,7 @@ import yaml
 from hydra import compose, initialize_config_dir
 from omegaconf import OmegaConf
 
-from kendama_cli.config.quick_yaml import quick_yaml
+from kendama_cli.config.hydra_compose import quick_yaml
 from kendama_cli.learning.settings import LearnSettings
 from kendama_cli.schema.settings import build
 from kendama_cli.settings.game import GameSettings
