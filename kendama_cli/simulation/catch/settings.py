@@ -65,7 +65,7 @@ class SteeringSettings:
     """How a seen catch moves the cup beside its planned motion."""
 
     acceleration_m_s2: float = setting("largest acceleration beside the plan's [m/s^2]", above=0)
-    max_shift_m: float = setting("largest distance from the plan [m]", above=0)
+    max_shift_m: float = setting("largest distance of the cup from its plan, before the catch or after it [m]", above=0)
     matching: float = setting(
         "part of the ball's horizontal speed that the cup wants to have at the catch", at_least=0, at_most=1
     )
