@@ -8,13 +8,14 @@ from pathlib import Path
 from typing import Any
 
 from kendama_cli.pipeline.plan import StagePlan
-from kendama_cli.pipeline.record import StageOutcome
+from kendama_cli.pipeline.record import RunRecord, StageOutcome
 from kendama_cli.pipeline.workers import Job
 from kendama_cli.store import durable
 
 
-def cached(plan: StagePlan) -> StageOutcome:
-    """The result was there."""
+def cached(plan: StagePlan, record: RunRecord) -> StageOutcome:
+    """The result was there; ``record`` notes what it was made with."""
+    record.cached_with[plan.spec.name] = {} if plan.result is None else plan.result.made_with
     return _with_result(plan, "cached", 0.0)
 
 

@@ -11,14 +11,14 @@ from typing import Any, cast
 
 from kendama_cli.errors import ConfigError, UsageError
 from kendama_cli.pipeline.catalogue import Pipeline, StageSpec
-from kendama_cli.pipeline.code import Code, FileIndex, read_code
+from kendama_cli.pipeline.code import Code, FileIndex
 from kendama_cli.pipeline.inputs import describe, file_contents, read_files, resolve_files
 from kendama_cli.pipeline.latest import keep_latest, read_latest
 from kendama_cli.pipeline.nodes import node_schemas
 from kendama_cli.pipeline.remembered import Remembered
+from kendama_cli.pipeline.stage_code import stage_code
 from kendama_cli.schema.declaration import KINDS, Kind
-from kendama_cli.schema.registry import Variant
-from kendama_cli.schema.settings import chosen, nearest
+from kendama_cli.schema.settings import nearest
 from kendama_cli.store import durable
 from kendama_cli.store.store import Store, StoredResult, key_of
 
@@ -100,7 +100,7 @@ class Planner:
         for spec in pipeline.stages:
             own, of = self.settings[spec.name], tuple(self.settings[spec.name].values())
             self._kinds[spec.name] = known.once(f"kind {spec.name}", of, functools.partial(kind_of, spec, own))
-            code = functools.partial(_code, spec, own, schemas, self.index)
+            code = functools.partial(stage_code, spec, own, schemas, self.index)
             self._code[spec.name] = known.once(f"code {spec.name}", of, code)
         self.index.save()
 
@@ -236,31 +236,6 @@ def kind_of(spec: StageSpec, settings: Mapping[str, Any]) -> Kind:
                     f'kind="{doing}" where the stage is yours)',
                 )
     return kind
-
-
-def code_targets(spec: StageSpec, settings: Mapping[str, Any], schemas: Mapping[str, Any]) -> list[str]:
-    """What a stage's result depends on: its run, artifact, messages, settings, and the blocks that these choose.
-
-    Not its chapter: what draws a result does not change it.
-    """
-    declaration = spec.declaration
-    types = {*declaration.topics.values(), *(type(value) for value in settings.values())}
-    blocks = [
-        target
-        for variant in _chosen(spec, settings, schemas)
-        for target in (variant.makes, variant.settings, *variant.packages)
-    ]
-    return [declaration.run, declaration.gives, *declaration.packages, *(kind.__module__ for kind in types), *blocks]
-
-
-def _chosen(spec: StageSpec, settings: Mapping[str, Any], schemas: Mapping[str, Any]) -> list[Variant]:
-    found = [one for own, value in settings.items() for one in chosen(schemas[spec.config[own]], value)]
-    return [registry.variant(kind) for registry, kind in found]
-
-
-def _code(spec: StageSpec, settings: Mapping[str, Any], schemas: Mapping[str, Any], index: FileIndex) -> Code:
-    named = bool(spec.declaration.packages) or any(one.packages for one in _chosen(spec, settings, schemas))
-    return read_code(code_targets(spec, settings, schemas), index, is_named=named)
 
 
 def _result(plan: StagePlan) -> StoredResult:

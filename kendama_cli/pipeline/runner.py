@@ -11,7 +11,7 @@ import dataclasses
 import os
 import threading
 import time
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, Protocol
 
@@ -84,7 +84,7 @@ class Runner:
     def run(self) -> RunRecord:
         """Run to the end; ``outcome`` is then done or failed, or interrupted before KeyboardInterrupt is raised.
 
-        In a home that cannot be written a run with nothing to compute is not recorded; any other raises StoreError.
+        Where the home cannot be written a run with nothing to compute is not recorded; any other raises StoreError.
         """
         with self._planner.store.in_use(), self._held:
             return self._run()
@@ -99,7 +99,7 @@ class Runner:
                 if self._running:
                     self._listen()
                 elif self._waiting:
-                    if not self._startable():
+                    if not _startable(self._waiting, self._plans):
                         break
                     if len(self._waiting) == waited_before:  # another run is computing what they wait for
                         time.sleep(POLL_S)
@@ -111,18 +111,14 @@ class Runner:
             with contextlib.suppress(KendamaError):  # a full disk may not take this either
                 self._record.save()
             raise
-        order = [spec.name for spec in self._planner.pipeline.stages]
-        self._record.stages.sort(key=lambda outcome: order.index(outcome.name))
+        _put_in_order(self._record.stages, self._planner.pipeline.stages)
         if self._failed and not self._has_computed:
             self._record.withdraw()
         self._record.end("failed" if self._failed else "done")
         return self._record
 
-    def _startable(self) -> list[StageSpec]:
-        return [spec for spec in self._waiting.values() if all(name in self._plans for name in spec.needs.values())]
-
     def _start_ready(self) -> None:
-        for spec in self._startable():
+        for spec in _startable(self._waiting, self._plans):
             inputs = {own: _given(self._plans[needed]) for own, needed in spec.needs.items()}
             plan = self._planner.look_up(spec, inputs, forced=spec.name in self._forced)
             if plan.result is not None:
@@ -153,8 +149,7 @@ class Runner:
         request = _request(self._planner, plan, self._plans, fresh=spec.name in self._forced)
         # what records a person or moves an arm does so where the person and the arm are
         away = self._cluster if self._planner.kind(spec.name) == "computes" else None
-        if away is None:
-            request["broken_off"] = str(broken_off_log(self._record.folder, spec.name))
+        request |= {"broken_off": str(broken_off_log(self._record.folder, spec.name))} if away is None else {}
         output = durable.make_folder(self._record.folder) / f"{spec.name}.txt"
         self._running.start(away or self._starter, plan, request, lock=lock, output=output)
         self._waiting.pop(spec.name)
@@ -192,15 +187,25 @@ class Runner:
     def _finish_cached(self, plan: StagePlan) -> None:
         self._waiting.pop(plan.spec.name)
         self._plans[plan.spec.name] = plan
-        self._record.cached_with[plan.spec.name] = {} if plan.result is None else plan.result.made_with
         self._planner.remember(plan)
-        self._end(outcomes.cached(plan))
+        self._end(outcomes.cached(plan, self._record))
 
     def _end(self, outcome: StageOutcome) -> None:
         self._record.stages.append(outcome)
         self._observer.stage_ends(outcome)
         if outcome.status != "cached" and (self._waiting or self._running):  # else the run's end is written next
             self._record.save()
+
+
+def _put_in_order(outcomes_of: list[StageOutcome], specs: Sequence[StageSpec]) -> None:
+    """Sort outcomes as the pipeline has their stages."""
+    names = [spec.name for spec in specs]
+    outcomes_of.sort(key=lambda outcome: names.index(outcome.name))
+
+
+def _startable(waiting: Mapping[str, StageSpec], plans: Mapping[str, StagePlan]) -> list[StageSpec]:
+    """Return those of ``waiting`` whose inputs are there."""
+    return [spec for spec in waiting.values() if all(name in plans for name in spec.needs.values())]
 
 
 def _given(plan: StagePlan) -> str:

@@ -13,7 +13,8 @@ from kendama_cli.config.site import find_site
 from kendama_cli.errors import ConfigError
 from kendama_cli.pipeline.catalogue import StageSpec, load_pipeline
 from kendama_cli.pipeline.nodes import build_settings, node_schemas
-from kendama_cli.pipeline.plan import Planner, code_targets, kind_of
+from kendama_cli.pipeline.plan import Planner, kind_of
+from kendama_cli.pipeline.stage_code import code_targets
 from kendama_cli.schema.declaration import Kind, StageDeclaration, find_stage
 from kendama_cli.store.store import Store
 

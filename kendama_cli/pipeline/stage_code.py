@@ -1,0 +1,37 @@
+"""The code of one stage: what its result depends on, as its declaration and its settings name it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from kendama_cli.pipeline.catalogue import StageSpec
+from kendama_cli.pipeline.code import Code, FileIndex, read_code
+from kendama_cli.schema.registry import Variant
+from kendama_cli.schema.settings import chosen
+
+
+def code_targets(spec: StageSpec, settings: Mapping[str, Any], schemas: Mapping[str, Any]) -> list[str]:
+    """What a stage's result depends on: its run, artifact, messages, settings, and the blocks that these choose.
+
+    Not its chapter: what draws a result does not change it.
+    """
+    declaration = spec.declaration
+    types = {*declaration.topics.values(), *(type(value) for value in settings.values())}
+    blocks = [
+        target
+        for variant in _chosen(spec, settings, schemas)
+        for target in (variant.makes, variant.settings, *variant.packages)
+    ]
+    return [declaration.run, declaration.gives, *declaration.packages, *(kind.__module__ for kind in types), *blocks]
+
+
+def _chosen(spec: StageSpec, settings: Mapping[str, Any], schemas: Mapping[str, Any]) -> list[Variant]:
+    found = [one for own, value in settings.items() for one in chosen(schemas[spec.config[own]], value)]
+    return [registry.variant(kind) for registry, kind in found]
+
+
+def stage_code(spec: StageSpec, settings: Mapping[str, Any], schemas: Mapping[str, Any], index: FileIndex) -> Code:
+    """Return the code of a stage; see ``read_code``."""
+    named = bool(spec.declaration.packages) or any(one.packages for one in _chosen(spec, settings, schemas))
+    return read_code(code_targets(spec, settings, schemas), index, is_named=named)
