@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-import socket
 from functools import partial
 from pathlib import Path
 from typing import Annotated
@@ -33,7 +32,7 @@ def play(
     from kendama_cli.config.compose import composed
     from kendama_cli.devices.hand.play.capture import doubt_of
     from kendama_cli.pipeline.nodes import build_settings
-    from kendama_cli.system.listening import listen
+    from kendama_cli.system.listening import listen, own_address
 
     listening = listen(host, port)  # before all that takes seconds to import
     try:
@@ -53,7 +52,7 @@ def play(
     def ready(opened: Opened) -> None:
         address = opened.address
         if host in EVERYWHERE:
-            address = re.sub(r"//[^/]*:", f"//{_own_address()}:", address, count=1)
+            address = re.sub(r"//[^/]*:", f"//{own_address()}:", address, count=1)
         render.text(address)
         if host not in LOOPBACK:
             render.note(
@@ -68,13 +67,3 @@ def play(
         server.serve(listening, host, ready)
     except KeyboardInterrupt:  # the way to end it
         render.note("ended; 'kendama run capture=play' goes on with what was kept")
-
-
-def _own_address() -> str:
-    """Return this machine's address in its network, loopback where it has none; nothing is sent to find out."""
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
-        try:
-            probe.connect(("192.0.2.1", 9))  # an address for documentation: it only chooses an interface
-        except OSError:
-            return "127.0.0.1"
-        return str(probe.getsockname()[0])

@@ -19,3 +19,13 @@ def listen(host: str, port: int) -> Listening:
             f"cannot listen on {host}:{port} ({error.strerror or error}): choose another --port, or 0 for a free one"
         ) from None
     return listening
+
+
+def own_address() -> str:
+    """Return this machine's address in its network, loopback where it has none; nothing is sent to find out."""
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+        try:
+            probe.connect(("192.0.2.1", 9))  # an address for documentation: it only chooses an interface
+        except OSError:
+            return "127.0.0.1"
+        return str(probe.getsockname()[0])

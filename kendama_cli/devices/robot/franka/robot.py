@@ -75,7 +75,7 @@ class ArmPipe:
         self._failure = self._failure or problem
         return HardwareError(self._failure)
 
-    def send(self, said: Message) -> None:
+    def order(self, said: Message) -> None:
         """Say it; raises HardwareError."""
         if self._failure is not None:
             raise HardwareError(self._failure)
@@ -157,7 +157,7 @@ class FrankaRobot:
         )
         self._pipe = ArmPipe(hardware)
         try:
-            self._pipe.send(Begin(hardware, rates))
+            self._pipe.order(Begin(hardware, rates))
             self._sent_rad = self._pipe.hear(Stands, hardware.wait_s).position_rad
         except BaseException:
             self._pipe.close()
@@ -177,7 +177,7 @@ class FrankaRobot:
                 "in one control period; the arm was halted"
             )
         lower, upper = self.limits.lower_rad, self.limits.upper_rad
-        self._pipe.send(Wanted(np.clip(command.position_rad, lower, upper), np.array(command.velocity_rad_s)))
+        self._pipe.order(Wanted(np.clip(command.position_rad, lower, upper), np.array(command.velocity_rad_s)))
         done = self._pipe.hear(Done, self._hardware.silence_s)
         self._exchanges += 1
         self.missed += done.periods - self._periods - 1
@@ -204,7 +204,7 @@ class FrankaRobot:
 
     def recover(self) -> None:
         """Have the controller leave its reflex; raises HardwareError where it does not."""
-        self._pipe.send(Recover())
+        self._pipe.order(Recover())
         self._sent_rad = self._pipe.hear(Stands, self._hardware.wait_s).position_rad
 
     def halt(self) -> None:
