@@ -6,7 +6,7 @@ import math
 import typing
 from dataclasses import dataclass
 
-from kendama_cli.schema.arrays import Array, array, rising, unit_quaternions
+from kendama_cli.schema.arrays import Array, array, rising
 from kendama_cli.settings.placement import Placement
 
 
@@ -35,7 +35,7 @@ class MotionPlan:
 
     K = ``stiffness``, D = 2 sqrt K, alpha = ``phase_decay``; ``duration_s`` (T) is the demonstration's length, and
     the motion played lasts tau = ``tau_scale`` T. Positions are relative to the start of the swing; where a coordinate
-    is a rotation (``PosePlan``), read rad for m.
+    is a rotation, read rad for m.
     """
 
     coordinates: tuple[str, ...]
@@ -101,24 +101,6 @@ def primitive_of(artifact: typing.Any) -> MotionPlan:
     """The primitive that an artifact of which ``holds_primitive`` is true is or carries."""
     plan: MotionPlan = artifact if isinstance(artifact, MotionPlan) else artifact.plan
     return plan
-
-
-@dataclass(frozen=True)
-class PosePlan:
-    """A primitive of position and orientation: six coordinates x, y, z [m], rx, ry, rz [rad].
-
-    The last three are the rotation vector of q ``start_wxyz``^-1 (see ``kendama_cli.motion.cartesian``).
-    """
-
-    motion: MotionPlan
-    start_wxyz: Array
-    """(4,) unit quaternion of the orientation at the start"""
-
-    def __post_init__(self) -> None:
-        start = unit_quaternions(array("start_wxyz", self.start_wxyz, (4,)))
-        object.__setattr__(self, "start_wxyz", array("start_wxyz", start, (4,)))
-        if len(self.motion.coordinates) != 6:
-            raise ValueError(f"a pose has 6 coordinates, not {len(self.motion.coordinates)}")
 
 
 @dataclass(frozen=True)

@@ -23,8 +23,8 @@ Notation, and the names in code (a ``MotionPlan`` holds all of them):
 
 Where things are: ``phase`` (eq. 4), ``basis`` (eq. 5), ``integration`` (eq. 3), ``regression`` and ``position_fit``
 (weights from a demonstration), ``resampling`` and ``onset`` (what a demonstration's motion is), ``averaging`` and
-``variation`` (many demonstrations), ``agreement`` (which of them stand apart), ``player`` (step by step, with changes
-on the fly), ``rotation`` and ``cartesian`` (orientation), ``plan_text`` (JSON and YAML).
+``variation`` (many demonstrations), ``agreement`` (which of them stand apart), ``rotation`` and
+``turning`` (orientation), ``plan_text`` (JSON and YAML).
 """
 
 from __future__ import annotations

@@ -94,17 +94,3 @@ def cross(a: Array, b: Array) -> Array:
     for i in range(3):
         made[..., i] = a[..., i - 2] * b[..., i - 1] - a[..., i - 1] * b[..., i - 2]
     return made
-
-
-def angular_velocity(vector_rad: Array, rate_rad_s: Array) -> Array:
-    """w (n, 3) in the world while the rotation vector r (n, 3) changes at r' (n, 3): the left Jacobian of SO(3).
-
-    w = r' + (1 - cos a) / a^2 r x r' + (a - sin a) / a^3 r x (r x r'), a = |r|.
-    """
-    r, rate = np.asarray(vector_rad, dtype=np.float64), np.asarray(rate_rad_s, dtype=np.float64)
-    a = np.linalg.norm(r, axis=-1, keepdims=True)
-    safe = np.maximum(a, 1e-3)
-    first = np.where(a < 1e-3, 0.5 - a**2 / 24, (1 - np.cos(safe)) / safe**2)
-    second = np.where(a < 1e-3, 1 / 6 - a**2 / 120, (safe - np.sin(safe)) / safe**3)
-    turned = cross(r, rate)
-    return np.asarray(rate + first * turned + second * cross(r, turned))

@@ -1,6 +1,6 @@
 """How the cup turns in a demonstrated swing: encoded on the basis of the motion, and played with it.
 
-Orientation is a rotation vector r from upright, q = exp(r), as in ``kendama_cli.motion.cartesian``; r is linear in its
+Orientation is a rotation vector r from upright, q = exp(r); r is linear in its
 weights, so demonstrations are averaged as positions are: exact for turns about one axis, and for the tilts of a swing
 (up to a radian, about much the same axis) close to their mean.
 """

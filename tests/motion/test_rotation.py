@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from kendama_cli.motion.rotation import (
-    angular_velocity,
     continuous_logarithm,
     exponential,
     inverse,
@@ -59,13 +58,3 @@ def test_a_turn_beyond_half_a_revolution_makes_no_jump() -> None:
     flips = RNG.choice([-1.0, 1.0], (100, 1))
     made = continuous_logarithm(flips * exponential(angles * axis))
     assert np.allclose(made, angles * axis, atol=1e-9)
-
-
-def test_the_angular_velocity_is_that_of_the_quaternion() -> None:
-    """w = 2 (dq/dt) q^-1, by differences."""
-    vectors, rates = RNG.normal(size=(2, 50, 3))
-    vectors[0] = 0.0
-    h = 1e-6
-    slope = (exponential(vectors + h * rates) - exponential(vectors - h * rates)) / (2 * h)
-    truth = 2 * multiply(slope, inverse(exponential(vectors)))[:, 1:]
-    assert np.allclose(angular_velocity(vectors, rates), truth, atol=1e-8)

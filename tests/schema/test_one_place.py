@@ -12,7 +12,6 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation, Slerp
 
-from kendama_cli.artifacts.motion_plan import PosePlan
 from kendama_cli.artifacts.policy import PolicyArtifact
 from kendama_cli.devices.camera.calibration import camera_model
 from kendama_cli.devices.hand.recording import unit_rotations
@@ -21,7 +20,6 @@ from kendama_cli.errors import ConfigError, InputError
 from kendama_cli.game.scene_history import SceneHistory
 from kendama_cli.learning import friction_parametric
 from kendama_cli.log.writer import canonical_json as logged_json
-from kendama_cli.motion.cartesian import encode_pose
 from kendama_cli.motion.rotation import between
 from kendama_cli.report.replay.performance import poses_between
 from kendama_cli.schema.json_text import json_text
@@ -29,7 +27,6 @@ from kendama_cli.schema.random_stream import random_stream
 from kendama_cli.settings.scene import StaticBody
 from kendama_cli.simulation.dart import joint_kernel
 from kendama_cli.store.durable import canonical_json as stored_json
-from tests.motion.swings import settings as encode_settings
 from tests.vision.scenes import virtual
 
 ROUNDED = np.array([0.71, 0.0, 0.7, 0.0])
@@ -37,20 +34,15 @@ ROUNDED = np.array([0.71, 0.0, 0.7, 0.0])
 
 
 def _takers() -> dict[str, Any]:
-    t = np.linspace(0.0, 1.0, 101)
-    way = np.column_stack([0.3 * (10 * t**3 - 15 * t**4 + 6 * t**5), 0 * t, 0 * t])
     camera = virtual().cameras[0]
-    plan = encode_pose(t, way, np.tile([1.0, 0.0, 0.0, 0.0], (101, 1)), encode_settings())
     return {
         "capture": lambda q: unit_rotations("a.csv", np.tile(q, (3, 1)), str, from_start=False)[0],
-        "encode": lambda q: encode_pose(t, way, np.tile(q, (101, 1)), encode_settings()).start_wxyz,
-        "plan": lambda q: PosePlan(plan.motion, q).start_wxyz,
         "camera": lambda q: camera_model(dataclasses.replace(camera, look_at_m=None, rotation_wxyz=tuple(q))),
         "scene": lambda q: StaticBody("one", "sphere", (0.1,), (0.0, 0.0, 0.0), tuple(q), 0.5, 0.1, kind="static"),
     }
 
 
-@pytest.mark.parametrize("part", ["capture", "encode", "plan", "camera", "scene"])
+@pytest.mark.parametrize("part", ["capture", "camera", "scene"])
 def test_a_quaternion_of_two_digits_is_taken_everywhere_and_one_of_another_length_nowhere(part: str) -> None:
     taker = _takers()[part]
     made = taker(ROUNDED)
