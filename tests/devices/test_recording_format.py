@@ -25,7 +25,7 @@ BEGINNINGS = [
 ]
 
 
-@pytest.mark.parametrize(("beginning", "form"), BEGINNINGS, ids=str)
+@pytest.mark.parametrize(("beginning", "form"), BEGINNINGS, ids=lambda one: getattr(one, "name", str(one)))
 @pytest.mark.parametrize("name", ["a", "a.csv", "a.mcap", "a.BAG"])
 def test_what_is_in_a_file_says_what_it_is_whatever_its_name(
     tmp_path: Path, name: str, beginning: bytes, form: RecordingFormat
