@@ -155,7 +155,7 @@ def test_wrong_poses_are_one_clear_line(here, capsys, held_board):
         ("none.csv", [lines[0]], "no image has a pose"),
         ("twice.csv", [*lines, lines[1]], "gives '0' again"),
         ("broken.csv", [*lines[:3], "9,a,b,c,1,0,0,0"], "line 4 is no pose of the hand"),
-        ("long.csv", [*lines[:3], "9,0,0,0,2,0,0,0"], "the quaternion has length 2"),
+        ("long.csv", [*lines[:3], "9,0,0,0,2,0,0,0"], "the length of the quaternion is 2"),
     ):
         (held_board / name).write_text("\n".join(content) + "\n")
         assert says in refused(capsys, *place_words(held_board, name))

@@ -143,8 +143,9 @@ def test_in_flight_no_marker_counts_and_the_true_scene_is_out_of_reach(
     with observed_runner(wrap, noise_m=NOISE_M, delay_n=3) as (runner, _):
         robots[0].after_s = games[1].swing.duration_s
         game = played(runner, policy, 1)
-    assert game.caught == games[1].caught
     assert np.array_equal(commands(game), commands(games[1]))
+    assert game.catch is not None
+    assert game.catch.in_cup  # by the cup's sensor; where markers lie, nobody knows by which descent
     assert robots[0].scenes
     assert not any(robots[0].scenes), "the scene reached the game"
 

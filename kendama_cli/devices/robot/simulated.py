@@ -190,7 +190,11 @@ class SimulatedRobot:
         """One step in which every joint slows down at its acceleration limit: tau = -H min(|q'| / h, a)."""
         speed, top = np.array(self._world.velocity_rad_s), self.limits.acceleration_rad_s2
         slower = np.clip(speed / STEP_S, -top, top)
-        return self.exchange_torque(JointTorque(-self._world.body.skeleton.getMassMatrix() @ slower, speed))
+        inertia = self._world.body.skeleton.getMassMatrix()  # its links carry rotors, as what they press on feels
+        if self._game:
+            arm = self._world.arm
+            inertia = arm.posed(self._world.position_rad).skeleton.getMassMatrix() + np.diag(arm.rotor_inertia_kg_m2)
+        return self.exchange_torque(JointTorque(-inertia @ slower, speed))
 
     def halt(self) -> None:
         """Stop and stay stopped."""
