@@ -92,7 +92,7 @@ def figure(value: Any) -> str:
     """A number as a person would write it."""
     if isinstance(value, bool) or value is None:
         return {True: "yes", False: "no", None: "-"}[value]
-    return f"{value:.4g}" if isinstance(value, float) else str(value)
+    return f"{value:.4g}" if isinstance(value, float) else str(value) or "-"
 
 
 def figures(values: Mapping[str, Any], most: int | None = None) -> str:

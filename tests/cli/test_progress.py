@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from kendama_cli.cli.progress import PlainLines
-from kendama_cli.cli.render import summary
+from kendama_cli.cli.render import figures, summary
 from kendama_cli.pipeline.record import RunRecord, StageOutcome
 
 
@@ -55,3 +55,8 @@ def test_a_failure_is_told_once(capsys: pytest.CaptureFixture[str]) -> None:
     told = capsys.readouterr()
     assert (told.err + told.out).count("the rope is too short") == 1
     assert "encode    failed standard error says why" in told.out
+
+
+def test_a_metric_that_says_nothing_is_a_dash() -> None:
+    told = figures({"origin": "", "caught": True, "tau": 1.14321, "missing": None})
+    assert told == "origin -, caught yes, tau 1.143, missing -"
