@@ -37,7 +37,7 @@ if TYPE_CHECKING:
     )
 
 MOST_PIXELS = 1 << 26
-"""Of an image that is decoded; OpenCV reads its limit when it is imported, and has one of three gigabytes."""
+"""Limit of a decoded image; OpenCV reads it when it is imported, and has one of three gigabytes."""
 os.environ.setdefault("OPENCV_IO_MAX_IMAGE_PIXELS", str(MOST_PIXELS))
 
 __version__ = "0.2.0"

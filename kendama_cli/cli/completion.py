@@ -13,7 +13,7 @@ from kendama_cli.config.site import find_site
 from kendama_cli.errors import KendamaError
 
 MOST_RUNS = 50
-"""Of so many runs the stages are offered: each has a record to read."""
+"""Number of runs whose stages are offered: each has a record to read."""
 
 
 def in_bash(answer: Callable[[], object]) -> str:

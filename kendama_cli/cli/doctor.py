@@ -101,7 +101,7 @@ def examine() -> list[Part]:
 
 
 def _declared() -> list[Part]:
-    """What packages declare, a line for each group; and a line for each declaration of which a part is not there."""
+    """Return a line for each group that packages declare, and one for each declaration with a missing part."""
     targets: dict[str, list[str]] = {}
     broken: dict[str, str] = {}
     for group in GROUPS:
@@ -121,7 +121,7 @@ def _declared() -> list[Part]:
 
 
 def _named(declaration: Any) -> list[str]:
-    """What a declaration names as ``module:name``."""
+    """Return the ``module:name`` texts of a declaration."""
     fields = ("run", "gives", "chapter", "ensemble_chapter", "film", "replay", "episodes", "settings", "makes")
     named = (getattr(declaration, field, None) for field in fields)
     return [one for one in named if isinstance(one, str)]

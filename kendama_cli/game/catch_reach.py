@@ -1,4 +1,4 @@
-"""How far an arm can bring its cup to a ball that comes down elsewhere, while it flies."""
+"""Reach of an arm's cup for a ball that comes down elsewhere, while it flies."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ ONSET_S = 0.05
 """Free flight is detected so late in 95 % of all flights, at 120 images/s."""
 OTHERWISE = "choose adapt/uncertainty=identified"
 SHARES = (1.0, 0.9, 0.8, 0.7, 0.6, 0.5, 0.4, 0.3, 0.2, 0.1)
-"""Of the reach that is asked for: those that are tried where all of it is not there."""
+"""Fractions of the asked reach, which are tried where all of it is not there."""
 FALL_M_S = -2.0
-"""How fast the ball comes down that is reached for: a fall of 0.2 m."""
+"""Velocity at which the ball comes down that is reached for: a fall of 0.2 m."""
 
 
 @dataclass(frozen=True)
@@ -37,7 +37,7 @@ class _Flight:
 def lacking_reach(
     cup: CupPlan, flight_s: tuple[float, float], settings: AdaptSettings, *, rim_m: float, mouth_m: float
 ) -> str | None:
-    """Why the cup cannot go ``settings.uncertainty.least_reach_m`` to either side in a flight; None where it can.
+    """Return why the cup cannot go ``uncertainty.least_reach_m`` to either side in a flight; None where it can.
 
     ``flight_s`` is when the ball flies in the motion of ``cup``. Of that time onset, the eyes' latency and the largest
     lag are lost; in what is left, T, the acceleration a carries the cup a T^2 / 2 along x. The way there and what is

@@ -35,7 +35,7 @@ def follow_from_s(motion: CatchMotion) -> float:
 
 @dataclass(frozen=True)
 class Surroundings:
-    """What a motion of ``arm`` is checked against before a robot plays it."""
+    """Surroundings that a motion of ``arm`` is checked against before a robot plays it."""
 
     arm: RobotModel
     game: GameSettings

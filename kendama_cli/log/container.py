@@ -24,7 +24,7 @@ REMEDY = "copy or record it again ('mcap recover' saves what is whole)"
 MOST_BYTES, GROWTH, MOST_UNREAD = 1 << 28, 4, 8
 """A chunk may have so many bytes, or so many times the file's own; all chunks together more, as not all is kept."""
 RECORD_BYTES = 128
-"""What a message weighs besides its data."""
+"""Bytes of a message besides its data."""
 _RECORD = struct.Struct("<BQ")
 _MESSAGE = struct.Struct("<HIQQ")  # channel, sequence, log time, publish time
 _MESSAGE_RECORD = 5

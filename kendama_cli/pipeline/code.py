@@ -83,7 +83,7 @@ class FileIndex:
 
 @dataclass
 class Code:
-    """What a stage's code is: the digest of each file by its place, and why it may be more than that."""
+    """Code of a stage: the digest of each file by its place, and why it may be more than that."""
 
     digests: dict[str, str] = field(default_factory=dict)
     unknown: list[str] = field(default_factory=list)

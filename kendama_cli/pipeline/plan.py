@@ -258,7 +258,7 @@ def _differences(before: Any, after: Any, prefix: str = "") -> list[tuple[str, A
 
 
 def _changed(old: Any, new: Any) -> str:
-    """What became of one value, in a few words; of many files how many they are."""
+    """Return the change of one value in a few words; of many files their number."""
     if max(map(_files, (old, new))) <= FEW_FILES:
         return f"{_show(old)} -> {_show(new)}"
     if _files(old) != _files(new):

@@ -76,12 +76,12 @@ class RunRecord:
     stages: list[StageOutcome] = field(default_factory=list)
     versions: dict[str, str] = field(default_factory=dict)
     read: tuple[str, ...] = ()
-    """What was read of files that settings name, a line each."""
+    """A line for each file that settings name and that was read."""
     is_recorded: bool = True
     """False where the home cannot be written: a run that has nothing to compute needs no home that can."""
     has_begun: bool = False
     cached_with: dict[str, Mapping[str, str]] = field(default_factory=dict)
-    """What the results of cached stages were made with."""
+    """Versions that the results of cached stages were made with."""
 
     @property
     def folder(self) -> Path:

@@ -143,7 +143,7 @@ def run_stage(request: Mapping[str, Any], emit: Emit, ready: ReadyStage) -> dict
 
 
 def _keep_log(request: Mapping[str, Any], context: WorkerContext, settings: Mapping[str, Any], stopped: str) -> None:
-    """What a stage had logged when it broke off, beside its run."""
+    """Return the log of a stage that broke off, which lies beside its run."""
     if "broken_off" not in request or not len(context.log):
         return
     metrics = {"completed": False, "warnings": f"the stage broke off: {stopped}" if stopped else "it was interrupted"}

@@ -128,7 +128,7 @@ def cup_outline_m(cup: CupSettings) -> Array:
 
 
 def catch_time_s(cup: Path2D, ball: Path2D, of: CupSettings) -> float | None:
-    """When the ball comes down through the rim's plane for the catch (near_descent); None if it never does."""
+    """Return when the ball comes down through the rim's plane for the catch; None if it never does."""
     held = cup.at(ball.t_s)
     axis = np.sin(held.tilt_rad), 0.0 * held.tilt_rad, np.cos(held.tilt_rad)
     apart = ball.x_m - held.x_m, 0.0 * held.x_m, ball.z_m - held.z_m

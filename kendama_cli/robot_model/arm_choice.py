@@ -102,7 +102,7 @@ def _ends_free(chain: list[ET.Element], held: Collection[str]) -> bool:
 
 
 def _tool_frame(links: list[str], chains: dict[str, list[ET.Element]]) -> str:
-    """Of ``links`` that hang on the same last joint, the one where a tool is held."""
+    """Return that of ``links`` on the same last joint where a tool is held."""
     kept = [link for link in links if not ASIDE.search(link)] or links
     for pattern in TOOLS:
         fitting = [link for link in kept if pattern.search(link) and len(links) > 1]

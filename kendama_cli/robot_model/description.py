@@ -153,7 +153,7 @@ def _miscounted(robot: RobotSettings, tip: str, n: int) -> list[str]:
 
 
 def _stuck(chain: list[ET.Element], held: Collection[str]) -> list[str]:
-    """What is said of joints on the way to the tip that do not turn by themselves."""
+    """Return what to say of joints on the way to the tip that do not turn by themselves."""
     stuck = [joint for joint in chain if is_stuck(joint, held)]
     if not stuck:
         return []
@@ -235,7 +235,7 @@ def _of_file(joint: ET.Element, key: str) -> float:
 
 
 def _bad_numbers(tree: UrdfTree) -> list[str]:
-    """What is said of poses and axes that are not made of numbers, wherever in the tree they are."""
+    """Return what to say of poses and axes that are not made of numbers, wherever in the tree they are."""
     wrong = []
     parts = [(f"joint '{joint.get('name')}'", joint) for joint in tree.joints]
     parts += [

@@ -147,7 +147,7 @@ class CupSettings:
 
     @property
     def reach_m(self) -> float:
-        """How far the cup reaches from its place, whichever way it is turned."""
+        """Distance that the cup reaches from its place, whichever way it is turned."""
         return math.hypot(self.outer_radius_m, self.rim_m)
 
     @property

@@ -159,7 +159,7 @@ class Store:
         return [result for result in found if result is not None]
 
     def result_files(self) -> list[Path]:
-        """Where the results stand, intact or not; files of other names are not ours."""
+        """Return where the results stand, intact or not; files of other names are not ours."""
         stages = [stage for stage in durable.listed(self.results) if STAGE.fullmatch(stage.name)]
         files = [path for stage in stages for path in durable.listed(stage)]
         return [path for path in files if path.suffix == ".json" and KEY.fullmatch(path.stem)]

@@ -20,7 +20,7 @@ from kendama_cli.vision.patch_training import trained
 CLASSIFIERS = 3
 STEPS, ROUNDS = 1500, 3
 MOST_BYTES = 1 << 26
-"""Of all arrays of a taught ball; ours have some hundred kB."""
+"""Limit of all arrays of a taught ball; ours have some hundred kB."""
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""What the head of an MP4 says of how its pictures are shown: turned, mirrored, and which part of them."""
+"""Display of a video by the head of its MP4: turned, mirrored, and trimmed."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ HOLDERS = (b"mdia", b"edts")
 
 @dataclass(frozen=True)
 class Mp4Facts:
-    """How the first video track is shown: by the matrix in its header and by its edit list.
+    """Display of the first video track: by the matrix in its header and by its edit list.
 
     ``turned_deg``, clockwise, makes its pictures upright as the lens saw them: the flip from left to right of a matrix
     that ``is_mirrored`` is left out. ``shown_fraction`` of the track's time is shown.

@@ -84,7 +84,7 @@ def _doubt(t_s: Array, place_m: Array) -> tuple[str, bool]:
 
 
 def _rate(t_s: Array, place_m: Array) -> str:
-    """What is to be said of the rate: a swing whose times are half or twice as long as they were is none."""
+    """Return what to say of the rate: a swing whose times are half or twice as long as they were is none."""
     for factor, told in ((0.5, "half as long: recorded at twice the rate?"), (2.0, "twice as long: at half the rate?")):
         (other,) = rise_of(factor * t_s, place_m, DIRECTIONS[:1])
         if other.rising >= SURE_RISE and other.caught >= SURE_CATCH:

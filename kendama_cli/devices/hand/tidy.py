@@ -24,9 +24,9 @@ STALL_MOST_S, STALLED_MOST_SHARE = 1.0, 0.2
 FEWEST, SOME = 10, 25
 
 FAST_SHARE, FAST_WINDOW_S = 0.3, 0.1
-"""Of the peak speed over so long: a hand that moves so fast is nowhere twice."""
+"""Fraction of the peak speed over so long: a hand that moves so fast is nowhere twice."""
 HELD_SHARE = 0.2
-"""Where so many rows of a fast hand repeat the place before, the tracker is slower than the file's rate."""
+"""Fraction of a fast hand's rows that repeat the place before: from here on the tracker is slower than the file."""
 LONG_HOLD = 2.5
 """A place that is held so many times longer than usual was lost, not held."""
 
@@ -161,7 +161,7 @@ def even_times(stamps_s: Array) -> Array | None:
 
 
 def _stalled(numbers: NDArray[Any], stamps_s: Array) -> NDArray[np.bool_]:
-    """Which poses (n,) a stall of more than STRAYS_MOST_S held back; none where it may be anything else."""
+    """Return the mask (n,) of poses that a stall of more than STRAYS_MOST_S held back; none where that is not sure."""
     none = np.zeros(len(stamps_s), dtype=bool)
     late_s = stamps_s - _robust_line(numbers, stamps_s)
     period_s = float(np.median(np.diff(stamps_s)))

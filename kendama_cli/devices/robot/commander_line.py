@@ -63,7 +63,7 @@ class Peer:
             self._line.send(data)
 
     def receive(self, timeout_s: float) -> bytes | None:
-        """What comes next, None where nothing does; raises HardwareError."""
+        """Return the next message, None where there is none; raises HardwareError."""
         self._line.settimeout(timeout_s)
         try:
             return self._line.recv(protocol.LARGEST_BYTES + 1)
@@ -73,7 +73,7 @@ class Peer:
             return None
 
     def ended(self) -> str | None:
-        """How the process ended; None where it lives, or cannot be seen."""
+        """Return how the process ended; None where it lives, or cannot be seen."""
         if self._exit_reason is not None:
             return self._exit_reason()
         return "nothing listens there" if has_socket(self._address) is False else None

@@ -138,7 +138,7 @@ def cup_alone(frame: pd.DataFrame, label: str) -> Performance | None:
 
 
 def came_down_s(bodies: Frames, rim_m: float) -> float | None:
-    """When the ball came down through the rim's plane for the catch (near_descent); None if it never did."""
+    """Time at which the ball came down through the rim's plane for the catch; None if it never did."""
     cup, ball = (bodies.poses[:, bodies.names.index(name)] for name in ("cup", "ball"))
     w, x, y, z = cup[:, 3:].T
     axis = 2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x * x + y * y)

@@ -127,7 +127,7 @@ class Search:
         return replace(self, short_of_reach=(*self.short_of_reach, (variation, reason)))
 
     def reaching(self, candidates: Iterable[MotionVariation]) -> list[MotionVariation]:
-        """Those of ``candidates`` of which nothing says that they lack reach."""
+        """Return those of ``candidates`` that do not lack reach."""
         short = dict(self.short_of_reach)
         return [one for one in candidates if one not in short]
 

@@ -150,7 +150,7 @@ def play_rollout(
 
 
 def _catch_from_s(world: ArmWorld, joints: JointTrajectory) -> float:
-    """When the catch is planned at the earliest."""
+    """Return the earliest time of the planned catch."""
     t_s = joints.t_s[::PLANNED_EVERY] - joints.t_s[0]
     return catch_from_s(t_s, np.array([world.arm.tool_place_m(one) for one in joints.position_rad[::PLANNED_EVERY]]))
 

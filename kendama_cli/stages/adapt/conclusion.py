@@ -106,7 +106,7 @@ def _lasts(search: Search, settings: AdaptSettings) -> bool:
 
 
 def _refused(search: Search, best: MotionVariation, way: CatchSearch) -> StageError:
-    """What is told of a search that found no catch but those without reach, of which ``best`` is worth most."""
+    """Return the refusal of a search that found only catches without reach, of which ``best`` is worth most."""
     return StageError(
         f"no motion that catches leaves a seen catch its reach: at tau_scale {best.tau_scale:.4g}, the best of them "
         f"with an expected success of {way.expected(search, best):.2f}, {dict(search.short_of_reach)[best]}"

@@ -23,7 +23,7 @@ from kendama_cli.simulation.dart.world_errors import NO_ERRORS
 
 @dataclass(frozen=True)
 class Standing:
-    """How the arm of a search stands in its own world; there the swing goes along ``heading_rad`` from x."""
+    """Standing of a search's arm in its own world, where the swing goes along ``heading_rad`` from x."""
 
     robot: RobotSettings
     heading_rad: float

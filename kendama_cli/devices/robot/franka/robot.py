@@ -85,7 +85,7 @@ class ArmPipe:
             raise self.fail(self._last_words()) from None
 
     def hear(self, kind: type[Heard], wait_s: float) -> Heard:
-        """What comes back; raises HardwareError where that is a failure, another kind, or nothing."""
+        """Return the answer; raises HardwareError where it is a failure, of another kind, or missing."""
         try:
             if not self._pipe.poll(wait_s):
                 raise self.fail(f"the arm at {self._host} said nothing for {wait_s:g} s")
@@ -106,7 +106,7 @@ class ArmPipe:
         self._ended()
 
     def _last_words(self) -> str:
-        """What the process said before it ended, or how it did."""
+        """Return the last words of the process, or how it ended."""
         try:
             while self._pipe.poll(0):
                 if isinstance(heard := decode(self._pipe.recv_bytes()), Failure):
