@@ -5,6 +5,7 @@
 fetches the films of ``films.csv`` into FOLDER with git, from their repositories or from copies of them as
 MIRROR/OWNER+NAME/repo, and checks their bytes. The films themselves are never part of the project. Labels were set on
 enlarged images with the help of a colour threshold, and looked at one by one; a row without a place has no ball.
+Frames in which the threshold failed, mostly the most blurred ones, are not labelled: shares are those of easier frames.
 """
 
 from __future__ import annotations
