@@ -1,28 +1,23 @@
-"""The interfaces of what learns the swing-up and of what acts by it, and the registry of learners.
+"""The interfaces of what learns the swing-up and of what acts by it.
 
 A learner of another project implements ``Learner`` and ``Policy``, bundles what makes them in a ``LearnerMaker``, and
-names that in a ``Variant`` of the entry point group ``kendama.learners``. Imports nothing heavy: settings read this.
+names that in a ``Variant`` of the entry point group ``kendama.learners``.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import Any, Protocol
 
+from numpy.random import Generator
+
+from kendama_cli.artifacts.policy import PolicyArtifact
 from kendama_cli.learning.reward import Outcome
+from kendama_cli.learning.settings import LearnSettings
 from kendama_cli.learning.state import SwingState
 from kendama_cli.learning.statistics import LearningCount
-from kendama_cli.schema.registry import Registry
-
-if TYPE_CHECKING:
-    from numpy.random import Generator
-
-    from kendama_cli.artifacts.policy import PolicyArtifact
-    from kendama_cli.learning.settings import LearnSettings
-    from kendama_cli.schema.arrays import Array
-
-LEARNERS = Registry("kendama.learners", "learner")
+from kendama_cli.schema.arrays import Array
 
 
 @dataclass(frozen=True)
@@ -34,14 +29,6 @@ class FinishedRollout:
     success: bool
     reward: float
     actions: int
-
-
-class LearnerSettings(Protocol):
-    """What the settings of every learner have beside fields of their own."""
-
-    @property
-    def kind(self) -> str:
-        """The name under which the learner is registered."""
 
 
 class Actor(Protocol):

@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 
 from kendama_cli.artifacts.policy import PolicyArtifact
-from kendama_cli.learning.interface import LEARNERS, Learner, LearnerMaker, Policy
+from kendama_cli.learning.interface import Learner, LearnerMaker, Policy
+from kendama_cli.learning.registry import LEARNERS
 from kendama_cli.learning.settings import LearnSettings
 
 

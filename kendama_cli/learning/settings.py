@@ -10,7 +10,7 @@ from typing import Annotated, Literal
 
 from kendama_cli.errors import ConfigError
 from kendama_cli.learning.exploration_settings import ExplorationSettings, HarmonicSettings
-from kendama_cli.learning.interface import LEARNERS, LearnerSettings
+from kendama_cli.learning.registry import LEARNERS, LearnerSettings
 from kendama_cli.learning.task_settings import (
     BodySettings,
     CountSettings,

@@ -10,8 +10,9 @@ import numpy as np
 import pytest
 
 from kendama_cli.learning import conformance
-from kendama_cli.learning.interface import LEARNERS, FinishedRollout, LearnerMaker
+from kendama_cli.learning.interface import FinishedRollout, LearnerMaker
 from kendama_cli.learning.policy import GreedyPolicy
+from kendama_cli.learning.registry import LEARNERS
 from kendama_cli.learning.sarsa import SARSA, SarsaLearner
 from kendama_cli.learning.settings import LearnSettings
 from kendama_cli.learning.state import SwingState

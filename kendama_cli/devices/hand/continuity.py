@@ -5,15 +5,11 @@ What no hand does is refused, what a good recording hardly ever shows is told.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
+from kendama_cli.devices.hand.recording import Recording
 from kendama_cli.errors import InputError
 from kendama_cli.schema.arrays import Array
-
-if TYPE_CHECKING:
-    from kendama_cli.devices.hand.recording import Recording
 
 LAG_S = 0.01
 """Accelerations are taken over so much time before and after: a ball's impact on a hand is over sooner."""

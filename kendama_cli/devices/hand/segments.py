@@ -7,7 +7,8 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from kendama_cli.devices.hand.recording import MIN_SAMPLES, Recording, check_samples, check_swing
+from kendama_cli.devices.hand.recording import MIN_SAMPLES, Recording
+from kendama_cli.devices.hand.recording_checks import check_samples, check_swing
 from kendama_cli.devices.hand.settings import PlausibleSettings
 from kendama_cli.devices.hand.swing_axes import NEVER_RISES
 from kendama_cli.motion.hanging_ball import rise_of

@@ -9,16 +9,13 @@ searches in its own plane.
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from kendama_cli.devices.hand.recording import Recording
 from kendama_cli.errors import InputError
 from kendama_cli.motion.hanging_ball import rise_of
 from kendama_cli.schema.arrays import Array
-
-if TYPE_CHECKING:
-    from kendama_cli.devices.hand.recording import Recording
 
 UP = ("z", "-z", "y", "-y", "x", "-x")
 DIRECTIONS = np.array([(0, 0, 1), (0, 0, -1), (0, 1, 0), (0, -1, 0), (1, 0, 0), (-1, 0, 0)], dtype=np.float64)
