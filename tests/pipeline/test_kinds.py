@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import ast
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, ClassVar
 
 import pytest
 
+import kendama_cli
 from kendama_cli.config.compose import composed
 from kendama_cli.config.site import find_site
 from kendama_cli.errors import ConfigError
@@ -114,6 +116,26 @@ def test_the_code_of_the_chosen_parts_counts_and_that_of_others_and_of_the_chapt
         assert f"kendama_cli/stages/{name}/stage.py" in files
         assert f"kendama_cli/stages/{name}/messages.py" in files
         assert not [file for file in files if file.startswith("kendama_cli/report/") or "chapter" in file], name
+
+
+def test_no_declaration_of_a_part_counts_so_one_part_more_reruns_nothing(tmp_path: Path) -> None:
+    counted = set()
+    for pipeline in ("kendama", "swingup"):
+        made = planner(tmp_path, pipeline=pipeline)
+        counted |= {file for one in made.pipeline.stages for file in made.parts(one, {})["code"]}
+    package = Path(kendama_cli.__file__).parent
+    declaring = {path.relative_to(package.parent).as_posix() for path in package.rglob("*.py") if declares(path)}
+    assert len(declaring) > 6
+    assert counted.isdisjoint(declaring)
+    assert "kendama_cli/learning/__init__.py" in counted, "where a declaration would count"
+
+
+def declares(file: Path) -> bool:
+    """Return True if a ``Variant`` is made in ``file``."""
+    return any(
+        isinstance(node, ast.Assign) and ast.unparse(node.value).startswith("Variant(")
+        for node in ast.parse(file.read_text()).body
+    )
 
 
 def test_targets_are_the_run_the_artifact_the_messages_the_settings_and_the_chosen_parts(tmp_path: Path) -> None:

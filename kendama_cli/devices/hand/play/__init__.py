@@ -3,11 +3,3 @@
 The page sends what the hand did, stamped by the browser's own clock; the simulation advances by exactly that time, so a
 message that comes late delays the picture and never bends the recording. One process serves all players.
 """
-
-from kendama_cli.schema.registry import Variant
-
-PLAY = Variant(
-    "play",
-    settings="kendama_cli.devices.hand.play.settings:PlayCapture",
-    makes="kendama_cli.devices.hand.play.capture:open_tries",
-)

@@ -30,8 +30,8 @@ from kendama_cli.devices.robot.franka.messages import (
     encode,
 )
 from kendama_cli.devices.robot.franka.rate_limit import RateLimits
+from kendama_cli.devices.robot.franka.settings import FrankaHardware
 from kendama_cli.errors import HardwareError
-from kendama_cli.settings.hardware import FrankaHardware
 
 LIBRARY = "pylibfranka"
 Heard = TypeVar("Heard", Begin, Wanted)

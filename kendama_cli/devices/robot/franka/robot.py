@@ -27,6 +27,7 @@ from kendama_cli.devices.robot.franka.messages import (
 )
 from kendama_cli.devices.robot.franka.process import LIBRARY
 from kendama_cli.devices.robot.franka.rate_limit import RateLimits
+from kendama_cli.devices.robot.franka.settings import FrankaHardware
 from kendama_cli.devices.robot.interface import Exchange, JointCommand, RobotState
 from kendama_cli.devices.robot.limiter import approach, check_command
 from kendama_cli.devices.robot.task import Task, arm_of
@@ -34,7 +35,6 @@ from kendama_cli.errors import ConfigError, HardwareError, MissingPartError, ins
 from kendama_cli.robot_model.limits import JointLimits
 from kendama_cli.robot_model.model import RobotModel
 from kendama_cli.schema.arrays import Array
-from kendama_cli.settings.hardware import FrankaHardware
 from kendama_cli.settings.robot import RobotSettings
 
 JOINTS = 7

@@ -10,11 +10,11 @@ import numpy as np
 
 from kendama_cli.devices.robot.interface import JointCommand
 from kendama_cli.devices.robot.limiter import braked, limit_command
+from kendama_cli.devices.robot.rsi.settings import RsiHardware
 from kendama_cli.devices.robot.rsi.telegram import LARGEST_BYTES, Telegram, ahead_ms, read_telegram, write_answer
 from kendama_cli.errors import HardwareError, MissingPartError
 from kendama_cli.robot_model.limits import JointLimits
 from kendama_cli.schema.arrays import Array
-from kendama_cli.settings.hardware import RsiHardware
 
 _LISTENED = 5
 """So many telegrams are listened to for the controller's cycle, before any is answered."""

@@ -1,0 +1,18 @@
+"""The cameras that come with kendama, as declarations for the entry point group ``kendama.cameras``.
+
+``makes`` is called as an OpenCameras (see interface.py) and gives one Camera per calibrated model.
+"""
+
+from kendama_cli.schema.registry import Variant
+
+VIRTUAL = Variant(
+    "virtual",
+    settings="kendama_cli.settings.camera:VirtualCamera",
+    makes="kendama_cli.devices.camera.virtual:open_virtual",
+)
+FILE = Variant(
+    "file", settings="kendama_cli.settings.camera:FileCamera", makes="kendama_cli.devices.camera.file:open_file"
+)
+DEVICE = Variant(
+    "device", settings="kendama_cli.settings.camera:DeviceCamera", makes="kendama_cli.devices.camera.device:open_device"
+)

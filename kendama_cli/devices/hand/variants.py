@@ -1,0 +1,35 @@
+"""The hands that come with kendama, as declarations for the entry point group ``kendama.hands``.
+
+``makes`` is called with the hand's settings and gives a sequence of HandDevice, one per demonstration, in order.
+Where the settings have ``streams: ClassVar[bool] = True`` it is called with a second argument, the Tell that shows who
+watches how the stream comes (see live_figures).
+"""
+
+from kendama_cli.schema.registry import Variant
+
+FILE = Variant(
+    "file", settings="kendama_cli.devices.hand.settings:FileCapture", makes="kendama_cli.devices.hand.file:open_files"
+)
+BODY = Variant(
+    "body", settings="kendama_cli.devices.hand.settings:BodyCapture", makes="kendama_cli.devices.hand.body:open_bodies"
+)
+MARKER = Variant(
+    "marker",
+    settings="kendama_cli.devices.hand.settings:MarkerCapture",
+    makes="kendama_cli.devices.hand.marker:open_marker",
+)
+MARKER_LIVE = Variant(
+    "marker_live",
+    settings="kendama_cli.devices.hand.settings:MarkerLiveCapture",
+    makes="kendama_cli.devices.hand.marker_live:open_marker_live",
+)
+MOCAP = Variant(
+    "mocap",
+    settings="kendama_cli.devices.hand.settings:MocapCapture",
+    makes="kendama_cli.devices.hand.mocap:open_mocap",
+)
+HAPTIC = Variant(
+    "haptic",
+    settings="kendama_cli.devices.hand.haptic.settings:HapticCapture",
+    makes="kendama_cli.devices.hand.haptic.device:open_haptic",
+)

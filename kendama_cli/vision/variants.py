@@ -1,0 +1,27 @@
+"""The detectors that come with kendama, as declarations for the entry point group ``kendama.detectors``.
+
+``makes`` is called with the detector's settings and gives a Detector (see interface.py).
+"""
+
+from kendama_cli.schema.registry import Variant
+
+COLOUR = Variant(
+    "colour",
+    settings="kendama_cli.vision.settings:ColourDetectorSettings",
+    makes="kendama_cli.devices.camera.colour_file:colour_detector",
+)
+TAUGHT = Variant(
+    "taught",
+    settings="kendama_cli.vision.settings:TaughtDetectorSettings",
+    makes="kendama_cli.devices.camera.taught_file:taught_detector",
+)
+MOTION = Variant(
+    "motion",
+    settings="kendama_cli.vision.settings:MotionDetectorSettings",
+    makes="kendama_cli.vision.motion_detector:MotionDetector",
+)
+NETWORK = Variant(
+    "network",
+    settings="kendama_cli.vision.settings:NetworkDetectorSettings",
+    makes="kendama_cli.devices.camera.network_file:network_detector",
+)
