@@ -17,12 +17,12 @@ import yaml
 from kendama_cli.config.site import find_site
 from kendama_cli.pipeline.inputs import resolve_files
 from kendama_cli.robot_model.model import RobotModel
+from kendama_cli.robot_model.placement.find_placement import current_placement
+from kendama_cli.robot_model.placement.placement_search import Demand, PlacementProblem, line_demands, search
 from kendama_cli.schema.settings import build
 from kendama_cli.settings.game import GameSettings
 from kendama_cli.settings.placement import LineSettings
 from kendama_cli.settings.robot import RobotSettings
-from kendama_cli.simulation.placement.find_placement import current_placement
-from kendama_cli.simulation.placement.placement_search import Demand, PlacementProblem, line_demands, search
 
 CONF = Path(__file__).resolve().parents[1] / "conf"
 FAMILY, LEGS = 6, 4

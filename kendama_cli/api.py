@@ -20,7 +20,7 @@ from kendama_cli.errors import StageError
 from kendama_cli.learning.interface import Policy
 from kendama_cli.learning.state import SwingState
 from kendama_cli.log.reader import LogFile
-from kendama_cli.motion.dmp import DmpMotion
+from kendama_cli.motion.dmp.primitive import DmpMotion
 from kendama_cli.pipeline.catalogue import load_pipeline
 from kendama_cli.pipeline.finished_run import Run
 from kendama_cli.pipeline.nodes import build_settings

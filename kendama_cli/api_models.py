@@ -15,9 +15,9 @@ from kendama_cli.config.site import Site, find_site
 from kendama_cli.learning.interface import Policy
 from kendama_cli.learning.learners import make_policy
 from kendama_cli.learning.verification import verify_policy
-from kendama_cli.motion.averaging import encode_demonstrations
-from kendama_cli.motion.dmp import DmpMotion
-from kendama_cli.motion.dmp import play as play_plan
+from kendama_cli.motion.dmp.averaging import encode_demonstrations
+from kendama_cli.motion.dmp.primitive import DmpMotion
+from kendama_cli.motion.dmp.primitive import play as play_plan
 from kendama_cli.pipeline.catalogue import load_pipeline
 from kendama_cli.pipeline.finished_run import Run
 from kendama_cli.pipeline.nodes import build_settings

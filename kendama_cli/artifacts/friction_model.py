@@ -42,7 +42,7 @@ class ParametricFriction:
 
 @dataclass(frozen=True)
 class NetworkFriction:
-    """One two-layer network with h hidden units for each of n joints (see learning.friction_network)."""
+    """One two-layer network with h hidden units for each of n joints (see robot_model.friction)."""
 
     hidden: Array
     """(n, h, 3): weights of speed and direction, and bias"""

@@ -34,7 +34,7 @@ def capture_pivot(
 
     from kendama_cli.cli.setup_work import amended, place
     from kendama_cli.devices.hand.body import named_body
-    from kendama_cli.devices.hand.tracks.reader import read_bodies
+    from kendama_cli.devices.recordings.reader import read_bodies
     from kendama_cli.motion.pivot import calibrate_pivot
 
     track = named_body(str(path), {one.name: one for one in read_bodies(str(path))}, body, "body")

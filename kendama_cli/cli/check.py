@@ -8,12 +8,12 @@ from kendama_cli.artifacts.motion_plan import CatchMotion
 from kendama_cli.cli import render
 from kendama_cli.cli.pipeline_result import run_for
 from kendama_cli.config.site import Site
-from kendama_cli.game.imitation import stretched
-from kendama_cli.game.reachable import Surroundings, follow_from_s
+from kendama_cli.control.imitation import stretched
+from kendama_cli.control.reachable import Surroundings, follow_from_s
 from kendama_cli.pipeline.inputs import resolve_files
 from kendama_cli.robot_model.model import RobotModel
+from kendama_cli.robot_model.placement.motion_check import CheckedLimit, check_motion
 from kendama_cli.settings.placement import placed
-from kendama_cli.simulation.placement.motion_check import CheckedLimit, check_motion
 
 SPEEDS = (0.1, 0.3, 1.0)
 PERIOD_S = 0.004

@@ -18,9 +18,9 @@ from kendama_cli.errors import ConfigError
 from kendama_cli.gym.picture import PaintedEnv
 from kendama_cli.gym.spaces import Accelerations, ActionKind, Observation, Observed
 from kendama_cli.gym.swing_up import task
-from kendama_cli.learning.limiter import BrakingLimiter
 from kendama_cli.learning.reward import Flight, Goal, Landing
 from kendama_cli.learning.state import SwingState
+from kendama_cli.motion.braking import BrakingLimiter
 from kendama_cli.physics.rim_crossing import falls, falls_in
 from kendama_cli.physics.taut_rope import TautRope
 from kendama_cli.simulation.swingup.rail import CompiledRail

@@ -8,8 +8,8 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 from kendama_cli.artifacts.motion_plan import JointTrajectory, MotionPlan
-from kendama_cli.motion.cup_path import CupPath
-from kendama_cli.motion.turning import cup_axes, turns_of
+from kendama_cli.motion.dmp.cup_path import CupPath
+from kendama_cli.motion.dmp.turning import cup_axes, turns_of
 from kendama_cli.robot_model.inverse_kinematics import follow_path
 from kendama_cli.robot_model.model import RobotModel
 from kendama_cli.schema.arrays import Array

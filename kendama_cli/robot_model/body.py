@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from kendama_cli.errors import InputError
-from kendama_cli.motion.heading import heading_turn
+from kendama_cli.motion.dmp.heading import heading_turn
 from kendama_cli.motion.task_settings import ProbeSettings
 from kendama_cli.robot_model.cup import attach_cup, cup_frame
 from kendama_cli.robot_model.dart_library import dartpy

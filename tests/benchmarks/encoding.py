@@ -16,10 +16,10 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from kendama_cli.artifacts.demonstration import Demonstration
-from kendama_cli.motion.averaging import encode, encode_demonstrations, prepare
-from kendama_cli.motion.dmp import play
-from kendama_cli.motion.position_fit import even_operator
-from kendama_cli.motion.settings import EncodeSettings
+from kendama_cli.motion.dmp.averaging import encode, encode_demonstrations, prepare
+from kendama_cli.motion.dmp.position_fit import even_operator
+from kendama_cli.motion.dmp.primitive import play
+from kendama_cli.motion.dmp.settings import EncodeSettings
 from tests.motion.swings import path, settings
 
 COUNT, SAMPLES, RATE_HZ, SEED = 10, 1500, 1000.0, 7

@@ -19,13 +19,13 @@ import numpy as np
 
 from kendama_cli.artifacts.demonstration import Demonstration
 from kendama_cli.artifacts.motion_plan import MotionPlan
-from kendama_cli.motion.averaging import encode_demonstrations
+from kendama_cli.motion.dmp.averaging import encode_demonstrations
 from kendama_cli.robot_model import chain_kernel as kernel
 from kendama_cli.robot_model.inverse_kinematics import weighted_step
+from kendama_cli.robot_model.placement import placement_search
+from kendama_cli.robot_model.placement.find_placement import find_placement
 from kendama_cli.schema.arrays import Array
 from kendama_cli.settings.placement import LineSettings, Placement
-from kendama_cli.simulation.placement import placement_search
-from kendama_cli.simulation.placement.find_placement import find_placement
 from tests.motion.swings import settings as encode_settings
 from tests.simulation.dart.bench_robot import ROOT, adapt_values, kendama_game, pa10
 

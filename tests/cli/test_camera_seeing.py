@@ -12,7 +12,7 @@ import yaml
 from kendama_cli.cli import main
 from kendama_cli.cli.track_output import PlaceMessage, SightingMessage
 from kendama_cli.devices.camera.calibration import camera_model, read_calibration
-from kendama_cli.devices.flight.reader import read_tracks
+from kendama_cli.devices.recordings.flight_reader import read_tracks
 from kendama_cli.log.reader import LogFile
 from kendama_cli.vision.conformance import disc_image
 from tests.cli.typed import kendama

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from kendama_cli.cli.main import main
-from tests.devices.flight.files import csv_text, qualisys_text
+from tests.devices.recordings.flight_files import csv_text, qualisys_text
 from tests.vision.flights import session
 
 FIGURES = {"position_error_mm_p50", "position_error_mm_p95", "time_error_ms_p50", "time_error_ms_p95"}

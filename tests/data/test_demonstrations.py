@@ -13,8 +13,8 @@ import numpy as np
 import pytest
 
 from kendama_cli.artifacts.demonstration import Demonstration
-from kendama_cli.motion.averaging import encode_demonstrations
-from kendama_cli.motion.dmp import play
+from kendama_cli.motion.dmp.averaging import encode_demonstrations
+from kendama_cli.motion.dmp.primitive import play
 from kendama_cli.schema.settings import build
 from kendama_cli.settings.game import GameSettings
 from tests.motion.swings import settings

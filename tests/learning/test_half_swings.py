@@ -11,8 +11,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from kendama_cli.game.cup_cart import CartStep
-from kendama_cli.game.swing_up import SwingUpRollout
+from kendama_cli.control.cup_cart import CartStep
+from kendama_cli.control.swing_up import SwingUpRollout
 from kendama_cli.learning.half_swings import TURN_RAD_S, count_half_swings
 from kendama_cli.simulation.swingup.environment import SwingUpEnvironment
 from tests.learning.settings_files import game_settings, learn_settings

@@ -10,7 +10,7 @@ import numpy as np
 import yaml
 
 from kendama_cli.artifacts.demonstration import Demonstration
-from kendama_cli.motion.settings import EncodeSettings
+from kendama_cli.motion.dmp.settings import EncodeSettings
 from kendama_cli.schema.arrays import Array
 from kendama_cli.schema.settings import build
 

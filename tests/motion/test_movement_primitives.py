@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from kendama_cli.artifacts.demonstration import Demonstration
-from kendama_cli.motion.averaging import encode, prepare
-from kendama_cli.motion.dmp import play
+from kendama_cli.motion.dmp.averaging import encode, prepare
+from kendama_cli.motion.dmp.primitive import play
 from tests.motion.swings import path, settings
 
 peer: Any = pytest.importorskip("movement_primitives.dmp", reason="needs movement_primitives (pip install '.[test]')")

@@ -29,14 +29,14 @@ READERS = {
     "log": "from kendama_cli.log.reader import LogFile as read",
     "taught": "from kendama_cli.vision.teaching import TaughtBall\n"
     "read = lambda path: TaughtBall.from_bytes(path.read_bytes())",
-    "policy": "from kendama_cli.game.stored_policy import load_policy\nread = lambda path: load_policy(str(path))",
+    "policy": "from kendama_cli.control.stored_policy import load_policy\nread = lambda path: load_policy(str(path))",
     "image": "from kendama_cli.devices.camera.boxes import read_image as read",
     "film": "from kendama_cli.devices.camera.film import Film as read",
     "picture": "import numpy as np\nfrom kendama_cli.rendering.background import _picture\n"
     "read = lambda path: _picture(path, np.zeros((2, 2)), np.zeros((2, 2)))",
     "urdf": "from kendama_cli.robot_model.urdf_tree import read_tree\nread = lambda path: read_tree(str(path))",
     "yaml": "from kendama_cli.schema.plain_yaml import load_yaml\nread = lambda path: load_yaml(path.read_text())",
-    "bag": "from kendama_cli.devices.hand.tracks.rosbag import read_bag as read",
+    "bag": "from kendama_cli.devices.recordings.rosbag import read_bag as read",
 }
 CODE = """
 import resource, sys, pathlib

@@ -18,12 +18,12 @@ from kendama_cli.robot_model.arm_scene import cup_solid
 from kendama_cli.robot_model.cup import attach_cup
 from kendama_cli.robot_model.dart_library import dartpy
 from kendama_cli.robot_model.model import RobotModel
+from kendama_cli.robot_model.placement.motion_check import check_motion
 from kendama_cli.schema.settings import build
 from kendama_cli.settings.camera import LightingSettings, VirtualCamera
 from kendama_cli.settings.game import CupSettings, GameSettings
 from kendama_cli.settings.robot import RobotSettings
 from kendama_cli.settings.safety import SafetySettings
-from kendama_cli.simulation.placement.motion_check import check_motion
 from tests.extras import require_robot_descriptions
 from tests.shipped_conf import CONF, plain
 

@@ -9,8 +9,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from kendama_cli.artifacts.motion_plan import MotionPlan
-from kendama_cli.motion.dmp import play
-from kendama_cli.motion.plan_text import TextFormat, plan_from_text, plan_text
+from kendama_cli.motion.dmp.plan_text import TextFormat, plan_from_text, plan_text
+from kendama_cli.motion.dmp.primitive import play
 from tests.properties.plans import plans
 
 shares = np.linspace(-0.1, 1.3, 57)

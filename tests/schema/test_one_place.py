@@ -13,15 +13,15 @@ import pytest
 from scipy.spatial.transform import Rotation, Slerp
 
 from kendama_cli.artifacts.policy import PolicyArtifact
+from kendama_cli.control.scene_history import SceneHistory
 from kendama_cli.devices.camera.calibration import camera_model
 from kendama_cli.devices.hand.recording import unit_rotations
 from kendama_cli.devices.robot.interface import SceneState
 from kendama_cli.errors import ConfigError, InputError
-from kendama_cli.game.scene_history import SceneHistory
-from kendama_cli.learning import friction_parametric
 from kendama_cli.log.writer import canonical_json as logged_json
 from kendama_cli.motion.rotation import between
 from kendama_cli.report.replay.performance import poses_between
+from kendama_cli.robot_model import friction
 from kendama_cli.schema.json_text import json_text
 from kendama_cli.schema.random_stream import random_stream
 from kendama_cli.settings.scene import StaticBody
@@ -78,7 +78,7 @@ def test_the_cup_that_cameras_are_shown_between_two_periods_is_no_smaller() -> N
 
 
 def test_friction_is_fitted_with_the_sign_that_it_is_played_with() -> None:
-    assert friction_parametric.SIGN_RAD_S == joint_kernel.REVERSAL_RAD_S
+    assert friction.SIGN_RAD_S == joint_kernel.REVERSAL_RAD_S
 
 
 def test_one_text_stands_for_a_value_in_logs_stores_and_policies() -> None:

@@ -10,8 +10,8 @@ import pytest
 from kendama_cli.artifacts.motion_plan import CatchMotion, MotionPlan
 from kendama_cli.artifacts.policy import PolicyArtifact
 from kendama_cli.robot_model.model import RobotModel
-from kendama_cli.simulation.placement.find_placement import current_placement
-from kendama_cli.simulation.placement.placement import joint_trajectory
+from kendama_cli.robot_model.placement.find_placement import current_placement
+from kendama_cli.robot_model.placement.placement import joint_trajectory
 from kendama_cli.stages.learn.stage import Learn
 from tests.memory_context import MemoryContext
 from tests.stages.transfer_setup import GAME, LEARN, ROBOT

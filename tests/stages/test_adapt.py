@@ -9,16 +9,16 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
+from kendama_cli.adaptation.race import MOST_DRAWS
+from kendama_cli.adaptation.search_record import MotionVariation, Search, Trial
+from kendama_cli.adaptation.settings import AdaptSettings, UncertaintySettings
 from kendama_cli.artifacts.demonstration import Demonstration
 from kendama_cli.artifacts.motion_plan import CatchMotion, MotionPlan
 from kendama_cli.errors import ConfigError, StageError
-from kendama_cli.motion.amplitude import scaled_plan
-from kendama_cli.motion.averaging import encode_demonstrations
+from kendama_cli.motion.dmp.amplitude import scaled_plan
+from kendama_cli.motion.dmp.averaging import encode_demonstrations
 from kendama_cli.robot_model.arm_motion import ArmMotion
 from kendama_cli.schema.settings import build
-from kendama_cli.simulation.catch.race import MOST_DRAWS
-from kendama_cli.simulation.catch.search_record import MotionVariation, Search, Trial
-from kendama_cli.simulation.catch.settings import AdaptSettings, UncertaintySettings
 from kendama_cli.simulation.dart.rollout import RolloutResult
 from kendama_cli.stages.adapt.stage import Adapt
 from kendama_cli.stages.adapt.trials import Trials

@@ -9,11 +9,11 @@ import math
 import numpy as np
 import pytest
 
+from kendama_cli.adaptation.settings import AdaptSettings
 from kendama_cli.artifacts.demonstration import Demonstration
-from kendama_cli.motion.averaging import encode_demonstrations
+from kendama_cli.motion.dmp.averaging import encode_demonstrations
 from kendama_cli.schema.settings import build
 from kendama_cli.settings.placement import turned
-from kendama_cli.simulation.catch.settings import AdaptSettings
 from kendama_cli.stages.adapt.stage import Adapt
 from kendama_cli.stages.interface import Made
 from tests.memory_context import MemoryContext

@@ -10,16 +10,16 @@ from typing import Any
 import numpy as np
 import pytest
 
+from kendama_cli.adaptation.settings import AdaptSettings
 from kendama_cli.artifacts.demonstration import Demonstration
 from kendama_cli.artifacts.motion_plan import CatchMotion, MotionPlan
 from kendama_cli.artifacts.policy import PolicyArtifact
 from kendama_cli.errors import ConfigError, HardwareError, StageError
-from kendama_cli.motion.averaging import encode_demonstrations
+from kendama_cli.motion.dmp.averaging import encode_demonstrations
+from kendama_cli.robot_model.placement.find_placement import current_placement, find_placement
 from kendama_cli.schema.settings import build
 from kendama_cli.settings.placement import LineSettings, Placement, placed
 from kendama_cli.settings.robot import RobotSettings
-from kendama_cli.simulation.catch.settings import AdaptSettings
-from kendama_cli.simulation.placement.find_placement import current_placement, find_placement
 from kendama_cli.stages.adapt import stage as adapt_stage
 from kendama_cli.stages.adapt.stage import Adapt
 from kendama_cli.stages.transfer import stage as transfer_stage

@@ -18,12 +18,12 @@ from kendama_cli.devices.robot.rebuilt import RebuiltRobot, open_simulated
 from kendama_cli.errors import ConfigError, HardwareError, StageError
 from kendama_cli.motion import minimum_jerk
 from kendama_cli.robot_model.model import RobotModel
+from kendama_cli.robot_model.placement.find_placement import current_placement
+from kendama_cli.robot_model.placement.motion_check import check_motion
 from kendama_cli.schema.settings import build, build_value
 from kendama_cli.settings.game import GameSettings
 from kendama_cli.settings.hardware import HardwareSettings, SimulatedHardware
 from kendama_cli.settings.safety import SafetySettings
-from kendama_cli.simulation.placement.find_placement import current_placement
-from kendama_cli.simulation.placement.motion_check import check_motion
 from kendama_cli.stages.interface import Made
 from kendama_cli.stages.rehearse import stage as rehearse_stage
 from kendama_cli.stages.rehearse.settings import RehearseSettings

@@ -8,9 +8,9 @@ import functools
 import numpy as np
 import pytest
 
+from kendama_cli.control.scene_history import SceneHistory, SceneRecordingRobot, joint_places
 from kendama_cli.devices.robot.interface import JointCommand
 from kendama_cli.devices.robot.simulated import SimulatedRobot
-from kendama_cli.game.scene_history import SceneHistory, SceneRecordingRobot, joint_places
 from kendama_cli.schema.settings import build_value
 from kendama_cli.settings.hardware import HardwareSettings, SimulatedHardware
 from kendama_cli.settings.robot import Imperfection

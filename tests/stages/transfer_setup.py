@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import dataclasses
 
-from kendama_cli.game.settings import TransferSettings
+from kendama_cli.adaptation.settings import AdaptSettings
+from kendama_cli.control.settings import TransferSettings
 from kendama_cli.learning.settings import LearnSettings
 from kendama_cli.schema.settings import build_value
 from kendama_cli.settings.camera import CameraSettings, LightingSettings
@@ -12,7 +13,6 @@ from kendama_cli.settings.game import GameSettings
 from kendama_cli.settings.hardware import HardwareSettings, TwinHardware
 from kendama_cli.settings.robot import RobotSettings
 from kendama_cli.settings.safety import SafetySettings
-from kendama_cli.simulation.catch.settings import AdaptSettings
 from kendama_cli.stages.transfer.stage import Transfer
 from kendama_cli.vision.settings import PredictSettings
 from tests.learning.settings_files import learn_settings

@@ -14,7 +14,7 @@ from kendama_cli.errors import FormatError, InputError, KendamaError
 from kendama_cli.log import container_writer
 from kendama_cli.log.reader import LogFile
 from kendama_cli.log.writer import McapLog
-from kendama_cli.motion.plan_text import plan_from_text
+from kendama_cli.motion.dmp.plan_text import plan_from_text
 from kendama_cli.pipeline.record import past_runs, version_differences, versions
 from kendama_cli.store import checkpoint, durable, store
 from kendama_cli.store.append_file import DurableAppendFile

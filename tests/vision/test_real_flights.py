@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from kendama_cli.devices.flight.reader import read_tracks
+from kendama_cli.devices.recordings.flight_reader import read_tracks
 from kendama_cli.vision.flight_search import find_flights
 from kendama_cli.vision.flight_trial import try_flights
 

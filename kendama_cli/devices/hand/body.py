@@ -17,9 +17,9 @@ from kendama_cli.devices.hand.recording import Recording, unit_rotations
 from kendama_cli.devices.hand.segments import checked_swings
 from kendama_cli.devices.hand.settings import BodyCapture, BodySettings
 from kendama_cli.devices.hand.tidy import tidied
-from kendama_cli.devices.hand.tracks.body_track import BodyTrack
-from kendama_cli.devices.hand.tracks.reader import read_bodies
-from kendama_cli.devices.recording_format import name_of
+from kendama_cli.devices.recordings.body_track import BodyTrack
+from kendama_cli.devices.recordings.reader import read_bodies
+from kendama_cli.devices.recordings.recording_format import name_of
 from kendama_cli.errors import InputError
 from kendama_cli.motion.rotation import mapped
 from kendama_cli.schema.arrays import Array

@@ -17,9 +17,9 @@ from kendama_cli.devices.hand.segments import checked_swings
 from kendama_cli.devices.hand.settings import FileCapture
 from kendama_cli.devices.hand.text import read_text
 from kendama_cli.devices.hand.tidy import tidied
-from kendama_cli.devices.hand.tracks.mcap_poses import listed, pose_topics, read_pose_tracks
-from kendama_cli.devices.hand.tracks.poses import PoseTrack
-from kendama_cli.devices.recording_format import BAG, C3D, MCAP, STREAM, TABLE, format_of
+from kendama_cli.devices.recordings.mcap_poses import listed, pose_topics, read_pose_tracks
+from kendama_cli.devices.recordings.poses import PoseTrack
+from kendama_cli.devices.recordings.recording_format import BAG, C3D, MCAP, STREAM, TABLE, format_of
 from kendama_cli.errors import InputError
 from kendama_cli.log.reader import LogFile
 from kendama_cli.motion.rotation import mapped

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from kendama_cli.artifacts.motion_plan import MotionPlan
 from kendama_cli.errors import InputError
-from kendama_cli.motion.plan_text import TextFormat, plan_from_text
+from kendama_cli.motion.dmp.plan_text import TextFormat, plan_from_text
 
 TEXT_FORMATS: dict[str, TextFormat] = {".yaml": "yaml", ".yml": "yaml", ".json": "json"}
 """What a primitive is written as, by the ending of its file."""

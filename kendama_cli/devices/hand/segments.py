@@ -7,12 +7,12 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from kendama_cli.devices.hand.hanging_ball import rise_of
 from kendama_cli.devices.hand.recording import MIN_SAMPLES, Recording
 from kendama_cli.devices.hand.recording_checks import check_samples, check_swing
 from kendama_cli.devices.hand.settings import PlausibleSettings
 from kendama_cli.devices.hand.swing_axes import NEVER_RISES
-from kendama_cli.motion.hanging_ball import rise_of
-from kendama_cli.motion.onset import REST_WINDOW_S, SmoothSpeed
+from kendama_cli.motion.dmp.onset import REST_WINDOW_S, SmoothSpeed
 from kendama_cli.schema.arrays import Array
 
 REST_SPEED_M_S, REST_SHARE = 0.05, 0.05

@@ -12,8 +12,8 @@ import numpy as np
 
 from kendama_cli.devices.hand.recording import Recording, unit_rotations
 from kendama_cli.devices.hand.settings import Column, FileCapture
-from kendama_cli.devices.recording_format import name_of, text_of
-from kendama_cli.devices.text_table import Row, exact_seconds, head_length, number, rows_of, times
+from kendama_cli.devices.recordings.recording_format import name_of, text_of
+from kendama_cli.devices.recordings.text_table import Row, exact_seconds, head_length, number, rows_of, times
 from kendama_cli.errors import InputError
 from kendama_cli.schema.arrays import Array
 from kendama_cli.schema.settings import nearest

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kendama_cli.devices.hand.recording import MIN_SAMPLES, Recording
-from kendama_cli.motion.onset import SmoothSpeed
+from kendama_cli.motion.dmp.onset import SmoothSpeed
 from kendama_cli.schema.arrays import Array
 
 HARMLESS_SHARE = 0.05

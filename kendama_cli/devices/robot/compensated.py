@@ -7,7 +7,7 @@ import dataclasses
 from kendama_cli.artifacts.friction_model import FrictionModel
 from kendama_cli.devices.robot.interface import Exchange, JointCommand, Robot
 from kendama_cli.errors import StageError
-from kendama_cli.learning.friction_choice import friction_torque
+from kendama_cli.robot_model.friction import friction_torque
 from kendama_cli.schema.arrays import Array
 
 

@@ -38,7 +38,7 @@ MOST_PIVOTS = 200
 COULOMB, STRIBECK, PER_SPEED, VISCOUS, EFFORT = range(5)
 """Rows of the joints' constants (5, n): Fc, Fs, 1 / vs, b, the motors' limits."""
 REVERSAL_RAD_S = 0.005
-"""The controller's compensation turns its sign over about this speed: friction_parametric.SIGN_RAD_S."""
+"""The controller's compensation turns its sign over about this speed: friction.SIGN_RAD_S."""
 
 AXIS, ORIGIN, CENTER, INERTIA, MASS, ROTOR = 0, 3, 6, 9, 18, 19
 """Columns of the links (n, 20) in the posture of zeros, in the world: a joint's axis and a point of it, its link's

@@ -10,11 +10,11 @@ from kendama_cli.errors import ConfigError
 from kendama_cli.learning.settings import LearnSettings
 from kendama_cli.learning.state import SwingState
 from kendama_cli.physics.taut_rope import TautRope
+from kendama_cli.robot_model.placement.placement import CupLine
 from kendama_cli.settings.game import GameSettings
 from kendama_cli.settings.robot import RobotSettings
 from kendama_cli.simulation.dart.world import STEP_S, ArmWorld
 from kendama_cli.simulation.dart.world_errors import WorldErrors
-from kendama_cli.simulation.placement.placement import CupLine
 from kendama_cli.simulation.swingup import line_kernel
 
 MARGIN_M = 0.01

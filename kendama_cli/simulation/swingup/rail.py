@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 from kendama_cli.errors import ConfigError, SimulationError
 from kendama_cli.learning.decision import ROUNDING_S
 from kendama_cli.learning.half_swings import TURN_RAD_S
-from kendama_cli.learning.limiter import BrakingLimiter
 from kendama_cli.learning.settings import LearnSettings
 from kendama_cli.learning.state import SwingState
+from kendama_cli.motion.braking import BrakingLimiter
 from kendama_cli.physics.taut_rope import TautRope
 from kendama_cli.settings.game import GameSettings
 from kendama_cli.simulation.swingup import rail_kernel as kernel

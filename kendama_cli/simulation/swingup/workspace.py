@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import math
 
-from kendama_cli.learning.limiter import BRAKING_SHARE, BrakingLimiter
 from kendama_cli.learning.settings import LearnSettings
 from kendama_cli.learning.task_settings import LimitedWorkspace
+from kendama_cli.motion.braking import BRAKING_SHARE, BrakingLimiter
 from kendama_cli.settings.game import GameSettings
 
 

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+from kendama_cli.adaptation.settings import AdaptSettings
 from kendama_cli.schema.declaration import Headline, StageDeclaration
-from kendama_cli.simulation.catch.settings import AdaptSettings
 from kendama_cli.stages.adapt.messages import TOPICS
 
 STAGE = StageDeclaration(

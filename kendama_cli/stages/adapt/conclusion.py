@@ -7,17 +7,17 @@ import math
 
 import numpy as np
 
+from kendama_cli.adaptation.catch_obstacle import TORQUE_SPENT, obstacle, policy_obstacle
+from kendama_cli.adaptation.catch_search import nearest_attempt, windows
+from kendama_cli.adaptation.search_record import Attempt, Bounds, CatchSearch, MotionVariation, Search
+from kendama_cli.adaptation.settings import AdaptSettings
 from kendama_cli.artifacts.motion_plan import CatchMotion
 from kendama_cli.artifacts.proportion import success_interval
 from kendama_cli.errors import StageError
-from kendama_cli.motion.heading import heading_turn, turned_plan
+from kendama_cli.motion.dmp.heading import heading_turn, turned_plan
 from kendama_cli.robot_model.model import RobotModel
-from kendama_cli.simulation.catch.catch_obstacle import TORQUE_SPENT, obstacle, policy_obstacle
-from kendama_cli.simulation.catch.catch_search import nearest_attempt, windows
-from kendama_cli.simulation.catch.search_record import Attempt, Bounds, CatchSearch, MotionVariation, Search
-from kendama_cli.simulation.catch.settings import AdaptSettings
+from kendama_cli.robot_model.placement.find_placement import current_placement
 from kendama_cli.simulation.dart.rollout import RolloutResult
-from kendama_cli.simulation.placement.find_placement import current_placement
 from kendama_cli.stages.adapt.logged import log_chosen, log_windows, turned_trace
 from kendama_cli.stages.adapt.rollouts import Rollouts
 from kendama_cli.stages.adapt.trials import attempt_made

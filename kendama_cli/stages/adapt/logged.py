@@ -5,18 +5,18 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Sequence
 
+from kendama_cli.adaptation.search_record import Search
+from kendama_cli.adaptation.time_scaling import Window
+from kendama_cli.adaptation.uncertainty import Draw
 from kendama_cli.log.messages import ReplayMessage
-from kendama_cli.motion.heading import heading_turn
+from kendama_cli.motion.dmp.heading import heading_turn
 from kendama_cli.motion.rotation_matrix import quaternion_of
-from kendama_cli.motion.time_scaling import Window
 from kendama_cli.robot_model.arm_scene import WORLD, ArmScene
 from kendama_cli.robot_model.cup import cup_frame
 from kendama_cli.robot_model.model import RobotModel
 from kendama_cli.schema.arrays import Array
 from kendama_cli.schema.foxglove import UPRIGHT_WXYZ, FrameTransform, JointStates
 from kendama_cli.settings.game import GameSettings
-from kendama_cli.simulation.catch.search_record import Search
-from kendama_cli.simulation.catch.uncertainty import Draw
 from kendama_cli.simulation.dart.rollout import RolloutResult, Trace
 from kendama_cli.simulation.dart.world import ArmWorld
 from kendama_cli.simulation.dart.world_errors import WorldErrors

@@ -6,16 +6,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from kendama_cli.adaptation.catch_family import CatchFamily
+from kendama_cli.adaptation.search_record import MotionVariation
+from kendama_cli.adaptation.settings import AdaptSettings
+from kendama_cli.adaptation.uncertainty import MOUTH_SHARE, Draw
 from kendama_cli.artifacts.motion_plan import JointTrajectory
-from kendama_cli.game.catch_reach import lacking_reach
-from kendama_cli.game.seen_catch import SeenCatch, cup_plan
-from kendama_cli.game.steered_motion import CupPlan
+from kendama_cli.control.catch_reach import lacking_reach
+from kendama_cli.control.seen_catch import SeenCatch, cup_plan
+from kendama_cli.control.steered_motion import CupPlan
 from kendama_cli.settings.game import GameSettings
 from kendama_cli.settings.robot import RobotSettings
-from kendama_cli.simulation.catch.catch_family import CatchFamily
-from kendama_cli.simulation.catch.search_record import MotionVariation
-from kendama_cli.simulation.catch.settings import AdaptSettings
-from kendama_cli.simulation.catch.uncertainty import MOUTH_SHARE, Draw
 from kendama_cli.simulation.dart.rollout import RolloutResult, play_rollout
 from kendama_cli.simulation.dart.world import ArmWorld
 from kendama_cli.simulation.dart.world_errors import NO_ERRORS

@@ -9,25 +9,25 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
+from kendama_cli.adaptation.catch_family import CatchFamily
+from kendama_cli.adaptation.catch_search import TauSearch
+from kendama_cli.adaptation.policy_search import PolicySearch
+from kendama_cli.adaptation.search_record import Bounds, CatchSearch, MotionVariation, Search, Trial
+from kendama_cli.adaptation.settings import AdaptSettings
+from kendama_cli.adaptation.tilt import playable_tilt
 from kendama_cli.artifacts.motion_plan import MotionPlan
 from kendama_cli.artifacts.toy_model import SIGMAS_95, ToyModel
 from kendama_cli.errors import StageError
-from kendama_cli.learning.friction_known import with_identified
-from kendama_cli.motion.amplitude import scaled_plan
-from kendama_cli.motion.heading import swing_heading_rad, turned_plan
+from kendama_cli.identification.friction_known import with_identified
+from kendama_cli.motion.dmp.amplitude import scaled_plan
+from kendama_cli.motion.dmp.heading import swing_heading_rad, turned_plan
 from kendama_cli.robot_model.arm_motion import ArmMotion
 from kendama_cli.robot_model.model import RobotModel
+from kendama_cli.robot_model.placement.find_placement import find_placement
 from kendama_cli.settings.game import GameSettings
 from kendama_cli.settings.placement import placed, turned
 from kendama_cli.settings.robot import RobotSettings
-from kendama_cli.simulation.catch.catch_family import CatchFamily
-from kendama_cli.simulation.catch.catch_search import TauSearch
-from kendama_cli.simulation.catch.policy_search import PolicySearch
-from kendama_cli.simulation.catch.search_record import Bounds, CatchSearch, MotionVariation, Search, Trial
-from kendama_cli.simulation.catch.settings import AdaptSettings
-from kendama_cli.simulation.catch.tilt import playable_tilt
 from kendama_cli.simulation.dart.world import ArmWorld
-from kendama_cli.simulation.placement.find_placement import find_placement
 from kendama_cli.stages.adapt.conclusion import conclude
 from kendama_cli.stages.adapt.rollouts import Rollouts, Standing
 from kendama_cli.stages.adapt.trials import Trials

@@ -6,14 +6,14 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from kendama_cli.adaptation.policy_search import cost_m
+from kendama_cli.adaptation.race import MOST_DRAWS
+from kendama_cli.adaptation.search_record import Attempt, MotionVariation, Search, Trial
+from kendama_cli.adaptation.settings import AdaptSettings
+from kendama_cli.adaptation.uncertainty import Repeat, drawn_errors, judging_errors
 from kendama_cli.errors import SimulationError
 from kendama_cli.robot_model.arm_motion import ArmMotion
 from kendama_cli.settings.game import GameSettings
-from kendama_cli.simulation.catch.policy_search import cost_m
-from kendama_cli.simulation.catch.race import MOST_DRAWS
-from kendama_cli.simulation.catch.search_record import Attempt, MotionVariation, Search, Trial
-from kendama_cli.simulation.catch.settings import AdaptSettings
-from kendama_cli.simulation.catch.uncertainty import Repeat, drawn_errors, judging_errors
 from kendama_cli.simulation.dart.rollout import RolloutResult
 from kendama_cli.stages.adapt.logged import draw_message, log_replay
 from kendama_cli.stages.adapt.messages import (

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from kendama_cli.motion.settings import EncodeSettings
+from kendama_cli.motion.dmp.settings import EncodeSettings
 from kendama_cli.schema.declaration import Headline, StageDeclaration
 from kendama_cli.stages.encode.messages import TOPICS
 

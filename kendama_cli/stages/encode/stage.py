@@ -13,12 +13,12 @@ from kendama_cli.artifacts.demonstration import Demonstration
 from kendama_cli.artifacts.motion_plan import MotionPlan
 from kendama_cli.devices.hand.plan_file import read_plan
 from kendama_cli.errors import StageError
-from kendama_cli.motion.agreement import apart, axes_of
-from kendama_cli.motion.averaging import COORDINATES, Deviation, Encoding, encode, prepare
-from kendama_cli.motion.dmp import play
-from kendama_cli.motion.resampling import between_samples_m
-from kendama_cli.motion.settings import EncodeSettings
-from kendama_cli.motion.turning import encode_turns, tilt_only, turns_of
+from kendama_cli.motion.dmp.agreement import apart, axes_of
+from kendama_cli.motion.dmp.averaging import COORDINATES, Deviation, Encoding, encode, prepare
+from kendama_cli.motion.dmp.primitive import play
+from kendama_cli.motion.dmp.resampling import between_samples_m
+from kendama_cli.motion.dmp.settings import EncodeSettings
+from kendama_cli.motion.dmp.turning import encode_turns, tilt_only, turns_of
 from kendama_cli.schema.arrays import Array
 from kendama_cli.schema.foxglove import FrameTransform
 from kendama_cli.stages.encode.messages import WeightsMessage

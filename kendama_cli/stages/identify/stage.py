@@ -12,17 +12,16 @@ from kendama_cli.artifacts.friction_model import FrictionModel
 from kendama_cli.artifacts.motion_plan import JointTrajectory
 from kendama_cli.devices.robot.compensated import CompensatedRobot
 from kendama_cli.devices.robot.exchange_log import RememberingRobot
-from kendama_cli.devices.robot.excitation import excitation
-from kendama_cli.devices.robot.friction_samples import Samples
-from kendama_cli.devices.robot.identify_settings import IdentifySettings
 from kendama_cli.devices.robot.interface import Robot
 from kendama_cli.devices.robot.open_robot import open_robot
-from kendama_cli.devices.robot.recording import Recording, play, recorded
-from kendama_cli.devices.robot.tracking import TrackedPath, circle
-from kendama_cli.learning.friction_choice import FrictionSamples, choose_friction
-from kendama_cli.learning.friction_network import network_torque
-from kendama_cli.learning.friction_parametric import parametric_torque
+from kendama_cli.identification.excitation import excitation
+from kendama_cli.identification.friction_choice import FrictionSamples, choose_friction
+from kendama_cli.identification.friction_samples import Samples
+from kendama_cli.identification.identify_settings import IdentifySettings
+from kendama_cli.identification.recording import Recording, play, recorded
+from kendama_cli.identification.tracking import TrackedPath, circle
 from kendama_cli.log.messages import WrenchMessage
+from kendama_cli.robot_model.friction import network_torque, parametric_torque
 from kendama_cli.robot_model.model import RobotModel
 from kendama_cli.schema.arrays import Array
 from kendama_cli.schema.foxglove import FrameTransform, JointStates

@@ -10,17 +10,17 @@ from typing import Any
 import numpy as np
 
 from kendama_cli.artifacts.toy_model import SIGMAS_95
-from kendama_cli.devices.flight.reader import read_tracks
+from kendama_cli.devices.recordings.flight_reader import read_tracks
 from kendama_cli.devices.robot.exchange_log import RememberingRobot, exchange_message
 from kendama_cli.devices.robot.open_robot import open_robot
 from kendama_cli.errors import ConfigError, InputError
-from kendama_cli.game.free_swing import free_swing
-from kendama_cli.game.measure_settings import SwingMeasurement, TrackMeasurement
-from kendama_cli.learning.free_swing import FreeSwing, ToyFit, measure_toy, swing_in_its_plane
+from kendama_cli.identification.free_swing import free_swing
+from kendama_cli.identification.measure_settings import SwingMeasurement, TrackMeasurement
+from kendama_cli.identification.toy_fit import FreeSwing, ToyFit, measure_toy, swing_in_its_plane
+from kendama_cli.robot_model.placement.placement import cup_line
 from kendama_cli.settings.game import GameSettings
 from kendama_cli.settings.hardware import HardwareSettings
 from kendama_cli.settings.robot import RobotSettings
-from kendama_cli.simulation.placement.placement import cup_line
 from kendama_cli.stages.interface import Made, Metric, StageContext
 from kendama_cli.stages.measure.messages import FreeSwingMessage
 from kendama_cli.vision.flight_search import RecordedTrack

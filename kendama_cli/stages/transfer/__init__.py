@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from kendama_cli.game.settings import TransferSettings
+from kendama_cli.control.settings import TransferSettings
 from kendama_cli.schema.declaration import Headline, StageDeclaration
 from kendama_cli.stages.transfer.messages import TOPICS
 

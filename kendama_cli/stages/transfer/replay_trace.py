@@ -6,9 +6,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from kendama_cli.game.catch_game import Game
-from kendama_cli.game.cup_cart import CartStep
-from kendama_cli.game.scene_history import SceneHistory
+from kendama_cli.control.catch_game import Game
+from kendama_cli.control.cup_cart import CartStep
+from kendama_cli.control.scene_history import SceneHistory
 from kendama_cli.log.messages import ReplayMessage
 from kendama_cli.physics.rim_crossing import SampledWays
 from kendama_cli.schema.arrays import Array

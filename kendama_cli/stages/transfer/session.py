@@ -9,18 +9,18 @@ import numpy as np
 
 from kendama_cli.artifacts.motion_plan import CatchMotion, JointTrajectory
 from kendama_cli.artifacts.policy import PolicyArtifact
+from kendama_cli.control.camera_solids import camera_solids
+from kendama_cli.control.figures import GameFigures, RopeFitFigures
+from kendama_cli.control.game_runner import GameRunner
+from kendama_cli.control.imitation import SeenImitation, play_motion, tempos
+from kendama_cli.control.reachable import Surroundings, follow_from_s
+from kendama_cli.control.rope_fit import fitted
+from kendama_cli.control.scene_history import cup_rotation_wxyz
+from kendama_cli.control.settings import TransferSettings
+from kendama_cli.control.transfer_progress import Progress, Start
+from kendama_cli.control.watched_flight import WatchedFlight
 from kendama_cli.devices.robot.exchange_log import RememberingRobot
 from kendama_cli.devices.robot.interface import Exchange
-from kendama_cli.game.camera_solids import camera_solids
-from kendama_cli.game.figures import GameFigures, RopeFitFigures
-from kendama_cli.game.game_runner import GameRunner
-from kendama_cli.game.imitation import SeenImitation, play_motion, tempos
-from kendama_cli.game.reachable import Surroundings, follow_from_s
-from kendama_cli.game.rope_fit import fitted
-from kendama_cli.game.scene_history import cup_rotation_wxyz
-from kendama_cli.game.settings import TransferSettings
-from kendama_cli.game.transfer_progress import Progress, Start
-from kendama_cli.game.watched_flight import WatchedFlight
 from kendama_cli.learning.learners import make_policy
 from kendama_cli.learning.settings import LearnSettings
 from kendama_cli.robot_model.arm_scene import ArmScene

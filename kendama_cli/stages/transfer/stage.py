@@ -7,19 +7,20 @@ from typing import Any
 
 import numpy as np
 
+from kendama_cli.adaptation.settings import AdaptSettings
 from kendama_cli.artifacts.motion_plan import CatchMotion
 from kendama_cli.artifacts.policy import PolicyArtifact
 from kendama_cli.artifacts.transfer_result import TransferResult
+from kendama_cli.control.builder import GameBuilder, GameSetup
+from kendama_cli.control.open_observer import CameraSetup, check_cameras
+from kendama_cli.control.reachable import Surroundings, follow_from_s
+from kendama_cli.control.settings import TransferSettings
+from kendama_cli.control.stored_policy import load_policy
+from kendama_cli.control.transfer_progress import Progress
 from kendama_cli.devices.robot.compensated import compensated
 from kendama_cli.devices.robot.exchange_log import RememberingRobot
 from kendama_cli.devices.robot.open_robot import open_robot
 from kendama_cli.errors import HardwareError, StageError
-from kendama_cli.game.builder import GameBuilder, GameSetup
-from kendama_cli.game.open_observer import CameraSetup, check_cameras
-from kendama_cli.game.reachable import Surroundings, follow_from_s
-from kendama_cli.game.settings import TransferSettings
-from kendama_cli.game.stored_policy import load_policy
-from kendama_cli.game.transfer_progress import Progress
 from kendama_cli.learning.settings import LearnSettings
 from kendama_cli.learning.verification import verify_policy
 from kendama_cli.robot_model.model import RobotModel
@@ -28,7 +29,6 @@ from kendama_cli.settings.game import GameSettings
 from kendama_cli.settings.hardware import HardwareSettings
 from kendama_cli.settings.robot import RobotSettings
 from kendama_cli.settings.safety import SafetySettings
-from kendama_cli.simulation.catch.settings import AdaptSettings
 from kendama_cli.stages.interface import Made, Metric, StageContext
 from kendama_cli.stages.transfer.session import TransferSession
 from kendama_cli.vision.settings import PredictSettings

@@ -8,11 +8,11 @@ from collections.abc import Callable, Iterator, Sequence
 import cv2
 
 from kendama_cli.artifacts.catch_pose import CatchPose
+from kendama_cli.control.catch_game import Game
+from kendama_cli.control.cup_cart import CartStep
+from kendama_cli.control.swing_up import SwingUpRollout
 from kendama_cli.devices.robot.exchange_log import exchange_message
 from kendama_cli.devices.robot.interface import Exchange
-from kendama_cli.game.catch_game import Game
-from kendama_cli.game.cup_cart import CartStep
-from kendama_cli.game.swing_up import SwingUpRollout
 from kendama_cli.learning.interface import FinishedRollout
 from kendama_cli.log.messages import DetectionMessage, RolloutMessage, WrenchMessage
 from kendama_cli.schema.arrays import Array

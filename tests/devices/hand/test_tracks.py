@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from kendama_cli.devices.flight.reader import read_tracks
-from kendama_cli.devices.hand.tracks.reader import read_bodies
+from kendama_cli.devices.recordings.flight_reader import read_tracks
+from kendama_cli.devices.recordings.reader import read_bodies
 from kendama_cli.errors import InputError
 from tests.devices.hand.files import swing, write
 

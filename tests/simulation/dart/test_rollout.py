@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 from scipy.interpolate import CubicSpline
 
+from kendama_cli.adaptation.catch_family import shifted_plan
 from kendama_cli.artifacts.demonstration import Demonstration
 from kendama_cli.artifacts.motion_plan import MotionPlan
-from kendama_cli.motion.averaging import encode_demonstrations
+from kendama_cli.motion.dmp.averaging import encode_demonstrations
 from kendama_cli.physics.rope import RopeLaw, rope_pull
 from kendama_cli.robot_model.arm_motion import ArmMotion
-from kendama_cli.simulation.catch.catch_family import shifted_plan
 from kendama_cli.simulation.dart.rollout import BEFORE_FLIGHT_S, RolloutResult, play_rollout
 from kendama_cli.simulation.dart.world import ArmWorld
 from kendama_cli.simulation.dart.world_errors import NO_ERRORS, WorldErrors

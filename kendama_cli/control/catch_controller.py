@@ -1,0 +1,141 @@
+"""From observations of the flying ball to the cup's acceleration and tilt, control period by control period."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from kendama_cli.control.catch_geometry import CatchGeometry
+from kendama_cli.control.cup_cart import CupCart
+from kendama_cli.control.cup_tilt import CupTilt
+from kendama_cli.control.flight_observer import CatchPrediction
+from kendama_cli.control.interception import InterceptionPlan, plan_interception
+from kendama_cli.control.settings import CatchSettings
+from kendama_cli.control.swing_up import SwingUpRollout
+from kendama_cli.schema.arrays import Array
+
+TILT_LIMIT_RAD_S2 = 60.0
+UPRIGHT_AFTER_S = 0.4
+"""The cup is upright again so long after the catch."""
+
+
+class TiltPlan:
+    """Tilt and lift from the goal to the end of the game, in steps of ``period_s``.
+
+    Both are cubics that are planned anew at every call: the tilt reaches the wanted one at the catch and rests there,
+    the lift comes back to 0 there with the speed at which the cup gives, and is braked afterwards.
+    """
+
+    def __init__(self, catch: CatchSettings, period_s: float) -> None:
+        self._catch, self._period_s = catch, period_s
+        self._tilt, self._lift = [0.0, 0.0], [0.0, 0.0]
+        self._kept = (0.0, 0.0)  # where nothing was planned in time, the cup stays as it is
+
+    @property
+    def flat(self) -> bool:
+        """Whether the settings want neither."""
+        return self._catch.max_tilt_rad == 0.0 and self._catch.give_m_s == 0.0
+
+    def tilt_rad(self, relative_m_s: Array) -> float:
+        """The tilt that opens the cup against the ball's velocity relative to it (along the line, up) (2,)."""
+        most = self._catch.max_tilt_rad
+        return min(max(math.atan2(-relative_m_s[0], -relative_m_s[1]), -most), most)
+
+    def next(self, t_s: float, end_s: float, tilt_rad: float) -> CupTilt:
+        """Tilt and lift at the end of the period that begins at ``t_s``, where the cup meets the ball at ``end_s``."""
+        catch, h = self._catch, self._period_s
+        tilt, turn = self._tilt
+        lift, rise = self._lift
+        if end_s - t_s > catch.settled_before_s:
+            turning = _planned(tilt_rad - tilt, turn, 0.0, span=(t_s, end_s), limit=TILT_LIMIT_RAD_S2, h=h)
+            rising = _planned(-lift, rise, -catch.give_m_s, span=(t_s, end_s), limit=catch.acceleration_m_s2, h=h)
+            self._kept = turning, rising
+        elif t_s < end_s:
+            turning, rising = self._kept
+        else:
+            end_s = max(end_s + UPRIGHT_AFTER_S, t_s + 4 * h)
+            turning = _planned(-tilt, turn, 0.0, span=(t_s, end_s), limit=TILT_LIMIT_RAD_S2, h=h)
+            rising = min(max(-rise / h, -catch.give_braking_m_s2), catch.give_braking_m_s2)
+        self._tilt = [tilt + (turn + 0.5 * turning * h) * h, turn + turning * h]
+        self._lift = [lift + (rise + 0.5 * rising * h) * h, rise + rising * h]
+        return CupTilt(*self._lift, *self._tilt)
+
+
+def _planned(way: float, speed: float, wanted: float, *, span: tuple[float, float], limit: float, h: float) -> float:
+    """The mean acceleration of the coming period ``h`` on the cubic over ``span``, from its begin to its end."""
+    plan = plan_interception(
+        way_m=way, velocity_m_s=speed, wanted_m_s=wanted, start_s=span[0], end_s=span[1], limit_m_s2=limit
+    )
+    return plan.acceleration_m_s2(span[0] + 0.5 * h)
+
+
+UNOBSERVED_FALL_M = 0.2
+"""So high the ball is taken to fall as long as it has not been seen."""
+
+
+class CatchController:
+    """Plans the interception anew in every period, for where the ball is predicted to come down.
+
+    Until the first prediction that is good enough, that is where the ballistic flight of the swing-up's last state
+    lands. ``believed_sigma_m`` is the standard deviation below which a prediction is followed. What is ``tracked``
+    tells of the ball as late as the swing-up was told of it; images have the time at which they were taken.
+    """
+
+    def __init__(
+        self,
+        swing: SwingUpRollout,
+        cart: CupCart,
+        geometry: CatchGeometry,
+        *,
+        catch: CatchSettings,
+        believed_sigma_m: float,
+        tracked: bool,
+    ) -> None:
+        self._cart, self._geometry, self._catch = cart, geometry, catch
+        self._believed_sigma_m = believed_sigma_m
+        self._lag_s = cart.delay_s if tracked else cart.arm_lag_s  # as the swing-up has shown it
+        landing = geometry.flight.landing(swing.last)
+        ball = geometry.flight.rope.ball(swing.last.angle_rad, swing.last.rate_rad_s)
+        self.catch_s = swing.duration_s + (landing.time_s if landing else 0.0) - (cart.delay_s - self._lag_s)
+        """When the ball is caught, as it is predicted now."""
+        self._target_m = landing.x_m if landing else cart.x_m
+        self._speed_m_s = swing.last.velocity_m_s + ball.across_m_s if landing else 0.0
+        self._fall_m_s = -math.sqrt(2 * geometry.flight.gravity_m_s2 * UNOBSERVED_FALL_M)
+        self._interception: InterceptionPlan | None = None
+        self._tilt_plan = TiltPlan(catch, cart.period_s)
+        self._tilt_rad = 0.0
+
+    def follow(self, prediction: CatchPrediction) -> None:
+        """Aim at what is predicted now, where that is certain enough."""
+        pose = prediction.catch
+        if np.trace(pose.covariance_m2) > self._believed_sigma_m**2:
+            return
+        self.catch_s = pose.t_s
+        self._target_m = self._geometry.along(pose.position_m - self._geometry.middle_m)
+        self._speed_m_s = self._geometry.along(pose.velocity_m_s)
+        self._fall_m_s = float(pose.velocity_m_s[2])
+
+    def acceleration_m_s2(self, t_s: float) -> float:
+        """What to ask of the cup for the period that begins at ``t_s``."""
+        cart, catch = self._cart, self._catch
+        end_s = self.catch_s - self._lag_s
+        if end_s - t_s > catch.settled_before_s:
+            self._interception = plan_interception(
+                way_m=self._target_m - self._geometry.below_rim_lever_m * math.sin(self._tilt_rad) - cart.x_m,
+                velocity_m_s=cart.velocity_m_s,
+                wanted_m_s=catch.matching * self._speed_m_s,
+                start_s=t_s,
+                end_s=end_s,
+                limit_m_s2=catch.acceleration_m_s2,
+            )
+            across = self._speed_m_s - self._interception.speed_m_s
+            self._tilt_rad = self._tilt_plan.tilt_rad(np.array([across, self._fall_m_s + catch.give_m_s]))
+        if self._interception is not None and t_s < end_s:
+            return self._interception.acceleration_m_s2(t_s + 0.5 * cart.period_s)
+        stop = -cart.velocity_m_s / cart.period_s
+        return min(max(stop, -catch.braking_m_s2), catch.braking_m_s2)
+
+    def tilt(self, t_s: float) -> CupTilt | None:
+        """How the cup is to be tilted at the end of that period; None where it stays upright on its line."""
+        return None if self._tilt_plan.flat else self._tilt_plan.next(t_s, self.catch_s - self._lag_s, self._tilt_rad)

@@ -1,0 +1,128 @@
+"""Playing a joint motion on the robot, faster or slower than it was planned, and steered by what is seen."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from kendama_cli.adaptation.settings import SteeringSettings
+from kendama_cli.artifacts.motion_plan import JointTrajectory
+from kendama_cli.control.outcome import sensed_catch
+from kendama_cli.control.steered_motion import CupPlan, SteeredMotion
+from kendama_cli.control.watched_flight import WatchedFlight
+from kendama_cli.devices.robot.interface import Exchange, JointCommand, Robot
+from kendama_cli.errors import StageError
+from kendama_cli.physics.rim_crossing import SampledWays, catch_from_s
+from kendama_cli.robot_model.model import RobotModel
+from kendama_cli.schema.arrays import Array
+from kendama_cli.settings.game import GameSettings
+
+SETTLE_S = 0.6
+"""The last posture is held so long: a ball that is still in the cup then is caught."""
+
+
+@dataclass(frozen=True)
+class Played:
+    """What the robot did, period by period, from rest at the first posture, and the ``joints`` that were planned."""
+
+    exchanges: tuple[Exchange, ...]
+    joints: JointTrajectory
+
+    def caught(self, arm: RobotModel, game: GameSettings) -> bool:
+        """Return True if the ball was caught, as in RolloutResult, by the cup's sensor and the tracked ball."""
+        states = [one.state for one in self.exchanges]
+        poses = [arm.tool_pose(state.position_rad) for state in states]
+        planned_m = np.array([arm.tool_place_m(place) for place in self.joints.position_rad])
+        t_s = np.array([one.t_s for one in self.exchanges]) - self.exchanges[0].t_s
+        ways = SampledWays(
+            t_s,
+            np.array([state.cup_in_world_m for state in states]),
+            np.array([pose.rotation[:, 2] for pose in poses]),
+            np.array([state.ball_in_world_m for state in states]),
+        )
+        miss_m = ways.miss_m(game, catch_from_s(self.joints.t_s, planned_m), game.rope.length_m)
+        return sensed_catch(states[-1].caught, miss_m, game)
+
+
+@dataclass(frozen=True)
+class SeenImitation:
+    """What steers an imitation: who watches the ball, the arm's model, and how the cup is moved beside its plan.
+
+    ``from_s`` is from when on, at the tempo of the plan.
+    """
+
+    watched: WatchedFlight
+    arm: RobotModel
+    steering: SteeringSettings
+    rim_m: float
+    from_s: float
+
+
+def play_motion(
+    robot: Robot, motion: JointTrajectory, *, tempo: float, seed: int, seen: SeenImitation | None = None
+) -> Played:
+    """Play ``motion`` with its time stretched by ``tempo``, from rest, and hold its end.
+
+    q(t / tempo), with velocities divided by tempo and accelerations by its square; where it is ``seen``, the cup goes
+    to where the flying ball is seen to come down. Raises StageError where the motion was made for other joints,
+    HardwareError of the line.
+    """
+    require_same_joints(robot, motion)
+    exchanges = [robot.reset(motion.position_rad[0], seed)]
+    played = stretched(motion, tempo, robot.period_s)
+    if seen is None:
+        for row in zip(played.position_rad, played.velocity_rad_s, played.acceleration_rad_s2, strict=True):
+            exchanges.append(robot.exchange(JointCommand(*row)))
+        return Played(tuple(exchanges), played)
+    plan = CupPlan(seen.arm, _from_rest(played, motion.position_rad[0]), robot.period_s)
+    steered = SteeredMotion(plan, seen.steering, seen.rim_m, tempo * seen.from_s)
+    seen.watched.begin(exchanges[0], seed)
+    for _ in played.t_s:
+        exchanges.append(robot.exchange(steered.next()))
+        steered.observe(exchanges[-1].state.position_rad)
+        prediction = None if steered.over else seen.watched.look(exchanges[-1])
+        if prediction is not None:
+            steered.follow(prediction.catch)
+    return Played(tuple(exchanges), played)
+
+
+def _from_rest(played: JointTrajectory, start_rad: Array) -> JointTrajectory:
+    """``played`` with rest in ``start_rad`` (n,) before its first command."""
+    rest = np.zeros((1, len(played.joint_names)))
+    return JointTrajectory(
+        played.joint_names,
+        np.concatenate([[0.0], played.t_s]),
+        np.vstack([start_rad, played.position_rad]),
+        np.vstack([rest, played.velocity_rad_s]),
+        np.vstack([rest, played.acceleration_rad_s2]),
+    )
+
+
+def stretched(motion: JointTrajectory, tempo: float, period_s: float) -> JointTrajectory:
+    """``motion`` with its time stretched by ``tempo``, at the end of every control period, and its end held."""
+    planned_s = motion.t_s - motion.t_s[0]
+    ends_s = np.arange(1, round((planned_s[-1] * tempo + SETTLE_S) / period_s) + 1) * period_s
+    t_s = ends_s / tempo
+    moving = (t_s <= planned_s[-1])[:, None]
+    position, velocity, acceleration = (
+        np.column_stack([np.interp(t_s, planned_s, column) for column in values.T])
+        for values in (motion.position_rad, motion.velocity_rad_s, motion.acceleration_rad_s2)
+    )
+    velocity = np.where(moving, velocity / tempo, 0.0)
+    acceleration = np.where(moving, acceleration / tempo**2, 0.0)
+    return JointTrajectory(motion.joint_names, ends_s, position, velocity, acceleration)
+
+
+def require_same_joints(robot: Robot, motion: JointTrajectory) -> None:
+    """Raise StageError where ``motion`` was made for other joints than ``robot`` has."""
+    if motion.joint_names != robot.joint_names:
+        raise StageError(
+            f"the imitation motion is for the joints {', '.join(motion.joint_names)}; this robot has "
+            f"{', '.join(robot.joint_names)}; nothing was moved"
+        )
+
+
+def tempos(step: float, tries: int) -> tuple[float, ...]:
+    """1 first, then ever farther on both sides: 1 + step, 1 - step, 1 + 2 step, ..."""
+    return tuple(1.0 + step * ((k + 1) // 2) * (1 if k % 2 else -1) for k in range(tries))

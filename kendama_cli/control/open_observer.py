@@ -1,0 +1,121 @@
+"""Opens what observes the games: virtual or live cameras, or the robot's own tracking."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+
+import numpy as np
+
+from kendama_cli.control.camera_observer import CameraClock, CameraObserver
+from kendama_cli.control.catch_geometry import CatchGeometry
+from kendama_cli.control.flight_observer import FlightObserver, MarkerObserver
+from kendama_cli.control.position_tracker import position_tracker
+from kendama_cli.control.scene_history import SceneHistory
+from kendama_cli.control.settings import ObservationSettings
+from kendama_cli.devices.camera.ball_tracker import ball_tracker
+from kendama_cli.devices.camera.image_loop import ImageLoop
+from kendama_cli.devices.camera.interface import SceneSource
+from kendama_cli.devices.camera.opening import open_cameras
+from kendama_cli.errors import ConfigError
+from kendama_cli.schema.arrays import Array
+from kendama_cli.settings.camera import CameraSettings, LightingSettings
+from kendama_cli.settings.game import GameSettings
+from kendama_cli.vision.settings import PredictSettings
+
+STALE_FRAMES = 3.0
+"""A camera whose newest frame is older than so many of its periods is without one."""
+STAMP_DECIMALS = 6
+"""Two cameras of a game exposed together where their stamps agree to a microsecond."""
+OTHERWISE = "or choose transfer.observation.source=tracking"
+
+
+@dataclass(frozen=True)
+class CameraSetup:
+    """What the configuration says of cameras and images."""
+
+    camera: CameraSettings
+    lighting: LightingSettings
+    predict: PredictSettings
+
+
+def check_cameras(cameras: CameraSetup, observation: ObservationSettings, *, realtime: bool) -> None:
+    """Raise ConfigError where games cannot be observed so."""
+    if observation.source == "tracking":
+        return
+    camera = cameras.camera
+    if camera.source == "recorded":
+        problem = f"'camera.kind' is '{camera.kind}': a recording cannot show a game"
+        raise ConfigError("camera.kind", f"{problem}; use camera=virtual, {OTHERWISE}")
+    if len(camera.cameras) < 2:
+        problem = "'camera.cameras' has one camera; to detect free flight two are needed that expose together"
+        raise ConfigError("camera.cameras", f"{problem}; add one, {OTHERWISE}")
+    if camera.timing is not None and camera.timing.stagger_s > 0:
+        problem = (
+            f"'camera.stagger_s' is {camera.timing.stagger_s}; to detect free flight the cameras must expose together"
+        )
+        raise ConfigError("camera.stagger_s", f"{problem}; set 0, {OTHERWISE}")
+    if camera.source == "rendered" and realtime:
+        raise ConfigError(
+            "camera.kind",
+            f"'camera.kind' is '{camera.kind}' with a robot in real time, whose scene cannot be drawn in time; "
+            f"use camera=device, {OTHERWISE}",
+        )
+
+
+@contextmanager
+def open_observer(
+    cameras: CameraSetup,
+    observation: ObservationSettings,
+    game: GameSettings,
+    *,
+    cup_place: Callable[[Array], Array],
+    history: SceneHistory,
+    geometry: CatchGeometry,
+) -> Iterator[FlightObserver]:
+    """What observes the games on ``geometry``, with the tie point at ``cup_place`` (joint angles); closed in the end.
+
+    Raises MissingPartError where a camera is not there, ConfigError where ``history`` has nothing for virtual ones.
+    """
+    rim_m, catch_m = geometry.rim_height_m, geometry.catch_height_m
+    camera = cameras.camera
+    rate_hz = camera.rate_hz
+    if observation.source == "tracking" or camera.source == "recorded" or rate_hz is None:
+        tracker = position_tracker(cameras.predict, game, rim_m, [observation.position_sigma_m] * 3)
+        yield MarkerObserver(tracker, observation, rim_m=rim_m, catch_m=catch_m)
+        return
+    if camera.source == "rendered" and not history.reported:
+        raise ConfigError(
+            "camera.kind",
+            f"'camera.kind' is '{camera.kind}', but this robot does not report where everything is; "
+            f"use camera=device, {OTHERWISE}",
+        )
+    clock = CameraClock(observation.processing_s, live=camera.source == "live")
+    rngs = [np.random.default_rng(0) for _ in camera.cameras]  # every game sets them to its own stream
+    opened = open_cameras(camera, clock, SceneSource(history, game, cameras.lighting, rngs))
+    try:
+        models, above_m = [one.model for one in opened], rim_m - float(history.origin_m[2])
+        loop = ImageLoop(
+            opened,
+            ball_tracker(cameras.predict, game, models, rim_height_m=above_m, onset=True),
+            now_s=lambda: clock.now_s,
+            period_s=1 / rate_hz,
+            max_age_s=STALE_FRAMES / rate_hz,
+            stamp_decimals=STAMP_DECIMALS,
+        )
+        observer = CameraObserver(
+            loop,
+            observation,
+            cup_place=cup_place,
+            clock=clock,
+            rngs=rngs,
+            origin_m=history.origin_m,
+            rim_m=rim_m,
+            catch_m=catch_m,
+        )
+        loop.on_stale = observer.report_stale
+        yield observer
+    finally:
+        for one in opened:
+            one.close()

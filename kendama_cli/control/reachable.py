@@ -1,0 +1,113 @@
+"""The places to which a seen catch may bring an arm, checked before the motion is played on a robot."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from kendama_cli.adaptation.settings import AdaptSettings, SteeringSettings
+from kendama_cli.artifacts.motion_plan import CatchMotion, JointTrajectory
+from kendama_cli.robot_model.inverse_kinematics import OutOfReachError, across, solve_cup
+from kendama_cli.robot_model.model import RobotModel
+from kendama_cli.robot_model.placement.limit_shares import limit_shares
+from kendama_cli.robot_model.placement.motion_check import CheckedLimit, check_motion, check_places, require_allowed
+from kendama_cli.schema.arrays import Array
+from kendama_cli.settings.game import GameSettings
+from kendama_cli.settings.safety import SafetySettings
+
+EARLY_S = 0.1
+"""A ball is followed no earlier than this before the rope slackens in the planned motion."""
+SHARES = (0.25, 0.5, 0.75, 1.0)
+"""Radii that are checked, as shares of the largest shift: all of a circle is inside one of them."""
+DIRECTIONS = 8
+EVERY_S = 0.02
+OUT_STEPS = 5
+
+
+def follow_from_s(motion: CatchMotion) -> float:
+    """Return from when on a seen catch may leave the plan of ``motion``."""
+    return 0.0 if motion.flight_start_s is None else max(motion.flight_start_s - EARLY_S, 0.0)
+
+
+@dataclass(frozen=True)
+class Surroundings:
+    """Surroundings that a motion of ``arm`` is checked against before a robot plays it."""
+
+    arm: RobotModel
+    game: GameSettings
+    adapt: AdaptSettings
+    safety: SafetySettings
+
+    def steering(self, joints: JointTrajectory, from_s: float) -> tuple[SteeringSettings, tuple[str, ...]]:
+        """Return the steering of ``adapt`` in as large a circle about ``joints`` as is safe, and what limits it.
+
+        The cup is taken to the rim of each circle, in DIRECTIONS directions, at every place of the motion from
+        ``from_s`` on: there the joints keep off their stops, the links off each other and the table, and the cup in its
+        box. Raises StageError where the planned motion itself is not allowed, or a seen catch may not leave it at all.
+        """
+        require_allowed(check_motion(self.arm, self.game, joints, self.safety))
+        steering = self.adapt.steering
+        if self.adapt.catch != "seen":
+            return steering, ()
+        allowed_m = 0.0
+        for share in SHARES:
+            shift_m = share * steering.max_shift_m
+            wrong = [one for one in self._beside(joints, shift_m, from_s) if not one.holds]
+            if wrong and not allowed_m:
+                require_allowed(wrong[:1])
+            if wrong:
+                first = f"{wrong[0].what}: {wrong[0].found}, allowed: {wrong[0].allowed}"
+                told = f"the seen catch is held to {allowed_m:g} m beside its plan; farther on is not safe, {first}"
+                return dataclasses.replace(steering, max_shift_m=allowed_m), (told,)
+            allowed_m = shift_m
+        return steering, ()
+
+    def playable(self, joints: JointTrajectory, tempos: Sequence[float]) -> tuple[float, ...]:
+        """Return those of ``tempos``, stretches of time, at which ``joints`` keep to the limits that are safe.
+
+        Speeds and accelerations alone grow with the tempo: v / tempo and a / tempo^2 over their limits.
+        """
+        shares, most = limit_shares(self.arm, joints), self.safety.limit_share
+        least = max(shares.velocity.max() / most, math.sqrt(shares.acceleration.max() / most))
+        return tuple(tempo for tempo in tempos if tempo >= min(least, 1.0))
+
+    def _beside(self, joints: JointTrajectory, shift_m: float, from_s: float) -> Iterator[CheckedLimit]:
+        """The limits of places along ``joints`` with the cup ``shift_m`` to each side."""
+        thin = max(1, round(EVERY_S / float(np.diff(joints.t_s).mean())))
+        t_s, planned = joints.t_s[::thin], joints.position_rad[::thin]
+        first = min(int(np.searchsorted(t_s - t_s[0], from_s)), len(t_s) - 1)
+        for degrees in range(0, 360, 360 // DIRECTIONS):
+            side = shift_m * np.array([np.cos(np.radians(degrees)), np.sin(np.radians(degrees)), 0.0])
+            there, solved = _solved(self.arm, planned[first:], side)
+            if not there.any():
+                continue
+            angles = np.vstack([joints.position_rad[:1], solved])
+            still = np.zeros_like(angles)
+            times = np.concatenate([[t_s[first] - EVERY_S], t_s[first:][there]])
+            beside = JointTrajectory(joints.joint_names, times, angles, still, still)
+            yield from check_places(self.arm, self.game, beside, self.safety)
+
+
+def _solved(arm: RobotModel, planned: Array, side_m: Array) -> tuple[Array, Array]:
+    """Return where the cup can be ``side_m`` (3,) beside ``planned`` (n, j), as tilted as there, and the joints then.
+
+    Where it cannot be (the mask (n,) is False) a seen catch stops by itself.
+    """
+    there, angles, last = np.zeros(len(planned), dtype=bool), [], None
+    for k, place in enumerate(planned):
+        pose = arm.tool_pose(place)
+        shares = np.arange(1, OUT_STEPS + 1) / OUT_STEPS if last is None else (1.0,)
+        try:
+            reached = place if last is None else last
+            for share in shares:
+                reached = solve_cup(arm, pose.position_m + share * side_m, reached, across(pose.rotation[:, 2]))
+        except OutOfReachError:
+            last = None
+            continue
+        last, there[k] = reached, True
+        angles.append(last)
+    return there, np.array(angles).reshape(-1, planned.shape[1])

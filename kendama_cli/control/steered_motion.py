@@ -1,0 +1,271 @@
+"""A planned motion of the joints whose cup is moved, while the ball flies, to where the ball is seen to come down."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from kendama_cli.adaptation.settings import SteeringSettings
+from kendama_cli.artifacts.catch_pose import CatchPose
+from kendama_cli.artifacts.motion_plan import JointTrajectory
+from kendama_cli.control.interception import InterceptionPlan, plan_interception
+from kendama_cli.control.lag import Lag
+from kendama_cli.devices.robot.interface import JointCommand
+from kendama_cli.robot_model.inverse_kinematics import across, weighted_step
+from kendama_cli.robot_model.model import UPRIGHT, RobotModel
+from kendama_cli.schema.arrays import Array
+
+ROUNDING_M = 1e-5
+"""The last period of braking is not a whole one: it ends up to b h^2 / 8 farther."""
+
+
+def shortened(vector: Array, most: float) -> Array:
+    """Return ``vector`` at its length, or at ``most``."""
+    return np.asarray(vector * min(1.0, most / max(float(np.linalg.norm(vector)), 1e-12)))
+
+
+def bounded(acceleration_m_s2: Array, shift_m: Array, speed_m_s: Array, h: float, settings: SteeringSettings) -> Array:
+    """Return ``acceleration_m_s2`` (2,) for a period of ``h``, or braking where it would lead out of the circle.
+
+    From s (2,) with speed v the cup stops at s + v |v| / (2 b), which braking with b = ``settings.braking_m_s2``
+    leaves where it is. That place has to be within ``settings.max_shift_m`` of the plan.
+    """
+    shift = shift_m + h * (speed_m_s + 0.5 * h * acceleration_m_s2)
+    if _stops_inside(shift, speed_m_s + h * acceleration_m_s2, settings):
+        return acceleration_m_s2
+    inside = _stops_inside(shift_m, speed_m_s, settings)
+    return shortened(-speed_m_s / h, settings.braking_m_s2 if inside else settings.acceleration_m_s2)
+
+
+def brakable(speed_m_s: Array, shift_m: Array, settings: SteeringSettings) -> Array:
+    """Return ``speed_m_s`` (2,), or as much of it as can be braked in the circle from ``shift_m`` (2,) on.
+
+    v^2 = 2 b d with d the way along the speed to the circle.
+    """
+    out_m = float(shift_m @ speed_m_s) / max(float(np.linalg.norm(speed_m_s)), 1e-12)
+    left_m = math.sqrt(max(out_m**2 + settings.max_shift_m**2 - float(shift_m @ shift_m), 0.0)) - out_m
+    return shortened(speed_m_s, math.sqrt(2 * settings.braking_m_s2 * max(left_m, 0.0)))
+
+
+def _stops_inside(shift_m: Array, speed_m_s: Array, settings: SteeringSettings) -> bool:
+    way_m = speed_m_s * float(np.linalg.norm(speed_m_s)) / (2 * settings.braking_m_s2)
+    return float(np.linalg.norm(shift_m + way_m)) <= settings.max_shift_m + ROUNDING_M
+
+
+SHARES = (1.0, 0.6, 0.3, 0.0)
+"""Of the wanted acceleration; the first with which every joint keeps to its limits is taken, else the shift stops."""
+UNREACHED_M = 0.005
+"""A cup that the arm cannot bring nearer than this to its place is out of reach."""
+STILL_M_S = 1e-12
+
+
+@dataclass(frozen=True)
+class PlannedCup:
+    """The planned cup at one instant: tie point (3,), axis (3,), the frame across it (2, 3), the task's speed (5,)."""
+
+    place_m: Array
+    axis: Array
+    across: Array
+    task_speed: Array
+
+
+class CupPlan:
+    """Where the cup of ``motion``, sampled every ``period_s``, is planned to be; solved where it is asked for."""
+
+    def __init__(self, arm: RobotModel, motion: JointTrajectory, period_s: float) -> None:
+        self.arm, self.motion, self.period_s = arm, motion, period_s
+        self._known: dict[int, PlannedCup] = {}
+
+    def sample(self, index: int) -> PlannedCup:
+        """At sample ``index``; the last one is held."""
+        index = min(max(index, 0), len(self.motion.t_s) - 1)
+        if index not in self._known:
+            q, speed = self.motion.position_rad[index], self.motion.velocity_rad_s[index]
+            pose = self.arm.tool_pose(q)
+            axis = pose.rotation[:, 2]
+            about = UPRIGHT if axis[2] > 1.0 - 1e-12 else across(axis)
+            _, task = self.arm.cup_task(q, about)
+            self._known[index] = PlannedCup(pose.position_m, axis, about, task @ speed)
+        return self._known[index]
+
+    def at(self, t_s: float, lever_m: float) -> tuple[Array, Array]:
+        """Place and velocity (3,) of the point ``lever_m`` over the tie point, ``t_s`` after the motion's start."""
+        index = math.floor(t_s / self.period_s)
+        one, two = self.sample(index), self.sample(index + 1)
+        part = t_s / self.period_s - index
+        axis = one.axis + part * (two.axis - one.axis)
+        place = one.place_m + part * (two.place_m - one.place_m) + lever_m * axis
+        return place, one.task_speed[:3] + part * (two.task_speed[:3] - one.task_speed[:3])
+
+
+class SteeredMotion:
+    """Commands for the samples of a ``plan``, and beside them once a catch is foreseen.
+
+    The cup's shift along x and y is the cubic of plan_interception, planned anew in every period, that brings the cup
+    to the ball at the moment of the catch, the drive's lag earlier, with the ball's own speed as far as the limits
+    allow. It never leaves a circle of ``settings.max_shift_m`` about the plan: the cup brakes in time. Every command
+    keeps to the joints' limits as far as braking does: the acceleration of the shift gives way.
+
+    No ball is followed before ``from_s``, counted from the motion's start.
+    """
+
+    def __init__(self, plan: CupPlan, settings: SteeringSettings, rim_m: float, from_s: float = 0.0) -> None:
+        self._plan, self._settings, self._from_s = plan, settings, from_s
+        self._lever_m = rim_m - settings.below_rim_m
+        motion = plan.motion
+        self._index = 0
+        self._last = JointCommand(motion.position_rad[0], motion.velocity_rad_s[0], motion.acceleration_rad_s2[0])
+        self._shift_m, self._speed_m_s = np.zeros(2), np.zeros(2)
+        self.catch_shift_m = self.largest_shift_m = 0.0
+        self._pose: CatchPose | None = None
+        self._catch_s = math.inf
+        self._plans: list[InterceptionPlan] = []
+        self._lag = Lag()
+
+    @property
+    def last(self) -> JointCommand:
+        """The command that was given last."""
+        return self._last
+
+    @property
+    def steered(self) -> bool:
+        """Whether a catch is foreseen."""
+        return self._pose is not None
+
+    @property
+    def shift_m(self) -> Array:
+        """The way (2,) from the planned to the commanded cup.
+
+        ``catch_shift_m`` is its length at the moment of the catch, ``largest_shift_m`` the largest until now.
+        """
+        return self._shift_m
+
+    @property
+    def lag_s(self) -> float:
+        """How far the joints are behind what is commanded [s]."""
+        return self._lag.lag_s
+
+    def observe(self, position_rad: Array) -> None:
+        """The joints (n,) as they are read after the last command; in flight the lag is known already."""
+        if self._pose is None:
+            self._lag.observe(self._last.position_rad, self._last.velocity_rad_s, position_rad)
+
+    def follow(self, pose: CatchPose) -> None:
+        """Aim at the ball of ``pose``, on its way down at whatever height, where it is known well enough.
+
+        Its time counts from the motion's start.
+        """
+        believed = float(np.trace(pose.covariance_m2)) <= self._settings.believed_sigma_m**2
+        if believed and self._index * self._plan.period_s >= self._from_s:
+            self._pose = pose
+
+    def next(self) -> JointCommand:
+        """The command for the end of the coming period."""
+        self._index += 1
+        k = min(self._index, len(self._plan.motion.t_s) - 1)
+        motion = self._plan.motion
+        if self._pose is None:
+            self._last = JointCommand(motion.position_rad[k], motion.velocity_rad_s[k], motion.acceleration_rad_s2[k])
+        elif self._speed_m_s.any() or not self.over or self._last.velocity_rad_s.any():
+            h, settings = self._plan.period_s, self._settings
+            wanted = bounded(self._acceleration_m_s2(self._pose), self._shift_m, self._speed_m_s, h, settings)
+            stopping = shortened(-self._speed_m_s / h, settings.acceleration_m_s2)
+            for tried in (*(share * wanted for share in SHARES), stopping):
+                made = self._with_acceleration(tried, k)
+                if made[1]:
+                    break
+            self._last, _, self._shift_m, speed_m_s = made
+            self._speed_m_s = np.where(np.abs(speed_m_s) < STILL_M_S, 0.0, speed_m_s)
+            shift_m = float(np.linalg.norm(self._shift_m))
+            self.largest_shift_m = max(self.largest_shift_m, shift_m)
+            if not self.over:
+                self.catch_shift_m = shift_m
+        return self._last
+
+    @property
+    def over(self) -> bool:
+        """Whether the moment of the catch has passed: nothing that is seen from then on counts."""
+        return self._index * self._plan.period_s >= self._catch_s
+
+    def _acceleration_m_s2(self, pose: CatchPose) -> Array:
+        """Of the shift (2,) in the coming period."""
+        settings, h = self._settings, self._plan.period_s
+        start_s = (self._index - 1) * h
+        if start_s < self._catch_s - settings.settled_before_s:
+            self._aim(pose, start_s)
+        if start_s < self._catch_s:
+            wanted = np.array([plan.acceleration_m_s2(start_s + 0.5 * h) for plan in self._plans])
+            return shortened(wanted, settings.acceleration_m_s2)
+        return shortened(-self._speed_m_s / h, settings.braking_m_s2)
+
+    def _aim(self, pose: CatchPose, start_s: float) -> None:
+        """Plan the shift from ``start_s`` on, where there is time for another plan."""
+        settings = self._settings
+        meeting_s, ball_m, ball_m_s = self._meeting(pose)
+        end_s = meeting_s - self.lag_s
+        if end_s - start_s < settings.settled_before_s:
+            if not self._plans:
+                self._catch_s = start_s
+            return
+        self._catch_s = end_s
+        cup_m, cup_m_s = self._plan.at(end_s, self._lever_m)
+        aim_m = shortened((ball_m - cup_m)[:2], settings.max_shift_m)
+        way_m = aim_m - self._shift_m
+        wanted_m_s = brakable(settings.matching * (ball_m_s - cup_m_s)[:2], aim_m, settings)
+        self._plans = [
+            plan_interception(
+                way_m=float(way_m[axis]),
+                velocity_m_s=float(self._speed_m_s[axis]),
+                wanted_m_s=float(wanted_m_s[axis]),
+                start_s=start_s,
+                end_s=end_s,
+                limit_m_s2=settings.acceleration_m_s2,
+            )
+            for axis in range(2)
+        ]
+
+    def _meeting(self, pose: CatchPose) -> tuple[float, Array, Array]:
+        """When the ball comes down to the planned cup's height, where (3,) and how fast (3,) it is then."""
+        s = 0.0
+        down = np.array([0.0, 0.0, -self._plan.arm.gravity_m_s2])
+        for _ in range(4):
+            cup_m, cup_m_s = self._plan.at(pose.t_s + s - self.lag_s, self._lever_m)
+            ball_m = pose.position_m + s * pose.velocity_m_s + 0.5 * s * s * down
+            ball_m_s = pose.velocity_m_s + s * down
+            closing = min(float(ball_m_s[2] - cup_m_s[2]), -0.2)
+            s -= float(ball_m[2] - cup_m[2]) / closing
+        return pose.t_s + s, pose.position_m + s * pose.velocity_m_s + 0.5 * s * s * down, pose.velocity_m_s + s * down
+
+    def _with_acceleration(self, acceleration_m_s2: Array, k: int) -> tuple[JointCommand, bool, Array, Array]:
+        """The command with that of the shift, whether the joints' limits allow it, and the shift's place and speed."""
+        h = self._plan.period_s
+        shift = self._shift_m + h * (self._speed_m_s + 0.5 * h * acceleration_m_s2)
+        rate = self._speed_m_s + h * acceleration_m_s2
+        return *_beside(self._plan, k, shift, rate, self._last), shift, rate
+
+
+def _beside(plan: CupPlan, k: int, shift_m: Array, rate_m_s: Array, last: JointCommand) -> tuple[JointCommand, bool]:
+    """The command after ``last`` with the cup ``shift_m`` (2,) beside sample ``k``, and whether the limits allow it."""
+    arm, limits, h = plan.arm, plan.arm.limits, plan.period_s
+    cup, planned_rad_s = plan.sample(k), plan.motion.velocity_rad_s[k]
+    near = last.position_rad + h * last.velocity_rad_s
+    value, task = arm.cup_task(near, cup.across)
+    change = np.concatenate([cup.place_m - value[:3], value[3:]])
+    change[:2] += shift_m
+    most_rad = h * limits.velocity_rad_s  # a task that cannot be met asks for any step at all
+    q = near + np.clip(weighted_step(task, change, arm.redundancy_weights), -most_rad, most_rad)
+    wanted = cup.task_speed + np.concatenate([rate_m_s, np.zeros(3)])
+    speed = planned_rad_s + weighted_step(task, wanted - task @ planned_rad_s, arm.redundancy_weights)
+    bend = (speed - last.velocity_rad_s) / h
+    inside = (
+        (q >= limits.lower_rad)
+        & (q <= limits.upper_rad)
+        & (np.abs(speed) <= limits.velocity_rad_s)
+        & (np.abs(bend) <= limits.acceleration_rad_s2)
+    )
+    reached = float(np.abs(change).max()) < UNREACHED_M
+    q = np.clip(q, limits.lower_rad, limits.upper_rad)
+    speed = np.clip(speed, -limits.velocity_rad_s, limits.velocity_rad_s)
+    return JointCommand(q, speed, bend), bool(inside.all()) and reached

@@ -1,0 +1,141 @@
+"""How far a transfer has come, between two rollouts: all that a checkpoint needs to go on bit for bit."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping
+from typing import Any, Literal
+
+import numpy as np
+
+from kendama_cli.artifacts.policy import PolicyArtifact
+from kendama_cli.control.figures import GameFigures, RopeFitFigures
+from kendama_cli.control.settings import TransferSettings
+from kendama_cli.learning.interface import Learner
+from kendama_cli.learning.learners import begin_learner, joined_state, parted_state, resume_learner
+from kendama_cli.learning.settings import LearnSettings
+from kendama_cli.schema.random_stream import random_stream
+
+Start = Literal["table", "scratch"]
+"""What a learner on the hardware began with: the policy that was handed over (mostly a table), or nothing."""
+STARTS: tuple[Start, ...] = ("table", "scratch")
+_RESULTS = ("before", "after", "imitation", "repeats", "games")
+
+
+class Progress:
+    """Results by step, the learners between two rollouts, the simulated clock of the log, and the seed of it all.
+
+    Every rollout draws from a stream of its own (step, number), so that nothing depends on a rollout that broke off.
+    """
+
+    def __init__(self, state: Mapping[str, Any], learn: LearnSettings, transfer: TransferSettings) -> None:
+        self.before: list[bool] = list(state["before"])
+        self.after: list[bool] = list(state["after"])
+        self.imitation: list[bool] = list(state["imitation"])
+        self.repeats: list[bool] = list(state["repeats"])
+        self.rope_fit = None if state["rope_fit"] is None else RopeFitFigures(**state["rope_fit"])
+        self.games = [GameFigures(**game) for game in state["games"]]
+        self.clock_s = float(state["clock_s"])
+        self.missed = int(state["missed"])
+        self._seed = int(state["seed"])
+        self._learn = learn
+        self._cap = transfer.cap
+        self._frozen = max(transfer.frozen, learn.count.streak)
+        self._learners: dict[str, dict[str, Any]] = {start: joined_state(state, start) for start in STARTS}
+        self._missed_here = 0
+
+    @classmethod
+    def resumed(
+        cls,
+        state: Mapping[str, Any] | None,
+        policy: PolicyArtifact,
+        learn: LearnSettings,
+        transfer: TransferSettings,
+        rng: np.random.Generator,
+    ) -> Progress:
+        """Where ``state`` stands, or the beginning with ``policy``."""
+        if state is not None:
+            return cls(state, learn, transfer)
+        fresh: dict[str, Any] = {name: [] for name in _RESULTS}
+        fresh |= {"rope_fit": None, "clock_s": 0.0, "missed": 0, "seed": int(rng.integers(2**63))}
+        fresh |= parted_state(begin_learner(learn, policy).state(), "table")
+        fresh |= parted_state(begin_learner(learn).state(), "scratch")
+        return cls(fresh, learn, transfer)
+
+    def saved(self) -> dict[str, Any]:
+        """The state to checkpoint: arrays and JSON values."""
+        saved: dict[str, Any] = {
+            "before": list(self.before),
+            "after": list(self.after),
+            "imitation": list(self.imitation),
+            "repeats": list(self.repeats),
+            "rope_fit": None if self.rope_fit is None else dataclasses.asdict(self.rope_fit),
+            "games": [dataclasses.asdict(game) for game in self.games],
+            "clock_s": self.clock_s,
+            "missed": self.missed,
+            "seed": self._seed,
+        }
+        for start, learner in self._learners.items():
+            saved |= parted_state(learner, start)
+        return saved
+
+    def rng(self, step: str, number: int) -> np.random.Generator:
+        """The random stream of one rollout."""
+        return random_stream(self._seed, step, number)
+
+    def learner(self, start: Start = "table") -> Learner:
+        """A learner that goes on from its last finished rollout."""
+        return resume_learner(self._learn, self._learners[start])
+
+    def keep(self, learner: Learner, start: Start = "table") -> None:
+        """The rollout is finished: this is what the next one goes on from."""
+        self._learners[start] = learner.state()
+
+    @property
+    def policy(self) -> PolicyArtifact:
+        """The policy that was handed over as learning left it, sealed."""
+        return self.learner().policy
+
+    def learned(self, start: Start = "table") -> bool:
+        """Whether the counting rule's streak of greedy successes has been reached."""
+        return self.learner(start).count.learned
+
+    def frozen(self, start: Start) -> bool:
+        """Whether learning is over: at the streak that freezes the table (from scratch: that counts), or at the cap."""
+        count = self.learner(start).count
+        enough = count.streak >= self._frozen if start == "table" else count.learned
+        return enough or count.rollouts >= self._cap
+
+    def rollouts(self, start: Start = "table") -> int:
+        """Rollouts to learn on the hardware by the counting rule; the cap where that failed."""
+        learned_at = self.learner(start).count.learned_at
+        return self._cap if learned_at is None else learned_at
+
+    def rollouts_to_proof(self) -> int:
+        """Rollouts on the hardware before those in a row that prove the table handed over; the cap where none do."""
+        proven_after = self.learner().count.proven_after
+        return self._cap if proven_after is None else proven_after
+
+    def proven(self) -> bool | None:
+        """Whether the table stood the proof; None where learning ends before it can."""
+        return self.learner().count.proven if self._frozen >= self._learn.count.frozen else None
+
+    def went_back(self) -> bool:
+        """Whether learning on made the table worse: it is not proven, and fewer frozen rollouts succeed than before."""
+        return not self.proven() and float(np.mean(self.after)) < float(np.mean(self.before))
+
+    def kept(self, handed_over: PolicyArtifact) -> PolicyArtifact:
+        """What games are played with: the policy as it stands, or ``handed_over`` where learning made it worse."""
+        return handed_over if self.went_back() else self.policy
+
+    @property
+    def count(self) -> int:
+        """All rollouts, plays and games so far."""
+        frozen = len(self.before) + len(self.after) + len(self.imitation) + len(self.repeats) + len(self.games)
+        return frozen + sum(self.learner(start).count.rollouts for start in STARTS)
+
+    def finished(self, duration_s: float, missed: int) -> None:
+        """One rollout more: the log's clock moves on; ``missed`` counts since this process opened the line."""
+        self.clock_s += duration_s
+        self.missed += missed - self._missed_here
+        self._missed_here = missed

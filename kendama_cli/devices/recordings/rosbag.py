@@ -1,0 +1,73 @@
+"""Poses from ROS 1 and ROS 2 bags, through ``rosbags``."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+from kendama_cli.devices.recordings.body_track import BodyTrack
+from kendama_cli.devices.recordings.poses import OF_ROS, PoseTracks
+from kendama_cli.errors import InputError, MissingPartError, install_line
+from kendama_cli.system.limits import bounded
+
+
+def read_bag(path: Path) -> list[BodyTrack]:
+    """A track per topic, and per child frame of transforms, by the messages' own stamps.
+
+    Raises MissingPartError without ``rosbags``, InputError for what is no bag or holds no poses.
+    """
+    highlevel, store = _rosbags(path, "rosbags.highlevel"), ros_types(path)
+    path = path.parent if path.name == "metadata.yaml" else path
+    found = PoseTracks()
+    topics: dict[str, str] = {}
+    try:
+        with bounded(), highlevel.AnyReader([path], default_typestore=store) as bag:
+            topics = {one.topic: f"{one.msgtype}, {one.msgcount}" for one in bag.connections}
+            chosen = [one for one in bag.connections if one.msgtype in OF_ROS]
+            # no connections would mean all of them
+            messages = bag.messages(connections=chosen) if chosen else ()
+            for number, (link, log_ns, data) in enumerate(messages, start=1):
+                poses = OF_ROS[str(link.msgtype)](bag.deserialize(data, link.msgtype))
+                found.add(link.topic, number, log_ns, poses)
+    except (highlevel.AnyReaderError, OSError, ValueError, KeyError, AssertionError, MemoryError, RuntimeError) as bad:
+        problem = f"cannot be read as a ROS bag ({str(bad) or type(bad).__name__})"
+        raise InputError(str(path), problem, remedy="record it again") from None
+    bodies = found.bodies()
+    if not bodies:
+        listed = ", ".join(f"{topic} ({kind})" for topic, kind in sorted(topics.items())) or "none"
+        raise InputError(
+            str(path), f"no poses or transforms; its topics: {listed}", remedy=f"record one of {', '.join(OF_ROS)}"
+        )
+    return bodies
+
+
+def ros_types(path: Path, version: int = 2) -> Any:
+    """The store of the message types of ROS 1 or 2; raises MissingPartError without ``rosbags``."""
+    typesys = _rosbags(path, "rosbags.typesys")
+    return typesys.get_typestore(typesys.Stores.ROS2_HUMBLE if version == 2 else typesys.Stores.ROS1_NOETIC)
+
+
+def ros_decoder(path: Path, encoding: str) -> Callable[[bytes, str], Any]:
+    """Return what makes a message of a named type of ``cdr`` (ROS 2) or ``ros1``, and raises ValueError otherwise."""
+    store = ros_types(path, 2 if encoding == "cdr" else 1)
+    read = store.deserialize_cdr if encoding == "cdr" else store.deserialize_ros1
+    wrong = _rosbags(path, "rosbags.serde").SerdeError
+
+    def decoded(data: bytes, kind: str) -> Any:
+        try:
+            return read(data, kind)
+        except (wrong, AssertionError, IndexError) as damaged:
+            raise ValueError(str(damaged)) from None
+
+    return decoded
+
+
+def _rosbags(path: Path, module: str) -> Any:
+    try:
+        return import_module(module)
+    except ImportError:
+        raise MissingPartError(
+            "rosbags", f"{path}: reading messages of ROS needs the library rosbags: {install_line('ros')}"
+        ) from None

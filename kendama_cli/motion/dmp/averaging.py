@@ -1,0 +1,137 @@
+"""From demonstrations to one movement primitive: align, encode each, average the parameters, measure what was lost."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from kendama_cli.artifacts.demonstration import Demonstration
+from kendama_cli.artifacts.motion_plan import MotionPlan
+from kendama_cli.motion.dmp.basis import Basis
+from kendama_cli.motion.dmp.encoding import Parameters, fit_demonstrations
+from kendama_cli.motion.dmp.onset import Moving, moving_part
+from kendama_cli.motion.dmp.primitive import play
+from kendama_cli.motion.dmp.resampling import MIN_SAMPLES, TrimmedDemonstration, common_margins, cut
+from kendama_cli.motion.dmp.settings import EncodeSettings
+from kendama_cli.schema.arrays import Array
+
+COORDINATES = ("x", "y", "z")
+
+
+@dataclass(frozen=True)
+class Deviation:
+    """Distances between a primitive's motion and samples [m]: ``rms_m``, ``max_m``, over ``samples``."""
+
+    rms_m: float
+    max_m: float
+    samples: int
+
+
+@dataclass(frozen=True)
+class Encoding:
+    """The primitives of several demonstrations over one basis."""
+
+    trimmed: tuple[TrimmedDemonstration, ...]
+    parameters: Parameters
+    basis: Basis
+    coordinates: tuple[str, ...] = COORDINATES
+
+    def __len__(self) -> int:
+        return len(self.trimmed)
+
+    def plan(self, i: int) -> MotionPlan:
+        """The primitive of the i-th demonstration."""
+        return self.average([i])
+
+    def average(self, members: Sequence[int] | None = None) -> MotionPlan:
+        """The primitive whose duration, goal, end rates and weights are the means over ``members`` (all by default).
+
+        End velocities are averaged as rates (dy/ds = velocity x duration), as the weights are: so the average
+        primitive's path is the average of the paths at equal shares of their durations. ``variation`` keeps how the
+        members differ.
+        """
+        chosen = list(range(len(self))) if members is None else list(members)
+        p = self.parameters
+        duration = float(p.duration_s[chosen].mean())
+        start_rate, goal, goal_rate, weights = (
+            values[chosen].mean(axis=0) for values in (p.start_rate, p.goal_m, p.goal_rate, p.weights)
+        )
+        return MotionPlan(
+            coordinates=self.coordinates,
+            duration_s=duration,
+            tau_scale=1.0,
+            stiffness=self.basis.stiffness,
+            phase_decay=self.basis.decay,
+            start_m=np.zeros(len(goal)),
+            start_velocity_m_s=start_rate / duration,
+            goal_m=goal,
+            goal_velocity_m_s=goal_rate / duration,
+            weights=weights,
+            centers=self.basis.centers,
+            widths=self.basis.widths,
+            variation=_variation(p.vectors()[chosen]),
+        )
+
+    def deviation(self, plan: MotionPlan, i: int) -> Deviation:
+        """How far ``plan``, played at the i-th demonstration's duration, is from its samples."""
+        demonstration = self.trimmed[i]
+        made = play(plan, demonstration.share * plan.duration_s * plan.tau_scale).position_m
+        distance = np.linalg.norm(made - (demonstration.position_m - self.parameters.origin_m[i]), axis=1)
+        return Deviation(
+            rms_m=float(np.sqrt(np.mean(distance**2))),
+            max_m=float(distance.max()),
+            samples=len(distance),
+        )
+
+
+def prepare(demonstrations: Sequence[Demonstration], settings: EncodeSettings) -> tuple[TrimmedDemonstration, ...]:
+    """The motions of all ``demonstrations``, aligned; raises ValueError, naming the one that cannot be encoded."""
+    trim = settings.trim == "rest"
+    moving = [_moving(one, settings) for one in demonstrations]
+    head, tail = (
+        common_margins([one.t_s for one in demonstrations], moving, settings.margin_share) if trim else (None, None)
+    )
+    trimmed = []
+    for one, part in zip(demonstrations, moving, strict=True):
+        try:
+            trimmed.append(cut(one.t_s, one.position_m, part, head, tail))
+        except ValueError as error:
+            raise ValueError(f"demonstration '{one.name}': {error}") from None
+    return tuple(trimmed)
+
+
+def encode(trimmed: Sequence[TrimmedDemonstration], settings: EncodeSettings) -> Encoding:
+    """The demonstrations' primitives; goal, duration and weights are the paper's 22 parameters per coordinate."""
+    parameters, basis = fit_demonstrations(trimmed, settings)
+    return Encoding(tuple(trimmed), parameters, basis)
+
+
+def encode_demonstrations(demonstrations: Sequence[Demonstration], settings: EncodeSettings) -> MotionPlan:
+    """The average primitive of all ``demonstrations``, each taken relative to its own start and duration.
+
+    Raises ValueError where a demonstration does not move or is too short.
+    """
+    return encode(prepare(demonstrations, settings), settings).average()
+
+
+def _moving(demonstration: Demonstration, settings: EncodeSettings) -> Moving:
+    name, t_s = demonstration.name, demonstration.t_s
+    if len(t_s) < MIN_SAMPLES:
+        raise ValueError(
+            f"demonstration '{name}': a demonstration needs at least {MIN_SAMPLES} samples, not {len(t_s)}"
+        )
+    try:
+        return moving_part(
+            t_s, demonstration.position_m, rest_speed_m_s=settings.rest_speed_m_s, rest_share=settings.rest_share
+        )
+    except ValueError as error:
+        raise ValueError(f"demonstration '{name}': {error}") from None
+
+
+def _variation(vectors: Array) -> Array:
+    """Rows V with V^T V the covariance of ``vectors`` (N, p); none for one vector."""
+    n = len(vectors)
+    made: Array = (vectors - vectors.mean(axis=0)) / np.sqrt(max(n - 1, 1))
+    return made if n > 1 else made[:0]

@@ -1,0 +1,85 @@
+"""Sums over many even samples, s_i = i / (n - 1), of functions that are known at fewer even nodes.
+
+A function's value at a sample is six numbers of the nodes about it times six weights (``response_columns``). So
+sum_i p_i q(s_i) takes the samples together cell by cell, once for all functions. What functions make with each other
+is smooth, and their sum is that of Euler and Maclaurin (M. Abramowitz, I. Stegun, "Handbook of mathematical
+functions", 1964, 23.1.30), which no sample enters:
+
+    sum_i f(s_i) = (n - 1) int f + (f(0) + f(1)) / 2 + h (f'(1) - f'(0)) / 12 - h^3 (f'''(1) - f'''(0)) / 720 ...
+
+with h = 1 / (n - 1), f = q_j q_k, taken as far as h^5.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kendama_cli.motion.dmp.response_columns import cell_rows, quintic
+from kendama_cli.schema.arrays import Array
+
+_POINTS, _SHARES = 0.5 * np.array(np.polynomial.legendre.leggauss(6)) + np.array([[0.5], [0.0]])
+"""Gauss's points and shares of a cell: exact for products of quintics."""
+
+
+@dataclass(frozen=True)
+class GramSeries:
+    """The terms of the sums of products of p functions of each of W bases; each (W, p, p)."""
+
+    integral: Array
+    values: Array
+    first: Array
+    third: Array
+    fifth: Array
+
+    def at(self, count: int) -> Array:
+        """sum_i q_j q_k over ``count`` even samples; (W, p, p)."""
+        h = 1.0 / (count - 1)
+        edges = self.values / 2 + h / 12 * self.first - h**3 / 720 * self.third + h**5 / 30240 * self.fifth
+        return self.integral / h + edges
+
+
+def gram_series(rows: Array, ends: Array) -> GramSeries:
+    """From the nodes' ``rows`` (W, 3 (n + 1), p), and value and five derivatives at 0 and 1: ``ends`` (6, W, 2, p)."""
+
+    def change(a: int, b: int) -> Array:
+        """Of the products of derivatives a and b from 0 to 1, either way round."""
+        made = ends[a].transpose(0, 2, 1) @ (ends[b] * np.array([-1.0, 1.0])[:, None])
+        return np.asarray(made + made.transpose(0, 2, 1))
+
+    six = cell_rows(rows)
+    cells = six.shape[1]
+    points = np.sqrt(_SHARES) * quintic(_POINTS)
+    inner = np.tensordot(points, six, (0, 3)).transpose(1, 0, 2, 3).reshape(len(rows), -1, rows.shape[2])
+    return GramSeries(
+        integral=inner.transpose(0, 2, 1) @ inner / cells,
+        values=ends[0].transpose(0, 2, 1) @ ends[0],
+        first=change(1, 0),
+        third=change(3, 0) + 3 * change(2, 1),
+        fifth=change(5, 0) + 5 * change(4, 1) + 10 * change(3, 2),
+    )
+
+
+def node_sums(position: Array, nodes: int) -> Array:
+    """What ``position`` (r, n) at even samples, no fewer than ``nodes``, is for each node's three numbers.
+
+    Times the rows (3 nodes, p) of functions it gives sum_i position_i q(s_i); (r, 3 nodes).
+    """
+    weights, begins = _cells(position.shape[1], nodes - 1)
+    cells = np.add.reduceat(position[:, None] * weights, begins, axis=2)
+    made = np.zeros((len(position), nodes, 3))
+    made[:, :-1] = cells[:, :3].transpose(0, 2, 1)
+    made[:, 1:] += cells[:, 3:].transpose(0, 2, 1)
+    return made.reshape(len(position), -1)
+
+
+@lru_cache(maxsize=128)
+def _cells(count: int, cells: int) -> tuple[Array, NDArray[np.int64]]:
+    """The six weights of each of ``count`` samples (6, count), and each cell's first sample (cells,)."""
+    place = np.linspace(0.0, cells, count)
+    begins = np.searchsorted(place, np.arange(cells))
+    cell = np.minimum(place.astype(np.int64), cells - 1)
+    return quintic(place - cell), begins

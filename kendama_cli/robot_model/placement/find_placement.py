@@ -1,0 +1,135 @@
+"""A placement for one motion: searched on the compiled chain, then measured on the arm in DART."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from kendama_cli.artifacts.motion_plan import MotionPlan
+from kendama_cli.errors import StageError
+from kendama_cli.motion.dmp.cup_path import CupPath
+from kendama_cli.motion.dmp.heading import swing_heading_rad
+from kendama_cli.robot_model.arm_motion import ArmMotion
+from kendama_cli.robot_model.model import RobotModel
+from kendama_cli.robot_model.placement.clearance import Clearance, least_clearance
+from kendama_cli.robot_model.placement.limit_shares import LimitShares, limit_shares
+from kendama_cli.robot_model.placement.placement_search import (
+    UNREACHED,
+    PlacementProblem,
+    line_demands,
+    motion_demand,
+    search,
+)
+from kendama_cli.schema.arrays import Array
+from kendama_cli.settings.game import GameSettings
+from kendama_cli.settings.placement import LineSettings, Placement
+from kendama_cli.settings.robot import RobotSettings
+
+SEED = 1
+"""Of the search's own random numbers: one motion and one arm have one placement, whatever the run's seed."""
+SAMPLE_S = 0.02
+LINE_WEIGHT = 0.35
+"""The line of the swing-up and the catch may need all of the limits where the motion needs this share of them."""
+WORKABLE = 1.0
+
+
+@dataclass(frozen=True)
+class PlacedMotion:
+    """What a motion needs of an arm so placed: shares of its limits, clearance, and how fast it may play."""
+
+    placement: Placement
+    shares: LimitShares
+    clearance: Clearance
+    least_tau_scale: float
+    tau_scale: float
+    """at which the shares are"""
+
+
+def current_placement(arm: RobotModel) -> Placement:
+    """Where ``arm`` stands and how it holds the cup."""
+    tool = arm.settings.tool
+    return Placement(
+        base_position_m=arm.settings.base_position_m,
+        base_heading_rad=arm.settings.base_heading_rad,
+        home_rad=tuple(arm.home_rad.tolist()),
+        handle_m=tool.handle_m,
+        cup_axis=tool.cup_axis,
+        redundancy_weights=tuple(arm.redundancy_weights.tolist()),
+    )
+
+
+def find_placement(
+    robot: RobotSettings,
+    game: GameSettings,
+    plan: MotionPlan,
+    lead_in_m_s2: float,
+    *,
+    line: LineSettings | None,
+    effort: float,
+    progress: Callable[[int, int, float], None],
+) -> Placement:
+    """The placement of ``robot`` in which ``plan``, at its own tempo, needs the least share of the limits.
+
+    With a ``line`` it also keeps that within reach, on which the swing-up is learned and the ball caught. ``effort``
+    scales the time that is spent; the same call finds the same placement. ``progress`` is called with starts done,
+    starts in all and the least cost so far (the largest share of a speed limit, or 0.6 of that of an acceleration or
+    effort limit). Raises StageError where the motion leaves the workspace, saying where and how far.
+    """
+    path = CupPath(plan, lead_in_m_s2)
+    path_m = path.at(SAMPLE_S * np.arange(int(np.ceil(path.duration_s / SAMPLE_S)) + 1, dtype=np.float64))
+    demands = [motion_demand(path_m, SAMPLE_S * plan.tau_scale, swing_rad=swing_heading_rad(plan))]
+    if line is not None:
+        demands += line_demands(line, LINE_WEIGHT)
+    arm = RobotModel(robot, game.cup, game.gravity_m_s2)
+    problem = PlacementProblem(arm, game, demands)
+    best = search(problem, current_placement(arm), rng=np.random.default_rng(SEED), effort=effort, progress=progress)
+    if best.value >= UNREACHED:
+        raise StageError(_out_of_reach(robot.name, problem, best.place))
+    return problem.placement(best.place)
+
+
+def measured(
+    robot: RobotSettings, game: GameSettings, plan: MotionPlan, lead_in_m_s2: float, slowest_tau: float = 0.0
+) -> PlacedMotion:
+    """What ``plan`` needs of ``robot`` as it stands: at its own tempo, or as much slower as the limits ask for.
+
+    No slower than ``slowest_tau``. Raises StageError where the arm cannot follow.
+    """
+    arm = RobotModel(robot, game.cup, game.gravity_m_s2)
+    swing = ArmMotion(arm, plan, lead_in_m_s2)
+    least = swing.least_tau_scale()
+    tau = max(plan.tau_scale, min(least, slowest_tau))
+    joints = swing.joints(tau, 0.0)
+    clear = least_clearance(arm, game, joints, swing_rad=swing_heading_rad(plan))
+    return PlacedMotion(current_placement(arm), limit_shares(arm, joints), clear, least, tau)
+
+
+def require_workable(robot: RobotSettings, motion: PlacedMotion) -> None:
+    """Raise StageError, naming what stands in the way, where the motion is beyond a limit or something collides."""
+    if motion.clearance.gap_m < 0:
+        raise StageError(
+            f"{robot.name}: the best placement found lets {motion.clearance.parts} overlap by "
+            f"{-1e3 * motion.clearance.gap_m:.0f} mm: make the motion smaller (adapt.size), or robot.link_radius_m if "
+            "it is too wide"
+        )
+    first = motion.shares.leading[0]
+    if first.share > WORKABLE:
+        raise StageError(
+            f"{robot.name}: the best placement found needs {first}: "
+            "play the motion slower (adapt.tau_range), make it smaller (adapt.size), or choose another robot"
+        )
+
+
+def _out_of_reach(name: str, problem: PlacementProblem, place: Array) -> str:
+    missed = problem.unreached(place)
+    if missed is None:
+        return f"no placement of {name} was found in which it can hold the cup upright: choose another robot"
+    demand, sample, off = missed
+    x, y, z = np.round(demand.path_m[sample], 3).tolist()
+    return (
+        f"the motion leaves the workspace of {name}: at {sample * demand.step:.2f} s, x {x}, y {y}, z {z} m from its "
+        f"start, the best placement found is {off:.3f} m short with the cup upright: make the motion smaller or "
+        "choose a longer arm"
+    )

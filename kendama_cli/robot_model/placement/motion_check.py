@@ -1,0 +1,126 @@
+"""Whether an arm may play a motion: limits, stops, gaps, table and workspace, with margins, along all of it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import numpy as np
+
+from kendama_cli.artifacts.motion_plan import JointTrajectory
+from kendama_cli.errors import StageError
+from kendama_cli.robot_model.model import RobotModel
+from kendama_cli.robot_model.placement.clearance import FAR_M, least_clearance
+from kendama_cli.robot_model.placement.limit_shares import UNITS, limit_shares
+from kendama_cli.schema.arrays import Array
+from kendama_cli.settings.game import GameSettings
+from kendama_cli.settings.safety import SafetySettings
+
+_ROUNDING = 1e-6
+_EVERY_S = 0.01
+_CAPSULE_SLACK_M = 0.005
+"""Capsules are wider than links; where two overlap at the start already, they may come so much nearer."""
+
+
+@dataclass(frozen=True)
+class CheckedLimit:
+    """One limit, how near the motion comes to it, and whether that is allowed."""
+
+    what: str
+    found: str
+    allowed: str
+    holds: bool
+
+
+def check_motion(
+    arm: RobotModel, game: GameSettings, joints: JointTrajectory, safety: SafetySettings
+) -> list[CheckedLimit]:
+    """Every limit of ``safety`` for ``joints``; the ball's swing, which a first try has not, is left out."""
+    return [*_limits(arm, joints, safety), *check_places(arm, game, joints, safety)]
+
+
+def check_places(
+    arm: RobotModel, game: GameSettings, joints: JointTrajectory, safety: SafetySettings
+) -> list[CheckedLimit]:
+    """Return the limits of where ``joints`` go, however fast: stops, gaps, table and the cup's box."""
+    own = [_stops(arm, joints, safety), _gap(arm, game, joints, safety)]
+    return [*own, *_surroundings(arm, game, joints, safety)]
+
+
+def require_allowed(checked: Iterable[CheckedLimit]) -> None:
+    """Raise StageError that names all that is not allowed."""
+    wrong = [f"{one.what}: {one.found}, allowed: {one.allowed}" for one in checked if not one.holds]
+    if wrong:
+        raise StageError(
+            f"{'; '.join(wrong)}; nothing was moved: play it slower (adapt.tau_range), place the arm otherwise "
+            "(kendama robot place), or set what the surroundings really allow (safety)"
+        )
+
+
+def _limits(arm: RobotModel, joints: JointTrajectory, safety: SafetySettings) -> list[CheckedLimit]:
+    found = []
+    for one in limit_shares(arm, joints).leading:
+        share = one.share if math.isfinite(one.share) else math.inf
+        unit = UNITS[one.kind]
+        needed = f"{share * one.limit:.2f} {unit} of joint '{one.joint}'"
+        allowed = f"at most {safety.limit_share * one.limit:.2f} {unit}{one.doubt}"
+        found.append(CheckedLimit(one.kind, needed, allowed, share <= safety.limit_share + _ROUNDING))
+    return found
+
+
+def _stops(arm: RobotModel, joints: JointTrajectory, safety: SafetySettings) -> CheckedLimit:
+    lower, upper = arm.limits.lower_rad, arm.limits.upper_rad
+    left: Array = np.minimum(joints.position_rad - lower, upper - joints.position_rad).min(axis=0)
+    j = int(np.nan_to_num(left, nan=-math.inf).argmin())
+    return CheckedLimit(
+        "stop",
+        f"{left[j]:.3f} rad to that of joint '{arm.joint_names[j]}'",
+        f"at least {safety.to_stop_rad:.3f} rad",
+        bool(left[j] >= safety.to_stop_rad - _ROUNDING),
+    )
+
+
+def _gap(arm: RobotModel, game: GameSettings, joints: JointTrajectory, safety: SafetySettings) -> CheckedLimit:
+    """Between two parts of the arm; what is beneath it is another limit."""
+    still = np.zeros_like(joints.position_rad[:2])
+    start = JointTrajectory(joints.joint_names, joints.t_s[:2], joints.position_rad[[0, 0]], still, still)
+    at_start, nearest = (least_clearance(arm, game, one, swing_rad=None, floor_m=-FAR_M) for one in (start, joints))
+    overlap = at_start.gap_m < 0
+    least_m = min(safety.gap_m, at_start.gap_m - _CAPSULE_SLACK_M) if overlap else safety.gap_m
+    return CheckedLimit(
+        "gap",
+        f"{1e3 * nearest.gap_m:.0f} mm between {nearest.parts} at {nearest.t_s:.2f} s",
+        f"at least {1e3 * least_m:.0f} mm" + (" (their capsules overlap at the start)" if overlap else ""),
+        nearest.gap_m >= least_m - _ROUNDING,
+    )
+
+
+def _surroundings(
+    arm: RobotModel, game: GameSettings, joints: JointTrajectory, safety: SafetySettings
+) -> Iterable[CheckedLimit]:
+    """The table beneath all but the pedestal and the link on it, and the box about the cup's tie point."""
+    thin = max(1, round(_EVERY_S / float(np.diff(joints.t_s).mean())))
+    rows = np.unique(np.append(np.arange(0, len(joints.t_s), thin), len(joints.t_s) - 1))
+    angles = joints.position_rad[rows]
+    heights = np.array([arm.joint_places_m(one)[:, 2] for one in angles])
+    cup_m = np.array([arm.tool_place_m(one) for one in angles])
+    lowest = np.minimum(heights[:, 1:-1], heights[:, 2:]) - arm.link_radius_m[1:]
+    gaps = np.column_stack([lowest, cup_m[:, 2] - game.cup.reach_m]) - safety.table_height_m
+    k, part = np.unravel_index(gaps.argmin(), gaps.shape)
+    names = [*(f"the link of '{name}'" for name in arm.joint_names[1:]), "the cup"]
+    yield CheckedLimit(
+        "table",
+        f"{1e3 * gaps[k, part]:.0f} mm under {names[int(part)]} at {joints.t_s[rows[k]]:.2f} s",
+        f"at least {1e3 * safety.gap_m:.0f} mm",
+        bool(gaps[k, part] >= safety.gap_m - _ROUNDING),
+    )
+    for axis, name in enumerate("xyz"):
+        low, high = float(cup_m[:, axis].min()), float(cup_m[:, axis].max())
+        allowed = safety.cup_low_m[axis], safety.cup_high_m[axis]
+        yield CheckedLimit(
+            f"cup, {name}",
+            f"from {low:.3f} to {high:.3f} m",
+            f"from {allowed[0]:.3f} to {allowed[1]:.3f} m",
+            bool(allowed[0] <= low and high <= allowed[1]),
+        )

@@ -1,0 +1,139 @@
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Callable
+
+import pytest
+
+from kendama_cli.adaptation.time_scaling import (
+    CENTRED_M,
+    TauRange,
+    TauTrial,
+    bracket_tau,
+    catch_windows,
+    next_grid_tau,
+    next_tau,
+    next_window_tau,
+)
+
+WHERE = TauRange(low=0.8, high=1.2, start=1.0, step=0.02, resolution=0.0005)
+
+Miss = Callable[[float], float | None]
+
+
+def _search(miss: Miss, *, radius_m: float = 0.02, most: int = 80) -> list[TauTrial]:
+    trials: list[TauTrial] = []
+    while len(trials) < most and not any(trial.caught for trial in trials):
+        tau = next_tau(trials, WHERE)
+        if tau is None:
+            break
+        value = miss(tau)
+        trials.append(TauTrial(tau, value, value is not None and abs(value) < radius_m))
+    return trials
+
+
+@pytest.mark.parametrize("root", [0.81, 0.87, 0.95, 1.003, 1.04, 1.13, 1.19])
+@pytest.mark.parametrize("slope", [-5.0, 5.0])
+def test_a_catch_of_a_straight_miss_is_found_in_few_rollouts(root: float, slope: float) -> None:
+    trials = _search(lambda tau: slope * (tau - root))
+    assert trials[-1].caught
+    assert len(trials) <= 6
+
+
+def test_the_measured_shape_of_a_recorded_swing_is_caught_in_four_rollouts() -> None:
+    """Two windows, as a person's swing has them: a valley of misses between two zeros."""
+    trials = _search(lambda tau: -0.15 + 28 * (tau - 0.97) ** 2)
+    assert trials[-1].caught
+    assert len(trials) <= 4
+
+
+def test_a_narrow_window_is_cut_out_of_its_bracket() -> None:
+    trials = _search(lambda tau: math.tanh(40 * (tau - 1.0523)) * 0.2, radius_m=0.001)
+    assert trials[-1].caught
+
+
+def test_where_the_ball_never_comes_down_the_whole_grid_is_visited_and_then_nothing_is_left() -> None:
+    trials = _search(lambda tau: None)
+    assert sorted(round(trial.tau_scale, 3) for trial in trials) == [round(0.8 + 0.02 * k, 3) for k in range(21)]
+    assert next_tau(trials, WHERE) is None
+
+
+def test_a_jump_between_two_ways_of_coming_down_is_no_catch() -> None:
+    trials = [TauTrial(1.0, 0.4, False), TauTrial(1.02, -0.4, False)]
+    assert bracket_tau(trials, WHERE) is None
+
+
+def test_nothing_outside_the_range_is_tried() -> None:
+    for slope in (-30.0, 0.5, 30.0):
+        for trial in _search(lambda tau, slope=slope: slope * (tau - 2.0)):  # type: ignore[misc]
+            assert WHERE.low - 1e-9 <= trial.tau_scale <= WHERE.high + 1e-9
+
+
+def test_the_grid_is_visited_from_the_start_outwards() -> None:
+    trials = [TauTrial(1.0, None, False)]
+    for expected in (1.02, 0.98, 1.04, 0.96):
+        tau = next_grid_tau(trials, WHERE)
+        assert tau == pytest.approx(expected)
+        trials.append(TauTrial(expected, None, False))
+
+
+def _explore(miss: Miss, mouth_m: float = 0.035, step: float = 0.03) -> list[TauTrial]:
+    where = dataclasses.replace(WHERE, step=step)
+    trials: list[TauTrial] = []
+    while len(trials) < 60:
+        found = any(trial.caught for trial in trials)
+        tau = next_window_tau(trials, where, mouth_m) if found else next_tau(trials, where)
+        if tau is None:
+            break
+        value = miss(tau)
+        trials.append(TauTrial(tau, value, value is not None and abs(value) < mouth_m))
+    return trials
+
+
+@pytest.mark.parametrize("shift", [-0.02, -0.01, 0.0, 0.007, 0.015])
+def test_both_windows_of_a_valley_are_found_and_centred_in_few_rollouts(shift: float) -> None:
+    def miss(tau: float) -> float:
+        return -0.15 + 28 * (tau - 0.97 - shift) ** 2
+
+    where = dataclasses.replace(WHERE, step=0.03)
+    trials = _explore(miss)
+    windows = catch_windows(trials, where, 0.035)
+    assert len(windows) == 2
+    for window, sign in zip(sorted(windows, key=lambda one: one.low), (-1, 1), strict=True):
+        root = 0.97 + shift + sign * math.sqrt(0.15 / 28)
+        edges = sorted(0.97 + shift + sign * math.sqrt((0.15 + edge) / 28) for edge in (-0.035, 0.035))
+        assert abs(window.best.tau_scale - root) < CENTRED_M / 4
+        # the curve through a parabola's points 0.03 apart is 0.002 off in tau at its edges
+        assert [window.low, window.high] == pytest.approx(edges, abs=0.003)
+    assert len(trials) <= 14 + 3 * 2
+
+
+def test_a_window_where_the_miss_only_touches_zero_is_found_between_the_points_of_the_grid() -> None:
+    """No change of sign tells of it: the curve through the misses does."""
+    trials = _explore(lambda tau: 0.01 + 60 * (tau - 1.075) ** 2 if tau > 1.02 else 0.19 + 2 * (1.02 - tau))
+    windows = catch_windows(trials, dataclasses.replace(WHERE, step=0.03), 0.035)
+    assert len(windows) == 1
+    assert windows[0].best.tau_scale == pytest.approx(1.075, abs=0.004)
+
+
+def test_a_missed_rollout_parts_two_windows_and_a_window_without_a_catch_is_none() -> None:
+    def trials(middle: bool) -> list[TauTrial]:
+        misses = {0.97: -0.08, 0.99: -0.02, 1.0: 0.0, 1.01: 0.02, 1.03: 0.08}
+        return [TauTrial(tau, miss, abs(miss) < 0.03 and (tau != 1.0 or middle)) for tau, miss in misses.items()]
+
+    assert len(catch_windows(trials(True), WHERE, 0.03)) == 1
+    assert len(catch_windows(trials(False), WHERE, 0.03)) == 2
+    assert catch_windows([TauTrial(0.99, -0.02, False), TauTrial(1.01, 0.02, False)], WHERE, 0.03) == ()
+
+
+def test_windows_come_widest_first() -> None:
+    windows = catch_windows(_explore(lambda tau: 40 * (tau - 0.85) * (tau - 1.0)), WHERE, 0.035)
+    widths = [window.high - window.low for window in windows]
+    assert len(windows) == 2
+    assert widths == sorted(widths, reverse=True)
+
+
+def test_a_jump_between_two_ways_of_coming_down_is_no_window() -> None:
+    trials = _explore(lambda tau: 0.3 if tau < 1.007 else -0.3)
+    assert catch_windows(trials, WHERE, 0.035) == ()

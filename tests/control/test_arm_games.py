@@ -1,0 +1,84 @@
+"""Full games through images on the arm in DART: how many are caught, whole and with faults on the way."""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any, cast
+
+import pytest
+
+from kendama_cli.artifacts.policy import PolicyArtifact
+from kendama_cli.config.compose import composed
+from kendama_cli.config.site import find_site
+from kendama_cli.control.builder import GameBuilder, GameSetup
+from kendama_cli.control.game_runner import GameRunner
+from kendama_cli.control.open_observer import CameraSetup
+from kendama_cli.devices.robot.interface import Robot
+from kendama_cli.devices.robot.rebuilt import RebuiltRobot
+from kendama_cli.devices.robot.simulated import SimulatedRobot
+from kendama_cli.learning.policy import GreedyPolicy
+from kendama_cli.pipeline.nodes import build_settings
+from kendama_cli.stages.learn.stage import Learn
+from tests.memory_context import MemoryContext
+
+
+@contextmanager
+def arm_games(node: dict[str, Any], *, nominal: bool) -> Iterator[GameRunner]:
+    """Games on the simulated arm, without UDP; ``nominal``: the body that the model describes."""
+    game, transfer, hardware = node["game"], node["transfer"], node["hardware"]
+    build = functools.partial(
+        SimulatedRobot,
+        node["robot"],
+        game,
+        imperfection=None if nominal else hardware.imperfection,
+        control_period_s=hardware.control_period_s,
+    )
+    cameras = CameraSetup(node["camera"], node["lighting"], node["predict"])
+    builder = GameBuilder(GameSetup(node["robot"], game, node["learn"], transfer, cameras))
+    with builder.open(cast(Robot, RebuiltRobot(build)), seed=5) as runner:
+        yield runner
+
+
+def nodes(folder: Path, *overrides: str) -> dict[str, Any]:
+    return build_settings(composed(find_site(folder), ["simulation/engine=rail", *overrides]))
+
+
+@pytest.fixture(scope="module")
+def policies(tmp_path_factory: pytest.TempPathFactory) -> list[PolicyArtifact]:
+    node = nodes(tmp_path_factory.mktemp("work"))
+    learn = Learn(learn=node["learn"], game=node["game"])
+    return [learn.run({}, MemoryContext(seed)).artifact for seed in range(70, 74)]
+
+
+def caught(node: dict[str, Any], policies: list[PolicyArtifact], count: int, seed: int, *, nominal: bool) -> int:
+    with arm_games(node, nominal=nominal) as runner:
+        played = (
+            runner.play(GreedyPolicy(policies[k % len(policies)], node["learn"]), seed=seed + k) for k in range(count)
+        )
+        return sum(game.caught for game in played)
+
+
+@pytest.mark.slow  # tests/test_whole_game.py plays through images on the arm's twin
+def test_a_few_games_on_the_nominal_arm_are_caught(tmp_path: Path, policies: list[PolicyArtifact]) -> None:
+    """200 of 200 were caught; with 0.9 each, fewer than 3 of 4 come once in 19 times."""
+    assert caught(nodes(tmp_path), policies, 4, 900, nominal=True) >= 3
+
+
+@pytest.mark.slow
+@pytest.mark.timeout(600)
+def test_nearly_all_games_on_the_nominal_arm_are_caught(tmp_path: Path, policies: list[PolicyArtifact]) -> None:
+    assert caught(nodes(tmp_path), policies, 100, 1000, nominal=True) >= 97
+
+
+@pytest.mark.slow
+@pytest.mark.timeout(600)
+@pytest.mark.parametrize("twin", ["twin_long_slow", "twin_short_noisy", "twin_noise_3"])
+@pytest.mark.parametrize("lighting", ["bright", "dim", "side"])
+def test_most_games_on_other_bodies_are_caught(
+    tmp_path: Path, policies: list[PolicyArtifact], twin: str, lighting: str
+) -> None:
+    node = nodes(tmp_path, f"hardware={twin}", f"lighting={lighting}")
+    assert caught(node, policies, 12, 2000, nominal=False) >= 10

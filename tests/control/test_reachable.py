@@ -1,0 +1,80 @@
+"""A seen catch is checked wherever it may bring the arm, before a robot plays it."""
+
+from __future__ import annotations
+
+import dataclasses
+import functools
+
+import numpy as np
+import pytest
+
+from kendama_cli.control import reachable
+from kendama_cli.control.reachable import Surroundings
+from kendama_cli.errors import StageError
+from kendama_cli.settings.safety import SafetySettings
+from tests.control.seen_swings import ADAPT, swing
+from tests.stages.transfer_setup import GAME, SAFETY
+
+FROM_S = 1.2
+"""In the swing of seen_swings the rope slackens at 1.5 s or later."""
+
+
+def held_m(safety: SafetySettings, catch: str = "seen") -> tuple[float, tuple[str, ...]]:
+    made = swing()
+    adapt = dataclasses.replace(ADAPT, catch=catch)
+    steering, told = Surroundings(made.arm, GAME, adapt, safety).steering(made.joints, FROM_S)
+    return steering.max_shift_m, told
+
+
+@functools.cache
+def cup_m() -> np.ndarray:
+    """Where the planned cup is from FROM_S on (n, 3)."""
+    joints = swing().joints
+    return np.array([swing().arm.tool_place_m(q) for q in joints.position_rad[joints.t_s >= FROM_S]])
+
+
+def test_in_the_usual_room_the_shipped_arm_is_held_off_its_own_stop_alone() -> None:
+    """0.3 m beside this swing joint s3 would be beyond its stop; 0.225 m beside it is not."""
+    most_m, told = held_m(SAFETY)
+    assert most_m == pytest.approx(0.225)
+    assert "held to 0.225 m beside its plan" in told[0]
+    assert "of joint 's3', allowed: at least 0.020 rad" in told[0]
+
+
+@pytest.mark.parametrize(("room_m", "share"), [(0.24, 0.75), (0.17, 0.5), (0.09, 0.25)])
+def test_a_wall_beside_the_plan_bounds_the_circle(room_m: float, share: float) -> None:
+    """The wall stands so far behind the last planned place; the circle's rims are a quarter of 0.3 m apart."""
+    wall = dataclasses.replace(SAFETY, cup_low_m=(float(cup_m()[:, 0].min()) - room_m, *SAFETY.cup_low_m[1:]))
+    most_m, told = held_m(wall)
+    assert most_m == pytest.approx(share * 0.3)
+    assert f"held to {most_m:g} m beside its plan" in told[0]
+    assert share == 0.75 or "cup, x: from" in told[0]
+    assert held_m(wall, catch="open") == (0.3, ())
+
+
+def test_a_seen_catch_that_has_no_room_at_all_is_refused_before_anything_moves() -> None:
+    high = float(cup_m()[:, 1].max()) + 0.05
+    with pytest.raises(StageError, match=r"cup, y: from .* nothing was moved"):
+        held_m(dataclasses.replace(SAFETY, cup_high_m=(SAFETY.cup_high_m[0], high, SAFETY.cup_high_m[2])))
+
+
+def test_a_tempo_beyond_the_limits_is_passed_over() -> None:
+    """Played in 0.97 of its time a motion needs 1/0.97 of its speeds and 1/0.97^2 of its accelerations."""
+    made = swing()
+    speed = np.abs(made.joints.velocity_rad_s).max(axis=0) / made.arm.limits.velocity_rad_s
+    change = np.abs(made.joints.acceleration_rad_s2).max(axis=0) / made.arm.limits.acceleration_rad_s2
+    for share, wanted in ((1.0, (1.0, 1.03, 0.97)), (max(speed.max() / 0.98, change.max() / 0.98**2), (1.0, 1.03))):
+        around = Surroundings(made.arm, GAME, ADAPT, dataclasses.replace(SAFETY, limit_share=float(share)))
+        assert around.playable(made.joints, (1.0, 1.03, 0.97)) == wanted
+
+
+def test_a_stop_that_the_plan_keeps_off_and_the_catch_beside_it_does_not_is_found() -> None:
+    made = swing()
+    plan = reachable.check_places(made.arm, GAME, made.joints, SAFETY)
+    assert all(one.holds for one in plan)
+    stop = np.array(made.arm.limits.upper_rad)
+    stop[0] = made.joints.position_rad[:, 0].max() + SAFETY.to_stop_rad + 1e-3
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(made.arm, "limits", dataclasses.replace(made.arm.limits, upper_rad=stop))
+        with pytest.raises(StageError, match=r"stop: .*nothing was moved"):
+            held_m(SAFETY)

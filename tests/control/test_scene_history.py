@@ -1,0 +1,77 @@
+"""What virtual cameras are shown of the robot."""
+
+from __future__ import annotations
+
+import functools
+
+import numpy as np
+import pytest
+
+from kendama_cli.control.scene_history import KEPT_PERIODS, SceneHistory, joint_places
+from kendama_cli.devices.robot.interface import JointCommand, SceneState
+from kendama_cli.devices.robot.simulated import SimulatedRobot
+from tests.devices.robot.test_simulated import WORN
+from tests.simulation.dart.bench_robot import kendama_game, modelled, pa10
+
+ORIGIN_M = np.array([0.5, 0.0, 1.0])
+
+
+def moving(t_s: float) -> SceneState:
+    ball = np.array([1.0 + 2.0 * t_s, 0.0, 1.5 - t_s])
+    return SceneState(np.array([t_s]), np.array([t_s, 0.0, 1.0]), np.eye(3), ball)
+
+
+def recorded(until: int) -> SceneHistory:
+    history = SceneHistory(lambda q: np.array([[q[0], 0.0, 0.0]]), 0.4, ORIGIN_M)
+    for k in range(until):
+        history.add(0.004 * k, moving(0.004 * k))
+    return history
+
+
+@pytest.mark.parametrize("t_s", [0.0, 0.0013, 0.004, 0.0181, 0.036])
+def test_between_two_periods_everything_moves_straight(t_s: float) -> None:
+    pose = recorded(10)(t_s)
+    assert pose.ball_m == pytest.approx(moving(t_s).ball_m - ORIGIN_M)
+    assert pose.cup_m == pytest.approx(moving(t_s).cup_m - ORIGIN_M)
+    assert pose.arm_m[0] == pytest.approx(np.array([t_s, 0.0, 0.0]) - ORIGIN_M)
+
+
+def test_before_and_after_what_is_known_the_scene_is_held() -> None:
+    history = recorded(KEPT_PERIODS + 30)
+    first, last = 0.004 * 30, 0.004 * (KEPT_PERIODS + 29)
+    assert history(first - 0.01).cup_m == pytest.approx(moving(first).cup_m - ORIGIN_M)
+    assert history(last + 0.01).cup_m == pytest.approx(moving(last).cup_m - ORIGIN_M)
+    assert history.reported
+    history.clear()
+    assert not history.reported
+
+
+def test_the_scene_is_where_the_arm_truly_is_without_the_noise_of_what_is_read() -> None:
+    robot = SimulatedRobot(pa10(), kendama_game(), imperfection=WORN, control_period_s=0.004)
+    arm = modelled(pa10())
+    home = np.array(pa10().home_rad)
+    robot.reset(home, 3)
+    ball_noise = []
+    for _ in range(100):
+        exchange = robot.exchange(JointCommand(home, np.zeros(7), np.zeros(7)))
+        scene = exchange.scene
+        assert scene is not None
+        assert scene.cup_m == pytest.approx(arm.tool_place_m(scene.position_rad), abs=1e-9)
+        assert scene.cup_rotation.T @ scene.cup_rotation == pytest.approx(np.eye(3))
+        ball_noise.append(exchange.state.ball_in_world_m - scene.ball_m)
+    assert np.std(ball_noise) == pytest.approx(WORN.ball_noise_m, rel=0.2)
+    places = functools.partial(joint_places, arm)(home)
+    assert np.linalg.norm(np.diff(places, axis=0), axis=1).min() > 0.01, "a shared origin is given once"
+    elsewhere = joint_places(arm, home + 0.3)
+    assert np.linalg.norm(np.diff(elsewhere, axis=0), axis=1) == pytest.approx(
+        np.linalg.norm(np.diff(places, axis=0), axis=1)
+    ), "links are rigid"
+    assert np.linalg.norm(places[-1] - arm.tool_place_m(home)) < 0.3, "the hand is near the cup"
+
+
+def test_the_rope_is_seen_to_begin_where_it_is_tied_to_the_cup() -> None:
+    """A tie on the wall of a cup that leans by a quarter turn about y: what was along x points down."""
+    history = SceneHistory(lambda q: np.empty((0, 3)), 0.4, ORIGIN_M, (0.049, 0.0, 0.015))
+    turn = np.array([[0.0, 0.0, 1.0], [0.0, 1.0, 0.0], [-1.0, 0.0, 0.0]])
+    history.add(0.0, SceneState(np.zeros(1), np.array([1.0, 0.0, 1.0]), turn, np.array([1.0, 0.0, 0.6])))
+    assert history(0.0).rope_m[0] == pytest.approx(np.array([1.015, 0.0, 0.951]) - ORIGIN_M)

@@ -1,0 +1,151 @@
+"""The cup beside its plan: where it meets the ball, what the joints may, and when it stays as planned."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from kendama_cli.artifacts.catch_pose import CatchPose
+from kendama_cli.control.steered_motion import CupPlan, SteeredMotion
+from kendama_cli.devices.robot.interface import JointCommand
+from kendama_cli.schema.arrays import Array
+from tests.control.seen_swings import ADAPT, swing
+from tests.simulation.dart.bench_robot import kendama_game
+
+RIM_M = kendama_game().cup.rim_m
+LEVER_M = RIM_M - ADAPT.steering.below_rim_m
+H = 0.004
+SEEN_AT, CATCH_S = 600, 2.8
+"""The sample of the plan from which the ball is seen, and when it comes down."""
+
+
+def ball(beside_m: tuple[float, float], sigma_m: float = 0.001) -> CatchPose:
+    """A ball that comes down ``beside_m`` the planned cup with 0.3 m/s to the side."""
+    cup, _ = swing().cup.at(CATCH_S, LEVER_M)
+    return CatchPose(
+        t_s=CATCH_S,
+        position_m=cup + np.array([*beside_m, 0.0]),
+        velocity_m_s=np.array([0.3, 0.0, -2.0]),
+        covariance_m2=np.eye(3) * sigma_m**2 / 3,
+        time_sigma_s=0.001,
+        rotation_wxyz=np.array([1.0, 0.0, 0.0, 0.0]),
+        n_observations=30,
+    )
+
+
+def played(pose: CatchPose, **settings: float) -> tuple[SteeredMotion, list[JointCommand]]:
+    """Every command of a motion in which the ball is seen from sample SEEN_AT on."""
+    plan = swing().cup
+    motion = SteeredMotion(plan, dataclasses.replace(ADAPT.steering, **settings), RIM_M)
+    commands = [motion.last]
+    while len(commands) < len(plan.motion.t_s) + 150:
+        if len(commands) >= SEEN_AT and not motion.over:
+            motion.follow(pose)
+        commands.append(motion.next())
+    return motion, commands
+
+
+def mouth(position_rad: Array) -> Array:
+    """Where the middle of the mouth is meant to meet the ball."""
+    pose = swing().arm.tool_pose(position_rad)
+    return np.asarray(pose.position_m + LEVER_M * pose.rotation[:, 2])
+
+
+def test_until_a_ball_is_believed_the_motion_is_the_plan() -> None:
+    _, commands = played(ball((0.1, 0.0), sigma_m=0.1))
+    motion = swing().cup.motion
+    planned = commands[: len(motion.t_s)]
+    assert (np.array([one.position_rad for one in planned]) == motion.position_rad).all()
+    assert (np.array([one.velocity_rad_s for one in planned]) == motion.velocity_rad_s).all()
+
+
+@pytest.mark.parametrize("beside_m", [(0.08, 0.0), (-0.1, 0.02), (0.0, 0.0)])
+def test_the_cup_meets_the_ball_where_and_when_it_comes_down_upright(beside_m: tuple[float, float]) -> None:
+    pose = ball(beside_m)
+    motion, commands = played(pose)
+    meeting = commands[round(CATCH_S / H)].position_rad
+    assert mouth(meeting)[:2] == pytest.approx(pose.position_m[:2], abs=1.5e-3)
+    assert swing().arm.tool_pose(meeting).rotation[2, 2] == pytest.approx(1.0, abs=1e-6)
+    # afterwards it comes to rest beside the plan
+    assert not commands[-1].velocity_rad_s.any()
+    assert np.linalg.norm(motion.shift_m - beside_m) < 0.05
+
+
+def test_a_late_drive_is_told_earlier() -> None:
+    pose, late = ball((0.08, 0.0)), 5
+    motion = SteeredMotion(swing().cup, ADAPT.steering, RIM_M)
+    commands = [motion.last]
+    while len(commands) < 900:
+        if len(commands) >= SEEN_AT:
+            motion.follow(pose)
+        commands.append(motion.next())
+        motion.observe(commands[max(len(commands) - 1 - late, 0)].position_rad)
+    assert motion.lag_s == pytest.approx(late * H, rel=0.03)
+    assert mouth(commands[round(CATCH_S / H) - late].position_rad)[:2] == pytest.approx(pose.position_m[:2], abs=3e-3)
+
+
+def test_every_command_keeps_to_the_joints_limits_and_goes_no_farther_than_allowed() -> None:
+    motion, commands = played(ball((0.5, 0.3)), max_shift_m=0.2)
+    limits = swing().arm.limits
+    places = np.array([one.position_rad for one in commands])
+    speeds = np.array([one.velocity_rad_s for one in commands])
+    bends = np.abs(np.diff(speeds, axis=0)) / H
+    assert (places >= limits.lower_rad).all()
+    assert (places <= limits.upper_rad).all()
+    assert (np.abs(speeds) <= limits.velocity_rad_s).all()
+    assert (bends <= limits.acceleration_rad_s2 * (1 + 1e-9)).all()
+    # places and speeds belong together: a step is the mean speed, to the third order of the period
+    assert np.abs(np.diff(places, axis=0) - H * (speeds[1:] + speeds[:-1]) / 2).max() < 1e-4
+    # the place is bounded, and not the aim alone: 10 um is a last period of braking that is not whole
+    beside = np.array([swing().arm.tool_place_m(one.position_rad) for one in commands])
+    beside -= np.array([swing().cup.sample(k).place_m for k in range(len(commands))])
+    assert np.linalg.norm(beside[:, :2], axis=1).max() < 0.2 + 1e-3
+    assert motion.largest_shift_m <= 0.2 + 2e-5
+    assert 0.1 < motion.catch_shift_m <= motion.largest_shift_m
+
+
+@pytest.mark.parametrize("beside_m", [(0.05, 0.0), (-0.06, 0.05), (0.15, 0.1), (0.1, -0.2)])
+@pytest.mark.parametrize("most_m", [0.08, 0.2])
+def test_the_cup_brakes_in_time_for_a_ball_that_flies_fast_to_the_side(
+    beside_m: tuple[float, float], most_m: float
+) -> None:
+    """Matched and then braked with 4 m/s^2, 1.5 m/s take 0.28 m."""
+    fast = dataclasses.replace(ball(beside_m), velocity_m_s=np.array([*1.5 * np.sign(beside_m), -2.0]))
+    motion, commands = played(fast, max_shift_m=most_m)
+    shift = np.array([swing().arm.tool_place_m(one.position_rad) for one in commands])[:, :2]
+    shift -= np.array([swing().cup.sample(k).place_m[:2] for k in range(len(commands))])
+    assert np.linalg.norm(shift, axis=1).max() < most_m + 1e-3
+    assert not commands[-1].velocity_rad_s.any()
+    if np.hypot(*beside_m) < most_m - 0.02:
+        meeting = commands[round(CATCH_S / H)].position_rad
+        assert np.linalg.norm(mouth(meeting)[:2] - fast.position_m[:2]) < 0.01
+    assert motion.largest_shift_m <= most_m + 2e-5
+
+
+def test_no_ball_is_followed_before_the_time_from_which_it_may_be() -> None:
+    motion = SteeredMotion(swing().cup, ADAPT.steering, RIM_M, from_s=1.0)
+    for _ in range(round(1.0 / H)):
+        motion.follow(ball((0.08, 0.0)))
+        motion.next()
+    assert not motion.steered
+    motion.follow(ball((0.08, 0.0)))
+    assert motion.steered
+
+
+def test_a_ball_out_of_reach_is_followed_no_farther_than_the_arm_can() -> None:
+    _, commands = played(ball((4.0, 0.0)), max_shift_m=5.0, acceleration_m_s2=100.0)
+    limits = swing().arm.limits
+    places = np.array([one.position_rad for one in commands])
+    assert np.isfinite(places).all()
+    assert (places >= limits.lower_rad).all()
+    assert (places <= limits.upper_rad).all()
+    # what a drive is asked for in one period is never absurd
+    assert (np.abs(np.diff(places, axis=0)) <= 2.5 * H * limits.velocity_rad_s).all()
+
+
+def test_a_plan_holds_its_last_posture() -> None:
+    plan: CupPlan = swing().cup
+    last = len(plan.motion.t_s) - 1
+    assert plan.at(1e3, 0.0)[0] == pytest.approx(plan.sample(last).place_m)

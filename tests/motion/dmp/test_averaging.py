@@ -1,0 +1,139 @@
+import dataclasses
+
+import numpy as np
+import pytest
+
+from kendama_cli.artifacts.demonstration import Demonstration
+from kendama_cli.motion.dmp.averaging import encode, encode_demonstrations, prepare
+from kendama_cli.motion.dmp.primitive import play
+from tests.motion.swings import demonstration, path, settings
+
+
+def encoded(demonstrations, chosen=None):
+    chosen = chosen or settings()
+    return encode(prepare(demonstrations, chosen), chosen)
+
+
+def test_the_average_of_one_is_itself():
+    made = encoded([demonstration(), demonstration(2.3)])
+    assert np.array_equal(made.average([1]).weights, made.plan(1).weights)
+    assert made.average([1]).duration_s == made.plan(1).duration_s
+
+
+def test_the_average_plays_the_average_of_the_motions():
+    """y is linear in goal, end rates and weights, so averaging parameters averages the paths at equal shares."""
+    made = [demonstration(1.8), demonstration(2.3), demonstration(2.0)]
+    t = np.arange(0.5, 1.5, 0.01)
+    made.append(Demonstration("moving", t, path(t)))
+    encoding = encoded(made)
+    mean = encoding.average()
+    share = np.linspace(0, 1, 50)
+    plans = [encoding.plan(i) for i in range(4)]
+    paths = [play(plan, share * plan.duration_s).position_m for plan in plans]
+    assert np.abs(play(mean, share * mean.duration_s).position_m - np.mean(paths, axis=0)).max() < 1e-12
+
+
+def test_demonstrations_of_other_place_rate_duration_and_rest_average_to_the_same_swing():
+    shifted = demonstration(rate_hz=250, head_s=0.7, tail_s=1.1)
+    shifted = dataclasses.replace(shifted, position_m=shifted.position_m + np.array([3.0, -1.0, 0.2]))
+    mean = encode_demonstrations([demonstration(1.8, rate_hz=120), shifted, demonstration(2.2, head_s=0.4)], settings())
+    alone = encode_demonstrations([demonstration(2.0, head_s=0.3, tail_s=0.3)], settings())
+    share = np.linspace(0, 1, 100)
+    difference = play(mean, share * mean.duration_s).position_m - play(alone, share * alone.duration_s).position_m
+    # a sample of 10 ms would be 10 mm of a swing of 1 m/s
+    assert np.abs(difference).max() < 1e-3
+
+
+@pytest.mark.parametrize(("rate_hz", "agree_m"), [(60, 3e-3), (100, 1e-3), (1000, 1e-4)])
+def test_one_path_shown_faster_and_slower_gives_one_primitive(rate_hz, agree_m):
+    """At equal shares of a motion of 0.8, 1 and 1.3 s: its ends are found between samples, by a window of its own."""
+    share = np.linspace(0, 1, 200)
+    swings = [demonstration(duration, rate_hz, head_s=0.3, tail_s=0.3) for duration in (0.8, 1.0, 1.3)]
+    trimmed = [prepare([one], settings())[0] for one in swings]
+    cut = [one.duration_s / duration for one, duration in zip(trimmed, (0.8, 1.0, 1.3), strict=True)]
+    assert cut == pytest.approx([cut[0]] * 3, abs=0.5 / rate_hz)
+    plans = [encode_demonstrations([one], settings()) for one in swings]
+    paths = np.array([play(plan, share * plan.duration_s).position_m for plan in plans])
+    assert np.linalg.norm(paths - paths[1], axis=2).max() < agree_m
+
+
+def test_the_rest_that_is_kept_is_the_same_share_of_every_motion():
+    """Else the motions would begin at different shares, and their average would blur."""
+    pair = [demonstration(1.8, 500, head_s=0.5), demonstration(2.3, 500, head_s=0.5, tail_s=1.0)]
+    onset = [np.searchsorted(np.abs(one.position_m[:, 0]), 0.02) / len(one.share) for one in prepare(pair, settings())]
+    assert onset[0] == pytest.approx(onset[1], abs=2e-3)  # a sample
+
+
+def test_where_one_has_no_rest_none_keeps_any():
+    t = np.arange(0.6, 2.2, 0.01)
+    cut = Demonstration("cut", t, path(t))
+    with_rest = prepare([demonstration(head_s=0.5)], settings())[0]
+    beside = prepare([demonstration(head_s=0.5), cut], settings())[0]
+    assert beside.onset_s > with_rest.onset_s
+    assert prepare([demonstration(head_s=0.5), cut], settings())[1].onset_s == t[0]
+
+
+def test_averaging_takes_out_what_is_not_common():
+    """Ten swings with independent errors of 5 mm: the average is nearer to the truth than every one of them."""
+    rng = np.random.default_rng(11)
+    truth = demonstration()
+    share = truth.t_s / 2.0
+    noisy = []
+    for i in range(10):
+        error = sum(
+            rng.normal(0, 5e-3, 3) * np.sin(np.pi * share[:, None]) * np.sin(np.pi * k * share[:, None])
+            for k in (1, 2, 3)
+        )
+        noisy.append(Demonstration(f"n{i}", truth.t_s, truth.position_m + error))
+    chosen = settings(trim="none")
+    share = np.linspace(0, 1, 100)
+    clean = play(encode_demonstrations([truth], chosen), 2.0 * share).position_m
+
+    def distance(plan):
+        return np.sqrt(np.mean((play(plan, plan.duration_s * share).position_m - clean) ** 2))
+
+    encoding = encoded(noisy, chosen)
+    assert distance(encoding.average()) < min(distance(encoding.plan(i)) for i in range(10))
+
+
+def test_there_are_22_parameters_per_coordinate():
+    assert encode_demonstrations([demonstration()], settings()).n_parameters == 22
+
+
+def test_resting_ends_are_cut_to_the_margin():
+    (swing,) = prepare([demonstration(head_s=1.0, tail_s=2.0)], settings())
+    # the formula itself rests for the first 0.1 and the last 0.1 of its 2 s, and starts slowly
+    assert 1.5 < swing.duration_s < 2.0
+    assert 1.1 < swing.onset_s < 1.25
+
+
+def test_without_trimming_all_rows_stay():
+    (swing,) = prepare([demonstration(head_s=1.0, tail_s=2.0)], settings(trim="none"))
+    assert swing.duration_s == pytest.approx(5.0)
+
+
+def test_a_hand_that_never_moves_is_named():
+    still = Demonstration("nap", np.arange(50) / 100, np.zeros((50, 3)))
+    with pytest.raises(ValueError, match=r"demonstration 'nap': the hand never moves faster than 0.02 m/s"):
+        prepare([still], settings())
+
+
+def test_a_swing_of_too_few_samples_is_named():
+    short = Demonstration("blink", np.arange(4) / 100, np.arange(12.0).reshape(4, 3))
+    with pytest.raises(ValueError, match=r"demonstration 'blink': a demonstration needs at least 5 samples, not 4"):
+        prepare([short], settings())
+
+
+def test_noise_does_not_hide_where_the_motion_begins():
+    """1 mm of white noise at 100 Hz is 0.14 m/s from sample to sample; rest is still told from motion."""
+    clean = demonstration(head_s=1.5, tail_s=1.5)
+    (truth,) = prepare([clean], settings())
+    rng = np.random.default_rng(8)
+    for _ in range(10):
+        noisy = Demonstration("noisy", clean.t_s, clean.position_m + rng.normal(0, 1e-3, clean.position_m.shape))
+        (swing,) = prepare([noisy], settings())
+        assert abs(swing.onset_s - truth.onset_s) < 0.05
+        assert abs(swing.duration_s - truth.duration_s) < 0.08
+        plan = encode_demonstrations([noisy], settings())
+        assert not plan.start_velocity_m_s.any()
+        assert not plan.goal_velocity_m_s.any()

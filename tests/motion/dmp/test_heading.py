@@ -1,0 +1,89 @@
+"""A primitive turned about the vertical, and the plane in which it swings."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+
+from kendama_cli.artifacts.motion_plan import MotionPlan, TurnPlan
+from kendama_cli.motion.dmp.heading import swing_heading_rad, turned_plan
+from kendama_cli.motion.dmp.primitive import play
+from kendama_cli.motion.dmp.turning import cup_axes, turns_of
+from kendama_cli.motion.dmp.variation import parameters, with_parameters
+from kendama_cli.schema.arrays import Array
+
+T_S = np.linspace(0.0, 1.0, 200)
+
+
+def plan(coordinates: tuple[str, ...] = ("x", "y", "z")) -> MotionPlan:
+    """A primitive of random weights, mostly along x, with a turn and a variation of two demonstrations."""
+    rng, c, m = np.random.default_rng(10000), len(coordinates), 6
+    size = np.array([{"x": 1.0, "y": 0.2, "z": 0.5}[name] for name in coordinates])
+    turn = TurnPlan(*(0.2 * rng.standard_normal(3) for _ in range(4)), weights=rng.standard_normal((3, m)))
+    return MotionPlan(
+        coordinates,
+        1.0,
+        1.1,
+        100.0,
+        2.0,
+        np.zeros(c),
+        size * rng.standard_normal(c),
+        size * rng.standard_normal(c),
+        size * rng.standard_normal(c),
+        300 * size[:, None] * rng.standard_normal((c, m)),
+        np.exp(-np.linspace(0, 2, m)),
+        np.full(m, 20.0),
+        rng.standard_normal((2, 1 + c * (3 + m))),
+        turn,
+    )
+
+
+def about_z(angle: float) -> Array:
+    return np.array([[math.cos(angle), -math.sin(angle), 0], [math.sin(angle), math.cos(angle), 0], [0, 0, 1]])
+
+
+@pytest.mark.parametrize("angle_deg", [20, 45, 90, 180, -137])
+def test_all_of_a_primitive_is_turned_path_cup_and_how_demonstrations_differ(angle_deg: float) -> None:
+    angle, one = math.radians(angle_deg), plan()
+    made = turned_plan(one, angle)
+    wanted = play(one, T_S).position_m @ about_z(angle).T
+    assert play(made, T_S).position_m == pytest.approx(wanted, abs=1e-12)
+    axes = cup_axes(turns_of(one, T_S)) @ about_z(angle).T
+    assert cup_axes(turns_of(made, T_S)) == pytest.approx(axes, abs=1e-12)
+    assert swing_heading_rad(made) == pytest.approx(
+        math.remainder(swing_heading_rad(one) + angle, 2 * math.pi), abs=1e-9
+    )
+    # one demonstration more changes the turned plan by the turned change: the primitive is linear in its parameters
+    other = with_parameters(one, parameters(one) + one.variation[0])
+    again = with_parameters(made, parameters(made) + made.variation[0])
+    wanted = play(other, T_S * other.duration_s).position_m @ about_z(angle).T
+    assert play(again, T_S * again.duration_s).position_m == pytest.approx(wanted, abs=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("coordinates", "heading_deg"), [(("x", "z"), (0, 180)), (("y", "z"), (90, -90)), (("z",), (0,))]
+)
+def test_a_primitive_of_fewer_coordinates_is_one_in_space(
+    coordinates: tuple[str, ...], heading_deg: tuple[int, ...]
+) -> None:
+    one = plan(coordinates)
+    assert round(math.degrees(swing_heading_rad(one))) in heading_deg
+    made = turned_plan(one, math.pi / 2)
+    path = np.zeros((len(T_S), 3))
+    path[:, ["xyz".index(name) for name in coordinates]] = play(one, T_S).position_m
+    assert play(made, T_S).position_m == pytest.approx(path @ about_z(math.pi / 2).T, abs=1e-12)
+
+
+def test_a_mirrored_swing_goes_the_other_way_in_the_same_plane() -> None:
+    one = dataclasses.replace(plan(("x", "z")), turn=None)
+    mirror = np.array([-1.0, 1.0])
+    changed = {name: mirror * getattr(one, name) for name in ("start_velocity_m_s", "goal_m", "goal_velocity_m_s")} | {
+        "weights": mirror[:, None] * one.weights
+    }
+    other = dataclasses.replace(one, **changed)
+    assert abs(math.remainder(swing_heading_rad(other) - swing_heading_rad(one) - math.pi, 2 * math.pi)) < 1e-9
+    inward = [turned_plan(each, 0.3 - swing_heading_rad(each)) for each in (one, other)]
+    assert play(inward[0], T_S).position_m == pytest.approx(play(inward[1], T_S).position_m, abs=1e-12)

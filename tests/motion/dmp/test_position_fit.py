@@ -1,0 +1,215 @@
+"""Least squares on the positions: the figures that it must reach, on swings that it was not tuned to."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from kendama_cli.artifacts.demonstration import Demonstration
+from kendama_cli.motion.dmp import position_fit
+from kendama_cli.motion.dmp.averaging import Encoding, encode, encode_demonstrations, prepare
+from kendama_cli.motion.dmp.basis import Basis
+from kendama_cli.motion.dmp.position_fit import Ends, even_operator, operator, project, solve_positions
+from kendama_cli.motion.dmp.primitive import play
+from tests.motion.swings import demonstration, path, settings, smooth_step
+
+
+def random_swing(rng: np.random.Generator, seconds: float = 2.5, rate_hz: float = 100.0) -> np.ndarray:
+    """To-and-fro motions of about 0.3 m and 1 m/s that rest at both ends (n, 3)."""
+    t = np.arange(round(seconds * rate_hz) + 1) / rate_hz
+    u = t / t[-1]
+    place = np.zeros((len(t), 3))
+    for axis, size in enumerate((0.2, 0.02, 0.15)):
+        for _ in range(4):
+            begin = rng.uniform(0.05, 0.55)
+            length = rng.uniform(0.25, 0.95 - begin)
+            place[:, axis] += size * rng.normal() * smooth_step((u - begin) / length)
+    return place
+
+
+def as_demonstration(place: np.ndarray, rate_hz: float = 100.0) -> Demonstration:
+    return Demonstration("swing", np.arange(len(place)) / rate_hz, place)
+
+
+def encoded(place: np.ndarray, rate_hz: float = 100.0, **changes: object) -> Encoding:
+    chosen = settings(**changes)
+    return encode(prepare([as_demonstration(place, rate_hz)], chosen), chosen)
+
+
+def error_mm(place: np.ndarray, clean: np.ndarray | None = None, **changes: object) -> tuple[float, float]:
+    """Rms and largest distance of the primitive from the clean samples, place for place."""
+    made = encoded(place, trim="none", **changes)
+    plan = made.plan(0)
+    reproduced = play(plan, made.trimmed[0].share * plan.duration_s).position_m + made.parameters.origin_m[0] + place[0]
+    distance = 1e3 * np.linalg.norm(reproduced - (place if clean is None else clean), axis=1)
+    return float(np.sqrt(np.mean(distance**2))), float(distance.max())
+
+
+def test_swings_of_20_functions_are_reproduced_to_a_quarter_of_a_millimetre() -> None:
+    """The median of 20 random swings; the spread is the swings' own: a short jerk needs more than 20 functions."""
+    rng = np.random.default_rng(100)
+    errors = np.array([error_mm(random_swing(rng)) for _ in range(20)])
+    assert np.median(errors[:, 0]) < 0.25
+    assert np.median(errors[:, 1]) < 0.65
+
+
+def test_a_swing_cut_at_both_ends_is_reproduced_to_less_than_a_tenth_of_a_millimetre() -> None:
+    rng = np.random.default_rng(101)
+    errors = np.array([error_mm(random_swing(rng)[70:190]) for _ in range(20)])
+    assert np.median(errors[:, 0]) < 0.06
+    assert np.median(errors[:, 1]) < 0.3
+
+
+def test_half_a_millimetre_of_noise_costs_less_than_half_a_millimetre() -> None:
+    """White noise in three coordinates is 0.87 mm; against the clean motion less than 0.5 mm of it is left."""
+    rng = np.random.default_rng(102)
+    whole, crop = [], []
+    for _ in range(12):
+        clean = random_swing(rng)
+        noisy = clean + rng.normal(0, 5e-4, clean.shape)
+        whole.append(error_mm(noisy, clean)[0])
+        crop.append(error_mm(noisy[70:190], clean[70:190])[0])
+    assert np.median(whole) < 0.5
+    assert np.median(crop) < 0.5
+
+
+def test_noise_is_smoothed_more_the_more_there_is() -> None:
+    """Cross-validation raises the price of jerk with the noise: less noise is left than plain least squares leaves."""
+    rng = np.random.default_rng(103)
+    clean = path(np.arange(0.5, 1.7, 0.01))
+    basis = Basis(20, 1000.0, 1.0, 1.0)
+    made = operator(np.linspace(0, 1, len(clean)), (basis,), Ends(True, True))
+    functions = made.see(np.eye(len(clean)))[0]
+    plain, chosen = [], []
+    for _ in range(20):
+        noisy = clean + rng.normal(0, 2e-3, clean.shape)
+        score = project(made, noisy.T[None]).score[0, :, 0]
+        best = int(score.argmin())
+        for price, errors in ((0, plain), (best, chosen)):
+            z = made.shrink[0, price][:, None] * (made.turn[0] @ made.see(noisy.T)[0].T)
+            errors.append(np.sqrt(np.mean((functions @ (made.turn[0].T @ z) - clean) ** 2)))
+    assert np.median(chosen) < 0.85 * np.median(plain)
+
+
+@pytest.mark.parametrize("ends", [Ends(False, False), Ends(True, False), Ends(False, True), Ends(True, True)])
+def test_the_fit_plays_what_it_says_and_meets_its_goal(ends: Ends) -> None:
+    """The operator's own motion, the parameters played as a primitive, and the goal at the end are one."""
+    rng = np.random.default_rng(104)
+    place = random_swing(rng)[60:200]
+    made = encoded(place, trim="none")
+    plan = made.plan(0)
+    basis = made.basis
+    share = np.linspace(0, 1, len(place))
+    rows = solve_positions(operator(share, (basis,), ends), (place - place[0]).T[None])[0].T
+    assert (rows[1] == 0).all() != ends.start_moves
+    assert (rows[3] == 0).all() != ends.end_moves
+    end = play(plan, np.array([plan.duration_s]))
+    assert np.abs(end.position_m[0] - plan.goal_m).max() < 1e-5
+    assert np.abs(end.velocity_m_s[0] - plan.goal_velocity_m_s).max() < 5e-3
+
+
+def test_the_width_is_the_candidate_that_fits_best() -> None:
+    rng = np.random.default_rng(105)
+    for _ in range(4):
+        place = random_swing(rng)
+        widths = settings().width
+        alone = [error_mm(place, width=(width,))[0] for width in widths]
+        # chosen on every second sample and by a score with the degrees of freedom in it: near the best, not always it
+        assert error_mm(place)[0] < 1.1 * min(alone) + 1e-3
+
+
+def test_uneven_sampling_gives_the_same_primitive() -> None:
+    t = np.linspace(0, 2.0, 201)
+    jittered = t + np.random.default_rng(2).uniform(-3e-3, 3e-3, t.shape) * np.sin(np.pi * t / 2)
+    chosen = settings(trim="none")
+    even = encode_demonstrations([demonstration()], chosen)
+    uneven = encode_demonstrations([Demonstration("jitter", jittered, path(jittered))], chosen)
+    share = np.linspace(0, 2.0, 100)
+    assert np.abs(play(even, share).position_m - play(uneven, share).position_m).max() < 2e-4
+
+
+def test_a_gap_is_bridged_by_the_motion_not_by_a_straight_line() -> None:
+    t = np.delete(np.arange(201) / 100, np.arange(90, 97))
+    made = encode_demonstrations([Demonstration("gap", t, path(t))], settings(trim="none"))
+    missing = np.arange(90, 97) / 100
+    truth = path(missing) - path(np.zeros(1))
+    line = np.column_stack([np.interp(missing, t, column) for column in (path(t) - path(t)[0]).T])
+    assert np.abs(play(made, missing).position_m - truth).max() < min(1e-3, np.abs(line - truth).max())
+
+
+def test_a_gap_that_hides_the_motion_is_refused_with_its_sample() -> None:
+    t = np.delete(np.arange(201) / 100, np.arange(90, 120))
+    says = r"demonstration 'gap': after sample 90 nothing is known for 0\.31 s of a motion of 2 s; allowed: 10% of it"
+    with pytest.raises(ValueError, match=says):
+        prepare([Demonstration("gap", t, path(t))], settings(trim="none"))
+
+
+@pytest.mark.parametrize("count", [16, 24, 40])
+def test_few_samples_are_not_overfitted(count: int) -> None:
+    """Fewer samples than parameters: between them the motion stays what it was."""
+    t = np.linspace(0.4, 1.6, count)
+    plan = encode_demonstrations([Demonstration("few", t, path(t))], settings(trim="none"))
+    between = np.linspace(0, 1.2, 400)
+    truth = path(between + 0.4) - path(np.array([0.4]))
+    # a swing of 0.25 m; measured 0.9, 0.13 and 0.05 mm
+    assert np.abs(play(plan, between).position_m - truth).max() < 2e-3
+
+
+def test_demonstrations_of_one_length_are_solved_as_they_are_alone() -> None:
+    rng = np.random.default_rng(106)
+    chosen = settings(width=(1.0,), trim="none")
+    made = [as_demonstration(random_swing(rng)) for _ in range(3)]
+    together = encode(prepare(made, chosen), chosen)
+    for i, one in enumerate(made):
+        alone = encode(prepare([one], chosen), chosen).plan(0)
+        assert np.abs(together.plan(i).weights - alone.weights).max() < 1e-6 * np.abs(alone.weights).max()
+
+
+@pytest.mark.recording
+def test_the_recorded_swing_is_reproduced_to_a_fraction_of_a_millimetre(recordings) -> None:  # type: ignore[no-untyped-def]
+    rows = np.loadtxt(recordings / "li-kendama" / "kendama1-20.txt")[:350]
+    place = np.column_stack((-rows[:, 1], 0 * rows[:, 1], rows[:, 3])) / 1e3
+    rms, largest = error_mm(place)
+    assert rms < 0.25
+    assert largest < 0.65
+    for begin, end in ((60, 180), (80, 200), (120, 260)):
+        rms, largest = error_mm(place[begin:end])
+        assert rms < 0.06
+        assert largest < 0.3
+
+
+@pytest.mark.parametrize("width", [0.7, 1.0, 1.35])
+def test_common_functions_solve_what_the_columns_do(width: float) -> None:
+    """The normal equations of the orthonormal functions against Q and R of the columns, here in full precision."""
+    basis, ends, share = Basis(20, 1000.0, 1.0, width), Ends(True, True), np.linspace(0, 1, 1301)
+    made = operator(share, (basis,), ends)
+    seen, turn, lift, shrink = position_fit._by_columns(share, basis, ends)
+    place = path(2.0 * share).T - path(np.zeros(1)).T
+    for price in (0, 5, 10, 20):
+        ours = made.lift[0] @ (made.shrink[0, price][:, None] * (made.turn[0] @ made.see(place)[0].T))
+        theirs = lift @ (shrink[price][:, None] * (turn @ (seen.T @ place.T)))
+        # metres; what the nodes' interpolation leaves of a swing of 0.25 m, largest where nothing is smoothed
+        assert np.abs(ours[[0, 2]] - theirs[[0, 2]]).max() < 1e-9
+        assert np.abs(made.shrink[0, price].sum() - shrink[price].sum()) < 1e-7
+
+
+def test_samples_too_few_for_normal_equations_are_factorised_by_columns() -> None:
+    basis, ends, share = Basis(20, 1000.0, 1.0, 0.8), Ends(False, False), np.linspace(0, 1, 30)
+    made = operator(share, (basis,), ends)
+    assert np.array_equal(made.see(np.eye(30))[0], position_fit._by_columns(share, basis, ends)[0])
+
+
+@pytest.mark.parametrize("ends", [Ends(False, False), Ends(True, True)])
+@pytest.mark.parametrize("count", [966, 1301, 5000])
+def test_many_even_samples_are_summed_by_cells_and_series_as_one_by_one(count: int, ends: Ends) -> None:
+    bases = (Basis(20, 1000.0, 1.0, 0.7), Basis(20, 1000.0, 1.0, 1.35))
+    share = np.linspace(0, 1, count)
+    place = path(2.0 * share).T - path(np.zeros(1)).T + np.random.default_rng(108).normal(0, 1e-3, (3, count))
+    made, one_by_one = even_operator(count, bases, ends), operator(share, bases, ends)
+    assert made.see.func is not one_by_one.see.func  # type: ignore[attr-defined]
+    # functions of norm 1: what is added up differently differs by rounding
+    assert np.abs(made.see(place) - one_by_one.see(place)).max() < 1e-12 * count
+    ours, theirs = solve_positions(made, place[None]), solve_positions(one_by_one, place[None])
+    # metres, of a swing of 0.25; the series leaves 2e-11 of the products at 966 samples
+    assert np.abs(ours[:, :, [0, 2]] - theirs[:, :, [0, 2]]).max() < 1e-11
+    assert np.abs(made.freedom - one_by_one.freedom).max() < 1e-8

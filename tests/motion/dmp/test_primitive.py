@@ -1,0 +1,189 @@
+import dataclasses
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from kendama_cli.artifacts.demonstration import Demonstration
+from kendama_cli.motion.dmp.averaging import encode_demonstrations
+from kendama_cli.motion.dmp.basis import activations, centers_equal_in_time, features, widths_by_spacing
+from kendama_cli.motion.dmp.moving_goal import ROLL_OUT
+from kendama_cli.motion.dmp.phase import phase
+from kendama_cli.motion.dmp.primitive import forcing, play
+from tests.motion.swings import demonstration, path, settings
+
+
+@pytest.fixture(scope="module")
+def plan():
+    return encode_demonstrations([demonstration()], settings())
+
+
+@pytest.fixture(scope="module")
+def moving_plan(plan):
+    return dataclasses.replace(plan, start_velocity_m_s=np.array([0.4, -0.1, 0.2]))
+
+
+@pytest.fixture(scope="module")
+def hitting_plan():
+    """A swing cut while it moves at both ends."""
+    t = np.arange(0.5, 1.2, 0.01)
+    return encode_demonstrations([Demonstration("cut", t, path(t))], settings())
+
+
+def test_playing_solves_the_papers_equations(moving_plan):
+    """Equations 3 to 5 as they stand, integrated by another library."""
+    plan = dataclasses.replace(moving_plan, tau_scale=1.3)
+    tau = plan.tau_scale * plan.duration_s
+    damping = 2 * np.sqrt(plan.stiffness)
+
+    def slope(t, state):
+        y, v, x = state[:3], state[3:6], state[6]
+        psi = np.exp(-((x - plan.centers) ** 2) / (2 * plan.widths**2))
+        f = x * (plan.weights @ psi) / psi.sum()
+        rate = (plan.stiffness * (plan.goal_m - y) - damping * v + f) / tau
+        return np.concatenate((v / tau, rate, [-plan.phase_decay * x / tau]))
+
+    start = np.concatenate((plan.start_m, plan.start_velocity_m_s * plan.duration_s, [1.0]))
+    t_s = np.linspace(0, tau, 101)
+    exact = solve_ivp(slope, (0, tau), start, t_eval=t_s, rtol=1e-11, atol=1e-12, method="DOP853").y.T
+    made = play(plan, t_s)
+    assert np.abs(made.position_m - exact[:, :3]).max() < 1e-8
+    assert np.abs(made.velocity_m_s - exact[:, 3:6] / tau).max() < 1e-7
+
+
+def test_a_larger_tau_scale_is_the_same_path_slower(moving_plan):
+    t_s = np.linspace(-0.1, 3.0, 400)
+    slow = dataclasses.replace(moving_plan, tau_scale=1.25)
+    fast, slowed = play(moving_plan, t_s), play(slow, 1.25 * t_s)
+    assert np.allclose(slowed.position_m, fast.position_m, atol=1e-12)
+    assert np.allclose(slowed.velocity_m_s, fast.velocity_m_s / 1.25, atol=1e-11)
+    assert np.allclose(slowed.acceleration_m_s2, fast.acceleration_m_s2 / 1.25**2, atol=1e-10)
+
+
+def test_velocity_and_acceleration_are_derivatives_of_the_position(plan):
+    t_s = np.linspace(0.01, plan.duration_s - 0.01, 300)
+    h = 1e-5
+    ahead, here, behind = (play(plan, t_s + shift) for shift in (h, 0, -h))
+    assert np.abs((ahead.position_m - behind.position_m) / (2 * h) - here.velocity_m_s).max() < 1e-6
+    assert np.abs((ahead.velocity_m_s - behind.velocity_m_s) / (2 * h) - here.acceleration_m_s2).max() < 1e-4
+
+
+def test_any_spacing_of_the_instants_gives_the_same_motion(plan):
+    t_s = np.linspace(0, 3.0, 301)
+    shuffled = np.random.default_rng(1).permutation(301)
+    assert np.array_equal(play(plan, t_s[shuffled]).position_m, play(plan, t_s).position_m[shuffled])
+
+
+def test_before_the_start_the_motion_rests_there(moving_plan):
+    made = play(moving_plan, np.array([-5.0, -1e-9]))
+    assert np.array_equal(made.position_m, np.tile(moving_plan.start_m, (2, 1)))
+    assert not made.velocity_m_s.any()
+    assert not made.acceleration_m_s2.any()
+
+
+def test_it_starts_with_the_start_velocity_over_tau_scale(moving_plan):
+    plan = dataclasses.replace(moving_plan, tau_scale=2.0)
+    assert np.allclose(play(plan, np.zeros(1)).velocity_m_s[0], moving_plan.start_velocity_m_s / 2, atol=1e-12)
+
+
+def test_the_hold_after_the_end_does_not_drift(plan):
+    """f = 0 after T: what is left falls to the goal and stays, ever closer."""
+    after = plan.duration_s + np.array([0.0, 0.05, 0.5, 1.0, 100.0])
+    distance = np.linalg.norm(play(plan, after).position_m - plan.goal_m, axis=1)
+    assert distance[0] < 1e-3
+    assert np.all(distance[2:] < 1e-5)
+    assert distance[-1] < 1e-15
+
+
+def test_a_goal_that_moves_is_met_with_its_velocity(hitting_plan):
+    """The equations with a moving goal, integrated by another library, and where they lead."""
+    plan = hitting_plan
+    tau, damping = plan.duration_s, 2 * np.sqrt(plan.stiffness)
+    goal_rate = plan.goal_velocity_m_s * tau
+
+    def slope(s, state):
+        y, v = state[:3], state[3:]
+        goal = plan.goal_m + goal_rate * (s - 1)
+        f = forcing(plan, np.array([s]))[0]
+        return np.concatenate((v, plan.stiffness * (goal - y) + damping * (goal_rate - v) + f))
+
+    start = np.concatenate((plan.start_m, plan.start_velocity_m_s * tau))
+    share = np.linspace(0, 1, 51)
+    exact = solve_ivp(slope, (0, 1), start, t_eval=share, rtol=1e-11, atol=1e-12, method="DOP853").y.T
+    made = play(plan, share * tau)
+    assert np.abs(made.position_m - exact[:, :3]).max() < 1e-8
+    assert np.abs(made.velocity_m_s - exact[:, 3:] / tau).max() < 1e-7
+    assert np.abs(made.position_m[-1] - plan.goal_m).max() < 1e-5
+    assert np.abs(made.velocity_m_s[-1] - plan.goal_velocity_m_s).max() < 1e-3
+
+
+def test_a_motion_that_ends_moving_comes_to_rest_smoothly_and_stays(hitting_plan):
+    tau = hitting_plan.duration_s
+    t_s = tau * (1 + np.linspace(0, 1, 2001))
+    made = play(hitting_plan, t_s)
+    speed = np.linalg.norm(made.velocity_m_s, axis=1)
+    end_speed = np.linalg.norm(hitting_plan.goal_velocity_m_s)
+    assert speed.max() < 1.02 * end_speed
+    # the roll-out's own deceleration is 1.5 v / its time; what is left of the motion's end adds little
+    assert np.linalg.norm(made.acceleration_m_s2, axis=1)[50:].max() < 2 * 1.5 * end_speed / (ROLL_OUT * tau)
+    rest = hitting_plan.goal_m + hitting_plan.goal_velocity_m_s * tau * ROLL_OUT / 2
+    late = play(hitting_plan, tau * np.array([2.0, 10.0, 1e4])).position_m
+    assert np.abs(late - rest).max() < 1e-9
+
+
+def test_position_and_velocity_do_not_jump_at_the_end(moving_plan):
+    end = moving_plan.duration_s
+    made = play(moving_plan, np.array([end - 1e-9, end + 1e-9]))
+    assert np.abs(np.diff(made.position_m, axis=0)).max() < 1e-8
+    assert np.abs(np.diff(made.velocity_m_s, axis=0)).max() < 1e-6
+
+
+def test_halving_the_step_divides_the_error_of_the_motion_by_sixteen(hitting_plan):
+    t_s = hitting_plan.duration_s * np.linspace(0, 1.2, 25)
+    exact = play(hitting_plan, t_s, steps=8192).position_m
+    errors = [np.abs(play(hitting_plan, t_s, steps=steps).position_m - exact).max() for steps in (80, 160, 320, 640)]
+    orders = np.log2(np.array(errors[:-1]) / errors[1:])
+    # the steps are 0.4 to 0.05 of the spring's own time; the order settles as they fall
+    assert np.all(np.abs(orders - 4) < [0.6, 0.35, 0.25])
+
+
+def test_more_integration_steps_change_nothing_that_matters(plan):
+    t_s = np.linspace(0, plan.duration_s, 200)
+    assert np.abs(play(plan, t_s).position_m - play(plan, t_s, steps=8000).position_m).max() < 1e-9
+
+
+def test_a_shifted_goal_moves_the_end_and_leaves_the_start(plan):
+    shift = np.array([0.05, 0.0, -0.03])
+    moved = dataclasses.replace(plan, goal_m=plan.goal_m + shift)
+    t_s = np.array([0.0, plan.duration_s])
+    difference = play(moved, t_s).position_m - play(plan, t_s).position_m
+    assert np.abs(difference[0]).max() == 0
+    assert np.abs(difference[1] - shift).max() < 1e-6
+
+
+def test_the_phase_falls_from_one_as_its_equation_says():
+    share = np.linspace(0, 1, 1001)
+    x = phase(share, 2.0)
+    assert x[0] == 1.0
+    assert np.abs(np.gradient(x, share)[1:-1] + 2.0 * x[1:-1]).max() < 1e-5
+
+
+def test_features_are_shares_of_the_phase():
+    centers = centers_equal_in_time(20, 2.0)
+    x = phase(np.linspace(0, 1, 99), 2.0)
+    made = features(x, centers, widths_by_spacing(centers, 1.0))
+    assert np.allclose(made.sum(axis=1), x)
+    assert (made >= 0).all()
+
+
+def test_a_function_is_one_at_its_centre_and_falls_by_its_width():
+    centers = centers_equal_in_time(20, 2.0)
+    widths = widths_by_spacing(centers, 0.7)
+    assert np.allclose(np.diag(activations(centers, centers, widths)), 1.0)
+    assert np.allclose(np.diag(activations(centers + widths, centers, widths)), np.exp(-0.5))
+
+
+def test_the_forcing_term_is_linear_in_the_weights(plan):
+    share = np.linspace(0, 1, 31)
+    double = dataclasses.replace(plan, weights=2 * plan.weights)
+    assert np.allclose(forcing(double, share), 2 * forcing(plan, share))
