@@ -6,11 +6,18 @@ import csv
 import os
 from pathlib import Path
 
-import numpy as np
 import pytest
 
 from tests.cli.typed import kendama
-from tests.films.corpus import CorpusFilm, Label, films, roundest_moving_blob, share_right, template_matching
+from tests.films.corpus import (
+    CorpusFilm,
+    Label,
+    films,
+    roundest_moving_blob,
+    share_right,
+    taught_apart,
+    template_matching,
+)
 
 FOLDER = Path(os.environ.get("KENDAMA_FILMS", "films-not-fetched"))
 
@@ -21,7 +28,8 @@ def test_labels_are_of_frames_that_the_films_have_and_of_balls_inside_them() -> 
     assert {film.name for film in films(FOLDER)} == set(told)
     for film in films(FOLDER):
         row, labels = told[film.name], film.labels
-        assert len({one.frame for one in labels}) == len(labels) >= 20
+        assert len({one.frame for one in labels}) >= 15
+        assert len(set(labels)) == len(labels)
         assert max(one.frame for one in labels) < int(row["frames"])
         shown = [one for one in labels if one.radius_px]
         assert all(0 < one.x_px < int(row["width_px"]) and 0 < one.y_px < int(row["height_px"]) for one in shown)
@@ -32,20 +40,25 @@ def test_a_place_is_right_within_half_a_radius_and_a_claim_without_a_ball_is_fal
     assert share_right({0: (19, 10), 1: (21, 10), 3: (5, 5)}, labels) == (1, 2, 1, 2)
 
 
+def test_a_frame_with_two_balls_is_one_frame_and_either_ball_is_right() -> None:
+    labels = [Label(0, 10, 10, 20), Label(0, 90, 10, 8), Label(1, 10, 10, 20), Label(1, 90, 10, 8)]
+    assert share_right({0: (91, 10), 1: (50, 10)}, labels) == (1, 2, 0, 0)
+
+
 @pytest.mark.slow
 @pytest.mark.timeout(1200)
-@pytest.mark.parametrize("film", films(FOLDER), ids=lambda film: film.name)
-def test_five_taught_boxes_are_not_below_the_nulls(film: CorpusFilm, tmp_path: Path, capsys) -> None:
+@pytest.mark.parametrize(
+    "film", [one for one in films(FOLDER) if taught_apart(one.labels)[0]], ids=lambda film: film.name
+)
+def test_five_taught_frames_are_not_below_the_nulls(film: CorpusFilm, tmp_path: Path, capsys) -> None:
     if not film.path.exists():
         pytest.skip(f"{film.path} is not there: python -m tests.films.corpus FOLDER, then KENDAMA_FILMS=FOLDER")
-    shown = [one for one in film.labels if one.radius_px]
-    chosen = sorted(np.random.default_rng(10000).choice(len(shown), 5, replace=False))
+    shown, held_out = taught_apart(film.labels)
     boxes = [
-        f"--box={one.frame}:{one.x_px - one.radius_px:.0f},{one.y_px - one.radius_px:.0f},"
+        f"--box={one.frame}:{max(one.x_px - one.radius_px, 0):.0f},{max(one.y_px - one.radius_px, 0):.0f},"
         f"{2 * one.radius_px:.0f},{2 * one.radius_px:.0f}"
-        for one in (shown[k] for k in chosen)
+        for one in shown
     ]
-    held_out = [one for one in film.labels if one not in [shown[k] for k in chosen]]
     code, _, err = kendama(capsys, "camera", "track", str(film.path), "-o", str(tmp_path / "track.csv"), *boxes)
     assert code == 0, err
     with (tmp_path / "track.csv").open() as file:
@@ -53,7 +66,7 @@ def test_five_taught_boxes_are_not_below_the_nulls(film: CorpusFilm, tmp_path: P
     images = film.frames()
     rows = {
         "taught": share_right(found, held_out),
-        "template": share_right(template_matching(images, shown[chosen[2]]), held_out),
+        "template": share_right(template_matching(images, shown[len(shown) // 2]), held_out),
         "moving blob": share_right(roundest_moving_blob(images), held_out),
     }
     with capsys.disabled():
