@@ -3,11 +3,11 @@
     python -m tests.films.corpus FOLDER [--mirror FOLDER]
 
 fetches the films of ``films.csv`` into FOLDER with git, from their repositories or from copies of them as
-MIRROR/OWNER+NAME/repo, and checks their bytes. The films themselves are never part of the project. Labels were set on
-enlarged images with the help of a colour threshold, and looked at one by one; a row without a place has no ball.
-Frames in which the threshold failed, mostly the most blurred ones, are not labelled: shares are those of easier frames.
-Labels of hand-to-hand, upwards, stick, basketball and the dark films were set by eye alone, in frames chosen evenly;
-there only what the image's edge cuts in half is left out. A frame with two balls has two rows; either is right.
+MIRROR/OWNER+NAME/repo, and checks their bytes. The films themselves are never part of the project. Labels were set by
+eye, or proposed by colour or difference from the still background and then corrected by eye, each on an enlarged
+picture: about 60 frames a film, chosen evenly, or all of a shorter one. A blurred ball is labelled at the middle of its
+streak, with the radius across it. A row without a place has no ball; a frame with two balls has two rows, either is
+right. Left out is a ball whose middle cannot be told, as the image's edge cuts it in half or a hand hides it.
 """
 
 from __future__ import annotations
