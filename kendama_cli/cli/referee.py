@@ -18,11 +18,11 @@ from kendama_cli.log.memory_file import MemoryFile
 from kendama_cli.log.messages import ReplayMessage
 from kendama_cli.log.reader import LogFile
 from kendama_cli.log.writer import McapLog
+from kendama_cli.motion.sampling import columns_at
 from kendama_cli.physics.rim_crossing import SLACK_S
 from kendama_cli.pipeline.artifact_place import LOG
 from kendama_cli.pipeline.record import find_run
 from kendama_cli.pipeline.report import REFEREE_LOG
-from kendama_cli.schema.arrays import Array
 from kendama_cli.settings.game import GameSettings
 from kendama_cli.simulation.referee.chain import CHAIN_KG, Body, mujoco
 from kendama_cli.simulation.referee.cup_track import CupTrack, swing_slack_s
@@ -113,7 +113,7 @@ def played_again(game: LoggedGame, rope_kg: float | None = None) -> RefereeMessa
         cup_m=cup_m,
         cup_axis=axis,
         ours_m=ball_m,
-        referee_m=_at(t_s - t_s[0], seen.t_s, seen.ball_m).ravel(),
+        referee_m=columns_at(t_s - t_s[0], seen.t_s, seen.ball_m).ravel(),
     )
 
 
@@ -171,10 +171,6 @@ def write_log(path: Path, seen: list[RefereeMessage], settings: GameSettings, do
         raise StageError(f"the referee's log cannot be written to {path}: {error.strerror or error}") from None
     finally:
         whole.unlink(missing_ok=True)
-
-
-def _at(t_s: Array, known_s: Array, places_m: Array) -> Array:
-    return np.column_stack([np.interp(t_s, known_s, column) for column in places_m.T])
 
 
 def _mm(miss_m: float) -> float | None:

@@ -15,6 +15,7 @@ from kendama_cli.control.flight_observer import CatchPrediction, ObservationLog,
 from kendama_cli.control.settings import ObservationSettings
 from kendama_cli.devices.camera.image_loop import ImageLoop, ObservedImage
 from kendama_cli.devices.camera.interface import StaleFrame
+from kendama_cli.motion.sampling import columns_at
 from kendama_cli.schema.arrays import Array
 
 SEARCH_HALF_PX = 40.0
@@ -166,8 +167,7 @@ class CameraObserver:
 
     def _tie_m(self, t_s: float) -> Array:
         times, ties = zip(*self._ties, strict=True)
-        places = np.array(ties)
-        return np.array([np.interp(t_s, times, places[:, axis]) for axis in range(3)])
+        return columns_at(t_s, times, np.array(ties))
 
     def _report_problems(self, now_s: float) -> None:
         """Report where the ball is lost, or its free flight is not detected in time."""

@@ -13,6 +13,7 @@ from kendama_cli.control.steered_motion import CupPlan, SteeredMotion
 from kendama_cli.control.watched_flight import WatchedFlight
 from kendama_cli.devices.robot.interface import Exchange, JointCommand, Robot
 from kendama_cli.errors import StageError
+from kendama_cli.motion.sampling import columns_at
 from kendama_cli.physics.rim_crossing import SampledWays, catch_from_s
 from kendama_cli.robot_model.model import RobotModel
 from kendama_cli.schema.arrays import Array
@@ -106,7 +107,7 @@ def stretched(motion: JointTrajectory, tempo: float, period_s: float) -> JointTr
     t_s = ends_s / tempo
     moving = (t_s <= planned_s[-1])[:, None]
     position, velocity, acceleration = (
-        np.column_stack([np.interp(t_s, planned_s, column) for column in values.T])
+        columns_at(t_s, planned_s, values)
         for values in (motion.position_rad, motion.velocity_rad_s, motion.acceleration_rad_s2)
     )
     velocity = np.where(moving, velocity / tempo, 0.0)

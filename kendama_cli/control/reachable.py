@@ -11,6 +11,7 @@ import numpy as np
 
 from kendama_cli.adaptation.settings import AdaptSettings, SteeringSettings
 from kendama_cli.artifacts.motion_plan import CatchMotion, JointTrajectory
+from kendama_cli.motion.sampling import thinning
 from kendama_cli.robot_model.inverse_kinematics import OutOfReachError, across, solve_cup
 from kendama_cli.robot_model.model import RobotModel
 from kendama_cli.robot_model.placement.limit_shares import limit_shares
@@ -77,7 +78,7 @@ class Surroundings:
 
     def _beside(self, joints: JointTrajectory, shift_m: float, from_s: float) -> Iterator[CheckedLimit]:
         """The limits of places along ``joints`` with the cup ``shift_m`` to each side."""
-        thin = max(1, round(EVERY_S / float(np.diff(joints.t_s).mean())))
+        thin = thinning(joints.t_s, EVERY_S)
         t_s, planned = joints.t_s[::thin], joints.position_rad[::thin]
         first = min(int(np.searchsorted(t_s - t_s[0], from_s)), len(t_s) - 1)
         for degrees in range(0, 360, 360 // DIRECTIONS):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from kendama_cli.motion.sampling import columns_at
 from kendama_cli.schema.arrays import Array
 
 _SMALL = 1e-6
@@ -49,7 +50,7 @@ def between(t_s: Array, rotation_wxyz: Array, at_s: Array) -> Array:
     """
     turn = np.array(rotation_wxyz, dtype=np.float64)
     turn[1:] *= np.cumprod(np.where((turn[1:] * turn[:-1]).sum(axis=1) < 0, -1.0, 1.0))[:, None]
-    made = np.column_stack([np.interp(at_s, t_s, column) for column in turn.T])
+    made = columns_at(at_s, t_s, turn)
     return np.asarray(made / np.linalg.norm(made, axis=1, keepdims=True))
 
 

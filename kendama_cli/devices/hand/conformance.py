@@ -16,6 +16,7 @@ import numpy as np
 
 from kendama_cli.devices.hand.interface import HandDevice
 from kendama_cli.devices.hand.open_hands import open_hands
+from kendama_cli.motion.sampling import step_s
 
 OpenHands = Callable[[], Sequence[HandDevice]]
 
@@ -40,7 +41,7 @@ def check_time(opened: OpenHands) -> None:
         _law(len(t_s) >= 2, f"hand '{hand.name}' has two samples or more")
         _law(t_s[0] == 0, f"the first sample of '{hand.name}' is at time 0")
         _law(bool((np.diff(t_s) > 0).all()), f"the times of '{hand.name}' rise")
-        rate_hz = 1 / float(np.median(np.diff(t_s)))
+        rate_hz = 1 / step_s(t_s)
         _law(abs(rate_hz / hand.rate_hz - 1) < RATE_SHARE, f"'{hand.name}' comes at its rate (is {rate_hz:.1f} Hz)")
 
 

@@ -9,6 +9,7 @@ import numpy as np
 
 from kendama_cli.devices.hand.recording import Recording
 from kendama_cli.errors import InputError
+from kendama_cli.motion.sampling import step_s
 from kendama_cli.schema.arrays import Array
 
 LAG_S = 0.01
@@ -31,7 +32,7 @@ SHORT_S = 0.6
 
 def acceleration(t_s: Array, position_m: Array, lag_s: float) -> tuple[Array, int]:
     """Divided second differences over ``lag_s`` on either side (n - 2 k,) [m/s^2], and k samples of lag."""
-    k = min(max(1, round(lag_s / float(np.median(np.diff(t_s))))), (len(t_s) - 1) // 2)
+    k = min(max(1, round(lag_s / step_s(t_s))), (len(t_s) - 1) // 2)
     before = (position_m[k:-k] - position_m[: -2 * k]) / (t_s[k:-k] - t_s[: -2 * k])[:, None]
     after = (position_m[2 * k :] - position_m[k:-k]) / (t_s[2 * k :] - t_s[k:-k])[:, None]
     return np.linalg.norm(after - before, axis=1) / (t_s[2 * k :] - t_s[: -2 * k]) * 2, k
@@ -106,7 +107,7 @@ def doubts_of_continuity(recording: Recording) -> list[str]:
     if duration_s < SHORT_S:
         doubts.append(f"it lasts {duration_s:.2f} s only; is the whole swing in it?")
     speeds = np.linalg.norm(np.diff(place_m, axis=0), axis=1) / np.diff(t_s)
-    few = max(2, round(0.05 / float(np.median(np.diff(t_s)))))
+    few = max(2, round(0.05 / step_s(t_s)))
     peak = float(np.quantile(speeds, 0.98))
     begins, ends = float(np.median(speeds[:few])), float(np.median(speeds[-few:]))
     if begins > MOVING_START * peak:
@@ -128,7 +129,7 @@ def _frozen(recording: Recording) -> list[tuple[int, int, float]]:
     t_s, place_m = recording.t_s, recording.position_m
     still = np.concatenate([[False], (np.diff(place_m, axis=0) == 0).all(axis=1), [False]])
     edges = np.flatnonzero(np.diff(still.astype(int)))
-    few = max(2, round(0.03 / float(np.median(np.diff(t_s)))))
+    few = max(2, round(0.03 / step_s(t_s)))
     found = []
     for first, last in zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True):
         if first < few or last + 1 + few >= len(t_s):

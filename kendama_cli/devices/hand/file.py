@@ -23,6 +23,7 @@ from kendama_cli.devices.recordings.recording_format import BAG, C3D, MCAP, STRE
 from kendama_cli.errors import InputError
 from kendama_cli.log.reader import LogFile
 from kendama_cli.motion.rotation import mapped
+from kendama_cli.motion.sampling import step_s
 from kendama_cli.schema.arrays import Array
 from kendama_cli.schema.foxglove import UPRIGHT_WXYZ
 
@@ -36,7 +37,7 @@ class RecordedHand:
 
     def __init__(self, name: str, recording: Recording) -> None:
         self.name = name
-        self.rate_hz = float(1.0 / np.median(np.diff(recording.t_s)))
+        self.rate_hz = 1.0 / step_s(recording.t_s)
         self.warnings, self.origin = recording.warnings, recording.origin
         self._recording = recording
 

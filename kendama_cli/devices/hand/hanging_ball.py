@@ -14,6 +14,7 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 from scipy.signal import savgol_filter
 
+from kendama_cli.motion.sampling import columns_at
 from kendama_cli.physics.rim_crossing import CATCH_SHARE, falls
 from kendama_cli.schema.arrays import Array
 
@@ -83,7 +84,7 @@ class _Path:
     def __init__(self, t_s: Array, hand_m: Array) -> None:
         self.duration_s = float(t_s[-1] - t_s[0])
         grid = np.linspace(0.0, self.duration_s, len(t_s))
-        even = np.column_stack([np.interp(grid, t_s - t_s[0], values) for values in hand_m.T])
+        even = columns_at(grid, t_s - t_s[0], hand_m)
         window = 2 * round(SMOOTHING_S / self.duration_s * (len(grid) - 1) / 2) + 1
         if 5 <= window <= len(grid):
             even = savgol_filter(even, window, 3, axis=0)

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from kendama_cli.devices.hand.recording import MIN_SAMPLES, Recording
 from kendama_cli.motion.dmp.onset import SmoothSpeed
+from kendama_cli.motion.sampling import step_s
 from kendama_cli.schema.arrays import Array
 
 HARMLESS_SHARE = 0.05
@@ -164,7 +165,7 @@ def _stalled(numbers: NDArray[Any], stamps_s: Array) -> NDArray[np.bool_]:
     """Return the mask (n,) of poses that a stall of more than STRAYS_MOST_S held back; none where that is not sure."""
     none = np.zeros(len(stamps_s), dtype=bool)
     late_s = stamps_s - _robust_line(numbers, stamps_s)
-    period_s = float(np.median(np.diff(stamps_s)))
+    period_s = step_s(stamps_s)
     stalled = none.copy()
     for first in np.flatnonzero(late_s > STRAYS_MOST_S).tolist():
         if not stalled[first]:  # from here on to where they are on the line again

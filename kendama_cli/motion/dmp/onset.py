@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from kendama_cli.motion.sampling import columns_at
 from kendama_cli.schema.arrays import Array
 
 REST_WINDOW_S = 0.2
@@ -79,11 +80,8 @@ class SmoothSpeed:
         step_s, length_s = (t_s[-1] - t_s[0]) / (len(t_s) - 1), t_s[-1] - t_s[0]
         half_s = min(max(2 * step_s, window_s / 2), length_s / 2)
         at = np.clip(t_s, t_s[0] + half_s, t_s[-1] - half_s)
-        behind, here, ahead = (self._sum(at + shift) for shift in (-half_s, 0.0, half_s))
+        behind, here, ahead = (columns_at(at + shift, t_s, self._sums) for shift in (-half_s, 0.0, half_s))
         return np.asarray(np.linalg.norm(ahead - 2 * here + behind, axis=1) / half_s**2)
-
-    def _sum(self, t_s: Array) -> Array:
-        return np.column_stack([np.interp(t_s, self._t_s, column) for column in self._sums.T])
 
     def moving(self, window_s: float, rest_speed_m_s: float, rest_share: float) -> Moving:
         """The part that moves, judged by the speed over ``window_s``; raises ValueError where nothing does."""

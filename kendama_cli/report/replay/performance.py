@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 
 from kendama_cli.motion.rotation import between
+from kendama_cli.motion.sampling import columns_at
 from kendama_cli.physics.rim_crossing import near_descent, over_rim
 from kendama_cli.report.replay.camera_images import CameraImages
 from kendama_cli.report.tracks import cup_of
@@ -182,5 +183,4 @@ def _sampled(poses: dict[str, tuple[Array, Array]]) -> Frames:
 
 def poses_between(t_s: Array, poses: Array, t: Array) -> Array:
     """Poses at times ``t``: places on straight lines, rotations by their normalised mean."""
-    places = [np.interp(t, t_s, column) for column in poses[:, :3].T]
-    return np.hstack([np.column_stack(places), between(t_s, poses[:, 3:], t)])
+    return np.hstack([columns_at(t, t_s, poses[:, :3]), between(t_s, poses[:, 3:], t)])

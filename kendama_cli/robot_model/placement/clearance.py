@@ -8,6 +8,7 @@ import numpy as np
 
 from kendama_cli.artifacts.motion_plan import JointTrajectory
 from kendama_cli.motion.dmp.heading import heading_turn
+from kendama_cli.motion.sampling import thinning
 from kendama_cli.robot_model.chain import compiled_chain
 from kendama_cli.robot_model.chain_kernel import Chain, CollisionGeometry, ToolGeometry, clearance
 from kendama_cli.robot_model.model import HANDLE_RADIUS_M, RobotModel
@@ -69,7 +70,7 @@ def least_clearance(
     geometry = collision_geometry_about(arm, game, settings.base_heading_rad, root_m, swing_rad or 0.0)
     if swing_rad is None:
         geometry = geometry._replace(swing_m=-FAR_M)
-    thin = max(1, round(EVERY_S / float(np.diff(joints.t_s).mean())))
+    thin = thinning(joints.t_s, EVERY_S)
     angles: Array = np.ascontiguousarray(joints.position_rad[::thin])
     gap, one, two, sample = clearance(chain, tool_of(arm, chain, game), geometry, angles, 1)
     names = _part(arm, one), _part(arm, two)

@@ -8,6 +8,7 @@ import numpy as np
 
 from kendama_cli.artifacts.motion_plan import JointTrajectory
 from kendama_cli.errors import StageError
+from kendama_cli.motion.sampling import thinning
 from kendama_cli.robot_model.model import RobotModel
 from kendama_cli.schema.arrays import Array
 
@@ -75,7 +76,7 @@ def limit_shares(arm: RobotModel, joints: JointTrajectory) -> LimitShares:
 
 def efforts_nm(arm: RobotModel, joints: JointTrajectory) -> Array:
     """The torques (k, n) of ``joints``, about every ``SAMPLE_S``: docs/equations.md eq. 2 without the rope's pull."""
-    thin = max(1, round(SAMPLE_S / float(np.diff(joints.t_s).mean())))
+    thin = thinning(joints.t_s, SAMPLE_S)
     speeds = joints.velocity_rad_s[::thin]
     samples = zip(joints.position_rad[::thin], speeds, joints.acceleration_rad_s2[::thin], strict=True)
     rigid = np.array([arm.rigid_effort_nm(*sample) for sample in samples])

@@ -10,15 +10,16 @@ import numpy as np
 
 from kendama_cli.artifacts.motion_plan import JointTrajectory
 from kendama_cli.errors import StageError
+from kendama_cli.motion.sampling import thinning
 from kendama_cli.robot_model.model import RobotModel
 from kendama_cli.robot_model.placement.clearance import FAR_M, least_clearance
 from kendama_cli.robot_model.placement.limit_shares import UNITS, limit_shares
 from kendama_cli.schema.arrays import Array
 from kendama_cli.settings.game import GameSettings
 from kendama_cli.settings.safety import SafetySettings
+from kendama_cli.simulation.placement.clearance import EVERY_S, FAR_M, least_clearance
 
 _ROUNDING = 1e-6
-_EVERY_S = 0.01
 _CAPSULE_SLACK_M = 0.005
 """Capsules are wider than links; where two overlap at the start already, they may come so much nearer."""
 
@@ -100,7 +101,7 @@ def _surroundings(
     arm: RobotModel, game: GameSettings, joints: JointTrajectory, safety: SafetySettings
 ) -> Iterable[CheckedLimit]:
     """The table beneath all but the pedestal and the link on it, and the box about the cup's tie point."""
-    thin = max(1, round(_EVERY_S / float(np.diff(joints.t_s).mean())))
+    thin = thinning(joints.t_s, EVERY_S)
     rows = np.unique(np.append(np.arange(0, len(joints.t_s), thin), len(joints.t_s) - 1))
     angles = joints.position_rad[rows]
     heights = np.array([arm.joint_places_m(one)[:, 2] for one in angles])

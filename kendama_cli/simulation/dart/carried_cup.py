@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from kendama_cli.motion.sampling import columns_at
 from kendama_cli.physics.rim_crossing import catch_from_s
 from kendama_cli.schema.arrays import Array
 from kendama_cli.settings.game import GameSettings
@@ -46,7 +47,7 @@ def carry_cup(
     if rope_m is not None:
         game = dataclasses.replace(game, rope=dataclasses.replace(game.rope, length_m=rope_m))
     instants = np.arange(round((t_s[-1] - t_s[0] + after_s) / STEP_S) + 1) * STEP_S
-    cup = np.column_stack([np.interp(instants + t_s[0], t_s, values) for values in cup_m.T])
+    cup = columns_at(instants + t_s[0], t_s, cup_m)
     upright = np.column_stack([cup, np.zeros(len(cup))])
     world = HandWorld(game)
     world.reset(upright[0])

@@ -11,6 +11,7 @@ from kendama_cli.artifacts.demonstration import Demonstration, DemonstrationSet
 from kendama_cli.devices.hand.interface import HandDevice
 from kendama_cli.devices.hand.open_hands import open_hands
 from kendama_cli.devices.hand.settings import CaptureSettings
+from kendama_cli.motion.sampling import step_s
 from kendama_cli.schema.foxglove import FrameTransform
 from kendama_cli.stages.interface import Made, StageContext
 
@@ -36,7 +37,7 @@ class Capture:
             warnings += getattr(hand, "warnings", ())
             ctx.progress(len(demonstrations), len(hands))
         origins = {getattr(hand, "origin", "") for hand in hands}
-        rates = [1.0 / np.median(np.diff(swing.t_s)) for swing in demonstrations]
+        rates = [1.0 / step_s(swing.t_s) for swing in demonstrations]
         return Made(
             DemonstrationSet(tuple(demonstrations)),
             {

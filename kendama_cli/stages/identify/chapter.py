@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from kendama_cli.motion.sampling import columns_at
 from kendama_cli.report.figure import Figure, Panel, figure, lettered
 from kendama_cli.report.plot import drawing, legend_above
 from kendama_cli.report.source import StageLog
@@ -108,11 +109,6 @@ def _paths(log: StageLog) -> dict[str, tuple[Array, Array]]:
     return found
 
 
-def _meant_m(t_s: Array, wanted: tuple[Array, Array]) -> Array:
-    """Where the cup was meant to be at ``t_s``; (k, 3)."""
-    return np.column_stack([np.interp(t_s, wanted[0], column) for column in wanted[1].T])
-
-
 def _circle(log: StageLog) -> Panel | None:
     paths = _paths(log)
     if len(paths) < 2 or "reference" not in paths:
@@ -124,7 +120,7 @@ def _circle(log: StageLog) -> Panel | None:
         axes.plot(*(1e3 * (wanted[1] - home)[:, [0, 2]]).T, color=MUTED, lw=1.0, label="meant")
         for name, colour in (("before", BALL), ("after", GOOD)):
             if name in paths:
-                meant = _meant_m(paths[name][0], wanted)
+                meant = columns_at(paths[name][0], *wanted)
                 shown = meant + ENLARGED * (paths[name][1] - meant) - home
                 axes.plot(*(1e3 * shown[:, [0, 2]]).T, color=colour, lw=1.1, label=f"{name} (error × {ENLARGED})")
         axes.set_xlabel("x [mm]")
@@ -143,7 +139,7 @@ def _misses(log: StageLog) -> Panel | None:
         for name, colour in (("before", BALL), ("after", GOOD)):
             if name in paths:
                 t_s, reached = paths[name]
-                miss = np.linalg.norm(reached - _meant_m(t_s, paths["reference"]), axis=1)
+                miss = np.linalg.norm(reached - columns_at(t_s, *paths["reference"]), axis=1)
                 axes.plot(t_s, 1e3 * miss, color=colour, lw=1.1, label=name)
         axes.set_xlabel("time [s]")
         axes.set_ylabel("cup off its reference [mm]")

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pandas as pd
 
+from kendama_cli.motion.sampling import columns_at
 from kendama_cli.report.figure import Figure, Panel, figure, lettered
 from kendama_cli.report.plot import drawing, legend_above
 from kendama_cli.report.source import StageLog
@@ -22,7 +23,7 @@ def rehearsal_figures(log: StageLog) -> list[Figure]:
     names = [str(column).removesuffix(".position_rad") for column in _columns(sent)]
     angles = [_table(one) for one in (sent, measured, ghost)]
     t_s, ghost_s = sent["t_s"].to_numpy(np.float64), ghost["t_s"].to_numpy(np.float64)
-    twin = np.column_stack([np.interp(t_s, ghost_s, column) for column in angles[2].T])
+    twin = columns_at(t_s, ghost_s, angles[2])
     panels: list[Panel | None] = [
         _angles(t_s, angles[0], angles[1], names),
         _difference("behind", "Measured less sent", t_s, angles[1] - angles[0], names),

@@ -7,6 +7,7 @@ import pandas as pd
 from matplotlib.ticker import MaxNLocator
 
 from kendama_cli.log.messages import JointExchangeMessage, RolloutMessage
+from kendama_cli.motion.sampling import step_s
 from kendama_cli.motion.tracking_delay import Tracking, tracking
 from kendama_cli.report.animation import player
 from kendama_cli.report.figure import Figure, Panel, figure, lettered
@@ -213,7 +214,7 @@ def sent_and_measured(log: StageLog, start_s: float, end_s: float) -> list[Figur
     ]
     delays = whole.delay_s[np.isfinite(whole.delay_s)]
     spread = f"; the delays lie from {1e3 * delays.min():.1f} to {1e3 * delays.max():.1f} ms" if len(delays) else ""
-    minutes = number(len(told) * float(np.median(np.diff(told.t_s))) / 60)
+    minutes = number(len(told) * step_s(told.t_s) / 60)
     captions = lettered(
         panels,
         [

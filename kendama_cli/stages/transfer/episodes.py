@@ -9,6 +9,7 @@ import numpy as np
 from kendama_cli.log.lerobot import Episode, Episodes
 from kendama_cli.log.messages import JointExchangeMessage
 from kendama_cli.log.reader import TypedMessages
+from kendama_cli.motion.sampling import columns_at
 from kendama_cli.report.source import StageLog
 from kendama_cli.report.tracks import Array
 from kendama_cli.schema.foxglove import FrameTransform
@@ -35,7 +36,7 @@ def episodes(log: StageLog, fps: int) -> Episodes | None:
         measured = [_at(frames_s, played, of) for of in (_measured_rad, _measured_rad_s)]
         vectors = {"observation.state": np.hstack(measured), "action": _at(frames_s + 1 / fps, played, _sent_rad)}
         if np.isfinite(scene_m).all():  # an arm that does not see the ball itself does not tell where it is
-            vectors["observation.environment_state"] = _interpolated(frames_s, scene_s, scene_m)
+            vectors["observation.environment_state"] = columns_at(frames_s, scene_s, scene_m)
         found.append(Episode(vectors, success=game.caught))
     names = {
         "observation.state": [f"{joint}.{what}" for what in ("pos_rad", "vel_rad_s") for joint in joints],
@@ -66,8 +67,4 @@ def _sent_rad(one: JointExchangeMessage) -> object:
 
 
 def _at(t_s: Array, played: TypedMessages[JointExchangeMessage], of: Callable[[JointExchangeMessage], object]) -> Array:
-    return _interpolated(t_s, played.t_s, np.array([of(one) for one in played.messages], dtype=np.float64))
-
-
-def _interpolated(t_s: Array, at_s: Array, values: Array) -> Array:
-    return np.column_stack([np.interp(t_s, at_s, column) for column in values.T])
+    return columns_at(t_s, played.t_s, np.array([of(one) for one in played.messages], dtype=np.float64))
