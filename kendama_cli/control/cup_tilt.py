@@ -53,10 +53,7 @@ class TiltingArm:
         wanted = np.concatenate([velocity_m_s * along + tilt.lift_m_s * up, [tilt.tilt_rad_s, 0.0]])
         speed = weighted_step(task, wanted, arm.redundancy_weights)
         change_rad_s2 = (speed - self._speed) / self._period_s
-        inside = (
-            (q >= arm.limits.lower_rad) & (q <= arm.limits.upper_rad) & (np.abs(speed) <= arm.limits.velocity_rad_s)
-        )
-        if not inside.all() or (np.abs(change_rad_s2) > arm.limits.acceleration_rad_s2).any():
+        if not arm.limits.allow(q, speed, change_rad_s2).all():
             return None
         self._q, self._speed = q, speed
         return JointCommand(q, speed, change_rad_s2)

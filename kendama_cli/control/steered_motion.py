@@ -259,12 +259,7 @@ def _beside(plan: CupPlan, k: int, shift_m: Array, rate_m_s: Array, last: JointC
     wanted = cup.task_speed + np.concatenate([rate_m_s, np.zeros(3)])
     speed = planned_rad_s + weighted_step(task, wanted - task @ planned_rad_s, arm.redundancy_weights)
     bend = (speed - last.velocity_rad_s) / h
-    inside = (
-        (q >= limits.lower_rad)
-        & (q <= limits.upper_rad)
-        & (np.abs(speed) <= limits.velocity_rad_s)
-        & (np.abs(bend) <= limits.acceleration_rad_s2)
-    )
+    inside = limits.allow(q, speed, bend)
     reached = float(np.abs(change).max()) < UNREACHED_M
     q = np.clip(q, limits.lower_rad, limits.upper_rad)
     speed = np.clip(speed, -limits.velocity_rad_s, limits.velocity_rad_s)

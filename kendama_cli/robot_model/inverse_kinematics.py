@@ -86,7 +86,7 @@ def follow_path(
             last = angles[i] = solve_cup(arm, place, last, UPRIGHT if axes is None else across(axes[i]))
         except OutOfReachError as error:
             raise OutOfReachError(error.robot, error.cup_m, error.miss, _when(t_s, i)) from None
-    outside = (angles < arm.limits.lower_rad) | (angles > arm.limits.upper_rad)
+    outside = arm.limits.to_stop_rad(angles) < 0
     if outside.any():
         k, j = (int(v) for v in np.argwhere(outside)[0])
         low, high = arm.limits.lower_rad[j], arm.limits.upper_rad[j]

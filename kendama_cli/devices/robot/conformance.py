@@ -80,9 +80,7 @@ def check_limits(opened: OpenRobot) -> None:
                 _law(robot.realtime, "a simulated robot limits what is commanded, and does not stop for it")
                 return  # it halts for a command so far from what it can do
             elapsed_s, before = (1 + robot.missed - before) * robot.period_s, robot.missed
-            inside = (sent.position_rad >= limits.lower_rad - ROUNDING) & (
-                sent.position_rad <= limits.upper_rad + ROUNDING
-            )
+            inside = limits.to_stop_rad(sent.position_rad) >= -ROUNDING
             _law(bool(inside.all()), "what is sent keeps to the position limits")
             _within(sent.velocity_rad_s, limits.velocity_rad_s, "speed")
             change = (sent.velocity_rad_s - last.velocity_rad_s) / elapsed_s

@@ -152,7 +152,7 @@ class LimitedRobot(UdpRobot):
     def reset(self, position_rad: Array, seed: int) -> Exchange:
         """As UdpRobot.reset; a place outside of the limits halts the robot."""
         lower, upper = self.limits.lower_rad, self.limits.upper_rad
-        if np.shape(position_rad) != lower.shape or not ((position_rad >= lower) & (position_rad <= upper)).all():
+        if np.shape(position_rad) != lower.shape or not (self.limits.to_stop_rad(position_rad) >= 0).all():
             raise self._line.fail(
                 f"the arm is to go to {np.asarray(position_rad).tolist()} rad; it says that it reaches "
                 f"{lower.tolist()} to {upper.tolist()}"

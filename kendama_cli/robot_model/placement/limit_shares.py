@@ -60,9 +60,7 @@ class LimitShares:
 
 def limit_shares(arm: RobotModel, joints: JointTrajectory) -> LimitShares:
     """What ``joints`` needs of the limits of ``arm``: efforts by its inverse dynamics and its known friction."""
-    to_stop = np.minimum(joints.position_rad - arm.limits.lower_rad, arm.limits.upper_rad - joints.position_rad).min(
-        axis=0
-    )
+    to_stop = arm.limits.to_stop_rad(joints.position_rad).min(axis=0)
     limits = (arm.limits.velocity_rad_s, arm.limits.acceleration_rad_s2, arm.limits.effort_nm)
     peaks = (
         np.abs(joints.velocity_rad_s).max(axis=0),

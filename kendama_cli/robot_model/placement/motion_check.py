@@ -12,12 +12,10 @@ from kendama_cli.artifacts.motion_plan import JointTrajectory
 from kendama_cli.errors import StageError
 from kendama_cli.motion.sampling import thinning
 from kendama_cli.robot_model.model import RobotModel
-from kendama_cli.robot_model.placement.clearance import FAR_M, least_clearance
+from kendama_cli.robot_model.placement.clearance import EVERY_S, FAR_M, least_clearance
 from kendama_cli.robot_model.placement.limit_shares import UNITS, limit_shares
-from kendama_cli.schema.arrays import Array
 from kendama_cli.settings.game import GameSettings
 from kendama_cli.settings.safety import SafetySettings
-from kendama_cli.simulation.placement.clearance import EVERY_S, FAR_M, least_clearance
 
 _ROUNDING = 1e-6
 _CAPSULE_SLACK_M = 0.005
@@ -71,8 +69,7 @@ def _limits(arm: RobotModel, joints: JointTrajectory, safety: SafetySettings) ->
 
 
 def _stops(arm: RobotModel, joints: JointTrajectory, safety: SafetySettings) -> CheckedLimit:
-    lower, upper = arm.limits.lower_rad, arm.limits.upper_rad
-    left: Array = np.minimum(joints.position_rad - lower, upper - joints.position_rad).min(axis=0)
+    left = arm.limits.to_stop_rad(joints.position_rad).min(axis=0)
     j = int(np.nan_to_num(left, nan=-math.inf).argmin())
     return CheckedLimit(
         "stop",

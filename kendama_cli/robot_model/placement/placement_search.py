@@ -126,7 +126,7 @@ class PlacementProblem:
         self._geometry = collision_geometry_about(arm, game, 0.0, 0.0)
         n = len(arm.joint_names)
         low, high = np.maximum(arm.limits.lower_rad, -WIDEST_RAD), np.minimum(arm.limits.upper_rad, WIDEST_RAD)
-        self._lower_rad, self._upper_rad = arm.limits.lower_rad, arm.limits.upper_rad
+        self._joint_limits = arm.limits
         # about a vertical first axis the posture's first angle and the heading are one and the same
         self._first = 1 if abs(self._chain.axes[0, 2]) > 0.999 else 0
         self._middle_rad = (low + high) / 2
@@ -202,7 +202,7 @@ class PlacementProblem:
             if not np.isfinite(missed[-1]):
                 left = float(np.isinf(missed).mean()) + len(self.demands) - 1 - number
                 return UNREACHED + UNREACHED * left / len(self.demands) + blocked
-            stop = max(float((self._lower_rad - angles).max()), float((angles - self._upper_rad).max()))
+            stop = -float(self._joint_limits.to_stop_rad(angles).min())
             geometry = self._geometry._replace(floor_m=-pedestal_m, side=sides[number])
             gap = clearance(self._chain, one.tool, geometry, angles, CLEARANCE_EVERY)[0]
             blocked += max(0.0, stop + RANGE_MARGIN_RAD) + 5.0 * max(0.0, MARGIN_M - gap)
