@@ -33,6 +33,12 @@ def inverse(rotation_wxyz: Array) -> Array:
     return made
 
 
+def rotated(rotation_wxyz: Array, vector: Array) -> Array:
+    """Return a vector (3,) rotated by unit quaternions (n, 4), q = (w, u): r + 2 u x (u x r + w r); (n, 3)."""
+    w, u = rotation_wxyz[:, :1], rotation_wxyz[:, 1:]
+    return np.asarray(vector + 2 * cross(u, cross(u, vector) + w * vector))
+
+
 def mapped(rotation_wxyz: Array, matrix: Array, determinant: int) -> Array:
     """Return quaternions (n, 4) in the axes to which an orthogonal M (3, 3) maps places.
 

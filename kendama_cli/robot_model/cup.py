@@ -16,8 +16,12 @@ TIE_MASS_KG = 1e-6
 
 
 def cup_frame(cup_axis: tuple[float, float, float]) -> Array:
-    """A rotation (3, 3) whose z is ``cup_axis``; the turn about it is arbitrary, the cup being round."""
-    z = np.asarray(cup_axis, dtype=np.float64) / math.hypot(*cup_axis)
+    """Return a rotation (3, 3) whose z is ``cup_axis``; the turn about it is arbitrary, the cup being round."""
+    return frame_along(np.asarray(cup_axis, dtype=np.float64) / math.hypot(*cup_axis))
+
+
+def frame_along(z: Array) -> Array:
+    """Return a rotation (3, 3) whose z is that unit vector (3,)."""
     x = np.cross(np.eye(3)[int(np.argmin(np.abs(z)))], z)
     x /= np.linalg.norm(x)
     return np.column_stack([x, np.cross(z, x), z])

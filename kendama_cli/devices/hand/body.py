@@ -21,7 +21,7 @@ from kendama_cli.devices.recordings.body_track import BodyTrack
 from kendama_cli.devices.recordings.reader import read_bodies
 from kendama_cli.devices.recordings.recording_format import name_of
 from kendama_cli.errors import InputError
-from kendama_cli.motion.rotation import mapped
+from kendama_cli.motion.rotation import mapped, rotated
 from kendama_cli.schema.arrays import Array
 
 REST_S = 0.15
@@ -68,9 +68,7 @@ def recording_of(path: str, body: BodyTrack, ball: BodyTrack | None, settings: B
         if problem := mirror_problem(mirror, settings.handedness):
             raise InputError(path, f"capture.axes is {list(settings.axes)}, which {problem}")
         turned = mapped(body.rotation_wxyz[known], turn, mirror)
-        w, v = turned[:, :1], turned[:, 1:]
-        offset = turn @ np.asarray(settings.body_to_cup_m)
-        place_m = place_m + offset + 2 * np.cross(v, np.cross(v, offset) + w * offset)
+        place_m = place_m + rotated(turned, turn @ np.asarray(settings.body_to_cup_m))
     elif any(settings.body_to_cup_m):
         problem = f"'{body.name}' has no orientation, so capture.body_to_cup_m cannot be applied"
         raise InputError(path, problem, remedy="give a rigid body, or set capture.body_to_cup_m=[0,0,0]")

@@ -17,7 +17,7 @@ from kendama_cli.devices.hand.recording import Recording
 from kendama_cli.devices.hand.segments import checked_swings
 from kendama_cli.devices.hand.settings import MarkerCapture, MarkerSettings
 from kendama_cli.errors import ConfigError, InputError
-from kendama_cli.motion.rotation import exponential, inverse, multiply
+from kendama_cli.motion.rotation import exponential, inverse, multiply, rotated
 from kendama_cli.motion.rotation_matrix import log_of
 from kendama_cli.schema.arrays import Array
 from kendama_cli.vision.camera_model import CameraModel
@@ -75,7 +75,7 @@ def _recording(path: str, settings: MarkerSettings, camera: CameraModel, t_s: Ar
     to_world = camera.world_to_camera.T
     offset = np.asarray(settings.marker_to_cup_m)
     turned = multiply(exponential(log_of(to_world)), track.rotation_wxyz)
-    place_m = track.place_m @ to_world.T + camera.position_in_world_m + _rotated(turned, offset)
+    place_m = track.place_m @ to_world.T + camera.position_in_world_m + rotated(turned, offset)
     sigma_mm = 1e3 * np.sqrt(np.mean(track.place_sigma_m**2, axis=0))
     share = float(track.seen.mean())
     notes = [
@@ -98,11 +98,6 @@ def _recording(path: str, settings: MarkerSettings, camera: CameraModel, t_s: Ar
         warnings=tuple(notes),
         rotation_wxyz=multiply(turned, inverse(turned[0])),
     )
-
-
-def _rotated(turns: Array, vector: Array) -> Array:
-    w, v = turns[:, :1], turns[:, 1:]
-    return np.asarray(vector + 2 * np.cross(v, np.cross(v, vector) + w * vector))
 
 
 def _check_gaps(path: str, t_s: Array, seen: list[int], longest_s: float) -> None:

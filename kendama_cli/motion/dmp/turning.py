@@ -19,7 +19,7 @@ from kendama_cli.motion.dmp.encoding import fit_demonstrations
 from kendama_cli.motion.dmp.primitive import play
 from kendama_cli.motion.dmp.resampling import between
 from kendama_cli.motion.dmp.settings import EncodeSettings
-from kendama_cli.motion.rotation import continuous_logarithm, exponential, logarithm, multiply
+from kendama_cli.motion.rotation import continuous_logarithm, exponential, inverse, logarithm, multiply, rotated
 from kendama_cli.schema.arrays import Array
 
 TURNS = ("rx", "ry", "rz")
@@ -71,9 +71,7 @@ def turns_of(plan: MotionPlan, t_s: Array) -> Array:
 
 def cup_axes(turns_rad: Array) -> Array:
     """Where the cup's axis points (n, 3) when it is turned from upright by the rotation vectors (n, 3)."""
-    q = exponential(turns_rad)
-    w, v = q[:, :1], q[:, 1:]
-    return np.asarray(UP + 2 * np.cross(v, np.cross(v, UP) + w * UP))
+    return rotated(exponential(turns_rad), UP)
 
 
 def tilt_only(turns_rad: Array) -> tuple[Array, Array]:
@@ -83,7 +81,7 @@ def tilt_only(turns_rad: Array) -> tuple[Array, Array]:
     sine = np.linalg.norm(across, axis=1)
     tilt = np.arctan2(sine, axis[:, 2])
     shortest = exponential(across * (tilt / np.maximum(sine, 1e-12))[:, None])
-    spin = logarithm(multiply(shortest * np.array([1.0, -1.0, -1.0, -1.0]), exponential(turns_rad)))
+    spin = logarithm(multiply(inverse(shortest), exponential(turns_rad)))
     return tilt, np.linalg.norm(spin, axis=1)
 
 

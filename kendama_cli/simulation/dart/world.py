@@ -10,6 +10,7 @@ import numpy as np
 from kendama_cli.motion.impedance import JointTorque, TaskState
 from kendama_cli.motion.task_settings import InteractSettings
 from kendama_cli.robot_model.body import Body
+from kendama_cli.robot_model.cup import frame_along
 from kendama_cli.robot_model.dart_library import dartpy
 from kendama_cli.robot_model.model import HANDLE_RADIUS_M, RobotModel
 from kendama_cli.schema.arrays import Array
@@ -63,11 +64,8 @@ def _attach_capsule(link: Any, start_m: Array, end_m: Array, radius_m: float) ->
     length = float(np.linalg.norm(way))
     if length < SHORTEST_M:
         return
-    z = way / length
-    x = np.cross(np.eye(3)[int(np.argmin(np.abs(z)))], z)
-    x /= np.linalg.norm(x)
     place = dartpy.math.Isometry3()
-    place.set_rotation(np.column_stack([x, np.cross(z, x), z]))
+    place.set_rotation(frame_along(way / length))
     place.set_translation((start_m + end_m) / 2)
     node = link.createShapeNode(dartpy.dynamics.CapsuleShape(radius_m, length))
     node.createCollisionAspect()
