@@ -7,7 +7,7 @@ from itertools import pairwise
 import numpy as np
 
 from kendama_cli.devices.camera.calibration import camera_models
-from kendama_cli.motion.rotation_matrix import quaternion_of
+from kendama_cli.motion.rotation import quaternion_of
 from kendama_cli.robot_model.arm_scene import WORLD
 from kendama_cli.robot_model.colours import JOINT_RGB, STAND_RGB
 from kendama_cli.robot_model.cup import cup_frame

@@ -9,7 +9,7 @@ import numpy as np
 
 from kendama_cli.devices.robot.interface import Exchange, JointCommand, Robot, SceneState
 from kendama_cli.motion.rotation import between as turned_between
-from kendama_cli.motion.rotation_matrix import matrix_of, quaternion_of
+from kendama_cli.motion.rotation import matrix_of, quaternion_of
 from kendama_cli.rendering.scene import ScenePose, hanging_rope
 from kendama_cli.robot_model.model import RobotModel
 from kendama_cli.schema.arrays import Array

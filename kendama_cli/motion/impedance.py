@@ -20,7 +20,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.linalg.lapack import dsygvd
 
-from kendama_cli.motion.rotation_matrix import log_of
+from kendama_cli.motion.rotation import log_of
 from kendama_cli.schema.arrays import Array
 
 LEAST_MOBILITY = 2e-3

@@ -6,8 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from kendama_cli.motion.rotation import inverse, logarithm, multiply
-from kendama_cli.motion.rotation_matrix import matrix_of
+from kendama_cli.motion.rotation import inverse, logarithm, matrix_of, multiply
 from kendama_cli.schema.arrays import Array
 
 LEAST_TURN_RAD = np.radians(20)

@@ -8,7 +8,7 @@ import numpy as np
 
 from kendama_cli.motion import minimum_jerk
 from kendama_cli.motion.impedance import TaskReference
-from kendama_cli.motion.rotation_matrix import exp_of, log_of
+from kendama_cli.motion.rotation import exp_of, log_of
 from kendama_cli.motion.task_settings import StepSettings
 from kendama_cli.schema.arrays import Array
 

@@ -10,7 +10,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from kendama_cli.motion.rotation_matrix import matrix_of
+from kendama_cli.motion.rotation import matrix_of
 from kendama_cli.rendering import kernel_light
 from kendama_cli.rendering.floor import Floor
 from kendama_cli.rendering.mesh import LinkMesh, unit_cylinder, unit_sphere

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from kendama_cli.motion.rotation_matrix import exp_of
+from kendama_cli.motion.rotation import exp_of
 from kendama_cli.rendering import kernel_light, kernel_marks, kernel_shapes
 from kendama_cli.rendering.background import Background, background
 from kendama_cli.rendering.floor import Floor

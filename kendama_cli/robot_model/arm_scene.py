@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from kendama_cli.motion.rotation_matrix import quaternion_of
+from kendama_cli.motion.rotation import quaternion_of
 from kendama_cli.robot_model.colours import BALL_RGB, CUP_RGB, JOINT_RGB, SHELL_RGB, STAND_RGB, Rgb
 from kendama_cli.robot_model.cup import cup_frame
 from kendama_cli.robot_model.link_shapes import link_shapes

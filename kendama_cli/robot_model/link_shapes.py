@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from kendama_cli.motion.rotation_matrix import quaternion_of
+from kendama_cli.motion.rotation import quaternion_of
 from kendama_cli.robot_model.urdf_tree import read_tree
 from kendama_cli.schema.arrays import Array
 from kendama_cli.schema.foxglove import Solid

@@ -7,7 +7,7 @@ import pytest
 
 from kendama_cli.control.camera_solids import SEEN_M, camera_solids
 from kendama_cli.devices.camera.calibration import camera_models
-from kendama_cli.motion.rotation_matrix import matrix_of
+from kendama_cli.motion.rotation import matrix_of
 from kendama_cli.settings.camera import CameraSettings
 from tests.shipped_conf import configured
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from kendama_cli.motion.rotation_matrix import exp_of, log_of
+from kendama_cli.motion.rotation import exp_of, log_of
 from kendama_cli.motion.task_path import TaskPath
 from kendama_cli.motion.task_settings import StepSettings
 

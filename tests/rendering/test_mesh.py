@@ -7,7 +7,7 @@ import pytest
 
 from kendama_cli.devices.camera.virtual import VirtualCameraBlock
 from kendama_cli.errors import ConfigError
-from kendama_cli.motion.rotation_matrix import exp_of
+from kendama_cli.motion.rotation import exp_of
 from kendama_cli.rendering import tiles, tracer
 from kendama_cli.rendering.mesh import LinkMesh, unit_cylinder
 from kendama_cli.vision.region import Region, around

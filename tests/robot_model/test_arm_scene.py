@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from kendama_cli.motion.rotation_matrix import matrix_of
+from kendama_cli.motion.rotation import matrix_of
 from kendama_cli.robot_model.arm_scene import ArmScene, cup_solid
 from kendama_cli.robot_model.link_shapes import read_stl, thinned
 from kendama_cli.robot_model.model import RobotModel

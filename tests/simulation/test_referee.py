@@ -17,7 +17,7 @@ from scipy.optimize import brentq
 from kendama_cli.cli.referee import LoggedGame, played_again, summary, write_log
 from kendama_cli.errors import ConfigError, InputError
 from kendama_cli.log.messages import ReplayMessage
-from kendama_cli.motion.rotation_matrix import matrix_of
+from kendama_cli.motion.rotation import matrix_of
 from kendama_cli.physics.rope import CupProfile, RopeLaw, rope_pull
 from kendama_cli.physics.rope_chain import link_lengths_m
 from kendama_cli.report.source import StageLog

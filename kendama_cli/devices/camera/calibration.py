@@ -10,7 +10,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from kendama_cli.errors import ConfigError, InputError
-from kendama_cli.motion.rotation_matrix import matrix_of
+from kendama_cli.motion.rotation import matrix_of
 from kendama_cli.schema.arrays import Array, NotUnitError, unit_quaternions
 from kendama_cli.schema.plain_yaml import load_yaml
 from kendama_cli.schema.settings import build

@@ -9,7 +9,7 @@ import numpy as np
 
 from kendama_cli.devices.camera.csv_rows import csv_rows
 from kendama_cli.errors import InputError
-from kendama_cli.motion.rotation_matrix import matrix_of
+from kendama_cli.motion.rotation import matrix_of
 from kendama_cli.robot_model.model import RobotModel
 from kendama_cli.schema.arrays import NotUnitError, unit_quaternions
 from kendama_cli.vision.hand_eye import HandPose

@@ -15,7 +15,7 @@ import numpy as np
 from kendama_cli.devices.controller.interface import TaskController
 from kendama_cli.devices.controller.open_controller import make_controller
 from kendama_cli.motion.impedance import TaskReference, TaskState
-from kendama_cli.motion.rotation_matrix import exp_of
+from kendama_cli.motion.rotation import exp_of
 
 MakeController = Callable[[], TaskController]
 

@@ -17,8 +17,7 @@ from kendama_cli.devices.hand.recording import Recording
 from kendama_cli.devices.hand.segments import checked_swings
 from kendama_cli.devices.hand.settings import MarkerCapture, MarkerSettings
 from kendama_cli.errors import ConfigError, InputError
-from kendama_cli.motion.rotation import exponential, inverse, multiply, rotated
-from kendama_cli.motion.rotation_matrix import log_of
+from kendama_cli.motion.rotation import exponential, inverse, log_of, multiply, rotated
 from kendama_cli.schema.arrays import Array
 from kendama_cli.vision.camera_model import CameraModel
 from kendama_cli.vision.marker import MarkerDetector

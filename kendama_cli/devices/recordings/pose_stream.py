@@ -11,8 +11,7 @@ import numpy as np
 from kendama_cli.devices.hand.openigtlink import TRANSFORM, MessageStream
 from kendama_cli.devices.hand.vrpn import COOKIE, VrpnStream, tracker_report
 from kendama_cli.errors import HardwareError
-from kendama_cli.motion.rotation import exponential
-from kendama_cli.motion.rotation_matrix import log_of
+from kendama_cli.motion.rotation import exponential, log_of
 
 TIMEOUT_S = 3.0
 

@@ -7,8 +7,7 @@ import numpy as np
 from kendama_cli.devices.recordings.body_track import BodyTrack
 from kendama_cli.devices.recordings.text_table import filled_rows, number, numbers
 from kendama_cli.errors import InputError
-from kendama_cli.motion.rotation import exponential
-from kendama_cli.motion.rotation_matrix import log_of
+from kendama_cli.motion.rotation import exponential, log_of
 from kendama_cli.schema.arrays import Array
 from kendama_cli.schema.units import METRES
 

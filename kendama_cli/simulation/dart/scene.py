@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from kendama_cli.errors import ConfigError
-from kendama_cli.motion.rotation_matrix import matrix_of
+from kendama_cli.motion.rotation import matrix_of
 from kendama_cli.robot_model.dart_library import dartpy
 from kendama_cli.schema.arrays import Array
 from kendama_cli.settings.scene import Body, SceneSettings, SprungBody, StaticBody

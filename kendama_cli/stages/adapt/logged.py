@@ -10,7 +10,7 @@ from kendama_cli.adaptation.time_scaling import Window
 from kendama_cli.adaptation.uncertainty import Draw
 from kendama_cli.log.messages import ReplayMessage
 from kendama_cli.motion.dmp.heading import heading_turn
-from kendama_cli.motion.rotation_matrix import quaternion_of
+from kendama_cli.motion.rotation import quaternion_of
 from kendama_cli.robot_model.arm_scene import WORLD, ArmScene
 from kendama_cli.robot_model.cup import cup_frame
 from kendama_cli.robot_model.model import RobotModel

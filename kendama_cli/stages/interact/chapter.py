@@ -12,7 +12,7 @@ import pandas as pd
 from matplotlib.patches import Polygon
 from scipy.spatial import ConvexHull
 
-from kendama_cli.motion.rotation_matrix import matrix_of
+from kendama_cli.motion.rotation import matrix_of
 from kendama_cli.report.figure import Figure, Panel, figure, lettered
 from kendama_cli.report.plot import drawing, halo, legend_above
 from kendama_cli.report.source import StageLog

@@ -15,7 +15,7 @@ from kendama_cli.devices.robot.open_robot import open_robot
 from kendama_cli.errors import StageError
 from kendama_cli.log.messages import WrenchMessage
 from kendama_cli.motion.impedance import TaskReference, TaskState
-from kendama_cli.motion.rotation_matrix import quaternion_of
+from kendama_cli.motion.rotation import quaternion_of
 from kendama_cli.motion.task_path import TaskPath
 from kendama_cli.motion.task_settings import InteractionTask, InteractSettings
 from kendama_cli.robot_model.limits import JointLimits

@@ -11,7 +11,7 @@ from kendama_cli.devices.controller.conformance import resting_at
 from kendama_cli.devices.controller.open_controller import make_controller
 from kendama_cli.errors import ConfigError, SimulationError
 from kendama_cli.motion.impedance import JointTorque, pose_error
-from kendama_cli.motion.rotation_matrix import exp_of
+from kendama_cli.motion.rotation import exp_of
 from kendama_cli.motion.task_settings import ProbeSettings
 from kendama_cli.simulation.dart.task_state import coriolis_nm
 from kendama_cli.simulation.dart.world import STEP_S, ArmWorld
