@@ -10,8 +10,6 @@ import numpy as np
 from kendama_cli.schema.arrays import Array, array
 from kendama_cli.settings.game import GameSettings, MeasuredAir
 
-SIGMAS_95 = 1.96
-
 
 @dataclass(frozen=True)
 class ToyModel:

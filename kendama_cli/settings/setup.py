@@ -9,6 +9,7 @@ from kendama_cli.settings.camera import CameraModelSettings
 
 Triple = tuple[float, float, float]
 SIGMAS_95 = 1.96
+"""Standard deviations on either side of the mean that hold 95 % of a normal distribution."""
 
 
 @dataclass(frozen=True)

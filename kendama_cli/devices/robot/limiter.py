@@ -14,8 +14,6 @@ from kendama_cli.schema.arrays import Array
 from kendama_cli.simulation.dart import joint_kernel as kernel
 from kendama_cli.simulation.dart.drive import limit_rows
 
-_PEAK_SPEED = 1.875
-"""Of a minimum-jerk motion, over its mean speed."""
 ABSURD_RAD = 1e3
 ABSURD_FACTOR = 1e5
 """No commander means a place farther away than ABSURD_RAD, or so many times what a joint's limits allow."""
@@ -57,7 +55,7 @@ def approach(way: tuple[Array, Array], speed_rad_s: float, period_s: float, leas
     It takes ``least_s`` or longer; the rest at the goal is not among the commands.
     """
     start, goal = way
-    span_s = max(_PEAK_SPEED * float(np.abs(goal - start).max()) / speed_rad_s, least_s)
+    span_s = max(minimum_jerk.PEAK_RATE * float(np.abs(goal - start).max()) / speed_rad_s, least_s)
     for t_s in np.arange(period_s, span_s, period_s):
         place = start + float(minimum_jerk.step(t_s / span_s)) * (goal - start)
         speed = float(minimum_jerk.step_rate(t_s / span_s)) / span_s * (goal - start)

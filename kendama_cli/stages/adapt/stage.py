@@ -16,7 +16,7 @@ from kendama_cli.adaptation.search_record import Bounds, CatchSearch, MotionVari
 from kendama_cli.adaptation.settings import AdaptSettings
 from kendama_cli.adaptation.tilt import playable_tilt
 from kendama_cli.artifacts.motion_plan import MotionPlan
-from kendama_cli.artifacts.toy_model import SIGMAS_95, ToyModel
+from kendama_cli.artifacts.toy_model import ToyModel
 from kendama_cli.errors import StageError
 from kendama_cli.identification.friction_known import with_identified
 from kendama_cli.motion.dmp.amplitude import scaled_plan
@@ -27,6 +27,7 @@ from kendama_cli.robot_model.placement.find_placement import find_placement
 from kendama_cli.settings.game import GameSettings
 from kendama_cli.settings.placement import placed, turned
 from kendama_cli.settings.robot import RobotSettings
+from kendama_cli.settings.setup import SIGMAS_95
 from kendama_cli.simulation.dart.world import ArmWorld
 from kendama_cli.stages.adapt.conclusion import conclude
 from kendama_cli.stages.adapt.rollouts import Rollouts, Standing

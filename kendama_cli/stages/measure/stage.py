@@ -9,7 +9,6 @@ from typing import Any
 
 import numpy as np
 
-from kendama_cli.artifacts.toy_model import SIGMAS_95
 from kendama_cli.devices.recordings.flight_reader import read_tracks
 from kendama_cli.devices.robot.exchange_log import RememberingRobot, exchange_message
 from kendama_cli.devices.robot.open_robot import open_robot
@@ -21,6 +20,7 @@ from kendama_cli.robot_model.placement.placement import cup_line
 from kendama_cli.settings.game import GameSettings
 from kendama_cli.settings.hardware import HardwareSettings
 from kendama_cli.settings.robot import RobotSettings
+from kendama_cli.settings.setup import SIGMAS_95
 from kendama_cli.stages.interface import Made, Metric, StageContext
 from kendama_cli.stages.measure.messages import FreeSwingMessage
 from kendama_cli.vision.flight_search import RecordedTrack
