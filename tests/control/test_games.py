@@ -15,7 +15,7 @@ from kendama_cli.control.game_runner import GameRunner
 from kendama_cli.control.imitation import tempos
 from kendama_cli.control.position_tracker import position_tracker
 from kendama_cli.control.settings import TransferSettings
-from kendama_cli.devices.robot.remote import UdpRobot
+from kendama_cli.devices.robot.udp.remote import UdpRobot
 from kendama_cli.learning.policy import GreedyPolicy
 from kendama_cli.learning.sarsa import SarsaLearner
 from kendama_cli.learning.settings import LearnSettings

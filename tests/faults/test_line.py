@@ -9,12 +9,12 @@ import time
 import numpy as np
 import pytest
 
-from kendama_cli.devices.robot import protocol
 from kendama_cli.devices.robot.interface import Exchange, JointCommand
-from kendama_cli.devices.robot.protocol import Datagram, Kind
-from kendama_cli.devices.robot.remote import UdpRobot
-from kendama_cli.devices.robot.seal import Seal
-from kendama_cli.devices.robot.server import RobotServer
+from kendama_cli.devices.robot.udp import protocol
+from kendama_cli.devices.robot.udp.protocol import Datagram, Kind
+from kendama_cli.devices.robot.udp.remote import UdpRobot
+from kendama_cli.devices.robot.udp.seal import Seal
+from kendama_cli.devices.robot.udp.server import RobotServer
 from kendama_cli.errors import HardwareError
 from tests.devices.robot.stand_in import LOOPBACK, SECRET, ObedientRobot, Spoil, command, relayed, served
 

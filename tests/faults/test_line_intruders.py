@@ -12,10 +12,10 @@ from contextlib import contextmanager
 import numpy as np
 import pytest
 
-from kendama_cli.devices.robot import protocol
-from kendama_cli.devices.robot.protocol import Datagram, Kind
-from kendama_cli.devices.robot.remote import UdpRobot
-from kendama_cli.devices.robot.seal import Seal
+from kendama_cli.devices.robot.udp import protocol
+from kendama_cli.devices.robot.udp.protocol import Datagram, Kind
+from kendama_cli.devices.robot.udp.remote import UdpRobot
+from kendama_cli.devices.robot.udp.seal import Seal
 from tests.devices.robot.stand_in import SECRET, ObedientRobot, command, relayed, served
 from tests.faults.test_twin_process import as_bytes, session, twin
 

@@ -21,9 +21,9 @@ import pytest
 from kendama_cli.devices.robot.conformance import CHECKS
 from kendama_cli.devices.robot.interface import Exchange, JointCommand
 from kendama_cli.devices.robot.open_robot import open_robot
-from kendama_cli.devices.robot.remote import UdpRobot
-from kendama_cli.devices.robot.twin import serve_twin
-from kendama_cli.devices.robot.twin_process import settings_document
+from kendama_cli.devices.robot.udp.remote import UdpRobot
+from kendama_cli.devices.robot.udp.twin import serve_twin
+from kendama_cli.devices.robot.udp.twin_process import settings_document
 from kendama_cli.errors import HardwareError
 from kendama_cli.settings.game import GameSettings
 from kendama_cli.settings.hardware import CommandHardware, HardwareSettings, TwinHardware
@@ -64,7 +64,9 @@ def twin_pid() -> int:
 def started() -> Iterator[tuple[subprocess.Popen[bytes], tuple[str, int]]]:
     """A twin that listens, and where."""
     process = subprocess.Popen(
-        [sys.executable, "-m", "kendama_cli.devices.robot.twin_process"], stdin=subprocess.PIPE, stdout=subprocess.PIPE
+        [sys.executable, "-m", "kendama_cli.devices.robot.udp.twin_process"],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
     )
     assert process.stdin is not None
     assert process.stdout is not None
@@ -223,7 +225,10 @@ def test_a_twin_that_cannot_start_says_why(tmp_path: Path) -> None:
 
 def test_without_settings_the_process_says_what_it_needs() -> None:
     done = subprocess.run(
-        [sys.executable, "-m", "kendama_cli.devices.robot.twin_process"], input=b"", capture_output=True, check=False
+        [sys.executable, "-m", "kendama_cli.devices.robot.udp.twin_process"],
+        input=b"",
+        capture_output=True,
+        check=False,
     )
     assert done.returncode == 2
     assert b"needs secret and settings, a line each, on standard input" in done.stderr

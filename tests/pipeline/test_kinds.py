@@ -109,7 +109,7 @@ def test_a_simulated_arm_computes_and_one_that_may_be_real_moves(tmp_path: Path)
 def test_the_code_of_the_chosen_parts_counts_and_that_of_others_and_of_the_chapter_does_not(tmp_path: Path) -> None:
     made = planner(tmp_path)
     code = {one.name: set(made.parts(one, {})["code"]) for one in made.pipeline.stages}
-    assert "kendama_cli/devices/robot/twin_client.py" in code["transfer"]
+    assert "kendama_cli/devices/robot/udp/twin_client.py" in code["transfer"]
     assert "kendama_cli/devices/hand/file.py" in code["capture"]
     assert "kendama_cli/devices/hand/mocap.py" not in code["capture"]
     for name, files in code.items():

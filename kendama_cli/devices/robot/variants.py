@@ -14,10 +14,10 @@ SIMULATED = Variant(
 TWIN = Variant(
     "twin",
     settings="kendama_cli.settings.hardware:TwinHardware",
-    makes="kendama_cli.devices.robot.twin_client:open_twin",
+    makes="kendama_cli.devices.robot.udp.twin_client:open_twin",
 )
 COMMAND = Variant(
     "command",
     settings="kendama_cli.settings.hardware:CommandHardware",
-    makes="kendama_cli.devices.robot.remote:open_command",
+    makes="kendama_cli.devices.robot.udp.remote:open_command",
 )

@@ -22,9 +22,9 @@ from kendama_cli.artifacts.motion_plan import JointTrajectory
 from kendama_cli.devices.robot.conformance import CHECKS, check_time
 from kendama_cli.devices.robot.interface import JointCommand
 from kendama_cli.devices.robot.open_robot import open_robot
-from kendama_cli.devices.robot.protocol import Datagram, Kind
-from kendama_cli.devices.robot.remote import LimitedRobot, UdpRobot
-from kendama_cli.devices.robot.seal import Seal
+from kendama_cli.devices.robot.udp.protocol import Datagram, Kind
+from kendama_cli.devices.robot.udp.remote import LimitedRobot, UdpRobot
+from kendama_cli.devices.robot.udp.seal import Seal
 from kendama_cli.errors import HardwareError
 from kendama_cli.identification.recording import play
 from kendama_cli.motion import minimum_jerk

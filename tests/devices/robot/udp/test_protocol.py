@@ -9,10 +9,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from kendama_cli.devices.robot import protocol
 from kendama_cli.devices.robot.interface import Exchange, JointCommand, RobotState, SceneState, TorqueExchange
-from kendama_cli.devices.robot.protocol import DatagramError, Report, Welcome
-from kendama_cli.devices.robot.torque_protocol import TorqueReport, pack_torque_report, unpack_torque_report
+from kendama_cli.devices.robot.udp import protocol
+from kendama_cli.devices.robot.udp.protocol import DatagramError, Report, Welcome
+from kendama_cli.devices.robot.udp.torque_protocol import TorqueReport, pack_torque_report, unpack_torque_report
 from kendama_cli.motion.impedance import JointTorque
 from kendama_cli.robot_model.limits import JointLimits
 

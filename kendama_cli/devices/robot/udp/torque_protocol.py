@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from kendama_cli.devices.robot.interface import BodyPose, ContactTruth, RobotState, TorqueExchange
-from kendama_cli.devices.robot.protocol import MOST, NAME_BYTES, DatagramError, as_bytes, expect, finite, floats
+from kendama_cli.devices.robot.udp.protocol import MOST, NAME_BYTES, DatagramError, as_bytes, expect, finite, floats
 from kendama_cli.motion.impedance import JointTorque
 
 _STATE = struct.Struct(f"<dIIBBB{NAME_BYTES}s")

@@ -9,9 +9,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from kendama_cli.devices.robot import protocol
-from kendama_cli.devices.robot.protocol import Datagram, Kind
-from kendama_cli.devices.robot.seal import (
+from kendama_cli.devices.robot.udp import protocol
+from kendama_cli.devices.robot.udp.protocol import Datagram, Kind
+from kendama_cli.devices.robot.udp.seal import (
     ForeignDatagramError,
     Seal,
     fresh_nonce,

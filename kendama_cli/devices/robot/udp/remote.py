@@ -9,14 +9,14 @@ from typing import TypeVar
 
 import numpy as np
 
-from kendama_cli.devices.robot import protocol
-from kendama_cli.devices.robot.commander_line import CommanderLine
 from kendama_cli.devices.robot.interface import Exchange, JointCommand, TorqueExchange
-from kendama_cli.devices.robot.key_file import read_key
 from kendama_cli.devices.robot.limiter import ABSURD_FACTOR, check_values, limit_command
-from kendama_cli.devices.robot.protocol import DatagramError, Kind, Report
 from kendama_cli.devices.robot.task import Task
-from kendama_cli.devices.robot.torque_protocol import TorqueReport, pack_torque, unpack_torque_report
+from kendama_cli.devices.robot.udp import protocol
+from kendama_cli.devices.robot.udp.commander_line import CommanderLine
+from kendama_cli.devices.robot.udp.key_file import read_key
+from kendama_cli.devices.robot.udp.protocol import DatagramError, Kind, Report
+from kendama_cli.devices.robot.udp.torque_protocol import TorqueReport, pack_torque, unpack_torque_report
 from kendama_cli.errors import HardwareError
 from kendama_cli.motion.impedance import JointTorque
 from kendama_cli.schema.arrays import Array

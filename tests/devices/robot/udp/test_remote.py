@@ -12,9 +12,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from kendama_cli.devices.robot import commander_line
 from kendama_cli.devices.robot.interface import JointCommand
-from kendama_cli.devices.robot.remote import UdpRobot
+from kendama_cli.devices.robot.udp import commander_line
+from kendama_cli.devices.robot.udp.remote import UdpRobot
 from kendama_cli.errors import HardwareError
 from tests.devices.robot.stand_in import LOOPBACK, SECRET, ObedientRobot, command, served
 
@@ -225,7 +225,7 @@ class _Silent(threading.Thread):
         with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as free:
             free.bind((LOOPBACK, 0))
             self.address = free.getsockname()
-        folder = Path(__file__).resolve().parents[3] / "examples" / "controller" / "kendama_robot.py"
+        folder = Path(__file__).resolve().parents[4] / "examples" / "controller" / "kendama_robot.py"
         spec = importlib.util.spec_from_file_location("kendama_robot", folder)
         assert spec is not None
         assert spec.loader is not None

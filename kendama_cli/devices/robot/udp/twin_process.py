@@ -1,4 +1,4 @@
-"""A twin as a child process: ``python -m kendama_cli.devices.robot.twin_process``.
+"""A twin as a child process: ``python -m kendama_cli.devices.robot.udp.twin_process``.
 
 The process reads two lines from standard input, its secret in hexadecimal and its settings as JSON, writes one JSON
 line with its address to standard output, and ends when standard input closes: whoever started it need only die to end
@@ -16,7 +16,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from kendama_cli.devices.robot.task import Task
-from kendama_cli.devices.robot.twin import serve_twin
+from kendama_cli.devices.robot.udp.twin import serve_twin
 from kendama_cli.errors import KendamaError
 from kendama_cli.motion.task_settings import InteractionTask
 from kendama_cli.schema.settings import build_value

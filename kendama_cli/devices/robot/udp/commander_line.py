@@ -7,10 +7,10 @@ import time
 from collections.abc import Callable
 from contextlib import suppress
 
-from kendama_cli.devices.robot import protocol
-from kendama_cli.devices.robot.liveness import has_socket
-from kendama_cli.devices.robot.protocol import Datagram, Kind
-from kendama_cli.devices.robot.seal import NONCE_BYTES, ForeignDatagramError, Seal, fresh_nonce, session_seal
+from kendama_cli.devices.robot.udp import protocol
+from kendama_cli.devices.robot.udp.liveness import has_socket
+from kendama_cli.devices.robot.udp.protocol import Datagram, Kind
+from kendama_cli.devices.robot.udp.seal import NONCE_BYTES, ForeignDatagramError, Seal, fresh_nonce, session_seal
 from kendama_cli.errors import HardwareError
 
 _AGAIN_S, _LONGEST_S = 0.05, 1.0

@@ -8,8 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from kendama_cli.devices.robot.interface import BodyPose, ContactTruth, RobotState, TorqueExchange
-from kendama_cli.devices.robot.protocol import LARGEST_BYTES, DatagramError
-from kendama_cli.devices.robot.torque_protocol import (
+from kendama_cli.devices.robot.udp.protocol import LARGEST_BYTES, DatagramError
+from kendama_cli.devices.robot.udp.torque_protocol import (
     TorqueReport,
     pack_torque,
     pack_torque_report,

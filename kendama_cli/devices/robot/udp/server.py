@@ -13,9 +13,9 @@ import socket
 import time
 from collections.abc import Callable
 
-from kendama_cli.devices.robot.commanded import Command, CommandedRobot
-from kendama_cli.devices.robot.datagram_line import DatagramLine
 from kendama_cli.devices.robot.interface import Robot
+from kendama_cli.devices.robot.udp.commanded import Command, CommandedRobot
+from kendama_cli.devices.robot.udp.datagram_line import DatagramLine
 
 _CHECK_S = 0.5
 """How often a waiting server checks whether it should go on."""

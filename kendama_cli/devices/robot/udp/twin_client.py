@@ -12,10 +12,10 @@ from collections.abc import Iterator
 from contextlib import closing, contextmanager, suppress
 from typing import IO
 
-from kendama_cli.devices.robot.remote import UdpRobot
-from kendama_cli.devices.robot.seal import KEY_BYTES
 from kendama_cli.devices.robot.task import Task
-from kendama_cli.devices.robot.twin_process import settings_document
+from kendama_cli.devices.robot.udp.remote import UdpRobot
+from kendama_cli.devices.robot.udp.seal import KEY_BYTES
+from kendama_cli.devices.robot.udp.twin_process import settings_document
 from kendama_cli.errors import HardwareError
 from kendama_cli.settings.hardware import TwinHardware
 from kendama_cli.settings.robot import RobotSettings
@@ -94,7 +94,7 @@ class _Twin:
 def _twin_process(hardware: TwinHardware, robot: RobotSettings, task: Task) -> Iterator[_Twin]:
     with tempfile.TemporaryFile() as errors:
         process = subprocess.Popen(
-            [sys.executable, "-P", "-m", "kendama_cli.devices.robot.twin_process"],
+            [sys.executable, "-P", "-m", "kendama_cli.devices.robot.udp.twin_process"],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=errors,

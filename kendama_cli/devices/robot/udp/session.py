@@ -5,9 +5,9 @@ from __future__ import annotations
 import time
 from enum import Enum
 
-from kendama_cli.devices.robot.liveness import Address, has_socket
-from kendama_cli.devices.robot.protocol import Datagram, Kind
-from kendama_cli.devices.robot.seal import (
+from kendama_cli.devices.robot.udp.liveness import Address, has_socket
+from kendama_cli.devices.robot.udp.protocol import Datagram, Kind
+from kendama_cli.devices.robot.udp.seal import (
     NONCE_BYTES,
     ForeignDatagramError,
     Seal,

@@ -5,8 +5,8 @@ from __future__ import annotations
 import socket
 from contextlib import suppress
 
-from kendama_cli.devices.robot.liveness import Address
-from kendama_cli.devices.robot.protocol import LARGEST_BYTES
+from kendama_cli.devices.robot.udp.liveness import Address
+from kendama_cli.devices.robot.udp.protocol import LARGEST_BYTES
 
 _BUFFER_BYTES = 1 << 22
 """Asked of the system, which may give less: room for a flood beside the commander's datagrams."""

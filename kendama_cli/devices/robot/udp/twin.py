@@ -7,10 +7,10 @@ import socket
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from kendama_cli.devices.robot.protocol import VERSION
 from kendama_cli.devices.robot.rebuilt import rebuilt_robot
-from kendama_cli.devices.robot.server import RobotServer
 from kendama_cli.devices.robot.task import Task
+from kendama_cli.devices.robot.udp.protocol import VERSION
+from kendama_cli.devices.robot.udp.server import RobotServer
 from kendama_cli.errors import HardwareError
 from kendama_cli.settings.hardware import TwinHardware
 from kendama_cli.settings.robot import RobotSettings

@@ -20,7 +20,7 @@ import struct
 from hashlib import blake2s
 from hmac import compare_digest
 
-from kendama_cli.devices.robot.protocol import VERSION, Datagram, Kind
+from kendama_cli.devices.robot.udp.protocol import VERSION, Datagram, Kind
 
 KEY_BYTES = 32
 NONCE_BYTES = 16

@@ -7,7 +7,7 @@ import secrets
 import stat
 from pathlib import Path
 
-from kendama_cli.devices.robot.seal import KEY_BYTES
+from kendama_cli.devices.robot.udp.seal import KEY_BYTES
 from kendama_cli.errors import InputError
 
 _LARGEST = 4096

@@ -7,14 +7,14 @@ from collections.abc import Callable
 
 import numpy as np
 
-from kendama_cli.devices.robot import protocol
-from kendama_cli.devices.robot.datagram_line import DatagramLine
 from kendama_cli.devices.robot.interface import BrakingTorque, JointCommand, Robot, torque_interface
 from kendama_cli.devices.robot.limiter import braked
-from kendama_cli.devices.robot.liveness import Address
-from kendama_cli.devices.robot.protocol import Datagram, DatagramError, Kind, Report, Welcome
-from kendama_cli.devices.robot.session import Place, Session
-from kendama_cli.devices.robot.torque_protocol import TorqueReport, pack_torque_report, unpack_torque
+from kendama_cli.devices.robot.udp import protocol
+from kendama_cli.devices.robot.udp.datagram_line import DatagramLine
+from kendama_cli.devices.robot.udp.liveness import Address
+from kendama_cli.devices.robot.udp.protocol import Datagram, DatagramError, Kind, Report, Welcome
+from kendama_cli.devices.robot.udp.session import Place, Session
+from kendama_cli.devices.robot.udp.torque_protocol import TorqueReport, pack_torque_report, unpack_torque
 from kendama_cli.errors import KendamaError
 from kendama_cli.motion.impedance import JointTorque
 
