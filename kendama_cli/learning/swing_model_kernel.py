@@ -6,14 +6,12 @@
 from __future__ import annotations
 
 import math
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
-compiled = njit(cache=True, error_model="numpy")
-Array = Any
-"""A numpy array of float64; compiled code takes no finer annotation."""
+from kendama_cli.system.compiled import Array, compiled
+
 FOLLOWING_PER_S = 4.0
 """The share of the error in place that the cup makes up in a second."""
 
@@ -48,6 +46,15 @@ class Window(NamedTuple):
 
 
 @compiled
+def _highest(x: float, v: float, cup: Cup) -> float:
+    b, h = cup.braking_m_s2, cup.step_s
+    if math.isinf(cup.half_width_m):
+        return math.inf
+    reach = b * h * b * h + 2.0 * b * (cup.half_width_m - x - 0.5 * b * h * h)
+    return -cup.largest_m_s2 if reach <= 0.0 else (math.sqrt(reach) - b * h - v) / h
+
+
+@compiled
 def limit(command: float, x: float, v: float, cup: Cup) -> float:
     """BrakingLimiter.limit with the period ``cup.step_s``."""
     highest = min(_highest(x, v, cup), (cup.max_speed_m_s - v) / cup.step_s)
@@ -55,15 +62,6 @@ def limit(command: float, x: float, v: float, cup: Cup) -> float:
     if command > highest:
         return max(highest, -cup.largest_m_s2)
     return min(lowest, cup.largest_m_s2) if command < lowest else command
-
-
-@compiled
-def _highest(x: float, v: float, cup: Cup) -> float:
-    b, h = cup.braking_m_s2, cup.step_s
-    if math.isinf(cup.half_width_m):
-        return math.inf
-    reach = b * h * b * h + 2.0 * b * (cup.half_width_m - x - 0.5 * b * h * h)
-    return -cup.largest_m_s2 if reach <= 0.0 else (math.sqrt(reach) - b * h - v) / h
 
 
 @compiled
@@ -109,18 +107,16 @@ def add_features(into: Array, angle: float, rate: float, cup: float, by: float) 
 
 
 @compiled
-def costs(  # noqa: PLR0917 - plain arrays, as compiled code takes them
-    swings: Array, starts: Array, weights: Array, toy: Array, cup: Cup, window: Window
-) -> Array:
-    """The cost of each swing (n,): the mean over the models ``weights`` (m, 4, nodes), each with its ``starts`` (m, 3).
-
-    A start is the ball's angle, the cup's place, and a factor on all accelerations.
-    """
-    found = np.zeros(len(swings))
-    for i in range(len(swings)):
-        for j in range(len(starts)):
-            found[i] += _cost(swings[i], starts[j], weights[j], toy, cup, window) / len(starts)
-    return found
+def _landing(x: float, v: float, rate: float, at: Array, window: Window) -> float:
+    """The cost of a release on the right: how much of the cup's reach the landing takes."""
+    root = (rate * at[6]) ** 2 + 2.0 * window.gravity_m_s2 * (at[4] - window.rim_m)
+    if root <= 0.0:
+        return 0.4
+    time = (rate * at[6] + math.sqrt(root)) / window.gravity_m_s2
+    apart = at[3] + rate * at[5] * time
+    needed = abs(2.0 * apart / (time * time)) / window.catch_acceleration_m_s2
+    reach = max(needed, abs(x + v * time + apart) / window.landing_limit_m)
+    return float(-1.0 + 0.5 * min(reach, 2.5))
 
 
 @compiled
@@ -158,13 +154,15 @@ def _cost(  # noqa: PLR0917
 
 
 @compiled
-def _landing(x: float, v: float, rate: float, at: Array, window: Window) -> float:
-    """The cost of a release on the right: how much of the cup's reach the landing takes."""
-    root = (rate * at[6]) ** 2 + 2.0 * window.gravity_m_s2 * (at[4] - window.rim_m)
-    if root <= 0.0:
-        return 0.4
-    time = (rate * at[6] + math.sqrt(root)) / window.gravity_m_s2
-    apart = at[3] + rate * at[5] * time
-    needed = abs(2.0 * apart / (time * time)) / window.catch_acceleration_m_s2
-    reach = max(needed, abs(x + v * time + apart) / window.landing_limit_m)
-    return float(-1.0 + 0.5 * min(reach, 2.5))
+def costs(  # noqa: PLR0917 - plain arrays, as compiled code takes them
+    swings: Array, starts: Array, weights: Array, toy: Array, cup: Cup, window: Window
+) -> Array:
+    """The cost of each swing (n,): the mean over the models ``weights`` (m, 4, nodes), each with its ``starts`` (m, 3).
+
+    A start is the ball's angle, the cup's place, and a factor on all accelerations.
+    """
+    found = np.zeros(len(swings))
+    for i in range(len(swings)):
+        for j in range(len(starts)):
+            found[i] += _cost(swings[i], starts[j], weights[j], toy, cup, window) / len(starts)
+    return found

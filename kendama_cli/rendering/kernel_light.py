@@ -1,20 +1,13 @@
 # ruff: noqa: PLR0917 - compiled code takes arrays one by one
-"""Samples of pixels, their light, and how a sensor turns light into numbers, as compiled code.
-
-One file, because numba's cache notices changes in its own file only.
-"""
+"""Samples of pixels, their light, and how a sensor turns light into numbers, as compiled code."""
 
 from __future__ import annotations
 
 import math
-from typing import Any
 
 import numpy as np
-from numba import njit
 
-compiled = njit(cache=True, error_model="numpy")
-Array = Any
-"""A numpy array; compiled code takes no finer annotation."""
+from kendama_cli.system.compiled import Array, compiled
 
 TILE = 16
 SMOOTH = 0

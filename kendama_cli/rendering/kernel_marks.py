@@ -1,20 +1,16 @@
 # ruff: noqa: PLR0917 - compiled code takes arrays one by one
 """Which pixels see more than the background, and how many samples each needs, as compiled code.
 
-A tile is a square of ``TILE`` pixels. One file, because numba's cache notices changes in its own file only.
+A tile is a square of ``TILE`` pixels.
 """
 
 from __future__ import annotations
 
 import math
-from typing import Any
 
 import numpy as np
-from numba import njit
 
-compiled = njit(cache=True, error_model="numpy")
-Array = Any
-"""A numpy array; compiled code takes no finer annotation."""
+from kendama_cli.system.compiled import Array, compiled
 
 TILE = 16
 NOTHING = -1

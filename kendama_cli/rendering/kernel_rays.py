@@ -2,20 +2,16 @@
 """Rays through pixels and from points to lamps, handed to meshes in the meshes' own frames, as compiled code.
 
 ``into`` (k, 3, 4) are a mesh's maps from the world at k moments; ``tau`` in [0, k - 1] is a ray's own moment. A tile is
-a square of ``TILE`` pixels. One file, because numba's cache notices changes in its own file only.
+a square of ``TILE`` pixels.
 """
 
 from __future__ import annotations
 
 import math
-from typing import Any
 
 import numpy as np
-from numba import njit
 
-compiled = njit(cache=True, error_model="numpy")
-Array = Any
-"""A numpy array; compiled code takes no finer annotation."""
+from kendama_cli.system.compiled import Array, compiled
 
 TILE = 16
 BEYOND = 1.0001

@@ -2,20 +2,17 @@
 """Ball, cup and rope by their closed forms, as compiled code: where a ray meets them first, and who shades whom.
 
 A ray is p = o + t d with d of any length; a miss has t = inf. All poses come as arrays of k moments, and ``tau`` in
-[0, k - 1] is the ray's own moment. One file, because numba's cache notices changes in its own file only.
+[0, k - 1] is the ray's own moment.
 """
 
 from __future__ import annotations
 
 import math
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
-compiled = njit(cache=True, error_model="numpy")
-Array = Any
-"""A numpy array; compiled code takes no finer annotation."""
+from kendama_cli.system.compiled import Array, compiled
 
 NEAR = 1e-6
 """A ray that starts on a surface does not hit that surface again."""

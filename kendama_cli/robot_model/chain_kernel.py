@@ -2,20 +2,17 @@
 
 Everything is in the frame of the arm's root, z up, and by products of exponentials: a link's turn R and shift t carry
 a point p of the posture of zeros to R p + t, so that axes, origins and inertias are all given in that one posture.
-The tests hold each function against DART. One file, because numba's cache notices changes in its own file only.
+The tests hold each function against DART.
 """
 
 from __future__ import annotations
 
 import math
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
-compiled = njit(cache=True, error_model="numpy")
-Array = Any
-"""A numpy array of float64; compiled code takes no finer annotation."""
+from kendama_cli.system.compiled import Array, compiled
 
 TASK = 5
 """Rows of the task: the tie point's place, and the cup's turn about x and y."""
@@ -342,6 +339,16 @@ def apart(a: Array, b: Array, c: Array, d: Array) -> float:
 
 
 @compiled
+def tip_is_apart(points: Array, i: int, n: int, geometry: CollisionGeometry, tool: ToolGeometry) -> bool:
+    """Whether link ``i`` is far enough along the chain from the cup to be compared with it."""
+    between = 0.0
+    for j in range(i + 1, n + 2):
+        way = points[j + 1] - points[j]
+        between += math.sqrt(way @ way)
+    return bool(between > 1.2 * (geometry.radius_m[i] + geometry.cup_m))
+
+
+@compiled
 def clearance(
     chain: Chain, tool: ToolGeometry, geometry: CollisionGeometry, angles: Array, every: int
 ) -> tuple[float, int, int, int]:
@@ -391,13 +398,3 @@ def clearance(
                 if gap < least:
                     least, one, two, when = gap, i, n + 3, k
     return least, one, two, when
-
-
-@compiled
-def tip_is_apart(points: Array, i: int, n: int, geometry: CollisionGeometry, tool: ToolGeometry) -> bool:
-    """Whether link ``i`` is far enough along the chain from the cup to be compared with it."""
-    between = 0.0
-    for j in range(i + 1, n + 2):
-        way = points[j + 1] - points[j]
-        between += math.sqrt(way @ way)
-    return bool(between > 1.2 * (geometry.radius_m[i] + geometry.cup_m))

@@ -42,7 +42,7 @@ def libraries(file: Path) -> set[str]:
         ("rich", {"cli"}),
         ("cv2", {"vision", "devices", "rendering", "game", "gym", "report", "stages"}),
         ("matplotlib", {"gym", "report", "stages"}),
-        ("numba", {"simulation", "rendering", "robot_model", "learning"}),
+        ("numba", {"system"}),
         ("distributed", {"pipeline"}),
         ("dask_jobqueue", {"pipeline"}),
         ("obstore", {"store"}),

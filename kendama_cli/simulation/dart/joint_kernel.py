@@ -1,26 +1,32 @@
 """What happens between two steps of DART, compiled: drive, computed torque, friction and rope over plain arrays.
 
-Arrays (n,) have one value per joint. All compiled code of arm and ball lives in this one file, because numba's cache of
-a function notices changes in its own file only.
+Arrays (n,) have one value per joint.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from typing import Any, TypeVar
 
 import numpy as np
-from numba import boolean, float64, int64, njit, types
 
 from kendama_cli.physics.rope import RopeLaw
 from kendama_cli.physics.side_rope import MOST_STEPS as MOST_NEWTON
 from kendama_cli.physics.side_rope import SAMPLES as EDGE_SAMPLES
 from kendama_cli.physics.side_rope import SMALL_RAD
-
-F = TypeVar("F", bound=Callable[..., Any])
-Array = Any
-"""A numpy array of float64; compiled code takes no finer annotation."""
+from kendama_cli.system.compiled import (
+    NONE,
+    PAIR,
+    READ,
+    READ_2D,
+    WRITE,
+    WRITE_2D,
+    Array,
+    boolean,
+    compiled,
+    compiled_as,
+    float64,
+    int64,
+)
 
 LOWER, UPPER, FASTEST, TOP, NEAR_LOWER, NEAR_UPPER = range(6)
 """Rows of the joints' limits (6, n): stops, speed, acceleration, and between which places nothing is near a stop."""
@@ -78,27 +84,15 @@ MOST_ADDED = 12
 FINE, LIMITED, NOT_FINITE, NEAR, LOST, GONE = 0, 1, 2, 4, 8, 16
 """What a step may answer: the bits of an integer."""
 
-READ = types.Array(float64, 1, "A", readonly=True)
-READ_2D = types.Array(float64, 2, "A", readonly=True)
-_types: Any = types
-PAIR = _types.UniTuple(float64, 2)
-WRITE, WRITE_2D = float64[::1], float64[:, ::1]
 
-
-def _compiled(signature: Any) -> Callable[[F], F]:
-    """One signature for whatever arrays come: others would be compiled anew, in seconds, for every mixture of them."""
-    made: Callable[[F], F] = njit(signature, cache=True, error_model="numpy")
-    return made
-
-
-@_compiled(float64(float64, float64, float64))
+@compiled_as(float64(float64, float64, float64))
 def _clipped(value: float, low: float, high: float) -> float:
     """As numpy's clip, which lets pass what is no number."""
     raised = low if value < low else value
     return high if raised > high else raised
 
 
-@_compiled(float64(float64, float64, float64, float64, float64))
+@compiled_as(float64(float64, float64, float64, float64, float64))
 def _catching_up(error: float, speed: float, acceleration: float, top: float, period: float) -> float:
     """fhan (see Drive): the acceleration beyond the reference's own that takes ``error`` and ``speed`` to zero."""
     most = max(top - abs(acceleration), LEAST_MARGIN * top)
@@ -113,7 +107,7 @@ def _catching_up(error: float, speed: float, acceleration: float, top: float, pe
     return -most * _clipped(a / d, -1.0, 1.0)
 
 
-@_compiled(float64(float64, float64, float64))
+@compiled_as(float64(float64, float64, float64))
 def _way_to_rest(velocity: float, top: float, period: float) -> float:
     """At least the way that a joint moves on until it rests, braking with ``top`` or less for whole periods.
 
@@ -125,7 +119,7 @@ def _way_to_rest(velocity: float, top: float, period: float) -> float:
     return velocity**2 / (2.0 * top) + 0.25 * half * period if velocity > half else 0.5 * velocity * period
 
 
-@_compiled(float64(float64, float64, float64, float64))
+@compiled_as(float64(float64, float64, float64, float64))
 def _fastest(velocity: float, room: float, top: float, period: float) -> float:
     """The highest speed at the end of a period of constant acceleration after which ``room`` is enough to come to rest.
 
@@ -137,7 +131,7 @@ def _fastest(velocity: float, room: float, top: float, period: float) -> float:
     return left / period if left >= 0.0 else 2.0 * left / period
 
 
-@_compiled(PAIR(float64, float64, READ_2D, float64, int64))
+@compiled_as(PAIR(float64, float64, READ_2D, float64, int64))
 def _speeds(position: float, velocity: float, limits: Array, period: float, i: int) -> tuple[float, float]:
     """The least and the highest speed of joint ``i`` one period later that leave it room to brake."""
     fastest, top = limits[FASTEST, i], limits[TOP, i]
@@ -145,7 +139,7 @@ def _speeds(position: float, velocity: float, limits: Array, period: float, i: i
     return -min(_fastest(-velocity, position - limits[LOWER, i], top, period), fastest), up
 
 
-@_compiled(boolean(float64, float64, float64, float64, READ_2D, float64, int64))
+@compiled_as(boolean(float64, float64, float64, float64, READ_2D, float64, int64))
 def _keeps_stops(  # noqa: PLR0917
     q0: float, v0: float, q1: float, v1: float, limits: Array, period: float, i: int
 ) -> bool:
@@ -167,7 +161,7 @@ def _keeps_stops(  # noqa: PLR0917
     return True
 
 
-@_compiled(boolean(float64, float64, float64, float64, READ_2D, float64, int64))
+@compiled_as(boolean(float64, float64, float64, float64, READ_2D, float64, int64))
 def _within(  # noqa: PLR0917
     q0: float, v0: float, q1: float, v1: float, limits: Array, period: float, i: int
 ) -> bool:
@@ -189,7 +183,7 @@ def _within(  # noqa: PLR0917
     return _keeps_stops(q0, v0, q1, v1, limits, period, i)
 
 
-@_compiled(boolean(float64, float64, float64, WRITE_2D, READ_2D, float64, int64))
+@compiled_as(boolean(float64, float64, float64, WRITE_2D, READ_2D, float64, int64))
 def _hold_back(  # noqa: PLR0917
     position: float, velocity: float, acceleration: float, state: Array, limits: Array, period: float, i: int
 ) -> bool:
@@ -209,7 +203,7 @@ def _hold_back(  # noqa: PLR0917
     return not (abs(place - position) <= CHANGED_RAD and abs(held - velocity) <= CHANGED_RAD / period)
 
 
-@_compiled(boolean(READ, READ, READ, WRITE_2D, READ_2D, float64, WRITE))
+@compiled_as(boolean(READ, READ, READ, WRITE_2D, READ_2D, float64, WRITE))
 def follow(  # noqa: PLR0917
     position: Array, velocity: Array, acceleration: Array, state: Array, limits: Array, period: float, change: Array
 ) -> bool:
@@ -226,7 +220,7 @@ def follow(  # noqa: PLR0917
     return limited
 
 
-@_compiled(types.void(READ, READ, READ, READ, READ_2D, float64, WRITE, WRITE))
+@compiled_as(NONE(READ, READ, READ, READ, READ_2D, float64, WRITE, WRITE))
 def nearest_state(  # noqa: PLR0917
     q0: Array, v0: Array, wanted_rad: Array, wanted_rad_s: Array, limits: Array, period: float, q1: Array, v1: Array
 ) -> None:
@@ -253,7 +247,7 @@ def nearest_state(  # noqa: PLR0917
         q1[i], v1[i] = q, v
 
 
-@_compiled(int64(READ, READ, READ, READ, READ, READ, WRITE_2D, READ_2D, READ, READ_2D, READ, WRITE))
+@compiled_as(int64(READ, READ, READ, READ, READ, READ, WRITE_2D, READ_2D, READ, READ_2D, READ, WRITE))
 def computed_torque(  # noqa: PLR0917
     position: Array,
     velocity: Array,
@@ -292,7 +286,7 @@ def computed_torque(  # noqa: PLR0917
     return answer
 
 
-@_compiled(boolean(READ, READ, READ, READ, READ_2D, READ, WRITE, WRITE))
+@compiled_as(boolean(READ, READ, READ, READ, READ_2D, READ, WRITE, WRITE))
 def efforts(  # noqa: PLR0917
     torque: Array,
     added: Array,
@@ -326,7 +320,7 @@ def efforts(  # noqa: PLR0917
     return finite
 
 
-@_compiled(
+@compiled_as(
     int64(READ, READ, READ, READ, READ, READ, READ, WRITE_2D, READ_2D, READ, READ_2D, READ, READ_2D, READ, WRITE, WRITE)
 )
 def command(  # noqa: PLR0917
@@ -368,7 +362,7 @@ def command(  # noqa: PLR0917
     return answer
 
 
-@_compiled(boolean(WRITE_2D, int64))
+@compiled_as(boolean(WRITE_2D, int64))
 def _factorise(square: Array, size: int) -> bool:
     """Cholesky's factor of the first ``size`` rows of a symmetric matrix, of which the lower triangle is given.
 
@@ -388,7 +382,7 @@ def _factorise(square: Array, size: int) -> bool:
     return True
 
 
-@_compiled(types.void(READ_2D, WRITE, int64))
+@compiled_as(NONE(READ_2D, WRITE, int64))
 def _solve(factor: Array, side: Array, size: int) -> None:
     """Turn the first ``size`` numbers of ``side`` b into A^-1 b by the ``factor`` of A."""
     for r in range(size):
@@ -403,7 +397,7 @@ def _solve(factor: Array, side: Array, size: int) -> None:
         side[r] = value * factor[r, r]
 
 
-@_compiled(boolean(READ_2D, READ, READ, READ, READ, float64, WRITE))
+@compiled_as(boolean(READ_2D, READ, READ, READ, READ, float64, WRITE))
 def held(  # noqa: PLR0912, PLR0917
     factor: Array, diagonal: Array, speed: Array, load: Array, level: Array, period: float, friction: Array
 ) -> bool:
@@ -477,7 +471,7 @@ def held(  # noqa: PLR0912, PLR0917
     return False
 
 
-@_compiled(boolean(READ_2D, READ, READ, READ, READ, float64, WRITE, WRITE))
+@compiled_as(boolean(READ_2D, READ, READ, READ, READ, float64, WRITE, WRITE))
 def accelerations(  # noqa: PLR0917
     inertia: Array,
     viscous: Array,
@@ -506,7 +500,7 @@ def accelerations(  # noqa: PLR0917
     return True
 
 
-@_compiled(types.void(READ, READ, READ_2D, READ_2D, float64, WRITE_2D, WRITE, WRITE_2D, WRITE_2D, WRITE_2D))
+@compiled_as(NONE(READ, READ, READ_2D, READ_2D, float64, WRITE_2D, WRITE, WRITE_2D, WRITE_2D, WRITE_2D))
 def move_chain(  # noqa: PLR0912, PLR0915, PLR0917
     position_rad: Array,
     velocity_rad_s: Array,
@@ -635,7 +629,7 @@ def move_chain(  # noqa: PLR0912, PLR0915, PLR0917
         inertia[j, j] += links[j, ROTOR]
 
 
-@_compiled(types.void(READ_2D, READ, READ, READ, WRITE))
+@compiled_as(NONE(READ_2D, READ, READ, READ, WRITE))
 def carry_rotors(screws: Array, velocity_rad_s: Array, change: Array, rotor: Array, force: Array) -> None:
     """Add to ``force`` (n,) what keeps DART's links, which carry their ``rotor``, to the law of geared ones.
 
@@ -669,7 +663,7 @@ def carry_rotors(screws: Array, velocity_rad_s: Array, change: Array, rotor: Arr
             force[j] += screws[j, r] * total[r]
 
 
-@_compiled(float64(READ, READ, READ))
+@compiled_as(float64(READ, READ, READ))
 def _distance(point: Array, start: Array, end: Array) -> float:
     """From ``point`` to the segment between ``start`` and ``end``, all (3,)."""
     along = square = 0.0
@@ -683,20 +677,20 @@ def _distance(point: Array, start: Array, end: Array) -> float:
     return math.sqrt(gap)
 
 
-@_compiled(float64(READ))
+@compiled_as(float64(READ))
 def _margin(ball_m_s: Array) -> float:
     """What cannot be crossed within the next step."""
     return NEAR_M + NEAR_S * float(abs(ball_m_s[0]) + abs(ball_m_s[1]) + abs(ball_m_s[2]))
 
 
-@_compiled(boolean(READ, READ, READ_2D, READ))
+@compiled_as(boolean(READ, READ, READ_2D, READ))
 def _is_by_cup(ball_m: Array, ball_m_s: Array, points: Array, radii: Array) -> bool:
     """Whether ball and cup may touch within the next step."""
     cup = radii.size - 1
     return bool(_distance(ball_m, points[cup], points[cup]) < radii[cup] + _margin(ball_m_s))
 
 
-@_compiled(boolean(READ, READ, READ, READ, READ_2D, READ, READ_2D))
+@compiled_as(boolean(READ, READ, READ, READ, READ_2D, READ, READ_2D))
 def _is_near(  # noqa: PLR0917
     position_rad: Array,
     velocity_rad_s: Array,
@@ -727,7 +721,7 @@ def _is_near(  # noqa: PLR0917
     return False
 
 
-@_compiled(
+@compiled_as(
     int64(
         READ, READ, READ, READ, READ, READ, READ, READ, READ, READ_2D, READ_2D, READ, READ, READ_2D, READ, READ_2D,
         READ_2D, float64, float64, WRITE,
@@ -798,7 +792,7 @@ def rope_constants(law: RopeLaw) -> list[float]:
     return [law.length_m, law.stiffness_n_m, law.damping_n_s_m, *sizes]
 
 
-@_compiled(types.void(READ, float64, float64, WRITE))
+@compiled_as(NONE(READ, float64, float64, WRITE))
 def air(ball_m_s: Array, k1: float, k2: float, force: Array) -> None:
     """The drag -(k1 + k2 |v|) v on the ball into ``force`` (3,)."""
     vx, vy, vz = ball_m_s
@@ -806,11 +800,7 @@ def air(ball_m_s: Array, k1: float, k2: float, force: Array) -> None:
     force[0], force[1], force[2] = -drag * vx, -drag * vy, -drag * vz
 
 
-_inner = njit(cache=True, error_model="numpy")
-"""For functions of numbers that only other compiled ones call."""
-
-
-@_inner
+@compiled
 def _edge_angle(radius_m: float, down_m: float, ball: tuple[float, float, float]) -> float:
     """physics.side_rope._edge_angle."""
     r, (rho, phi, beyond) = radius_m, ball
@@ -841,7 +831,7 @@ def _edge_angle(radius_m: float, down_m: float, ball: tuple[float, float, float]
     return angle
 
 
-@_inner
+@compiled
 def _beside_wall(
     radius_m: float, rim_m: float, tie_m: float, ball: tuple[float, float, float]
 ) -> tuple[float, float, float, float]:
@@ -862,7 +852,7 @@ def _beside_wall(
     return angle, edge, math.hypot(radius_m * angle, edge - tie_m), left
 
 
-@_inner
+@compiled
 def _over_end(radius_m: float, down_m: float, ball: tuple[float, float, float]) -> tuple[float, float, float]:
     """physics.side_rope._over_end."""
     rho, phi, beyond = ball
@@ -894,7 +884,7 @@ def _over_end(radius_m: float, down_m: float, ball: tuple[float, float, float]) 
     return last, math.hypot(r * first, down_m) + 2 * r * math.sin(0.5 * (last - first)), rest
 
 
-@_inner
+@compiled
 def _side_way(
     radius_m: float, rim_m: float, tie_m: float, ball: tuple[float, float, float]
 ) -> tuple[float, float, float, float]:
@@ -915,7 +905,7 @@ def _side_way(
     return (radius_m * math.cos(out), math.copysign(radius_m * math.sin(out), y), up, used)
 
 
-@_compiled(boolean(READ, READ, READ, READ, READ, READ, READ, WRITE, WRITE))
+@compiled_as(boolean(READ, READ, READ, READ, READ, READ, READ, WRITE, WRITE))
 def _pull_from_wall(  # noqa: PLR0917
     ball_m: Array,
     ball_m_s: Array,
@@ -968,7 +958,7 @@ def _pull_from_wall(  # noqa: PLR0917
     return bool(extent < FAR_AWAY)
 
 
-@_compiled(boolean(READ, READ, READ, READ, READ, READ, READ, WRITE, WRITE))
+@compiled_as(boolean(READ, READ, READ, READ, READ, READ, READ, WRITE, WRITE))
 def pull(  # noqa: PLR0917 - plain numbers and arrays, as compiled code takes them
     ball_m: Array,
     ball_m_s: Array,
@@ -1032,7 +1022,7 @@ def pull(  # noqa: PLR0917 - plain numbers and arrays, as compiled code takes th
     return bool(extent < FAR_AWAY)
 
 
-@_compiled(types.void(float64, float64, READ_2D, WRITE))
+@compiled_as(NONE(float64, float64, READ_2D, WRITE))
 def _depth(out: float, up: float, solid: Array, at: Array) -> None:
     """How deep a point ``out`` from the cup's axis and ``up`` over the tie is in the cup, and the way out, into ``at``.
 
@@ -1055,7 +1045,7 @@ def _depth(out: float, up: float, solid: Array, at: Array) -> None:
             at[0], at[1], at[2] = depth, math.copysign(nx, x), math.copysign(nz, z)
 
 
-@_compiled(types.void(READ, READ, READ, WRITE))
+@compiled_as(NONE(READ, READ, READ, WRITE))
 def _tensions(  # noqa: PLR0912
     diagonal: Array, beside: Array, wanted: Array, pull: Array
 ) -> None:
@@ -1098,7 +1088,7 @@ def _tensions(  # noqa: PLR0912
         pull[i] = max(pull[i], 0.0)
 
 
-@_compiled(boolean(READ, READ, READ, READ, READ, READ, READ, WRITE_2D, READ_2D, WRITE, WRITE, WRITE))
+@compiled_as(boolean(READ, READ, READ, READ, READ, READ, READ, WRITE_2D, READ_2D, WRITE, WRITE, WRITE))
 def pull_chain(  # noqa: PLR0912, PLR0915, PLR0917
     ball_m: Array,
     ball_m_s: Array,
@@ -1270,7 +1260,7 @@ def pull_chain(  # noqa: PLR0912, PLR0915, PLR0917
     return True
 
 
-@_compiled(
+@compiled_as(
     int64(
         READ, READ, READ, READ, READ, READ, READ, READ, READ, READ, READ_2D, READ_2D, READ_2D, READ_2D, READ, READ,
         READ, READ, WRITE_2D, WRITE, WRITE, WRITE, WRITE, WRITE, WRITE_2D, READ_2D, WRITE,

@@ -2,15 +2,10 @@
 
 from __future__ import annotations
 
-from typing import Any
-
-from numba import njit
-
-Array = Any
-"""A numpy array of float64; compiled code takes no finer annotation."""
+from kendama_cli.system.compiled import Array, compiled
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def references(  # noqa: PLR0917 - plain numbers and arrays, as compiled code takes them
     pieces: Array, first_m: float, knot_m: float, cup: Array, acceleration_m_s2: float, period_s: float, out: Array
 ) -> None:

@@ -4,7 +4,6 @@ A swing is an array of eight numbers: places of cup x, ball x, ball z; their rat
 along x and z. ``step`` does the operations of DART in its order (tests/simulation/swingup/rail_dart.py), ``limit`` is
 BrakingLimiter, ``reached`` Goal,
 ``row`` StateGrid, ``hold`` and ``fly`` the loops of SwingUpEnvironment; the tests hold each pair together bit for bit.
-All compiled code lives in this one file, because numba's cache of a function notices changes in its own file only.
 """
 
 from __future__ import annotations
@@ -13,12 +12,8 @@ import math
 from typing import Any, NamedTuple, get_type_hints
 
 import numpy as np
-from numba import njit
 
-compiled = njit(cache=True, error_model="numpy")
-"""numba's cache lies beside this file or, where that cannot be written, in the user's cache folder."""
-Array = Any
-"""A numpy array of float64; compiled code takes no finer annotation."""
+from kendama_cli.system.compiled import Array, compiled
 
 Record = Any
 """An array of one record of the type ``RULES``: the record alone takes ten times as long to hand over."""
@@ -192,6 +187,31 @@ def limit(command: float, x_m: float, velocity_m_s: float, h: float, w: Limits) 
 
 
 @compiled
+def _reach(angle_rad: float, p: Physics) -> tuple[float, float]:
+    """The taut rope's distance from the tie and its derivative by the angle (physics.taut_rope.TautRope.reach)."""
+    angle = abs(angle_rad)
+    if angle <= 0.5 * math.pi:
+        return p.length_m, 0.0
+    out, up, used = p.handle_m, 0.0, p.at_edge_m
+    if angle > p.rim_rad:
+        out, up, used = p.radius_m, p.rim_m, p.at_rim_m
+    elif angle > p.floor_rad:
+        out, up, used = p.radius_m, p.floor_m, p.at_floor_m
+    sine, cosine, left = math.sin(angle), math.cos(angle), p.length_m - used
+    along, turned = sine * out - cosine * up, cosine * out + sine * up
+    root = math.sqrt(left * left - out * out - up * up + along * along)
+    distance = along + root
+    slope = turned * distance / root
+    return distance, -slope if angle_rad < 0.0 else slope
+
+
+@compiled
+def _fall_s(above_m: float, above_m_s: float, p: Physics) -> float:
+    root = above_m_s * above_m_s + 2.0 * p.gravity_m_s2 * (above_m - p.rim_m)
+    return -1.0 if root <= 0.0 else (above_m_s + math.sqrt(root)) / p.gravity_m_s2
+
+
+@compiled
 def reached(s: Array, p: Physics, aim: Aim) -> bool:  # noqa: PLR0911 - returns early, for it runs in every step
     """Whether ``s`` lies in the window and, where that is asked for, a catch from there is predicted."""
     if s[2] < aim.lowest_m:
@@ -215,31 +235,6 @@ def reached(s: Array, p: Physics, aim: Aim) -> bool:  # noqa: PLR0911 - returns 
     if abs(landing) > aim.landing_limit_m:
         return False
     return abs(2.0 * apart / (time_s * time_s)) <= aim.catch_acceleration_m_s2
-
-
-@compiled
-def _reach(angle_rad: float, p: Physics) -> tuple[float, float]:
-    """The taut rope's distance from the tie and its derivative by the angle (physics.taut_rope.TautRope.reach)."""
-    angle = abs(angle_rad)
-    if angle <= 0.5 * math.pi:
-        return p.length_m, 0.0
-    out, up, used = p.handle_m, 0.0, p.at_edge_m
-    if angle > p.rim_rad:
-        out, up, used = p.radius_m, p.rim_m, p.at_rim_m
-    elif angle > p.floor_rad:
-        out, up, used = p.radius_m, p.floor_m, p.at_floor_m
-    sine, cosine, left = math.sin(angle), math.cos(angle), p.length_m - used
-    along, turned = sine * out - cosine * up, cosine * out + sine * up
-    root = math.sqrt(left * left - out * out - up * up + along * along)
-    distance = along + root
-    slope = turned * distance / root
-    return distance, -slope if angle_rad < 0.0 else slope
-
-
-@compiled
-def _fall_s(above_m: float, above_m_s: float, p: Physics) -> float:
-    root = above_m_s * above_m_s + 2.0 * p.gravity_m_s2 * (above_m - p.rim_m)
-    return -1.0 if root <= 0.0 else (above_m_s + math.sqrt(root)) / p.gravity_m_s2
 
 
 @compiled
