@@ -1,4 +1,4 @@
-"""Gaussian basis functions in phase and the features that they make (docs/equations.md eq. 5)."""
+"""The phase of a movement primitive, and Gaussian basis functions in it with the features that they make (eq. 4, 5)."""
 
 from __future__ import annotations
 
@@ -6,8 +6,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from kendama_cli.motion.dmp.phase import phase
 from kendama_cli.schema.arrays import Array
+
+
+def phase(share: Array, decay: float) -> Array:
+    """x = exp(-alpha s), the solution of x' = -alpha x / tau with x(0) = 1 (docs/equations.md eq. 4).
+
+    ``share`` s = t / tau (n,) is the part of the motion that has passed, ``decay`` is alpha. Returns (n,).
+    """
+    return np.exp(-decay * np.asarray(share, dtype=np.float64))
 
 
 @dataclass(frozen=True)

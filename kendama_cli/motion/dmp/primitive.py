@@ -34,10 +34,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from kendama_cli.artifacts.motion_plan import MotionPlan
-from kendama_cli.motion.dmp.basis import features
+from kendama_cli.motion.dmp.basis import features, phase
 from kendama_cli.motion.dmp.integration import Solution, settle, solve
 from kendama_cli.motion.dmp.moving_goal import goal_path
-from kendama_cli.motion.dmp.phase import phase
 from kendama_cli.schema.arrays import Array
 
 STEPS = 1000
