@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import contextlib
+import sys
+from collections.abc import Callable, Iterator
 from importlib import import_module
 from pathlib import Path
 from typing import Any
@@ -10,7 +12,6 @@ from typing import Any
 from kendama_cli.devices.recordings.body_track import BodyTrack
 from kendama_cli.devices.recordings.poses import OF_ROS, PoseTracks
 from kendama_cli.errors import InputError, MissingPartError, install_line
-from kendama_cli.system.limits import bounded
 
 
 def read_bag(path: Path) -> list[BodyTrack]:
@@ -71,3 +72,25 @@ def _rosbags(path: Path, module: str) -> Any:
         raise MissingPartError(
             "rosbags", f"{path}: reading messages of ROS needs the library rosbags: {install_line('ros')}"
         ) from None
+
+
+MOST_BYTES = 700 << 20
+
+
+@contextlib.contextmanager
+def bounded(more_bytes: int = MOST_BYTES) -> Iterator[None]:
+    """Have memory beyond ``more_bytes`` raise MemoryError meanwhile, and a file beyond them OSError; on Linux only."""
+    if sys.platform != "linux":
+        yield
+        return
+    import resource  # noqa: PLC0415 - on Unix only
+
+    used = int(Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize()
+    before = [(kind, *resource.getrlimit(kind)) for kind in (resource.RLIMIT_AS, resource.RLIMIT_FSIZE)]
+    try:
+        for (kind, soft, hard), most in zip(before, (used + more_bytes, more_bytes), strict=True):
+            resource.setrlimit(kind, (most if soft == resource.RLIM_INFINITY else min(soft, most), hard))
+        yield
+    finally:
+        for kind, soft, hard in before:
+            resource.setrlimit(kind, (soft, hard))
