@@ -18,8 +18,7 @@ from kendama_cli.pipeline.artifact_place import LOG
 from kendama_cli.pipeline.live.status import RunStatus, StageStatus
 from kendama_cli.pipeline.plan import Planner
 from kendama_cli.report.chapters import performances
-from kendama_cli.report.live.last_motion import last_motion
-from kendama_cli.report.live.pages import chapters_page, replay_page
+from kendama_cli.report.live.pages import chapters_page, last_motion, replay_page
 from kendama_cli.report.replay.performance import Kind, Performance
 from kendama_cli.report.source import StageLog
 from kendama_cli.schema.declaration import StageDeclaration

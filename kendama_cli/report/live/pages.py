@@ -6,14 +6,17 @@ from collections.abc import Sequence
 from functools import cache
 from importlib.resources import files
 
+from kendama_cli.errors import KendamaError
 from kendama_cli.report.animation import SCRIPT
 from kendama_cli.report.figure import save_script
 from kendama_cli.report.page import section
 from kendama_cli.report.page_head import page_head
 from kendama_cli.report.replay.page_part import replay, scripts
-from kendama_cli.report.replay.performance import Performance
+from kendama_cli.report.replay.performance import Kind, Performance, performance
 from kendama_cli.report.source import StageLog
+from kendama_cli.report.tracks import last_start_s
 from kendama_cli.schema.declaration import StageDeclaration
+from kendama_cli.schema.foxglove import FrameTransform
 
 _FRAMED = "<style>main{padding:0 2px}section{margin-top:0;border:0}.replay{margin:0}</style>"
 
@@ -54,3 +57,24 @@ def chapters_page(shown: Sequence[tuple[str, StageDeclaration, StageLog]]) -> st
 def _page(title: str, body: str, *texts: str) -> str:
     run = "".join(f"<script>{text}</script>" for text in texts)
     return f"{page_head(title, *texts)}<body>{_FRAMED}<main>{body}</main>{run}</body></html>\n"
+
+
+def last_motion(log: StageLog, label: str, kind: Kind) -> Performance | None:
+    """The last stretch of the ball that moved last, with its cup and whatever else stands beside it."""
+    topics = log.topics_under("/")
+    ends = {}
+    for topic in topics:
+        under = topic.removesuffix("/ball")
+        if under != topic and f"{under}/cup" in topics:
+            balls = log.table(topic, FrameTransform)
+            if len(balls):
+                ends[under] = float(balls["t_s"].iloc[-1])
+    if not ends:
+        return None
+    under = max(ends, key=lambda one: ends[one])
+    scenes = [topic for topic in topics if topic.endswith("/scene") and under.startswith(topic.removesuffix("/scene"))]
+    start_s = last_start_s(log.table(f"{under}/ball", FrameTransform))
+    try:
+        return performance(log, under, label, kind, scene=max(scenes, default=None, key=len), start_s=start_s)
+    except KendamaError:  # a stage of another package, whose settings do not say how large the game is
+        return None
