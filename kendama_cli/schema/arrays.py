@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from kendama_cli.schema.quaternion import UNIT_SLACK
+from kendama_cli.schema.units import UNIT_SLACK
 
 Array = NDArray[np.float64]
 

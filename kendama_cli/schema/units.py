@@ -1,4 +1,4 @@
-"""Units of length and time, as settings name them and as programs write them into files."""
+"""Units of length and time, as settings name them and as programs write them, and the length of a unit quaternion."""
 
 from __future__ import annotations
 
@@ -40,3 +40,7 @@ def time_unit(word: str) -> TimeUnit | None:
 
 def _plain(word: str) -> str:
     return word.strip(" \t\0[](){}").lower()
+
+
+UNIT_SLACK = 1e-2
+"""Recorded and written quaternions are rounded; a length farther from 1 means that the numbers are something else."""

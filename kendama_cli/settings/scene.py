@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from typing import Literal
 
 from kendama_cli.errors import ConfigError
-from kendama_cli.schema.quaternion import UNIT_SLACK
 from kendama_cli.schema.settings import setting
+from kendama_cli.schema.units import UNIT_SLACK
 
 SIZES: dict[str, tuple[str, ...]] = {
     "box": ("edge along x", "edge along y", "edge along z"),
