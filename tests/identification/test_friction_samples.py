@@ -15,7 +15,7 @@ from kendama_cli.devices.robot.compensated import CompensatedRobot, compensated
 from kendama_cli.devices.robot.simulated import SimulatedRobot
 from kendama_cli.errors import HardwareError, StageError
 from kendama_cli.identification.excitation import excitation
-from kendama_cli.identification.friction_parametric import fit_parametric
+from kendama_cli.identification.friction_choice import fit_parametric
 from kendama_cli.identification.friction_samples import Samples
 from kendama_cli.identification.identify_settings import IdentifySettings
 from kendama_cli.identification.recording import Recording, play
