@@ -7,10 +7,10 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.optimize import least_squares
 
-from kendama_cli.artifacts.friction_model import FrictionModel, ParametricFriction
-from kendama_cli.identification.friction_network import fit_network
-from kendama_cli.robot_model.friction import direction, network_torque, parametric_torque
+from kendama_cli.artifacts.friction_model import FrictionModel, NetworkFriction, ParametricFriction
+from kendama_cli.robot_model.friction import direction, network_torque, network_velocity, parametric_torque
 from kendama_cli.schema.arrays import Array
 
 Mask = NDArray[np.bool_]
@@ -106,3 +106,61 @@ def _least_squares(columns: Array, torque_nm: Array) -> tuple[Array, float]:
     gram = columns.T @ columns + scale * np.eye(columns.shape[1])
     factors = np.asarray(np.linalg.solve(gram, columns.T @ torque_nm), dtype=np.float64)
     return factors, float(np.sum((columns @ factors - torque_nm) ** 2))
+
+
+DECAY = 1e-6
+"""Weight decay, in shares of the torque's variance per sample: between the samples the curve stays smooth."""
+STARTS = 2
+"""Trainings from different random weights; the best remains."""
+MOST_STEPS = 60
+
+
+def fit_network(
+    velocity_rad_s: Array,
+    torque_nm: Array,
+    kept: NDArray[np.bool_],
+    fastest_rad_s: Array,
+    *,
+    hidden: int,
+    rng: np.random.Generator,
+) -> NetworkFriction:
+    """Train one network of ``hidden`` units per joint on ``torque_nm`` (k, n) of the samples ``kept`` (k, n)."""
+    made = [
+        _fit_joint(
+            network_velocity(velocity_rad_s[kept[:, j], j], fastest_rad_s[j]),
+            direction(velocity_rad_s[kept[:, j], j]),
+            torque_nm[kept[:, j], j],
+            [rng.normal(0.0, 1.0, (hidden, 3)) for _ in range(STARTS)],
+        )
+        for j in range(velocity_rad_s.shape[1])
+    ]
+    return NetworkFriction(np.array([one[0] for one in made]), np.array([one[1] for one in made]))
+
+
+def _fit_joint(speed: Array, sign: Array, torque_nm: Array, starts: list[Array]) -> tuple[Array, Array]:
+    inputs = np.column_stack([speed, sign, np.ones(len(speed))])
+    middle, scale = float(torque_nm.mean()), max(float(torque_nm.std()), 1e-9)
+    wanted = (torque_nm - middle) / scale
+    h = len(starts[0])
+    decay = np.sqrt(DECAY * len(speed))
+
+    def errors(values: Array) -> Array:
+        units = np.tanh(inputs @ values[: 3 * h].reshape(h, 3).T)
+        return np.concatenate([units @ values[3 * h : -1] + values[-1] - wanted, decay * values])
+
+    def slopes(values: Array) -> Array:
+        units = np.tanh(inputs @ values[: 3 * h].reshape(h, 3).T)
+        through = (1 - units**2) * values[3 * h : -1]
+        first = (through[:, :, None] * inputs[:, None, :]).reshape(len(speed), 3 * h)
+        return np.vstack([np.hstack([first, units, np.ones((len(speed), 1))]), decay * np.eye(len(values))])
+
+    found = [
+        least_squares(
+            errors, np.concatenate([start.ravel(), np.zeros(h + 1)]), slopes, method="lm", max_nfev=MOST_STEPS
+        )
+        for start in starts
+    ]
+    best = min(found, key=lambda one: float(one.cost)).x
+    output = scale * best[3 * h :]
+    output[-1] += middle
+    return best[: 3 * h].reshape(h, 3), output
