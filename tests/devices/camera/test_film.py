@@ -6,9 +6,8 @@ import av
 import numpy as np
 import pytest
 
-from kendama_cli.devices.camera.avi import read_avi
 from kendama_cli.devices.camera.file import FileCameraBlock
-from kendama_cli.devices.camera.film import Film
+from kendama_cli.devices.camera.film import Film, read_avi
 from kendama_cli.devices.camera.film_check import film_faults
 from kendama_cli.devices.camera.views import read_views
 from kendama_cli.devices.hand.marker import _frames as marker_frames
