@@ -14,7 +14,7 @@ from kendama_cli.devices.robot.udp import protocol
 from kendama_cli.devices.robot.udp.protocol import Datagram, Kind
 from kendama_cli.devices.robot.udp.remote import UdpRobot
 from kendama_cli.devices.robot.udp.seal import Seal
-from kendama_cli.devices.robot.udp.server import RobotServer
+from kendama_cli.devices.robot.udp.twin import RobotServer
 from kendama_cli.errors import HardwareError
 from tests.devices.robot.stand_in import LOOPBACK, SECRET, ObedientRobot, Spoil, command, relayed, served
 

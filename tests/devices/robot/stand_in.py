@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from kendama_cli.devices.robot.interface import Exchange, JointCommand, RobotState
-from kendama_cli.devices.robot.udp.server import RobotServer
+from kendama_cli.devices.robot.udp.twin import RobotServer
 from kendama_cli.robot_model.limits import JointLimits
 from kendama_cli.schema.arrays import Array
 

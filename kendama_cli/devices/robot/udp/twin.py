@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import os
 import socket
+import time
 from collections.abc import Callable, Mapping
 from typing import Any
 
+from kendama_cli.devices.robot.interface import Robot
 from kendama_cli.devices.robot.rebuilt import rebuilt_robot
 from kendama_cli.devices.robot.task import Task
+from kendama_cli.devices.robot.udp.commanded import Command, CommandedRobot
+from kendama_cli.devices.robot.udp.datagram_line import DatagramLine
 from kendama_cli.devices.robot.udp.protocol import VERSION
-from kendama_cli.devices.robot.udp.server import RobotServer
 from kendama_cli.errors import HardwareError
 from kendama_cli.settings.hardware import TwinHardware
 from kendama_cli.settings.robot import RobotSettings
@@ -50,3 +53,88 @@ def serve_twin(
         bound, number = line.getsockname()
         on_ready({"host": bound, "port": number, "protocol": VERSION, "pid": os.getpid()})
         server.serve()
+
+
+_CHECK_S = 0.5
+"""How often a waiting server checks whether it should go on."""
+
+
+class RobotServer:
+    """Answers datagrams on ``line`` with what a robot does; ``serve`` returns when ``keep_going()`` is false.
+
+    ``open_robot`` opens the robot, at once and again for every session after a stop, which no opened robot survives.
+    """
+
+    def __init__(
+        self,
+        open_robot: Callable[[], Robot],
+        line: socket.socket,
+        secret: bytes,
+        *,
+        realtime: bool,
+        watchdog_s: float,
+        keep_going: Callable[[], bool] = lambda: True,
+    ) -> None:
+        self._line = DatagramLine(line)
+        self._commanded = CommandedRobot(open_robot, self._line, secret, realtime=realtime, watchdog_s=watchdog_s)
+        self._realtime = realtime
+        self._watchdog_s = watchdog_s
+        self._keep_going = keep_going
+        self._last: Command | None = None
+        self._tick_s = 0.0
+
+    @property
+    def stopped(self) -> str | None:
+        """Why the robot stands until a new session begins; None while one is open."""
+        return self._commanded.session.stopped
+
+    @property
+    def ignored(self) -> int:
+        """How many datagrams were no commander's, or came again."""
+        return self._commanded.session.ignored
+
+    def serve(self) -> None:
+        """Answer until ``keep_going()`` is false; the robot is closed on the way out."""
+        try:
+            while self._keep_going():
+                if self._realtime and (self._commanded.moving or self._commanded.braking):
+                    self._one_period()
+                else:
+                    self._one_answer()
+        finally:
+            self._commanded.robot.close()
+
+    def _one_answer(self) -> None:
+        received = self._line.receive(_CHECK_S)
+        command = None if received is None else self._commanded.take(*received)
+        if command is None:
+            return
+        if self._realtime:
+            self._last = command
+            self._tick_s = time.monotonic()
+        self._commanded.move(command)
+
+    def _one_period(self) -> None:
+        """Take what comes until the period is over, then move; nobody can keep it from ending by sending much."""
+        period_s = self._commanded.period_s(self._last)
+        self._tick_s = max(self._tick_s + period_s, time.monotonic() - period_s)
+        fresh: Command | None = None
+        left_s = period_s
+        while left_s > 0:
+            left_s = self._tick_s - time.monotonic()
+            received = self._line.receive(max(left_s, 0.0))
+            if received is not None:
+                taken = self._commanded.take(*received)
+                self._commanded.session.missed += taken is not None and fresh is not None
+                fresh = taken or fresh
+            if not (self._commanded.moving or self._commanded.braking):
+                return
+        if fresh is not None and self._commanded.moving:
+            self._last = fresh
+            self._commanded.move(fresh)
+            return
+        if self._commanded.moving:
+            self._commanded.session.missed += 1
+            if time.monotonic() - self._commanded.session.heard_s > self._watchdog_s:
+                self._commanded.stop(f"no datagram came for {self._watchdog_s:g} s while moving")
+        self._commanded.brake()
