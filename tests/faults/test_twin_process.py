@@ -23,7 +23,7 @@ from kendama_cli.devices.robot.interface import Exchange, JointCommand
 from kendama_cli.devices.robot.open_robot import open_robot
 from kendama_cli.devices.robot.udp.remote import UdpRobot
 from kendama_cli.devices.robot.udp.twin import serve_twin
-from kendama_cli.devices.robot.udp.twin_process import settings_document
+from kendama_cli.devices.robot.udp.twin_client import settings_document
 from kendama_cli.errors import HardwareError
 from kendama_cli.settings.game import GameSettings
 from kendama_cli.settings.hardware import CommandHardware, HardwareSettings, TwinHardware
@@ -64,7 +64,7 @@ def twin_pid() -> int:
 def started() -> Iterator[tuple[subprocess.Popen[bytes], tuple[str, int]]]:
     """A twin that listens, and where."""
     process = subprocess.Popen(
-        [sys.executable, "-m", "kendama_cli.devices.robot.udp.twin_process"],
+        [sys.executable, "-m", "kendama_cli.devices.robot.udp.twin_client"],
         stdin=subprocess.PIPE,
         stdout=subprocess.PIPE,
     )
@@ -225,7 +225,7 @@ def test_a_twin_that_cannot_start_says_why(tmp_path: Path) -> None:
 
 def test_without_settings_the_process_says_what_it_needs() -> None:
     done = subprocess.run(
-        [sys.executable, "-m", "kendama_cli.devices.robot.udp.twin_process"],
+        [sys.executable, "-m", "kendama_cli.devices.robot.udp.twin_client"],
         input=b"",
         capture_output=True,
         check=False,

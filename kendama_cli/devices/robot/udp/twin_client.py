@@ -2,21 +2,26 @@
 
 from __future__ import annotations
 
+import dataclasses
 import json
+import os
 import secrets
 import subprocess
 import sys
 import tempfile
 import threading
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import closing, contextmanager, suppress
-from typing import IO
+from typing import IO, Any
 
 from kendama_cli.devices.robot.task import Task
 from kendama_cli.devices.robot.udp.remote import UdpRobot
 from kendama_cli.devices.robot.udp.seal import KEY_BYTES
-from kendama_cli.devices.robot.udp.twin_process import settings_document
-from kendama_cli.errors import HardwareError
+from kendama_cli.devices.robot.udp.twin import serve_twin
+from kendama_cli.errors import HardwareError, KendamaError
+from kendama_cli.motion.task_settings import InteractionTask
+from kendama_cli.schema.settings import build_value
+from kendama_cli.settings.game import GameSettings
 from kendama_cli.settings.hardware import TwinHardware
 from kendama_cli.settings.robot import RobotSettings
 
@@ -94,7 +99,7 @@ class _Twin:
 def _twin_process(hardware: TwinHardware, robot: RobotSettings, task: Task) -> Iterator[_Twin]:
     with tempfile.TemporaryFile() as errors:
         process = subprocess.Popen(
-            [sys.executable, "-P", "-m", "kendama_cli.devices.robot.udp.twin_process"],
+            [sys.executable, "-P", "-m", "kendama_cli.devices.robot.udp.twin_client"],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=errors,
@@ -106,3 +111,50 @@ def _twin_process(hardware: TwinHardware, robot: RobotSettings, task: Task) -> I
             yield twin
         finally:
             twin.end()
+
+
+def settings_document(robot: RobotSettings, task: Task, hardware: TwinHardware) -> str:
+    """The one JSON line that says what a twin process simulates."""
+    kind = "interaction" if isinstance(task, InteractionTask) else "game"
+    parts: dict[str, Any] = {"robot": robot, kind: task, "hardware": hardware}
+    return json.dumps({name: dataclasses.asdict(part) for name, part in parts.items()})
+
+
+def main() -> int:
+    """Serve what standard input asks for; returns the exit code."""
+    parent = os.getppid()
+    try:
+        secret = bytes.fromhex(sys.stdin.readline())
+        document = json.loads(sys.stdin.readline())
+        robot = build_value(RobotSettings, document["robot"], "robot")
+        task: Task
+        if "interaction" in document:
+            task = build_value(InteractionTask, document["interaction"], "interaction")
+        else:
+            task = build_value(GameSettings, document["game"], "game")
+        hardware = build_value(TwinHardware, document["hardware"], "hardware")
+        threading.Thread(target=_end_with_input, daemon=True).start()
+        serve_twin(robot, task, hardware, secret, on_ready=_announce, keep_going=lambda: os.getppid() == parent)
+    except KendamaError as error:
+        sys.stderr.write(f"{error}\n")
+        return error.exit_code
+    except (ValueError, KeyError) as error:
+        sys.stderr.write(f"the twin process needs secret and settings, a line each, on standard input: {error}\n")
+        return 2
+    return 0
+
+
+def _announce(ready: Mapping[str, Any]) -> None:
+    sys.stdout.write(json.dumps(dict(ready)) + "\n")
+    sys.stdout.flush()
+
+
+def _end_with_input() -> None:
+    """Wait for the end of standard input, which comes even when the parent was killed, and end at once."""
+    while os.read(sys.stdin.fileno(), 4096):  # not the buffered reader: its lock would bar the way out of the process
+        pass
+    os._exit(0)
+
+
+if __name__ == "__main__":
+    sys.exit(main())
