@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from kendama_cli.learning.temporal_difference import ValueTable
+from kendama_cli.learning.sarsa import ValueTable
 from kendama_cli.learning.updates import Transition
 from tests.learning.textbook import Cliff, Grid, WindyGrid, greedy_path, grid_episode
 

@@ -9,8 +9,8 @@ from typing import Protocol
 import numpy as np
 
 from kendama_cli.learning.exploration import EpsilonGreedy
+from kendama_cli.learning.sarsa import ValueTable
 from kendama_cli.learning.state import SwingState
-from kendama_cli.learning.temporal_difference import ValueTable
 from kendama_cli.learning.updates import Transition
 
 MOVES = ((-1, 0), (1, 0), (0, -1), (0, 1))
