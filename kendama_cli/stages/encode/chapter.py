@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping, Sequence
 
+import numpy as np
+import pandas as pd
 from matplotlib.axes import Axes
 
 from kendama_cli.report.figure import Figure, Panel, figure, lettered
 from kendama_cli.report.plot import drawing, legend_above
 from kendama_cli.report.source import StageLog
-from kendama_cli.report.style import CUP, MUTED
-from kendama_cli.report.tracks import direction, paths_by_child, side_view, track
+from kendama_cli.report.style import BALL, CUP, MUTED, SERIES
+from kendama_cli.report.tracks import Path2D, direction, paths_by_child, side_view, track
 from kendama_cli.schema.foxglove import FrameTransform
-from kendama_cli.stages.encode.chapter_reproduction import reproduction_figures, weight_figures
+from kendama_cli.stages.encode.messages import WeightsMessage
 
 
 def encode_figures(log: StageLog) -> list[Figure]:
@@ -86,3 +88,111 @@ def _both(
         axes.plot(x, y, color=MUTED, lw=width, alpha=strength, label=label)  # type: ignore[arg-type]
     for number, (x, y) in enumerate(reproduced):
         axes.plot(x, y, color=CUP, lw=1.6, label="" if number else "reproduced")  # type: ignore[arg-type]
+
+
+COLUMNS = 4
+MOST = 24
+"""Small pictures that a page can take; further demonstrations are counted in the caption."""
+
+
+def reproduction_figures(demonstrated: Mapping[str, Path2D], own: Mapping[str, Path2D]) -> list[Figure]:
+    """Each demonstration with what its own primitive makes of it, and the distance between them over time."""
+    names = [name for name in demonstrated if name in own]
+    if not names:
+        return []
+    more = f" The first {MOST} of {len(names)} are shown." if len(names) > MOST else ""
+    panels: list[Panel | None] = [
+        # alone, it is the figure above
+        _side_by_side(demonstrated, own, names[:MOST]) if len(names) > 1 else None,
+        _distances(demonstrated, own, names),
+    ]
+    return figure(
+        lettered(
+            panels,
+            [
+                "Side view of every demonstration, cut to its motion, and of the primitive fitted to it alone; above "
+                f"each, their distance in the swing plane.{more}",
+                "The distance of each demonstration from its own primitive over time, in millimetres.",
+            ],
+        ),
+        panels,
+        columns=1,
+    )
+
+
+def _side_by_side(demonstrated: Mapping[str, Path2D], own: Mapping[str, Path2D], names: Sequence[str]) -> Panel:
+    rows, columns = -(-len(names) // COLUMNS), min(COLUMNS, len(names))
+    title, height_in = "Each demonstration (grey) and its own primitive (blue)", 1.75 * rows + 0.3
+    with drawing("encode-own", title, height_in=height_in, width_in=9.6) as made:
+        grid = made.canvas.subplots(rows, columns, sharex=True, sharey=True, squeeze=False)
+        for axes in grid.flat[len(names) :]:
+            axes.set_axis_off()
+        for number, (axes, name) in enumerate(zip(grid.flat, names, strict=False)):
+            there, played = demonstrated[name], own[name]
+            axes.plot(there.x_m, there.z_m, color=MUTED, lw=4.0, alpha=0.4)
+            axes.plot(played.x_m, played.z_m, color=CUP, lw=1.1)
+            apart = _distance_mm(there, played)
+            deviation = f"{name}: {np.sqrt(np.mean(apart**2)):.2f} mm rms, {apart.max():.2f} at most"
+            axes.set_title(deviation, loc="left", fontsize=7.2)
+            axes.set_aspect("equal", adjustable="box")
+            if number % columns == 0:
+                axes.set_ylabel("z [m]")
+            if number + columns >= len(names):
+                axes.set_xlabel("x [m]")
+                axes.xaxis.set_tick_params(labelbottom=True)
+    return Panel(title, made.svg)
+
+
+def _distances(demonstrated: Mapping[str, Path2D], own: Mapping[str, Path2D], names: Sequence[str]) -> Panel:
+    title = "Distance of each primitive from its demonstration"
+    with drawing("encode-error", title, height_in=2.2, width_in=9.6) as made:
+        axes = made.axes()[0]
+        for number, name in enumerate(names):
+            there = demonstrated[name]
+            colour = SERIES[number % len(SERIES)] if len(names) <= len(SERIES) else CUP
+            strength = 0.85 if len(names) < 4 else 0.55
+            axes.plot(there.t_s - there.t_s[0], _distance_mm(there, own[name]), color=colour, lw=1.0, alpha=strength)
+        axes.set_ylim(bottom=0)
+        axes.set_ylabel("distance [mm]")
+        axes.set_xlabel("time [s]")
+    return Panel(title, made.svg)
+
+
+def weight_figures(log: StageLog) -> list[Figure]:
+    """The weights of every coordinate: of each demonstration, and of the primitive that is handed on."""
+    table = log.table("/encode/weights", WeightsMessage)
+    if table.empty:
+        return []
+    coordinates = list(dict.fromkeys(table["coordinate"]))
+    height_in = 1.35 * len(coordinates) + 0.5
+    with drawing("encode-weights", "Weights of the basis functions", height_in=height_in, width_in=9.6) as made:
+        for axes, coordinate in zip(made.axes(len(coordinates), share_x=True), coordinates, strict=True):
+            part = table[table["coordinate"] == coordinate]
+            alone = _rows(part[part["demonstration"] != "reproduced"])
+            for number, values in enumerate(alone if len(alone) > 1 else []):
+                label = "" if number else "one demonstration"
+                axes.plot(values, ".-", color=MUTED, lw=0.7, ms=3, alpha=0.6, label=label)
+            for values in _rows(part[part["demonstration"] == "reproduced"]):
+                axes.plot(values, "o-", color=BALL, lw=1.3, ms=3.2, label="handed on")
+            axes.set_ylabel(f"w, {coordinate} [m]")
+            axes.axhline(0, color=MUTED, lw=0.6)
+            if coordinate == coordinates[0]:
+                legend_above(axes)
+        axes.set_xlabel("basis function, in the order of time")
+        axes.set_xlim(-0.5, max(len(values) for values in table["values"]) - 0.5)
+    return figure(
+        [
+            "The weights of the basis functions, of each coordinate: vermilion, of the primitive that is handed on; "
+            "grey, where there are several, of each demonstration. Where the grey lines lie together, they agree."
+        ],
+        [Panel("Weights", made.svg)],
+        columns=1,
+    )
+
+
+def _rows(part: pd.DataFrame) -> Sequence[np.ndarray]:
+    return [np.asarray(values, dtype=np.float64) for values in part["values"]]
+
+
+def _distance_mm(there: Path2D, made: Path2D) -> np.ndarray:
+    return 1e3 * np.hypot(there.x_m - made.x_m, there.z_m - made.z_m)
