@@ -12,8 +12,7 @@ from tempfile import TemporaryDirectory
 import numpy as np
 
 from kendama_cli.cli.output_file import refuse_output, write_output
-from kendama_cli.log.memory_file import MemoryFile
-from kendama_cli.log.writer import McapLog
+from kendama_cli.log.writer import McapLog, MemoryFile
 from kendama_cli.schema.arrays import Array
 from kendama_cli.schema.foxglove import FrameTransform
 from kendama_cli.vision.ball_film import FilmTrack

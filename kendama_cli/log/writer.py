@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import io
 import math
 import os
 from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, BinaryIO
 
 from kendama_cli.errors import LogMessageError
 from kendama_cli.log.container_writer import AppendFile, ContainerWriter
@@ -110,3 +111,22 @@ def _plain(value: Any) -> Any:
     if isinstance(value, list | tuple):
         return [_plain(item) for item in value]
     return value
+
+
+class MemoryFile:
+    """See AppendFile."""
+
+    def __init__(self) -> None:
+        self._bytes = bytearray()
+
+    def write(self, data: bytes) -> None:
+        """Append ``data``."""
+        self._bytes += data
+
+    def cut(self, size: int) -> None:
+        """Keep the first ``size`` bytes."""
+        del self._bytes[size:]
+
+    def reader(self) -> BinaryIO:
+        """The file's content, from its start."""
+        return io.BytesIO(bytes(self._bytes))

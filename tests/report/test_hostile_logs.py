@@ -11,9 +11,8 @@ from typing import Any
 import pytest
 
 from kendama_cli.errors import InputError
-from kendama_cli.log.memory_file import MemoryFile
 from kendama_cli.log.reader import LogFile
-from kendama_cli.log.writer import STAGE_METADATA, McapLog
+from kendama_cli.log.writer import STAGE_METADATA, McapLog, MemoryFile
 from kendama_cli.report.export import Files
 from kendama_cli.report.page import make_report
 from kendama_cli.report.page_head import data_script
