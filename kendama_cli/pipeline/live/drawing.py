@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from kendama_cli.errors import KendamaError
-from kendama_cli.log.snapshot import write_snapshot
+from kendama_cli.log.writer import write_snapshot
 from kendama_cli.pipeline.artifact_place import LOG
 from kendama_cli.pipeline.live.status import RunStatus, StageStatus
 from kendama_cli.pipeline.plan import Planner
