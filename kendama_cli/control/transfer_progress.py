@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import Any, Literal
 
 import numpy as np
 
 from kendama_cli.artifacts.policy import PolicyArtifact
-from kendama_cli.control.figures import GameFigures, RopeFitFigures
+from kendama_cli.control.catch_game import Game
 from kendama_cli.control.settings import TransferSettings
 from kendama_cli.learning.interface import Learner
 from kendama_cli.learning.learners import begin_learner, joined_state, parted_state, resume_learner
@@ -139,3 +140,37 @@ class Progress:
         self.clock_s += duration_s
         self.missed += missed - self._missed_here
         self._missed_here = missed
+
+
+@dataclass(frozen=True)
+class GameFigures:
+    """One game; None where there was nothing to measure. ``frames`` counts images, ``seen`` those with the ball."""
+
+    swung_up: bool
+    caught: bool
+    error_mm: float | None
+    """Of the crossing that was predicted some time before it."""
+    frames: int
+    seen: int
+    latency_frames: float | None
+
+    @staticmethod
+    def of(game: Game, horizon_s: float) -> GameFigures:
+        """The figures of ``game``, its prediction taken ``horizon_s`` before the crossing."""
+        error_m, observed = game.prediction_error_m(horizon_s), game.observed
+        return GameFigures(
+            swung_up=game.swung_up,
+            caught=game.caught,
+            error_mm=None if error_m is None else 1e3 * error_m,
+            frames=len(observed.frames),
+            seen=observed.seen,
+            latency_frames=observed.latency_frames,
+        )
+
+
+@dataclass(frozen=True)
+class RopeFitFigures:
+    """How the imitation was fitted: the real rope's length over the model's, and whether the arm follows that."""
+
+    rope_scale: float
+    resized: bool

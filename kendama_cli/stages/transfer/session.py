@@ -10,14 +10,13 @@ import numpy as np
 from kendama_cli.artifacts.motion_plan import CatchMotion, JointTrajectory
 from kendama_cli.artifacts.policy import PolicyArtifact
 from kendama_cli.control.camera_solids import camera_solids
-from kendama_cli.control.figures import GameFigures, RopeFitFigures
 from kendama_cli.control.game_runner import GameRunner
 from kendama_cli.control.imitation import SeenImitation, play_motion, tempos
 from kendama_cli.control.reachable import Surroundings, follow_from_s
 from kendama_cli.control.rope_fit import fitted
 from kendama_cli.control.scene_history import cup_rotation_wxyz
 from kendama_cli.control.settings import TransferSettings
-from kendama_cli.control.transfer_progress import Progress, Start
+from kendama_cli.control.transfer_progress import GameFigures, Progress, RopeFitFigures, Start
 from kendama_cli.control.watched_flight import WatchedFlight
 from kendama_cli.devices.robot.exchange_log import RememberingRobot
 from kendama_cli.devices.robot.interface import Exchange
