@@ -1,4 +1,8 @@
-"""Fit both models of friction and choose the better one."""
+"""Friction of joints from measured torques: two models are fitted, and the better one is chosen.
+
+Coulomb, Stribeck and viscous friction by least squares; a network of two layers per joint, as the paper uses one, by
+Levenberg-Marquardt.
+"""
 
 from __future__ import annotations
 
@@ -73,7 +77,7 @@ many samples on end, so that an information criterion, which counts them all, wo
 
 
 def fit_parametric(velocity_rad_s: Array, torque_nm: Array, kept: NDArray[np.bool_]) -> ParametricFriction:
-    """Least squares on ``torque_nm`` (k, n) at ``velocity_rad_s`` (k, n), of the samples ``kept`` (k, n).
+    """Fit by least squares ``torque_nm`` (k, n) at ``velocity_rad_s`` (k, n), of the samples ``kept`` (k, n).
 
     xi is linear in all but vs, which is searched on a grid; where no vs lowers the error by more than WORTH there is no
     Stribeck term. A term may be negative: the controller's settings may hold more friction than there is.
@@ -126,7 +130,7 @@ def fit_network(
 ) -> NetworkFriction:
     """Train one network of ``hidden`` units per joint on ``torque_nm`` (k, n) of the samples ``kept`` (k, n)."""
     made = [
-        _fit_joint(
+        _train_joint(
             network_velocity(velocity_rad_s[kept[:, j], j], fastest_rad_s[j]),
             direction(velocity_rad_s[kept[:, j], j]),
             torque_nm[kept[:, j], j],
@@ -137,7 +141,7 @@ def fit_network(
     return NetworkFriction(np.array([one[0] for one in made]), np.array([one[1] for one in made]))
 
 
-def _fit_joint(speed: Array, sign: Array, torque_nm: Array, starts: list[Array]) -> tuple[Array, Array]:
+def _train_joint(speed: Array, sign: Array, torque_nm: Array, starts: list[Array]) -> tuple[Array, Array]:
     inputs = np.column_stack([speed, sign, np.ones(len(speed))])
     middle, scale = float(torque_nm.mean()), max(float(torque_nm.std()), 1e-9)
     wanted = (torque_nm - middle) / scale

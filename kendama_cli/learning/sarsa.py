@@ -1,4 +1,4 @@
-"""SARSA(lambda) and its kin on a table."""
+"""SARSA(lambda) and its kin: temporal differences with eligibility traces on a table."""
 
 from __future__ import annotations
 

@@ -56,7 +56,7 @@ def gone(pid: int, within_s: float = 10.0) -> bool:
 def twin_pid() -> int:
     """The process of the twin that was begun last among this one's children."""
     children = [int(p) for f in Path("/proc/self/task").glob("*/children") for p in f.read_text().split()]
-    twins = [p for p in children if b"twin_process" in Path(f"/proc/{p}/cmdline").read_bytes()]
+    twins = [p for p in children if b"twin_client" in Path(f"/proc/{p}/cmdline").read_bytes()]
     return max(twins, key=lambda pid: int(Path(f"/proc/{pid}/stat").read_text().rsplit(")", 1)[1].split()[19]))
 
 

@@ -42,7 +42,7 @@ def twins() -> list[int]:
     found = []
     for children in Path("/proc/self/task").glob("*/children"):
         for pid in children.read_text().split():
-            if b"twin_process" in Path(f"/proc/{pid}/cmdline").read_bytes():
+            if b"twin_client" in Path(f"/proc/{pid}/cmdline").read_bytes():
                 found.append(int(pid))
     return found
 

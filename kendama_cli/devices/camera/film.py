@@ -1,4 +1,4 @@
-"""The frames of a film, each with its own time."""
+"""The frames of a film, each with its own time; an AVI counts them and stamps none, so its chunks are walked."""
 
 from __future__ import annotations
 
@@ -25,6 +25,9 @@ SLOWEST_HZ, FASTEST_HZ = 1.0, 2000.0
 TURNS = {90: cv2.ROTATE_90_CLOCKWISE, 180: cv2.ROTATE_180, 270: cv2.ROTATE_90_COUNTERCLOCKWISE}
 # a decoder says what is wrong with every block of a damaged film; check_film tells it in one line
 os.environ.setdefault("OPENCV_FFMPEG_LOGLEVEL", "-8")
+VIDEO = re.compile(rb"\d\d(dc|db)")
+IN_MOVIE = re.compile(rb"(\d\d|ix)..|JUNK|idx1|rec |LIST|RIFF", re.DOTALL)
+LISTS = (b"movi", b"hdrl", b"strl", b"rec ", b"AVI ", b"AVIX", b"odml")
 
 
 class Film:
@@ -113,11 +116,6 @@ def _unreadable(path: Path) -> InputError:
             str(path), "it is cut off: its index (moov) is not there", remedy="copy it again from where it was filmed"
         )
     return InputError(str(path), "OpenCV cannot read it as a film", remedy=REMEDY)
-
-
-VIDEO = re.compile(rb"\d\d(dc|db)")
-IN_MOVIE = re.compile(rb"(\d\d|ix)..|JUNK|idx1|rec |LIST|RIFF", re.DOTALL)
-LISTS = (b"movi", b"hdrl", b"strl", b"rec ", b"AVI ", b"AVIX", b"odml")
 
 
 @dataclass(frozen=True)

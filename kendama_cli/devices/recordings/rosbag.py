@@ -13,6 +13,8 @@ from kendama_cli.devices.recordings.body_track import BodyTrack
 from kendama_cli.devices.recordings.poses import OF_ROS, PoseTracks
 from kendama_cli.errors import InputError, MissingPartError, install_line
 
+MOST_BYTES = 700 << 20
+
 
 def read_bag(path: Path) -> list[BodyTrack]:
     """A track per topic, and per child frame of transforms, by the messages' own stamps.
@@ -72,9 +74,6 @@ def _rosbags(path: Path, module: str) -> Any:
         raise MissingPartError(
             "rosbags", f"{path}: reading messages of ROS needs the library rosbags: {install_line('ros')}"
         ) from None
-
-
-MOST_BYTES = 700 << 20
 
 
 @contextlib.contextmanager

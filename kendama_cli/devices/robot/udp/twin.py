@@ -1,4 +1,11 @@
-"""The simulated robot behind UDP: a twin of the real one, with a body that differs a little from the model."""
+"""The simulated robot behind UDP: a twin of the real one, with a body that differs a little from the model.
+
+A stop is latched: from then on the commander's datagrams are answered with STOPPED and its reason, and only a new
+session (see seal.py), then RESET, leaves it. In lockstep the robot moves one control period per COMMAND or TORQUE and
+knows no clock: a commander that says nothing may be suspended, and moves nothing. In real time it moves at every period
+of the wall clock, brakes within its limits where no command came in time, counts that, and stops for good after
+``watchdog_s`` of silence. A stop brakes too. Who has not the secret is ignored, and counted.
+"""
 
 from __future__ import annotations
 
@@ -19,6 +26,8 @@ from kendama_cli.settings.hardware import TwinHardware
 from kendama_cli.settings.robot import RobotSettings
 
 LOOPBACK = "127.0.0.1"
+_CHECK_S = 0.5
+"""How often a waiting server checks whether it should go on."""
 
 
 def serve_twin(
@@ -53,10 +62,6 @@ def serve_twin(
         bound, number = line.getsockname()
         on_ready({"host": bound, "port": number, "protocol": VERSION, "pid": os.getpid()})
         server.serve()
-
-
-_CHECK_S = 0.5
-"""How often a waiting server checks whether it should go on."""
 
 
 class RobotServer:

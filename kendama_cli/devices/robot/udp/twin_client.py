@@ -1,4 +1,9 @@
-"""A twin as a child process: started, connected to, and ended."""
+"""A twin as a child process: started, connected to, and ended; and run as that process.
+
+The process reads two lines from standard input, its secret in hexadecimal and its settings as JSON, writes one JSON
+line with its address to standard output, and ends when standard input closes: whoever started it need only die to end
+it. The secret is neither an argument nor in the environment, where other users could read it.
+"""
 
 from __future__ import annotations
 
