@@ -15,8 +15,7 @@ from typing import Any
 import kendama_cli
 from kendama_cli.errors import KendamaError, install_line
 from kendama_cli.robot_model.display import SONAMES
-from kendama_cli.schema.declaration import NODES, STAGES
-from kendama_cli.schema.registry import declared, resolve
+from kendama_cli.schema.registry import declared, groups, resolve
 
 
 @dataclass(frozen=True)
@@ -56,20 +55,6 @@ EXTRAS = {
     "gymnasium": ("gymnasium", f"the learning environment for others' agents: {install_line('gym')}"),
     "example-robot-data": ("", f"robot=ur5, ur10, panda, xarm7: {install_line('robots')}"),
 }
-DEVICES = {
-    "capture=mocap": "a motion capture system that streams rigid bodies",
-    "capture=haptic": "a haptic device behind an OpenIGTLink server",
-    "camera=device": "a camera that OpenCV can open",
-    "hardware=rsi": "a KUKA controller with RobotSensorInterface: docs/rsi.md",
-    "hardware=command": "a controller that speaks the protocol of docs/protocol.md",
-}
-
-
-BLOCKS = ("hands", "cameras", "robots", "controllers", "detectors", "learners")
-GROUPS = (STAGES, NODES, *(f"kendama.{block}" for block in BLOCKS))
-"""The entry point groups by which packages bring parts."""
-
-
 PROBE = """
 import importlib, json, sys
 for name, targets in json.loads(sys.argv[1]).items():
@@ -96,27 +81,31 @@ def examine() -> list[Part]:
     found += _display_libraries()
     for name, (_, serves) in EXTRAS.items():
         found.append(_library(name, problems[name]) if name in problems else Part(name, "optional", serves))
-    found += [Part(name, "optional", f"needs {needs}") for name, needs in DEVICES.items()]
     return found + _declared()
 
 
 def _declared() -> list[Part]:
-    """Return a line for each group that packages declare, and one for each declaration with a missing part."""
+    """Return a line for each group that packages declare, and one for each declaration with a missing or outer part."""
     targets: dict[str, list[str]] = {}
     broken: dict[str, str] = {}
-    for group in GROUPS:
+    outer: dict[str, str] = {}
+    for group in groups():
         for name, target in sorted(declared(group).items()):
             try:
-                targets[f"{group} {name}"] = _named(resolve(target, f"'{name}' of {group}"))
+                declaration = resolve(target, f"'{name}' of {group}")
+                targets[f"{group} {name}"] = _named(declaration)
+                if needs := getattr(declaration, "needs", ""):
+                    outer[f"{group} {name}"] = f"needs {needs}"
             except KendamaError as error:
                 broken[f"{group} {name}"] = str(error)
     broken |= {key: problem for key, problem in _problems(targets).items() if problem}
     lines = []
-    for group in GROUPS:
-        names = ", ".join(key.split(" ", 1)[1] for key in targets if key.startswith(f"{group} ") and key not in broken)
+    for group in groups():
+        own = {key: key.split(" ", 1)[1] for key in {**targets, **broken} if key.startswith(f"{group} ")}
+        names = ", ".join(name for key, name in own.items() if key not in broken)
         lines += [Part(group, "ok", names)] if names else []
-        told = {key.split(" ", 1)[1]: why for key, why in broken.items() if key.startswith(f"{group} ")}
-        lines += [Part(name, "missing", why) for name, why in told.items()]
+        lines += [Part(name, "missing", broken[key]) for key, name in own.items() if key in broken]
+        lines += [Part(name, "optional", outer[key]) for key, name in own.items() if key in outer and key not in broken]
     return lines
 
 

@@ -22,12 +22,14 @@ class Variant:
 
     ``settings`` and ``makes`` are ``module:name``. The block's ``interface.py`` says how ``makes`` is called and what
     it gives. ``packages`` are further ones whose code counts, imported by computed names or installed as libraries are.
+    ``needs`` is what must stand beside the computer, for ``kendama doctor``.
     """
 
     kind: str
     settings: str
     makes: str
     packages: tuple[str, ...] = ()
+    needs: str = ""
 
 
 class Registry:
@@ -72,9 +74,13 @@ def _entry_points() -> Any:
 
 def distribution_of(package: str) -> Any:
     """Return the ``Distribution`` whose entry points name modules of ``package``; None where there is none."""
-    known = _entry_points()
-    points = (point for group in known.groups if group.startswith("kendama.") for point in known.select(group=group))
+    points = (point for group in groups() for point in _entry_points().select(group=group))
     return next((one.dist for one in points if one.value.partition(":")[0].partition(".")[0] == package), None)
+
+
+def groups() -> list[str]:
+    """Return the entry point groups by which packages bring parts, sorted."""
+    return sorted(group for group in _entry_points().groups if group.startswith("kendama."))
 
 
 @functools.cache

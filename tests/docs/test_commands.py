@@ -22,7 +22,7 @@ from kendama_cli.pipeline.where import with_executor
 
 ROOT = Path(__file__).resolve().parents[2]
 # extending.md shows the parts of a package that is not installed here; tests/plugin runs what it shows
-PAGES = [ROOT / "README.md", *sorted(path for path in (ROOT / "docs").glob("*.md") if path.name != "extending.md")]
+PAGES = [ROOT / "README.md", *sorted(path for path in (ROOT / "docs").rglob("*.md") if path.name != "extending.md")]
 SYNOPSIS = re.compile(r"\[-|OVERRIDE| \| |\.\.\.|  ")  # options left out, or the columns of a list
 
 

@@ -31,13 +31,13 @@ def test_the_logs_page_has_every_topic_with_its_schema() -> None:
 def test_the_readme_names_every_pipeline_and_every_page() -> None:
     for name in pipeline_names([ROOT / "pipelines"]):
         assert f"`{name}`" in README, name
-    linked = set(re.findall(r"\]\((docs/[\w-]+\.md)\)", README))
+    linked = set(re.findall(r"\]\((docs/[\w/-]+\.md)\)", README))
     of_the_site = {"docs/index.md", "docs/reference.md"}
-    assert linked == {f"docs/{path.name}" for path in (ROOT / "docs").glob("*.md")} - of_the_site
+    assert linked == {path.relative_to(ROOT).as_posix() for path in (ROOT / "docs").rglob("*.md")} - of_the_site
 
 
 @pytest.mark.parametrize(
-    "page", sorted([ROOT / "README.md", *(ROOT / "docs").glob("*.md")]), ids=lambda path: path.name
+    "page", sorted([ROOT / "README.md", *(ROOT / "docs").rglob("*.md")]), ids=lambda path: path.name
 )
 def test_no_link_between_pages_leads_nowhere(page: Path) -> None:
     for target in re.findall(r"\]\(([^)#]+)(?:#[^)]*)?\)", page.read_text()):

@@ -14,5 +14,8 @@ FILE = Variant(
     "file", settings="kendama_cli.settings.camera:FileCamera", makes="kendama_cli.devices.camera.file:open_file"
 )
 DEVICE = Variant(
-    "device", settings="kendama_cli.settings.camera:DeviceCamera", makes="kendama_cli.devices.camera.device:open_device"
+    "device",
+    settings="kendama_cli.settings.camera:DeviceCamera",
+    makes="kendama_cli.devices.camera.device:open_device",
+    needs="a camera that OpenCV can open",
 )

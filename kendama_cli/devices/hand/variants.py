@@ -27,9 +27,11 @@ MOCAP = Variant(
     "mocap",
     settings="kendama_cli.devices.hand.settings:MocapCapture",
     makes="kendama_cli.devices.hand.mocap:open_mocap",
+    needs="a motion capture system that streams rigid bodies",
 )
 HAPTIC = Variant(
     "haptic",
     settings="kendama_cli.devices.hand.haptic.settings:HapticCapture",
     makes="kendama_cli.devices.hand.haptic.device:open_haptic",
+    needs="a haptic device behind an OpenIGTLink server",
 )

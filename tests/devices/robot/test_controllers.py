@@ -29,15 +29,17 @@ from kendama_cli.errors import HardwareError
 from kendama_cli.identification.recording import play
 from kendama_cli.motion import minimum_jerk
 from kendama_cli.schema.settings import build
+from kendama_cli.settings.game import GameSettings
 from kendama_cli.settings.hardware import CommandHardware
-from tests.devices.robot.franka.arm import FR3, GAME
+from kendama_cli.settings.robot import RobotSettings
 from tests.devices.robot.stand_in import LOOPBACK, SECRET, key_file, relayed
-from tests.shipped_conf import plain
+from tests.shipped_conf import configured, plain
 
 pytestmark = pytest.mark.realtime
 
 FOLDER = Path(__file__).resolve().parents[3] / "examples" / "controller"
 NAMES = ("s1", "s2", "s3", "e1", "e2", "w1", "w2")
+GAME, ARM = configured(GameSettings, "game", "kendama"), configured(RobotSettings, "robot", "fr3")
 WATCHDOG_S = 2.0
 """A busy machine stalls a process for longer than the 0.25 s that are told to laboratories."""
 Address = tuple[str, int]
@@ -117,7 +119,7 @@ def test_a_controller_that_limits_nothing_keeps_the_laws_of_a_robot_for_we_limit
     )
     for check in CHECKS:
         if check is not check_time:  # it counts no period in which a command was late: it has none to compare with
-            check(lambda: open_robot(settings, FR3, GAME))
+            check(lambda: open_robot(settings, ARM, GAME))
 
 
 def test_an_arm_that_is_sent_beyond_its_limits_does_not_go_there(controller: tuple[object, Address]) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 from pathlib import Path
 
-from kendama_cli.devices.robot.franka.settings import FrankaHardware
+from kendama_cli.plugins.franka.settings import FrankaHardware
 from kendama_cli.schema.settings import build_value
 from kendama_cli.settings.game import GameSettings
 from kendama_cli.settings.hardware import HardwareSettings

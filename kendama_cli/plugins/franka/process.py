@@ -1,4 +1,4 @@
-"""The arm's end of the pipe, in a process of its own: ``python -m kendama_cli.devices.robot.franka.process FD``.
+"""The arm's end of the pipe, in a process of its own: ``python -m kendama_cli.plugins.franka.process FD``.
 
 The library holds the interpreter while it waits for the arm, and one millisecond leaves no room for somebody else's
 work: so nothing but the loop runs here. The process ends when the pipe does, whatever became of whoever started it.
@@ -17,8 +17,9 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from kendama_cli.devices.robot.franka.control_loop import CYCLE_S, ControlLoop
-from kendama_cli.devices.robot.franka.messages import (
+from kendama_cli.errors import HardwareError
+from kendama_cli.plugins.franka.control_loop import CYCLE_S, ControlLoop
+from kendama_cli.plugins.franka.messages import (
     Begin,
     Done,
     Failure,
@@ -29,9 +30,8 @@ from kendama_cli.devices.robot.franka.messages import (
     decode,
     encode,
 )
-from kendama_cli.devices.robot.franka.rate_limit import RateLimits
-from kendama_cli.devices.robot.franka.settings import FrankaHardware
-from kendama_cli.errors import HardwareError
+from kendama_cli.plugins.franka.rate_limit import RateLimits
+from kendama_cli.plugins.franka.settings import FrankaHardware
 
 LIBRARY = "pylibfranka"
 Heard = TypeVar("Heard", Begin, Wanted)

@@ -9,13 +9,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from kendama_cli.devices.robot.franka.process import failure
-from kendama_cli.devices.robot.franka.robot import open_franka
 from kendama_cli.devices.robot.interface import JointCommand, RecoverableRobot
 from kendama_cli.errors import ConfigError, HardwareError, MissingPartError
-from tests.devices.robot.franka.arm import FR3, FRANKA, GAME, HERE
-from tests.devices.robot.franka.pylibfranka import START
-from tests.devices.robot.rsi.six_axes import six_axes
+from kendama_cli.plugins.franka.process import failure
+from kendama_cli.plugins.franka.robot import open_franka
+from tests.plugins.franka.arm import FR3, FRANKA, GAME, HERE
+from tests.plugins.franka.pylibfranka import START
+from tests.plugins.kuka_rsi.six_axes import six_axes
 
 STILL = JointCommand(START, np.zeros(7), np.zeros(7))
 

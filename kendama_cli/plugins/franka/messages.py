@@ -9,9 +9,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from kendama_cli.devices.robot.franka.rate_limit import RateLimits
-from kendama_cli.devices.robot.franka.settings import FrankaHardware
 from kendama_cli.errors import ConfigError, HardwareError
+from kendama_cli.plugins.franka.rate_limit import RateLimits
+from kendama_cli.plugins.franka.settings import FrankaHardware
 from kendama_cli.schema.arrays import Array
 from kendama_cli.schema.settings import build
 

@@ -10,9 +10,9 @@ import numpy as np
 
 from kendama_cli.devices.robot.interface import JointCommand
 from kendama_cli.devices.robot.limiter import braked, limit_command
-from kendama_cli.devices.robot.rsi.settings import RsiHardware
-from kendama_cli.devices.robot.rsi.telegram import LARGEST_BYTES, Telegram, ahead_ms, read_telegram, write_answer
 from kendama_cli.errors import HardwareError, MissingPartError
+from kendama_cli.plugins.kuka_rsi.settings import RsiHardware
+from kendama_cli.plugins.kuka_rsi.telegram import LARGEST_BYTES, Telegram, ahead_ms, read_telegram, write_answer
 from kendama_cli.robot_model.limits import JointLimits
 from kendama_cli.schema.arrays import Array
 
@@ -92,7 +92,7 @@ class RsiLink:
             raise MissingPartError(
                 "rsi",
                 f"no RSI telegram of {settings.controller} came to {settings.host}:{settings.port} within "
-                f"{settings.wait_s:g} s: start the RSI program on the controller, and see docs/rsi.md",
+                f"{settings.wait_s:g} s: start the RSI program on the controller, and see docs/plugins/kuka_rsi.md",
             )
         return first
 

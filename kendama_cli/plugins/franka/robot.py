@@ -14,7 +14,11 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from kendama_cli.devices.robot.franka.messages import (
+from kendama_cli.devices.robot.interface import Exchange, JointCommand, RobotState
+from kendama_cli.devices.robot.limiter import approach, check_command
+from kendama_cli.devices.robot.task import Task, arm_of
+from kendama_cli.errors import ConfigError, HardwareError, MissingPartError, install_line
+from kendama_cli.plugins.franka.messages import (
     Begin,
     Done,
     Failure,
@@ -25,13 +29,9 @@ from kendama_cli.devices.robot.franka.messages import (
     decode,
     encode,
 )
-from kendama_cli.devices.robot.franka.process import LIBRARY
-from kendama_cli.devices.robot.franka.rate_limit import RateLimits
-from kendama_cli.devices.robot.franka.settings import FrankaHardware
-from kendama_cli.devices.robot.interface import Exchange, JointCommand, RobotState
-from kendama_cli.devices.robot.limiter import approach, check_command
-from kendama_cli.devices.robot.task import Task, arm_of
-from kendama_cli.errors import ConfigError, HardwareError, MissingPartError, install_line
+from kendama_cli.plugins.franka.process import LIBRARY
+from kendama_cli.plugins.franka.rate_limit import RateLimits
+from kendama_cli.plugins.franka.settings import FrankaHardware
 from kendama_cli.robot_model.limits import JointLimits
 from kendama_cli.robot_model.model import RobotModel
 from kendama_cli.schema.arrays import Array
@@ -65,7 +65,7 @@ class ArmPipe:
         self._host = hardware.host
         self._failure: str | None = None
         ours, theirs = socket.socketpair()
-        command = [sys.executable, "-m", "kendama_cli.devices.robot.franka.process", str(theirs.fileno())]
+        command = [sys.executable, "-m", "kendama_cli.plugins.franka.process", str(theirs.fileno())]
         self.process = subprocess.Popen(command, pass_fds=[theirs.fileno()])
         theirs.close()
         self._pipe: Connection[Any, Any] = Connection(ours.detach())

@@ -8,7 +8,8 @@ import json
 import numpy as np
 import pytest
 
-from kendama_cli.devices.robot.franka.messages import (
+from kendama_cli.errors import HardwareError
+from kendama_cli.plugins.franka.messages import (
     Begin,
     Done,
     Failure,
@@ -19,9 +20,8 @@ from kendama_cli.devices.robot.franka.messages import (
     decode,
     encode,
 )
-from kendama_cli.errors import HardwareError
-from tests.devices.robot.franka.arm import FRANKA
-from tests.devices.robot.franka.test_control_loop import LIMITS
+from tests.plugins.franka.arm import FRANKA
+from tests.plugins.franka.test_control_loop import LIMITS
 
 NUMBERS = np.array([0.1, -2.0 / 3.0, 1e-300, 5e-324, -0.0, 3.0, np.pi])
 

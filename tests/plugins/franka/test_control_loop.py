@@ -7,13 +7,13 @@ from collections.abc import Callable, Iterator
 import numpy as np
 import pytest
 
-from kendama_cli.devices.robot.franka.control_loop import CYCLE_S, ControlLoop
-from kendama_cli.devices.robot.franka.messages import Done, Wanted
-from kendama_cli.devices.robot.franka.rate_limit import RateLimiter, RateLimits
 from kendama_cli.motion import minimum_jerk
+from kendama_cli.plugins.franka.control_loop import CYCLE_S, ControlLoop
+from kendama_cli.plugins.franka.messages import Done, Wanted
+from kendama_cli.plugins.franka.rate_limit import RateLimiter, RateLimits
 from kendama_cli.schema.arrays import Array
-from tests.devices.robot.franka.arm import FRANKA
-from tests.devices.robot.franka.pylibfranka import START, Arm, ControlException, JointPositions
+from tests.plugins.franka.arm import FRANKA
+from tests.plugins.franka.pylibfranka import START, Arm, ControlException, JointPositions
 
 LIMITS = RateLimits(
     *(

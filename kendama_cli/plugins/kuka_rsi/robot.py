@@ -10,11 +10,11 @@ import numpy as np
 
 from kendama_cli.devices.robot.interface import Exchange, JointCommand, RobotState
 from kendama_cli.devices.robot.limiter import approach, check_command
-from kendama_cli.devices.robot.rsi.link import RsiLink, in_degrees
-from kendama_cli.devices.robot.rsi.settings import RsiHardware
-from kendama_cli.devices.robot.rsi.telegram import AXES, Telegram, ahead_ms
 from kendama_cli.devices.robot.task import Task, arm_of
 from kendama_cli.errors import ConfigError, HardwareError
+from kendama_cli.plugins.kuka_rsi.link import RsiLink, in_degrees
+from kendama_cli.plugins.kuka_rsi.settings import RsiHardware
+from kendama_cli.plugins.kuka_rsi.telegram import AXES, Telegram, ahead_ms
 from kendama_cli.robot_model.model import RobotModel
 from kendama_cli.schema.arrays import Array
 from kendama_cli.settings.robot import RobotSettings

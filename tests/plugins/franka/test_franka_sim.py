@@ -15,11 +15,11 @@ import numpy as np
 import pytest
 
 from kendama_cli.devices.robot.conformance import CHECKS
-from kendama_cli.devices.robot.franka.robot import open_franka
 from kendama_cli.devices.robot.interface import JointCommand
 from kendama_cli.devices.robot.open_robot import open_robot
-from tests.devices.robot.franka.arm import FR3, FRANKA, GAME
-from tests.devices.robot.franka.test_control_loop import START, swing
+from kendama_cli.plugins.franka.robot import open_franka
+from tests.plugins.franka.arm import FR3, FRANKA, GAME
+from tests.plugins.franka.test_control_loop import START, swing
 
 pytestmark = [pytest.mark.slow, pytest.mark.realtime]
 SERVE = """
@@ -121,7 +121,7 @@ def test_a_motion_is_played_without_a_reflex() -> None:
 
 @pytest.mark.usefixtures("arm")
 def test_the_bundled_swing_is_imitated_whole(tmp_path: Path) -> None:
-    """From the demonstrations to the arm at the motion's own speed, as docs/franka.md tells."""
+    """From the demonstrations to the arm at the motion's own speed, as docs/plugins/franka.md tells."""
     where = ["hardware.host=127.0.0.1", "hardware.realtime=ignore", f"hardware.reply_s={PATIENT.reply_s}"]
     command = [sys.executable, "-m", "kendama_cli.cli.main", "run", "-p", "rehearsal", "robot=fr3", "hardware=franka"]
     words = [*where, "hardware.silence_s=5", "hardware.wait_s=30", "rehearse.speed=1.0", "--arm", "--json"]

@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
-from kendama_cli.devices.robot.rsi.settings import RsiHardware
+from kendama_cli.plugins.kuka_rsi.settings import RsiHardware
 from kendama_cli.schema.settings import build_value
 from kendama_cli.settings.game import GameSettings
 from kendama_cli.settings.hardware import HardwareSettings

@@ -8,10 +8,10 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from kendama_cli.devices.robot.franka.messages import Done, Wanted
-from kendama_cli.devices.robot.franka.rate_limit import LimiterState, RateLimiter, RateLimits
 from kendama_cli.devices.robot.interface import JointCommand
 from kendama_cli.devices.robot.limiter import braked
+from kendama_cli.plugins.franka.messages import Done, Wanted
+from kendama_cli.plugins.franka.rate_limit import LimiterState, RateLimiter, RateLimits
 from kendama_cli.schema.arrays import Array
 
 CYCLE_S = 0.001

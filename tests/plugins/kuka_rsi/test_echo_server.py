@@ -16,15 +16,15 @@ import pytest
 
 from kendama_cli.devices.robot.conformance import CHECKS
 from kendama_cli.devices.robot.open_robot import open_robot
-from kendama_cli.devices.robot.rsi.robot import open_rsi
 from kendama_cli.errors import HardwareError
-from tests.devices.robot.rsi.six_axes import GAME, RSI, free_port, six_axes
-from tests.devices.robot.rsi.test_rsi import swing
+from kendama_cli.plugins.kuka_rsi.robot import open_rsi
+from tests.plugins.kuka_rsi.six_axes import GAME, RSI, free_port, six_axes
+from tests.plugins.kuka_rsi.test_rsi import swing
 from tests.stalls import without_stall
 
 pytestmark = pytest.mark.realtime
 
-TELEGRAMS = Path(__file__).resolve().parents[4] / "examples" / "rsi" / "kendama_rsi.xml"
+TELEGRAMS = Path(__file__).resolve().parents[3] / "examples" / "rsi" / "kendama_rsi.xml"
 SERVE = """
 import socket, sys, time
 import RSIPI.rsi_echo_server as module
