@@ -35,6 +35,16 @@ def test_labels_are_of_frames_that_the_films_have_and_of_balls_inside_them() -> 
         assert all(0 < one.x_px < int(row["width_px"]) and 0 < one.y_px < int(row["height_px"]) for one in shown)
 
 
+@pytest.mark.parametrize("film", films(FOLDER), ids=lambda film: film.name)
+def test_a_film_has_the_frames_and_the_size_that_its_row_tells(film: CorpusFilm) -> None:
+    if not film.path.exists():
+        pytest.skip(f"{film.path} is not there: python -m tests.films.corpus FOLDER, then KENDAMA_FILMS=FOLDER")
+    with (Path(__file__).parent / "films.csv").open() as file:
+        row = next(row for row in csv.DictReader(file) if row["name"] == film.name)
+    images = film.frames()
+    assert (len(images), *images[0].shape[:2]) == (int(row["frames"]), int(row["height_px"]), int(row["width_px"]))
+
+
 def test_a_place_is_right_within_half_a_radius_and_a_claim_without_a_ball_is_false() -> None:
     labels = [Label(0, 10, 10, 20), Label(1, 10, 10, 20), Label(2, 0, 0, 0), Label(3, 0, 0, 0)]
     assert share_right({0: (19, 10), 1: (21, 10), 3: (5, 5)}, labels) == (1, 2, 1, 2)
