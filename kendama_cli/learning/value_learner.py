@@ -1,7 +1,6 @@
 """Learning the values of actions, driven from outside: the same object learns in simulation and on hardware.
 
-What the values are kept in differs: a table (``sarsa.py``), a table and a model (``dyna.py``), tiles
-(``tile_coding.py``).
+The values are kept in a table (``sarsa.py``), or in what another learner brings.
 """
 
 from __future__ import annotations

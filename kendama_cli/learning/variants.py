@@ -10,16 +10,6 @@ SARSA = Variant(
     settings="kendama_cli.learning.learner_settings:SarsaSettings",
     makes="kendama_cli.learning.sarsa:SARSA",
 )
-DYNA = Variant(
-    "dyna",
-    settings="kendama_cli.learning.learner_settings:DynaSettings",
-    makes="kendama_cli.learning.dyna:DYNA",
-)
-TILE_CODING = Variant(
-    "tile_coding",
-    settings="kendama_cli.learning.learner_settings:TileCodingSettings",
-    makes="kendama_cli.learning.tile_coding:TILE_CODING",
-)
 LUCKY = Variant(
     "lucky",
     settings="kendama_cli.learning.learner_settings:LuckySettings",
@@ -34,14 +24,4 @@ PUMP = Variant(
     "pump",
     settings="kendama_cli.learning.learner_settings:PumpSettings",
     makes="kendama_cli.learning.pump:PUMP",
-)
-OPEN_LOOP = Variant(
-    "open_loop",
-    settings="kendama_cli.learning.learner_settings:OpenLoopSettings",
-    makes="kendama_cli.learning.open_loop:OPEN_LOOP",
-)
-MODEL_BASED = Variant(
-    "model_based",
-    settings="kendama_cli.learning.learner_settings:ModelBasedSettings",
-    makes="kendama_cli.learning.model_based:MODEL_BASED",
 )

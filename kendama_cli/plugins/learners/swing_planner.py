@@ -7,14 +7,14 @@ import math
 import numpy as np
 from numpy.random import Generator
 
-from kendama_cli.learning import swing_model_kernel as kernel
-from kendama_cli.learning.learner_settings import ModelBasedSettings
 from kendama_cli.learning.parameter_search import parameter_search
 from kendama_cli.learning.settings import LearnSettings
-from kendama_cli.learning.swing_model import SwingModel
 from kendama_cli.learning.task_settings import LimitedWorkspace
 from kendama_cli.motion.braking import BRAKING_SHARE
 from kendama_cli.physics.taut_rope import TautRope
+from kendama_cli.plugins.learners import swing_model_kernel as kernel
+from kendama_cli.plugins.learners.settings import ModelBasedSettings
+from kendama_cli.plugins.learners.swing_model import SwingModel
 from kendama_cli.schema.arrays import Array
 
 STEP_S = 0.01

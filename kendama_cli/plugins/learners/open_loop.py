@@ -25,7 +25,6 @@ from numpy.random import Generator
 from kendama_cli.artifacts.policy import PolicyArtifact
 from kendama_cli.learning.decision import NEVER_S, ROUNDING_S
 from kendama_cli.learning.interface import FinishedRollout, LearnerMaker
-from kendama_cli.learning.learner_settings import OpenLoopSettings
 from kendama_cli.learning.parameter_search import Generation, parameter_search
 from kendama_cli.learning.policy import task_meaning
 from kendama_cli.learning.reward import Outcome
@@ -33,6 +32,7 @@ from kendama_cli.learning.rewarded_actor import RewardedActor
 from kendama_cli.learning.settings import LearnSettings
 from kendama_cli.learning.state import SwingState
 from kendama_cli.learning.statistics import LearningCount
+from kendama_cli.plugins.learners.settings import OpenLoopSettings
 from kendama_cli.schema.arrays import Array
 
 PARAMETERS = 3

@@ -18,20 +18,20 @@ import numpy as np
 from numpy.random import Generator
 
 from kendama_cli.artifacts.policy import PolicyArtifact
-from kendama_cli.learning import swing_model_kernel as kernel
 from kendama_cli.learning.decision import HeldAction
 from kendama_cli.learning.discretisation import StateGrid
 from kendama_cli.learning.interface import FinishedRollout, LearnerMaker
-from kendama_cli.learning.learner_settings import ModelBasedSettings
-from kendama_cli.learning.open_loop import sealed_swing, swing_of
 from kendama_cli.learning.policy import task_meaning
 from kendama_cli.learning.reward import Outcome
 from kendama_cli.learning.rewarded_actor import RewardedActor
 from kendama_cli.learning.settings import LearnSettings
 from kendama_cli.learning.state import SwingState
 from kendama_cli.learning.statistics import LearningCount
-from kendama_cli.learning.swing_model import SwingModel
-from kendama_cli.learning.swing_planner import SwingPlanner
+from kendama_cli.plugins.learners import swing_model_kernel as kernel
+from kendama_cli.plugins.learners.open_loop import sealed_swing, swing_of
+from kendama_cli.plugins.learners.settings import ModelBasedSettings
+from kendama_cli.plugins.learners.swing_model import SwingModel
+from kendama_cli.plugins.learners.swing_planner import SwingPlanner
 from kendama_cli.schema.arrays import Array
 
 

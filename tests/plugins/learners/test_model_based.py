@@ -7,14 +7,14 @@ import math
 import numpy as np
 import pytest
 
-from kendama_cli.learning import swing_model_kernel as kernel
 from kendama_cli.learning.learners import begin_learner
-from kendama_cli.learning.open_loop import OpenLoopPolicy, sealed_swing
 from kendama_cli.learning.state import SwingState
-from kendama_cli.learning.swing_model import NODES, SwingModel
-from kendama_cli.learning.swing_planner import SwingPlanner
 from kendama_cli.motion.braking import BrakingLimiter
 from kendama_cli.physics.taut_rope import TautRope
+from kendama_cli.plugins.learners import swing_model_kernel as kernel
+from kendama_cli.plugins.learners.open_loop import OpenLoopPolicy, sealed_swing
+from kendama_cli.plugins.learners.swing_model import NODES, SwingModel
+from kendama_cli.plugins.learners.swing_planner import SwingPlanner
 from kendama_cli.simulation.swingup.environment import SwingUpEnvironment
 from tests.learning.settings_files import game_settings, learn_settings
 

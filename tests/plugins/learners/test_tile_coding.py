@@ -9,8 +9,8 @@ from kendama_cli.errors import ConfigError
 from kendama_cli.learning.learners import begin_learner
 from kendama_cli.learning.sarsa import ValueTable
 from kendama_cli.learning.state import SwingState
-from kendama_cli.learning.tile_coding import Tiles, TileValues
 from kendama_cli.learning.updates import Transition
+from kendama_cli.plugins.learners.tile_coding import Tiles, TileValues
 from tests.learning.settings_files import learn_settings
 
 

@@ -14,8 +14,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from kendama_cli.learning import swing_model_kernel as kernel
 from kendama_cli.learning.state import SwingState
+from kendama_cli.plugins.learners import swing_model_kernel as kernel
 from kendama_cli.schema.arrays import Array
 
 NODES = 19

@@ -19,11 +19,11 @@ from numpy.typing import NDArray
 
 from kendama_cli.artifacts.policy import PolicyArtifact
 from kendama_cli.learning.interface import LearnerMaker
-from kendama_cli.learning.learner_settings import DynaSettings
 from kendama_cli.learning.policy import GreedyPolicy, task_meaning
 from kendama_cli.learning.sarsa import SarsaLearner
 from kendama_cli.learning.settings import LearnSettings
 from kendama_cli.learning.updates import Transition
+from kendama_cli.plugins.learners.settings import DynaSettings
 
 ENDED = -1
 """The next row where the rollout ended."""

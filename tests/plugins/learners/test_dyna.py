@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from kendama_cli.learning.dyna import TransitionModel
 from kendama_cli.learning.learners import begin_learner
 from kendama_cli.learning.sarsa import ValueTable
 from kendama_cli.learning.state import SwingState
 from kendama_cli.learning.updates import Transition
+from kendama_cli.plugins.learners.dyna import TransitionModel
 from tests.learning.settings_files import learn_settings
 
 CHAIN = [Transition(row, 0, 0.0, row + 1, 0) for row in range(5)] + [Transition(5, 0, 1.0, None, None)]

@@ -7,8 +7,8 @@ import pytest
 
 from kendama_cli.errors import ConfigError
 from kendama_cli.learning.learners import begin_learner, make_policy
-from kendama_cli.learning.open_loop import OpenLoopLearner
 from kendama_cli.learning.state import SwingState
+from kendama_cli.plugins.learners.open_loop import OpenLoopLearner
 from kendama_cli.simulation.swingup.environment import SwingUpEnvironment
 from tests.learning.settings_files import game_settings, learn_settings
 
