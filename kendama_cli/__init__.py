@@ -35,12 +35,12 @@ if TYPE_CHECKING:
         runs,
         swing,
     )
+    from kendama_cli.version import __version__
 
 MOST_PIXELS = 1 << 26
 """Limit of a decoded image; OpenCV reads it when it is imported, and has one of three gigabytes."""
 os.environ.setdefault("OPENCV_IO_MAX_IMAGE_PIXELS", str(MOST_PIXELS))
 
-__version__ = "0.2.0"
 __all__ = [
     "CameraModel",
     "CatchPose",
@@ -72,4 +72,5 @@ def __getattr__(name: str) -> Any:
         raise AttributeError(f"module 'kendama_cli' has no attribute '{name}'")
     import importlib  # noqa: PLC0415 - by name: numpy, pandas and OpenCV come only where the library is used
 
-    return getattr(importlib.import_module("kendama_cli.api"), name)
+    module = "kendama_cli.version" if name == "__version__" else "kendama_cli.api"
+    return getattr(importlib.import_module(module), name)

@@ -33,7 +33,8 @@ from kendama_cli.vision.camera_model import CameraModel
 from kendama_cli.vision.catch_pose import CatchPoseEstimator
 
 if TYPE_CHECKING:
-    from kendama_cli.gym import SwingUp
+    import gymnasium
+
     from kendama_cli.pipeline.record import StageOutcome
 
 __all__ = [
@@ -174,7 +175,7 @@ def open_run(name: str | None = None, home: Path | str | None = None) -> Run:
     return Run(find_run(site.home, name), site.pipeline_folders)
 
 
-def environment(overrides: Sequence[str] = (), hold_s: float = 0.05) -> SwingUp:
+def environment(overrides: Sequence[str] = (), hold_s: float = 0.05) -> gymnasium.Env[Any, Any]:
     """The swing-up as a Gymnasium environment (needs the extra ``gym``).
 
     Parameters
@@ -186,8 +187,9 @@ def environment(overrides: Sequence[str] = (), hold_s: float = 0.05) -> SwingUp:
 
     Returns
     -------
-    SwingUp
-        A ``gymnasium.Env``: cup place and velocity, ball angle and rate, time left in, one of five accelerations out.
+    gymnasium.Env
+        ``kendama_cli.gym.SwingUp``: cup place and velocity, ball angle and rate, time left in; one of five
+        accelerations out.
 
     Raises
     ------

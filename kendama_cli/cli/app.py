@@ -16,8 +16,8 @@ from kendama_cli.cli import completion, render
 from kendama_cli.cli.camera import camera_app
 from kendama_cli.cli.camera_setup import camera_blink, camera_brightness, camera_latency, camera_place
 from kendama_cli.cli.capture import capture_app
-from kendama_cli.cli.course import course_app
 from kendama_cli.cli.docs import docs
+from kendama_cli.cli.groups import open_group
 from kendama_cli.cli.motion import motion_app
 from kendama_cli.cli.options import Arm, ConfigDir, Force, Home, Json, On, Overrides, PipelineName, Until
 from kendama_cli.cli.play import play
@@ -29,6 +29,7 @@ from kendama_cli.config.site import find_site
 
 app = typer.Typer(
     name="kendama",
+    cls=open_group(),
     help="Teach a robot the ball-in-a-cup game: from a recorded swing to an arm that catches.",
     no_args_is_help=True,
     pretty_exceptions_enable=False,
@@ -38,7 +39,6 @@ app = typer.Typer(
 app.add_typer(cache_app, name="cache")
 app.add_typer(camera_app, name="camera")
 app.add_typer(capture_app, name="capture")
-app.add_typer(course_app, name="course")
 app.add_typer(log_app, name="log")
 app.add_typer(motion_app, name="motion")
 app.add_typer(robot_app, name="robot")
@@ -185,27 +185,6 @@ def report(
 
     files = export_report(records, export)
     render.text(f"{export}: {len(files)} files")
-
-
-@app.command()
-def referee(
-    run_name: Annotated[
-        str | None,
-        typer.Argument(metavar="[RUN]", help="Id of a run; the newest if left out.", autocompletion=completion.runs),
-    ] = None,
-    rope_g: Annotated[
-        float | None,
-        typer.Option(
-            metavar="G", min=0.01, max=20, help="Mass of the whole rope [as in the run; 0.05 if it had none]."
-        ),
-    ] = None,
-    as_json: Json = False,
-    home: Home = None,
-) -> None:
-    """Play a run's games again on a chain of links in MuJoCo, and say whether it agrees (extra 'referee')."""
-    from kendama_cli.cli.referee import referee as play_again  # numpy, scipy and MuJoCo
-
-    play_again(find_site(home).home, run_name, rope_kg=None if rope_g is None else 1e-3 * rope_g, as_json=as_json)
 
 
 @app.command()

@@ -7,10 +7,13 @@ from typing import Annotated
 
 import typer
 
+from kendama_cli.cli.groups import open_group
 from kendama_cli.cli.options import ConfigDir, Home, Json, Overrides
 from kendama_cli.config.site import find_site
 
-camera_app = typer.Typer(help="Calibrate cameras, and check what they see.", no_args_is_help=True)
+camera_app = typer.Typer(
+    cls=open_group("camera"), help="Calibrate cameras, and check what they see.", no_args_is_help=True
+)
 
 Squares = Annotated[str, typer.Option("--board", metavar="COLUMNSxROWS", help="Squares of the ChArUco board.")]
 SquareMm = Annotated[float, typer.Option(metavar="MM", help="Side of a square, as measured on the print.")]

@@ -75,6 +75,23 @@ def runs(incomplete: str) -> list[str]:
 
 
 @_quietly
+def export_formats(incomplete: str) -> list[str]:
+    """Return the formats of ``log export``."""
+    from kendama_cli.pipeline.log_export import EXPORTERS
+    from kendama_cli.schema.registry import declared
+
+    return sorted(declared(EXPORTERS))
+
+
+@_quietly
+def executors(incomplete: str) -> list[str]:
+    """Return the executors."""
+    from kendama_cli.settings.executor import EXECUTORS
+
+    return EXECUTORS.kinds()
+
+
+@_quietly
 def artifacts(incomplete: str) -> list[str]:
     """STAGE of the newest run, then RUN/STAGE of the newest runs that begin so."""
     from kendama_cli.pipeline.record import read_run

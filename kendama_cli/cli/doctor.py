@@ -12,10 +12,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-import kendama_cli
 from kendama_cli.errors import KendamaError, install_line
 from kendama_cli.robot_model.display import SONAMES
 from kendama_cli.schema.registry import declared, groups, resolve
+from kendama_cli.version import __version__
 
 
 @dataclass(frozen=True)
@@ -73,7 +73,7 @@ for name, targets in json.loads(sys.argv[1]).items():
 def examine() -> list[Part]:
     """Import every part; one that cannot be is told with its reason and what brings it."""
     cores = os.cpu_count() or 1
-    found = [Part("kendama", "ok", f"{kendama_cli.__version__}, Python {platform.python_version()}, {cores} cores")]
+    found = [Part("kendama", "ok", f"{__version__}, Python {platform.python_version()}, {cores} cores")]
     libraries = {name: [module] for name, module in REQUIRED.items()}
     extras = {name: [module] if module else [] for name, (module, _) in EXTRAS.items() if _version(name)}
     problems = _problems({**libraries, **extras})

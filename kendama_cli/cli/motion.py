@@ -8,9 +8,12 @@ from typing import Annotated
 import typer
 
 from kendama_cli.cli import completion
+from kendama_cli.cli.groups import open_group
 from kendama_cli.cli.options import Home, Json
 
-motion_app = typer.Typer(help="Movement primitives: show, export, draw from.", no_args_is_help=True)
+motion_app = typer.Typer(
+    cls=open_group("motion"), help="Movement primitives: show, export, draw from.", no_args_is_help=True
+)
 
 Source = Annotated[
     str | None,

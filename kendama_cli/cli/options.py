@@ -32,7 +32,10 @@ Force = Annotated[
 On = Annotated[
     str | None,
     typer.Option(
-        "--on", metavar="EXECUTOR", help="Where stages compute: local, dask or slurm [executor of the configuration]."
+        "--on",
+        metavar="EXECUTOR",
+        help="Where stages compute: local, dask or slurm [executor of the configuration].",
+        autocompletion=completion.executors,
     ),
 ]
 Json = Annotated[bool, typer.Option("--json", help="Print one JSON document.")]

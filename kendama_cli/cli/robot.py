@@ -8,11 +8,14 @@ from typing import Annotated
 import typer
 
 from kendama_cli.cli import render
+from kendama_cli.cli.groups import open_group
 from kendama_cli.cli.options import Arm, ConfigDir, Home, Json, Overrides, PipelineName
 from kendama_cli.config.site import find_site
 from kendama_cli.errors import UsageError
 
-robot_app = typer.Typer(help="Robots: description, keys, twin, place, check, recovery.", no_args_is_help=True)
+robot_app = typer.Typer(
+    cls=open_group("robot"), help="Robots: description, keys, twin, place, check, recovery.", no_args_is_help=True
+)
 
 KEY_FILE = "~/.config/kendama/robot.key"
 

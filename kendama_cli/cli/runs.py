@@ -8,10 +8,13 @@ from typing import Annotated, Any
 import typer
 
 from kendama_cli.cli import completion, render
+from kendama_cli.cli.groups import open_group
 from kendama_cli.cli.options import Home, Json
 from kendama_cli.config.site import find_site
 
-runs_app = typer.Typer(help="List past runs; choose, sort and tag them.", invoke_without_command=True)
+runs_app = typer.Typer(
+    cls=open_group("runs"), help="List past runs; choose, sort and tag them.", invoke_without_command=True
+)
 
 COLUMNS = ("run", "started", "pipeline", "outcome", "tags", "overrides")
 

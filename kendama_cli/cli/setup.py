@@ -8,10 +8,13 @@ from typing import Annotated
 import typer
 
 from kendama_cli.cli import completion
+from kendama_cli.cli.groups import open_group
 from kendama_cli.cli.options import Home, Json
 from kendama_cli.config.site import find_site
 
-setup_app = typer.Typer(help="What was measured of a laboratory, in one file: setup.yaml.", no_args_is_help=True)
+setup_app = typer.Typer(
+    cls=open_group("setup"), help="What was measured of a laboratory, in one file: setup.yaml.", no_args_is_help=True
+)
 
 SetupFile = Annotated[
     Path, typer.Option("-o", "--output", metavar="FILE", help="The setup; what else it holds is kept.")

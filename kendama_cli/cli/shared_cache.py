@@ -13,7 +13,7 @@ from kendama_cli.cli.options import ConfigDir, Home, Json
 from kendama_cli.config.site import Site, find_site
 
 if TYPE_CHECKING:
-    from kendama_cli.store.remote import Remote
+    from kendama_cli.store.blob import Remote
     from kendama_cli.store.shared import RemoteDamage
 
 RemotePlace = Annotated[

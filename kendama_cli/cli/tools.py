@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import enum
 import json
 from pathlib import Path
 from typing import Annotated, Any
@@ -10,16 +9,16 @@ from typing import Annotated, Any
 import typer
 
 from kendama_cli.cli import completion, render
+from kendama_cli.cli.groups import open_group
 from kendama_cli.cli.log_predict import log_predict
 from kendama_cli.cli.options import ConfigDir, Home, Json
 from kendama_cli.cli.output_file import refuse_output, write_output
 from kendama_cli.cli.shared_cache import RemotePlace, pull, push
 from kendama_cli.cli.shared_cache import verify as verify_shared
 from kendama_cli.config.site import find_site
-from kendama_cli.errors import UsageError
 
-cache_app = typer.Typer(help="Look after the store of finished work.", no_args_is_help=True)
-log_app = typer.Typer(help="Look into MCAP logs.", no_args_is_help=True)
+cache_app = typer.Typer(cls=open_group("cache"), help="Look after the store of finished work.", no_args_is_help=True)
+log_app = typer.Typer(cls=open_group("log"), help="Look into MCAP logs.", no_args_is_help=True)
 
 LogPlace = Annotated[
     str,
@@ -29,13 +28,6 @@ LogPlace = Annotated[
         autocompletion=completion.artifacts,
     ),
 ]
-
-
-class ExportForm(enum.StrEnum):
-    """What a log is exported as."""
-
-    TABLE = "table"
-    LEROBOT = "lerobot"
 
 
 @cache_app.command("path")
@@ -140,30 +132,26 @@ def log_export(
     output: Annotated[
         Path | None,
         typer.Option(
-            "-o", "--output", metavar="FILE", help="FILE.parquet or FILE.csv [the log's or stage's name .parquet]."
+            "-o", "--output", metavar="PATH", help="FILE.parquet or FILE.csv [the log's or stage's name .parquet]."
         ),
     ] = None,
     topic: Annotated[str | None, typer.Option(metavar="TOPIC", help="Only this topic.")] = None,
     form: Annotated[
-        ExportForm,
-        typer.Option("--format", help="A table, or the demonstrations and games of a RUN as LeRobot datasets."),
-    ] = ExportForm.TABLE,
-    fps: Annotated[int, typer.Option(min=1, max=1000, help="Frames per second of a LeRobot dataset.")] = 50,
+        str,
+        typer.Option(
+            "--format",
+            metavar="FORMAT",
+            help="table, or lerobot: the demonstrations and games of a RUN as LeRobot datasets.",
+            autocompletion=completion.export_formats,
+        ),
+    ] = "table",
+    fps: Annotated[int, typer.Option(min=1, max=1000, help="Frames per second of a dataset.")] = 50,
     home: Home = None,
 ) -> None:
     """Export an MCAP log to Parquet or CSV, or as a LeRobot dataset."""
-    if form is ExportForm.LEROBOT:
-        from kendama_cli.pipeline.episodes_export import export_episodes
+    from kendama_cli.pipeline.log_export import ExportRequest, exporter
 
-        if topic is not None:
-            raise UsageError("--format lerobot takes no --topic: it reads all that its episodes need")
-        for path in export_episodes(find_site(home).home, file, output, fps):
-            render.text(str(path))
-        return
-    from kendama_cli.log.export import export  # pandas and pyarrow
-    from kendama_cli.pipeline.artifact_place import log_path
-
-    for path in export(log_path(find_site(home).home, file), output or Path(Path(file).stem + ".parquet"), topic):
+    for path in exporter(form)(ExportRequest(find_site(home).home, file, output, topic, fps)):
         render.text(str(path))
 
 

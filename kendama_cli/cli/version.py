@@ -7,7 +7,6 @@ import json
 import subprocess
 from pathlib import Path
 
-import kendama_cli
 from kendama_cli.pipeline.record import versions
 
 GIT_S = 5.0
@@ -16,7 +15,7 @@ GIT_S = 5.0
 def version_text() -> str:
     """One line for kendama and its commit, one for Python, machine and libraries."""
     found = versions()
-    commit = _checked_out(Path(kendama_cli.__file__).parents[1]) or _installed_from()
+    commit = _checked_out(Path(__file__).parents[2]) or _installed_from()
     libraries = ", ".join(f"{name} {version}" for name, version in found.items() if name not in ("kendama", "machine"))
     own = f"kendama {found['kendama']}{f' ({commit})' if commit else ''}"
     return f"{own}\n{libraries}, {found['machine']}"

@@ -6,7 +6,6 @@ import os
 from dataclasses import dataclass
 from pathlib import Path
 
-import kendama_cli
 from kendama_cli.errors import UsageError
 from kendama_cli.store.durable import is_text
 
@@ -25,7 +24,7 @@ class Site:
 
 def bundled_root() -> Path:
     """The folder that holds the ``conf/``, ``pipelines/`` and ``data/`` that came with this installation."""
-    package = Path(kendama_cli.__file__).parent
+    package = Path(__file__).parents[1]
     in_wheel = package / "bundled"
     return in_wheel if in_wheel.is_dir() else package.parent
 

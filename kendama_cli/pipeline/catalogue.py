@@ -8,8 +8,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from kendama_cli.errors import ConfigError, UsageError
+from kendama_cli.errors import ConfigError, MissingPartError, UsageError
 from kendama_cli.schema.declaration import STAGES, StageDeclaration, find_stage, stage_names
+from kendama_cli.schema.parts import comes_with
 from kendama_cli.schema.plain_yaml import load_yaml
 from kendama_cli.schema.registry import resolve
 from kendama_cli.schema.settings import nearest
@@ -113,6 +114,8 @@ def _spec(path: Path, name: str, body: Any) -> StageSpec:
     declaration = find_stage(chosen)
     if declaration is None:
         known = stage_names()
+        if line := comes_with(f"{path}: stage '{chosen}'", STAGES, chosen):
+            raise MissingPartError(chosen, line)
         raise ConfigError(
             name,
             f"{path}: no stage '{chosen}'; there are {', '.join(known)}{nearest(chosen, known)} (another comes with a "

@@ -19,19 +19,20 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
-import kendama_cli
 from kendama_cli.errors import KendamaError, RemoteError, StageError
 from kendama_cli.pipeline.code import FileIndex, code_digest
 from kendama_cli.pipeline.shipped_files import placed_files
 from kendama_cli.schema.settings import build
 from kendama_cli.settings.store import StoreSettings
 from kendama_cli.store import durable
-from kendama_cli.store.remote import Remote, open_remote
+from kendama_cli.store.blob import Remote
+from kendama_cli.store.remote import open_remote
 from kendama_cli.store.shared import SharedStore
 from kendama_cli.store.store import Store
 from kendama_cli.system.choice import system
 from kendama_cli.system.interface import Lock, Starter, Worker
 from kendama_cli.system.processes import PROCESSES, processes
+from kendama_cli.version import __version__
 
 POLL_S = 0.2
 GRACE_S = 5.0
@@ -76,7 +77,7 @@ def compute(text: str) -> str:
 
 def what_runs_here() -> dict[str, str]:
     """What a worker must have in common with who sends it work."""
-    return {"kendama": kendama_cli.__version__, "Python": ".".join(platform.python_version_tuple()[:2])}
+    return {"kendama": __version__, "Python": ".".join(platform.python_version_tuple()[:2])}
 
 
 def carry_out(request: Mapping[str, Any], tell: Progress, is_wanted: Callable[[], bool]) -> dict[str, Any]:

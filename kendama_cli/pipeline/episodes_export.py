@@ -8,18 +8,22 @@ from pathlib import Path
 from kendama_cli.errors import InputError, UsageError
 from kendama_cli.log.lerobot import write_dataset
 from kendama_cli.pipeline.artifact_place import LOG, log_path
+from kendama_cli.pipeline.log_export import ExportRequest
 from kendama_cli.pipeline.record import find_run, past_runs
 from kendama_cli.report.source import StageLog
 from kendama_cli.schema.declaration import find_stage, stage_names
 from kendama_cli.schema.registry import resolve
 
 
-def export_episodes(home: Path, place: str, output: Path | None, fps: int) -> list[Path]:
-    """Write the datasets of ``place``: a RUN (a folder for each of its stages), RUN/STAGE, STAGE or a log's FILE.
+def export_episodes(request: ExportRequest) -> list[Path]:
+    """Write the datasets of a place: of a RUN a folder for each of its stages; return the folders written.
 
-    The folders written. Raises UsageError where there is nothing to learn from or a folder is not empty, InputError
-    for a log that cannot be read.
+    Raises UsageError where there is nothing to learn from or a folder is not empty, InputError for a log that cannot be
+    read.
     """
+    if request.topic is not None:
+        raise UsageError("--format lerobot takes no --topic: it reads all that its episodes need")
+    home, place, output, fps = request.home, request.place, request.output, request.fps
     folder = output or Path(f"{place.strip('/').replace('/', '-').removesuffix('.mcap')}-lerobot")
     whole_run = _is_run(home, place)
     written = []

@@ -10,9 +10,10 @@ import functools
 from collections.abc import Mapping
 from typing import Any
 
-from kendama_cli.errors import ConfigError, KendamaError
+from kendama_cli.errors import ConfigError, KendamaError, MissingPartError
 from kendama_cli.pipeline.remembered import Remembered
 from kendama_cli.schema.declaration import NODES, find_stage, stage_names
+from kendama_cli.schema.parts import comes_with, missing_part
 from kendama_cli.schema.registry import declared, resolve
 from kendama_cli.schema.settings import build_value, unknown_key
 
@@ -21,6 +22,8 @@ class NodeSettings(dict[str, Any]):
     """Settings by node, and ``seed``."""
 
     def __missing__(self, name: str) -> Any:
+        if line := comes_with(f"node '{name}'", NODES, name):
+            raise MissingPartError(name, line)
         raise ConfigError(name, f"missing key '{name}': the configuration must choose one")
 
 
@@ -53,7 +56,7 @@ def build_settings(config: Mapping[str, Any], known: Remembered | None = None) -
     known = known or Remembered()
     schemas, broken = known.once("schemas", (), node_schemas)
     for name in config:
-        if name != "seed" and name not in schemas:
+        if name != "seed" and name not in schemas and missing_part(NODES, name) is None:
             raise broken or unknown_key(str(name), [*schemas, "seed"])
     seed = config.get("seed")
     if isinstance(seed, bool) or not isinstance(seed, int) or seed < 0:
@@ -61,7 +64,7 @@ def build_settings(config: Mapping[str, Any], known: Remembered | None = None) -
     built = {
         name: known.once(f"node {name}", (value,), functools.partial(build_value, schemas[name], value, name))
         for name, value in config.items()
-        if name != "seed"
+        if name in schemas  # the bundled configuration has the nodes of parts that may be missing, too
     }
     return NodeSettings({"seed": seed} | built)
 

@@ -12,13 +12,13 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-import kendama_cli
 from kendama_cli.errors import FormatError, ReadOnlyError, StoreError, UsageError
 from kendama_cli.store import durable
 from kendama_cli.store.home import STAGE
 from kendama_cli.store.runs import record_path, run_folder, run_names, run_number
 from kendama_cli.system.choice import system
 from kendama_cli.system.processor import processor
+from kendama_cli.version import __version__
 
 CPU = "processor"
 LIBRARIES = (
@@ -287,7 +287,7 @@ def _versions() -> dict[str, str]:
     import importlib.metadata  # noqa: PLC0415 - slow to import, and a run with nothing to do needs none of it
     import platform  # noqa: PLC0415 - as above
 
-    found = {"python": sys.version.partition(" ")[0], "kendama": kendama_cli.__version__}
+    found = {"python": sys.version.partition(" ")[0], "kendama": __version__}
     found["machine"] = platform.machine()
     found[CPU] = processor()
     for name in LIBRARIES:

@@ -9,10 +9,8 @@ from typing import Any
 from kendama_cli.pipeline.artifact_place import LOG, broken_off_log
 from kendama_cli.report.page import make_report
 from kendama_cli.report.sweep_page import make_sweep_report
+from kendama_cli.schema.declaration import section_names
 from kendama_cli.store import durable
-
-REFEREE_LOG = "referee.mcap"
-"""What ``kendama referee`` writes beside a run."""
 
 
 def write_report(records: Sequence[Mapping[str, Any]], output: Path | None) -> Path:
@@ -30,12 +28,17 @@ def write_report(records: Sequence[Mapping[str, Any]], output: Path | None) -> P
 
 
 def logs_of(record: Mapping[str, Any]) -> dict[str, Path]:
-    """The log of each stage that ended, and the referee's where there is one beside the run."""
+    """Return the log of each stage that ended, and those beside the run of which sections are made."""
     logs = {
         str(stage["name"]): Path(stage["artifact"]) / LOG for stage in record["stages"] if stage["artifact"] is not None
     }
-    beside = Path(record["folder"]) / REFEREE_LOG if "folder" in record else None
-    return logs if beside is None or not beside.exists() else {**logs, "referee": beside}
+    beside = {name: section_log(record, name) for name in section_names()} if "folder" in record else {}
+    return {**logs, **{name: path for name, path in beside.items() if path.exists()}}
+
+
+def section_log(record: Mapping[str, Any], name: str) -> Path:
+    """Return the path beside the run ``record`` of the log from which a report's section ``name`` is made."""
+    return Path(record["folder"]) / f"{name}.mcap"
 
 
 def _broken_off(record: Mapping[str, Any]) -> dict[str, Path]:

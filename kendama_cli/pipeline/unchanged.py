@@ -16,13 +16,13 @@ from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-import kendama_cli
 from kendama_cli.errors import ReadOnlyError
 from kendama_cli.pipeline.latest import keep_latest
 from kendama_cli.pipeline.record import CPU, RunRecord, StageOutcome, begin
 from kendama_cli.store import durable
 from kendama_cli.store.store import Store
 from kendama_cli.system.processor import processor
+from kendama_cli.version import __version__
 
 SETTLED_S = 2.0
 """A file changed more recently than this before the command began could have changed within one tick of its stamp."""
@@ -82,7 +82,7 @@ def question(arguments: Sequence[str]) -> Question:
     """The question that ``arguments`` are, asked here and now."""
     counts = ("HOME", "USERPROFILE")
     environment = {name: value for name, value in os.environ.items() if name.startswith("KENDAMA_") or name in counts}
-    python = [sys.version, sys.executable, str(sys.flags), kendama_cli.__version__, *sys.path]
+    python = [sys.version, sys.executable, str(sys.flags), __version__, *sys.path]
     return Question(list(arguments), os.getcwd(), environment, python)
 
 

@@ -9,9 +9,10 @@ from typing import Any, Protocol
 
 from kendama_cli.errors import UsageError
 from kendama_cli.pipeline.plan import WHERE
-from kendama_cli.settings.executor import LocalExecutor
-from kendama_cli.store.shared import open_shared
-from kendama_cli.store.store import Store
+from kendama_cli.schema.registry import declared, resolve
+from kendama_cli.settings.executor import EXECUTORS, LocalExecutor
+from kendama_cli.settings.store import STORES, StoreSettings
+from kendama_cli.store.store import Shared, Store
 from kendama_cli.system.interface import Starter
 
 Tell = Callable[[str], None]
@@ -38,28 +39,44 @@ def of_results(overrides: Sequence[str]) -> list[str]:
 
 
 def open_store(home: Path, settings: Mapping[str, Any], tell: Tell) -> Store:
-    """The store in ``home`` with what the node ``store`` has stand behind it."""
+    """Return the store in ``home`` with the shared store behind it that the node ``store`` names."""
     return Store(home, open_shared(settings["store"], tell))
+
+
+def open_shared(settings: StoreSettings, tell: Tell) -> Shared | None:
+    """Return the shared store that ``settings`` name; None where they name none.
+
+    It comes by the entry point group ``kendama.stores``: its name is the scheme of ``store.remote``, ``file`` for a
+    folder, its value is called with ``settings`` and ``tell``, and gives a ``Shared``.
+    """
+    if settings.remote is None:
+        return None
+    found: Shared = resolve(declared(STORES)[settings.scheme], f"store.remote={settings.remote}")(settings, tell)
+    return found
 
 
 @contextlib.contextmanager
 def open_cluster(store: Store, settings: Mapping[str, Any], tell: Tell) -> Iterator[Cluster | None]:
-    """The machines that the node ``executor`` names; None for this one alone.
+    """Open the machines that the node ``executor`` names; None for this one alone.
 
     Raises UsageError where no shared store is named through which they could take and give, ClusterError where they
     cannot be reached, MissingPartError where a library is missing.
     """
     executor = settings["executor"]
-    if isinstance(executor, LocalExecutor):
-        yield None
-        return
-    if store.shared is None:
+    here = isinstance(executor, LocalExecutor)
+    if not here and store.shared is None:
         raise UsageError(
             f"executor={executor.kind} needs a place through which machines give each other results: set "
             "store.remote=/mnt/shared/kendama (a folder that all mount) or store.remote=s3://bucket/prefix"
         )
-    from kendama_cli.pipeline.cluster import connected  # noqa: PLC0415 - Dask
-
     # between two runs of a sweep, too, its workers need what the home keeps for them
-    with store.in_use(), connected(executor, settings["store"], store, tell) as cluster:
+    held = contextlib.nullcontext() if here else store.in_use()
+    with held, EXECUTORS.maker(executor.kind)(executor, settings["store"], store, tell) as cluster:
         yield cluster
+
+
+def this_machine(
+    executor: LocalExecutor, shared: StoreSettings, store: Store, tell: Tell
+) -> contextlib.AbstractContextManager[None]:
+    """Return the context of ``executor=local``, which opens no other machine."""
+    return contextlib.nullcontext()

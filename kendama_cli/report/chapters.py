@@ -4,18 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any, cast
+from typing import Any
 
 from kendama_cli.errors import InputError, KendamaError, MissingPartError
 from kendama_cli.report.ensemble import Ensemble
 from kendama_cli.report.figure import Figure
 from kendama_cli.report.replay.performance import Performance
 from kendama_cli.report.source import StageLog
-from kendama_cli.schema.declaration import Headline, StageDeclaration, find_stage
+from kendama_cli.schema.declaration import Headline, StageDeclaration, find_section, find_stage
 from kendama_cli.schema.registry import resolve
-
-BESIDE = {"referee": "kendama_cli.stages.referee:SECTION"}
-"""Sections from logs that stand beside a run, not in its stages."""
 
 
 @dataclass(frozen=True)
@@ -38,9 +35,7 @@ class EnsembleChapter:
 def declaration_of(name: str, entry: Mapping[str, Any]) -> StageDeclaration | None:
     """The declaration behind the stage ``name`` of a run, whose record has ``entry``; None where none is installed."""
     try:
-        if name in BESIDE and not entry:
-            return cast(StageDeclaration, resolve(BESIDE[name], f"the section '{name}'"))
-        return find_stage(str(entry.get("stage", name)))
+        return (None if entry else find_section(name)) or find_stage(str(entry.get("stage", name)))
     except KendamaError:
         return None
 

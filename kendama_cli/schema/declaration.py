@@ -15,6 +15,7 @@ from kendama_cli.schema.registry import declared, resolve
 
 STAGES = "kendama.stages"
 NODES = "kendama.settings"
+SECTIONS = "kendama.sections"
 
 Kind = Literal["computes", "records", "moves"]
 KINDS: tuple[Kind, ...] = ("computes", "records", "moves")
@@ -84,14 +85,31 @@ def find_stage(name: str) -> StageDeclaration | None:
 
     Raises MissingPartError where its module cannot be imported, ConfigError where it is no declaration of that name.
     """
-    target = declared(STAGES).get(name)
+    return _find(STAGES, name, "stage")
+
+
+def section_names() -> list[str]:
+    """Return the sections of reports that installed packages declare, sorted."""
+    return sorted(declared(SECTIONS))
+
+
+def find_section(name: str) -> StageDeclaration | None:
+    """Return the declaration of a report's section on the log ``NAME.mcap`` beside a run, which no pipeline makes.
+
+    None where no package declares it. Raises as ``find_stage``.
+    """
+    return _find(SECTIONS, name, "section")
+
+
+def _find(group: str, name: str, what: str) -> StageDeclaration | None:
+    target = declared(group).get(name)
     if target is None:
         return None
-    found = resolve(target, f"stage '{name}'")
+    found = resolve(target, f"{what} '{name}'")
     if not isinstance(found, StageDeclaration) or found.name != name or found.kind not in KINDS:
         raise ConfigError(
             name,
-            f"entry point '{name}' of group {STAGES} names {target}, which is {type(found).__name__} "
+            f"entry point '{name}' of group {group} names {target}, which is {type(found).__name__} "
             f"'{getattr(found, 'name', '')}'; it must name a StageDeclaration of name '{name}' whose kind is one of "
             f"{', '.join(KINDS)}",
         )

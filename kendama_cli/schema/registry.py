@@ -7,9 +7,12 @@ Standard library only.
 
 from __future__ import annotations
 
+import contextlib
 import functools
 import importlib
-from collections.abc import Mapping
+import os
+import sys
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -65,34 +68,72 @@ class Registry:
 
 
 @functools.cache
-def _entry_points() -> Any:
-    """Those of every installed package, read once for all groups; what has ``select`` differs between Pythons."""
-    import importlib.metadata  # noqa: PLC0415 - slow to import, and a run with nothing to do needs none of it
+def _entry_points() -> Mapping[str, Sequence[tuple[str, str]]]:
+    """Return name and value of every installed entry point by group, read once for all groups.
 
-    return importlib.metadata.entry_points()
+    The files are those that ``importlib.metadata`` reads, which takes longer to import than the command line's help
+    takes otherwise; it is asked where a package may lie in an archive. A package found twice counts where it is first.
+    """
+    if any(folder and os.path.isfile(folder) for folder in sys.path):
+        import importlib.metadata  # noqa: PLC0415
+
+        found = importlib.metadata.entry_points()
+        return {group: [(point.name, point.value) for point in found.select(group=group)] for group in found.groups}
+    points: dict[str, list[tuple[str, str]]] = {}
+    seen: set[str] = set()
+    for folder in sys.path:
+        for info in sorted(_installed(folder or ".")):
+            distribution = os.path.basename(info).partition("-")[0].lower().replace("_", "-").replace(".", "-")
+            if distribution not in seen:
+                seen.add(distribution)
+                _read_points(info, points)
+    return points
+
+
+def _installed(folder: str) -> Iterator[str]:
+    with contextlib.suppress(OSError):  # one that is not there, or that this user may not read
+        yield from (one.path for one in os.scandir(folder) if one.name.endswith((".dist-info", ".egg-info")))
+
+
+def _read_points(info: str, points: dict[str, list[tuple[str, str]]]) -> None:
+    try:
+        with open(os.path.join(info, "entry_points.txt"), encoding="utf-8") as file:
+            lines = [line.strip() for line in file]
+    except OSError:  # most packages have none
+        return
+    group = ""
+    for line in lines:
+        if line.startswith("["):
+            group = line.strip("[]").strip()
+        elif line and not line.startswith("#"):
+            name, _, value = line.partition("=")
+            points.setdefault(group, []).append((name.strip(), value.strip()))
 
 
 def distribution_of(package: str) -> Any:
     """Return the ``Distribution`` whose entry points name modules of ``package``; None where there is none."""
-    points = (point for group in groups() for point in _entry_points().select(group=group))
+    import importlib.metadata  # noqa: PLC0415 - slow to import, and only packages of others need it
+
+    known = importlib.metadata.entry_points()
+    points = (point for group in groups() for point in known.select(group=group))
     return next((one.dist for one in points if one.value.partition(":")[0].partition(".")[0] == package), None)
 
 
 def groups() -> list[str]:
     """Return the entry point groups by which packages bring parts, sorted."""
-    return sorted(group for group in _entry_points().groups if group.startswith("kendama."))
+    return sorted(group for group in _entry_points() if group.startswith("kendama."))
 
 
 @functools.cache
 def declared(group: str) -> Mapping[str, str]:
-    """``module:object`` by name, for every entry point of ``group``; raises ConfigError for a name declared twice."""
+    """Return ``module:object`` by name of the entry points of ``group``; raises ConfigError for one declared twice."""
     found: dict[str, str] = {}
-    for point in _entry_points().select(group=group):
-        if found.setdefault(point.name, point.value) != point.value:
+    for name, value in _entry_points().get(group, ()):
+        if found.setdefault(name, value) != value:
             raise ConfigError(
-                point.name,
-                f"two packages declare '{point.name}' in entry point group {group}: {found[point.name]} and "
-                f"{point.value}; uninstall one of them",
+                name,
+                f"two packages declare '{name}' in entry point group {group}: {found[name]} and {value}; "
+                "uninstall one of them",
             )
     return found
 

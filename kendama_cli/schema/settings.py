@@ -13,11 +13,12 @@ import math
 import operator
 import types
 import typing
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import partial
 from typing import Annotated, Any, Literal, TypeVar
 
-from kendama_cli.errors import ConfigError
+from kendama_cli.errors import ConfigError, MissingPartError
+from kendama_cli.schema.parts import comes_with
 from kendama_cli.schema.registry import Registry
 
 T = TypeVar("T")
@@ -195,8 +196,9 @@ def _is_union(annotation: Any) -> bool:
 
 
 def _value(annotation: Any, value: Any, key: str, facts: Mapping[str, Any]) -> Any:
-    if registry_of(annotation) is not None:
-        return _variant(_choices(annotation), value, key)
+    registry = registry_of(annotation)
+    if registry is not None:
+        return _variant(_choices(annotation), value, key, (registry,))
     if typing.get_origin(annotation) is Annotated:
         annotation = typing.get_args(annotation)[0]
     if _is_union(annotation):
@@ -225,7 +227,7 @@ def _union(annotation: Any, value: Any, key: str, facts: Mapping[str, Any]) -> A
         return _value(some[0], value, key, facts)
     choices = _choices(annotation)
     if choices:
-        return _variant(choices, value, key)
+        return _variant(choices, value, key, [one for one in map(registry_of, members) if one is not None])
     errors = []
     for member in members:
         if member is type(None):
@@ -237,9 +239,12 @@ def _union(annotation: Any, value: Any, key: str, facts: Mapping[str, Any]) -> A
     raise errors[0]
 
 
-def _variant(choices: Mapping[str, Callable[[], type]], value: Any, key: str) -> Any:
+def _variant(choices: Mapping[str, Callable[[], type]], value: Any, key: str, registries: Sequence[Registry]) -> Any:
     kind = value.get("kind") if isinstance(value, Mapping) else value
     if not isinstance(kind, str) or kind not in choices:
+        for registry in registries:
+            if line := comes_with(f"{key}={kind}", registry.group, str(kind)):
+                raise MissingPartError(str(kind), line)
         hint = nearest(str(kind), choices)
         raise ConfigError(key, f"'{key}.kind' is {kind!r}; allowed: {', '.join(sorted(choices))}{hint}")
     return build(choices[kind](), value, key)

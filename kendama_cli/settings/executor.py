@@ -1,13 +1,33 @@
-"""WHERE stages compute: never part of a key."""
+"""Executors, the machines on which stages compute: never part of a key.
+
+They come by the entry point group ``kendama.executors``; ``makes`` is called with the executor's settings, the node
+``store``, the home's store and a function that tells a person one line, and gives a context manager of a Cluster (see
+``kendama_cli.pipeline.where``), or of None for this machine alone.
+"""
 
 from __future__ import annotations
 
 import re
 from dataclasses import dataclass
-from typing import Literal
+from typing import Annotated, Literal, Protocol
 
 from kendama_cli.errors import ConfigError
+from kendama_cli.schema.registry import Registry, Variant
 from kendama_cli.schema.settings import setting
+
+EXECUTORS = Registry("kendama.executors", "executor")
+
+
+class ExecutorSettingsNode(Protocol):
+    """The settings of every executor have this, beside fields of their own."""
+
+    @property
+    def kind(self) -> str:
+        """The name under which the executor is registered."""
+
+
+ExecutorSettings = Annotated[ExecutorSettingsNode, EXECUTORS]
+"""The node ``executor``: settings of any registered executor."""
 
 
 @dataclass(frozen=True)
@@ -78,5 +98,12 @@ class SlurmExecutor:
                 )
 
 
-ExecutorSettings = LocalExecutor | DaskExecutor | SlurmExecutor
-"""The node ``executor``."""
+LOCAL = Variant(
+    "local", settings="kendama_cli.settings.executor:LocalExecutor", makes="kendama_cli.pipeline.where:this_machine"
+)
+DASK = Variant(
+    "dask", settings="kendama_cli.settings.executor:DaskExecutor", makes="kendama_cli.pipeline.cluster:connected"
+)
+SLURM = Variant(
+    "slurm", settings="kendama_cli.settings.executor:SlurmExecutor", makes="kendama_cli.pipeline.cluster:connected"
+)

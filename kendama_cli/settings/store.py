@@ -5,10 +5,13 @@ from __future__ import annotations
 import re
 from dataclasses import dataclass
 
-from kendama_cli.errors import ConfigError
+from kendama_cli.errors import ConfigError, MissingPartError
+from kendama_cli.schema.parts import comes_with
+from kendama_cli.schema.registry import declared
 from kendama_cli.schema.settings import setting
 
-OBJECT_STORES = ("s3", "gs", "az")
+STORES = "kendama.stores"
+"""The entry point group of what can stand behind a home: a name is a scheme of ``store.remote``, ``file`` a folder."""
 
 
 @dataclass(frozen=True)
@@ -24,10 +27,18 @@ class StoreSettings:
             raise ConfigError("endpoint", f"'endpoint' is '{self.endpoint}'; allowed: an address like http://host:9000")
         if self.remote is None:
             return
-        scheme, separator, rest = self.remote.partition("://")
-        if not self.remote or (separator and (scheme not in OBJECT_STORES or not rest.strip("/"))):
+        if self.scheme not in declared(STORES) and (line := comes_with(f"remote={self.remote}", STORES, self.scheme)):
+            raise MissingPartError(self.scheme, f"store.{line}")
+        rest = self.remote.partition("://")[2]
+        if not self.remote or self.scheme not in declared(STORES) or (self.scheme != "file" and not rest.strip("/")):
             raise ConfigError(
                 "remote",
                 f"'remote' is '{self.remote}'; allowed: a folder, or a URL with a bucket, such as s3://bucket/prefix "
-                f"({', '.join(OBJECT_STORES)})",
+                f"({', '.join(name for name in sorted(declared(STORES)) if name != 'file')})",
             )
+
+    @property
+    def scheme(self) -> str:
+        """The name of the store in its entry point group; ``file`` where ``remote`` is a folder."""
+        scheme, separator, _ = (self.remote or "").partition("://")
+        return scheme if separator else "file"

@@ -20,9 +20,10 @@ from typing import Any
 from kendama_cli.errors import OfflineError, ReadOnlyError, RemoteError
 from kendama_cli.settings.store import StoreSettings
 from kendama_cli.store import durable
+from kendama_cli.store.blob import SMALL_BYTES, Remote
 from kendama_cli.store.home import DIGEST, KEY, STAGE
 from kendama_cli.store.packed import pack, packed_bytes, unpack
-from kendama_cli.store.remote import SMALL_BYTES, Remote, open_remote
+from kendama_cli.store.remote import open_remote
 from kendama_cli.store.store import Store, StoredResult, damaged_files, key_of, read_manifest
 
 ABSENT_S = 2.0

@@ -49,7 +49,7 @@ def libraries(file: Path) -> set[str]:
         ("dask_jobqueue", {"pipeline"}),
         ("obstore", {"store"}),
         ("embreex", {"rendering"}),
-        ("gymnasium", {"gym"}),
+        ("gymnasium", {"gym", "api.py"}),  # there for its types alone
         ("socket", {"devices", "system"}),
         ("subprocess", {"devices", "pipeline", "system", "cli", "course"}),
         ("fcntl", {"system"}),

@@ -228,7 +228,7 @@ def test_the_version_tells_commit_and_libraries(tmp_path: Path, monkeypatch: pyt
     clone = tmp_path / "clone"
     (clone / "kendama_cli").mkdir(parents=True)
     (clone / "pyproject.toml").touch()
-    monkeypatch.setattr(kendama_cli, "__file__", str(clone / "kendama_cli" / "__init__.py"))
+    monkeypatch.setattr(version, "__file__", str(clone / "kendama_cli" / "cli" / "version.py"))
     assert "commit" not in version.version_text()
     git = ["git", "-C", str(clone), "-c", "user.name=a", "-c", "user.email=a@b"]
     for words in (["init", "-q"], ["add", "."], ["commit", "-q", "-m", "one"]):

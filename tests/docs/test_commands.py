@@ -51,7 +51,8 @@ def parsed(words: list[str]) -> tuple[str, dict[str, Any]]:
     names = []
     while hasattr(command, "commands") and words and not words[0].startswith("-"):
         names.append(words[0])
-        command = command.commands[words[0]]
+        command = command.get_command(None, words[0])
+        assert command is not None, words[0]
         words = words[1:]
     if not words and hasattr(command, "commands"):
         return " ".join(names), {}  # a group's name, as in a sentence

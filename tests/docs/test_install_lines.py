@@ -13,7 +13,7 @@ from pathlib import Path
 
 import pytest
 
-from kendama_cli import errors
+from kendama_cli import __version__, errors
 
 ROOT = Path(__file__).resolve().parents[2]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
@@ -121,7 +121,7 @@ def test_two_lines_fill_an_empty_environment_with_the_command_the_page_and_a_lea
         subprocess.run([*UV, "install", "-q", *python, *shlex.split(line)], check=True, cwd=where, env=clean)
     said = subprocess.check_output([*UV, "list", "-q", "--format=json", *python], env=clean)
     versions = {one["name"]: one["version"] for one in json.loads(said)}
-    assert versions["kendama-cli"] == PROJECT["version"]
+    assert versions["kendama-cli"] == __version__
     assert {"starlette", "my-learner"} < set(versions)
     assert "kendama" not in versions
     command = [tmp_path / "bin" / "kendama", "doctor"]

@@ -256,7 +256,7 @@ def test_wrong_settings_are_refused(values: dict[str, Any], message: str) -> Non
 @pytest.mark.parametrize(
     ("patch", "words"),
     [
-        ("import kendama_cli; kendama_cli.__version__ = '9.9'", "has kendama 9.9, here it is"),
+        ("from kendama_cli import version; version.__version__ = '9.9'", "has kendama 9.9, here it is"),
         ("import platform; platform.python_version_tuple = lambda: ('3', '9', '1')", "has Python 3.9, here it is"),
     ],
 )

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import importlib.metadata
 import sys
 import textwrap
+import zipfile
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -168,3 +170,27 @@ def test_a_name_that_two_packages_declare_is_refused(shapes: Path) -> None:
     forget()
     with pytest.raises(ConfigError, match=r"two packages declare 'round' in entry point group toy\.shapes"):
         SHAPES.kinds()
+
+
+def test_what_is_installed_is_what_importlib_metadata_finds(shapes: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    again = shapes / "later"
+    (again / "Toy_Shapes-2.0.dist-info").mkdir(parents=True)
+    (again / "Toy_Shapes-2.0.dist-info/METADATA").write_text("Metadata-Version: 2.1\nName: Toy.Shapes\nVersion: 2.0\n")
+    (again / "Toy_Shapes-2.0.dist-info/entry_points.txt").write_text("[toy.shapes]\noval = toy_shapes:OVAL\n")
+    monkeypatch.setattr(sys, "path", [*sys.path, str(again)])  # the same package once more: the first one counts
+    declare(shapes, "# a comment", "", " round=toy_shapes:ROUND", "[toy.others]", "flat = toy_shapes:FLAT [extra]")
+    known = importlib.metadata.entry_points()
+    theirs = {group: sorted((one.name, one.value) for one in known.select(group=group)) for group in known.groups}
+    assert {group: sorted(points) for group, points in registry._entry_points().items()} == theirs
+    assert theirs["toy.shapes"] == [("round", "toy_shapes:ROUND")]
+    assert "kendama.stages" in theirs
+
+
+def test_a_package_in_an_archive_is_found(shapes: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    archive = shapes / "toys.zip"
+    with zipfile.ZipFile(archive, "w") as packed:
+        packed.writestr("toys-1.0.dist-info/METADATA", "Metadata-Version: 2.1\nName: toys\nVersion: 1.0\n")
+        packed.writestr("toys-1.0.dist-info/entry_points.txt", "[toy.shapes]\ncone = toys:CONE\n")
+    monkeypatch.setattr(sys, "path", [*sys.path, str(archive)])
+    forget()
+    assert registry.declared("toy.shapes")["cone"] == "toys:CONE"

@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from kendama_cli.cli.referee import LoggedGame, played_again, summary, write_log
+from kendama_cli.cli.referee_work import LoggedGame, played_again, summary, write_log
 from kendama_cli.errors import ConfigError, InputError
 from kendama_cli.log.messages import ReplayMessage
 from kendama_cli.motion.rotation import matrix_of

@@ -12,7 +12,8 @@ import pytest
 from kendama_cli.errors import ConfigError, MissingPartError, OfflineError, RemoteError
 from kendama_cli.schema.settings import build
 from kendama_cli.settings.store import StoreSettings
-from kendama_cli.store.remote import SMALL_BYTES, FolderRemote, Remote, open_remote
+from kendama_cli.store.blob import SMALL_BYTES, Remote
+from kendama_cli.store.remote import FolderRemote, open_remote
 from kendama_cli.store.shared import SharedStore, open_shared, pull, push, send, verify_remote
 from kendama_cli.store.store import Store, StoredResult, key_of
 from tests.toy_project import ToyProject, artifact_bytes, statuses

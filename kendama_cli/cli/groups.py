@@ -1,0 +1,75 @@
+"""Groups of commands to which installed packages add: the entry point group ``kendama.commands``.
+
+An entry point's name is the command's place (``course``, ``camera.track``), its value ``module:object`` a function with
+the parameters that typer reads, or a ``typer.Typer`` with commands of its own. It is imported where it is typed, or
+listed in a group's help.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import typer
+from typer.core import TyperGroup
+from typer.main import get_command
+
+from kendama_cli.errors import KendamaError, UsageError
+from kendama_cli.schema.parts import comes_with
+from kendama_cli.schema.registry import declared, resolve
+
+COMMANDS = "kendama.commands"
+
+
+def open_group(place: str = "") -> type[TyperGroup]:
+    """Return the ``typer.Typer(cls=)`` of the group at ``place``: ``camera``, or empty for ``kendama`` itself."""
+    before = f"{place}." if place else ""
+
+    class OpenGroup(TyperGroup):
+        """The group's own commands in their order, then those of packages."""
+
+        def list_commands(self, ctx: Any) -> list[str]:
+            """Return the names of all commands."""
+            own = super().list_commands(ctx)
+            names = (name.removeprefix(before) for name in sorted(declared(COMMANDS)) if name.startswith(before))
+            return [*own, *(name for name in names if "." not in name and name not in own)]
+
+        def get_command(self, ctx: Any, cmd_name: str) -> Any:
+            """Return the command ``cmd_name``; None where there is none. Raises UsageError where a part brings it."""
+            own = super().get_command(ctx, cmd_name)
+            if own is not None:
+                return own
+            target = declared(COMMANDS).get(before + cmd_name)
+            if target is not None:
+                return _brought(cmd_name, target, self)
+            words = " ".join(("kendama", *(before + cmd_name).split(".")))
+            if line := comes_with(f"'{words}'", COMMANDS, before + cmd_name):
+                raise UsageError(line)
+            return None
+
+    return OpenGroup
+
+
+def _brought(name: str, target: str, group: TyperGroup) -> Any:
+    """Return the command that ``target`` names; one that cannot be imported says so where it is typed, not in help."""
+    outer = typer.Typer(add_completion=False, pretty_exceptions_enable=False, rich_markup_mode=group.rich_markup_mode)
+    try:
+        found = resolve(target, f"command '{name}'")
+    except KendamaError as error:
+        outer.command(name, context_settings={"allow_extra_args": True, "ignore_unknown_options": True})(_broken(error))
+        return get_command(outer)
+    if isinstance(found, typer.Typer):
+        outer.add_typer(found, name=name)
+        made: Any = get_command(outer)
+        return made.commands[name]
+    outer.command(name)(found)
+    return get_command(outer)
+
+
+def _broken(error: KendamaError) -> Any:
+    """Return a command that raises ``error``."""
+
+    def command(context: typer.Context) -> None:
+        raise error
+
+    command.__doc__ = str(error)
+    return command

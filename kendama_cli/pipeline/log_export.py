@@ -1,0 +1,54 @@
+"""Exports of logs: each format comes by the entry point group ``kendama.exporters``, whose values are exporters."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+from kendama_cli.errors import MissingPartError, UsageError
+from kendama_cli.pipeline.artifact_place import log_path
+from kendama_cli.schema.parts import comes_with
+from kendama_cli.schema.registry import declared, resolve
+from kendama_cli.schema.settings import nearest
+
+EXPORTERS = "kendama.exporters"
+
+
+@dataclass(frozen=True)
+class ExportRequest:
+    """What ``kendama log export`` was asked for.
+
+    ``place`` is a RUN, RUN/STAGE, STAGE or a log's FILE of the folder ``home``; ``output`` a file or folder, None for
+    the exporter's own choice; ``topic`` the only one to export, None for all; ``fps`` the frames per second of formats
+    that have frames.
+    """
+
+    home: Path
+    place: str
+    output: Path | None
+    topic: str | None
+    fps: int
+
+
+Exporter = Callable[[ExportRequest], list[Path]]
+"""Writes what is asked for; returns the files or folders written. Raises UsageError for what its format has not."""
+
+
+def exporter(form: str) -> Exporter:
+    """Return the exporter of the format ``form``; raises UsageError where there is none."""
+    known = declared(EXPORTERS)
+    if form not in known:
+        if line := comes_with(f"--format {form}", EXPORTERS, form):
+            raise MissingPartError(form, line)
+        raise UsageError(f"--format is '{form}'; allowed: {', '.join(sorted(known))}{nearest(form, known)}")
+    found: Exporter = resolve(known[form], f"--format {form}")
+    return found
+
+
+def export_table(request: ExportRequest) -> list[Path]:
+    """Write the log as Parquet or CSV: see ``kendama_cli.log.export``."""
+    from kendama_cli.log.export import export  # noqa: PLC0415 - pandas and pyarrow
+
+    output = request.output or Path(f"{Path(request.place).stem}.parquet")
+    return export(log_path(request.home, request.place), output, request.topic)

@@ -1,0 +1,81 @@
+"""What is missing is told with the part that brings it, wherever configuration or a pipeline names it."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from kendama_cli.errors import ConfigError, MissingPartError
+from kendama_cli.pipeline.catalogue import load_pipeline
+from kendama_cli.pipeline.log_export import exporter
+from kendama_cli.pipeline.nodes import build_settings
+from kendama_cli.schema import parts
+from kendama_cli.schema.settings import build, build_value
+from kendama_cli.settings.executor import ExecutorSettings
+from kendama_cli.settings.store import StoreSettings
+
+BROUGHT = {
+    "kendama.executors": ["abacus"],
+    "kendama.stores": ["drawer"],
+    "kendama.exporters": ["stone"],
+    "kendama.settings": ["hourglass"],
+    "kendama.stages": ["nap"],
+}
+
+
+@pytest.fixture(autouse=True)
+def sundries(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """One part that is not installed."""
+    table = tmp_path / "parts.json"
+    table.write_text(json.dumps({"sundries": BROUGHT}))
+    monkeypatch.setattr(parts, "TABLE", table)
+
+
+def missing(what: str) -> str:
+    return f"{what} comes with the part sundries, which this installation lacks; install the whole of kendama-cli"
+
+
+def test_a_kind_of_a_part_is_told() -> None:
+    with pytest.raises(MissingPartError) as told:
+        build_value(ExecutorSettings, {"kind": "abacus"}, "executor")
+    assert str(told.value) == missing("executor=abacus")
+    with pytest.raises(ConfigError, match=r"'executor\.kind' is 'abacs'; allowed: dask, local, slurm"):
+        build_value(ExecutorSettings, {"kind": "abacs"}, "executor")
+
+
+def test_a_store_of_a_part_is_told() -> None:
+    values: dict[str, Any] = {"endpoint": None, "timeout_s": 1.0}
+    with pytest.raises(MissingPartError) as told:
+        build(StoreSettings, {"remote": "drawer://left", **values}, "store")
+    assert str(told.value) == missing("store.remote=drawer://left")
+    with pytest.raises(ConfigError, match=r"'store\.remote' is 'chest://left'; allowed: a folder, or a URL"):
+        build(StoreSettings, {"remote": "chest://left", **values}, "store")
+
+
+def test_an_export_of_a_part_is_told() -> None:
+    with pytest.raises(MissingPartError) as told:
+        exporter("stone")
+    assert str(told.value) == missing("--format stone")
+    with pytest.raises(ConfigError.__bases__[0], match=r"--format is 'tabl'; allowed: .*, did you mean 'table'\?"):
+        exporter("tabl")
+
+
+def test_a_stage_of_a_part_is_told(tmp_path: Path) -> None:
+    pipeline = tmp_path / "mine.yaml"
+    pipeline.write_text("stages: {nap: {}}\n")
+    with pytest.raises(MissingPartError) as told:
+        load_pipeline(str(pipeline), [])
+    assert str(told.value) == missing(f"{pipeline}: stage 'nap'")
+
+
+def test_a_node_of_a_part_is_left_out_until_something_needs_it() -> None:
+    built = build_settings({"seed": 3, "hourglass": {"sand": 1}})
+    assert built == {"seed": 3}
+    with pytest.raises(MissingPartError) as told:
+        built["hourglass"]
+    assert str(told.value) == missing("node 'hourglass'")
+    with pytest.raises(ConfigError, match="unknown key 'sundial'"):
+        build_settings({"seed": 3, "sundial": {}})
