@@ -64,8 +64,8 @@ def test_commands_of_a_package_are_carried_out_and_stand_in_the_help(
     assert capfd.readouterr().out == "levelled by 2.0 mm\ndusted\n"
     assert main(["--help"]) == main(["camera", "--help"]) == main(["bench", "-h"]) == 0
     shown = capfd.readouterr().out
-    for line in ("bench     A bench.", "dust", "Dust the lens.", "level  Level the bench."):
-        assert line in shown
+    for line in ("bench A bench.", "dust Dust the lens.", "level Level the bench."):
+        assert line in " ".join(shown.split())
 
 
 def test_a_command_of_ours_imports_no_package(bench: Path, capfd: pytest.CaptureFixture[str]) -> None:
