@@ -9,6 +9,7 @@ import numpy as np
 
 from kendama_cli.artifacts.toy_model import ToyModel
 from kendama_cli.errors import StageError
+from kendama_cli.physics.air import drag_over_speed
 from kendama_cli.schema.arrays import Array
 from kendama_cli.settings.game import GameSettings
 
@@ -116,7 +117,7 @@ def played(values: Array, t_s: Array, game: GameSettings) -> Array:
 
     def slope(phi: Array, turning: Array) -> tuple[Array, Array]:
         length, sine = stretched(phi, turning), np.sin(phi)
-        drag = k1 + k2 * length * np.abs(turning) + lost * sine * sine / (length * length)
+        drag = drag_over_speed(k1, k2, length * np.abs(turning)) + lost * sine * sine / (length * length)
         return turning, (6.0 * soft * gravity * turning * turning - gravity) * sine / length - drag * turning
 
     places = np.empty((len(t_s), 2, values.shape[1]))

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from typing import NamedTuple
 
 from kendama_cli.physics.side_rope import side_way
@@ -37,35 +36,37 @@ class CupProfile(NamedTuple):
         at_floor = handle + math.hypot(r - handle, floor)
         return cls(r, floor, rim, handle, (handle, at_floor, at_floor + rim - floor))
 
-    def pivot(self, across_m: float, above_m: float) -> tuple[float, float, float]:
-        """The last point that the rope touches on its way to a ball ``across_m`` from the axis, and the rope up to it.
-
-        Distance from the axis and height over the tie of that point, then the length used, all in the half-plane of
-        axis and ball. A frictionless rope takes the shortest way, which turns at convex edges only:
-
-            z <= 0: the tie itself;  z > 0: the lower edge;  beside the rim's circle above the floor: the rim.
-        """
-        if above_m > self.floor_m and across_m < self.radius_m:
-            return self.radius_m, self.rim_m, self.used_m[2]
-        r, h, floor = self.radius_m, self.handle_m, self.floor_m
-        if above_m > floor and (r - h) * above_m > floor * (across_m - h):
-            return r, floor, self.used_m[1]
-        if above_m > 0.0:
-            return h, 0.0, self.used_m[0]
-        return 0.0, 0.0, 0.0
-
     def way_m(self, x_m: float, y_m: float, z_m: float) -> float:
         """The rope's way from the tie of an upright cup, on the wall toward +x, to a ball at this place."""
         if self.side_m > 0.0:
             way = side_way(self.radius_m, self.rim_m, self.side_m, (x_m, y_m, z_m))
             return way.used_m + math.dist(way[:3], (x_m, y_m, z_m))
         across = math.hypot(x_m, y_m)
-        out, up, used = self.pivot(across, z_m)
+        out, up, used = pivot(self, across, z_m)
         return used + math.hypot(across - out, z_m - up)
 
 
-@dataclass(frozen=True)
-class RopeLaw:
+def pivot(cup: CupProfile, across_m: float, above_m: float) -> tuple[float, float, float]:
+    """Return the last point that the rope touches on its way to a ball ``across_m`` from the axis, and the rope to it.
+
+    Distance from the axis and height over the tie of that point, then the length used, all in the half-plane of axis
+    and ball. A frictionless rope takes the shortest way, which turns at convex edges only:
+
+        z <= 0: the tie itself;  z > 0: the lower edge;  beside the rim's circle above the floor: the rim.
+
+    No branch: compiled, many balls are taken at once.
+    """
+    r, h, floor = cup.radius_m, cup.handle_m, cup.floor_m
+    is_above, is_over = above_m > 0.0, above_m > floor
+    rim = is_over & (across_m < r)
+    edge = is_over & ((r - h) * above_m > floor * (across_m - h))
+    out = r if rim | edge else (h if is_above else 0.0)
+    up = cup.rim_m if rim else (floor if edge else 0.0)
+    used = cup.used_m[2] if rim else (cup.used_m[1] if edge else (cup.used_m[0] if is_above else 0.0))
+    return out, up, used
+
+
+class RopeLaw(NamedTuple):
     """Length [m], stiffness [N/m] and damping [N s/m] of the rope, and the cup that it goes round."""
 
     length_m: float
@@ -75,16 +76,34 @@ class RopeLaw:
 
     @classmethod
     def of(cls, game: GameSettings, rope_scale: float = 1.0) -> RopeLaw:
-        """That of the game, with a rope ``rope_scale`` times as long."""
+        """Return that of the game, with a rope ``rope_scale`` times as long."""
         rope = game.rope
         return cls(rope.length_m * rope_scale, rope.stiffness_n_m, rope.damping_n_s_m, CupProfile.of(game.cup))
 
 
 class RopePull(NamedTuple):
-    """The rope's force on the ball [N]; the opposite acts on the cup at ``pivot_m`` from the tie."""
+    """The rope's force on the ball and its size [N], 0 where it is slack; the opposite acts on the cup at the pivot.
+
+    ``pivot_m`` is from the tie; ``side`` is the direction across the cup's axis in which the rope leaves it.
+    """
 
     force_n: Vector
+    tension_n: float
     pivot_m: Vector
+    side: Vector
+
+
+def tension_n(law: RopeLaw, used_m: float, left_m: float, growing_m2_s: float) -> float:
+    """Return the pull of a rope of which ``used_m`` lies on the cup and ``left_m`` goes on to the ball.
+
+        f = Ks d + Kd l'  if d > 0 and f > 0, else 0;   d = used + left - l0,  l' = (p - q).(v - w) / left
+
+    ``growing_m2_s`` is (p - q).(v - w), see ``rope_pull``. A rope never pushes: where damping would outweigh the
+    spring on the way in, the force is zero. No branch: compiled, many balls are taken at once.
+    """
+    growth = law.damping_n_s_m * growing_m2_s / left_m if left_m > 0.0 else 0.0
+    pull = law.stiffness_n_m * (used_m + left_m - law.length_m) + growth
+    return pull if (used_m + left_m > law.length_m) & (left_m > 0.0) & (pull > 0.0) else 0.0
 
 
 def rope_pull(  # noqa: PLR0917 - vectors one after another, as in the formula
@@ -94,67 +113,64 @@ def rope_pull(  # noqa: PLR0917 - vectors one after another, as in the formula
     axis: Vector = (0.0, 0.0, 1.0),
     axis_rate: Vector = (0.0, 0.0, 0.0),
     side: Vector = (1.0, 0.0, 0.0),
-    spin: float = 0.0,
-) -> RopePull | None:
-    """The pull on a ball at ``ball_m`` from the tie with ``ball_m_s`` relative to it; None where the rope is slack.
+    side_rate: Vector = (0.0, 0.0, 0.0),
+) -> RopePull:
+    """Return the pull on a ball at ``ball_m`` from the tie with ``ball_m_s`` relative to it.
 
-        f = Ks d + Kd l'  if d > 0 and f > 0, else 0;   d = l - l0,  l = u + |p - q|,  n = (p - q) / |p - q|
-
-    with p the ball, q the last point that the rope touches, both from the tie, and u the rope up to q. The force on
-    the ball is -f n. The point q slides along the edge without moving the length, so that l' = n . (v - w), w being
-    the velocity of the cup's material at q. ``axis`` is the cup's unit axis and ``axis_rate`` its rate: the part of
-    the cup's turning about its own axis moves q across n and drops out. On the axis itself the rope lies toward
-    ``side``. A rope never pushes: where damping would outweigh the spring on the way in, the force is zero.
+    By ``tension_n``, with p the ball, q the last point that the rope touches, both from the tie, n = (p - q) / left and
+    w the velocity of the cup's material at q: the force is -f n. The point q slides along the edge without moving the
+    length. ``axis`` is the cup's unit axis and ``axis_rate`` its rate: the part of the cup's turning about its own axis
+    moves q across n and drops out. On the axis itself the rope lies toward ``side``.
 
     Where the tie is at the side, ``ball_m`` and ``ball_m_s`` count from the cup's place under it, ``side`` is the unit
-    vector across the axis toward the tie, and the turning ``spin`` about the axis [rad/s] moves q along n too.
+    vector across the axis toward the tie, and ``side_rate`` its rate.
     """
-    (x, y, z), (kx, ky, kz) = ball_m, axis
     if law.cup.side_m > 0.0:
-        return _pull_from_side(law, ball_m, ball_m_s, (axis, axis_rate, side), spin)
-    above = x * kx + y * ky + z * kz
+        return _pull_from_side(law, ball_m, ball_m_s, (axis, axis_rate, side, side_rate))
+    (x, y, z), (kx, ky, kz), (tx, ty, tz) = ball_m, axis, axis_rate
+    above = _dot(ball_m, axis)
+    if above <= 0.0:
+        return _along(law, 0.0, (ball_m, ball_m_s), (0.0, 0.0, 0.0), side)
     wx, wy, wz = x - above * kx, y - above * ky, z - above * kz
     across = math.sqrt(wx * wx + wy * wy + wz * wz)
     ex, ey, ez = (wx / across, wy / across, wz / across) if across > 0.0 else side
-    out, up, used = law.cup.pivot(across, above)
-    qx, qy, qz = out * ex + up * kx, out * ey + up * ky, out * ez + up * kz
-    dx, dy, dz = x - qx, y - qy, z - qz
-    left = math.sqrt(dx * dx + dy * dy + dz * dz)
-    if used + left <= law.length_m or left == 0.0:
-        return None
-    lean = out * (axis_rate[0] * ex + axis_rate[1] * ey + axis_rate[2] * ez)
-    vx = ball_m_s[0] - (up * axis_rate[0] - lean * kx)
-    vy = ball_m_s[1] - (up * axis_rate[1] - lean * ky)
-    vz = ball_m_s[2] - (up * axis_rate[2] - lean * kz)
-    growth = (dx * vx + dy * vy + dz * vz) / left
-    pull = law.stiffness_n_m * (used + left - law.length_m) + law.damping_n_s_m * growth
-    if pull <= 0.0:
-        return None
-    k = -pull / left
-    return RopePull((k * dx, k * dy, k * dz), (qx, qy, qz))
+    out, up, used = pivot(law.cup, across, above)
+    lean = out * (tx * ex + ty * ey + tz * ez)
+    (vx, vy, vz) = ball_m_s
+    velocity = vx - (up * tx - lean * kx), vy - (up * ty - lean * ky), vz - (up * tz - lean * kz)
+    q = out * ex + up * kx, out * ey + up * ky, out * ez + up * kz
+    return _along(law, used, ((x - q[0], y - q[1], z - q[2]), velocity), q, (ex, ey, ez))
 
 
 def _pull_from_side(
-    law: RopeLaw, ball_m: Vector, ball_m_s: Vector, frame: tuple[Vector, Vector, Vector], spin: float
-) -> RopePull | None:
-    """``rope_pull`` with the tie on the wall; ``frame`` is the axis, its rate, and the side of the tie."""
-    axis, axis_rate, side = frame
-    cup, aside = law.cup, _cross(axis, side)
+    law: RopeLaw, ball_m: Vector, ball_m_s: Vector, frame: tuple[Vector, Vector, Vector, Vector]
+) -> RopePull:
+    """``rope_pull`` with the tie on the wall; ``frame`` is the axis, its rate, the side of the tie, and its rate."""
+    (axis, axis_rate, side, side_rate), cup = frame, law.cup
+    aside, one, two = _cross(axis, side), _cross(axis_rate, side), _cross(axis, side_rate)
+    aside_rate = one[0] + two[0], one[1] + two[1], one[2] + two[2]
     seen = _dot(ball_m, side), _dot(ball_m, aside), _dot(ball_m, axis)
     x, y, z, used = side_way(cup.radius_m, cup.rim_m, cup.side_m, seen)
-    px, py, pz = (x * one + y * two + z * three for one, two, three in zip(side, aside, axis, strict=True))
-    free = ball_m[0] - px, ball_m[1] - py, ball_m[2] - pz
-    left = math.hypot(*free)
-    if used + left <= law.length_m or left == 0.0:
-        return None
-    across = _cross(axis, axis_rate)
-    carried = _cross((across[0] + spin * axis[0], across[1] + spin * axis[1], across[2] + spin * axis[2]), (px, py, pz))
-    growth = (_dot(free, ball_m_s) - _dot(free, carried)) / left
-    pull = law.stiffness_n_m * (used + left - law.length_m) + law.damping_n_s_m * growth
-    if pull <= 0.0:
-        return None
-    k = -pull / left
-    return RopePull((k * free[0], k * free[1], k * free[2]), (px, py, pz))
+    p = _combined((x, y, z), (side, aside, axis))
+    w = _combined((x, y, z), (side_rate, aside_rate, axis_rate))
+    free = ball_m[0] - p[0], ball_m[1] - p[1], ball_m[2] - p[2]
+    velocity = ball_m_s[0] - w[0], ball_m_s[1] - w[1], ball_m_s[2] - w[2]
+    return _along(law, used, (free, velocity), p, side)
+
+
+def _along(law: RopeLaw, used_m: float, free: tuple[Vector, Vector], pivot_m: Vector, side: Vector) -> RopePull:
+    """Return the pull along the ``free`` part of the rope, from pivot to ball and how fast that changes."""
+    (x, y, z), velocity = free
+    left = math.sqrt(_dot(free[0], free[0]))
+    size = tension_n(law, used_m, left, _dot(free[0], velocity))
+    k = -size / left if size > 0.0 else 0.0
+    force = k * x, k * y, k * z
+    return RopePull(force, math.sqrt(_dot(force, force)), pivot_m, side)
+
+
+def _combined(parts: Vector, axes: tuple[Vector, Vector, Vector]) -> Vector:
+    (x, y, z), (a, b, c) = parts, axes
+    return x * a[0] + y * b[0] + z * c[0], x * a[1] + y * b[1] + z * c[1], x * a[2] + y * b[2] + z * c[2]
 
 
 def _dot(a: Vector, b: Vector) -> float:

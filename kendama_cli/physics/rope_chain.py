@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from kendama_cli.physics.rope import CupProfile
+from kendama_cli.physics.rope import CupProfile, pivot
 from kendama_cli.schema.arrays import Array
 from kendama_cli.settings.game import CupSettings, HandleTie
 
@@ -55,7 +55,7 @@ def laid(profile: CupProfile, lengths_m: Sequence[float], ball_m: Array, axis: A
     aside = ball_m - above * axis
     across = float(np.linalg.norm(aside))
     side = aside / across if across > 0.0 else np.cross([0.0, 1.0, 0.0], axis)
-    _, _, used = profile.pivot(across, above)
+    _, _, used = pivot(profile, across, above)
     turns = [(0.0, 0.0)]
     corners = (profile.handle_m, 0.0), (profile.radius_m, profile.floor_m), (profile.radius_m, profile.rim_m)
     turns += [corner for corner, way in zip(corners, profile.used_m, strict=True) if 0.0 < way <= used]

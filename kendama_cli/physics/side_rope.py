@@ -1,7 +1,4 @@
-"""The shortest way of a rope that is tied to the side of the cup: round the wall, over an edge, across an end.
-
-simulation/dart/joint_kernel.py has the same compiled.
-"""
+"""The shortest way of a rope that is tied to the side of the cup: round the wall, over an edge, across an end."""
 
 from __future__ import annotations
 

@@ -8,7 +8,7 @@ from functools import cached_property
 from typing import NamedTuple
 
 from kendama_cli.errors import ConfigError
-from kendama_cli.physics.rope import CupProfile
+from kendama_cli.physics.rope import CupProfile, pivot
 from kendama_cli.settings.game import GameSettings, SideTie
 
 
@@ -105,7 +105,7 @@ class TautRope:
         Along n, from the last point that the rope touches to the ball: f / m = (g - a).n + v^2 / (l - used).
         """
         ball = self.ball(angle_rad, rate_rad_s)
-        out, up, used = self.cup.pivot(abs(ball.across_m), ball.above_m)
+        out, up, used = pivot(self.cup, abs(ball.across_m), ball.above_m)
         left = self.length_m - used
         n_x, n_z = (ball.across_m - math.copysign(out, ball.across_m)) / left, (ball.above_m - up) / left
         speed2 = ball.across_m_s**2 + ball.above_m_s**2

@@ -9,6 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
+from kendama_cli.physics.air import drag_over_speed
 from kendama_cli.schema.arrays import Array, array
 
 STEP_S = 0.05
@@ -104,7 +105,7 @@ class FreeFlight:
             return Transition(a * np.eye(3), (1.0 - self.drag_per_s * a) * np.eye(3))
         speeds = velocity_m_s + (s * NODES)[:, None] * self.gravity_m_s2
         size = np.sqrt((speeds * speeds).sum(axis=1)) + STILL_M_S
-        drag, turned = self.drag_per_s + self.drag_per_m * size, self.drag_per_m / size
+        drag, turned = drag_over_speed(self.drag_per_s, self.drag_per_m, size), self.drag_per_m / size
         spin = crossing(np.array(self.spin_per_s))
 
         def integrated(weights: Array) -> Array:
@@ -155,7 +156,7 @@ class FreeFlight:
         x, y, z = (float(value) for value in start_m)
 
         def slope(ux: float, uy: float, uz: float) -> tuple[float, float, float]:
-            drag = k1 + k2 * math.sqrt(ux * ux + uy * uy + uz * uz)
+            drag = drag_over_speed(k1, k2, math.sqrt(ux * ux + uy * uy + uz * uz))
             return (
                 gx - drag * ux + sy * uz - sz * uy,
                 gy - drag * uy + sz * ux - sx * uz,

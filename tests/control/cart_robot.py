@@ -96,7 +96,7 @@ class CartRobot:
         drag = self.drag_per_s + self.drag_per_m * math.hypot(vx, vz)
         ax, az = -drag * vx, -drag * vz - game.gravity_m_s2
         pull = rope_pull(self.law, (x - cup_x, 0.0, z), (vx - cup_v, 0.0, vz))
-        if pull is not None:
+        if pull.tension_n > 0.0:
             ax += pull.force_n[0] / game.ball.mass_kg
             az += pull.force_n[2] / game.ball.mass_kg
         vx, vz = vx + ax * h, vz + az * h

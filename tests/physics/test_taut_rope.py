@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from kendama_cli.physics.rope import CupProfile
+from kendama_cli.physics.rope import CupProfile, pivot
 from kendama_cli.physics.taut_rope import TautRope
 from kendama_cli.schema.settings import build
 from kendama_cli.settings.game import CupSettings, GameSettings
@@ -32,7 +32,7 @@ def near_a_turn(rope: TautRope, angle: float) -> bool:
 @given(angle=angles)
 def test_the_ball_is_where_the_rope_is_just_as_long_as_it_is(rope: TautRope, angle: float) -> None:
     ball = rope.ball(angle, 0.0)
-    out, up, used = rope.cup.pivot(abs(ball.across_m), ball.above_m)
+    out, up, used = pivot(rope.cup, abs(ball.across_m), ball.above_m)
     assert used + math.hypot(abs(ball.across_m) - out, ball.above_m - up) == pytest.approx(0.4, abs=1e-9)
     assert math.atan2(ball.across_m, -ball.above_m) == pytest.approx(angle, abs=1e-9)
 
@@ -59,7 +59,7 @@ def test_the_rest_of_its_acceleration_is_the_ropes_pull(rope: TautRope, angle: f
     ball = rope.ball(angle, rate)
     ax = (ahead.across_m - 2 * ball.across_m + behind.across_m) / h**2 + pull
     az = (ahead.above_m - 2 * ball.above_m + behind.above_m) / h**2 + 9.81
-    out, up, used = rope.cup.pivot(abs(ball.across_m), ball.above_m)
+    out, up, used = pivot(rope.cup, abs(ball.across_m), ball.above_m)
     left = 0.4 - used
     n_x, n_z = (ball.across_m - math.copysign(out, ball.across_m)) / left, (ball.above_m - up) / left
     assert ax * n_z - az * n_x == pytest.approx(0.0, abs=2e-3)

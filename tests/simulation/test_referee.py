@@ -33,7 +33,7 @@ from tests.shipped_conf import plain
 pytest.importorskip("mujoco", reason="mujoco (the extra 'referee') is not installed")
 GAME = build(GameSettings, plain("game", "kendama"), "game")
 STILL = dataclasses.replace(GAME, air=LinearAir("linear", 0.0))
-STRAIGHT = dataclasses.replace(RopeLaw.of(GAME), cup=CupProfile(0.0, 0.0, 0.0, 0.0, (0.0, 0.0, 0.0)))
+STRAIGHT = RopeLaw.of(GAME)._replace(cup=CupProfile(0.0, 0.0, 0.0, 0.0, (0.0, 0.0, 0.0)))
 """A rope that goes through the cup: the null model of one that goes round it."""
 HANGING_M = [0.0, 0.0, -(GAME.rope.length_m + GAME.ball.mass_kg * GAME.gravity_m_s2 / GAME.rope.stiffness_n_m)]
 
@@ -59,7 +59,7 @@ def ours(
         cup = float(cup_x(k * h))
         rate = float(cup_x(k * h + h) - cup_x(k * h - h)) / (2 * h)
         pull = rope_pull(law, (place[0] - cup, 0.0, place[2]), (speed[0] - rate, 0.0, speed[2]))
-        force = np.array(pull.force_n if pull else (0.0, 0.0, 0.0)) - (k1 + k2 * np.linalg.norm(speed)) * speed
+        force = np.array(pull.force_n) - (k1 + k2 * np.linalg.norm(speed)) * speed
         speed = speed + h * (force / mass - [0.0, 0.0, game.gravity_m_s2])
         place = place + h * speed
     return np.array(out)

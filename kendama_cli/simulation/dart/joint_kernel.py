@@ -9,10 +9,8 @@ import math
 
 import numpy as np
 
-from kendama_cli.physics.rope import RopeLaw
-from kendama_cli.physics.side_rope import MOST_STEPS as MOST_NEWTON
-from kendama_cli.physics.side_rope import SAMPLES as EDGE_SAMPLES
-from kendama_cli.physics.side_rope import SMALL_RAD
+from kendama_cli.physics.air import drag_n
+from kendama_cli.physics.rope import CupProfile, RopeLaw, rope_pull
 from kendama_cli.system.compiled import (
     NONE,
     PAIR,
@@ -783,7 +781,7 @@ def joint_forces(  # noqa: PLR0917
 
 
 def rope_constants(law: RopeLaw) -> list[float]:
-    """Those of the rope and the cup that it goes round, as ``pull`` takes them before the air's.
+    """Return those of the rope and the cup that it goes round, as ``pull`` takes them before the air's.
 
     With a tie on the wall its height follows after the rest (ON_WALL).
     """
@@ -794,168 +792,27 @@ def rope_constants(law: RopeLaw) -> list[float]:
 
 @compiled_as(NONE(READ, float64, float64, WRITE))
 def air(ball_m_s: Array, k1: float, k2: float, force: Array) -> None:
-    """The drag -(k1 + k2 |v|) v on the ball into ``force`` (3,)."""
-    vx, vy, vz = ball_m_s
-    drag = k1 + k2 * math.sqrt(vx * vx + vy * vy + vz * vz)
-    force[0], force[1], force[2] = -drag * vx, -drag * vy, -drag * vz
+    """Put the drag on the ball into ``force`` (3,)."""
+    force[0], force[1], force[2] = drag_n(k1, k2, (ball_m_s[0], ball_m_s[1], ball_m_s[2]))
 
 
 @compiled
-def _edge_angle(radius_m: float, down_m: float, ball: tuple[float, float, float]) -> float:
-    """physics.side_rope._edge_angle."""
-    r, (rho, phi, beyond) = radius_m, ball
-    best, shortest = 0, math.inf
-    for k in range(EDGE_SAMPLES + 1):
-        angle = phi * k / EDGE_SAMPLES
-        chord = max(rho * rho + r * r - 2 * rho * r * math.cos(phi - angle), 0.0)
-        way = math.hypot(r * angle, down_m) + math.sqrt(chord + beyond * beyond)
-        if way < shortest:
-            best, shortest = k, way
-    low, high = phi * max(best - 1, 0) / EDGE_SAMPLES, phi * min(best + 1, EDGE_SAMPLES) / EDGE_SAMPLES
-    angle = phi * best / EDGE_SAMPLES
-    for _ in range(MOST_NEWTON):
-        sine, cosine = rho * r * math.sin(phi - angle), rho * r * math.cos(phi - angle)
-        way, rest = math.hypot(r * angle, down_m), math.sqrt(rho * rho + r * r - 2 * cosine + beyond * beyond)
-        slope = r * r * angle / way - sine / rest
-        bend = (r * down_m) ** 2 / way**3 + (cosine - sine * sine / (rest * rest)) / rest
-        if slope > 0.0:
-            high = angle
-        else:
-            low = angle
-        better = angle - slope / bend if bend > 0.0 else high
-        if not low < better < high:
-            better = 0.5 * (low + high)
-        moved, angle = abs(better - angle), better
-        if moved < SMALL_RAD:
-            break
-    return angle
+def _between(end: Array, first: int, start: Array) -> tuple[float, float, float]:
+    """Return the numbers of ``end`` from ``first`` on less those of ``start`` (3,)."""
+    return end[first] - start[0], end[first + 1] - start[1], end[first + 2] - start[2]
 
 
 @compiled
-def _beside_wall(
-    radius_m: float, rim_m: float, tie_m: float, ball: tuple[float, float, float]
-) -> tuple[float, float, float, float]:
-    """physics.side_rope._beside."""
-    rho, phi, z = ball
-    edge = rim_m if z > tie_m else 0.0
-    if rho > radius_m:
-        wrapped = phi - math.acos(radius_m / rho)
-        tangent = math.sqrt(rho * rho - radius_m * radius_m)
-        share = radius_m * wrapped / (radius_m * wrapped + tangent)
-        leaves = tie_m + (z - tie_m) * share
-        if 0.0 <= leaves <= rim_m:
-            length = math.hypot(radius_m * wrapped + tangent, z - tie_m)
-            return wrapped, leaves, share * length, (1.0 - share) * length
-    angle = _edge_angle(radius_m, abs(edge - tie_m), (rho, phi, abs(z - edge)))
-    chord = rho * rho + radius_m * radius_m - 2 * rho * radius_m * math.cos(phi - angle)
-    left = math.sqrt(max(chord, 0.0) + (z - edge) * (z - edge))
-    return angle, edge, math.hypot(radius_m * angle, edge - tie_m), left
+def _over(way: tuple[float, float, float], length: float) -> tuple[float, float, float]:
+    return way[0] / length, way[1] / length, way[2] / length
 
 
 @compiled
-def _over_end(radius_m: float, down_m: float, ball: tuple[float, float, float]) -> tuple[float, float, float]:
-    """physics.side_rope._over_end."""
-    rho, phi, beyond = ball
-    r, first, last = radius_m, 0.0, phi
-    for _ in range(MOST_NEWTON):
-        half = 0.5 * (last - first)
-        way, sine, cosine = (
-            math.hypot(r * first, down_m),
-            rho * r * math.sin(phi - last),
-            rho * r * math.cos(phi - last),
-        )
-        rest = math.sqrt(rho * rho + r * r - 2 * cosine + beyond * beyond)
-        chord, curl = r * math.cos(half), 0.5 * r * math.sin(half)
-        slope_1, slope_2 = r * r * first / way - chord, chord - sine / rest
-        bend_1 = (r * down_m) ** 2 / way**3 - curl
-        bend_2 = (cosine - sine * sine / (rest * rest)) / rest - curl
-        det = bend_1 * bend_2 - curl * curl
-        if bend_1 <= 0.0 or det <= 0.0:
-            return 0.0, math.inf, 0.0
-        step_1, step_2 = (bend_2 * slope_1 - curl * slope_2) / det, (bend_1 * slope_2 - curl * slope_1) / det
-        first, last = first - step_1, last - step_2
-        if not (-0.1 <= first <= last <= math.pi + 0.1):
-            return 0.0, math.inf, 0.0
-        if abs(step_1) + abs(step_2) < SMALL_RAD:
-            break
-    if first < 0.0 or rho * math.cos(phi - last) < r:
-        return 0.0, math.inf, 0.0
-    rest = math.sqrt(rho * rho + r * r - 2 * rho * r * math.cos(phi - last) + beyond * beyond)
-    return last, math.hypot(r * first, down_m) + 2 * r * math.sin(0.5 * (last - first)), rest
-
-
-@compiled
-def _side_way(
-    radius_m: float, rim_m: float, tie_m: float, ball: tuple[float, float, float]
-) -> tuple[float, float, float, float]:
-    """physics.side_rope.side_way, compiled, with the three before it."""
-    x, y, z = ball
-    if x >= radius_m:
-        return (radius_m, 0.0, tie_m, 0.0)
-    rho, phi = math.hypot(x, y), abs(math.atan2(y, x))
-    out, up, used, left = _beside_wall(radius_m, rim_m, tie_m, (rho, phi, z))
-    across = math.hypot(x - radius_m, y)
-    for edge in (0.0, rim_m):
-        beyond = z > edge if edge == 0.0 else z < edge
-        down = abs(tie_m - edge)
-        if beyond and rho > radius_m and math.hypot(across, down + abs(z - edge)) < used + left:
-            end, over, rest = _over_end(radius_m, down, (rho, phi, abs(z - edge)))
-            if over + rest < used + left:
-                out, up, used, left = end, edge, over, rest
-    return (radius_m * math.cos(out), math.copysign(radius_m * math.sin(out), y), up, used)
-
-
-@compiled_as(boolean(READ, READ, READ, READ, READ, READ, READ, WRITE, WRITE))
-def _pull_from_wall(  # noqa: PLR0917
-    ball_m: Array,
-    ball_m_s: Array,
-    tie_m: Array,
-    tie_m_s: Array,
-    up_m: Array,
-    up_m_s: Array,
-    rope: Array,
-    pulled: Array,
-    force: Array,
-) -> bool:
-    """``pull`` with the tie on the wall: in the cup's frame, whose x goes from the axis to the tie, and back."""
-    radius, rim, high, knot = rope[3], rope[5], rope[HEIGHT], rope[ON_WALL]
-    turn, rates, ball, speed = np.empty((3, 3)), np.empty((3, 3)), np.empty(3), np.empty(3)
-    for r in range(3):
-        turn[r, 2], rates[r, 2] = (up_m[r] - tie_m[r]) / high, (up_m_s[r] - tie_m_s[r]) / high
-        turn[r, 0] = (up_m[3 + r] - tie_m[r] - knot * turn[r, 2]) / radius
-        rates[r, 0] = (up_m_s[3 + r] - tie_m_s[r] - knot * rates[r, 2]) / radius
-        ball[r], speed[r] = ball_m[r] - tie_m[r], ball_m_s[r] - tie_m_s[r]
-    for r in range(3):
-        a, b = (r + 1) % 3, (r + 2) % 3
-        turn[r, 1] = turn[a, 2] * turn[b, 0] - turn[b, 2] * turn[a, 0]
-        rates[r, 1] = rates[a, 2] * turn[b, 0] - rates[b, 2] * turn[a, 0]
-        rates[r, 1] += turn[a, 2] * rates[b, 0] - turn[b, 2] * rates[a, 0]
-    x = ball[0] * turn[0, 0] + ball[1] * turn[1, 0] + ball[2] * turn[2, 0]
-    y = ball[0] * turn[0, 1] + ball[1] * turn[1, 1] + ball[2] * turn[2, 1]
-    z = ball[0] * turn[0, 2] + ball[1] * turn[1, 2] + ball[2] * turn[2, 2]
-    out, beside, up, used = _side_way(radius, rim, knot, (x, y, z))
-    left = growth = 0.0
-    for r in range(3):
-        touched = out * turn[r, 0] + beside * turn[r, 1] + up * turn[r, 2]
-        speed[r] -= out * rates[r, 0] + beside * rates[r, 1] + up * rates[r, 2]
-        pulled[PIVOT + r] = tie_m[r] + touched
-        ball[r] -= touched
-        left += ball[r] * ball[r]
-        growth += ball[r] * speed[r]
-    left = math.sqrt(left)
-    k = 0.0
-    if used + left > rope[0] and left > 0.0:
-        size = rope[1] * (used + left - rope[0]) + rope[2] * growth / left
-        if size > 0.0:
-            k = -size / left
-    pulled[TENSION] = -k * left
-    air(ball_m_s, rope[10], rope[11], force)
-    extent = 0.0
-    for r in range(3):
-        pulled[r], pulled[REACTION + r] = k * ball[r], -k * ball[r]
-        force[r] += pulled[r]
-        extent += abs(ball_m[r]) + abs(ball_m_s[r])
-    return bool(extent < FAR_AWAY)
+def _toward_knot(up: Array, tie: Array, axis: tuple[float, float, float], rope: Array) -> tuple[float, float, float]:
+    """Return the direction across the axis to a tie on the wall, or its rate; see ``pull`` for ``up``."""
+    x, y, z = _between(up, 3, tie)
+    knot = rope[ON_WALL]
+    return _over((x - knot * axis[0], y - knot * axis[1], z - knot * axis[2]), rope[3])
 
 
 @compiled_as(boolean(READ, READ, READ, READ, READ, READ, READ, WRITE, WRITE))
@@ -977,48 +834,23 @@ def pull(  # noqa: PLR0917 - plain numbers and arrays, as compiled code takes th
     too, ``tie_m`` is the place under it on the axis, and ``up_m`` and ``up_m_s`` (6,) go on with those of the tie.
     False where the ball has gone far away.
     """
-    if rope.size > ON_WALL:
-        return _pull_from_wall(ball_m, ball_m_s, tie_m, tie_m_s, up_m, up_m_s, rope, pulled, force)
-    length_m, stiffness_n_m, damping_n_s_m, radius, floor, rim, handle, at_edge, at_floor, at_rim, k1, k2, high = rope
-    kx, ky, kz = (up_m[0] - tie_m[0]) / high, (up_m[1] - tie_m[1]) / high, (up_m[2] - tie_m[2]) / high
-    x, y, z = ball_m[0] - tie_m[0], ball_m[1] - tie_m[1], ball_m[2] - tie_m[2]
-    vx, vy, vz = ball_m_s[0] - tie_m_s[0], ball_m_s[1] - tie_m_s[1], ball_m_s[2] - tie_m_s[2]
-    above = x * kx + y * ky + z * kz
-    used = out = up = 0.0
-    if above > 0.0:
-        wx, wy, wz = x - above * kx, y - above * ky, z - above * kz
-        across = math.sqrt(wx * wx + wy * wy + wz * wz)
-        if across > 0.0:
-            pulled[SIDE], pulled[SIDE + 1], pulled[SIDE + 2] = wx / across, wy / across, wz / across
-        ex, ey, ez = pulled[SIDE], pulled[SIDE + 1], pulled[SIDE + 2]
-        if above > floor and across < radius:
-            used, out, up = at_rim, radius, rim
-        elif above > floor and (radius - handle) * above > floor * (across - handle):
-            used, out, up = at_floor, radius, floor
-        else:
-            used, out = at_edge, handle
-        tx, ty, tz = (up_m_s[0] - tie_m_s[0]) / high, (up_m_s[1] - tie_m_s[1]) / high, (up_m_s[2] - tie_m_s[2]) / high
-        lean = out * (tx * ex + ty * ey + tz * ez)
-        vx, vy, vz = vx - (up * tx - lean * kx), vy - (up * ty - lean * ky), vz - (up * tz - lean * kz)
-        qx, qy, qz = out * ex + up * kx, out * ey + up * ky, out * ez + up * kz
-        x, y, z = x - qx, y - qy, z - qz
-        pulled[PIVOT], pulled[PIVOT + 1], pulled[PIVOT + 2] = tie_m[0] + qx, tie_m[1] + qy, tie_m[2] + qz
-    else:
-        pulled[PIVOT], pulled[PIVOT + 1], pulled[PIVOT + 2] = tie_m[0], tie_m[1], tie_m[2]
-    left = math.sqrt(x * x + y * y + z * z)
-    k = 0.0
-    if used + left > length_m and left > 0.0:
-        size = stiffness_n_m * (used + left - length_m) + damping_n_s_m * (x * vx + y * vy + z * vz) / left
-        if size > 0.0:
-            k = -size / left
-    fx, fy, fz = k * x, k * y, k * z
-    pulled[0], pulled[1], pulled[2], pulled[TENSION] = fx, fy, fz, math.sqrt(fx * fx + fy * fy + fz * fz)
-    pulled[REACTION], pulled[REACTION + 1], pulled[REACTION + 2] = -fx, -fy, -fz
-    air(ball_m_s, k1, k2, force)
-    extent = 0.0
-    for i in range(3):
-        force[i] += pulled[i]
-        extent += abs(ball_m[i]) + abs(ball_m_s[i])
+    is_on_wall = rope.size > ON_WALL
+    used = rope[7], rope[8], rope[9]
+    cup = CupProfile(rope[3], rope[4], rope[5], rope[6], used, rope[ON_WALL] if is_on_wall else 0.0)
+    axis, axis_rate = _over(_between(up_m, 0, tie_m), rope[HEIGHT]), _over(_between(up_m_s, 0, tie_m_s), rope[HEIGHT])
+    side, side_rate = (pulled[SIDE], pulled[SIDE + 1], pulled[SIDE + 2]), (0.0, 0.0, 0.0)
+    if is_on_wall:
+        side, side_rate = _toward_knot(up_m, tie_m, axis, rope), _toward_knot(up_m_s, tie_m_s, axis_rate, rope)
+    ball, velocity = _between(ball_m, 0, tie_m), _between(ball_m_s, 0, tie_m_s)
+    law = RopeLaw(rope[0], rope[1], rope[2], cup)
+    found = rope_pull(law, ball, velocity, axis, axis_rate, side, side_rate)
+    air(ball_m_s, rope[10], rope[11], force)
+    extent, pulled[TENSION] = 0.0, found.tension_n
+    for r in range(3):
+        pulled[r], pulled[REACTION + r] = found.force_n[r], -found.force_n[r]
+        pulled[PIVOT + r], pulled[SIDE + r] = tie_m[r] + found.pivot_m[r], found.side[r]
+        force[r] += pulled[r]
+        extent += abs(ball_m[r]) + abs(ball_m_s[r])
     return bool(extent < FAR_AWAY)
 
 

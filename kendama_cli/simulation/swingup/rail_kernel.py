@@ -13,6 +13,8 @@ from typing import Any, NamedTuple, get_type_hints
 
 import numpy as np
 
+from kendama_cli.physics.air import drag_n
+from kendama_cli.physics.rope import CupProfile, RopeLaw, pivot, tension_n
 from kendama_cli.system.compiled import Array, compiled
 
 Record = Any
@@ -117,29 +119,24 @@ Moment = tuple[float, float, float, float, float, float, float, float]
 
 
 @compiled
+def _rope(p: Physics) -> RopeLaw:
+    used = p.at_edge_m, p.at_floor_m, p.at_rim_m
+    cup = CupProfile(p.radius_m, p.floor_m, p.rim_m, p.handle_m, used, 0.0)
+    return RopeLaw(p.length_m, p.stiffness_n_m, p.damping_n_s_m, cup)
+
+
+@compiled
 def _moved(s: Moment, command: float, p: Physics) -> Moment:
     """One time step: v += h a, q += h v with the forces of the old state (semi-implicit Euler)."""
     cup_x, ball_x, ball_z, cup_v, ball_vx, ball_vz, _, _ = s
     across, across_rate = ball_x - cup_x, ball_vx - cup_v
-    air_x = cup_v + across_rate
-    drag = p.drag_n_s_m + p.drag_n_s2_m2 * math.sqrt(air_x * air_x + ball_vz * ball_vz)
-    push_x = -drag * air_x
-    push_z = -drag * ball_vz
-    # the rope's way of physics.rope.CupProfile.pivot, without a branch: many at once
-    out = abs(across)
-    over = ball_z > p.floor_m
-    rim = over & (out < p.radius_m)
-    edge = over & ((p.radius_m - p.handle_m) * ball_z > p.floor_m * (out - p.handle_m))
-    above = ball_z > 0.0
-    around = p.radius_m if rim | edge else (p.handle_m if above else 0.0)
-    used = p.at_rim_m if rim else (p.at_floor_m if edge else (p.at_edge_m if above else 0.0))
-    way_x = across - math.copysign(around, across)
-    way_z = ball_z - (p.rim_m if rim else (p.floor_m if edge else 0.0))
+    push_x, _, push_z = drag_n(p.drag_n_s_m, p.drag_n_s2_m2, (cup_v + across_rate, 0.0, ball_vz))
+    law = _rope(p)
+    around, up, used = pivot(law.cup, abs(across), ball_z)
+    way_x, way_z = across - math.copysign(around, across), ball_z - up
     left = math.sqrt(way_x * way_x + way_z * way_z)
-    pull = (
-        p.stiffness_n_m * (used + left - p.length_m) + p.damping_n_s_m * (way_x * across_rate + way_z * ball_vz) / left
-    )
-    k = -pull / left if (used + left > p.length_m) & (pull > 0.0) else 0.0
+    pull = tension_n(law, used, left, way_x * across_rate + way_z * ball_vz)
+    k = -pull / left if pull > 0.0 else 0.0
     rope_x, rope_z = k * way_x, k * way_z
     push_x += rope_x
     push_z += rope_z

@@ -96,11 +96,11 @@ def _repeated_miss_m(world: ArmWorld, t_s: np.ndarray, cup_m: np.ndarray, ball_m
     for place, rate in zip(places, rates, strict=True):
         before = ball - place
         pull = rope_pull(law, tuple(before), tuple(speed - rate))
-        force = np.array(pull.force_n if pull else (0.0, 0.0, 0.0)) - (k1 + k2 * np.linalg.norm(speed)) * speed
+        force = np.array(pull.force_n) - (k1 + k2 * np.linalg.norm(speed)) * speed
         speed = speed + h * (force / game.ball.mass_kg - [0.0, 0.0, game.gravity_m_s2])
         ball = ball + h * speed
         height = ball[2] - place[2] - game.cup.rim_m
-        if pull is None and height <= game.ball.radius_m < before[2] - game.cup.rim_m:
+        if pull.tension_n == 0.0 and height <= game.ball.radius_m < before[2] - game.cup.rim_m:
             return float(ball[0] - place[0] + (speed - rate)[0] * height / -(speed - rate)[2])
     raise AssertionError("the ball never came down")
 

@@ -1,4 +1,4 @@
-"""The compiled rope is the plain one."""
+"""The law of the rope is given what the world has: places and velocities of tie and axis, not turns and rates."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from kendama_cli.simulation.dart import joint_kernel as kernel
 from tests.shipped_conf import plain
 
 GAME = plain("game", "kendama")
-COMPARED = 3000
+COMPARED = 500
 
 
 @pytest.mark.parametrize("cup", ["floor", "handle"])
-def test_the_compiled_pull_is_the_plain_one_on_random_states_of_ball_and_cup(cup: str) -> None:
+def test_axis_and_rate_are_those_of_two_points_of_the_cup(cup: str) -> None:
     game = build(GameSettings, GAME | {"cup": plain("game/cup", cup)}, "game")
     law, rng, high = RopeLaw.of(game), np.random.default_rng(1), 0.035
     rope = np.array([*kernel.rope_constants(law), 0.001, 0.0004, high])
@@ -30,7 +30,7 @@ def test_the_compiled_pull_is_the_plain_one_on_random_states_of_ball_and_cup(cup
         assert kernel.pull(ball, speed, tie, tie_speed, *over, rope, pulled, force)
         plain_pull = rope_pull(law, tuple(ball - tie), tuple(speed - tie_speed), tuple(axis), tuple(rate))
         drag = -(0.001 + 0.0004 * np.linalg.norm(speed)) * speed
-        if plain_pull is None:
+        if plain_pull.tension_n == 0.0:
             assert pulled[kernel.TENSION] == 0.0
             np.testing.assert_allclose(force, drag, rtol=1e-12)
             continue
@@ -55,7 +55,7 @@ def test_with_a_tie_on_the_wall_too_however_the_cup_turns() -> None:
     out, height = law.cup.radius_m, law.cup.side_m
     rope = np.array([*kernel.rope_constants(law), 0.001, 0.0004, high, height])
     pulled, force, heights = np.zeros(13), np.zeros(3), []
-    for _ in range(COMPARED // 5):
+    for _ in range(COMPARED):
         ball, speed, place, place_speed, rate = rng.normal(0, [[0.25], [2.0], [0.05], [0.5], [3.0]], (5, 3))
         turn = np.linalg.qr(rng.normal(size=(3, 3)))[0]
         turn[:, 1] = np.cross(turn[:, 2], turn[:, 0])
@@ -71,11 +71,11 @@ def test_with_a_tie_on_the_wall_too_however_the_cup_turns() -> None:
             tuple(axis),
             tuple(np.cross(rate, axis)),
             tuple(side),
-            float(rate @ axis),
+            tuple(np.cross(rate, side)),
         )
         drag = -(0.001 + 0.0004 * np.linalg.norm(speed)) * speed
         np.testing.assert_allclose(force, pulled[:3] + drag, rtol=1e-12)
-        if plain_pull is None:
+        if plain_pull.tension_n == 0.0:
             assert pulled[kernel.TENSION] == 0.0
             continue
         heights.append(float(np.dot(plain_pull.pivot_m, axis)))

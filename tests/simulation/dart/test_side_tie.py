@@ -39,8 +39,8 @@ def test_the_ball_goes_round_the_wall_as_the_plain_law_says() -> None:
     touched = set()
     for _ in range(900):
         pull = rope_pull(law, tuple(place.tolist()), tuple(speed.tolist()))
-        force = np.zeros(3) if pull is None else np.array(pull.force_n)
-        if pull is not None:
+        force = np.array(pull.force_n)
+        if pull.tension_n > 0.0:
             touched.add(tuple(np.round(pull.pivot_m, 3).tolist()))
         speed = speed + STEP_S * (force / mass - [0.0, 0.0, GAME.gravity_m_s2])
         place = place + STEP_S * speed

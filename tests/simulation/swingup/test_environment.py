@@ -48,7 +48,7 @@ def euler(state: np.ndarray, command: float) -> np.ndarray:
     pull = rope_pull(RopeLaw.of(GAME), (apart[0], 0.0, apart[1]), (speed[1] - speed[0], 0.0, speed[2]))
     linear, quadratic = GAME.drag
     force = -(linear + quadratic * float(np.hypot(*speed[1:]))) * speed[1:]
-    if pull is not None:
+    if pull.tension_n > 0.0:
         force = force + np.array([pull.force_n[0], pull.force_n[2]])
     speed = speed + STEP_S * np.array([command, *(force / mass - (0.0, GAME.gravity_m_s2))])
     return np.concatenate([place + STEP_S * speed, speed])
