@@ -7,21 +7,17 @@ import copy
 import functools
 import time
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-import omegaconf._utils
-import yaml
 from hydra import compose, initialize_config_dir
-from hydra._internal.config_loader_impl import ConfigLoaderImpl
 from hydra.core.config_search_path import ConfigSearchPath, SearchPathQuery
 from hydra.core.override_parser.overrides_parser import OverridesParser
+from hydra.core.override_parser.types import OverrideType
 from hydra.core.plugins import Plugins
 from hydra.errors import OverrideParseException
 from hydra.plugins.search_path_plugin import SearchPathPlugin
 from omegaconf import DictConfig, OmegaConf
-from omegaconf._utils import get_yaml_loader
 
 from kendama_cli.config.folders import configuration_files, group_options, groups
 from kendama_cli.config.site import Site
@@ -30,33 +26,6 @@ from kendama_cli.errors import ConfigError
 from kendama_cli.pipeline.unchanged import environment_now, settled, stamps
 from kendama_cli.schema.plain_yaml import TooMuchError, check_plain, check_yaml, load_yaml
 from kendama_cli.schema.settings import nearest, unknown_key
-
-
-@contextmanager
-def quick_yaml() -> Iterator[None]:
-    """Files that OmegaConf loads meanwhile are parsed by libyaml; what their text means is for OmegaConf as ever."""
-    omegaconf._utils.get_yaml_loader = quick_loader
-    try:
-        yield
-    finally:
-        omegaconf._utils.get_yaml_loader = get_yaml_loader
-
-
-@functools.cache
-def quick_loader() -> Any:
-    """OmegaConf's loader, with its rules for keys and numbers, behind libyaml's parser; as it is where that is not."""
-    loader = get_yaml_loader()
-    if not yaml.__with_libyaml__:
-        return loader
-    parser = yaml.cyaml.CParser  # type: ignore[attr-defined]
-
-    class Quick(parser, loader):  # type: ignore[misc, valid-type]
-        def __init__(self, stream: Any) -> None:
-            parser.__init__(self, stream)
-            yaml.constructor.SafeConstructor.__init__(self)
-            yaml.resolver.Resolver.__init__(self)
-
-    return Quick
 
 
 class FurtherFolders(SearchPathPlugin):
@@ -103,17 +72,21 @@ def compose_with_hydra(site: Site, overrides: list[str]) -> tuple[dict[str, Any]
     """The configuration for ``overrides`` and what its interpolations read; raises ConfigError.
 
     What the chosen files give is kept for the next composition in this process while they are unchanged, as most of
-    the time goes into reading and merging them; other values are then set in it by Hydra, as after any composition.
+    the time goes into reading and merging them; other values are then set in it as Hydra sets them.
     """
     names = groups(site)
     _check_overrides(site, overrides, names)
     parsed = parse_overrides(overrides)
-    chosen = [text for text, override in zip(overrides, parsed, strict=True) if override.key_or_group in names]
     values = [override for override in parsed if override.key_or_group not in names]
+    if any(override.type is not OverrideType.CHANGE or override.package is not None for override in values):
+        chosen, values = overrides, []  # Hydra's own rules for keys that are added or taken away
+    else:
+        chosen = [text for text, override in zip(overrides, parsed, strict=True) if override.key_or_group in names]
     try:
         config, read = _composed_files(site, chosen)
         with recorded() as environment:
-            ConfigLoaderImpl._apply_overrides_to_config(values, config)  # Hydra has no public name for this half
+            for override in values:
+                OmegaConf.update(config, override.key_or_group, override.value(), merge=True)
             made = OmegaConf.to_container(config, resolve=True)
         check_plain(made)
     except ConfigError:
@@ -147,7 +120,6 @@ def _compose_files(
     with (
         further_folders(others),
         initialize_config_dir(str(first), job_name="kendama", version_base="1.3"),
-        quick_yaml(),
         recorded() as environment,
     ):
         config = compose("config", overrides=list(chosen))

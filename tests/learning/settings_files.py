@@ -11,7 +11,6 @@ import yaml
 from hydra import compose, initialize_config_dir
 from omegaconf import OmegaConf
 
-from kendama_cli.config.hydra_compose import quick_yaml
 from kendama_cli.learning.settings import LearnSettings
 from kendama_cli.schema.settings import build
 from kendama_cli.settings.game import GameSettings
@@ -24,7 +23,7 @@ NEEDED = ("game", "learn", "robot", "simulation/engine", "simulation/rope", "sim
 
 @functools.cache
 def _composed(choices: tuple[str, ...]) -> dict[str, Any]:
-    with initialize_config_dir(str(CONF), version_base="1.3"), quick_yaml():
+    with initialize_config_dir(str(CONF), version_base="1.3"):
         chosen = ("simulation/engine=rail", *choices, *_left_out())
         plain: dict[str, Any] = OmegaConf.to_container(compose("config", overrides=list(chosen)).learn, resolve=True)
     return plain
