@@ -59,7 +59,7 @@ LONGEST_FIRST = (
     "game/test_state_prediction.py",
     "stages/test_interact.py",
     "cli/test_robot_twin.py",
-    "course/test_course_command.py",
+    "plugins/course/test_course_command.py",
     "report/test_browser.py",
     "plugin/test_wheel_of_parts.py",
     "cli/test_wheel.py",

@@ -51,7 +51,7 @@ def libraries(file: Path) -> set[str]:
         ("embreex", {"rendering"}),
         ("gymnasium", {"gym", "api.py"}),  # there for its types alone
         ("socket", {"devices", "system"}),
-        ("subprocess", {"devices", "pipeline", "system", "cli", "course"}),
+        ("subprocess", {"devices", "pipeline", "system", "cli"}),
         ("fcntl", {"system"}),
         ("filelock", {"system"}),
     ],

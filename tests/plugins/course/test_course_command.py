@@ -10,14 +10,14 @@ from pathlib import Path
 
 import pytest
 
-from kendama_cli.course.board import Place, place_of, ranked
-from kendama_cli.course.checks import exercise_8
-from kendama_cli.course.notebook import Cell, as_notebook, read_notebook, without_magics
-from kendama_cli.course.work import Work, WrongAnswerError
 from kendama_cli.errors import UsageError
+from kendama_cli.plugins.course.board import Place, place_of, ranked
+from kendama_cli.plugins.course.checks import exercise_8
+from kendama_cli.plugins.course.notebook import Cell, as_notebook, read_notebook, without_magics
+from kendama_cli.plugins.course.work import Work, WrongAnswerError
 from tests import warm_command
-from tests.course.work_of_students import COURSE, EXERCISES, solved_cells
 from tests.documented_package import declare_installed
+from tests.plugins.course.work_of_students import COURSE, EXERCISES, solved_cells
 
 
 def kendama(folder: Path, *words: str, path: Path | None = None) -> subprocess.CompletedProcess[str]:

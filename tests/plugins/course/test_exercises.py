@@ -8,10 +8,10 @@ from typing import Any
 
 import pytest
 
-from kendama_cli.course.checks import exercise_3
-from kendama_cli.course.grading import checks_of, run_cells
-from kendama_cli.course.work import Work, WrongAnswerError
-from tests.course.work_of_students import EXERCISES, QUICK, graded, quick_cells, run, solved_cells
+from kendama_cli.plugins.course.checks import exercise_3
+from kendama_cli.plugins.course.grading import checks_of, run_cells
+from kendama_cli.plugins.course.work import Work, WrongAnswerError
+from tests.plugins.course.work_of_students import EXERCISES, QUICK, graded, quick_cells, run, solved_cells
 
 WRONG = {
     (1, 1): ("def velocity(t_s, y):\n    return np.gradient(y, axis=0)", "over their distance in time"),

@@ -5,10 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from kendama_cli.course.grading import Grade, grade, run_cells
-from kendama_cli.course.notebook import Cell, Exercise, find_exercises, solved
+from kendama_cli.plugins.course.grading import Grade, grade, run_cells
+from kendama_cli.plugins.course.notebook import Cell, Exercise, find_exercises, solved
 
-COURSE = Path(__file__).resolve().parents[2] / "examples" / "course"
+COURSE = Path(__file__).resolve().parents[3] / "examples" / "course"
 EXERCISES = {one.number: one for one in find_exercises()}
 QUICK = {
     1: (1, 2, 3, 4),

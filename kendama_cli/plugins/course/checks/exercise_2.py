@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from kendama_cli.course.work import Work, array_of, require, require_close
 from kendama_cli.motion.dmp.basis import features as reference_features
+from kendama_cli.plugins.course.work import Work, array_of, require, require_close
 from kendama_cli.schema.arrays import Array
 
 STIFFNESS, DECAY, FUNCTIONS = 1000.0, 1.0, 20

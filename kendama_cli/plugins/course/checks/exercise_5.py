@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from kendama_cli.course.work import Work, WrongAnswerError, array_of, require, require_close
+from kendama_cli.plugins.course.work import Work, WrongAnswerError, array_of, require, require_close
 
 SEEDS, FEWER = 20, 10
 GRAVITY_M_S2, ROPE_M = 9.81, 0.40

@@ -1,4 +1,4 @@
-"""Runs a notebook's cells and grades its tasks: ``python -m kendama_cli.course.grading NOTEBOOK N RESULT``.
+"""Runs a notebook's cells and grades its tasks: ``python -m kendama_cli.plugins.course.grading NOTEBOOK N RESULT``.
 
 The cells run in the order in which they stand, in one namespace that nothing was in before, so that what is graded is
 what the notebook says and not what was once typed in it. A cell that fails does not end this: the tasks that do not
@@ -18,8 +18,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from kendama_cli.course.notebook import Cell, Exercise, find_exercises, read_notebook, without_magics
-from kendama_cli.course.work import Work, WrongAnswerError
+from kendama_cli.plugins.course.notebook import Cell, Exercise, find_exercises, read_notebook, without_magics
+from kendama_cli.plugins.course.work import Work, WrongAnswerError
 
 Check = Callable[[Work], None]
 
@@ -44,7 +44,7 @@ class Graded:
 
 def checks_of(number: int) -> Mapping[int, Check]:
     """The checks of exercise ``number`` by task."""
-    module = importlib.import_module(f"kendama_cli.course.checks.exercise_{number}")
+    module = importlib.import_module(f"kendama_cli.plugins.course.checks.exercise_{number}")
     found: Mapping[int, Check] = module.CHECKS
     return found
 

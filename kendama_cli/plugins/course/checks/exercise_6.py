@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from kendama_cli.course.work import Work, WrongAnswerError, array_of, require, require_close
+from kendama_cli.plugins.course.work import Work, WrongAnswerError, array_of, require, require_close
 from kendama_cli.schema.arrays import Array
 from kendama_cli.vision.camera_model import CameraModel, looking_at
 

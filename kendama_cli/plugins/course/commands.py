@@ -18,7 +18,7 @@ Number = Annotated[int, typer.Argument(metavar="N", help="Which exercise, as 'ke
 @course_app.command("list")
 def course_list(as_json: Json = False) -> None:
     """List the exercises with their tasks."""
-    from kendama_cli.cli.course_work import list_exercises
+    from kendama_cli.plugins.course.exercises import list_exercises
 
     list_exercises(as_json=as_json)
 
@@ -35,7 +35,7 @@ def course_start(
     ] = None,
 ) -> None:
     """Write the notebook of an exercise; what is there already is never overwritten."""
-    from kendama_cli.cli.course_work import start_exercise
+    from kendama_cli.plugins.course.exercises import start_exercise
 
     start_exercise(number, output or Path("kendama-course"), solutions)
 
@@ -52,7 +52,7 @@ def course_check(
     as_json: Json = False,
 ) -> int:
     """Run the cells of a notebook from the first to the last, and say which tasks are solved."""
-    from kendama_cli.cli.course_work import check_exercise
+    from kendama_cli.plugins.course.exercises import check_exercise
 
     return check_exercise(number, notebook, timeout_s, as_json=as_json)
 
@@ -69,6 +69,6 @@ def course_board(
     home: Home = None,
 ) -> int:
     """Rank learners by the rollouts that they need to a proven swing-up, on the rail."""
-    from kendama_cli.cli.course_board import show_board
+    from kendama_cli.plugins.course.board_view import show_board
 
     return show_board(find_site(home), learners or [], range(first_seed, first_seed + seeds), task, as_json=as_json)

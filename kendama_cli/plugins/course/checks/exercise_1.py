@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from kendama_cli.api import swing
-from kendama_cli.course.work import Work, array_of, require, require_close
+from kendama_cli.plugins.course.work import Work, array_of, require, require_close
 from kendama_cli.schema.arrays import Array
 
 GRAVITY_M_S2 = 9.81

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from kendama_cli.course.work import Work, WrongAnswerError, array_of, require, require_close
+from kendama_cli.plugins.course.work import Work, WrongAnswerError, array_of, require, require_close
 
 ROWS, COLUMNS, LARGEST_M_S2, HOLD_S = 324, 5, 8.0, 0.05
 

@@ -11,9 +11,9 @@ from kendama_cli.cli.sweep_view import failure_lines
 from kendama_cli.cli.sweep_work import plan_combinations
 from kendama_cli.config.folders import group_options
 from kendama_cli.config.site import Site
-from kendama_cli.course.board import OVERRIDES, Place, place_of, ranked
 from kendama_cli.errors import UsageError
 from kendama_cli.pipeline.catalogue import load_pipeline
+from kendama_cli.plugins.course.board import OVERRIDES, Place, place_of, ranked
 from kendama_cli.schema.settings import nearest
 
 

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from kendama_cli.course.work import Work, WrongAnswerError, array_of, require, require_close
+from kendama_cli.plugins.course.work import Work, WrongAnswerError, array_of, require, require_close
 
 GRAVITY_M_S2 = 9.81
 FRESH = range(900_000, 900_030)

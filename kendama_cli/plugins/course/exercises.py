@@ -11,8 +11,8 @@ from pathlib import Path
 from typing import Any
 
 from kendama_cli.cli import render
-from kendama_cli.course.notebook import Exercise, as_notebook, find_exercises, solved
 from kendama_cli.errors import KendamaError, UsageError
+from kendama_cli.plugins.course.notebook import Exercise, as_notebook, find_exercises, solved
 
 
 def list_exercises(*, as_json: bool) -> None:
@@ -94,12 +94,19 @@ def _exercise(number: int) -> Exercise:
 
 
 def _graded(exercise: Exercise, notebook: Path, timeout_s: float) -> dict[str, Any]:
-    """What kendama_cli/course/grading.py found; what the cells print goes to standard error."""
+    """What kendama_cli/plugins/course/grading.py found; what the cells print goes to standard error."""
     if not notebook.is_file():
         raise UsageError(f"{notebook}: no such notebook; 'kendama course start {exercise.number}' writes it")
     with tempfile.TemporaryDirectory() as scratch:
         result = Path(scratch) / "result.json"
-        words = [sys.executable, "-m", "kendama_cli.course.grading", str(notebook), str(exercise.number), str(result)]
+        words = [
+            sys.executable,
+            "-m",
+            "kendama_cli.plugins.course.grading",
+            str(notebook),
+            str(exercise.number),
+            str(result),
+        ]
         try:
             done = subprocess.run(
                 words, env={**os.environ, "MPLBACKEND": "Agg"}, stdout=sys.stderr, timeout=timeout_s, check=False

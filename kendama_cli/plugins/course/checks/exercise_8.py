@@ -7,7 +7,7 @@ import json
 import subprocess
 import sys
 
-from kendama_cli.course.work import Work, WrongAnswerError, require
+from kendama_cli.plugins.course.work import Work, WrongAnswerError, require
 
 SEEDS = 3
 FIRST_SEED = 40_000

@@ -8,7 +8,7 @@ import math
 import numpy as np
 
 from kendama_cli.api import play, swing
-from kendama_cli.course.work import Work, WrongAnswerError, array_of, require, require_close
+from kendama_cli.plugins.course.work import Work, WrongAnswerError, array_of, require, require_close
 
 TRIES, SEEDS = 12, 30
 LEAST_SHARE = 0.75
