@@ -17,11 +17,11 @@ SEARCHED, JUDGED = range(10_000, 10_005), range(20_000, 20_010)
 
 
 def rollouts(overrides: list[str], seeds: range) -> float:
-    """The mean number of rollouts to a proven policy; one that is never proven counts as the cap of 1000."""
+    """The mean number of rollouts to a solved policy; one that is never solved counts as the cap of 1000."""
     chosen = ["simulation/engine=rail", *overrides]
     runs = [kendama.run("swingup", [*chosen, f"seed={seed}"], until="learn", home=home) for seed in seeds]
     metrics = [run.metrics("learn") for run in runs]
-    return statistics.mean(one["rollouts_to_proof"] if one["proven"] else 1000 for one in metrics)
+    return statistics.mean(one["rollouts_to_solved"] if one["solved"] else 1000 for one in metrics)
 
 
 def objective(trial: optuna.Trial) -> float:

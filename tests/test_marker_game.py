@@ -16,7 +16,13 @@ from tests.devices.hand.marker_film import FIELD_DEG, write_film
 DEMONSTRATIONS = Path(__file__).resolve().parents[1] / "data" / "demonstrations"
 OVERRIDES = [
     *("capture=marker", "capture.path=films/*.avi", f"capture.field_of_view_deg={FIELD_DEG:.3f}"),
-    *("adapt.repeats=5", "predict.flights=5", "transfer.evaluation_n=1", "transfer.cap=1", "transfer.games=10"),
+    *(
+        "adapt.repeats=5",
+        "predict.flights=5",
+        "transfer.evaluation_rollouts=1",
+        "transfer.max_rollouts=1",
+        "transfer.games=10",
+    ),
 ]
 
 

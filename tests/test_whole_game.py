@@ -29,8 +29,8 @@ METRICS = {
     "capture": {"n_demonstrations", "sample_rate_hz", "duration_s", "peak_speed_m_s"},
     "encode": {"n_parameters", "rmse_mm", "max_error_mm"},
     "adapt": {"caught", "tau_scale", "rollouts", "success_rate"},
-    "learn": {"learned", "proven", "rollouts_to_first", "rollouts_to_proof", "frozen_caught_rate", "swings"},
-    "predict": {"position_error_mm_p50", "position_error_mm_p95", "time_error_ms_p50", "horizon_ms"},
+    "learn": {"learned", "solved", "rollouts_to_learned", "rollouts_to_solved", "frozen_caught_rate", "half_swings"},
+    "predict": {"position_error_mm_p50", "position_error_mm_p95", "time_error_ms_p50", "prediction_horizon_ms"},
     "transfer": {
         "rollouts",
         "success_rate_before",
@@ -45,7 +45,7 @@ METRICS = {
 SMALL = (
     "simulation/engine=rail",
     *("adapt.tau_range=[1.1,1.2]", "adapt.tau_start=1.15", "adapt.repeats=3", "predict.flights=2"),
-    *("transfer.evaluation_n=1", "transfer.cap=1", "transfer.imitation_repeats=1", "transfer.games=2"),
+    *("transfer.evaluation_rollouts=1", "transfer.max_rollouts=1", "transfer.imitation_repeats=1", "transfer.games=2"),
 )
 """Nothing of how a stage works, only how often."""
 
@@ -109,7 +109,7 @@ def test_as_shipped_learning_is_proven_in_dart_and_nine_of_ten_games_are_won(tmp
     shipped = run(tmp_path)
     assert statuses(shipped) == dict.fromkeys(METRICS, "ran")
     assert metrics(shipped, "adapt")["success_rate"] >= 0.95
-    assert metrics(shipped, "learn")["proven"] is True
+    assert metrics(shipped, "learn")["solved"] is True
     assert metrics(shipped, "transfer")["games"] >= 10
     assert metrics(shipped, "transfer")["caught_rate"] >= 0.9
     assert metrics(shipped, "transfer")["missed_packets"] == 0
@@ -153,7 +153,7 @@ def test_the_logs_page_documents_every_channel_that_is_logged(whole: dict[str, A
         "/rehearse/",
         "/transfer/scratch/",
         "/adapt/explored",
-        "/adapt/proof",
+        "/adapt/evaluation",
     )
     elsewhere = {topic for topic in documented if topic.startswith(other)}
     assert documented - logged == elsewhere, "only other pipelines and searches log more than the main job"

@@ -83,7 +83,7 @@ class PolicySearch:
 
     def proven(self, search: Search) -> MotionVariation | None:
         """The policy of which enough repeats were caught, without a rope that hangs slack in the swing."""
-        enough, of = self._policy.lasting
+        enough, of = self._policy.stop_at
         done = dict(search.evaluated)
         for variation in search.reaching(done):
             made = done[variation]
@@ -101,7 +101,7 @@ class PolicySearch:
         return proven or max(caught, key=lambda one: (not _slack(done[one]), _caught(done[one])), default=None)
 
     def _decided(self, made: tuple[Repeat, ...]) -> bool:
-        enough, of = self._policy.lasting
+        enough, of = self._policy.stop_at
         return len(made) == of or len(made) - _caught(made) > of - enough
 
     def _stand(self, search: Search, complete: int) -> Generation:

@@ -22,7 +22,7 @@ class UncertaintySettings:
     name: str = setting("what reports call it")
     rope_m: float = setting("+- error of the rope's length [m]", at_least=0)
     ball_start_m: float = setting("+- offset of the ball's start along x [m]", at_least=0)
-    mass_share: float = setting("+- error of the ball's mass, as a share of it", at_least=0, below=1)
+    mass_fraction: float = setting("+- error of the ball's mass, as a share of it", at_least=0, below=1)
     drag_scale: tuple[float, float] = setting(
         "least and largest factor on the air's force, drawn on a logarithmic scale", above=0
     )
@@ -32,8 +32,8 @@ class UncertaintySettings:
     cup_error_hz: tuple[float, float] = setting("least and largest frequency of that error [Hz]", above=0)
     joint_noise_rad: float = setting("standard deviation of the joint angles read, every step [rad]", at_least=0)
     joint_friction_nm: float = setting("up to this: Coulomb friction that nobody models [Nm]", at_least=0)
-    joint_friction_share: float = setting("share of each joint's friction that nobody models, always", at_least=0)
-    least_reach_m: float = setting(
+    joint_friction_fraction: float = setting("share of each joint's friction that nobody models, always", at_least=0)
+    min_reach_m: float = setting(
         "a seen catch must be able to move the cup so far to either side while the ball flies [m]", at_least=0
     )
 
@@ -45,7 +45,7 @@ class UncertaintySettings:
 
 
 @dataclass(frozen=True)
-class EyesSettings:
+class SensorModelSettings:
     """What simulated rollouts see of the ball: its place with noise, at a camera's rate, a moment late."""
 
     rate_hz: float = setting("places of the ball per second", above=0, at_most=1000)
@@ -61,7 +61,7 @@ class EyesSettings:
 
 
 @dataclass(frozen=True)
-class SteeringSettings:
+class CorrectionSettings:
     """How a seen catch moves the cup beside its planned motion."""
 
     acceleration_m_s2: float = setting("largest acceleration beside the plan's [m/s^2]", above=0)
@@ -70,8 +70,8 @@ class SteeringSettings:
         "part of the ball's horizontal speed that the cup wants to have at the catch", at_least=0, at_most=1
     )
     below_rim_m: float = setting("the cup is aimed at where the ball's centre is this far below the rim [m]")
-    believed_sigma_m: float = setting("the cup follows estimates that are better than this [m]", above=0)
-    settled_before_s: float = setting("the plan is kept as it is for this long before the catch [s]", above=0)
+    max_sigma_m: float = setting("the cup follows estimates that are better than this [m]", above=0)
+    freeze_before_catch_s: float = setting("the plan is kept as it is for this long before the catch [s]", above=0)
     braking_m_s2: float = setting("deceleration of the shift after the catch [m/s^2]", above=0)
 
 
@@ -87,7 +87,7 @@ class PolicySettings:
     )
     generation: int = setting("rollouts between two changes of the policy, in one drawn world", at_least=4)
     max_rollouts: int = setting("rollouts of the search, without the repeats that judge it", at_least=4)
-    lasting: tuple[int, int] = setting(
+    stop_at: tuple[int, int] = setting(
         "the search ends when so many of so many repeats after a generation are caught", at_least=1
     )
     elite: int = setting("power: the best rollouts of all, from which the policy is made", at_least=1)
@@ -99,9 +99,9 @@ class PolicySettings:
             raise ConfigError(
                 "goal_moves", f"'goal_moves' is {[first, last]}; allowed: where it begins, then where it ends"
             )
-        caught, repeats = self.lasting
+        caught, repeats = self.stop_at
         if caught > repeats:
-            raise ConfigError("lasting", f"'lasting' is {[caught, repeats]}; allowed: caught, then of how many")
+            raise ConfigError("stop_at", f"'stop_at' is {[caught, repeats]}; allowed: caught, then of how many")
         if self.max_rollouts < self.generation:
             raise ConfigError(
                 "max_rollouts",
@@ -114,19 +114,20 @@ class AdaptSettings:
     """The search for the catch in the closed loop of the arm."""
 
     uncertainty: UncertaintySettings
-    eyes: EyesSettings
-    steering: SteeringSettings
+    sensor_model: SensorModelSettings
+    correction: CorrectionSettings
     line: LineSettings
     policy: PolicySettings
     search: Literal["tau", "cma", "power", "random"] = setting(
         "tau: windows of tau, then place and size; cma, power: the motion's shape; random: their null model"
     )
-    size: float = setting("factor on the motion's size with which every search begins", above=0)
-    catch: Literal["seen", "open"] = setting(
-        "seen: while the ball flies the cup goes where it is seen to come down; open: the motion plays as planned"
+    swing_scale: float = setting("factor on the motion's size with which every search begins", above=0)
+    catch: Literal["visual", "open_loop"] = setting(
+        "visual: while the ball flies the cup goes where it is seen to come down; open_loop: the motion plays as "
+        "planned"
     )
-    placement: Literal["given", "search"] = setting(
-        "given: the arm stands as conf/robot says; search: a placement is found for this motion first"
+    placement: Literal["fixed", "search"] = setting(
+        "fixed: the arm stands as conf/robot says; search: a placement is found for this motion first"
     )
     tau_range: tuple[float, float] = setting("least and largest tau_scale to try", above=0)
     tau_start: float = setting("tau_scale tried first", above=0)
@@ -136,7 +137,7 @@ class AdaptSettings:
     max_shift_m: float = setting("largest shift of the goal while the ball flies, if tau alone fails [m]", at_least=0)
     max_rollouts: int = setting("rollouts of the search without those that judge its finds", at_least=1)
     repeats: int = setting("fresh perturbed repeats of the chosen motion: success_rate is over these", at_least=1)
-    tilt_share: float = setting(
+    tilt_fraction: float = setting(
         "share of the demonstrated tilt of the cup that is played, less where the arm cannot; 0: upright",
         at_least=0,
         at_most=1,

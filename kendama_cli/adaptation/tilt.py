@@ -24,11 +24,11 @@ def playable_tilt(arm: RobotModel, plan: MotionPlan, settings: AdaptSettings) ->
         return plan, ()
     tilt, spin = tilt_only(turns_of(plan, np.linspace(0.0, plan.duration_s * plan.tau_scale, 200)))
     notes = []
-    if spin.max() > TOLD_SPIN_RAD and settings.tilt_share > 0:
+    if spin.max() > TOLD_SPIN_RAD and settings.tilt_fraction > 0:
         notes.append(
             f"left out: the cup's turn about its own axis, up to {np.degrees(spin.max()):.0f} deg; the cup is round"
         )
-    shares = [settings.tilt_share * less for less in LESS] if settings.tilt_share > 0 else []
+    shares = [settings.tilt_fraction * less for less in LESS] if settings.tilt_fraction > 0 else []
     reason = ""
     for share in shares:
         tried = with_share_of_turn(plan, share)
@@ -41,9 +41,9 @@ def playable_tilt(arm: RobotModel, plan: MotionPlan, settings: AdaptSettings) ->
             reason = swing.limiting_joint()
             continue
         if share < 1:
-            notes.append(_less(share, float(tilt.max()), reason or "adapt.tilt_share"))
+            notes.append(_less(share, float(tilt.max()), reason or "adapt.tilt_fraction"))
         return tried, tuple(notes)
-    notes.append(_less(0.0, float(tilt.max()), reason or "adapt.tilt_share=0"))
+    notes.append(_less(0.0, float(tilt.max()), reason or "adapt.tilt_fraction=0"))
     return with_share_of_turn(plan, 0.0), tuple(notes)
 
 

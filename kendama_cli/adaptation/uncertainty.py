@@ -74,9 +74,9 @@ def _errors_at(uncertainty: UncertaintySettings, rope_m: float, share: Array) ->
             rope_scale=float(1 + rope * uncertainty.rope_m / rope_m),
             ball_start_m=float(ball * uncertainty.ball_start_m),
             joint_friction_nm=float(friction * uncertainty.joint_friction_nm),
-            joint_friction_share=uncertainty.joint_friction_share,
+            joint_friction_fraction=uncertainty.joint_friction_fraction,
             restitution=_between(uncertainty.restitution, restitution),
-            mass_scale=float(1 + mass * uncertainty.mass_share),
+            mass_scale=float(1 + mass * uncertainty.mass_fraction),
             drag_scale=_log_between(uncertainty.drag_scale, drag),
         ),
         ArmErrors(

@@ -60,7 +60,7 @@ class FrictionModel:
     """The friction torque of n joints over their velocity, beyond what the controller's settings hold.
 
     ``chosen`` is "parametric" or "network": the one with the smaller error on a motion that neither was fitted to,
-    whose errors ``parametric_rms_nm`` and ``network_rms_nm`` (n,) are. ``fastest_rad_s`` (n,) is the highest speed
+    whose errors ``parametric_rms_nm`` and ``network_rms_nm`` (n,) are. ``max_speed_rad_s`` (n,) is the highest speed
     seen: beyond it the network is not asked.
     """
 
@@ -68,7 +68,7 @@ class FrictionModel:
     chosen: str
     parametric: ParametricFriction
     network: NetworkFriction
-    fastest_rad_s: Array
+    max_speed_rad_s: Array
     parametric_rms_nm: Array
     network_rms_nm: Array
 
@@ -76,7 +76,7 @@ class FrictionModel:
         n = len(self.joint_names)
         if self.chosen not in ("parametric", "network"):
             raise ValueError(f"chosen must be 'parametric' or 'network', not {self.chosen!r}")
-        for name in ("fastest_rad_s", "parametric_rms_nm", "network_rms_nm"):
+        for name in ("max_speed_rad_s", "parametric_rms_nm", "network_rms_nm"):
             object.__setattr__(self, name, array(name, getattr(self, name), (n,)))
         for name, count in (("parametric", len(self.parametric.coulomb_nm)), ("network", len(self.network.hidden))):
             if count != n:

@@ -138,7 +138,7 @@ def camera_teach(
 ) -> None:
     """Show what the ball looks like: draw boxes about it in stills of a film, on a page in the browser.
 
-    With a folder of images that have boxes already: learn the ball once, for predict/detector=taught.
+    With a folder of images that have boxes already: learn the ball once, for predict/detector=trained.
     """
     if path.is_dir():
         from kendama_cli.cli.camera_seeing import teach_ball  # OpenCV

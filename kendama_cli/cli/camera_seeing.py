@@ -62,7 +62,7 @@ def teach_ball(folder: Path, output: Path, seed: int) -> None:
     refuse_output(output, "a taught ball is a NumPy archive", ".npz")
     ball = taught(folder, [read_labelled(one) for one in labelled(folder)], seed)
     write_output(output, ball.to_bytes())
-    render.text(f"{output}; use it with predict/detector=taught predict.detector.ball={output}")
+    render.text(f"{output}; use it with predict/detector=trained predict.detector.ball={output}")
 
 
 def taught(source: Path, images: Sequence[TaughtImage], seed: int) -> TaughtBall:
@@ -83,9 +83,9 @@ def open_seeing(options: SeeingOptions, shown: Sequence[TaughtImage] = ()) -> Se
     Raises UsageError where name and boxes contradict each other, InputError where they teach nothing.
     """
     by_boxes = options.teach is not None or bool(shown)
-    name = options.detector or ("taught" if by_boxes else "motion")
-    if by_boxes and name != "taught":
-        raise UsageError(f"--detector {name}: boxes teach the detector 'taught'; leave out one of the two")
+    name = options.detector or ("trained" if by_boxes else "motion")
+    if by_boxes and name != "trained":
+        raise UsageError(f"--detector {name}: boxes teach the detector 'trained'; leave out one of the two")
     predict = build_settings(composed(options.site, [f"predict/detector={name}", *options.overrides]))["predict"]
     settings: DetectorSettings = predict.detector
     if isinstance(settings, TaughtDetectorSettings):

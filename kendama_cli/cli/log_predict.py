@@ -118,7 +118,7 @@ def _document(paths: Sequence[Path], flights: list[RecordedFlight], trial: Trial
 
     document: dict[str, Any] = {"files": [str(path) for path in paths], "flights": len(flights)}
     for j, seen in enumerate(SEEN):
-        figures: dict[str, Any] = {"seen_fraction": seen, "flights": len(flights)}
+        figures: dict[str, Any] = {"observed_fraction": seen, "flights": len(flights)}
         for name, errors in (
             ("position_error_mm", trial.position_error_mm[:, j]),
             ("time_error_ms", trial.time_error_ms[:, j]),

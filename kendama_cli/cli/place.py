@@ -44,7 +44,7 @@ def place(site: Site, pipeline: str, overrides: list[str], options: PlaceOptions
         raise UsageError(f"-o {output}: a node is a YAML file; name it like conf/robot/mine.yaml")
     made = run_for(MotionPlan, site, pipeline, overrides, as_json=options.as_json)
     settings, adapt = made.settings, made.settings["adapt"]
-    plan = scaled_plan(made.artifact, adapt.size, adapt.tau_start)
+    plan = scaled_plan(made.artifact, adapt.swing_scale, adapt.tau_start)
     robot = resolve_files(settings["robot"], "robot", site.data_roots)
     game, lead_in = settings["game"], adapt.lead_in_m_s2
     kept = adapt.line if options.line else None

@@ -49,7 +49,7 @@ def keep_toy(site: Site, run: str | None, output: Path) -> None:
     """Rope and drag of the run's stage ``measure``; raises UsageError where it has none."""
     found = Run(find_run(site.home, run), site.pipeline_folders)
     if "measure" not in found.stages:
-        raise UsageError(f"run {found.name} has no stage 'measure'; 'kendama run -p toy' measures the toy")
+        raise UsageError(f"run {found.name} has no stage 'measure'; 'kendama run -p measurement' measures the toy")
     toy: ToyModel = found.artifact("measure")
     source = f"run {found.name}, a free swing of {toy.duration_s:.0f} s"
     value, sigma = toy.drag_n_s_m(SPEED_M_S)

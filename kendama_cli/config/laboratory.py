@@ -100,7 +100,7 @@ def measured_values(setup: LaboratorySetup, config: Mapping[str, Any]) -> dict[s
     if (delay := setup.camera_delay_s) is not None:
         values["camera.latency_s"] = delay.value
         finding_s = _get(config, "transfer.observation.processing_s") or 0.0
-        values["adapt.eyes.latency_s"] = delay.value + finding_s
+        values["adapt.sensor_model.latency_s"] = delay.value + finding_s
     for name in ("marker_to_cup_m", "body_to_cup_m"):
         if (offset := getattr(setup, name)) is not None:
             values[f"capture.{name}"] = list(offset.value)

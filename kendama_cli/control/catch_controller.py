@@ -35,7 +35,7 @@ class TiltPlan:
     @property
     def flat(self) -> bool:
         """Whether the settings want neither."""
-        return self._catch.max_tilt_rad == 0.0 and self._catch.give_m_s == 0.0
+        return self._catch.max_tilt_rad == 0.0 and self._catch.contact_speed_m_s == 0.0
 
     def tilt_rad(self, relative_m_s: Array) -> float:
         """The tilt that opens the cup against the ball's velocity relative to it (along the line, up) (2,)."""
@@ -47,16 +47,18 @@ class TiltPlan:
         catch, h = self._catch, self._period_s
         tilt, turn = self._tilt
         lift, rise = self._lift
-        if end_s - t_s > catch.settled_before_s:
+        if end_s - t_s > catch.freeze_before_catch_s:
             turning = _planned(tilt_rad - tilt, turn, 0.0, span=(t_s, end_s), limit=TILT_LIMIT_RAD_S2, h=h)
-            rising = _planned(-lift, rise, -catch.give_m_s, span=(t_s, end_s), limit=catch.acceleration_m_s2, h=h)
+            rising = _planned(
+                -lift, rise, -catch.contact_speed_m_s, span=(t_s, end_s), limit=catch.acceleration_m_s2, h=h
+            )
             self._kept = turning, rising
         elif t_s < end_s:
             turning, rising = self._kept
         else:
             end_s = max(end_s + UPRIGHT_AFTER_S, t_s + 4 * h)
             turning = _planned(-tilt, turn, 0.0, span=(t_s, end_s), limit=TILT_LIMIT_RAD_S2, h=h)
-            rising = min(max(-rise / h, -catch.give_braking_m_s2), catch.give_braking_m_s2)
+            rising = min(max(-rise / h, -catch.contact_braking_m_s2), catch.contact_braking_m_s2)
         self._tilt = [tilt + (turn + 0.5 * turning * h) * h, turn + turning * h]
         self._lift = [lift + (rise + 0.5 * rising * h) * h, rise + rising * h]
         return CupTilt(*self._lift, *self._tilt)
@@ -78,7 +80,7 @@ class CatchController:
     """Plans the interception anew in every period, for where the ball is predicted to come down.
 
     Until the first prediction that is good enough, that is where the ballistic flight of the swing-up's last state
-    lands. ``believed_sigma_m`` is the standard deviation below which a prediction is followed. What is ``tracked``
+    lands. ``max_sigma_m`` is the standard deviation below which a prediction is followed. What is ``tracked``
     tells of the ball as late as the swing-up was told of it; images have the time at which they were taken.
     """
 
@@ -89,11 +91,11 @@ class CatchController:
         geometry: CatchGeometry,
         *,
         catch: CatchSettings,
-        believed_sigma_m: float,
+        max_sigma_m: float,
         tracked: bool,
     ) -> None:
         self._cart, self._geometry, self._catch = cart, geometry, catch
-        self._believed_sigma_m = believed_sigma_m
+        self._believed_sigma_m = max_sigma_m
         self._lag_s = cart.delay_s if tracked else cart.arm_lag_s  # as the swing-up has shown it
         landing = geometry.flight.landing(swing.last)
         ball = geometry.flight.rope.ball(swing.last.angle_rad, swing.last.rate_rad_s)
@@ -120,7 +122,7 @@ class CatchController:
         """What to ask of the cup for the period that begins at ``t_s``."""
         cart, catch = self._cart, self._catch
         end_s = self.catch_s - self._lag_s
-        if end_s - t_s > catch.settled_before_s:
+        if end_s - t_s > catch.freeze_before_catch_s:
             self._interception = plan_interception(
                 way_m=self._target_m - self._geometry.below_rim_lever_m * math.sin(self._tilt_rad) - cart.x_m,
                 velocity_m_s=cart.velocity_m_s,
@@ -130,7 +132,7 @@ class CatchController:
                 limit_m_s2=catch.acceleration_m_s2,
             )
             across = self._speed_m_s - self._interception.speed_m_s
-            self._tilt_rad = self._tilt_plan.tilt_rad(np.array([across, self._fall_m_s + catch.give_m_s]))
+            self._tilt_rad = self._tilt_plan.tilt_rad(np.array([across, self._fall_m_s + catch.contact_speed_m_s]))
         if self._interception is not None and t_s < end_s:
             return self._interception.acceleration_m_s2(t_s + 0.5 * cart.period_s)
         stop = -cart.velocity_m_s / cart.period_s

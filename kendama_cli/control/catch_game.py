@@ -106,14 +106,12 @@ def finish_game(
     *,
     game: GameSettings,
     catch: CatchSettings,
-    believed_sigma_m: float,
+    max_sigma_m: float,
 ) -> Game:
     """After ``swing`` observe the ball and catch it; raises HardwareError of the line."""
     if swing.outcome != "goal":
         return Game(swing, (), (), None, observer.observed, None)
-    controller = CatchController(
-        swing, cart, geometry, catch=catch, believed_sigma_m=believed_sigma_m, tracked=observer.tracked
-    )
+    controller = CatchController(swing, cart, geometry, catch=catch, max_sigma_m=max_sigma_m, tracked=observer.tracked)
     steps: list[CartStep] = []
     estimates: list[CatchPrediction] = []
     step = swing.steps[-1]

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from kendama_cli.adaptation.settings import AdaptSettings, SteeringSettings
+from kendama_cli.adaptation.settings import AdaptSettings, CorrectionSettings
 from kendama_cli.artifacts.catch_pose import CatchPose
 from kendama_cli.control.steered_motion import UNREACHED_M, CupPlan, SteeredMotion
 from kendama_cli.robot_model.inverse_kinematics import weighted_step
@@ -37,7 +37,7 @@ class _Flight:
 def lacking_reach(
     cup: CupPlan, flight_s: tuple[float, float], settings: AdaptSettings, *, rim_m: float, mouth_m: float
 ) -> str | None:
-    """Return why the cup cannot go ``uncertainty.least_reach_m`` to either side in a flight; None where it can.
+    """Return why the cup cannot go ``uncertainty.min_reach_m`` to either side in a flight; None where it can.
 
     ``flight_s`` is when the ball flies in the motion of ``cup``. Of that time onset, the eyes' latency and the largest
     lag are lost; in what is left, T, the acceleration a carries the cup a T^2 / 2 along x. The way there and what is
@@ -45,34 +45,35 @@ def lacking_reach(
     of the middle of the cup, whose rim is at ``rim_m``, and the cup to be where it is sent. The text ends with the
     settings that would let it pass.
     """
-    arm, wanted_m = cup.arm, settings.uncertainty.least_reach_m
+    arm, wanted_m = cup.arm, settings.uncertainty.min_reach_m
     name, wanted = arm.settings.name, f"{settings.uncertainty.name} asks for {1e3 * wanted_m:.0f} mm"
     if wanted_m == 0.0:
         return None
-    latency_s, lag_s = settings.eyes.latency_s, settings.uncertainty.lag_s[1]
+    latency_s, lag_s = settings.sensor_model.latency_s, settings.uncertainty.lag_s[1]
     flies_s = flight_s[1] - flight_s[0]
     left_s = flies_s - ONSET_S - latency_s - lag_s
     lost = f"{ONSET_S:g} s of onset, {latency_s:g} s of latency and {lag_s:g} s of lag"
     if left_s <= 0:
         return (
             f"the ball flies {flies_s:.2f} s, and {lost} leave {name} no time to go to it ({wanted}): lower "
-            f"adapt.eyes.latency_s, or {OTHERWISE}"
+            f"adapt.sensor_model.latency_s, or {OTHERWISE}"
         )
-    if wanted_m > settings.steering.max_shift_m:
-        return f"adapt.steering.max_shift_m is {settings.steering.max_shift_m:g} m ({wanted}): raise it, or {OTHERWISE}"
+    if wanted_m > settings.correction.max_shift_m:
+        most_m = settings.correction.max_shift_m
+        return f"adapt.correction.max_shift_m is {most_m:g} m ({wanted}): raise it, or {OTHERWISE}"
     posture = cup.motion.position_rad[min(round(flight_s[1] / cup.period_s), len(cup.motion.t_s) - 1)]
     own_m_s2, joint = _acceleration_m_s2(arm, posture)
-    used_m_s2 = min(own_m_s2, settings.steering.acceleration_m_s2)
+    used_m_s2 = min(own_m_s2, settings.correction.acceleration_m_s2)
     way_m = 0.5 * used_m_s2 * left_s**2
     flight = _Flight(cup, flight_s[1] - lag_s - left_s, flight_s[1] - lag_s, rim_m, mouth_m)
     if way_m < wanted_m:
-        by = "adapt.steering.acceleration_m_s2" if used_m_s2 < own_m_s2 else f"joint '{joint}'"
+        by = "adapt.correction.acceleration_m_s2" if used_m_s2 < own_m_s2 else f"joint '{joint}'"
         return (
             f"{name} moves the cup {1e3 * way_m:.0f} mm while the ball flies ({wanted}): {used_m_s2:.1f} m/s^2 ({by}) "
             f"in the {left_s:.2f} s that {lost} leave: raise that acceleration, {_passing(flight, way_m, settings)}"
         )
     for side in (1.0, -1.0):
-        if not _goes(flight, side * wanted_m, settings.steering):
+        if not _goes(flight, side * wanted_m, settings.correction):
             return (
                 f"{name} cannot hold the cup {1e3 * side * wanted_m:+.0f} mm along x beside the catch and behind it "
                 f"({wanted}): place the arm otherwise (adapt.placement=search), {_passing(flight, wanted_m, settings)}"
@@ -83,9 +84,9 @@ def lacking_reach(
 def _passing(flight: _Flight, most_m: float, settings: AdaptSettings) -> str:
     """The settings with which the flight passes, of a reach of at most ``most_m``."""
     tried = (math.floor(1e3 * share * most_m) for share in SHARES)
-    both = (mm for mm in tried if all(_goes(flight, side * 1e-3 * mm, settings.steering) for side in (1.0, -1.0)))
+    both = (mm for mm in tried if all(_goes(flight, side * 1e-3 * mm, settings.correction) for side in (1.0, -1.0)))
     millimetres = next(both, 0)
-    return (f"set adapt.uncertainty.least_reach_m={1e-3 * millimetres:g}, " if millimetres else "") + f"or {OTHERWISE}"
+    return (f"set adapt.uncertainty.min_reach_m={1e-3 * millimetres:g}, " if millimetres else "") + f"or {OTHERWISE}"
 
 
 def _acceleration_m_s2(arm: RobotModel, posture: Array) -> tuple[float, str]:
@@ -97,7 +98,7 @@ def _acceleration_m_s2(arm: RobotModel, posture: Array) -> tuple[float, str]:
     return float(given[least]), arm.joint_names[least]
 
 
-def _goes(flight: _Flight, beside_m: float, steering: SteeringSettings) -> bool:
+def _goes(flight: _Flight, beside_m: float, steering: CorrectionSettings) -> bool:
     """Whether a ball ``beside_m`` along x is met, and the cup is where it is sent from then to the motion's end."""
     cup, period_s = flight.cup, flight.cup.period_s
     motion = SteeredMotion(cup, steering, flight.rim_m, flight.known_s)

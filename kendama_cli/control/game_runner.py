@@ -85,7 +85,7 @@ class GameRunner:
             observer,
             game=self.game,
             catch=self._settings.catch,
-            believed_sigma_m=self._settings.observation.believed_sigma_m,
+            max_sigma_m=self._settings.observation.max_sigma_m,
         )
 
     def _swing_up(

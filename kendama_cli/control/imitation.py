@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from kendama_cli.adaptation.settings import SteeringSettings
+from kendama_cli.adaptation.settings import CorrectionSettings
 from kendama_cli.artifacts.motion_plan import JointTrajectory
 from kendama_cli.control.outcome import sensed_catch
 from kendama_cli.control.steered_motion import CupPlan, SteeredMotion
@@ -55,7 +55,7 @@ class SeenImitation:
 
     watched: WatchedFlight
     arm: RobotModel
-    steering: SteeringSettings
+    steering: CorrectionSettings
     rim_m: float
     from_s: float
 

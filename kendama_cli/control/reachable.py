@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from kendama_cli.adaptation.settings import AdaptSettings, SteeringSettings
+from kendama_cli.adaptation.settings import AdaptSettings, CorrectionSettings
 from kendama_cli.artifacts.motion_plan import CatchMotion, JointTrajectory
 from kendama_cli.motion.sampling import thinning
 from kendama_cli.robot_model.inverse_kinematics import OutOfReachError, across, solve_cup
@@ -43,7 +43,7 @@ class Surroundings:
     adapt: AdaptSettings
     safety: SafetySettings
 
-    def steering(self, joints: JointTrajectory, from_s: float) -> tuple[SteeringSettings, tuple[str, ...]]:
+    def steering(self, joints: JointTrajectory, from_s: float) -> tuple[CorrectionSettings, tuple[str, ...]]:
         """Return the steering of ``adapt`` in as large a circle about ``joints`` as is safe, and what limits it.
 
         The cup is taken to the rim of each circle, in DIRECTIONS directions, at every place of the motion from
@@ -51,8 +51,8 @@ class Surroundings:
         box. Raises StageError where the planned motion itself is not allowed, or a seen catch may not leave it at all.
         """
         require_allowed(check_motion(self.arm, self.game, joints, self.safety))
-        steering = self.adapt.steering
-        if self.adapt.catch != "seen":
+        steering = self.adapt.correction
+        if self.adapt.catch != "visual":
             return steering, ()
         allowed_m = 0.0
         for share in SHARES:
@@ -72,7 +72,7 @@ class Surroundings:
 
         Speeds and accelerations alone grow with the tempo: v / tempo and a / tempo^2 over their limits.
         """
-        shares, most = limit_shares(self.arm, joints), self.safety.limit_share
+        shares, most = limit_shares(self.arm, joints), self.safety.limit_ratio
         least = max(shares.velocity.max() / most, math.sqrt(shares.acceleration.max() / most))
         return tuple(tempo for tempo in tempos if tempo >= min(least, 1.0))
 

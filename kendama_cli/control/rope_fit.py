@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from kendama_cli.adaptation.settings import SteeringSettings
+from kendama_cli.adaptation.settings import CorrectionSettings
 from kendama_cli.artifacts.motion_plan import CatchMotion, JointTrajectory, MotionPlan
 from kendama_cli.control.imitation import require_same_joints
 from kendama_cli.control.reachable import Surroundings, follow_from_s
@@ -63,7 +63,7 @@ class FittedMotion:
     """
 
     joints: JointTrajectory
-    steering: SteeringSettings
+    steering: CorrectionSettings
     rope_scale: float
     resized: bool
 

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from kendama_cli.adaptation.settings import EyesSettings, SteeringSettings
+from kendama_cli.adaptation.settings import CorrectionSettings, SensorModelSettings
 from kendama_cli.artifacts.motion_plan import JointTrajectory
 from kendama_cli.control.position_tracker import position_tracker
 from kendama_cli.control.rope_angle import rope_angle_rad
@@ -36,8 +36,8 @@ class SeenCatch:
         joints: JointTrajectory,
         cup: CupPlan,
         *,
-        eyes: EyesSettings,
-        steering: SteeringSettings,
+        eyes: SensorModelSettings,
+        steering: CorrectionSettings,
         rng: np.random.Generator,
     ) -> None:
         self._arm, self._eyes, self._rng = arm, eyes, rng
@@ -60,7 +60,7 @@ class SeenCatch:
     @property
     def shifts_m(self) -> tuple[float, float]:
         """The cup's distances from its plan: at the moment of the catch, and the largest."""
-        return self._motion.catch_shift_m, self._motion.largest_shift_m
+        return self._motion.catch_shift_m, self._motion.max_shift_m
 
     def coming(self, t_s: float, position_rad: Array, ball_m: Array) -> Sequence[tuple[Array, Array, Array]] | None:
         """What is commanded in the period that begins at ``t_s``, step by step; None: as it is planned."""

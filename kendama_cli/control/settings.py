@@ -26,7 +26,7 @@ class ObservationSettings:
     image_every: int = setting("cameras: log every so many frames of the first game as whole images", at_least=1)
     position_sigma_m: float = setting("tracking: standard deviation of a position, per axis [m]", above=0)
     free_after_s: float = setting("tracking: the ball counts as flying this long after the goal [s]", at_least=0)
-    believed_sigma_m: float = setting(
+    max_sigma_m: float = setting(
         "the cup follows estimates that are better than this; before, the last swing state's landing [m]", above=0
     )
 
@@ -47,9 +47,9 @@ class CatchSettings:
         at_least=0,
         at_most=0.8,
     )
-    give_m_s: float = setting("speed downward with which the cup meets the ball [m/s]", at_least=0, at_most=1)
-    give_braking_m_s2: float = setting("deceleration of that after the catch [m/s^2]", above=0)
-    settled_before_s: float = setting("the plan is kept as it is for this long before the catch [s]", above=0)
+    contact_speed_m_s: float = setting("speed downward with which the cup meets the ball [m/s]", at_least=0, at_most=1)
+    contact_braking_m_s2: float = setting("deceleration of that after the catch [m/s^2]", above=0)
+    freeze_before_catch_s: float = setting("the plan is kept as it is for this long before the catch [s]", above=0)
     braking_m_s2: float = setting("deceleration of the cup after the catch [m/s^2]", above=0)
     after_catch_s: float = setting("the game ends this long after the predicted catch [s]", above=0)
 
@@ -61,21 +61,25 @@ class TransferSettings:
     policy: str | None = setting(
         "artifact.json of a stored policy to take instead of the learn stage's, verified the same way", file=True
     )
-    evaluation_n: int = setting(
+    evaluation_rollouts: int = setting(
         "rollouts of the frozen policy, before and again after learning on the hardware", above=0
     )
-    cap: int = setting("rollouts after which learning on the hardware ends without its streak of successes", above=0)
-    frozen: int = setting(
+    max_rollouts: int = setting(
+        "rollouts after which learning on the hardware ends without its streak of successes", above=0
+    )
+    solved_streak: int = setting(
         "greedy successes in a row at which the policy is frozen; until then learning goes on "
-        "(never fewer than learn.count.streak)",
+        "(never fewer than learn.count.learned_streak)",
         above=0,
     )
     baseline: bool = setting("whether the same robot also learns from an empty table, to compare with")
-    imitation_tries: int = setting("plays of the imitation motion at most; after a miss its tempo is varied", above=0)
+    imitation_attempts: int = setting(
+        "plays of the imitation motion at most; after a miss its tempo is varied", above=0
+    )
     imitation_repeats: int = setting(
         "further plays at the tempo that caught: imitation_caught_rate is theirs", at_least=0
     )
-    imitation_tempo_step: float = setting("step of that variation, as a fraction of tau", above=0, below=0.1)
+    imitation_tau_step: float = setting("step of that variation, as a fraction of tau", above=0, below=0.1)
     games: int = setting("full games: swing-up, flight, catch", above=0)
     log_period_s: float = setting("steps, joints and transforms are logged this often [s]", above=0)
     observation: ObservationSettings = setting("how ball and cup are observed")

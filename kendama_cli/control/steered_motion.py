@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from kendama_cli.adaptation.settings import SteeringSettings
+from kendama_cli.adaptation.settings import CorrectionSettings
 from kendama_cli.artifacts.catch_pose import CatchPose
 from kendama_cli.artifacts.motion_plan import JointTrajectory
 from kendama_cli.control.interception import InterceptionPlan, plan_interception
@@ -26,7 +26,9 @@ def shortened(vector: Array, most: float) -> Array:
     return np.asarray(vector * min(1.0, most / max(float(np.linalg.norm(vector)), 1e-12)))
 
 
-def bounded(acceleration_m_s2: Array, shift_m: Array, speed_m_s: Array, h: float, settings: SteeringSettings) -> Array:
+def bounded(
+    acceleration_m_s2: Array, shift_m: Array, speed_m_s: Array, h: float, settings: CorrectionSettings
+) -> Array:
     """Return ``acceleration_m_s2`` (2,) for a period of ``h``, or braking where it would lead out of the circle.
 
     From s (2,) with speed v the cup stops at s + v |v| / (2 b), which braking with b = ``settings.braking_m_s2``
@@ -39,7 +41,7 @@ def bounded(acceleration_m_s2: Array, shift_m: Array, speed_m_s: Array, h: float
     return shortened(-speed_m_s / h, settings.braking_m_s2 if inside else settings.acceleration_m_s2)
 
 
-def brakable(speed_m_s: Array, shift_m: Array, settings: SteeringSettings) -> Array:
+def brakable(speed_m_s: Array, shift_m: Array, settings: CorrectionSettings) -> Array:
     """Return ``speed_m_s`` (2,), or as much of it as can be braked in the circle from ``shift_m`` (2,) on.
 
     v^2 = 2 b d with d the way along the speed to the circle.
@@ -49,7 +51,7 @@ def brakable(speed_m_s: Array, shift_m: Array, settings: SteeringSettings) -> Ar
     return shortened(speed_m_s, math.sqrt(2 * settings.braking_m_s2 * max(left_m, 0.0)))
 
 
-def _stops_inside(shift_m: Array, speed_m_s: Array, settings: SteeringSettings) -> bool:
+def _stops_inside(shift_m: Array, speed_m_s: Array, settings: CorrectionSettings) -> bool:
     way_m = speed_m_s * float(np.linalg.norm(speed_m_s)) / (2 * settings.braking_m_s2)
     return float(np.linalg.norm(shift_m + way_m)) <= settings.max_shift_m + ROUNDING_M
 
@@ -111,14 +113,14 @@ class SteeredMotion:
     No ball is followed before ``from_s``, counted from the motion's start.
     """
 
-    def __init__(self, plan: CupPlan, settings: SteeringSettings, rim_m: float, from_s: float = 0.0) -> None:
+    def __init__(self, plan: CupPlan, settings: CorrectionSettings, rim_m: float, from_s: float = 0.0) -> None:
         self._plan, self._settings, self._from_s = plan, settings, from_s
         self._lever_m = rim_m - settings.below_rim_m
         motion = plan.motion
         self._index = 0
         self._last = JointCommand(motion.position_rad[0], motion.velocity_rad_s[0], motion.acceleration_rad_s2[0])
         self._shift_m, self._speed_m_s = np.zeros(2), np.zeros(2)
-        self.catch_shift_m = self.largest_shift_m = 0.0
+        self.catch_shift_m = self.max_shift_m = 0.0
         self._pose: CatchPose | None = None
         self._catch_s = math.inf
         self._plans: list[InterceptionPlan] = []
@@ -138,7 +140,7 @@ class SteeredMotion:
     def shift_m(self) -> Array:
         """The way (2,) from the planned to the commanded cup.
 
-        ``catch_shift_m`` is its length at the moment of the catch, ``largest_shift_m`` the largest until now.
+        ``catch_shift_m`` is its length at the moment of the catch, ``max_shift_m`` the largest until now.
         """
         return self._shift_m
 
@@ -157,7 +159,7 @@ class SteeredMotion:
 
         Its time counts from the motion's start.
         """
-        believed = float(np.trace(pose.covariance_m2)) <= self._settings.believed_sigma_m**2
+        believed = float(np.trace(pose.covariance_m2)) <= self._settings.max_sigma_m**2
         if believed and self._index * self._plan.period_s >= self._from_s:
             self._pose = pose
 
@@ -179,7 +181,7 @@ class SteeredMotion:
             self._last, _, self._shift_m, speed_m_s = made
             self._speed_m_s = np.where(np.abs(speed_m_s) < STILL_M_S, 0.0, speed_m_s)
             shift_m = float(np.linalg.norm(self._shift_m))
-            self.largest_shift_m = max(self.largest_shift_m, shift_m)
+            self.max_shift_m = max(self.max_shift_m, shift_m)
             if not self.over:
                 self.catch_shift_m = shift_m
         return self._last
@@ -193,7 +195,7 @@ class SteeredMotion:
         """Of the shift (2,) in the coming period."""
         settings, h = self._settings, self._plan.period_s
         start_s = (self._index - 1) * h
-        if start_s < self._catch_s - settings.settled_before_s:
+        if start_s < self._catch_s - settings.freeze_before_catch_s:
             self._aim(pose, start_s)
         if start_s < self._catch_s:
             wanted = np.array([plan.acceleration_m_s2(start_s + 0.5 * h) for plan in self._plans])
@@ -205,7 +207,7 @@ class SteeredMotion:
         settings = self._settings
         meeting_s, ball_m, ball_m_s = self._meeting(pose)
         end_s = meeting_s - self.lag_s
-        if end_s - start_s < settings.settled_before_s:
+        if end_s - start_s < settings.freeze_before_catch_s:
             if not self._plans:
                 self._catch_s = start_s
             return

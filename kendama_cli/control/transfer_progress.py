@@ -40,8 +40,8 @@ class Progress:
         self.missed = int(state["missed"])
         self._seed = int(state["seed"])
         self._learn = learn
-        self._cap = transfer.cap
-        self._frozen = max(transfer.frozen, learn.count.streak)
+        self._cap = transfer.max_rollouts
+        self._frozen = max(transfer.solved_streak, learn.count.learned_streak)
         self._learners: dict[str, dict[str, Any]] = {start: joined_state(state, start) for start in STARTS}
         self._missed_here = 0
 
@@ -112,22 +112,22 @@ class Progress:
         learned_at = self.learner(start).count.learned_at
         return self._cap if learned_at is None else learned_at
 
-    def rollouts_to_proof(self) -> int:
+    def rollouts_to_solved(self) -> int:
         """Rollouts on the hardware before those in a row that prove the table handed over; the cap where none do."""
-        proven_after = self.learner().count.proven_after
-        return self._cap if proven_after is None else proven_after
+        solved_after = self.learner().count.solved_after
+        return self._cap if solved_after is None else solved_after
 
-    def proven(self) -> bool | None:
+    def solved(self) -> bool | None:
         """Whether the table stood the proof; None where learning ends before it can."""
-        return self.learner().count.proven if self._frozen >= self._learn.count.frozen else None
+        return self.learner().count.solved if self._frozen >= self._learn.count.solved_streak else None
 
-    def went_back(self) -> bool:
-        """Whether learning on made the table worse: it is not proven, and fewer frozen rollouts succeed than before."""
-        return not self.proven() and float(np.mean(self.after)) < float(np.mean(self.before))
+    def reverted(self) -> bool:
+        """Whether learning on made the table worse: it is not solved, and fewer frozen rollouts succeed than before."""
+        return not self.solved() and float(np.mean(self.after)) < float(np.mean(self.before))
 
     def kept(self, handed_over: PolicyArtifact) -> PolicyArtifact:
         """What games are played with: the policy as it stands, or ``handed_over`` where learning made it worse."""
-        return handed_over if self.went_back() else self.policy
+        return handed_over if self.reverted() else self.policy
 
     @property
     def count(self) -> int:

@@ -140,16 +140,16 @@ class Catch(FreeCup):
         for _ in range(MOST_DRAWS):
             side, share_x, share_v = rng.choice([-1.0, 1.0]), *rng.uniform(-0.8, 0.8, 2)
             angle = math.radians(rng.uniform(goal.angle_deg - goal.tolerance_deg, goal.angle_deg + goal.tolerance_deg))
-            rate = rng.uniform(goal.slowest_rad_s, goal.fastest_rad_s)
+            rate = rng.uniform(goal.min_rate_rad_s, goal.max_rate_rad_s)
             state = SwingState(
                 share_x * workspace.half_width_m, share_v * workspace.max_speed_m_s, side * angle, side * rate
             )
-            slack = rope.pull_m_s2(angle, rate, 0.0, self._game.gravity_m_s2) <= 0.0
+            slack = rope.min_tension_m_s2(angle, rate, 0.0, self._game.gravity_m_s2) <= 0.0
             landing = flight.landing(state)
             if slack and landing is not None and window.in_window(state) and self._within_reach(landing):
                 return state
         angles = f"{goal.angle_deg:g} +- {goal.tolerance_deg:g} deg"
-        rates = f"{goal.slowest_rad_s:g} to {goal.fastest_rad_s:g} rad/s"
+        rates = f"{goal.min_rate_rad_s:g} to {goal.max_rate_rad_s:g} rad/s"
         raise ConfigError(
             "learn.goal",
             f"of {MOST_DRAWS} states of its window ({angles}, {rates}) none lets a ball fall within the cup's reach "

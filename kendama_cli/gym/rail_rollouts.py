@@ -34,7 +34,7 @@ class RailRollouts:
         self._errors = np.zeros((3, n, -(-self._at_most // self._hold)))
         self._scales = [(1.0, 1.0, 1.0)] * n
         self._rail, self._on = CompiledRail(game, settings.step_s), (1.0, 1.0)
-        self._check_delay(settings.bodies.delay_s)
+        self._check_delay(settings.randomisation.delay_s)
 
     @property
     def durations_s(self) -> NDArray[np.float64]:

@@ -12,12 +12,12 @@ import numpy as np
 
 from kendama_cli.errors import ConfigError
 from kendama_cli.learning.settings import LearnSettings
-from kendama_cli.learning.task_settings import BodySettings
+from kendama_cli.learning.task_settings import RandomisationSettings
 from kendama_cli.simulation.swingup.noise import draw_noise
 from kendama_cli.simulation.swingup.rollout import RolloutNoise
 
-NOMINAL = BodySettings(
-    rope=0.0, drag=(1.0, 1.0), noise=(1.0, 1.0), acceleration=0.0, angle_deg=0.0, delay_s=0.0, narrowing=0.0
+NOMINAL = RandomisationSettings(
+    rope=0.0, drag=(1.0, 1.0), noise=(1.0, 1.0), acceleration=0.0, angle_deg=0.0, delay_s=0.0, workspace_shrink=0.0
 )
 ALLOWED = {
     "rope": (0.5, 2.0),
@@ -31,7 +31,8 @@ ALLOWED = {
 
 @dataclass(frozen=True)
 class RolloutOptions:
-    """``noise``: a factor on ``learn.noise``. ``body``: this one, instead of one that is drawn from ``learn.bodies``.
+    """``noise``: a factor on ``learn.noise``. ``body``: this one, instead of one that is drawn from
+    ``learn.randomisation``.
 
     A body is given by the factors ``rope``, ``drag`` and ``acceleration``, by ``angle_deg``, by which its angle is
     misread, and ``delay_s``, after which an action takes effect; what is left out is as in the model.
@@ -66,7 +67,7 @@ class RolloutOptions:
 
     def drawn(self, settings: LearnSettings, rng: np.random.Generator) -> RolloutNoise:
         """Draw one rollout's noise."""
-        bodies = settings.bodies if self.body is None else NOMINAL
+        bodies = settings.randomisation if self.body is None else NOMINAL
         calmest, noisiest = bodies.noise
         bodies = dataclasses.replace(bodies, noise=(self.noise * calmest, self.noise * noisiest))
         noise, body = draw_noise(settings, bodies, rng), self.body

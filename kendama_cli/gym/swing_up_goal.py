@@ -143,8 +143,8 @@ class SwingUpGoal(PaintedEnv[GoalObservation]):
             success="reached",
             angle_deg=math.degrees(angle_rad),
             tolerance_deg=math.degrees(wide_rad),
-            slowest_rad_s=rate_rad_s - fast_rad_s,
-            fastest_rad_s=rate_rad_s + fast_rad_s,
+            min_rate_rad_s=rate_rad_s - fast_rad_s,
+            max_rate_rad_s=rate_rad_s + fast_rad_s,
         )
 
     def _observation(self) -> GoalObservation:

@@ -41,20 +41,20 @@ def excitation(
     q = q0 + A w(t) sum_k c_k sin(k omega phi(t) + p_k),   phi' = s^((1 + cos(2 pi m t / T)) / 2)
 
     with q0 the posture nearest to home that leaves room, the sum scaled to 1, w a window that begins and ends at rest,
-    and m sweeps of the tempo from the share s, at which the joint's peak speed is ``slowest_rad_s``, to 1. Each joint's
-    omega is the largest within ``limit_share`` of its limits; where the arm's weight and inertia would ask for more
-    than EFFORT_SHARE of an effort limit, all are slower. Raises StageError, naming the joint, where its range is less
-    than 2 A, where even slowly the effort is too large, or where links would touch.
+    and m sweeps of the tempo from the share s, at which the joint's peak speed is ``min_speed_rad_s``, to 1. Each
+    joint's omega is the largest within ``limit_ratio`` of its limits; where the arm's weight and inertia would ask for
+    more than EFFORT_SHARE of an effort limit, all are slower. Raises StageError, naming the joint, where its range is
+    less than 2 A, where even slowly the effort is too large, or where links would touch.
     """
     middle = _middle(arm, settings.amplitude_rad)
     state = rng.bit_generator.state
-    share = settings.limit_share
+    share = settings.limit_ratio
     for _ in range(TRIES):
         rng.bit_generator.state = state
         joints = _motion(
             arm,
             middle,
-            dataclasses.replace(settings, limit_share=share),
+            dataclasses.replace(settings, limit_ratio=share),
             duration_s=duration_s,
             period_s=period_s,
             rng=rng,
@@ -93,11 +93,11 @@ def _motion(
         speed = settings.amplitude_rad * np.abs((size * k * np.cos(circle)).sum(axis=1)).max()
         change = settings.amplitude_rad * np.abs((size * k**2 * np.sin(circle)).sum(axis=1)).max()
         omega = min(
-            settings.limit_share * arm.limits.velocity_rad_s[j] / speed,
-            float(np.sqrt(settings.limit_share * arm.limits.acceleration_rad_s2[j] / change)),
+            settings.limit_ratio * arm.limits.velocity_rad_s[j] / speed,
+            float(np.sqrt(settings.limit_ratio * arm.limits.acceleration_rad_s2[j] / change)),
             2 * np.pi * FASTEST_HZ,
         )
-        slowest = min(settings.slowest_rad_s / (omega * speed), 1.0)
+        slowest = min(settings.min_speed_rad_s / (omega * speed), 1.0)
         phase_s = CubicSpline(t_s, slowest**exponent).antiderivative()(t_s)
         wave[:, j] = (size * np.sin(phase_s[:, None] * k * omega + start)).sum(axis=1)
     window = minimum_jerk.step(t_s / RAMP_S) * minimum_jerk.step((t_s[-1] - t_s) / RAMP_S)

@@ -123,7 +123,7 @@ def fit_network(
     velocity_rad_s: Array,
     torque_nm: Array,
     kept: NDArray[np.bool_],
-    fastest_rad_s: Array,
+    max_speed_rad_s: Array,
     *,
     hidden: int,
     rng: np.random.Generator,
@@ -131,7 +131,7 @@ def fit_network(
     """Train one network of ``hidden`` units per joint on ``torque_nm`` (k, n) of the samples ``kept`` (k, n)."""
     made = [
         _train_joint(
-            network_velocity(velocity_rad_s[kept[:, j], j], fastest_rad_s[j]),
+            network_velocity(velocity_rad_s[kept[:, j], j], max_speed_rad_s[j]),
             direction(velocity_rad_s[kept[:, j], j]),
             torque_nm[kept[:, j], j],
             [rng.normal(0.0, 1.0, (hidden, 3)) for _ in range(STARTS)],

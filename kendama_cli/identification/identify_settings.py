@@ -12,9 +12,9 @@ class IdentifySettings:
     """The exciting motions, the models, and the motion of the cup that shows what they are worth."""
 
     amplitude_rad: float = setting("how far each joint leaves its home posture [rad]", above=0)
-    limit_share: float = setting("share of the speed and acceleration limits that is used", above=0, at_most=1)
+    limit_ratio: float = setting("share of the speed and acceleration limits that is used", above=0, at_most=1)
     harmonics: int = setting("sines of which each joint's motion is the sum", at_least=1, at_most=20)
-    slowest_rad_s: float = setting("each joint's tempo sweeps from about this speed to its fastest [rad/s]", above=0)
+    min_speed_rad_s: float = setting("each joint's tempo sweeps from about this speed to its fastest [rad/s]", above=0)
     sweeps: int = setting("sweeps of the tempo in one motion", at_least=1)
     duration_s: float = setting("length of the motion that is learned from [s]", at_least=4)
     held_out_s: float = setting("length of another motion, on which the two models are compared [s]", at_least=4)

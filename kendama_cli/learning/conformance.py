@@ -194,11 +194,13 @@ class _Practice:
 def _frozen(settings: LearnSettings) -> _Practice:
     """A learner whose streak has frozen it."""
     practice = _Practice(begin_learner(settings), settings, SEED)
-    for _ in range(20 * settings.count.streak):
+    for _ in range(20 * settings.count.learned_streak):
         if practice.learner.count.frozen(settings.count):
             return practice
         practice.rollout("goal")
-    raise AssertionError(f"the law is broken: a learner that always succeeds is frozen after {settings.count.streak}")
+    raise AssertionError(
+        f"the law is broken: a learner that always succeeds is frozen after {settings.count.learned_streak}"
+    )
 
 
 def _through_a_file(state: Mapping[str, Any]) -> dict[str, Any]:

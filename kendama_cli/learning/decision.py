@@ -41,8 +41,8 @@ class HeldAction:
         actions = settings.actions_m_s2
         self._grid = grid
         self._last = len(actions) - 1
-        self._shortest_s = settings.decision.shortest_s - ROUNDING_S
-        self._longest_s = settings.decision.longest_s - ROUNDING_S
+        self._shortest_s = settings.decision.min_s - ROUNDING_S
+        self._longest_s = settings.decision.max_s - ROUNDING_S
         self._chosen_s = NEVER_S
         self._place = -1
         self.next_look_s = NEVER_S

@@ -52,7 +52,7 @@ class DrawnHarmonic(NamedTuple):
 
 def drives_place(learn: LearnSettings) -> bool:
     """Whether a harmonic drives the cup's place rather than its acceleration."""
-    if learn.harmonic.drives == "suited":
+    if learn.harmonic.drives == "auto":
         return not isinstance(learn.workspace, LimitedWorkspace)
     return learn.harmonic.drives == "position"
 
@@ -145,7 +145,7 @@ def explorer(learn: LearnSettings, count: LearningCount, lucky: Sequence[DrawnHa
     settings = learn.exploration
     if settings.kind == "epsilon_greedy":
         return EpsilonGreedy(settings, learn, count.rollouts, rng)
-    if lucky and rng.random() < settings.varied:
+    if lucky and rng.random() < settings.mutation_fraction:
         chosen = lucky[int(rng.integers(len(lucky)))]
         return Harmonic(learn, vary_harmonic(settings, chosen, rng, succeeded=count.succeeded_ever))
     return Harmonic(learn, draw_harmonic(learn, rng))

@@ -17,8 +17,8 @@ class HarmonicSettings:
     amplitude: tuple[float, float] = setting(
         "range of A as a fraction of the largest action, or of the workspace's half width", above=0
     )
-    drives: Literal["acceleration", "position", "suited"] = setting(
-        "what of the cup is the harmonic; 'suited': the acceleration where a limiter keeps the cup inside, else the "
+    drives: Literal["acceleration", "position", "auto"] = setting(
+        "what of the cup is the harmonic; 'auto': the acceleration where a limiter keeps the cup inside, else the "
         "position"
     )
     phase: Literal["quarter", "any"] = setting("'quarter': +-pi/2, it starts from zero; 'any': uniform")
@@ -45,7 +45,7 @@ class ExplorationSettings:
         "probability that the rollout after a greedy failure explores", at_least=0, at_most=1
     )
     in_a_row: int = setting("exploring rollouts that follow one another then", above=0)
-    varied: float = setting(
+    mutation_fraction: float = setting(
         "share of the harmonics that vary one of the best before, once there is one", at_least=0, at_most=1
     )
     amplitude_spread: float = setting("standard deviation of the varied amplitude's factor", at_least=0, below=0.5)
@@ -55,7 +55,7 @@ class ExplorationSettings:
         above=0,
         at_most=10,
     )
-    remembered: int = setting("so many harmonics, those that ended with the largest rewards, are varied", above=0)
+    elite_size: int = setting("so many harmonics, those that ended with the largest rewards, are varied", above=0)
     epsilon: float = setting("probability of a random action in the first rollout", at_least=0, at_most=1)
     decay_rollouts: float = setting("rollouts after which epsilon is halved", above=0)
 

@@ -19,7 +19,7 @@ class SarsaSettings:
 class LuckySettings:
     """The null model: harmonics are drawn until one succeeds, and that one is replayed without a table."""
 
-    kind: Literal["lucky"]
+    kind: Literal["random_replay"]
     after_failure: float = setting(
         "probability that the rollout after a replay that failed draws anew", at_least=0, at_most=1
     )
@@ -43,7 +43,7 @@ class PumpSettings:
     clipped to the largest action.
     """
 
-    kind: Literal["pump"]
+    kind: Literal["energy_pumping"]
     height: float = setting("wanted height of the ball's turning point over the tie, in rope lengths")
     gain: float = setting("acceleration per missing energy [1/m]", above=0)
     lead_rad: float = setting("by how much the pumping leads the ball's angle [rad]")

@@ -1,8 +1,8 @@
 """The null models of learning the swing-up: random harmonics, replayed from the first that succeeded, or never.
 
-They have no table and learn nothing about states: what a learner needs fewer rollouts for than ``lucky``, it owes to
-more than to chance. Harmonics are drawn as an exploring rollout draws them, until one succeeds; from then on that one
-is replayed, and counts as the greedy policy. After a replay that failed the next rollout draws anew with the
+They have no table and learn nothing about states: what a learner needs fewer rollouts for than ``random_replay``, it
+owes to more than to chance. Harmonics are drawn as an exploring rollout draws them, until one succeeds; from then on
+that one is replayed, and counts as the greedy policy. After a replay that failed the next rollout draws anew with the
 probability ``after_failure``, and a success replaces what is replayed. ``random`` draws anew for every rollout, and
 counts each as greedy; its policy is the last one drawn. Actions change at the same times as those of a table.
 """
@@ -139,7 +139,7 @@ class LuckyLearner:
     def end_rollout(self, outcome: Outcome, state: SwingState, miss_m: float | None = None) -> FinishedRollout:
         """Keep a drawn harmonic that succeeded, and count; ``state`` is the last reading."""
         success, reward = outcome == "goal", self._rollout.reward(outcome, state, miss_m)
-        longer = max(self._settings.count.streak, self._best_streak + 1)
+        longer = max(self._settings.count.learned_streak, self._best_streak + 1)
         if not (success or self._explored) and self.count.streak >= longer:
             self._best, self._best_streak = self._replayed, self.count.streak
         if self._explored and (success or not self.count.succeeded_ever):
@@ -169,6 +169,6 @@ def _meaning(settings: LearnSettings) -> Mapping[str, object]:
 
 
 LUCKY = LearnerMaker(begin=LuckyLearner, resume=LuckyLearner.from_state, policy=HarmonicPolicy, meaning=_meaning)
-"""The kind ``lucky``."""
+"""The kind ``random_replay``."""
 RANDOM = LUCKY
 """The kind ``random``."""

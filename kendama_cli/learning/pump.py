@@ -39,7 +39,7 @@ class PumpPolicy:
         names = [entry.name for entry in dataclasses.fields(PumpSettings) if entry.name != "kind"]
         if values.shape != (len(names),):
             raise ValueError(f"the pump has constants of shape {values.shape}; allowed: ({len(names)},)")
-        self._law = PumpSettings("pump", *values.tolist())
+        self._law = PumpSettings("energy_pumping", *values.tolist())
         self._settings = settings
         self._grid = StateGrid(settings.grid)
         self.begin_rollout()
@@ -93,7 +93,9 @@ class PumpLearner:
     @classmethod
     def from_state(cls, settings: LearnSettings, state: Mapping[str, Any]) -> PumpLearner:
         """The learner that ``state()`` described, between the same two rollouts."""
-        policy = PolicyArtifact.seal("pump", task_meaning(settings), {"constants": np.array(state["constants"])})
+        policy = PolicyArtifact.seal(
+            "energy_pumping", task_meaning(settings), {"constants": np.array(state["constants"])}
+        )
         learner = cls(settings, policy)
         learner.count = LearningCount(**state["count"])
         return learner
@@ -127,8 +129,8 @@ def _sealed(settings: LearnSettings) -> PolicyArtifact:
     own = settings.learner
     assert isinstance(own, PumpSettings)
     constants = [value for name, value in dataclasses.asdict(own).items() if name != "kind"]
-    return PolicyArtifact.seal("pump", task_meaning(settings), {"constants": np.array(constants)})
+    return PolicyArtifact.seal("energy_pumping", task_meaning(settings), {"constants": np.array(constants)})
 
 
 PUMP = LearnerMaker(begin=PumpLearner, resume=PumpLearner.from_state, policy=PumpPolicy, meaning=task_meaning)
-"""The kind ``pump``."""
+"""The kind ``energy_pumping``."""

@@ -90,7 +90,7 @@ class Goal:
         wanted = self._settings
         if not self._nearest <= angle <= self._farthest:
             return False
-        return wanted.slowest_rad_s <= rate <= wanted.fastest_rad_s
+        return wanted.min_rate_rad_s <= rate <= wanted.max_rate_rad_s
 
     def reached(self, state: SwingState) -> bool:
         """Whether a plain state alone, as a robot observes it, says that the swing-up is done.
@@ -106,8 +106,8 @@ class Goal:
             return True
         flight = self._flight
         if wanted.success == "caught":
-            pull_m_s2 = flight.rope.pull_m_s2(state.angle_rad, state.rate_rad_s, 0.0, flight.gravity_m_s2)
-            if pull_m_s2 > 0.0:
+            min_tension_m_s2 = flight.rope.min_tension_m_s2(state.angle_rad, state.rate_rad_s, 0.0, flight.gravity_m_s2)
+            if min_tension_m_s2 > 0.0:
                 return False
         landing = flight.landing(state)
         return (

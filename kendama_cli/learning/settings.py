@@ -12,12 +12,12 @@ from kendama_cli.errors import ConfigError
 from kendama_cli.learning.exploration_settings import ExplorationSettings, HarmonicSettings
 from kendama_cli.learning.registry import LEARNERS, LearnerSettings
 from kendama_cli.learning.task_settings import (
-    BodySettings,
     CountSettings,
     EngineSettings,
     GoalSettings,
     LimitedWorkspace,
     NoiseSettings,
+    RandomisationSettings,
     RewardSettings,
     ValidationSettings,
     WorkspaceSettings,
@@ -55,14 +55,14 @@ class GridSettings:
 class DecisionSettings:
     """When a new action is chosen: as soon as the binned state has changed, within these limits."""
 
-    shortest_s: float = setting("an action is held at least this long [s]", above=0)
-    longest_s: float = setting("a new action is chosen after this long even in the same binned state [s]", above=0)
+    min_s: float = setting("an action is held at least this long [s]", above=0)
+    max_s: float = setting("a new action is chosen after this long even in the same binned state [s]", above=0)
 
     def __post_init__(self) -> None:
-        if self.longest_s < self.shortest_s:
+        if self.max_s < self.min_s:
             raise ConfigError(
-                "longest_s",
-                f"'longest_s' is {self.longest_s}; allowed: at least shortest_s, which is {self.shortest_s}",
+                "max_s",
+                f"'max_s' is {self.max_s}; allowed: at least min_s, which is {self.min_s}",
             )
 
 
@@ -79,7 +79,7 @@ class LearnSettings:
     exploration: ExplorationSettings
     workspace: WorkspaceSettings
     noise: NoiseSettings
-    bodies: BodySettings
+    randomisation: RandomisationSettings
     validation: ValidationSettings
     count: CountSettings
     engine: EngineSettings
@@ -127,21 +127,23 @@ class LearnSettings:
                 f"'workspace.braking_m_s2' is {self.workspace.braking_m_s2}; allowed: at most the largest action to "
                 f"either side, {weaker}",
             )
-        for key, bodies in (("bodies", self.bodies), ("validation.bodies", self.validation.bodies)):
-            if bodies.delay_s > self.decision.shortest_s:
+        for key, bodies in (
+            ("randomisation", self.randomisation),
+            ("validation.randomisation", self.validation.randomisation),
+        ):
+            if bodies.delay_s > self.decision.min_s:
                 raise ConfigError(
                     f"{key}.delay_s",
-                    f"'{key}.delay_s' is {bodies.delay_s}; allowed: at most decision.shortest_s, "
-                    f"{self.decision.shortest_s}",
+                    f"'{key}.delay_s' is {bodies.delay_s}; allowed: at most decision.min_s, {self.decision.min_s}",
                 )
-        if self.step_s > self.decision.shortest_s:
+        if self.step_s > self.decision.min_s:
             raise ConfigError(
-                "step_s", f"'step_s' is {self.step_s}; allowed: at most decision.shortest_s, {self.decision.shortest_s}"
+                "step_s", f"'step_s' is {self.step_s}; allowed: at most decision.min_s, {self.decision.min_s}"
             )
-        if self.rollout_s < self.decision.longest_s:
+        if self.rollout_s < self.decision.max_s:
             raise ConfigError(
                 "rollout_s",
-                f"'rollout_s' is {self.rollout_s}; allowed: at least decision.longest_s, {self.decision.longest_s}",
+                f"'rollout_s' is {self.rollout_s}; allowed: at least decision.max_s, {self.decision.max_s}",
             )
 
     @property

@@ -1,13 +1,13 @@
-"""The counting rule, written down once: when the swing-up counts as learned or proven, and how many rollouts it took.
+"""The counting rule, written down once: when the swing-up counts as learned or solved, and how many rollouts it took.
 
-*Rollouts to first* is the number of the first of ``streak`` (10) successes in a row by the greedy policy, *rollouts to
-proof* that of the rollouts before the first of ``frozen`` (80) in a row. Rollouts are counted from 1 and every rollout
-counts, exploring ones too; an exploring rollout neither adds to a streak nor breaks it. After ``cap`` (1000) rollouts
-without such a streak learning has failed to show it, and that counts as the cap.
+*Rollouts to first* is the number of the first of ``learned_streak`` (10) successes in a row by the greedy policy,
+*rollouts to solved* that of the rollouts before the first of ``solved_streak`` (80) in a row. Rollouts are counted from
+1 and every rollout counts, exploring ones too; an exploring rollout neither adds to a streak nor breaks it. After
+``max_rollouts`` (1000) rollouts without such a streak learning has failed to show it, and that counts as so many.
 
 From the tenth success on the policy is tried as it stands: what it does without learning on the way is what it will do
-once it is frozen. A failure before the proof resumes the learning, and at the cap the policy with the longest streak
-is taken, unproven.
+once it is frozen. A failure before the proof resumes the learning, and at the last the policy with the longest streak
+is taken, unsolved.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ class LearningCount:
     streak: int = 0
     streak_began: int = 0
     learned_at: int | None = None
-    proven_after: int | None = None
+    solved_after: int | None = None
     """Rollouts before the first of those in a row that prove the policy."""
     succeeded_ever: bool = False
     greedy_failed: bool = False
@@ -47,21 +47,21 @@ class LearningCount:
         if not success:
             return replace(count, streak=0, streak_began=0)
         streak, began = count.streak + 1, count.streak_began or count.rollouts
-        learned_at = began if count.learned_at is None and streak >= settings.streak else count.learned_at
-        proven_after = began - 1 if streak >= settings.frozen else None
-        return replace(count, streak=streak, streak_began=began, learned_at=learned_at, proven_after=proven_after)
+        learned_at = began if count.learned_at is None and streak >= settings.learned_streak else count.learned_at
+        solved_after = began - 1 if streak >= settings.solved_streak else None
+        return replace(count, streak=streak, streak_began=began, learned_at=learned_at, solved_after=solved_after)
 
     def frozen(self, settings: CountSettings) -> bool:
         """Whether the next rollout validates the policy as it stands instead of teaching it."""
-        return self.streak >= settings.streak
+        return self.streak >= settings.learned_streak
 
-    def to_prove(self, settings: CountSettings) -> int:
+    def to_solve(self, settings: CountSettings) -> int:
         """How many more successes in a row prove the policy, or reach the cap; at least one."""
-        return max(1, min(settings.frozen - self.streak, settings.cap - self.rollouts))
+        return max(1, min(settings.solved_streak - self.streak, settings.max_rollouts - self.rollouts))
 
     def finished(self, settings: CountSettings) -> bool:
         """Whether there is nothing left to learn for: the streak is long enough to freeze, or the cap is reached."""
-        return self.streak >= settings.frozen or self.rollouts >= settings.cap
+        return self.streak >= settings.solved_streak or self.rollouts >= settings.max_rollouts
 
     @property
     def learned(self) -> bool:
@@ -69,14 +69,14 @@ class LearningCount:
         return self.learned_at is not None
 
     @property
-    def proven(self) -> bool:
+    def solved(self) -> bool:
         """Whether the present policy stood the proof."""
-        return self.proven_after is not None
+        return self.solved_after is not None
 
-    def rollouts_to_first(self, settings: CountSettings) -> int:
+    def rollouts_to_learned(self, settings: CountSettings) -> int:
         """The counting rule's first figure; the cap where the streak was never reached."""
-        return settings.cap if self.learned_at is None else self.learned_at
+        return settings.max_rollouts if self.learned_at is None else self.learned_at
 
-    def rollouts_to_proof(self, settings: CountSettings) -> int:
-        """The counting rule's second figure; the cap where nothing was proven."""
-        return settings.cap if self.proven_after is None else self.proven_after
+    def rollouts_to_solved(self, settings: CountSettings) -> int:
+        """The counting rule's second figure; the cap where nothing was solved."""
+        return settings.max_rollouts if self.solved_after is None else self.solved_after

@@ -21,8 +21,8 @@ class GoalSettings:
 
     angle_deg: float = setting("wanted angle of the ball from hanging, on either side [deg]", above=0, at_most=180)
     tolerance_deg: float = setting("allowed deviation of the angle [deg]", above=0)
-    slowest_rad_s: float = setting("least angular velocity away from hanging [rad/s]")
-    fastest_rad_s: float = setting("largest angular velocity away from hanging [rad/s]")
+    min_rate_rad_s: float = setting("least angular velocity away from hanging [rad/s]")
+    max_rate_rad_s: float = setting("largest angular velocity away from hanging [rad/s]")
     success: Literal["caught", "catchable", "reached"] = setting(
         "'caught': released there and caught; 'catchable': there with a catch predicted within reach; 'reached': there"
     )
@@ -35,10 +35,11 @@ class GoalSettings:
     )
 
     def __post_init__(self) -> None:
-        if self.fastest_rad_s <= self.slowest_rad_s:
+        if self.max_rate_rad_s <= self.min_rate_rad_s:
             raise ConfigError(
-                "fastest_rad_s",
-                f"'fastest_rad_s' is {self.fastest_rad_s}; allowed: above slowest_rad_s, which is {self.slowest_rad_s}",
+                "max_rate_rad_s",
+                f"'max_rate_rad_s' is {self.max_rate_rad_s}; allowed: above min_rate_rad_s, which is "
+                f"{self.min_rate_rad_s}",
             )
 
 
@@ -109,7 +110,7 @@ EngineSettings = DartEngine | RailEngine
 
 
 @dataclass(frozen=True)
-class BodySettings:
+class RandomisationSettings:
     """Domain randomisation (Tobin et al. 2017): how bodies differ, each value uniform and drawn anew every rollout."""
 
     rope: float = setting("+- relative error of the rope's length", at_least=0, below=0.5)
@@ -118,7 +119,7 @@ class BodySettings:
     acceleration: float = setting("+- relative error of all accelerations of a rollout", at_least=0, below=0.5)
     angle_deg: float = setting("+- offset of all readings of the ball's angle in a rollout [deg]", at_least=0)
     delay_s: float = setting("an acceleration takes effect up to so much later [s]", at_least=0)
-    narrowing: float = setting(
+    workspace_shrink: float = setting(
         "the workspace is narrower by a share up to this, and slower, as for a longer rope", at_least=0, below=0.5
     )
 
@@ -133,7 +134,7 @@ class BodySettings:
 class ValidationSettings:
     """The rollouts that validate a learned policy, without learning, before it is frozen."""
 
-    bodies: BodySettings
+    randomisation: RandomisationSettings
     engine: EngineSettings | None = setting("what computes the dynamics of these rollouts; null: learn.engine")
 
 
@@ -141,18 +142,21 @@ class ValidationSettings:
 class CountSettings:
     """When the swing-up counts as learned, and how long is tried (kendama_cli/learning/statistics.py)."""
 
-    streak: int = setting("greedy successes in a row that count as learned", above=0)
-    cap: int = setting("rollouts after which learning has failed", above=0)
-    frozen: int = setting(
-        "greedy successes in a row that prove the policy, which is frozen then; until then, or the cap, learning goes "
+    learned_streak: int = setting("greedy successes in a row that count as learned", above=0)
+    max_rollouts: int = setting("rollouts after which learning has failed", above=0)
+    solved_streak: int = setting(
+        "greedy successes in a row that prove the policy, which is frozen then; until then, or max_rollouts, "
+        "learning goes "
         "on",
         above=0,
     )
-    evaluation: int = setting("rollouts of the frozen policy", above=0)
+    evaluation_rollouts: int = setting("rollouts of the frozen policy", above=0)
 
     def __post_init__(self) -> None:
-        for key in ("frozen", "cap"):
-            if getattr(self, key) < self.streak:
+        for key in ("solved_streak", "max_rollouts"):
+            if getattr(self, key) < self.learned_streak:
                 raise ConfigError(
-                    key, f"'{key}' is {getattr(self, key)}; allowed: at least streak, which is {self.streak}"
+                    key,
+                    f"'{key}' is {getattr(self, key)}; allowed: at least learned_streak, which is "
+                    f"{self.learned_streak}",
                 )

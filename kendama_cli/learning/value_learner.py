@@ -93,8 +93,8 @@ class Values(Protocol):
 class ValueLearner(abc.ABC):
     """Temporal differences on values: ``begin_rollout``, ``act`` as often as there are readings, ``end_rollout``.
 
-    An action is held until the binned state changes, at least ``decision.shortest_s`` and at most
-    ``decision.longest_s``; only these decisions are learned from. Between rollouts ``state()`` is all there is to
+    An action is held until the binned state changes, at least ``decision.min_s`` and at most
+    ``decision.max_s``; only these decisions are learned from. Between rollouts ``state()`` is all there is to
     save, and ``from_state`` goes on from it bit for bit.
     """
 
@@ -212,10 +212,12 @@ class ValueLearner(abc.ABC):
         success = outcome == "goal"
         if final > 0.0 and isinstance(self._explorer, Harmonic):
             self._lucky.insert(0, (final, self._explorer.drawn))
-            self._lucky = sorted(self._lucky, key=_first)[: self._settings.exploration.remembered]
+            self._lucky = sorted(self._lucky, key=_first)[: self._settings.exploration.elite_size]
         before, settings = self.count, self._settings.count
         self.count = before.after(explored=self.explored, success=success, settings=settings)
-        self._acting.ended(self._values.q, before, self.count, learned=bool(self._alpha), streak=settings.streak)
+        self._acting.ended(
+            self._values.q, before, self.count, learned=bool(self._alpha), streak=settings.learned_streak
+        )
         return FinishedRollout(self.count.rollouts, self.explored, success, self._reward, actions)
 
     def _learn(self, transition: Transition) -> None:

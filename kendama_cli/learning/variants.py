@@ -11,7 +11,7 @@ SARSA = Variant(
     makes="kendama_cli.learning.sarsa:SARSA",
 )
 LUCKY = Variant(
-    "lucky",
+    "random_replay",
     settings="kendama_cli.learning.learner_settings:LuckySettings",
     makes="kendama_cli.learning.lucky:LUCKY",
 )
@@ -21,7 +21,7 @@ RANDOM = Variant(
     makes="kendama_cli.learning.lucky:RANDOM",
 )
 PUMP = Variant(
-    "pump",
+    "energy_pumping",
     settings="kendama_cli.learning.learner_settings:PumpSettings",
     makes="kendama_cli.learning.pump:PUMP",
 )

@@ -26,7 +26,7 @@ class TaskPath:
         self._ends_s = np.cumsum([step.duration_s for step in script])
         self._places = np.array([start_m, *(step.position_m for step in script)])
         self._forces = np.array([np.zeros(3), *(step.force_n for step in script)])
-        self._rotations = [start_rotation, *(exp_of(step.turn_rad) @ start_rotation for step in script)]
+        self._rotations = [start_rotation, *(exp_of(step.rotation_rad) @ start_rotation for step in script)]
         # each turn is about one axis, fixed in the world
         pairs = zip(self._rotations[1:], self._rotations, strict=False)
         self._ways = np.hstack([np.diff(self._places, axis=0), [log_of(after @ before.T) for after, before in pairs]])

@@ -42,7 +42,7 @@ class StepSettings:
     name: str = setting("name in messages, logs and the report")
     duration_s: float = setting("how long it takes [s]", above=0)
     position_m: tuple[float, float, float] = setting("the tool in the world [m]")
-    turn_rad: tuple[float, float, float] = setting(
+    rotation_rad: tuple[float, float, float] = setting(
         "rotation vector in the world, from the tool's posture at home [rad]"
     )
     force_n: tuple[float, float, float] = setting("force that the tool exerts on the scene, in the world [N]")
@@ -55,7 +55,7 @@ class InteractSettings:
     controller: ControllerSettings
     probe: ProbeSettings
     script: tuple[StepSettings, ...] = setting("the steps, one after the other, from rest at home")
-    most_error_m: float = setting(
+    max_error_m: float = setting(
         "the run stops where the tool is farther than this from its reference, across a wanted force [m]", above=0
     )
     sensor_hz: float = setting("bandwidth to which the force at the wrist is filtered, of first order [Hz]", above=0)

@@ -99,7 +99,7 @@ class TautRope:
         along, across = slope * rate_rad_s, distance * rate_rad_s
         return Ball(distance * sine, -distance * cosine, along * sine + across * cosine, across * sine - along * cosine)
 
-    def pull_m_s2(self, angle_rad: float, rate_rad_s: float, cup_m_s2: float, gravity_m_s2: float) -> float:
+    def min_tension_m_s2(self, angle_rad: float, rate_rad_s: float, cup_m_s2: float, gravity_m_s2: float) -> float:
         """The rope's pull over the ball's mass on that way; negative where the rope would go slack.
 
         Along n, from the last point that the rope touches to the ball: f / m = (g - a).n + v^2 / (l - used).

@@ -82,7 +82,7 @@ def dart_name(link: str) -> str:
 
 
 def read_description(robot: RobotSettings) -> Description:
-    """Read the URDF of ``robot``; joints off the chain, and ``held_joints``, are held where they are at zero.
+    """Read the URDF of ``robot``; joints off the chain, and ``locked_joints``, are held where they are at zero.
 
     What is before ``base_link`` is left out; without ``tip_link`` the arm is chosen (see choose_arm). Raises InputError
     where the file cannot be used (see describe_arm) or something is missing, all of it in one line.
@@ -103,24 +103,24 @@ def describe_arm(robot: RobotSettings) -> Description:
     """Read the URDF of ``robot`` as far as it goes; raises InputError where there is no tree or no such link in it."""
     tree = read_tree(robot.path)
     tree = tree.joined() if robot.base_link is None else tree.beyond(robot.base_link)
-    for name in robot.held_joints:
+    for name in robot.locked_joints:
         if name not in (known := [joint.get("name", "") for joint in tree.joints]):
-            remedy = f"set robot.held_joints to some of: {', '.join(known)}"
+            remedy = f"set robot.locked_joints to some of: {', '.join(known)}"
             raise InputError(robot.path, f"has no joint '{name}'", remedy=remedy)
     tip, left_out, missing = robot.tip_link, "", list[str]()
     if tip is None:
-        tip, left_out, doubt = choose_arm(tree, robot.held_joints)
+        tip, left_out, doubt = choose_arm(tree, robot.locked_joints)
         missing += [doubt] if doubt else []
     if tip not in tree.links:
         beyond = f" beyond '{robot.base_link}'" if robot.base_link else ""
         remedy = f"set robot.tip_link to one of: {', '.join(sorted(tree.links))}"
         raise InputError(robot.path, f"has no link '{tip}'{beyond}", remedy=remedy)
     chain = tree.chain(tip)
-    joints = tuple(joint for joint in chain if is_free(joint, robot.held_joints))
+    joints = tuple(joint for joint in chain if is_free(joint, robot.locked_joints))
     assumed = [f"left out as a gripper's: {left_out}"] if left_out else []
     massless, weightless, points = masses_of(tree, joints)
-    missing = [*weightless, *missing, *_stuck(chain, robot.held_joints), *_bad_numbers(tree)]
-    if not joints and not any(is_stuck(one, robot.held_joints) for one in chain):
+    missing = [*weightless, *missing, *_stuck(chain, robot.locked_joints), *_bad_numbers(tree)]
+    if not joints and not any(is_stuck(one, robot.locked_joints) for one in chain):
         missing.append(f"has no moving joint on the way to '{tip}'; choose another robot.tip_link")
     missing += _miscounted(robot, tip, len(joints))
     limits, sources, absent = _limits(robot, joints)
@@ -171,7 +171,7 @@ def _stuck(chain: list[ET.Element], held: Collection[str]) -> list[str]:
     names = ",".join(joint.get("name", "") for joint in (*_of(chain, held), *stuck))
     turning = "allowed on the way to the tip: revolute, continuous, fixed"
     return [
-        f"{' and '.join(told)}; {turning}; hold it where it is: robot.held_joints=[{names}], begin after it: "
+        f"{' and '.join(told)}; {turning}; hold it where it is: robot.locked_joints=[{names}], begin after it: "
         f"robot.base_link={end(stuck[-1], 'child')}, or choose another robot.tip_link"
     ]
 

@@ -24,25 +24,25 @@ def parametric_torque(friction: ParametricFriction, velocity_rad_s: Array) -> Ar
     return friction.torque_nm(velocity_rad_s, direction(velocity_rad_s))
 
 
-def network_torque(network: NetworkFriction, velocity_rad_s: Array, fastest_rad_s: Array) -> Array:
-    """Return the torque [Nm] at ``velocity_rad_s`` (..., n) of n joints, beyond ``fastest_rad_s`` (n,) as there.
+def network_torque(network: NetworkFriction, velocity_rad_s: Array, max_speed_rad_s: Array) -> Array:
+    """Return the torque [Nm] at ``velocity_rad_s`` (..., n) of n joints, beyond ``max_speed_rad_s`` (n,) as there.
 
     xi = W2 tanh(W1 [u(v), sign v, 1]) + b2, with a smooth sign and u = asinh(v / SLOW_RAD_S), scaled to +-1.
     """
-    speed = network_velocity(velocity_rad_s, fastest_rad_s)
+    speed = network_velocity(velocity_rad_s, max_speed_rad_s)
     weights = network.hidden
     inner = speed[..., None] * weights[..., 0] + direction(velocity_rad_s)[..., None] * weights[..., 1]
     return np.asarray((np.tanh(inner + weights[..., 2]) * network.output[:, :-1]).sum(axis=-1) + network.output[:, -1])
 
 
-def network_velocity(velocity_rad_s: Array, fastest_rad_s: Array) -> Array:
+def network_velocity(velocity_rad_s: Array, max_speed_rad_s: Array) -> Array:
     """Return the velocity as the network reads it: its logarithm where it is not slow, scaled to +-1."""
-    share = np.arcsinh(velocity_rad_s / SLOW_RAD_S) / np.arcsinh(fastest_rad_s / SLOW_RAD_S)
+    share = np.arcsinh(velocity_rad_s / SLOW_RAD_S) / np.arcsinh(max_speed_rad_s / SLOW_RAD_S)
     return np.asarray(np.clip(share, -1.0, 1.0))
 
 
 def friction_torque(model: FrictionModel, velocity_rad_s: Array) -> Array:
     """Return the torque [Nm] of the chosen model at ``velocity_rad_s`` (..., n)."""
     if model.chosen == "network":
-        return network_torque(model.network, velocity_rad_s, model.fastest_rad_s)
+        return network_torque(model.network, velocity_rad_s, model.max_speed_rad_s)
     return parametric_torque(model.parametric, velocity_rad_s)

@@ -31,7 +31,7 @@ class Trial:
 
 def try_flights(
     flights: Sequence[RecordedFlight],
-    seen_fractions: Sequence[float],
+    observed_fractions: Sequence[float],
     calibration: Sequence[RecordedFlight] | None = None,
     *,
     spin: bool = False,
@@ -41,7 +41,7 @@ def try_flights(
     Gravity, drag, noise and wobble are learned from ``calibration``; without it, from the other flights, the one that
     is predicted (or, of many, its group) left out. With ``spin`` every flight has one, which is estimated too.
     """
-    fractions = np.array(seen_fractions)
+    fractions = np.array(observed_fractions)
     errors = np.full((len(flights), len(fractions), 2), np.nan)
     if calibration is None and len(flights) == 1:
         calibration = ()  # no other flight to learn from

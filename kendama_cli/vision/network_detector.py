@@ -38,7 +38,7 @@ class NetworkDetector:
     def fits(self, output: NDArray[np.float32]) -> bool:
         """Whether an output of the network has the shape that the settings say."""
         number = self._settings.class_number
-        if self._settings.gives == "heatmap":
+        if self._settings.output == "heatmap":
             return output.ndim == 4 and output.shape[0] == 1 and output.shape[1] > number and output.shape[2] > 1
         return output.ndim == 3 and output.shape[0] == 1 and min(output.shape[1:]) > 4 + number
 
@@ -121,6 +121,6 @@ def _probabilities(values: NDArray[np.float32]) -> NDArray[np.float32]:
     if low < -ROUNDING or high > 1 + ROUNDING:
         raise StageError(
             f"the network gives values from {low:.2f} to {high:.2f} where probabilities from 0 to 1 are meant; "
-            "let it end in a sigmoid, and see that predict.detector.gives and class_number fit it"
+            "let it end in a sigmoid, and see that predict.detector.output and class_number fit it"
         )
     return values

@@ -61,7 +61,7 @@ class FreeFlightOnset:
         if len(self._times) < self._settings.min_frames:
             return None
         pull, variance = self._pulls()
-        least = self._settings.pull_m_s2
+        least = self._settings.min_tension_m_s2
         if np.max(_free_over_taut(pull, variance, least)) <= self._settings.threshold:
             return None
         # a rope that slackens little by little pulls too weakly to be called taut and still bends the flight
@@ -92,8 +92,8 @@ class FreeFlightOnset:
         first = self._settings.min_frames - 1
         scale = np.array([1.0, 1.0, 1.0, 0.1, 0.1, 0.1, 0.005])  # the unknowns' sizes, so that inversion is sound
         covariance = np.linalg.inv(information[first:] / np.outer(scale, scale) ** -1) * np.outer(scale, scale)
-        pull_m_s2 = np.einsum("nj,nj->n", covariance[:, 6, :], vector[first:])
-        return np.asarray(pull_m_s2), np.asarray(covariance[:, 6, 6])
+        min_tension_m_s2 = np.einsum("nj,nj->n", covariance[:, 6, :], vector[first:])
+        return np.asarray(min_tension_m_s2), np.asarray(covariance[:, 6, 6])
 
 
 def _free_over_taut(pull: Array, variance: Array, least: float) -> Array:

@@ -43,7 +43,7 @@ class ColourDetectorSettings:
 class TaughtDetectorSettings:
     """A ball that was taught by boxes in a few images (``kendama camera teach``)."""
 
-    kind: Literal["taught"]
+    kind: Literal["trained"]
     ball: str = setting("file of the taught ball (npz)", file=True)
     balls: int = setting("how many such balls an image shows at most: more peaks share their probability", at_least=1)
     score_min: float = setting("probability from which a peak counts as seen", above=0, below=1)
@@ -73,7 +73,7 @@ class NetworkDetectorSettings:
 
     kind: Literal["network"]
     model: str = setting("file of the network (ONNX)", file=True)
-    gives: Literal["heatmap", "boxes"] = setting(
+    output: Literal["heatmap", "boxes"] = setting(
         "its output: a probability per place (1, classes, h, w), or rows of middle, size and a probability per class "
         "(1, 4 + classes, n), as Ultralytics' networks have them"
     )
@@ -89,7 +89,7 @@ class NetworkDetectorSettings:
 class OnsetSettings:
     """The sequential test for free flight on the rope's pull on the ball."""
 
-    pull_m_s2: float = setting("least acceleration along a taut rope [m/s^2]", above=0)
+    min_tension_m_s2: float = setting("least acceleration along a taut rope [m/s^2]", above=0)
     threshold: float = setting("log likelihood ratio that declares free flight", above=0)
     min_frames: int = setting("shortest window [frames]", at_least=4)
     max_frames: int = setting("longest window [frames]", at_least=4, at_most=120)
@@ -156,7 +156,9 @@ class PredictSettings:
     """The study: how many flights, what is measured when."""
 
     flights: int = setting("random flights", at_least=1)
-    seen_fractions: tuple[float, ...] = setting("parts of a flight after which the error is taken", above=0, below=1)
+    observed_fractions: tuple[float, ...] = setting(
+        "parts of a flight after which the error is taken", above=0, below=1
+    )
     stated_fraction: float = setting("the one of them that the metrics state", above=0, below=1)
     onset_from: Literal["images", "truth"] = setting(
         "what decides when the flight begins: the sequential test, or the truth"
@@ -170,13 +172,14 @@ class PredictSettings:
     onset: OnsetSettings = setting("how its free flight is noticed")
 
     def __post_init__(self) -> None:
-        if list(self.seen_fractions) != sorted(set(self.seen_fractions)):
+        if list(self.observed_fractions) != sorted(set(self.observed_fractions)):
             raise ConfigError(
-                "seen_fractions", f"'seen_fractions' is {list(self.seen_fractions)}; allowed: rising numbers below 1"
+                "observed_fractions",
+                f"'observed_fractions' is {list(self.observed_fractions)}; allowed: rising numbers below 1",
             )
-        if self.stated_fraction not in self.seen_fractions:
+        if self.stated_fraction not in self.observed_fractions:
             raise ConfigError(
                 "stated_fraction",
-                f"'stated_fraction' is {self.stated_fraction}; allowed: one of seen_fractions "
-                f"{', '.join(map(str, self.seen_fractions))}",
+                f"'stated_fraction' is {self.stated_fraction}; allowed: one of observed_fractions "
+                f"{', '.join(map(str, self.observed_fractions))}",
             )

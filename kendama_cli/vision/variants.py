@@ -11,7 +11,7 @@ COLOUR = Variant(
     makes="kendama_cli.devices.camera.colour_file:colour_detector",
 )
 TAUGHT = Variant(
-    "taught",
+    "trained",
     settings="kendama_cli.vision.settings:TaughtDetectorSettings",
     makes="kendama_cli.devices.camera.taught_file:taught_detector",
 )

@@ -114,7 +114,7 @@ def test_motions_beyond_the_arm_are_no_rollouts_and_the_search_ends() -> None:
 
 def test_a_policy_whose_rope_hangs_slack_in_the_swing_is_taken_only_where_there_is_no_other() -> None:
     slack, taut = MotionVariation(1.0, bumps_m=(0.01,) * 8), MotionVariation(1.0, bumps_m=(0.0,) * 8)
-    enough, of = POLICY.lasting
+    enough, of = POLICY.stop_at
 
     def judged(*swings: tuple[MotionVariation, float, int]) -> Search:
         made = tuple((one, (Repeat(True, 0.0, 0.0, s),) * n + (Repeat(False, 0.1),) * (of - n)) for one, s, n in swings)
@@ -176,7 +176,7 @@ def test_tau_is_searched_about_its_start() -> None:
 @pytest.mark.parametrize(
     ("change", "says"),
     [
-        ({"lasting": (31, 30)}, r"'lasting' is \[31, 30\]; allowed: caught, then of how many"),
+        ({"stop_at": (31, 30)}, r"'stop_at' is \[31, 30\]; allowed: caught, then of how many"),
         ({"goal_moves": (0.9, 0.5)}, r"'goal_moves' is \[0\.9, 0\.5\]; allowed: where it begins"),
         ({"max_rollouts": 4}, r"'max_rollouts' is 4; allowed: at least one generation, 6"),
     ],

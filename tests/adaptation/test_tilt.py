@@ -61,6 +61,6 @@ def test_a_tilt_that_the_arm_cannot_play_is_made_less_and_told(arm):
 
 
 def test_without_a_share_the_cup_stays_upright_and_it_is_told(arm):
-    chosen, told = playable_tilt(arm, plan(0.3, [0.0, 1.0, 0.0]), dataclasses.replace(SHIPPED, tilt_share=0.0))
+    chosen, told = playable_tilt(arm, plan(0.3, [0.0, 1.0, 0.0]), dataclasses.replace(SHIPPED, tilt_fraction=0.0))
     assert chosen.turn is None
-    assert told == ("the cup's tilt of up to 17 deg is played to 0% only: adapt.tilt_share=0",)
+    assert told == ("the cup's tilt of up to 17 deg is played to 0% only: adapt.tilt_fraction=0",)

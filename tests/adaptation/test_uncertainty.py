@@ -92,7 +92,7 @@ def test_every_draw_is_within_what_is_declared(preset: str) -> None:
         values = np.array(drawn, dtype=np.float64)
         assert low <= values.min() < low + 0.05 * (high - low)
         assert high - 0.05 * (high - low) < values.max() <= high
-    assert {one.world.joint_friction_share for one in draws} == {0.02}
+    assert {one.world.joint_friction_fraction for one in draws} == {0.02}
     # uniform: the mean of 500 is within four standard errors of its middle, on the scale that it is drawn on
     assert np.mean([one.world.rope_scale for one in draws]) == pytest.approx(1.0, abs=4 * 0.005 / np.sqrt(3 * 500))
     low, high = np.log(shipped.drag_scale)

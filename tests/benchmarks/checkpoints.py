@@ -38,7 +38,7 @@ class Timed(WorkerContext):
 
 def main(rollouts: int = ROLLOUTS) -> None:
     """Print the share."""
-    settings = learn_settings(count__evaluation=rollouts)
+    settings = learn_settings(count__evaluation_rollouts=rollouts)
     with tempfile.TemporaryDirectory(dir=Path.cwd()) as folder:
         checkpoints = CheckpointFolder(Path(folder))
         context = Timed(seed=SEED, checkpoints=checkpoints, topics=TOPICS, emit=lambda _: None)

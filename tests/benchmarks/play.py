@@ -59,7 +59,7 @@ def main(seconds: float, players: int) -> None:
     """Print name, value and unit."""
     with tempfile.TemporaryDirectory() as folder:
         # a hand that never lets go has one long try
-        game = Game(Path(folder), "play.longest_try_s=100000")
+        game = Game(Path(folder), "play.max_attempt_s=100000")
         found: list[tuple[int, float, list[float]]] = []
         try:
             until_s = time.monotonic() + seconds

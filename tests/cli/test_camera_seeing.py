@@ -56,7 +56,7 @@ def test_a_ball_is_taught_once_and_used_by_name(here, capsys, labelled):
     home, _ = labelled
     code, out, err = kendama(capsys, "camera", "teach", str(home / "taught"), "-o", "mine.npz")
     assert code == 0, err
-    assert "predict/detector=taught predict.detector.ball=mine.npz" in out
+    assert "predict/detector=trained predict.detector.ball=mine.npz" in out
     assert (here / "mine.npz").stat().st_size > 1000
 
 
@@ -70,7 +70,7 @@ def test_one_box_teaches_a_ball_but_is_told_to_be_few(here, capsys, labelled):
     ("words", "told"),
     [
         (["camera", "detect", "images"], "what was not finished is not kept, the same command begins anew"),
-        (["run", "-p", "toy"], "what was finished is kept, the same command goes on from there"),
+        (["run", "-p", "measurement"], "what was finished is kept, the same command goes on from there"),
     ],
 )
 def test_an_interruption_says_whether_the_command_goes_on(here, capsys, monkeypatch, words, told):

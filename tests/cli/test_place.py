@@ -83,7 +83,7 @@ def test_what_no_placement_can_do_is_told_in_one_line_and_nothing_is_written(
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("setting", "tau"), [("adapt.size=0.2", 1.0), ("adapt.tau_range=[0.8,6]", None), ("adapt.tau_start=4", 4.0)]
+    ("setting", "tau"), [("adapt.swing_scale=0.2", 1.0), ("adapt.tau_range=[0.8,6]", None), ("adapt.tau_start=4", 4.0)]
 )
 def test_what_the_refusal_advises_makes_the_same_motion_workable(
     tmp_path: Path, setting: str, tau: float | None

@@ -16,7 +16,12 @@ import pytest
 from tests import warm_command
 
 COMMAND = [sys.executable, "-m", "kendama_cli.cli.main"]
-SHORT = ["transfer.games=1", "transfer.evaluation_n=1", "transfer.cap=1", "transfer.observation.source=tracking"]
+SHORT = [
+    "transfer.games=1",
+    "transfer.evaluation_rollouts=1",
+    "transfer.max_rollouts=1",
+    "transfer.observation.source=tracking",
+]
 
 
 @pytest.fixture
@@ -37,7 +42,7 @@ def twin(tmp_path: Path) -> Iterator[dict[str, Any]]:
 def play(twin: dict[str, Any], folder: Path, *options: str) -> subprocess.CompletedProcess[str]:
     where = ["hardware=command", f"hardware.port={twin['port']}", f"hardware.key_file={folder / 'robot.key'}"]
     # how the table was learned does not matter here
-    quick = ["simulation/engine=rail", "learn/task=easy", "learn.count.evaluation=1"]
+    quick = ["simulation/engine=rail", "learn/task=easy", "learn.count.evaluation_rollouts=1"]
     words = ["run", "-p", "swingup", *quick, *where, *SHORT, *options]
     return warm_command.kendama(words, folder, os.environ, 240, libraries=True)
 

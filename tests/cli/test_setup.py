@@ -179,7 +179,9 @@ def test_what_a_run_has_measured_of_the_toy_goes_into_the_setup(here, capsys):
         angle += step_s * rate
     write_rows(here / "track.csv", ["t_s", "x_m", "y_m", "z_m"], rows)
     assert "no runs in" in refused(capsys, "setup", "toy")
-    code, _, err = kendama(capsys, "run", "-p", "toy", "measure=track", "measure.path=track.csv", "hardware=simulated")
+    code, _, err = kendama(
+        capsys, "run", "-p", "measurement", "measure=track", "measure.path=track.csv", "hardware=simulated"
+    )
     assert code == 0, err
     code, out, err = kendama(capsys, "setup", "toy", "-o", "setup.yaml")
     assert code == 0, err

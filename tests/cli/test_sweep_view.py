@@ -40,17 +40,19 @@ def test_one_bar_counts_the_runs_and_keeps_failures_in_sight() -> None:
             watched = view.watch(one, record(seed, one.overrides, outcome()))
             watched.stage_starts("learn", "key", ())
             failed = seed == 1
-            watched.stage_ends(outcome("failed", "the rope broke") if failed else outcome(rollouts_to_proof=100 + seed))
+            watched.stage_ends(
+                outcome("failed", "the rope broke") if failed else outcome(rollouts_to_solved=100 + seed)
+            )
     frame = re.sub(r"\x1b\[[0-9;?]*[a-zA-Z]", "", screen.getvalue()).replace("\r", "").rpartition("runs ")[2]
     assert "3/4" in frame
     assert "/min" in frame
-    assert "last  seed=2: rollouts_to_proof 102" in frame
+    assert "last  seed=2: rollouts_to_solved 102" in frame
     assert "✗ seed=1: learn: the rope broke" in frame
 
 
 def test_many_runs_are_told_by_their_means_with_intervals_and_every_failure(capsys: pytest.CaptureFixture[str]) -> None:
     records = [
-        record(seed, [f"learn.alpha={alpha}", f"seed={seed}"], outcome(rollouts_to_proof=seed + 10, proven=True))
+        record(seed, [f"learn.alpha={alpha}", f"seed={seed}"], outcome(rollouts_to_solved=seed + 10, solved=True))
         for alpha in (0.3, 0.5)
         for seed in range(RUNS_LISTED)
     ]
@@ -58,14 +60,14 @@ def test_many_runs_are_told_by_their_means_with_intervals_and_every_failure(caps
     show_sweep(records)
     lines = capsys.readouterr().out.splitlines()
     assert len(lines) == 1 + 4 + 2, "a head, two metrics of two settings, the failure, the count"
-    assert re.search(r"learn\.alpha=0\.3 +8 +learn\.rollouts_to_proof +13\.5 \[1\d\.?\d*, 1\d\.?\d*\]", lines[1])
+    assert re.search(r"learn\.alpha=0\.3 +8 +learn\.rollouts_to_solved +13\.5 \[1\d\.?\d*, 1\d\.?\d*\]", lines[1])
     assert lines[-2] == "run-99 failed  learn.alpha=0.5 seed=99  the rope broke"
     assert lines[-1] == "16 of 17 runs done, 1 not"
 
 
 def test_a_few_runs_are_listed_one_by_one(capsys: pytest.CaptureFixture[str]) -> None:
-    show_sweep([record(1, ["seed=1"], outcome(rollouts_to_proof=7))])
-    assert capsys.readouterr().out.splitlines()[1].split() == ["run-1", "done", "seed=1", "rollouts_to_proof", "7"]
+    show_sweep([record(1, ["seed=1"], outcome(rollouts_to_solved=7))])
+    assert capsys.readouterr().out.splitlines()[1].split() == ["run-1", "done", "seed=1", "rollouts_to_solved", "7"]
 
 
 def test_a_sweep_that_is_piped_prints_a_line_where_a_stage_starts_and_ends(toy: ToyProject) -> None:

@@ -37,7 +37,10 @@ def complaint(toy: ToyProject, *arguments: str) -> str:
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (["run", "learn.cap=3"], "unknown key 'learn.cap', did you mean 'learn.count.cap'?"),
+        (
+            ["run", "learn.solved_streek=3"],
+            "unknown key 'learn.solved_streek', did you mean 'learn.count.solved_streak'?",
+        ),
         (["run", "learn.alph=0.5"], "unknown key 'learn.alph', did you mean 'learn.alpha'?"),
         (["run", "+learn.alph=0.5"], "unknown key 'learn.alph', did you mean 'learn.alpha'?"),
         (["run", "++learn.alph=0.5"], "unknown key 'learn.alph', did you mean 'learn.alpha'?"),

@@ -40,7 +40,9 @@ def test_a_value_that_another_refers_to_is_composed_in_full(site: Site, tmp_path
 
 
 def test_the_shipped_configurations_references_are_followed_in_a_sweep(site: Site) -> None:
-    combinations = expand_sweep(site, ["transfer.catch.half_width_m=0.3,0.31", "transfer.catch.give_m_s=0.1,0.2"])
+    combinations = expand_sweep(
+        site, ["transfer.catch.half_width_m=0.3,0.31", "transfer.catch.contact_speed_m_s=0.1,0.2"]
+    )
     made = list(composed_each(site, combinations))
     assert made == [composed(site, texts) for texts in combinations]
     assert [one["adapt"]["line"]["half_width_m"] for one in made] == [0.3, 0.3, 0.31, 0.31]

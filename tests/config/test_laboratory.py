@@ -67,7 +67,7 @@ def test_every_measured_value_stands_where_it_is_read(site: Site) -> None:
     assert settings["adapt"].uncertainty.drag_scale[1] == pytest.approx(1 + 1.96 * 0.02 / 1.6, rel=1e-3)
     assert settings["capture"].marker_to_cup_m == (0.0, 0.02, -0.01)
     assert settings["camera"].latency_s == 0.037
-    assert settings["adapt"].eyes.latency_s == 0.037 + settings["transfer"].observation.processing_s
+    assert settings["adapt"].sensor_model.latency_s == 0.037 + settings["transfer"].observation.processing_s
     assert [one.position_m for one in settings["camera"].cameras] == [(0.5, -1.5, 0.9)]
     assert settings["transfer"].observation.camera_origin == "world"
 

@@ -24,34 +24,34 @@ def lacking_reach(cup: CupPlan, flight_s: tuple[float, float], settings: AdaptSe
 
 
 def wanting(reach_m: float, **changes: float) -> AdaptSettings:
-    uncertainty = dataclasses.replace(ADAPT.uncertainty, name="mine", least_reach_m=reach_m, lag_s=(0.0, 0.03))
+    uncertainty = dataclasses.replace(ADAPT.uncertainty, name="mine", min_reach_m=reach_m, lag_s=(0.0, 0.03))
     steering = dataclasses.replace(
-        ADAPT.steering,
-        acceleration_m_s2=changes.get("acceleration_m_s2", ADAPT.steering.acceleration_m_s2),
-        max_shift_m=changes.get("max_shift_m", ADAPT.steering.max_shift_m),
+        ADAPT.correction,
+        acceleration_m_s2=changes.get("acceleration_m_s2", ADAPT.correction.acceleration_m_s2),
+        max_shift_m=changes.get("max_shift_m", ADAPT.correction.max_shift_m),
     )
-    eyes = dataclasses.replace(ADAPT.eyes, latency_s=changes.get("latency_s", 0.01))
-    return dataclasses.replace(ADAPT, uncertainty=uncertainty, steering=steering, eyes=eyes)
+    eyes = dataclasses.replace(ADAPT.sensor_model, latency_s=changes.get("latency_s", 0.01))
+    return dataclasses.replace(ADAPT, uncertainty=uncertainty, correction=steering, sensor_model=eyes)
 
 
 def test_the_shipped_arm_can_do_what_hard_asks_for() -> None:
     assert lacking_reach(swing().cup, FLIGHT_S, ADAPT) is None
-    assert ADAPT.uncertainty.least_reach_m == 0.1
+    assert ADAPT.uncertainty.min_reach_m == 0.1
 
 
 def test_eyes_that_are_too_late_are_named() -> None:
     assert lacking_reach(swing().cup, FLIGHT_S, wanting(0.1, latency_s=0.25)) == (
         "the ball flies 0.30 s, and 0.05 s of onset, 0.25 s of latency and 0.03 s of lag leave pa10 no time to go to "
-        "it (mine asks for 100 mm): lower adapt.eyes.latency_s, or choose adapt/uncertainty=identified"
+        "it (mine asks for 100 mm): lower adapt.sensor_model.latency_s, or choose adapt/uncertainty=identified"
     )
 
 
 def test_an_acceleration_that_is_too_small_is_named_with_what_it_gives() -> None:
     """0.5 * 2 * 0.21^2 = 44 mm."""
     assert lacking_reach(swing().cup, FLIGHT_S, wanting(0.1, acceleration_m_s2=2.0)) == (
-        "pa10 moves the cup 44 mm while the ball flies (mine asks for 100 mm): 2.0 m/s^2 (adapt.steering."
+        "pa10 moves the cup 44 mm while the ball flies (mine asks for 100 mm): 2.0 m/s^2 (adapt.correction."
         "acceleration_m_s2) in the 0.21 s that 0.05 s of onset, 0.01 s of latency and 0.03 s of lag leave: raise that "
-        "acceleration, set adapt.uncertainty.least_reach_m=0.044, or choose adapt/uncertainty=identified"
+        "acceleration, set adapt.uncertainty.min_reach_m=0.044, or choose adapt/uncertainty=identified"
     )
 
 
@@ -67,7 +67,7 @@ def test_a_place_out_of_reach_is_named() -> None:
 
 def test_a_reach_beyond_the_largest_shift_names_that_setting() -> None:
     lacks = lacking_reach(swing().cup, FLIGHT_S, wanting(0.4, acceleration_m_s2=1e4))
-    assert str(lacks).startswith("adapt.steering.max_shift_m is 0.3 m (mine asks for 400 mm): raise it")
+    assert str(lacks).startswith("adapt.correction.max_shift_m is 0.3 m (mine asks for 400 mm): raise it")
 
 
 def test_a_stop_that_is_met_only_on_the_way_is_no_reach() -> None:
@@ -79,7 +79,7 @@ def test_a_stop_that_is_met_only_on_the_way_is_no_reach() -> None:
         patch.setattr(made.arm, "limits", dataclasses.replace(made.arm.limits, upper_rad=stop))
         lacks = str(lacking_reach(made.cup, FLIGHT_S, wanting(0.1)))
     told = re.search(
-        r"pa10 cannot hold the cup ([+-])100 mm along x .* set adapt.uncertainty.least_reach_m=(.+?),", lacks
+        r"pa10 cannot hold the cup ([+-])100 mm along x .* set adapt.uncertainty.min_reach_m=(.+?),", lacks
     )
     assert told is not None
     with pytest.MonkeyPatch.context() as patch:

@@ -17,7 +17,7 @@ from tests.simulation.dart.bench_robot import modelled, pa10
 
 H = 0.004
 X = np.array([1.0, 0.0, 0.0])
-TILTING: CatchSettings = dataclasses.replace(TRANSFER.catch, max_tilt_rad=0.4, give_m_s=0.5)
+TILTING: CatchSettings = dataclasses.replace(TRANSFER.catch, max_tilt_rad=0.4, contact_speed_m_s=0.5)
 
 
 @pytest.fixture(scope="module")
@@ -75,7 +75,7 @@ def test_the_tilt_is_there_at_the_catch_and_the_cup_gives_with_the_ball() -> Non
 
 
 def test_a_catch_too_near_to_plan_for_leaves_the_cup_as_it_is() -> None:
-    near_s = 0.5 * TILTING.settled_before_s
+    near_s = 0.5 * TILTING.freeze_before_catch_s
     assert TiltPlan(TILTING, H).next(0.0, near_s, 0.25) == CupTilt()
 
 
@@ -85,5 +85,5 @@ def test_the_cup_opens_against_the_relative_velocity(across: float, wanted: floa
 
 
 def test_settings_that_want_neither_leave_the_cup_on_its_line() -> None:
-    assert TiltPlan(dataclasses.replace(TILTING, max_tilt_rad=0.0, give_m_s=0.0), H).flat
+    assert TiltPlan(dataclasses.replace(TILTING, max_tilt_rad=0.0, contact_speed_m_s=0.0), H).flat
     assert not TiltPlan(TILTING, H).flat

@@ -65,16 +65,16 @@ def learned(runner: GameRunner, seed: int, cap: int = 400) -> SarsaLearner:
 
 
 @pytest.fixture(scope="module")
-def proven() -> list[PolicyArtifact]:
-    """Policies of ``easy``, proven by 80 catches in a row on the rail, as the stage hands them over."""
+def solved() -> list[PolicyArtifact]:
+    """Policies of ``easy``, solved by 80 catches in a row on the rail, as the stage hands them over."""
     made = [Learn(learn=LEARN, game=GAME).run({}, MemoryContext(seed=seed)) for seed in range(4)]
-    assert all(one.metrics["proven"] for one in made)
+    assert all(one.metrics["solved"] for one in made)
     return [one.artifact for one in made]
 
 
 @pytest.fixture(scope="module")
-def policy(proven: list[PolicyArtifact]) -> PolicyArtifact:
-    return proven[0]
+def policy(solved: list[PolicyArtifact]) -> PolicyArtifact:
+    return solved[0]
 
 
 @pytest.mark.slow
@@ -110,14 +110,14 @@ def test_the_workspace_is_similar_to_the_models_as_far_as_the_catch_may_use_it(
     ],
 )
 def test_games_are_caught_in_spite_of_rope_delay_and_noise(
-    proven: list[PolicyArtifact], rope_scale: float, delay_n: int, late_n: int
+    solved: list[PolicyArtifact], rope_scale: float, delay_n: int, late_n: int
 ) -> None:
     """The rope's length is believed as games measure it. Ten policies, four games each on every body: 120 of 120.
 
     Tables that only reached the goal ten times in a row are not caught so: 60 of 80, 73 of 80 and 67 of 79.
     """
     runner = make_runner(rope_scale, noise_m=0.0005, rope_scale=rope_scale, delay_n=delay_n, tracking_late_n=late_n)
-    played = [runner.play(GreedyPolicy(policy, LEARN), seed=number) for policy in proven for number in range(4)]
+    played = [runner.play(GreedyPolicy(policy, LEARN), seed=number) for policy in solved for number in range(4)]
     assert sum(game.caught for game in played) >= 15
     errors = [game.prediction_error_m(0.1) for game in played]
     assert np.median([error for error in errors if error is not None]) < 0.004

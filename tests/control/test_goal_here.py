@@ -18,7 +18,7 @@ from tests.control.test_games import GAME, TRANSFER, make_runner
 from tests.learning.settings_files import learn_settings
 from tests.memory_context import MemoryContext
 
-LEARN = learn_settings("hard", count__evaluation=1)
+LEARN = learn_settings("hard", count__evaluation_rollouts=1)
 GAMES = 5
 
 

@@ -25,21 +25,21 @@ GAME = build(GameSettings, plain("game", "kendama"), "game")
 
 @pytest.mark.parametrize(("misses", "wins", "proof"), [(0, 80, 0), (3, 80, 3), (3, 79, 200)])
 def test_the_rollouts_before_eighty_in_a_row_are_told(misses: int, wins: int, proof: int) -> None:
-    settings = dataclasses.replace(TRANSFER, frozen=80, cap=200)
+    settings = dataclasses.replace(TRANSFER, solved_streak=80, max_rollouts=200)
     progress = Progress.resumed(None, begin_learner(LEARN).policy, LEARN, settings, np.random.default_rng(0))
     learner = progress.learner()
     for success in [False] * misses + [True] * wins:
         learner.count = learner.count.after(explored=False, success=success, settings=LEARN.count)  # type: ignore[attr-defined]
     progress.keep(learner)
-    assert progress.rollouts_to_proof() == proof
-    assert progress.proven() is (wins == 80)
+    assert progress.rollouts_to_solved() == proof
+    assert progress.solved() is (wins == 80)
     assert progress.frozen("table") is (wins == 80)
 
 
 def test_learning_that_ends_at_ten_in_a_row_tells_of_no_proof() -> None:
-    settings = dataclasses.replace(TRANSFER, frozen=10)
+    settings = dataclasses.replace(TRANSFER, solved_streak=10)
     progress = Progress.resumed(None, begin_learner(LEARN).policy, LEARN, settings, np.random.default_rng(0))
-    assert progress.proven() is None
+    assert progress.solved() is None
 
 
 @pytest.mark.parametrize(
@@ -48,7 +48,7 @@ def test_learning_that_ends_at_ten_in_a_row_tells_of_no_proof() -> None:
 def test_what_learning_made_worse_is_not_kept_unless_it_is_proven(
     wins: int, before: int, after: int, back: bool
 ) -> None:
-    settings = dataclasses.replace(TRANSFER, frozen=80, cap=200)
+    settings = dataclasses.replace(TRANSFER, solved_streak=80, max_rollouts=200)
     handed = begin_learner(LEARN).policy
     progress = Progress.resumed(None, handed, LEARN, settings, np.random.default_rng(0))
     learner = progress.learner()
@@ -57,7 +57,7 @@ def test_what_learning_made_worse_is_not_kept_unless_it_is_proven(
     progress.keep(learner)
     progress.before += [True] * before + [False] * (8 - before)
     progress.after += [True] * after + [False] * (8 - after)
-    assert progress.went_back() is back
+    assert progress.reverted() is back
     assert (progress.kept(handed) is handed) is back
 
 

@@ -19,7 +19,7 @@ FROM_S = 1.2
 """In the swing of seen_swings the rope slackens at 1.5 s or later."""
 
 
-def held_m(safety: SafetySettings, catch: str = "seen") -> tuple[float, tuple[str, ...]]:
+def held_m(safety: SafetySettings, catch: str = "visual") -> tuple[float, tuple[str, ...]]:
     made = swing()
     adapt = dataclasses.replace(ADAPT, catch=catch)
     steering, told = Surroundings(made.arm, GAME, adapt, safety).steering(made.joints, FROM_S)
@@ -49,7 +49,7 @@ def test_a_wall_beside_the_plan_bounds_the_circle(room_m: float, share: float) -
     assert most_m == pytest.approx(share * 0.3)
     assert f"held to {most_m:g} m beside its plan" in told[0]
     assert share == 0.75 or "cup, x: from" in told[0]
-    assert held_m(wall, catch="open") == (0.3, ())
+    assert held_m(wall, catch="open_loop") == (0.3, ())
 
 
 def test_a_seen_catch_that_has_no_room_at_all_is_refused_before_anything_moves() -> None:
@@ -64,7 +64,7 @@ def test_a_tempo_beyond_the_limits_is_passed_over() -> None:
     speed = np.abs(made.joints.velocity_rad_s).max(axis=0) / made.arm.limits.velocity_rad_s
     change = np.abs(made.joints.acceleration_rad_s2).max(axis=0) / made.arm.limits.acceleration_rad_s2
     for share, wanted in ((1.0, (1.0, 1.03, 0.97)), (max(speed.max() / 0.98, change.max() / 0.98**2), (1.0, 1.03))):
-        around = Surroundings(made.arm, GAME, ADAPT, dataclasses.replace(SAFETY, limit_share=float(share)))
+        around = Surroundings(made.arm, GAME, ADAPT, dataclasses.replace(SAFETY, limit_ratio=float(share)))
         assert around.playable(made.joints, (1.0, 1.03, 0.97)) == wanted
 
 

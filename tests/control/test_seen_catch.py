@@ -21,12 +21,14 @@ HARSH = Draw(WorldErrors(rope_scale=1.005, drag_scale=2.0), ArmErrors(0.03, 0.00
 
 
 @functools.cache
-def rollout(*, seen: bool, believed_sigma_m: float = ADAPT.steering.believed_sigma_m) -> RolloutResult:
+def rollout(*, seen: bool, max_sigma_m: float = ADAPT.correction.max_sigma_m) -> RolloutResult:
     """The swing in a harsh world."""
     made, world = swing(), ArmWorld(pa10(), kendama_game())
-    steering = dataclasses.replace(ADAPT.steering, believed_sigma_m=believed_sigma_m)
+    steering = dataclasses.replace(ADAPT.correction, max_sigma_m=max_sigma_m)
     rng = np.random.default_rng(10000)
-    eyes = SeenCatch(made.arm, kendama_game(), made.joints, made.cup, eyes=ADAPT.eyes, steering=steering, rng=rng)
+    eyes = SeenCatch(
+        made.arm, kendama_game(), made.joints, made.cup, eyes=ADAPT.sensor_model, steering=steering, rng=rng
+    )
     world.perturb(HARSH.world)
     return play_rollout(world, made.joints, errors=HARSH.arm, steering=eyes if seen else None, record=True)
 
@@ -40,7 +42,7 @@ def test_what_the_plan_misses_far_is_caught_when_it_is_seen() -> None:
 
 
 def test_eyes_that_are_never_believed_change_nothing() -> None:
-    blind, as_planned = rollout(seen=True, believed_sigma_m=1e-9), rollout(seen=False)
+    blind, as_planned = rollout(seen=True, max_sigma_m=1e-9), rollout(seen=False)
     assert blind.trace is not None
     assert as_planned.trace is not None
     assert blind.trace.ball_m.tobytes() == as_planned.trace.ball_m.tobytes()

@@ -174,7 +174,7 @@ def test_thirteen_hard_twins_differ_from_the_twin_in_what_their_names_say(site: 
         twin = composed(site, [f"hardware={name}"])["hardware"]
         assert {**twin, "imperfection": None} == {**plain, "imperfection": None}
         changed[name] = {key for key, value in twin["imperfection"].items() if value != plain["imperfection"][key]}
-    late = {"tracking_delay_s", "tracking_lost_share"}
+    late = {"tracking_delay_s", "tracking_lost_fraction"}
     assert changed == {
         "hard_drag_half": {"drag_scale"},
         "hard_drag_triple": {"drag_scale"},

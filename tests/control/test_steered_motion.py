@@ -15,7 +15,7 @@ from tests.control.seen_swings import ADAPT, swing
 from tests.simulation.dart.bench_robot import kendama_game
 
 RIM_M = kendama_game().cup.rim_m
-LEVER_M = RIM_M - ADAPT.steering.below_rim_m
+LEVER_M = RIM_M - ADAPT.correction.below_rim_m
 H = 0.004
 SEEN_AT, CATCH_S = 600, 2.8
 """The sample of the plan from which the ball is seen, and when it comes down."""
@@ -38,7 +38,7 @@ def ball(beside_m: tuple[float, float], sigma_m: float = 0.001) -> CatchPose:
 def played(pose: CatchPose, **settings: float) -> tuple[SteeredMotion, list[JointCommand]]:
     """Every command of a motion in which the ball is seen from sample SEEN_AT on."""
     plan = swing().cup
-    motion = SteeredMotion(plan, dataclasses.replace(ADAPT.steering, **settings), RIM_M)
+    motion = SteeredMotion(plan, dataclasses.replace(ADAPT.correction, **settings), RIM_M)
     commands = [motion.last]
     while len(commands) < len(plan.motion.t_s) + 150:
         if len(commands) >= SEEN_AT and not motion.over:
@@ -75,7 +75,7 @@ def test_the_cup_meets_the_ball_where_and_when_it_comes_down_upright(beside_m: t
 
 def test_a_late_drive_is_told_earlier() -> None:
     pose, late = ball((0.08, 0.0)), 5
-    motion = SteeredMotion(swing().cup, ADAPT.steering, RIM_M)
+    motion = SteeredMotion(swing().cup, ADAPT.correction, RIM_M)
     commands = [motion.last]
     while len(commands) < 900:
         if len(commands) >= SEEN_AT:
@@ -102,8 +102,8 @@ def test_every_command_keeps_to_the_joints_limits_and_goes_no_farther_than_allow
     beside = np.array([swing().arm.tool_place_m(one.position_rad) for one in commands])
     beside -= np.array([swing().cup.sample(k).place_m for k in range(len(commands))])
     assert np.linalg.norm(beside[:, :2], axis=1).max() < 0.2 + 1e-3
-    assert motion.largest_shift_m <= 0.2 + 2e-5
-    assert 0.1 < motion.catch_shift_m <= motion.largest_shift_m
+    assert motion.max_shift_m <= 0.2 + 2e-5
+    assert 0.1 < motion.catch_shift_m <= motion.max_shift_m
 
 
 @pytest.mark.parametrize("beside_m", [(0.05, 0.0), (-0.06, 0.05), (0.15, 0.1), (0.1, -0.2)])
@@ -121,11 +121,11 @@ def test_the_cup_brakes_in_time_for_a_ball_that_flies_fast_to_the_side(
     if np.hypot(*beside_m) < most_m - 0.02:
         meeting = commands[round(CATCH_S / H)].position_rad
         assert np.linalg.norm(mouth(meeting)[:2] - fast.position_m[:2]) < 0.01
-    assert motion.largest_shift_m <= most_m + 2e-5
+    assert motion.max_shift_m <= most_m + 2e-5
 
 
 def test_no_ball_is_followed_before_the_time_from_which_it_may_be() -> None:
-    motion = SteeredMotion(swing().cup, ADAPT.steering, RIM_M, from_s=1.0)
+    motion = SteeredMotion(swing().cup, ADAPT.correction, RIM_M, from_s=1.0)
     for _ in range(round(1.0 / H)):
         motion.follow(ball((0.08, 0.0)))
         motion.next()

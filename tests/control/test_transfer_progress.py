@@ -15,7 +15,7 @@ from tests.control.test_games import LEARN, TRANSFER
 REST = SwingState(0.0, 0.0, 0.0, 0.0)
 TABLE = np.random.default_rng(0).normal(size=(324, 5))
 POLICY = seal_table(TABLE, LEARN)
-FREEZING = dataclasses.replace(TRANSFER, frozen=14, cap=40)
+FREEZING = dataclasses.replace(TRANSFER, solved_streak=14, max_rollouts=40)
 
 
 def begun() -> Progress:
@@ -63,15 +63,17 @@ def test_from_scratch_nothing_more_is_wanted_than_the_streak_that_counts() -> No
 @pytest.mark.parametrize("start", ["table", "scratch"])
 def test_learning_ends_at_the_cap_which_then_is_the_figure(start: Start) -> None:
     progress = begun()
-    succeed(progress, start, FREEZING.cap, outcome="timeout")
+    succeed(progress, start, FREEZING.max_rollouts, outcome="timeout")
     assert progress.frozen(start)
     assert not progress.learned(start)
-    assert progress.rollouts(start) == FREEZING.cap
+    assert progress.rollouts(start) == FREEZING.max_rollouts
 
 
 def test_a_shorter_streak_than_the_counting_rules_cannot_be_asked_for() -> None:
-    progress = Progress.resumed(None, POLICY, LEARN, dataclasses.replace(FREEZING, frozen=1), np.random.default_rng(1))
-    succeed(progress, "table", LEARN.count.streak - 1)
+    progress = Progress.resumed(
+        None, POLICY, LEARN, dataclasses.replace(FREEZING, solved_streak=1), np.random.default_rng(1)
+    )
+    succeed(progress, "table", LEARN.count.learned_streak - 1)
     assert not progress.frozen("table")
     succeed(progress, "table")
     assert progress.frozen("table")

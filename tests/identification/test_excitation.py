@@ -45,8 +45,8 @@ def test_the_motion_begins_and_ends_at_rest_at_home_and_keeps_to_its_share_of_th
         assert motion.velocity_rad_s[end] == pytest.approx(np.zeros(7), abs=1e-5)
     assert np.abs(motion.position_rad - middle).max() <= 1.0001 * SHIPPED.amplitude_rad
     # the window and the sweeping tempo add a little to the sines' own slopes
-    assert (np.abs(motion.velocity_rad_s) <= 1.1 * SHIPPED.limit_share * arm.limits.velocity_rad_s).all()
-    assert (np.abs(motion.acceleration_rad_s2) <= 1.2 * SHIPPED.limit_share * arm.limits.acceleration_rad_s2).all()
+    assert (np.abs(motion.velocity_rad_s) <= 1.1 * SHIPPED.limit_ratio * arm.limits.velocity_rad_s).all()
+    assert (np.abs(motion.acceleration_rad_s2) <= 1.2 * SHIPPED.limit_ratio * arm.limits.acceleration_rad_s2).all()
 
 
 def test_every_joint_is_seen_slow_and_fast_in_both_directions(arm: RobotModel) -> None:

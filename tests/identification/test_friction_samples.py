@@ -75,7 +75,7 @@ def test_a_share_of_the_known_friction_is_found_with_its_viscous_and_stribeck_pa
     robot = dataclasses.replace(
         pa10(), coulomb_nm=(1.0,) * 7, viscous_nm_s=(1.0,) * 7, stribeck_nm=(0.6,) * 7, stribeck_rad_s=(0.1,) * 7
     )
-    friction = found(robot, recorded(robot, 24.0, joint_friction_share=0.5))
+    friction = found(robot, recorded(robot, 24.0, joint_friction_fraction=0.5))
     for speed in (0.03, 0.1, 0.2, 0.5):
         torque = 0.5 * (1.0 + 0.6 * np.exp(-((speed / 0.1) ** 2)) + speed)
         assert parametric_torque(friction, np.full(7, speed)) == pytest.approx(np.full(7, torque), abs=0.09)  # a tenth

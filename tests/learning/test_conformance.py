@@ -18,12 +18,12 @@ from kendama_cli.learning.settings import LearnSettings
 from kendama_cli.learning.state import SwingState
 from tests.learning.settings_files import learn_settings
 
-OURS = ("sarsa", "lucky", "random", "pump", "open_loop", "dyna", "tile_coding", "model_based")
+OURS = ("sarsa", "random_replay", "random", "energy_pumping", "open_loop", "dyna", "tile_coding", "model_based")
 
 
 @pytest.mark.parametrize("check", conformance.CHECKS)
 @pytest.mark.parametrize("task", ["easy", "paper"])
-@pytest.mark.parametrize("kind", ["sarsa", "epsilon_greedy", "lucky", "random", "pump", "cma"])
+@pytest.mark.parametrize("kind", ["sarsa", "epsilon_greedy", "random_replay", "random", "energy_pumping", "cma"])
 def test_every_learner_keeps_every_law(kind, task, check):
     check(learn_settings(task, f"learn/learner={kind}"))
 

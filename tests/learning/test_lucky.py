@@ -15,12 +15,12 @@ from kendama_cli.learning.state import SwingState
 from kendama_cli.simulation.swingup.environment import SwingUpEnvironment
 from tests.learning.settings_files import game_settings, learn_settings
 
-SEARCH = learn_settings("easy", "learn/learner=lucky")
+SEARCH = learn_settings("easy", "learn/learner=random_replay")
 LAST = SwingState(0.1, 0.0, 2.0, 3.0)
 
 
 def searching(name: str) -> LuckyLearner:
-    return LuckyLearner(learn_settings(name, "learn/learner=lucky"))
+    return LuckyLearner(learn_settings(name, "learn/learner=random_replay"))
 
 
 def play(learner: LuckyLearner, results: str, rng: np.random.Generator) -> list[tuple[bool, list[float]]]:
@@ -93,7 +93,7 @@ def test_before_anything_was_drawn_its_policy_leaves_the_cup_where_it_is():
 
 def test_wrong_settings_are_refused_in_one_line():
     with pytest.raises(ConfigError, match=r"'learn.learner.after_failure' is 2.0; allowed"):
-        learn_settings("easy", "learn/learner=lucky", learner__after_failure=2.0)
+        learn_settings("easy", "learn/learner=random_replay", learner__after_failure=2.0)
     with pytest.raises(ConfigError, match=r"'learn.learner.kind' is 'sarssa'; allowed: .*did you mean 'sarsa'"):
         learn_settings("easy", learner__kind="sarssa")
 

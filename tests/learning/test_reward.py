@@ -57,11 +57,11 @@ def test_a_state_that_is_caught_from_needs_a_rope_that_has_no_pull(state):
 
 
 def test_the_slower_ball_is_released_and_the_faster_one_is_still_held():
-    wanted = goal(success="caught", angle_deg=130.0, slowest_rad_s=0.3)
+    wanted = goal(success="caught", angle_deg=130.0, min_rate_rad_s=0.3)
     slow, fast = (SwingState(0.0, 0.0, math.radians(140.0), rate) for rate in (3.5, 5.0))
     assert wanted.reached(slow)
     assert not wanted.reached(fast)
-    assert goal(slowest_rad_s=0.3).reached(fast)
+    assert goal(min_rate_rad_s=0.3).reached(fast)
 
 
 def test_a_miss_is_worth_the_more_the_nearer_it_is():

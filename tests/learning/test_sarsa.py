@@ -232,7 +232,7 @@ def test_what_a_harmonic_drives_suits_the_workspace(name, driven):
         return [learner.act(SWUNG if k % 2 else HANGING, 0.02 * k) for k in range(100)]
 
     other = {"acceleration": "position", "position": "acceleration"}[driven]
-    assert actions("suited") == actions(driven) != actions(other)
+    assert actions("auto") == actions(driven) != actions(other)
 
 
 def test_replay_changes_the_table_but_not_the_count():
@@ -265,7 +265,7 @@ def test_the_policy_is_sealed_with_what_gives_it_its_meaning_and_with_nothing_el
 
 
 def test_exploration_varies_the_harmonics_with_the_best_rewards_and_keeps_them_over_a_restart():
-    settings = learn_settings("hard", exploration__varied=1.0, exploration__remembered=2)
+    settings = learn_settings("hard", exploration__mutation_fraction=1.0, exploration__elite_size=2)
     learner, rng = SarsaLearner(settings), np.random.default_rng(0)
     drawn = []
     for miss_m in (0.25, 0.05, 0.15, None):  # the last one times out, and is not remembered

@@ -22,15 +22,18 @@ WRONG = [
     ({"workspace__braking_m_s2": 9.0}, "'learn.workspace.braking_m_s2' is 9.0; allowed: at most the largest action"),
     ({"workspace__kind": "limt"}, "allowed: limit, terminate, did you mean 'limit'?"),
     ({"harmonic__band_rad_s": [8.0, 3.0]}, "'learn.harmonic.band_rad_s' is [8.0, 3.0]; allowed: [low, high]"),
-    ({"bodies__drag": [2.0, 1.0]}, "'learn.bodies.drag' is [2.0, 1.0]; allowed: [low, high] with low <= high"),
-    ({"bodies__delay_s": 0.03}, "'learn.bodies.delay_s' is 0.03; allowed: at most decision.shortest_s, 0.02"),
+    (
+        {"randomisation__drag": [2.0, 1.0]},
+        "'learn.randomisation.drag' is [2.0, 1.0]; allowed: [low, high] with low <= high",
+    ),
+    ({"randomisation__delay_s": 0.03}, "'learn.randomisation.delay_s' is 0.03; allowed: at most decision.min_s, 0.02"),
     ({"goal__success": "cauht"}, "allowed: caught, catchable, reached, did you mean 'caught'?"),
-    ({"goal__fastest_rad_s": 0.5}, "'learn.goal.fastest_rad_s' is 0.5; allowed: above slowest_rad_s, which is 1.0"),
-    ({"decision__longest_s": 0.01}, "'learn.decision.longest_s' is 0.01; allowed: at least shortest_s"),
-    ({"step_s": 0.05}, "'learn.step_s' is 0.05; allowed: at most decision.shortest_s, 0.02"),
-    ({"rollout_s": 0.05}, "'learn.rollout_s' is 0.05; allowed: at least decision.longest_s, 0.1"),
-    ({"count__cap": 5}, "'learn.count.cap' is 5; allowed: at least streak, which is 10"),
-    ({"count__frozen": 5}, "'learn.count.frozen' is 5; allowed: at least streak, which is 10"),
+    ({"goal__max_rate_rad_s": 0.5}, "'learn.goal.max_rate_rad_s' is 0.5; allowed: above min_rate_rad_s, which is 1.0"),
+    ({"decision__max_s": 0.01}, "'learn.decision.max_s' is 0.01; allowed: at least min_s"),
+    ({"step_s": 0.05}, "'learn.step_s' is 0.05; allowed: at most decision.min_s, 0.02"),
+    ({"rollout_s": 0.05}, "'learn.rollout_s' is 0.05; allowed: at least decision.max_s, 0.1"),
+    ({"count__max_rollouts": 5}, "'learn.count.max_rollouts' is 5; allowed: at least learned_streak, which is 10"),
+    ({"count__solved_streak": 5}, "'learn.count.solved_streak' is 5; allowed: at least learned_streak, which is 10"),
     ({"traces": "replaced"}, "'learn.traces' is 'replaced'; allowed: replacing, accumulating, dutch"),
     ({"update": "sarsaa"}, "'learn.update' is 'sarsaa'; allowed: sarsa, expected_sarsa, q, double_sarsa, did you mean"),
     (
@@ -61,12 +64,12 @@ def test_the_shipped_settings_are_sound(name):
 
 def test_hard_random_is_hard_on_other_bodies():
     hard, varied = learn_settings("hard"), learn_settings("hard_random")
-    assert varied.bodies != hard.bodies
-    assert varied.validation.bodies == varied.bodies
-    back = dataclasses.replace(hard.validation, bodies=hard.bodies)
+    assert varied.randomisation != hard.randomisation
+    assert varied.validation.randomisation == varied.randomisation
+    back = dataclasses.replace(hard.validation, randomisation=hard.randomisation)
     more = dataclasses.replace(hard.exploration, in_a_row=2)
     assert dataclasses.replace(hard, exploration=more) == dataclasses.replace(
-        varied, task="hard", bodies=hard.bodies, validation=back, acting="latest"
+        varied, task="hard", randomisation=hard.randomisation, validation=back, acting="latest"
     )
 
 

@@ -1,4 +1,4 @@
-"""The counting rule: what counts as learned and as proven, and after how many rollouts."""
+"""The counting rule: what counts as learned and as solved, and after how many rollouts."""
 
 from __future__ import annotations
 
@@ -32,22 +32,22 @@ def test_the_figure_stands_whatever_comes_later():
     assert counted("f" + "g" * 10 + "fff" + "g" * 12).learned_at == 2
 
 
-def test_rollouts_to_proof_are_those_before_the_first_of_eighty_greedy_successes_in_a_row():
-    proven = counted("eef" + "g" * 30 + "fe" + "g" * 80)
-    assert proven.rollouts_to_first(SETTINGS.count) == 4
-    assert proven.rollouts_to_proof(SETTINGS.count) == 35
-    assert proven.rollouts == 115
-    assert proven.proven
-    assert not counted("eef" + "g" * 79).proven
+def test_rollouts_to_solved_are_those_before_the_first_of_eighty_greedy_successes_in_a_row():
+    solved = counted("eef" + "g" * 30 + "fe" + "g" * 80)
+    assert solved.rollouts_to_learned(SETTINGS.count) == 4
+    assert solved.rollouts_to_solved(SETTINGS.count) == 35
+    assert solved.rollouts == 115
+    assert solved.solved
+    assert not counted("eef" + "g" * 79).solved
 
 
 def test_a_failure_counts_as_the_cap():
-    assert counted("f" * 1000).rollouts_to_first(SETTINGS.count) == 1000
-    assert counted("f" * 1000).rollouts_to_proof(SETTINGS.count) == 1000
+    assert counted("f" * 1000).rollouts_to_learned(SETTINGS.count) == 1000
+    assert counted("f" * 1000).rollouts_to_solved(SETTINGS.count) == 1000
 
 
 def test_learning_ends_with_the_streak_that_freezes_or_at_the_cap():
-    frozen = SETTINGS.count.frozen
+    frozen = SETTINGS.count.solved_streak
     assert not counted("g" * (frozen - 1)).finished(SETTINGS.count)
     assert counted("g" * frozen).finished(SETTINGS.count)
     assert counted("f" * 1000).finished(SETTINGS.count)

@@ -15,7 +15,7 @@ from tests.learning.settings_files import learn_settings
 
 SETTINGS = learn_settings()
 GOOD = seal_table(np.zeros((324, 5)), SETTINGS)
-SEARCH = learn_settings("easy", "learn/learner=lucky")
+SEARCH = learn_settings("easy", "learn/learner=random_replay")
 
 
 def test_a_table_learned_as_configured_is_accepted():
@@ -34,7 +34,7 @@ def test_a_table_learned_as_configured_is_accepted():
             "cannot be acted by: the policy has no array 'q'; it has values",
         ),
         (dataclasses.replace(GOOD, arrays=(NamedArray("q", np.ones((324, 5))),)), "is damaged: its digest is"),
-        (dataclasses.replace(GOOD, kind="lucky"), "is damaged: its digest is"),
+        (dataclasses.replace(GOOD, kind="random_replay"), "is damaged: its digest is"),
         (
             seal_table(np.zeros((324, 5)), learn_settings("paper")),
             "is one of task 'paper', learned by 'sarsa'; the configuration has task 'easy' and learner 'sarsa'",
@@ -55,12 +55,12 @@ def test_another_policy_is_refused_with_what_differs(policy, message):
 
 def test_a_harmonic_is_refused_where_it_would_drive_something_else():
     meaning = {**task_meaning(SEARCH), "drives_place": False, "bang_bang": False}
-    good = PolicyArtifact.seal("lucky", meaning, {"harmonic": np.array([5.0, 6.0, 1.0])})
+    good = PolicyArtifact.seal("random_replay", meaning, {"harmonic": np.array([5.0, 6.0, 1.0])})
     verify_policy(good, SEARCH, "run 1")
-    other = PolicyArtifact.seal("lucky", {**meaning, "drives_place": True}, {"harmonic": np.ones(3)})
+    other = PolicyArtifact.seal("random_replay", {**meaning, "drives_place": True}, {"harmonic": np.ones(3)})
     with pytest.raises(StageError, match=r"another configuration \(learn.drives_place is false, it was true\)"):
         verify_policy(other, SEARCH, "run 1")
-    short = PolicyArtifact.seal("lucky", meaning, {"harmonic": np.ones(2)})
+    short = PolicyArtifact.seal("random_replay", meaning, {"harmonic": np.ones(2)})
     with pytest.raises(StageError, match=r"cannot be acted by: the harmonic has shape \(2,\); allowed: \(3,\)"):
         verify_policy(short, SEARCH, "run 1")
 

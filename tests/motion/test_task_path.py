@@ -28,7 +28,7 @@ def test_every_step_ends_at_rest_at_its_pose_with_its_force():
     for end_s, step in zip((1.0, 1.5, 2.3, 3.0), STEPS, strict=True):
         reference = PATH.at(end_s - 1e-12)
         assert reference.position_m == pytest.approx(step.position_m)
-        assert reference.rotation == pytest.approx(exp_of(step.turn_rad) @ START)
+        assert reference.rotation == pytest.approx(exp_of(step.rotation_rad) @ START)
         assert reference.force_n == pytest.approx(step.force_n, abs=1e-9)
         assert np.abs(reference.velocity).max() < 1e-6
     late = PATH.at(9.0)

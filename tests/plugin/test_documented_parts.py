@@ -36,7 +36,7 @@ SHIPPED = [
         DETECTOR: "predict/detector=colour",
         LEARNER: "learn/learner=sarsa",
     },
-    {CONTROLLER: "interact/controller=impedance", LEARNER: "learn/learner=lucky"},
+    {CONTROLLER: "interact/controller=impedance", LEARNER: "learn/learner=random_replay"},
     pytest.param({ROBOT: "hardware=twin"}, marks=pytest.mark.slow),  # of robots, the documented one goes through it
 ]
 
@@ -129,7 +129,7 @@ def test_a_documented_stage_has_an_artifact_a_log_and_a_chapter_in_the_report(be
 
 
 def test_a_documented_learner_learns_in_the_stage_by_its_kind_alone(bench: Path) -> None:
-    quick = ("simulation/engine=rail", "learn.count.cap=30", "learn.count.evaluation=5")
+    quick = ("simulation/engine=rail", "learn.count.max_rollouts=30", "learn.count.evaluation_rollouts=5")
     words = ("run", "-p", "swingup", "--until", "learn", "--json", "learn/learner=bench", *quick)
     done = _kendama(bench, *words)
     assert done.returncode == 0, done.stderr

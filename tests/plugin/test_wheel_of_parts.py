@@ -92,7 +92,7 @@ def test_its_artifact_and_log_are_read_and_its_chapter_is_in_the_report(laborato
 
 @pytest.mark.slow  # for the same reason
 def test_its_learner_learns_in_the_stage_of_ours_and_its_policy_is_read(laboratory: Path) -> None:
-    quick = ("learn.count.cap=30", "learn.count.evaluation=5")
+    quick = ("learn.count.max_rollouts=30", "learn.count.evaluation_rollouts=5")
     run = ("run", "-p", "swingup", "--until", "learn", "--json", "learn/learner=bench", "simulation/engine=rail")
     done = kendama(laboratory, *run, *quick)
     assert done.returncode == 0, done.stderr

@@ -35,5 +35,5 @@ def write_interaction(log: FieldLog, rng: np.random.Generator) -> tuple[dict[str
         wrench = {f"{kind}_{axis}_{unit}": along for kind, unit in (("force", "n"), ("torque", "nm")) for axis in "xyz"}
         log.write("/interact/wrench", time, wrench)
     unturned = {"rotation_wxyz": [1.0, 0.0, 0.0, 0.0]}
-    metrics = {"force_error_rms_n": 0.21, "contact_share": 1.0, "friction": 0.4, "touched": "table"}
+    metrics = {"force_error_rms_n": 0.21, "contact_fraction": 1.0, "friction": 0.4, "touched": "table"}
     return {"scene": {"bodies": [body | unturned for body in BODIES]}, "interact": {"log_rate_hz": 50.0}}, metrics

@@ -16,5 +16,11 @@ def write_rehearsal(log: FieldLog, rng: np.random.Generator) -> tuple[dict[str, 
             angles = 0.3 * np.sin(np.array([1.0, 2.0]) * (time - late)) + 1e-4 * rng.standard_normal(2) * (late > 0)
             joints = {"names": ["shoulder", "elbow"], "position_rad": angles, "velocity_rad_s": [0.0, 0.0]}
             log.write(f"/rehearse/{topic}", time, joints | {"effort_nm": [1.0, 2.0]})
-    metrics = {"speed": 0.3, "completed": True, "behind_rms_mrad": 6.5, "behind_most_mrad": 12.0, "played_s": 4.0}
-    return {"rehearse": {"speed": 0.3, "most_behind_rad": 0.15, "most_apart_rad": 0.1}}, metrics
+    metrics = {
+        "speed": 0.3,
+        "completed": True,
+        "tracking_error_rms_mrad": 6.5,
+        "tracking_error_max_mrad": 12.0,
+        "played_s": 4.0,
+    }
+    return {"rehearse": {"speed": 0.3, "max_tracking_error_rad": 0.15, "max_twin_deviation_rad": 0.1}}, metrics

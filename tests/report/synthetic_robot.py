@@ -48,7 +48,7 @@ def write_prediction(log: FieldLog, rng: np.random.Generator) -> tuple[dict[str,
         "position_error_mm_p50": 2.1,
         "position_error_mm_p95": 7.9,
         "time_error_ms_p50": 0.4,
-        "horizon_ms": 150.0,
+        "prediction_horizon_ms": 150.0,
     }
     return {"settings": {"flights": 40}, "game": GAME}, metrics
 

@@ -112,7 +112,7 @@ DRAWN = (
     "drag_scale",
     "restitution",
     "joint_friction_nm",
-    "joint_friction_share",
+    "joint_friction_fraction",
     "lag_s",
     "cup_error_m",
     "cup_error_hz",
@@ -139,13 +139,13 @@ def _adapt(log: FieldLog, rng: np.random.Generator) -> tuple[dict[str, Any], dic
             "/adapt/explored", 45.0, {"index": index, "generation": index // 6, "swing_slack_s": 0.0, **bent, **moved}
         )
         proof = {"rollouts": 6 * (1 + index // 6), "index": index % 6, "caught": index > 4, "miss_m": 0.01}
-        log.write("/adapt/proof", 46.0, proof)
+        log.write("/adapt/evaluation", 46.0, proof)
     for index in range(30):
         miss = 0.02 * rng.standard_normal()
         caught = bool(abs(miss) < 0.03)
         log.write("/adapt/repeat", 50 + index, {"index": index, "caught": caught, "miss_m": miss})
         log.write("/adapt/replay", 50 + index, replay_message(index, caught, miss))
-        log.write("/adapt/drawn", 50 + index, {"index": index} | dict.fromkeys(DRAWN, 1.0))
+        log.write("/adapt/perturbation", 50 + index, {"index": index} | dict.fromkeys(DRAWN, 1.0))
     t = np.arange(0, 2.5, 0.004)
     cup, ball = played_swing(t)
     write_frames(log, "/adapt/cup", "cup", t, cup)
@@ -189,10 +189,10 @@ def _learn(log: FieldLog, rng: np.random.Generator) -> tuple[dict[str, Any], dic
         log.write("/learn/step", time, {**state_at(time), "tension_n": 0.5})
     metrics = {
         "learned": True,
-        "rollouts_to_first": 38,
-        "rollouts_to_proof": 41,
+        "rollouts_to_learned": 38,
+        "rollouts_to_solved": 41,
         "frozen_caught_rate": 0.94,
-        "swings": 2.0,
+        "half_swings": 2.0,
     }
     return {
         "settings": {"grid": grid, "actions_m_s2": [-8.0, -4.0, 0.0, 4.0, 8.0], "alpha": 0.7},

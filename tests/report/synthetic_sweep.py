@@ -23,7 +23,7 @@ TWINS = {
 
 
 def write_explorations(folder: Path, seeds: int = 20) -> list[Run]:
-    """``learn`` by SARSA and epsilon-greedy; seed 3 of the latter stays unproven."""
+    """``learn`` by SARSA and epsilon-greedy; seed 3 of the latter stays unsolved."""
     runs: list[Run] = []
     for number, (kind, mean) in enumerate((("sarsa", 12.0), ("epsilon_greedy", 60.0))):
         for seed in range(seeds):
@@ -78,14 +78,14 @@ def _learn(path: Path, rng: np.random.Generator, needed: int, learned: bool) -> 
         log.write("/learn/cup", 0.004 * step, pose)
     metrics = {
         "learned": learned,
-        "proven": learned,
-        "rollouts_to_first": max(1, needed - 1),
-        "rollouts_to_proof": needed,
+        "solved": learned,
+        "rollouts_to_learned": max(1, needed - 1),
+        "rollouts_to_solved": needed,
         "rollouts": needed + 29,
         "frozen_success_rate": 0.95,
         "frozen_caught_rate": float(1 - 0.05 * rng.random()) if learned else 0.2,
-        "chance_rate": 0.0025,
-        "swings": float(rng.integers(3, 5)),
+        "random_success_rate": 0.0025,
+        "half_swings": float(rng.integers(3, 5)),
         "time_to_goal_s": float(1.5 + 0.2 * rng.random()),
         "best_found_s": 1.31,
         "peak_displacement_m": 0.39,
@@ -110,7 +110,7 @@ def _transfer(path: Path, body: dict[str, float], *, given: int, scratch: int) -
         "caught_rate": 0.75,
     }
     made = {"rope_scale": 1.05, "lag_s": 0.015, "latency_s": 0.01, "ball_noise_m": 0.0005, **body}
-    settings = {"hardware": {"kind": "twin", "imperfection": made}, "transfer": {"evaluation_n": 40, "games": 4}}
+    settings = {"hardware": {"kind": "twin", "imperfection": made}, "transfer": {"evaluation_rollouts": 40, "games": 4}}
     log.finish(path, stage="transfer", settings=settings, metrics=metrics)
 
 

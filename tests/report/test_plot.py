@@ -9,7 +9,7 @@ from kendama_cli.report.plot import drawing, legend_above
 
 @pytest.mark.parametrize(
     "labels",
-    [["cup", "ball"], [f"learn/learner={kind}" for kind in ("lucky", "epsilon_greedy", "tile_coding", "dyna")]],
+    [["cup", "ball"], [f"learn/learner={kind}" for kind in ("random_replay", "epsilon_greedy", "tile_coding", "dyna")]],
 )
 def test_a_legend_is_never_wider_than_its_figure(labels):
     with drawing("legend", "lines") as made:

@@ -73,18 +73,24 @@ def test_a_log_that_runs_share_counts_once_under_what_they_agree_on(transfers):
 
 def test_figures_intervals_and_ratios_are_told(exploration_page, explorations):
     text = _text(exploration_page)
-    values = [group.figures("rollouts_to_proof") for group in ensemble(explorations, "learn", ()).groups]
+    values = [group.figures("rollouts_to_solved") for group in ensemble(explorations, "learn", ()).groups]
     for group in values:
         assert f"{group.mean():.3g}" in text
     assert f"{values[1].mean() / values[0].mean():.3g}" in text
-    for title in ("to proof, mean", "to proof, median", "to proof, 90 %", "ratio of means", "soonest found by search"):
+    for title in (
+        "to solved, mean",
+        "to solved, median",
+        "to solved, 90 %",
+        "ratio of means",
+        "soonest found by search",
+    ):
         assert title in text
     assert "1.31 s" in text
     assert "Against sarsa" in text
 
 
 def test_failures_are_listed_by_seed(exploration_page):
-    assert "Unproven (epsilon_greedy): seed 3." in _text(exploration_page)
+    assert "Unsolved (epsilon_greedy): seed 3." in _text(exploration_page)
 
 
 def test_every_body_has_its_line_and_the_last_line_is_the_mean(transfer_page):
@@ -199,7 +205,12 @@ def test_where_runs_differ_in_a_setting_the_values_of_each_are_told(tmp_path):
 
 def test_where_groups_are_many_a_figure_that_few_of_them_have_is_no_headline(tmp_path):
     runs = []
-    for kind, metrics in (("sarsa", {"swings": 4.0}), ("lucky", {"swings": 5.0}), ("pump", {}), ("random", {})):
+    for kind, metrics in (
+        ("sarsa", {"half_swings": 4.0}),
+        ("random_replay", {"half_swings": 5.0}),
+        ("energy_pumping", {}),
+        ("random", {}),
+    ):
         log = memory_log()
         log.finish(tmp_path / f"{kind}.mcap", stage="learn", settings={}, metrics=metrics)
         document = {"overrides": [f"learn/learner={kind}"], "stages": [{"name": "learn", "status": "ran"}]}
@@ -209,7 +220,7 @@ def test_where_groups_are_many_a_figure_that_few_of_them_have_is_no_headline(tmp
 
 
 def test_what_makes_a_twin_hard_its_imitation_and_its_proof_are_told(tmp_path):
-    metrics = {"rollouts": 1, "rollouts_to_proof": 60, "proven": False, "imitation_caught_rate": 0.95}
+    metrics = {"rollouts": 1, "rollouts_to_solved": 60, "solved": False, "imitation_caught_rate": 0.95}
     made = {"rope_scale": 1.05, "rope_kg": None, "drag_scale": 3.0, "mass_scale": 1.0, "gravity_tilt_rad": 0.01745}
     settings = {"hardware": {"imperfection": made}, "transfer": {"imitation_repeats": 20}}
     log = memory_log()
@@ -217,6 +228,6 @@ def test_what_makes_a_twin_hard_its_imitation_and_its_proof_are_told(tmp_path):
     document = {"overrides": ["hardware=hard", "seed=2"], "stages": [{"name": "transfer", "status": "ran"}]}
     text = _text(make_sweep_report("made up", [(document, {"transfer": tmp_path / "transfer.mcap"})]))
     assert "rope +5 %, air × 3, tilt 1° 1 1" in text
-    assert "to proof imitation caught" in text
+    assert "to solved imitation caught" in text
     assert "60 95 % 75 … 100" in text
-    assert "to proof: seed 2" in text
+    assert "to solved: seed 2" in text

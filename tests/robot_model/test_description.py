@@ -87,13 +87,13 @@ def test_binary_rubbish_is_refused(tmp_path: Path, rubbish: bytes) -> None:
             '<joint name="w2" type="revolute">',
             '<joint name="w2" type="revolute"><mimic joint="w1"/>',
             "joint 'w2' mimics joint 'w1'; allowed on the way to the tip: revolute, continuous, fixed; hold it where "
-            "it is: robot.held_joints=[w2]",
+            "it is: robot.locked_joints=[w2]",
         ),
         (
             '<joint name="s2" type="revolute">',
             '<joint name="s2" type="prismatic">',
             "joint 's2' is prismatic (a rail, lift or slide); allowed on the way to the tip: revolute, continuous, "
-            "fixed; hold it where it is: robot.held_joints=[s2], begin after it: robot.base_link=link_s2",
+            "fixed; hold it where it is: robot.locked_joints=[s2], begin after it: robot.base_link=link_s2",
         ),
         ('<mass value="3.51"/>', '<mass value="-3.51"/>', "link 'link_s3' has the mass '-3.51'"),
         ('<mass value="3.51"/>', '<mass value="nan"/>', "link 'link_s3' has the mass 'nan'"),
@@ -136,8 +136,8 @@ def test_a_ring_of_joints_is_refused_wherever_it_is(tmp_path: Path) -> None:
 def test_a_held_joint_must_exist(tmp_path: Path) -> None:
     file = tmp_path / "robot.urdf"
     file.write_text(GOOD)
-    with pytest.raises(InputError, match=r"has no joint 'lift'; set robot\.held_joints to some of: s1, s2"):
-        read(file, "flange", held_joints=("lift",))
+    with pytest.raises(InputError, match=r"has no joint 'lift'; set robot\.locked_joints to some of: s1, s2"):
+        read(file, "flange", locked_joints=("lift",))
 
 
 def test_a_moving_frame_without_mass_is_fine_where_it_carries_some(tmp_path: Path) -> None:

@@ -17,7 +17,7 @@ from kendama_cli.robot_model.display.write_stubs import imported_functions, read
 
 ROOT = Path(__file__).resolve().parents[3]
 BARE_MACHINE = Path(__file__).with_name("bare_machine.py")
-WAIT = "{name: wait, duration_s: 0.2, position_m: [-0.12, 0, 1.06], turn_rad: [0, 0, 0], force_n: [0, 0, 0]}"
+WAIT = "{name: wait, duration_s: 0.2, position_m: [-0.12, 0, 1.06], rotation_rad: [0, 0, 0], force_n: [0, 0, 0]}"
 linux = pytest.mark.skipif(sys.platform != "linux", reason="macOS and Windows wheels of DART need no stand-in")
 
 

@@ -112,6 +112,6 @@ def test_a_joint_list_that_does_not_fit_the_arm_is_named(name: str) -> None:
 
 
 def test_a_held_joint_stays_where_it_is() -> None:
-    arm = modelled(dataclasses.replace(bare(), held_joints=("s3",)))
+    arm = modelled(dataclasses.replace(bare(), locked_joints=("s3",)))
     assert arm.joint_names == ("s1", "s2", "e1", "e2", "w1", "w2")
     assert inertia_of(arm, arm.home_rad).shape == (6, 6)

@@ -202,7 +202,7 @@ RAIL = (
     [
         (
             {"j1": RAIL + joint("j1", "b0", "l1")},
-            r"joint 'rail' is prismatic \(a rail, lift or slide\).*robot\.held_joints=\[rail\]",
+            r"joint 'rail' is prismatic \(a rail, lift or slide\).*robot\.locked_joints=\[rail\]",
         ),
         ({"j1": joint("j1", "base", "l1", "floating", "")}, r"joint 'j1' is floating \(a base that moves freely\)"),
         ({"j1": joint("j1", "base", "l1", "Revolute")}, "joint 'j1' is of type 'Revolute'"),
@@ -229,7 +229,7 @@ GIVEN = {"lower_rad": (-1.0,) * 5, "upper_rad": (1.0,) * 5, "velocity_rad_s": (2
 @pytest.mark.parametrize(
     ("changed", "given"),
     [
-        ({"j1": RAIL + joint("j1", "b0", "l1")}, {"held_joints": ("rail",)}),
+        ({"j1": RAIL + joint("j1", "b0", "l1")}, {"locked_joints": ("rail",)}),
         ({"j1": RAIL + joint("j1", "b0", "l1")}, {"base_link": "b0"}),
         ({"j2": joint("j2", "l1", "l2", inside="")}, GIVEN),
         ({"l2": link("l2", "")}, {}),

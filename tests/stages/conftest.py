@@ -19,7 +19,7 @@ from tests.stages.transfer_setup import GAME, LEARN, ROBOT
 
 @pytest.fixture(scope="session")
 def policy() -> PolicyArtifact:
-    quick = dataclasses.replace(LEARN, count=dataclasses.replace(LEARN.count, evaluation=1))
+    quick = dataclasses.replace(LEARN, count=dataclasses.replace(LEARN.count, evaluation_rollouts=1))
     made: PolicyArtifact = Learn(learn=quick, game=GAME).run({}, MemoryContext(0)).artifact
     return made
 

@@ -53,7 +53,7 @@ def test_the_wanted_force_is_held_on_tables_of_any_stiffness_friction_and_height
     metrics = _play(table, settings=_short(until="wipe"))[0].metrics
     assert metrics["touched"] == "table"
     # a ball that begins to slide may leave the table for one step of the simulation
-    assert metrics["contact_share"] > 0.99
+    assert metrics["contact_fraction"] > 0.99
     # 20 N wanted; measured on other tables than these (500 to 20000 N/m, friction 0 to 0.8): 0.23 to 0.41 N rms
     assert metrics["force_error_rms_n"] < 1.0
     assert metrics["friction"] == pytest.approx(friction, abs=0.02)
@@ -83,7 +83,7 @@ def test_springs_alone_hold_the_force_only_as_well_as_the_table_stands_where_it_
 def test_where_nothing_is_met_the_tool_stays_near_its_reference_and_the_metrics_say_so():
     made, _ = _play(settings=_short(until="wipe"))
     metrics, result = made.metrics, made.artifact
-    assert metrics["contact_share"] == 0.0
+    assert metrics["contact_fraction"] == 0.0
     assert metrics["friction"] is None
     assert metrics["touched"] is None
     assert metrics["force_error_rms_n"] == pytest.approx(20.0, abs=0.05)
@@ -94,7 +94,7 @@ def test_where_nothing_is_met_the_tool_stays_near_its_reference_and_the_metrics_
 def test_a_script_that_wants_no_force_has_no_force_error():
     settings = _short(until="approach")
     metrics = _play(body(), settings=settings)[0].metrics
-    assert metrics["force_error_rms_n"] is metrics["force_error_max_n"] is metrics["contact_share"] is None
+    assert metrics["force_error_rms_n"] is metrics["force_error_max_n"] is metrics["contact_fraction"] is None
     assert metrics["peak_force_n"] < 0.5  # the probe's own inertia
     assert metrics["path_error_rms_mm"] < 1.0
 
@@ -125,7 +125,7 @@ def test_a_script_out_of_the_arms_reach_stops_in_the_step_that_leaves_it():
     settings = dataclasses.replace(settings, script=(settings.script[0], far))
     message = (
         r"^step 'come down' at \d\.\d+ s: the tool of pa10 is 0\.10\d m from its reference \[.*\] m; allowed: "
-        r"interact\.most_error_m, 0\.1; move interact\.script\[1\]\.position_m within reach, .*$"
+        r"interact\.max_error_m, 0\.1; move interact\.script\[1\]\.position_m within reach, .*$"
     )
     with pytest.raises(StageError, match=message):
         _play(settings=settings)
@@ -133,7 +133,7 @@ def test_a_script_out_of_the_arms_reach_stops_in_the_step_that_leaves_it():
 
 def test_an_obstacle_in_the_way_stops_the_script_too():
     wall = body(position_m=[-0.06, 0.0, 1.2], size_m=[0.02, 0.4, 0.6])
-    settings = _short(most_error_m=0.05)
+    settings = _short(max_error_m=0.05)
     with pytest.raises(StageError, match=r"step 'approach' .* or move what stands in the way"):
         _play(wall, settings=settings)
 

@@ -15,7 +15,7 @@ from tests.learning.settings_files import game_settings, learn_settings
 from tests.memory_context import MemoryContext
 
 IN_DART = "simulation/validation=dart"
-QUICK = {"count__evaluation": 20}
+QUICK = {"count__evaluation_rollouts": 20}
 
 
 def learn(ctx: MemoryContext, name: str = "easy", **replaced: object) -> Made:
@@ -34,15 +34,15 @@ def test_it_learns_the_swing_up_from_nothing(whole):
     made, ctx = whole
     metrics = made.metrics
     assert metrics["learned"] is True
-    assert 1 <= metrics["rollouts_to_first"] <= 59
-    assert metrics["rollouts_to_first"] <= metrics["rollouts"] < 1000
-    assert metrics["proven"] is True
-    assert metrics["rollouts_to_proof"] == metrics["rollouts"] - 80
-    assert metrics["chance_rate"] > 0.05
+    assert 1 <= metrics["rollouts_to_learned"] <= 59
+    assert metrics["rollouts_to_learned"] <= metrics["rollouts"] < 1000
+    assert metrics["solved"] is True
+    assert metrics["rollouts_to_solved"] == metrics["rollouts"] - 80
+    assert metrics["random_success_rate"] > 0.05
     assert any("chance solves the task 'easy'" in warning for warning in made.warnings)
     assert metrics["frozen_success_rate"] >= 0.95, "1.0 on each of the 21; 0.95 is the worst of seeds 800..999"
     assert metrics["peak_displacement_m"] <= 0.4 + 1e-4
-    assert 3 <= metrics["swings"] <= 4
+    assert 3 <= metrics["half_swings"] <= 4
     assert 1.59 <= metrics["time_to_goal_s"] <= 2.53
     rollouts = [message for topic, _, message in ctx.log.messages if topic == "/learn/rollout"]
     assert [message.index for message in rollouts] == list(range(1, metrics["rollouts"] + 1))
@@ -51,7 +51,7 @@ def test_it_learns_the_swing_up_from_nothing(whole):
 def test_the_ten_rollouts_that_count_as_learned_are_greedy_successes(whole):
     made, ctx = whole
     rollouts = [message for topic, _, message in ctx.log.messages if topic == "/learn/rollout"]
-    streak = [message for message in rollouts[made.metrics["rollouts_to_first"] - 1 :] if not message.explored][:10]
+    streak = [message for message in rollouts[made.metrics["rollouts_to_learned"] - 1 :] if not message.explored][:10]
     assert len(streak) == 10
     assert all(message.success for message in streak)
 
@@ -85,42 +85,44 @@ def test_killed_and_resumed_equals_uninterrupted_bit_for_bit(whole, stop_after):
 
 
 def test_another_seed_learns_another_table(whole):
-    assert learn(MemoryContext(seed=4), count__evaluation=1).artifact.digest != whole[0].artifact.digest
+    assert learn(MemoryContext(seed=4), count__evaluation_rollouts=1).artifact.digest != whole[0].artifact.digest
 
 
 def test_reaching_the_cap_without_learning_ends_normally():
-    made = learn(MemoryContext(seed=0), count__cap=12, goal__angle_deg=179.0, goal__tolerance_deg=0.01)
+    made = learn(MemoryContext(seed=0), count__max_rollouts=12, goal__angle_deg=179.0, goal__tolerance_deg=0.01)
     metrics = made.metrics
     assert made.warnings == (
-        "the swing-up is unproven: no 80 successes in a row within 12 rollouts; what is handed over is the policy with "
+        "the swing-up is unsolved: no 80 successes in a row within 12 rollouts; what is handed over is the policy with "
         "the longest streak",
     )
     assert metrics["learned"] is False
-    assert metrics["rollouts_to_first"] == 12
+    assert metrics["rollouts_to_learned"] == 12
     assert metrics["frozen_success_rate"] == 0.0
-    assert metrics["swings"] is None
+    assert metrics["half_swings"] is None
     assert metrics["time_to_goal_s"] is None
-    assert metrics["proven"] is False
-    assert metrics["rollouts_to_proof"] == 12
+    assert metrics["solved"] is False
+    assert metrics["rollouts_to_solved"] == 12
 
 
 def test_the_honest_task_is_learned_where_the_null_model_and_the_pump_do_not_solve_it():
     """Six seeds that nothing was tuned on; what is reached is told in docs/learning.md."""
-    every = [learn(MemoryContext(seed), "hard", count__evaluation=50).metrics for seed in range(1000, 1006)]
-    assert np.mean([metrics["rollouts_to_proof"] for metrics in every]) < 450
-    assert sum(metrics["proven"] for metrics in every) >= 5
+    every = [learn(MemoryContext(seed), "hard", count__evaluation_rollouts=50).metrics for seed in range(1000, 1006)]
+    assert np.mean([metrics["rollouts_to_solved"] for metrics in every]) < 450
+    assert sum(metrics["solved"] for metrics in every) >= 5
     assert np.mean([metrics["frozen_caught_rate"] for metrics in every]) >= 0.95
-    assert every[0]["chance_rate"] <= 0.01
-    for name in ("lucky", "pump"):
-        settings = learn_settings("hard", f"learn/learner={name}", count__cap=150, count__evaluation=50)
+    assert every[0]["random_success_rate"] <= 0.01
+    for name in ("random_replay", "energy_pumping"):
+        settings = learn_settings(
+            "hard", f"learn/learner={name}", count__max_rollouts=150, count__evaluation_rollouts=50
+        )
         null = Learn(learn=settings, game=game_settings()).run({}, MemoryContext(0)).metrics
-        assert null["proven"] is False
+        assert null["solved"] is False
 
 
 @pytest.mark.parametrize("name", ["easy", "hard"])
 def test_the_cup_is_inside_in_the_ten_rollouts_that_count_and_in_all_after(name):
     ctx = MemoryContext(seed=5)
-    learn(ctx, name, count__evaluation=1)
+    learn(ctx, name, count__evaluation_rollouts=1)
     rollouts = [message for topic, _, message in ctx.log.messages if topic == "/learn/rollout"]
     inside = learn_settings(name).workspace.half_width_m
     assert max(message.peak_displacement_m for message in rollouts[-10:]) <= inside + 1e-4
@@ -138,23 +140,23 @@ def test_the_cup_is_inside_in_the_ten_rollouts_that_count_and_in_all_after(name)
 )
 def test_every_update_and_trace_learns_the_swing_up(replaced):
     """Bounds: the worst of the seeds 6 and 10000..10019 over the four (largest 88, 42, 22 and 28)."""
-    metrics = learn(MemoryContext(seed=6), count__evaluation=20, **replaced).metrics
+    metrics = learn(MemoryContext(seed=6), count__evaluation_rollouts=20, **replaced).metrics
     assert metrics["learned"] is True
-    assert metrics["rollouts_to_first"] <= 88
+    assert metrics["rollouts_to_learned"] <= 88
     assert metrics["frozen_success_rate"] >= 0.95
 
 
 def test_the_papers_own_setting_gives_numbers_whether_it_is_proven_or_not():
-    metrics = learn(MemoryContext(seed=1), "paper", count__cap=60, count__evaluation=10).metrics
+    metrics = learn(MemoryContext(seed=1), "paper", count__max_rollouts=60, count__evaluation_rollouts=10).metrics
     assert metrics["rollouts"] <= 60
     assert 0.0 <= metrics["frozen_caught_rate"] <= 1.0
-    assert metrics["chance_rate"] < 0.1
+    assert metrics["random_success_rate"] < 0.1
 
 
 def test_what_is_learned_on_the_rail_may_be_validated_with_the_whole_arm(monkeypatch):
     """Rollouts up to the streak are the rail's, bit for bit; those that validate it are the arm's."""
     monkeypatch.setenv(PROCESSES, "1")  # all in this process, to be watched
-    quick = {"count__frozen": 13, "count__evaluation": 1}
+    quick = {"count__solved_streak": 13, "count__evaluation_rollouts": 1}
     starts = []
     start = ArmSwing.start
     monkeypatch.setattr(ArmSwing, "start", lambda swing, state: (starts.append(state), start(swing, state))[1])
@@ -162,10 +164,10 @@ def test_what_is_learned_on_the_rail_may_be_validated_with_the_whole_arm(monkeyp
         Learn(learn=learn_settings("easy", *choice, **quick), game=game_settings()) for choice in ((), (IN_DART,))
     )
     rail, arm = MemoryContext(4), MemoryContext(4)
-    learned_at = alone.run({}, rail).metrics["rollouts_to_first"]
+    learned_at = alone.run({}, rail).metrics["rollouts_to_learned"]
     assert not starts
     metrics = both.run({}, arm).metrics
-    assert metrics["rollouts_to_first"] == learned_at
+    assert metrics["rollouts_to_learned"] == learned_at
     assert len(starts) >= 3
     first = learned_at + 9
     told = [[m for topic, _, m in one.log.messages if topic == "/learn/rollout"][:first] for one in (rail, arm)]
@@ -173,7 +175,7 @@ def test_what_is_learned_on_the_rail_may_be_validated_with_the_whole_arm(monkeyp
 
 
 def test_a_validation_side_by_side_that_is_killed_in_its_midst_ends_as_an_uninterrupted_one(monkeypatch):
-    settings = learn_settings("easy", IN_DART, count__frozen=18, count__evaluation=1)
+    settings = learn_settings("easy", IN_DART, count__solved_streak=18, count__evaluation_rollouts=1)
 
     def learned(processes: str, ctx: MemoryContext) -> Made:
         monkeypatch.setenv(PROCESSES, processes)
@@ -181,7 +183,7 @@ def test_a_validation_side_by_side_that_is_killed_in_its_midst_ends_as_an_uninte
 
     ctx = MemoryContext(4)
     made = learned("1", ctx)
-    assert made.metrics["proven"] is True
+    assert made.metrics["solved"] is True
     killed = MemoryContext(4, stop_after=int(made.metrics["rollouts"]) - 3)
     with pytest.raises(KeyboardInterrupt):
         learned("2", killed)

@@ -86,7 +86,7 @@ def test_the_motion_is_that_of_the_arm_so_placed(motion: CatchMotion, elsewhere:
 
 
 def test_a_given_placement_is_told_as_it_stands(plan: MotionPlan) -> None:
-    given = dataclasses.replace(SEARCHED, placement="given")
+    given = dataclasses.replace(SEARCHED, placement="fixed")
     made = Adapt(adapt=given, robot=pa10(), game=GAME).run({"encode": plan}, MemoryContext(1)).artifact
     assert made.placement == current_placement(modelled(pa10()))
 

@@ -36,8 +36,8 @@ def test_the_catch_is_predicted_within_millimetres_from_half_of_the_flight(run):
     assert made.metrics["time_error_ms_p50"] < 0.6
     assert made.metrics["detection_rate"] > 0.98
     assert made.metrics["onset_false_alarms"] == 0
-    assert made.metrics["seen_fraction"] == 0.5
-    assert 100 < made.metrics["horizon_ms"] < 250
+    assert made.metrics["observed_fraction"] == 0.5
+    assert 100 < made.metrics["prediction_horizon_ms"] < 250
 
 
 def test_the_artifact_holds_every_flight_at_every_horizon(run):
@@ -48,7 +48,7 @@ def test_the_artifact_holds_every_flight_at_every_horizon(run):
 
 
 def test_metrics_have_the_promised_names(run):
-    promised = {"position_error_mm_p50", "position_error_mm_p95", "time_error_ms_p50", "horizon_ms"}
+    promised = {"position_error_mm_p50", "position_error_mm_p95", "time_error_ms_p50", "prediction_horizon_ms"}
     assert promised <= set(run[0].metrics)
 
 
@@ -170,9 +170,9 @@ def test_recorded_flights_have_no_truth_to_be_held_against(tmp_path):
     [
         (
             {"stated_fraction": 0.4},
-            "'predict.stated_fraction' is 0.4; allowed: one of seen_fractions 0.3, 0.5, 0.7, 0.9",
+            "'predict.stated_fraction' is 0.4; allowed: one of observed_fractions 0.3, 0.5, 0.7, 0.9",
         ),
-        ({"seen_fractions": [0.5, 0.3]}, "'predict.seen_fractions' is .*; allowed: rising numbers below 1"),
+        ({"observed_fractions": [0.5, 0.3]}, "'predict.observed_fractions' is .*; allowed: rising numbers below 1"),
         ({"flights": 0}, "'predict.flights' is 0; allowed: at least 1"),
         ({"onset_from": "magic"}, "'predict.onset_from' is 'magic'; allowed: images, truth"),
     ],

@@ -33,7 +33,7 @@ from tests.shipped_conf import plain
 from tests.simulation.dart.bench_robot import pa10
 
 GAME: GameSettings = build_value(GameSettings, plain("game", "kendama"), "game")
-SAFETY = build(SafetySettings, plain("safety", "usual"), "safety")
+SAFETY = build(SafetySettings, plain("safety", "default"), "safety")
 SHIPPED = build(RehearseSettings, plain("rehearse", "slow"), "rehearse")
 FULL = dataclasses.replace(SHIPPED, speed=1.0)
 DIRECT: SimulatedHardware = build_value(HardwareSettings, plain("hardware", "simulated"), "hardware")
@@ -105,7 +105,7 @@ def test_a_motion_is_played_and_every_command_and_reading_is_logged() -> None:
     assert np.array_equal([list(one.position_rad) for one in logged(ctx, "/rehearse/sent")], result.sent_rad)
     assert np.array_equal([list(one.position_rad) for one in logged(ctx, "/rehearse/measured")], result.measured_rad)
     assert np.abs(result.sent_rad[: len(joints.t_s) - 1] - joints.position_rad[1:]).max() < 1e-9
-    assert made.metrics["apart_from_twin_most_mrad"] < 1e-9  # the same model, the same commands
+    assert made.metrics["twin_deviation_max_mrad"] < 1e-9  # the same model, the same commands
 
 
 def test_a_tenth_of_the_speed_takes_ten_times_as_long() -> None:
@@ -118,7 +118,7 @@ def test_a_tenth_of_the_speed_takes_ten_times_as_long() -> None:
 @pytest.mark.parametrize(
     ("change", "says"),
     [
-        ({"limit_share": 0.01}, r"speed: .* of joint '\w+', allowed: at most"),
+        ({"limit_ratio": 0.01}, r"speed: .* of joint '\w+', allowed: at most"),
         ({"to_stop_rad": 3.0}, r"stop: .* rad to that of joint '\w+', allowed: at least 3\.000 rad"),
         ({"gap_m": 0.8}, r"gap: .* mm between .*, allowed: at least 800 mm"),
         ({"table_height_m": 1.2}, r"table: -\d+ mm under the (link of '\w+'|cup) at .* s, allowed: at least 10 mm"),
@@ -138,7 +138,7 @@ def test_what_is_not_allowed_moves_nothing(change: dict[str, Any], says: str, mo
 def test_a_motion_that_the_twin_cannot_follow_moves_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
     commands = spoil(monkeypatch, lambda told: told)
     with pytest.raises(StageError, match=r"the twin comes .* rad away .* in joint '\w+'; allowed: 1e-06 .*nothing was"):
-        rehearsed(swing(), dataclasses.replace(FULL, most_apart_rad=1e-6))
+        rehearsed(swing(), dataclasses.replace(FULL, max_twin_deviation_rad=1e-6))
     assert not commands
 
 

@@ -63,10 +63,10 @@ def test_the_stage_reports_what_was_asked_for(uninterrupted: tuple[Made, MemoryC
     assert made.metrics["learned_from_scratch"] is False
     assert made.metrics["games"] == 2
     assert 0.0 < float(made.metrics["latency_frames_p95"] or 0.0) <= 1.0, "from mid-exposure to the command"
-    assert float(made.metrics["seen_rate"] or 0.0) >= 0.95
+    assert float(made.metrics["detection_rate"] or 0.0) >= 0.95
     assert made.metrics["missed_packets"] == 0
     assert made.metrics["imitation_caught"] is False
-    assert made.metrics["imitation_tries"] == 2
+    assert made.metrics["imitation_attempts"] == 2
     assert made.artifact.policy.meaning
 
 
@@ -119,11 +119,11 @@ def test_without_cameras_the_marker_is_followed_and_without_a_motion_none_is_pla
     policy: PolicyArtifact,
 ) -> None:
     tracked = dataclasses.replace(FULL.observation, source="tracking")
-    settings = dataclasses.replace(SHORT, cap=1, games=1, baseline=False, observation=tracked)
+    settings = dataclasses.replace(SHORT, max_rollouts=1, games=1, baseline=False, observation=tracked)
     ctx = MemoryContext(1)
     made = stage(settings).run({"learn": policy}, ctx)
     assert made.metrics["latency_frames_p95"] is None
-    assert made.metrics["seen_rate"] is None
+    assert made.metrics["detection_rate"] is None
     assert made.metrics["imitation_caught"] is None, "there was no motion to imitate"
     assert "rollouts_from_scratch" not in made.metrics
     assert any(topic == "/transfer/estimate" for topic, _, _ in ctx.log.messages)
@@ -200,6 +200,6 @@ def test_what_was_learned_before_the_twin_died_is_kept_and_gone_on_from(
 @pytest.mark.slow
 def test_the_default_games_on_the_default_twin_are_caught(policy: PolicyArtifact) -> None:
     """119 of 120 games over twelve fresh seeds were caught: at that rate fewer than 5 of 6 come once in 1000 times."""
-    settings = dataclasses.replace(FULL, evaluation_n=1, cap=1, games=6)
+    settings = dataclasses.replace(FULL, evaluation_rollouts=1, max_rollouts=1, games=6)
     made = stage(settings).run({"learn": policy}, MemoryContext(11))
     assert float(made.metrics["caught_rate"] or 0.0) >= 5 / 6

@@ -24,8 +24,8 @@ def test_a_table_saves_rollouts_on_other_bodies(tmp_path: Path) -> None:
 
     Among 70 other tables 2 were weak on several of the nine: there some 5 to 15 rollouts are needed.
     """
-    settings = dataclasses.replace(FULL, evaluation_n=12, cap=100, games=1, baseline=True)
-    quick = dataclasses.replace(LEARN, count=dataclasses.replace(LEARN.count, evaluation=1))
+    settings = dataclasses.replace(FULL, evaluation_rollouts=12, max_rollouts=100, games=1, baseline=True)
+    quick = dataclasses.replace(LEARN, count=dataclasses.replace(LEARN.count, evaluation_rollouts=1))
     made = []
     for twin in ("twin_long_slow", "twin_rope_short", "twin_noise_3"):
         chosen = composed(find_site(tmp_path), [f"hardware={twin}"])["hardware"]

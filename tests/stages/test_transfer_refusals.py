@@ -24,7 +24,7 @@ def test_a_motion_for_other_joints_is_refused(policy: PolicyArtifact, still: Cat
     joints = still.joints
     names = tuple(f"other_{k}" for k in range(len(joints.joint_names)))
     wrong = JointTrajectory(names, joints.t_s, joints.position_rad, joints.velocity_rad_s, joints.acceleration_rad_s2)
-    settings = dataclasses.replace(SHORT, cap=1, games=1)
+    settings = dataclasses.replace(SHORT, max_rollouts=1, games=1)
     with pytest.raises(StageError, match="the imitation motion is for the joints other_0"):
         stage(settings).run({"learn": policy, "adapt": dataclasses.replace(still, joints=wrong)}, MemoryContext(1))
 
@@ -67,7 +67,7 @@ def _short(policy: PolicyArtifact) -> PolicyArtifact:
 
 
 def _of_another_learner(policy: PolicyArtifact) -> PolicyArtifact:
-    return PolicyArtifact.seal("lucky", json.loads(policy.meaning), {"harmonic": np.zeros(3)})
+    return PolicyArtifact.seal("random_replay", json.loads(policy.meaning), {"harmonic": np.zeros(3)})
 
 
 @pytest.mark.parametrize(
@@ -76,7 +76,10 @@ def _of_another_learner(policy: PolicyArtifact) -> PolicyArtifact:
         (_changed, "the policy of the stage 'learn' is damaged: its digest is"),
         (_short, r"cannot be acted by: the table has shape \(323, 5\); the configuration 'learn' needs \(324, 5\)"),
         (_other_goal, r"another configuration \(learn.goal.angle_deg is 130.0, it was 120.0\)"),
-        (_of_another_learner, "is one of task 'easy', learned by 'lucky'; the configuration has task 'easy' and lear"),
+        (
+            _of_another_learner,
+            "is one of task 'easy', learned by 'random_replay'; the configuration has task 'easy' and lear",
+        ),
         (lambda policy: PolicyArtifact.seal(policy.kind, {}, {"q": policy.array("q")}), "is one of task 'unknown'"),
     ],
     ids=["digest", "shape", "goal", "learner", "nothing"],

@@ -27,9 +27,9 @@ CAMERA: CameraSettings = configured(CameraSettings, "camera", "virtual")
 LIGHTING: LightingSettings = configured(LightingSettings, "lighting", "bright")
 PREDICT: PredictSettings = configured(PredictSettings, "predict", "flights")
 ADAPT: AdaptSettings = build_value(AdaptSettings, adapt_values(), "adapt")
-SAFETY = build_value(SafetySettings, plain("safety", "usual"), "safety")
+SAFETY = build_value(SafetySettings, plain("safety", "default"), "safety")
 FULL: TransferSettings = configured(TransferSettings, "transfer", "default")
-SHORT = dataclasses.replace(FULL, evaluation_n=1, cap=2, games=2, imitation_tries=2, baseline=True)
+SHORT = dataclasses.replace(FULL, evaluation_rollouts=1, max_rollouts=2, games=2, imitation_attempts=2, baseline=True)
 
 
 def stage(

@@ -52,7 +52,7 @@ EXAMPLES: list[Any] = [
         chosen="network",
         parametric=ParametricFriction(*RNG.uniform(0.1, 1.0, (5, 2))),
         network=NetworkFriction(RNG.normal(size=(2, 4, 3)), RNG.normal(size=(2, 5))),
-        fastest_rad_s=np.ones(2),
+        max_rate_rad_s=np.ones(2),
         parametric_rms_nm=np.full(2, 0.2),
         network_rms_nm=np.full(2, 0.1),
     ),

@@ -22,14 +22,14 @@ def files(tmp_path_factory):
 
 
 def settings(files, name="heatmap", **changed):
-    usual = {"gives": name, "input_px": (160, 120), "scale": 1.0, "class_number": 0, "radius_px": 14.0}
+    usual = {"output": name, "input_px": (160, 120), "scale": 1.0, "class_number": 0, "radius_px": 14.0}
     values = {"model": str(files / f"{name}.onnx"), **usual, "score_min": 0.5, "candidates": 6, **changed}
     return NetworkDetectorSettings(kind="network", **values)
 
 
-@pytest.mark.parametrize("gives", ["heatmap", "boxes"])
-def test_a_network_keeps_the_laws_of_detectors(files, gives):
-    detector = network_detector(settings(files, gives))
+@pytest.mark.parametrize("output", ["heatmap", "boxes"])
+def test_a_network_keeps_the_laws_of_detectors(files, output):
+    detector = network_detector(settings(files, output))
     for check in CHECKS:
         check(detector)
 
@@ -49,7 +49,7 @@ def test_an_image_larger_than_the_input_says_which_scale_fits(files):
 
 
 def test_a_network_that_gives_no_probabilities_is_told(files):
-    detector = network_detector(settings(files, "odds", gives="heatmap"))
+    detector = network_detector(settings(files, "odds", output="heatmap"))
     with pytest.raises(StageError, match=r"values from -1\d\.\d\d to \d+\.\d\d where probabilities .* a sigmoid"):
         next(detector.candidates(disc_image((70.3, 52.6))))
 
@@ -58,10 +58,10 @@ def test_a_network_that_gives_no_probabilities_is_told(files):
     ("changed", "message"),
     [
         ({"model": "nowhere.onnx"}, "nowhere.onnx: cannot be read"),
-        ({"name": "text", "gives": "heatmap"}, "it is not a network in ONNX"),
-        ({"gives": "boxes"}, r"its output has the shape \(1, 1, 120, 160\); of gives=boxes"),
-        ({"name": "boxes", "gives": "heatmap"}, r"its output has the shape \(1, 5, 19200\); of gives=heatmap"),
-        ({"class_number": 3}, "of gives=heatmap with class_number=3"),
+        ({"name": "text", "output": "heatmap"}, "it is not a network in ONNX"),
+        ({"output": "boxes"}, r"its output has the shape \(1, 1, 120, 160\); of output=boxes"),
+        ({"name": "boxes", "output": "heatmap"}, r"its output has the shape \(1, 5, 19200\); of output=heatmap"),
+        ({"class_number": 3}, "of output=heatmap with class_number=3"),
         ({"name": "boxes", "input_px": (100, 100)}, "does not take an image of 100 x 100 px"),
     ],
 )

@@ -41,14 +41,14 @@ def test_every_release_is_noticed_soon_and_never_before_it_happens():
     assert (since < declared).all()
 
 
-def slackening(release, ramp_s, pull_m_s2, begin_s):
+def slackening(release, ramp_s, min_tension_m_s2, begin_s):
     """Times and positions before the release of a ball whose rope's pull dies away within ``ramp_s``: backward RK2."""
     h, t, ball, velocity = -5e-4, 0.0, release.start_m, release.velocity_m_s
     times, places = [t], [ball]
 
     def change(t, ball, velocity):
         rope = release.tie_m(t) - ball
-        pull = pull_m_s2 * min(1.0, -t / ramp_s) / np.linalg.norm(rope)
+        pull = min_tension_m_s2 * min(1.0, -t / ramp_s) / np.linalg.norm(rope)
         return release.flight.gravity_m_s2 - release.flight.drag_per_s * velocity + pull * rope
 
     while t > begin_s:
@@ -61,7 +61,7 @@ def slackening(release, ramp_s, pull_m_s2, begin_s):
 
 
 @pytest.mark.parametrize(
-    ("ramp_s", "pull_m_s2"),
+    ("ramp_s", "min_tension_m_s2"),
     [
         (0.0, 0.0),
         pytest.param(0.03, 10.0, marks=pytest.mark.slow),
@@ -69,7 +69,7 @@ def slackening(release, ramp_s, pull_m_s2, begin_s):
         (0.1, 20.0),
     ],
 )
-def test_abrupt_or_gradual_the_time_of_the_catch_is_known_from_half_of_the_flight(ramp_s, pull_m_s2):
+def test_abrupt_or_gradual_the_time_of_the_catch_is_known_from_half_of_the_flight(ramp_s, min_tension_m_s2):
     """With 0.2 px, through triangulated pixels; measured over 40: delay p95 30..49 ms, time rms 0.22..0.25 ms.
 
     The rms of 24 values scatters by 15 %. What enters the fit begins where the rope pulls by less than 6 m/s^2.
@@ -78,7 +78,7 @@ def test_abrupt_or_gradual_the_time_of_the_catch_is_known_from_half_of_the_fligh
     delays, late = [], []
     for _ in range(24):
         release = draw_release(rng, predict().release, game(), 0.3)
-        times, places = slackening(release, ramp_s, pull_m_s2, -0.25) if ramp_s else ([], [])
+        times, places = slackening(release, ramp_s, min_tension_m_s2, -0.25) if ramp_s else ([], [])
         onset, estimator = FreeFlightOnset(predict().onset, release.flight), CatchPoseEstimator(9.81, 0.04, 0.07)
         found, kept = None, []
         for t in np.arange(-0.2 + rng.uniform(0, 1 / RATE_HZ), 0.5 * release.crossing_s, 1 / RATE_HZ):
@@ -95,7 +95,7 @@ def test_abrupt_or_gradual_the_time_of_the_catch_is_known_from_half_of_the_fligh
                 estimator.update_sight(t, sight)
         delays.append(found.declared_s)
         late.append(estimator.catch().t_s - release.crossing_s)
-        assert found.since_s > (-6.0 / pull_m_s2 * ramp_s if ramp_s else -1e-3)
+        assert found.since_s > (-6.0 / min_tension_m_s2 * ramp_s if ramp_s else -1e-3)
     assert np.quantile(delays, 0.95) < 0.055
     assert np.sqrt(np.mean(np.square(late))) < 0.36e-3
 

@@ -134,7 +134,7 @@ def test_on_a_background_that_no_box_has_shown_a_swing_is_placed_to_a_tenth_of_t
     frames, truth = pendulum(
         40, 10000, background=background, radius_px=10.0, colour=(60, 60, 65), stripe=(40, 120, 235)
     )
-    settings = TaughtDetectorSettings("taught", "", 20, 0.5, 1)
+    settings = TaughtDetectorSettings("trained", "", 20, 0.5, 1)
 
     def hits(detector):
         seen = track([list(detector.candidates(pixels))[:6] for pixels in frames], 0.5)

@@ -15,7 +15,7 @@ from kendama_cli.vision.taught_detector import TaughtDetector
 from kendama_cli.vision.teaching import TaughtBall, teach
 from tests.vision.ball_films import draw_ball, labelled_image, textured
 
-SETTINGS = TaughtDetectorSettings("taught", "", 1, 0.5, 6)
+SETTINGS = TaughtDetectorSettings("trained", "", 1, 0.5, 6)
 
 
 def shown(seed, *, ball=True):

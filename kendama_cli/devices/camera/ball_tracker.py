@@ -23,9 +23,9 @@ def catch_pose_estimator(
 
     ``gravity_m_s2`` is its size or (3,) in the frame that the ball is observed in; None: straight down, as in ``game``.
     """
-    pull_m_s2 = game.gravity_m_s2 if gravity_m_s2 is None else gravity_m_s2
+    min_tension_m_s2 = game.gravity_m_s2 if gravity_m_s2 is None else gravity_m_s2
     drag_per_s, drag_per_m = game.drag_per_mass
-    return CatchPoseEstimator(pull_m_s2, drag_per_s, rim_height_m, drag_per_m=drag_per_m, motion=motion)
+    return CatchPoseEstimator(min_tension_m_s2, drag_per_s, rim_height_m, drag_per_m=drag_per_m, motion=motion)
 
 
 def ball_tracker(

@@ -46,8 +46,8 @@ def network_detector(settings: NetworkDetectorSettings) -> NetworkDetector:
     if not detector.fits(made):
         raise InputError(
             settings.model,
-            f"its output has the shape {tuple(made.shape)}; of gives={settings.gives} with class_number="
-            f"{settings.class_number} it is {SHAPES[settings.gives]}",
-            remedy="set predict.detector.gives and class_number as the network needs them",
+            f"its output has the shape {tuple(made.shape)}; of output={settings.output} with class_number="
+            f"{settings.class_number} it is {SHAPES[settings.output]}",
+            remedy="set predict.detector.output and class_number as the network needs them",
         )
     return detector

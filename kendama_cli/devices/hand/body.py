@@ -119,12 +119,12 @@ def named_body(path: str, tracks: dict[str, BodyTrack], name: str | None, key: s
 def _check_gaps(name: str, settings: BodySettings, recording: Recording) -> None:
     steps = np.diff(recording.t_s)
     worst = int(steps.argmax())
-    if steps[worst] > max(settings.longest_gap_s, 2.5 * float(np.median(steps))):
+    if steps[worst] > max(settings.max_gap_s, 2.5 * float(np.median(steps))):
         raise InputError(
             recording.path,
-            f"'{name}' is not seen for {steps[worst]:.3g} s; allowed: {settings.longest_gap_s:g} s",
+            f"'{name}' is not seen for {steps[worst]:.3g} s; allowed: {settings.max_gap_s:g} s",
             where=f"{recording.t_s[worst]:.3f} s",
-            remedy="fill the gap in the capture program, cut the recording, or raise capture.longest_gap_s",
+            remedy="fill the gap in the capture program, cut the recording, or raise capture.max_gap_s",
         )
 
 

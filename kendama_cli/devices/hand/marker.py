@@ -65,7 +65,7 @@ def _followed(path: str, settings: MarkerSettings) -> Recording:
             remedy="look at capture.dictionary and capture.number; the print needs its white edge, and light",
         )
     t_s = np.array(stamps[known[0] : known[-1] + 1])
-    _check_gaps(path, t_s, [i - known[0] for i in known], settings.longest_gap_s)
+    _check_gaps(path, t_s, [i - known[0] for i in known], settings.max_gap_s)
     track = smooth(t_s, frames[known[0] : known[-1] + 1])
     return _recording(path, settings, camera, t_s, track)
 
@@ -108,7 +108,7 @@ def _check_gaps(path: str, t_s: Array, seen: list[int], longest_s: float) -> Non
             f"the marker is not seen for {gaps[worst]:.2f} s; allowed: {longest_s:g} s",
             where=f"frame at {t_s[seen[worst]]:.2f} s",
             remedy="keep it in the picture and unblurred (more light, shorter exposure), cut the film, or raise "
-            "capture.longest_gap_s",
+            "capture.max_gap_s",
         )
 
 

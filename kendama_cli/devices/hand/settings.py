@@ -16,7 +16,7 @@ Column = int | str | None
 FARTHEST_M = 50.0
 """No tracker of hands sees so far: places beyond are in another unit."""
 TIMES = "even: stamps that stray from a steady rate by less than 50 ms are put there; stamps: as they are"
-HANDS = Registry("kendama.hands", "hand")
+HANDS = Registry("kendama.demonstrators", "demonstrator")
 
 
 @dataclass(frozen=True)
@@ -132,7 +132,7 @@ class BodySettings:
     upright: Literal["start", "given"] = setting(
         "start: the cup is upright where the recording begins; given: the body's own axes are the cup's"
     )
-    longest_gap_s: float = setting("longest stretch without the body that is bridged [s]", above=0)
+    max_gap_s: float = setting("longest stretch without the body that is bridged [s]", above=0)
     times: Literal["even", "stamps"] = setting(TIMES)
     segments: Literal["auto", "one"] = setting("auto: several swings in a file are cut apart where the hand rests")
     handedness: Handedness = setting(HANDEDNESS, absent="right")
@@ -177,7 +177,7 @@ class MarkerSettings:
     rate_hz: float | None = setting(
         "frames a second when it was filmed, for slow motion; null: as the film says", above=0
     )
-    longest_gap_s: float = setting("longest stretch without the marker that is bridged [s]", above=0)
+    max_gap_s: float = setting("longest stretch without the marker that is bridged [s]", above=0)
     segments: Literal["auto", "one"] = setting("auto: several swings in a film are cut apart where the hand rests")
 
     def __post_init__(self) -> None:

@@ -1,4 +1,4 @@
-"""The hands that come with kendama, as declarations for the entry point group ``kendama.hands``.
+"""The hands that come with kendama, as declarations for the entry point group ``kendama.demonstrators``.
 
 ``makes`` is called with the hand's settings and gives a sequence of HandDevice, one per demonstration, in order.
 Where the settings have ``streams: ClassVar[bool] = True`` it is called with a second argument, the Tell that shows who

@@ -58,7 +58,7 @@ class ImperfectTracking:
             new = rng.normal(0.0, made.drift_m, places_m.shape)
             self._drift = new if self._drift is None else self._keep * self._drift + math.sqrt(1 - self._keep**2) * new
             places_m = places_m + self._drift
-        lost = made.tracking_lost_share > 0 and rng.uniform() < made.tracking_lost_share
+        lost = made.tracking_lost_fraction > 0 and rng.uniform() < made.tracking_lost_fraction
         self._waiting.append(self._waiting[-1] if lost and self._waiting else places_m)
         del self._waiting[: -self._late - 1]
         return self._waiting[0]
@@ -247,7 +247,7 @@ def _drawn(made: Imperfection, rng: np.random.Generator) -> WorldErrors:
         rope_scale=made.rope_scale * (1 + made.rope_scale_spread * rng.uniform(-1, 1)),
         ball_start_m=made.ball_start_m * rng.uniform(-1, 1),
         joint_friction_nm=made.joint_friction_nm,
-        joint_friction_share=made.joint_friction_share,
+        joint_friction_fraction=made.joint_friction_fraction,
         mass_scale=made.mass_scale,
         drag_scale=made.drag_scale,
         tie_friction_m=made.tie_friction_m,

@@ -91,7 +91,7 @@ def prepare(demonstrations: Sequence[Demonstration], settings: EncodeSettings) -
     trim = settings.trim == "rest"
     moving = [_moving(one, settings) for one in demonstrations]
     head, tail = (
-        common_margins([one.t_s for one in demonstrations], moving, settings.margin_share) if trim else (None, None)
+        common_margins([one.t_s for one in demonstrations], moving, settings.margin_fraction) if trim else (None, None)
     )
     trimmed = []
     for one, part in zip(demonstrations, moving, strict=True):
@@ -124,7 +124,7 @@ def _moving(demonstration: Demonstration, settings: EncodeSettings) -> Moving:
         )
     try:
         return moving_part(
-            t_s, demonstration.position_m, rest_speed_m_s=settings.rest_speed_m_s, rest_share=settings.rest_share
+            t_s, demonstration.position_m, rest_speed_m_s=settings.rest_speed_m_s, rest_fraction=settings.rest_fraction
         )
     except ValueError as error:
         raise ValueError(f"demonstration '{name}': {error}") from None

@@ -43,16 +43,16 @@ class Moving:
         return bool(np.interp(t_s, self.t_s, self.speed_m_s) > self.rest_m_s * (1 + 1e-9))
 
 
-def moving_part(t_s: Array, position_m: Array, *, rest_speed_m_s: float, rest_share: float) -> Moving:
+def moving_part(t_s: Array, position_m: Array, *, rest_speed_m_s: float, rest_fraction: float) -> Moving:
     """The part of samples (n,), (n, k) between the first and the last time at which they are faster than rest.
 
-    Rest is below ``rest_speed_m_s`` or below ``rest_share`` of the peak speed. The speed is smoothed over
+    Rest is below ``rest_speed_m_s`` or below ``rest_fraction`` of the peak speed. The speed is smoothed over
     REST_WINDOW_SHARE of the part that is found with it. Raises ValueError where nothing moves.
     """
     speeds = SmoothSpeed(t_s, position_m)
-    found = speeds.moving(REST_WINDOW_S, rest_speed_m_s, rest_share)
+    found = speeds.moving(REST_WINDOW_S, rest_speed_m_s, rest_fraction)
     for _ in range(WINDOWS):
-        found = speeds.moving(REST_WINDOW_SHARE * (found.end_s - found.begin_s), rest_speed_m_s, rest_share)
+        found = speeds.moving(REST_WINDOW_SHARE * (found.end_s - found.begin_s), rest_speed_m_s, rest_fraction)
     return found
 
 
@@ -83,7 +83,7 @@ class SmoothSpeed:
         behind, here, ahead = (columns_at(at + shift, t_s, self._sums) for shift in (-half_s, 0.0, half_s))
         return np.asarray(np.linalg.norm(ahead - 2 * here + behind, axis=1) / half_s**2)
 
-    def moving(self, window_s: float, rest_speed_m_s: float, rest_share: float) -> Moving:
+    def moving(self, window_s: float, rest_speed_m_s: float, rest_fraction: float) -> Moving:
         """The part that moves, judged by the speed over ``window_s``; raises ValueError where nothing does."""
         t_s, speed = self._t_s, self.over(window_s)
         peak = float(speed.max())
@@ -92,7 +92,7 @@ class SmoothSpeed:
                 f"the hand never moves faster than {rest_speed_m_s} m/s (peak {peak:.4g}); "
                 "lower encode.rest_speed_m_s or record the swing again"
             )
-        rest = max(rest_speed_m_s, rest_share * peak)
+        rest = max(rest_speed_m_s, rest_fraction * peak)
         fast = np.flatnonzero(speed > rest)
         ends = [
             float(t_s[one] if beyond in (-1, len(t_s)) else _crossing(t_s, speed - rest, one, beyond))

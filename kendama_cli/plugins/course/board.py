@@ -1,4 +1,4 @@
-"""The board: which learner needs fewest rollouts to a proven swing-up."""
+"""The board: which learner needs fewest rollouts to a solved swing-up."""
 
 from __future__ import annotations
 
@@ -11,19 +11,19 @@ import numpy as np
 from kendama_cli.report.bootstrap import bootstrap
 
 OVERRIDES = ("simulation/engine=rail",)
-"""Learned and proven on the rail: a rollout there costs a millisecond or two."""
+"""Learned and solved on the rail: a rollout there costs a millisecond or two."""
 
 
 @dataclass(frozen=True)
 class Place:
-    """What a learner reached over its seeds; unproven ones count as the cap."""
+    """What a learner reached over its seeds; unsolved ones count as the cap."""
 
     learner: str
     seeds: int
-    rollouts_to_proof: float
+    rollouts_to_solved: float
     interval: tuple[float, float] | None
     """95 %, by the bootstrap over the seeds."""
-    unproven: int
+    unsolved: int
     caught_rate: float
     """Of the frozen policies, the mean over the seeds."""
     worst_caught_rate: float
@@ -31,19 +31,19 @@ class Place:
 
 def place_of(learner: str, metrics: Sequence[Mapping[str, Any]]) -> Place:
     """A learner's place by the metrics of its runs of the stage ``learn``."""
-    needed = np.array([float(one["rollouts_to_proof"]) for one in metrics])
+    needed = np.array([float(one["rollouts_to_solved"]) for one in metrics])
     caught = [float(one["frozen_caught_rate"]) for one in metrics]
     return Place(
         learner,
         len(metrics),
         float(needed.mean()),
         bootstrap(needed, np.mean),
-        sum(not one["proven"] for one in metrics),
+        sum(not one["solved"] for one in metrics),
         float(np.mean(caught)),
         min(caught),
     )
 
 
 def ranked(places: Iterable[Place]) -> list[Place]:
-    """The best first: fewer rollouts to proof, then more balls caught by the frozen policies."""
-    return sorted(places, key=lambda one: (one.rollouts_to_proof, -one.caught_rate, one.learner))
+    """The best first: fewer rollouts to solved, then more balls caught by the frozen policies."""
+    return sorted(places, key=lambda one: (one.rollouts_to_solved, -one.caught_rate, one.learner))

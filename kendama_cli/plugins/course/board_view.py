@@ -49,10 +49,10 @@ def _show(places: Sequence[Place], task: str, *, as_json: bool) -> None:
         render.document({"task": task, "places": [dataclasses.asdict(one) for one in places]})
         return
     rows = [(str(number), *_row(one)) for number, one in enumerate(places, 1)]
-    render.table(rows, head=("", "learner", "rollouts to proof [95 %]", "unproven", "caught: mean / worst"))
+    render.table(rows, head=("", "learner", "rollouts to solved [95 %]", "unsolved", "caught: mean / worst"))
 
 
 def _row(one: Place) -> tuple[str, str, str, str]:
     interval = "" if one.interval is None else f" [{one.interval[0]:.0f}, {one.interval[1]:.0f}]"
-    needed = f"{one.rollouts_to_proof:.0f}{interval}"
-    return one.learner, needed, f"{one.unproven} of {one.seeds}", f"{one.caught_rate:.2f} / {one.worst_caught_rate:.2f}"
+    needed = f"{one.rollouts_to_solved:.0f}{interval}"
+    return one.learner, needed, f"{one.unsolved} of {one.seeds}", f"{one.caught_rate:.2f} / {one.worst_caught_rate:.2f}"

@@ -68,7 +68,7 @@ def course_board(
     as_json: Json = False,
     home: Home = None,
 ) -> int:
-    """Rank learners by the rollouts that they need to a proven swing-up, on the rail."""
+    """Rank learners by the rollouts that they need to a solved swing-up, on the rail."""
     from kendama_cli.plugins.course.board_view import show_board
 
     return show_board(find_site(home), learners or [], range(first_seed, first_seed + seeds), task, as_json=as_json)

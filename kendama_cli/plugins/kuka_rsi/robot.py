@@ -115,12 +115,12 @@ class RsiRobot:
     def _move(self, command: JointCommand) -> tuple[JointCommand, Telegram, Telegram]:
         """Send ``command`` in the controller's angles; raises HardwareError, and halts, for one too far away."""
         wanted_deg = self._controllers_deg(command.position_rad)
-        most, way = self._hardware.largest_correction_deg, wanted_deg - self._link.start_deg
+        most, way = self._hardware.max_correction_deg, wanted_deg - self._link.start_deg
         if np.abs(way).max() > most:
             axis = int(np.abs(way).argmax())
             raise self._link.fail(
                 f"axis A{axis + 1} would be {way[axis]:.1f} deg from where RSI began; allowed: {most:g} "
-                "(hardware.largest_correction_deg, and AXISCORR on the controller); halted"
+                "(hardware.max_correction_deg, and AXISCORR on the controller); halted"
             )
         scaled = (self._to_deg * one for one in (command.velocity_rad_s, command.acceleration_rad_s2))
         sent, answered, after = self._link.move(JointCommand(wanted_deg, *scaled))

@@ -75,7 +75,7 @@ class SwingPolicy:
             row = held.due(state, t_s)
             if row is not None:
                 held.hold(row, held.action, t_s)
-                ahead_s = self._settings.decision.longest_s
+                ahead_s = self._settings.decision.max_s
                 wanted = float(kernel.wanted(self._swing, t_s, state.x_m, state.velocity_m_s, ahead_s))
                 self._acceleration = max(actions[0], min(actions[-1], wanted))
                 self.times_s.append(t_s)
@@ -144,7 +144,7 @@ class ModelBasedLearner:
 
     def begin_rollout(self, rng: Generator) -> None:
         """Play a drawn swing, the last one that was found, or another one that ``rng`` helps to find."""
-        self._explored = self._plans and self._seen < self._own.drawn_rollouts
+        self._explored = self._plans and self._seen < self._own.sampled_rollouts
         if self._plans and not self._explored:
             self._greedy = self._planner.found(self._model, self._greedy if self._greedy.any() else None, rng)
         self._actor.play(self._planner.drawn(rng) if self._explored else self._greedy)
@@ -161,7 +161,7 @@ class ModelBasedLearner:
             self._model.add(self._actor.times_s, self._actor.readings)
             self._seen += 1
         if not (self._explored or success) and self.count.streak >= max(
-            self._settings.count.streak, self._best_streak + 1
+            self._settings.count.learned_streak, self._best_streak + 1
         ):
             self._best, self._best_streak = self._greedy, self.count.streak
         self._plans = self._explored or not success

@@ -5,7 +5,7 @@ The cup's wanted place is a harmonic whose frequency changes evenly,
     x(t) = A sin(w t + c t^2 / 2),
 
 and the cup follows it by its own place and speed. The ball is not looked at: the acceleration changes every
-``learn.decision.longest_s`` and is held until then. A generation of variations of the swing is tried, each once; what
+``learn.decision.max_s`` and is held until then. A generation of variations of the swing is tried, each once; what
 it costs is the reward that it lacks and, where the ball was not released, how far from high it stayed. Where enough of
 a generation succeed, the centre of the search is replayed as the greedy policy, until it fails; then the next
 generation is tried. After ``restart_after`` generations in a row without a success, at a near miss that leads no
@@ -50,7 +50,7 @@ class OpenLoopPolicy:
     def __init__(self, artifact: PolicyArtifact, settings: LearnSettings) -> None:
         """Raises ValueError where the artifact does not hold one swing."""
         self._low, self._high = settings.actions_m_s2[0], settings.actions_m_s2[-1]
-        self._period_s = settings.decision.longest_s
+        self._period_s = settings.decision.max_s
         self.play(swing_of(artifact))
 
     def play(self, swing: Array) -> None:
@@ -173,7 +173,7 @@ class OpenLoopLearner:
             if len(self._costs[-1]) == self._own.generation:
                 self._end_generation()
         else:
-            if not success and self.count.streak >= max(self._settings.count.streak, self._best_streak + 1):
+            if not success and self.count.streak >= max(self._settings.count.learned_streak, self._best_streak + 1):
                 self._best, self._best_streak = self._greedy, self.count.streak
             self._replays = success
         self.count = self.count.after(explored=self._explored, success=success, settings=self._settings.count)

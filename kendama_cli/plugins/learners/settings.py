@@ -35,7 +35,7 @@ class TileCodingSettings:
     velocity_tiles: int = setting("tiles over the cup's speeds", above=0)
     angle_tiles: int = setting("tiles over the full circle of the ball's angle", above=0)
     rate_tiles: int = setting("tiles over the ball's angular velocities", above=0)
-    fastest_rad_s: float = setting("angular velocity up to which the tiles reach, on either side [rad/s]", above=0)
+    max_rate_rad_s: float = setting("angular velocity up to which the tiles reach, on either side [rad/s]", above=0)
 
 
 @dataclass(frozen=True)
@@ -65,7 +65,7 @@ class ModelBasedSettings:
 
     kind: Literal["model_based"]
     game: GameSettings
-    drawn_rollouts: int = setting("rollouts that play swings drawn from the ranges before the first search", above=0)
+    sampled_rollouts: int = setting("rollouts that play swings drawn from the ranges before the first search", above=0)
     models: int = setting("models, drawn from what the fit leaves open, over which a swing's cost is averaged", above=0)
     candidates: int = setting("swings drawn and tried in the model, from the best of which a search begins", above=0)
     population: int = setting("swings tried in the model before the search takes its next step", at_least=4)

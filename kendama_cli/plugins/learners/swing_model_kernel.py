@@ -37,8 +37,8 @@ class Window(NamedTuple):
 
     nearest_rad: float
     farthest_rad: float
-    slowest_rad_s: float
-    fastest_rad_s: float
+    min_rate_rad_s: float
+    max_rate_rad_s: float
     gravity_m_s2: float
     rim_m: float
     landing_limit_m: float
@@ -142,7 +142,7 @@ def _cost(  # noqa: PLR0917
         if abs(x) > cup.edge_m or not abs(rate) < 50.0:
             return 1.0
         out, away = abs(angle), rate if angle >= 0.0 else -rate
-        if window.nearest_rad <= out <= window.farthest_rad and window.slowest_rad_s <= away <= window.fastest_rad_s:
+        if window.nearest_rad <= out <= window.farthest_rad and window.min_rate_rad_s <= away <= window.max_rate_rad_s:
             side = 1.0 if angle >= 0.0 else -1.0
             place = out / math.pi * (len(toy) - 1)
             node = min(int(place), len(toy) - 2)

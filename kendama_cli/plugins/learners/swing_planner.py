@@ -92,7 +92,7 @@ def _cup(settings: LearnSettings) -> kernel.Cup:
         lowest_m_s2=settings.actions_m_s2[0],
         highest_m_s2=settings.actions_m_s2[-1],
         edge_m=math.inf if limited else EDGE * workspace.half_width_m,
-        ahead_s=settings.decision.longest_s,
+        ahead_s=settings.decision.max_s,
         step_s=STEP_S,
         held=HELD,
         steps=round(settings.rollout_s / STEP_S),
@@ -105,8 +105,8 @@ def _window(settings: LearnSettings) -> kernel.Window:
     return kernel.Window(
         nearest_rad=math.radians(goal.angle_deg - goal.tolerance_deg),
         farthest_rad=math.radians(goal.angle_deg + goal.tolerance_deg),
-        slowest_rad_s=goal.slowest_rad_s,
-        fastest_rad_s=goal.fastest_rad_s,
+        min_rate_rad_s=goal.min_rate_rad_s,
+        max_rate_rad_s=goal.max_rate_rad_s,
         gravity_m_s2=assumed.game.gravity_m_s2,
         rim_m=assumed.game.cup.rim_m,
         landing_limit_m=goal.landing_limit_m,
@@ -121,7 +121,7 @@ def _toy(settings: LearnSettings) -> Array:
     for angle in np.linspace(0.0, math.pi, ANGLES).tolist():
         ball = rope.ball(angle, 1.0)
         still, across, along = (
-            rope.pull_m_s2(angle, *rest) for rest in ((0.0, 0.0, 1.0), (0.0, 1.0, 0.0), (1.0, 0.0, 0.0))
+            rope.min_tension_m_s2(angle, *rest) for rest in ((0.0, 0.0, 1.0), (0.0, 1.0, 0.0), (1.0, 0.0, 0.0))
         )
         rows.append([-across, -still, along, *ball])
     return np.array(rows)

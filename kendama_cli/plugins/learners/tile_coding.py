@@ -44,7 +44,7 @@ class Tiles:
         self._distance = settings.grid.position == "distance"
         one_sided = self._mirrored or self._distance
         counts = np.array([own.position_tiles, own.velocity_tiles, own.angle_tiles, own.rate_tiles])
-        half = np.array([workspace.half_width_m, workspace.max_speed_m_s, math.pi, own.fastest_rad_s])
+        half = np.array([workspace.half_width_m, workspace.max_speed_m_s, math.pi, own.max_rate_rad_s])
         self._lowest = np.where([one_sided, False, False, False], 0.0, -half)
         self._per_unit = counts / (half - self._lowest)
         steps = np.arange(own.tilings)[:, None] * (2 * np.arange(4) + 1)

@@ -111,14 +111,15 @@ def require_workable(robot: RobotSettings, motion: PlacedMotion) -> None:
     if motion.clearance.gap_m < 0:
         raise StageError(
             f"{robot.name}: the best placement found lets {motion.clearance.parts} overlap by "
-            f"{-1e3 * motion.clearance.gap_m:.0f} mm: make the motion smaller (adapt.size), or robot.link_radius_m if "
+            f"{-1e3 * motion.clearance.gap_m:.0f} mm: make the motion smaller (adapt.swing_scale), or "
+            "robot.link_radius_m if "
             "it is too wide"
         )
     first = motion.shares.leading[0]
     if first.share > WORKABLE:
         raise StageError(
             f"{robot.name}: the best placement found needs {first}: "
-            "play the motion slower (adapt.tau_range), make it smaller (adapt.size), or choose another robot"
+            "play the motion slower (adapt.tau_range), make it smaller (adapt.swing_scale), or choose another robot"
         )
 
 

@@ -63,8 +63,8 @@ def _limits(arm: RobotModel, joints: JointTrajectory, safety: SafetySettings) ->
         share = one.share if math.isfinite(one.share) else math.inf
         unit = UNITS[one.kind]
         needed = f"{share * one.limit:.2f} {unit} of joint '{one.joint}'"
-        allowed = f"at most {safety.limit_share * one.limit:.2f} {unit}{one.doubt}"
-        found.append(CheckedLimit(one.kind, needed, allowed, share <= safety.limit_share + _ROUNDING))
+        allowed = f"at most {safety.limit_ratio * one.limit:.2f} {unit}{one.doubt}"
+        found.append(CheckedLimit(one.kind, needed, allowed, share <= safety.limit_ratio + _ROUNDING))
     return found
 
 

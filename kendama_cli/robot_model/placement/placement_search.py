@@ -50,7 +50,7 @@ class Demand:
     """A curve that the cup shall run: ``path_m`` (k, 3) from home, sampled every ``step`` of its parameter s.
 
     ``velocity`` (k,) and ``acceleration`` are the rate of s and its change; a motion in time has 1 and 0. ``weight``
-    is what its peaks count beside those of other demands, ``rest_share`` what its accelerations and efforts count
+    is what its peaks count beside those of other demands, ``rest_fraction`` what its accelerations and efforts count
     beside its speeds. The ball swings in the vertical plane turned by ``swing_rad`` from x.
     """
 
@@ -59,7 +59,7 @@ class Demand:
     velocity: Array
     acceleration: float
     weight: float
-    rest_share: float
+    rest_fraction: float
     swing_rad: float = 0.0
 
 
@@ -113,7 +113,7 @@ class _Try(NamedTuple):
 class PlacementProblem:
     """What a placement of ``robot`` costs for ``demands``; candidates are points of the unit cube.
 
-    The cost is the largest share of a speed limit (or ``rest_share`` of the largest share of an acceleration or
+    The cost is the largest share of a speed limit (or ``rest_fraction`` of the largest share of an acceleration or
     effort limit), and far more where the arm does not reach, meets a stop, itself, its pedestal, the floor or the
     ball's swing.
     """
@@ -209,7 +209,7 @@ class PlacementProblem:
             curve = Curve(angles, demand.step, demand.velocity, demand.acceleration)
             found = peaks(self._chain, one.tool, curve)
             speed, change, effort = (float((one / of).max()) for one, of in zip(found, self._limits, strict=True))
-            peak = max(peak, demand.weight * max(speed, demand.rest_share * max(change, effort)))
+            peak = max(peak, demand.weight * max(speed, demand.rest_fraction * max(change, effort)))
         return peak + BLOCKED * blocked
 
     def _try(self, place: Array) -> _Try:

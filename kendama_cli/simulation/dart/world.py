@@ -119,7 +119,7 @@ class ArmWorld:
 
     def perturb(self, errors: WorldErrors) -> None:
         """Take on these errors from the next ``reset`` on; those of ball and rope need a game."""
-        self._control.friction.set_unknown(errors.joint_friction_nm, errors.joint_friction_share)
+        self._control.friction.set_unknown(errors.joint_friction_nm, errors.joint_friction_fraction)
         if self._ball is not None:
             self._ball.perturb(errors)
         self._start_m = errors.ball_start_m

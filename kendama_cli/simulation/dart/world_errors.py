@@ -11,8 +11,8 @@ class WorldErrors:
 
     The rope is ``rope_scale`` times as long as the game's, and ``ball_start_m`` is how far the ball hangs aside.
     ``rope_kg`` is the mass of its chain of links, None as in the game (0: a spring without mass).
-    ``joint_friction_nm`` is Coulomb friction of every joint beyond the known one, ``joint_friction_share`` the share of
-    each joint's known friction that comes on top of it; ``restitution`` that of ball and cup, None as in the game;
+    ``joint_friction_nm`` is Coulomb friction of every joint beyond the known one, ``joint_friction_fraction`` the share
+    of each joint's known friction that comes on top of it; ``restitution`` that of ball and cup, None as in the game;
     ``mass_scale`` and ``drag_scale`` are factors on the ball's mass and on the air's force; ``tie_friction_m`` is the
     moment of the rope's friction at its tie over its pull, ``gravity_tilt_rad`` how far gravity leans toward +x for
     the ball; the arm's stiff drive would not show it (g sin 1 deg / Kp is 0.05 mm).
@@ -21,7 +21,7 @@ class WorldErrors:
     rope_scale: float = 1.0
     ball_start_m: float = 0.0
     joint_friction_nm: float = 0.0
-    joint_friction_share: float = 0.0
+    joint_friction_fraction: float = 0.0
     restitution: float | None = None
     mass_scale: float = 1.0
     drag_scale: float = 1.0

@@ -20,7 +20,7 @@ _SEED = 324
 
 
 @functools.lru_cache(maxsize=16)
-def chance_rate(settings: LearnSettings, game: GameSettings) -> float:
+def random_success_rate(settings: LearnSettings, game: GameSettings) -> float:
     """Share of ROLLOUTS rollouts, each driven by a newly drawn harmonic on the rail, that succeed; always the same."""
     drawing = dataclasses.replace(settings, learner=RandomSettings("random"), engine=RailEngine("rail"))
     environment, learner = SwingUpEnvironment(drawing, without_rope_mass(game)), begin_learner(drawing)

@@ -64,9 +64,9 @@ class SwingUpEnvironment:
         return self._compiled is not None
 
     def noise(self, rng: np.random.Generator, *, validation: bool = False) -> RolloutNoise:
-        """Draw one rollout's noise, of a body of ``learn.bodies`` or, where it is one, of a ``validation``."""
+        """Draw one rollout's noise, of a body of ``learn.randomisation`` or, where it is one, of a ``validation``."""
         settings = self.settings
-        noise = draw_noise(settings, settings.validation.bodies if validation else settings.bodies, rng)
+        noise = draw_noise(settings, settings.validation.randomisation if validation else settings.randomisation, rng)
         if self._compiled is not None:  # compiled code reads arrays, a loop in Python lists, sooner
             return noise
         lists = {name: np.asarray(getattr(noise, name)).tolist() for name in ("angle_rad", "rate_rad_s", "gain")}

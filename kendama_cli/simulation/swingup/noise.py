@@ -7,14 +7,14 @@ import math
 import numpy as np
 
 from kendama_cli.learning.settings import LearnSettings
-from kendama_cli.learning.task_settings import BodySettings
+from kendama_cli.learning.task_settings import RandomisationSettings
 from kendama_cli.simulation.swingup.rollout import RolloutNoise
 
 FURTHEST_ERROR = 3.0
 """Errors of the acceleration are cut at this many standard deviations: no actuator's error is unbounded."""
 
 
-def draw_noise(settings: LearnSettings, bodies: BodySettings, rng: np.random.Generator) -> RolloutNoise:
+def draw_noise(settings: LearnSettings, bodies: RandomisationSettings, rng: np.random.Generator) -> RolloutNoise:
     """One rollout's noise at the levels of ``learn.noise``, on one of the ``bodies``."""
     levels, n = settings.noise, max(1, round(settings.rollout_s / settings.step_s))
     start = rng.standard_normal(2).tolist()
@@ -29,7 +29,7 @@ def draw_noise(settings: LearnSettings, bodies: BodySettings, rng: np.random.Gen
         + math.radians(bodies.angle_deg) * offset,
         rate_rad_s=noise * levels.rate_reading_rad_s * readings[1],
         gain=(1.0 + noise * levels.acceleration * errors) * (1.0 + bodies.acceleration * strength),
-        workspace_scale=1.0 - bodies.narrowing * narrower,
+        workspace_scale=1.0 - bodies.workspace_shrink * narrower,
         rope_scale=1.0 + bodies.rope * longer,
         drag_scale=drag,
         delay_steps=round(bodies.delay_s * later / settings.step_s),

@@ -84,8 +84,8 @@ class Rules:
             kernel.Aim(
                 nearest_rad=nearest,
                 farthest_rad=math.radians(goal.angle_deg + goal.tolerance_deg),
-                slowest_rad_s=float(goal.slowest_rad_s),
-                fastest_rad_s=float(goal.fastest_rad_s),
+                min_rate_rad_s=float(goal.min_rate_rad_s),
+                max_rate_rad_s=float(goal.max_rate_rad_s),
                 catchable=goal.success == "catchable",
                 caught=goal.success == "caught",
                 slack_steps=float(max(1, round(goal.slack_s / settings.step_s))),
@@ -103,7 +103,7 @@ class Rules:
                 rate=np.array(grid.rate_edges_rad_s, dtype=np.float64),
                 angles=grid.angle_bins,
                 per_rad=grid.angle_bins / (2.0 * math.pi),
-                longest_s=settings.decision.longest_s - ROUNDING_S,
+                longest_s=settings.decision.max_s - ROUNDING_S,
             ),
         )
 

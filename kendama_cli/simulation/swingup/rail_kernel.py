@@ -67,8 +67,8 @@ class Aim(NamedTuple):
 
     nearest_rad: float
     farthest_rad: float
-    slowest_rad_s: float
-    fastest_rad_s: float
+    min_rate_rad_s: float
+    max_rate_rad_s: float
     catchable: bool
     caught: bool
     slack_steps: float
@@ -217,7 +217,7 @@ def reached(s: Array, p: Physics, aim: Aim) -> bool:  # noqa: PLR0911 - returns 
     angle, away = (-phi, -rate) if phi < 0.0 else (phi, rate)
     if not aim.nearest_rad <= angle <= aim.farthest_rad:
         return False
-    if not aim.slowest_rad_s <= away <= aim.fastest_rad_s:
+    if not aim.min_rate_rad_s <= away <= aim.max_rate_rad_s:
         return False
     if not aim.catchable:
         return True

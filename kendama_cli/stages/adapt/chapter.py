@@ -16,8 +16,8 @@ from kendama_cli.report.swing_panel import swing_panel
 from kendama_cli.report.tracks import Array, Geometry, catch_time_s, pair
 from kendama_cli.schema.foxglove import FrameTransform, JointStates
 from kendama_cli.stages.adapt.messages import (
+    AdaptEvaluationMessage,
     AdaptExploredMessage,
-    AdaptProofMessage,
     AdaptRepeatMessage,
     AdaptRolloutMessage,
     AdaptWindowMessage,
@@ -47,7 +47,7 @@ def policy_search(log: StageLog) -> Panel | None:
         axes.set_xlabel("rollout")
         axes.set_ylabel("cost [mm]")
         axes.set_ylim(bottom=0)
-        proofs = log.table("/adapt/proof", AdaptProofMessage)
+        proofs = log.table("/adapt/evaluation", AdaptEvaluationMessage)
         if len(proofs):
             share = axes.twinx()
             shares = proofs.groupby("rollouts")["caught"].mean()
@@ -64,7 +64,7 @@ def policy_search(log: StageLog) -> Panel | None:
 
 _MOST_MISS_MM = 300.0
 _JUMP_MM = 500.0
-_CATCH = {"seen": "the cup moved to where the flying ball was seen to come down", "open": "played as planned"}
+_CATCH = {"visual": "the cup moved to where the flying ball was seen to come down", "open_loop": "played as planned"}
 
 
 def film(log: StageLog) -> str | None:

@@ -58,7 +58,7 @@ def conclude(
     if not result.caught:
         chosen = attempt_made(variation, swing, result)
         policy = settings.search != "tau"
-        metrics["in_the_way"] = (
+        metrics["failure_reason"] = (
             policy_obstacle(chosen, search) if policy else _obstacle(rollouts, chosen, settings, bounds, result)
         )
     rate = _rate(search)
@@ -69,14 +69,14 @@ def conclude(
         "uncertainty": settings.uncertainty.name,
         **rate,
         "search": settings.search,
-        "rollouts_to_lasting": way.rollouts(search) if _lasts(search, settings) else None,
+        "rollouts_to_robust": way.rollouts(search) if _lasts(search, settings) else None,
         **of_search,
         "rollouts_to_first_catch": search.rollouts_to_first_catch(),
         "heading_deg": math.degrees(heading_rad),
         "amplitude": variation.amplitude,
-        "shift_mm": 1e3 * float(np.hypot(*variation.shift_m)),
+        "goal_shift_mm": 1e3 * float(np.hypot(*variation.shift_m)),
         "signed_miss_mm": None if result.signed_miss_m is None else 1e3 * result.signed_miss_m,
-        "side_miss_mm": None if result.side_miss_m is None else 1e3 * result.side_miss_m,
+        "lateral_miss_mm": None if result.side_miss_m is None else 1e3 * result.side_miss_m,
         "swing_slack_ms": 1e3 * result.swing_slack_s,
         "apex_mm": 1e3 * result.apex_m,
         "planned_speed_over_limit": float(swing.velocity_shares.max() / variation.tau_scale),
@@ -100,7 +100,7 @@ def _rate(search: Search) -> dict[str, float | None]:
 
 def _lasts(search: Search, settings: AdaptSettings) -> bool:
     """Whether enough repeats were caught: those that ended a policy search, or those that confirm."""
-    enough, of = settings.policy.lasting
+    enough, of = settings.policy.stop_at
     judged = [search.confirmed] if settings.search == "tau" else [made for _, made in search.evaluated]
     return any(len(made) >= of and sum(one.caught for one in made) * of >= enough * len(made) for made in judged)
 
@@ -131,12 +131,12 @@ def _of_search(
 ) -> dict[str, Metric]:
     """What only the search that was made can tell."""
     if settings.search != "tau":
-        return {"repeats_to_judge": sum(len(made) for _, made in search.evaluated)}
+        return {"evaluations": sum(len(made) for _, made in search.evaluated)}
     found = windows(search, settings, bounds)
     log_windows(ctx, found, search)
     return {
         "predicted_success": None if best is None else way.expected(search, best),
-        "windows": len(found),
+        "tau_windows": len(found),
     }
 
 

@@ -20,7 +20,7 @@ from kendama_cli.settings.game import GameSettings
 from kendama_cli.simulation.dart.rollout import RolloutResult, Trace
 from kendama_cli.simulation.dart.world import ArmWorld
 from kendama_cli.simulation.dart.world_errors import WorldErrors
-from kendama_cli.stages.adapt.messages import AdaptDrawMessage, AdaptWindowMessage
+from kendama_cli.stages.adapt.messages import AdaptPerturbationMessage, AdaptWindowMessage
 from kendama_cli.stages.interface import StageContext
 
 
@@ -32,10 +32,10 @@ def log_windows(ctx: StageContext, found: Sequence[Window], search: Search) -> N
         ctx.log.write("/adapt/window", float(index), AdaptWindowMessage(index, window.low, window.high, tau, slack_s))
 
 
-def draw_message(index: int, draw: Draw, game: GameSettings) -> AdaptDrawMessage:
+def draw_message(index: int, draw: Draw, game: GameSettings) -> AdaptPerturbationMessage:
     """What was drawn for the repeat ``index``."""
     world = draw.world
-    return AdaptDrawMessage(
+    return AdaptPerturbationMessage(
         index=index,
         rope_scale=world.rope_scale,
         ball_start_m=world.ball_start_m,
@@ -43,7 +43,7 @@ def draw_message(index: int, draw: Draw, game: GameSettings) -> AdaptDrawMessage
         drag_scale=world.drag_scale,
         restitution=game.cup.restitution if world.restitution is None else world.restitution,
         joint_friction_nm=world.joint_friction_nm,
-        joint_friction_share=world.joint_friction_share,
+        joint_friction_fraction=world.joint_friction_fraction,
         lag_s=draw.arm.lag_s,
         cup_error_m=draw.arm.cup_error_m,
         cup_error_hz=draw.arm.cup_error_hz,

@@ -47,7 +47,7 @@ class AdaptExploredMessage:
 
 
 @dataclass(frozen=True)
-class AdaptProofMessage:
+class AdaptEvaluationMessage:
     """One repeat that judges what a policy search knows after ``rollouts``."""
 
     rollouts: int
@@ -71,18 +71,18 @@ class AdaptWindowMessage:
 class AdaptRepeatMessage:
     """One perturbed repeat of the chosen motion.
 
-    The cup was ``shift_m`` beside its plan at the catch, and at most ``largest_shift_m``.
+    The cup was ``shift_m`` beside its plan at the catch, and at most ``max_shift_m``.
     """
 
     index: int
     caught: bool
     miss_m: float
     shift_m: float = 0.0
-    largest_shift_m: float = 0.0
+    max_shift_m: float = 0.0
 
 
 @dataclass(frozen=True)
-class AdaptDrawMessage:
+class AdaptPerturbationMessage:
     """The toy, the air and the arm that were drawn for one repeat."""
 
     index: int
@@ -92,7 +92,7 @@ class AdaptDrawMessage:
     drag_scale: float
     restitution: float
     joint_friction_nm: float
-    joint_friction_share: float
+    joint_friction_fraction: float
     lag_s: float
     cup_error_m: float
     cup_error_hz: float
@@ -103,11 +103,11 @@ TOPICS: Mapping[str, type] = {
     "/adapt/rollout": AdaptRolloutMessage,
     "/adapt/candidate": AdaptRolloutMessage,
     "/adapt/explored": AdaptExploredMessage,
-    "/adapt/proof": AdaptProofMessage,
+    "/adapt/evaluation": AdaptEvaluationMessage,
     "/adapt/window": AdaptWindowMessage,
     "/adapt/repeat": AdaptRepeatMessage,
     "/adapt/replay": ReplayMessage,
-    "/adapt/drawn": AdaptDrawMessage,
+    "/adapt/perturbation": AdaptPerturbationMessage,
     "/adapt/scene": SceneUpdate,
     "/adapt/links": FrameTransforms,
     "/adapt/joints": JointStates,
@@ -115,7 +115,7 @@ TOPICS: Mapping[str, type] = {
     "/adapt/ball": FrameTransform,
     "/adapt/reference": FrameTransform,
 }
-"""``candidate``: candidates in the worlds that judge them; ``explored`` and ``proof``: those of a policy search
-and the repeats that judge it; ``replay``: the repeats' bodies and ways, turned about the vertical until the swing goes
-along x, as all misses and shifts are; the last: what the arm looks like, and the chosen motion, undisturbed, where
-the arm stands."""
+"""``candidate``: candidates in the perturbed simulations that evaluate them; ``explored`` and ``evaluation``: those of
+a policy search and the repeats that evaluate it; ``replay``: the repeats' bodies and ways, turned about the vertical
+until the swing goes along x, as all misses and shifts are; the last: what the arm looks like, and the chosen motion,
+undisturbed, where the arm stands."""

@@ -61,10 +61,10 @@ class Rollouts:
         settings, world = self._settings, self.world
         joints, cup = self._motion(variation)
         seen = None
-        if settings.catch == "seen":
+        if settings.catch == "visual":
             noise = np.random.default_rng([eyes_seed, 1])
             seen = SeenCatch(
-                world.arm, self.game, joints, cup, eyes=settings.eyes, steering=settings.steering, rng=noise
+                world.arm, self.game, joints, cup, eyes=settings.sensor_model, steering=settings.correction, rng=noise
             )
         world.perturb(NO_ERRORS if draw is None else draw.world)
         result = play_rollout(
@@ -89,7 +89,7 @@ class Rollouts:
 
         ``flight`` is the share of the motion in which the ball flies.
         """
-        if self._settings.catch != "seen" or flight is None:
+        if self._settings.catch != "visual" or flight is None:
             return None
         cup = self._motion(variation)[1]
         mouth_m = MOUTH_SHARE * self.game.cup.radius_m

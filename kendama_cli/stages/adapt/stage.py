@@ -51,7 +51,7 @@ class Adapt:
         StageError, naming the joint and its limit, where no tau in the range is within the arm's limits.
         """
         plan: MotionPlan = given["encode"]
-        plan = scaled_plan(plan, self._settings.size, plan.tau_scale)
+        plan = scaled_plan(plan, self._settings.swing_scale, plan.tau_scale)
         toy: ToyModel | None = given.get("measure")
         if toy is not None:
             self._game, self._settings = toy.applied(self._game), _narrowed(self._settings, toy)
@@ -87,7 +87,7 @@ class Adapt:
 
         The swing-up's line is kept in reach too, unless that leaves the motion beyond every tau that is allowed.
         """
-        if self._settings.placement == "given":
+        if self._settings.placement == "fixed":
             return robot
 
         def report_progress(done: int, total: int, cost: float) -> None:
@@ -109,12 +109,13 @@ class Adapt:
         if any(bounds.lowest_tau.get(size, math.inf) <= most for size in sizes):
             return
         swing = family.swing(MotionVariation(1.0))  # out of reach: says so
-        given = self._settings.placement == "given"
+        given = self._settings.placement == "fixed"
         otherwise = "place the arm otherwise (adapt.placement=search)" if given else "choose another robot"
         raise StageError(
             f"the motion would have to be {swing.least_tau_scale():.2f} times slower for {self._robot.name}, whose "
             f"{swing.limiting_joint()} stands in the way; "
-            f"allowed: tau_scale up to {most}: raise adapt.tau_range, make it smaller (adapt.size), or {otherwise}"
+            f"allowed: tau_scale up to {most}: raise adapt.tau_range, make it smaller (adapt.swing_scale), or "
+            f"{otherwise}"
         )
 
 

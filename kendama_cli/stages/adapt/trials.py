@@ -17,8 +17,8 @@ from kendama_cli.settings.game import GameSettings
 from kendama_cli.simulation.dart.rollout import RolloutResult
 from kendama_cli.stages.adapt.logged import draw_message, log_replay
 from kendama_cli.stages.adapt.messages import (
+    AdaptEvaluationMessage,
     AdaptExploredMessage,
-    AdaptProofMessage,
     AdaptRepeatMessage,
     AdaptRolloutMessage,
 )
@@ -110,8 +110,8 @@ class Trials:
     def _proof(self, trial: Trial, rollouts: int) -> Repeat:
         """A repeat that judges a policy, in a world that nothing was played in."""
         result, _ = self._drawn(trial.variation, [self._seeds[0], 1, rollouts, trial.index])
-        message = AdaptProofMessage(rollouts, trial.index, result.caught, _or_nan(result.signed_miss_m))
-        self._ctx.log.write("/adapt/proof", float(rollouts), message)
+        message = AdaptEvaluationMessage(rollouts, trial.index, result.caught, _or_nan(result.signed_miss_m))
+        self._ctx.log.write("/adapt/evaluation", float(rollouts), message)
         return Repeat(result.caught, result.signed_miss_m, swing_slack_s=result.swing_slack_s)
 
     def _drawn(self, variation: MotionVariation, seed: list[int]) -> tuple[RolloutResult, tuple[float, float]]:
@@ -138,7 +138,7 @@ class Trials:
             message = AdaptRepeatMessage(trial.index, result.caught, miss_m, shift_m, largest_m)
             log.write("/adapt/repeat", float(trial.index), message)
             log_replay(self._ctx, trial.index, self._rollouts.world, draw.world, result)
-            log.write("/adapt/drawn", float(trial.index), draw_message(trial.index, draw, self._game))
+            log.write("/adapt/perturbation", float(trial.index), draw_message(trial.index, draw, self._game))
         else:
             log.write("/adapt/candidate", float(trial.index), _rollout_message(trial, result))
         return Repeat(result.caught, result.signed_miss_m, shift_m, result.swing_slack_s)

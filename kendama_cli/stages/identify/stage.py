@@ -133,7 +133,7 @@ class _PlayedMotions:
 def _log_friction(ctx: StageContext, samples: FrictionSamples, model: FrictionModel, period_s: float) -> None:
     """The held-out samples that count, with what both models say of them."""
     parametric = parametric_torque(model.parametric, samples.velocity_rad_s)
-    network = network_torque(model.network, samples.velocity_rad_s, model.fastest_rad_s)
+    network = network_torque(model.network, samples.velocity_rad_s, model.max_speed_rad_s)
     every = max(1, round(LOG_PERIOD_S / period_s))
     for k in range(0, len(samples.velocity_rad_s), every):
         for j in np.flatnonzero(samples.kept[k]):

@@ -91,12 +91,12 @@ class Interact:
         missing = reference.position_m - arm.state.tool_m
         missing = missing - float(reference.force_axis @ missing) * reference.force_axis
         error_m = float(np.linalg.norm(missing))
-        if error_m > self._settings.most_error_m:
+        if error_m > self._settings.max_error_m:
             place = f"[{', '.join(f'{value:.3f}' for value in reference.position_m)}]"
             raise StageError(
                 f"step '{self._settings.script[step].name}' at {arm.t_s:.3f} s: the tool of {self._robot.name} is "
-                f"{error_m:.3f} m from its reference {place} m; allowed: interact.most_error_m, "
-                f"{self._settings.most_error_m}; move interact.script[{step}].position_m within reach, "
+                f"{error_m:.3f} m from its reference {place} m; allowed: interact.max_error_m, "
+                f"{self._settings.max_error_m}; move interact.script[{step}].position_m within reach, "
                 "give it more time, or move what stands in the way",
             )
 
@@ -142,7 +142,7 @@ class _Played:
             "force_error_rms_n": _rms(error[settled]),
             "force_error_n_p95": float(np.quantile(np.abs(error[settled]), 0.95)) if settled.any() else None,
             "force_error_max_n": float(np.abs(error[settled]).max()) if settled.any() else None,
-            "contact_share": float(touches[settled].mean()) if settled.any() and self._truthful else None,
+            "contact_fraction": float(touches[settled].mean()) if settled.any() and self._truthful else None,
             "peak_force_n": float(np.linalg.norm(contact, axis=1).max()),
             "friction": float(np.median(across[sliding] / along[sliding])) if sliding.any() else None,
             "path_error_rms_mm": _rms(1e3 * np.linalg.norm(missing, axis=1)),

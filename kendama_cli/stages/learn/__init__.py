@@ -21,7 +21,7 @@ STAGE = StageDeclaration(
     replay="kendama_cli.stages.learn.performance:replay",
     ensemble_chapter="kendama_cli.stages.learn.comparison:CHAPTER",
     headline=(
-        Headline("rollouts_to_proof", "rollouts before the first of those in a row that prove the swing-up"),
+        Headline("rollouts_to_solved", "rollouts before the first of those in a row that prove the swing-up"),
         Headline("frozen_caught_rate", "of swing-ups by the frozen policy end in the cup"),
     ),
 )

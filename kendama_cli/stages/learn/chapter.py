@@ -34,7 +34,7 @@ def swingup_figures(log: StageLog) -> list[Figure]:
             [
                 "Reward of every rollout of the learning. Explored: driven by a random harmonic trajectory; greedy: by"
                 " the policy as it stood; filled: success. Line: running median of the greedy rollouts over 21 of them."
-                " From ten successes in a row on, the policy is frozen, until it fails or is proven. Compare with Fig."
+                " From ten successes in a row on, the policy is frozen, until it fails or is solved. Compare with Fig."
                 " 5 of the paper."
             ],
             learning,
@@ -71,7 +71,7 @@ def swingup_figures(log: StageLog) -> list[Figure]:
 
 
 def _learned(log: StageLog) -> float | None:
-    rollouts = log.metrics.get("rollouts_to_first")
+    rollouts = log.metrics.get("rollouts_to_learned")
     return float(rollouts) if isinstance(rollouts, int | float) and log.metrics.get("learned") else None
 
 

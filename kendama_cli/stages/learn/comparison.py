@@ -1,4 +1,4 @@
-"""Learning over many seeds: reward, rollouts to proof with intervals, and what the frozen policies do."""
+"""Learning over many seeds: reward, rollouts to solved with intervals, and what the frozen policies do."""
 
 from __future__ import annotations
 
@@ -28,8 +28,8 @@ _STEPS = 60
 
 
 def learning_figures(runs: Ensemble) -> list[Figure]:
-    """Reward per rollout and rollouts to proof; then the frozen policies."""
-    groups = [group for group in runs.groups if len(group.figures("rollouts_to_proof"))]
+    """Reward per rollout and rollouts to solved; then the frozen policies."""
+    groups = [group for group in runs.groups if len(group.figures("rollouts_to_solved"))]
     learning = [_rewards(groups), _learned(groups)]
     frozen = [_frozen(groups), _swings(groups), _times(groups)]
     return [
@@ -40,9 +40,9 @@ def learning_figures(runs: Ensemble) -> list[Figure]:
                     "Reward per rollout: interquartile mean over the seeds, and its 95 % interval (bootstrap); on a"
                     f" logarithmic axis of the means over at most {_STEPS} even steps."
                     f" A run that has ended goes on with the median of its last {_TAIL} greedy rollouts."
-                    " From ten successes in a row on, a policy is frozen, until it fails or is proven.",
+                    " From ten successes in a row on, a policy is frozen, until it fails or is solved.",
                     "Share of seeds that came to the first of the successes in a row that prove the policy after so"
-                    " many rollouts; an unproven seed stays at the cap.",
+                    " many rollouts; an unsolved seed stays at the cap.",
                 ],
             ),
             learning,
@@ -68,7 +68,7 @@ def _rewards(groups: Sequence[Group]) -> Panel | None:
     lengths = [len(rewards) for found in curves for rewards in found]
     if not lengths:
         return None
-    slowest = max(float(np.quantile(group.figures("rollouts_to_proof"), 0.95)) for group in groups)
+    slowest = max(float(np.quantile(group.figures("rollouts_to_solved"), 0.95)) for group in groups)
     shown = max(2, min(max(lengths) - 1, int(1.5 * slowest) + 10))
     with drawing("sweep-reward", "Reward per rollout over the seeds", height_in=3.2) as made:
         axes = made.axes()[0]
@@ -116,23 +116,23 @@ def _even_steps(matrix: Array) -> tuple[Array, Array]:
 def _learned(groups: Sequence[Group]) -> Panel | None:
     if not groups:
         return None
-    with drawing("sweep-learned", "Share of seeds proven over rollouts", height_in=3.2) as made:
+    with drawing("sweep-learned", "Share of seeds solved over rollouts", height_in=3.2) as made:
         axes = made.axes()[0]
-        most = max(float(group.figures("rollouts_to_proof").max()) for group in groups)
+        most = max(float(group.figures("rollouts_to_solved").max()) for group in groups)
         for group, colour in zip(groups, _colours(groups), strict=True):
             values = np.sort(
                 [
                     value
                     for member in group.members
-                    if member.log.metrics.get("proven") is not False
-                    and (value := member.figure("rollouts_to_proof")) is not None
+                    if member.log.metrics.get("solved") is not False
+                    and (value := member.figure("rollouts_to_solved")) is not None
                 ]
             )
             share = np.arange(1, len(values) + 1) / len(group.members)
             end = share[-1] if len(share) else 0.0
             at, height = [0, *values, most * 1.04], [0, *share, end]
             axes.step(at, height, where="post", color=colour, lw=1.5, label=group.legend)
-        smallest = min(float(group.figures("rollouts_to_proof").min()) for group in groups)
+        smallest = min(float(group.figures("rollouts_to_solved").min()) for group in groups)
         if most > 30 * max(1.0, smallest):
             axes.set_xscale("symlog", linthresh=10)
             axes.xaxis.set_major_formatter("{x:g}")
@@ -141,10 +141,10 @@ def _learned(groups: Sequence[Group]) -> Panel | None:
         axes.set_xlim(0, most * 1.04)
         axes.set_ylim(0, 1.02)
         axes.yaxis.set_major_formatter(PercentFormatter(1.0, decimals=0))
-        axes.set_xlabel("rollouts to proof")
-        axes.set_ylabel("seeds proven")
+        axes.set_xlabel("rollouts to solved")
+        axes.set_ylabel("seeds solved")
         _legend(axes, groups)
-    return Panel("Rollouts to proof", made.svg)
+    return Panel("Rollouts to solved", made.svg)
 
 
 def _frozen(groups: Sequence[Group]) -> Panel | None:
@@ -166,7 +166,7 @@ def _frozen(groups: Sequence[Group]) -> Panel | None:
 
 
 def _swings(groups: Sequence[Group]) -> Panel | None:
-    found = [group.figures("swings") for group in groups]
+    found = [group.figures("half_swings") for group in groups]
     if not any(len(swings) for swings in found):
         return None
     with drawing("sweep-swings", "Half-swings to the goal", height_in=2.6, width_in=3.4) as made:
@@ -222,8 +222,8 @@ CHAPTER = EnsembleChapter(
     figures=learning_figures,
     tables=learning_tables,
     headline=(
-        Headline("rollouts_to_proof", "rollouts to proof, mean over the seeds"),
+        Headline("rollouts_to_solved", "rollouts to solved, mean over the seeds"),
         Headline("frozen_caught_rate", "of swing-ups by the frozen policies end in the cup"),
-        Headline("swings", "half-swings to the goal, mean"),
+        Headline("half_swings", "half-swings to the goal, mean"),
     ),
 )

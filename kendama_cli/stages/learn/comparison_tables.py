@@ -1,4 +1,4 @@
-"""The tables of learning over several seeds: rollouts to proof, their ratios, and the frozen policies."""
+"""The tables of learning over several seeds: rollouts to solved, their ratios, and the frozen policies."""
 
 from __future__ import annotations
 
@@ -15,15 +15,15 @@ _STATISTICS: tuple[tuple[str, Statistic], ...] = (("mean", np.mean), ("median", 
 
 
 def learning_tables(runs: Ensemble) -> str:
-    """Figures by group with bootstrap intervals, ratios to the first group, and the unproven by seed."""
-    groups = [group for group in runs.groups if len(group.figures("rollouts_to_proof"))]
+    """Figures by group with bootstrap intervals, ratios to the first group, and the unsolved by seed."""
+    groups = [group for group in runs.groups if len(group.figures("rollouts_to_solved"))]
     if not groups:
         return ""
-    head = [runs.differs or "", "seeds", "unproven", *(f"to proof, {name}" for name, _ in _STATISTICS)]
+    head = [runs.differs or "", "seeds", "unsolved", *(f"to solved, {name}" for name, _ in _STATISTICS)]
     head += ["to ten in a row, mean", "chance"]
-    parts = ["<h3>Rollouts to proof</h3>", grid(head, [_counts(group) for group in groups])]
-    unproven = [sentence for group in groups if (sentence := _unproven(group, runs.differs))]
-    parts.append(f'<p class="note">{" ".join(unproven) or "Every seed is proven."} {_RULE}</p>')
+    parts = ["<h3>Rollouts to solved</h3>", grid(head, [_counts(group) for group in groups])]
+    unsolved = [sentence for group in groups if (sentence := _unsolved(group, runs.differs))]
+    parts.append(f'<p class="note">{" ".join(unsolved) or "Every seed is solved."} {_RULE}</p>')
     if len(groups) > 1:
         reference, *others = groups
         names = [f"ratio of {name}s" if name != "90 %" else "ratio of 90 % quantiles" for name, _ in _STATISTICS]
@@ -37,14 +37,14 @@ def learning_tables(runs: Ensemble) -> str:
 
 _RULE = (
     "Counted up to the first of the greedy successes in a row that prove the policy, exploring rollouts included; an"
-    " unproven seed counts as the cap. Chance: share of random harmonics that succeed. Below each figure its 95 %"
+    " unsolved seed counts as the cap. Chance: share of random harmonics that succeed. Below each figure its 95 %"
     " interval (bootstrap over the seeds)."
 )
 
 
 def _counts(group: Group) -> list[Cell]:
-    values, first = group.figures("rollouts_to_proof"), group.figures("rollouts_to_first")
-    chance = group.figures("chance_rate")
+    values, first = group.figures("rollouts_to_solved"), group.figures("rollouts_to_learned")
+    chance = group.figures("random_success_rate")
     cells = [with_interval(float(figure(values, axis=0)), bootstrap(values, figure)) for _, figure in _STATISTICS]
     early = with_interval(float(first.mean()), bootstrap(first, np.mean)) if len(first) else EMPTY
     by_chance = percent(float(chance.mean())) if len(chance) else EMPTY
@@ -52,7 +52,7 @@ def _counts(group: Group) -> list[Cell]:
 
 
 def _ratios(group: Group, reference: Group) -> list[Cell]:
-    values, others = group.figures("rollouts_to_proof"), reference.figures("rollouts_to_proof")
+    values, others = group.figures("rollouts_to_solved"), reference.figures("rollouts_to_solved")
     cells = []
     for _, statistic in _STATISTICS:
         ratio = float(statistic(values, axis=0)) / float(statistic(others, axis=0))
@@ -63,15 +63,15 @@ def _ratios(group: Group, reference: Group) -> list[Cell]:
 
 
 def _failed(group: Group) -> list[str]:
-    return [member.seed for member in group.members if member.log.metrics.get("proven") is False]
+    return [member.seed for member in group.members if member.log.metrics.get("solved") is False]
 
 
-def _unproven(group: Group, differs: str) -> str:
+def _unsolved(group: Group, differs: str) -> str:
     failed = _failed(group)
     if not failed:
         return ""
     of = f" ({html.escape(group.label)})" if differs else ""
-    return f"Unproven{of}: seed {', '.join(html.escape(seed or 'as configured') for seed in failed)}."
+    return f"Unsolved{of}: seed {', '.join(html.escape(seed or 'as configured') for seed in failed)}."
 
 
 def _quality(group: Group) -> list[Cell]:
@@ -79,12 +79,12 @@ def _quality(group: Group) -> list[Cell]:
     rates = ((member.figure("frozen_caught_rate"), member.seed) for member in group.members)
     worst = min(((rate, seed) for rate, seed in rates if rate is not None), default=None)
     least, peak = group.figures("best_found_s"), group.figures("peak_displacement_m")
-    middle = {name: _median(group.figures(name)) for name in ("swings", "time_to_goal_s")}
+    middle = {name: _median(group.figures(name)) for name in ("half_swings", "time_to_goal_s")}
     return [
         Cell(group.label),
         percent(float(caught.mean()), _span(bootstrap(caught, np.mean))) if len(caught) else EMPTY,
         EMPTY if worst is None else percent(worst[0], f"seed {worst[1]}" if worst[1] else ""),
-        Cell(quantity(middle["swings"])),
+        Cell(quantity(middle["half_swings"])),
         Cell(quantity(middle["time_to_goal_s"], unit="s")),
         Cell(quantity(_median(least), unit="s")),
         Cell(quantity(float(peak.max()) if len(peak) else None, unit="m")),

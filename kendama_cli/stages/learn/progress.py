@@ -75,7 +75,7 @@ class LearnProgress:
         return {
             "frozen_caught_rate": self.caught / self.evaluated,
             "frozen_success_rate": self.frozen_success_rate,
-            "swings": statistics.median(one.half_swings for one in found) if found else None,
+            "half_swings": statistics.median(one.half_swings for one in found) if found else None,
             "time_to_goal_s": statistics.median(one.duration_s for one in found) if found else None,
             "peak_displacement_m": self.peak_m,
             "simulated_s": self.simulated_s,

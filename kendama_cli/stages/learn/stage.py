@@ -16,7 +16,7 @@ from kendama_cli.schema.arrays import Array
 from kendama_cli.schema.foxglove import FrameTransform
 from kendama_cli.settings.game import GameSettings
 from kendama_cli.simulation.swingup.best_swing import BestSwing, best_swing
-from kendama_cli.simulation.swingup.chance import chance_rate
+from kendama_cli.simulation.swingup.chance import random_success_rate
 from kendama_cli.simulation.swingup.engine import SwingEngine
 from kendama_cli.simulation.swingup.environment import SwingUpEnvironment
 from kendama_cli.simulation.swingup.frozen_rollouts import FrozenRollouts
@@ -41,7 +41,7 @@ class Learn:
     def prepare(self) -> None:
         """Find what is the same for every seed, and load the compiled code of the engine."""
         best_swing(self._settings, self._game)
-        chance_rate(self._settings, self._game)
+        random_success_rate(self._settings, self._game)
         environment, _ = self._environments()
         learner = begin_learner(self._settings)
         rng = np.random.default_rng(0)
@@ -51,15 +51,15 @@ class Learn:
     def run(self, given: Mapping[str, Any], ctx: StageContext) -> Made:
         """Learn by the counting rule of kendama_cli/learning/statistics.py, then evaluate the frozen policy.
 
-        ``rollouts_to_first`` and ``rollouts_to_proof`` follow that rule, ``learned`` and ``proven`` say whether either
-        was reached before the cap, and ``rollouts`` counts all that the policy has had. Over the evaluation's noisy
-        rollouts ``frozen_caught_rate`` is the share after which the ball lay in the cup, ``frozen_success_rate`` the
-        share of what the task calls a success; ``swings`` (half-swings) and ``time_to_goal_s`` are medians over the
-        successes, and ``peak_displacement_m`` is the largest of all. ``chance_rate`` is the share of random harmonics
-        that succeed. ``best_found_s`` and ``fewest_swings_found`` are what a search without noise found; ConfigError
-        is raised where it found nothing. Without proof nothing is raised.
+        ``rollouts_to_learned`` and ``rollouts_to_solved`` follow that rule, ``learned`` and ``solved`` say whether
+        either was reached before the cap, and ``rollouts`` counts all that the policy has had. Over the evaluation's
+        noisy rollouts ``frozen_caught_rate`` is the share after which the ball lay in the cup, ``frozen_success_rate``
+        the share of what the task calls a success; ``half_swings`` and ``time_to_goal_s`` are medians over the
+        successes, and ``peak_displacement_m`` is the largest of all. ``random_success_rate`` is the share of random
+        harmonics that succeed. ``best_found_s`` and ``min_half_swings_found`` are what a search without noise found;
+        ConfigError is raised where it found nothing. Without proof nothing is raised.
         """
-        best, chance = best_swing(self._settings, self._game), chance_rate(self._settings, self._game)
+        best, chance = best_swing(self._settings, self._game), random_success_rate(self._settings, self._game)
         environment, validation = self._environments()
         learner, progress = self._begin(ctx)
         with FrozenRollouts(validation) as frozen:
@@ -70,8 +70,8 @@ class Learn:
             with FrozenRollouts(environment) as frozen:
                 self._evaluate(frozen, learner, progress, ctx)
         self._log_nominal(environment, learner, ctx)
-        metrics = {**self._metrics(learner, progress, best), "chance_rate": chance}
-        return Made(learner.policy, metrics, _warnings(self._settings, chance, proven=learner.count.proven))
+        metrics = {**self._metrics(learner, progress, best), "random_success_rate": chance}
+        return Made(learner.policy, metrics, _warnings(self._settings, chance, solved=learner.count.solved))
 
     def _environments(self) -> tuple[SwingUpEnvironment, SwingUpEnvironment]:
         """The environment that is learned in, and the one that validates: the same where nothing else is configured."""
@@ -100,8 +100,8 @@ class Learn:
         noise_rng, exploration_rng = ctx.rng("rollouts"), ctx.rng("exploration")
         while not learner.count.finished(self._settings.count):
             if learner.count.frozen(self._settings.count):
-                to_prove = learner.count.to_prove(self._settings.count)
-                rollout = frozen.validate(learner, exploration_rng, noise_rng, at_most=to_prove)
+                to_solve = learner.count.to_solve(self._settings.count)
+                rollout = frozen.validate(learner, exploration_rng, noise_rng, at_most=to_solve)
             else:
                 learner.begin_rollout(exploration_rng)
                 rollout = environment.roll_out(learner, environment.noise(noise_rng))
@@ -133,7 +133,7 @@ class Learn:
             _log_table(frozen_policy.table, learner.count.rollouts, progress, ctx)
 
     def _evaluate(self, frozen: FrozenRollouts, learner: Learner, progress: LearnProgress, ctx: StageContext) -> None:
-        policy, noise_rng, wanted = learner.policy, ctx.rng("evaluation"), self._settings.count.evaluation
+        policy, noise_rng, wanted = learner.policy, ctx.rng("evaluation"), self._settings.count.evaluation_rollouts
         while progress.evaluated < wanted:
             progress.evaluated_on(frozen.evaluate(policy, noise_rng, at_most=wanted - progress.evaluated))
             self._checkpoint(learner, progress, ctx)
@@ -163,17 +163,17 @@ class Learn:
         count = learner.count
         return {
             "learned": count.learned,
-            "rollouts_to_first": count.rollouts_to_first(self._settings.count),
-            "proven": count.proven,
-            "rollouts_to_proof": count.rollouts_to_proof(self._settings.count),
+            "rollouts_to_learned": count.rollouts_to_learned(self._settings.count),
+            "solved": count.solved,
+            "rollouts_to_solved": count.rollouts_to_solved(self._settings.count),
             "rollouts": count.rollouts,
             **progress.metrics(),
             "best_found_s": best.time_to_goal_s,
-            "fewest_swings_found": best.half_swings,
+            "min_half_swings_found": best.half_swings,
         }
 
 
-def _warnings(settings: LearnSettings, chance: float, *, proven: bool) -> tuple[str, ...]:
+def _warnings(settings: LearnSettings, chance: float, *, solved: bool) -> tuple[str, ...]:
     """What a reader of the figures must know first."""
     told = []
     if chance > SOLVED_BY_CHANCE:
@@ -182,10 +182,11 @@ def _warnings(settings: LearnSettings, chance: float, *, proven: bool) -> tuple[
             f"{100 * SOLVED_BY_CHANCE:g} %), so few rollouts prove little about the learner; learn/task=hard is not "
             "solved by chance"
         )
-    if not proven:
+    if not solved:
         count = settings.count
         told.append(
-            f"the swing-up is unproven: no {count.frozen} successes in a row within {count.cap} rollouts; what is "
+            f"the swing-up is unsolved: no {count.solved_streak} successes in a row within {count.max_rollouts} "
+            "rollouts; what is "
             "handed over is the policy with the longest streak"
         )
     return tuple(told)

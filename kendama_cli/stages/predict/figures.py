@@ -46,12 +46,12 @@ def from_columns(columns: Mapping[str, Any]) -> list[FlightFigures]:
 def made_of(settings: PredictSettings, flights: Sequence[FlightFigures]) -> Made:
     """The artifact, and the metrics at the stated part of the flight: over the flights that were predicted at all."""
     study = PredictionStudy(
-        seen_fraction=np.array(settings.seen_fractions),
+        seen_fraction=np.array(settings.observed_fractions),
         horizon_ms=np.array([one.horizon_ms for one in flights]),
         position_error_mm=np.array([one.position_error_mm for one in flights]),
         time_error_ms=np.array([one.time_error_ms for one in flights]),
     )
-    stated = settings.seen_fractions.index(settings.stated_fraction)
+    stated = settings.observed_fractions.index(settings.stated_fraction)
     position, time = study.position_error_mm[:, stated], study.time_error_ms[:, stated]
     predicted = np.isfinite(position)
     metrics: dict[str, Metric] = {
@@ -60,8 +60,8 @@ def made_of(settings: PredictSettings, flights: Sequence[FlightFigures]) -> Made
         "time_error_ms_p50": _quantile(time[predicted], 0.5),
         "time_error_ms_p95": _quantile(time[predicted], 0.95),
         "time_error_rms_ms": float(np.sqrt((time[predicted] ** 2).mean())) if predicted.any() else None,
-        "horizon_ms": _quantile(study.horizon_ms[:, stated], 0.5),
-        "seen_fraction": settings.stated_fraction,
+        "prediction_horizon_ms": _quantile(study.horizon_ms[:, stated], 0.5),
+        "observed_fraction": settings.stated_fraction,
         "flights": settings.flights,
         "predicted_rate": float(predicted.mean()),
         "detection_rate": sum(one.seen for one in flights) / max(sum(one.frames for one in flights), 1),

@@ -51,7 +51,7 @@ class Predict:
         while len(flights) < settings.flights:
             flights.append(study.flight(len(flights)))
             ctx.checkpoint(partial(dict, to_columns(flights), begin_s=study.begin_s))
-            stated = flights[-1].position_error_mm[settings.seen_fractions.index(settings.stated_fraction)]
+            stated = flights[-1].position_error_mm[settings.observed_fractions.index(settings.stated_fraction)]
             ctx.progress(len(flights), settings.flights, position_error_mm=float(stated))
         return made_of(settings, flights)
 
@@ -106,7 +106,7 @@ class FlightStudy:
         """Observe one flight; after each wanted part of it, hold the prediction against the truth."""
         settings, timing, loop = self._settings, self._timing, self._loop
         staged = self._stage()
-        fractions = np.array(settings.seen_fractions)
+        fractions = np.array(settings.observed_fractions)
         deadlines = [staged.seen_until_s(fraction) for fraction in fractions]
         end_s = staged.crossing_s if number == 0 else max(deadlines)
         known = settings.onset_from == "truth"

@@ -18,6 +18,6 @@ STAGE = StageDeclaration(
     chapter="kendama_cli.stages.rehearse.chapter:rehearsal_figures",
     headline=(
         Headline("speed", "of the motion's own speed was played on {robot}"),
-        Headline("behind_rms_mrad", "mrad rms between what was sent and what was measured"),
+        Headline("tracking_error_rms_mrad", "mrad rms between what was sent and what was measured"),
     ),
 )

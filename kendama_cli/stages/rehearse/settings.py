@@ -12,7 +12,9 @@ class RehearseSettings:
     """How a motion is first tried on an arm."""
 
     speed: float = setting("share of the motion's own speed; its tau is divided by it", above=0, at_most=1)
-    most_behind_rad: float = setting("a joint measured farther from what was sent to it halts the arm [rad]", above=0)
-    most_apart_rad: float = setting(
+    max_tracking_error_rad: float = setting(
+        "a joint measured farther from what was sent to it halts the arm [rad]", above=0
+    )
+    max_twin_deviation_rad: float = setting(
         "a joint of the twin farther from what is commanded keeps the arm from being moved [rad]", above=0
     )

@@ -78,10 +78,11 @@ class Rehearse:
             _log(ctx, "/rehearse/ghost", t_s, joints, exchange.state.position_rad, exchange.state.velocity_rad_s)
         reached = np.array([exchange.state.position_rad for exchange in exchanges])
         j, apart = _worst(reached - joints.position_rad)
-        if not apart <= self._settings.most_apart_rad:
+        if not apart <= self._settings.max_twin_deviation_rad:
             raise StageError(
                 f"the twin comes {apart:.3f} rad away from what is commanded in joint '{joints.joint_names[j]}'; "
-                f"allowed: {self._settings.most_apart_rad:g} (rehearse.most_apart_rad); nothing was moved"
+                f"allowed: {self._settings.max_twin_deviation_rad:g} (rehearse.max_twin_deviation_rad); nothing was "
+                "moved"
             )
         return reached
 
@@ -89,7 +90,7 @@ class Rehearse:
         self, robot: Robot, joints: JointTrajectory, before: Array, ctx: StageContext
     ) -> tuple[list[Exchange], str]:
         played: list[Exchange] = []
-        total, most = len(joints.t_s), self._settings.most_behind_rad
+        total, most = len(joints.t_s), self._settings.max_tracking_error_rad
         for k, command in enumerate(_commands(joints)):
             try:
                 exchange = robot.exchange(command)
@@ -99,7 +100,9 @@ class Rehearse:
                 j, behind = _worst(exchange.state.position_rad - exchange.sent.position_rad)
                 if behind > most:
                     where = f"joint '{joints.joint_names[j]}' is {behind:.3f} rad from where it was sent"
-                    raise HardwareError(f"{where}; allowed: {most:g} (rehearse.most_behind_rad); the arm was halted")
+                    raise HardwareError(
+                        f"{where}; allowed: {most:g} (rehearse.max_tracking_error_rad); the arm was halted"
+                    )
             except HardwareError as error:
                 robot.halt()
                 if not played:
@@ -126,9 +129,9 @@ class Rehearse:
         metrics = {
             "speed": self._settings.speed,
             "completed": not stopped,
-            "behind_rms_mrad": 1e3 * float(np.sqrt((behind**2).mean())),
-            "behind_most_mrad": 1e3 * _worst(behind)[1],
-            "apart_from_twin_most_mrad": 1e3 * _worst(aside)[1],
+            "tracking_error_rms_mrad": 1e3 * float(np.sqrt((behind**2).mean())),
+            "tracking_error_max_mrad": 1e3 * _worst(behind)[1],
+            "twin_deviation_max_mrad": 1e3 * _worst(aside)[1],
             "played_s": float(result.t_s[-1]),
         }
         warnings = [f"the arm stopped after {result.t_s[-1]:.2f} s: {stopped}"] if stopped else []

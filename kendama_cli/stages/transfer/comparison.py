@@ -21,7 +21,7 @@ from kendama_cli.report.tracks import Array
 from kendama_cli.schema.declaration import Headline
 
 _HEAD = ("body", "seeds", "from Q", "from scratch", "ratio", "frozen, before", "frozen, after", "games caught")
-_ALSO = (("rollouts_to_proof", "to proof"), ("imitation_caught_rate", "imitation caught"))
+_ALSO = (("rollouts_to_solved", "to solved"), ("imitation_caught_rate", "imitation caught"))
 """Metrics that not every pipeline and choice of ``transfer`` has, and the columns that they are told in where there."""
 _TWIN: tuple[tuple[str, float | None, Callable[[float], str]], ...] = (
     ("rope_scale", None, lambda value: f"rope {100 * (value - 1):+.0f} %".replace("-", "−")),
@@ -36,7 +36,7 @@ _TWIN: tuple[tuple[str, float | None, Callable[[float], str]], ...] = (
     ("backlash_rad", 0.0, lambda value: f"backlash {math.degrees(value):.2g}°"),
     ("drift_m", 0.0, lambda value: f"drift {1e3 * value:g} mm"),
     ("tracking_delay_s", 0.0, lambda value: f"tracking {1e3 * value:.0f} ms late"),
-    ("tracking_lost_share", 0.0, lambda value: f"{100 * value:g} % of it lost"),
+    ("tracking_lost_fraction", 0.0, lambda value: f"{100 * value:g} % of it lost"),
 )
 """What a twin is like: the imperfection, the value that is not worth a word (None: any is), and the words."""
 
@@ -61,7 +61,7 @@ def transfer_table(runs: Ensemble) -> str:
     failed = [
         f"{group.label} {what}: seed {', '.join(seeds)}"
         for group in groups
-        for metric, what in (("learned", "from Q"), ("learned_from_scratch", "from scratch"), ("proven", "to proof"))
+        for metric, what in (("learned", "from Q"), ("learned_from_scratch", "from scratch"), ("solved", "to solved"))
         if (seeds := [member.seed or "–" for member in group.members if member.log.metrics.get(metric) is False])
     ]
     note = (
@@ -86,8 +86,8 @@ def _row(group: Group, also: Sequence[tuple[str, str]]) -> list[Cell]:
         with_interval(float(given.mean()), bootstrap(given, np.mean)),
         with_interval(float(scratch.mean()), bootstrap(scratch, np.mean)) if len(scratch) else EMPTY,
         ratio,
-        _rate(group, "success_rate_before", "evaluation_n"),
-        _rate(group, "success_rate_after", "evaluation_n"),
+        _rate(group, "success_rate_before", "evaluation_rollouts"),
+        _rate(group, "success_rate_after", "evaluation_rollouts"),
         _rate(group, "caught_rate", "games"),
         *(_further_cell(group, metric) for metric, _ in also),
     ]

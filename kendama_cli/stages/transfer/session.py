@@ -74,7 +74,7 @@ class TransferSession:
 
     def evaluate(self, results: list[bool], policy: PolicyArtifact, name: str) -> None:
         """Rollouts of the frozen policy; appends whether each reached the goal."""
-        while len(results) < self._settings.evaluation_n:
+        while len(results) < self._settings.evaluation_rollouts:
             rng = self._progress.rng(name, len(results))
             actor = make_policy(policy, self._learn)
             swing = self._runner.swing_up(actor, seed=int(rng.integers(2**63)))
@@ -114,7 +114,7 @@ class TransferSession:
         """
         progress, settings = self._progress, self._settings
         tried = progress.imitation
-        wanted = tempos(settings.imitation_tempo_step, settings.imitation_tries)
+        wanted = tempos(settings.imitation_tau_step, settings.imitation_attempts)
         if len(tried) == len(wanted) and not any(tried):
             return
         if any(tried) and len(progress.repeats) >= settings.imitation_repeats:
@@ -124,7 +124,7 @@ class TransferSession:
         progress.rope_fit = RopeFitFigures(fit.rope_scale, fit.resized)
         wanted = around.playable(fit.joints, wanted)
         seen = None
-        if around.adapt.catch == "seen":
+        if around.adapt.catch == "visual":
             watched = WatchedFlight(self._runner.observer.without_goal())
             seen = SeenImitation(watched, self._arm, fit.steering, game.cup.rim_m, follow_from_s(motion))
         while not any(tried) and len(tried) < len(wanted):

@@ -122,7 +122,7 @@ class Transfer:
 
 
 def _warnings(progress: Progress) -> Iterator[str]:
-    if progress.went_back():
+    if progress.reverted():
         yield (
             f"learning on made the table worse: {sum(progress.after)} of {len(progress.after)} frozen rollouts succeed "
             f"after it, {sum(progress.before)} of {len(progress.before)} did before; the games were played with the "
@@ -137,18 +137,18 @@ def transfer_metrics(result: TransferResult, progress: Progress, *, baseline: bo
     latencies = [game.latency_frames for game in games if game.latency_frames is not None]
     frames = sum(game.frames for game in games)
     metrics: dict[str, Metric] = {"rollouts": result.rollouts, "learned": progress.learned()}
-    if (proven := progress.proven()) is not None:
-        metrics["rollouts_to_proof"] = progress.rollouts_to_proof()
-        metrics["proven"] = proven
+    if (solved := progress.solved()) is not None:
+        metrics["rollouts_to_solved"] = progress.rollouts_to_solved()
+        metrics["solved"] = solved
     if baseline:
         metrics["rollouts_from_scratch"] = progress.rollouts("scratch")
         metrics["learned_from_scratch"] = progress.learned("scratch")
     metrics |= {
         "success_rate_before": float(np.mean(progress.before)),
         "success_rate_after": float(np.mean(progress.after)),
-        "went_back": progress.went_back(),
+        "reverted": progress.reverted(),
         "imitation_caught": result.imitation_caught,
-        "imitation_tries": len(progress.imitation),
+        "imitation_attempts": len(progress.imitation),
     }
     if progress.imitation:
         metrics["imitation_caught_rate"] = float(np.mean(progress.repeats)) if progress.repeats else None
@@ -161,6 +161,6 @@ def transfer_metrics(result: TransferResult, progress: Progress, *, baseline: bo
         "swung_up_rate": float(np.mean([game.swung_up for game in games])),
         "prediction_error_mm_p50": float(np.median(errors)) if errors else None,
         "latency_frames_p95": max(latencies) if latencies else None,
-        "seen_rate": sum(game.seen for game in games) / frames if frames else None,
+        "detection_rate": sum(game.seen for game in games) / frames if frames else None,
         "missed_packets": progress.missed,
     }

@@ -120,7 +120,7 @@ def test_a_camera_that_is_slower_than_it_says_is_told_and_its_true_rate_taken(fi
     """A film of 30 frames a second whose frames come 25 times a second by the clock, which is read twice for each."""
     reads = itertools.count()
     monkeypatch.setattr("kendama_cli.devices.hand.marker_live.time.monotonic", lambda: next(reads) / 2 / 25)
-    own = {"device": str(film), "record": str(tmp_path / "a.avi"), "seconds": 120.0, "longest_gap_s": 0.2}
+    own = {"device": str(film), "record": str(tmp_path / "a.avi"), "seconds": 120.0, "max_gap_s": 0.2}
     (hand,) = open_hands(settings(None, "marker_live", **own))
     assert any("gave 25.0 frames a second where it says 30: the former are taken" in one for one in hand.warnings)
     assert hand.rate_hz == pytest.approx(25.0, rel=0.01)

@@ -34,7 +34,7 @@ def test_late_tracking_tells_what_was_the_delay_ago() -> None:
 
 
 def test_a_lost_reading_is_the_one_before_it_again() -> None:
-    told = _told(dataclasses.replace(PERFECT, tracking_lost_share=0.1), _counted(4000))[:, 0, 0]
+    told = _told(dataclasses.replace(PERFECT, tracking_lost_fraction=0.1), _counted(4000))[:, 0, 0]
     same = np.diff(told) == 0
     # 0.1 of 4000, three standard deviations: 0.014
     assert float(same.mean()) == pytest.approx(0.1, abs=0.015)

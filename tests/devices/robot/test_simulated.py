@@ -27,7 +27,7 @@ PERFECT = Imperfection(
     rope_kg=None,
     ball_start_m=0.0,
     joint_friction_nm=0.0,
-    joint_friction_share=0.0,
+    joint_friction_fraction=0.0,
     lag_s=0.0,
     latency_s=0.0,
     joint_noise_rad=0.0,
@@ -40,7 +40,7 @@ PERFECT = Imperfection(
     drift_m=0.0,
     drift_s=0.3,
     tracking_delay_s=0.0,
-    tracking_lost_share=0.0,
+    tracking_lost_fraction=0.0,
 )
 WORN = Imperfection(
     rope_scale=1.05,
@@ -48,7 +48,7 @@ WORN = Imperfection(
     rope_kg=None,
     ball_start_m=0.01,
     joint_friction_nm=0.3,
-    joint_friction_share=0.1,
+    joint_friction_fraction=0.1,
     lag_s=0.02,
     latency_s=0.01,
     joint_noise_rad=0.0005,
@@ -61,7 +61,7 @@ WORN = Imperfection(
     drift_m=0.0,
     drift_s=0.3,
     tracking_delay_s=0.0,
-    tracking_lost_share=0.0,
+    tracking_lost_fraction=0.0,
 )
 
 

@@ -80,8 +80,11 @@ def test_a_notebook_that_ends_its_process_is_told(tmp_path: Path) -> None:
             ("start", "2", "--solutions", "."),
             "no 2-movement-primitives.md there; name the folder examples/course/solutions",
         ),
-        (("board", "lucky", "sarsas"), "there is no learner 'sarsas'; allowed: cma, dyna, epsilon_greedy, lucky, "),
-        (("board", "lucky", "seed=3"), "there is no learner 'seed=3'; allowed: cma, dyna, "),
+        (
+            ("board", "random_replay", "sarsas"),
+            "there is no learner 'sarsas'; allowed: cma, dyna, energy_",
+        ),
+        (("board", "random_replay", "seed=3"), "there is no learner 'seed=3'; allowed: cma, dyna, "),
         (("board", "--task", "no"), "there is no task 'no'; allowed: easy, hard, hard_random, paper"),
     ],
 )
@@ -105,24 +108,24 @@ def test_a_notebook_comes_back_as_it_was_written(tmp_path: Path) -> None:
     assert without_magics(Cell(True, "%matplotlib inline\n!ls\nx = 5 % 2")).text == "\n\nx = 5 % 2"
 
 
-def test_the_board_ranks_by_rollouts_to_proof_and_then_by_what_the_policies_catch() -> None:
+def test_the_board_ranks_by_rollouts_to_solved_and_then_by_what_the_policies_catch() -> None:
     def metrics(needed: int, caught: float) -> dict[str, object]:
-        return {"rollouts_to_proof": needed, "proven": needed < 1000, "frozen_caught_rate": caught}
+        return {"rollouts_to_solved": needed, "solved": needed < 1000, "frozen_caught_rate": caught}
 
     good = place_of("good", [metrics(100, 1.0), metrics(140, 0.9)])
     assert good == Place("good", 2, 120.0, good.interval, 0, 0.95, 0.9)
     assert good.interval == (100.0, 140.0)
     poor, poorer = (place_of(name, [metrics(1000, share)]) for name, share in (("poor", 0.5), ("poorer", 0.1)))
     assert [one.learner for one in ranked([poorer, good, poor])] == ["good", "poor", "poorer"]
-    assert (poor.unproven, poor.interval) == (1, None)
+    assert (poor.unsolved, poor.interval) == (1, None)
 
 
 def test_the_board_runs_every_learner_on_every_seed_and_keeps_the_runs(tmp_path: Path) -> None:
-    words = ("board", "lucky", "sarsa", "--task", "easy", "--seeds", "2", "--json")
+    words = ("board", "random_replay", "sarsa", "--task", "easy", "--seeds", "2", "--json")
     document = json.loads(kendama(tmp_path, *words).stdout)
     places = {one["learner"]: one for one in document["places"]}
-    assert {name: one["seeds"] for name, one in places.items()} == {"lucky": 2, "sarsa": 2}
-    again = kendama(tmp_path, "board", "lucky", "sarsa", "--task", "easy", "--seeds", "2")
+    assert {name: one["seeds"] for name, one in places.items()} == {"random_replay": 2, "sarsa": 2}
+    again = kendama(tmp_path, "board", "random_replay", "sarsa", "--task", "easy", "--seeds", "2")
     assert again.stderr.count(": cached") == 4
     assert again.stdout.splitlines()[1].split()[:2] == ["1", document["places"][0]["learner"]]
 

@@ -130,7 +130,7 @@ def test_the_bundled_swing_is_imitated_whole(tmp_path: Path) -> None:
     (rehearsed,) = [one["metrics"] for one in json.loads(done.stdout)["stages"] if one["name"] == "rehearse"]
     assert rehearsed["completed"]
     assert rehearsed["played_s"] > 2.0
-    assert rehearsed["behind_most_mrad"] < 50
+    assert rehearsed["tracking_error_max_mrad"] < 50
 
 
 @pytest.mark.usefixtures("arm")

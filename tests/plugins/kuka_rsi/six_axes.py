@@ -44,7 +44,7 @@ def six_axes(folder: Path) -> RobotSettings:
         if "| None" in str(field.type) and "tuple" in str(field.type)
     }
     document: dict[str, Any] = {**plain("robot", "pa10"), **per_joint, "name": "six", "path": str(urdf)}
-    document |= {"base_link": None, "tip_link": None, "held_joints": []}
+    document |= {"base_link": None, "tip_link": None, "locked_joints": []}
     return build_value(RobotSettings, document, "robot")
 
 

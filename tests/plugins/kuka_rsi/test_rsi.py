@@ -163,7 +163,7 @@ def test_a_controller_that_lies_or_falls_silent_is_one_clear_line(said: Said, sa
 
 def test_a_correction_beyond_what_is_allowed_halts(tmp_path: Path) -> None:
     port = free_port()
-    settings = dataclasses.replace(RSI, port=port, largest_correction_deg=5.0)
+    settings = dataclasses.replace(RSI, port=port, max_correction_deg=5.0)
     with controller(port) as kuka, open_rsi(settings, six_axes(tmp_path), GAME) as robot:
         robot.reset(np.zeros(6), 0)
         with pytest.raises(HardwareError, match=r"axis A1 would be 5\.7 deg from where RSI began; allowed: 5"):
@@ -235,7 +235,7 @@ def test_what_others_send_is_counted_and_ignored(tmp_path: Path) -> None:
 
 
 def test_seven_joints_are_refused(tmp_path: Path) -> None:
-    arm = dataclasses.replace(six_axes(tmp_path), held_joints=("a6",))
+    arm = dataclasses.replace(six_axes(tmp_path), locked_joints=("a6",))
     with pytest.raises(ConfigError, match=r"'hardware\.kind' is 'rsi', which moves 6 axes; six has 5"):
         open_rsi(RSI, arm, GAME).__enter__()
 

@@ -99,5 +99,5 @@ def test_the_compiled_law_is_that_of_the_open_loop():
     policy = OpenLoopPolicy(sealed_swing(np.array([3.0, 0.5, 0.1]), HARD), HARD)
     for t_s in (0.0, 0.1, 0.2, 0.3):
         plain = policy.act(SwingState(0.02, -0.1, 0.0, 0.0), t_s)
-        compiled = kernel.wanted(np.array([3.0, 0.5, 0.1]), t_s, 0.02, -0.1, HARD.decision.longest_s)
+        compiled = kernel.wanted(np.array([3.0, 0.5, 0.1]), t_s, 0.02, -0.1, HARD.decision.max_s)
         assert plain == pytest.approx(max(-3.25, min(3.25, compiled)), abs=1e-9)

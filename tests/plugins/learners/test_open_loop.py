@@ -33,7 +33,7 @@ def test_it_learns_a_swing_that_succeeds_eighty_times_in_a_row():
         learner.begin_rollout(rng)
         rollout = environment.roll_out(learner, environment.noise(rng))
         learner.end_rollout(rollout.outcome, rollout.final, None if rollout.catch is None else rollout.catch.miss_m)
-    assert learner.count.proven
+    assert learner.count.solved
     policy = make_policy(learner.policy, settings)
     caught = 0
     for _ in range(50):

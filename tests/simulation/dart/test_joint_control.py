@@ -207,7 +207,7 @@ def test_two_percent_of_friction_that_nobody_knows_costs_little() -> None:
     game, worst = kendama_game(), []
     for share in (0.0, 0.02, 0.5):
         world = ArmWorld(pa10(), game)
-        world.perturb(WorldErrors(joint_friction_share=share))
+        world.perturb(WorldErrors(joint_friction_fraction=share))
         world.reset(world.arm.home_rad)
         for k in range(1, 600):
             t = k * STEP_S

@@ -84,7 +84,7 @@ def test_a_ball_that_may_only_swing_wide_needs_one_half_swing_and_the_time_of_an
     # A goal of 20 deg +-1 deg: the cup pulls away at 8 m/s^2, and in the cup's frame the ball is a pendulum about
     # atan(8 / 9.81), so that angle'' = (8 cos(angle) - 9.81 sin(angle)) / l; integrated here for itself.
     chosen = learn_settings(
-        goal__angle_deg=20.0, goal__tolerance_deg=1.0, goal__success="reached", goal__slowest_rad_s=0.1
+        goal__angle_deg=20.0, goal__tolerance_deg=1.0, goal__success="reached", goal__min_rate_rad_s=0.1
     )
     angle = rate = t_s = 0.0
     while angle < math.radians(19.0):
@@ -111,7 +111,7 @@ def test_weaker_limits_never_make_it_sooner():
     [
         ({"rollout_s": 0.6}, "of up to 0.6 s with accelerations of -8 to 8 m/s^2 within 0.4 m"),
         ({"workspace__half_width_m": 0.02}, "of up to 4 s with accelerations of -8 to 8 m/s^2 within 0.02 m"),
-        ({"goal__slowest_rad_s": 40.0, "goal__fastest_rad_s": 50.0, "rollout_s": 1.0}, "of up to 1 s"),
+        ({"goal__min_rate_rad_s": 40.0, "goal__max_rate_rad_s": 50.0, "rollout_s": 1.0}, "of up to 1 s"),
     ],
 )
 def test_a_goal_out_of_reach_is_said_in_one_line(replaced, limits):

@@ -205,7 +205,7 @@ def test_the_noise_has_the_configured_spread():
 
 def test_a_validation_adds_another_body_to_the_same_noise():
     environment = SwingUpEnvironment(learn_settings(), GAME)
-    validation = environment.settings.validation.bodies
+    validation = environment.settings.validation.randomisation
     offsets, gains, narrower, noisier = [], [], [], []
     for seed in range(60):
         usual = environment.noise(np.random.default_rng(seed))
@@ -226,7 +226,7 @@ def test_a_validation_adds_another_body_to_the_same_noise():
     for drawn, most in (
         (offsets, validation.angle_deg),
         (gains, validation.acceleration),
-        (narrower, validation.narrowing),
+        (narrower, validation.workspace_shrink),
         (noisier, validation.noise[1]),
     ):
         assert 0.9 * most < max(map(abs, drawn)) <= most + 1e-12

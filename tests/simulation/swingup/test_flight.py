@@ -9,7 +9,7 @@ import pytest
 
 from kendama_cli.learning.reward import Flight, Goal
 from kendama_cli.learning.state import SwingState
-from kendama_cli.simulation.swingup.chance import chance_rate
+from kendama_cli.simulation.swingup.chance import random_success_rate
 from kendama_cli.simulation.swingup.flight import Release, fly
 from kendama_cli.simulation.swingup.rail import CompiledRail
 from kendama_cli.simulation.swingup.rollout import Catch
@@ -76,10 +76,10 @@ def test_a_taut_rope_releases_nothing() -> None:
 
 def test_chance_solves_the_easy_task_and_not_the_hard_one() -> None:
     """Another 400 harmonics on hard: 1 succeeded; ten or more of 400 come at that rate less than once in a million."""
-    assert chance_rate(learn_settings("easy"), GAME) > 0.05
-    assert chance_rate(HARD, GAME) < 10 / 400
+    assert random_success_rate(learn_settings("easy"), GAME) > 0.05
+    assert random_success_rate(HARD, GAME) < 10 / 400
 
 
 def test_what_chance_reaches_is_told_of_a_rope_without_mass_where_the_arm_plays_with_a_chain() -> None:
     heavy = dataclasses.replace(GAME, rope=dataclasses.replace(GAME.rope, mass_kg=5e-4))
-    assert chance_rate(HARD, heavy) == chance_rate(HARD, GAME)
+    assert random_success_rate(HARD, heavy) == random_success_rate(HARD, GAME)

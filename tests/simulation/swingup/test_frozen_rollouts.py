@@ -24,7 +24,7 @@ from tests.learning.settings_files import learn_settings
 from tests.simulation.swingup.test_arm import GAME, pa10
 
 SEED = 10000
-SHORT = {"rollout_s": 0.3, "count__streak": 2}
+SHORT = {"rollout_s": 0.3, "count__learned_streak": 2}
 
 
 def in_dart() -> LearnSettings:

@@ -145,9 +145,9 @@ def test_shaping_adds_to_a_rollouts_discounted_return_what_no_action_changes(gam
 
 def test_the_products_own_learner_succeeds_in_what_make_gives() -> None:
     env = gymnasium.make(SWING_UP).unwrapped
-    settings = learn_settings("hard", decision__shortest_s=HOLD_S, decision__longest_s=HOLD_S)
+    settings = learn_settings("hard", decision__min_s=HOLD_S, decision__max_s=HOLD_S)
     learner, rng, rewards = begin_learner(settings), np.random.default_rng(10091), settings.reward
-    while learner.count.learned_at is None and learner.count.rollouts < settings.count.cap:
+    while learner.count.learned_at is None and learner.count.rollouts < settings.count.max_rollouts:
         observation, _ = env.reset(seed=int(rng.integers(2**31)))
         learner.begin_rollout(rng)
         over, reward, info, k = False, 0.0, {}, 0

@@ -147,7 +147,7 @@ def learned(engine: str, name: str, seed: int, **replaced: object) -> tuple[np.n
         ("hard", {}),
         ("hard_random", {}),
         ("paper", {}),
-        ("easy", {"grid__position": "side", "grid__position_edges_m": [0.0], "decision__shortest_s": 0.05}),
+        ("easy", {"grid__position": "side", "grid__position_edges_m": [0.0], "decision__min_s": 0.05}),
         ("easy", {"update": "double_sarsa", "traces": "accumulating"}),
     ],
 )

@@ -60,7 +60,7 @@ class Coupling:
         self.energy_j = np.minimum(taken_j, 0.5 * own.stiffness_n_m * _dot(apart, apart))
         wanted = own.stiffness_n_m * apart + own.damping_n_s_m / self._period_s * moved
         last_n = self.force_n if held else self.felt_n
-        force = _limited(last_n + _limited(wanted - last_n, own.most_n_s * self._period_s), own.most_n)
+        force = _limited(last_n + _limited(wanted - last_n, own.max_force_rate_n_s * self._period_s), own.max_force_n)
         length = np.sqrt(_dot(force, force))
         given = self._yields_m_n * length**2
         taken = _dot(force, hand_m - free_m) - length * self._reserve_m

@@ -84,7 +84,7 @@ class HapticLink:
 
         One share for all forces keeps the energy's sign, which a limit on the stylus alone would not.
         """
-        force = np.asarray(force_n) * self.settings.scale * self.settings.felt_share
+        force = np.asarray(force_n) * self.settings.scale * self.settings.felt_fraction
         alive = self.gripped and not self._stopped and bool(np.isfinite(force).all())
         x, y, z = (self._turn.T @ force).tolist() if alive else (0.0, 0.0, 0.0)
         try:
@@ -144,7 +144,7 @@ class HapticLink:
         if now_s - self._moved_s > FROZEN_S:
             raise HardwareError(f"the haptic device was gripped, but frozen at the very same place for {FROZEN_S:g} s")
         far = float(np.linalg.norm(place - self.device_m))
-        if far > self.settings.fastest_m_s * (silent_s + 5 * STEP_S):
+        if far > self.settings.max_speed_m_s * (silent_s + 5 * STEP_S):
             raise HardwareError(
                 f"the haptic device jumped by {far:.3f} m within {silent_s:.4f} s; look at its cable, or {unit}"
             )
@@ -200,7 +200,7 @@ def swing(link: HapticLink) -> Array | None:
     coupling, lateness = Coupling(own.coupling, STEP_S, own.game.cup.mass_kg), Lateness(own.watchdog_s, link.clock())
     origin_m = link.device_m.copy()
     way = DeviceWay(link.clock(), np.zeros(3))
-    loose_m, reached_m = LOOSE * own.coupling.most_n / own.coupling.stiffness_n_m, 0.0
+    loose_m, reached_m = LOOSE * own.coupling.max_force_n / own.coupling.stiffness_n_m, 0.0
     while link.gripped and not record.caught:
         due = period.wait()
         link.listen()

@@ -20,8 +20,8 @@ class CouplingSettings:
 
     stiffness_n_m: float = setting("spring between device and cup [N/m]", above=0)
     damping_n_s_m: float = setting("damper beside it [N s/m]; above stiffness times half a period", at_least=0)
-    most_n: float = setting("largest force [N]", above=0)
-    most_n_s: float = setting("fastest rise of the force [N/s]", above=0)
+    max_force_n: float = setting("largest force [N]", above=0)
+    max_force_rate_n_s: float = setting("fastest rise of the force [N/s]", above=0)
 
 
 @dataclass(frozen=True)
@@ -43,9 +43,9 @@ class HapticCapture(StreamServer):
         "which axis of the device is our x, y and z (up); null: the usual one, [x, y, z] or [x, -z, y] (VRPN)"
     )
     scale: float = setting("metres of the virtual hand per metre of the stylus", above=0)
-    felt_share: float = setting("share of the force, scaled as the way is, that the stylus gives the hand", above=0)
+    felt_fraction: float = setting("share of the force, scaled as the way is, that the stylus gives the hand", above=0)
     watchdog_s: float = setting("a longer silence of the device stops the force for good [s]", above=0.002)
-    fastest_m_s: float = setting("a virtual hand that moves faster is a fault of the device [m/s]", above=0)
+    max_speed_m_s: float = setting("a virtual hand that moves faster is a fault of the device [m/s]", above=0)
     caught_s: float = setting("a ball that lies in the cup for this long is caught [s]", above=0)
     wait_s: float = setting("how long to wait for a hand to grip the stylus [s]", above=0)
     swings: int = setting("number of demonstrations to record", at_least=1)

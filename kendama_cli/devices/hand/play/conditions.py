@@ -22,9 +22,9 @@ class Conditions:
         """The nearest conditions that ``ease`` allows."""
         shortest, longest = ease.rope_scale
         return Conditions(
-            min(max(self.gravity_share, ease.least_gravity_share), 1.0),
+            min(max(self.gravity_share, ease.min_gravity_fraction), 1.0),
             min(max(self.rope_scale, shortest), longest),
-            min(max(self.cup_scale, 1.0), ease.most_cup_scale),
+            min(max(self.cup_scale, 1.0), ease.max_cup_scale),
         )
 
     def game(self, robots: GameSettings) -> GameSettings:

@@ -141,15 +141,15 @@ class PlayServer:
             line,
             self._game,
             self._settings,
-            TryFolder(self._folder, name, self._settings.most_tries, self._doubt),
+            TryFolder(self._folder, name, self._settings.max_attempts, self._doubt),
             clock=time.monotonic,
             today=lambda: datetime.datetime.now().astimezone(),
             tell=self._tell,
         )
-        if player.name not in self._players and len(self._players) >= self._settings.most_players:
+        if player.name not in self._players and len(self._players) >= self._settings.max_players:
             raise UsageError(
                 f"{len(self._players)} play already, as many as this machine simulates in time "
-                "(play.most_players): wait until one leaves"
+                "(play.max_players): wait until one leaves"
             )
         return player
 

@@ -25,16 +25,16 @@ class PlayCapture(FileCapture):
 class EaseSettings:
     """How far a player may ease the game."""
 
-    least_gravity_share: float = setting("least gravity, as a share of the game's", above=0, at_most=1)
+    min_gravity_fraction: float = setting("least gravity, as a share of the game's", above=0, at_most=1)
     rope_scale: tuple[float, float] = setting("shortest and longest rope, as shares of the game's", above=0)
-    most_cup_scale: float = setting("widest cup, as a multiple of the game's", at_least=1)
+    max_cup_scale: float = setting("widest cup, as a multiple of the game's", at_least=1)
 
 
 @dataclass(frozen=True)
 class ReachSettings:
     """Where the cup can be dragged to, from where it begins."""
 
-    aside_m: float = setting("to either side [m]", above=0)
+    lateral_m: float = setting("to either side [m]", above=0)
     down_m: float = setting("down [m]", above=0)
     up_m: float = setting("up [m]", above=0)
     tilt_rad: float = setting("leaning to either side [rad]", at_least=0)
@@ -49,10 +49,10 @@ class PlaySettings:
     folder: str = setting("folder of the tries, with a folder for every player")
     smoothing_s: float = setting("half width of the filter over the hand's samples, and its delay [s]", above=0)
     caught_s: float = setting("a ball that lies in the cup for this long is caught [s]", above=0)
-    longest_try_s: float = setting("a try ends after this time [s]", above=1)
+    max_attempt_s: float = setting("a try ends after this time [s]", above=1)
     pause_s: float = setting("a longer silence of the hand ends the try [s]", above=0.02)
-    most_players: int = setting("players at once", at_least=1)
-    most_tries: int = setting("tries that one player's folder may hold", at_least=1)
+    max_players: int = setting("players at once", at_least=1)
+    max_attempts: int = setting("tries that one player's folder may hold", at_least=1)
 
     def __post_init__(self) -> None:
         shortest, longest = self.ease.rope_scale

@@ -46,9 +46,9 @@ def table(player: str, folder: Path, own: PlayTable, robots: GameSettings, setti
         "folder": str(folder),
         "machine": f"the computer '{platform.node()}'",
         "ease": {
-            "gravity": [ease.least_gravity_share, 1.0],
+            "gravity": [ease.min_gravity_fraction, 1.0],
             "rope": list(ease.rope_scale),
-            "cup": [1.0, ease.most_cup_scale],
+            "cup": [1.0, ease.max_cup_scale],
         },
         "conditions": {"gravity": now.gravity_share, "rope": now.rope_scale, "cup": now.cup_scale},
         "game": _shapes(own.world.game),

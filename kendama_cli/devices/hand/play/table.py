@@ -197,7 +197,7 @@ class PlayTable:
     def _sample(self, one: HandSample) -> tuple[float, Array]:
         reach, first = self._settings.reach, self._first
         place = (
-            min(max(one.aside_m - first.aside_m, -reach.aside_m), reach.aside_m),
+            min(max(one.aside_m - first.aside_m, -reach.lateral_m), reach.lateral_m),
             min(max(one.up_m - first.up_m, -reach.down_m), reach.up_m),
             min(max(one.tilt_rad - first.tilt_rad, -reach.tilt_rad), reach.tilt_rad),
         )
@@ -210,7 +210,7 @@ class PlayTable:
         below = bool(ball.position_m[2] < ball.tie_m[2])
         if self._record.caught:
             self._end("caught")
-        elif t_s > self._settings.longest_try_s or (below and t_s > self._let_go_s + BELOW_S):
+        elif t_s > self._settings.max_attempt_s or (below and t_s > self._let_go_s + BELOW_S):
             self._end("missed")
 
     def _end(self, outcome: str, reason: str = "") -> None:

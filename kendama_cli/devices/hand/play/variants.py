@@ -1,4 +1,4 @@
-"""The hand that plays in the browser, as a declaration for the entry point group ``kendama.hands``."""
+"""The hand that plays in the browser, as a declaration for the entry point group ``kendama.demonstrators``."""
 
 from kendama_cli.schema.registry import Variant
 

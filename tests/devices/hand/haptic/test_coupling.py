@@ -7,7 +7,7 @@ from kendama_cli.devices.hand.haptic.coupling import Coupling
 from kendama_cli.devices.hand.haptic.settings import CouplingSettings
 
 PERIOD_S, STEPS, HANDS, CUP_KG = 0.001, 1500, 1000, 0.15
-USUAL = CouplingSettings(stiffness_n_m=1000.0, damping_n_s_m=3.0, most_n=8.0, most_n_s=2000.0)
+USUAL = CouplingSettings(stiffness_n_m=1000.0, damping_n_s_m=3.0, max_force_n=8.0, max_force_rate_n_s=2000.0)
 
 
 class Unguarded(Coupling):
@@ -45,7 +45,7 @@ def least_energy(coupling, seed):
 
 @pytest.mark.parametrize("stiffness_n_m", [pytest.param(1000.0, marks=pytest.mark.slow), 4000.0])
 def test_a_thousand_random_hands_never_get_energy_from_the_coupling(stiffness_n_m):
-    settings = CouplingSettings(stiffness_n_m, 0.2 * USUAL.damping_n_s_m, USUAL.most_n, USUAL.most_n_s)
+    settings = CouplingSettings(stiffness_n_m, 0.2 * USUAL.damping_n_s_m, USUAL.max_force_n, USUAL.max_force_rate_n_s)
     shape = (HANDS, 3)
     least, felt = least_energy(Coupling(settings, PERIOD_S, CUP_KG, shape), 10003)
     assert least.min() > -1e-12
@@ -62,10 +62,10 @@ def test_the_force_is_limited_in_size_and_rise():
         device, held = device + rng.normal(0, 1e-3, 3), k % 50 > 40  # in a stall the hand feels what it felt before
         coupling.force(device, np.zeros(3), np.zeros(3), held=held)
         force = coupling.felt_n
-        assert np.linalg.norm(force) <= USUAL.most_n + 1e-9
+        assert np.linalg.norm(force) <= USUAL.max_force_n + 1e-9
         assert not held or (force == last).all()
         rise = np.linalg.norm(force) - np.linalg.norm(last)
-        assert rise <= USUAL.most_n_s * PERIOD_S + 1e-9
+        assert rise <= USUAL.max_force_rate_n_s * PERIOD_S + 1e-9
         last = force
 
 

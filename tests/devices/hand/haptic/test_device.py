@@ -69,7 +69,7 @@ class Lockstep:
         self.gripped = self._now_s < self.person.t_s[-1] + 1
 
     def feel(self, force_n):
-        self.force = force_n * self.settings.scale * self.settings.felt_share
+        self.force = force_n * self.settings.scale * self.settings.felt_fraction
         self.most_n = max(self.most_n, float(np.linalg.norm(self.force)))
 
     def stop(self, why):

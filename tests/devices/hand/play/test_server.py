@@ -185,7 +185,7 @@ def test_a_folder_that_cannot_hold_tries_is_told_before_the_first_swing(games, t
 
 
 def test_more_players_than_the_machine_bears_are_told(games):
-    game = games("play.most_players=1")
+    game = games("play.max_players=1")
     with game.line("gina"), game.line("hans") as line:
         assert "1 play already" in line.goodbye()[1]
     assert game.end() == 0

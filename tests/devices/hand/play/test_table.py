@@ -122,7 +122,7 @@ def test_a_hand_that_falls_silent_leaves_what_it_did_until_then():
 
 
 def test_a_long_try_ends():
-    at, kept = table(longest_try_s=1.5)
+    at, kept = table(max_attempt_s=1.5)
     drag(at, hand())
     assert at.outcome == "missed"
     assert kept[0][2][-1, 0] <= 1.5
@@ -185,7 +185,7 @@ def test_the_cup_stays_within_reach():
     far = [HandSample(0.01 * k, 0.02 * k, 0.02 * k, 0.1 * k) for k in range(200)]
     drag(at, far)
     reach = at._settings.reach
-    assert at.world.place == pytest.approx([reach.aside_m, 0.0, reach.up_m, reach.tilt_rad])
+    assert at.world.place == pytest.approx([reach.lateral_m, 0.0, reach.up_m, reach.tilt_rad])
 
 
 @pytest.mark.parametrize("eased", [Conditions(0.4, 1.0, 1.0), Conditions(1.0, 0.7, 1.0), Conditions(0.5, 1.2, 1.0)])
