@@ -1,4 +1,4 @@
-"""Where and when to hold the cup."""
+"""Time and place at which to hold the cup."""
 
 from __future__ import annotations
 

@@ -36,7 +36,7 @@ class Demonstration:
 
     @property
     def duration_s(self) -> float:
-        """From the first to the last sample [s]."""
+        """Duration from the first to the last sample [s]."""
         return float(self.t_s[-1] - self.t_s[0])
 
     @property

@@ -1,4 +1,4 @@
-"""What came of a script that an arm played in a scene."""
+"""Result of a script that an arm played in a scene."""
 
 from __future__ import annotations
 

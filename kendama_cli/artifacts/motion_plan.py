@@ -12,7 +12,7 @@ from kendama_cli.settings.placement import Placement
 
 @dataclass(frozen=True)
 class TurnPlan:
-    """How the cup turns during a motion: rotation vectors from upright, on the motion's own basis and duration.
+    """Rotation of the cup during a motion: rotation vectors from upright, on the motion's own basis and duration.
 
     Arrays are (3,) in rad and rad/s as those of ``MotionPlan`` in m, ``weights`` (3, m).
     """
@@ -93,12 +93,12 @@ class MotionPlan:
 
 
 def holds_primitive(artifact: type) -> bool:
-    """Whether artifacts of this type are a primitive, or carry one as ``plan``."""
+    """Return True if artifacts of this type are a primitive, or carry one as ``plan``."""
     return artifact is MotionPlan or typing.get_type_hints(artifact).get("plan") is MotionPlan
 
 
 def primitive_of(artifact: typing.Any) -> MotionPlan:
-    """The primitive that an artifact of which ``holds_primitive`` is true is or carries."""
+    """Return the primitive that an artifact of which ``holds_primitive`` is true is or carries."""
     plan: MotionPlan = artifact if isinstance(artifact, MotionPlan) else artifact.plan
     return plan
 

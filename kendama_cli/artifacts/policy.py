@@ -45,13 +45,13 @@ class PolicyArtifact:
 
     @staticmethod
     def seal(kind: str, meaning: Mapping[str, object], arrays: Mapping[str, Array]) -> PolicyArtifact:
-        """A policy with its digest computed; ``meaning`` holds JSON values."""
+        """Return a policy with its digest computed; ``meaning`` holds JSON values."""
         text = json_text(meaning)
         named = tuple(NamedArray(name, values) for name, values in sorted(arrays.items()))
         return PolicyArtifact(kind, text, named, policy_digest(kind, text, named))
 
     def array(self, name: str) -> Array:
-        """The array called ``name``; raises ValueError, naming those there are, where it has none."""
+        """Return the array called ``name``; raises ValueError, naming those there are, where it has none."""
         for entry in self.arrays:
             if entry.name == name:
                 return entry.values

@@ -1,4 +1,4 @@
-"""What an arm did with a motion that it played for the first time, beside what its twin did."""
+"""Motion that an arm played for the first time, beside that of its twin."""
 
 from __future__ import annotations
 

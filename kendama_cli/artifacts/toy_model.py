@@ -1,4 +1,4 @@
-"""What a free swing has shown of ball and rope, and the game that has them."""
+"""Ball and rope as a free swing has shown them, and the game that has them."""
 
 from __future__ import annotations
 

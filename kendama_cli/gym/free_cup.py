@@ -32,7 +32,7 @@ NEAR_M = 0.3
 
 
 class FreeCup(PaintedEnv[Observation]):
-    """What Catch and Game have in common.
+    """Base of Catch and Game.
 
     Observation, float32 (7,): cup position x [m] and velocity [m/s], ball beside the tie point along x and z [m], its
     velocity relative to the cup along x and z [m/s], time left [s]. Action, held for ``hold_s``: which of
@@ -104,7 +104,7 @@ class FreeCup(PaintedEnv[Observation]):
 
     @abc.abstractmethod
     def _drawn(self, rng: np.random.Generator) -> SwingState:
-        """A state to begin in."""
+        """Return a state to begin in."""
 
     def _down(self) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
         rail, workspace = self._rail, self.settings.workspace

@@ -35,7 +35,7 @@ class Painter:
         return vars(self) | {"_window": None}
 
     def paint(self, x_m: float, across_m: float, above_m: float) -> Picture:
-        """The picture (480, 640, 3), RGB, of a cup at ``x_m`` with the ball so far from its tie point."""
+        """Return the picture (480, 640, 3), RGB, of a cup at ``x_m`` with the ball so far from its tie point."""
         cup, picture = self._game.cup, np.full((HEIGHT_PX, WIDTH_PX, 3), GROUND, np.uint8)
         for edge in (-self._half_width_m, self._half_width_m):
             cv2.line(picture, self._at(edge, -0.5), self._at(edge, 0.5), LINE, 1, cv2.LINE_AA, _FINE)

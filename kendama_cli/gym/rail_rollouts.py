@@ -22,7 +22,9 @@ class RailRollouts:
     """``n`` rollouts; ``ends`` says how each ended (kernel.DUE: it goes on), ``misses_m`` by how much (NaN: caught)."""
 
     def __init__(self, n: int, hold_s: float, settings: LearnSettings, game: GameSettings) -> None:
-        """An action is held for ``hold_s``; raises ConfigError where a body's delay is longer."""
+        """Prepare n rollouts whose actions are held for ``hold_s``; raises ConfigError where a body's delay is
+        longer.
+        """
         self._n, self._settings, self._game = n, settings, game
         self._hold, self._at_most = round(hold_s / settings.step_s), max(1, round(settings.rollout_s / settings.step_s))
         rules = Rules.of(settings, game)
@@ -38,7 +40,7 @@ class RailRollouts:
 
     @property
     def durations_s(self) -> NDArray[np.float64]:
-        """How long each has taken, without the flight [s]."""
+        """Return how long each has taken, without the flight [s]."""
         return np.asarray(self._taken * self._settings.step_s, dtype=np.float64)
 
     def hold(self, wanted_m_s2: NDArray[np.float64]) -> None:

@@ -1,4 +1,4 @@
-"""What ``reset(options=...)`` may ask for: how much noise, and on which body."""
+"""Options of ``reset(options=...)``: the noise, and the body."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ class RolloutOptions:
 
     @classmethod
     def of(cls, options: Mapping[str, Any] | None, *others: str) -> RolloutOptions:
-        """Those of ``reset``; raises ConfigError for another key, or a number out of range.
+        """Return the options of ``reset``; raises ConfigError for another key, or a number out of range.
 
         ``others`` are the names of options that the environment has read beside these.
         """
@@ -84,7 +84,7 @@ class RolloutOptions:
 
 
 def option_dictionary(options: Any) -> Mapping[str, Any]:
-    """The options of ``reset``; raises ConfigError where they are no dictionary."""
+    """Return the options of ``reset``; raises ConfigError where they are no dictionary."""
     if options is not None and not isinstance(options, Mapping):
         raise ConfigError("options", f"'options' is {options!r}; allowed: a dictionary of noise and body, or None")
     return options or {}

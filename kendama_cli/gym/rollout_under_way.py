@@ -30,18 +30,20 @@ class RolloutUnderWay:
 
     @property
     def waits(self) -> bool:
-        """Whether a rollout has begun and not ended."""
+        """Return True if a rollout has begun and not ended."""
         return self._rolling is not None
 
     def begin(self, noise: RolloutNoise, goal: GoalSettings | None = None) -> tuple[SwingState, float]:
-        """The first reading and its time [s]; ``goal`` takes the place of the settings'."""
+        """Return the first reading and its time [s]; ``goal`` takes the place of the settings'."""
         self._noise, self._goal, self._answers = noise, goal, []
         environment = self._environment if goal is None else self._environment.aimed(goal)
         self._rolling = environment.rolling(noise)
         return next(self._rolling)
 
     def answer(self, wanted_m_s2: float, until_s: float) -> tuple[SwingState, float]:
-        """The next reading and its time [s], after an acceleration was held; raises StopIteration with the rollout."""
+        """Return the next reading and its time [s], after an acceleration was held; raises StopIteration with the
+        rollout.
+        """
         assert self._rolling is not None
         self._answers.append((wanted_m_s2, until_s))
         try:
@@ -51,7 +53,7 @@ class RolloutUnderWay:
             raise
 
     def state(self) -> SwingState:
-        """The true plain state now."""
+        """Return the true plain state now."""
         return self._environment.state()
 
     def places(self) -> tuple[float, float, float]:
@@ -59,7 +61,7 @@ class RolloutUnderWay:
         return self._environment.places()
 
     def __getstate__(self) -> dict[str, Any]:
-        """All but the engine and the rollout in it."""
+        """Return all but the engine and the rollout in it."""
         return {name: value for name, value in vars(self).items() if name not in ("_environment", "_rolling")}
 
     def __setstate__(self, state: dict[str, Any]) -> None:

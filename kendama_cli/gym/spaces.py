@@ -1,4 +1,4 @@
-"""What an agent sees and gives: observations as float32, in units or normalised, and actions checked."""
+"""Observations of an agent as float32, in units or normalised, and its actions, checked."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ class Observed:
         return self.of(np.array([x_m, velocity_m_s, math.remainder(angle_rad, 2.0 * math.pi), rate_rad_s, left_s]))
 
     def of(self, numbers: NDArray[np.float64]) -> Observation:
-        """The observation of ``numbers`` (..., n), cut at the largest."""
+        """Return the observation of ``numbers`` (..., n), cut at the largest."""
         cut = np.clip(numbers, -self.largest, self.largest)
         return np.asarray(cut / self.scale if self.normalised else cut, dtype=np.float32)
 
@@ -74,7 +74,7 @@ class Accelerations:
         )
 
     def one(self, action: Any) -> float:
-        """The acceleration of one action; raises gymnasium's InvalidAction where it is none."""
+        """Return the acceleration of one action; raises gymnasium's InvalidAction where it is none."""
         if isinstance(self.space, spaces.Discrete):
             if isinstance(action, (int, np.integer, np.ndarray)) and self.space.contains(action):
                 return float(self._values[int(action)])
@@ -88,7 +88,7 @@ class Accelerations:
         return float(share[0]) * self._largest
 
     def many(self, actions: Any, n: int) -> NDArray[np.float64]:
-        """The accelerations (n,) of ``n`` actions; raises gymnasium's InvalidAction where one is none."""
+        """Return the accelerations (n,) of ``n`` actions; raises gymnasium's InvalidAction where one is none."""
         try:
             given = np.asarray(actions)
         except ValueError:  # rows of different lengths

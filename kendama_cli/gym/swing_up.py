@@ -81,7 +81,7 @@ class Shaping:
         return self._weight * np.minimum(1.0, 0.5 * (1.0 - np.cos(angle_rad) + self._swing_s2 * rate_rad_s**2))
 
     def reward(self, before: Any, after: Any) -> Any:
-        """What is added for a step between two potentials."""
+        """Return what is added for a step between two potentials."""
         return self._gamma * after - before
 
 

@@ -24,7 +24,9 @@ GoalObservation = dict[str, Observation]
 
 
 class GoalReward(gymnasium.Wrapper[GoalObservation, Any, GoalObservation, Any], gymnasium.utils.RecordConstructorArgs):
-    """What ``gymnasium.make`` gives: ``compute_reward`` through Gymnasium's wrappers, which hide a method of ours."""
+    """Wrapper that ``gymnasium.make`` adds: ``compute_reward`` through Gymnasium's wrappers, which hide a method of
+    ours.
+    """
 
     def __init__(self, env: gymnasium.Env[GoalObservation, Any]) -> None:
         gymnasium.utils.RecordConstructorArgs.__init__(self)
@@ -128,7 +130,7 @@ class SwingUpGoal(PaintedEnv[GoalObservation]):
         return observation, float(reward), reached, bool(outcome) and not reached, info
 
     def compute_reward(self, achieved_goal: Any, desired_goal: Any, info: Any) -> Any:
-        """The reward for goals (..., 2), by nothing but the two: (...). ``info`` plays no part."""
+        """Return the reward for goals (..., 2), by nothing but the two: (...). ``info`` plays no part."""
         apart = np.abs(np.asarray(achieved_goal, np.float64) - np.asarray(desired_goal, np.float64))
         if self._sparse:
             reached = (apart <= self._tolerance + ROUNDING).all(axis=-1)
@@ -136,7 +138,7 @@ class SwingUpGoal(PaintedEnv[GoalObservation]):
         return -np.hypot(apart[..., 0] / math.pi, apart[..., 1] / 10.0)
 
     def _window(self) -> Any:
-        """The goal as that of a rollout."""
+        """Return the goal as that of a rollout."""
         (angle_rad, rate_rad_s), (wide_rad, fast_rad_s) = self._goal.tolist(), self._tolerance.tolist()
         return dataclasses.replace(
             self.settings.goal,

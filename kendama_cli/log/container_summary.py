@@ -1,4 +1,4 @@
-"""What an MCAP file declares and counts, and the summary at its end."""
+"""Declarations and counts of an MCAP file, and the summary at its end."""
 
 from __future__ import annotations
 
@@ -88,7 +88,7 @@ class Declarations:
 
     @classmethod
     def from_json(cls, plain: Mapping[str, Any]) -> Declarations:
-        """What ``to_json`` gave."""
+        """Return what ``to_json`` gave."""
         schemas = [(name, bytes.fromhex(data)) for name, data in plain["schemas"]]
         return cls(schemas, [(topic, schema) for topic, schema in plain["channels"]], list(plain["counts"]))
 
@@ -108,7 +108,7 @@ class Declarations:
 def summary_and_footer(
     start: int, declared: Declarations, chunks: Sequence[ChunkIndex], metadata: Sequence[MetadataIndex]
 ) -> bytes:
-    """All that follows the data section, which ends at byte ``start`` of the file."""
+    """Return all that follows the data section, which ends at byte ``start`` of the file."""
     groups = [
         *declared.groups(chunks, len(metadata)),
         (Opcode.CHUNK_INDEX, chunks),

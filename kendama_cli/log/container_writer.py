@@ -45,7 +45,7 @@ class AppendFile(Protocol):
         """Keep the first ``size`` bytes."""
 
     def reader(self) -> BinaryIO:
-        """The file's content, from its start."""
+        """Return the file's content, from its start."""
 
 
 class ContainerWriter:
@@ -65,7 +65,7 @@ class ContainerWriter:
 
     @property
     def messages_n(self) -> int:
-        """How many messages were added, those before ``restore`` included."""
+        """Return how many messages were added, those before ``restore`` included."""
         return sum(self._declared.counts)
 
     def add_channel(self, topic: str, schema: str, descriptor_set: bytes) -> int:
@@ -86,7 +86,7 @@ class ContainerWriter:
             self._file.write(self._closed_chunk())
 
     def position(self) -> bytes:
-        """Where writing stands: how much of the file counts, its CRC, what is declared, and the open chunk."""
+        """Return where writing stands: how much of the file counts, its CRC, what is declared, and the open chunk."""
         head = {
             "size": self._size,
             "crc": self._crc,
@@ -149,7 +149,7 @@ class ContainerWriter:
         self._times_ns.append(t_ns)
 
     def _closed_chunk(self) -> bytes:
-        """What comes next in the file: the open chunk with its message indexes; a new one is begun."""
+        """Return what comes next in the file: the open chunk with its message indexes; a new one is begun."""
         beginning = b"" if self._size else MAGIC + record_bytes([Header(profile="", library=f"{LIBRARY} log {FORMAT}")])
         if not self._open:
             return self._counted(beginning)
@@ -194,14 +194,14 @@ class ContainerWriter:
 
 
 def is_whole(position: bytes, path: Path) -> bool:
-    """Whether the file ``path`` still has what the log at ``position`` had written to it."""
+    """Return True if the file ``path`` still has what the log at ``position`` had written to it."""
     whole = zstandard.decompress(position)
     head = json.loads(whole[_POSITION_HEAD.size : _POSITION_HEAD.size + _POSITION_HEAD.unpack_from(whole)[0]])
     return bool(_crc_of(lambda: path.open("rb"), head["size"]) == head["crc"])
 
 
 def _crc_of(reader: Callable[[], BinaryIO], size: int) -> int | None:
-    """The CRC of the first ``size`` bytes; None where there are fewer or none can be read."""
+    """Return the CRC of the first ``size`` bytes; None where there are fewer or none can be read."""
     crc, left = 0, size
     try:
         with reader() as stream:

@@ -33,7 +33,7 @@ class UndecodableError(ValueError):
 
 
 def decode(channel: ChannelContent) -> pd.DataFrame:
-    """The messages of ``channel`` in order of time: ``t_s``, then one column per field.
+    """Return the messages of ``channel`` in order of time: ``t_s``, then one column per field.
 
     Nested fields are joined with dots. A foxglove.FrameTransform becomes parent, child, x_m, y_m, z_m, qw, qx, qy,
     qz; a foxglove.JointStates becomes ``<joint>.position_rad`` and so on. Raises UndecodableError.
@@ -87,7 +87,7 @@ def decode_as(channel: ChannelContent, kind: type[M]) -> tuple[list[int], list[M
 
 
 def columns_of(kind: type) -> tuple[str, ...]:
-    """The columns that a table of ``kind`` always has: those of joints are named after the joints."""
+    """Return the columns that a table of ``kind`` always has: those of joints are named after the joints."""
     return ("t_s", *_SPECIAL_COLUMNS.get(codec(kind).schema, tuple(field.name for field in dataclasses.fields(kind))))
 
 
@@ -97,7 +97,9 @@ def _fields(name: str, descriptor_set: bytes) -> list[tuple[str, int, int, bool]
 
 
 def message_class(name: str, descriptor_set: bytes) -> type[Message]:
-    """The class of message ``name`` from a serialized FileDescriptorSet; UndecodableError where it does not hold it."""
+    """Return the class of message ``name`` from a serialized FileDescriptorSet; UndecodableError where it does not hold
+    it.
+    """
     files = FileDescriptorSet()
     pool = DescriptorPool()
     try:
@@ -147,7 +149,7 @@ def _protobuf(channel: ChannelContent, messages: list[bytes]) -> pd.DataFrame:
 
 
 def _columns(names: list[str], paths: list[str], parsed: list[Any]) -> pd.DataFrame:
-    """One column per path, read attribute by attribute: ten times as fast as walking each message."""
+    """Return one column per path, read attribute by attribute: ten times as fast as walking each message."""
     return pd.DataFrame(
         {name: [get(message) for message in parsed] for name, get in zip(names, map(attrgetter, paths), strict=True)}
     )

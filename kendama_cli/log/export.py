@@ -1,4 +1,4 @@
-"""What ``kendama log`` does: tells what an MCAP file holds, and exports it to Parquet and CSV.
+"""Work of ``kendama log``: describe an MCAP file, and export it to Parquet and CSV.
 
 One row per message: ``topic``, ``t_s``, then the fields. A file with several topics becomes one table that has the
 fields of all topics, empty where a topic lacks one; with ``topic`` only that topic and its own fields. Where ``out``
@@ -26,7 +26,7 @@ SUFFIXES = (".parquet", ".csv")
 
 
 def describe(path: Path | str) -> dict[str, Any]:
-    """What an MCAP file holds (LogFile.describe), every byte of it checked; raises InputError."""
+    """Return what an MCAP file holds (LogFile.describe), every byte of it checked; raises InputError."""
     return LogFile(path, topics=()).describe()
 
 
@@ -60,7 +60,7 @@ def export(path: Path | str, out: Path | str | None = None, topic: str | None = 
 
 
 def _table(log: LogFile, topic: str) -> pa.Table:
-    """One topic as an Arrow table with its name in front; values that Arrow has no type for become JSON text."""
+    """Return one topic as an Arrow table with its name in front; values that Arrow has no type for become JSON text."""
     frame = log.table(topic)
     if "topic" in frame:
         frame = frame.rename(columns={"topic": "message.topic"})
@@ -76,7 +76,7 @@ def _table(log: LogFile, topic: str) -> pa.Table:
 
 
 def _union(tables: list[pa.Table]) -> pa.Table:
-    """All rows under one another; a field that has different types in different topics becomes text."""
+    """Return all rows under one another; a field that has different types in different topics becomes text."""
     try:
         return pa.concat_tables(tables, promote_options="permissive")
     except (pa.ArrowInvalid, pa.ArrowTypeError):

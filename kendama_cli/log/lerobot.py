@@ -37,7 +37,7 @@ class Episode:
     success: bool | None = None
 
     def __len__(self) -> int:
-        """How many frames it has."""
+        """Return how many frames it has."""
         return len(next(iter(self.vectors.values())))
 
 
@@ -108,7 +108,7 @@ def _columns(made: Episodes, number: int) -> Columns:
 
 
 def _described(made: Episodes, columns: Sequence[Columns]) -> Iterator[dict[str, Any]]:
-    """The row of each episode."""
+    """Yield the row of each episode."""
     for number, values in enumerate(columns):
         stats = {f"stats/{key}/{name}": value for key, one in values.items() for name, value in _stats(one).items()}
         yield {
@@ -131,7 +131,7 @@ def _feature(key: str, values: Any, names: Sequence[str] | None) -> dict[str, An
 
 
 def _stats(values: Any) -> dict[str, list[Any]]:
-    """Of each number of a feature over its frames."""
+    """Return the statistics of each number of a feature over its frames."""
     rows = values.reshape(len(values), -1)
     numbers = rows.astype(np.float64)
     return {

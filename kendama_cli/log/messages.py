@@ -24,7 +24,7 @@ class RolloutMessage:
 
 @dataclass(frozen=True)
 class DetectionMessage:
-    """Where one camera saw the ball in one image; nan where it was not ``seen``."""
+    """Detection of the ball in one image of one camera; nan where it was not ``seen``."""
 
     flight: int
     camera: str
@@ -36,7 +36,7 @@ class DetectionMessage:
 
 @dataclass(frozen=True)
 class WrenchMessage:
-    """What a wrist's sensor measures."""
+    """Measurement of a wrist's force and torque sensor."""
 
     force_x_n: float
     force_y_n: float

@@ -31,7 +31,7 @@ class TypedMessages(Generic[M]):
     messages: tuple[M, ...]
 
     def __len__(self) -> int:
-        """How many there are."""
+        """Return how many there are."""
         return len(self.messages)
 
     def column(self, of: Callable[[M], object]) -> NDArray[Any]:
@@ -95,7 +95,7 @@ class LogFile:
         return first / 1e9, max(channel.last_ns or 0 for channel in channels) / 1e9
 
     def channel(self, topic: str) -> ChannelContent:
-        """The channel of ``topic``; InputError, naming the topics that exist, where there is none."""
+        """Return the channel of ``topic``; InputError, naming the topics that exist, where there is none."""
         found = [channel for channel in self._content.channels.values() if channel.topic == topic]
         if not found:
             there = ", ".join(self.topics) or "none at all"
@@ -111,7 +111,7 @@ class LogFile:
         )
 
     def table(self, topic: str, kind: type | None = None) -> pd.DataFrame:
-        """The messages of one topic as a table.
+        """Return the messages of one topic as a table.
 
         Parameters
         ----------
@@ -139,7 +139,7 @@ class LogFile:
             raise InputError(str(self.path), str(wrong)) from None
 
     def messages(self, topic: str, kind: type[M]) -> TypedMessages[M]:
-        """The messages of ``topic`` in order of time, as ``kind``.
+        """Return the messages of ``topic`` in order of time, as ``kind``.
 
         Raises InputError for a topic that is absent or whose schema is not that of ``kind``.
         """

@@ -40,7 +40,7 @@ class McapLog:
         self._known: dict[str, tuple[type, Callable[[Any, int], bytes], int]] = {}
 
     def __len__(self) -> int:
-        """How many messages were written or restored."""
+        """Return how many messages were written or restored."""
         return self._container.messages_n
 
     def write(self, topic: str, t_s: float, message: Any) -> None:
@@ -66,7 +66,7 @@ class McapLog:
         self._container.add(channel, t_ns, data)
 
     def position(self) -> bytes:
-        """Where the log stands, for a checkpoint; the file must be made durable first."""
+        """Return where the log stands, for a checkpoint; the file must be made durable first."""
         return self._container.position()
 
     def restore(self, position: bytes) -> None:
@@ -128,7 +128,7 @@ class MemoryFile:
         del self._bytes[size:]
 
     def reader(self) -> BinaryIO:
-        """The file's content, from its start."""
+        """Return the file's content, from its start."""
         return io.BytesIO(bytes(self._bytes))
 
 

@@ -1,4 +1,4 @@
-"""What is behind the scene: a wall and a table, seen once by each camera."""
+"""Background of the scene: a wall and a table, rendered once for each camera."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ class _ByValue:
 def background(
     model: CameraModel, appearance: AppearanceSettings, lighting: LightingSettings
 ) -> tuple[Background, Tiles]:
-    """The background of a camera and its tiles; nobody may write to them.
+    """Return the background of a camera and its tiles; nobody may write to them.
 
     Those of the last two cameras are kept, so that a pair that is opened again has them; with a picture on the wall,
     whose file may change, they are made anew.
@@ -55,7 +55,7 @@ def _background(
 
 
 class Background:
-    """What each pixel sees where no body stands before it.
+    """View of each pixel before which no body stands.
 
     ``rays`` and ``points`` (h, w, 3): the pixel's ray, as ``CameraModel.rays`` has it, and where it ends;
     ``unlit`` (h, w, 3) its light without lamps, ``lit`` (lamps, h, w, 3) what each unhidden lamp of strength 1 adds.

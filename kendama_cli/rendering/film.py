@@ -42,7 +42,7 @@ _INK_BGR = (114, 106, 106)
 
 
 def clock(catch_s: float | None, start_s: float, end_s: float) -> Iterator[tuple[float, float]]:
-    """The motion's time and its speed (1: as it was) for every picture of the film."""
+    """Yield the motion's time and its speed (1: as it was) for every picture of the film."""
     if catch_s is not None:
         start_s, end_s = max(start_s, catch_s - LEAD_S), min(end_s, catch_s + REST_S)
     t_s = start_s
@@ -75,7 +75,7 @@ class MotionScene:
             self.meshes.append(_joined(list(solids), rgb))
 
     def __call__(self, t_s: float) -> ScenePose:
-        """Where all is at ``t_s``."""
+        """Return where all is at ``t_s``."""
         places, turns = _at(self._motion.bodies, t_s)
         cup, ball, rotation = places[self._cup], places[self._ball], turns[self._cup]
         links = np.empty((0, 3, 4))
@@ -124,7 +124,9 @@ class FilmMaker:
         return list(clock(motion.catch_s, frames.start_s, end_s))
 
     def picture(self, t_s: float, speed: float) -> NDArray[np.uint8]:
-        """The scene (h, w, 3) at ``t_s``, blue green red; exposed for less where the film is slow, its speed told."""
+        """Return the scene (h, w, 3) at ``t_s``, blue green red; exposed for less where the film is slow, its speed
+        told.
+        """
         half_s = _SHUTTER_S * speed / 2
         moving = self._sampler.moving(self._scene, t_s - half_s, t_s + half_s)
         last = len(moving.ball_m) - 1
@@ -138,7 +140,7 @@ class FilmMaker:
 
 
 def _view(cup_m: Array, *, arm: bool) -> CameraModel:
-    """Where the replay looks from, too."""
+    """Return where the replay looks from, too."""
     target = cup_m + np.array([0.0, -0.3 if arm else 0.0, -0.2 if arm else -0.1])
     place = target + (2.7 if arm else 1.9) * np.array([0.34, 0.9, 0.26])
     return CameraModel(
@@ -166,7 +168,7 @@ def _look(solid: Solid) -> tuple[str, tuple[float, float, float]]:
 
 
 def _joined(solids: list[Solid], rgb: Rgb) -> LinkMesh:
-    """The solids of one frame and colour as one mesh in that frame; ``rgb`` is as screens show it."""
+    """Return the solids of one frame and colour as one mesh in that frame; ``rgb`` is as screens show it."""
     vertices, triangles, count = [], [], 0
     for solid in solids:
         points, corners = _surface(solid)
@@ -177,7 +179,7 @@ def _joined(solids: list[Solid], rgb: Rgb) -> LinkMesh:
 
 
 def _linear(rgb: Rgb) -> Rgb:
-    """A colour as screens show it -> the light that the ray caster counts with."""
+    """Return a colour as screens show it -> the light that the ray caster counts with."""
     red, green, blue = (value**2.2 for value in rgb)
     return red, green, blue
 

@@ -69,7 +69,7 @@ def write_film(motion: Performance, game: GameSettings, path: Path) -> int:
 
 
 def _pictures(motion: Performance, game: GameSettings) -> Iterator[NDArray[np.uint8]]:
-    """The film's pictures in order; each process renders with one thread."""
+    """Yield the film's pictures in order; each process renders with one thread."""
     moments = FilmMaker.moments(motion)
     tasks = [moments[k : k + _AT_ONCE] for k in range(0, len(moments), _AT_ONCE)]
     with process_pool(_begin, motion, game) as pool:

@@ -1,4 +1,4 @@
-"""What puts pictures into a film's file: VP8 by OpenCV, which is always there, H.264 by PyAV."""
+"""Writers of video files: VP8 by OpenCV, which is always there, H.264 by PyAV."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ QUALITY = "20"
 
 @contextlib.contextmanager
 def vp8_film(path: Path, rate_hz: float, width_px: int, height_px: int) -> Iterator[Write]:
-    """A film that browsers play, while it is open; raises InputError where OpenCV cannot write it."""
+    """Open a video that browsers play; raises InputError where OpenCV cannot write it."""
     with _quiet():  # it says that it takes a tag of its own for VP8 in WebM
         code = cv2.VideoWriter.fourcc(*"VP80")
         writer = cv2.VideoWriter(str(path), cv2.CAP_FFMPEG, code, rate_hz, (width_px, height_px))
@@ -40,7 +40,7 @@ def vp8_film(path: Path, rate_hz: float, width_px: int, height_px: int) -> Itera
 
 @contextlib.contextmanager
 def h264_film(path: Path, rate_hz: float, width_px: int, height_px: int) -> Iterator[Write]:
-    """A film that everything plays, while it is open; raises MissingPartError without the extra ``film``."""
+    """Open a video that everything plays; raises MissingPartError without the extra ``film``."""
     try:
         import av  # noqa: PLC0415 - of the extra film
     except ImportError:

@@ -195,7 +195,7 @@ def collect(
 def background_light(
     tiles: Array, region: Array, unlit: Array, lit: Array, free: Array, strength: Array, image: Array
 ) -> None:
-    """The background's light in ``tiles``: its own, and each lamp's where nothing stands between."""
+    """Write the background's light in ``tiles`` to ``image``: its own, and each lamp's where nothing stands between."""
     across = (unlit.shape[1] + TILE - 1) // TILE
     for tile in tiles:
         top, left = tile // across * TILE, tile % across * TILE

@@ -1,5 +1,5 @@
 # ruff: noqa: PLR0917 - compiled code takes arrays one by one
-"""Which pixels see more than the background, and how many samples each needs, as compiled code.
+"""Marks of the pixels that see more than the background, and the samples that each needs, as compiled code.
 
 A tile is a square of ``TILE`` pixels.
 """

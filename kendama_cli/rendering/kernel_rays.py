@@ -30,7 +30,7 @@ def pose_at(into: Array, tau: float, pose: Array) -> None:
 
 @compiled
 def enters(o: Array, d: Array, low: Array, high: Array, far: float) -> bool:
-    """Whether the ray o + t d, 0 <= t <= far, meets the box."""
+    """Return True if the ray o + t d, 0 <= t <= far, meets the box."""
     first, last = 0.0, far
     for i in range(3):
         if d[i] == 0:
@@ -44,7 +44,7 @@ def enters(o: Array, d: Array, low: Array, high: Array, far: float) -> bool:
 
 @compiled
 def misses(ox: float, oy: float, oz: float, dx: float, dy: float, dz: float, centre: Array, reach: float) -> bool:
-    """Whether the ray o + t d, t >= 0, surely passes a sphere."""
+    """Return True if the ray o + t d, t >= 0, surely passes a sphere."""
     gx, gy, gz = centre[0] - ox, centre[1] - oy, centre[2] - oz
     length2, along = dx * dx + dy * dy + dz * dz, gx * dx + gy * dy + gz * dz
     beyond2 = gx * gx + gy * gy + gz * gz - reach * reach  # it starts outside
@@ -65,7 +65,8 @@ def bundles_into_box(
     starts: Array, ways: Array, far: float, widths: Array, centre: Array, reach: float, pose: Array, low: Array,
     high: Array, may: Array,
 ) -> None:  # fmt: skip
-    """Whether (n,) any ray of a bundle may meet a box, bounded by a sphere, that ``pose`` (3, 4) takes world points to.
+    """Set ``may`` (n,) where a ray of a bundle may meet a box in a sphere; ``pose`` (3, 4) takes world points to the
+    box.
 
     A bundle stays within its ``width`` [m] of its axis, ``starts`` (n, 3) or (1, 3) + t ``ways`` (n, 3), 0 <= t <= far.
     A ball of the world is as wide along a side of the box as the pose's row there is long.
@@ -88,7 +89,7 @@ def pixels_into_mesh(
     tiles: Array, window: Array, field: Array, place: Array, shadow: bool, row_tau: Array, far: Array,
     centre: Array, reach: float, into: Array, low: Array, high: Array, index: Array, origins: Array, directions: Array,
 ) -> int:  # fmt: skip
-    """One ray per pixel of ``tiles`` that may meet a mesh bounded by a sphere; the number of rays written.
+    """Return one ray per pixel of ``tiles`` that may meet a mesh bounded by a sphere; the number of rays written.
 
     From ``place`` along ``field``, the camera's rays, or, for a ``shadow``, from ``field``, points, to the lamp at
     ``place``. ``window`` is left, top, right, bottom; ``far`` (h, w), of the whole image as ``field`` is, says how many
@@ -126,7 +127,7 @@ def rays_into_mesh(
     tiles: Array, first: Array, starts: Array, ends: Array, taus: Array, wanted: Array, far: Array, centre: Array,
     reach: float, into: Array, low: Array, high: Array, index: Array, origins: Array, directions: Array,
 ) -> int:  # fmt: skip
-    """The wanted rays of some tiles that may meet a mesh bounded by a sphere; the number written.
+    """Return the wanted rays of some tiles that may meet a mesh bounded by a sphere; the number written.
 
     Rays ``first[k]`` to ``first[k + 1]`` of the n are of tile k. ``starts`` and ``ends`` are (n, 3) or (1, 3) for all;
     a ray's parameter is 0 at its start and 1 at its end, and it goes up to ``far`` (n,).

@@ -35,14 +35,14 @@ class Sizes(NamedTuple):
 
 @compiled
 def moment(count: int, tau: float) -> tuple[int, float]:
-    """The moment before ``tau`` and the part of the way to the next."""
+    """Return the moment before ``tau`` and the part of the way to the next."""
     k = min(max(int(tau), 0), count - 2)
     return k, tau - k
 
 
 @compiled
 def first_root(a: float, half_b: float, c: float) -> float:
-    """The smaller positive t of a t^2 + 2 half_b t + c = 0, from outside the solid; inf where there is none."""
+    """Return the smaller positive t of a t^2 + 2 half_b t + c = 0, from outside the solid; inf where there is none."""
     d = half_b * half_b - a * c
     if d <= 0 or a <= 0:
         return math.inf
@@ -52,7 +52,7 @@ def first_root(a: float, half_b: float, c: float) -> float:
 
 @compiled
 def last_root(a: float, half_b: float, c: float) -> float:
-    """The larger positive t, where a ray leaves the solid; inf where there is none."""
+    """Return the larger positive t, where a ray leaves the solid; inf where there is none."""
     d = half_b * half_b - a * c
     if d <= 0 or a <= 0:
         return math.inf
@@ -62,7 +62,7 @@ def last_root(a: float, half_b: float, c: float) -> float:
 
 @compiled
 def sphere(o: Array, d: Array, centres: Array, tau: float, radius: float, normal: Array) -> float:
-    """A ball; ``normal`` (3,) is written where it is hit."""
+    """Return a ball; ``normal`` (3,) is written where it is hit."""
     k, f = moment(len(centres), tau)
     aa = ab = bb = 0.0
     for i in range(3):
@@ -112,7 +112,7 @@ def capsule(o: Array, d: Array, points: Array, piece: int, tau: float, radius: f
 
 @compiled
 def open_cup(o: Array, d: Array, places: Array, turns: Array, tau: float, s: Sizes, normal: Array) -> float:
-    """A round cup of wall, floor and rim, that can be looked into, and the handle under it."""
+    """Return a round cup of wall, floor and rim, that can be looked into, and the handle under it."""
     k, f = moment(len(places), tau)
     ox = oy = oz = dx = dy = dz = 0.0
     for i in range(3):

@@ -69,11 +69,11 @@ class Surface:
         TriangleMesh(self._scene, vertices.astype(np.float32), triangles.astype(np.int32))
 
     def first(self, origins: NDArray[np.float32], directions: NDArray[np.float32]) -> NDArray[np.int32]:
-        """The triangle (n,) that each ray meets first; -1 where it meets none."""
+        """Return the triangle (n,) that each ray meets first; -1 where it meets none."""
         return np.asarray(self._scene.run(origins, directions, query="INTERSECT"))
 
     def blocked(self, origins: NDArray[np.float32], directions: NDArray[np.float32]) -> NDArray[np.int32]:
-        """Whether (n,) the way from each origin to origin + direction is blocked: -1 where it is free."""
+        """Return whether (n,) the way from each origin to origin + direction is blocked: -1 where it is free."""
         reach = np.ones(len(origins), dtype=np.float32)
         return np.asarray(self._scene.run(origins, directions, dists=reach, query="OCCLUDED"))
 

@@ -50,7 +50,7 @@ class Moving:
 
 @dataclass(frozen=True)
 class Shot:
-    """What one frame is taken of: the bodies, when each row is exposed, and how strong the lamps are then.
+    """Settings of one frame: the bodies, the exposure time of each row, and the strength of the lamps then.
 
     ``row_tau`` (h,) is each row's mid-exposure in [0, k - 1] of the k moments of ``moving``, ``spread_tau`` the
     exposure on that scale, ``strength`` (h,) the lamps' mean strength over each row's exposure. A patterned ball has
@@ -81,7 +81,7 @@ class SceneSampler:
         return Surface(LinkMesh(*unit_sphere(), self._arm_rgb), convex=True)
 
     def moving(self, scene: Scene, first_s: float, last_s: float) -> Moving:
-        """The scene from ``first_s`` to ``last_s``; raises ConfigError where its links are not the camera's."""
+        """Return the scene from ``first_s`` to ``last_s``; raises ConfigError where its links are not the camera's."""
         count = 1 + max(1, math.ceil((last_s - first_s) / STEP_S - 1e-9))
         poses = [scene(float(t_s)) for t_s in np.linspace(first_s, last_s, count)]
         return Moving(

@@ -55,7 +55,7 @@ def check_picture(shown: Mapping[str, tuple[NDArray[np.uint8], Sighting | None]]
 
 
 def as_png(pixels: NDArray[np.uint8]) -> bytes:
-    """A picture as the content of a file."""
+    """Return a picture as the content of a file."""
     return cv2.imencode(".png", pixels)[1].tobytes()
 
 

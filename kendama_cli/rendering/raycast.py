@@ -122,7 +122,7 @@ class Raycaster:
         return irradiance, normals
 
     def _darken_background(self, moving: Moving, row_tau: Array, region: Region) -> None:
-        """Which points of the background each lamp reaches."""
+        """Find the points of the background that each lamp reaches."""
         tiles = self._tiles.lit_inside(region)
         bodies = [way for way in ways(moving, self._sizes) if way[0] < ROPE]
         for free, (lamp, _) in zip(self._free, self._lamps, strict=True):

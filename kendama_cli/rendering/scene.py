@@ -1,4 +1,4 @@
-"""What a virtual camera knows of the world: poses, and nothing of how they are modelled."""
+"""Scene of a virtual camera: poses, and nothing of the model behind them."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ def _no_links() -> Array:
 
 @dataclass(frozen=True)
 class ScenePose:
-    """Where the bodies are at one moment, in the world frame."""
+    """Poses of the bodies at one instant, in the world frame."""
 
     ball_m: Array
     """(3,) centre"""

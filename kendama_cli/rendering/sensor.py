@@ -1,4 +1,4 @@
-"""How a camera makes numbers of light: focus, gain, noise, and what is lost on the way to the computer."""
+"""Sensor of a camera, from light to numbers: focus, gain, noise, and losses on the way to the computer."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ class Sensor:
         return np.ascontiguousarray(_part(pixels, sent, region))
 
     def _sent(self, region: Region) -> Region:
-        """What has to be digitised, that coding ``region`` gives what coding the whole image gives."""
+        """Return what has to be digitised, that coding ``region`` gives what coding the whole image gives."""
         if self._settings.encoding == "raw":
             return region
         low = [max(side // BLOCK_PX - 1, 0) * BLOCK_PX for side in (region.left, region.top)]

@@ -1,4 +1,4 @@
-"""What each pixel of a camera shows, and by how many rays it is known."""
+"""Content of each pixel of a camera, and the number of rays that it takes."""
 
 from __future__ import annotations
 
@@ -69,7 +69,7 @@ class Sight:
         return 1 + math.ceil(float(self._model.focal_px.max()) * swept_m / max(depth_m, 0.1) / 2)
 
     def look(self, shot: Shot, window: Region, blur: int) -> None:
-        """One ray per pixel of ``window`` to the meshes, and how many samples each pixel needs."""
+        """Cast one ray per pixel of ``window`` at the meshes, and count the samples that each pixel needs."""
         kernel_marks.forget(self.shown, self.level, self._bits, self._owner, self._depth)
         rays, corners, shown = self._rays, _corners(window), []
         if shot.moving.parts:
@@ -133,7 +133,7 @@ def ways(moving: Moving, sizes: Sizes) -> Iterator[tuple[int, Array, Array, floa
 
 
 def _bend_m(places: Array) -> float:
-    """How far places (k, 3) stray from the straight way between the first and the last, at most."""
+    """Return how far places (k, 3) stray from the straight way between the first and the last, at most."""
     straight = places[0] + np.linspace(0, 1, len(places))[:, None] * (places[-1] - places[0])
     return float(np.linalg.norm(places - straight, axis=1).max())
 

@@ -43,7 +43,7 @@ class Tiles:
         return np.asarray((rows[:, None] * self._across + columns).ravel(), dtype=np.int64)
 
     def lit_inside(self, window: Region) -> NDArray[np.int64]:
-        """Those of them on which a shadow can be seen."""
+        """Return the tiles on which a shadow can be seen."""
         tiles = self.inside(window)
         return tiles[self._lit[tiles]]
 
@@ -54,7 +54,7 @@ class Tiles:
         return np.flatnonzero(cv2.dilate(marked, np.ones((2 * grown + 1, 2 * grown + 1), dtype=np.uint8)))
 
     def showing(self, tiles: NDArray[np.int64], centre_m: Array, reach_m: float) -> NDArray[np.int64]:
-        """Those of ``tiles`` in which a body within ``reach_m`` of ``centre_m`` can appear."""
+        """Return those of ``tiles`` in which a body within ``reach_m`` of ``centre_m`` can appear."""
         apart = centre_m - self._origin
         distance = float(np.linalg.norm(apart))
         if distance <= reach_m:
@@ -64,7 +64,9 @@ class Tiles:
         return np.asarray(tiles[self._axis[tiles] @ apart >= distance * widest])
 
     def shaded(self, tiles: NDArray[np.int64], centre_m: Array, reach_m: float, lamp_m: Array) -> NDArray[np.int64]:
-        """Those of ``tiles`` whose background a body within ``reach_m`` of ``centre_m`` can shade from ``lamp_m``."""
+        """Return those of ``tiles`` whose background a body within ``reach_m`` of ``centre_m`` can shade from
+        ``lamp_m``.
+        """
         start = self._centre[tiles]
         way, apart = lamp_m - start, centre_m - start
         share = np.clip((way * apart).sum(axis=1) / (way * way).sum(axis=1), 0.0, 1.0)
@@ -77,13 +79,13 @@ class Tiles:
         return bundles_meeting(part, self._origin[None], self._axis[tiles], far, self._chord[tiles] * far)
 
     def shaded_by_part(self, tiles: NDArray[np.int64], part: Part, lamp_m: Array) -> NDArray[np.bool_]:
-        """The background of which (n,) of ``tiles`` ``part`` can shade from ``lamp_m``."""
+        """Return the background of which (n,) of ``tiles`` ``part`` can shade from ``lamp_m``."""
         centre = self._centre[tiles]
         return bundles_meeting(part, centre, lamp_m - centre, 1.0, self._reach[tiles])
 
 
 def bundles_meeting(part: Part, starts: Array, ways: Array, far: float, widths: Array) -> NDArray[np.bool_]:
-    """Which bundles (n,) of rays may meet the part's box, wherever it is meanwhile."""
+    """Return which bundles (n,) of rays may meet the part's box, wherever it is meanwhile."""
     may = np.empty(len(ways), dtype=np.bool_)
     bundles_into_box(
         starts, ways, far, widths + part.travel_m + 1e-6, part.centre_m, part.reach_m, part.into[0],
@@ -93,11 +95,11 @@ def bundles_meeting(part: Part, starts: Array, ways: Array, far: float, widths: 
 
 
 def _of_tiles(ufunc: np.ufunc, values: Array) -> Array:
-    """One number (or vector) for each tile (down, across): ``ufunc`` of those of its pixels (h, w)."""
+    """Return one number (or vector) for each tile (down, across): ``ufunc`` of those of its pixels (h, w)."""
     rows, columns = (np.arange(0, size, TILE) for size in values.shape[:2])
     return np.asarray(ufunc.reduceat(ufunc.reduceat(values, rows, axis=0), columns, axis=1))
 
 
 def _of_pixels(values: Array, height: int, width: int) -> Array:
-    """The numbers of each pixel's tile (h, w)."""
+    """Return the numbers of each pixel's tile (h, w)."""
     return values.repeat(TILE, axis=0)[:height].repeat(TILE, axis=1)[:, :width]

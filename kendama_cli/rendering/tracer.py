@@ -17,7 +17,7 @@ from kendama_cli.vision.region import Region
 
 @dataclass(frozen=True)
 class Met:
-    """What n rays have met so far, filled in place: distance, number of the part or -1, and its triangle."""
+    """First hits of n rays, filled in place: distance, number of the part or -1, and its triangle."""
 
     depth: Array
     owner: NDArray[np.int32]
@@ -26,7 +26,7 @@ class Met:
 
 @dataclass(frozen=True)
 class Listed:
-    """Which of n rays are of which tile: of ``tiles[k]`` those from ``first[k]`` to ``first[k + 1]``."""
+    """Rays in the order of their tiles: those of ``tiles[k]`` stand from ``first[k]`` to ``first[k + 1]``."""
 
     tiles: NDArray[np.int64]
     first: NDArray[np.int64]

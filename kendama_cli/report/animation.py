@@ -70,7 +70,7 @@ for (const player of document.querySelectorAll('.player')) {
 
 @dataclass(frozen=True)
 class Ahead:
-    """What was predicted of the ball at ``t_s``: when, where and how fast it crosses, in the plane of the tracks.
+    """Prediction of the ball at ``t_s``: time, place and velocity of its crossing, in the plane of the tracks.
 
     ``sigma_m`` is the crossing's standard deviation along the plane.
     """
@@ -94,7 +94,7 @@ def player(
     autoplay: bool,
     predictions: Sequence[Ahead] = (),
 ) -> str:
-    """The film of one rollout as HTML; ``poster_s`` is the instant that is shown at rest and in print.
+    """Return the film of one rollout as HTML; ``poster_s`` is the instant that is shown at rest and in print.
 
     With ``predictions`` the ball's way ahead is drawn as it was known at each instant, and where it was to cross the
     rim plane with two standard deviations.
@@ -144,7 +144,9 @@ def player(
 def _ahead(
     predictions: Sequence[Ahead], t_s: float, gravity_m_s2: float, *, scale: float, left_m: float, top_m: float
 ) -> list[float] | None:
-    """The way ahead at ``t_s`` [px]: begin, control point and end of its parabola, and half axes of the crossing."""
+    """Return the way ahead at ``t_s`` [px]: begin, control point and end of its parabola, and half axes of the
+    crossing.
+    """
     known = [one for one in predictions if one.t_s <= t_s]
     if not known or t_s >= known[-1].crossing_s:
         return None

@@ -16,16 +16,16 @@ class Statistic(Protocol):
     """A figure along the last axis of an array."""
 
     def __call__(self, values: Any, /, *, axis: int) -> Any:
-        """The figure of every row."""
+        """Return the figure of every row."""
 
 
 def p90(values: Any, /, *, axis: int) -> Any:
-    """The 90 % quantile."""
+    """Return the 90 % quantile."""
     return np.quantile(values, 0.9, axis=axis)
 
 
 def interquartile_mean(values: Any, /, *, axis: int) -> Any:
-    """The mean of the middle half, what lies on its two edges counted in part (Agarwal et al., NeurIPS 2021)."""
+    """Return the mean of the middle half, what lies on its two edges counted in part (Agarwal et al., NeurIPS 2021)."""
     ordered = np.sort(np.asarray(values, dtype=np.float64), axis=axis)
     n = ordered.shape[axis]
     weights = np.clip(np.minimum(np.arange(1, n + 1), np.arange(n, 0, -1)) - n / 4, 0.0, 1.0)
@@ -33,12 +33,15 @@ def interquartile_mean(values: Any, /, *, axis: int) -> Any:
 
 
 def bootstrap(values: Array, statistic: Statistic) -> tuple[float, float] | None:
-    """The 95 % percentile interval of ``statistic`` over ``values`` (n,); None for one value. Always the same."""
+    """Return the 95 % percentile interval of ``statistic`` over ``values`` (n,); None for one value. Always the
+    same.
+    """
     return _between(_resampled(values, statistic, _SEED)) if len(values) > 1 else None
 
 
 def bootstrap_curve(curves: Array, statistic: Statistic) -> tuple[Array, Array]:
-    """The 95 % percentile interval of ``statistic`` over ``curves`` (n, points), at each point; whole curves are drawn.
+    """Return the 95 % percentile interval of ``statistic`` over ``curves`` (n, points), at each point; whole curves are
+    drawn.
 
     Fewer resamples than for single figures: a band that is drawn needs no more.
     """
@@ -48,7 +51,7 @@ def bootstrap_curve(curves: Array, statistic: Statistic) -> tuple[Array, Array]:
 
 
 def bootstrap_ratio(values: Array, reference: Array, statistic: Statistic) -> tuple[float, float] | None:
-    """The 95 % percentile interval of statistic(values) / statistic(reference), both resampled independently.
+    """Return the 95 % percentile interval of statistic(values) / statistic(reference), both resampled independently.
 
     None where either has but one value.
     """

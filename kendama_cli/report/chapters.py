@@ -1,4 +1,4 @@
-"""How a report finds what a stage has to show: by the stage's declaration, whichever package it comes from."""
+"""Chapters of a report, found by each stage's declaration, whichever package it comes from."""
 
 from __future__ import annotations
 
@@ -33,7 +33,9 @@ class EnsembleChapter:
 
 
 def declaration_of(name: str, entry: Mapping[str, Any]) -> StageDeclaration | None:
-    """The declaration behind the stage ``name`` of a run, whose record has ``entry``; None where none is installed."""
+    """Return the declaration behind the stage ``name`` of a run, whose record has ``entry``; None where none is
+    installed.
+    """
     try:
         return (None if entry else find_section(name)) or find_stage(str(entry.get("stage", name)))
     except KendamaError:
@@ -41,7 +43,7 @@ def declaration_of(name: str, entry: Mapping[str, Any]) -> StageDeclaration | No
 
 
 def draw(declaration: StageDeclaration, log: StageLog) -> tuple[list[Figure], str]:
-    """The figures of a stage's chapter, or none and the reason, which a log of another version can be."""
+    """Return the figures of a stage's chapter, or none and the reason, which a log of another version can be."""
     if declaration.chapter is None:
         return [], ""
     try:
@@ -54,7 +56,7 @@ def draw(declaration: StageDeclaration, log: StageLog) -> tuple[list[Figure], st
 
 
 def undrawn(error: Exception) -> str:
-    """What a page says where a chapter fails on a log."""
+    """Return what a page says where a chapter fails on a log."""
     reason = " ".join(f"{type(error).__name__}: {error}".split())
     return (
         f"This chapter cannot be drawn from this log ({reason}). Where the log was made by another version, run the "
@@ -63,7 +65,7 @@ def undrawn(error: Exception) -> str:
 
 
 def film(declaration: StageDeclaration, log: StageLog) -> str:
-    """The moving picture of a stage as HTML; empty where it has none, or none can be drawn."""
+    """Return the moving picture of a stage as HTML; empty where it has none, or none can be drawn."""
     if declaration.film is None:
         return ""
     try:
@@ -73,7 +75,7 @@ def film(declaration: StageDeclaration, log: StageLog) -> str:
 
 
 def performances(declaration: StageDeclaration, log: StageLog) -> list[Performance]:
-    """What the stage adds to the replay in space; empty where it has nothing, or nothing that can be drawn."""
+    """Return what the stage adds to the replay in space; empty where it has nothing, or nothing that can be drawn."""
     if declaration.replay is None:
         return []
     try:
@@ -83,7 +85,7 @@ def performances(declaration: StageDeclaration, log: StageLog) -> list[Performan
 
 
 def ensemble_chapter(declaration: StageDeclaration | None) -> EnsembleChapter | None:
-    """The stage's chapter of a comparison; None where it declares none, or none that can be imported."""
+    """Return the stage's chapter of a comparison; None where it declares none, or none that can be imported."""
     if declaration is None or declaration.ensemble_chapter is None:
         return None
     try:

@@ -26,7 +26,7 @@ class Member:
     log: StageLog
 
     def figure(self, metric: str) -> float | None:
-        """A metric as a number; None where the log has none."""
+        """Return a metric as a number; None where the log has none."""
         value = self.log.metrics.get(metric)
         return float(value) if isinstance(value, int | float) else None
 
@@ -43,7 +43,7 @@ class Group:
     legend: str
 
     def figures(self, metric: str) -> Array:
-        """The metric of every member that has it, in order."""
+        """Return the metric of every member that has it, in order."""
         found = (member.figure(metric) for member in self.members)
         return np.array([value for value in found if value is not None])
 
@@ -59,12 +59,12 @@ class Ensemble:
 
     @property
     def members(self) -> int:
-        """How many distinct logs there are."""
+        """Return how many distinct logs there are."""
         return sum(len(group.members) for group in self.groups)
 
 
 def ensemble(runs: Sequence[Run], stage: str, topics: Collection[str]) -> Ensemble:
-    """The logs of ``stage`` in groups, in the order of ``runs``; only ``topics`` are kept in memory.
+    """Return the logs of ``stage`` in groups, in the order of ``runs``; only ``topics`` are kept in memory.
 
     A log that several runs share counts once, under the overrides on which those runs agree. Raises InputError for a
     log that cannot be read.

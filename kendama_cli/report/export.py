@@ -35,7 +35,7 @@ _LATEX = str.maketrans(
 
 
 class Files:
-    """What ``drawing`` hands each finished figure to; ``made`` holds the files' content by name."""
+    """Receiver of each finished figure of ``drawing``; ``made`` holds the files' content by name."""
 
     def __init__(self) -> None:
         self.made: dict[str, bytes] = {}
@@ -79,7 +79,9 @@ class _Row(NamedTuple):
 
 
 def _rows(canvas: Canvas) -> Iterator[_Row]:
-    """What every panel draws, in its own coordinates: lines, points, bars; images and meshes with their values."""
+    """Yield what every panel draws, in its own coordinates: lines, points, bars; images and meshes with their
+    values.
+    """
     for panel, axes in enumerate(canvas.axes, 1):
         labels = (panel, axes.get_xlabel(), axes.get_ylabel())
         for series, points in _series(axes):

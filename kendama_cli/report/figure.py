@@ -32,7 +32,7 @@ class Figure:
     columns: int = 2
 
     def html(self, number: int) -> str:
-        """The figure as HTML, with its number."""
+        """Return the figure as HTML, with its number."""
         one = len(self.panels) == 1
         parts = []
         for letter, panel in zip("abcdefgh", self.panels, strict=False):
@@ -45,13 +45,13 @@ class Figure:
 
 
 def figure(caption: list[str], panels: list[Panel | None], columns: int = 2) -> list[Figure]:
-    """A figure of the panels that could be drawn, with the caption's sentences; none where none could."""
+    """Return a figure of the panels that could be drawn, with the caption's sentences; none where none could."""
     drawn = tuple(panel for panel in panels if panel is not None)
     return [Figure(" ".join(sentence for sentence in caption if sentence), drawn, columns)] if drawn else []
 
 
 def lettered(panels: list[Panel | None], sentences: list[str]) -> list[str]:
-    """The sentence of each panel that could be drawn, after its letter."""
+    """Return the sentence of each panel that could be drawn, after its letter."""
     drawn = [text for panel, text in zip(panels, sentences, strict=True) if panel is not None]
     if len(drawn) == 1:
         return drawn

@@ -22,7 +22,7 @@ EMPTY = Cell("–")
 
 
 def quantity(value: float | None, digits: int = 3, unit: str = "") -> str:
-    """A figure with ``digits`` significant digits and its unit; an en dash for nothing."""
+    """Return a figure with ``digits`` significant digits and its unit; an en dash for nothing."""
     if value is None or not math.isfinite(value):
         return "–"
     shown = number(round(value, digits - 1 - math.floor(math.log10(abs(value)))) if value else 0.0)
@@ -30,12 +30,12 @@ def quantity(value: float | None, digits: int = 3, unit: str = "") -> str:
 
 
 def with_interval(value: float, low_high: tuple[float, float] | None) -> Cell:
-    """A figure and its interval."""
+    """Return a figure and its interval."""
     return Cell(quantity(value), "" if low_high is None else f"{quantity(low_high[0])} … {quantity(low_high[1])}")
 
 
 def percent(share: float | None, note: str = "") -> Cell:
-    """A share of one as a percentage."""
+    """Return a share of one as a percentage."""
     if share is None:
         return EMPTY
     text = f"{100 * share:.1f}".removesuffix(".0")
@@ -43,7 +43,7 @@ def percent(share: float | None, note: str = "") -> Cell:
 
 
 def grid(head: Sequence[str], rows: Sequence[Sequence[Cell]], *, foot: Sequence[Cell] = ()) -> str:
-    """The table; the first column holds the names of the rows."""
+    """Return the table; the first column holds the names of the rows."""
     titles = "".join(f"<th>{html.escape(title)}</th>" for title in head)
     body = "".join(f"<tr>{_cells(row)}</tr>" for row in rows)
     last = f"<tfoot><tr>{_cells(foot)}</tr></tfoot>" if foot else ""

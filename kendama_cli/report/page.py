@@ -24,7 +24,7 @@ Declarations = Mapping[str, StageDeclaration | None]
 
 
 def make_report(run: Mapping[str, Any], logs: Mapping[str, Path]) -> str:
-    """The page for ``run`` (its ``run`` id, ``pipeline``, and ``stages`` with ``name`` and ``status``).
+    """Return the page for ``run`` (its ``run`` id, ``pipeline``, and ``stages`` with ``name`` and ``status``).
 
     ``logs`` gives the MCAP log of every stage that has one; all figures, metrics and settings come from there. The
     same run and logs give the same bytes. Raises InputError for a log that cannot be read.
@@ -71,7 +71,7 @@ def _contents(declarations: Declarations, sources: Mapping[str, StageLog]) -> st
 
 
 def _head(declarations: Declarations, sources: Mapping[str, StageLog]) -> str:
-    """The first film that a stage offers, beside the run's headline figures."""
+    """Return the first film that a stage offers, beside the run's headline figures."""
     shown = [
         (declaration, sources[name]) for name, declaration in declarations.items() if declaration and name in sources
     ]
@@ -87,7 +87,7 @@ def _head(declarations: Declarations, sources: Mapping[str, StageLog]) -> str:
 
 
 def _replay(declarations: Declarations, sources: Mapping[str, StageLog]) -> str:
-    """What the stages' logs moved, in space; empty where none of them moved a ball."""
+    """Return what the stages' logs moved, in space; empty where none of them moved a ball."""
     found = [
         one
         for name, declaration in declarations.items()
@@ -98,7 +98,9 @@ def _replay(declarations: Declarations, sources: Mapping[str, StageLog]) -> str:
 
 
 def _headlines(offered: list[tuple[tuple[Headline, ...], StageLog]]) -> list[tuple[Headline, StageLog]]:
-    """The headline figures that the logs have: every stage's first before any stage's second, in the run's order."""
+    """Return the headline figures that the logs have: every stage's first before any stage's second, in the run's
+    order.
+    """
     found = []
     for stage, (headlines, log) in enumerate(offered):
         known = [one for one in headlines if is_number(log.metrics.get(one.metric))]
@@ -121,7 +123,7 @@ def _result(metric: str, value: float) -> str:
 def section(
     name: str, declaration: StageDeclaration | None, stage: Mapping[str, Any], log: StageLog | None, figures: int
 ) -> tuple[str, int]:
-    """The chapter of one stage, and the number of figures up to its end."""
+    """Return the chapter of one stage, and the number of figures up to its end."""
     what = html.escape(name)
     title = declaration.title if declaration else name
     parts = [f'<section id="{what}"><header><h2>{html.escape(title)}</h2><span class="what">{what}</span></header>']

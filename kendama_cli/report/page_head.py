@@ -18,7 +18,7 @@ def data_script(value: Any) -> str:
 
 
 def page_head(title: str, *scripts: str, also: str = "") -> str:
-    """The beginning of a page up to its body; of all scripts that may ever stand in it only ``scripts`` run.
+    """Return the beginning of a page up to its body; of all scripts that may ever stand in it only ``scripts`` run.
 
     ``also`` is what else its policy allows.
 

@@ -113,7 +113,9 @@ def drawing(name: str, alternative: str, *, height_in: float = 3.0, width_in: fl
 
 
 def legend_above(axes: Axes, columns: int = 3) -> None:
-    """A legend over the axes, at their left, in at most ``columns`` columns: fewer where the figure has less room."""
+    """Draw a legend over the axes, at their left, in at most ``columns`` columns: fewer where the figure has
+    less room.
+    """
     room = LEGEND_SHARE * axes.figure.bbox.width
     for fewer in range(columns, 0, -1):
         legend = axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=fewer)
@@ -122,7 +124,7 @@ def legend_above(axes: Axes, columns: int = 3) -> None:
 
 
 def _svg(canvas: Canvas, name: str, alternative: str) -> str:
-    """The canvas as an SVG element without header, metadata or fixed size, in the page's colours."""
+    """Return the canvas as an SVG element without header, metadata or fixed size, in the page's colours."""
     buffer = io.StringIO()
     backend: Any = FigureCanvasSVG(canvas)
     backend.print_svg(buffer, metadata={"Date": None, "Creator": None, "Format": None, "Type": None})

@@ -1,4 +1,4 @@
-"""What a report is made from: the log of one stage, with whatever of its topics is there."""
+"""Source of a report: the log of one stage, with those of its topics that exist."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ class StageLog:
         self.metrics: Mapping[str, Any] = facts.get("metrics", {})
 
     def table(self, topic: str, kind: type) -> pd.DataFrame:
-        """The messages of ``topic``, with the columns that ``kind`` has; without rows where the log has none.
+        """Return the messages of ``topic``, with the columns that ``kind`` has; without rows where the log has none.
 
         Raises InputError where the topic holds messages of another type.
         """
@@ -44,17 +44,17 @@ class StageLog:
         return self._file.table(topic, kind)
 
     def messages(self, topic: str, kind: type[M]) -> TypedMessages[M]:
-        """The messages of ``topic`` as ``kind``; none where the log has none."""
+        """Return the messages of ``topic`` as ``kind``; none where the log has none."""
         if topic not in self._file.topics:
             return TypedMessages(np.empty(0), ())
         return self._file.messages(topic, kind)
 
     def topics_under(self, prefix: str) -> list[str]:
-        """The topics that begin with ``prefix``, sorted."""
+        """Return the topics that begin with ``prefix``, sorted."""
         return [topic for topic in self._file.topics if topic.startswith(prefix)]
 
     def setting(self, *names: str, default: float | None = None) -> float:
-        """A number in the settings by the last parts of its name (``rope``, ``length_m``), wherever it stands.
+        """Return a number in the settings by the last parts of its name (``rope``, ``length_m``), wherever it stands.
 
         Raises InputError where it is not there and there is no ``default``.
         """
@@ -66,7 +66,7 @@ class StageLog:
         return default
 
     def group(self, name: str) -> Mapping[str, Any]:
-        """The group ``name`` of the settings, wherever it stands; raises InputError where it is not there."""
+        """Return the group ``name`` of the settings, wherever it stands; raises InputError where it is not there."""
         found = _find(self.settings, (name,))
         if not isinstance(found, Mapping):
             raise self._missing((name,))

@@ -25,7 +25,7 @@ def _figures(runs: Ensemble) -> list[Figure]:
 
 
 def _metrics(runs: Ensemble) -> str:
-    """The median of every number in the metrics, and the range where it differs."""
+    """Return the median of every number in the metrics, and the range where it differs."""
     names = dict.fromkeys(name for group in runs.groups for member in group.members for name in member.log.metrics)
     shown = [name for name in names if any(len(group.figures(name)) for group in runs.groups)]
     rows = []
@@ -44,7 +44,8 @@ def _metrics(runs: Ensemble) -> str:
 
 
 def make_sweep_report(title: str, runs: Sequence[Run]) -> str:
-    """The page for ``runs``, under ``title``: of each its document (``overrides``, ``stages``) and its stages' logs.
+    """Return the page for ``runs``, under ``title``: of each its document (``overrides``, ``stages``) and its stages'
+    logs.
 
     Runs are grouped by the overrides in which they differ, the seed excepted. The same runs and logs give the same
     bytes. Raises InputError for a log that cannot be read.
@@ -70,7 +71,7 @@ def make_sweep_report(title: str, runs: Sequence[Run]) -> str:
 
 
 def _chapter(stage: str, entry: Mapping[str, object]) -> EnsembleChapter:
-    """The stage's own chapter of a comparison, or the table of its metrics."""
+    """Return the stage's own chapter of a comparison, or the table of its metrics."""
     declaration = declaration_of(stage, entry)
     plain = EnsembleChapter(declaration.title if declaration else stage, "", (), _figures, _metrics)
     return ensemble_chapter(declaration) or plain
@@ -85,7 +86,9 @@ def _contents(chapters: Mapping[str, EnsembleChapter]) -> str:
 
 
 def _headlines(chapters: Mapping[str, EnsembleChapter], gathered: Mapping[str, Ensemble]) -> str:
-    """The figures at a glance: the mean over the groups where that says something, else of few groups each one's."""
+    """Return the figures at a glance: the mean over the groups where that says something, else of few groups each
+    one's.
+    """
     results = []
     for stage, chapter in chapters.items():
         for headline in chapter.headline:
@@ -110,7 +113,7 @@ def _result(value: float, words: str, share: bool) -> str:
 
 
 def _section(stage: str, chapter: EnsembleChapter, found: Ensemble, figures: int) -> tuple[str, int]:
-    """The chapter of one stage, and the number of figures up to its end."""
+    """Return the chapter of one stage, and the number of figures up to its end."""
     what = html.escape(stage)
     parts = [
         f'<section id="{what}"><header><h2>{html.escape(chapter.title)}</h2><span class="what">{what}</span></header>'

@@ -30,7 +30,7 @@ def swing_panel(name: str, title: str, paths: tuple[Path2D, Path2D], sizes: Geom
 
 
 def _draw_cup(axes: Axes, x_m: float, z_m: float, tilt_rad: float, sizes: Geometry) -> None:
-    """The cup's outline with its tie point at (x, z)."""
+    """Draw the cup's outline with its tie point at (x, z)."""
     outline = cup_outline_m(sizes.cup)
     c, s = np.cos(tilt_rad), np.sin(tilt_rad)
     turned = outline @ np.array([[c, -s], [s, c]])

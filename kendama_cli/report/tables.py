@@ -48,7 +48,7 @@ def label_and_unit(name: str) -> tuple[str, str]:
 
 
 def number(value: Any) -> str:
-    """A value as text: yes and no, four significant digits, an en dash for nothing."""
+    """Return a value as text: yes and no, four significant digits, an en dash for nothing."""
     if value is None:
         return "–"
     if isinstance(value, bool):
@@ -72,7 +72,7 @@ def metrics_table(metrics: Mapping[str, Any]) -> str:
 
 
 def settings_table(*settings: Mapping[str, Any]) -> str:
-    """Every setting by its dotted name, folded away; of several runs the values that each has of it."""
+    """Return every setting by its dotted name, folded away; of several runs the values that each has of it."""
     flat = [dict(_flat(one, "")) for one in settings]
     names = dict.fromkeys(name for one in flat for name in one)
     told = {name: _values([number(one.get(name)) for one in flat]) for name in names}

@@ -19,7 +19,7 @@ _TRAIL, _RING = "#ffe14d", "#00e5ff"  # on the image, whatever the page's colour
 
 
 def thumbnails(log: StageLog, stage: str) -> Panel | None:
-    """A few frames of the first camera, evenly over the detections, with the circle where the ball was found.
+    """Return a few frames of the first camera, evenly over the detections, with the circle where the ball was found.
 
     ``stage`` is what the topics begin with: ``/predict`` or ``/transfer``.
     """
@@ -50,7 +50,7 @@ def thumbnails(log: StageLog, stage: str) -> Panel | None:
 
 
 def _thumbnail(image: pd.Series, seen: pd.DataFrame, *, near: bool) -> str:
-    """One camera image with the trail and the circle; ``near`` cuts out the surroundings of the trail.
+    """Return one camera image with the trail and the circle; ``near`` cuts out the surroundings of the trail.
 
     Empty where the image cannot be decoded.
     """

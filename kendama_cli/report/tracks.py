@@ -29,17 +29,17 @@ class Path2D:
     tilt_rad: Array
 
     def between(self, start_s: float, end_s: float) -> Path2D:
-        """The part from ``start_s`` to ``end_s``."""
+        """Return the part from ``start_s`` to ``end_s``."""
         keep = (self.t_s >= start_s) & (self.t_s <= end_s)
         return Path2D(self.t_s[keep], self.x_m[keep], self.z_m[keep], self.tilt_rad[keep])
 
     def at(self, t_s: Array) -> Path2D:
-        """The path at other times, by linear interpolation."""
+        """Return the path at other times, by linear interpolation."""
         x, z, tilt = (np.interp(t_s, self.t_s, values) for values in (self.x_m, self.z_m, self.tilt_rad))
         return Path2D(t_s, x, z, tilt)
 
     def moved(self, x_m: float, z_m: float) -> Path2D:
-        """The path shifted."""
+        """Return the path shifted."""
         return Path2D(self.t_s, self.x_m + x_m, self.z_m + z_m, self.tilt_rad)
 
 
@@ -54,7 +54,7 @@ class Geometry:
 
     @staticmethod
     def of(log: StageLog) -> Geometry:
-        """What the stage was run with; raises InputError where the log's settings do not have it."""
+        """Return what the stage was run with; raises InputError where the log's settings do not have it."""
         return Geometry(
             rope_m=log.setting("rope", "length_m"),
             ball_m=log.setting("ball", "radius_m"),
@@ -64,7 +64,9 @@ class Geometry:
 
 
 def direction(frame: pd.DataFrame) -> tuple[float, float]:
-    """The horizontal unit vector (x, y) along which a path extends most; exactly x where it is within 3 degrees."""
+    """Return the horizontal unit vector (x, y) along which a path extends most; exactly x where it is within 3
+    degrees.
+    """
     points = frame[["x_m", "y_m"]].to_numpy(np.float64)
     spread = np.cov((points - points.mean(axis=0)).T)
     _, vectors = np.linalg.eigh(spread)
@@ -73,7 +75,7 @@ def direction(frame: pd.DataFrame) -> tuple[float, float]:
 
 
 def track(frame: pd.DataFrame, along: tuple[float, float] = (1.0, 0.0)) -> Path2D:
-    """A FrameTransform table as a path in the plane of ``along`` and z, at most 1500 points of it."""
+    """Return a FrameTransform table as a path in the plane of ``along`` and z, at most 1500 points of it."""
     frame = frame.iloc[:: max(1, len(frame) // 1500)]
     x, y = along
     w, qx, qy, qz = (frame[name].to_numpy(np.float64) for name in ("qw", "qx", "qy", "qz"))
@@ -89,7 +91,7 @@ def track(frame: pd.DataFrame, along: tuple[float, float] = (1.0, 0.0)) -> Path2
 def pair(
     log: StageLog, prefix: str, start_s: float = -math.inf, end_s: float = math.inf
 ) -> tuple[Path2D, Path2D] | None:
-    """The paths of ``prefix``/cup and ``prefix``/ball after ``start_s`` up to ``end_s``, in one plane.
+    """Return the paths of ``prefix``/cup and ``prefix``/ball after ``start_s`` up to ``end_s``, in one plane.
 
     Positions are relative to where the cup begins. None where there are no paths.
     """
@@ -107,7 +109,7 @@ def _within(frame: pd.DataFrame, start_s: float, end_s: float) -> pd.DataFrame:
 
 
 def last_start_s(frame: pd.DataFrame) -> float:
-    """The time before the last stretch of a path: several attempts in one topic are parted by a jump."""
+    """Return the time before the last stretch of a path: several attempts in one topic are parted by a jump."""
     if len(frame) < 2:
         return -math.inf
     jump = np.linalg.norm(np.diff(frame[["x_m", "y_m", "z_m"]].to_numpy(np.float64), axis=0), axis=1)
@@ -137,13 +139,13 @@ def catch_time_s(cup: Path2D, ball: Path2D, of: CupSettings) -> float | None:
 
 
 def running_median(values: Array, half_width: int) -> Array:
-    """The median over a centred window that shrinks at the ends."""
+    """Return the median over a centred window that shrinks at the ends."""
     n = len(values)
     return np.array([np.median(values[max(0, i - half_width) : min(n, i + half_width + 1)]) for i in range(n)])
 
 
 def paths_by_child(frame: pd.DataFrame, along: tuple[float, float] | None = None) -> list[Path2D]:
-    """One path per child frame, each relative to its own start, all in one plane."""
+    """Return one path per child frame, each relative to its own start, all in one plane."""
     if len(frame) < 3:
         return []
     plane = direction(frame) if along is None else along

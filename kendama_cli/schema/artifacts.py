@@ -1,4 +1,4 @@
-"""How a frozen dataclass becomes plain data and arrays, and how these become it again, by its declared types alone.
+"""Conversion of frozen dataclasses to plain data and arrays, and back by their declared types alone.
 
 An artifact holds frozen dataclasses, numpy arrays, tuples, mappings, numbers, strings, truth values and None, and
 unions of these that can be told apart: scalars by their type, dataclasses by the names of their fields or by a field
@@ -25,7 +25,7 @@ HOLDS = "frozen dataclasses, arrays, tuples, mappings, numbers, strings, truth v
 
 
 def artifact_type(target: str, what: str) -> type:
-    """The artifact's dataclass that ``module:name`` names.
+    """Return the artifact's dataclass that ``module:name`` names.
 
     Raises MissingPartError where there is none, StageError where its fields are of types that cannot be kept.
     """
@@ -46,12 +46,12 @@ def to_plain(declared: Any, value: Any) -> tuple[Any, dict[str, np.ndarray]]:
 
 
 def from_plain(declared: Any, body: Any, arrays: Mapping[str, np.ndarray]) -> Any:
-    """What ``to_plain`` was given; raises ValueError, KeyError or TypeError for other data."""
+    """Return what ``to_plain`` was given; raises ValueError, KeyError or TypeError for other data."""
     return _restore(declared, body, arrays)
 
 
 def type_name(annotation: Any) -> str:
-    """An annotation as a person would write it, without modules."""
+    """Return an annotation as a person would write it, without modules."""
     if isinstance(annotation, type) and not typing.get_args(annotation):
         return annotation.__name__
     return re.sub(r"\b(?:[A-Za-z_]\w*\.)+", "", str(annotation))
@@ -130,7 +130,7 @@ def _restore_scalar(member: Any, body: Any) -> Any:
 
 
 def _members(annotation: Any) -> tuple[Any, ...]:
-    """The members of a union, of one type itself; without what Annotated adds, and what an alias stands for."""
+    """Return the members of a union, of one type itself; without what Annotated adds, and what an alias stands for."""
     alias, arguments = typing.get_origin(annotation) or annotation, typing.get_args(annotation)
     if hasattr(alias, "__value__"):  # of a ``type`` statement, as numpy's NDArray is one from 2.5 on
         return _members(alias.__value__[arguments] if arguments else alias.__value__)
@@ -142,7 +142,7 @@ def _members(annotation: Any) -> tuple[Any, ...]:
 
 
 def _member_of(annotation: Any, value: Any) -> Any:
-    """The member of the union ``annotation`` that ``value`` is of; None where it is of none."""
+    """Return the member of the union ``annotation`` that ``value`` is of; None where it is of none."""
     members = _members(annotation)
     fitting = [member for member in members if _fits(member, value)]
     if not fitting and float in members and _fits(int, value):
@@ -169,7 +169,7 @@ def _scalar_fits(member: Any, value: Any) -> bool:
 
 
 def _member_for(annotation: Any, body: Any) -> Any:
-    """The member of the union ``annotation`` that the plain ``body`` was made from."""
+    """Return the member of the union ``annotation`` that the plain ``body`` was made from."""
     members = _members(annotation)
     if len(members) == 1:
         return members[0]
@@ -190,7 +190,7 @@ def _may_be(member: Any, body: Any) -> bool:
 
 
 def _undeclarable(annotation: Any, path: str, seen: set[Any]) -> str:
-    """Why what is declared so cannot be kept; empty where it can."""
+    """Return why what is declared so cannot be kept; empty where it can."""
     members = _members(annotation)
     where = f"whose field '{path}'" if path else "which"
     for i, member in enumerate(members):
@@ -233,7 +233,7 @@ def _undeclarable_member(member: Any, path: str, seen: set[Any], where: str) -> 
 
 
 def _alike(one: Any, other: Any) -> bool:
-    """Whether two members of a union leave the same data behind."""
+    """Return True if two members of a union leave the same data behind."""
     if typing.get_origin(one) is tuple and typing.get_origin(other) is tuple:
         return True
     keys = _keys(one)
@@ -244,7 +244,7 @@ def _alike(one: Any, other: Any) -> bool:
 
 
 def _keys(member: Any) -> set[str]:
-    """The keys of the JSON object that a member becomes; empty where it becomes none."""
+    """Return the keys of the JSON object that a member becomes; empty where it becomes none."""
     if _is_record(member):
         return {field.name for field in dataclasses.fields(member)}
     if _is_array(member):
@@ -255,7 +255,7 @@ def _keys(member: Any) -> set[str]:
 
 
 def _literals(member: Any) -> dict[str, tuple[Any, ...]]:
-    """The choices of a dataclass's Literal fields."""
+    """Return the choices of a dataclass's Literal fields."""
     if not _is_record(member):
         return {}
     hints = typing.get_type_hints(member)
@@ -285,7 +285,7 @@ def _dtype_fits(annotation: Any, dtype: np.dtype[Any]) -> bool:
 
 
 def _items(annotation: Any, n: int) -> tuple[Any, ...]:
-    """The types of the n items of a tuple."""
+    """Return the types of the n items of a tuple."""
     members = typing.get_args(annotation)
     return members[:1] * n if members[1:] == (Ellipsis,) else members
 

@@ -1,4 +1,4 @@
-"""What the pipeline, store, log, report and command line know of a stage: one declaration, nothing heavy imported.
+"""Declaration of a stage: all that pipeline, store, log, report and command line know of it; nothing heavy is imported.
 
 Stages come by the entry point group ``kendama.stages``, the nodes of configuration that several stages read by
 ``kendama.settings``; ours stand in our own ``pyproject.toml`` as another package's do in its own.
@@ -76,12 +76,12 @@ class StageDeclaration:
 
 
 def stage_names() -> list[str]:
-    """The stages that installed packages declare, sorted."""
+    """Return the stages that installed packages declare, sorted."""
     return sorted(declared(STAGES))
 
 
 def find_stage(name: str) -> StageDeclaration | None:
-    """The declaration of the stage ``name``; None where no package declares it.
+    """Return the declaration of the stage ``name``; None where no package declares it.
 
     Raises MissingPartError where its module cannot be imported, ConfigError where it is no declaration of that name.
     """

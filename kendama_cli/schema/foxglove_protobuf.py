@@ -200,7 +200,7 @@ def scene_into(entity: SceneEntity, solid: Solid) -> None:
 
 
 def scene_from(entity: SceneEntity) -> Iterator[Solid]:
-    """The solids of ``entity``."""
+    """Yield the solids of ``entity``."""
     name = next((pair.value for pair in entity.metadata if pair.key == "name"), entity.id)
     for kind, field in _FIELDS:
         for one in getattr(entity, field):

@@ -37,7 +37,8 @@ _COLLECTIONS = (tuple, list, collections.abc.Sequence, collections.abc.Collectio
 
 @dataclass(frozen=True)
 class MessageCodec:
-    """How one dataclass travels; ``encode`` also takes the log time in ns, for schemas that hold a time stamp.
+    """Encoder and decoder of one dataclass; ``encode`` also takes the log time in ns, for schemas that hold a time
+    stamp.
 
     ``encode`` raises LogMessageError, saying what was given, for a field of the wrong type or length; ``decode``
     raises protobuf's DecodeError.
@@ -52,7 +53,9 @@ class MessageCodec:
 
 @cache
 def codec(kind: type) -> MessageCodec:
-    """The codec of message dataclass ``kind``; raises LogMessageError where it has a field that proto3 cannot hold."""
+    """Return the codec of message dataclass ``kind``; raises LogMessageError where it has a field that proto3 cannot
+    hold.
+    """
     if kind in FOXGLOVE:
         foxglove = FOXGLOVE[kind]
         return MessageCodec(foxglove.schema, foxglove.descriptor_set, _refusing(kind, foxglove.encode), foxglove.decode)
@@ -60,7 +63,7 @@ def codec(kind: type) -> MessageCodec:
 
 
 def kind_of(topics: Mapping[str, type], topic: str) -> type:
-    """The declared message type of ``topic``; a declared ``*`` at the end stands for one name.
+    """Return the declared message type of ``topic``; a declared ``*`` at the end stands for one name.
 
     Raises LogMessageError, naming what is declared, where it is not.
     """
@@ -112,14 +115,16 @@ def _own_codec(kind: type) -> MessageCodec:
 
 
 def _values_of(names: tuple[str, ...]) -> Callable[[Any], tuple[Any, ...]]:
-    """What reads the attributes ``names``; attrgetter alone gives no tuple for one name."""
+    """Return what reads the attributes ``names``; attrgetter alone gives no tuple for one name."""
     if len(names) > 1:
         return operator.attrgetter(*names)
     return lambda message: tuple(getattr(message, name) for name in names)
 
 
 def _fields(kind: type) -> dict[str, tuple[type, bool]]:
-    """Each field's scalar type and whether it holds many, in order; raises LogMessageError for any other type."""
+    """Return each field's scalar type and whether it holds many, in order; raises LogMessageError for any other
+    type.
+    """
     if not dataclasses.is_dataclass(kind):
         raise LogMessageError(f"log message {kind.__name__} is no dataclass; declare it as a frozen one")
     hints = typing.get_type_hints(kind)

@@ -19,14 +19,14 @@ MOST_BITS = 1023
 
 
 class TooMuchError(ValueError):
-    """What the text means would not end, or fill the memory."""
+    """Error for a text whose content would not end, or would fill the memory."""
 
 
 _LOADER: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 
 
 def load_yaml(text: str) -> Any:
-    """The values in ``text``; raises ValueError, in one line, for anything but plain YAML."""
+    """Return the values in ``text``; raises ValueError, in one line, for anything but plain YAML."""
     check_yaml(text)
     try:
         value = yaml.load(text, Loader=_LOADER)
@@ -107,7 +107,7 @@ def _reason(error: Exception) -> str:
 
 
 def scalars(path: Path) -> list[str]:
-    """Every text in the YAML file ``path``, keys too, as it is meant; nothing where it cannot be read."""
+    """Return every text in the YAML file ``path``, keys too, as it is meant; nothing where it cannot be read."""
     try:
         text = path.read_text(encoding="utf-8", errors="replace")
         return [event.value for event in yaml.parse(text, Loader=_LOADER) if isinstance(event, yaml.ScalarEvent)]

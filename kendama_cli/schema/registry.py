@@ -43,11 +43,11 @@ class Registry:
         self.group, self.block = group, block
 
     def kinds(self) -> list[str]:
-        """The variants there are, sorted."""
+        """Return the variants there are, sorted."""
         return sorted(declared(self.group))
 
     def variant(self, kind: str) -> Variant:
-        """The declaration of ``kind``; raises ConfigError where its entry point names something else."""
+        """Return the declaration of ``kind``; raises ConfigError where its entry point names something else."""
         found = resolve(declared(self.group)[kind], f"{self.block} '{kind}'")
         if not isinstance(found, Variant) or found.kind != kind:
             raise ConfigError(
@@ -57,13 +57,13 @@ class Registry:
         return found
 
     def settings(self, kind: str) -> type:
-        """The settings' dataclass of ``kind``."""
+        """Return the settings' dataclass of ``kind``."""
         found = resolve(self.variant(kind).settings, f"{self.block} '{kind}'")
         assert isinstance(found, type)
         return found
 
     def maker(self, kind: str) -> Any:
-        """What makes the block from its settings, imported."""
+        """Return what makes the block from its settings, imported."""
         return resolve(self.variant(kind).makes, f"{self.block} '{kind}'")
 
 
@@ -139,7 +139,9 @@ def declared(group: str) -> Mapping[str, str]:
 
 
 def resolve(target: str, what: str) -> Any:
-    """The object that ``module:name`` names, imported; raises MissingPartError naming ``what`` where it is not."""
+    """Return the object that ``module:name`` names, imported; raises MissingPartError naming ``what`` where it
+    is not.
+    """
     module, _, name = target.partition(":")
     try:
         imported = importlib.import_module(module)

@@ -1,4 +1,4 @@
-"""How settings are declared and how plain configuration becomes settings.
+"""Declaration of settings, and the way from plain configuration to settings.
 
 Settings are frozen dataclasses without defaults: the values live in ``conf/`` alone. ``setting()`` declares what a
 field means and allows; ``build()`` turns nested dicts into the dataclass and names the key of whatever does not fit.
@@ -57,7 +57,7 @@ def nearest(word: str, candidates: Iterable[str]) -> str:
 
 
 def unknown_key(key: str, siblings: Iterable[str], below: Iterable[str] = ()) -> ConfigError:
-    """The error for a key that the schema does not have; ``below`` are dotted names beneath the siblings.
+    """Return the error for a key that the schema does not have; ``below`` are dotted names beneath the siblings.
 
     The hint is the sibling that is spelled nearest, else what beneath one has the nearest last word.
     """
@@ -115,7 +115,7 @@ def build_value(annotation: Any, data: Any, key: str) -> Any:
 
 
 def variants(annotation: Any) -> dict[str, type]:
-    """The dataclasses that ``annotation`` allows by their ``kind``: of a registry, a union, or one dataclass.
+    """Return the dataclasses that ``annotation`` allows by their ``kind``: of a registry, a union, or one dataclass.
 
     Empty for anything else. A registry imports the settings of all its variants for this.
     """
@@ -123,7 +123,7 @@ def variants(annotation: Any) -> dict[str, type]:
 
 
 def _choices(annotation: Any) -> dict[str, Callable[[], type]]:
-    """What gives the dataclass, by kind: a registry's variant is imported only when it is chosen."""
+    """Return what gives the dataclass, by kind: a registry's variant is imported only when it is chosen."""
     registry = registry_of(annotation)
     if registry is not None:
         return {kind: partial(registry.settings, kind) for kind in registry.kinds()}
@@ -137,7 +137,7 @@ def _choices(annotation: Any) -> dict[str, Callable[[], type]]:
 
 
 def registry_of(annotation: Any) -> Registry | None:
-    """The registry that ``annotation`` is, or is annotated with; None for any other."""
+    """Return the registry that ``annotation`` is, or is annotated with; None for any other."""
     members = annotation.__metadata__ if typing.get_origin(annotation) is Annotated else (annotation,)
     return next((member for member in members if isinstance(member, Registry)), None)
 
@@ -162,7 +162,7 @@ def input_files(settings: Any, key: str = "", *, among: str = "file") -> dict[st
 
 
 def chosen(annotation: Any, value: Any) -> list[tuple[Registry, str]]:
-    """Every registered variant that ``value``, built by ``annotation``, names: its registry and kind."""
+    """Return every registered variant that ``value``, built by ``annotation``, names: its registry and kind."""
     registry = registry_of(annotation)
     if registry is not None:
         return [(registry, value.kind), *_chosen_within(value)]

@@ -53,7 +53,7 @@ class CameraModelSettings:
 
 @dataclass(frozen=True)
 class FrameTiming:
-    """When cameras whose clock is set, not read, expose: frame k of camera i at k/rate_hz + i stagger_s."""
+    """Exposure times of cameras whose clock is set, not read: frame k of camera i at k/rate_hz + i stagger_s."""
 
     rate_hz: float
     exposure_s: float
@@ -65,7 +65,7 @@ class FrameTiming:
 
 @dataclass(frozen=True)
 class CameraRig:
-    """What the settings of every kind of camera have: the calibration of each camera."""
+    """Settings that every kind of camera has: the calibration of each camera."""
 
     source: ClassVar[Source]
     live: ClassVar[bool] = False
@@ -81,13 +81,13 @@ class CameraRig:
 
     @property
     def timing(self) -> FrameTiming | None:
-        """When frames are exposed; rendered cameras know it, others give None."""
+        """Return when frames are exposed; rendered cameras know it, others give None."""
         return None
 
 
 @dataclass(frozen=True)
 class SensorSettings:
-    """How light becomes numbers."""
+    """Conversion of light to numbers."""
 
     shutter: Literal["global", "rolling"] = setting("global exposes all rows at once, rolling one after the other")
     readout_s: float = setting("from the first row's exposure to the last's with a rolling shutter [s]", at_least=0)
@@ -110,18 +110,18 @@ class SensorSettings:
 
     @property
     def rows_s(self) -> float:
-        """From the first row's exposure to the last's [s]."""
+        """Time from the first row's exposure to the last's [s]."""
         return self.readout_s if self.shutter == "rolling" else 0.0
 
     @property
     def busy_s(self) -> float:
-        """From the first row's opening to the last row's closing [s]."""
+        """Time from the first row's opening to the last row's closing [s]."""
         return self.exposure_s + self.rows_s
 
 
 @dataclass(frozen=True)
 class AppearanceSettings:
-    """What the virtual camera paints; reflectances are linear red, green, blue in 0..1."""
+    """Colours that the virtual camera paints; reflectances are linear red, green, blue in 0..1."""
 
     ball_rgb: Triple = setting("reflectance of the ball", at_least=0, at_most=1)
     ball_pattern: Literal["plain", "two_tone", "striped", "wooden"] = setting(
@@ -196,7 +196,7 @@ class DeviceCamera(CameraRig):
 
 
 class CameraSettingsNode(Protocol):
-    """What the settings of every kind of camera have beside fields of their own: derive them from CameraRig."""
+    """Settings of every kind of camera beside fields of its own: derive them from CameraRig."""
 
     source: ClassVar[Source]
     """``rendered`` from a simulated scene, ``recorded``, or ``live``: what a stage can ask of it"""
@@ -211,7 +211,7 @@ class CameraSettingsNode(Protocol):
 
     @property
     def timing(self) -> FrameTiming | None:
-        """When frames are exposed, of cameras whose ``source`` is ``rendered``; see CameraRig."""
+        """Return when frames are exposed, of cameras whose ``source`` is ``rendered``; see CameraRig."""
 
     @property
     def calibration(self) -> str | None:

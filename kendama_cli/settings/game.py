@@ -152,7 +152,7 @@ class CupSettings:
 
     @property
     def tie_m(self) -> tuple[float, float, float]:
-        """Where the rope is tied, in the cup's frame: at its origin, the cup's place, or on the wall."""
+        """Return where the rope is tied, in the cup's frame: at its origin, the cup's place, or on the wall."""
         tie = self.tie
         if not isinstance(tie, SideTie):
             return 0.0, 0.0, 0.0
@@ -162,7 +162,7 @@ class CupSettings:
 
 @dataclass(frozen=True)
 class GameSettings:
-    """What is simulated whatever the robot is."""
+    """Simulated kendama, whatever the robot is."""
 
     rope: RopeSettings
     ball: BallSettings
@@ -194,7 +194,7 @@ class GameSettings:
 
     @property
     def way_into_cup_m(self) -> float:
-        """From the tie point over floor and rim to the middle of the mouth [m]: a shorter rope lets no ball in."""
+        """Path from the tie point over floor and rim to the centre of the mouth [m]: a shorter rope lets no ball in."""
         r, tie = self.cup.outer_radius_m, self.cup.tie
         if isinstance(tie, HandleTie):
             return tie.radius_m + math.hypot(r - tie.radius_m, tie.length_m) + self.cup.depth_m + r

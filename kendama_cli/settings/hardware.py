@@ -13,7 +13,7 @@ ROBOTS = Registry("kendama.robots", "robot")
 
 
 class RobotSettingsNode(Protocol):
-    """What the settings of every robot have beside fields of their own."""
+    """Settings of every robot beside fields of its own."""
 
     moves: ClassVar[bool]
     """Whether it may move a real arm: then it moves only when armed, and no cached result stands in for it."""

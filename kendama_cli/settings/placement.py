@@ -1,4 +1,4 @@
-"""Where an arm stands and how it holds the cup: what a search over placements finds, and what it keeps in reach."""
+"""Base of an arm and pose of its cup: the result of a search over placements, and the reach that it keeps."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def turned(robot: RobotSettings, angle_rad: float) -> RobotSettings:
 
 
 def placed(robot: RobotSettings, placement: Placement) -> RobotSettings:
-    """The same arm at ``placement``."""
+    """Return the same arm at ``placement``."""
     return dataclasses.replace(
         robot,
         tool=ToolSettings(handle_m=placement.handle_m, cup_axis=placement.cup_axis),

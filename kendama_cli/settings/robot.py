@@ -114,7 +114,7 @@ class RobotSettings:
 
 @dataclass(frozen=True)
 class Imperfection:
-    """How a simulated robot differs from what its controller believes: a twin, or one perturbed repeat."""
+    """Difference between a simulated robot and its controller's model: a twin, or one perturbed repeat."""
 
     rope_scale: float = setting("factor on the rope's length", above=0)
     rope_scale_spread: float = setting("uniform +- spread of that factor, drawn at every reset", at_least=0, below=1)

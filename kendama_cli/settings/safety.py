@@ -1,4 +1,4 @@
-"""What a motion must keep to before an arm plays it: margins, and the space around it."""
+"""Limits that a motion must keep before an arm plays it: margins, and the space around it."""
 
 from __future__ import annotations
 

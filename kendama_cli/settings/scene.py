@@ -1,4 +1,4 @@
-"""What stands around the arm: bodies of simple shapes that are fixed, free to move, or held by springs."""
+"""Scene around the arm: bodies of simple shapes that are fixed, free to move, or held by springs."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What was measured of a laboratory, each with its uncertainty: the content of a setup.yaml."""
+"""Measurements of a laboratory, each with its uncertainty: the content of a setup.yaml."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Which way of using the operating system this process takes."""
+"""Choice between the ways of using the operating system."""
 
 from __future__ import annotations
 
@@ -25,5 +25,5 @@ def system() -> System:
 
 
 def is_portable() -> bool:
-    """Whether the portable way is taken."""
+    """Return True if the portable way is taken."""
     return sys.platform != "linux" or os.environ.get(PORTABLE, "") not in ("", "0")

@@ -97,7 +97,7 @@ class _Fork:
         self._code: int | None = None
 
     def ask_to_end(self) -> None:
-        """By SIGTERM."""
+        """Send SIGTERM."""
         self._send(signal.SIGTERM)
 
     def kill(self) -> None:
@@ -105,7 +105,7 @@ class _Fork:
         self._send(signal.SIGKILL)
 
     def wait(self, timeout: float | None = None) -> int:
-        """Its exit code, negative for a signal; raises subprocess.TimeoutExpired."""
+        """Wait for its exit code, negative for a signal; raises subprocess.TimeoutExpired."""
         if self._code is None:
             self._line.settimeout(timeout)
             try:

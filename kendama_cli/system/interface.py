@@ -1,4 +1,4 @@
-"""What the pipeline and the store ask of the operating system beyond files: locks, worker processes, durable names."""
+"""Services of the operating system beyond files, for pipeline and store: locks, worker processes, durable names."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ class Worker(Protocol):
         """End it at once."""
 
     def wait(self, timeout: float | None = None) -> int:
-        """Its exit code, negative for a signal; raises subprocess.TimeoutExpired."""
+        """Wait for its exit code, negative for a signal; raises subprocess.TimeoutExpired."""
 
 
 class Starter(Protocol):
@@ -48,7 +48,7 @@ class System(Protocol):
     """The operating system; every method but ``end_with_parent`` is safe from several threads."""
 
     def try_lock(self, path: Path) -> Lock | None:
-        """The lock on the file ``path``, which is made; None where another process has it. Raises OSError."""
+        """Return the lock on the file ``path``, which is made; None where another process has it. Raises OSError."""
 
     def shared(self, path: Path) -> AbstractContextManager[None]:
         """Hold ``path`` together with others that share it; waits while one has it alone. Raises OSError."""
@@ -60,7 +60,7 @@ class System(Protocol):
         """Have ``is_in_use`` true of ``folder`` meanwhile; without effect where the file system knows no locks."""
 
     def is_in_use(self, folder: Path) -> bool:
-        """Whether a living process has marked ``folder``; true where that cannot be found out."""
+        """Return True if a living process has marked ``folder``; true where that cannot be found out."""
 
     def sync(self, path: Path) -> None:
         """Have a file, or the names in a folder, on the disk. Raises OSError."""

@@ -17,7 +17,7 @@ WORKER = "kendama_cli.pipeline.worker"
 
 
 def one_thread() -> dict[str, str]:
-    """The environment of a worker: linear algebra on one thread.
+    """Return the environment of a worker: linear algebra on one thread.
 
     Its sums would otherwise be cut by the number of cores and round differently from machine to machine; and threads
     that wait for each other make the small systems here many times slower on a busy machine.
@@ -29,7 +29,7 @@ class Interpreters:
     """Starts each worker as an interpreter; the request is the first line of its standard input."""
 
     def __init__(self, *, ended_by_signal: bool) -> None:
-        """Where not ``ended_by_signal``, a worker is asked to end by closing its standard input."""
+        """Set how workers end: by a signal, or by closing their standard input."""
         self._ended_by_signal = ended_by_signal
 
     def start(self, request: Mapping[str, Any], *, lock: Lock, printed: int) -> Worker:
@@ -66,7 +66,7 @@ class _Interpreter:
         self._ended_by_signal = ended_by_signal
 
     def ask_to_end(self) -> None:
-        """By SIGTERM, or by the end of its standard input."""
+        """Send SIGTERM, or close its standard input."""
         if self._ended_by_signal:
             self._process.terminate()
         else:
@@ -77,7 +77,7 @@ class _Interpreter:
         self._process.kill()
 
     def wait(self, timeout: float | None = None) -> int:
-        """Its exit code, negative for a signal; raises subprocess.TimeoutExpired."""
+        """Wait for its exit code, negative for a signal; raises subprocess.TimeoutExpired."""
         code = self._process.wait(timeout)
         self._close()
         return code

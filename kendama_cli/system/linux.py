@@ -40,7 +40,7 @@ class Linux:
     """See ``System``."""
 
     def try_lock(self, path: Path) -> Flock | None:
-        """An exclusive flock, or None."""
+        """Return an exclusive flock, or None."""
         while True:
             descriptor = _open(path)
             try:
@@ -54,26 +54,26 @@ class Linux:
 
     @contextlib.contextmanager
     def shared(self, path: Path) -> Iterator[None]:
-        """A shared flock."""
+        """Hold a shared flock."""
         with _flock(_open(path), fcntl.LOCK_SH):
             yield
 
     @contextlib.contextmanager
     def alone(self, path: Path) -> Iterator[None]:
-        """An exclusive flock, or BlockingIOError."""
+        """Hold an exclusive flock; raises BlockingIOError."""
         with _flock(_open(path), fcntl.LOCK_EX | fcntl.LOCK_NB):
             yield
 
     @contextlib.contextmanager
     def mark_in_use(self, folder: Path) -> Iterator[None]:
-        """A flock on the folder itself, which leaves no file behind."""
+        """Hold a flock on the folder itself, which leaves no file behind."""
         with contextlib.ExitStack() as held:
             with contextlib.suppress(OSError):  # a file system without locks
                 held.enter_context(_flock(_open_folder(folder), fcntl.LOCK_EX | fcntl.LOCK_NB))
             yield
 
     def is_in_use(self, folder: Path) -> bool:
-        """Whether a shared flock on the folder is refused."""
+        """Return True if a shared flock on the folder is refused."""
         try:
             with _flock(_open_folder(folder), fcntl.LOCK_SH | fcntl.LOCK_NB):
                 return False
@@ -95,13 +95,13 @@ class Linux:
         return Interpreters(ended_by_signal=True)
 
     def sweep_starter(self) -> Starter:
-        """A fork server: it pays for the imports of a stage once."""
+        """Return a fork server: it pays for the imports of a stage once."""
         from kendama_cli.system.fork_server import ForkServer  # noqa: PLC0415 - only a sweep has one
 
         return ForkServer()
 
     def end_with_parent(self) -> None:
-        """The kernel's signal at the parent's death; SIGTERM itself comes from the parent where it asks."""
+        """Ask the kernel for a signal at the parent's death; SIGTERM itself comes from the parent."""
         import signal  # noqa: PLC0415 - only workers need it
 
         _libc().prctl(PR_SET_PDEATHSIG, signal.SIGTERM)
@@ -109,7 +109,7 @@ class Linux:
 
 @functools.cache
 def _libc() -> Any:
-    """The C library, found by a fork server for all its forks."""
+    """Return the C library, found by a fork server for all its forks."""
     import ctypes  # noqa: PLC0415 - only workers need it
 
     return ctypes.CDLL(None)

@@ -10,7 +10,7 @@ Listening = socket.socket
 
 
 def listen(host: str, port: int) -> Listening:
-    """A socket that listens there, 0 for any free port; raises UsageError."""
+    """Return a socket that listens there, 0 for any free port; raises UsageError."""
     try:
         family = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)[0][0]
         listening = socket.create_server((host, port), family=family)

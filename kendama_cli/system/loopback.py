@@ -25,7 +25,7 @@ HEADERS = {
 
 @dataclass(frozen=True)
 class Asked:
-    """What a browser asks for: the path without slashes at its ends, its query, and what it sent, None for nothing."""
+    """Request of a browser: the path without slashes at its ends, its query, and the body, None if there is none."""
 
     part: str
     query: Mapping[str, str]
@@ -71,7 +71,7 @@ class LoopbackServer(ThreadingHTTPServer):
         self.address = f"http://{HOST}:{listening.getsockname()[1]}/?token={self._token}"
 
     def answered(self, path: str, sent: bytes | None) -> Answer:
-        """The answer to a request of ``path``."""
+        """Return the answer to a request of ``path``."""
         asked = urllib.parse.urlsplit(path)
         query = {name: values[0] for name, values in urllib.parse.parse_qs(asked.query).items()}
         part = asked.path.strip("/")
@@ -81,7 +81,7 @@ class LoopbackServer(ThreadingHTTPServer):
         return self._answer(Asked(part, query, sent))
 
     def handle_error(self, request: Any, client_address: Any) -> None:
-        """A browser that has gone is no error."""
+        """Ignore a browser that has gone: it is no error."""
 
 
 class _Handler(BaseHTTPRequestHandler):

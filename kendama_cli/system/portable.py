@@ -1,4 +1,4 @@
-"""What Python and ``filelock`` offer on every system; docs/platforms.md says what it guarantees less than ``linux``."""
+"""Services that Python and ``filelock`` offer on every system; docs/platforms.md says what they guarantee less."""
 
 from __future__ import annotations
 
@@ -49,13 +49,13 @@ class Portable:
     """See ``System``."""
 
     def try_lock(self, path: Path) -> HeldFile | None:
-        """An exclusive lock, or None."""
+        """Return an exclusive lock, or None."""
         lock = _file_lock(path)
         return HeldFile(lock) if _taken(lock, 0.0) else None
 
     @contextlib.contextmanager
     def shared(self, path: Path) -> Iterator[None]:
-        """A file of one's own beside ``path``, made and locked while holding ``path``."""
+        """Hold a lock on a file of one's own beside ``path``, made and locked while holding ``path``."""
         users = _users(path)
         own = _file_lock(users / f"{os.urandom(16).hex()}.lock")
         with _file_lock(path):
@@ -88,7 +88,7 @@ class Portable:
 
     @contextlib.contextmanager
     def mark_in_use(self, folder: Path) -> Iterator[None]:
-        """A locked file in the folder."""
+        """Hold a locked file in the folder."""
         lock = _file_lock(folder / IN_USE)
         with contextlib.suppress(OSError):  # a file system without locks
             _taken(lock, PROBE_S)
@@ -100,7 +100,7 @@ class Portable:
                 os.unlink(lock.lock_file)
 
     def is_in_use(self, folder: Path) -> bool:
-        """Whether the folder has the file and it is locked."""
+        """Return True if the folder has the file and it is locked."""
         file = folder / IN_USE
         if not file.exists():
             return False

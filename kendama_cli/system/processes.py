@@ -18,7 +18,7 @@ MOST = 8
 
 
 def processes() -> int:
-    """How many processes are worth beginning here."""
+    """Return how many processes are worth beginning here."""
     asked = os.environ.get(PROCESSES, "")
     if asked.isdecimal() and int(asked) > 0:
         return int(asked)
@@ -28,7 +28,7 @@ def processes() -> int:
 
 @contextlib.contextmanager
 def cores_shared_by(jobs: int) -> Iterator[None]:
-    """What is begun meanwhile takes its share of the processes, unless the user has said how many."""
+    """Give work that is started meanwhile its part of the cores, unless the user has said how many."""
     if PROCESSES in os.environ:
         yield
         return
@@ -61,7 +61,7 @@ def _begin(begin: Callable[..., None], given: tuple[Any, ...]) -> None:
 
 
 def _end_with_parent() -> None:
-    """A pool's process waits for work for ever where its parent was killed: both ends of its queue are its own."""
+    """End this process with its parent: it holds both ends of its queue, and would wait for work for ever."""
     parent = multiprocessing.parent_process()
     if parent is not None:
         wait([parent.sentinel])

@@ -23,7 +23,7 @@ _FRAMED = "<style>main{padding:0 2px}section{margin-top:0;border:0}.replay{margi
 
 @cache
 def frame_page(title: str) -> str:
-    """The page that asks for the state of the run, shows it, and frames what is drawn."""
+    """Return the page that asks for the state of the run, shows it, and frames what is drawn."""
     script = files(__package__).joinpath("watch.js").read_text(encoding="utf-8")
     style = files(__package__).joinpath("watch.css").read_text(encoding="utf-8")
     head = page_head(title, script, also="connect-src 'self'; frame-src 'self'")
@@ -40,13 +40,13 @@ def frame_page(title: str) -> str:
 
 
 def replay_page(shown: Sequence[Performance]) -> str:
-    """The replay of ``shown``; where the browser has no WebGL, a sentence."""
+    """Return the replay of ``shown``; where the browser has no WebGL, a sentence."""
     without = '<p class="run flat">No replay in space: this browser has no WebGL.</p>'
     return _page("kendama: replay", without + replay(shown, once=True), *scripts())
 
 
 def chapters_page(shown: Sequence[tuple[str, StageDeclaration, StageLog]]) -> str:
-    """The chapters of stages by their names, drawn from what their logs have."""
+    """Return the chapters of stages by their names, drawn from what their logs have."""
     parts, figures = [], 0
     for name, declaration, log in shown:
         part, figures = section(name, declaration, {}, log, figures)
@@ -60,7 +60,7 @@ def _page(title: str, body: str, *texts: str) -> str:
 
 
 def last_motion(log: StageLog, label: str, kind: Kind) -> Performance | None:
-    """The last stretch of the ball that moved last, with its cup and whatever else stands beside it."""
+    """Return the last stretch of the ball that moved last, with its cup and whatever else stands beside it."""
     topics = log.topics_under("/")
     ends = {}
     for topic in topics:

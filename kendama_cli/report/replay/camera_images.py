@@ -1,4 +1,4 @@
-"""What the cameras saw of a motion, as a replay shows it beside the scene."""
+"""Camera images of a motion, which a replay shows beside the scene."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ class CameraImages:
 def camera_images(
     log: StageLog, under: str, *, start_s: float = -math.inf, end_s: float = math.inf
 ) -> tuple[CameraImages, ...]:
-    """Those below ``under``/image from ``start_s`` to ``end_s``; evenly fewer of them where they weigh too much.
+    """Return the images below ``under``/image from ``start_s`` to ``end_s``, evenly thinned if they weigh too much.
 
     Cameras whose images cannot be decoded are left out.
     """

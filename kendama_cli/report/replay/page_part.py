@@ -32,7 +32,7 @@ def scripts() -> tuple[str, str]:
 
 
 def replay(performances: Sequence[Performance], *, once: bool = False) -> str:
-    """The replay of ``performances`` as HTML, hidden until its script finds that the browser can draw it.
+    """Return the replay of ``performances`` as HTML, hidden until its script finds that the browser can draw it.
 
     ``once``: it plays to its end by itself and no further, and not where the browser draws slowly.
     """
@@ -133,7 +133,9 @@ def _solid(solid: Solid) -> dict[str, Any]:
 
 
 def _ahead(known: Expected) -> list[float]:
-    """When it was known; of the crossing when, where, how fast; half axes (two sigma) and turn of its ellipse."""
+    """Return when it was known; of the crossing when, where, how fast; half axes (two sigma) and turn of its
+    ellipse.
+    """
     values, vectors = np.linalg.eigh(known.covariance_m2)
     minor, major = (2 * np.sqrt(np.maximum(values, 0.0))).tolist()
     turn = float(np.arctan2(vectors[1, 1], vectors[0, 1]))

@@ -40,7 +40,7 @@ class Frames:
 
 @dataclass(frozen=True)
 class Expected:
-    """What was predicted at ``t_s``: when, where (3,) and how fast (3,) the ball crosses the rim's plane.
+    """Prediction at ``t_s``: time, place (3,) and velocity (3,) of the ball's crossing of the rim's plane.
 
     ``covariance_m2`` (2, 2) is that of the place along x and y.
     """
@@ -74,13 +74,13 @@ class Performance:
     placed: bool = True
 
     def moved(self, by_m: Array) -> Performance:
-        """The same elsewhere."""
+        """Return the same elsewhere."""
         shift = np.concatenate([by_m, np.zeros(4)])
         return replace(self, bodies=replace(self.bodies, poses=self.bodies.poses + shift), placed=True)
 
     @property
     def start_m(self) -> Array:
-        """Where the cup begins (3,)."""
+        """Return where the cup begins (3,)."""
         return np.asarray(self.bodies.poses[0, self.bodies.names.index("cup"), :3])
 
 
@@ -96,7 +96,8 @@ def performance(
     expected: Sequence[Expected] = (),
     images: Sequence[CameraImages] = (),
 ) -> Performance | None:
-    """What ``under``/cup, /ball and /links tell from ``start_s`` to ``end_s``; None where there is no ball and cup.
+    """Return what ``under``/cup, /ball and /links tell from ``start_s`` to ``end_s``; None where there is no ball and
+    cup.
 
     ``scene`` is the topic that says what everything looks like.
     """
@@ -124,14 +125,14 @@ def performance(
 
 
 def carried(log: StageLog, label: str, kind: Kind, poses: dict[str, tuple[Array, Array]], rope_m: float) -> Performance:
-    """A cup and a ball, their ``poses`` as times (n,) and poses (n, 7), where no arm was logged."""
+    """Return a cup and a ball, their ``poses`` as times (n,) and poses (n, 7), where no arm was logged."""
     bodies, rim_m = _sampled(poses), cup_of(log).rim_m
     gravity_m_s2, catch_s = log.setting("gravity_m_s2"), came_down_s(bodies, rim_m)
     return Performance(label, kind, bodies, rope_m=rope_m, rim_m=rim_m, gravity_m_s2=gravity_m_s2, catch_s=catch_s)
 
 
 def cup_alone(frame: pd.DataFrame, label: str) -> Performance | None:
-    """A recorded path of the cup, which nobody says where in the room it was."""
+    """Return a recorded path of the cup, which nobody says where in the room it was."""
     if len(frame) < 2:
         return None
     bodies = _sampled({"cup": (frame["t_s"].to_numpy(np.float64), poses_of(frame))})
