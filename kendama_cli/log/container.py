@@ -17,10 +17,10 @@ from mcap.stream_reader import CRCValidationError, StreamReader
 from zstandard import ZstdError
 
 from kendama_cli.errors import InputError
-from kendama_cli.log.container_summary import MAGIC
 from kendama_cli.schema.unpacking import OversizedError, check_size, unpacked_chunk
 
 REMEDY = "copy or record it again ('mcap recover' saves what is whole)"
+MAGIC = b"\x89MCAP0\r\n"
 MOST_BYTES, GROWTH, MOST_UNREAD = 1 << 28, 4, 8
 """A chunk may have so many bytes, or so many times the file's own; all chunks together more, as not all is kept."""
 RECORD_BYTES = 128

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from kendama_cli.errors import InputError
-from kendama_cli.log.container_summary import MAGIC as MCAP_MAGIC
+from kendama_cli.log.container import MAGIC as MCAP_MAGIC
 
 HEAD_BYTES = 4096
 C3D_BLOCK_BYTES = 512
