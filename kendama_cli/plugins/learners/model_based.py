@@ -27,8 +27,7 @@ from kendama_cli.learning.rewarded_actor import RewardedActor
 from kendama_cli.learning.settings import LearnSettings
 from kendama_cli.learning.state import SwingState
 from kendama_cli.learning.statistics import LearningCount
-from kendama_cli.plugins.learners import swing_model_kernel as kernel
-from kendama_cli.plugins.learners.open_loop import sealed_swing, swing_of
+from kendama_cli.plugins.learners.open_loop import sealed_swing, swing_of, wanted
 from kendama_cli.plugins.learners.settings import ModelBasedSettings
 from kendama_cli.plugins.learners.swing_model import SwingModel
 from kendama_cli.plugins.learners.swing_planner import SwingPlanner
@@ -49,6 +48,8 @@ class SwingPolicy:
     def play(self, swing: Array) -> None:
         """Begin a rollout that plays ``swing`` (3,)."""
         self._swing = swing
+        frequency, chirp, amplitude = swing.tolist()
+        self._numbers = frequency, chirp, amplitude
         self._held = HeldAction(self._settings, self._grid)
         self._acceleration = 0.0
         self.times_s: list[float] = []
@@ -76,8 +77,8 @@ class SwingPolicy:
             if row is not None:
                 held.hold(row, held.action, t_s)
                 ahead_s = self._settings.decision.max_s
-                wanted = float(kernel.wanted(self._swing, t_s, state.x_m, state.velocity_m_s, ahead_s))
-                self._acceleration = max(actions[0], min(actions[-1], wanted))
+                asked = wanted(self._numbers, t_s, state.x_m, state.velocity_m_s, ahead_s)
+                self._acceleration = max(actions[0], min(actions[-1], asked))
                 self.times_s.append(t_s)
                 self.readings.append(state)
         return self._acceleration

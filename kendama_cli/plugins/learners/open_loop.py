@@ -41,6 +41,18 @@ FOLLOWING_PER_S = 4.0
 """The share of the error in place that is made up in a second."""
 
 
+def wanted(swing: tuple[float, float, float], t_s: float, x_m: float, velocity_m_s: float, ahead_s: float) -> float:
+    """Return the acceleration that follows x = A sin(w t + c t^2 / 2), the ``swing`` w, c, A.
+
+    It brings the cup to the speed that the swing has ``ahead_s`` later, and some way to its place now.
+    """
+    w, c, size = swing
+    later = t_s + ahead_s
+    speed = size * (w + c * later) * math.cos((w + 0.5 * c * later) * later)
+    place = size * math.sin((w + 0.5 * c * t_s) * t_s)
+    return (speed + FOLLOWING_PER_S * (place - x_m) - velocity_m_s) / ahead_s
+
+
 class OpenLoopPolicy:
     """Plays one swing; the readings of the ball play no part."""
 
@@ -56,7 +68,8 @@ class OpenLoopPolicy:
     def play(self, swing: Array) -> None:
         """Begin a rollout that plays ``swing`` (3,)."""
         self._swing = swing
-        self._frequency, self._chirp, self._amplitude = (float(value) for value in swing)
+        frequency, chirp, amplitude = swing.tolist()
+        self._numbers = frequency, chirp, amplitude
         self.next_look_s = NEVER_S
         self._acceleration = 0.0
         self.decisions = 0
@@ -70,21 +83,11 @@ class OpenLoopPolicy:
         """The cup's acceleration [m/s^2] at ``t_s`` into the rollout."""
         self.highest_rad = max(self.highest_rad, abs(state.angle_rad))
         if t_s >= self.next_look_s:
-            wanted = self._wanted(state, t_s)
-            self._acceleration = max(self._low, min(self._high, wanted))
+            asked = wanted(self._numbers, t_s, state.x_m, state.velocity_m_s, self._period_s)
+            self._acceleration = max(self._low, min(self._high, asked))
             self.next_look_s = t_s + self._period_s - ROUNDING_S
             self.decisions += 1
         return self._acceleration
-
-    def _wanted(self, state: SwingState, t_s: float) -> float:
-        """What brings the cup to the swing's speed at the end of the period, and some way to its place."""
-        end_s = t_s + self._period_s
-        speed = self._amplitude * (self._frequency + self._chirp * end_s) * math.cos(self._phase(end_s))
-        ahead = self._amplitude * math.sin(self._phase(t_s)) - state.x_m
-        return (speed + FOLLOWING_PER_S * ahead - state.velocity_m_s) / self._period_s
-
-    def _phase(self, t_s: float) -> float:
-        return (self._frequency + 0.5 * self._chirp * t_s) * t_s
 
 
 class OpenLoopLearner:

@@ -1,7 +1,4 @@
-"""Swings of the cup and what a fitted model says that the ball does meanwhile, as compiled code.
-
-``limit`` is BrakingLimiter and ``wanted`` the law of OpenLoopPolicy; tests hold each to the plain one.
-"""
+"""Swings of the cup and what a fitted model says that the ball does meanwhile, as compiled code."""
 
 from __future__ import annotations
 
@@ -10,24 +7,19 @@ from typing import NamedTuple
 
 import numpy as np
 
+from kendama_cli.motion.braking import BrakingLimiter, limited
+from kendama_cli.plugins.learners.open_loop import wanted
 from kendama_cli.system.compiled import Array, compiled
-
-FOLLOWING_PER_S = 4.0
-"""The share of the error in place that the cup makes up in a second."""
 
 
 class Cup(NamedTuple):
-    """How the cup follows a swing: its limits, as BrakingLimiter has them, and how it is played."""
+    """How the cup follows a swing: its limits, and how it is played."""
 
-    half_width_m: float
-    max_speed_m_s: float
-    braking_m_s2: float
-    largest_m_s2: float
+    limiter: BrakingLimiter
     lowest_m_s2: float
     highest_m_s2: float
     edge_m: float
     ahead_s: float
-    step_s: float
     held: int
     steps: int
 
@@ -43,35 +35,6 @@ class Window(NamedTuple):
     rim_m: float
     landing_limit_m: float
     catch_acceleration_m_s2: float
-
-
-@compiled
-def _highest(x: float, v: float, cup: Cup) -> float:
-    b, h = cup.braking_m_s2, cup.step_s
-    if math.isinf(cup.half_width_m):
-        return math.inf
-    reach = b * h * b * h + 2.0 * b * (cup.half_width_m - x - 0.5 * b * h * h)
-    return -cup.largest_m_s2 if reach <= 0.0 else (math.sqrt(reach) - b * h - v) / h
-
-
-@compiled
-def limit(command: float, x: float, v: float, cup: Cup) -> float:
-    """BrakingLimiter.limit with the period ``cup.step_s``."""
-    highest = min(_highest(x, v, cup), (cup.max_speed_m_s - v) / cup.step_s)
-    lowest = -min(_highest(-x, -v, cup), (cup.max_speed_m_s + v) / cup.step_s)
-    if command > highest:
-        return max(highest, -cup.largest_m_s2)
-    return min(lowest, cup.largest_m_s2) if command < lowest else command
-
-
-@compiled
-def wanted(swing: Array, t: float, x: float, v: float, ahead: float) -> float:
-    """What brings the cup to the speed that A sin(w t + c t^2 / 2) has ``ahead`` later, and some way to its place."""
-    w, c, size = swing[0], swing[1], swing[2]
-    later = t + ahead
-    speed = size * (w + c * later) * math.cos((w + 0.5 * c * later) * later)
-    place = size * math.sin((w + 0.5 * c * t) * t)
-    return float((speed + FOLLOWING_PER_S * (place - x) - v) / ahead)
 
 
 @compiled
@@ -124,13 +87,13 @@ def _cost(  # noqa: PLR0917
     swing: Array, start: Array, weights: Array, toy: Array, cup: Cup, window: Window
 ) -> float:
     """-1 for a release after which the cup has nothing to do, -0.5 where it just gets there, above 0 without one."""
-    x, v, angle, rate, highest, h = start[1], 0.0, start[0], 0.0, 0.0, cup.step_s
+    x, v, angle, rate, highest, h = start[1], 0.0, start[0], 0.0, 0.0, cup.limiter.period_s
     asked = 0.0
     for k in range(cup.steps):
         if k % cup.held == 0:
-            asked = wanted(swing, k * h, x, v, cup.ahead_s)
+            asked = wanted((swing[0], swing[1], swing[2]), k * h, x, v, cup.ahead_s)
             asked = max(cup.lowest_m_s2, min(cup.highest_m_s2, asked))
-        sent = limit(asked, x, v, cup) * start[2]
+        sent = limited(cup.limiter, asked, x, v) * start[2]
         a1 = acceleration(weights, angle, rate, sent)
         a2 = acceleration(weights, angle + 0.5 * h * rate, rate + 0.5 * h * a1, sent)
         a3 = acceleration(weights, angle + 0.5 * h * rate + 0.25 * h * h * a1, rate + 0.5 * h * a2, sent)

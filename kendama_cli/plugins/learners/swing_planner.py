@@ -10,7 +10,7 @@ from numpy.random import Generator
 from kendama_cli.learning.parameter_search import parameter_search
 from kendama_cli.learning.settings import LearnSettings
 from kendama_cli.learning.task_settings import LimitedWorkspace
-from kendama_cli.motion.braking import BRAKING_SHARE
+from kendama_cli.motion.braking import BRAKING_SHARE, BrakingLimiter
 from kendama_cli.physics.taut_rope import TautRope
 from kendama_cli.plugins.learners import swing_model_kernel as kernel
 from kendama_cli.plugins.learners.settings import ModelBasedSettings
@@ -85,15 +85,17 @@ def _cup(settings: LearnSettings) -> kernel.Cup:
     largest = max(settings.largest_action_m_s2, settings.goal.catch_acceleration_m_s2)
     limited = isinstance(workspace, LimitedWorkspace)
     return kernel.Cup(
-        half_width_m=workspace.half_width_m if limited else math.inf,
-        max_speed_m_s=workspace.max_speed_m_s,
-        braking_m_s2=workspace.braking_m_s2 if isinstance(workspace, LimitedWorkspace) else BRAKING_SHARE * largest,
-        largest_m_s2=largest,
+        limiter=BrakingLimiter(
+            half_width_m=workspace.half_width_m if limited else math.inf,
+            max_speed_m_s=workspace.max_speed_m_s,
+            braking_m_s2=workspace.braking_m_s2 if isinstance(workspace, LimitedWorkspace) else BRAKING_SHARE * largest,
+            largest_m_s2=largest,
+            period_s=STEP_S,
+        ),
         lowest_m_s2=settings.actions_m_s2[0],
         highest_m_s2=settings.actions_m_s2[-1],
         edge_m=math.inf if limited else EDGE * workspace.half_width_m,
         ahead_s=settings.decision.max_s,
-        step_s=STEP_S,
         held=HELD,
         steps=round(settings.rollout_s / STEP_S),
     )

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from kendama_cli.motion.braking import BRAKING_SHARE
+from kendama_cli.motion.braking import BRAKING_SHARE, stoppable_m_s
 from kendama_cli.motion.dmp.heading import heading_turn
 from kendama_cli.robot_model.chain import compiled_chain
 from kendama_cli.robot_model.chain_kernel import Curve, IkSettings, ToolGeometry, clearance, follow, frames, peaks
@@ -79,7 +79,7 @@ def line_demands(line: LineSettings, weight: float = 1.0, *, braking_m_s2: float
     count = round(line.half_width_m / LINE_STEP_M) + 2
     out = LINE_STEP_M * np.arange(count)
     left = np.maximum(line.half_width_m + LINE_STEP_M - out, 0.0)
-    velocity = np.minimum(line.max_speed_m_s, np.sqrt(2 * braking * left))
+    velocity = np.minimum(line.max_speed_m_s, stoppable_m_s(braking, left))
     return tuple(
         Demand(out[:, None] * [sign, 0.0, 0.0], LINE_STEP_M, velocity, line.acceleration_m_s2, weight, 1.0)
         for sign in (1.0, -1.0)

@@ -13,6 +13,7 @@ from typing import Any, NamedTuple, get_type_hints
 
 import numpy as np
 
+from kendama_cli.motion.braking import BrakingLimiter, limited
 from kendama_cli.physics.air import drag_n
 from kendama_cli.physics.rope import CupProfile, RopeLaw, pivot, tension_n
 from kendama_cli.system.compiled import Array, compiled
@@ -164,23 +165,9 @@ def turning(s: Array) -> float:
 
 
 @compiled
-def _highest(x_m: float, stop_m_s: float, h: float, w: Limits) -> float:
-    b = w.braking_m_s2
-    left_m = w.half_width_m - x_m - 0.5 * b * h * h
-    reach = b * h * b * h + 2.0 * b * left_m
-    if reach <= 0.0:
-        return -w.largest_m_s2
-    return (math.sqrt(reach) - b * h - stop_m_s) / h
-
-
-@compiled
-def limit(command: float, x_m: float, velocity_m_s: float, h: float, w: Limits) -> float:
-    """The acceleration nearest to ``command`` that keeps the cup inside (BrakingLimiter without a lag)."""
-    highest = min(_highest(x_m, velocity_m_s, h, w), (w.max_speed_m_s - velocity_m_s) / h)
-    lowest = -min(_highest(-x_m, -velocity_m_s, h, w), (w.max_speed_m_s + velocity_m_s) / h)
-    if command > highest:
-        return max(highest, -w.largest_m_s2)
-    return min(lowest, w.largest_m_s2) if command < lowest else command
+def _limited(command: float, s: Array, p: Physics, w: Limits) -> float:
+    limiter = BrakingLimiter(w.half_width_m, w.max_speed_m_s, w.braking_m_s2, w.largest_m_s2, p.step_s)
+    return limited(limiter, command, s[0], s[3])
 
 
 @compiled
@@ -259,7 +246,7 @@ def row(x_m: float, velocity_m_s: float, angle_rad: float, rate_rad_s: float, bi
 def _advance(  # noqa: PLR0917
     s: Array, tally: Array, command: float, gain: float, p: Physics, w: Limits, aim: Aim
 ) -> int:
-    step(s, limit(command, s[0], s[3], p.step_s, w) * gain, p)
+    step(s, _limited(command, s, p, w) * gain, p)
     x_m = abs(s[0])
     if x_m > tally[PEAK]:
         tally[PEAK] = x_m
@@ -349,7 +336,7 @@ def fly(s: Array, at_most: int, largest_m_s2: float, p: Physics, w: Limits) -> i
             break
         wanted = 2.0 * (across + across_rate * time_s) / (time_s * time_s)
         wanted = max(-largest_m_s2, min(largest_m_s2, wanted))
-        step(s, limit(wanted, s[0], s[3], p.step_s, w), p)
+        step(s, _limited(wanted, s, p, w), p)
         steps += 1
     return steps
 

@@ -9,10 +9,8 @@ import pytest
 
 from kendama_cli.learning.learners import begin_learner
 from kendama_cli.learning.state import SwingState
-from kendama_cli.motion.braking import BrakingLimiter
 from kendama_cli.physics.taut_rope import TautRope
 from kendama_cli.plugins.learners import swing_model_kernel as kernel
-from kendama_cli.plugins.learners.open_loop import OpenLoopPolicy, sealed_swing
 from kendama_cli.plugins.learners.swing_model import NODES, SwingModel
 from kendama_cli.plugins.learners.swing_planner import SwingPlanner
 from kendama_cli.simulation.swingup.environment import SwingUpEnvironment
@@ -85,19 +83,3 @@ def test_a_drawn_swing_is_worse_in_the_model_than_the_one_that_is_found(learned)
     swings = np.array([planner.found(learned._model, None, rng), *(planner.drawn(rng) for _ in range(20))])
     costs = planner._costs(swings, mean[None], np.array([[0.0, 0.0, 1.0]]))
     assert costs[0] < -0.5 < np.median(costs[1:])
-
-
-def test_the_compiled_limiter_is_the_plain_one():
-    planner, rng = SwingPlanner(HARD), np.random.default_rng(0)
-    cup = planner._cup
-    plain = BrakingLimiter(cup.half_width_m, cup.max_speed_m_s, cup.braking_m_s2, cup.largest_m_s2, cup.step_s)
-    for command, x, v in rng.uniform(-1.0, 1.0, (500, 3)) * [4.0, 0.25, 1.2]:
-        assert kernel.limit(command, x, v, cup) == pytest.approx(plain.limit(command, x, v), abs=1e-9)
-
-
-def test_the_compiled_law_is_that_of_the_open_loop():
-    policy = OpenLoopPolicy(sealed_swing(np.array([3.0, 0.5, 0.1]), HARD), HARD)
-    for t_s in (0.0, 0.1, 0.2, 0.3):
-        plain = policy.act(SwingState(0.02, -0.1, 0.0, 0.0), t_s)
-        compiled = kernel.wanted(np.array([3.0, 0.5, 0.1]), t_s, 0.02, -0.1, HARD.decision.max_s)
-        assert plain == pytest.approx(max(-3.25, min(3.25, compiled)), abs=1e-9)

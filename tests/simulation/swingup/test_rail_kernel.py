@@ -20,7 +20,6 @@ from kendama_cli.learning.state import SwingState
 from kendama_cli.simulation.swingup import rail_kernel as kernel
 from kendama_cli.simulation.swingup.environment import SwingUpEnvironment
 from kendama_cli.simulation.swingup.rail import CompiledRail, Rules, physics
-from kendama_cli.simulation.swingup.workspace import limiter
 from tests.learning.settings_files import game_settings, learn_settings
 from tests.simulation.swingup.rail_dart import DartRail
 
@@ -82,15 +81,6 @@ def test_many_swings_at_once_are_each_the_one_alone():
         for command in np.repeat(commands[:, i], 20):
             swing.step(command)
         np.testing.assert_array_equal(swings[:, i], swing.numbers)
-
-
-@settings(max_examples=200, deadline=None)
-@given(st.sampled_from(["easy", "paper"]), st.floats(-0.5, 0.5), st.floats(-2.5, 2.5), st.floats(-9.0, 9.0))
-def test_the_limiter_is_the_same(name, x_m, velocity_m_s, command):
-    chosen = learn_settings(name)
-    rules = Rules.of(chosen, GAME)
-    wanted = limiter(chosen).limit(command, x_m, velocity_m_s)
-    assert kernel.limit(command, x_m, velocity_m_s, STEP_S, rules.limits) == wanted
 
 
 @pytest.mark.parametrize("success", ["catchable", "reached"])
