@@ -193,18 +193,20 @@ def test_a_stage_of_a_project_of_its_own_gets_metrics_and_settings(tmp_path):
 
 
 @dataclass(frozen=True)
-class _OlderRefereeMessage:
-    stage: str
+class _OlderRolloutMessage:
+    number: int
     miss_m: float
 
 
 def test_a_log_of_another_version_leaves_the_rest_of_the_page(run, logs, tmp_path):
-    log = McapLog({"/referee/game": _OlderRefereeMessage}, MemoryFile())
-    log.write("/referee/game", 0.0, _OlderRefereeMessage("transfer", 0.01))
-    log.finish(tmp_path / "referee.mcap", stage="referee", settings={}, metrics={"caught_rate": 1.0})
-    page = make_report(run, {"learn": logs["learn"], "referee": tmp_path / "referee.mcap"})
-    assert re.search(r"This chapter cannot be drawn: [^<]*referee.mcap[^<]*/referee/game", page)
-    assert "Reward per rollout" in page
+    log = McapLog({"/learn/rollout": _OlderRolloutMessage}, MemoryFile())
+    log.write("/learn/rollout", 0.0, _OlderRolloutMessage(1, 0.01))
+    log.finish(tmp_path / "learn.mcap", stage="learn", settings={}, metrics={"caught_rate": 1.0})
+    assert "Reward per rollout" in make_report(run, {"learn": logs["learn"], "encode": logs["encode"]})
+    page = make_report(run, {"learn": tmp_path / "learn.mcap", "encode": logs["encode"]})
+    assert re.search(r"This chapter cannot be drawn[^<]*", page)
+    assert "Reward per rollout" not in page
+    assert "Demonstrated and reproduced path" in page
 
 
 def test_a_damaged_log_is_refused_with_one_line(run, logs, tmp_path):

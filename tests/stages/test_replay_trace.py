@@ -11,10 +11,10 @@ import pytest
 from kendama_cli.control.scene_history import SceneHistory, SceneRecordingRobot, joint_places
 from kendama_cli.devices.robot.interface import JointCommand
 from kendama_cli.devices.robot.simulated import SimulatedRobot
+from kendama_cli.physics.sampled_body import SampledBody
 from kendama_cli.schema.settings import build_value
 from kendama_cli.settings.hardware import HardwareSettings, SimulatedHardware
 from kendama_cli.settings.robot import Imperfection
-from kendama_cli.simulation.referee.chain import Body
 from kendama_cli.stages.transfer.replay_trace import imperfection, played_body
 from tests.devices.robot.test_simulated import WORN
 from tests.shipped_conf import plain
@@ -25,7 +25,7 @@ OTHER = dataclasses.replace(WORN, rope_scale_spread=0.0, mass_scale=1.3, drag_sc
 MEASURED_M = 0.41
 
 
-def body(made: Imperfection, seed: int = 10000, *, told: bool = True) -> Body:
+def body(made: Imperfection, seed: int = 10000, *, told: bool = True) -> SampledBody:
     """What is logged of a robot of this imperfection, whose rope was measured as ``MEASURED_M``."""
     history = SceneHistory(functools.partial(joint_places, modelled(pa10())), MEASURED_M, np.zeros(3))
     simulated = SimulatedRobot(pa10(), GAME, imperfection=made, control_period_s=0.004)
@@ -52,7 +52,7 @@ def test_a_rope_that_is_drawn_anew_is_that_of_the_game_that_was_played() -> None
 
 
 def test_of_a_robot_that_nobody_made_the_settings_and_the_measured_rope_are_logged() -> None:
-    of_settings = Body(MEASURED_M, GAME.ball.mass_kg, GAME.drag, GAME.cup.restitution, GAME.rope.mass_kg)
+    of_settings = SampledBody(MEASURED_M, GAME.ball.mass_kg, GAME.drag, GAME.cup.restitution, GAME.rope.mass_kg)
     assert body(OTHER, told=False) == of_settings
 
 

@@ -11,11 +11,11 @@ from kendama_cli.control.cup_cart import CartStep
 from kendama_cli.control.scene_history import SceneHistory
 from kendama_cli.log.messages import ReplayMessage
 from kendama_cli.physics.rim_crossing import SampledWays
+from kendama_cli.physics.sampled_body import SampledBody
 from kendama_cli.schema.arrays import Array
 from kendama_cli.settings.game import GameSettings
 from kendama_cli.settings.hardware import HardwareSettings, SimulatedHardware, TwinHardware
 from kendama_cli.settings.robot import Imperfection
-from kendama_cli.simulation.referee.chain import Body
 
 UPRIGHT = np.array([0.0, 0.0, 1.0])
 
@@ -25,7 +25,7 @@ def imperfection(hardware: HardwareSettings) -> Imperfection | None:
     return hardware.imperfection if isinstance(hardware, SimulatedHardware | TwinHardware) else None
 
 
-def played_body(settings: GameSettings, made: Imperfection | None, history: SceneHistory) -> Body:
+def played_body(settings: GameSettings, made: Imperfection | None, history: SceneHistory) -> SampledBody:
     """The body of the game that ``history`` holds: the simulated robot's own where ``made`` says how it was made.
 
     Its rope is what is left of the distance from the true tie to the ball, which hangs at rest as a game begins, after
@@ -40,7 +40,7 @@ def played_body(settings: GameSettings, made: Imperfection | None, history: Scen
         first = history.rollout()[0]
         stretch_m = mass_kg * settings.gravity_m_s2 / settings.rope.stiffness_n_m
         rope_m = float(np.linalg.norm(first[7:] - first[1:4])) - stretch_m
-    return Body(rope_m, mass_kg, (linear, quadratic), settings.cup.restitution, rope_kg)
+    return SampledBody(rope_m, mass_kg, (linear, quadratic), settings.cup.restitution, rope_kg)
 
 
 def replay_message(

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+from kendama_cli.plugins.referee.messages import TOPICS
 from kendama_cli.schema.declaration import Headline, StageDeclaration
-from kendama_cli.stages.referee.messages import TOPICS
 
 SECTION = StageDeclaration(
     name="referee",
@@ -16,7 +16,7 @@ SECTION = StageDeclaration(
     gives="",
     settings={},
     topics=TOPICS,
-    chapter="kendama_cli.stages.referee.chapter:figures",
-    replay="kendama_cli.stages.referee.performance:replay",
+    chapter="kendama_cli.plugins.referee.chapter:figures",
+    replay="kendama_cli.plugins.referee.performance:replay",
     headline=(Headline("caught_rate", "of these games caught under another physics"),),
 )

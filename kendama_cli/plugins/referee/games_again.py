@@ -19,14 +19,15 @@ from kendama_cli.log.reader import LogFile
 from kendama_cli.log.writer import McapLog, MemoryFile
 from kendama_cli.motion.sampling import columns_at
 from kendama_cli.physics.rim_crossing import SLACK_S
+from kendama_cli.physics.sampled_body import SampledBody
 from kendama_cli.pipeline.artifact_place import LOG
 from kendama_cli.pipeline.record import find_run
 from kendama_cli.pipeline.report import section_log
+from kendama_cli.plugins.referee.chain import CHAIN_KG, mujoco
+from kendama_cli.plugins.referee.cup_track import CupTrack, swing_slack_s
+from kendama_cli.plugins.referee.messages import TOPICS, RefereeMessage
+from kendama_cli.plugins.referee.replay import replay
 from kendama_cli.settings.game import GameSettings
-from kendama_cli.simulation.referee.chain import CHAIN_KG, Body, mujoco
-from kendama_cli.simulation.referee.cup_track import CupTrack, swing_slack_s
-from kendama_cli.simulation.referee.replay import replay
-from kendama_cli.stages.referee.messages import TOPICS, RefereeMessage
 from kendama_cli.store import durable
 
 ENDING = "/replay"
@@ -96,7 +97,7 @@ def played_again(game: LoggedGame, rope_kg: float | None = None) -> RefereeMessa
     rope_kg = rope_kg or one.rope_kg or CHAIN_KG
     t_s, cup_m, axis, ball_m = (np.array(list(value)) for value in (one.t_s, one.cup_m, one.cup_axis, one.ball_m))
     places, axes, balls = (value.reshape(-1, 3) for value in (cup_m, axis, ball_m))
-    body = Body(one.rope_m, one.ball_kg, (one.drag_n_s_m, one.drag_n_s2_m2), one.restitution, rope_kg)
+    body = SampledBody(one.rope_m, one.ball_kg, (one.drag_n_s_m, one.drag_n_s2_m2), one.restitution, rope_kg)
     track = CupTrack(t_s, places, axes)
     seen = replay(game.settings, body, track, balls[0], one.since_s)
     slack_s = swing_slack_s(game.settings, one.rope_m, track, balls, one.since_s)

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
+from kendama_cli.plugins.referee.messages import RefereeMessage
 from kendama_cli.report.figure import Figure, Panel, figure, lettered
 from kendama_cli.report.plot import drawing, legend_above
 from kendama_cli.report.source import StageLog
 from kendama_cli.report.style import BALL, CUP, GOOD, MUTED, OTHER, PAPER
-from kendama_cli.stages.referee.messages import RefereeMessage
 
 _MOST_MISS_MM = 150.0
 _BEFORE_S = 0.9

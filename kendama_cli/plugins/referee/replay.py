@@ -9,10 +9,11 @@ import numpy as np
 
 from kendama_cli.errors import SimulationError
 from kendama_cli.physics.rim_crossing import is_caught, is_inside
+from kendama_cli.physics.sampled_body import SampledBody
+from kendama_cli.plugins.referee.chain import STEP_S, chain_model, hang, mujoco
+from kendama_cli.plugins.referee.cup_track import CupTrack
 from kendama_cli.schema.arrays import Array
 from kendama_cli.settings.game import GameSettings
-from kendama_cli.simulation.referee.chain import STEP_S, Body, chain_model, hang, mujoco
-from kendama_cli.simulation.referee.cup_track import CupTrack
 
 HALVINGS = 2
 """A run that does not stay finite is tried again at half the step, so often."""
@@ -33,7 +34,7 @@ class Replay:
     ball_m: Array
 
 
-def replay(game: GameSettings, body: Body, track: CupTrack, ball_m: Array, since_s: float = 0.0) -> Replay:
+def replay(game: GameSettings, body: SampledBody, track: CupTrack, ball_m: Array, since_s: float = 0.0) -> Replay:
     """Carry the cup along ``track`` with the ball hanging at rest from ``ball_m`` (3,), on the chain in MuJoCo.
 
     ``since_s`` is when the crossing begins to count. Raises SimulationError where no step stays finite.
@@ -48,7 +49,7 @@ def replay(game: GameSettings, body: Body, track: CupTrack, ball_m: Array, since
 
 
 def _replayed(
-    game: GameSettings, body: Body, track: CupTrack, ball_m: Array, *, since_s: float, step_s: float
+    game: GameSettings, body: SampledBody, track: CupTrack, ball_m: Array, *, since_s: float, step_s: float
 ) -> Replay | None:
     mj = mujoco()
     way, model = track.carried(step_s), chain_model(game, body, step_s)

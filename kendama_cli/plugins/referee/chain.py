@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -12,6 +11,7 @@ from scipy.optimize import brentq
 from kendama_cli.errors import ConfigError, MissingPartError, install_line
 from kendama_cli.physics.rope import CupProfile
 from kendama_cli.physics.rope_chain import link_lengths_m
+from kendama_cli.physics.sampled_body import SampledBody
 from kendama_cli.settings.game import GameSettings, HandleTie, SideTie
 
 LINKS = 40
@@ -31,17 +31,6 @@ RIGID = 0.9999
 """Impedance of the ball's contact, the most that MuJoCo has: its force is that of spring and damper alone."""
 
 
-@dataclass(frozen=True)
-class Body:
-    """What is drawn for one replay beside the game: the rope's length, the ball, drag and restitution as they were."""
-
-    rope_m: float
-    ball_kg: float
-    drag: tuple[float, float]
-    restitution: float
-    rope_kg: float = CHAIN_KG
-
-
 def mujoco() -> Any:
     """MuJoCo; raises MissingPartError without it."""
     try:
@@ -51,7 +40,7 @@ def mujoco() -> Any:
     return found
 
 
-def chain_model(game: GameSettings, body: Body, step_s: float) -> Any:
+def chain_model(game: GameSettings, body: SampledBody, step_s: float) -> Any:
     """A model of cup, chain and ball: the cup on a free joint, then a hinge about y for every link and for the ball.
 
     The chain is as long as the rope that the ball's weight stretches; it collides with the cup without friction, the
@@ -128,7 +117,7 @@ def _log_restitution(ratio: float) -> float:
     return -2.0 * ratio * math.acosh(ratio) / math.sqrt(ratio**2 - 1.0)
 
 
-def _add_ball(mj: Any, holder: Any, below_m: float, game: GameSettings, body: Body) -> None:
+def _add_ball(mj: Any, holder: Any, below_m: float, game: GameSettings, body: SampledBody) -> None:
     """The ball at the end of the last link, on a slide that stretches as the rope does."""
     spring, damper = 1.0 / CONTACT_S**2, 2.0 * damping_ratio(body.restitution) / CONTACT_S
     ball = holder.add_body(name="ball", pos=[0.0, 0.0, below_m])

@@ -14,20 +14,21 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from kendama_cli.cli.referee_work import LoggedGame, played_again, summary, write_log
 from kendama_cli.errors import ConfigError, InputError
 from kendama_cli.log.messages import ReplayMessage
 from kendama_cli.motion.rotation import matrix_of
 from kendama_cli.physics.rope import CupProfile, RopeLaw, rope_pull
 from kendama_cli.physics.rope_chain import link_lengths_m
+from kendama_cli.physics.sampled_body import SampledBody
+from kendama_cli.plugins.referee.chain import CHAIN_KG, LINKS, STEP_S, chain_model, mujoco
+from kendama_cli.plugins.referee.cup_track import CupTrack, swing_slack_s
+from kendama_cli.plugins.referee.games_again import LoggedGame, played_again, summary, write_log
+from kendama_cli.plugins.referee.messages import RefereeMessage
+from kendama_cli.plugins.referee.performance import replay as performances
+from kendama_cli.plugins.referee.replay import Replay, replay
 from kendama_cli.report.source import StageLog
 from kendama_cli.schema.settings import build
 from kendama_cli.settings.game import CupSettings, GameSettings, LinearAir
-from kendama_cli.simulation.referee.chain import CHAIN_KG, LINKS, STEP_S, Body, chain_model, mujoco
-from kendama_cli.simulation.referee.cup_track import CupTrack, swing_slack_s
-from kendama_cli.simulation.referee.replay import Replay, replay
-from kendama_cli.stages.referee.messages import RefereeMessage
-from kendama_cli.stages.referee.performance import replay as performances
 from tests.shipped_conf import plain
 
 pytest.importorskip("mujoco", reason="mujoco (the extra 'referee') is not installed")
@@ -43,7 +44,7 @@ def seen(game: GameSettings, cup_x: Any, ball_m: list[float], until_s: float, ro
     t_s = np.arange(0.0, until_s, 0.01)
     cup = np.column_stack([cup_x(t_s), np.zeros_like(t_s), np.zeros_like(t_s)])
     track = CupTrack(t_s, cup, np.tile([0.0, 0.0, 1.0], (len(t_s), 1)))
-    body = Body(game.rope.length_m, game.ball.mass_kg, game.drag, game.cup.restitution, rope_kg)
+    body = SampledBody(game.rope.length_m, game.ball.mass_kg, game.drag, game.cup.restitution, rope_kg)
     return replay(game, body, track, np.array(ball_m))
 
 
@@ -219,7 +220,9 @@ def test_a_ball_dropped_into_the_referees_cup_leaves_its_floor_with_the_restitut
     Measured 0.07, 0.17, 0.28, 0.49 and 0.80: gravity takes its part while they touch.
     A contact that also pulls, in fewer steps, gave back 0.27, 0.36, 0.45, 0.77 and more than there was.
     """
-    model = chain_model(STILL, Body(STILL.rope.length_m, STILL.ball.mass_kg, (0.0, 0.0), restitution), STEP_S)
+    model = chain_model(
+        STILL, SampledBody(STILL.rope.length_m, STILL.ball.mass_kg, (0.0, 0.0), restitution, CHAIN_KG), STEP_S
+    )
     data, ball = mujoco().MjData(model), model.body("ball").id
     ball_geom = model.body_geomadr[ball]
     links = np.flatnonzero(model.geom_contype == 0)

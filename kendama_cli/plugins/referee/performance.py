@@ -6,11 +6,11 @@ from collections.abc import Collection
 
 import numpy as np
 
+from kendama_cli.plugins.referee.chapter import most_apart
+from kendama_cli.plugins.referee.messages import RefereeMessage
 from kendama_cli.report.replay.performance import Performance, carried
 from kendama_cli.report.source import StageLog
 from kendama_cli.report.tracks import Array
-from kendama_cli.stages.referee.chapter import most_apart
-from kendama_cli.stages.referee.messages import RefereeMessage
 
 
 def replay(log: StageLog) -> list[Performance]:

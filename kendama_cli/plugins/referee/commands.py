@@ -26,6 +26,6 @@ def referee(
     home: Home = None,
 ) -> None:
     """Play a run's games again on a chain of links in MuJoCo, and say whether it agrees (extra 'referee')."""
-    from kendama_cli.cli.referee_work import referee as play_again  # numpy, scipy and MuJoCo
+    from kendama_cli.plugins.referee.games_again import referee as play_again  # numpy, scipy and MuJoCo
 
     play_again(find_site(home).home, run_name, rope_kg=None if rope_g is None else 1e-3 * rope_g, as_json=as_json)
