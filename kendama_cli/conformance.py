@@ -1,9 +1,9 @@
 """A pytest plugin: a block's conformance suite, run on the part that the configuration chooses.
 
-    pytest -p kendama_cli.conformance --pyargs kendama_cli.devices.robot.conformance --override hardware=mine
+    pytest -p kendama_cli.conformance --suite robot --override hardware=mine
 
-The suites: ``kendama_cli.devices.{hand,camera,robot,controller}.conformance``, ``kendama_cli.vision.conformance`` and
-``kendama_cli.learning.conformance``.
+The suites come by the entry point group ``kendama.suites``: camera, controller, demonstrator, detector,
+learner, robot.
 Each lists its laws as ``CHECKS`` and makes what they are tried on from the configuration, by ``subject``; configuration
 is found and overridden as ``kendama run`` does it in the current folder.
 """
@@ -11,6 +11,7 @@ is found and overridden as ``kendama run`` does it in the current folder.
 from __future__ import annotations
 
 import dataclasses
+import importlib.util
 from collections.abc import Iterator, Mapping
 from typing import Any
 
@@ -21,7 +22,9 @@ from kendama_cli.config.site import find_site
 from kendama_cli.errors import ConfigError, InputError, KendamaError, MissingPartError, UsageError
 from kendama_cli.pipeline.inputs import resolve_files
 from kendama_cli.pipeline.nodes import build_settings
+from kendama_cli.schema.registry import declared
 
+SUITES = "kendama.suites"
 _FOUND = pytest.StashKey[dict[str, Any]]()
 
 
@@ -35,6 +38,7 @@ def pytest_addoption(parser: pytest.Parser) -> None:
         metavar="KEY=VALUE",
         help="override configuration, as kendama run",
     )
+    group.addoption("--suite", action="append", default=[], metavar="BLOCK", help="the suite of a block: robot, say")
     group.addoption("--arm", action="store_true", help="let a robot move that may be real; clear its surroundings")
 
 
@@ -48,6 +52,8 @@ def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
 def pytest_configure(config: pytest.Config) -> None:
     """Compose the configuration once, before any test; raises pytest.UsageError, a line without a traceback."""
     try:
+        if suites := config.getoption("--suite"):
+            config.args = [_file_of(name) for name in suites]
         site = find_site(None, None)
         settings = build_settings(composed(site, config.getoption("--override")))
         config.stash[_FOUND] = {
@@ -56,6 +62,17 @@ def pytest_configure(config: pytest.Config) -> None:
         }
     except KendamaError as error:
         raise pytest.UsageError(str(error)) from None
+
+
+def _file_of(suite: str) -> str:
+    """Return the file of a suite; raises UsageError for one that no package declares."""
+    known = declared(SUITES)
+    if suite not in known:
+        raise UsageError(f"--suite is '{suite}'; allowed: {', '.join(sorted(known))}")
+    spec = importlib.util.find_spec(known[suite].partition(":")[0])
+    if spec is None or spec.origin is None:
+        raise MissingPartError(suite, f"suite '{suite}' is not installed ({known[suite]})")
+    return spec.origin
 
 
 @pytest.hookimpl(wrapper=True)

@@ -19,6 +19,7 @@ from typing import Any
 
 from kendama_cli.errors import UsageError
 from kendama_cli.pipeline.code_syntax import read_syntax
+from kendama_cli.schema.public_names import at_home
 from kendama_cli.schema.registry import distribution_of
 from kendama_cli.store import durable
 
@@ -214,7 +215,7 @@ class _Reading:
             waiting += [".".join(parents[: i + 1]) for i in range(len(parents))]
             if file is not None and file.suffix == ".py":
                 _, imports, computed = _syntax(name, file, self._index)
-                waiting += [one[0] for one in imports if self._is_followed(name, *one)]
+                waiting += at_home([one[0] for one in imports if self._is_followed(name, *one)])
                 if package.name != PACKAGE and not self._is_named:
                     self._doubt(name, computed, "a module by a computed name: name its package in the declaration")
 

@@ -13,13 +13,18 @@ from pathlib import Path
 
 import pytest
 
+from kendama_cli.schema.registry import declared
 from tests import warm_command
 from tests.documented_package import declare_installed, write_documented
 
-HAND, CAMERA, ROBOT, CONTROLLER = (
-    f"kendama_cli.devices.{block}.conformance" for block in ("hand", "camera", "robot", "controller")
+HAND, CAMERA, ROBOT, CONTROLLER, DETECTOR, LEARNER = (
+    "demonstrator",
+    "camera",
+    "robot",
+    "controller",
+    "detector",
+    "learner",
 )
-DETECTOR, LEARNER = "kendama_cli.vision.conformance", "kendama_cli.learning.conformance"
 DOCUMENTED = {
     HAND: "capture=bench",
     CAMERA: "camera=bench",
@@ -64,7 +69,7 @@ def _kendama(folder: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
 def _conformance(folder: Path, *suites: str, overrides: Iterable[str]) -> subprocess.CompletedProcess[str]:
     words = [word for override in overrides for word in ("--override", override)]
     plain = ("pytest", "-q", "-rp", "-p", "no:cacheprovider", "-p", "no:xdist")
-    words = ["-m", *plain, "-p", "kendama_cli.conformance", "--pyargs", *suites, *words]
+    words = ["-m", *plain, "-p", "kendama_cli.conformance", *(f"--suite={suite}" for suite in suites), *words]
     return warm_command.python(words, folder, _environment(folder), 240)
 
 
@@ -73,7 +78,8 @@ def _check_passed(folder: Path, parts: Mapping[str, str]) -> None:
     done = _conformance(folder, *parts, overrides=parts.values())
     assert done.returncode == 0, done.stdout + done.stderr
     for suite in parts:
-        (test,) = (name for name in vars(importlib.import_module(suite)) if name.startswith("test_"))
+        module = importlib.import_module(declared("kendama.suites")[suite].partition(":")[0])
+        (test,) = (name for name in vars(module) if name.startswith("test_"))
         assert f"\nPASSED ::{test}[" in done.stdout, suite
 
 

@@ -120,7 +120,7 @@ def kendama(folder: Path, *words: str) -> subprocess.CompletedProcess[str]:
 
 def test_it_conforms(studio: Path) -> None:
     plain = ["-m", "pytest", "-q", "-p", "no:cacheprovider", "-p", "no:xdist"]
-    suite = ["-p", "kendama_cli.conformance", "--pyargs", "kendama_cli.devices.camera.conformance"]
+    suite = ["-p", "kendama_cli.conformance", "--suite", "camera"]
     done = warm_command.python([*plain, *suite, "--override", "camera=sketch"], studio, environment(studio), 240)
     assert done.returncode == 0, done.stdout + done.stderr
 

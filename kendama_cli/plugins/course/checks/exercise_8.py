@@ -31,7 +31,7 @@ def conforming(work: Work) -> None:
     """Our suite for learners."""
     plugged_in(work)
     words = ["-m", "pytest", "-q", "-p", "kendama_cli.conformance", "-p", "no:cacheprovider", "-p", "no:xdist"]
-    suite = ["--pyargs", "kendama_cli.learning.conformance", "--override", "learn/learner=mine"]
+    suite = ["--suite", "learner", "--override", "learn/learner=mine"]
     done = subprocess.run(
         [sys.executable, *words, *suite], cwd=work.folder, capture_output=True, text=True, timeout=300, check=False
     )

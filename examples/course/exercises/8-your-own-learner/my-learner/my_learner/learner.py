@@ -5,13 +5,16 @@ import math
 
 import numpy as np
 
-from kendama_cli.artifacts.policy import PolicyArtifact
-from kendama_cli.learning.decision import HeldAction
-from kendama_cli.learning.discretisation import StateGrid
-from kendama_cli.learning.interface import FinishedRollout, LearnerMaker
-from kendama_cli.learning.policy import task_meaning
-from kendama_cli.learning.reward import final_reward
-from kendama_cli.learning.statistics import LearningCount
+from kendama_cli.extension import (
+    FinishedRollout,
+    HeldAction,
+    LearnerMaker,
+    LearningCount,
+    PolicyArtifact,
+    StateGrid,
+    final_reward,
+    task_meaning,
+)
 from my_learner.search import propose
 
 REST = (0.0, 5.0)

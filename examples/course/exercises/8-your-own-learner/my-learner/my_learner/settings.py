@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from typing import Literal
 
-from kendama_cli.schema.settings import setting
+from kendama_cli.extension import setting
 
 
 @dataclass(frozen=True)
