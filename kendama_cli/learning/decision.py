@@ -68,3 +68,41 @@ class HeldAction:
         self.column = self.mirrored(action)
         self._chosen_s = t_s
         self.next_look_s = t_s + self._shortest_s
+
+
+class BinActor:
+    """Actor that decides anew where ``learn.decision`` and the bins of ``learn.grid`` ask for it, and holds till then.
+
+    ``decisions`` counts those of the rollout.
+    """
+
+    decides_on_bins = True
+
+    def __init__(self, settings: LearnSettings) -> None:
+        self._settings, self._grid = settings, StateGrid(settings.grid)
+        self._let_go()
+
+    def _let_go(self) -> None:
+        """Forget what is held; the next call of ``act`` decides at once."""
+        self._held = HeldAction(self._settings, self._grid)
+        self._acceleration_m_s2 = 0.0
+        self.decisions = 0
+
+    @property
+    def next_look_s(self) -> float:
+        """``act`` changes nothing before this time into the rollout, so no reading is needed before it [s]."""
+        return self._held.next_look_s
+
+    def act(self, state: SwingState, t_s: float) -> float:
+        """Return the cup's acceleration [m/s^2] at ``t_s`` into the rollout."""
+        held = self._held
+        if t_s >= held.next_look_s:
+            row = held.due(state, t_s)
+            if row is not None:
+                self._acceleration_m_s2 = self._decide(held, row, state, t_s)
+                self.decisions += 1
+        return self._acceleration_m_s2
+
+    def _decide(self, held: HeldAction, row: int, state: SwingState, t_s: float) -> float:
+        """Have ``held`` hold an action and return the cup's acceleration [m/s^2] until the next decision."""
+        raise NotImplementedError

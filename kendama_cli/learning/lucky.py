@@ -17,14 +17,13 @@ import numpy as np
 from numpy.random import Generator
 
 from kendama_cli.artifacts.policy import PolicyArtifact
-from kendama_cli.learning.decision import HeldAction
-from kendama_cli.learning.discretisation import StateGrid
+from kendama_cli.learning.decision import BinActor, HeldAction
 from kendama_cli.learning.exploration import DrawnHarmonic, Harmonic, draw_harmonic, drives_place, explores
 from kendama_cli.learning.interface import FinishedRollout, LearnerMaker
 from kendama_cli.learning.learner_settings import LuckySettings
 from kendama_cli.learning.policy import task_meaning
 from kendama_cli.learning.reward import Outcome
-from kendama_cli.learning.rewarded_actor import RewardedActor
+from kendama_cli.learning.rewarded_actor import RewardedActor, RolloutLearner
 from kendama_cli.learning.settings import LearnSettings
 from kendama_cli.learning.state import SwingState
 from kendama_cli.learning.statistics import LearningCount
@@ -34,50 +33,33 @@ STILL = DrawnHarmonic(0.0, 0.0, 0.0)
 """What is replayed before anything was drawn: the cup stays where it is."""
 
 
-class HarmonicPolicy:
+class HarmonicPolicy(BinActor):
     """Replays one harmonic, its action held by ``learn.decision`` on the bins of ``learn.grid``."""
 
     table = None
-    decides_on_bins = True
 
     def __init__(self, artifact: PolicyArtifact, settings: LearnSettings) -> None:
         """Raises ValueError where the artifact does not hold one harmonic."""
-        self._settings = settings
-        self._grid = StateGrid(settings.grid)
+        super().__init__(settings)
         self.play(_harmonic_of(artifact))
 
     def play(self, drawn: DrawnHarmonic) -> None:
         """Begin a rollout that replays ``drawn``."""
         self._drawn = drawn
         self._harmonic = Harmonic(self._settings, drawn)
-        self._held = HeldAction(self._settings, self._grid)
-        self.decisions = 0
+        self._let_go()
 
     def begin_rollout(self) -> None:
         """Begin the same harmonic anew."""
         self.play(self._drawn)
 
-    @property
-    def next_look_s(self) -> float:
-        """``act`` changes nothing before this time into the rollout, so no reading is needed before it [s]."""
-        return self._held.next_look_s
-
-    def act(self, state: SwingState, t_s: float) -> float:
-        """The cup's acceleration [m/s^2] at ``t_s`` into the rollout."""
-        held = self._held
-        if t_s >= held.next_look_s:
-            row = held.due(state, t_s)
-            if row is not None:
-                held.hold(row, self._harmonic.action(t_s, state, held.action), t_s)
-                self.decisions += 1
+    def _decide(self, held: HeldAction, row: int, state: SwingState, t_s: float) -> float:
+        held.hold(row, self._harmonic.action(t_s, state, held.action), t_s)
         return self._settings.actions_m_s2[held.action]
 
 
-class LuckyLearner:
+class LuckyLearner(RolloutLearner):
     """Draws harmonics until one succeeds, and replays that one; or, as ``random``, draws for ever. See the module."""
-
-    table = None
-    decides_on_bins = True
 
     def __init__(self, settings: LearnSettings, policy: PolicyArtifact | None = None) -> None:
         """From nothing, or from the harmonic of a ``policy``, which counts as one that succeeded."""
@@ -114,11 +96,6 @@ class LuckyLearner:
         longer = self._best_streak > self.count.streak
         return _sealed(self._best if longer else self._replayed, self._settings)
 
-    @property
-    def next_look_s(self) -> float:
-        """``act`` changes nothing before this time into the rollout, so no reading is needed before it [s]."""
-        return self._rollout.next_look_s
-
     def begin_rollout(self, rng: Generator) -> None:
         """Replay, or draw a harmonic from ``rng``."""
         own = self._settings.learner
@@ -131,10 +108,6 @@ class LuckyLearner:
             self._replayed = self._present
         self._actor.play(self._present)
         self._rollout = RewardedActor(self._actor, self._settings.reward)
-
-    def act(self, state: SwingState, t_s: float) -> float:
-        """The cup's acceleration [m/s^2] at ``t_s`` into the rollout."""
-        return self._rollout.act(state, t_s)
 
     def end_rollout(self, outcome: Outcome, state: SwingState, miss_m: float | None = None) -> FinishedRollout:
         """Keep a drawn harmonic that succeeded, and count; ``state`` is the last reading."""

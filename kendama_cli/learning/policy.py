@@ -6,7 +6,7 @@ import dataclasses
 from collections.abc import Mapping
 
 from kendama_cli.artifacts.policy import PolicyArtifact
-from kendama_cli.learning.decision import HeldAction, greedy_column
+from kendama_cli.learning.decision import BinActor, HeldAction, greedy_column
 from kendama_cli.learning.discretisation import StateGrid
 from kendama_cli.learning.settings import LearnSettings
 from kendama_cli.learning.state import SwingState
@@ -27,36 +27,22 @@ def seal_table(q: Array, settings: LearnSettings, meaning: Mapping[str, object] 
     return PolicyArtifact.seal(settings.learner.kind, meaning or task_meaning(settings), {"q": q})
 
 
-class GreedyPolicy:
+class GreedyPolicy(BinActor):
     """Chooses the best action of a frozen table, at the times at which it was learned to be chosen."""
 
     def __init__(self, policy: PolicyArtifact, settings: LearnSettings) -> None:
         """Raises ValueError where the table has not the shape that the settings need."""
-        self._grid = StateGrid(settings.grid)
+        super().__init__(settings)
         self.table = checked_table(policy.array("q"), settings)
         self._values = self.table.tolist()
-        self._settings = settings
-        self.begin_rollout()
 
     def begin_rollout(self) -> None:
         """Forget the last action; the next call of ``act`` chooses at once."""
-        self._held = HeldAction(self._settings, self._grid)
+        self._let_go()
 
-    decides_on_bins = True
-
-    @property
-    def next_look_s(self) -> float:
-        """``act`` changes nothing before this time into the rollout, so no reading is needed before it [s]."""
-        return self._held.next_look_s
-
-    def act(self, state: SwingState, t_s: float) -> float:
-        """The cup's acceleration [m/s^2] at ``t_s`` into the rollout."""
-        held = self._held
-        if t_s >= held.next_look_s:
-            row = held.due(state, t_s)
-            if row is not None:
-                column = greedy_column(self._values[row], held.mirrored(held.action))
-                held.hold(row, held.mirrored(column), t_s)
+    def _decide(self, held: HeldAction, row: int, state: SwingState, t_s: float) -> float:
+        column = greedy_column(self._values[row], held.mirrored(held.action))
+        held.hold(row, held.mirrored(column), t_s)
         return self._settings.actions_m_s2[held.action]
 
 

@@ -11,13 +11,12 @@ import numpy as np
 from numpy.random import Generator
 
 from kendama_cli.artifacts.policy import PolicyArtifact
-from kendama_cli.learning.decision import HeldAction
-from kendama_cli.learning.discretisation import StateGrid
+from kendama_cli.learning.decision import BinActor, HeldAction
 from kendama_cli.learning.interface import FinishedRollout, LearnerMaker
 from kendama_cli.learning.learner_settings import PumpSettings
 from kendama_cli.learning.policy import task_meaning
 from kendama_cli.learning.reward import Outcome
-from kendama_cli.learning.rewarded_actor import RewardedActor
+from kendama_cli.learning.rewarded_actor import RewardedActor, RolloutLearner
 from kendama_cli.learning.settings import LearnSettings
 from kendama_cli.learning.state import SwingState
 from kendama_cli.learning.statistics import LearningCount
@@ -27,11 +26,10 @@ ROPE_M = 0.4
 GRAVITY_M_S2 = 9.81
 
 
-class PumpPolicy:
+class PumpPolicy(BinActor):
     """The law of PumpSettings, its acceleration held by ``learn.decision`` on the bins of ``learn.grid``."""
 
     table = None
-    decides_on_bins = True
 
     def __init__(self, artifact: PolicyArtifact, settings: LearnSettings) -> None:
         """Raises ValueError where the artifact does not hold the law's constants."""
@@ -40,31 +38,15 @@ class PumpPolicy:
         if values.shape != (len(names),):
             raise ValueError(f"the pump has constants of shape {values.shape}; allowed: ({len(names)},)")
         self._law = PumpSettings("energy_pumping", *values.tolist())
-        self._settings = settings
-        self._grid = StateGrid(settings.grid)
-        self.begin_rollout()
+        super().__init__(settings)
 
     def begin_rollout(self) -> None:
         """Forget the last acceleration."""
-        self._held = HeldAction(self._settings, self._grid)
-        self._acceleration = 0.0
-        self.decisions = 0
+        self._let_go()
 
-    @property
-    def next_look_s(self) -> float:
-        """``act`` changes nothing before this time into the rollout, so no reading is needed before it [s]."""
-        return self._held.next_look_s
-
-    def act(self, state: SwingState, t_s: float) -> float:
-        """The cup's acceleration [m/s^2] at ``t_s`` into the rollout."""
-        held = self._held
-        if t_s >= held.next_look_s:
-            row = held.due(state, t_s)
-            if row is not None:
-                held.hold(row, held.action, t_s)
-                self._acceleration = self._wanted(state)
-                self.decisions += 1
-        return self._acceleration
+    def _decide(self, held: HeldAction, row: int, state: SwingState, t_s: float) -> float:
+        held.hold(row, held.action, t_s)
+        return self._wanted(state)
 
     def _wanted(self, state: SwingState) -> float:
         law, settings = self._law, self._settings
@@ -77,11 +59,8 @@ class PumpPolicy:
         return max(settings.actions_m_s2[0], min(settings.actions_m_s2[-1], wanted))
 
 
-class PumpLearner:
+class PumpLearner(RolloutLearner):
     """Acts by the pump in every rollout, and counts."""
-
-    table = None
-    decides_on_bins = True
 
     def __init__(self, settings: LearnSettings, policy: PolicyArtifact | None = None) -> None:
         self._settings = settings
@@ -104,19 +83,10 @@ class PumpLearner:
         """The learner between two rollouts, as JSON values."""
         return {"count": dataclasses.asdict(self.count), "constants": self.policy.array("constants").tolist()}
 
-    @property
-    def next_look_s(self) -> float:
-        """``act`` changes nothing before this time into the rollout, so no reading is needed before it [s]."""
-        return self._rollout.next_look_s
-
     def begin_rollout(self, rng: Generator) -> None:
         """Begin to pump; nothing is drawn."""
         self._actor.begin_rollout()
         self._rollout = RewardedActor(self._actor, self._settings.reward)
-
-    def act(self, state: SwingState, t_s: float) -> float:
-        """The cup's acceleration [m/s^2] at ``t_s`` into the rollout."""
-        return self._rollout.act(state, t_s)
 
     def end_rollout(self, outcome: Outcome, state: SwingState, miss_m: float | None = None) -> FinishedRollout:
         """Count; ``state`` is the last reading."""

@@ -55,3 +55,20 @@ class RewardedActor:
         if not self._actor.decisions:
             return 0.0
         return self._reward + step_reward(self._settings, state.x_m) + final_reward(self._settings, outcome, miss_m)
+
+
+class RolloutLearner:
+    """Learner that acts by a RewardedActor, made anew for every rollout, and keeps no table."""
+
+    table = None
+    decides_on_bins = True
+    _rollout: RewardedActor
+
+    @property
+    def next_look_s(self) -> float:
+        """``act`` changes nothing before this time into the rollout, so no reading is needed before it [s]."""
+        return self._rollout.next_look_s
+
+    def act(self, state: SwingState, t_s: float) -> float:
+        """Return the cup's acceleration [m/s^2] at ``t_s`` into the rollout."""
+        return self._rollout.act(state, t_s)

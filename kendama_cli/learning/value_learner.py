@@ -15,8 +15,7 @@ from numpy.random import Generator
 from numpy.typing import NDArray
 
 from kendama_cli.artifacts.policy import PolicyArtifact
-from kendama_cli.learning.decision import HeldAction, greedy_column
-from kendama_cli.learning.discretisation import StateGrid
+from kendama_cli.learning.decision import BinActor, HeldAction, greedy_column
 from kendama_cli.learning.exploration import DrawnHarmonic, Explorer, Harmonic, explorer, explores
 from kendama_cli.learning.interface import FinishedRollout
 from kendama_cli.learning.policy import seal_table
@@ -90,7 +89,7 @@ class Values(Protocol):
         """Learn from one transition; returns the temporal-difference error."""
 
 
-class ValueLearner(abc.ABC):
+class ValueLearner(BinActor, abc.ABC):
     """Temporal differences on values: ``begin_rollout``, ``act`` as often as there are readings, ``end_rollout``.
 
     An action is held until the binned state changes, at least ``decision.min_s`` and at most
@@ -99,15 +98,13 @@ class ValueLearner(abc.ABC):
     """
 
     def __init__(self, settings: LearnSettings, *, q: NDArray[np.float64] | None = None) -> None:
-        self._settings = settings
-        self._grid = StateGrid(settings.grid)
+        super().__init__(settings)
         self._values = self._begin_values(q)
         self.count = LearningCount(succeeded_ever=q is not None)
         self._acting = Acting(self._values.q, averaged=settings.acting == "streak_mean")
         self._explorer: Explorer | None = None
         self._lucky: list[tuple[float, DrawnHarmonic]] = []
         self._alpha = settings.alpha
-        self._held = HeldAction(settings, self._grid)
         self._table_rng: Generator | None = None
         self._reward = 0.0
         self._transitions: list[Transition] = []
@@ -163,27 +160,11 @@ class ValueLearner(abc.ABC):
         self._alpha = 0.0 if self.count.frozen(self._settings.count) else self._settings.alpha / fading
         self._table_rng = rng if self._settings.update == "double_sarsa" else None
         self._values.begin()
-        self._held = HeldAction(self._settings, self._grid)
+        self._let_go()
         self._reward = 0.0
         self._transitions = []
 
-    decides_on_bins = True
-
-    @property
-    def next_look_s(self) -> float:
-        """``act`` changes nothing before this time into the rollout, so no reading is needed before it [s]."""
-        return self._held.next_look_s
-
-    def act(self, state: SwingState, t_s: float) -> float:
-        """The cup's acceleration [m/s^2] at ``t_s`` into the rollout."""
-        held = self._held
-        if t_s >= held.next_look_s:
-            row = held.due(state, t_s)
-            if row is not None:
-                self._choose(held, row, state, t_s)
-        return self._settings.actions_m_s2[held.action]
-
-    def _choose(self, held: HeldAction, row: int, state: SwingState, t_s: float) -> None:
+    def _decide(self, held: HeldAction, row: int, state: SwingState, t_s: float) -> float:
         values = self._values.values(self._acting.by(self._values.q), row)
         action = held.mirrored(greedy_column(values, held.mirrored(held.action)))
         probabilities = None
@@ -196,6 +177,7 @@ class ValueLearner(abc.ABC):
             reward = step_reward(self._settings.reward, state.x_m)
             self._learn(Transition(held.row, held.column, reward, row, held.mirrored(action), probabilities))
         held.hold(row, action, t_s)
+        return self._settings.actions_m_s2[action]
 
     def end_rollout(self, outcome: Outcome, state: SwingState, miss_m: float | None = None) -> FinishedRollout:
         """Learn from the end of the rollout and count it; ``state`` is the last reading."""

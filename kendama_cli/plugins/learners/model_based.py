@@ -18,12 +18,11 @@ import numpy as np
 from numpy.random import Generator
 
 from kendama_cli.artifacts.policy import PolicyArtifact
-from kendama_cli.learning.decision import HeldAction
-from kendama_cli.learning.discretisation import StateGrid
+from kendama_cli.learning.decision import BinActor, HeldAction
 from kendama_cli.learning.interface import FinishedRollout, LearnerMaker
 from kendama_cli.learning.policy import task_meaning
 from kendama_cli.learning.reward import Outcome
-from kendama_cli.learning.rewarded_actor import RewardedActor
+from kendama_cli.learning.rewarded_actor import RewardedActor, RolloutLearner
 from kendama_cli.learning.settings import LearnSettings
 from kendama_cli.learning.state import SwingState
 from kendama_cli.learning.statistics import LearningCount
@@ -34,15 +33,14 @@ from kendama_cli.plugins.learners.swing_planner import SwingPlanner
 from kendama_cli.schema.arrays import Array
 
 
-class SwingPolicy:
+class SwingPolicy(BinActor):
     """Plays one swing, its acceleration held by ``learn.decision`` on the bins of ``learn.grid``."""
 
     table = None
-    decides_on_bins = True
 
     def __init__(self, artifact: PolicyArtifact, settings: LearnSettings) -> None:
         """Raises ValueError where the artifact does not hold one swing."""
-        self._settings, self._grid = settings, StateGrid(settings.grid)
+        super().__init__(settings)
         self.play(swing_of(artifact))
 
     def play(self, swing: Array) -> None:
@@ -50,8 +48,7 @@ class SwingPolicy:
         self._swing = swing
         frequency, chirp, amplitude = swing.tolist()
         self._numbers = frequency, chirp, amplitude
-        self._held = HeldAction(self._settings, self._grid)
-        self._acceleration = 0.0
+        self._let_go()
         self.times_s: list[float] = []
         self.readings: list[SwingState] = []
 
@@ -59,36 +56,18 @@ class SwingPolicy:
         """Begin the same swing anew."""
         self.play(self._swing)
 
-    @property
-    def decisions(self) -> int:
-        """Decisions of this rollout so far."""
-        return len(self.readings)
-
-    @property
-    def next_look_s(self) -> float:
-        """``act`` changes nothing before this time into the rollout, so no reading is needed before it [s]."""
-        return self._held.next_look_s
-
-    def act(self, state: SwingState, t_s: float) -> float:
-        """The cup's acceleration [m/s^2] at ``t_s`` into the rollout; the ball's reading says only when it changes."""
-        held, actions = self._held, self._settings.actions_m_s2
-        if t_s >= held.next_look_s:
-            row = held.due(state, t_s)
-            if row is not None:
-                held.hold(row, held.action, t_s)
-                ahead_s = self._settings.decision.max_s
-                asked = wanted(self._numbers, t_s, state.x_m, state.velocity_m_s, ahead_s)
-                self._acceleration = max(actions[0], min(actions[-1], asked))
-                self.times_s.append(t_s)
-                self.readings.append(state)
-        return self._acceleration
+    def _decide(self, held: HeldAction, row: int, state: SwingState, t_s: float) -> float:
+        """Follow the swing; the ball's reading says only when it changes."""
+        actions = self._settings.actions_m_s2
+        held.hold(row, held.action, t_s)
+        self.times_s.append(t_s)
+        self.readings.append(state)
+        asked = wanted(self._numbers, t_s, state.x_m, state.velocity_m_s, self._settings.decision.max_s)
+        return max(actions[0], min(actions[-1], asked))
 
 
-class ModelBasedLearner:
+class ModelBasedLearner(RolloutLearner):
     """Fits a model to the rollouts so far, and plays what a search finds in it. See the module."""
-
-    table = None
-    decides_on_bins = True
 
     def __init__(self, settings: LearnSettings, policy: PolicyArtifact | None = None) -> None:
         """From nothing, or from the swing of a ``policy``, which is played until it fails."""
@@ -138,11 +117,6 @@ class ModelBasedLearner:
         longer = self._best_streak > self.count.streak
         return sealed_swing(self._best if longer else self._greedy, self._settings)
 
-    @property
-    def next_look_s(self) -> float:
-        """``act`` changes nothing before this time into the rollout, so no reading is needed before it [s]."""
-        return self._rollout.next_look_s
-
     def begin_rollout(self, rng: Generator) -> None:
         """Play a drawn swing, the last one that was found, or another one that ``rng`` helps to find."""
         self._explored = self._plans and self._seen < self._own.sampled_rollouts
@@ -150,10 +124,6 @@ class ModelBasedLearner:
             self._greedy = self._planner.found(self._model, self._greedy if self._greedy.any() else None, rng)
         self._actor.play(self._planner.drawn(rng) if self._explored else self._greedy)
         self._rollout = RewardedActor(self._actor, self._settings.reward)
-
-    def act(self, state: SwingState, t_s: float) -> float:
-        """The cup's acceleration [m/s^2] at ``t_s`` into the rollout."""
-        return self._rollout.act(state, t_s)
 
     def end_rollout(self, outcome: Outcome, state: SwingState, miss_m: float | None = None) -> FinishedRollout:
         """Add the readings to the model and count; ``state`` is the last reading."""

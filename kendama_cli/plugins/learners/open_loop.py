@@ -28,7 +28,7 @@ from kendama_cli.learning.interface import FinishedRollout, LearnerMaker
 from kendama_cli.learning.parameter_search import Generation, parameter_search
 from kendama_cli.learning.policy import task_meaning
 from kendama_cli.learning.reward import Outcome
-from kendama_cli.learning.rewarded_actor import RewardedActor
+from kendama_cli.learning.rewarded_actor import RewardedActor, RolloutLearner
 from kendama_cli.learning.settings import LearnSettings
 from kendama_cli.learning.state import SwingState
 from kendama_cli.learning.statistics import LearningCount
@@ -90,11 +90,8 @@ class OpenLoopPolicy:
         return self._acceleration
 
 
-class OpenLoopLearner:
+class OpenLoopLearner(RolloutLearner):
     """Tries generations of swings, and replays the centre of the search once it is good. See the module."""
-
-    table = None
-    decides_on_bins = True
 
     def __init__(self, settings: LearnSettings, policy: PolicyArtifact | None = None) -> None:
         """From the middle of the settings' ranges, or from the swing of a ``policy``, which is replayed first."""
@@ -148,11 +145,6 @@ class OpenLoopLearner:
         longer = self._best_streak > self.count.streak
         return sealed_swing(self._best if longer else self._greedy, self._settings)
 
-    @property
-    def next_look_s(self) -> float:
-        """``act`` changes nothing before this time into the rollout, so no reading is needed before it [s]."""
-        return self._rollout.next_look_s
-
     def begin_rollout(self, rng: Generator) -> None:
         """Replay the centre, or try the next swing of the generation; the first rollout draws the search's seed."""
         if self._seed is None:
@@ -162,10 +154,6 @@ class OpenLoopLearner:
             self._swing(self._searched().proposals[len(self._costs[-1])]) if self._explored else self._greedy
         )
         self._rollout = RewardedActor(self._actor, self._settings.reward)
-
-    def act(self, state: SwingState, t_s: float) -> float:
-        """The cup's acceleration [m/s^2] at ``t_s`` into the rollout."""
-        return self._rollout.act(state, t_s)
 
     def end_rollout(self, outcome: Outcome, state: SwingState, miss_m: float | None = None) -> FinishedRollout:
         """Count, and put what a variation cost to its generation; ``state`` is the last reading."""

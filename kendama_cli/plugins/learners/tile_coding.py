@@ -16,8 +16,7 @@ from numpy.typing import NDArray
 
 from kendama_cli.artifacts.policy import PolicyArtifact
 from kendama_cli.errors import ConfigError
-from kendama_cli.learning.decision import HeldAction, greedy_column
-from kendama_cli.learning.discretisation import StateGrid
+from kendama_cli.learning.decision import BinActor, HeldAction, greedy_column
 from kendama_cli.learning.interface import LearnerMaker
 from kendama_cli.learning.policy import seal_table, task_meaning
 from kendama_cli.learning.settings import LearnSettings
@@ -173,40 +172,29 @@ class TileCodingLearner(ValueLearner):
         super().begin_rollout(rng)
         self._values.forget_visits()
 
-    def _choose(self, held: HeldAction, row: int, state: SwingState, t_s: float) -> None:
-        super()._choose(held, self._values.visit(self._tiles.active(state)), state, t_s)
+    def _decide(self, held: HeldAction, row: int, state: SwingState, t_s: float) -> float:
+        return super()._decide(held, self._values.visit(self._tiles.active(state)), state, t_s)
 
 
-class TilePolicy:
+class TilePolicy(BinActor):
     """Chooses the action of the largest value, at the times at which a table would be asked."""
 
     table = None
-    decides_on_bins = True
 
     def __init__(self, policy: PolicyArtifact, settings: LearnSettings) -> None:
         """Raises ValueError where the weights have not the shape that the settings need."""
-        self._settings, self._grid, self._tiles = settings, StateGrid(settings.grid), Tiles(settings)
+        super().__init__(settings)
+        self._tiles = Tiles(settings)
         self._weights = _checked(policy.array("q"), settings, self._tiles)
-        self.begin_rollout()
 
     def begin_rollout(self) -> None:
         """Forget the last action; the next call of ``act`` chooses at once."""
-        self._held = HeldAction(self._settings, self._grid)
+        self._let_go()
 
-    @property
-    def next_look_s(self) -> float:
-        """``act`` changes nothing before this time into the rollout, so no reading is needed before it [s]."""
-        return self._held.next_look_s
-
-    def act(self, state: SwingState, t_s: float) -> float:
-        """The cup's acceleration [m/s^2] at ``t_s`` into the rollout."""
-        held = self._held
-        if t_s >= held.next_look_s:
-            row = held.due(state, t_s)
-            if row is not None:
-                values: list[float] = self._weights[self._tiles.active(state)].sum(axis=0).tolist()
-                column = greedy_column(values, held.mirrored(held.action))
-                held.hold(row, held.mirrored(column), t_s)
+    def _decide(self, held: HeldAction, row: int, state: SwingState, t_s: float) -> float:
+        values: list[float] = self._weights[self._tiles.active(state)].sum(axis=0).tolist()
+        column = greedy_column(values, held.mirrored(held.action))
+        held.hold(row, held.mirrored(column), t_s)
         return self._settings.actions_m_s2[held.action]
 
 
