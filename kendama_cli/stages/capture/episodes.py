@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from kendama_cli.log.lerobot import Episode, Episodes
+from kendama_cli.log.episode import Episode, Episodes
 from kendama_cli.report.replay.performance import poses_between, poses_of
 from kendama_cli.report.source import StageLog
 from kendama_cli.schema.foxglove import UPRIGHT_WXYZ, FrameTransform

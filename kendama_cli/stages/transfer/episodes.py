@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from kendama_cli.log.lerobot import Episode, Episodes
+from kendama_cli.log.episode import Episode, Episodes
 from kendama_cli.log.messages import JointExchangeMessage
 from kendama_cli.log.reader import TypedMessages
 from kendama_cli.motion.sampling import columns_at

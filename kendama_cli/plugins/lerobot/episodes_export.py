@@ -6,10 +6,10 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from kendama_cli.errors import InputError, UsageError
-from kendama_cli.log.lerobot import write_dataset
 from kendama_cli.pipeline.artifact_place import LOG, log_path
 from kendama_cli.pipeline.log_export import ExportRequest
 from kendama_cli.pipeline.record import find_run, past_runs
+from kendama_cli.plugins.lerobot.dataset import write_dataset
 from kendama_cli.report.source import StageLog
 from kendama_cli.schema.declaration import find_stage, stage_names
 from kendama_cli.schema.registry import resolve

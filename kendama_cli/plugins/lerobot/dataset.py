@@ -7,8 +7,7 @@ episodes with their statistics, and the task in words.
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -18,7 +17,7 @@ import pyarrow as pa
 import pyarrow.parquet
 
 from kendama_cli.errors import StoreError
-from kendama_cli.schema.arrays import Array
+from kendama_cli.log.episode import Episodes
 
 VERSION = "v3.0"
 _FILE = "chunk-{chunk_index:03d}/file-{file_index:03d}.parquet"
@@ -27,29 +26,6 @@ _COUNTED = ("frame_index", "episode_index", "index", "task_index")
 
 Columns = dict[str, Any]
 """Values of all frames by feature: (n,) or (n, k)."""
-
-
-@dataclass(frozen=True)
-class Episode:
-    """Frames at one rate: ``vectors`` (n, k) by feature; ``success`` is None where nobody judged it."""
-
-    vectors: Mapping[str, Array]
-    success: bool | None = None
-
-    def __len__(self) -> int:
-        """Return how many frames it has."""
-        return len(next(iter(self.vectors.values())))
-
-
-@dataclass(frozen=True)
-class Episodes:
-    """Episodes of one robot and task at ``fps``; ``names`` (k) are those of each vector's numbers."""
-
-    robot: str
-    task: str
-    fps: int
-    names: Mapping[str, Sequence[str]]
-    episodes: tuple[Episode, ...]
 
 
 def write_dataset(made: Episodes, folder: Path) -> list[Path]:

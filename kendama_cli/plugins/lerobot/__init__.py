@@ -1,0 +1,1 @@
+"""Demonstrations and games as LeRobot datasets."""
