@@ -13,7 +13,7 @@ from kendama_cli.control.swing_state import SwingStateEstimator
 from kendama_cli.devices.robot.interface import Exchange, JointCommand, Robot
 from kendama_cli.learning.state import SwingState
 from kendama_cli.motion.braking import BrakingLimiter
-from kendama_cli.physics.taut_rope import TautRope
+from kendama_cli.physics.taut_rope import TautRope, time_scale
 from kendama_cli.schema.arrays import Array
 from kendama_cli.settings.game import GameSettings
 
@@ -45,7 +45,7 @@ def scaled_to_model_rope(state: SwingState, rope_scale: float) -> SwingState:
     With lengths divided by s and times by sqrt(s) the equations of motion stay as they are under the same gravity
     and the same accelerations, so that what was learned on the one holds on the other.
     """
-    root = math.sqrt(rope_scale)
+    root = time_scale(rope_scale)
     x, v, angle, rate = state
     return SwingState(x / rope_scale, v / root, angle, rate * root)
 
@@ -104,7 +104,7 @@ class CupCart:
         tilting: TiltingArm | None = None,
     ) -> None:
         self.period_s = robot.period_s
-        self.tempo = math.sqrt(rope_scale)
+        self.tempo = time_scale(rope_scale)
         """Times on this rope over times on the model's."""
         self._rope_scale = rope_scale
         self._rope = TautRope.of(game, rope_scale)

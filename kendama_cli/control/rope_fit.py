@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,6 +13,7 @@ from kendama_cli.control.reachable import Surroundings, follow_from_s
 from kendama_cli.devices.robot.interface import JointCommand, Robot
 from kendama_cli.errors import StageError
 from kendama_cli.motion.dmp.amplitude import scaled_plan
+from kendama_cli.physics.taut_rope import stretch_m, time_scale
 from kendama_cli.robot_model.arm_motion import ArmMotion
 from kendama_cli.robot_model.model import RobotModel
 from kendama_cli.robot_model.placement.limit_shares import require_within_limits
@@ -36,7 +36,7 @@ def measured_rope_m(robot: Robot, posture_rad: Array, game: GameSettings, seed: 
         state = robot.exchange(JointCommand(posture_rad, rest, rest)).state
         down_m = state.cup_in_world_m - state.ball_in_world_m
         lengths.append(float(np.linalg.norm(down_m)))
-    return float(np.mean(lengths)) - game.ball.mass_kg * game.gravity_m_s2 / game.rope.stiffness_n_m
+    return float(np.mean(lengths)) - stretch_m(game.ball.mass_kg * game.gravity_m_s2, game.rope.stiffness_n_m)
 
 
 def scaled_motion(
@@ -49,8 +49,8 @@ def scaled_motion(
     as long as before: ``lead_in_m_s2`` grows with the path. Raises StageError where the arm cannot follow within its
     limits.
     """
-    longer = scaled_plan(plan, scale, plan.tau_scale * math.sqrt(scale))
-    joints = ArmMotion(arm, longer, scale * lead_in_m_s2).joints(longer.tau_scale, hold_s * math.sqrt(scale))
+    longer = scaled_plan(plan, scale, plan.tau_scale * time_scale(scale))
+    joints = ArmMotion(arm, longer, scale * lead_in_m_s2).joints(longer.tau_scale, hold_s * time_scale(scale))
     require_within_limits(arm, joints)
     return joints
 

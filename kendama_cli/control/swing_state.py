@@ -8,7 +8,7 @@ import numpy as np
 
 from kendama_cli.devices.robot.interface import RobotState
 from kendama_cli.learning.state import SwingState
-from kendama_cli.physics.taut_rope import TautRope
+from kendama_cli.physics.taut_rope import TautRope, rope_angle
 from kendama_cli.schema.arrays import Array
 
 
@@ -49,7 +49,7 @@ class SwingStateEstimator:
     def update(self, state: RobotState, acceleration_m_s2: float) -> SwingState:
         """The swing's state after one more reading; the cup has accelerated so since the reading before."""
         ball_m = state.ball_in_world_m - state.cup_in_world_m
-        angle = math.atan2(float(self._direction @ ball_m), -float(ball_m[2]))
+        angle = rope_angle(float(self._direction @ ball_m), float(ball_m[2]))
         before = self._angle.newest
         angle += 2.0 * math.pi * round((before - angle) / (2.0 * math.pi))
         middle = 0.5 * (before + angle)

@@ -18,9 +18,10 @@ from kendama_cli.errors import ConfigError
 from kendama_cli.gym.picture import PaintedEnv
 from kendama_cli.gym.spaces import Accelerations, ActionKind, Observation, Observed
 from kendama_cli.gym.swing_up import task
-from kendama_cli.learning.reward import Flight, Goal, Landing
+from kendama_cli.learning.reward import Flight, Goal
 from kendama_cli.learning.state import SwingState
 from kendama_cli.motion.braking import BrakingLimiter
+from kendama_cli.physics.free_fall import Landing
 from kendama_cli.physics.rim_crossing import falls, falls_in
 from kendama_cli.physics.taut_rope import TautRope
 from kendama_cli.simulation.swingup.rail import CompiledRail
@@ -144,7 +145,7 @@ class Catch(FreeCup):
             state = SwingState(
                 share_x * workspace.half_width_m, share_v * workspace.max_speed_m_s, side * angle, side * rate
             )
-            slack = rope.min_tension_m_s2(angle, rate, 0.0, self._game.gravity_m_s2) <= 0.0
+            slack = rope.tension_m_s2(angle, rate, 0.0, self._game.gravity_m_s2) <= 0.0
             landing = flight.landing(state)
             if slack and landing is not None and window.in_window(state) and self._within_reach(landing):
                 return state

@@ -3,10 +3,22 @@
 from __future__ import annotations
 
 import math
-from bisect import bisect_right
+from typing import Any, NamedTuple
 
 from kendama_cli.learning.settings import GridSettings
 from kendama_cli.learning.state import SwingState
+
+
+class Bins(NamedTuple):
+    """Bins of a state: rising edges of position, velocity and rate, in sequences or arrays, and equal ones of angle."""
+
+    distance: bool
+    mirrored: bool
+    position: Any
+    velocity: Any
+    rate: Any
+    angles: int
+    per_rad: float
 
 
 class StateGrid:
@@ -18,19 +30,17 @@ class StateGrid:
     """
 
     def __init__(self, settings: GridSettings) -> None:
-        self.mirrored = settings.position == "mirrored"
-        self._distance = settings.position == "distance"
-        self._position = settings.position_edges_m
-        self._velocity = settings.velocity_edges_m_s
-        self._rate = settings.rate_edges_rad_s
-        self._angles = settings.angle_bins
-        self._per_rad = settings.angle_bins / (2.0 * math.pi)
-        self.shape = (
-            len(self._position) + 1,
-            len(self._velocity) + 1,
-            self._angles,
-            len(self._rate) + 1,
+        self.bins = bins = Bins(
+            distance=settings.position == "distance",
+            mirrored=settings.position == "mirrored",
+            position=settings.position_edges_m,
+            velocity=settings.velocity_edges_m_s,
+            rate=settings.rate_edges_rad_s,
+            angles=settings.angle_bins,
+            per_rad=settings.angle_bins / (2.0 * math.pi),
         )
+        self.mirrored = bins.mirrored
+        self.shape = len(bins.position) + 1, len(bins.velocity) + 1, bins.angles, len(bins.rate) + 1
         self.n_states = math.prod(self.shape)
 
     def cell(self, state: SwingState) -> tuple[int, ...]:
@@ -47,13 +57,24 @@ class StateGrid:
         return self.place(state) % self.n_states
 
     def place(self, state: SwingState) -> int:
-        """The row, plus ``n_states`` where left and right were turned about: what a decision depends on."""
-        x_m, velocity_m_s, angle_rad, rate_rad_s = state
-        place = 0
-        if self.mirrored and x_m < 0.0:
-            x_m, velocity_m_s, angle_rad, rate_rad_s = -x_m, -velocity_m_s, -angle_rad, -rate_rad_s
-            place = self.shape[0]
-        place += bisect_right(self._position, abs(x_m) if self._distance else x_m)
-        place = place * self.shape[1] + bisect_right(self._velocity, velocity_m_s)
-        place = place * self._angles + math.floor(angle_rad * self._per_rad + 0.5) % self._angles
-        return place * self.shape[3] + bisect_right(self._rate, rate_rad_s)
+        """Return the row, plus ``n_states`` where left and right were turned about: what a decision depends on."""
+        return place_of(self.bins, *state)
+
+
+def place_of(bins: Bins, x_m: float, velocity_m_s: float, angle_rad: float, rate_rad_s: float) -> int:
+    """Return the row of a state, see StateGrid.place."""
+    place = 0
+    if bins.mirrored and x_m < 0.0:
+        x_m, velocity_m_s, angle_rad, rate_rad_s = -x_m, -velocity_m_s, -angle_rad, -rate_rad_s
+        place = len(bins.position) + 1
+    place += _bin(bins.position, abs(x_m) if bins.distance else x_m)
+    place = place * (len(bins.velocity) + 1) + _bin(bins.velocity, velocity_m_s)
+    place = place * bins.angles + math.floor(angle_rad * bins.per_rad + 0.5) % bins.angles
+    return int(place * (len(bins.rate) + 1) + _bin(bins.rate, rate_rad_s))
+
+
+def _bin(edges: Any, value: float) -> int:
+    n = 0
+    while n < len(edges) and edges[n] <= value:
+        n += 1
+    return n

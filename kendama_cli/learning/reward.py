@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Literal, TypeVar
+from typing import TYPE_CHECKING, Literal, NamedTuple, TypeVar
 
 from kendama_cli.learning.state import SwingState
 from kendama_cli.learning.task_settings import GoalSettings, RewardSettings
+from kendama_cli.physics.free_fall import Landing, landing
 from kendama_cli.physics.taut_rope import Ball, TautRope
 from kendama_cli.settings.game import GameSettings
 
@@ -18,15 +19,6 @@ if TYPE_CHECKING:
 Numbers = TypeVar("Numbers", "float", "NDArray[np.float64]")
 Outcome = Literal["goal", "missed", "timeout", "outside"]
 """How a rollout ends: with success, released and not caught, with time up, or (where that ends it) outside."""
-
-
-@dataclass(frozen=True)
-class Landing:
-    """Where the ball comes down through the rim plane, when, and the constant acceleration that takes the cup there."""
-
-    time_s: float
-    x_m: float
-    acceleration_m_s2: float
 
 
 @dataclass(frozen=True)
@@ -52,20 +44,43 @@ class Flight:
         return self.fall(state.x_m, state.velocity_m_s, ball)
 
     def fall(self, x_m: float, velocity_m_s: float, ball: Ball) -> Landing | None:
-        """The landing of a ball that is wherever ``ball`` says from a cup at ``x_m``."""
-        across_m, above_m, across_m_s, above_m_s = ball
-        root = above_m_s * above_m_s + 2.0 * self.gravity_m_s2 * (above_m - self.rim_m)
-        if root <= 0.0:
-            return None
-        time_s = (above_m_s + math.sqrt(root)) / self.gravity_m_s2
-        if time_s <= 0.0:
-            return None
-        apart = across_m + across_m_s * time_s
-        return Landing(
-            time_s=time_s,
-            x_m=x_m + velocity_m_s * time_s + apart,
-            acceleration_m_s2=2.0 * apart / (time_s * time_s),
+        """Return the landing of a ball that is wherever ``ball`` says from a cup at ``x_m``; None without one."""
+        found = landing(x_m, velocity_m_s, ball, self.rim_m, self.gravity_m_s2)
+        return found if found.time_s > 0.0 else None
+
+
+class Window(NamedTuple):
+    """Window of angle and angular velocity in which the swing-up's goal lies, on either side."""
+
+    nearest_rad: float
+    farthest_rad: float
+    min_rate_rad_s: float
+    max_rate_rad_s: float
+
+    @classmethod
+    def of(cls, goal: GoalSettings) -> Window:
+        """Return that of the settings."""
+        return cls(
+            math.radians(goal.angle_deg - goal.tolerance_deg),
+            math.radians(goal.angle_deg + goal.tolerance_deg),
+            float(goal.min_rate_rad_s),
+            float(goal.max_rate_rad_s),
         )
+
+
+def in_window(window: Window, angle_rad: float, rate_rad_s: float) -> bool:
+    """Return True if angle and rate lie in the window; a ball that moves away from hanging has both of one sign."""
+    angle, away = (-angle_rad, -rate_rad_s) if angle_rad < 0.0 else (angle_rad, rate_rad_s)
+    if not window.nearest_rad <= angle <= window.farthest_rad:
+        return False
+    return window.min_rate_rad_s <= away <= window.max_rate_rad_s
+
+
+def within_reach(found: Landing, landing_limit_m: float, catch_acceleration_m_s2: float) -> bool:
+    """Return True if there is a landing, and the cup gets there within these limits."""
+    if found.time_s <= 0.0 or abs(found.x_m) > landing_limit_m:
+        return False
+    return abs(found.acceleration_m_s2) <= catch_acceleration_m_s2
 
 
 class Goal:
@@ -74,23 +89,11 @@ class Goal:
     def __init__(self, settings: GoalSettings, flight: Flight) -> None:
         self._settings = settings
         self._flight = flight
-        self._nearest = math.radians(settings.angle_deg - settings.tolerance_deg)
-        self._farthest = math.radians(settings.angle_deg + settings.tolerance_deg)
-
-    @property
-    def nearest_rad(self) -> float:
-        """Smallest |angle| that can be the goal [rad]."""
-        return self._nearest
+        self.window = Window.of(settings)
 
     def in_window(self, state: SwingState) -> bool:
-        """Whether angle and rate lie in the window; a ball that moves away from hanging has both of one sign."""
-        angle, rate = state.angle_rad, state.rate_rad_s
-        if angle < 0.0:
-            angle, rate = -angle, -rate
-        wanted = self._settings
-        if not self._nearest <= angle <= self._farthest:
-            return False
-        return wanted.min_rate_rad_s <= rate <= wanted.max_rate_rad_s
+        """Return True if angle and rate lie in the window."""
+        return in_window(self.window, state.angle_rad, state.rate_rad_s)
 
     def reached(self, state: SwingState) -> bool:
         """Whether a plain state alone, as a robot observes it, says that the swing-up is done.
@@ -106,15 +109,11 @@ class Goal:
             return True
         flight = self._flight
         if wanted.success == "caught":
-            min_tension_m_s2 = flight.rope.min_tension_m_s2(state.angle_rad, state.rate_rad_s, 0.0, flight.gravity_m_s2)
+            min_tension_m_s2 = flight.rope.tension_m_s2(state.angle_rad, state.rate_rad_s, 0.0, flight.gravity_m_s2)
             if min_tension_m_s2 > 0.0:
                 return False
-        landing = flight.landing(state)
-        return (
-            landing is not None
-            and abs(landing.x_m) <= wanted.landing_limit_m
-            and abs(landing.acceleration_m_s2) <= wanted.catch_acceleration_m_s2
-        )
+        found = flight.landing(state)
+        return found is not None and within_reach(found, wanted.landing_limit_m, wanted.catch_acceleration_m_s2)
 
 
 def step_reward(settings: RewardSettings, x_m: Numbers) -> Numbers:

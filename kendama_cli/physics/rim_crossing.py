@@ -95,8 +95,8 @@ def is_caught(in_cup: bool, miss_m: tuple[float, float] | None, radius_m: float)
     return in_cup and miss_m is not None and math.hypot(*miss_m) < radius_m
 
 
-def falls_in(
-    x_m: float, across_m: float, over_m: float, rising_m_s: float, *, mouth_m: float, edge_m: float, step_s: float
+def falls_in(  # noqa: PLR0917 - plain numbers, as compiled code takes them
+    x_m: float, across_m: float, over_m: float, rising_m_s: float, mouth_m: float, edge_m: float, step_s: float
 ) -> bool:
     """Return True if a step ends with the ball at the rim's plane, falling within the mouth of a cup that is inside.
 

@@ -76,7 +76,7 @@ def draw_release(
         cup, cup_velocity = np.array([cup_x, 0.0, 0.0]), np.array([cup_speed, 0.0, 0.0])
         start = cup + np.array([ball.across_m, 0.0, ball.above_m])
         velocity = cup_velocity + np.array([ball.across_m_s, lateral, ball.above_m_s])
-        along_rope = rope.min_tension_m_s2(phi, rate, pull, g)
+        along_rope = rope.tension_m_s2(phi, rate, pull, g)
         apex = start[2] + max(velocity[2], 0.0) ** 2 / (2 * g) - game.cup.rim_m
         if along_rope < 6.0 or velocity[2] <= 0 or not settings.apex_low_m <= apex <= settings.apex_high_m:
             continue

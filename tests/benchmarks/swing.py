@@ -53,7 +53,7 @@ def learning(swing: SwingEngine | None) -> Callable[[], int]:
             learner.end_rollout(rollout.outcome, rollout.final)
             simulated_s += rollout.duration_s
         policy = GreedyPolicy(learner.policy, chosen)
-        for _ in range(chosen.count.evaluation):
+        for _ in range(chosen.count.evaluation_rollouts):
             policy.begin_rollout()
             rollout = environment.roll_out(policy, environment.noise(noise_rng))
             simulated_s += rollout.duration_s

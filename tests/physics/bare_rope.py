@@ -10,4 +10,4 @@ NO_CUP = CupProfile(0.0, 0.0, 0.0, 0.0, (0.0, 0.0, 0.0))
 
 def bare_rope(length_m: float) -> TautRope:
     """The rope of a plain pendulum."""
-    return TautRope(length_m, NO_CUP)
+    return TautRope.round(NO_CUP, length_m)

@@ -7,7 +7,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from kendama_cli.learning.reward import Window as GoalWindow
+from kendama_cli.learning.reward import in_window
 from kendama_cli.motion.braking import BrakingLimiter, limited
+from kendama_cli.physics.free_fall import fall_s
 from kendama_cli.plugins.learners.open_loop import wanted
 from kendama_cli.system.compiled import Array, compiled
 
@@ -27,10 +30,7 @@ class Cup(NamedTuple):
 class Window(NamedTuple):
     """When the ball is let go, and where it may come down."""
 
-    nearest_rad: float
-    farthest_rad: float
-    min_rate_rad_s: float
-    max_rate_rad_s: float
+    goal: GoalWindow
     gravity_m_s2: float
     rim_m: float
     landing_limit_m: float
@@ -72,10 +72,9 @@ def add_features(into: Array, angle: float, rate: float, cup: float, by: float) 
 @compiled
 def _landing(x: float, v: float, rate: float, at: Array, window: Window) -> float:
     """The cost of a release on the right: how much of the cup's reach the landing takes."""
-    root = (rate * at[6]) ** 2 + 2.0 * window.gravity_m_s2 * (at[4] - window.rim_m)
-    if root <= 0.0:
+    time = fall_s(at[4] - window.rim_m, rate * at[6], window.gravity_m_s2)
+    if time == -math.inf:
         return 0.4
-    time = (rate * at[6] + math.sqrt(root)) / window.gravity_m_s2
     apart = at[3] + rate * at[5] * time
     needed = abs(2.0 * apart / (time * time)) / window.catch_acceleration_m_s2
     reach = max(needed, abs(x + v * time + apart) / window.landing_limit_m)
@@ -104,9 +103,9 @@ def _cost(  # noqa: PLR0917
         highest = max(highest, 0.5 * (1.0 - math.cos(angle)))
         if abs(x) > cup.edge_m or not abs(rate) < 50.0:
             return 1.0
-        out, away = abs(angle), rate if angle >= 0.0 else -rate
-        if window.nearest_rad <= out <= window.farthest_rad and window.min_rate_rad_s <= away <= window.max_rate_rad_s:
+        if in_window(window.goal, angle, rate):
             side = 1.0 if angle >= 0.0 else -1.0
+            out, away = abs(angle), side * rate
             place = out / math.pi * (len(toy) - 1)
             node = min(int(place), len(toy) - 2)
             share = place - node

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.random import Generator
 
 from kendama_cli.learning.parameter_search import parameter_search
+from kendama_cli.learning.reward import Window as GoalWindow
 from kendama_cli.learning.settings import LearnSettings
 from kendama_cli.learning.task_settings import LimitedWorkspace
 from kendama_cli.motion.braking import BRAKING_SHARE, BrakingLimiter
@@ -105,10 +106,7 @@ def _window(settings: LearnSettings) -> kernel.Window:
     goal, assumed = settings.goal, settings.learner
     assert isinstance(assumed, ModelBasedSettings)
     return kernel.Window(
-        nearest_rad=math.radians(goal.angle_deg - goal.tolerance_deg),
-        farthest_rad=math.radians(goal.angle_deg + goal.tolerance_deg),
-        min_rate_rad_s=goal.min_rate_rad_s,
-        max_rate_rad_s=goal.max_rate_rad_s,
+        goal=GoalWindow.of(goal),
         gravity_m_s2=assumed.game.gravity_m_s2,
         rim_m=assumed.game.cup.rim_m,
         landing_limit_m=goal.landing_limit_m,
@@ -123,7 +121,7 @@ def _toy(settings: LearnSettings) -> Array:
     for angle in np.linspace(0.0, math.pi, ANGLES).tolist():
         ball = rope.ball(angle, 1.0)
         still, across, along = (
-            rope.min_tension_m_s2(angle, *rest) for rest in ((0.0, 0.0, 1.0), (0.0, 1.0, 0.0), (1.0, 0.0, 0.0))
+            rope.tension_m_s2(angle, *rest) for rest in ((0.0, 0.0, 1.0), (0.0, 1.0, 0.0), (1.0, 0.0, 0.0))
         )
         rows.append([-across, -still, along, *ball])
     return np.array(rows)

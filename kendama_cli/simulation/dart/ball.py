@@ -11,6 +11,7 @@ import numpy as np
 from kendama_cli.errors import SimulationError
 from kendama_cli.physics.rim_crossing import is_inside
 from kendama_cli.physics.rope import RopeLaw
+from kendama_cli.physics.taut_rope import stretch_m
 from kendama_cli.robot_model.body import Body
 from kendama_cli.robot_model.cup import set_restitution
 from kendama_cli.robot_model.dart_library import dartpy
@@ -124,7 +125,7 @@ class TetheredBall:
     def hang(self, aside_m: float) -> None:
         """Hang still under the tie, ``aside_m`` along x from where it would come to rest."""
         weight_n = self.mass_kg * self.game.gravity_m_s2
-        length = self._law.length_m + weight_n / self._law.stiffness_n_m
+        length = self._law.length_m + stretch_m(weight_n, self._law.stiffness_n_m)
         x, y, z = (self.tie_m if self._knot is None else _knot_m(self._cup, self._knot)).tolist()
         aside_m += length * math.sin(self._tilt_rad)
         self.skeleton.resetAccelerations()

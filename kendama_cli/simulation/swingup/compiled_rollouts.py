@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 
 from kendama_cli.learning.interface import Actor
@@ -12,6 +10,7 @@ from kendama_cli.learning.settings import LearnSettings
 from kendama_cli.learning.state import SwingState
 from kendama_cli.settings.game import GameSettings
 from kendama_cli.simulation.swingup import rail_kernel as kernel
+from kendama_cli.simulation.swingup.engine import state_of
 from kendama_cli.simulation.swingup.rail import CompiledRail, Rules
 from kendama_cli.simulation.swingup.rollout import Catch, RolloutNoise, SimulatedRollout
 
@@ -78,11 +77,11 @@ class CompiledRollouts:
         """The flight, as SwingUpEnvironment.fly."""
         s, physics, aim = self.swing.numbers, rules.physics, rules.aim
         steps = kernel.fly(s, kernel.LONGEST_FLIGHT, aim.catch_acceleration_m_s2, physics, rules.catch)
-        caught = kernel.falls_in(s, aim.mouth_m, physics, rules.catch)
+        caught = kernel.is_caught(s, aim.mouth_m, physics, rules.catch)
         self.swing.read()
         return Catch(miss_m=abs(self.swing.across_m), duration_s=steps * physics.step_s, caught=bool(caught))
 
     def state(self) -> SwingState:
         """The true plain state now."""
-        s = self.swing.numbers.tolist()
-        return SwingState(s[0], s[3], math.atan2(s[1] - s[0], -s[2]), float(kernel.turning(self.swing.numbers)))
+        self.swing.read()
+        return state_of(self.swing)

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from typing import Protocol
 
 from kendama_cli.learning.state import SwingState
+from kendama_cli.physics.taut_rope import Ball, rope_angle, rope_rate
 
 
 class SwingEngine(Protocol):
@@ -52,13 +52,12 @@ class SwingEngine(Protocol):
 
 def rate(swing: SwingEngine) -> float:
     """The ball's angular velocity about the tie point [rad/s]."""
-    across, above = swing.across_m, swing.above_m
-    return (above * -swing.across_m_s + across * swing.above_m_s) / (across * across + above * above)
+    return rope_rate(Ball(swing.across_m, swing.above_m, swing.across_m_s, swing.above_m_s))
 
 
 def state_of(swing: SwingEngine) -> SwingState:
     """The true plain state now."""
-    angle = math.atan2(swing.across_m, -swing.above_m)
+    angle = rope_angle(swing.across_m, swing.above_m)
     return SwingState(swing.x_m, swing.velocity_m_s, angle, rate(swing))
 
 

@@ -17,6 +17,7 @@ from kendama_cli.learning.reward import Flight, Goal, Outcome
 from kendama_cli.learning.settings import LearnSettings
 from kendama_cli.learning.state import SwingState
 from kendama_cli.learning.task_settings import DartEngine, GoalSettings
+from kendama_cli.physics.taut_rope import rope_angle
 from kendama_cli.settings.game import GameSettings
 from kendama_cli.simulation.swingup.compiled_rollouts import CompiledRollouts
 from kendama_cli.simulation.swingup.engine import StepCallback, SwingEngine, rate, state_of
@@ -113,7 +114,7 @@ class SwingUpEnvironment:
         for k in range(self.n_steps):
             t_s = k * step_s
             if t_s >= look_s:
-                angle = math.atan2(swing.across_m, -swing.above_m) + noise.angle_rad[k]
+                angle = rope_angle(swing.across_m, swing.above_m) + noise.angle_rad[k]
                 reading = SwingState(swing.x_m, swing.velocity_m_s, angle, rate(swing) + noise.rate_rad_s[k])
                 wanted, next_look_s = yield reading, t_s
                 gain = given[1]

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import math
 
-from kendama_cli.learning.reward import Flight, Goal, Landing
+from kendama_cli.learning.reward import Flight, Goal
 from kendama_cli.learning.settings import LearnSettings
+from kendama_cli.physics.free_fall import Landing
 from kendama_cli.physics.rim_crossing import at_rim_m, falls, falls_in, is_caught
 from kendama_cli.physics.taut_rope import Ball
 from kendama_cli.settings.game import GameSettings
@@ -28,7 +29,7 @@ class Release:
         self._caught = wanted.success == "caught"
         self._steps = max(1, round(wanted.slack_s / settings.step_s))
         self._slack = 0
-        self._lowest = 0.0 if goal.nearest_rad >= 0.5 * math.pi else -math.inf
+        self._lowest = 0.0 if goal.window.nearest_rad >= 0.5 * math.pi else -math.inf
 
     def after(self, swing: SwingEngine) -> bool:
         """Whether this step is the last one."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,7 +12,8 @@ from numpy.typing import NDArray
 
 from kendama_cli.errors import ConfigError, SimulationError
 from kendama_cli.learning.decision import ROUNDING_S
-from kendama_cli.learning.half_swings import TURN_RAD_S
+from kendama_cli.learning.discretisation import Bins, StateGrid
+from kendama_cli.learning.reward import Window
 from kendama_cli.learning.settings import LearnSettings
 from kendama_cli.learning.state import SwingState
 from kendama_cli.motion.braking import BrakingLimiter
@@ -70,50 +72,42 @@ class Rules:
     limits: kernel.Limits
     catch: kernel.Limits
     aim: kernel.Aim
-    bins: kernel.Bins
+    bins: Bins
+    longest_s: float
 
     @classmethod
     def of(cls, settings: LearnSettings, game: GameSettings, rope_scale: float = 1.0, drag_scale: float = 1.0) -> Rules:
         """The constants of ``settings`` as the compiled code takes them, on such a rope in such an air."""
-        goal, grid = settings.goal, settings.grid
-        nearest = math.radians(goal.angle_deg - goal.tolerance_deg)
+        goal, grid, window = settings.goal, StateGrid(settings.grid).bins, Window.of(settings.goal)
         return cls(
             physics(game, settings.step_s, rope_scale, drag_scale),
             _limits(limiter(settings), settings),
             _limits(catch_limiter(settings), settings),
             kernel.Aim(
-                nearest_rad=nearest,
-                farthest_rad=math.radians(goal.angle_deg + goal.tolerance_deg),
-                min_rate_rad_s=float(goal.min_rate_rad_s),
-                max_rate_rad_s=float(goal.max_rate_rad_s),
+                *window,
                 catchable=goal.success == "catchable",
                 caught=goal.success == "caught",
                 slack_steps=float(max(1, round(goal.slack_s / settings.step_s))),
                 landing_limit_m=float(goal.landing_limit_m),
                 catch_acceleration_m_s2=float(goal.catch_acceleration_m_s2),
                 mouth_m=mouth_m(game),
-                lowest_m=0.0 if nearest >= 0.5 * math.pi else -math.inf,
-                turn_rad_s=TURN_RAD_S,
+                lowest_m=0.0 if window.nearest_rad >= 0.5 * math.pi else -math.inf,
             ),
-            kernel.Bins(
-                distance=grid.position == "distance",
-                mirrored=grid.position == "mirrored",
-                position=np.array(grid.position_edges_m, dtype=np.float64),
-                velocity=np.array(grid.velocity_edges_m_s, dtype=np.float64),
-                rate=np.array(grid.rate_edges_rad_s, dtype=np.float64),
-                angles=grid.angle_bins,
-                per_rad=grid.angle_bins / (2.0 * math.pi),
-                longest_s=settings.decision.max_s - ROUNDING_S,
-            ),
+            grid._replace(position=_array(grid.position), velocity=_array(grid.velocity), rate=_array(grid.rate)),
+            settings.decision.max_s - ROUNDING_S,
         )
 
     def packed(self) -> tuple[kernel.Record, NDArray[np.float64]]:
         """All of them as the compiled loop takes them."""
-        return kernel.packed(self.physics, self.limits, self.aim, self.bins)
+        return kernel.packed(self.physics, self.limits, self.aim, self.bins, self.longest_s)
 
     def packed_for_the_catch(self) -> kernel.Record:
         """The same with the limits of the flight after the release."""
-        return kernel.packed(self.physics, self.catch, self.aim, self.bins)[0]
+        return kernel.packed(self.physics, self.catch, self.aim, self.bins, self.longest_s)[0]
+
+
+def _array(edges: Sequence[float]) -> NDArray[np.float64]:
+    return np.array(edges, dtype=np.float64)
 
 
 def _limits(limits: BrakingLimiter, settings: LearnSettings) -> kernel.Limits:

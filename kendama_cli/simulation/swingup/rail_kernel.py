@@ -1,9 +1,9 @@
 """The swing's dynamics, limiter, goal and bins as compiled code.
 
 A swing is an array of eight numbers: places of cup x, ball x, ball z; their rates; the rope's last force on the ball
-along x and z. ``step`` does the operations of DART in its order (tests/simulation/swingup/rail_dart.py), ``limit`` is
-BrakingLimiter, ``reached`` Goal,
-``row`` StateGrid, ``hold`` and ``fly`` the loops of SwingUpEnvironment; the tests hold each pair together bit for bit.
+along x and z. ``step`` does the operations of DART in its order
+(tests/simulation/swingup/rail_dart.py), ``hold`` and ``fly`` are the loops of SwingUpEnvironment; the tests hold each
+pair together bit for bit. Limiter, goal, bins, rope, air and fall are the plain laws themselves.
 """
 
 from __future__ import annotations
@@ -13,9 +13,15 @@ from typing import Any, NamedTuple, get_type_hints
 
 import numpy as np
 
+from kendama_cli.learning.discretisation import Bins, place_of
+from kendama_cli.learning.half_swings import swing_direction
+from kendama_cli.learning.reward import Window, in_window, within_reach
 from kendama_cli.motion.braking import BrakingLimiter, limited
 from kendama_cli.physics.air import drag_n
+from kendama_cli.physics.free_fall import landing
+from kendama_cli.physics.rim_crossing import falls_in
 from kendama_cli.physics.rope import CupProfile, RopeLaw, pivot, tension_n
+from kendama_cli.physics.taut_rope import Ball, TautRope, ball_on, rope_angle, rope_rate
 from kendama_cli.system.compiled import Array, compiled
 
 Record = Any
@@ -77,20 +83,6 @@ class Aim(NamedTuple):
     catch_acceleration_m_s2: float
     mouth_m: float
     lowest_m: float
-    turn_rad_s: float
-
-
-class Bins(NamedTuple):
-    """The state's bins and the times between decisions."""
-
-    distance: bool
-    mirrored: bool
-    position: Array
-    velocity: Array
-    rate: Array
-    angles: int
-    per_rad: float
-    longest_s: float
 
 
 def _fields(of: type[NamedTuple]) -> np.dtype[np.void]:
@@ -158,10 +150,8 @@ def step(s: Array, command: float, p: Physics) -> None:
 
 
 @compiled
-def turning(s: Array) -> float:
-    """The ball's angular velocity about the tie point [rad/s]."""
-    across, above = s[1] - s[0], s[2]
-    return float((above * -(s[4] - s[3]) + across * s[5]) / (across * across + above * above))
+def _ball(s: Array) -> Ball:
+    return Ball(s[1] - s[0], s[2], s[4] - s[3], s[5])
 
 
 @compiled
@@ -171,75 +161,20 @@ def _limited(command: float, s: Array, p: Physics, w: Limits) -> float:
 
 
 @compiled
-def _reach(angle_rad: float, p: Physics) -> tuple[float, float]:
-    """The taut rope's distance from the tie and its derivative by the angle (physics.taut_rope.TautRope.reach)."""
-    angle = abs(angle_rad)
-    if angle <= 0.5 * math.pi:
-        return p.length_m, 0.0
-    out, up, used = p.handle_m, 0.0, p.at_edge_m
-    if angle > p.rim_rad:
-        out, up, used = p.radius_m, p.rim_m, p.at_rim_m
-    elif angle > p.floor_rad:
-        out, up, used = p.radius_m, p.floor_m, p.at_floor_m
-    sine, cosine, left = math.sin(angle), math.cos(angle), p.length_m - used
-    along, turned = sine * out - cosine * up, cosine * out + sine * up
-    root = math.sqrt(left * left - out * out - up * up + along * along)
-    distance = along + root
-    slope = turned * distance / root
-    return distance, -slope if angle_rad < 0.0 else slope
-
-
-@compiled
-def _fall_s(above_m: float, above_m_s: float, p: Physics) -> float:
-    root = above_m_s * above_m_s + 2.0 * p.gravity_m_s2 * (above_m - p.rim_m)
-    return -1.0 if root <= 0.0 else (above_m_s + math.sqrt(root)) / p.gravity_m_s2
-
-
-@compiled
-def reached(s: Array, p: Physics, aim: Aim) -> bool:  # noqa: PLR0911 - returns early, for it runs in every step
-    """Whether ``s`` lies in the window and, where that is asked for, a catch from there is predicted."""
+def reached(s: Array, p: Physics, aim: Aim) -> bool:
+    """Return True if ``s`` lies in the window and, where that is asked for, a catch from there is predicted."""
     if s[2] < aim.lowest_m:
         return False
-    phi, rate = math.atan2(s[1] - s[0], -s[2]), turning(s)
-    angle, away = (-phi, -rate) if phi < 0.0 else (phi, rate)
-    if not aim.nearest_rad <= angle <= aim.farthest_rad:
-        return False
-    if not aim.min_rate_rad_s <= away <= aim.max_rate_rad_s:
+    ball = _ball(s)
+    angle, rate = rope_angle(ball.across_m, ball.above_m), rope_rate(ball)
+    window = Window(aim.nearest_rad, aim.farthest_rad, aim.min_rate_rad_s, aim.max_rate_rad_s)
+    if not in_window(window, angle, rate):
         return False
     if not aim.catchable:
         return True
-    sine, cosine = math.sin(phi), math.cos(phi)
-    distance, slope = _reach(phi, p)
-    along, across = slope * rate, distance * rate
-    time_s = _fall_s(-distance * cosine, across * sine - along * cosine, p)
-    if time_s <= 0.0:
-        return False
-    apart = distance * sine + (along * sine + across * cosine) * time_s
-    landing = s[0] + s[3] * time_s + apart
-    if abs(landing) > aim.landing_limit_m:
-        return False
-    return abs(2.0 * apart / (time_s * time_s)) <= aim.catch_acceleration_m_s2
-
-
-@compiled
-def _bin(edges: Array, value: float) -> int:
-    n = 0
-    while n < edges.size and edges[n] <= value:
-        n += 1
-    return n
-
-
-@compiled
-def row(x_m: float, velocity_m_s: float, angle_rad: float, rate_rad_s: float, bins: Bins) -> int:
-    """Row and side of the table for a reading (StateGrid.place)."""
-    place = 0
-    if bins.mirrored and x_m < 0.0:
-        x_m, velocity_m_s, angle_rad, rate_rad_s = -x_m, -velocity_m_s, -angle_rad, -rate_rad_s
-        place = bins.position.size + 1
-    place += _bin(bins.position, abs(x_m) if bins.distance else x_m)
-    place = place * (bins.velocity.size + 1) + _bin(bins.velocity, velocity_m_s)
-    place = place * bins.angles + math.floor(angle_rad * bins.per_rad + 0.5) % bins.angles
-    return int(place * (bins.rate.size + 1) + _bin(bins.rate, rate_rad_s))
+    rope = TautRope(p.length_m, _rope(p).cup, (0.5 * math.pi, p.floor_rad, p.rim_rad))
+    found = landing(s[0], s[3], ball_on(rope, angle, rate), p.rim_m, p.gravity_m_s2)
+    return within_reach(found, aim.landing_limit_m, aim.catch_acceleration_m_s2)
 
 
 @compiled
@@ -252,9 +187,9 @@ def _advance(  # noqa: PLR0917
         tally[PEAK] = x_m
         if x_m > w.edge_m:
             return OUTSIDE
-    rate = turning(s)
-    if rate * tally[TOWARDS] < aim.turn_rad_s and abs(rate) > aim.turn_rad_s:
-        tally[TOWARDS] = 1.0 if rate > 0.0 else -1.0
+    towards = swing_direction(rope_rate(_ball(s)), int(tally[TOWARDS]))
+    if towards != tally[TOWARDS]:
+        tally[TOWARDS] = towards
         tally[HALF_SWINGS] += 1.0
     if not reached(s, p, aim):
         tally[SLACK] = 0.0
@@ -300,10 +235,9 @@ def hold(  # noqa: PLR0917
         rate=edges[m:],
         angles=grid.angles,
         per_rad=grid.per_rad,
-        longest_s=grid.longest_s,
     )
     angle_errors, rate_errors = errors
-    here = row(reading[0], reading[1], reading[2], reading[3], bins)
+    here = place_of(bins, reading[0], reading[1], reading[2], reading[3])
     chosen_s, effective = k * p.step_s, k + delay
     while True:
         if k < effective:
@@ -318,10 +252,11 @@ def hold(  # noqa: PLR0917
         t_s = k * p.step_s
         if t_s >= look_s:
             reading[0], reading[1] = s[0], s[3]
-            reading[2] = math.atan2(s[1] - s[0], -s[2]) + angle_errors[k]
-            reading[3] = turning(s) + rate_errors[k]
-            late = t_s - chosen_s >= bins.longest_s
-            if late or row(reading[0], reading[1], reading[2], reading[3], bins) != here:
+            ball = _ball(s)
+            reading[2] = rope_angle(ball.across_m, ball.above_m) + angle_errors[k]
+            reading[3] = rope_rate(ball) + rate_errors[k]
+            late = t_s - chosen_s >= grid.longest_s
+            if late or place_of(bins, reading[0], reading[1], reading[2], reading[3]) != here:
                 return k, DUE
 
 
@@ -330,11 +265,10 @@ def fly(s: Array, at_most: int, largest_m_s2: float, p: Physics, w: Limits) -> i
     """The flight after the goal, rope and air included, the cup heading for the landing; the steps that it took."""
     steps = 0
     while steps < at_most and abs(s[0]) <= w.edge_m:
-        across, across_rate = s[1] - s[0], s[4] - s[3]
-        time_s = _fall_s(s[2], s[5], p)
-        if time_s <= 0.5 * p.step_s:
+        found = landing(s[0], s[3], _ball(s), p.rim_m, p.gravity_m_s2)
+        if found.time_s <= 0.5 * p.step_s:
             break
-        wanted = 2.0 * (across + across_rate * time_s) / (time_s * time_s)
+        wanted = found.acceleration_m_s2
         wanted = max(-largest_m_s2, min(largest_m_s2, wanted))
         step(s, _limited(wanted, s, p, w), p)
         steps += 1
@@ -342,10 +276,9 @@ def fly(s: Array, at_most: int, largest_m_s2: float, p: Physics, w: Limits) -> i
 
 
 @compiled
-def falls_in(s: Array, mouth_m: float, p: Physics, w: Limits) -> bool:
-    """Whether a flight that ended at ``s`` ended in the cup's mouth: rim_crossing.falls_in."""
-    here = abs(s[2] - p.rim_m) <= p.step_s * abs(s[5])
-    return bool(here and s[5] < 0.0 and abs(s[1] - s[0]) < mouth_m and abs(s[0]) <= w.edge_m)
+def is_caught(s: Array, mouth_m: float, p: Physics, w: Limits) -> bool:
+    """Return True if a flight that ended at ``s`` ended in the cup's mouth."""
+    return falls_in(s[0], s[1] - s[0], s[2] - p.rim_m, s[5], mouth_m, w.edge_m, p.step_s)
 
 
 @compiled
@@ -378,7 +311,7 @@ def spread(  # noqa: PLR0917 - plain arrays, as compiled code takes them
                 if ends[i] == GOAL and aim.caught:
                     flown = swings[i].copy()
                     fly(flown, LONGEST_FLIGHT, aim.catch_acceleration_m_s2, p, catch)
-                    if not falls_in(flown, aim.mouth_m, p, catch):
+                    if not is_caught(flown, aim.mouth_m, p, catch):
                         ends[i] = OUTSIDE
                 break
     return ends, taken
@@ -423,18 +356,19 @@ def hold_each(  # noqa: PLR0917 - plain arrays, as compiled code takes them
         if ends[i] == GOAL:
             flown, flight = swings[i].copy(), catches[i].limits
             fly(flown, LONGEST_FLIGHT, aim.catch_acceleration_m_s2, p, flight)
-            misses[i] = math.nan if falls_in(flown, aim.mouth_m, p, flight) else abs(flown[1] - flown[0])
+            misses[i] = math.nan if is_caught(flown, aim.mouth_m, p, flight) else abs(flown[1] - flown[0])
         before[i, 0], before[i, 1] = wanted[i], gains[i]
 
 
-def packed(p: Physics, w: Limits, aim: Aim, bins: Bins) -> tuple[Record, Array]:
+def packed(p: Physics, w: Limits, aim: Aim, bins: Bins, longest_s: float) -> tuple[Record, Array]:
     """All constants as ``hold`` takes them: one record of the type ``RULES``, and the bins' edges in one array."""
     packed_rules = np.zeros(1, RULES)
     rules = packed_rules[0]
     rules["physics"], rules["limits"], rules["aim"] = tuple(p), tuple(w), tuple(aim)
     grid = rules["grid"]
-    for name in ("distance", "mirrored", "angles", "per_rad", "longest_s"):
+    for name in ("distance", "mirrored", "angles", "per_rad"):
         grid[name] = getattr(bins, name)
+    grid["longest_s"] = longest_s
     grid["position_edges"], grid["velocity_edges"] = bins.position.size, bins.velocity.size
     return packed_rules, np.concatenate([bins.position, bins.velocity, bins.rate])
 
@@ -447,14 +381,13 @@ def _load() -> None:
     cup = (0.049, 0.0, 0.049, 0.049, 0.049, 0.119, 3.0, 3.0)
     p = Physics(0.002, 0.5, 20.0, 0.4, 2000.0, 2.0, 0.0, 4e-4, 9.81, 0.07, *cup)
     w = Limits(0.4, 2.0, 7.0, 8.0, math.inf)
-    aim = Aim(2.0, 2.5, 1.0, 6.0, True, False, 5.0, 0.4, 9.0, 0.02, 0.0, 0.5)
-    bins = Bins(False, False, np.zeros(1), np.zeros(1), np.zeros(1), 18, 3.0, 0.1)
+    aim = Aim(2.0, 2.5, 1.0, 6.0, True, False, 5.0, 0.4, 9.0, 0.02, 0.0)
+    bins = Bins(False, False, np.zeros(1), np.zeros(1), np.zeros(1), 18, 3.0)
     s, tally = np.array([0.0, 0.0, -0.4, 0.0, 0.0, 0.0, 0.0, 0.0]), np.zeros(TALLY)
     step(s, 0.0, p)
-    turning(s)
-    hold(s, tally, np.zeros(4), np.zeros((2, 2)), 0, 0.0, 1.0, 0.0, 1.0, 0, 0.02, *packed(p, w, aim, bins))
+    hold(s, tally, np.zeros(4), np.zeros((2, 2)), 0, 0.0, 1.0, 0.0, 1.0, 0, 0.02, *packed(p, w, aim, bins, 0.1))
     fly(s, 1, 9.0, p, w)
-    falls_in(s, 0.02, p, w)
+    is_caught(s, 0.02, p, w)
     spread(s[None].copy(), tally[None].copy(), np.zeros(1), np.ones(1, np.int64), p, w, w, aim)
 
 

@@ -12,6 +12,7 @@ from kendama_cli.control.scene_history import SceneHistory
 from kendama_cli.log.messages import ReplayMessage
 from kendama_cli.physics.rim_crossing import SampledWays
 from kendama_cli.physics.sampled_body import SampledBody
+from kendama_cli.physics.taut_rope import stretch_m
 from kendama_cli.schema.arrays import Array
 from kendama_cli.settings.game import GameSettings
 from kendama_cli.settings.hardware import HardwareSettings, SimulatedHardware, TwinHardware
@@ -38,8 +39,8 @@ def played_body(settings: GameSettings, made: Imperfection | None, history: Scen
         mass_kg *= made.mass_scale
     if made is not None and history.reported:
         first = history.rollout()[0]
-        stretch_m = mass_kg * settings.gravity_m_s2 / settings.rope.stiffness_n_m
-        rope_m = float(np.linalg.norm(first[7:] - first[1:4])) - stretch_m
+        stretched_m = float(np.linalg.norm(first[7:] - first[1:4]))
+        rope_m = stretched_m - stretch_m(mass_kg * settings.gravity_m_s2, settings.rope.stiffness_n_m)
     return SampledBody(rope_m, mass_kg, (linear, quadratic), settings.cup.restitution, rope_kg)
 
 

@@ -11,15 +11,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from kendama_cli.errors import SimulationError
-from kendama_cli.learning.discretisation import StateGrid
 from kendama_cli.learning.policy import GreedyPolicy, seal_table
-from kendama_cli.learning.reward import Flight, Goal
 from kendama_cli.learning.sarsa import SarsaLearner
 from kendama_cli.learning.settings import LearnSettings
 from kendama_cli.learning.state import SwingState
 from kendama_cli.simulation.swingup import rail_kernel as kernel
 from kendama_cli.simulation.swingup.environment import SwingUpEnvironment
-from kendama_cli.simulation.swingup.rail import CompiledRail, Rules, physics
+from kendama_cli.simulation.swingup.rail import CompiledRail, physics
 from tests.learning.settings_files import game_settings, learn_settings
 from tests.simulation.swingup.rail_dart import DartRail
 
@@ -81,29 +79,6 @@ def test_many_swings_at_once_are_each_the_one_alone():
         for command in np.repeat(commands[:, i], 20):
             swing.step(command)
         np.testing.assert_array_equal(swings[:, i], swing.numbers)
-
-
-@pytest.mark.parametrize("success", ["catchable", "reached"])
-def test_the_goal_is_the_same(success):
-    chosen = learn_settings(goal__success=success)
-    rules = Rules.of(chosen, GAME)
-    goal = Goal(chosen.goal, Flight.of(GAME))
-    swing, rng, reached = CompiledRail(GAME, STEP_S), np.random.default_rng(0), 0
-    for _ in range(4000):
-        swing.start(SwingState(*rng.uniform([-0.4, -2.0, -math.pi, -7.0], [0.4, 2.0, math.pi, 7.0])))
-        angle = math.atan2(swing.across_m, -swing.above_m)
-        state = SwingState(swing.x_m, swing.velocity_m_s, angle, float(kernel.turning(swing.numbers)))
-        assert kernel.reached(swing.numbers, rules.physics, rules.aim) == goal.reached(state)
-        reached += goal.reached(state)
-    assert 40 < reached < 3000
-
-
-@pytest.mark.parametrize("position", ["side", "distance", "mirrored"])
-def test_the_bins_are_the_same(position):
-    chosen = learn_settings(grid__position=position, grid__position_edges_m=[0.0, 0.2])
-    rules, grid = Rules.of(chosen, GAME), StateGrid(chosen.grid)
-    for state in np.random.default_rng(0).uniform([-0.5, -2, -4, -7], [0.5, 2, 4, 7], (2000, 4)):
-        assert kernel.row(*state, rules.bins) == grid.place(SwingState(*state.tolist()))
 
 
 def environment_of(engine: str, chosen: LearnSettings) -> SwingUpEnvironment:
