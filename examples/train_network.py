@@ -3,7 +3,7 @@
     pip install '.[network]'
     python train_network.py labelled/ -o ball.onnx
 
-``labelled/`` holds images/ and labels/ as 'kendama camera teach' takes them; a network knows the films that taught it,
+``labelled/`` holds images/ and labels/ as 'kendama camera train' takes them; a network knows the films that taught it,
 so take frames of your own. Runs on a CPU in minutes.
 """
 

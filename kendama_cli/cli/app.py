@@ -131,11 +131,25 @@ def plan(
 
 
 @app.command()
-def config(overrides: Overrides = None, home: Home = None, config_dir: ConfigDir = None) -> None:
+def config(
+    overrides: Overrides = None,
+    migrate: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="Instead, rewrite a YAML of settings of an older version by today's names."),
+    ] = None,
+    home: Home = None,
+    config_dir: ConfigDir = None,
+) -> None:
     """Print the resolved configuration as YAML."""
+    site = find_site(home, config_dir)
+    if migrate is not None:
+        from kendama_cli.cli.migrate import migrate_settings
+
+        migrate_settings(site, migrate)
+        return
     from kendama_cli.cli.run_work import show_configuration
 
-    show_configuration(find_site(home, config_dir), overrides or [])
+    show_configuration(site, overrides or [])
 
 
 @app.command()
@@ -157,10 +171,10 @@ def report(
             metavar="DIR", help="Instead of a page, every figure as SVG, PDF and CSV, every table as CSV and TeX."
         ),
     ] = None,
-    film: Annotated[
+    video: Annotated[
         Path | None,
         typer.Option(
-            metavar="FILE", help="Instead of a page, a film of the catch (.webm or .mp4), slowed down where it is."
+            metavar="FILE", help="Instead of a page, a video of the catch (.webm or .mp4), slowed down where it is."
         ),
     ] = None,
     home: Home = None,
@@ -171,10 +185,10 @@ def report(
     folder = find_site(home).home
     names: list[str | None] = [*dict.fromkeys(runs)] if runs else [None]
     records = [find_run(folder, name) for name in names]
-    if film is not None:
+    if video is not None:
         from kendama_cli.pipeline.film import film_run  # the ray caster
 
-        render.text(f"{film}: {film_run(records, film)} pictures")
+        render.text(f"{video}: {film_run(records, video)} images")
         return
     if export is None:
         from kendama_cli.pipeline.report import write_report  # pandas

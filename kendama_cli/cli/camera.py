@@ -103,7 +103,7 @@ Teach = Annotated[
 DetectorName = Annotated[
     str | None,
     typer.Option(
-        "--detector", metavar="NAME", help="taught, motion, colour, network, ... [taught with --teach, else motion]"
+        "--detector", metavar="NAME", help="trained, motion, colour, network, ... [trained with --train, else motion]"
     ),
 ]
 DetectorSettingsOption = Annotated[
@@ -115,7 +115,7 @@ DetectorSettingsOption = Annotated[
 Seed = Annotated[int, typer.Option(metavar="N", min=0, help="Of what is drawn while the ball is learned.")]
 
 
-@camera_app.command("teach")
+@camera_app.command("train")
 def camera_teach(
     path: Annotated[
         Path,
@@ -156,7 +156,7 @@ def camera_detect(
     output: Annotated[
         Path, typer.Option("-o", "--output", metavar="FILE", help="A row per sighting: file,u_px,v_px,radius_px,score.")
     ] = Path("found.csv"),
-    teach: Teach = None,
+    train: Teach = None,
     detector: DetectorName = None,
     override: DetectorSettingsOption = None,
     balls: Annotated[int, typer.Option(metavar="N", min=1, help="Most balls in one image.")] = 1,
@@ -171,7 +171,7 @@ def camera_detect(
     """Find the ball in images, each for itself."""
     from kendama_cli.cli.camera_seeing import SeeingOptions, detect_balls  # OpenCV
 
-    options = SeeingOptions(find_site(home, config_dir), detector, teach, seed, tuple(override or ()), balls)
+    options = SeeingOptions(find_site(home, config_dir), detector, train, seed, tuple(override or ()), balls)
     detect_balls(images, output, options, score, as_json=as_json)
 
 
@@ -202,7 +202,7 @@ def camera_track(
     ball_mm: Annotated[
         float | None, typer.Option(metavar="MM", min=1.0, help="The ball's diameter: one camera sees depth by it.")
     ] = None,
-    teach: Teach = None,
+    train: Teach = None,
     box: Annotated[
         list[str] | None,
         typer.Option(metavar="FRAME:X,Y,W,H", help="Teach the ball by a box in the first film [px]; repeat, 3 to 10."),
@@ -225,7 +225,7 @@ def camera_track(
     from kendama_cli.cli.camera_seeing import SeeingOptions  # OpenCV
     from kendama_cli.cli.camera_track import TrackOptions, track_films
 
-    seeing = SeeingOptions(find_site(home, config_dir), detector, teach, seed, tuple(override or ()))
+    seeing = SeeingOptions(find_site(home, config_dir), detector, train, seed, tuple(override or ()))
     track_films(
         videos,
         output,

@@ -1,4 +1,4 @@
-"""Boxes about the ball, drawn in a page: the work of ``camera teach FILM``."""
+"""Boxes about the ball, drawn in a page: the work of ``camera train FILM``."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def draw_boxes(path: Path, folder: Path, options: PageOptions) -> None:
     def write() -> list[str]:
         images, drawn = boxes.write(film, folder)
         without = images - drawn
-        command = f"kendama camera track {shlex.quote(str(path))} --teach {shlex.quote(str(folder))}"
+        command = f"kendama camera track {shlex.quote(str(path))} --train {shlex.quote(str(folder))}"
         return [
             f"{folder}: {drawn} boxes" + (f", and {without} images without the ball" if without else ""),
             f"{command} -o {shlex.quote(path.stem + '.csv')}",

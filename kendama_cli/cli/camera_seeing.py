@@ -1,4 +1,4 @@
-"""Teaching a ball, and finding it in images: the work of ``camera teach`` and ``camera detect``."""
+"""Teaching a ball, and finding it in images: the work of ``camera train`` and ``camera detect``."""
 
 from __future__ import annotations
 
@@ -113,7 +113,7 @@ def tell_shift(source: str, shift: CameraShift, *, by_motion: bool, calibrated: 
     if calibrated:
         parts.append("its calibration holds for one place of it, so that metres get larger standard deviations")
     if by_motion:
-        parts.append("the detector 'motion' needs one that stands still: put it on a tripod, or teach with --teach")
+        parts.append("the detector 'motion' needs one that stands still: put it on a tripod, or teach with --train")
     render.note(
         f"{source}: the camera moved: the scene is off by up to {shift.largest_px:.0f} px, by more than "
         f"{STANDING_PX:g} px in {shift.moved_part:.0%} of the images looked at; {'; '.join(parts)}"
@@ -221,7 +221,7 @@ def _alike(files: Sequence[Path]) -> list[Image]:
         raise InputError(
             str(files[0].parent),
             f"{len(images)} images are too few to know the background by",
-            remedy=f"give 5 or more {ALIKE_SIZES}, or teach the ball with --teach",
+            remedy=f"give 5 or more {ALIKE_SIZES}, or teach the ball with --train",
         )
     return images
 
@@ -235,7 +235,7 @@ def _of_one_size(files: Sequence[Path]) -> Iterator[Image]:
             raise InputError(
                 str(file),
                 f"it has {size}",
-                remedy=f"the detector 'motion' needs {ALIKE_SIZES}; teach the ball with --teach",
+                remedy=f"the detector 'motion' needs {ALIKE_SIZES}; teach the ball with --train",
             )
         shape = pixels.shape
         yield pixels

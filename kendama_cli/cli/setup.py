@@ -21,7 +21,7 @@ SetupFile = Annotated[
 ]
 
 
-@setup_app.command("toy")
+@setup_app.command("kendama")
 def setup_toy(
     run: Annotated[
         str | None,
@@ -30,7 +30,7 @@ def setup_toy(
     output: SetupFile = Path("setup.yaml"),
     home: Home = None,
 ) -> None:
-    """Keep the rope and the drag that a run of the pipeline toy has measured."""
+    """Keep the rope and the drag that a run of the pipeline measurement has measured."""
     from kendama_cli.cli.setup_work import keep_toy  # numpy
 
     keep_toy(find_site(home), run, output)

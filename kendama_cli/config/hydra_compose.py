@@ -25,6 +25,7 @@ from kendama_cli.config.surroundings import Environment, recorded
 from kendama_cli.errors import ConfigError
 from kendama_cli.pipeline.unchanged import environment_now, settled, stamps
 from kendama_cli.schema.plain_yaml import TooMuchError, check_plain, check_yaml, load_yaml
+from kendama_cli.schema.renames import new_key, value_now_called
 from kendama_cli.schema.settings import nearest, unknown_key
 
 
@@ -172,10 +173,9 @@ def _plain_error(site: Site, overrides: list[str], error: Exception) -> ConfigEr
         options = group_options(site, override.key_or_group)
         if override.value() not in options:
             key = override.key_or_group
-            return ConfigError(
-                key,
-                f"'{key}' is '{override.value()}'; allowed: {', '.join(options)}{nearest(override.value(), options)}",
-            )
+            value, where = override.value(), key.replace("/", ".")
+            hint = value_now_called(where, value, options) or nearest(value, options)
+            return ConfigError(key, f"'{key}' is '{value}'; allowed: {', '.join(options)}{hint}")
     valid = [item.input_line for item in choices]
     if len(valid) < len(overrides):
         config, _ = compose_with_hydra(site, [text for text in valid if text is not None])
@@ -205,6 +205,6 @@ def _missing(config: dict[str, Any], key: str, names: list[str]) -> ConfigError 
         if not isinstance(node, dict):
             return ConfigError(key, f"unknown key '{key}': '{walked}' is a value and has no keys below it")
         if part not in node and (walked or part not in names):
-            return unknown_key(path, node, _below(node))
+            return unknown_key(key if new_key(path) != path else path, node, _below(node))
         node, walked = node.get(part, {}), path
     return None

@@ -63,7 +63,7 @@ def check_schema(channel: ChannelContent, kind: type) -> None:
             listed = ", ".join(name for name, *_ in theirs) or "none"
             raise UndecodableError(
                 f"the fields of {channel.schema_name} on topic '{channel.topic}' are not those of {kind.__name__} but "
-                f"{listed}; it was logged by another version: run the stage again ('kendama referee' for its log)"
+                f"{listed}; it was logged by another version: run the stage again ('kendama cross-check' for its log)"
             )
     elif channel.schema_name != wanted.schema:
         raise UndecodableError(

@@ -84,8 +84,11 @@ def load_pipeline(name: str, folders: Sequence[Path]) -> Pipeline:
     for path in candidates:
         if path.is_file():
             return _parse(given.stem, path)
+    from kendama_cli.schema.renames import now_called, renamed  # noqa: PLC0415 - a table that is read in errors alone
+
     known = pipeline_names(folders)
-    raise UsageError(f"no pipeline '{name}'; there are {', '.join(known)}{nearest(name, known)}")
+    hint = now_called(name, new) if (new := renamed("pipeline", "pipelines", name)) else nearest(name, known)
+    raise UsageError(f"no pipeline '{name}'; there are {', '.join(known)}{hint}")
 
 
 def _parse(name: str, path: Path) -> Pipeline:

@@ -59,8 +59,13 @@ def nearest(word: str, candidates: Iterable[str]) -> str:
 def unknown_key(key: str, siblings: Iterable[str], below: Iterable[str] = ()) -> ConfigError:
     """Return the error for a key that the schema does not have; ``below`` are dotted names beneath the siblings.
 
-    The hint is the sibling that is spelled nearest, else what beneath one has the nearest last word.
+    The hint is the key's name of today where it had another, else the sibling that is spelled nearest, else what
+    beneath one has the nearest last word.
     """
+    from kendama_cli.schema.renames import new_key, now_called  # noqa: PLC0415 - a table that is read in errors alone
+
+    if (new := new_key(key)) != key:
+        return ConfigError(key, f"unknown key '{key}'{now_called(key, new)}")
     prefix, _, name = key.rpartition(".")
     place = f"{prefix}." if prefix else ""
     known = sorted(siblings)
@@ -209,8 +214,7 @@ def _value(annotation: Any, value: Any, key: str, facts: Mapping[str, Any]) -> A
         # True == 1 in Python, so the types count too
         if not any(type(value) is type(choice) and value == choice for choice in choices):
             names = [str(choice) for choice in choices]
-            hint = nearest(str(value), names)
-            raise ConfigError(key, f"'{key}' is {value!r}; allowed: {', '.join(names)}{hint}")
+            raise ConfigError(key, f"'{key}' is {value!r}; allowed: {', '.join(names)}{_hint(key, value, names)}")
         return value
     if origin is tuple:
         return _tuple(annotation, value, key, facts)
@@ -245,9 +249,15 @@ def _variant(choices: Mapping[str, Callable[[], type]], value: Any, key: str, re
         for registry in registries:
             if line := comes_with(f"{key}={kind}", registry.group, str(kind)):
                 raise MissingPartError(str(kind), line)
-        hint = nearest(str(kind), choices)
+        hint = _hint(key, kind, choices)
         raise ConfigError(key, f"'{key}.kind' is {kind!r}; allowed: {', '.join(sorted(choices))}{hint}")
     return build(choices[kind](), value, key)
+
+
+def _hint(key: str, value: object, allowed: Iterable[str]) -> str:
+    from kendama_cli.schema.renames import value_now_called  # noqa: PLC0415 - a table that is read in errors alone
+
+    return value_now_called(key, value, allowed) or nearest(str(value), allowed)
 
 
 def _tuple(annotation: Any, value: Any, key: str, facts: Mapping[str, Any]) -> tuple[Any, ...]:

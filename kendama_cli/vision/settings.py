@@ -41,7 +41,7 @@ class ColourDetectorSettings:
 
 @dataclass(frozen=True)
 class TaughtDetectorSettings:
-    """A ball that was taught by boxes in a few images (``kendama camera teach``)."""
+    """A ball that was taught by boxes in a few images (``kendama camera train``)."""
 
     kind: Literal["trained"]
     ball: str = setting("file of the taught ball (npz)", file=True)

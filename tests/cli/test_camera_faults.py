@@ -89,4 +89,4 @@ def test_images_of_a_camera_that_moved_are_told(here, capsys, swing):
     code, _, err = kendama(capsys, "camera", "detect", "images", "-o", "found.csv")
     assert code == 0, err
     assert "images: the camera moved: the scene is off by up to 1" in err
-    assert "put it on a tripod, or teach with --teach" in err
+    assert "put it on a tripod, or teach with --train" in err

@@ -1,4 +1,4 @@
-"""kendama camera teach, detect and track: from a person's own images and films to sightings and a track."""
+"""kendama camera train, detect and track: from a person's own images and films to sightings and a track."""
 
 import csv
 import json
@@ -36,7 +36,7 @@ def labelled(tmp_path_factory):
 
 def test_a_taught_ball_is_found_and_scored_against_boxes(here, capsys, labelled):
     home, boxes = labelled
-    words = ["camera", "detect", str(home / "others"), "--teach", str(home / "taught"), "-o", "found.csv"]
+    words = ["camera", "detect", str(home / "others"), "--train", str(home / "taught"), "-o", "found.csv"]
     code, out, err = kendama(capsys, *words, "--score", str(home / "others" / "labels"), "--json")
     assert code == 0, err
     found = rows(here / "found.csv")
@@ -54,14 +54,14 @@ def test_a_taught_ball_is_found_and_scored_against_boxes(here, capsys, labelled)
 
 def test_a_ball_is_taught_once_and_used_by_name(here, capsys, labelled):
     home, _ = labelled
-    code, out, err = kendama(capsys, "camera", "teach", str(home / "taught"), "-o", "mine.npz")
+    code, out, err = kendama(capsys, "camera", "train", str(home / "taught"), "-o", "mine.npz")
     assert code == 0, err
     assert "predict/detector=trained predict.detector.ball=mine.npz" in out
     assert (here / "mine.npz").stat().st_size > 1000
 
 
 def test_one_box_teaches_a_ball_but_is_told_to_be_few(here, capsys, labelled):
-    code, _, err = kendama(capsys, "camera", "teach", str(labelled[0] / "one"), "-o", "mine.npz")
+    code, _, err = kendama(capsys, "camera", "train", str(labelled[0] / "one"), "-o", "mine.npz")
     assert code == 0, err
     assert "1 box teaches the ball: with 3 to 10 it is found more often, and a wrong one is noticed" in err
 
@@ -190,7 +190,7 @@ def test_two_calibrated_films_with_clocks_of_their_own_give_metres_and_the_offse
     [
         (["camera", "detect", "nowhere"], "no such file or folder"),
         (["camera", "detect", "empty"], "it holds no image"),
-        (["camera", "teach", "images"], "has a file of boxes"),
+        (["camera", "train", "images"], "has a file of boxes"),
         (["camera", "detect", "images"], "too few to know the background by"),
         (["camera", "track", "nowhere.mp4"], "no such film"),
         (["camera", "track", "text.mp4"], "OpenCV cannot read it as a film"),
@@ -201,7 +201,7 @@ def test_two_calibrated_films_with_clocks_of_their_own_give_metres_and_the_offse
         (["camera", "track", "no.avi", "--box", "3:10,10,0,30"], "--box 3:10,10,0,30: width and height are more than"),
         (["camera", "track", "no.avi", "--box", "3:10,ten,30,30"], "--box 3:10,ten,30,30: give a frame and the box"),
         (["camera", "track", "no.avi", "--box", "3:nan,10,30,30"], "--box 3:nan,10,30,30: width and height"),
-        (["camera", "track", "film.avi", "--teach", "bad"], "bad/labels/b.txt, line 2: '0 0.5 0.5 0.1' has 4 columns"),
+        (["camera", "track", "film.avi", "--train", "bad"], "bad/labels/b.txt, line 2: '0 0.5 0.5 0.1' has 4 columns"),
         (["camera", "detect", "images", "--score", "bad/labels"], "no file of boxes in it has an image's name"),
         (["camera", "detect", "bad", "--score", "bad/labels"], "bad/labels/b.txt, line 2: '0 0.5 0.5 0.1' has 4"),
         (["camera", "track", "film.avi", "film.avi"], "two films are called"),

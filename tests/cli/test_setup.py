@@ -178,12 +178,12 @@ def test_what_a_run_has_measured_of_the_toy_goes_into_the_setup(here, capsys):
         rate += step_s * (-9.81 / rope_m * np.sin(angle) - k2 / mass_kg * rope_m * abs(rate) * rate)
         angle += step_s * rate
     write_rows(here / "track.csv", ["t_s", "x_m", "y_m", "z_m"], rows)
-    assert "no runs in" in refused(capsys, "setup", "toy")
+    assert "no runs in" in refused(capsys, "setup", "kendama")
     code, _, err = kendama(
         capsys, "run", "-p", "measurement", "measure=track", "measure.path=track.csv", "hardware=simulated"
     )
     assert code == 0, err
-    code, out, err = kendama(capsys, "setup", "toy", "-o", "setup.yaml")
+    code, out, err = kendama(capsys, "setup", "kendama", "-o", "setup.yaml")
     assert code == 0, err
     assert "rope" in out
     kept = read_setup(here / "setup.yaml")

@@ -9,7 +9,7 @@ from kendama_cli.vision.settings import TaughtDetectorSettings
 from kendama_cli.vision.taught_detector import TaughtDetector
 from kendama_cli.vision.teaching import TaughtBall
 
-REMEDY = "teach the ball with 'kendama camera teach'"
+REMEDY = "teach the ball with 'kendama camera train'"
 
 
 def taught_detector(settings: TaughtDetectorSettings) -> TaughtDetector:

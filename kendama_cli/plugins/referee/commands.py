@@ -1,4 +1,4 @@
-"""``kendama referee``: a run's games again under another physics."""
+"""``kendama cross-check``: a run's games again under another physics."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""``kendama referee``: what another physics says of the games of a run."""
+"""``kendama cross-check``: what another physics says of the games of a run."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The referee's section of a run's report: ``kendama referee`` writes its log beside the run; no pipeline runs it."""
+"""The referee's section of a run's report: ``kendama cross-check`` writes its log beside a run; no pipeline has it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""kendama camera teach FILM: boxes dragged in a real browser, written as images and labels that teach the ball."""
+"""kendama camera train FILM: boxes dragged in a real browser, written as images and labels that teach the ball."""
 
 import re
 import subprocess
@@ -42,7 +42,7 @@ class Teaching:
     """The command at work in a process of its own."""
 
     def __init__(self, film, folder):
-        words = ["-m", "kendama_cli.cli.main", "camera", "teach", str(film), "-o", str(folder), "--no-show"]
+        words = ["-m", "kendama_cli.cli.main", "camera", "train", str(film), "-o", str(folder), "--no-show"]
         self.process = subprocess.Popen(
             [sys.executable, *words], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
         )
@@ -162,7 +162,7 @@ def test_boxes_dragged_by_mouse_finger_and_key_are_written_about_the_ball(film, 
     said = begun.ends()
     folder = tmp_path / "boxes"
     assert said == [f"{folder}: 4 boxes, and 1 images without the ball", command]
-    assert command == f"kendama camera track {path} --teach {folder} -o swing.csv"
+    assert command == f"kendama camera track {path} --train {folder} -o swing.csv"
     films = dict(enumerate(pixels for _, pixels in Film(path).frames()))
     written = {int(one.image.stem.split("-")[1]): read_labelled(one) for one in labelled(folder)}
     assert sum(bool(image.boxes) for image in written.values()) == 4
@@ -225,7 +225,7 @@ def test_what_is_no_film_or_no_folder_is_told_in_one_line(tmp_path, monkeypatch,
     monkeypatch.chdir(tmp_path)
     (tmp_path / "text.mp4").write_text("no film")
     write_film(tmp_path / "short.avi", [textured(10502)] * 2)
-    assert line in refused(capsys, "camera", "teach", *words, "--no-show")
+    assert line in refused(capsys, "camera", "train", *words, "--no-show")
 
 
 def test_the_images_that_differ_are_offered():

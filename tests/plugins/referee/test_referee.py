@@ -264,7 +264,7 @@ def test_on_the_shipped_demonstrations_the_referee_catches_too(tmp_path: Path) -
     kendama(
         "run", "-p", "imitation", "seed=10000", "adapt.repeats=8", "adapt.tau_range=[1.1,1.2]", "adapt.tau_start=1.143"
     )
-    document = json.loads(kendama("referee", "--json"))
+    document = json.loads(kendama("cross-check", "--json"))
     assert set(document) == {"games", "caught_rate", "agreement_mm_p50", "agreement_slack_mm_p50"}
     assert [game["stage"] for game in document["games"]] == ["adapt"] * 8
     wanted = {"stage", "index", "ours_miss_mm", "referee_miss_mm", "ours_caught", "referee_caught", "swing_slack_ms"}

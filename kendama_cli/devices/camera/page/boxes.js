@@ -1,4 +1,4 @@
-// The page of 'kendama camera teach': boxes about the ball, drawn into stills of a film. What is checked is checked by the program.
+// The page of 'kendama camera train': boxes about the ball, drawn into stills of a film. What is checked is checked by the program.
 const $ = id => document.getElementById(id);
 const view = $('view'), pen = view.getContext('2d');
 const token = new URLSearchParams(location.search).get('token') || '';
