@@ -24,9 +24,9 @@ from kendama_cli.config.site import Site
 from kendama_cli.config.surroundings import Environment, recorded
 from kendama_cli.errors import ConfigError
 from kendama_cli.pipeline.unchanged import environment_now, settled, stamps
+from kendama_cli.schema.hints import nearest, unknown_key
 from kendama_cli.schema.plain_yaml import TooMuchError, check_plain, check_yaml, load_yaml
 from kendama_cli.schema.renames import new_key, value_now_called
-from kendama_cli.schema.settings import nearest, unknown_key
 
 
 class FurtherFolders(SearchPathPlugin):

@@ -8,7 +8,7 @@ from typing import Any
 
 from kendama_cli.errors import UsageError
 from kendama_cli.pipeline.record import find_run, past_runs
-from kendama_cli.schema.settings import nearest
+from kendama_cli.schema.hints import nearest
 
 LOG = "log.mcap"
 

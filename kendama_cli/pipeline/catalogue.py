@@ -10,10 +10,10 @@ from typing import Any
 
 from kendama_cli.errors import ConfigError, MissingPartError, UsageError
 from kendama_cli.schema.declaration import STAGES, StageDeclaration, find_stage, stage_names
+from kendama_cli.schema.hints import nearest
 from kendama_cli.schema.parts import comes_with
 from kendama_cli.schema.plain_yaml import load_yaml
 from kendama_cli.schema.registry import resolve
-from kendama_cli.schema.settings import nearest
 
 
 @dataclass(frozen=True)

@@ -13,9 +13,10 @@ from typing import Any
 from kendama_cli.errors import ConfigError, KendamaError, MissingPartError
 from kendama_cli.pipeline.remembered import Remembered
 from kendama_cli.schema.declaration import NODES, find_stage, stage_names
+from kendama_cli.schema.hints import unknown_key
 from kendama_cli.schema.parts import comes_with, missing_part
 from kendama_cli.schema.registry import declared, resolve
-from kendama_cli.schema.settings import build_value, unknown_key
+from kendama_cli.schema.settings import build_value
 
 
 class NodeSettings(dict[str, Any]):

@@ -18,7 +18,7 @@ from kendama_cli.pipeline.nodes import node_schemas
 from kendama_cli.pipeline.remembered import Remembered
 from kendama_cli.pipeline.stage_code import stage_code
 from kendama_cli.schema.declaration import KINDS, Kind
-from kendama_cli.schema.settings import nearest
+from kendama_cli.schema.hints import nearest
 from kendama_cli.store import durable
 from kendama_cli.store.store import Store, StoredResult, key_of
 

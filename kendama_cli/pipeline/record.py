@@ -234,7 +234,7 @@ def find_run(home: Path, run: str | None) -> dict[str, Any]:
         raise UsageError(
             told if unreadable else f"no runs in {home} yet; 'kendama run' makes one, --home names another folder"
         )
-    from kendama_cli.schema.settings import nearest  # noqa: PLC0415 - only where there is something to say
+    from kendama_cli.schema.hints import nearest  # noqa: PLC0415 - only where there is something to say
 
     problem = "no run" if not found else "several runs begin with"
     raise UsageError(f"{problem} '{run}'; 'kendama runs' lists them{nearest(run, names)}")

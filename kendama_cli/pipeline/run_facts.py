@@ -168,8 +168,8 @@ def in_order(runs: Sequence[dict[str, Any]], sort: str | None) -> list[dict[str,
 
 def unknown_fact(key: str, known: Iterable[str]) -> UsageError:
     """Return the error for a key that is a fact of no run; ``known`` are those of one."""
+    from kendama_cli.schema.hints import nearest  # noqa: PLC0415 - only where there is something to say
     from kendama_cli.schema.renames import new_fact, now_called  # noqa: PLC0415 - as below
-    from kendama_cli.schema.settings import nearest  # noqa: PLC0415 - only where there is something to say
 
     return UsageError(
         f"no run has '{key}'{now_called(key, new_fact(key))}: give a key of its configuration or STAGE.METRIC"

@@ -8,16 +8,16 @@ Standard library only: the command line reads settings before anything heavy is 
 from __future__ import annotations
 
 import dataclasses
-import difflib
 import math
 import operator
 import types
 import typing
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from typing import Annotated, Any, Literal, TypeVar
 
 from kendama_cli.errors import ConfigError, MissingPartError
+from kendama_cli.schema.hints import unknown_key, value_hint
 from kendama_cli.schema.parts import comes_with
 from kendama_cli.schema.registry import Registry
 
@@ -48,38 +48,6 @@ def setting(
     if absent is ...:
         return dataclasses.field(metadata=metadata)
     return dataclasses.field(default=absent, kw_only=True, metadata={**metadata, "absent": absent})
-
-
-def nearest(word: str, candidates: Iterable[str]) -> str:
-    """``, did you mean '...'?`` for the closest candidate, or an empty string."""
-    close = difflib.get_close_matches(word, list(candidates), n=1, cutoff=0.6)
-    return f", did you mean '{close[0]}'?" if close else ""
-
-
-def unknown_key(key: str, siblings: Iterable[str], below: Iterable[str] = ()) -> ConfigError:
-    """Return the error for a key that the schema does not have; ``below`` are dotted names beneath the siblings.
-
-    The hint is the key's name of today where it had another, else the sibling that is spelled nearest, else what
-    beneath one has the nearest last word.
-    """
-    from kendama_cli.schema.renames import new_key, now_called  # noqa: PLC0415 - a table that is read in errors alone
-
-    if (new := new_key(key)) != key:
-        return ConfigError(key, f"unknown key '{key}'{now_called(key, new)}")
-    prefix, _, name = key.rpartition(".")
-    place = f"{prefix}." if prefix else ""
-    known = sorted(siblings)
-    # the last word is what was mistyped: comparing whole paths would find every sibling alike
-    close = difflib.get_close_matches(name, known, n=1, cutoff=0.6)
-    if not close:
-        by_word = {path.rpartition(".")[2]: path for path in sorted(below, reverse=True)}
-        close = [by_word[word] for word in difflib.get_close_matches(name, by_word, n=1, cutoff=0.75)]
-    hint = (
-        f", did you mean '{place}{close[0]}'?"
-        if close
-        else "; allowed here: " + ", ".join(place + word for word in known)
-    )
-    return ConfigError(key, f"unknown key '{key}'{hint}")
 
 
 def build(schema: type[T], data: Any, key: str = "") -> T:
@@ -214,7 +182,7 @@ def _value(annotation: Any, value: Any, key: str, facts: Mapping[str, Any]) -> A
         # True == 1 in Python, so the types count too
         if not any(type(value) is type(choice) and value == choice for choice in choices):
             names = [str(choice) for choice in choices]
-            raise ConfigError(key, f"'{key}' is {value!r}; allowed: {', '.join(names)}{_hint(key, value, names)}")
+            raise ConfigError(key, f"'{key}' is {value!r}; allowed: {', '.join(names)}{value_hint(key, value, names)}")
         return value
     if origin is tuple:
         return _tuple(annotation, value, key, facts)
@@ -249,15 +217,9 @@ def _variant(choices: Mapping[str, Callable[[], type]], value: Any, key: str, re
         for registry in registries:
             if line := comes_with(f"{key}={kind}", registry.group, str(kind)):
                 raise MissingPartError(str(kind), line)
-        hint = _hint(key, kind, choices)
+        hint = value_hint(key, kind, choices)
         raise ConfigError(key, f"'{key}.kind' is {kind!r}; allowed: {', '.join(sorted(choices))}{hint}")
     return build(choices[kind](), value, key)
-
-
-def _hint(key: str, value: object, allowed: Iterable[str]) -> str:
-    from kendama_cli.schema.renames import value_now_called  # noqa: PLC0415 - a table that is read in errors alone
-
-    return value_now_called(key, value, allowed) or nearest(str(value), allowed)
 
 
 def _tuple(annotation: Any, value: Any, key: str, facts: Mapping[str, Any]) -> tuple[Any, ...]:

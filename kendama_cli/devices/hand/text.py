@@ -16,7 +16,7 @@ from kendama_cli.devices.recordings.recording_format import name_of, text_of
 from kendama_cli.devices.recordings.text_table import Row, exact_seconds, head_length, number, rows_of, times
 from kendama_cli.errors import InputError
 from kendama_cli.schema.arrays import Array
-from kendama_cli.schema.settings import nearest
+from kendama_cli.schema.hints import nearest
 from kendama_cli.schema.units import METRES, SECONDS, length_unit, time_unit
 
 ORIGIN = re.compile(r"^#\s*(?:origin\s*[:=]\s*([a-z]{1,20})|(synthetic))\b", re.IGNORECASE | re.MULTILINE)

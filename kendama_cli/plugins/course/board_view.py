@@ -14,7 +14,7 @@ from kendama_cli.config.site import Site
 from kendama_cli.errors import UsageError
 from kendama_cli.pipeline.catalogue import load_pipeline
 from kendama_cli.plugins.course.board import OVERRIDES, Place, place_of, ranked
-from kendama_cli.schema.settings import nearest
+from kendama_cli.schema.hints import nearest
 
 
 def show_board(site: Site, learners: Sequence[str], seeds: Sequence[int], task: str, *, as_json: bool) -> int:
