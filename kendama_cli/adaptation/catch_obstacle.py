@@ -1,17 +1,18 @@
-"""Why the chosen motion does not catch: how near it came, and what stands in the way."""
+"""Reason why the chosen motion does not catch: its miss, the cause, and the setting to change."""
 
 from __future__ import annotations
 
-from kendama_cli.adaptation.catch_search import LEAST_APEX_M
-from kendama_cli.adaptation.search_record import Attempt, Bounds, Search
+from kendama_cli.adaptation.catch_search import MIN_APEX_M
+from kendama_cli.adaptation.search_record import Bounds, Search
 from kendama_cli.adaptation.settings import AdaptSettings
+from kendama_cli.adaptation.trial import Attempt
 
 TORQUE_SPENT = 0.999
-"""A joint whose torque reached this share of its limit did not follow as it should."""
+"""A joint whose torque reached this fraction of its limit did not follow as it should."""
 
 
 def obstacle(chosen: Attempt, settings: AdaptSettings, bounds: Bounds, limiting_joint: str, torque: str | None) -> str:
-    """One line: the miss of the ``chosen`` motion, its cause, and which setting to change.
+    """Return one line: the miss of the ``chosen`` motion, its cause, and which setting to change.
 
     ``limiting_joint`` is the arm's limit that forbids a faster motion, ``torque`` the joint whose torque was spent in
     its rollout, if any.
@@ -20,7 +21,7 @@ def obstacle(chosen: Attempt, settings: AdaptSettings, bounds: Bounds, limiting_
 
 
 def policy_obstacle(chosen: Attempt, search: Search) -> str:
-    """One line: how near the motion ``chosen`` by a search of the shape came, and which setting to change."""
+    """Return one line: the miss of the motion ``chosen`` by a search for the shape, and which setting to change."""
     played = sum(one.limit is None for one in search.attempts)
     if played == 0:
         return f"every motion that was tried is forbidden by {search.attempts[-1].limit}: lower adapt.policy.spread_m"
@@ -39,18 +40,18 @@ def _how_near(nearest: Attempt) -> str:
         return (
             f"the ball never came down through the rim's plane; {at} it rose to {1e3 * nearest.apex_m:.0f} mm over it"
         )
-    return f"nearest miss {1e3 * nearest.off_m:.0f} mm {at}"
+    return f"nearest miss {1e3 * nearest.distance_m:.0f} mm {at}"
 
 
 def _cause(nearest: Attempt, settings: AdaptSettings, bounds: Bounds, limiting_joint: str, torque: str | None) -> str:
     tau, (low, high) = nearest.variation.tau_scale, settings.tau_range
-    least = bounds.lowest_tau.get(nearest.variation.amplitude, 0.0)
+    lowest = bounds.lowest_tau(nearest.variation.amplitude)
     miss_m, side_m = abs(nearest.signed_miss_m or 0.0), abs(nearest.side_miss_m or 0.0)
     causes = (
         (nearest.limit is not None, f"it is forbidden by {nearest.limit}"),
         (torque is not None, f"{torque} has no more torque to give: place the arm otherwise (adapt.placement)"),
         (
-            nearest.off_m < bounds.mouth_m,
+            nearest.distance_m < bounds.mouth_m,
             "the ball came down into the cup and jumped out again: lower game.cup.restitution or deepen the cup",
         ),
         (
@@ -58,7 +59,7 @@ def _cause(nearest: Attempt, settings: AdaptSettings, bounds: Bounds, limiting_j
             f"it comes down {1e3 * side_m:.0f} mm beside the swing plane, whatever tau is: raise adapt.max_shift_m",
         ),
         (
-            least > low and tau - least < settings.tau_step,
+            lowest > low and tau - lowest < settings.tau_step,
             f"a faster motion is forbidden by {limiting_joint}: place the arm otherwise (adapt.placement)",
         ),
         (
@@ -70,7 +71,7 @@ def _cause(nearest: Attempt, settings: AdaptSettings, bounds: Bounds, limiting_j
             f"a slower motion is forbidden by adapt.tau_range, which ends at {high:g}: raise it",
         ),
         (
-            nearest.apex_m < LEAST_APEX_M,
+            nearest.apex_m < MIN_APEX_M,
             "the swing is too weak for the rope: widen adapt.amplitudes or shorten game.rope.length_m",
         ),
     )

@@ -1,15 +1,19 @@
-"""The search for a catch that lasts: which rollout comes next, as a function of those already made.
-
-Nothing is remembered but the results, so that a search that was cut off goes on exactly where it stood.
-"""
+"""Search for a robust catch over tau, then over the place of the catch and the motion's size."""
 
 from __future__ import annotations
 
 from dataclasses import replace
 from math import hypot
 
-from kendama_cli.adaptation.race import ENOUGH, draws_needed, next_draw, next_final_draw, winner
-from kendama_cli.adaptation.search_record import Attempt, Bounds, MotionVariation, Search, Trial
+from kendama_cli.adaptation.race import (
+    ENOUGH,
+    evaluations_needed,
+    expected_success,
+    next_evaluation,
+    next_final_evaluation,
+    winner,
+)
+from kendama_cli.adaptation.search_record import Bounds, Search
 from kendama_cli.adaptation.settings import AdaptSettings
 from kendama_cli.adaptation.time_scaling import (
     CENTRED_M,
@@ -20,10 +24,10 @@ from kendama_cli.adaptation.time_scaling import (
     next_tau,
     next_window_tau,
 )
-from kendama_cli.adaptation.uncertainty import expected_success
+from kendama_cli.adaptation.trial import Attempt, MotionVariation, Trial
 
-MOST_EVALUATED = 3
-"""At most so many windows are evaluated in perturbed worlds, the widest first."""
+MAX_WINDOWS = 3
+"""At most so many windows are evaluated in perturbed simulations, the widest first."""
 
 BUDGET = 40
 """Rollouts in all for the windows over tau: what the attempts leave of it decides how many windows are evaluated."""
@@ -34,194 +38,165 @@ TAU_FIRST = 3
 EARLY_SHIFTS = 2
 """A ball in free flight comes down where it is awaited at the first or second try."""
 
-MOST_BASES = 3
+MAX_BASES = 3
 """At most so many rollouts are taken as starts for moving the place of the catch."""
 
-MOST_SHIFTS = 4
+MAX_SHIFTS = 4
 """Moving the catch by the miss is Newton's method with a slope of one: it has come down or it never will."""
 
-LEAST_APEX_M = 0.03
+MIN_APEX_M = 0.03
 """A ball that rises less over the rim is not in flight long enough to be waited for elsewhere."""
 
 
 class TauSearch:
-    """The search over tau, then over the place of the catch and the motion's size."""
+    """Search over tau, then over the place of the catch and the motion's size, within ``bounds``."""
 
     def __init__(self, settings: AdaptSettings, bounds: Bounds) -> None:
-        self._settings, self._bounds = settings, bounds
+        self._settings, self._bounds, self._mouth_m = settings, bounds, bounds.mouth_m
 
     def next_trial(self, search: Search) -> Trial | None:
-        """The next rollout to play, or None when the search has ended."""
-        return next_trial(search, self._settings, self._bounds)
+        """Return the next trial, or None if the search has ended.
+
+        First attempts over tau until one catches, then over the whole range of tau for all windows, whose centres race
+        for the largest expected success in perturbed simulations. Only if none of them is expected to succeed in ENOUGH
+        of all, the place of the catch is moved; only if nothing catches at all, the motion's size is changed. A catch
+        without reach is evaluated only if there is no other: to report what it would be worth. The best is confirmed.
+        """
+        for amplitude in (1.0, *self._settings.amplitudes):
+            trial = self._explore(search, amplitude)
+            if trial is None:
+                trial = next_evaluation(search, self._centers(search, amplitude), self._mouth_m)
+            if trial is None and self._best_over_tau(search, amplitude) < ENOUGH:
+                trial = self._move_catch(search, amplitude)
+                trial = trial or next_evaluation(search, _best_moved(search, amplitude), self._mouth_m)
+            if trial is not None:
+                return trial
+            if search.reaching(one.variation for one in _at(search, amplitude) if one.caught):
+                break
+        best = self.best(search)
+        if best is None:
+            distance_m = {one.variation: one.distance_m for one in search.attempts}
+            short = sorted(dict(search.short_of_reach), key=lambda one: (search.slack_in_swing(one), distance_m[one]))
+            return next_evaluation(search, short, self._mouth_m)
+        trial = next_final_evaluation(search, self._winners(search), self._mouth_m)
+        confirmed = len(search.simulations.confirmed)
+        return Trial("confirm", best, confirmed) if trial is None and confirmed < self._settings.repeats else trial
 
     def rollouts(self, search: Search) -> int:
-        """How many rollouts the search took; the fresh repeats at its end are not part of it."""
+        """Return the number of rollouts of the search; the repeats that confirm are no part of it."""
         return search.rollouts()
 
     def best(self, search: Search) -> MotionVariation | None:
-        """What is confirmed at the end."""
-        return best_candidate(search, self._bounds)
+        """Return the best winner of a race: the largest expected success, then the least that a catch needs.
+
+        One whose rope hangs slack in the swing is taken only if there is no other, one without reach never.
+        """
+        winners = self._winners(search)
+        return winner(search, winners, self._mouth_m) if winners else None
 
     def expected(self, search: Search, variation: MotionVariation) -> float:
-        """The success that is expected of a motion that was judged."""
-        return predicted_success(search, variation, self._bounds)
+        """Return the expected success of an evaluated motion."""
+        return expected_success(search.simulations.repeats(variation), self._mouth_m)
 
+    def windows(self, search: Search) -> tuple[Window, ...]:
+        """Return the windows over tau alone at the amplitude that catches, widest first."""
+        found = (self._windows(search, amplitude) for amplitude in (1.0, *self._settings.amplitudes))
+        return next((windows for windows in found if windows), ())
 
-def next_trial(search: Search, settings: AdaptSettings, bounds: Bounds) -> Trial | None:
-    """The next rollout to play, or None when the search has ended.
+    def _winners(self, search: Search) -> list[MotionVariation]:
+        """Return the winner of each race, of those that have reach."""
+        races: dict[tuple[float, bool], list[MotionVariation]] = {}
+        for variation in search.evaluated_reaching():
+            races.setdefault((variation.amplitude, variation.shifted), []).append(variation)
+        return [winner(search, entered, self._mouth_m) for entered in races.values()]
 
-    First attempts over tau until one catches, then over the whole range of tau for all windows, whose middles race for
-    the largest expected success in worlds drawn from the declared uncertainties. Only if none of them is predicted to
-    succeed in ENOUGH of all worlds, the place of the catch is moved; only if nothing catches at all, the motion's size
-    is changed. What lacks reach is no catch, and is judged only where there is nothing else: to tell what it would be
-    worth. The best is repeated afresh.
-    """
-    for amplitude in (1.0, *settings.amplitudes):
-        trial = _explore(search, settings, bounds, amplitude)
-        if trial is None:
-            trial = next_draw(search, _middles(search, settings, bounds, amplitude), bounds.mouth_m)
-        if trial is None and _best_over_tau(search, bounds, amplitude) < ENOUGH:
-            trial = _move_catch(search, settings, amplitude)
-            trial = trial or next_draw(search, _moved(search, amplitude), bounds.mouth_m)
-        if trial is not None:
-            return trial
-        caught = [one.variation for one in search.attempts if one.caught and one.variation.amplitude == amplitude]
-        if search.reaching(caught):
-            break
-    best = best_candidate(search, bounds)
-    if best is None:
-        off_m = {one.variation: one.off_m for one in search.attempts}
-        short = sorted(dict(search.short_of_reach), key=lambda one: (search.slack_in_swing(one), off_m[one]))
-        return next_draw(search, short, bounds.mouth_m)
-    trial = next_final_draw(search, _winners(search, bounds), bounds.mouth_m)
-    if trial is None and len(search.confirmed) < settings.repeats:
-        trial = Trial("confirm", best, len(search.confirmed))
-    return trial
+    def _explore(self, search: Search, amplitude: float) -> Trial | None:
+        """Return the next attempt over tau; if the first few did not catch, one at a moved catch to begin with."""
+        where = self._range(amplitude)
+        if where is None or len(search.attempts) >= self._settings.max_rollouts:
+            return None
+        trials = self._trials(search, amplitude)
+        moved = [one for one in _at(search, amplitude) if one.variation.shifted]
+        if len(trials) >= TAU_FIRST and len(moved) < EARLY_SHIFTS and not search.caught():
+            trial = self._move_catch(search, amplitude)
+            if trial is not None:
+                return trial
+        tau = next_window_tau(trials, where, self._mouth_m) if search.caught() else next_tau(trials, where)
+        return None if tau is None else Trial("attempt", MotionVariation(tau, amplitude), len(search.attempts))
 
+    def _move_catch(self, search: Search, amplitude: float) -> Trial | None:
+        """Return an attempt with the goal moved by what was missed, from the nearest misses; None at the end."""
+        if len(search.attempts) >= self._settings.max_rollouts:
+            return None
+        moved = [one for one in _at(search, amplitude) if one.variation.shifted]
+        caught = {one.variation.tau_scale for one in moved if one.caught}
+        bases = [one for one in _at(search, amplitude) if not one.variation.shifted and _can_wait_elsewhere(one)]
+        for base in sorted(bases, key=lambda one: (one.variation.tau_scale not in caught, one.distance_m))[:MAX_BASES]:
+            made = [one for one in moved if one.variation.tau_scale == base.variation.tau_scale]
+            last = made[-1] if made else base
+            if base.variation.tau_scale in caught and (last.distance_m < CENTRED_M or len(made) >= MAX_SHIFTS):
+                return None
+            if last.signed_miss_m is None or len(made) >= MAX_SHIFTS:
+                continue
+            x, y = last.variation.shift_m
+            shift = (x + last.signed_miss_m, y + (last.side_miss_m or 0.0))
+            if hypot(*shift) <= self._settings.max_shift_m:
+                variation = replace(last.variation, shift_m=shift, flight=base.flight or (0.0, 1.0))
+                return Trial("attempt", variation, len(search.attempts))
+        return None
 
-def windows(search: Search, settings: AdaptSettings, bounds: Bounds) -> tuple[Window, ...]:
-    """The windows over tau alone at the amplitude that catches, widest first."""
-    for amplitude in (1.0, *settings.amplitudes):
-        where = _range(settings, bounds, amplitude)
-        found = () if where is None else catch_windows(_trials(search, bounds, amplitude), where, bounds.mouth_m)
-        if found:
-            return found
-    return ()
+    def _centers(self, search: Search, amplitude: float) -> list[MotionVariation]:
+        """Return the centre of every window that there is still budget to evaluate, the widest first.
 
+        Those whose rope hangs slack in the swing come last; those that lack reach are left out.
+        """
+        remaining = BUDGET - len(self._trials(search, amplitude))
+        count = next((many for many in range(MAX_WINDOWS, 1, -1) if evaluations_needed(many) <= remaining), 1)
+        centers = [MotionVariation(one.best.tau_scale, amplitude) for one in self._windows(search, amplitude)]
+        return sorted(search.reaching(centers), key=search.slack_in_swing)[:count]
 
-def best_candidate(search: Search, bounds: Bounds) -> MotionVariation | None:
-    """The best of those that won a race: the largest expected success, then the least that a catch needs.
+    def _best_over_tau(self, search: Search, amplitude: float) -> float:
+        """Return the largest expected success of what was evaluated over tau alone."""
+        plain = [one for one in search.evaluated_reaching() if not one.shifted and one.amplitude == amplitude]
+        return self.expected(search, winner(search, plain, self._mouth_m)) if plain else 0.0
 
-    One whose rope hangs slack in the swing is taken only where there is no other, one without reach never.
-    """
-    winners = _winners(search, bounds)
-    return winner(search, winners, bounds.mouth_m) if winners else None
+    def _windows(self, search: Search, amplitude: float) -> tuple[Window, ...]:
+        where = self._range(amplitude)
+        return () if where is None else catch_windows(self._trials(search, amplitude), where, self._mouth_m)
 
+    def _range(self, amplitude: float) -> TauRange | None:
+        settings = self._settings
+        low, high = max(settings.tau_range[0], self._bounds.lowest_tau(amplitude)), settings.tau_range[1]
+        if low > high:
+            return None
+        return TauRange(low, high, max(low, settings.tau_start), settings.tau_step, settings.tau_resolution)
 
-def _winners(search: Search, bounds: Bounds) -> list[MotionVariation]:
-    """The winner of each race, of those that have reach."""
-    races: dict[tuple[float, bool], list[MotionVariation]] = {}
-    for variation in search.reaching(variation for variation, _ in search.evaluated):
-        races.setdefault((variation.amplitude, variation.shifted), []).append(variation)
-    return [winner(search, entered, bounds.mouth_m) for entered in races.values()]
-
-
-def predicted_success(search: Search, variation: MotionVariation, bounds: Bounds) -> float:
-    """The expected success of an evaluated candidate, in all worlds that it was judged in."""
-    return expected_success(dict(search.evaluated)[variation], bounds.mouth_m)
+    def _trials(self, search: Search, amplitude: float) -> list[TauTrial]:
+        """Return what tau did; a ball that comes down beside the swing plane is none that tau could catch."""
+        trials = []
+        for one in _at(search, amplitude):
+            if not one.variation.shifted:
+                beside = abs(one.side_miss_m or 0.0) > self._mouth_m
+                trials.append(TauTrial(one.variation.tau_scale, None if beside else one.signed_miss_m, one.caught))
+        return trials
 
 
 def nearest_attempt(search: Search) -> Attempt:
-    """The attempt that came nearest to a catch: the least miss, or the highest ball where it never came down."""
+    """Return the attempt nearest to a catch: the least miss, or the highest ball if it never came down."""
     played = [one for one in search.attempts if one.limit is None] or search.attempts
-    return min(played, key=lambda one: (one.off_m, -one.apex_m))
+    return min(played, key=lambda one: (one.distance_m, -one.apex_m))
 
 
-def _explore(search: Search, settings: AdaptSettings, bounds: Bounds, amplitude: float) -> Trial | None:
-    """The next attempt over tau; where the first few did not catch, the catch is moved to have one to begin with."""
-    where = _range(settings, bounds, amplitude)
-    if where is None or len(search.attempts) >= settings.max_rollouts:
-        return None
-    trials = _trials(search, bounds, amplitude)
-    moved = [one for one in search.attempts if one.variation.shifted and one.variation.amplitude == amplitude]
-    if len(trials) >= TAU_FIRST and len(moved) < EARLY_SHIFTS and not search.caught():
-        trial = _move_catch(search, settings, amplitude)
-        if trial is not None:
-            return trial
-    tau = next_window_tau(trials, where, bounds.mouth_m) if search.caught() else next_tau(trials, where)
-    return None if tau is None else Trial("attempt", MotionVariation(tau, amplitude), len(search.attempts))
-
-
-def _move_catch(search: Search, settings: AdaptSettings, amplitude: float) -> Trial | None:
-    """The goal moved by what was missed, from the nearest misses of this amplitude; None where that has ended."""
-    if len(search.attempts) >= settings.max_rollouts:
-        return None
-    here = [one for one in search.attempts if one.variation.amplitude == amplitude]
-    moved = [one for one in here if one.variation.shifted]
-    caught = {one.variation.tau_scale for one in moved if one.caught}
-    bases = [one for one in here if not one.variation.shifted and _can_wait_elsewhere(one)]
-    for base in sorted(bases, key=lambda one: (one.variation.tau_scale not in caught, one.off_m))[:MOST_BASES]:
-        made = [one for one in moved if one.variation.tau_scale == base.variation.tau_scale]
-        last = made[-1] if made else base
-        if base.variation.tau_scale in caught and (last.off_m < CENTRED_M or len(made) >= MOST_SHIFTS):
-            return None
-        if last.signed_miss_m is None or len(made) >= MOST_SHIFTS:
-            continue
-        x, y = last.variation.shift_m
-        shift = (x + last.signed_miss_m, y + (last.side_miss_m or 0.0))
-        if hypot(*shift) <= settings.max_shift_m:
-            variation = replace(last.variation, shift_m=shift, flight=base.flight or (0.0, 1.0))
-            return Trial("attempt", variation, len(search.attempts))
-    return None
+def _at(search: Search, amplitude: float) -> list[Attempt]:
+    return [one for one in search.attempts if one.variation.amplitude == amplitude]
 
 
 def _can_wait_elsewhere(attempt: Attempt) -> bool:
-    """Whether the ball flies high enough, and comes down before the motion ends: later the goal is long reached."""
-    return attempt.flight is not None and attempt.flight[1] <= 1.0 and attempt.apex_m > LEAST_APEX_M
+    """Return True if the ball flies high enough, and comes down before the motion ends and the goal is long reached."""
+    return attempt.flight is not None and attempt.flight[1] <= 1.0 and attempt.apex_m > MIN_APEX_M
 
 
-def _middles(search: Search, settings: AdaptSettings, bounds: Bounds, amplitude: float) -> list[MotionVariation]:
-    """The middle of every window of this amplitude that there is still budget to evaluate, the widest first.
-
-    Those whose rope hangs slack in the swing come last; those that lack reach are left out.
-    """
-    where = _range(settings, bounds, amplitude)
-    if where is None:
-        return []
-    trials = _trials(search, bounds, amplitude)
-    left = BUDGET - len(trials)
-    most = next((many for many in range(MOST_EVALUATED, 1, -1) if draws_needed(many) <= left), 1)
-    found = catch_windows(trials, where, bounds.mouth_m)
-    middles = [MotionVariation(window.best.tau_scale, amplitude) for window in found]
-    return sorted(search.reaching(middles), key=search.slack_in_swing)[:most]
-
-
-def _moved(search: Search, amplitude: float) -> list[MotionVariation]:
-    """The best catch at a moved place."""
-    moved = [one for one in search.attempts if one.variation.shifted and one.variation.amplitude == amplitude]
-    caught = sorted((one for one in moved if one.caught), key=lambda one: one.off_m)
-    return search.reaching(one.variation for one in caught)[:1]
-
-
-def _best_over_tau(search: Search, bounds: Bounds, amplitude: float) -> float:
-    """The largest predicted success of what was evaluated over tau alone."""
-    judged = search.reaching(variation for variation, _ in search.evaluated)
-    plain = [one for one in judged if not one.shifted and one.amplitude == amplitude]
-    return predicted_success(search, winner(search, plain, bounds.mouth_m), bounds) if plain else 0.0
-
-
-def _range(settings: AdaptSettings, bounds: Bounds, amplitude: float) -> TauRange | None:
-    low, high = max(settings.tau_range[0], bounds.lowest_tau.get(amplitude, float("inf"))), settings.tau_range[1]
-    if low > high:
-        return None
-    return TauRange(low, high, max(low, settings.tau_start), settings.tau_step, settings.tau_resolution)
-
-
-def _trials(search: Search, bounds: Bounds, amplitude: float) -> list[TauTrial]:
-    """What tau did at this amplitude; a ball that comes down beside the swing plane is none that tau could catch."""
-    trials = []
-    for one in search.attempts:
-        if one.variation.amplitude == amplitude and not one.variation.shifted:
-            beside = abs(one.side_miss_m or 0.0) > bounds.mouth_m
-            trials.append(TauTrial(one.variation.tau_scale, None if beside else one.signed_miss_m, one.caught))
-    return trials
+def _best_moved(search: Search, amplitude: float) -> list[MotionVariation]:
+    """Return the best catch at a moved place, if there is one."""
+    caught = [one for one in _at(search, amplitude) if one.variation.shifted and one.caught]
+    return search.reaching(one.variation for one in sorted(caught, key=lambda one: one.distance_m))[:1]

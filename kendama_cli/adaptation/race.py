@@ -1,69 +1,106 @@
-"""A race of motions for the largest expected success: the same drawn worlds for all, more of them for those ahead."""
+"""Race of motions for the largest expected success: the same perturbed simulations for all, more for the best."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 
-from kendama_cli.adaptation.search_record import MotionVariation, Search, Trial
-from kendama_cli.adaptation.uncertainty import BLOCK, expected_success, needed_m
+import numpy as np
+from scipy.special import ndtr
 
-ROUNDS = ((1, 3), (2, 2), (3, 1))
-"""Blocks of worlds after each round, and how many candidates are in it: those ahead after the round before."""
+from kendama_cli.adaptation.perturbed_simulations import BLOCK, MAX_BLOCKS
+from kendama_cli.adaptation.search_record import Search
+from kendama_cli.adaptation.trial import MotionVariation, Repeat, Trial
 
-MOST_DRAWS = BLOCK * ROUNDS[-1][0]
+ROUNDS = ((1, 3), (2, 2), (MAX_BLOCKS, 1))
+"""Blocks of simulations after each round, and the number of candidates in it: the best of the round before."""
 
 ENOUGH = 0.98
-"""Expected success from which on a candidate needs no worlds of its own, and nothing but tau is changed."""
+"""Expected success from which on a candidate is evaluated no further, and nothing but tau is changed."""
+
+MIN_SPREAD_M = 0.002
+"""Joint noise alone scatters the miss by this much or more."""
 
 
-def draws_needed(candidates: int) -> int:
-    """Rollouts that a race of so many takes at most."""
+def evaluations_needed(candidates: int) -> int:
+    """Return the largest number of rollouts that a race of so many candidates takes."""
     return BLOCK * sum(min(candidates, entered) for _, entered in ROUNDS)
 
 
-def next_draw(search: Search, candidates: Sequence[MotionVariation], mouth_m: float) -> Trial | None:
-    """The next world that a candidate is judged in; None when the race of these has ended."""
-    done, ahead, before = dict(search.evaluated), list(candidates), 0
+def next_evaluation(search: Search, candidates: Sequence[MotionVariation], mouth_m: float) -> Trial | None:
+    """Return the next evaluation of one of the ``candidates``; None if their race has ended."""
+    repeats, ahead, before = search.simulations.repeats, list(candidates), 0
     for blocks, entered in ROUNDS:
         if before:
             ahead = sorted(ahead, key=lambda one: _worth(search, one, mouth_m, before), reverse=True)
             ahead = [one for one in ahead if search.slack_in_swing(one) == search.slack_in_swing(ahead[0])]
-            if min(len(ahead), entered) == 1 and expected_success(done[ahead[0]][:before], mouth_m) >= ENOUGH:
+            if min(len(ahead), entered) == 1 and expected_success(repeats(ahead[0])[:before], mouth_m) >= ENOUGH:
                 return None
         ahead = ahead[:entered]
-        for one in ahead:
-            made = len(done.get(one, ()))
+        for candidate in ahead:
+            made = len(repeats(candidate))
             if made < BLOCK * blocks:
-                return Trial("evaluate", one, made)
+                return Trial("evaluate", candidate, made)
         before = BLOCK * blocks
     return None
 
 
 def winner(search: Search, candidates: Sequence[MotionVariation], mouth_m: float) -> MotionVariation:
-    """The best of ``candidates``, any two of them compared by as many worlds as both were judged in.
+    """Return the best of ``candidates``, any two of them compared by as many simulations as both were evaluated in.
 
-    The one that was judged in fewest wins where it is the best by so many; or else those with so many are out.
+    The one that was evaluated in fewest wins if it is the best by so many; else those with so many are out.
     """
-    done, left = dict(search.evaluated), list(candidates)
+    remaining = {one: len(search.simulations.repeats(one)) for one in candidates}
     while True:
-        fewest = min(len(done[one]) for one in left)
-        best = max(left, key=lambda one: _worth(search, one, mouth_m, fewest))
-        longer = [one for one in left if len(done[one]) > fewest]
-        if len(done[best]) == fewest or not longer:
+        fewest = min(remaining.values())
+        best = max(remaining, key=lambda one: _worth(search, one, mouth_m, fewest))
+        longer = {one: made for one, made in remaining.items() if made > fewest}
+        if remaining[best] == fewest or not longer:
             return best
-        left = longer
+        remaining = longer
 
 
-def next_final_draw(search: Search, winners: Sequence[MotionVariation], mouth_m: float) -> Trial | None:
-    """The next world for the best of the ``winners`` of several races, until it has stood as many as any of them."""
+def next_final_evaluation(search: Search, winners: Sequence[MotionVariation], mouth_m: float) -> Trial | None:
+    """Return the next evaluation of the best of ``winners``, until it has had as many as any of them."""
     if not winners:
         return None
-    done = dict(search.evaluated)
-    best, most = winner(search, winners, mouth_m), max(len(done[one]) for one in winners)
-    return Trial("evaluate", best, len(done[best])) if len(done[best]) < most else None
+    made = {one: len(search.simulations.repeats(one)) for one in winners}
+    best = winner(search, winners, mouth_m)
+    return Trial("evaluate", best, made[best]) if made[best] < max(made.values()) else None
 
 
-def _worth(search: Search, one: MotionVariation, mouth_m: float, draws: int) -> tuple[bool, float, float]:
-    """By its first ``draws`` worlds; what has a slack rope in its swing is worth less than anything that has none."""
-    judged = dict(search.evaluated)[one][:draws]
-    return not search.slack_in_swing(one), round(expected_success(judged, mouth_m), 3), -needed_m(judged)
+def expected_success(repeats: Sequence[Repeat], mouth_m: float) -> float:
+    """Return the fraction of all perturbed simulations that would be caught, by the misses in the ``repeats``.
+
+        p = mean_i P(|m_i + h e| < mouth_m),   e standard normal,   h = 1.06 s n^(-1/5)
+
+    with s the smaller of the misses' standard deviation and their interquartile range over 1.34 (B. W. Silverman,
+    Density Estimation, 1986, eq. 3.31), at least MIN_SPREAD_M. A ball that never came down, or was lost although it
+    came down within ``mouth_m``, counts as lost.
+    """
+    misses = np.array([one.miss_m for one in repeats if one.miss_m is not None and _decided_by_miss(one, mouth_m)])
+    if len(misses) == 0:
+        return 0.0
+    quarter, three = np.quantile(misses, [0.25, 0.75])
+    spread = min(float(np.std(misses, ddof=1)), float(three - quarter) / 1.34) if len(misses) > 1 else 0.0
+    width = max(1.06 * spread * len(misses) ** -0.2, MIN_SPREAD_M)
+    caught = ndtr((mouth_m - misses) / width) - ndtr((-mouth_m - misses) / width)
+    return float(caught.sum()) / len(repeats)
+
+
+def mean_distance_m(repeats: Sequence[Repeat]) -> float:
+    """Return the mean distance of the balls from the cup's planned place as they came down; 1 m if one never did."""
+    return sum(1.0 if one.miss_m is None else abs(one.miss_m) + one.correction_m for one in repeats) / len(repeats)
+
+
+def _worth(search: Search, candidate: MotionVariation, mouth_m: float, count: int) -> tuple[bool, float, float]:
+    """Return the rank of ``candidate`` by its first ``count`` repeats; any slack rope in a swing ranks below any taut.
+
+    Equal successes are ranked by the smaller distance.
+    """
+    repeats = search.simulations.repeats(candidate)[:count]
+    success = round(expected_success(repeats, mouth_m), 3)
+    return not search.slack_in_swing(candidate), success, -mean_distance_m(repeats)
+
+
+def _decided_by_miss(repeat: Repeat, mouth_m: float) -> bool:
+    return repeat.caught or abs(repeat.miss_m or 0.0) >= mouth_m

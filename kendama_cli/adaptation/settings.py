@@ -1,4 +1,4 @@
-"""How the primitive is adapted to the arm: which tau are tried, and what a robust catch must stand."""
+"""Settings of the adaptation of a primitive to the arm: the tau that are tried, and what a robust catch tolerates."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ from kendama_cli.vision.settings import MotionSettings, OnsetSettings
 
 @dataclass(frozen=True)
 class UncertaintySettings:
-    """What is not known of toy and arm: drawn for every rollout that judges a motion, uniformly unless said otherwise.
+    """Uncertainty of kendama and arm: sampled for every rollout that evaluates a motion, mostly uniformly.
 
-    The cup's error is a sine along the world's x of a frequency (drawn on a logarithmic scale) and a phase of its own:
-    what a calibration, a compliance or a vibration leave, which unlike noise does not average out.
+    The cup's error is a sine along the world's x of a frequency (sampled on a logarithmic scale) and an own phase. It
+    stands for calibration, compliance and vibration, which unlike noise do not average out.
     """
 
     name: str = setting("what reports call it")
@@ -24,7 +24,7 @@ class UncertaintySettings:
     ball_start_m: float = setting("+- offset of the ball's start along x [m]", at_least=0)
     mass_fraction: float = setting("+- error of the ball's mass, as a share of it", at_least=0, below=1)
     drag_scale: tuple[float, float] = setting(
-        "least and largest factor on the air's force, drawn on a logarithmic scale", above=0
+        "least and largest factor on the air's force, sampled on a logarithmic scale", above=0
     )
     restitution: tuple[float, float] = setting("least and largest of ball and cup", at_least=0, at_most=1)
     lag_s: tuple[float, float] = setting("least and largest first-order lag of the arm [s]", at_least=0)
@@ -34,7 +34,7 @@ class UncertaintySettings:
     joint_friction_nm: float = setting("up to this: Coulomb friction that nobody models [Nm]", at_least=0)
     joint_friction_fraction: float = setting("share of each joint's friction that nobody models, always", at_least=0)
     min_reach_m: float = setting(
-        "a seen catch must be able to move the cup so far to either side while the ball flies [m]", at_least=0
+        "a visual catch must be able to move the cup so far to either side while the ball flies [m]", at_least=0
     )
 
     def __post_init__(self) -> None:
@@ -46,7 +46,7 @@ class UncertaintySettings:
 
 @dataclass(frozen=True)
 class SensorModelSettings:
-    """What simulated rollouts see of the ball: its place with noise, at a camera's rate, a moment late."""
+    """Sensor model of simulated rollouts: the ball's position with noise, at a camera's rate, and late."""
 
     rate_hz: float = setting("places of the ball per second", above=0, at_most=1000)
     sigma_m: tuple[float, float, float] = setting(
@@ -62,7 +62,7 @@ class SensorModelSettings:
 
 @dataclass(frozen=True)
 class CorrectionSettings:
-    """How a seen catch moves the cup beside its planned motion."""
+    """Correction of the planned motion by a visual catch: the cup is moved beside its plan."""
 
     acceleration_m_s2: float = setting("largest acceleration beside the plan's [m/s^2]", above=0)
     max_shift_m: float = setting("largest distance of the cup from its plan, before the catch or after it [m]", above=0)
@@ -77,7 +77,7 @@ class CorrectionSettings:
 
 @dataclass(frozen=True)
 class PolicySettings:
-    """The search of the motion's shape: bumps on its path, its goal and tau, in generations of rollouts."""
+    """Settings of the search for the motion's shape (bumps on its path, goal and tau) in generations of rollouts."""
 
     bumps: int = setting("bumps along x, and as many along z, equal in time", at_least=1, at_most=12)
     spread_m: float = setting("first standard deviation of the bumps' heights and of the goal [m]", above=0)
@@ -85,7 +85,7 @@ class PolicySettings:
     goal_moves: tuple[float, float] = setting(
         "share of the motion within which the goal's move is made", at_least=0, at_most=1
     )
-    generation: int = setting("rollouts between two changes of the policy, in one drawn world", at_least=4)
+    generation: int = setting("rollouts between two changes of the policy, in one perturbed simulation", at_least=4)
     max_rollouts: int = setting("rollouts of the search, without the repeats that judge it", at_least=4)
     stop_at: tuple[int, int] = setting(
         "the search ends when so many of so many repeats after a generation are caught", at_least=1
@@ -111,7 +111,7 @@ class PolicySettings:
 
 @dataclass(frozen=True)
 class AdaptSettings:
-    """The search for the catch in the closed loop of the arm."""
+    """Settings of the search for the catch in the closed loop of the arm."""
 
     uncertainty: UncertaintySettings
     sensor_model: SensorModelSettings

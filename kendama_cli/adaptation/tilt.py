@@ -1,4 +1,4 @@
-"""How much of the demonstrated tilt of the cup an arm plays."""
+"""Tilt of the demonstrated cup, as much of it as an arm can play."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ TOLD_SPIN_RAD = np.radians(5)
 
 
 def playable_tilt(arm: RobotModel, plan: MotionPlan, settings: AdaptSettings) -> tuple[MotionPlan, tuple[str, ...]]:
-    """``plan`` with as much of its turn as the arm can play within ``settings.tau_range``, and what was left out.
+    """Return ``plan`` with as much of its turn as the arm can play within ``settings.tau_range``, and what is left out.
 
     The turn about the cup's own axis is always left out: the cup is round, and the arm needs the freedom.
     """

@@ -1,4 +1,4 @@
-"""Which tau to try next for the catch, from the signed misses of those tried."""
+"""Search over tau: the next to try and the windows that catch, from the signed misses of those tried."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ PLAUSIBLE_JUMP_M = 0.5
 NEIGHBOUR_STEPS = 4.0
 """Trials farther apart than this many steps of the grid tell nothing about what lies between them."""
 
-EDGE_SHARE = 0.1
-"""A bracket is never cut nearer to its ends than this share of it."""
+EDGE_FRACTION = 0.1
+"""A bracket is never cut nearer to its ends than this fraction of it."""
 
 CENTRED_M = 0.006
 """A window with a trial whose miss is below this is centred well enough."""
 
-MOST_IN_WINDOW = 4
+MAX_IN_WINDOW = 4
 """A stretch with so many trials in it is left as it is."""
 
 
@@ -37,7 +37,7 @@ class TauTrial:
 
 @dataclass(frozen=True)
 class TauRange:
-    """Where to look: from ``low`` to ``high``, first at ``start``, in steps of ``step``, down to ``resolution``."""
+    """Range of tau: from ``low`` to ``high``, first at ``start``, in steps of ``step``, down to ``resolution``."""
 
     low: float
     high: float
@@ -47,7 +47,7 @@ class TauRange:
 
 
 def next_tau(trials: Sequence[TauTrial], where: TauRange) -> float | None:
-    """The next tau_scale to try until one catches; None where nothing is left to try.
+    """Return the next tau_scale to try until one catches; None if nothing is left to try.
 
     Two trials whose misses have opposite signs enclose a catch: it is cut there by the secant. Otherwise the secant
     through the two newest neighbours is followed outwards, and the grid is visited from the start outwards.
@@ -65,7 +65,7 @@ def next_tau(trials: Sequence[TauTrial], where: TauRange) -> float | None:
 
 
 def next_grid_tau(trials: Sequence[TauTrial], where: TauRange) -> float | None:
-    """The grid point nearest to the start that no trial has come near yet, or None."""
+    """Return the grid point nearest to the start that no trial has come near yet, or None."""
     up = math.floor((where.high - where.start) / where.step + 1e-9)
     down = math.floor((where.start - where.low) / where.step + 1e-9)
     for k in range(1, max(up, down) + 1):
@@ -77,7 +77,7 @@ def next_grid_tau(trials: Sequence[TauTrial], where: TauRange) -> float | None:
 
 
 def bracket_tau(trials: Sequence[TauTrial], where: TauRange) -> float | None:
-    """A tau between two neighbours that enclose a catch and of which none is caught yet, or None."""
+    """Return a tau between two neighbours that enclose a catch and of which none is caught yet, or None."""
     ranked = sorted(trials, key=lambda trial: trial.tau_scale)
     best: tuple[float, float] | None = None
     for left, right in pairwise(ranked):
@@ -92,7 +92,7 @@ def bracket_tau(trials: Sequence[TauTrial], where: TauRange) -> float | None:
 
 @dataclass(frozen=True)
 class Window:
-    """A stretch of tau that is thought to catch, from ``low`` to ``high``; ``best`` is its trial nearest the middle."""
+    """Stretch of tau that should catch, from ``low`` to ``high``; ``best`` is its trial nearest the centre."""
 
     low: float
     high: float
@@ -100,30 +100,32 @@ class Window:
 
 
 def catch_windows(trials: Sequence[TauTrial], where: TauRange, mouth_m: float) -> tuple[Window, ...]:
-    """The windows found so far, widest first: stretches with a catch in them where |miss| is below ``mouth_m``."""
+    """Return the windows found so far, widest first: stretches with a catch where |miss| is below ``mouth_m``."""
     windows = []
     for low, high, _ in _promising(trials, where, mouth_m):
         inside = [trial for trial in trials if trial.caught and low <= trial.tau_scale <= high]
         if inside:
-            windows.append(Window(low, high, min(inside, key=_off)))
+            windows.append(Window(low, high, min(inside, key=_distance_m)))
     return tuple(sorted(windows, key=lambda window: (window.low - window.high, window.low)))
 
 
 def next_window_tau(trials: Sequence[TauTrial], where: TauRange, mouth_m: float) -> float | None:
-    """The next tau by which all windows of the range become known, each with a trial in its middle; None at the end.
+    """Return the next tau by which all windows become known, each with a trial in its centre; None at the end.
 
-    First the middle of every promising stretch, as the curve through the misses predicts it; then the grid.
+    First the centre of every promising stretch, as the curve through the misses predicts it; then the grid.
     """
-    for low, high, middle in _promising(trials, where, mouth_m):
+    for low, high, center in _promising(trials, where, mouth_m):
         inside = [trial for trial in trials if low - where.resolution <= trial.tau_scale <= high + where.resolution]
-        known = any(_off(trial) < CENTRED_M or abs(trial.tau_scale - middle) < where.resolution for trial in inside)
-        if not known and len(inside) < MOST_IN_WINDOW and high - low >= where.resolution:
-            return middle
+        known = any(
+            _distance_m(trial) < CENTRED_M or abs(trial.tau_scale - center) < where.resolution for trial in inside
+        )
+        if not known and len(inside) < MAX_IN_WINDOW and high - low >= where.resolution:
+            return center
     return next_grid_tau(trials, where)
 
 
 def _promising(trials: Sequence[TauTrial], where: TauRange, mouth_m: float) -> list[tuple[float, float, float]]:
-    """Stretches (low, high, middle) of tau where the curve through the misses stays within ``mouth_m`` of zero."""
+    """Return stretches (low, high, centre) where the curve through the misses stays within ``mouth_m`` of zero."""
     ranked = sorted(trials, key=lambda trial: trial.tau_scale)
     count = max(round(2 * (where.high - where.low) / where.resolution), 1) + 1
     tau = np.linspace(where.low, where.high, count)
@@ -153,7 +155,7 @@ def _promising(trials: Sequence[TauTrial], where: TauRange, mouth_m: float) -> l
 
 
 def _smooth_runs(ranked: Sequence[TauTrial], where: TauRange) -> list[list[TauTrial]]:
-    """Runs of neighbours that came down in the same way: near each other, and without a jump of the miss."""
+    """Return runs of neighbours that came down in the same way: near each other, and without a jump of the miss."""
     runs: list[list[TauTrial]] = []
     for trial in ranked:
         if trial.signed_miss_m is None:
@@ -171,7 +173,7 @@ def _smooth_runs(ranked: Sequence[TauTrial], where: TauRange) -> list[list[TauTr
     return [run for run in runs if len(run) > 1]
 
 
-def _off(trial: TauTrial) -> float:
+def _distance_m(trial: TauTrial) -> float:
     return math.inf if trial.signed_miss_m is None else abs(trial.signed_miss_m)
 
 
@@ -183,8 +185,8 @@ def _between(left: TauTrial, right: TauTrial, where: TauRange) -> float | None:
     jump = abs(left.signed_miss_m - right.signed_miss_m)
     if not opposite or jump > PLAUSIBLE_JUMP_M or not where.resolution < gap < NEIGHBOUR_STEPS * where.step:
         return None
-    share = left.signed_miss_m / (left.signed_miss_m - right.signed_miss_m)
-    return left.tau_scale + gap * min(max(share, EDGE_SHARE), 1 - EDGE_SHARE)
+    fraction = left.signed_miss_m / (left.signed_miss_m - right.signed_miss_m)
+    return left.tau_scale + gap * min(max(fraction, EDGE_FRACTION), 1 - EDGE_FRACTION)
 
 
 def _beyond(old: TauTrial, new: TauTrial, where: TauRange) -> float | None:
@@ -198,5 +200,5 @@ def _beyond(old: TauTrial, new: TauTrial, where: TauRange) -> float | None:
     return tau if where.low <= tau <= where.high else None
 
 
-def _is_new(tau: float, trials: Sequence[TauTrial], apart: float) -> bool:
-    return all(abs(trial.tau_scale - tau) >= apart * (1 - 1e-9) for trial in trials)
+def _is_new(tau: float, trials: Sequence[TauTrial], spacing: float) -> bool:
+    return all(abs(trial.tau_scale - tau) >= spacing * (1 - 1e-9) for trial in trials)

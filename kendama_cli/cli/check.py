@@ -35,7 +35,7 @@ def check(site: Site, pipeline: str, overrides: list[str], *, as_json: bool) -> 
     seen: tuple[str, ...] = ()
     if all(one.holds for one in checked[1.0]):
         around = Surroundings(arm, game, settings["adapt"], safety)
-        _, seen = around.steering(motion.joints, follow_from_s(motion))
+        _, seen = around.correction(motion.joints, follow_from_s(motion))
     wrong = {speed: [one for one in found if not one.holds] for speed, found in checked.items()}
     if as_json:
         render.document({str(speed): [dataclasses.asdict(one) for one in found] for speed, found in checked.items()})

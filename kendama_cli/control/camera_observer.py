@@ -1,4 +1,4 @@
-"""Observes the game through cameras: the end of the swing-up, and the flight through images alone."""
+"""Observer of a game through cameras: the end of the swing-up, and the flight through images alone."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ KEPT_TIES = 16
 
 
 class CameraClock:
-    """The cameras' axis of time, which is the robot's: it is set by every answer of the robot.
+    """Clock of the cameras, whose axis of time is the robot's: it is set by every answer of the robot.
 
     Between two answers a simulated camera's clock stands still, ``processing_s`` behind for what images need to come
     through; that of ``live`` cameras goes on with the wall's.
@@ -42,12 +42,12 @@ class CameraClock:
         self.set(0.0)
 
     def set(self, robot_s: float) -> None:
-        """The robot has just answered with its time."""
+        """Set the time with which the robot has just answered."""
         self._robot_s, self._set_s = robot_s, time.monotonic() if self._live else 0.0
 
     @property
     def now_s(self) -> float:
-        """The robot's time now."""
+        """Time of the robot now."""
         return self._robot_s + (time.monotonic() - self._set_s if self._live else 0.0)
 
     def __call__(self) -> float:
@@ -55,7 +55,7 @@ class CameraClock:
 
 
 class CameraObserver:
-    """A FlightObserver through images: tracker and estimator work in the frame of the cameras, ``origin_m`` (3,) away.
+    """FlightObserver through images: tracker and estimator work in the frame of the cameras, ``origin_m`` (3,) away.
 
     While the ball rises through the last part of the swing-up the test for free flight already runs, so that its delay
     costs nothing; the search begins where the swing-up has the ball. From the goal on nothing but images and the joint
@@ -97,7 +97,7 @@ class CameraObserver:
         self._ties: list[tuple[float, Array]] = []
 
     def report_stale(self, stale: StaleFrame) -> None:
-        """A camera has no young frame; one that has only not begun yet is no problem."""
+        """Report a camera that has no young frame; one that has only not begun yet is no problem."""
         if math.isfinite(stale.age_s):
             self._report(f"camera '{stale.camera}' delivers no more")
 
@@ -141,7 +141,7 @@ class CameraObserver:
         self.loop.begin(step.exchange.t_s - self.loop.period_s)
 
     def _observe(self, step: CartStep) -> bool:
-        """Take what is new; whether the tracker was given anything."""
+        """Take what is new; return True if the tracker was given anything."""
         exchange = step.exchange
         self._start_s = exchange.t_s - step.t_s
         self._clock.set(exchange.t_s)
@@ -183,5 +183,5 @@ class CameraObserver:
             self.observed.problems.append(problem)
 
     def _in_world(self, pose: CatchPose) -> CatchPose:
-        """A pose of the cameras' frame and axis of time in the world, its time from the rollout's start."""
+        """Return a pose of the cameras' frame and axis of time in the world, its time from the rollout's start."""
         return dataclasses.replace(pose, t_s=pose.t_s - self._start_s, position_m=pose.position_m + self._origin_m)

@@ -22,7 +22,7 @@ _BODY_M, _LENS_M, _WIRE_M = (0.055, 0.045, 0.09), (0.04, 0.04, 0.04), 0.004
 
 
 def camera_solids(cameras: CameraSettings, origin_m: Array) -> list[Solid]:
-    """A box, a lens and the edges of the view for every camera; they are calibrated about ``origin_m`` (3,)."""
+    """Return a box, a lens and the edges of the view for every camera; they are calibrated about ``origin_m`` (3,)."""
     return [solid for model in camera_models(cameras) for solid in _camera(model, origin_m)]
 
 

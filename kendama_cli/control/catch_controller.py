@@ -1,4 +1,4 @@
-"""From observations of the flying ball to the cup's acceleration and tilt, control period by control period."""
+"""Controller of the catch: the cup's acceleration and tilt in every period, by observations of the flying ball."""
 
 from __future__ import annotations
 
@@ -34,16 +34,16 @@ class TiltPlan:
 
     @property
     def flat(self) -> bool:
-        """Whether the settings want neither."""
+        """True if the settings ask for neither."""
         return self._catch.max_tilt_rad == 0.0 and self._catch.contact_speed_m_s == 0.0
 
     def tilt_rad(self, relative_m_s: Array) -> float:
-        """The tilt that opens the cup against the ball's velocity relative to it (along the line, up) (2,)."""
+        """Return the tilt that opens the cup against the ball's velocity relative to it (along the line, up) (2,)."""
         most = self._catch.max_tilt_rad
         return min(max(math.atan2(-relative_m_s[0], -relative_m_s[1]), -most), most)
 
     def next(self, t_s: float, end_s: float, tilt_rad: float) -> CupTilt:
-        """Tilt and lift at the end of the period that begins at ``t_s``, where the cup meets the ball at ``end_s``."""
+        """Return tilt and lift at the end of the period that begins at ``t_s``; the cup meets the ball at ``end_s``."""
         catch, h = self._catch, self._period_s
         tilt, turn = self._tilt
         lift, rise = self._lift
@@ -65,7 +65,7 @@ class TiltPlan:
 
 
 def _planned(way: float, speed: float, wanted: float, *, span: tuple[float, float], limit: float, h: float) -> float:
-    """The mean acceleration of the coming period ``h`` on the cubic over ``span``, from its begin to its end."""
+    """Return the mean acceleration of the coming period ``h`` on the cubic over ``span``, from its start to its end."""
     plan = plan_interception(
         way_m=way, velocity_m_s=speed, wanted_m_s=wanted, start_s=span[0], end_s=span[1], limit_m_s2=limit
     )
@@ -73,11 +73,11 @@ def _planned(way: float, speed: float, wanted: float, *, span: tuple[float, floa
 
 
 UNOBSERVED_FALL_M = 0.2
-"""So high the ball is taken to fall as long as it has not been seen."""
+"""Height from which the ball is taken to fall until it has been seen."""
 
 
 class CatchController:
-    """Plans the interception anew in every period, for where the ball is predicted to come down.
+    """Controller that plans the interception anew in every period, for where the ball is predicted to come down.
 
     Until the first prediction that is good enough, that is where the ballistic flight of the swing-up's last state
     lands. ``max_sigma_m`` is the standard deviation below which a prediction is followed. What is ``tracked``
@@ -100,7 +100,7 @@ class CatchController:
         landing = geometry.flight.landing(swing.last)
         ball = geometry.flight.rope.ball(swing.last.angle_rad, swing.last.rate_rad_s)
         self.catch_s = swing.duration_s + (landing.time_s if landing else 0.0) - (cart.delay_s - self._lag_s)
-        """When the ball is caught, as it is predicted now."""
+        """Time of the catch, as it is predicted now."""
         self._target_m = landing.x_m if landing else cart.x_m
         self._speed_m_s = swing.last.velocity_m_s + ball.across_m_s if landing else 0.0
         self._fall_m_s = -math.sqrt(2 * geometry.flight.gravity_m_s2 * UNOBSERVED_FALL_M)
@@ -119,7 +119,7 @@ class CatchController:
         self._fall_m_s = float(pose.velocity_m_s[2])
 
     def acceleration_m_s2(self, t_s: float) -> float:
-        """What to ask of the cup for the period that begins at ``t_s``."""
+        """Return the cup's acceleration for the period that begins at ``t_s``."""
         cart, catch = self._cart, self._catch
         end_s = self.catch_s - self._lag_s
         if end_s - t_s > catch.freeze_before_catch_s:
@@ -139,5 +139,5 @@ class CatchController:
         return min(max(stop, -catch.braking_m_s2), catch.braking_m_s2)
 
     def tilt(self, t_s: float) -> CupTilt | None:
-        """How the cup is to be tilted at the end of that period; None where it stays upright on its line."""
+        """Return the cup's tilt at the end of that period; None if it stays upright on its line."""
         return None if self._tilt_plan.flat else self._tilt_plan.next(t_s, self.catch_s - self._lag_s, self._tilt_rad)

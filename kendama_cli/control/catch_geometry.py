@@ -1,4 +1,4 @@
-"""Where a catch takes place: the cup's line, the heights at which it meets the ball, and what keeps it inside."""
+"""Geometry of a catch: the cup's line, the heights at which it meets the ball, and what keeps it inside."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from kendama_cli.settings.game import GameSettings
 
 @dataclass(frozen=True)
 class CatchGeometry:
-    """The line's middle and direction (3,) in the world, heights, and the limiter that keeps the cup on the line.
+    """Centre and direction of the line (3,) in the world, heights, and the limiter that keeps the cup on the line.
 
     The cup is aimed at the ball's centre at ``catch_height_m``; ``rim_height_m`` is where the ball begins to touch.
     """
@@ -31,18 +31,18 @@ class CatchGeometry:
 
     @property
     def below_rim_lever_m(self) -> float:
-        """From the tie point up to where the ball is aimed at."""
+        """Height of the ball's aim over the tie point."""
         return self.catch_height_m - float(self.middle_m[2])
 
     def along(self, vector: Array) -> float:
-        """The part of ``vector`` along the line."""
+        """Return the part of ``vector`` along the line."""
         return float(self.direction @ vector)
 
 
 def make_catch_geometry(
     middle_m: Array, direction: Array, game: GameSettings, catch: CatchSettings, *, rope_scale: float, period_s: float
 ) -> CatchGeometry:
-    """The geometry about ``middle_m`` (3,), the tie point where the cup's x is 0, along the unit vector ``direction``.
+    """Return the geometry about ``middle_m`` (3,), the tie point at x = 0, along the unit vector ``direction``.
 
     ``rope_scale`` is the real rope's length over the model's.
     """
@@ -64,7 +64,7 @@ def make_catch_geometry(
 
 
 def goal_here(goal: GoalSettings, catch: CatchSettings) -> GoalSettings:
-    """``goal`` with a catch in reach of the cup that catches on the robot, where that is stronger than the learner's.
+    """Return ``goal`` with a catch in reach of the robot's cup, if that is stronger than the learner's.
 
     The constant acceleration that takes a cup beside the ball over d in t is 2 d / t^2; one that also has the ball's
     speed there accelerates and brakes, with twice as much.

@@ -9,7 +9,7 @@ import numpy as np
 
 from kendama_cli.adaptation.settings import AdaptSettings, CorrectionSettings
 from kendama_cli.artifacts.catch_pose import CatchPose
-from kendama_cli.control.steered_motion import UNREACHED_M, CupPlan, SteeredMotion
+from kendama_cli.control.corrected_motion import UNREACHED_M, CorrectedMotion, CupPlan
 from kendama_cli.robot_model.inverse_kinematics import weighted_step
 from kendama_cli.robot_model.model import RobotModel
 from kendama_cli.schema.arrays import Array
@@ -25,7 +25,7 @@ FALL_M_S = -2.0
 
 @dataclass(frozen=True)
 class _Flight:
-    """A flight in the motion of ``cup``: when the ball is known first, and when the cup has to be with it, and how."""
+    """Flight in the motion of ``cup``: when the ball is known first, and when the cup has to meet it."""
 
     cup: CupPlan
     known_s: float
@@ -37,12 +37,12 @@ class _Flight:
 def lacking_reach(
     cup: CupPlan, flight_s: tuple[float, float], settings: AdaptSettings, *, rim_m: float, mouth_m: float
 ) -> str | None:
-    """Return why the cup cannot go ``uncertainty.min_reach_m`` to either side in a flight; None where it can.
+    """Return why the cup cannot go ``uncertainty.min_reach_m`` to either side in a flight; None if it can.
 
-    ``flight_s`` is when the ball flies in the motion of ``cup``. Of that time onset, the eyes' latency and the largest
-    lag are lost; in what is left, T, the acceleration a carries the cup a T^2 / 2 along x. The way there and what is
-    left of the motion behind it are played as a seen catch commands them: the ball has to come down within ``mouth_m``
-    of the middle of the cup, whose rim is at ``rim_m``, and the cup to be where it is sent. The text ends with the
+    ``flight_s`` is when the ball flies in the motion of ``cup``. Of that time onset, the sensor's latency and the
+    largest lag are lost; in the remaining time T the acceleration a carries the cup a T^2 / 2 along x. The path there
+    and the rest of the motion are played as a visual catch commands them: the ball has to come down within ``mouth_m``
+    of the centre of the cup, whose rim is at ``rim_m``, and the cup to be where it is sent. The text ends with the
     settings that would let it pass.
     """
     arm, wanted_m = cup.arm, settings.uncertainty.min_reach_m
@@ -82,7 +82,7 @@ def lacking_reach(
 
 
 def _passing(flight: _Flight, most_m: float, settings: AdaptSettings) -> str:
-    """The settings with which the flight passes, of a reach of at most ``most_m``."""
+    """Return the settings with which the flight passes, of a reach of at most ``most_m``."""
     tried = (math.floor(1e3 * share * most_m) for share in SHARES)
     both = (mm for mm in tried if all(_goes(flight, side * 1e-3 * mm, settings.correction) for side in (1.0, -1.0)))
     millimetres = next(both, 0)
@@ -90,7 +90,7 @@ def _passing(flight: _Flight, most_m: float, settings: AdaptSettings) -> str:
 
 
 def _acceleration_m_s2(arm: RobotModel, posture: Array) -> tuple[float, str]:
-    """What the joints' accelerations give the cup along x, and the joint that gives least."""
+    """Return the cup's acceleration along x that the joints' limits allow, and the joint that allows least."""
     _, task = arm.cup_task(posture)
     needed = np.abs(weighted_step(task, np.array([1.0, 0.0, 0.0, 0.0, 0.0]), arm.redundancy_weights))
     given = arm.limits.acceleration_rad_s2 / np.maximum(needed, 1e-9)
@@ -98,11 +98,11 @@ def _acceleration_m_s2(arm: RobotModel, posture: Array) -> tuple[float, str]:
     return float(given[least]), arm.joint_names[least]
 
 
-def _goes(flight: _Flight, beside_m: float, steering: CorrectionSettings) -> bool:
-    """Whether a ball ``beside_m`` along x is met, and the cup is where it is sent from then to the motion's end."""
+def _goes(flight: _Flight, beside_m: float, correction: CorrectionSettings) -> bool:
+    """Return True if a ball ``beside_m`` along x is met and the cup is where it is sent until the motion's end."""
     cup, period_s = flight.cup, flight.cup.period_s
-    motion = SteeredMotion(cup, steering, flight.rim_m, flight.known_s)
-    middle_m, speed_m_s = cup.at(flight.catch_s, flight.rim_m - steering.below_rim_m)
+    motion = CorrectedMotion(cup, correction, flight.rim_m, flight.known_s)
+    middle_m, speed_m_s = cup.at(flight.catch_s, flight.rim_m - correction.below_rim_m)
     pose = CatchPose(
         t_s=flight.catch_s,
         position_m=middle_m + np.array([beside_m, 0.0, 0.0]),

@@ -1,11 +1,10 @@
-"""The cup as a cart on a line: what the policy accelerates, whatever arm carries it."""
+"""Cup as a cart on a line, which the policy accelerates, whatever arm carries it."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Protocol
 
 from kendama_cli.control.cup_tilt import CupTilt, TiltingArm
 from kendama_cli.control.lag import Lag
@@ -14,7 +13,7 @@ from kendama_cli.devices.robot.interface import Exchange, JointCommand, Robot
 from kendama_cli.learning.state import SwingState
 from kendama_cli.motion.braking import BrakingLimiter
 from kendama_cli.physics.taut_rope import TautRope, time_scale
-from kendama_cli.schema.arrays import Array
+from kendama_cli.robot_model.placement.placement import CupLine
 from kendama_cli.settings.game import GameSettings
 
 
@@ -27,7 +26,7 @@ def predict_state(
     rope: TautRope,
     gravity_m_s2: float,
 ) -> SwingState:
-    """``state`` once the accelerations ``coming_m_s2``, commanded but not yet carried out, have passed.
+    """Return ``state`` after the accelerations ``coming_m_s2``, commanded but not yet carried out.
 
     The cup will be where its ``reference`` (position, velocity) is now. The ball swings on about the accelerated tie
     point with the rope taut (TautRope), by semi-implicit Euler with one step per control period.
@@ -40,7 +39,7 @@ def predict_state(
 
 
 def scaled_to_model_rope(state: SwingState, rope_scale: float) -> SwingState:
-    """The same swing on the model's rope, where the real one is ``rope_scale`` times as long.
+    """Return the same swing on the model's rope, if the real one is ``rope_scale`` times as long.
 
     With lengths divided by s and times by sqrt(s) the equations of motion stay as they are under the same gravity
     and the same accelerations, so that what was learned on the one holds on the other.
@@ -50,32 +49,9 @@ def scaled_to_model_rope(state: SwingState, rope_scale: float) -> SwingState:
     return SwingState(x / rope_scale, v / root, angle, rate * root)
 
 
-class Point(Protocol):
-    """Joint angles, speeds and accelerations (n,) at one instant."""
-
-    @property
-    def position_rad(self) -> Array:
-        """Angles."""
-
-    @property
-    def velocity_rad_s(self) -> Array:
-        """Speeds."""
-
-    @property
-    def acceleration_rad_s2(self) -> Array:
-        """Accelerations."""
-
-
-class Line(Protocol):
-    """The upright cup on a straight line; x is 0 in its middle (see CupLine)."""
-
-    def at(self, x_m: float, velocity_m_s: float, acceleration_m_s2: float) -> Point:
-        """The joints' motion for the cup's motion along the line."""
-
-
 @dataclass(frozen=True)
 class CartStep:
-    """One control period: what was asked for, what was observed after it; the cup was to lean by ``tilt_rad``."""
+    """Control period: the acceleration asked for, and the state after it; the cup was to lean by ``tilt_rad``."""
 
     t_s: float
     state: SwingState
@@ -85,7 +61,7 @@ class CartStep:
 
 
 class CupCart:
-    """Integrates accelerations to a reference along ``line``, kept inside by a limiter; estimates the swing's state.
+    """Cart that integrates accelerations to a reference along ``line``, kept inside by a limiter; its swing's state.
 
     The limiter keeps the reference itself inside, which is exact: whatever lag or latency the arm has, the cup runs
     through places where the reference was before, so that the limiter needs to know neither. The total delay
@@ -96,7 +72,7 @@ class CupCart:
     def __init__(
         self,
         robot: Robot,
-        line: Line,
+        line: CupLine,
         estimator: SwingStateEstimator,
         game: GameSettings,
         rope_scale: float,
@@ -115,7 +91,7 @@ class CupCart:
         self._clear(0.0)
 
     def begin(self, seed: int, x_m: float = 0.0) -> CartStep:
-        """Come to rest at ``x_m`` with the ball hanging, and read the state there."""
+        """Come to rest at ``x_m`` with the ball hanging, and return the state there."""
         self._clear(x_m)
         self._estimator.begin()
         exchange = self._robot.reset(self._line.at(x_m, 0.0, 0.0).position_rad, seed)
@@ -123,7 +99,7 @@ class CupCart:
         return CartStep(0.0, self._estimator.update(exchange.state, 0.0), 0.0, exchange)
 
     def step(self, acceleration_m_s2: float, limiter: BrakingLimiter, tilt: CupTilt | None = None) -> CartStep:
-        """One control period under the acceleration nearest to the wanted one that ``limiter`` allows.
+        """Move for one control period under the acceleration nearest to the desired one that ``limiter`` allows.
 
         With a ``tilt`` the cup leaves its line, from the first one on as far as the joints' limits allow.
         """
@@ -131,8 +107,7 @@ class CupCart:
         a = limiter.limit(acceleration_m_s2, self.x_m, self.velocity_m_s)
         self.x_m += self.velocity_m_s * h + 0.5 * a * h * h
         self.velocity_m_s += a * h
-        point = self._point(a, tilt)
-        command = JointCommand(point.position_rad, point.velocity_rad_s, point.acceleration_rad_s2)
+        command = self._command(a, tilt)
         exchange = self._robot.exchange(command)
         self._arm_lag.observe(command.position_rad, command.velocity_rad_s, exchange.state.position_rad)
         self._sent.append(a)
@@ -142,31 +117,33 @@ class CupCart:
         self._delay.observe(self.x_m, self.velocity_m_s, state.x_m)
         return CartStep(self.t_s, state, a, exchange, 0.0 if tilt is None else tilt.tilt_rad)
 
-    def _point(self, acceleration_m_s2: float, tilt: CupTilt | None) -> Point:
-        line = self._line.at(self.x_m, self.velocity_m_s, acceleration_m_s2)
-        if tilt is None or self._tilting is None:
-            if self._tilting is not None:
-                self._tilting.begin(line.position_rad, line.velocity_rad_s)
-            return line
-        return self._tilting.at(self.x_m, self.velocity_m_s, tilt) or line
+    def _command(self, acceleration_m_s2: float, tilt: CupTilt | None) -> JointCommand:
+        point = self._line.at(self.x_m, self.velocity_m_s, acceleration_m_s2)
+        on_line = JointCommand(point.position_rad, point.velocity_rad_s, point.acceleration_rad_s2)
+        if self._tilting is None:
+            return on_line
+        if tilt is None:
+            self._tilting.begin(on_line.position_rad, on_line.velocity_rad_s)
+            return on_line
+        return self._tilting.at(self.x_m, self.velocity_m_s, tilt) or on_line
 
     @property
     def arm_lag_s(self) -> float:
-        """How far the joints are behind what they are commanded [s]."""
+        """Delay of the joints behind their commands [s]."""
         return self._arm_lag.lag_s
 
     @property
     def delay_s(self) -> float:
-        """How far the cup that is tracked is behind the reference [s]."""
+        """Delay of the tracked cup behind the reference [s]."""
         return self._delay.lag_s
 
     @property
     def _late(self) -> int:
-        """The same in control periods: so many of the newest commands have not been carried out yet."""
+        """Delay in control periods: so many of the newest commands have not been carried out yet."""
         return round(self.delay_s / self.period_s)
 
     def predict_state(self, state: SwingState) -> SwingState:
-        """The state in which the next command will act, on the model's rope, where ``state`` is the newest reading."""
+        """Return the state in which the next command will act, on the model's rope; ``state`` is the newest reading."""
         late = self._late
         coming = predict_state(
             state,

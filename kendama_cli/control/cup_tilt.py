@@ -1,4 +1,4 @@
-"""The cup off its line: tilted in the swing plane, and lower or higher, by differential inverse kinematics."""
+"""Cup off its line: tilted in the swing plane, and lower or higher, by differential inverse kinematics."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from kendama_cli.schema.arrays import Array
 
 @dataclass(frozen=True)
 class CupTilt:
-    """How far the cup is above its line, and tilted from upright toward the line's direction; and how fast."""
+    """Lift of the cup over its line, its tilt from upright toward the line's direction, and their rates."""
 
     lift_m: float = 0.0
     lift_m_s: float = 0.0
@@ -34,11 +34,11 @@ class TiltingArm:
         self._arm, self._middle_m, self._direction, self._period_s = arm, middle_m, direction, period_s
 
     def begin(self, position_rad: Array, velocity_rad_s: Array) -> None:
-        """Go on from this command, with the cup on its line."""
+        """Continue from this command, with the cup on its line."""
         self._q, self._speed = np.array(position_rad), np.array(velocity_rad_s)
 
     def at(self, x_m: float, velocity_m_s: float, tilt: CupTilt) -> JointCommand | None:
-        """The joints for the end of the coming period; None where they would leave their limits."""
+        """Return the joints for the end of the coming period; None if they would leave their limits."""
         arm, along = self._arm, self._direction
         up = np.array([0.0, 0.0, 1.0])
         place = self._middle_m + x_m * along + tilt.lift_m * up

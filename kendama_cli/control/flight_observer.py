@@ -1,4 +1,4 @@
-"""What observes the flying ball: cameras, or the robot's own tracking."""
+"""Observers of the flying ball: their interface, and those that use the robot's own tracking."""
 
 from __future__ import annotations
 
@@ -12,14 +12,17 @@ from numpy.typing import NDArray
 from kendama_cli.artifacts.catch_pose import CatchPose
 from kendama_cli.control.cup_cart import CartStep
 from kendama_cli.control.position_tracker import PositionTracker
+from kendama_cli.control.rope_angle import rope_angle_rad
 from kendama_cli.control.settings import ObservationSettings
+from kendama_cli.devices.robot.interface import Exchange
+from kendama_cli.learning.state import SwingState
 from kendama_cli.vision.catch_pose import CatchPoseEstimator
 from kendama_cli.vision.interface import Sighting
 
 
 @dataclass(frozen=True)
 class CatchPrediction:
-    """The estimate as it stood at ``t_s``: the ball's way down through the rim plane, and through the catch's height.
+    """Estimate at ``t_s``: the ball's descent through the rim plane, and through the catch's height.
 
     Times count from the rollout's start.
     """
@@ -31,7 +34,7 @@ class CatchPrediction:
 
 @dataclass(frozen=True)
 class ObservedFrame:
-    """One camera's frame of mid-exposure ``t_s``, whose sighting was at hand for the command of ``used_s``."""
+    """Frame of a camera of mid-exposure ``t_s``, whose sighting was at hand for the command of ``used_s``."""
 
     t_s: float
     used_s: float
@@ -41,7 +44,7 @@ class ObservedFrame:
 
 @dataclass(frozen=True)
 class Picture:
-    """A whole image (h, w, 3) uint8, blue, green, red."""
+    """Whole image (h, w, 3) uint8, blue, green, red."""
 
     t_s: float
     camera: str
@@ -50,24 +53,24 @@ class Picture:
 
 @dataclass
 class ObservationLog:
-    """What an observer recorded of a game besides its estimates."""
+    """Record of a game by its observer, besides the estimates."""
 
     frames: list[ObservedFrame] = field(default_factory=list)
     pictures: list[Picture] = field(default_factory=list)
     problems: list[str] = field(default_factory=list)
     free_s: float | None = None
-    """When free flight was detected."""
+    """Time at which free flight was detected."""
     period_s: float = 1.0
     """Between two frames of a camera."""
 
     @property
     def seen(self) -> int:
-        """In how many frames the ball was seen."""
+        """Number of frames in which the ball was seen."""
         return sum(frame.sighting is not None for frame in self.frames)
 
     @property
     def latency_frames(self) -> float | None:
-        """From mid-exposure to the first command that knows of it, 95 % of the frames, in frames."""
+        """Latency from mid-exposure to the first command that knows of it, 95 % of the frames, in frames."""
         if not self.frames:
             return None
         return float(np.quantile([one.used_s - one.t_s for one in self.frames], 0.95)) / self.period_s
@@ -78,23 +81,23 @@ class FlightObserver(Protocol):
 
     observed: ObservationLog
     tracked: bool
-    """Whether the ball is where the robot's tracking tells it, as late as that is."""
+    """True if the ball's position is that of the robot's tracking, as late as that is."""
 
     def begin(self, seed: int, *, pictured: bool) -> None:
-        """A new game; a simulated sensor draws its noise from ``seed``, ``pictured`` asks for whole images to keep."""
+        """Begin a game; a simulated sensor draws its noise from ``seed``, ``pictured`` asks to keep whole images."""
 
     def swinging(self, step: CartStep) -> None:
-        """After every control period of the swing-up."""
+        """Take a control period of the swing-up."""
 
     def flying(self, step: CartStep) -> CatchPrediction | None:
-        """After every control period from the goal to the catch: the estimate, where there is a new one."""
+        """Take a control period from the goal to the catch; return the estimate, if there is a new one."""
 
     def without_goal(self) -> FlightObserver:
-        """The observer of swings whose end nobody tells: free flight begins where the rope is seen to slacken."""
+        """Return the observer of swings without a goal: free flight begins as the rope is seen to slacken."""
 
 
 class MarkerObserver:
-    """Takes the ball's marker as the robot tracks it, from ``free_after_s`` after the goal on."""
+    """Observer of the ball's marker as the robot tracks it, from ``free_after_s`` after the goal on."""
 
     tracked = True
 
@@ -125,7 +128,7 @@ class MarkerObserver:
 
 
 class SlackeningObserver:
-    """Takes the ball's marker as the robot tracks it; ``tracker`` finds free flight in its places, as in images."""
+    """Observer of the ball's marker as the robot tracks it; ``tracker`` finds free flight in its positions."""
 
     tracked = True
 
@@ -163,6 +166,37 @@ class SlackeningObserver:
 
 
 def predict_catch(estimator: CatchPoseEstimator, t_s: float, *, rim_m: float, catch_m: float) -> CatchPrediction | None:
-    """What ``estimator`` predicts at ``t_s``, or None as long as it cannot."""
+    """Return the prediction of ``estimator`` at ``t_s``, or None until it has one."""
     rim, catch = estimator.catch(rim_m), estimator.catch(catch_m)
     return None if rim is None or catch is None else CatchPrediction(t_s, rim, catch)
+
+
+RATE_PERIODS = 5
+"""The angle's rate is taken over so many control periods."""
+
+
+class WatchedFlight:
+    """Flight that ``observer`` watches without a goal that ends the swing: the seen slackening of the rope does."""
+
+    def __init__(self, observer: FlightObserver) -> None:
+        self.observer = observer
+
+    def begin(self, first: Exchange, seed: int) -> None:
+        """Begin a motion with the state ``first``, at rest."""
+        self.observer.begin(seed, pictured=False)
+        self._start_s, self._flying = first.t_s, False
+        self._angles: list[tuple[float, float]] = []
+
+    def look(self, exchange: Exchange) -> CatchPrediction | None:
+        """Take a control period; return the prediction, if there is a new one. Times count from the beginning."""
+        t_s, state = exchange.t_s - self._start_s, exchange.state
+        self._angles.append((t_s, rope_angle_rad(state.ball_in_world_m - state.cup_in_world_m)))
+        del self._angles[:-RATE_PERIODS]
+        (first_s, first), (_, angle) = self._angles[0], self._angles[-1]
+        rate = (angle - first) / (t_s - first_s) if t_s > first_s else 0.0
+        step = CartStep(t_s, SwingState(0.0, 0.0, angle, rate), 0.0, exchange)
+        if not self._flying:
+            self.observer.swinging(step)
+            self._flying = self.observer.observed.free_s is not None
+            return None
+        return self.observer.flying(step)

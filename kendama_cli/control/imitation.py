@@ -1,4 +1,4 @@
-"""Playing a joint motion on the robot, faster or slower than it was planned, and steered by what is seen."""
+"""Imitation on the robot: a planned motion fitted to the real rope, at several tempos, corrected by what is seen."""
 
 from __future__ import annotations
 
@@ -7,15 +7,20 @@ from dataclasses import dataclass
 import numpy as np
 
 from kendama_cli.adaptation.settings import CorrectionSettings
-from kendama_cli.artifacts.motion_plan import JointTrajectory
-from kendama_cli.control.outcome import sensed_catch
-from kendama_cli.control.steered_motion import CupPlan, SteeredMotion
-from kendama_cli.control.watched_flight import WatchedFlight
+from kendama_cli.artifacts.motion_plan import CatchMotion, JointTrajectory, MotionPlan
+from kendama_cli.control.catch_game import sensed_catch
+from kendama_cli.control.corrected_motion import CorrectedMotion, CupPlan
+from kendama_cli.control.flight_observer import WatchedFlight
+from kendama_cli.control.reachable import Surroundings, follow_from_s
 from kendama_cli.devices.robot.interface import Exchange, JointCommand, Robot
 from kendama_cli.errors import StageError
+from kendama_cli.motion.dmp.amplitude import scaled_plan
 from kendama_cli.motion.sampling import columns_at
 from kendama_cli.physics.rim_crossing import SampledWays, catch_from_s
+from kendama_cli.physics.taut_rope import stretch_m, time_scale
+from kendama_cli.robot_model.arm_motion import ArmMotion
 from kendama_cli.robot_model.model import RobotModel
+from kendama_cli.robot_model.placement.limit_shares import require_within_limits
 from kendama_cli.schema.arrays import Array
 from kendama_cli.settings.game import GameSettings
 
@@ -25,7 +30,7 @@ SETTLE_S = 0.6
 
 @dataclass(frozen=True)
 class Played:
-    """What the robot did, period by period, from rest at the first posture, and the ``joints`` that were planned."""
+    """Control periods of the robot, from rest at the first posture, and the ``joints`` that were planned."""
 
     exchanges: tuple[Exchange, ...]
     joints: JointTrajectory
@@ -47,21 +52,21 @@ class Played:
 
 
 @dataclass(frozen=True)
-class SeenImitation:
-    """What steers an imitation: who watches the ball, the arm's model, and how the cup is moved beside its plan.
+class VisualImitation:
+    """Visual feedback of an imitation: the observer of the ball, the arm's model, and the correction of the plan.
 
-    ``from_s`` is from when on, at the tempo of the plan.
+    It begins at ``from_s``, at the tempo of the plan.
     """
 
     watched: WatchedFlight
     arm: RobotModel
-    steering: CorrectionSettings
+    correction: CorrectionSettings
     rim_m: float
     from_s: float
 
 
 def play_motion(
-    robot: Robot, motion: JointTrajectory, *, tempo: float, seed: int, seen: SeenImitation | None = None
+    robot: Robot, motion: JointTrajectory, *, tempo: float, seed: int, seen: VisualImitation | None = None
 ) -> Played:
     """Play ``motion`` with its time stretched by ``tempo``, from rest, and hold its end.
 
@@ -77,19 +82,19 @@ def play_motion(
             exchanges.append(robot.exchange(JointCommand(*row)))
         return Played(tuple(exchanges), played)
     plan = CupPlan(seen.arm, _from_rest(played, motion.position_rad[0]), robot.period_s)
-    steered = SteeredMotion(plan, seen.steering, seen.rim_m, tempo * seen.from_s)
+    corrected = CorrectedMotion(plan, seen.correction, seen.rim_m, tempo * seen.from_s)
     seen.watched.begin(exchanges[0], seed)
     for _ in played.t_s:
-        exchanges.append(robot.exchange(steered.next()))
-        steered.observe(exchanges[-1].state.position_rad)
-        prediction = None if steered.over else seen.watched.look(exchanges[-1])
+        exchanges.append(robot.exchange(corrected.next()))
+        corrected.observe(exchanges[-1].state.position_rad)
+        prediction = None if corrected.over else seen.watched.look(exchanges[-1])
         if prediction is not None:
-            steered.follow(prediction.catch)
+            corrected.follow(prediction.catch)
     return Played(tuple(exchanges), played)
 
 
 def _from_rest(played: JointTrajectory, start_rad: Array) -> JointTrajectory:
-    """``played`` with rest in ``start_rad`` (n,) before its first command."""
+    """Return ``played`` with rest in ``start_rad`` (n,) before its first command."""
     rest = np.zeros((1, len(played.joint_names)))
     return JointTrajectory(
         played.joint_names,
@@ -101,7 +106,7 @@ def _from_rest(played: JointTrajectory, start_rad: Array) -> JointTrajectory:
 
 
 def stretched(motion: JointTrajectory, tempo: float, period_s: float) -> JointTrajectory:
-    """``motion`` with its time stretched by ``tempo``, at the end of every control period, and its end held."""
+    """Return ``motion`` with its time stretched by ``tempo``, at the end of every control period, and its end held."""
     planned_s = motion.t_s - motion.t_s[0]
     ends_s = np.arange(1, round((planned_s[-1] * tempo + SETTLE_S) / period_s) + 1) * period_s
     t_s = ends_s / tempo
@@ -125,5 +130,71 @@ def require_same_joints(robot: Robot, motion: JointTrajectory) -> None:
 
 
 def tempos(step: float, tries: int) -> tuple[float, ...]:
-    """1 first, then ever farther on both sides: 1 + step, 1 - step, 1 + 2 step, ..."""
+    """Return 1 first, then ever farther on both sides: 1 + step, 1 - step, 1 + 2 step, ..."""
     return tuple(1.0 + step * ((k + 1) // 2) * (1 if k % 2 else -1) for k in range(tries))
+
+
+MEASURED_PERIODS = 100
+"""Control periods at rest over which the hanging ball is observed."""
+
+
+def measured_rope_m(robot: Robot, posture_rad: Array, game: GameSettings, seed: int) -> float:
+    """Return the untensioned length of the rope from the tracked ball at rest: mean distance less m g / Ks.
+
+    Raises HardwareError of the line.
+    """
+    robot.reset(posture_rad, seed)
+    rest = np.zeros(len(posture_rad))
+    lengths = []
+    for _ in range(MEASURED_PERIODS):
+        state = robot.exchange(JointCommand(posture_rad, rest, rest)).state
+        down_m = state.cup_in_world_m - state.ball_in_world_m
+        lengths.append(float(np.linalg.norm(down_m)))
+    return float(np.mean(lengths)) - stretch_m(game.ball.mass_kg * game.gravity_m_s2, game.rope.stiffness_n_m)
+
+
+def scaled_motion(
+    arm: RobotModel, plan: MotionPlan, scale: float, *, lead_in_m_s2: float, hold_s: float
+) -> JointTrajectory:
+    """Return the arm's motion for the swing of ``plan`` on a rope ``scale`` times as long, ending with ``hold_s`` at 1.
+
+    A pendulum with all lengths times s and all times times sqrt(s) obeys the same equations of motion under the same
+    gravity, so that the primitive is made s times as large and sqrt(s) times as slow. At tau_scale 1 its lead-in takes
+    as long as before: ``lead_in_m_s2`` grows with the path. Raises StageError where the arm cannot follow within its
+    limits.
+    """
+    longer = scaled_plan(plan, scale, plan.tau_scale * time_scale(scale))
+    joints = ArmMotion(arm, longer, scale * lead_in_m_s2).joints(longer.tau_scale, hold_s * time_scale(scale))
+    require_within_limits(arm, joints)
+    return joints
+
+
+@dataclass(frozen=True)
+class FittedMotion:
+    """Motion for the rope at hand: ``rope_scale`` times the model's; ``joints`` is as planned unless ``resized``.
+
+    ``correction`` keeps a visual catch to what was found safe about it.
+    """
+
+    joints: JointTrajectory
+    correction: CorrectionSettings
+    rope_scale: float
+    resized: bool
+
+
+def fitted(robot: Robot, motion: CatchMotion, around: Surroundings, *, seed: int) -> FittedMotion:
+    """Return ``motion`` for the rope measured on ``robot``; as planned if the scaled one is beyond arm or safety.
+
+    The settings ``around`` it say how its joints were made from its plan. Raises StageError where it was made for other
+    joints, before anything moves, or where it is not safe as planned; HardwareError of the line.
+    """
+    require_same_joints(robot, motion.joints)
+    game, adapt = around.game, around.adapt
+    scale = measured_rope_m(robot, motion.joints.position_rad[0], game, seed) / game.rope.length_m
+    try:
+        joints = scaled_motion(around.arm, motion.plan, scale, lead_in_m_s2=adapt.lead_in_m_s2, hold_s=adapt.hold_s)
+        correction, _ = around.correction(joints, follow_from_s(motion))
+    except StageError:
+        correction, _ = around.correction(motion.joints, follow_from_s(motion))
+        return FittedMotion(motion.joints, correction, scale, resized=False)
+    return FittedMotion(joints, correction, scale, resized=True)

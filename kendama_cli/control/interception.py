@@ -1,4 +1,4 @@
-"""The cup's motion along its line to where the ball comes down."""
+"""Interception: the cup's motion along its line to where the ball comes down."""
 
 from __future__ import annotations
 
@@ -7,17 +7,17 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class InterceptionPlan:
-    """An acceleration that runs linearly from ``first_m_s2`` at ``start_s`` to ``last_m_s2`` at ``end_s``."""
+    """Acceleration that runs linearly from ``first_m_s2`` at ``start_s`` to ``last_m_s2`` at ``end_s``."""
 
     start_s: float
     end_s: float
     first_m_s2: float
     last_m_s2: float
     speed_m_s: float
-    """With which it arrives."""
+    """Speed at the end."""
 
     def acceleration_m_s2(self, t_s: float) -> float:
-        """At ``t_s``, constant outside that time."""
+        """Return the acceleration at ``t_s``, constant outside that time."""
         share = min(max((t_s - self.start_s) / (self.end_s - self.start_s), 0.0), 1.0)
         return self.first_m_s2 + share * (self.last_m_s2 - self.first_m_s2)
 

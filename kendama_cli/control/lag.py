@@ -1,4 +1,4 @@
-"""How far something is behind what is wanted of it: an arm's joints, or the cup as its tracking tells it."""
+"""Lag of a motion behind its reference: of an arm's joints, or of the cup as it is tracked."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ LEAST_MOTION = 1e-3
 
 
 class Lag:
-    """The slope of (wanted - read) places over the wanted speeds, by least squares over all that was observed."""
+    """Lag as the slope of (desired - read) positions over desired speeds, by least squares over all observations."""
 
     def __init__(self) -> None:
         self._behind = self._moved = 0.0
 
     def observe(self, wanted: Array | float, speed: Array | float, read: Array | float) -> None:
-        """It is at ``read`` (n,) where ``wanted`` (n,), which changes with ``speed`` (n,) per second, was asked for."""
+        """Take the reading ``read`` (n,) of the reference ``wanted`` (n,), whose velocity is ``speed`` (n,)."""
         self._behind += float(np.vdot(speed, wanted - read))
         self._moved += float(np.vdot(speed, speed))
 

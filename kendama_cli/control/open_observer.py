@@ -1,4 +1,4 @@
-"""Opens what observes the games: virtual or live cameras, or the robot's own tracking."""
+"""Opening of the observer of games: virtual or live cameras, or the robot's own tracking."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import numpy as np
 from kendama_cli.control.camera_observer import CameraClock, CameraObserver
 from kendama_cli.control.catch_geometry import CatchGeometry
 from kendama_cli.control.flight_observer import FlightObserver, MarkerObserver
-from kendama_cli.control.position_tracker import position_tracker
+from kendama_cli.control.position_tracker import PositionTracker
 from kendama_cli.control.scene_history import SceneHistory
 from kendama_cli.control.settings import ObservationSettings
 from kendama_cli.devices.camera.ball_tracker import ball_tracker
@@ -33,7 +33,7 @@ OTHERWISE = "or choose transfer.observation.source=tracking"
 
 @dataclass(frozen=True)
 class CameraSetup:
-    """What the configuration says of cameras and images."""
+    """Settings of cameras and images."""
 
     camera: CameraSettings
     lighting: LightingSettings
@@ -74,7 +74,7 @@ def open_observer(
     history: SceneHistory,
     geometry: CatchGeometry,
 ) -> Iterator[FlightObserver]:
-    """What observes the games on ``geometry``, with the tie point at ``cup_place`` (joint angles); closed in the end.
+    """Open the observer of games on ``geometry``, with the tie point at ``cup_place`` (joint angles); close it at last.
 
     Raises MissingPartError where a camera is not there, ConfigError where ``history`` has nothing for virtual ones.
     """
@@ -82,7 +82,8 @@ def open_observer(
     camera = cameras.camera
     rate_hz = camera.rate_hz
     if observation.source == "tracking" or camera.source == "recorded" or rate_hz is None:
-        tracker = position_tracker(cameras.predict, game, rim_m, [observation.position_sigma_m] * 3)
+        predict, sigma_m = cameras.predict, [observation.position_sigma_m] * 3
+        tracker = PositionTracker(predict.onset, predict.motion, game, rim_height_m=rim_m, sigma_m=sigma_m)
         yield MarkerObserver(tracker, observation, rim_m=rim_m, catch_m=catch_m)
         return
     if camera.source == "rendered" and not history.reported:

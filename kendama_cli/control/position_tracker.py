@@ -1,34 +1,41 @@
-"""The flight of a ball whose places are told, not seen in images: the same onset and estimator as with cameras."""
+"""Tracker of a flying ball by its measured positions, with the same onset and estimator as for images."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Protocol
 
 import numpy as np
 
 from kendama_cli.devices.camera.ball_tracker import catch_pose_estimator
 from kendama_cli.schema.arrays import Array
 from kendama_cli.settings.game import GameSettings
-from kendama_cli.vision.catch_pose import CatchPoseEstimator
 from kendama_cli.vision.onset import FreeFlightFound, FreeFlightOnset
 from kendama_cli.vision.settings import MotionSettings, OnsetSettings
 
 
 class PositionTracker:
-    """Feeds ``estimator`` with places of free flight only; ``onset`` tells since when that is (see BallTracker).
+    """Tracker that feeds ``estimator`` with positions of free flight only, from the onset on (see BallTracker).
 
-    ``found`` is None until free flight is detected.
+    They have standard deviations ``sigma_m`` (3,); the estimate is of the descent through ``rim_height_m``. ``found``
+    is None until free flight is detected.
     """
 
-    def __init__(self, estimator: CatchPoseEstimator, onset: FreeFlightOnset, covariance_m2: Array) -> None:
-        self.estimator = estimator
-        self._onset = onset
-        self._covariance_m2 = covariance_m2
+    def __init__(
+        self,
+        onset: OnsetSettings,
+        motion: MotionSettings,
+        game: GameSettings,
+        *,
+        rim_height_m: float,
+        sigma_m: Sequence[float],
+    ) -> None:
+        self.estimator = catch_pose_estimator(motion, game, rim_height_m)
+        self._onset = FreeFlightOnset(onset, self.estimator.flight, game.cup.outer_radius_m)
+        self._covariance_m2 = np.diag(np.square(sigma_m))
         self.reset()
 
     def reset(self) -> None:
-        """Forget every place: the next one may belong to a new flight."""
+        """Forget every position: the next one may belong to a new flight."""
         self.found: FreeFlightFound | None = None
         self._waiting: list[tuple[float, Array]] = []
         self._onset.reset()
@@ -36,7 +43,7 @@ class PositionTracker:
 
     @property
     def waits(self) -> bool:
-        """Whether it has taken places, and does not know yet whether they are of free flight."""
+        """True if it has taken positions and does not know yet if they are of free flight."""
         return bool(self._waiting)
 
     def update(self, t_s: float, ball_m: Array, tie_m: Array) -> None:
@@ -52,24 +59,3 @@ class PositionTracker:
             if t >= self.found.since_s:
                 self.estimator.update_position(t, place, self._covariance_m2)
         self._waiting = []
-
-
-class TrackingSettings(Protocol):
-    """What is believed of onset and flight, as PredictSettings has it."""
-
-    @property
-    def onset(self) -> OnsetSettings:
-        """When the rope lets go."""
-
-    @property
-    def motion(self) -> MotionSettings:
-        """How far the ball is believed to follow gravity and drag."""
-
-
-def position_tracker(
-    settings: TrackingSettings, game: GameSettings, rim_height_m: float, sigma_m: Sequence[float]
-) -> PositionTracker:
-    """The tracker of places with standard deviations ``sigma_m`` (3,), of the way down through ``rim_height_m``."""
-    estimator = catch_pose_estimator(settings.motion, game, rim_height_m)
-    onset = FreeFlightOnset(settings.onset, estimator.flight, game.cup.outer_radius_m)
-    return PositionTracker(estimator, onset, np.diag(np.square(sigma_m)))

@@ -1,4 +1,4 @@
-"""The places to which a seen catch may bring an arm, checked before the motion is played on a robot."""
+"""Places to which a visual catch may bring an arm, checked before the motion is played on a robot."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ OUT_STEPS = 5
 
 
 def follow_from_s(motion: CatchMotion) -> float:
-    """Return from when on a seen catch may leave the plan of ``motion``."""
+    """Return the time from which a visual catch may leave the plan of ``motion``."""
     return 0.0 if motion.flight_start_s is None else max(motion.flight_start_s - EARLY_S, 0.0)
 
 
@@ -43,29 +43,29 @@ class Surroundings:
     adapt: AdaptSettings
     safety: SafetySettings
 
-    def steering(self, joints: JointTrajectory, from_s: float) -> tuple[CorrectionSettings, tuple[str, ...]]:
-        """Return the steering of ``adapt`` in as large a circle about ``joints`` as is safe, and what limits it.
+    def correction(self, joints: JointTrajectory, from_s: float) -> tuple[CorrectionSettings, tuple[str, ...]]:
+        """Return the correction of ``adapt`` in as large a circle about ``joints`` as is safe, and what limits it.
 
         The cup is taken to the rim of each circle, in DIRECTIONS directions, at every place of the motion from
         ``from_s`` on: there the joints keep off their stops, the links off each other and the table, and the cup in its
-        box. Raises StageError where the planned motion itself is not allowed, or a seen catch may not leave it at all.
+        box. Raises StageError if the planned motion itself is not allowed, or a visual catch may not leave it.
         """
         require_allowed(check_motion(self.arm, self.game, joints, self.safety))
-        steering = self.adapt.correction
+        correction = self.adapt.correction
         if self.adapt.catch != "visual":
-            return steering, ()
+            return correction, ()
         allowed_m = 0.0
         for share in SHARES:
-            shift_m = share * steering.max_shift_m
+            shift_m = share * correction.max_shift_m
             wrong = [one for one in self._beside(joints, shift_m, from_s) if not one.holds]
             if wrong and not allowed_m:
                 require_allowed(wrong[:1])
             if wrong:
                 first = f"{wrong[0].what}: {wrong[0].found}, allowed: {wrong[0].allowed}"
-                told = f"the seen catch is held to {allowed_m:g} m beside its plan; farther on is not safe, {first}"
-                return dataclasses.replace(steering, max_shift_m=allowed_m), (told,)
+                told = f"the visual catch is held to {allowed_m:g} m beside its plan; farther on is not safe, {first}"
+                return dataclasses.replace(correction, max_shift_m=allowed_m), (told,)
             allowed_m = shift_m
-        return steering, ()
+        return correction, ()
 
     def playable(self, joints: JointTrajectory, tempos: Sequence[float]) -> tuple[float, ...]:
         """Return those of ``tempos``, stretches of time, at which ``joints`` keep to the limits that are safe.
@@ -77,7 +77,7 @@ class Surroundings:
         return tuple(tempo for tempo in tempos if tempo >= min(least, 1.0))
 
     def _beside(self, joints: JointTrajectory, shift_m: float, from_s: float) -> Iterator[CheckedLimit]:
-        """The limits of places along ``joints`` with the cup ``shift_m`` to each side."""
+        """Yield the limits of places along ``joints`` with the cup ``shift_m`` to each side."""
         thin = thinning(joints.t_s, EVERY_S)
         t_s, planned = joints.t_s[::thin], joints.position_rad[::thin]
         first = min(int(np.searchsorted(t_s - t_s[0], from_s)), len(t_s) - 1)
@@ -96,7 +96,7 @@ class Surroundings:
 def _solved(arm: RobotModel, planned: Array, side_m: Array) -> tuple[Array, Array]:
     """Return where the cup can be ``side_m`` (3,) beside ``planned`` (n, j), as tilted as there, and the joints then.
 
-    Where it cannot be (the mask (n,) is False) a seen catch stops by itself.
+    Where it cannot be (the mask (n,) is False) a visual catch stops by itself.
     """
     there, angles, last = np.zeros(len(planned), dtype=bool), [], None
     for k, place in enumerate(planned):

@@ -1,4 +1,4 @@
-"""The scene of a simulated robot, for virtual cameras and for nobody else."""
+"""Scene of a simulated robot, for virtual cameras and for nobody else."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ SHARED_M = 1e-3
 
 
 class SceneHistory:
-    """The scene of the last control periods, straight between them; it is the ``Scene`` of virtual cameras.
+    """Scene of the last control periods, straight between them; it is the ``Scene`` of virtual cameras.
 
     Places are given relative to ``origin_m`` (3,), in whose frame the cameras stand. ``arm_places`` gives the points
     (k, 3) that an arm is drawn through for its joint angles (n,); the rope is tied to ``tie_m`` of the cup's own frame.
@@ -42,31 +42,31 @@ class SceneHistory:
         self._rollout: list[tuple[float, ...]] = []
 
     def clear(self) -> None:
-        """A new rollout begins."""
+        """Begin a new rollout."""
         self._times.clear()
         self._scenes.clear()
         self._rollout.clear()
 
     def add(self, t_s: float, scene: SceneState) -> None:
-        """The scene at the end of a control period."""
+        """Add the scene at the end of a control period."""
         self._times.append(t_s)
         self._scenes.append(scene)
         del self._times[:-KEPT_PERIODS], self._scenes[:-KEPT_PERIODS]
         self._rollout.append((t_s, *scene.cup_m.tolist(), *scene.cup_rotation[:, 2].tolist(), *scene.ball_m.tolist()))
 
     def rollout(self) -> Array:
-        """The whole rollout (n, 10): time from its start, cup, the cup's axis and ball in the world."""
+        """Return the whole rollout (n, 10): time from its start, cup, the cup's axis and ball in the world."""
         way = np.array(self._rollout)
         way[:, 0] -= way[0, 0]
         return way
 
     @property
     def reported(self) -> bool:
-        """Whether the robot reports its scene at all."""
+        """True if the robot reports its scene at all."""
         return bool(self._times)
 
     def __call__(self, t_s: float) -> ScenePose:
-        """All poses at ``t_s``, held before the first and after the last period that is known."""
+        """Return all poses at ``t_s``, held before the first and after the last period that is known."""
         times, scenes = self._times, self._scenes
         after = int(np.searchsorted(times, t_s))
         last, coming = scenes[max(after - 1, 0)], scenes[min(after, len(scenes) - 1)]
@@ -91,7 +91,7 @@ class SceneHistory:
 
 
 def joint_places(arm: RobotModel, position_rad: Array) -> Array:
-    """The joints' origins (k, 3) in the world from base to hand; the last is the tip link's.
+    """Return the joints' origins (k, 3) in the world from base to hand; the last is the tip link's.
 
     Where neighbours share one, as the axes of a wrist do, it is given once: how far apart they are never changes.
     """
@@ -101,12 +101,12 @@ def joint_places(arm: RobotModel, position_rad: Array) -> Array:
 
 
 def cup_rotation_wxyz(arm: RobotModel, position_rad: Array) -> Array:
-    """The cup's rotation in the world (4,) for the joint angles (n,)."""
+    """Return the cup's rotation in the world (4,) for the joint angles (n,)."""
     return quaternion_of(arm.tool_pose(position_rad).rotation)
 
 
 class SceneRecordingRobot:
-    """``robot``, whose scene goes into ``history`` and is taken out of what everybody else is given."""
+    """Robot whose scene goes into ``history`` and is taken out of what everybody else is given."""
 
     def __init__(self, robot: Robot, history: SceneHistory) -> None:
         self._robot, self._history = robot, history
@@ -115,11 +115,11 @@ class SceneRecordingRobot:
 
     @property
     def missed(self) -> int:
-        """The robot's own count."""
+        """Count of the robot itself."""
         return self._robot.missed
 
     def exchange(self, command: JointCommand) -> Exchange:
-        """One control period; raises HardwareError as the robot does."""
+        """Exchange one control period; raises HardwareError as the robot does."""
         return self._recorded(self._robot.exchange(command))
 
     def reset(self, position_rad: Array, seed: int) -> Exchange:

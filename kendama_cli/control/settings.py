@@ -1,4 +1,4 @@
-"""Handing the policy and the primitive to the hardware, learning on there, and playing full games."""
+"""Settings of the transfer: policy and primitive on the hardware, learning there, and full games."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from kendama_cli.schema.settings import setting
 
 @dataclass(frozen=True)
 class ObservationSettings:
-    """How the tracked cup and ball become the policy's state, and how the flight is observed."""
+    """Settings of the observation: the policy's state from tracked cup and ball, and the flight."""
 
     samples_n: int = setting("readings from which position, angle and their rates are fitted", at_least=2)
     source: Literal["cameras", "tracking"] = setting("what observes the flight: images, or the robot's own tracking")
@@ -33,7 +33,7 @@ class ObservationSettings:
 
 @dataclass(frozen=True)
 class CatchSettings:
-    """How the cup intercepts the ball."""
+    """Settings of the interception of the ball by the cup."""
 
     acceleration_m_s2: float = setting("largest acceleration of the cup on the way [m/s^2]", above=0)
     max_speed_m_s: float = setting("largest speed of the cup on the way [m/s]", above=0)
@@ -56,7 +56,7 @@ class CatchSettings:
 
 @dataclass(frozen=True)
 class TransferSettings:
-    """The steps of the transfer and their numbers."""
+    """Settings of the steps of the transfer."""
 
     policy: str | None = setting(
         "artifact.json of a stored policy to take instead of the learn stage's, verified the same way", file=True

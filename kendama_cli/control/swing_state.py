@@ -1,4 +1,4 @@
-"""From tracked positions of cup and ball to the state that the policy acts on."""
+"""Estimation of the state that the policy acts on, from tracked positions of cup and ball."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from kendama_cli.schema.arrays import Array
 
 
 class SwingStateEstimator:
-    """Follows cup and ball through the last ``samples`` readings of each, ``period_s`` apart.
+    """Estimator that follows cup and ball through the last ``samples`` readings of each, ``period_s`` apart.
 
     The accelerations are known: the cup's from the commands, the ball's about the tie point from the pendulum on the
     taut rope round the cup (TautRope),
@@ -47,7 +47,7 @@ class SwingStateEstimator:
         self._rate = 0.0
 
     def update(self, state: RobotState, acceleration_m_s2: float) -> SwingState:
-        """The swing's state after one more reading; the cup has accelerated so since the reading before."""
+        """Return the swing's state after one more reading; the cup has accelerated so since the reading before."""
         ball_m = state.ball_in_world_m - state.cup_in_world_m
         angle = rope_angle(float(self._direction @ ball_m), float(ball_m[2]))
         before = self._angle.newest
@@ -79,11 +79,11 @@ class _LineFit:
 
     @property
     def newest(self) -> float:
-        """The last reading; 0 before the first."""
+        """Last reading; 0 before the first."""
         return self._readings[-1] if self._readings else 0.0
 
     def update(self, reading: float, acceleration: float) -> tuple[float, float]:
-        """Value and slope at this ``reading``; ``acceleration`` held since the one before."""
+        """Return value and slope at this ``reading``; ``acceleration`` held since the one before."""
         self._readings.append(reading)
         self._accelerations.append(acceleration)
         if len(self._readings) > self._samples:

@@ -1,4 +1,4 @@
-"""One swing-up on the robot: the policy acts on what is observed until the goal is reached or time is up."""
+"""Swing-up on the robot: the policy acts on the observed state until the goal is reached or time is up."""
 
 from __future__ import annotations
 
@@ -14,27 +14,27 @@ from kendama_cli.motion.braking import BrakingLimiter
 
 
 class Actor(Protocol):
-    """A learner or a frozen policy."""
+    """Learner or frozen policy."""
 
     def act(self, state: SwingState, t_s: float) -> float:
-        """The cup's acceleration at ``t_s`` into the rollout [m/s^2]."""
+        """Return the cup's acceleration at ``t_s`` into the rollout [m/s^2]."""
 
 
 @dataclass(frozen=True)
 class SwingUpRollout:
-    """How a swing-up went; ``steps`` holds every control period, the reading at rest first."""
+    """Result of a swing-up; ``steps`` holds every control period, the reading at rest first."""
 
     outcome: Outcome
     steps: tuple[CartStep, ...]
 
     @property
     def last(self) -> SwingState:
-        """The state in which it ended."""
+        """State in which it ended."""
         return self.steps[-1].state
 
     @property
     def duration_s(self) -> float:
-        """From rest to the end."""
+        """Duration from rest to the end."""
         return self.steps[-1].t_s
 
     @property

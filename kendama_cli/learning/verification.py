@@ -4,13 +4,17 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator
+from pathlib import Path
 from typing import Any
 
 from kendama_cli.artifacts.policy import PolicyArtifact, policy_digest
-from kendama_cli.errors import StageError
+from kendama_cli.artifacts.transfer_result import TransferResult
+from kendama_cli.errors import InputError, StageError
 from kendama_cli.learning.learners import maker
 from kendama_cli.learning.settings import LearnSettings
+from kendama_cli.schema.artifacts import from_plain
 from kendama_cli.schema.json_text import json_text
+from kendama_cli.schema.unpacking import unpacked_arrays
 
 
 def verify_policy(policy: PolicyArtifact, settings: LearnSettings, source: str) -> None:
@@ -65,3 +69,16 @@ def _differences(have: Any, want: Any, key: str) -> Iterator[str]:
                 yield from _differences(have.get(name), want.get(name), f"{key}.{name}")
     else:
         yield f"{key} is {json.dumps(want)}, it was {json.dumps(have)}"
+
+
+def load_policy(path: str) -> PolicyArtifact:
+    """The policy whose structure is in ``path``; raises InputError where it is none (its seal is checked elsewhere)."""
+    remedy = "give the artifact.json that `kendama run --json` names for the stage learn or transfer"
+    try:
+        body = json.loads(Path(path).read_bytes())
+        arrays = unpacked_arrays(Path(path).with_name("arrays.npz").read_bytes())
+        found: PolicyArtifact | TransferResult = from_plain(PolicyArtifact | TransferResult, body, arrays)
+        return found.policy if isinstance(found, TransferResult) else found
+    except Exception as error:  # many kinds, for what is no document, no archive or no policy
+        problem = f"holds no policy ({type(error).__name__}: {' '.join(str(error).split())})"
+        raise InputError(path, problem, remedy=remedy) from None

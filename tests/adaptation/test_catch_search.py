@@ -8,17 +8,22 @@ from collections.abc import Callable
 import pytest
 
 from kendama_cli.adaptation.catch_obstacle import obstacle
-from kendama_cli.adaptation.catch_search import best_candidate, nearest_attempt, next_trial, windows
-from kendama_cli.adaptation.race import draws_needed, next_draw, winner
-from kendama_cli.adaptation.search_record import Attempt, Bounds, MotionVariation, Search, Trial
+from kendama_cli.adaptation.catch_search import TauSearch, nearest_attempt
+from kendama_cli.adaptation.perturbed_simulations import PerturbedSimulations
+from kendama_cli.adaptation.race import evaluations_needed, next_evaluation, winner
+from kendama_cli.adaptation.search_record import Bounds, Search
 from kendama_cli.adaptation.settings import AdaptSettings
-from kendama_cli.adaptation.uncertainty import Repeat
+from kendama_cli.adaptation.trial import Attempt, MotionVariation, Repeat, Trial
+from kendama_cli.schema.artifacts import from_plain, to_plain
 from kendama_cli.schema.settings import build
 from tests.simulation.dart.bench_robot import adapt_values
 
 SHIPPED = build(AdaptSettings, adapt_values(), "adapt")
 SETTINGS = dataclasses.replace(SHIPPED, repeats=5)
-BOUNDS = Bounds({1.0: 0.7, 1.05: 0.7, 0.95: 0.7, 1.1: 0.7, 0.9: 0.7}, 0.038)
+BOUNDS = Bounds(lambda amplitude: 0.7, 0.038)
+SIMULATIONS = PerturbedSimulations(SETTINGS.uncertainty, 0.4, ())
+BEGUN = Search(SIMULATIONS)
+METHOD = TauSearch(SETTINGS, BOUNDS)
 
 Miss = Callable[[MotionVariation], float | None]
 Spread = Callable[[MotionVariation], float]
@@ -44,10 +49,10 @@ def _play(search: Search, trial: Trial, miss: Miss, spread: Spread, side_m: floa
 def _search(
     miss: Miss, *, spread: Spread = lambda variation: 0.01, side_m: float = 0.0, settings: AdaptSettings = SETTINGS
 ) -> Search:
-    search = Search()
-    while (trial := next_trial(search, settings, BOUNDS)) is not None:
+    search, method = BEGUN, TauSearch(settings, BOUNDS)
+    while (trial := method.next_trial(search)) is not None:
         search = _play(search, trial, miss, spread, side_m)
-        assert len(search.attempts) + len(search.evaluated) + len(search.confirmed) < 400
+        assert search.rollouts() + len(search.simulations.confirmed) < 400
     return search
 
 
@@ -59,16 +64,16 @@ def _valley(variation: MotionVariation) -> float:
 def test_first_catch_and_all_windows_come_within_the_budget() -> None:
     search = _search(_valley)
     assert int(search.rollouts_to_first_catch() or 99) <= 4
-    assert len(windows(search, SETTINGS, BOUNDS)) == 2
+    assert len(METHOD.windows(search)) == 2
     assert search.rollouts() <= 40
-    assert len(search.confirmed) == SETTINGS.repeats
+    assert len(search.simulations.confirmed) == SETTINGS.repeats
     assert not any(one.variation.shifted or one.variation.amplitude != 1.0 for one in search.attempts)
 
 
 @pytest.mark.parametrize("robust", [0.897, 1.043])
 def test_the_window_that_stands_the_uncertainties_best_is_chosen_not_the_first(robust: float) -> None:
     search = _search(_valley, spread=lambda variation: 0.01 if abs(variation.tau_scale - robust) < 0.03 else 0.035)
-    best = best_candidate(search, BOUNDS)
+    best = METHOD.best(search)
     assert best is not None
     assert best.tau_scale == pytest.approx(robust, abs=0.005)
 
@@ -80,7 +85,7 @@ def test_a_window_whose_rope_is_slack_in_the_swing_is_taken_only_where_there_is_
             dataclasses.replace(one, swing_slack_s=slack_s if one.variation.tau_scale > 1 else 0.0)
             for one in search.attempts
         ]
-        return best_candidate(dataclasses.replace(search, attempts=tuple(marked)), BOUNDS)
+        return METHOD.best(dataclasses.replace(search, attempts=tuple(marked)))
 
     taut, brief, slack = judged(0.0), judged(0.01), judged(0.08)
     assert taut is not None
@@ -96,12 +101,24 @@ def _judged(misses: dict[float, list[float]], steered: float = 0.0) -> Search:
     evaluated = tuple(
         (MotionVariation(tau), tuple(Repeat(abs(m) < 0.038, m, steered) for m in made)) for tau, made in misses.items()
     )
-    return Search(attempts, evaluated)
+    return _evaluated(evaluated, attempts)
+
+
+def _evaluated(
+    evaluated: tuple[tuple[MotionVariation, tuple[Repeat, ...]], ...], attempts: tuple[Attempt, ...] = ()
+) -> Search:
+    return Search(dataclasses.replace(SIMULATIONS, evaluated=evaluated), attempts)
+
+
+def _stored(search: Search) -> Search:
+    """The search as a checkpoint gives it back."""
+    restored: Search = from_plain(Search, json.loads(json.dumps(to_plain(Search, search)[0])), {})
+    return restored
 
 
 def _raced(miss: Callable[[float, int], float], taus: list[float]) -> tuple[Search, list[tuple[float, int]]]:
-    search, played = Search(tuple(_attempt(MotionVariation(tau), 0.0) for tau in taus)), []
-    while (trial := next_draw(search, [MotionVariation(tau) for tau in taus], 0.038)) is not None:
+    search, played = Search(SIMULATIONS, tuple(_attempt(MotionVariation(tau), 0.0) for tau in taus)), []
+    while (trial := next_evaluation(search, [MotionVariation(tau) for tau in taus], 0.038)) is not None:
         off = miss(trial.variation.tau_scale, trial.index)
         played.append((trial.variation.tau_scale, trial.index))
         search = search.with_repeat(trial, Repeat(abs(off) < 0.038, off))
@@ -116,12 +133,12 @@ def test_a_race_plays_the_same_worlds_for_all_and_more_of_them_for_those_ahead()
     # ahead and certain after eight: the last round is not played
     assert all([world for one, world in played if one == tau] == list(range(n)) for tau, n in counts.items())
     assert winner(search, [MotionVariation(tau) for tau in spread], 0.038).tau_scale == 1.0
-    assert len(played) <= draws_needed(3)
+    assert len(played) <= evaluations_needed(3)
 
 
 def test_one_that_is_alone_and_certain_needs_four_worlds_and_one_that_is_not_twelve() -> None:
     assert len(_raced(lambda tau, world: 0.004 * (-1) ** world, [1.0])[1]) == 4
-    assert len(_raced(lambda tau, world: 0.05 * (world % 2), [1.0])[1]) == 12 == draws_needed(1)
+    assert len(_raced(lambda tau, world: 0.05 * (world % 2), [1.0])[1]) == 12 == evaluations_needed(1)
 
 
 def test_a_lead_that_later_worlds_take_away_does_not_win() -> None:
@@ -133,7 +150,8 @@ def test_a_lead_that_later_worlds_take_away_does_not_win() -> None:
 def test_among_equals_the_catch_wins_that_has_the_shorter_way_to_go() -> None:
     near = _judged({0.9: [0.001] * 8}, steered=0.03)
     far = _judged({1.1: [0.0] * 8}, steered=0.12)
-    both = Search((*near.attempts, *far.attempts), (*far.evaluated, *near.evaluated))
+    evaluated = (*far.simulations.evaluated, *near.simulations.evaluated)
+    both = _evaluated(evaluated, (*near.attempts, *far.attempts))
     assert winner(both, [MotionVariation(1.1), MotionVariation(0.9)], 0.038).tau_scale == 0.9
 
 
@@ -145,7 +163,7 @@ def test_a_moved_catch_that_was_certain_after_few_worlds_beats_a_fragile_tau_of_
     poor = tuple(Repeat(i % 3 == 0, 0.01 if i % 3 == 0 else -0.055) for i in range(many))
     good = (Repeat(True, 0.003),) * few
     for entered in (((plain, poor), (moved, good)), ((moved, good), (plain, poor))):
-        assert best_candidate(Search(evaluated=entered), BOUNDS) == moved
+        assert METHOD.best(_evaluated(entered)) == moved
 
 
 def test_a_finalist_that_was_certain_after_four_worlds_has_to_stand_more_of_them() -> None:
@@ -154,24 +172,24 @@ def test_a_finalist_that_was_certain_after_four_worlds_has_to_stand_more_of_them
     def spread(variation: MotionVariation) -> float:
         return 0.015
 
-    search = Search()
-    while (trial := next_trial(search, SETTINGS, BOUNDS)) is not None:
+    search = BEGUN
+    while (trial := METHOD.next_trial(search)) is not None:
         if trial.kind == "evaluate" and trial.variation.shifted:
             off = 0.003 if trial.index < 4 else 0.09
             search = search.with_repeat(trial, Repeat(off < 0.038, off))
         else:
             search = _play(search, trial, lambda one: 0.03 + 20 * (one.tau_scale - 1.0) ** 2, spread, 0.0)
-    worlds = {variation.shifted: len(made) for variation, made in search.evaluated}
+    worlds = {variation.shifted: len(made) for variation, made in search.simulations.evaluated}
     assert worlds[False] == 12
     assert 4 < worlds[True] <= 12
-    best = best_candidate(search, BOUNDS)
+    best = METHOD.best(search)
     assert best is not None
     assert not best.shifted
 
 
 def _search_with_reach(reaches: Callable[[MotionVariation], bool]) -> Search:
-    search = Search()
-    while (trial := next_trial(search, SETTINGS, BOUNDS)) is not None:
+    search = BEGUN
+    while (trial := METHOD.next_trial(search)) is not None:
         search = _play(search, trial, _valley, lambda variation: 0.01, 0.0)
         if trial.kind == "attempt" and search.attempts[-1].caught and not reaches(trial.variation):
             search = search.without_reach(trial.variation, "it has 70 mm")
@@ -181,33 +199,33 @@ def _search_with_reach(reaches: Callable[[MotionVariation], bool]) -> Search:
 @pytest.mark.parametrize("robust", [0.897, 1.043])
 def test_a_catch_without_reach_leaves_the_race_and_the_search_goes_on(robust: float) -> None:
     search = _search_with_reach(lambda variation: abs(variation.tau_scale - robust) < 0.03)
-    best = best_candidate(search, BOUNDS)
+    best = METHOD.best(search)
     assert best is not None
     assert best.tau_scale == pytest.approx(robust, abs=0.005)
-    assert len(search.confirmed) == SETTINGS.repeats
-    assert not {one for one, _ in search.evaluated} & set(dict(search.short_of_reach))
+    assert len(search.simulations.confirmed) == SETTINGS.repeats
+    assert not {one for one, _ in search.simulations.evaluated} & set(dict(search.short_of_reach))
 
 
 def test_where_every_catch_lacks_reach_they_are_judged_none_is_taken_and_all_is_kept() -> None:
     search = _search_with_reach(lambda variation: False)
-    assert best_candidate(search, BOUNDS) is None
-    assert not search.confirmed
-    assert {one for one, _ in search.evaluated} <= set(dict(search.short_of_reach))
-    assert max(len(made) for _, made in search.evaluated) >= 4
+    assert METHOD.best(search) is None
+    assert not search.simulations.confirmed
+    assert {one for one, _ in search.simulations.evaluated} <= set(dict(search.short_of_reach))
+    assert max(len(made) for _, made in search.simulations.evaluated) >= 4
     # other places and sizes were looked at before
     assert any(one.variation.amplitude != 1.0 for one in search.attempts)
-    assert Search.from_json(json.loads(json.dumps(search.to_json()))) == search
+    assert _stored(search) == search
 
 
 def test_many_windows_are_still_judged_within_the_budget() -> None:
     search = _search(lambda variation: 0.2 * math.sin(28 * (variation.tau_scale - 0.85)))
-    assert len(windows(search, SETTINGS, BOUNDS)) == 4
+    assert len(METHOD.windows(search)) == 4
     assert search.rollouts() <= 40
 
 
 def test_where_no_tau_catches_the_catch_is_moved_before_the_size_is_changed() -> None:
     search = _search(lambda variation: 0.12 + 2 * (variation.tau_scale - 1.0) ** 2)
-    best = best_candidate(search, BOUNDS)
+    best = METHOD.best(search)
     assert best is not None
     assert best.shifted
     assert best.amplitude == 1.0
@@ -218,14 +236,14 @@ def test_where_no_tau_catches_the_catch_is_moved_before_the_size_is_changed() ->
 
 def test_a_ball_that_comes_down_beside_the_swing_plane_is_awaited_there() -> None:
     search = _search(_valley, side_m=0.08)
-    best = best_candidate(search, BOUNDS)
+    best = METHOD.best(search)
     assert best is not None
     assert best.shift_m[1] == pytest.approx(0.08 / 0.95, abs=0.01)
 
 
 def test_a_window_that_promises_enough_is_preferred_to_a_moved_catch() -> None:
     search = _search(lambda variation: 0.2 if variation.tau_scale > 0.93 else 3 * (variation.tau_scale - 0.87))
-    best = best_candidate(search, BOUNDS)
+    best = METHOD.best(search)
     assert best is not None
     assert not best.shifted
     assert best.tau_scale == pytest.approx(0.87, abs=0.005)
@@ -234,7 +252,7 @@ def test_a_window_that_promises_enough_is_preferred_to_a_moved_catch() -> None:
 def test_a_fragile_window_is_weighed_against_a_moved_catch() -> None:
     """The miss turns back 30 mm before zero: what tau offers lies at the edge, what the moved catch offers does not."""
     search = _search(lambda variation: 0.03 + 20 * (variation.tau_scale - 1.0) ** 2, spread=lambda variation: 0.015)
-    best = best_candidate(search, BOUNDS)
+    best = METHOD.best(search)
     assert best is not None
     assert best.shifted
     assert best.shift_m[0] == pytest.approx(0.03 / 0.95, abs=0.007)
@@ -245,7 +263,7 @@ def test_the_size_is_changed_only_if_nothing_else_catches() -> None:
         return None if variation.amplitude < 1.1 else _valley(variation)
 
     search = _search(miss)
-    best = best_candidate(search, BOUNDS)
+    best = METHOD.best(search)
     assert best is not None
     assert best.amplitude == 1.1
 
@@ -253,28 +271,28 @@ def test_the_size_is_changed_only_if_nothing_else_catches() -> None:
 def test_the_search_ends_where_nothing_ever_catches() -> None:
     settings = dataclasses.replace(SETTINGS, amplitudes=(1.05,))
     search = _search(lambda variation: None, settings=settings)
-    assert best_candidate(search, BOUNDS) is None
+    assert METHOD.best(search) is None
     assert {one.variation.amplitude for one in search.attempts} == {1.0, 1.05}
     capped = dataclasses.replace(settings, max_rollouts=7)
     assert len(_search(lambda variation: None, settings=capped).attempts) == 7
 
 
 def test_a_search_goes_on_from_json_as_if_nothing_had_happened() -> None:
-    search = Search()
-    while (trial := next_trial(search, SETTINGS, BOUNDS)) is not None:
+    search = BEGUN
+    while (trial := METHOD.next_trial(search)) is not None:
         search = _play(
             search, trial, lambda variation: 0.12 + 2 * (variation.tau_scale - 1.0) ** 2, lambda variation: 0.01, 0.0
         )
-        again = Search.from_json(json.loads(json.dumps(search.to_json())))
+        again = _stored(search)
         assert again == search
-        assert next_trial(again, SETTINGS, BOUNDS) == next_trial(search, SETTINGS, BOUNDS)
+        assert METHOD.next_trial(again) == METHOD.next_trial(search)
 
 
 def _told(
     miss: float | None, tau: float, *, side: float = 0.0, low: float = 0.7, torque: str | None = None, apex: float = 0.2
 ) -> str:
     attempt = dataclasses.replace(_attempt(MotionVariation(tau), miss, side), caught=False, apex_m=apex)
-    bounds = dataclasses.replace(BOUNDS, lowest_tau={1.0: low})
+    bounds = dataclasses.replace(BOUNDS, lowest_tau=lambda amplitude: low)
     return obstacle(attempt, SETTINGS, bounds, "joint 'e1' with its speed limit of 1.99 rad/s", torque)
 
 
@@ -302,7 +320,7 @@ def test_the_nearest_is_the_least_miss_or_else_the_highest_ball() -> None:
         _attempt(MotionVariation(1.0), None),
         dataclasses.replace(_attempt(MotionVariation(1.1), None), apex_m=-0.02),
     )
-    assert nearest_attempt(Search((low, high))) is high
+    assert nearest_attempt(Search(SIMULATIONS, (low, high))) is high
     assert nearest_attempt(
-        Search((high, _attempt(MotionVariation(0.9), 0.3), _attempt(MotionVariation(0.95), -0.2)))
+        Search(SIMULATIONS, (high, _attempt(MotionVariation(0.9), 0.3), _attempt(MotionVariation(0.95), -0.2)))
     ).variation == MotionVariation(0.95)

@@ -1,4 +1,4 @@
-"""Which rollout a policy search asks for next, in a made-up world where a motion's miss is plain arithmetic."""
+"""Trials that a policy search asks for, in a made-up world where a motion's miss is plain arithmetic."""
 
 from __future__ import annotations
 
@@ -11,16 +11,20 @@ import numpy as np
 import pytest
 
 from kendama_cli.adaptation.catch_obstacle import policy_obstacle
+from kendama_cli.adaptation.perturbed_simulations import PerturbedSimulations
 from kendama_cli.adaptation.policy_search import FORBIDDEN_M, PolicySearch, cost_m
-from kendama_cli.adaptation.search_record import Attempt, MotionVariation, Search, Trial
+from kendama_cli.adaptation.search_record import Search
 from kendama_cli.adaptation.settings import AdaptSettings
-from kendama_cli.adaptation.uncertainty import Repeat
+from kendama_cli.adaptation.trial import Attempt, MotionVariation, Repeat, Trial
 from kendama_cli.errors import ConfigError
+from kendama_cli.schema.artifacts import from_plain, to_plain
 from kendama_cli.schema.settings import build
 from tests.simulation.dart.bench_robot import adapt_values
 
 SHIPPED = dataclasses.replace(build(AdaptSettings, adapt_values(), "adapt"), search="cma", repeats=3)
 POLICY = SHIPPED.policy
+SIMULATIONS = PerturbedSimulations(SHIPPED.uncertainty, 0.4, ())
+BEGUN = Search(SIMULATIONS)
 
 
 class AnyArm:
@@ -36,7 +40,7 @@ class AnyArm:
         return variation
 
 
-def way(settings: AdaptSettings = SHIPPED, arm: AnyArm | None = None, seed: int = 10000) -> PolicySearch:
+def method(settings: AdaptSettings = SHIPPED, arm: AnyArm | None = None, seed: int = 10000) -> PolicySearch:
     return PolicySearch(settings, arm or AnyArm(), seed)  # type: ignore[arg-type]
 
 
@@ -54,9 +58,9 @@ def played(search: Search, trial: Trial, catches: bool = True) -> Search:
 
 
 def searched(settings: AdaptSettings = SHIPPED, **how: Any) -> tuple[Search, list[Trial]]:
-    search, trials = Search(), []
+    search, trials = BEGUN, []
     catches = how.pop("catches", True)
-    while (trial := way(settings, **how).next_trial(search)) is not None:
+    while (trial := method(settings, **how).next_trial(search)) is not None:
         trials.append(trial)
         if how.get("arm"):
             search = search.with_attempt(Attempt(trial.variation, False, None, None, 0.0, None, how["arm"].forbidden))
@@ -70,10 +74,10 @@ def test_from_a_motion_that_misses_it_comes_to_one_that_lasts(kind: str) -> None
     """Seeds 10000 to 10009 took 12 to 54 rollouts."""
     settings = dataclasses.replace(SHIPPED, search=kind)
     search, trials = searched(settings)
-    chosen = way(settings).proven(search)
+    chosen = method(settings).solved(search)
     assert chosen is not None
     assert abs(missed_m(chosen)) < 0.03
-    assert way(settings).rollouts(search) <= 60
+    assert method(settings).rollouts(search) <= 60
     assert [one.kind for one in trials[-3:]] == ["confirm"] * 3
     assert trials[-1].variation == chosen
 
@@ -84,10 +88,10 @@ def test_after_every_generation_repeats_judge_it_and_end_once_too_many_are_lost(
     )
     kinds = [one.kind for one in trials]
     # three lost of thirty: no 28 are left
-    assert kinds == (["explore"] * 6 + ["prove"] * 3) * 3
+    assert kinds == (["explore"] * 6 + ["validate"] * 3) * 3
     assert [one.index for one in trials if one.kind == "explore"] == list(range(18))
-    assert [one.index for one in trials if one.kind == "prove"] == [0, 1, 2] * 3
-    assert way().best(search) is None
+    assert [one.index for one in trials if one.kind == "validate"] == [0, 1, 2] * 3
+    assert method().best(search) is None
     assert re_says(policy_obstacle(search.attempts[0], search), "18 rollouts did not lead to a policy that lasts")
 
 
@@ -98,16 +102,16 @@ def re_says(line: str, words: str) -> bool:
 def test_what_comes_next_is_the_same_from_the_record_that_was_saved() -> None:
     search, _ = searched()
     for made in (1, 7, len(search.attempts)):
-        cut = dataclasses.replace(search, attempts=search.attempts[:made], evaluated=(), confirmed=())
-        restored = Search.from_json(json.loads(json.dumps(cut.to_json())))
+        cut = Search(SIMULATIONS, search.attempts[:made])
+        restored = from_plain(Search, json.loads(json.dumps(to_plain(Search, cut)[0])), {})
         assert restored == cut
-        assert way().next_trial(restored) == way().next_trial(cut)
+        assert method().next_trial(restored) == method().next_trial(cut)
 
 
 def test_motions_beyond_the_arm_are_no_rollouts_and_the_search_ends() -> None:
     settings = dataclasses.replace(SHIPPED, policy=dataclasses.replace(POLICY, max_rollouts=6))
     search, trials = searched(settings, arm=AnyArm("joint 'S3' with its speed limit of 1.00 rad/s"))
-    assert way(settings).rollouts(search) == 0
+    assert method(settings).rollouts(search) == 0
     assert len(trials) == 18
     assert "every motion that was tried is forbidden by joint 'S3'" in policy_obstacle(search.attempts[0], search)
 
@@ -118,32 +122,32 @@ def test_a_policy_whose_rope_hangs_slack_in_the_swing_is_taken_only_where_there_
 
     def judged(*swings: tuple[MotionVariation, float, int]) -> Search:
         made = tuple((one, (Repeat(True, 0.0, 0.0, s),) * n + (Repeat(False, 0.1),) * (of - n)) for one, s, n in swings)
-        return Search(evaluated=made)
+        return Search(dataclasses.replace(SIMULATIONS, evaluated=made))
 
     alone, beside = judged((slack, 0.08, of)), judged((slack, 0.08, of), (taut, 0.01, enough - 5))
-    assert way().proven(alone) is way().proven(beside) is None
-    assert way().best(alone) == slack
-    assert way().best(beside) == taut
-    assert way().proven(judged((taut, 0.01, enough))) == taut
+    assert method().solved(alone) is method().solved(beside) is None
+    assert method().best(alone) == slack
+    assert method().best(beside) == taut
+    assert method().solved(judged((taut, 0.01, enough))) == taut
     hung = Attempt(taut, True, 0.01, 0.0, 0.2, None, swing_slack_s=0.08)
     assert cost_m(hung) - cost_m(dataclasses.replace(hung, swing_slack_s=0.01)) == pytest.approx(0.06)
 
 
 def test_a_policy_without_reach_is_passed_over_and_judged_only_where_there_is_no_other() -> None:
     settings = dataclasses.replace(SHIPPED, policy=dataclasses.replace(POLICY, max_rollouts=12))
-    search, asked = Search(), []
-    while (trial := way(settings).next_trial(search)) is not None:
+    search, asked = BEGUN, []
+    while (trial := method(settings).next_trial(search)) is not None:
         asked.append(trial)
-        if trial.kind == "prove" and trial.variation not in dict(search.short_of_reach):
+        if trial.kind == "validate" and trial.variation not in dict(search.short_of_reach):
             search = search.without_reach(trial.variation, "it has 70 mm")
         else:
             search = played(search, trial, True)
     kinds = [one.kind for one in asked]
-    assert kinds[:14] == (["explore"] * 6 + ["prove"]) * 2
-    assert set(kinds[14:]) == {"prove"}
-    assert way(settings).best(search) is None
-    assert not search.confirmed
-    assert 0 <= way(settings).expected(search, search.short_of_reach[-1][0]) <= 1
+    assert kinds[:14] == (["explore"] * 6 + ["validate"]) * 2
+    assert set(kinds[14:]) == {"validate"}
+    assert method(settings).best(search) is None
+    assert not search.simulations.confirmed
+    assert 0 <= method(settings).expected(search, search.short_of_reach[-1][0]) <= 1
 
 
 def test_a_rollout_costs_its_miss_its_height_or_the_way_that_a_seen_catch_went() -> None:
@@ -152,7 +156,7 @@ def test_a_rollout_costs_its_miss_its_height_or_the_way_that_a_seen_catch_went()
     def cost(
         caught: bool, miss: float | None, apex: float = 0.2, steered: float = 0.0, limit: str | None = None
     ) -> float:
-        return cost_m(Attempt(here, caught, miss, 0.0, apex, None, limit, steered_m=steered))
+        return cost_m(Attempt(here, caught, miss, 0.0, apex, None, limit, correction_m=steered))
 
     assert cost(True, 0.01) == pytest.approx(0.01)
     assert cost(False, -0.2) == pytest.approx(0.2)
@@ -166,7 +170,7 @@ def test_a_rollout_costs_its_miss_its_height_or_the_way_that_a_seen_catch_went()
 
 def test_tau_is_searched_about_its_start() -> None:
     settings = dataclasses.replace(SHIPPED, tau_start=1.1)
-    taus = [way(settings, seed=seed).next_trial(Search()) for seed in range(10000, 10200)]
+    taus = [method(settings, seed=seed).next_trial(BEGUN) for seed in range(10000, 10200)]
     logs = [math.log(one.variation.tau_scale / 1.1) for one in taus if one is not None]
     # 200 draws: mean within four standard errors of nothing, spread within four of the one that is set
     assert abs(np.mean(logs)) < 4 * POLICY.spread_tau / math.sqrt(200)

@@ -42,7 +42,7 @@ def libraries(file: Path) -> set[str]:
         ("dartpy", {"robot_model", "simulation"}),
         ("typer", {"cli"}),
         ("rich", {"cli"}),
-        ("cv2", {"vision", "devices", "rendering", "game", "gym", "report", "stages"}),
+        ("cv2", {"vision", "devices", "rendering", "gym", "report", "stages"}),
         ("matplotlib", {"gym", "report", "stages"}),
         ("numba", {"system"}),
         ("distributed", {"pipeline"}),
@@ -160,6 +160,30 @@ def test_every_declared_target_is_there() -> None:
         for target in (stage.run, stage.gives, stage.chapter, stage.ensemble_chapter, stage.film):
             assert target is None or registry.resolve(target, name) is not None
         assert stage.run.startswith(f"kendama_cli.stages.{name}.")
+
+
+def assigned_outside_init(source: str, name: str) -> set[str]:
+    """Return the attributes of ``self`` that the class ``name`` assigns in a method other than its constructor."""
+    (made,) = [node for node in ast.parse(source).body if isinstance(node, ast.ClassDef) and node.name == name]
+    methods = [one for one in made.body if isinstance(one, ast.FunctionDef) and one.name != "__init__"]
+    targets = (node for method in methods for node in ast.walk(method) if isinstance(node, ast.Attribute))
+    return {
+        node.attr
+        for node in targets
+        if isinstance(node.ctx, ast.Store) and isinstance(node.value, ast.Name) and node.value.id == "self"
+    }
+
+
+def test_a_stage_never_changes_its_own_settings() -> None:
+    from kendama_cli.schema import declaration  # noqa: PLC0415
+
+    for name in declaration.stage_names():
+        stage = declaration.find_stage(name)
+        assert stage is not None
+        module, found = stage.run.split(":")
+        assert not assigned_outside_init((ROOT / f"{module.replace('.', '/')}.py").read_text(), found), name
+    changing = "class A:\n    def run(self):\n        self._game, other = 1, 2"
+    assert assigned_outside_init(changing, "A") == {"_game"}
 
 
 def test_settings_have_no_defaults_so_that_values_live_in_conf_alone() -> None:

@@ -10,8 +10,8 @@ import numpy as np
 from kendama_cli.adaptation.settings import AdaptSettings
 from kendama_cli.artifacts.demonstration import Demonstration
 from kendama_cli.artifacts.motion_plan import JointTrajectory
-from kendama_cli.control.seen_catch import cup_plan
-from kendama_cli.control.steered_motion import CupPlan
+from kendama_cli.control.corrected_motion import CupPlan
+from kendama_cli.control.visual_catch import cup_plan
 from kendama_cli.motion.dmp.averaging import encode_demonstrations
 from kendama_cli.robot_model.arm_motion import ArmMotion
 from kendama_cli.robot_model.model import RobotModel

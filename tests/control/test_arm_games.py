@@ -13,8 +13,7 @@ import pytest
 from kendama_cli.artifacts.policy import PolicyArtifact
 from kendama_cli.config.compose import composed
 from kendama_cli.config.site import find_site
-from kendama_cli.control.builder import GameBuilder, GameSetup
-from kendama_cli.control.game_runner import GameRunner
+from kendama_cli.control.game_runner import GameBuilder, GameRunner, GameSetup
 from kendama_cli.control.open_observer import CameraSetup
 from kendama_cli.devices.robot.interface import Robot
 from kendama_cli.devices.robot.rebuilt import RebuiltRobot

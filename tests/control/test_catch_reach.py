@@ -10,7 +10,7 @@ import pytest
 
 from kendama_cli.adaptation.settings import AdaptSettings
 from kendama_cli.control import catch_reach
-from kendama_cli.control.steered_motion import CupPlan
+from kendama_cli.control.corrected_motion import CupPlan
 from tests.control.seen_swings import ADAPT, swing
 from tests.simulation.dart.bench_robot import kendama_game
 
@@ -25,13 +25,13 @@ def lacking_reach(cup: CupPlan, flight_s: tuple[float, float], settings: AdaptSe
 
 def wanting(reach_m: float, **changes: float) -> AdaptSettings:
     uncertainty = dataclasses.replace(ADAPT.uncertainty, name="mine", min_reach_m=reach_m, lag_s=(0.0, 0.03))
-    steering = dataclasses.replace(
+    correction = dataclasses.replace(
         ADAPT.correction,
         acceleration_m_s2=changes.get("acceleration_m_s2", ADAPT.correction.acceleration_m_s2),
         max_shift_m=changes.get("max_shift_m", ADAPT.correction.max_shift_m),
     )
     eyes = dataclasses.replace(ADAPT.sensor_model, latency_s=changes.get("latency_s", 0.01))
-    return dataclasses.replace(ADAPT, uncertainty=uncertainty, correction=steering, sensor_model=eyes)
+    return dataclasses.replace(ADAPT, uncertainty=uncertainty, correction=correction, sensor_model=eyes)
 
 
 def test_the_shipped_arm_can_do_what_hard_asks_for() -> None:

@@ -13,7 +13,7 @@ from kendama_cli.control.catch_geometry import make_catch_geometry
 from kendama_cli.control.flight_observer import MarkerObserver
 from kendama_cli.control.game_runner import GameRunner
 from kendama_cli.control.imitation import tempos
-from kendama_cli.control.position_tracker import position_tracker
+from kendama_cli.control.position_tracker import PositionTracker
 from kendama_cli.control.settings import TransferSettings
 from kendama_cli.devices.robot.udp.remote import UdpRobot
 from kendama_cli.learning.policy import GreedyPolicy
@@ -43,7 +43,8 @@ def make_runner(
         MIDDLE_M, DIRECTION, GAME, settings.catch, rope_scale=believed_scale, period_s=robot.period_s
     )
     rim_m, catch_m = geometry.rim_height_m, geometry.catch_height_m
-    tracker = position_tracker(PREDICT, GAME, rim_m, [TRANSFER.observation.position_sigma_m] * 3)
+    sigma_m = [TRANSFER.observation.position_sigma_m] * 3
+    tracker = PositionTracker(PREDICT.onset, PREDICT.motion, GAME, rim_height_m=rim_m, sigma_m=sigma_m)
     return GameRunner(
         cast(UdpRobot, robot),
         Straight(),

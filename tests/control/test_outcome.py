@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from kendama_cli.control.catch_game import HELD_S, catch_outcome, held
 from kendama_cli.control.cup_cart import CartStep
-from kendama_cli.control.outcome import HELD_S, catch_outcome, held
 from kendama_cli.devices.robot.interface import Exchange, JointCommand, RobotState
 from kendama_cli.learning.state import SwingState
 from tests.simulation.dart.bench_robot import kendama_game

@@ -7,12 +7,12 @@ import dataclasses
 import numpy as np
 import pytest
 
-from kendama_cli.control.transfer_progress import Progress
 from kendama_cli.devices.robot.interface import JointCommand
 from kendama_cli.learning.learners import begin_learner
 from kendama_cli.schema.settings import build
 from kendama_cli.settings.game import GameSettings
 from kendama_cli.settings.robot import Imperfection
+from kendama_cli.stages.transfer.progress import Progress
 from tests.control.cart_robot import CartRobot
 from tests.control.quick_twin import QuickTwin
 from tests.control.test_games import TRANSFER

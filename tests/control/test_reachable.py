@@ -1,4 +1,4 @@
-"""A seen catch is checked wherever it may bring the arm, before a robot plays it."""
+"""A visual catch is checked wherever it may bring the arm, before a robot plays it."""
 
 from __future__ import annotations
 
@@ -22,8 +22,8 @@ FROM_S = 1.2
 def held_m(safety: SafetySettings, catch: str = "visual") -> tuple[float, tuple[str, ...]]:
     made = swing()
     adapt = dataclasses.replace(ADAPT, catch=catch)
-    steering, told = Surroundings(made.arm, GAME, adapt, safety).steering(made.joints, FROM_S)
-    return steering.max_shift_m, told
+    correction, told = Surroundings(made.arm, GAME, adapt, safety).correction(made.joints, FROM_S)
+    return correction.max_shift_m, told
 
 
 @functools.cache

@@ -10,8 +10,8 @@ import pytest
 
 from kendama_cli.artifacts.demonstration import Demonstration
 from kendama_cli.artifacts.motion_plan import CatchMotion, JointTrajectory
+from kendama_cli.control.imitation import FittedMotion, fitted, measured_rope_m, scaled_motion
 from kendama_cli.control.reachable import Surroundings
-from kendama_cli.control.rope_fit import FittedMotion, fitted, measured_rope_m, scaled_motion
 from kendama_cli.devices.robot.simulated import SimulatedRobot
 from kendama_cli.motion.dmp.averaging import encode_demonstrations
 from kendama_cli.robot_model.arm_motion import ArmMotion

@@ -5,10 +5,9 @@ from __future__ import annotations
 import dataclasses
 import functools
 
-from kendama_cli.control.flight_observer import MarkerObserver, ObservationLog
-from kendama_cli.control.imitation import Played, SeenImitation, play_motion
-from kendama_cli.control.position_tracker import position_tracker
-from kendama_cli.control.watched_flight import WatchedFlight
+from kendama_cli.control.flight_observer import MarkerObserver, ObservationLog, WatchedFlight
+from kendama_cli.control.imitation import Played, VisualImitation, play_motion
+from kendama_cli.control.position_tracker import PositionTracker
 from kendama_cli.devices.robot.simulated import SimulatedRobot
 from kendama_cli.settings.hardware import TwinHardware
 from kendama_cli.vision.settings import PredictSettings
@@ -29,10 +28,10 @@ def played(*, seen: bool) -> tuple[Played, ObservationLog]:
     made, game = swing(), kendama_game()
     rim_m = made.arm.tool_place_m(made.joints.position_rad[-1])[2] + game.cup.rim_m
     sigma_m = TRANSFER.observation.position_sigma_m
-    tracker = position_tracker(PREDICT, game, rim_m, [sigma_m] * 3)
+    tracker = PositionTracker(PREDICT.onset, PREDICT.motion, game, rim_height_m=rim_m, sigma_m=[sigma_m] * 3)
     eyes = MarkerObserver(tracker, TRANSFER.observation, rim_m=rim_m, catch_m=rim_m).without_goal()
     robot = SimulatedRobot(pa10(), game, imperfection=AIRY, control_period_s=TWIN.control_period_s)
-    watching = SeenImitation(WatchedFlight(eyes), made.arm, ADAPT.correction, game.cup.rim_m, 0.0)
+    watching = VisualImitation(WatchedFlight(eyes), made.arm, ADAPT.correction, game.cup.rim_m, 0.0)
     return play_motion(robot, made.joints, tempo=1.0, seed=10000, seen=watching if seen else None), eyes.observed
 
 

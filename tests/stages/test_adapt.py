@@ -4,13 +4,11 @@ import dataclasses
 import math
 import re
 from pathlib import Path
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 import pytest
 
-from kendama_cli.adaptation.race import MOST_DRAWS
-from kendama_cli.adaptation.search_record import MotionVariation, Search, Trial
 from kendama_cli.adaptation.settings import AdaptSettings, UncertaintySettings
 from kendama_cli.artifacts.demonstration import Demonstration
 from kendama_cli.artifacts.motion_plan import CatchMotion, MotionPlan
@@ -19,9 +17,7 @@ from kendama_cli.motion.dmp.amplitude import scaled_plan
 from kendama_cli.motion.dmp.averaging import encode_demonstrations
 from kendama_cli.robot_model.arm_motion import ArmMotion
 from kendama_cli.schema.settings import build
-from kendama_cli.simulation.dart.rollout import RolloutResult
 from kendama_cli.stages.adapt.stage import Adapt
-from kendama_cli.stages.adapt.trials import Trials
 from kendama_cli.stages.interface import Made
 from tests.memory_context import MemoryContext
 from tests.motion.swings import settings as encode_settings
@@ -147,31 +143,6 @@ def test_where_no_tau_catches_the_place_of_the_catch_is_moved_while_the_ball_fli
     assert made.artifact.plan.goal_m[0] != pytest.approx(bundled.goal_m[0], abs=0.03)
 
 
-class Judged:
-    """Rollouts that only keep the worlds in which they should play."""
-
-    def __init__(self) -> None:
-        self.asked: list[tuple[Any, int]] = []
-
-    def judged(self, variation: MotionVariation, draw: Any, *, eyes_seed: int, **others: Any) -> Any:
-        self.asked.append((draw, eyes_seed))
-        return RolloutResult(True, False, 0.0, 0.0, (0.5, 0.9), 0.0, 0.3, 0.5, 0.5, "j1", None), (0.0, 0.0)
-
-
-def test_how_many_repeats_follow_changes_nothing_of_what_is_chosen() -> None:
-    """Candidates race in the same worlds: with the seed of those drawn last, 30 and 200 repeats chose another tau."""
-    told = []
-    for repeats in (2, 30):
-        settings, ctx, rollouts = dataclasses.replace(SHIPPED, repeats=repeats), MemoryContext(1), Judged()
-        seeds = ctx.rng("adapt repeats").integers(2**62, size=Trials.seeds_needed(settings)).tolist()
-        trials = Trials(cast("Any", rollouts), settings, kendama_game(), seeds, ctx)
-        for index in range(MOST_DRAWS):
-            trials.play(Search(), Trial("evaluate", MotionVariation(1.0), index))
-        told.append(rollouts.asked)
-    assert len({str(one) for one in told[0]}) == MOST_DRAWS
-    assert told[0] == told[1]
-
-
 def test_a_size_that_the_arm_can_play_is_searched_where_it_cannot_play_the_motion_itself(bundled: MotionPlan) -> None:
     """The joints are as slow as makes tau 0.92 the least for the demonstration: a larger one is out of range."""
     large, free = scaled_plan(bundled, 1.25, 1.0), pa10()
@@ -200,7 +171,7 @@ def test_a_catch_without_reach_leaves_the_race_and_does_not_end_the_search(bundl
     ctx = MemoryContext(1)
     with pytest.raises(
         StageError,
-        match=r"no motion that catches leaves a seen catch its reach: at tau_scale .*success of [01]\.\d\d, .*_m=0",
+        match=r"no motion that catches leaves a visual catch its reach: at tau_scale .*success of [01]\.\d\d, .*_m=0",
     ) as refused:
         _run(bundled, asking(0.29), ctx)
     topics = [topic for topic, _, _ in ctx.log.messages]

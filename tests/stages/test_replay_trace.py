@@ -15,7 +15,7 @@ from kendama_cli.physics.sampled_body import SampledBody
 from kendama_cli.schema.settings import build_value
 from kendama_cli.settings.hardware import HardwareSettings, SimulatedHardware
 from kendama_cli.settings.robot import Imperfection
-from kendama_cli.stages.transfer.replay_trace import imperfection, played_body
+from kendama_cli.stages.transfer.trace import imperfection, played_body
 from tests.devices.robot.test_simulated import WORN
 from tests.shipped_conf import plain
 from tests.simulation.dart.bench_robot import kendama_game, modelled, pa10

@@ -48,7 +48,7 @@ class Trace:
         return np.flatnonzero(np.rint(self.t_s / STEP_S).astype(int) % TRACE_EVERY == 0)
 
 
-class Steering(Protocol):
+class Correction(Protocol):
     """What commands otherwise than planned, by what it sees: anew after every ``steps`` steps."""
 
     steps: int
@@ -94,12 +94,12 @@ def play_rollout(
     errors: ArmErrors | None = None,
     noise_rad: float = 0.0,
     rng: np.random.Generator | None = None,
-    steering: Steering | None = None,
+    correction: Correction | None = None,
     record: bool = False,
 ) -> RolloutResult:
     """Play ``joints``, sampled every STEP_S, from rest with the ball hanging; the world keeps its perturbation.
 
-    The arm follows ``joints``, or what ``steering`` makes of them, with its ``errors``. ``noise_rad`` is the standard
+    The arm follows ``joints``, or what ``correction`` makes of them, with its ``errors``. ``noise_rad`` is the standard
     deviation of the angles read, drawn from ``rng``. Raises SimulationError.
     """
     world.reset(joints.position_rad[0])
@@ -109,7 +109,7 @@ def play_rollout(
     if rng is not None and noise_rad > 0:
         noises = list(rng.normal(0.0, noise_rad, joints.position_rad.shape))
     flight = FlightRecord(world.ball, _catch_from_s(world, joints))
-    steered: Sequence[tuple[Array, Array, Array]] | None = None
+    corrected: Sequence[tuple[Array, Array, Array]] | None = None
     fastest = strongest = np.zeros(len(world.position_rad))
     samples: list[tuple[float | Array, ...]] = []
     if record:
@@ -117,12 +117,12 @@ def play_rollout(
     for k in range(1, len(places)):
         place, speed, change = places[k], speeds[k], changes[k]
         misread = noises[k] if erring is None else noises[k] + erring.misreads(k)
-        if steering is not None:
-            ahead = (k - 1) % steering.steps
+        if correction is not None:
+            ahead = (k - 1) % correction.steps
             if ahead == 0:
-                steered = steering.coming(world.t_s, world.position_rad + misread, world.ball.position_m)
-            if steered is not None:
-                place, speed, change = steered[ahead]
+                corrected = correction.coming(world.t_s, world.position_rad + misread, world.ball.position_m)
+            if corrected is not None:
+                place, speed, change = corrected[ahead]
         if erring is not None:
             place, speed, change = erring.follows(place, speed, change)
         world.step(place, speed, change, misread)

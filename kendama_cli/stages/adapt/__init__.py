@@ -17,7 +17,7 @@ STAGE = StageDeclaration(
     chapter="kendama_cli.stages.adapt.chapter:adaptation_figures",
     ensemble_chapter="kendama_cli.stages.adapt.comparison:CHAPTER",
     film="kendama_cli.stages.adapt.chapter:film",
-    replay="kendama_cli.stages.adapt.performance:replay",
+    replay="kendama_cli.stages.adapt.chapter:replay",
     headline=(
         Headline("success_rate", "of perturbed repeats caught by the adapted swing"),
         Headline("tau_scale", "time scale tau of the catch"),

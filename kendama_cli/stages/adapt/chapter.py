@@ -1,4 +1,4 @@
-"""The figures of adapt: the search for the time scale, the catch, and how well it repeats."""
+"""Figures of adapt: the search for the time scale, the catch, and how well it repeats."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ import pandas as pd
 from kendama_cli.report.animation import player
 from kendama_cli.report.figure import Figure, Panel, figure, lettered
 from kendama_cli.report.plot import drawing, legend_above
+from kendama_cli.report.replay.performance import Performance, performance
 from kendama_cli.report.source import StageLog
 from kendama_cli.report.style import BALL, CUP, GOOD, INK, LINE, MUTED, OTHER, PAPER
 from kendama_cli.report.swing_panel import swing_panel
@@ -26,8 +27,8 @@ from kendama_cli.stages.adapt.messages import (
 _MOST_MISS_MM = 500.0
 CAPTION = (
     "What each rollout of the policy search cost: how far from the planned cup the ball came down, more where it never"
-    " did; the rollouts of a generation are in one drawn world. Bars: the share of the repeats after a generation, in"
-    " fresh worlds, that were caught; they stop once too many are lost, and do not count as rollouts."
+    " did; the rollouts of a generation are in one perturbed simulation. Bars: the share of the repeats after a"
+    " generation, in fresh ones, that were caught; they stop once too many are lost, and do not count as rollouts."
 )
 
 
@@ -68,7 +69,7 @@ _CATCH = {"visual": "the cup moved to where the flying ball was seen to come dow
 
 
 def film(log: StageLog) -> str | None:
-    """The adapted swing from start to catch, for the head of the page."""
+    """Return the adapted swing from start to catch, for the head of the page."""
     paths = pair(log, "/adapt")
     if paths is None:
         return None
@@ -79,7 +80,7 @@ def film(log: StageLog) -> str | None:
 
 
 def adaptation_figures(log: StageLog) -> list[Figure]:
-    """The search and the catch; then tracking, joint speeds and the perturbed repeats."""
+    """Return figures of the search and the catch, then of tracking, joint speeds and the perturbed repeats."""
     search = [_search(log), policy_search(log), _catch(log)]
     repeats, caption = _repeats(log)
     execution = [_tracking(log), _joint_speeds(log.table("/adapt/joints", JointStates)), repeats]
@@ -90,7 +91,7 @@ def adaptation_figures(log: StageLog) -> list[Figure]:
                 [
                     "How far the ball crosses the rim plane from the cup's middle, over the time scale tau of the"
                     " movement primitive; one mark per simulated rollout. Shaded: the windows that were found;"
-                    " bars: the middle of a window in drawn worlds; dashed: the tau that"
+                    " bars: the centre of a window in perturbed simulations; dashed: the tau that"
                     " was chosen, with its perturbed repeats as dots; squares: rollouts in which the goal was moved"
                     " while the ball flew. Misses beyond the frame stand at its edge; crosses: the ball never rose"
                     " above the rim.",
@@ -157,7 +158,7 @@ def _search(log: StageLog) -> Panel | None:
                 "_",
                 color=BALL,
                 ms=9,
-                label="drawn worlds",
+                label="perturbed simulations",
             )
         chosen = log.metrics.get("tau_scale")
         if isinstance(chosen, int | float):
@@ -230,7 +231,7 @@ def _joint_speeds(joints: pd.DataFrame) -> Panel | None:
 
 
 def _repeats(log: StageLog) -> tuple[Panel | None, str]:
-    """The perturbed repeats sorted by miss, and the sentence about them."""
+    """Return the perturbed repeats sorted by miss, and the sentence about them."""
     repeats = log.table("/adapt/repeat", AdaptRepeatMessage)
     if repeats.empty:
         return None, ""
@@ -248,11 +249,19 @@ def _repeats(log: StageLog) -> tuple[Panel | None, str]:
         legend_above(axes)
     n, k = len(caught), int(caught.sum())
     preset = log.metrics.get("uncertainty")
-    drawn = "" if preset is None else f" from the uncertainty '{preset}'"  # a stage that still runs says it at its end
+    # a stage that still runs says it at its end
+    sampled = "" if preset is None else f" from the uncertainty '{preset}'"
     caught_how = _CATCH.get(str(log.metrics.get("catch")), "played")
     low, high = (log.metrics.get(f"success_rate_{end}") for end in ("low", "high"))
     interval = "" if low is None or high is None else f" (95 % interval {low:.3f} to {high:.3f})"
     return (
         Panel("Perturbed repeats", made.svg),
-        f"Repeats with rope, ball, air and arm drawn{drawn}, {caught_how}: {k} of {n} caught{interval}.",
+        f"Repeats with rope, ball, air and arm sampled{sampled}, {caught_how}: {k} of {n} caught{interval}.",
     )
+
+
+def replay(log: StageLog) -> list[Performance]:
+    """Return the adapted swing, as the arm played it in simulation."""
+    label = "Adapted swing, simulated"
+    found = performance(log, "/adapt", label, "simulation", scene="/adapt/scene")
+    return [found] if found is not None else []

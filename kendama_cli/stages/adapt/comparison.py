@@ -21,7 +21,7 @@ from kendama_cli.stages.adapt.messages import AdaptRepeatMessage, AdaptRolloutMe
 
 _MOST_MISS_MM = 300.0
 _BEFORE_S, _AFTER_S = 0.9, 0.12
-"""Of a swing is drawn what lies so long before and after the catch."""
+"""Time before and after the catch of which a swing is drawn."""
 
 
 def adaptation_comparison(runs: Ensemble) -> list[Figure]:

@@ -1,4 +1,4 @@
-"""What adapt logs."""
+"""Messages that adapt logs."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ class AdaptRolloutMessage:
 
 @dataclass(frozen=True)
 class AdaptExploredMessage:
-    """One rollout of a policy search: ``cost_m`` is what it was worth, ``miss_m`` nan where the ball never came down.
+    """One rollout of a policy search: ``cost_m`` is its cost, ``miss_m`` nan if the ball never came down.
 
     The goal was moved by ``shift_x_m`` and ``shift_y_m``; ``bumps_m`` are the bumps' heights, those along x first; the
     rope hung slack for ``swing_slack_s`` in the swing.
@@ -48,7 +48,7 @@ class AdaptExploredMessage:
 
 @dataclass(frozen=True)
 class AdaptEvaluationMessage:
-    """One repeat that judges what a policy search knows after ``rollouts``."""
+    """Repeat that evaluates what a policy search knows after ``rollouts``."""
 
     rollouts: int
     index: int
@@ -58,7 +58,7 @@ class AdaptEvaluationMessage:
 
 @dataclass(frozen=True)
 class AdaptWindowMessage:
-    """A range of tau scales that catch, the one in it that is taken, how long the rope is slack in that one's swing."""
+    """Range of tau scales that catch, the one that is taken, and the time for which the rope is slack in its swing."""
 
     index: int
     low: float
@@ -83,7 +83,7 @@ class AdaptRepeatMessage:
 
 @dataclass(frozen=True)
 class AdaptPerturbationMessage:
-    """The toy, the air and the arm that were drawn for one repeat."""
+    """Kendama, air and arm that were sampled for one repeat."""
 
     index: int
     rope_scale: float

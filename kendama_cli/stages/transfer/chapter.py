@@ -1,4 +1,4 @@
-"""The figures of transfer: learning goes on with the robot, the games played there, and the imitated swing."""
+"""Figures of transfer: learning on the robot, the games played there, and the imitated swing."""
 
 from __future__ import annotations
 
@@ -22,8 +22,8 @@ from kendama_cli.report.thumbnails import thumbnails
 from kendama_cli.report.tracks import Array, Geometry, Path2D, catch_time_s, last_start_s, pair
 from kendama_cli.schema.foxglove import FrameTransform
 from kendama_cli.stages.transfer.messages import GameMessage, TransferStepMessage
+from kendama_cli.stages.transfer.performance import shown_game
 from kendama_cli.stages.transfer.prediction_panels import ahead, error_over_time_panel
-from kendama_cli.stages.transfer.shown_game import shown_game
 
 _PARTS = (("swung_up", "swung up"), ("predicted", "catch predicted"), ("caught", "caught"))
 
@@ -35,7 +35,7 @@ def transfer_figures(log: StageLog) -> list[Figure]:
 
 
 def _learning(log: StageLog) -> list[Figure]:
-    """The rewards of the rollouts, and the rates of success before and after them."""
+    """Return the rewards of the rollouts, and the rates of success before and after them."""
     robot = robot_of(log.settings)
     rewards = [
         reward_panel(log.table("/transfer/rollout", RolloutMessage), "transfer-reward", f"rollout on {robot}"),
@@ -63,7 +63,7 @@ def _all_games(log: StageLog) -> list[Figure]:
 
 
 def _one_game(log: StageLog) -> list[Figure]:
-    """One game as paths and over time, as its camera saw it, and as a film beside the errors of all predictions."""
+    """Return one game as paths, over time, as its camera saw it, and as a film beside all errors of predictions."""
     number, start_s, end_s = shown_game(log)
     robot = robot_of(log.settings)
     paths = pair(log, "/transfer", start_s, end_s)
@@ -143,7 +143,7 @@ def _film(log: StageLog, paths: tuple[Path2D, Path2D] | None, game: int) -> Pane
 
 
 def _series(steps: pd.DataFrame, game: int) -> Panel | None:
-    """The steps of the game (its rollout is -1 - game), else of the last rollout that was logged."""
+    """Return the steps of the game (its rollout is -1 - game), else of the last rollout that was logged."""
     if steps.empty:
         return None
     of_game = steps[steps["rollout"] == -1 - game]
@@ -154,7 +154,7 @@ def _series(steps: pd.DataFrame, game: int) -> Panel | None:
 
 
 def _games(games: pd.DataFrame) -> tuple[Panel | None, str]:
-    """Which part of each game succeeded, with the error of its prediction; and the sentence that says so."""
+    """Return the parts of each game that succeeded, with the error of its prediction, and the sentence about them."""
     if games.empty:
         return None, ""
     number = np.arange(1, len(games) + 1)
@@ -187,7 +187,7 @@ def _games(games: pd.DataFrame) -> tuple[Panel | None, str]:
 
 
 def _imitation(log: StageLog) -> Panel | None:
-    """The last try of the imitated swing, around the ball's way down through the rim plane."""
+    """Return the last attempt of the imitated swing, around the ball's descent through the rim plane."""
     paths = pair(log, "/transfer/imitation", last_start_s(log.table("/transfer/imitation/ball", FrameTransform)))
     if paths is None:
         return None
@@ -200,7 +200,7 @@ def _imitation(log: StageLog) -> Panel | None:
 
 
 def sent_and_measured(log: StageLog, start_s: float, end_s: float) -> list[Figure]:
-    """The joints from ``start_s`` to ``end_s``, and of all that was ever sent the delay and the rms of each joint."""
+    """Return the joints from ``start_s`` to ``end_s``, and delay and rms of each joint over all that was ever sent."""
     told = log.messages("/transfer/exchange", JointExchangeMessage)
     if len(told) < 3:
         return []

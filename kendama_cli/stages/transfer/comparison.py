@@ -38,7 +38,7 @@ _TWIN: tuple[tuple[str, float | None, Callable[[float], str]], ...] = (
     ("tracking_delay_s", 0.0, lambda value: f"tracking {1e3 * value:.0f} ms late"),
     ("tracking_lost_fraction", 0.0, lambda value: f"{100 * value:g} % of it lost"),
 )
-"""What a twin is like: the imperfection, the value that is not worth a word (None: any is), and the words."""
+"""Imperfections of a twin: the name, the value that is not worth a word (None: any is), and the words."""
 
 
 def transfer_sweep_figures(runs: Ensemble) -> list[Figure]:
@@ -51,7 +51,7 @@ def transfer_sweep_figures(runs: Ensemble) -> list[Figure]:
 
 
 def transfer_table(runs: Ensemble) -> str:
-    """From Q, from scratch, and the frozen table before and after, for each group; the last line is the mean of all."""
+    """Return a line for each group (from Q, from scratch, the frozen table before and after) and the mean of all."""
     groups = [group for group in runs.groups if len(group.figures("rollouts"))]
     if not groups:
         return ""
@@ -139,7 +139,7 @@ def _rate(group: Group, metric: str, trials: str) -> Cell:
 
 
 def _body(settings: Mapping[str, Any]) -> str:
-    """What the twin is like, in a few words."""
+    """Return the imperfections of the twin, in a few words."""
     made = settings.get("hardware", {}).get("imperfection", {})
     known = ((made.get(name), without, show) for name, without, show in _TWIN)
     return ", ".join(

@@ -1,4 +1,4 @@
-"""What others can learn from in the log of transfer: every full game, in the joints of the arm that played it."""
+"""Episodes for others to learn from: every full game of transfer, in the joints of the arm that played it."""
 
 from __future__ import annotations
 

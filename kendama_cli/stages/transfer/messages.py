@@ -1,4 +1,4 @@
-"""What transfer logs."""
+"""Messages that transfer logs."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from kendama_cli.schema.foxglove import CompressedImage, FrameTransform, FrameTr
 
 @dataclass(frozen=True)
 class TransferStepMessage:
-    """The state that the policy acted on in one control period; negative ``rollout`` -1 - i: game i."""
+    """State that the policy acted on in one control period; negative ``rollout`` -1 - i: game i."""
 
     rollout: int
     x_m: float
@@ -29,7 +29,7 @@ class TransferStepMessage:
 
 @dataclass(frozen=True)
 class GameMessage:
-    """How one game went; nan for what never came, ``crossing_m`` empty where the ball did not cross the rim plane."""
+    """Result of one game; nan for what never came, ``crossing_m`` empty if the ball did not cross the rim plane."""
 
     index: int
     swung_up: bool
@@ -49,7 +49,7 @@ class GameMessage:
 
 @dataclass(frozen=True)
 class GameEstimateMessage:
-    """The predicted crossing of the rim plane in one game; ``covariance_m2`` (9,) of the place, row by row."""
+    """Predicted crossing of the rim plane in one game; ``covariance_m2`` (9,) of the place, row by row."""
 
     game: int
     t_catch_s: float

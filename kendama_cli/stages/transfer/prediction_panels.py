@@ -1,4 +1,4 @@
-"""What was predicted in the games: for the film, and compared with what came."""
+"""Predictions in the games: for the film, and compared with the crossings."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _COLUMNS = ["t_s", "t_catch_s", "x_m", "y_m", "z_m", "velocity_x_m_s", "velocity
 
 
 def ahead(log: StageLog, game: int, cup: Path2D, start_s: float) -> list[Ahead]:
-    """The estimates of ``game`` in the plane of the tracks; ``cup`` is its path there, times count from ``start_s``."""
+    """Return the estimates of ``game`` in the plane of the tracks; ``cup`` is its path there from ``start_s`` on."""
     estimates = log.table("/transfer/estimate", GameEstimateMessage)
     tracked = log.table("/transfer/cup", FrameTransform)
     if estimates.empty or tracked.empty:
@@ -69,5 +69,5 @@ def error_over_time_panel(log: StageLog) -> Panel | None:
 
 
 def covariances(estimates: pd.DataFrame) -> Array:
-    """Those of the predicted places (n, 3, 3) [m^2]."""
+    """Return the covariances of the predicted positions (n, 3, 3) [m^2]."""
     return np.array(estimates["covariance_m2"].tolist(), dtype=np.float64).reshape(-1, 3, 3)

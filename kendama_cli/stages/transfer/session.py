@@ -1,4 +1,4 @@
-"""The steps of one transfer on an opened robot: evaluate, learn on, imitate, play; each logged and saved at once."""
+"""Steps of one transfer on an opened robot (evaluate, learn, imitate, play), each logged and saved at once."""
 
 from __future__ import annotations
 
@@ -10,14 +10,12 @@ import numpy as np
 from kendama_cli.artifacts.motion_plan import CatchMotion, JointTrajectory
 from kendama_cli.artifacts.policy import PolicyArtifact
 from kendama_cli.control.camera_solids import camera_solids
+from kendama_cli.control.flight_observer import WatchedFlight
 from kendama_cli.control.game_runner import GameRunner
-from kendama_cli.control.imitation import SeenImitation, play_motion, tempos
+from kendama_cli.control.imitation import VisualImitation, fitted, play_motion, tempos
 from kendama_cli.control.reachable import Surroundings, follow_from_s
-from kendama_cli.control.rope_fit import fitted
 from kendama_cli.control.scene_history import cup_rotation_wxyz
 from kendama_cli.control.settings import TransferSettings
-from kendama_cli.control.transfer_progress import GameFigures, Progress, RopeFitFigures, Start
-from kendama_cli.control.watched_flight import WatchedFlight
 from kendama_cli.devices.robot.exchange_log import RememberingRobot
 from kendama_cli.devices.robot.interface import Exchange
 from kendama_cli.learning.learners import make_policy
@@ -30,7 +28,8 @@ from kendama_cli.settings.game import GameSettings
 from kendama_cli.settings.hardware import HardwareSettings
 from kendama_cli.stages.interface import StageContext
 from kendama_cli.stages.transfer import trace
-from kendama_cli.stages.transfer.replay_trace import imperfection, replay_message
+from kendama_cli.stages.transfer.progress import GameFigures, Progress, RopeFitFigures, Start
+from kendama_cli.stages.transfer.trace import imperfection, replay_message
 
 _LEARNING: dict[Start, tuple[str, str]] = {
     "table": ("learn", "/transfer/rollout"),
@@ -73,7 +72,7 @@ class TransferSession:
         self._ctx.log.write("/transfer/scene", self._progress.clock_s, SceneUpdate(solids))
 
     def evaluate(self, results: list[bool], policy: PolicyArtifact, name: str) -> None:
-        """Rollouts of the frozen policy; appends whether each reached the goal."""
+        """Run rollouts of the frozen policy and append to ``results`` whether each reached the goal."""
         while len(results) < self._settings.evaluation_rollouts:
             rng = self._progress.rng(name, len(results))
             actor = make_policy(policy, self._learn)
@@ -126,7 +125,7 @@ class TransferSession:
         seen = None
         if around.adapt.catch == "visual":
             watched = WatchedFlight(self._runner.observer.without_goal())
-            seen = SeenImitation(watched, self._arm, fit.steering, game.cup.rim_m, follow_from_s(motion))
+            seen = VisualImitation(watched, self._arm, fit.correction, game.cup.rim_m, follow_from_s(motion))
         while not any(tried) and len(tried) < len(wanted):
             tempo = wanted[len(tried)]
             self._imitate_once(fit.joints, tempo, "imitation", tried, seen)
@@ -134,9 +133,9 @@ class TransferSession:
             self._imitate_once(fit.joints, wanted[tried.index(True)], "repeat", progress.repeats, seen)
 
     def _imitate_once(
-        self, joints: JointTrajectory, tempo: float, phase: str, results: list[bool], seen: SeenImitation | None
+        self, joints: JointTrajectory, tempo: float, phase: str, results: list[bool], seen: VisualImitation | None
     ) -> None:
-        """One play; appends to ``results`` whether it caught."""
+        """Play once and append to ``results`` whether it caught."""
         seed = int(self._progress.rng(phase, len(results)).integers(2**63))
         played = play_motion(self._runner.robot, joints, tempo=tempo, seed=seed, seen=seen)
         timed = trace.timed(played.exchanges, self._progress.clock_s)
@@ -145,7 +144,7 @@ class TransferSession:
         self._finish(messages, played.exchanges[-1].t_s, phase=phase, caught=int(results[-1]))
 
     def play(self, policy: PolicyArtifact, settings: GameSettings, hardware: HardwareSettings) -> None:
-        """Full games of the frozen policy; ``hardware`` is what the robot was opened as."""
+        """Play full games of the frozen policy; ``hardware`` is what the robot was opened as."""
         progress = self._progress
         while len(progress.games) < self._settings.games:
             index = len(progress.games)

@@ -11,18 +11,16 @@ from kendama_cli.adaptation.settings import AdaptSettings
 from kendama_cli.artifacts.motion_plan import CatchMotion
 from kendama_cli.artifacts.policy import PolicyArtifact
 from kendama_cli.artifacts.transfer_result import TransferResult
-from kendama_cli.control.builder import GameBuilder, GameSetup
+from kendama_cli.control.game_runner import GameBuilder, GameSetup
 from kendama_cli.control.open_observer import CameraSetup, check_cameras
 from kendama_cli.control.reachable import Surroundings, follow_from_s
 from kendama_cli.control.settings import TransferSettings
-from kendama_cli.control.stored_policy import load_policy
-from kendama_cli.control.transfer_progress import Progress
 from kendama_cli.devices.robot.compensated import compensated
 from kendama_cli.devices.robot.exchange_log import RememberingRobot
 from kendama_cli.devices.robot.open_robot import open_robot
 from kendama_cli.errors import HardwareError, StageError
 from kendama_cli.learning.settings import LearnSettings
-from kendama_cli.learning.verification import verify_policy
+from kendama_cli.learning.verification import load_policy, verify_policy
 from kendama_cli.robot_model.model import RobotModel
 from kendama_cli.settings.camera import CameraSettings, LightingSettings
 from kendama_cli.settings.game import GameSettings
@@ -30,14 +28,15 @@ from kendama_cli.settings.hardware import HardwareSettings
 from kendama_cli.settings.robot import RobotSettings
 from kendama_cli.settings.safety import SafetySettings
 from kendama_cli.stages.interface import Made, Metric, StageContext
+from kendama_cli.stages.transfer.progress import Progress
 from kendama_cli.stages.transfer.session import TransferSession
 from kendama_cli.vision.settings import PredictSettings
 
 
 class Transfer:
     """Takes the PolicyArtifact of ``learn`` and, where they are there, the CatchMotion of ``adapt`` and the
-    FrictionModel of ``identify``; gives a TransferResult. ``adapt`` and ``safety`` are needed with a
-    CatchMotion: they say how that was made, and what its seen catch has to keep to.
+    FrictionModel of ``identify``; returns a TransferResult. ``adapt`` and ``safety`` are needed with a
+    CatchMotion: they say how that was made, and what its visual catch has to keep to.
     """
 
     def __init__(
@@ -77,7 +76,7 @@ class Transfer:
         held: tuple[str, ...] = ()
         if motion is not None:
             around = self._around(builder.arm, setup.game)
-            _, held = around.steering(motion.joints, follow_from_s(motion))
+            _, held = around.correction(motion.joints, follow_from_s(motion))
         seed = int(progress.rng("body", 0).integers(2**63))
         with open_robot(self._hardware, setup.robot, setup.game) as bare:
             robot = RememberingRobot(compensated(bare, given.get("identify")))
@@ -131,7 +130,7 @@ def _warnings(progress: Progress) -> Iterator[str]:
 
 
 def transfer_metrics(result: TransferResult, progress: Progress, *, baseline: bool) -> Mapping[str, Metric]:
-    """All figures of one transfer; those of learning from scratch where ``baseline`` asked for it."""
+    """Return all figures of one transfer, with those of learning from scratch if ``baseline`` asked for it."""
     games = progress.games
     errors = [game.error_mm for game in games if game.error_mm is not None]
     latencies = [game.latency_frames for game in games if game.latency_frames is not None]

@@ -1,4 +1,4 @@
-"""What was done on the robot as log messages: (topic, time, message), thinned out to a wanted period."""
+"""Log messages (topic, time, message) of what was done on the robot, thinned out to a period."""
 
 from __future__ import annotations
 
@@ -6,17 +6,25 @@ import math
 from collections.abc import Callable, Iterator, Sequence
 
 import cv2
+import numpy as np
 
 from kendama_cli.artifacts.catch_pose import CatchPose
 from kendama_cli.control.catch_game import Game
 from kendama_cli.control.cup_cart import CartStep
+from kendama_cli.control.scene_history import SceneHistory
 from kendama_cli.control.swing_up import SwingUpRollout
 from kendama_cli.devices.robot.exchange_log import exchange_message
 from kendama_cli.devices.robot.interface import Exchange
 from kendama_cli.learning.interface import FinishedRollout
-from kendama_cli.log.messages import DetectionMessage, RolloutMessage, WrenchMessage
+from kendama_cli.log.messages import DetectionMessage, ReplayMessage, RolloutMessage, WrenchMessage
+from kendama_cli.physics.rim_crossing import SampledWays
+from kendama_cli.physics.sampled_body import SampledBody
+from kendama_cli.physics.taut_rope import stretch_m
 from kendama_cli.schema.arrays import Array
 from kendama_cli.schema.foxglove import CompressedImage, FrameTransform, FrameTransforms, JointStates
+from kendama_cli.settings.game import GameSettings
+from kendama_cli.settings.hardware import HardwareSettings, SimulatedHardware, TwinHardware
+from kendama_cli.settings.robot import Imperfection
 from kendama_cli.stages.transfer.messages import GameEstimateMessage, GameMessage, TransferStepMessage
 
 JPEG_QUALITY = 80
@@ -24,25 +32,25 @@ TimedMessage = tuple[str, float, object]
 
 
 def step_messages(steps: Sequence[CartStep], rollout: int, start_s: float, every: int) -> Iterator[TimedMessage]:
-    """/transfer/step of every ``every``-th control period."""
+    """Yield /transfer/step of every ``every``-th control period."""
     for step in steps[::every]:
         message = TransferStepMessage(rollout, **step.state._asdict(), action_m_s2=step.acceleration_m_s2)
         yield "/transfer/step", start_s + step.t_s, message
 
 
 def timed(played: Sequence[Exchange], start_s: float) -> list[tuple[float, Exchange]]:
-    """Control periods with their times in the log; the first, the rest before them, is at ``start_s``."""
+    """Return control periods with their times in the log; the first, the rest before them, is at ``start_s``."""
     return [(start_s + one.t_s - played[0].t_s, one) for one in played]
 
 
 def exchange_messages(timed: Sequence[tuple[float, Exchange]], joint_names: Sequence[str]) -> Iterator[TimedMessage]:
-    """/transfer/exchange of every control period; the first of ``timed`` is the rest before them, and was not sent."""
+    """Yield /transfer/exchange of every control period; the first of ``timed``, the rest before them, was not sent."""
     for t_s, exchange in timed[1:]:
         yield "/transfer/exchange", t_s, exchange_message(joint_names, exchange)
 
 
 def rollout_message(topic: str, swing: SwingUpRollout, finished: FinishedRollout, start_s: float) -> TimedMessage:
-    """A learning rollout under ``topic``, at its end."""
+    """Return a learning rollout under ``topic``, at its end."""
     message = RolloutMessage(
         index=finished.index,
         explored=finished.explored,
@@ -64,7 +72,7 @@ def scene_messages(
     links: Callable[[Array], FrameTransforms],
     under: str = "/transfer",
 ) -> Iterator[TimedMessage]:
-    """Joints (of a whole game only), links, wrench, cup and ball of every ``every``-th control period, below ``under``.
+    """Yield joints (of whole games only), links, wrench, cup and ball of every ``every``-th period, below ``under``.
 
     ``cup_rotation`` gives the cup's rotation (4,), ``links`` the arm's frames for joint angles.
     """
@@ -84,7 +92,7 @@ def scene_messages(
 
 
 def game_messages(game: Game, index: int, start_s: float, horizon_s: float) -> Iterator[TimedMessage]:
-    """Sightings, images and estimates of one game, and how it ended."""
+    """Yield detections, images and estimates of one game, and its end."""
     observed = game.observed
     for frame in observed.frames:
         seen = frame.sighting
@@ -143,3 +151,70 @@ def _game(game: Game, index: int, start_s: float, horizon_s: float) -> GameMessa
         crossing_s=math.nan if crossing is None else start_s + crossing.t_s,
         crossing_m=() if crossing is None else crossing.place_m,
     )
+
+
+UPRIGHT = np.array([0.0, 0.0, 1.0])
+
+
+def imperfection(hardware: HardwareSettings) -> Imperfection | None:
+    """Return how the robot differs from the model, which only the settings of our own simulated ones tell."""
+    return hardware.imperfection if isinstance(hardware, SimulatedHardware | TwinHardware) else None
+
+
+def played_body(settings: GameSettings, made: Imperfection | None, history: SceneHistory) -> SampledBody:
+    """Return the body of the game in ``history``: the simulated robot's own if ``made`` says how it was made.
+
+    Its rope is what is left of the distance from the true tie to the ball, which hangs at rest as a game begins, after
+    the weight's stretch m g / Ks. Otherwise the body is that of the settings on the rope that was measured.
+    """
+    (linear, quadratic), mass_kg, rope_m = settings.drag, settings.ball.mass_kg, history.rope_m
+    rope_kg = settings.rope.mass_kg if made is None or made.rope_kg is None else made.rope_kg
+    if made is not None:
+        linear, quadratic = made.drag_scale * linear, made.drag_scale * quadratic
+        mass_kg *= made.mass_scale
+    if made is not None and history.reported:
+        first = history.rollout()[0]
+        stretched_m = float(np.linalg.norm(first[7:] - first[1:4]))
+        rope_m = stretched_m - stretch_m(mass_kg * settings.gravity_m_s2, settings.rope.stiffness_n_m)
+    return SampledBody(rope_m, mass_kg, (linear, quadratic), settings.cup.restitution, rope_kg)
+
+
+def replay_message(
+    index: int,
+    game: Game,
+    steps: Sequence[CartStep],
+    history: SceneHistory,
+    settings: GameSettings,
+    *,
+    made: Imperfection | None = None,
+) -> ReplayMessage:
+    """Return the true paths of cup and ball if the robot reports them, else the tracked ones of an upright cup.
+
+    With ``made``, that of the simulated robot, the body is its own.
+    """
+    body = played_body(settings, made, history)
+    way = history.rollout() if history.reported else _tracked(steps)
+    t_s, cup_m, axis, ball_m = way[:, 0], way[:, 1:4], way[:, 4:7], way[:, 7:]
+    since_s = game.swing.duration_s
+    miss_m = SampledWays(t_s, cup_m, axis, ball_m).miss_m(settings, since_s)
+    return ReplayMessage(
+        index=index,
+        rope_m=body.rope_m,
+        rope_kg=body.rope_kg,
+        ball_kg=body.ball_kg,
+        drag_n_s_m=body.drag[0],
+        drag_n_s2_m2=body.drag[1],
+        restitution=body.restitution,
+        since_s=since_s,
+        caught=game.caught,
+        miss_m=float("nan") if miss_m is None else miss_m[0],
+        t_s=t_s,
+        cup_m=cup_m.ravel(),
+        cup_axis=axis.ravel(),
+        ball_m=ball_m.ravel(),
+    )
+
+
+def _tracked(steps: Sequence[CartStep]) -> Array:
+    states = [(one.t_s, one.exchange.state) for one in steps]
+    return np.array([[t_s, *state.cup_in_world_m, *UPRIGHT, *state.ball_in_world_m] for t_s, state in states])

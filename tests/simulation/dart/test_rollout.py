@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.interpolate import CubicSpline
 
-from kendama_cli.adaptation.catch_family import shifted_plan
+from kendama_cli.adaptation.path_displacement import shifted_plan
 from kendama_cli.artifacts.demonstration import Demonstration
 from kendama_cli.artifacts.motion_plan import MotionPlan
 from kendama_cli.motion.dmp.averaging import encode_demonstrations

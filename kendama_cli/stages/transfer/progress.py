@@ -1,4 +1,4 @@
-"""How far a transfer has come, between two rollouts: all that a checkpoint needs to go on bit for bit."""
+"""Progress of a transfer between two rollouts: all that a checkpoint needs to resume bit for bit."""
 
 from __future__ import annotations
 
@@ -17,8 +17,43 @@ from kendama_cli.learning.learners import begin_learner, joined_state, parted_st
 from kendama_cli.learning.settings import LearnSettings
 from kendama_cli.schema.random_stream import random_stream
 
+
+@dataclass(frozen=True)
+class GameFigures:
+    """Figures of a game, None if not measured; ``frames`` counts images, ``seen`` those with the ball."""
+
+    swung_up: bool
+    caught: bool
+    error_mm: float | None
+    """Error of the crossing that was predicted some time before it."""
+    frames: int
+    seen: int
+    latency_frames: float | None
+
+    @staticmethod
+    def of(game: Game, horizon_s: float) -> GameFigures:
+        """Return the figures of ``game``, its prediction taken ``horizon_s`` before the crossing."""
+        error_m, observed = game.prediction_error_m(horizon_s), game.observed
+        return GameFigures(
+            swung_up=game.swung_up,
+            caught=game.caught,
+            error_mm=None if error_m is None else 1e3 * error_m,
+            frames=len(observed.frames),
+            seen=observed.seen,
+            latency_frames=observed.latency_frames,
+        )
+
+
+@dataclass(frozen=True)
+class RopeFitFigures:
+    """Fit of the imitation: the real rope's length over the model's, and whether the arm follows that."""
+
+    rope_scale: float
+    resized: bool
+
+
 Start = Literal["table", "scratch"]
-"""What a learner on the hardware began with: the policy that was handed over (mostly a table), or nothing."""
+"""Start of a learner on the hardware: the policy that was handed over (mostly a table), or nothing."""
 STARTS: tuple[Start, ...] = ("table", "scratch")
 _RESULTS = ("before", "after", "imitation", "repeats", "games")
 
@@ -54,7 +89,7 @@ class Progress:
         transfer: TransferSettings,
         rng: np.random.Generator,
     ) -> Progress:
-        """Where ``state`` stands, or the beginning with ``policy``."""
+        """Return the progress of ``state``, or the beginning with ``policy``."""
         if state is not None:
             return cls(state, learn, transfer)
         fresh: dict[str, Any] = {name: [] for name in _RESULTS}
@@ -64,7 +99,7 @@ class Progress:
         return cls(fresh, learn, transfer)
 
     def saved(self) -> dict[str, Any]:
-        """The state to checkpoint: arrays and JSON values."""
+        """Return the state to checkpoint: arrays and JSON values."""
         saved: dict[str, Any] = {
             "before": list(self.before),
             "after": list(self.after),
@@ -81,96 +116,62 @@ class Progress:
         return saved
 
     def rng(self, step: str, number: int) -> np.random.Generator:
-        """The random stream of one rollout."""
+        """Return the random stream of one rollout."""
         return random_stream(self._seed, step, number)
 
     def learner(self, start: Start = "table") -> Learner:
-        """A learner that goes on from its last finished rollout."""
+        """Return a learner that resumes from its last finished rollout."""
         return resume_learner(self._learn, self._learners[start])
 
     def keep(self, learner: Learner, start: Start = "table") -> None:
-        """The rollout is finished: this is what the next one goes on from."""
+        """Store ``learner`` after a finished rollout, for the next one to resume from."""
         self._learners[start] = learner.state()
 
     @property
     def policy(self) -> PolicyArtifact:
-        """The policy that was handed over as learning left it, sealed."""
+        """Policy that was handed over as learning left it, sealed."""
         return self.learner().policy
 
     def learned(self, start: Start = "table") -> bool:
-        """Whether the counting rule's streak of greedy successes has been reached."""
+        """Return True if the counting rule's streak of greedy successes has been reached."""
         return self.learner(start).count.learned
 
     def frozen(self, start: Start) -> bool:
-        """Whether learning is over: at the streak that freezes the table (from scratch: that counts), or at the cap."""
+        """Return True if learning is over: at the streak that freezes the table (from scratch: counts), or the cap."""
         count = self.learner(start).count
         enough = count.streak >= self._frozen if start == "table" else count.learned
         return enough or count.rollouts >= self._cap
 
     def rollouts(self, start: Start = "table") -> int:
-        """Rollouts to learn on the hardware by the counting rule; the cap where that failed."""
+        """Return the rollouts to learn on the hardware by the counting rule; the cap if that failed."""
         learned_at = self.learner(start).count.learned_at
         return self._cap if learned_at is None else learned_at
 
     def rollouts_to_solved(self) -> int:
-        """Rollouts on the hardware before those in a row that prove the table handed over; the cap where none do."""
+        """Return the rollouts on the hardware until the table handed over was solved; the cap if it never was."""
         solved_after = self.learner().count.solved_after
         return self._cap if solved_after is None else solved_after
 
     def solved(self) -> bool | None:
-        """Whether the table stood the proof; None where learning ends before it can."""
+        """Return True if the table is solved; None if learning ends before it can be."""
         return self.learner().count.solved if self._frozen >= self._learn.count.solved_streak else None
 
     def reverted(self) -> bool:
-        """Whether learning on made the table worse: it is not solved, and fewer frozen rollouts succeed than before."""
+        """Return True if learning made the table worse: it is not solved, and fewer frozen rollouts succeed."""
         return not self.solved() and float(np.mean(self.after)) < float(np.mean(self.before))
 
     def kept(self, handed_over: PolicyArtifact) -> PolicyArtifact:
-        """What games are played with: the policy as it stands, or ``handed_over`` where learning made it worse."""
+        """Return the policy of the games: as it is now, or ``handed_over`` if learning made it worse."""
         return handed_over if self.reverted() else self.policy
 
     @property
     def count(self) -> int:
-        """All rollouts, plays and games so far."""
+        """Number of all rollouts, plays and games so far."""
         frozen = len(self.before) + len(self.after) + len(self.imitation) + len(self.repeats) + len(self.games)
         return frozen + sum(self.learner(start).count.rollouts for start in STARTS)
 
     def finished(self, duration_s: float, missed: int) -> None:
-        """One rollout more: the log's clock moves on; ``missed`` counts since this process opened the line."""
+        """Count a rollout of ``duration_s``; ``missed`` counts since this process opened the line."""
         self.clock_s += duration_s
         self.missed += missed - self._missed_here
         self._missed_here = missed
-
-
-@dataclass(frozen=True)
-class GameFigures:
-    """One game; None where there was nothing to measure. ``frames`` counts images, ``seen`` those with the ball."""
-
-    swung_up: bool
-    caught: bool
-    error_mm: float | None
-    """Of the crossing that was predicted some time before it."""
-    frames: int
-    seen: int
-    latency_frames: float | None
-
-    @staticmethod
-    def of(game: Game, horizon_s: float) -> GameFigures:
-        """The figures of ``game``, its prediction taken ``horizon_s`` before the crossing."""
-        error_m, observed = game.prediction_error_m(horizon_s), game.observed
-        return GameFigures(
-            swung_up=game.swung_up,
-            caught=game.caught,
-            error_mm=None if error_m is None else 1e3 * error_m,
-            frames=len(observed.frames),
-            seen=observed.seen,
-            latency_frames=observed.latency_frames,
-        )
-
-
-@dataclass(frozen=True)
-class RopeFitFigures:
-    """How the imitation was fitted: the real rope's length over the model's, and whether the arm follows that."""
-
-    rope_scale: float
-    resized: bool

@@ -1,4 +1,4 @@
-"""The catch that is seen, against the same motion as planned, in simulated rollouts."""
+"""The visual catch against the same motion as planned, in simulated rollouts."""
 
 from __future__ import annotations
 
@@ -7,8 +7,8 @@ import functools
 
 import numpy as np
 
-from kendama_cli.adaptation.uncertainty import Draw
-from kendama_cli.control.seen_catch import SeenCatch
+from kendama_cli.adaptation.perturbed_simulations import Perturbation
+from kendama_cli.control.visual_catch import VisualCatch
 from kendama_cli.simulation.dart.arm_errors import ArmErrors
 from kendama_cli.simulation.dart.rollout import RolloutResult, play_rollout
 from kendama_cli.simulation.dart.world import ArmWorld
@@ -16,7 +16,7 @@ from kendama_cli.simulation.dart.world_errors import WorldErrors
 from tests.control.seen_swings import ADAPT, swing
 from tests.simulation.dart.bench_robot import kendama_game, pa10
 
-HARSH = Draw(WorldErrors(rope_scale=1.005, drag_scale=2.0), ArmErrors(0.03, 0.005, 1.5, 0.5))
+HARSH = Perturbation(WorldErrors(rope_scale=1.005, drag_scale=2.0), ArmErrors(0.03, 0.005, 1.5, 0.5), 0)
 """Twice the drag, an arm 30 ms behind, a cup 5 mm off: the ball comes down far beside the plan."""
 
 
@@ -24,13 +24,13 @@ HARSH = Draw(WorldErrors(rope_scale=1.005, drag_scale=2.0), ArmErrors(0.03, 0.00
 def rollout(*, seen: bool, max_sigma_m: float = ADAPT.correction.max_sigma_m) -> RolloutResult:
     """The swing in a harsh world."""
     made, world = swing(), ArmWorld(pa10(), kendama_game())
-    steering = dataclasses.replace(ADAPT.correction, max_sigma_m=max_sigma_m)
+    correction = dataclasses.replace(ADAPT.correction, max_sigma_m=max_sigma_m)
     rng = np.random.default_rng(10000)
-    eyes = SeenCatch(
-        made.arm, kendama_game(), made.joints, made.cup, eyes=ADAPT.sensor_model, steering=steering, rng=rng
+    eyes = VisualCatch(
+        made.arm, kendama_game(), made.joints, made.cup, sensor=ADAPT.sensor_model, correction=correction, rng=rng
     )
     world.perturb(HARSH.world)
-    return play_rollout(world, made.joints, errors=HARSH.arm, steering=eyes if seen else None, record=True)
+    return play_rollout(world, made.joints, errors=HARSH.arm, correction=eyes if seen else None, record=True)
 
 
 def test_what_the_plan_misses_far_is_caught_when_it_is_seen() -> None:

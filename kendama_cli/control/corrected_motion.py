@@ -1,4 +1,4 @@
-"""A planned motion of the joints whose cup is moved, while the ball flies, to where the ball is seen to come down."""
+"""Planned motion of the joints whose cup is moved, while the ball flies, to where the ball is seen to come down."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ def _stops_inside(shift_m: Array, speed_m_s: Array, settings: CorrectionSettings
 
 
 SHARES = (1.0, 0.6, 0.3, 0.0)
-"""Of the wanted acceleration; the first with which every joint keeps to its limits is taken, else the shift stops."""
+"""Fractions of the desired acceleration: the first with which every joint keeps its limits, else the shift stops."""
 UNREACHED_M = 0.005
 """A cup that the arm cannot bring nearer than this to its place is out of reach."""
 STILL_M_S = 1e-12
@@ -65,7 +65,7 @@ STILL_M_S = 1e-12
 
 @dataclass(frozen=True)
 class PlannedCup:
-    """The planned cup at one instant: tie point (3,), axis (3,), the frame across it (2, 3), the task's speed (5,)."""
+    """Planned cup at one instant: tie point (3,), axis (3,), the frame across it (2, 3), the task's speed (5,)."""
 
     place_m: Array
     axis: Array
@@ -74,14 +74,14 @@ class PlannedCup:
 
 
 class CupPlan:
-    """Where the cup of ``motion``, sampled every ``period_s``, is planned to be; solved where it is asked for."""
+    """Planned cup of ``motion``, sampled every ``period_s``, each sample solved when it is asked for."""
 
     def __init__(self, arm: RobotModel, motion: JointTrajectory, period_s: float) -> None:
         self.arm, self.motion, self.period_s = arm, motion, period_s
         self._known: dict[int, PlannedCup] = {}
 
     def sample(self, index: int) -> PlannedCup:
-        """At sample ``index``; the last one is held."""
+        """Return the cup at sample ``index``; the last one is held."""
         index = min(max(index, 0), len(self.motion.t_s) - 1)
         if index not in self._known:
             q, speed = self.motion.position_rad[index], self.motion.velocity_rad_s[index]
@@ -93,7 +93,7 @@ class CupPlan:
         return self._known[index]
 
     def at(self, t_s: float, lever_m: float) -> tuple[Array, Array]:
-        """Place and velocity (3,) of the point ``lever_m`` over the tie point, ``t_s`` after the motion's start."""
+        """Return position and velocity (3,) of the point ``lever_m`` over the tie point at ``t_s`` from the start."""
         index = math.floor(t_s / self.period_s)
         one, two = self.sample(index), self.sample(index + 1)
         part = t_s / self.period_s - index
@@ -102,7 +102,7 @@ class CupPlan:
         return place, one.task_speed[:3] + part * (two.task_speed[:3] - one.task_speed[:3])
 
 
-class SteeredMotion:
+class CorrectedMotion:
     """Commands for the samples of a ``plan``, and beside them once a catch is foreseen.
 
     The cup's shift along x and y is the cubic of plan_interception, planned anew in every period, that brings the cup
@@ -128,17 +128,17 @@ class SteeredMotion:
 
     @property
     def last(self) -> JointCommand:
-        """The command that was given last."""
+        """Command that was given last."""
         return self._last
 
     @property
-    def steered(self) -> bool:
-        """Whether a catch is foreseen."""
+    def corrected(self) -> bool:
+        """True if a catch is foreseen."""
         return self._pose is not None
 
     @property
     def shift_m(self) -> Array:
-        """The way (2,) from the planned to the commanded cup.
+        """Displacement (2,) of the commanded cup from the planned one.
 
         ``catch_shift_m`` is its length at the moment of the catch, ``max_shift_m`` the largest until now.
         """
@@ -146,11 +146,11 @@ class SteeredMotion:
 
     @property
     def lag_s(self) -> float:
-        """How far the joints are behind what is commanded [s]."""
+        """Delay of the joints behind their commands [s]."""
         return self._lag.lag_s
 
     def observe(self, position_rad: Array) -> None:
-        """The joints (n,) as they are read after the last command; in flight the lag is known already."""
+        """Take the joints (n,) as they are read after the last command; in flight the lag is known already."""
         if self._pose is None:
             self._lag.observe(self._last.position_rad, self._last.velocity_rad_s, position_rad)
 
@@ -164,7 +164,7 @@ class SteeredMotion:
             self._pose = pose
 
     def next(self) -> JointCommand:
-        """The command for the end of the coming period."""
+        """Return the command for the end of the coming period."""
         self._index += 1
         k = min(self._index, len(self._plan.motion.t_s) - 1)
         motion = self._plan.motion
@@ -188,11 +188,11 @@ class SteeredMotion:
 
     @property
     def over(self) -> bool:
-        """Whether the moment of the catch has passed: nothing that is seen from then on counts."""
+        """True if the time of the catch has passed: nothing that is seen from then on counts."""
         return self._index * self._plan.period_s >= self._catch_s
 
     def _acceleration_m_s2(self, pose: CatchPose) -> Array:
-        """Of the shift (2,) in the coming period."""
+        """Return the acceleration of the shift (2,) in the coming period."""
         settings, h = self._settings, self._plan.period_s
         start_s = (self._index - 1) * h
         if start_s < self._catch_s - settings.freeze_before_catch_s:
@@ -229,7 +229,7 @@ class SteeredMotion:
         ]
 
     def _meeting(self, pose: CatchPose) -> tuple[float, Array, Array]:
-        """When the ball comes down to the planned cup's height, where (3,) and how fast (3,) it is then."""
+        """Return when the ball comes down to the planned cup's height, and its position and velocity (3,) then."""
         s = 0.0
         down = np.array([0.0, 0.0, -self._plan.arm.gravity_m_s2])
         for _ in range(4):
@@ -241,7 +241,7 @@ class SteeredMotion:
         return pose.t_s + s, pose.position_m + s * pose.velocity_m_s + 0.5 * s * s * down, pose.velocity_m_s + s * down
 
     def _with_acceleration(self, acceleration_m_s2: Array, k: int) -> tuple[JointCommand, bool, Array, Array]:
-        """The command with that of the shift, whether the joints' limits allow it, and the shift's place and speed."""
+        """Return the command, True if the joints' limits allow it, and the shift and its velocity."""
         h = self._plan.period_s
         shift = self._shift_m + h * (self._speed_m_s + 0.5 * h * acceleration_m_s2)
         rate = self._speed_m_s + h * acceleration_m_s2
@@ -249,7 +249,7 @@ class SteeredMotion:
 
 
 def _beside(plan: CupPlan, k: int, shift_m: Array, rate_m_s: Array, last: JointCommand) -> tuple[JointCommand, bool]:
-    """The command after ``last`` with the cup ``shift_m`` (2,) beside sample ``k``, and whether the limits allow it."""
+    """Return the command after ``last`` with the cup ``shift_m`` (2,) beside sample ``k``; True if limits allow it."""
     arm, limits, h = plan.arm, plan.arm.limits, plan.period_s
     cup, planned_rad_s = plan.sample(k), plan.motion.velocity_rad_s[k]
     near = last.position_rad + h * last.velocity_rad_s

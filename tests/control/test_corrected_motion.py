@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from kendama_cli.artifacts.catch_pose import CatchPose
-from kendama_cli.control.steered_motion import CupPlan, SteeredMotion
+from kendama_cli.control.corrected_motion import CorrectedMotion, CupPlan
 from kendama_cli.devices.robot.interface import JointCommand
 from kendama_cli.schema.arrays import Array
 from tests.control.seen_swings import ADAPT, swing
@@ -35,10 +35,10 @@ def ball(beside_m: tuple[float, float], sigma_m: float = 0.001) -> CatchPose:
     )
 
 
-def played(pose: CatchPose, **settings: float) -> tuple[SteeredMotion, list[JointCommand]]:
+def played(pose: CatchPose, **settings: float) -> tuple[CorrectedMotion, list[JointCommand]]:
     """Every command of a motion in which the ball is seen from sample SEEN_AT on."""
     plan = swing().cup
-    motion = SteeredMotion(plan, dataclasses.replace(ADAPT.correction, **settings), RIM_M)
+    motion = CorrectedMotion(plan, dataclasses.replace(ADAPT.correction, **settings), RIM_M)
     commands = [motion.last]
     while len(commands) < len(plan.motion.t_s) + 150:
         if len(commands) >= SEEN_AT and not motion.over:
@@ -75,7 +75,7 @@ def test_the_cup_meets_the_ball_where_and_when_it_comes_down_upright(beside_m: t
 
 def test_a_late_drive_is_told_earlier() -> None:
     pose, late = ball((0.08, 0.0)), 5
-    motion = SteeredMotion(swing().cup, ADAPT.correction, RIM_M)
+    motion = CorrectedMotion(swing().cup, ADAPT.correction, RIM_M)
     commands = [motion.last]
     while len(commands) < 900:
         if len(commands) >= SEEN_AT:
@@ -125,13 +125,13 @@ def test_the_cup_brakes_in_time_for_a_ball_that_flies_fast_to_the_side(
 
 
 def test_no_ball_is_followed_before_the_time_from_which_it_may_be() -> None:
-    motion = SteeredMotion(swing().cup, ADAPT.correction, RIM_M, from_s=1.0)
+    motion = CorrectedMotion(swing().cup, ADAPT.correction, RIM_M, from_s=1.0)
     for _ in range(round(1.0 / H)):
         motion.follow(ball((0.08, 0.0)))
         motion.next()
-    assert not motion.steered
+    assert not motion.corrected
     motion.follow(ball((0.08, 0.0)))
-    assert motion.steered
+    assert motion.corrected
 
 
 def test_a_ball_out_of_reach_is_followed_no_farther_than_the_arm_can() -> None:

@@ -1,4 +1,4 @@
-"""The seen catch in simulated rollouts: what cameras would tell of the ball steers the motion that is played."""
+"""Visual catch in simulated rollouts: a sensor model of the cameras, which corrects the motion that is played."""
 
 from __future__ import annotations
 
@@ -10,23 +10,23 @@ import numpy as np
 
 from kendama_cli.adaptation.settings import CorrectionSettings, SensorModelSettings
 from kendama_cli.artifacts.motion_plan import JointTrajectory
-from kendama_cli.control.position_tracker import position_tracker
+from kendama_cli.control.corrected_motion import CorrectedMotion, CupPlan
+from kendama_cli.control.position_tracker import PositionTracker
 from kendama_cli.control.rope_angle import rope_angle_rad
-from kendama_cli.control.steered_motion import CupPlan, SteeredMotion
 from kendama_cli.motion.hermite import cubic_between
 from kendama_cli.robot_model.model import RobotModel
 from kendama_cli.schema.arrays import Array
 from kendama_cli.settings.game import GameSettings
 
 CONTROL_S = 0.004
-"""Between two commands, as on the twin."""
+"""Time between two commands, as on the twin."""
 
 
-class SeenCatch:
-    """Plays ``joints``, and from the seen slackening of the rope on steers their ``cup``, the cup_plan of them.
+class VisualCatch:
+    """Correction of ``joints`` by a visual catch: from the seen slackening of the rope on it moves their ``cup``.
 
-    The ball's place is seen at ``eyes``' rate, at control periods, with noise drawn from ``rng``, and comes late; the
-    joint angles are read at once. It is a Steering of simulation.dart.rollout.
+    ``cup`` is their cup_plan. The ball's position is measured at the rate of the ``sensor``, at control periods, with
+    noise drawn from ``rng``, and comes late; the joint angles are read at once.
     """
 
     def __init__(
@@ -36,48 +36,48 @@ class SeenCatch:
         joints: JointTrajectory,
         cup: CupPlan,
         *,
-        eyes: SensorModelSettings,
-        steering: CorrectionSettings,
+        sensor: SensorModelSettings,
+        correction: CorrectionSettings,
         rng: np.random.Generator,
     ) -> None:
-        self._arm, self._eyes, self._rng = arm, eyes, rng
+        self._arm, self._sensor, self._rng = arm, sensor, rng
         self._step_s = _step_s(joints)
         self.steps = round(cup.period_s / self._step_s)
-        self._motion = SteeredMotion(cup, steering, game.cup.rim_m)
+        self._motion = CorrectedMotion(cup, correction, game.cup.rim_m)
         self._last = self._motion.last
         rim_m = float(arm.tool_place_m(joints.position_rad[-1])[2]) + game.cup.rim_m
-        self._sigma_m = np.array(eyes.sigma_m)
-        self._tracker = position_tracker(eyes, game, rim_m, eyes.sigma_m)
-        self._from_rad, self._angle_rad = math.radians(eyes.observe_from_deg), 0.0
+        self._sigma_m = np.array(sensor.sigma_m)
+        self._tracker = PositionTracker(sensor.onset, sensor.motion, game, rim_height_m=rim_m, sigma_m=sensor.sigma_m)
+        self._from_rad, self._angle_rad = math.radians(sensor.observe_from_deg), 0.0
         self._frames = 0
         self._on_the_way: deque[tuple[float, Array, Array]] = deque()
 
     @property
     def free_s(self) -> float | None:
-        """When free flight was detected."""
+        """Time at which free flight was detected."""
         return None if self._tracker.found is None else self._tracker.found.declared_s
 
     @property
     def shifts_m(self) -> tuple[float, float]:
-        """The cup's distances from its plan: at the moment of the catch, and the largest."""
+        """Distances of the cup from its plan: at the catch, and the largest."""
         return self._motion.catch_shift_m, self._motion.max_shift_m
 
     def coming(self, t_s: float, position_rad: Array, ball_m: Array) -> Sequence[tuple[Array, Array, Array]] | None:
-        """What is commanded in the period that begins at ``t_s``, step by step; None: as it is planned."""
+        """Return the commands of the period that begins at ``t_s``, step by step; None: as planned."""
         motion, last = self._motion, self._last
         if t_s > 0.0:
             motion.observe(position_rad)
         if not motion.over:
             self._look(t_s, position_rad, ball_m)
         self._last = motion.next()
-        if not motion.steered:
+        if not motion.corrected:
             return None
         states = ((one.position_rad, one.velocity_rad_s) for one in (last, self._last))
         return list(zip(*cubic_between(*states, steps=self.steps, step_s=self._step_s), strict=True))
 
     def _look(self, t_s: float, position_rad: Array, ball_m: Array) -> None:
-        tracker, eyes = self._tracker, self._eyes
-        if t_s * eyes.rate_hz >= self._frames - 1e-9:
+        tracker, sensor = self._tracker, self._sensor
+        if t_s * sensor.rate_hz >= self._frames - 1e-9:
             self._frames += 1
             tie_m = self._arm.tool_place_m(position_rad)
             before, self._angle_rad = self._angle_rad, rope_angle_rad(ball_m - tie_m)
@@ -87,14 +87,14 @@ class SeenCatch:
             elif self._on_the_way or tracker.waits:
                 self._on_the_way.clear()
                 tracker.reset()
-        while self._on_the_way and self._on_the_way[0][0] + eyes.latency_s <= t_s + 1e-9:
+        while self._on_the_way and self._on_the_way[0][0] + sensor.latency_s <= t_s + 1e-9:
             tracker.update(*self._on_the_way.popleft())
             if tracker.found is not None and (pose := tracker.estimator.catch()) is not None:
                 self._motion.follow(pose)
 
 
 def cup_plan(arm: RobotModel, joints: JointTrajectory) -> CupPlan:
-    """Where the cup of ``joints`` is planned to be at every control period."""
+    """Return the planned cup of ``joints`` at every control period."""
     every = round(CONTROL_S / _step_s(joints))
     columns = (joints.t_s, joints.position_rad, joints.velocity_rad_s, joints.acceleration_rad_s2)
     controlled = JointTrajectory(joints.joint_names, *(column[::every] for column in columns))

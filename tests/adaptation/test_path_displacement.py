@@ -1,4 +1,4 @@
-"""A path that is bent by bumps."""
+"""Paths that are bent by bumps, and goals that are moved while the ball flies."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from kendama_cli.adaptation.path_bumps import bumped_plan, bumps
+from kendama_cli.adaptation.path_displacement import bumped_plan, bumps, shifted_plan
 from kendama_cli.artifacts.motion_plan import MotionPlan
 from kendama_cli.motion.dmp.averaging import encode_demonstrations
 from kendama_cli.motion.dmp.primitive import play
@@ -66,3 +66,31 @@ def test_a_coordinate_that_the_motion_has_not_is_not_bent(plan: MotionPlan) -> N
         variation=np.zeros((0, 1 + 3 + m)),
     )
     assert bumped_plan(only_x, HEIGHTS_M).weights[0] == pytest.approx(bumped_plan(plan, HEIGHTS_M).weights[0])
+
+
+FLIGHT = (0.55, 0.75)
+SHIFT_M = (0.1, -0.04)
+
+
+def _shifted(plan: MotionPlan, share: np.ndarray) -> np.ndarray:
+    t_s = share * plan.duration_s
+    return np.asarray(play(shifted_plan(plan, SHIFT_M, FLIGHT), t_s).position_m - play(plan, t_s).position_m)
+
+
+def test_the_motion_before_the_flight_stays_and_after_it_runs_beside_itself(plan: MotionPlan) -> None:
+    """Twenty functions follow a step of a fifth of the motion within some percent of it."""
+    before = _shifted(plan, np.linspace(0.0, FLIGHT[0] - 0.05, 100))
+    after = _shifted(plan, np.linspace(FLIGHT[1] + 0.02, 1.0, 100))
+    assert np.abs(before).max() < 0.03 * SHIFT_M[0]
+    assert np.abs(after - [*SHIFT_M, 0.0]).max() < 0.06 * SHIFT_M[0]
+
+
+def test_it_settles_exactly_at_the_goal_so_shifted(plan: MotionPlan) -> None:
+    assert _shifted(plan, np.array([3.0]))[0] == pytest.approx([*SHIFT_M, 0.0], abs=1e-6)
+    assert shifted_plan(plan, SHIFT_M, FLIGHT).goal_m - plan.goal_m == pytest.approx([*SHIFT_M, 0.0])
+
+
+def test_no_shift_changes_nothing(plan: MotionPlan) -> None:
+    same = shifted_plan(plan, (0.0, 0.0), FLIGHT)
+    assert np.array_equal(same.weights, plan.weights)
+    assert np.array_equal(same.goal_m, plan.goal_m)

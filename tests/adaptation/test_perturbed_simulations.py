@@ -1,0 +1,120 @@
+"""Perturbed simulations, as they are sampled and shared."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from kendama_cli.adaptation.perturbed_simulations import BLOCK, MAX_BLOCKS, Perturbation, PerturbedSimulations
+from kendama_cli.adaptation.settings import UncertaintySettings
+from kendama_cli.adaptation.trial import MotionVariation, Trial
+from kendama_cli.errors import ConfigError
+from kendama_cli.schema.settings import build
+from kendama_cli.simulation.dart.arm_errors import ArmErrors
+from kendama_cli.simulation.dart.world_errors import WorldErrors
+from tests.shipped_conf import plain
+
+MOTION = MotionVariation(1.0)
+
+
+def _preset(name: str) -> UncertaintySettings:
+    return build(UncertaintySettings, plain("adapt/uncertainty", name), "uncertainty")
+
+
+def _seeded(uncertainty: UncertaintySettings, repeats: int = 0, seed: int = 10000) -> PerturbedSimulations:
+    return PerturbedSimulations.seeded(uncertainty, 0.4, repeats, np.random.default_rng(seed))
+
+
+def _arm(perturbation: Perturbation) -> ArmErrors:
+    assert perturbation.arm is not None
+    return perturbation.arm
+
+
+def _facts(perturbation: Perturbation) -> tuple[object, ...]:
+    assert perturbation.rng is not None
+    return perturbation.world, perturbation.arm, perturbation.sensor_seed, perturbation.rng.bit_generator.state["state"]
+
+
+def test_how_many_repeats_follow_changes_no_simulation_before_them() -> None:
+    """With the seed of those drawn last, 30 and 200 repeats chose another tau."""
+    few, many = _seeded(_preset("hard"), 2), _seeded(_preset("hard"), 30)
+    trials = [Trial("evaluate", MOTION, index) for index in range(BLOCK * MAX_BLOCKS)]
+    trials += [Trial("confirm", MOTION, 0), Trial("confirm", MOTION, 1), Trial("explore", MOTION, 5, 1)]
+    facts = [[_facts(one.perturbation(trial)) for trial in trials] for one in (few, many)]
+    assert facts[0] == facts[1]
+    assert len({str(one) for one in facts[0]}) == len(trials)
+
+
+def test_a_generation_shares_one_simulation_and_repeats_that_validate_have_fresh_ones() -> None:
+    simulations = _seeded(_preset("hard"))
+
+    def sampled(kind: str, index: int, group: int) -> str:
+        return str(_facts(simulations.perturbation(Trial(kind, MOTION, index, group))))
+
+    assert sampled("explore", 6, 1) == sampled("explore", 11, 1) != sampled("explore", 12, 2)
+    others = {sampled("validate", index, rollouts) for index in range(3) for rollouts in (6, 12)}
+    assert len(others | {sampled("explore", 6, 1)}) == 7
+
+
+def test_the_simulations_that_evaluate_cover_every_quarter_of_every_range_and_are_the_same_again() -> None:
+    shipped = _preset("hard")
+
+    def sampled(seed: int) -> list[Perturbation]:
+        simulations = _seeded(shipped, seed=seed)
+        return [simulations.perturbation(Trial("evaluate", MOTION, index)) for index in range(12)]
+
+    worlds = sampled(10000)
+    assert [_facts(one) for one in worlds] == [_facts(one) for one in sampled(10000)]
+    assert [one.world for one in worlds] != [one.world for one in sampled(10001)]
+    for first in (0, 4, 8):
+        block = worlds[first : first + 4]
+        for values, (low, high) in (
+            ([one.world.rope_scale for one in block], (0.995, 1.005)),
+            ([one.world.restitution or 0.0 for one in block], shipped.restitution),
+            ([_arm(one).lag_s for one in block], shipped.lag_s),
+            ([_arm(one).cup_error_phase_rad for one in block], (0.0, 2 * np.pi)),
+        ):
+            assert sorted(int(4 * (value - low) / (high - low)) for value in values) == [0, 1, 2, 3]
+
+
+@pytest.mark.parametrize("preset", ["hard", "identified"])
+def test_every_draw_is_within_what_is_declared(preset: str) -> None:
+    shipped = _preset(preset)
+    simulations = _seeded(shipped, 500, seed=0)
+    draws = [simulations.perturbation(Trial("confirm", MOTION, index)) for index in range(500)]
+    assert all(0.995 <= one.world.rope_scale <= 1.005 for one in draws)
+    assert all(abs(one.world.ball_start_m) <= shipped.ball_start_m for one in draws)
+    assert all(0.9 <= one.world.mass_scale <= 1.1 for one in draws)
+    ranges = (
+        (shipped.restitution, [one.world.restitution for one in draws]),
+        (shipped.drag_scale, [one.world.drag_scale for one in draws]),
+        (shipped.lag_s, [_arm(one).lag_s for one in draws]),
+        (shipped.cup_error_hz, [_arm(one).cup_error_hz for one in draws]),
+    )
+    for (low, high), drawn in ranges:
+        values = np.array(drawn, dtype=np.float64)
+        assert low <= values.min() < low + 0.05 * (high - low)
+        assert high - 0.05 * (high - low) < values.max() <= high
+    assert {one.world.joint_friction_fraction for one in draws} == {0.02}
+    # uniform: the mean of 500 is within four standard errors of its middle, on the scale that it is drawn on
+    assert np.mean([one.world.rope_scale for one in draws]) == pytest.approx(1.0, abs=4 * 0.005 / np.sqrt(3 * 500))
+    low, high = np.log(shipped.drag_scale)
+    logs = np.log([one.world.drag_scale for one in draws])
+    assert np.mean(logs) == pytest.approx((low + high) / 2, abs=4 * (high - low) / np.sqrt(12 * 500))
+
+
+def test_nothing_is_perturbed_where_nothing_may_differ() -> None:
+    values = plain("adapt/uncertainty", "none") | {"restitution": [0.2, 0.2]}
+    simulations = _seeded(build(UncertaintySettings, values, "uncertainty"), 1)
+    one = simulations.perturbation(Trial("confirm", MOTION, 0))
+    assert one.world == WorldErrors(restitution=0.2)
+    assert (_arm(one).lag_s, _arm(one).cup_error_m) == (0.0, 0.0)
+    assert simulations.undisturbed().world == WorldErrors()
+
+
+@pytest.mark.parametrize("name", ["drag_scale", "restitution", "lag_s", "cup_error_hz"])
+def test_a_range_the_wrong_way_round_is_refused(name: str) -> None:
+    with pytest.raises(ConfigError, match=rf"'{name}' is \[0\.4, 0\.1\]; allowed: least, then largest"):
+        dataclasses.replace(_preset("hard"), **{name: (0.4, 0.1)})
