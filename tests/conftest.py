@@ -36,7 +36,7 @@ typer.main.get_command = functools.cache(typer.main.get_command)
 LONGEST_FIRST = (
     "test_whole_game.py",
     "faults/test_interruptions.py",
-    "pipeline/test_cluster.py",
+    "plugins/cluster/test_cluster.py",
     "stages/test_placed.py",
     "faults/test_one_line.py",
     "pipeline/test_sweep.py",

@@ -13,8 +13,8 @@ from kendama_cli.cli.groups import open_group
 from kendama_cli.cli.log_predict import log_predict
 from kendama_cli.cli.options import ConfigDir, Home, Json
 from kendama_cli.cli.output_file import refuse_output, write_output
-from kendama_cli.cli.shared_cache import RemotePlace, pull, push
-from kendama_cli.cli.shared_cache import verify as verify_shared
+from kendama_cli.cli.shared_store import RemotePlace
+from kendama_cli.cli.shared_store import verify as verify_shared
 from kendama_cli.config.site import find_site
 
 cache_app = typer.Typer(cls=open_group("cache"), help="Look after the store of finished work.", no_args_is_help=True)
@@ -108,8 +108,6 @@ def cache_gc(
     render.text(f"{len(done.deleted)} {'would be ' if dry_run else ''}deleted")
 
 
-cache_app.command("push")(push)
-cache_app.command("pull")(pull)
 log_app.command("predict")(log_predict)
 
 

@@ -52,6 +52,22 @@ def resolve_files(settings: Any, key: str, roots: Sequence[Path]) -> Any:
     return dataclasses.replace(settings, **changed)
 
 
+def at_places(settings: Any, places: Mapping[str, str]) -> Any:
+    """Return ``settings`` with the path of every input file as ``places`` has it, by the path there was."""
+    if not places or not dataclasses.is_dataclass(settings) or isinstance(settings, type):
+        return settings
+    changed = {}
+    for field in dataclasses.fields(settings):
+        value = getattr(settings, field.name)
+        if not field.metadata.get("file"):
+            changed[field.name] = at_places(value, places)
+        elif isinstance(value, str):
+            changed[field.name] = places.get(value, value)
+        elif value is not None:
+            changed[field.name] = tuple(places.get(one, one) for one in value)
+    return dataclasses.replace(settings, **changed)
+
+
 def describe(settings: Any, index: FileIndex) -> Any:
     """Return ``settings`` as plain data for a key: files by name and content digest instead of by path."""
     if dataclasses.is_dataclass(settings) and not isinstance(settings, type):

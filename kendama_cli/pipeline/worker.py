@@ -25,9 +25,9 @@ from kendama_cli.errors import KendamaError, StageError, StoreError
 from kendama_cli.log.writer import METRICS, is_metric
 from kendama_cli.pipeline.artifact_place import LOG
 from kendama_cli.pipeline.context import WorkerContext
+from kendama_cli.pipeline.inputs import at_places
 from kendama_cli.pipeline.nodes import node_schemas
 from kendama_cli.pipeline.record import versions
-from kendama_cli.pipeline.shipped_files import at_places
 from kendama_cli.schema.artifacts import artifact_type
 from kendama_cli.schema.declaration import StageDeclaration, find_stage
 from kendama_cli.schema.registry import resolve

@@ -40,14 +40,31 @@ class StoredResult:
     """Versions of the libraries that it was made with; they are no part of the key."""
 
 
+@dataclass(frozen=True)
+class SharedDamage:
+    """One blob of a shared store that is not as it was written."""
+
+    name: str
+    problem: str
+
+
 class Shared(Protocol):
-    """What stands behind a home: see ``kendama_cli.store.shared``."""
+    """A store that several homes share, behind one of them; what comes out of it was checked."""
+
+    place: str
+    """The folder or address, as messages name it."""
 
     def fetch(self, store: Store, stage: str, key: str, *, again: bool = False) -> bool:
         """Bring the result of ``key`` into the home; False where there is none that is sound."""
 
     def share(self, store: Store, result: StoredResult) -> bool:
         """Give a result to others; False where that cannot be done now."""
+
+    def verify(self, store: Store) -> tuple[int, list[SharedDamage]]:
+        """Read every byte; return how many results and artifacts there are, and what is damaged.
+
+        ``store`` lends room to unpack them, and keeps none.
+        """
 
 
 class Store:

@@ -45,9 +45,9 @@ def libraries(file: Path) -> set[str]:
         ("cv2", {"vision", "devices", "rendering", "gym", "report", "stages"}),
         ("matplotlib", {"gym", "report", "stages"}),
         ("numba", {"system"}),
-        ("distributed", {"pipeline"}),
-        ("dask_jobqueue", {"pipeline"}),
-        ("obstore", {"store"}),
+        ("distributed", set()),
+        ("dask_jobqueue", set()),
+        ("obstore", set()),
         ("embreex", {"rendering"}),
         ("gymnasium", {"gym", "api.py"}),  # there for its types alone
         ("socket", {"devices", "system"}),

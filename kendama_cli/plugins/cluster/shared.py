@@ -13,18 +13,17 @@ import threading
 import time
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from kendama_cli.errors import OfflineError, ReadOnlyError, RemoteError
+from kendama_cli.plugins.cluster.blob import SMALL_BYTES, Remote
+from kendama_cli.plugins.cluster.packed import pack, packed_bytes, unpack
+from kendama_cli.plugins.cluster.remote import open_remote
 from kendama_cli.settings.store import StoreSettings
 from kendama_cli.store import durable
-from kendama_cli.store.blob import SMALL_BYTES, Remote
 from kendama_cli.store.home import DIGEST, KEY, STAGE
-from kendama_cli.store.packed import pack, packed_bytes, unpack
-from kendama_cli.store.remote import open_remote
-from kendama_cli.store.store import Store, StoredResult, damaged_files, key_of, read_manifest
+from kendama_cli.store.store import SharedDamage, Store, StoredResult, damaged_files, key_of, read_manifest
 
 ABSENT_S = 2.0
 """So long what was not there is not asked for again: a stage that waits for another looks ten times a second."""
@@ -35,19 +34,12 @@ _RESULT = re.compile(rf"results/(?P<stage>{STAGE.pattern})/(?P<key>{KEY.pattern}
 _OBJECT = re.compile(rf"objects/[0-9a-f]{{2}}/{DIGEST.pattern}\.tar")
 
 
-@dataclass(frozen=True)
-class RemoteDamage:
-    """One blob of a shared store that is not as it was written."""
-
-    name: str
-    problem: str
-
-
 class SharedStore:
     """A ``Remote`` as the homes of one process use it; ``tell`` is called once where it is out of reach."""
 
     def __init__(self, remote: Remote, tell: Callable[[str], None]) -> None:
         self.remote = remote
+        self.place = remote.place
         self._tell = tell
         self._offline_until_s = 0.0
         self._absent_s: dict[tuple[str, str], float] = {}
@@ -97,6 +89,10 @@ class SharedStore:
         self._given.add(name)
         return True
 
+    def verify(self, store: Store) -> tuple[int, list[SharedDamage]]:
+        """Read every byte of it: see ``verify_remote``."""
+        return verify_remote(store, self.remote)
+
     def share_file(self, path: Path, digest: str) -> None:
         """Give an input file of a stage to the others; raises RemoteError where that cannot be done now."""
         name = _file_name(digest)
@@ -130,14 +126,14 @@ def open_shared(settings: StoreSettings, tell: Callable[[str], None]) -> SharedS
     return None if remote is None else SharedStore(remote, tell)
 
 
-def receive(remote: Remote, store: Store, stage: str, key: str) -> RemoteDamage | None:
+def receive(remote: Remote, store: Store, stage: str, key: str) -> SharedDamage | None:
     """Bring a result, where there is one, into the home; nothing comes in that is not what its digests say."""
     name = _result_name(stage, key)
     data = remote.read(name)
     if data is None:
         return None
     record = _checked(data, name, stage, key)
-    if isinstance(record, RemoteDamage):
+    if isinstance(record, SharedDamage):
         return record
     digest = str(record["artifact"])
     if not _is_whole(store.object_folder(digest)):
@@ -160,7 +156,7 @@ def send(remote: Remote, store: Store, result: StoredResult, *, anew: set[str] |
         wrote = True
     name, path = _result_name(result.stage, result.key), store.result_path(result.stage, result.key)
     standing = None if name in anew else remote.read(name)
-    if standing is None or isinstance(_checked(standing, name, result.stage, result.key), RemoteDamage):
+    if standing is None or isinstance(_checked(standing, name, result.stage, result.key), SharedDamage):
         remote.write(name, path)
         wrote = True
     return wrote
@@ -173,7 +169,7 @@ def push(store: Store, remote: Remote) -> tuple[int, int]:
     return len(sent), sum(sent)
 
 
-def pull(store: Store, remote: Remote) -> tuple[int, list[RemoteDamage]]:
+def pull(store: Store, remote: Remote) -> tuple[int, list[SharedDamage]]:
     """Bring every result that the home lacks into it; how many came, and what was damaged."""
     wanted = [(stage, key) for stage, key in _results(remote) if store.find(stage, key) is None]
     with ThreadPoolExecutor(AT_ONCE) as pool, store.in_use():
@@ -182,7 +178,7 @@ def pull(store: Store, remote: Remote) -> tuple[int, list[RemoteDamage]]:
     return len(wanted) - len(damage), damage
 
 
-def verify_remote(store: Store, remote: Remote) -> tuple[int, list[RemoteDamage]]:
+def verify_remote(store: Store, remote: Remote) -> tuple[int, list[SharedDamage]]:
     """Read every blob; how many there are, and which are damaged. ``store`` lends room to unpack them, and keeps none.
 
     An artifact that no result names is sound, and in nobody's way: a writer may be about to name it.
@@ -190,15 +186,15 @@ def verify_remote(store: Store, remote: Remote) -> tuple[int, list[RemoteDamage]
     results = list(_results(remote))
     objects = [name for name in remote.names("objects") if _OBJECT.fullmatch(name)]
 
-    def result(one: tuple[str, str]) -> RemoteDamage | None:
+    def result(one: tuple[str, str]) -> SharedDamage | None:
         name = _result_name(*one)
         record = _checked(remote.read(name) or b"", name, *one)
-        if isinstance(record, RemoteDamage):
+        if isinstance(record, SharedDamage):
             return record
         missing = _object_name(str(record["artifact"])) not in known
-        return RemoteDamage(name, f"its artifact {str(record['artifact'])[:12]} is missing") if missing else None
+        return SharedDamage(name, f"its artifact {str(record['artifact'])[:12]} is missing") if missing else None
 
-    def packed(name: str) -> RemoteDamage | None:
+    def packed(name: str) -> SharedDamage | None:
         with store.scratch_folder() as folder:
             return _unpacked(remote, folder, Path(name).stem, name)
 
@@ -227,16 +223,16 @@ def _file_name(digest: str) -> str:
     return f"files/{digest[:2]}/{digest}"
 
 
-def _checked(data: bytes, name: str, stage: str, key: str) -> dict[str, Any] | RemoteDamage:
+def _checked(data: bytes, name: str, stage: str, key: str) -> dict[str, Any] | SharedDamage:
     """The record of a result; or what is wrong with it, where it is not one of ``key``."""
     record = durable.unsealed(data, name)
     if record is None:
-        return RemoteDamage(name, "the result's bytes are not those written")
+        return SharedDamage(name, "the result's bytes are not those written")
     told = (record.get("stage"), record.get("key"))
     if told != (stage, key) or key_of(record.get("parts")) != key or not isinstance(record.get("metrics"), dict):
-        return RemoteDamage(name, "it is the result of another key")
+        return SharedDamage(name, "it is the result of another key")
     if not DIGEST.fullmatch(str(record.get("artifact"))) or not isinstance(record.get("made_with"), dict):
-        return RemoteDamage(name, "it names no artifact")
+        return SharedDamage(name, "it names no artifact")
     return record
 
 
@@ -259,7 +255,7 @@ def _send_artifact(remote: Remote, store: Store, artifact: Path, manifest: dict[
         remote.write(name, folder / "pack")
 
 
-def _receive_artifact(remote: Remote, store: Store, digest: str) -> RemoteDamage | None:
+def _receive_artifact(remote: Remote, store: Store, digest: str) -> SharedDamage | None:
     with store.scratch_folder() as folder:
         damage = _unpacked(remote, folder, digest, _object_name(digest))
         if damage is None:
@@ -267,16 +263,16 @@ def _receive_artifact(remote: Remote, store: Store, digest: str) -> RemoteDamage
         return damage
 
 
-def _unpacked(remote: Remote, folder: Path, digest: str, name: str) -> RemoteDamage | None:
+def _unpacked(remote: Remote, folder: Path, digest: str, name: str) -> SharedDamage | None:
     """Lay a pack out in the empty ``folder``; what is wrong with it, if anything is."""
     scratch = folder.with_suffix(".pack")
     with durable.plain_disk_errors(folder):
         try:
             packed = remote.opened(name, scratch)
             if packed is None:
-                return RemoteDamage(name, "it is missing")
+                return SharedDamage(name, "it is missing")
             with packed:
                 problem = unpack(packed, digest, folder)
         finally:
             scratch.unlink(missing_ok=True)
-    return None if problem is None else RemoteDamage(name, problem)
+    return None if problem is None else SharedDamage(name, problem)

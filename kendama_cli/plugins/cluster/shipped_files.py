@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import dataclasses
 import os
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
 
 from kendama_cli.errors import StageError
+from kendama_cli.plugins.cluster.shared import SharedStore
 from kendama_cli.store import durable
-from kendama_cli.store.shared import SharedStore
 from kendama_cli.store.store import Store
 
 
@@ -35,22 +33,6 @@ def placed_files(files: Mapping[str, Mapping[str, str]], store: Store) -> dict[s
             store.shared.fetch_file(facts["sha256"], place)
         places[path] = str(place)
     return places
-
-
-def at_places(settings: Any, places: Mapping[str, str]) -> Any:
-    """``settings`` with every file where ``places`` has it."""
-    if not places or not dataclasses.is_dataclass(settings) or isinstance(settings, type):
-        return settings
-    changed = {}
-    for field in dataclasses.fields(settings):
-        value = getattr(settings, field.name)
-        if not field.metadata.get("file"):
-            changed[field.name] = at_places(value, places)
-        elif isinstance(value, str):
-            changed[field.name] = places.get(value, value)
-        elif value is not None:
-            changed[field.name] = tuple(places.get(one, one) for one in value)
-    return dataclasses.replace(settings, **changed)
 
 
 def _is_here(path: str, digest: str) -> bool:

@@ -15,14 +15,15 @@ from typing import Any
 import pytest
 
 from kendama_cli.errors import ClusterError, ConfigError
+from kendama_cli.plugins.cluster.settings import SlurmExecutor
 from kendama_cli.schema.settings import build_value
-from kendama_cli.settings.executor import ExecutorSettings, SlurmExecutor
-from tests.pipeline.slurm_processes import SlurmProcesses, why_no_slurm
+from kendama_cli.settings.executor import ExecutorSettings
+from tests.plugins.cluster.slurm_processes import SlurmProcesses, why_no_slurm
 from tests.toy_project import ToyProject, artifact_bytes
 
 pytest.importorskip("dask_jobqueue")
 
-from kendama_cli.pipeline import slurm
+from kendama_cli.plugins.cluster import slurm
 
 VALUES: dict[str, Any] = {
     "kind": "slurm",

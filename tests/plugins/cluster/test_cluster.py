@@ -15,19 +15,19 @@ from typing import Any
 import pytest
 
 from kendama_cli.errors import ConfigError
-from kendama_cli.pipeline import cluster_task
-from kendama_cli.pipeline.shipped_files import placed_files
+from kendama_cli.plugins.cluster import task as cluster_task
+from kendama_cli.plugins.cluster.shared import open_shared
+from kendama_cli.plugins.cluster.shipped_files import placed_files
 from kendama_cli.schema.settings import build_value
 from kendama_cli.settings.executor import ExecutorSettings
 from kendama_cli.settings.store import StoreSettings
 from kendama_cli.store.durable import file_sha256
-from kendama_cli.store.shared import open_shared
 from kendama_cli.store.store import Store
-from tests.pipeline.dask_processes import DaskProcesses
+from tests.plugins.cluster.dask_processes import DaskProcesses
 from tests.toy_project import ToyProject, artifact_bytes, statuses
 
 distributed = pytest.importorskip("distributed")
-cluster_module = pytest.importorskip("kendama_cli.pipeline.cluster")
+cluster_module = pytest.importorskip("kendama_cli.plugins.cluster.dask_cluster")
 
 SEEDS = "seed=range(0,8)"
 SLOWLY = ("toy.steps=12", "toy.pause_s=0.03")

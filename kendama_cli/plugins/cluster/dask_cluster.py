@@ -17,10 +17,10 @@ from pathlib import Path
 from typing import IO, Any
 
 from kendama_cli.errors import ClusterError, MissingPartError, install_line
-from kendama_cli.pipeline.cluster_task import OUTCOME, PROGRESS, compute, what_runs_here
-from kendama_cli.settings.executor import DaskExecutor, SlurmExecutor
+from kendama_cli.plugins.cluster.settings import DaskExecutor, SlurmExecutor
+from kendama_cli.plugins.cluster.shared import SharedStore
+from kendama_cli.plugins.cluster.task import OUTCOME, PROGRESS, compute, what_runs_here
 from kendama_cli.settings.store import StoreSettings
-from kendama_cli.store.shared import SharedStore
 from kendama_cli.store.store import Store
 from kendama_cli.system.interface import Lock, Worker
 from kendama_cli.system.processes import cores_shared_by
@@ -51,7 +51,7 @@ def connected(
         _refuse_another_kind(client)
         cluster = DaskCluster(client, store, shared, executor.workers_home, threads)
         if isinstance(executor, SlurmExecutor):
-            from kendama_cli.pipeline.slurm import watched_jobs  # noqa: PLC0415 - as in _opened
+            from kendama_cli.plugins.cluster.slurm import watched_jobs  # noqa: PLC0415 - as in _opened
 
             held.enter_context(watched_jobs(client.cluster, executor, tell, cluster.give_up))
         elif not client.scheduler_info()["workers"]:
@@ -69,7 +69,7 @@ def _silence() -> None:
 @contextlib.contextmanager
 def _opened(executor: DaskExecutor | SlurmExecutor, home: Path) -> Iterator[tuple[distributed.Client, int]]:
     if isinstance(executor, SlurmExecutor):
-        from kendama_cli.pipeline.slurm import slurm_jobs  # noqa: PLC0415 - a library of its own
+        from kendama_cli.plugins.cluster.slurm import slurm_jobs  # noqa: PLC0415 - a library of its own
 
         with slurm_jobs(executor, home) as cluster, distributed.Client(cluster, set_as_default=False) as client:
             yield client, executor.jobs * executor.cores

@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import Any
 
 from kendama_cli.errors import ClusterError, MissingPartError, install_line
-from kendama_cli.settings.executor import SlurmExecutor
+from kendama_cli.plugins.cluster.settings import SlurmExecutor
 from kendama_cli.store import durable
 
 try:

@@ -10,11 +10,11 @@ from pathlib import Path
 import pytest
 
 from kendama_cli.errors import ConfigError, MissingPartError, OfflineError, RemoteError
+from kendama_cli.plugins.cluster.blob import SMALL_BYTES, Remote
+from kendama_cli.plugins.cluster.remote import FolderRemote, open_remote
+from kendama_cli.plugins.cluster.shared import SharedStore, open_shared, pull, push, send, verify_remote
 from kendama_cli.schema.settings import build
 from kendama_cli.settings.store import StoreSettings
-from kendama_cli.store.blob import SMALL_BYTES, Remote
-from kendama_cli.store.remote import FolderRemote, open_remote
-from kendama_cli.store.shared import SharedStore, open_shared, pull, push, send, verify_remote
 from kendama_cli.store.store import Store, StoredResult, key_of
 from tests.toy_project import ToyProject, artifact_bytes, statuses
 
@@ -289,7 +289,7 @@ def test_commands_push_pull_and_verify_a_shared_store(toy: ToyProject) -> None:
 
 def test_a_home_without_the_library_says_how_to_get_it(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(__import__("sys").modules, "obstore", None)
-    monkeypatch.delitem(__import__("sys").modules, "kendama_cli.store.remote_bucket", raising=False)
+    monkeypatch.delitem(__import__("sys").modules, "kendama_cli.plugins.cluster.remote_bucket", raising=False)
     with pytest.raises(MissingPartError, match=r"pip install '\.\[remote\]'"):
         open_remote(StoreSettings("s3://bucket/x", None, 1.0))
 

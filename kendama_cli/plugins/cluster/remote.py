@@ -10,9 +10,9 @@ from pathlib import Path
 from typing import IO
 
 from kendama_cli.errors import OfflineError, StoreError
+from kendama_cli.plugins.cluster.blob import LARGEST_READ, SMALL_BYTES, Remote
 from kendama_cli.settings.store import StoreSettings
 from kendama_cli.store import durable
-from kendama_cli.store.blob import LARGEST_READ, SMALL_BYTES, Remote
 from kendama_cli.store.home import claim
 
 
@@ -22,7 +22,7 @@ def open_remote(settings: StoreSettings) -> Remote | None:
         return None
     if "://" not in settings.remote:
         return FolderRemote(settings.remote)
-    from kendama_cli.store.remote_bucket import BucketRemote  # noqa: PLC0415 - a library of its own
+    from kendama_cli.plugins.cluster.remote_bucket import BucketRemote  # noqa: PLC0415 - a library of its own
 
     return BucketRemote(settings)
 

@@ -21,13 +21,13 @@ from typing import Any
 
 from kendama_cli.errors import KendamaError, RemoteError, StageError
 from kendama_cli.pipeline.code import FileIndex, code_digest
-from kendama_cli.pipeline.shipped_files import placed_files
+from kendama_cli.plugins.cluster.blob import Remote
+from kendama_cli.plugins.cluster.remote import open_remote
+from kendama_cli.plugins.cluster.shared import SharedStore
+from kendama_cli.plugins.cluster.shipped_files import placed_files
 from kendama_cli.schema.settings import build
 from kendama_cli.settings.store import StoreSettings
 from kendama_cli.store import durable
-from kendama_cli.store.blob import Remote
-from kendama_cli.store.remote import open_remote
-from kendama_cli.store.shared import SharedStore
 from kendama_cli.store.store import Store
 from kendama_cli.system.choice import system
 from kendama_cli.system.interface import Lock, Starter, Worker

@@ -1,0 +1,71 @@
+"""Settings of the machines on which stages compute: Dask's and Slurm's."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from typing import Literal
+
+from kendama_cli.errors import ConfigError
+from kendama_cli.schema.settings import setting
+
+
+@dataclass(frozen=True)
+class DaskExecutor:
+    """The workers of a Dask scheduler."""
+
+    kind: Literal["dask"]
+    scheduler: str | None = setting(
+        "the scheduler's address, such as tls://host:8786; null: a scheduler and workers on this machine"
+    )
+    tls_ca: str | None = setting("file of the authority that signed the cluster's certificates; null: no TLS")
+    tls_cert: str | None = setting("file of this machine's certificate; null: no TLS")
+    tls_key: str | None = setting("file of that certificate's key; null: no TLS")
+    workers: int | None = setting("workers where they are started here; null: one for each core", at_least=1)
+    workers_home: str = setting("folder on each worker's machine in which its own home is")
+    connect_s: float = setting("after so long without an answer the scheduler is out of reach [s]", above=0)
+
+    def __post_init__(self) -> None:
+        if self.scheduler is not None and not re.fullmatch(r"(tcp|tls)://[^/\s]+:\d+", self.scheduler):
+            raise ConfigError("scheduler", f"'scheduler' is '{self.scheduler}'; allowed: tls://HOST:PORT, tcp://...")
+        named = [name for name in ("tls_ca", "tls_cert", "tls_key") if getattr(self, name) is not None]
+        if len(named) in (1, 2):
+            missing = next(name for name in ("tls_ca", "tls_cert", "tls_key") if name not in named)
+            raise ConfigError(missing, f"'{missing}' is null; allowed: a file, as '{named[0]}' is one")
+        if self.scheduler is not None and self.scheduler.startswith("tls://") != bool(named):
+            raise ConfigError(
+                "scheduler",
+                f"'scheduler' is '{self.scheduler}'; allowed: tls:// with tls_ca, tls_cert and tls_key, tcp:// without",
+            )
+
+
+@dataclass(frozen=True)
+class SlurmExecutor:
+    """Jobs of a Slurm cluster, each a Dask worker that ends with the command."""
+
+    kind: Literal["slurm"]
+    partition: str | None = setting("where the jobs run (sbatch -p); null: Slurm's default")
+    account: str | None = setting("who is charged (sbatch -A); null: Slurm's default")
+    time: str = setting("how long a job may run (sbatch -t); work that it cuts short goes on in another")
+    memory: str = setting("of each job, such as 4GiB")
+    cores: int = setting("of each job; so many stages compute in it at once", at_least=1)
+    jobs: int = setting("how many jobs", at_least=1)
+    interface: str | None = setting("network interface that the jobs reach this machine by; null: the usual one")
+    options: tuple[str, ...] = setting("further options of sbatch, such as --qos=long")
+    workers_home: str = setting("folder on each node in which its own home is")
+    connect_s: float = setting("how long the first job is waited for before that is told [s]", above=0)
+
+    def __post_init__(self) -> None:
+        if not re.fullmatch(r"(\d+-)?\d+(:\d\d){0,2}", self.time):
+            raise ConfigError("time", f"'time' is '{self.time}'; allowed: as sbatch has it, 01:30:00 or 2-00:00:00")
+        if not re.fullmatch(r"\d+(\.\d+)? ?[KMGT]?i?B", self.memory):
+            raise ConfigError("memory", f"'memory' is '{self.memory}'; allowed: a size such as 4GiB")
+        for name in ("partition", "account", "interface"):  # they stand in a script
+            value = getattr(self, name)
+            if value is not None and not re.fullmatch(r"[\w.,:@+-]+", value):
+                raise ConfigError(name, f"'{name}' is {value!r}; allowed: a name")
+        for option in self.options:
+            if not option.startswith("-") or "\n" in option:
+                raise ConfigError(
+                    "options", f"'options' holds {option!r}; allowed: options of sbatch, such as --qos=long"
+                )
