@@ -68,6 +68,8 @@ if TYPE_CHECKING:
     from kendama_cli.report.replay.performance import performance as performance
     from kendama_cli.report.source import StageLog as StageLog
     from kendama_cli.robot_model.arm_scene import ArmScene as ArmScene
+    from kendama_cli.robot_model.joint_torque import JointTorque as JointTorque
+    from kendama_cli.robot_model.joint_torque import TaskState as TaskState
     from kendama_cli.robot_model.limits import JointLimits as JointLimits
     from kendama_cli.schema.declaration import Headline as Headline
     from kendama_cli.schema.declaration import StageDeclaration as StageDeclaration

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import copy
-import importlib
 import zlib
 from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
 
+from kendama_cli.schema.declaration import find_stage
 from kendama_cli.schema.messages import codec, kind_of
 
 
@@ -20,8 +20,9 @@ class MemoryLog:
         self.messages: list[tuple[str, float, Any]] = []
 
     def write(self, topic: str, t_s: float, message: object) -> None:
-        stage = importlib.import_module(f"kendama_cli.stages.{topic.split('/')[1]}.messages")
-        kind = kind_of(stage.TOPICS, topic)
+        stage = find_stage(topic.split("/")[1])
+        assert stage is not None, topic
+        kind = kind_of(stage.topics, topic)
         assert type(message) is kind, f"{topic} is declared to hold {kind.__name__}"
         self.messages.append((topic, float(t_s), codec(kind).decode(codec(kind).encode(message, round(1e9 * t_s)))))
 

@@ -9,12 +9,12 @@ import numpy as np
 
 from kendama_cli.errors import InputError
 from kendama_cli.motion.dmp.heading import heading_turn
-from kendama_cli.motion.task_settings import ProbeSettings
 from kendama_cli.robot_model.cup import attach_cup, cup_frame
 from kendama_cli.robot_model.dart_library import dartpy
 from kendama_cli.robot_model.description import LIMITS, Description, dart_name
 from kendama_cli.schema.arrays import Array
 from kendama_cli.settings.game import CupSettings
+from kendama_cli.settings.probe import ProbeSettings
 from kendama_cli.settings.robot import RobotSettings
 
 POINT_KG_M2 = 1e-9

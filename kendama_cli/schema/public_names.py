@@ -49,6 +49,7 @@ DEFINED: dict[str, tuple[str, ...]] = {
         "TorqueInterface",
     ),
     "kendama_cli.devices.robot.limiter": ("limit_command",),
+    "kendama_cli.robot_model.joint_torque": ("JointTorque", "TaskState"),
     "kendama_cli.robot_model.limits": ("JointLimits",),
     # interfaces: seeing and learning
     "kendama_cli.vision.interface": ("BackgroundDetector", "Detector", "SearchHint", "Sighting", "Streak"),

@@ -159,7 +159,7 @@ def test_every_declared_target_is_there() -> None:
         assert stage is not None
         for target in (stage.run, stage.gives, stage.chapter, stage.ensemble_chapter, stage.film):
             assert target is None or registry.resolve(target, name) is not None
-        assert stage.run.startswith(f"kendama_cli.stages.{name}.")
+        assert stage.run.startswith((f"kendama_cli.stages.{name}.", "kendama_cli.plugins."))
 
 
 def assigned_outside_init(source: str, name: str) -> set[str]:

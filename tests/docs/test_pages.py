@@ -21,11 +21,25 @@ def test_the_readmes_table_has_every_stage_with_what_it_gives() -> None:
     assert rows == {name: one.gives.partition(":")[2] for name, one in declarations.items() if one is not None}
 
 
-def test_the_logs_page_has_every_topic_with_its_schema() -> None:
-    page = (ROOT / "docs" / "logs.md").read_text()
-    listed = {topic for row in re.findall(r"^\| (`/[^|]*) \|", page, re.M) for topic in re.findall(r"`([^`]+)`", row)}
-    declared = {topic for name in BUILT_IN for topic in getattr(find_stage(name), "topics", {})}
-    assert listed == declared
+def test_the_logs_page_has_every_topic_with_its_schema_and_the_page_of_a_part_that_parts() -> None:
+    of_parts = {name: part for name in stage_names() if (part := part_of(name)) is not None}
+    assert "interact" in of_parts
+    assert listed("logs.md") == {topic for name in BUILT_IN for topic in getattr(find_stage(name), "topics", {})}
+    for name, part in of_parts.items():
+        assert listed(f"plugins/{part}.md") == set(getattr(find_stage(name), "topics", {}))
+
+
+def part_of(stage: str) -> str | None:
+    """Return the part of ours that brings a stage; None for one of the core or of others."""
+    declaration = find_stage(stage)
+    run = "" if declaration is None else declaration.run
+    return run.split(".")[2] if run.startswith("kendama_cli.plugins.") else None
+
+
+def listed(page: str) -> set[str]:
+    """Return the topics in the tables of a page."""
+    rows = re.findall(r"^\| (`/[^|]*) \|", (ROOT / "docs" / page).read_text(), re.M)
+    return {topic for row in rows for topic in re.findall(r"`([^`]+)`", row)}
 
 
 def test_the_readme_names_every_pipeline_and_every_page() -> None:

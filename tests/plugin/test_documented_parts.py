@@ -29,7 +29,6 @@ DOCUMENTED = {
     HAND: "capture=bench",
     CAMERA: "camera=bench",
     ROBOT: "hardware=bench",
-    CONTROLLER: "interact/controller=bench",
     DETECTOR: "predict/detector=bench",
     LEARNER: "learn/learner=bench",
 }
@@ -37,11 +36,10 @@ SHIPPED = [
     {
         HAND: "capture=file",
         CAMERA: "camera=virtual",
-        CONTROLLER: "interact/controller=force",
         DETECTOR: "predict/detector=colour",
         LEARNER: "learn/learner=sarsa",
     },
-    {CONTROLLER: "interact/controller=impedance", LEARNER: "learn/learner=random_replay"},
+    {LEARNER: "learn/learner=random_replay"},
     pytest.param({ROBOT: "hardware=twin"}, marks=pytest.mark.slow),  # of robots, the documented one goes through it
 ]
 

@@ -25,7 +25,7 @@ def brought() -> dict[str, dict[str, list[str]]]:
     for group, points in groups.items():
         for name, target in points.items():
             if target.startswith(PLUGINS):
-                of_part = found.setdefault(target.removeprefix(PLUGINS).partition(".")[0], {})
+                of_part = found.setdefault(target.removeprefix(PLUGINS).partition(":")[0].partition(".")[0], {})
                 of_part.setdefault(group, set()).add(name)
                 if group == STAGES and (stage := find_stage(name)) is not None:
                     of_part.setdefault(NODES, set()).update(stage.settings)

@@ -5,10 +5,10 @@ from __future__ import annotations
 import pytest
 
 from kendama_cli.errors import ConfigError
-from kendama_cli.motion.task_settings import InteractSettings
 from kendama_cli.schema.settings import build
+from kendama_cli.settings.interact import InteractSettings
 from kendama_cli.settings.scene import FreeBody, SprungBody, StaticBody
-from tests.devices.controller.shipped import body, press, scene
+from tests.settings.shipped_scene import body, press, scene
 
 
 def _free(**changed):

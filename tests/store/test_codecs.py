@@ -12,7 +12,6 @@ import pytest
 
 from kendama_cli.artifacts.demonstration import Demonstration, DemonstrationSet
 from kendama_cli.artifacts.friction_model import FrictionModel, NetworkFriction, ParametricFriction
-from kendama_cli.artifacts.interaction import InteractionResult
 from kendama_cli.artifacts.motion_plan import CatchMotion, JointTrajectory, MotionPlan
 from kendama_cli.artifacts.policy import PolicyArtifact
 from kendama_cli.artifacts.prediction import PredictionStudy
@@ -20,6 +19,7 @@ from kendama_cli.artifacts.rehearsal import Rehearsal
 from kendama_cli.artifacts.toy_model import ToyModel
 from kendama_cli.artifacts.transfer_result import TransferResult
 from kendama_cli.errors import StageError, StoreError
+from kendama_cli.plugins.interact.artifact import InteractionResult
 from kendama_cli.schema.declaration import find_stage, stage_names
 from kendama_cli.settings.placement import Placement
 from kendama_cli.store.codecs import load_artifact, save_artifact
@@ -52,7 +52,7 @@ EXAMPLES: list[Any] = [
         chosen="network",
         parametric=ParametricFriction(*RNG.uniform(0.1, 1.0, (5, 2))),
         network=NetworkFriction(RNG.normal(size=(2, 4, 3)), RNG.normal(size=(2, 5))),
-        max_rate_rad_s=np.ones(2),
+        max_speed_rad_s=np.ones(2),
         parametric_rms_nm=np.full(2, 0.2),
         network_rms_nm=np.full(2, 0.1),
     ),

@@ -16,7 +16,7 @@ import numpy as np
 from kendama_cli.devices.robot.interface import Exchange, JointCommand, Robot, torque_interface
 from kendama_cli.devices.robot.open_robot import open_robot
 from kendama_cli.errors import HardwareError, UsageError
-from kendama_cli.motion.impedance import JointTorque
+from kendama_cli.robot_model.joint_torque import JointTorque
 from kendama_cli.schema.arrays import Array
 
 OpenRobot = Callable[[], AbstractContextManager[Robot]]

@@ -8,7 +8,7 @@ from typing import Protocol, runtime_checkable
 import numpy as np
 
 from kendama_cli.errors import HardwareError
-from kendama_cli.motion.impedance import JointTorque
+from kendama_cli.robot_model.joint_torque import JointTorque
 from kendama_cli.robot_model.limits import JointLimits
 from kendama_cli.schema.arrays import Array, array
 

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from kendama_cli.motion.task_settings import InteractionTask
 from kendama_cli.robot_model.model import RobotModel
 from kendama_cli.settings.game import GameSettings
+from kendama_cli.settings.interact import InteractionTask
 from kendama_cli.settings.robot import RobotSettings
 
 Task = GameSettings | InteractionTask

@@ -10,9 +10,9 @@ import numpy as np
 
 from kendama_cli.artifacts.friction_model import ParametricFriction
 from kendama_cli.errors import SimulationError
-from kendama_cli.motion.impedance import JointTorque
 from kendama_cli.motion.rotation import cross
 from kendama_cli.robot_model.body import Body
+from kendama_cli.robot_model.joint_torque import JointTorque
 from kendama_cli.robot_model.model import RobotModel
 from kendama_cli.schema.arrays import Array
 from kendama_cli.simulation.dart import joint_kernel as kernel

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from kendama_cli.motion.impedance import JointTorque
+from kendama_cli.robot_model.joint_torque import JointTorque
 from kendama_cli.schema.arrays import Array
 from kendama_cli.simulation.dart.ball import TetheredBall
 from kendama_cli.simulation.dart.joint_control import JointControl

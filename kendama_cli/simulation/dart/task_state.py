@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from kendama_cli.motion.impedance import TaskState
+from kendama_cli.robot_model.joint_torque import TaskState
 from kendama_cli.robot_model.model import RobotModel
 from kendama_cli.schema.arrays import Array
 

@@ -7,14 +7,14 @@ from typing import Any
 
 import numpy as np
 
-from kendama_cli.motion.impedance import JointTorque, TaskState
-from kendama_cli.motion.task_settings import InteractSettings
 from kendama_cli.robot_model.body import Body
 from kendama_cli.robot_model.cup import frame_along
 from kendama_cli.robot_model.dart_library import dartpy
+from kendama_cli.robot_model.joint_torque import JointTorque, TaskState
 from kendama_cli.robot_model.model import HANDLE_RADIUS_M, RobotModel
 from kendama_cli.schema.arrays import Array
 from kendama_cli.settings.game import CupSettings, GameSettings
+from kendama_cli.settings.interact import InteractSettings
 from kendama_cli.settings.robot import RobotSettings
 from kendama_cli.settings.scene import SceneSettings
 from kendama_cli.simulation.dart.arm_dynamics import ArmDynamics

@@ -15,7 +15,7 @@ from kendama_cli.devices.robot.interface import Exchange, JointCommand, Robot
 from kendama_cli.devices.robot.limiter import limit_command
 from kendama_cli.devices.robot.simulated import SimulatedRobot
 from kendama_cli.errors import HardwareError
-from kendama_cli.motion.impedance import JointTorque
+from kendama_cli.robot_model.joint_torque import JointTorque
 from kendama_cli.robot_model.limits import JointLimits
 from kendama_cli.schema.arrays import Array
 from kendama_cli.settings.robot import Imperfection

@@ -11,7 +11,7 @@ from kendama_cli.errors import ConfigError
 from kendama_cli.robot_model.dart_library import dartpy
 from kendama_cli.simulation.dart.scene import Scene, check_clear, depth_m
 from kendama_cli.simulation.dart.world import STEP_S, ArmWorld
-from tests.devices.controller.shipped import body, scene
+from tests.settings.shipped_scene import body, scene
 from tests.simulation.dart.bench_robot import kendama_game, pa10
 
 GRAVITY_M_S2 = 9.81

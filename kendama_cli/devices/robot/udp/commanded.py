@@ -16,7 +16,7 @@ from kendama_cli.devices.robot.udp.protocol import Datagram, DatagramError, Kind
 from kendama_cli.devices.robot.udp.session import Place, Session
 from kendama_cli.devices.robot.udp.torque_protocol import TorqueReport, pack_torque_report, unpack_torque
 from kendama_cli.errors import KendamaError
-from kendama_cli.motion.impedance import JointTorque
+from kendama_cli.robot_model.joint_torque import JointTorque
 
 Command = JointCommand | JointTorque
 _BRAKING_S = 2.0

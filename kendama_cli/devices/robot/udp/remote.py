@@ -18,7 +18,7 @@ from kendama_cli.devices.robot.udp.key_file import read_key
 from kendama_cli.devices.robot.udp.protocol import DatagramError, Kind, Report
 from kendama_cli.devices.robot.udp.torque_protocol import TorqueReport, pack_torque, unpack_torque_report
 from kendama_cli.errors import HardwareError
-from kendama_cli.motion.impedance import JointTorque
+from kendama_cli.robot_model.joint_torque import JointTorque
 from kendama_cli.schema.arrays import Array
 from kendama_cli.settings.hardware import CommandHardware
 from kendama_cli.settings.robot import RobotSettings

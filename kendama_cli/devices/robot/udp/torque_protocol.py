@@ -9,7 +9,7 @@ import numpy as np
 
 from kendama_cli.devices.robot.interface import BodyPose, ContactTruth, RobotState, TorqueExchange
 from kendama_cli.devices.robot.udp.protocol import MOST, NAME_BYTES, DatagramError, as_bytes, expect, finite, floats
-from kendama_cli.motion.impedance import JointTorque
+from kendama_cli.robot_model.joint_torque import JointTorque
 
 _STATE = struct.Struct(f"<dIIBBB{NAME_BYTES}s")
 _MOST_BODIES = 20

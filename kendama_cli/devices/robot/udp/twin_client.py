@@ -24,10 +24,10 @@ from kendama_cli.devices.robot.udp.remote import UdpRobot
 from kendama_cli.devices.robot.udp.seal import KEY_BYTES
 from kendama_cli.devices.robot.udp.twin import serve_twin
 from kendama_cli.errors import HardwareError, KendamaError
-from kendama_cli.motion.task_settings import InteractionTask
 from kendama_cli.schema.settings import build_value
 from kendama_cli.settings.game import GameSettings
 from kendama_cli.settings.hardware import TwinHardware
+from kendama_cli.settings.interact import InteractionTask
 from kendama_cli.settings.robot import RobotSettings
 
 _START_S = 60.0

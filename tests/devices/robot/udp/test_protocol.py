@@ -13,7 +13,7 @@ from kendama_cli.devices.robot.interface import Exchange, JointCommand, RobotSta
 from kendama_cli.devices.robot.udp import protocol
 from kendama_cli.devices.robot.udp.protocol import DatagramError, Report, Welcome
 from kendama_cli.devices.robot.udp.torque_protocol import TorqueReport, pack_torque_report, unpack_torque_report
-from kendama_cli.motion.impedance import JointTorque
+from kendama_cli.robot_model.joint_torque import JointTorque
 from kendama_cli.robot_model.limits import JointLimits
 
 

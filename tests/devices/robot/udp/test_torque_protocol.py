@@ -16,7 +16,7 @@ from kendama_cli.devices.robot.udp.torque_protocol import (
     unpack_torque,
     unpack_torque_report,
 )
-from kendama_cli.motion.impedance import JointTorque
+from kendama_cli.robot_model.joint_torque import JointTorque
 
 NAMES = st.text(st.characters(codec="utf-8", exclude_characters="\0"), min_size=1, max_size=12)
 

@@ -7,9 +7,9 @@ import dataclasses
 import numpy as np
 import pytest
 
-from kendama_cli.devices.controller.conformance import bench_state, resting_at
-from kendama_cli.motion.impedance import Impedance, modal_damping, pose_error, task_inertia
 from kendama_cli.motion.rotation import exp_of
+from kendama_cli.plugins.interact.conformance import bench_state, resting_at
+from kendama_cli.plugins.interact.impedance_law import Impedance, modal_damping, pose_error, task_inertia
 
 RNG = np.random.default_rng(2)
 STIFFNESS = np.array([500.0, 900.0, 200.0, 30.0, 30.0, 30.0])

@@ -7,11 +7,11 @@ from kendama_cli.schema.registry import Variant
 
 IMPEDANCE = Variant(
     "impedance",
-    settings="kendama_cli.devices.controller.settings:ImpedanceControl",
-    makes="kendama_cli.devices.controller.impedance:ImpedanceController",
+    settings="kendama_cli.plugins.interact.settings:ImpedanceControl",
+    makes="kendama_cli.plugins.interact.impedance:ImpedanceController",
 )
 FORCE = Variant(
     "force",
-    settings="kendama_cli.devices.controller.settings:ForceControl",
-    makes="kendama_cli.devices.controller.force:ForceController",
+    settings="kendama_cli.plugins.interact.settings:ForceControl",
+    makes="kendama_cli.plugins.interact.force:ForceController",
 )

@@ -7,7 +7,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from kendama_cli.devices.controller.conformance import (
+from kendama_cli.plugins.interact.conformance import (
     CHECKS,
     DOWN,
     bench_state,
@@ -17,13 +17,14 @@ from kendama_cli.devices.controller.conformance import (
     check_reset,
     resting_at,
 )
-from kendama_cli.devices.controller.force import ForceController
-from kendama_cli.devices.controller.impedance import ImpedanceController
-from kendama_cli.devices.controller.interface import TaskController
-from kendama_cli.devices.controller.open_controller import make_controller
-from kendama_cli.motion.impedance import JointTorque, TaskReference, TaskState
+from kendama_cli.plugins.interact.force import ForceController
+from kendama_cli.plugins.interact.impedance import ImpedanceController
+from kendama_cli.plugins.interact.impedance_law import TaskReference
+from kendama_cli.plugins.interact.interface import TaskController
+from kendama_cli.plugins.interact.open_controller import make_controller
+from kendama_cli.robot_model.joint_torque import JointTorque, TaskState
 from kendama_cli.schema.arrays import Array
-from tests.devices.controller.shipped import controller
+from tests.settings.shipped_scene import controller
 
 
 @pytest.mark.parametrize("kind", ["impedance", "force"])

@@ -6,8 +6,9 @@ import dataclasses
 
 import numpy as np
 
-from kendama_cli.devices.controller.settings import ImpedanceControl, TaskSpaceGains
-from kendama_cli.motion.impedance import Impedance, JointTorque, TaskReference, TaskState
+from kendama_cli.plugins.interact.impedance_law import Impedance, TaskReference
+from kendama_cli.plugins.interact.settings import ImpedanceControl, TaskSpaceGains
+from kendama_cli.robot_model.joint_torque import JointTorque, TaskState
 from kendama_cli.schema.arrays import Array
 
 

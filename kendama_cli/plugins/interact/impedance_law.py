@@ -21,6 +21,7 @@ import numpy as np
 from scipy.linalg.lapack import dsygvd
 
 from kendama_cli.motion.rotation import log_of
+from kendama_cli.robot_model.joint_torque import JointTorque, TaskState
 from kendama_cli.schema.arrays import Array
 
 LEAST_MOBILITY = 2e-3
@@ -28,37 +29,6 @@ LEAST_MOBILITY = 2e-3
 the way that it cannot go. Postures that arms work in have 1e-2 and more, and keep the exact law."""
 
 LEAST_SINE = 1e-9
-
-
-@dataclass(frozen=True)
-class TaskState:
-    """What the law needs to know of an arm of n joints; velocities and forces are linear, then angular."""
-
-    position_rad: Array
-    """(n,)"""
-    velocity_rad_s: Array
-    """(n,)"""
-    tool_m: Array
-    """(3,) in the world"""
-    tool_rotation: Array
-    """(3, 3) from the tool to the world"""
-    jacobian: Array
-    """(6, n) of the tool, in the world"""
-    jacobian_rate: Array
-    """(6, n) J', its derivative in time"""
-    inertia: Array
-    """(n, n) H"""
-    contact_n: Array
-    """(3,) measured force that the tool exerts on what it touches, in the world"""
-
-
-@dataclass(frozen=True)
-class JointTorque:
-    """What a task-space controller asks of the joints (n,), beside what carries weight, Coriolis and friction."""
-
-    torque_nm: Array
-    velocity_rad_s: Array
-    """qr', the joint speeds that the wanted motion needs: those for which Coriolis and friction are compensated"""
 
 
 @dataclass(frozen=True)

@@ -13,6 +13,7 @@ from matplotlib.patches import Polygon
 from scipy.spatial import ConvexHull
 
 from kendama_cli.motion.rotation import matrix_of
+from kendama_cli.plugins.interact.messages import ContactMessage
 from kendama_cli.report.figure import Figure, Panel, figure, lettered
 from kendama_cli.report.plot import drawing, halo, legend_above
 from kendama_cli.report.source import StageLog
@@ -20,7 +21,6 @@ from kendama_cli.report.style import BALL, CUP, GOOD, INK, LINE, MUTED, SERIES
 from kendama_cli.report.tables import number
 from kendama_cli.report.tracks import Array
 from kendama_cli.schema.foxglove import FrameTransform, JointStates
-from kendama_cli.stages.interact.messages import ContactMessage
 
 _ROUND = np.linspace(0.0, 2 * math.pi, 48, endpoint=False)
 

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from typing import Protocol
 
-from kendama_cli.motion.impedance import JointTorque, TaskReference, TaskState
+from kendama_cli.plugins.interact.impedance_law import TaskReference
+from kendama_cli.robot_model.joint_torque import JointTorque, TaskState
 from kendama_cli.schema.arrays import Array
 
 

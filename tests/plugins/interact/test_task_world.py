@@ -7,15 +7,16 @@ import dataclasses
 import numpy as np
 import pytest
 
-from kendama_cli.devices.controller.conformance import resting_at
-from kendama_cli.devices.controller.open_controller import make_controller
 from kendama_cli.errors import ConfigError, SimulationError
-from kendama_cli.motion.impedance import JointTorque, pose_error
 from kendama_cli.motion.rotation import exp_of
-from kendama_cli.motion.task_settings import ProbeSettings
+from kendama_cli.plugins.interact.conformance import resting_at
+from kendama_cli.plugins.interact.impedance_law import pose_error
+from kendama_cli.plugins.interact.open_controller import make_controller
+from kendama_cli.robot_model.joint_torque import JointTorque
+from kendama_cli.settings.probe import ProbeSettings
 from kendama_cli.simulation.dart.task_state import coriolis_nm
 from kendama_cli.simulation.dart.world import STEP_S, ArmWorld
-from tests.devices.controller.shipped import body, controller, press, scene
+from tests.settings.shipped_scene import body, controller, press, scene
 from tests.simulation.dart.bench_robot import frictionless_pa10, pa10
 
 PROBE = press().probe

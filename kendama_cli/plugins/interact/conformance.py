@@ -12,10 +12,11 @@ from typing import Any
 
 import numpy as np
 
-from kendama_cli.devices.controller.interface import TaskController
-from kendama_cli.devices.controller.open_controller import make_controller
-from kendama_cli.motion.impedance import TaskReference, TaskState
 from kendama_cli.motion.rotation import exp_of
+from kendama_cli.plugins.interact.impedance_law import TaskReference
+from kendama_cli.plugins.interact.interface import TaskController
+from kendama_cli.plugins.interact.open_controller import make_controller
+from kendama_cli.robot_model.joint_torque import TaskState
 
 MakeController = Callable[[], TaskController]
 

@@ -7,12 +7,12 @@ from typing import Any
 
 import yaml
 
-from kendama_cli.motion.task_settings import ControllerSettings, InteractSettings
 from kendama_cli.schema.settings import build, build_value
+from kendama_cli.settings.interact import ControllerSettings, InteractSettings
 from kendama_cli.settings.robot import RobotSettings
 from kendama_cli.settings.scene import SceneSettings
 
-CONF = Path(__file__).resolve().parents[3] / "conf"
+CONF = Path(__file__).resolve().parents[2] / "conf"
 
 
 def controller(kind: str, **changed: Any) -> ControllerSettings:

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from kendama_cli.devices.controller.interface import TaskController
-from kendama_cli.motion.task_settings import CONTROLLERS, ControllerSettings
+from kendama_cli.plugins.interact.interface import TaskController
+from kendama_cli.settings.interact import CONTROLLERS, ControllerSettings
 
 
 def make_controller(settings: ControllerSettings) -> TaskController:

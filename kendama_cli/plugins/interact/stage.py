@@ -8,25 +8,26 @@ from typing import Any
 
 import numpy as np
 
-from kendama_cli.artifacts.interaction import InteractionResult
-from kendama_cli.devices.controller.open_controller import make_controller
 from kendama_cli.devices.robot.interface import ContactTruth, Robot, RobotState, TorqueExchange, torque_interface
 from kendama_cli.devices.robot.open_robot import open_robot
 from kendama_cli.errors import StageError
 from kendama_cli.log.messages import WrenchMessage
-from kendama_cli.motion.impedance import TaskReference, TaskState
 from kendama_cli.motion.rotation import quaternion_of
-from kendama_cli.motion.task_path import TaskPath
-from kendama_cli.motion.task_settings import InteractionTask, InteractSettings
+from kendama_cli.plugins.interact.artifact import InteractionResult
+from kendama_cli.plugins.interact.impedance_law import TaskReference
+from kendama_cli.plugins.interact.messages import ContactMessage
+from kendama_cli.plugins.interact.open_controller import make_controller
+from kendama_cli.plugins.interact.task_path import TaskPath
+from kendama_cli.robot_model.joint_torque import TaskState
 from kendama_cli.robot_model.limits import JointLimits
 from kendama_cli.robot_model.model import RobotModel
 from kendama_cli.schema.arrays import Array
 from kendama_cli.schema.foxglove import FrameTransform, JointStates
 from kendama_cli.settings.hardware import HardwareSettings
+from kendama_cli.settings.interact import InteractionTask, InteractSettings
 from kendama_cli.settings.robot import RobotSettings
 from kendama_cli.settings.scene import SceneSettings
 from kendama_cli.simulation.dart.task_state import task_state
-from kendama_cli.stages.interact.messages import ContactMessage
 from kendama_cli.stages.interface import Made, Metric, StageContext
 
 PROGRESS_STEPS = 500

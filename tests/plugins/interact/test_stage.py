@@ -10,14 +10,14 @@ import numpy as np
 import pytest
 
 from kendama_cli.errors import HardwareError, StageError
+from kendama_cli.plugins.interact.stage import Interact
 from kendama_cli.schema.settings import build
 from kendama_cli.settings.hardware import CommandHardware, SimulatedHardware, TwinHardware
-from kendama_cli.stages.interact.stage import Interact
 from kendama_cli.stages.interface import Made
 from tests import warm_command
-from tests.devices.controller.shipped import body, press, robot, scene
 from tests.devices.robot.stand_in import ObedientRobot, key_file, served
 from tests.memory_context import MemoryContext
+from tests.settings.shipped_scene import body, press, robot, scene
 from tests.shipped_conf import plain
 from tests.simulation.dart.bench_robot import pa10
 
