@@ -3,10 +3,19 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TypeVar
 
 import numpy as np
 
 from kendama_cli.schema.arrays import Array, array
+
+Numbers = TypeVar("Numbers", float, Array)
+
+
+def dry_friction(coulomb: Numbers, stribeck: Numbers, ratio: Numbers) -> Numbers:
+    """Return Fc + Fs exp(-(v / vs)^2), the size of the dry friction at ``ratio`` v / vs: numbers or arrays."""
+    fading: Numbers = np.exp(-ratio * ratio)
+    return coulomb + stribeck * fading
 
 
 @dataclass(frozen=True)
@@ -32,7 +41,7 @@ class ParametricFriction:
     def dry_nm(self, velocity_rad_s: Array) -> Array:
         """Fc + Fs exp(-(v / vs)^2), the size of the dry friction [Nm], at the velocities (..., n)."""
         ratio = velocity_rad_s * (1.0 / self.stribeck_rad_s)
-        return np.asarray(self.coulomb_nm + self.stribeck_nm * np.exp(-ratio * ratio))
+        return np.asarray(dry_friction(self.coulomb_nm, self.stribeck_nm, ratio))
 
     def torque_nm(self, velocity_rad_s: Array, direction: Array) -> Array:
         """xi (..., n) [Nm]; ``direction`` (..., n) is the sign of v, or a smooth one where readings are noisy."""

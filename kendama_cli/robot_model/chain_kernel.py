@@ -12,8 +12,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from kendama_cli.artifacts.friction_model import dry_friction
 from kendama_cli.system.compiled import Array, compiled
 
+Vector = tuple[float, float, float]
 TASK = 5
 """Rows of the task: the tie point's place, and the cup's turn about x and y."""
 MOST_STEPS = 12
@@ -100,6 +102,21 @@ class CollisionGeometry(NamedTuple):
 
 
 @compiled
+def rotated_row(row: Vector, axis: Vector, cosine: float, sine: float) -> Vector:
+    """Return a ``row`` of the rotation R times the rotation about the unit ``axis`` (Rodrigues).
+
+    r cos + (1 - cos) (r . a) a + sin (r x a)
+    """
+    (p, q, s), (x, y, z) = row, axis
+    across = (1.0 - cosine) * (p * x + q * y + s * z)
+    return (
+        p * cosine + across * x + sine * (q * z - s * y),
+        q * cosine + across * y + sine * (s * x - p * z),
+        s * cosine + across * z + sine * (p * y - q * x),
+    )
+
+
+@compiled
 def frames(chain: Chain, angles: Array, turns: Array, shifts: Array) -> None:
     """Turns (n + 1, 3, 3) and shifts (n + 1, 3) of root and links for ``angles`` (n,), into the given arrays."""
     for r in range(3):  # number by number here and below: an array assigned to a row takes seconds to compile
@@ -107,15 +124,11 @@ def frames(chain: Chain, angles: Array, turns: Array, shifts: Array) -> None:
         for k in range(3):
             turns[0, r, k] = 1.0 if r == k else 0.0
     for i in range(len(angles)):
-        x, y, z = chain.axes[i, 0], chain.axes[i, 1], chain.axes[i, 2]
+        axis = chain.axes[i, 0], chain.axes[i, 1], chain.axes[i, 2]
         c, s = math.cos(angles[i]), math.sin(angles[i])
-        d = 1.0 - c
         for r in range(3):  # the turn so far, times Rodrigues' turn about the axis
-            u, v, w = turns[i, r, 0], turns[i, r, 1], turns[i, r, 2]
-            along = (u * x + v * y + w * z) * d
-            turns[i + 1, r, 0] = u * c + along * x + s * (v * z - w * y)
-            turns[i + 1, r, 1] = v * c + along * y + s * (w * x - u * z)
-            turns[i + 1, r, 2] = w * c + along * z + s * (u * y - v * x)
+            row = turns[i, r, 0], turns[i, r, 1], turns[i, r, 2]
+            turns[i + 1, r, 0], turns[i + 1, r, 1], turns[i + 1, r, 2] = rotated_row(row, axis, c, s)
             shift = shifts[i, r]
             for k in range(3):
                 shift += (turns[i, r, k] - turns[i + 1, r, k]) * chain.origins[i, k]
@@ -287,7 +300,7 @@ def efforts(chain: Chain, tool: ToolGeometry, angles: Array, speeds: Array, chan
             moments[i] += moments[i + 1] + cross(places[i + 1] - places[i], forces[i + 1])
             forces[i] += forces[i + 1]
         ratio = speeds[i] / chain.stribeck_rad_s[i]
-        dry = chain.coulomb_nm[i] + chain.stribeck_nm[i] * math.exp(-ratio * ratio)
+        dry = dry_friction(chain.coulomb_nm[i], chain.stribeck_nm[i], ratio)
         made[i] = (
             axes[i] @ moments[i]
             + chain.rotor_kg_m2[i] * changes[i]

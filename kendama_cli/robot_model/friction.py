@@ -4,19 +4,19 @@ from __future__ import annotations
 
 import numpy as np
 
-from kendama_cli.artifacts.friction_model import FrictionModel, NetworkFriction, ParametricFriction
+from kendama_cli.artifacts.friction_model import FrictionModel, NetworkFriction, Numbers, ParametricFriction
 from kendama_cli.schema.arrays import Array
 
 SIGN_RAD_S = 0.005
-"""The sign of a velocity turns over about this speed: narrow, for the velocities are a reference's, without noise. The
-simulated controller plays with the same (joint_kernel.REVERSAL_RAD_S: compiled code keeps its own constants)."""
+"""The sign of a velocity turns over about this speed: narrow, for the velocities are a reference's, without noise."""
 SLOW_RAD_S = 0.05
 """Below this speed the network sees velocities as they are, above it by their logarithms: slow motion shows more."""
 
 
-def direction(velocity_rad_s: Array) -> Array:
-    """Return the smooth sign tanh(v / SIGN_RAD_S) of a velocity."""
-    return np.tanh(velocity_rad_s / SIGN_RAD_S)
+def direction(velocity_rad_s: Numbers) -> Numbers:
+    """Return the smooth sign tanh(v / SIGN_RAD_S) of a velocity, a number or an array."""
+    sign: Numbers = np.tanh(velocity_rad_s * (1.0 / SIGN_RAD_S))
+    return sign
 
 
 def parametric_torque(friction: ParametricFriction, velocity_rad_s: Array) -> Array:

@@ -15,10 +15,10 @@ from typing import Any
 import numpy as np
 
 from kendama_cli.robot_model.cup import cup_frame
+from kendama_cli.robot_model.friction import SIGN_RAD_S
 from kendama_cli.robot_model.model import RobotModel
 from kendama_cli.schema.arrays import Array
 from kendama_cli.settings.game import GameSettings
-from kendama_cli.simulation.dart.joint_kernel import REVERSAL_RAD_S
 from kendama_cli.simulation.dart.world import STEP_S, ArmWorld
 from tests.benchmarks.swing import best_rate
 from tests.simulation.dart.bench_robot import kendama_game, pa10
@@ -139,7 +139,7 @@ def mujoco_loop(*, in_cup: bool) -> Callable[[], int]:
             mujoco.mj_step1(model, data)
             wanted[:n] = change + kd * (speed - data.qvel[:n]) + kp * (place - data.qpos[:n])
             mujoco.mj_mulM(model, data, effort, wanted)
-            friction = viscous * data.qvel[:n] + coulomb * np.tanh(speed / REVERSAL_RAD_S)
+            friction = viscous * data.qvel[:n] + coulomb * np.tanh(speed / SIGN_RAD_S)
             data.ctrl[:] = effort[:n] + data.qfrc_bias[:n] + friction
             mujoco.mj_step2(model, data)
         if (np.linalg.norm(data.qpos[n:] - data.site_xpos[tie]) < game.cup.depth_m) != in_cup:

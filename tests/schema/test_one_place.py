@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation, Slerp
 
+import kendama_cli
 from kendama_cli.artifacts.policy import PolicyArtifact
 from kendama_cli.control.scene_history import SceneHistory
 from kendama_cli.devices.camera.calibration import camera_model
@@ -21,11 +22,9 @@ from kendama_cli.errors import ConfigError, InputError
 from kendama_cli.log.writer import canonical_json as logged_json
 from kendama_cli.motion.rotation import between
 from kendama_cli.report.replay.performance import poses_between
-from kendama_cli.robot_model import friction
 from kendama_cli.schema.json_text import json_text
 from kendama_cli.schema.random_stream import random_stream
 from kendama_cli.settings.scene import StaticBody
-from kendama_cli.simulation.dart import joint_kernel
 from kendama_cli.store.durable import canonical_json as stored_json
 from tests.vision.scenes import virtual
 
@@ -77,10 +76,6 @@ def test_the_cup_that_cameras_are_shown_between_two_periods_is_no_smaller() -> N
     assert seen == pytest.approx(Rotation.from_rotvec([0.0, 0.05, 0.0]).as_matrix(), abs=1e-12)
 
 
-def test_friction_is_fitted_with_the_sign_that_it_is_played_with() -> None:
-    assert friction.SIGN_RAD_S == joint_kernel.REVERSAL_RAD_S
-
-
 def test_one_text_stands_for_a_value_in_logs_stores_and_policies() -> None:
     value = {"b": [1.5, None], "a": "Fänger"}
     text = '{"a":"Fänger","b":[1.5,null]}'
@@ -96,7 +91,7 @@ def test_a_stream_belongs_to_its_name_and_number() -> None:
     seen = [random_stream(7, *which).random() for which in (("rope", 0), ("rope", 1), ("game", 0))]
     assert len(set(seen)) == 3
     assert seen[1] == np.random.default_rng([7, zlib.crc32(b"rope"), 1]).random()
-    package = Path(joint_kernel.__file__).parents[2]
+    package = Path(kendama_cli.__file__).parent
     derived = [
         one.name for one in package.rglob("*.py") if "crc32(" in one.read_text() and "default_rng" in one.read_text()
     ]

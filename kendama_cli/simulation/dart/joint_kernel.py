@@ -9,8 +9,11 @@ import math
 
 import numpy as np
 
+from kendama_cli.artifacts.friction_model import dry_friction
 from kendama_cli.physics.air import drag_n
 from kendama_cli.physics.rope import CupProfile, RopeLaw, rope_pull
+from kendama_cli.robot_model.chain_kernel import rotated_row
+from kendama_cli.robot_model.friction import direction
 from kendama_cli.system.compiled import (
     NONE,
     PAIR,
@@ -41,8 +44,6 @@ MOST_PIVOTS = 200
 
 COULOMB, STRIBECK, PER_SPEED, VISCOUS, EFFORT = range(5)
 """Rows of the joints' constants (5, n): Fc, Fs, 1 / vs, b, the motors' limits."""
-REVERSAL_RAD_S = 0.005
-"""The controller's compensation turns its sign over about this speed: friction.SIGN_RAD_S."""
 
 AXIS, ORIGIN, CENTER, INERTIA, MASS, ROTOR = 0, 3, 6, 9, 18, 19
 """Columns of the links (n, 20) in the posture of zeros, in the world: a joint's axis and a point of it, its link's
@@ -305,8 +306,8 @@ def efforts(  # noqa: PLR0917
     finite = True
     for i in range(torque.size):
         ratio = wanted_rad_s[i] * joints[PER_SPEED, i]
-        dry = joints[COULOMB, i] + joints[STRIBECK, i] * math.exp(-ratio * ratio)
-        known = dry * math.tanh(wanted_rad_s[i] * (1.0 / REVERSAL_RAD_S)) + joints[VISCOUS, i] * velocity_rad_s[i]
+        dry = dry_friction(joints[COULOMB, i], joints[STRIBECK, i], ratio)
+        known = dry * direction(wanted_rad_s[i]) + joints[VISCOUS, i] * velocity_rad_s[i]
         given = torque[i] + known + added[i]
         effort[i] = given
         if math.isfinite(given):
@@ -314,7 +315,7 @@ def efforts(  # noqa: PLR0917
         else:
             finite = False
         ratio = velocity_rad_s[i] * joints[PER_SPEED, i]
-        level[i] = factor * (joints[COULOMB, i] + joints[STRIBECK, i] * math.exp(-ratio * ratio)) + extra
+        level[i] = factor * dry_friction(joints[COULOMB, i], joints[STRIBECK, i], ratio) + extra
     return finite
 
 
@@ -533,11 +534,8 @@ def move_chain(  # noqa: PLR0912, PLR0915, PLR0917
             along = p * x + q * y + s * z
             screws[i, r] = along
             points[i, r] = p * link[ORIGIN] + q * link[ORIGIN + 1] + s * link[ORIGIN + 2] + shift[r]
-            across = (1.0 - cosine) * along
             last[r, 0], last[r, 1], last[r, 2] = p, q, s
-            turn[r, 0] = p * cosine + across * x + sine * (q * z - s * y)
-            turn[r, 1] = q * cosine + across * y + sine * (s * x - p * z)
-            turn[r, 2] = s * cosine + across * z + sine * (p * y - q * x)
+            turn[r, 0], turn[r, 1], turn[r, 2] = rotated_row((p, q, s), (x, y, z), cosine, sine)
             for k in range(3):
                 shift[r] += (last[r, k] - turn[r, k]) * link[ORIGIN + k]
         a0, a1, a2 = screws[i, 0], screws[i, 1], screws[i, 2]

@@ -8,6 +8,7 @@ import pytest
 
 from kendama_cli.artifacts.friction_model import ParametricFriction
 from kendama_cli.robot_model.dart_library import dartpy
+from kendama_cli.robot_model.friction import SIGN_RAD_S
 from kendama_cli.schema.arrays import Array
 from kendama_cli.simulation.dart import joint_kernel as kernel
 from kendama_cli.simulation.dart.joint_control import JointFriction
@@ -171,7 +172,7 @@ def test_the_motors_give_what_is_asked_with_the_law_of_the_known_friction_within
             kernel.efforts(
                 torque, added, speed, wanted, friction.constants, friction.unknown, effort, friction.level_nm
             )
-            direction = np.tanh(wanted / kernel.REVERSAL_RAD_S)
+            direction = np.tanh(wanted / SIGN_RAD_S)
             compensated = arm.friction.dry_nm(wanted) * direction + arm.friction.viscous_nm_s * speed
             asked = torque + compensated + added
             clipped += int((np.abs(asked) > arm.limits.effort_nm).sum())
