@@ -8,8 +8,6 @@ from pathlib import Path
 from kendama_cli.devices.recordings.body_track import BodyTrack
 from kendama_cli.devices.recordings.c3d import read_c3d
 from kendama_cli.devices.recordings.mcap_poses import read_mcap_bodies
-from kendama_cli.devices.recordings.motive import read_motive
-from kendama_cli.devices.recordings.qualisys import read_qualisys
 from kendama_cli.devices.recordings.recording_format import (
     BAG,
     C3D,
@@ -25,7 +23,7 @@ from kendama_cli.devices.recordings.recording_format import (
 )
 from kendama_cli.devices.recordings.rosbag import read_bag
 from kendama_cli.devices.recordings.stream_file import read_stream
-from kendama_cli.devices.recordings.table import read_table, read_trc, read_vicon
+from kendama_cli.devices.recordings.table import read_motive, read_qualisys, read_table, read_trc, read_vicon
 
 KNOWN = (
     "give a CSV with the columns t_s,x_m,y_m,z_m, a Qualisys TSV, a Motive or Vicon CSV, a TRC, a C3D, a ROS bag, or "
