@@ -1,4 +1,4 @@
-"""``kendama robot check``: whether the imitated swing keeps to what the arm and its surroundings allow."""
+"""The check of an imitated swing before an arm plays it, and recovery from a latched stop, which moves nothing."""
 
 from __future__ import annotations
 
@@ -7,10 +7,15 @@ import dataclasses
 from kendama_cli.artifacts.motion_plan import CatchMotion
 from kendama_cli.cli import render
 from kendama_cli.cli.pipeline_result import run_for
+from kendama_cli.config.compose import composed
 from kendama_cli.config.site import Site
 from kendama_cli.control.imitation import stretched
 from kendama_cli.control.reachable import Surroundings, follow_from_s
+from kendama_cli.devices.robot.interface import RecoverableRobot
+from kendama_cli.devices.robot.open_robot import open_robot
+from kendama_cli.errors import UsageError
 from kendama_cli.pipeline.inputs import resolve_files
+from kendama_cli.pipeline.nodes import build_settings
 from kendama_cli.robot_model.model import RobotModel
 from kendama_cli.robot_model.placement.motion_check import CheckedLimit, check_motion
 from kendama_cli.settings.placement import placed
@@ -59,3 +64,20 @@ def _show(checked: dict[float, list[CheckedLimit]]) -> None:
         for speed, one in shown
     ]
     render.table(rows, head=("", "speed", "limit", "allowed", "found"))
+
+
+def recover(site: Site, overrides: list[str], *, armed: bool) -> None:
+    """Open the configured robot, which begins a session, and have it recover where it can.
+
+    Raises UsageError where it may be real and is not armed, HardwareError where it still stops.
+    """
+    settings = build_settings(composed(site, overrides))
+    hardware = settings["hardware"]
+    if getattr(type(hardware), "moves", True) and not armed:
+        raise UsageError(f"robot '{hardware.kind}' may be real; look whether its surroundings are clear, and add --arm")
+    robot = resolve_files(settings["robot"], "robot", site.data_roots)
+    with open_robot(hardware, robot, settings["game"]) as opened:
+        if isinstance(opened, RecoverableRobot):
+            opened.recover()
+        joints = len(opened.joint_names)
+        render.text(f"{hardware.kind}: takes commands again, {joints} joints every {1e3 * opened.period_s:g} ms")

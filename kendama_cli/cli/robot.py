@@ -60,7 +60,7 @@ def robot_recover(
     config_dir: ConfigDir = None,
 ) -> None:
     """Take a robot out of its latched stop, and say where it stands; it does not move before the next run."""
-    from kendama_cli.cli.recover import recover  # dartpy
+    from kendama_cli.cli.check import recover  # dartpy
 
     recover(find_site(home, config_dir), overrides or [], armed=arm)
 
