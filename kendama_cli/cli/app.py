@@ -8,7 +8,7 @@ from __future__ import annotations
 import os
 import time
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -26,6 +26,11 @@ from kendama_cli.cli.runs import diff, runs_app
 from kendama_cli.cli.setup import setup_app
 from kendama_cli.cli.tools import cache_app, log_app
 from kendama_cli.config.site import find_site
+from kendama_cli.errors import UsageError
+
+if TYPE_CHECKING:
+    from kendama_cli.pipeline.unchanged import Question
+
 
 app = typer.Typer(
     name="kendama",
@@ -237,3 +242,28 @@ def doctor(as_json: Json = False) -> int:
     else:
         render.table([(part.name, part.state, part.detail) for part in parts], head=("part", "state", "detail"))
     return 1 if any(part.state == "missing" for part in parts) else 0
+
+
+USAGE = 2
+
+
+def run_command(arguments: list[str], asked: Question | None) -> int:
+    """Parse and carry out the command line; its exit code. Raises UsageError for what typer does not take.
+
+    ``asked`` is what ``run`` was asked, as it was before anything changed the environment.
+    """
+    if os.environ.get("_KENDAMA_COMPLETE") == "complete_bash":
+        render.text(completion.in_bash(lambda: app(args=[], standalone_mode=False, prog_name="kendama")))
+        return 0
+    try:
+        code = app(args=arguments, standalone_mode=False, prog_name="kendama", obj=asked)
+    except typer.Abort:
+        raise KeyboardInterrupt from None
+    except typer.TyperException as error:
+        if error.format_message().startswith("Usage:"):  # no command was given
+            render.text(error.format_message())
+            return USAGE
+        context = getattr(error, "ctx", None)
+        where = f"; see '{context.command_path} --help'" if context is not None else ""
+        raise UsageError(" ".join(error.format_message().split()).rstrip(".") + where) from error
+    return code if isinstance(code, int) else 0

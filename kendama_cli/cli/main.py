@@ -90,7 +90,7 @@ def _carry_out(arguments: list[str]) -> int:
         repeated = repeat_run(asked)
         if repeated is not None:
             return repeated
-    from kendama_cli.cli.parsed import run_command  # noqa: PLC0415 - typer, and all commands
+    from kendama_cli.cli.app import run_command  # noqa: PLC0415 - typer, and all commands
 
     return run_command(arguments, asked)
 
