@@ -60,7 +60,7 @@ app.command()(docs)
 
 def _show_version(wanted: bool) -> None:
     if wanted:
-        from kendama_cli.cli.version import version_text
+        from kendama_cli.cli.doctor import version_text
 
         render.text(version_text())
         raise typer.Exit

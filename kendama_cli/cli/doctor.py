@@ -10,9 +10,11 @@ import subprocess
 import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 from kendama_cli.errors import KendamaError, install_line
+from kendama_cli.pipeline.record import versions
 from kendama_cli.robot_model.display import SONAMES
 from kendama_cli.schema.registry import declared, groups, resolve
 from kendama_cli.version import __version__
@@ -152,3 +154,37 @@ def _display_libraries() -> list[Part]:
     done = subprocess.run([sys.executable, "-P", "-c", probe], capture_output=True, text=True, check=False)
     ours = "not on this system; an object of ours stands in (only a viewer would miss it)"
     return [Part(name, "ok", ours if name in done.stdout.split() else "the system's") for name in SONAMES]
+
+
+GIT_S = 5.0
+
+
+def version_text() -> str:
+    """One line for kendama and its commit, one for Python, machine and libraries."""
+    found = versions()
+    commit = _checked_out(Path(__file__).parents[2]) or _installed_from()
+    libraries = ", ".join(f"{name} {version}" for name, version in found.items() if name not in ("kendama", "machine"))
+    own = f"kendama {found['kendama']}{f' ({commit})' if commit else ''}"
+    return f"{own}\n{libraries}, {found['machine']}"
+
+
+def _checked_out(root: Path) -> str | None:
+    """The commit of the clone that the package is run from, and whether it was changed since; None outside of one."""
+    if not (root / ".git").exists() or not (root / "pyproject.toml").is_file():
+        return None
+    command = ["git", "-C", str(root), "describe", "--always", "--abbrev=10", "--dirty=, changed since", "--exclude=*"]
+    try:
+        done = subprocess.run(command, capture_output=True, text=True, timeout=GIT_S, check=False)
+    except (OSError, subprocess.TimeoutExpired):
+        return None
+    return f"commit {done.stdout.strip()}" if done.returncode == 0 else None
+
+
+def _installed_from() -> str | None:
+    """The commit that pip installed from a repository, as it noted it (PEP 610); None for any other origin."""
+    try:
+        noted = importlib.metadata.distribution("kendama-cli").read_text("direct_url.json")
+        origin = json.loads(noted or "{}")
+        return f"commit {origin['vcs_info']['commit_id'][:10]}"
+    except (importlib.metadata.PackageNotFoundError, ValueError, KeyError, TypeError):
+        return None
