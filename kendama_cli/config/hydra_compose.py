@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import copy
 import functools
+import os
 import time
 from collections.abc import Iterator, Sequence
 from pathlib import Path
@@ -18,10 +19,11 @@ from hydra.core.plugins import Plugins
 from hydra.errors import OverrideParseException
 from hydra.plugins.search_path_plugin import SearchPathPlugin
 from omegaconf import DictConfig, OmegaConf
+from omegaconf.basecontainer import BaseContainer
+from omegaconf.resolvers import oc
 
 from kendama_cli.config.folders import configuration_files, group_options, groups
 from kendama_cli.config.site import Site
-from kendama_cli.config.surroundings import Environment, recorded
 from kendama_cli.errors import ConfigError
 from kendama_cli.pipeline.unchanged import environment_now, settled, stamps
 from kendama_cli.schema.hints import nearest, unknown_key
@@ -208,3 +210,30 @@ def _missing(config: dict[str, Any], key: str, names: list[str]) -> ConfigError 
             return unknown_key(key if new_key(path) != path else path, node, _below(node))
         node, walked = node.get(part, {}), path
     return None
+
+
+Environment = dict[str, str | None]
+"""Values by name; None for a variable that was not set."""
+
+
+@contextlib.contextmanager
+def recorded() -> Iterator[Environment]:
+    """Every environment variable that an interpolation reads meanwhile, as it was.
+
+    OmegaConf's own resolvers alone are there meanwhile: a clock (Hydra's ``now``) or a resolver that another library
+    registered would give values that nothing could tell apart later.
+    """
+    read: Environment = {}
+
+    def environment(name: str, *default: Any) -> str | None:
+        read[name] = os.environ.get(name)
+        return oc.env(name, *default)
+
+    # OmegaConf has no public way of putting back the resolvers of the program that this one may be a library of
+    before = BaseContainer._resolvers
+    try:
+        OmegaConf.clear_resolvers()
+        OmegaConf.register_new_resolver("oc.env", environment, replace=True)
+        yield read
+    finally:
+        BaseContainer._resolvers = before

@@ -13,8 +13,8 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from kendama_cli.config.hydra_compose import Environment
 from kendama_cli.config.site import Site
-from kendama_cli.config.surroundings import Environment
 from kendama_cli.errors import ConfigError
 from kendama_cli.schema.plain_yaml import load_yaml
 from kendama_cli.schema.settings import build
