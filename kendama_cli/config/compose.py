@@ -13,8 +13,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-from kendama_cli.config.folders import configuration_files
-from kendama_cli.config.site import Site
+from kendama_cli.config.site import Site, configuration_files
 from kendama_cli.errors import ConfigError, StoreError
 from kendama_cli.pipeline.unchanged import Stamps, environment_now, settled, stamps
 from kendama_cli.store import durable

@@ -22,8 +22,7 @@ from omegaconf import DictConfig, OmegaConf
 from omegaconf.basecontainer import BaseContainer
 from omegaconf.resolvers import oc
 
-from kendama_cli.config.folders import configuration_files, group_options, groups
-from kendama_cli.config.site import Site
+from kendama_cli.config.site import Site, configuration_files, group_options, groups
 from kendama_cli.errors import ConfigError
 from kendama_cli.pipeline.unchanged import environment_now, settled, stamps
 from kendama_cli.schema.hints import nearest, unknown_key

@@ -8,8 +8,7 @@ from collections.abc import Collection, Iterable, Iterator, Sequence
 from typing import Any
 
 from kendama_cli.config.compose import composed
-from kendama_cli.config.folders import configuration_files, group_options
-from kendama_cli.config.site import Site
+from kendama_cli.config.site import Site, configuration_files, group_options
 from kendama_cli.errors import ConfigError
 from kendama_cli.schema.plain_yaml import scalars
 

@@ -10,8 +10,7 @@ import numpy as np
 import pytest
 
 from kendama_cli.config.compose import composed
-from kendama_cli.config.folders import group_options
-from kendama_cli.config.site import Site, find_site
+from kendama_cli.config.site import Site, find_site, group_options
 from kendama_cli.control import cup_cart
 from kendama_cli.control.cup_cart import predict_state, scaled_to_model_rope
 from kendama_cli.devices.robot.udp.remote import UdpRobot

@@ -9,8 +9,7 @@ from typing import Any
 from kendama_cli.cli import render
 from kendama_cli.cli.sweep_view import failure_lines
 from kendama_cli.cli.sweep_work import plan_combinations
-from kendama_cli.config.folders import group_options
-from kendama_cli.config.site import Site
+from kendama_cli.config.site import Site, group_options
 from kendama_cli.errors import UsageError
 from kendama_cli.pipeline.catalogue import load_pipeline
 from kendama_cli.plugins.course.board import OVERRIDES, Place, place_of, ranked
