@@ -12,12 +12,13 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from kendama_cli.errors import FormatError, InputError
+from kendama_cli.errors import ConfigError, FormatError, InputError
 from kendama_cli.log.container import ChannelContent, read_container
 from kendama_cli.log.container_writer import FORMAT, LIBRARY
 from kendama_cli.log.decode import UndecodableError, check_schema, decode, decode_as
 from kendama_cli.log.writer import METRICS, STAGE_METADATA, is_metric
 from kendama_cli.schema.arrays import Array
+from kendama_cli.schema.settings import build
 
 M = TypeVar("M")
 
@@ -174,3 +175,15 @@ class LogFile:
                 for channel in sorted(self._content.channels.values(), key=lambda channel: channel.topic)
             ],
         }
+
+
+T = TypeVar("T")
+
+
+def logged_settings(kind: type[T], value: Any, node: str, path: Path) -> T:
+    """``value``, the settings of ``node`` in the log at ``path``; raises InputError for those of another version."""
+    try:
+        return build(kind, value, node)
+    except ConfigError as wrong:
+        problem = f"its settings '{node}' are of another version ({wrong})"
+        raise InputError(str(path), problem, remedy="run the stage again") from None

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from kendama_cli.errors import InputError
-from kendama_cli.log.logged_settings import logged_settings
+from kendama_cli.log.reader import logged_settings
 from kendama_cli.pipeline.report import logs_of
 from kendama_cli.rendering.film_file import check_film_name, write_film
 from kendama_cli.report.chapters import declaration_of, performances

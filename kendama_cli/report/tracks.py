@@ -10,7 +10,7 @@ import numpy.typing as npt
 import pandas as pd
 from matplotlib.axes import Axes
 
-from kendama_cli.log.logged_settings import logged_settings
+from kendama_cli.log.reader import logged_settings
 from kendama_cli.physics.rim_crossing import near_descent, over_rim
 from kendama_cli.report.source import StageLog
 from kendama_cli.schema.foxglove import FrameTransform

@@ -14,10 +14,12 @@ from mcap.writer import CompressionType, Writer
 
 from kendama_cli.errors import InputError
 from kendama_cli.log.export import describe
-from kendama_cli.log.reader import LogFile
+from kendama_cli.log.reader import LogFile, logged_settings
+from kendama_cli.settings.game import GameSettings
 from kendama_cli.stages.adapt.messages import AdaptRepeatMessage
 from tests.log.conftest import filled
 from tests.log.made_logs import memory_log
+from tests.shipped_conf import configured, plain
 
 
 def test_values_come_back_to_the_bit(log_file):
@@ -213,3 +215,17 @@ def test_what_cannot_be_decoded_is_named_but_still_described(tmp_path, encoding,
     assert describe(path)["channels"][0]["encoding"] == encoding
     with pytest.raises(InputError, match=f"f.mcap: {says}"):
         LogFile(path).table("/pose")
+
+
+def test_settings_are_as_they_were_logged() -> None:
+    assert logged_settings(GameSettings, plain("game", "kendama"), "game", Path("log.mcap")) == configured(
+        GameSettings, "game", "kendama"
+    )
+
+
+def test_settings_of_another_version_name_the_log_and_what_differs() -> None:
+    older = {**plain("game", "kendama"), "rope": {"length_m": 0.4}}
+    with pytest.raises(
+        InputError, match=r"^log.mcap: its settings 'game' are of another version \(.*game.rope.*again$"
+    ):
+        logged_settings(GameSettings, older, "game", Path("log.mcap"))

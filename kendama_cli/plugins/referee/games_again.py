@@ -13,9 +13,8 @@ import numpy as np
 from kendama_cli.artifacts.proportion import success_interval
 from kendama_cli.cli import render
 from kendama_cli.errors import StageError, UsageError
-from kendama_cli.log.logged_settings import logged_settings
 from kendama_cli.log.messages import ReplayMessage
-from kendama_cli.log.reader import LogFile
+from kendama_cli.log.reader import LogFile, logged_settings
 from kendama_cli.log.writer import McapLog, MemoryFile
 from kendama_cli.motion.sampling import columns_at
 from kendama_cli.physics.rim_crossing import SLACK_S
