@@ -13,7 +13,7 @@ from kendama_cli.report.plot import drawing, legend_above
 from kendama_cli.report.replay.performance import Performance, performance
 from kendama_cli.report.source import StageLog
 from kendama_cli.report.style import BALL, CUP, GOOD, INK, LINE, MUTED, OTHER, PAPER
-from kendama_cli.report.swing_panel import swing_panel
+from kendama_cli.report.swing_up_panels import swing_panel
 from kendama_cli.report.tracks import Array, Geometry, catch_time_s, pair
 from kendama_cli.schema.foxglove import FrameTransform, JointStates
 from kendama_cli.stages.adapt.messages import (

@@ -15,8 +15,7 @@ from kendama_cli.report.figure import Figure, Panel, figure, lettered
 from kendama_cli.report.plot import drawing
 from kendama_cli.report.source import StageLog
 from kendama_cli.report.style import INK, LINE, MUTED, PAPER
-from kendama_cli.report.swing_panel import swing_panel
-from kendama_cli.report.swing_up_panels import reward_panel, series_panel
+from kendama_cli.report.swing_up_panels import reward_panel, series_panel, swing_panel
 from kendama_cli.report.tracks import Geometry, pair
 from kendama_cli.stages.learn.messages import QTableMessage, SwingStateMessage
 

@@ -15,8 +15,7 @@ from kendama_cli.report.origin import robot_of
 from kendama_cli.report.plot import drawing, legend_above
 from kendama_cli.report.source import StageLog
 from kendama_cli.report.style import CUP, GOOD, INK, MUTED, PAPER, SERIES
-from kendama_cli.report.swing_panel import swing_panel
-from kendama_cli.report.swing_up_panels import reward_panel, series_panel
+from kendama_cli.report.swing_up_panels import reward_panel, series_panel, swing_panel
 from kendama_cli.report.tables import number
 from kendama_cli.report.thumbnails import thumbnails
 from kendama_cli.report.tracks import Array, Geometry, Path2D, catch_time_s, last_start_s, pair
