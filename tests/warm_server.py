@@ -31,7 +31,7 @@ from hydra.core.override_parser.overrides_parser import OverridesParser
 
 import kendama_cli.cli.run_work
 import kendama_cli.pipeline.report  # noqa: F401
-from kendama_cli.cli import parsed
+from kendama_cli.cli import app
 from kendama_cli.cli.main import main
 from kendama_cli.config import hydra_compose
 from kendama_cli.config.site import find_site
@@ -153,7 +153,7 @@ def serve() -> None:
     """Import what every command imports, then fork a command for each line."""
     OverridesParser.create().parse_override("warm=1")
     typer.main.get_command = functools.cache(typer.main.get_command)  # from signatures, which do not change
-    typer.main.get_command(parsed.app)
+    typer.main.get_command(app.app)
     for group in entry_points().groups:
         for point in entry_points(group=group) if group.startswith("kendama.") else ():
             point.load()

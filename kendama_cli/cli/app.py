@@ -56,6 +56,7 @@ camera_app.command("place")(camera_place)
 app.command()(play)
 app.command()(diff)
 app.command()(docs)
+USAGE = 2
 
 
 def _show_version(wanted: bool) -> None:
@@ -242,9 +243,6 @@ def doctor(as_json: Json = False) -> int:
     else:
         render.table([(part.name, part.state, part.detail) for part in parts], head=("part", "state", "detail"))
     return 1 if any(part.state == "missing" for part in parts) else 0
-
-
-USAGE = 2
 
 
 def run_command(arguments: list[str], asked: Question | None) -> int:

@@ -108,11 +108,12 @@ def artifacts(incomplete: str) -> list[str]:
 @_quietly
 def overrides(incomplete: str) -> list[str]:
     """Groups, keys, and the options of a group after its ``=``."""
-    from kendama_cli.config import compose, folders
+    from kendama_cli.config import compose
+    from kendama_cli.config.site import group_options, groups
 
     site = find_site()
     group, equals, _ = incomplete.partition("=")
     if equals:
-        return [f"{group}={option}" for option in folders.group_options(site, group)]
-    names = folders.groups(site)
+        return [f"{group}={option}" for option in group_options(site, group)]
+    names = groups(site)
     return [*(f"{name}=" for name in names), *(f"{key}=" for key in compose.keys(site) if key not in names)]

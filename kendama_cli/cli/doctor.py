@@ -41,6 +41,7 @@ REQUIRED = {
     "foxglove-schemas-protobuf": "foxglove_schemas_protobuf.PoseInFrame_pb2",
     "protobuf": "google.protobuf.json_format",
     "hydra-core": "hydra",
+    "omegaconf": "omegaconf",
     "matplotlib": "matplotlib.backends.backend_svg",
     "cma": "cma",
     "filelock": "filelock",

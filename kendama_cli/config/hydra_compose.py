@@ -29,6 +29,9 @@ from kendama_cli.schema.hints import nearest, unknown_key
 from kendama_cli.schema.plain_yaml import TooMuchError, check_plain, check_yaml, load_yaml
 from kendama_cli.schema.renames import new_key, value_now_called
 
+Environment = dict[str, str | None]
+"""Values by name; None for a variable that was not set."""
+
 
 class FurtherFolders(SearchPathPlugin):
     """Puts ``folders`` behind the folder that Hydra was initialised with, before the schema; Hydra constructs it."""
@@ -209,10 +212,6 @@ def _missing(config: dict[str, Any], key: str, names: list[str]) -> ConfigError 
             return unknown_key(key if new_key(path) != path else path, node, _below(node))
         node, walked = node.get(part, {}), path
     return None
-
-
-Environment = dict[str, str | None]
-"""Values by name; None for a variable that was not set."""
 
 
 @contextlib.contextmanager

@@ -21,6 +21,7 @@ from kendama_cli.schema.arrays import Array
 from kendama_cli.schema.settings import build
 
 M = TypeVar("M")
+T = TypeVar("T")
 
 
 @dataclass(frozen=True)
@@ -175,9 +176,6 @@ class LogFile:
                 for channel in sorted(self._content.channels.values(), key=lambda channel: channel.topic)
             ],
         }
-
-
-T = TypeVar("T")
 
 
 def logged_settings(kind: type[T], value: Any, node: str, path: Path) -> T:

@@ -29,17 +29,17 @@ PROBE = f"""
 import atexit
 import os
 import sys
-from kendama_cli.cli import parsed
+from kendama_cli.cli import app
 from kendama_cli.pipeline import unchanged
 unchanged.SETTLED_S = float(os.environ.get("SETTLED_S", {SETTLED_S}))
 way = ["quick"]
-run_command = parsed.run_command
+run_command = app.run_command
 
 def in_full(*asked):
     way[0] = "full"
     return run_command(*asked)
 
-parsed.run_command = in_full
+app.run_command = in_full
 atexit.register(lambda: print(way[0], file=sys.stderr))
 """
 
