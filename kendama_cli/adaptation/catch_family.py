@@ -9,7 +9,7 @@ from kendama_cli.adaptation.path_displacement import bumped_plan, shifted_plan
 from kendama_cli.adaptation.trial import MotionVariation
 from kendama_cli.artifacts.motion_plan import MotionPlan
 from kendama_cli.errors import StageError
-from kendama_cli.motion.dmp.amplitude import scaled_plan
+from kendama_cli.motion.dmp.heading import scaled_plan
 from kendama_cli.robot_model.arm_motion import ArmMotion
 from kendama_cli.robot_model.model import RobotModel
 

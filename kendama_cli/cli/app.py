@@ -27,6 +27,7 @@ from kendama_cli.cli.setup import setup_app
 from kendama_cli.cli.tools import cache_app, log_app
 from kendama_cli.config.site import find_site
 from kendama_cli.errors import UsageError
+from kendama_cli.schema.renames import command_now_called
 
 if TYPE_CHECKING:
     from kendama_cli.pipeline.unchanged import Question
@@ -262,6 +263,9 @@ def run_command(arguments: list[str], asked: Question | None) -> int:
             render.text(error.format_message())
             return USAGE
         context = getattr(error, "ctx", None)
-        where = f"; see '{context.command_path} --help'" if context is not None else ""
-        raise UsageError(" ".join(error.format_message().split()).rstrip(".") + where) from error
+        told = " ".join(error.format_message().split()).rstrip(".")
+        path = "" if context is None else str(context.command_path)
+        if hint := command_now_called(path, told):
+            raise UsageError(told.partition(". Did you mean")[0] + hint) from error
+        raise UsageError(told + (f"; see '{path} --help'" if path else "")) from error
     return code if isinstance(code, int) else 0

@@ -15,7 +15,7 @@ from kendama_cli.cli import render
 from kendama_cli.cli.pipeline_result import run_for
 from kendama_cli.config.site import Site
 from kendama_cli.errors import UsageError
-from kendama_cli.motion.dmp.amplitude import scaled_plan
+from kendama_cli.motion.dmp.heading import scaled_plan
 from kendama_cli.pipeline.inputs import resolve_files
 from kendama_cli.robot_model.description import read_lines
 from kendama_cli.robot_model.placement.find_placement import PlacedMotion, find_placement, measured, require_workable

@@ -14,7 +14,7 @@ from kendama_cli.control.flight_observer import WatchedFlight
 from kendama_cli.control.reachable import Surroundings, follow_from_s
 from kendama_cli.devices.robot.interface import Exchange, JointCommand, Robot
 from kendama_cli.errors import StageError
-from kendama_cli.motion.dmp.amplitude import scaled_plan
+from kendama_cli.motion.dmp.heading import scaled_plan
 from kendama_cli.motion.sampling import columns_at
 from kendama_cli.physics.rim_crossing import SampledWays, catch_from_s
 from kendama_cli.physics.taut_rope import stretch_m, time_scale

@@ -13,8 +13,8 @@ from kendama_cli.adaptation.settings import AdaptSettings, UncertaintySettings
 from kendama_cli.artifacts.demonstration import Demonstration
 from kendama_cli.artifacts.motion_plan import CatchMotion, MotionPlan
 from kendama_cli.errors import ConfigError, StageError
-from kendama_cli.motion.dmp.amplitude import scaled_plan
 from kendama_cli.motion.dmp.averaging import encode_demonstrations
+from kendama_cli.motion.dmp.heading import scaled_plan
 from kendama_cli.robot_model.arm_motion import ArmMotion
 from kendama_cli.schema.settings import build
 from kendama_cli.stages.adapt.stage import Adapt

@@ -1,4 +1,4 @@
-"""The vertical plane in which a primitive swings, and primitives turned about the vertical."""
+"""The plane in which a primitive swings, and primitives that are turned about the vertical or made larger."""
 
 from __future__ import annotations
 
@@ -72,4 +72,20 @@ def turned_plan(plan: MotionPlan, angle_rad: float) -> MotionPlan:
             (plan.variation[:, :1], ends.reshape(rows, 9), weights.reshape(rows, 3 * len(plan.centers)))
         ),
         turn=cup,
+    )
+
+
+def scaled_plan(plan: MotionPlan, amplitude: float, tau_scale: float) -> MotionPlan:
+    """The primitive with its motion about the start made ``amplitude`` times as large, played at ``tau_scale``.
+
+    The equations are linear in place, goal, weights and end velocities together, so the whole path scales.
+    """
+    return dataclasses.replace(
+        plan,
+        tau_scale=tau_scale,
+        start_velocity_m_s=plan.start_velocity_m_s * amplitude,
+        goal_m=plan.start_m + amplitude * (plan.goal_m - plan.start_m),
+        goal_velocity_m_s=plan.goal_velocity_m_s * amplitude,
+        weights=plan.weights * amplitude,
+        variation=np.hstack((plan.variation[:, :1], plan.variation[:, 1:] * amplitude)),
     )

@@ -20,8 +20,7 @@ from kendama_cli.artifacts.motion_plan import MotionPlan
 from kendama_cli.artifacts.toy_model import ToyModel
 from kendama_cli.errors import StageError
 from kendama_cli.identification.friction_known import with_identified
-from kendama_cli.motion.dmp.amplitude import scaled_plan
-from kendama_cli.motion.dmp.heading import swing_heading_rad, turned_plan
+from kendama_cli.motion.dmp.heading import scaled_plan, swing_heading_rad, turned_plan
 from kendama_cli.robot_model.arm_motion import ArmMotion
 from kendama_cli.robot_model.model import RobotModel
 from kendama_cli.robot_model.placement.find_placement import find_placement
