@@ -27,7 +27,6 @@ from kendama_cli.cli.setup import setup_app
 from kendama_cli.cli.tools import cache_app, log_app
 from kendama_cli.config.site import find_site
 from kendama_cli.errors import UsageError
-from kendama_cli.schema.renames import command_now_called
 
 if TYPE_CHECKING:
     from kendama_cli.pipeline.unchanged import Question
@@ -263,6 +262,8 @@ def run_command(arguments: list[str], asked: Question | None) -> int:
             render.text(error.format_message())
             return USAGE
         context = getattr(error, "ctx", None)
+        from kendama_cli.schema.renames import command_now_called  # for a mistake alone
+
         told = " ".join(error.format_message().split()).rstrip(".")
         path = "" if context is None else str(context.command_path)
         if hint := command_now_called(path, told):
