@@ -31,12 +31,14 @@ class Composition:
 
 
 def composed(site: Site, overrides: Sequence[str]) -> dict[str, Any]:
-    """The plain configuration for ``overrides``; raises ConfigError for what does not compose."""
+    """Return the plain configuration for ``overrides``; raises ConfigError if it does not compose."""
     return composition(site, overrides).config
 
 
 def composition(site: Site, overrides: Sequence[str]) -> Composition:
-    """The configuration for ``overrides`` with what it read; raises ConfigError for what does not compose."""
+    """Return the configuration for ``overrides`` with the files and variables read; raises ConfigError if it does
+    not compose.
+    """
     for text in overrides:
         if not durable.is_text(text):
             key = text.partition("=")[0]
@@ -64,7 +66,7 @@ def composition(site: Site, overrides: Sequence[str]) -> Composition:
 
 
 def _looked(site: Site, overrides: Sequence[str]) -> Stamps:
-    """The state of the file that ``setup=FILE`` names, and of the places where it is looked for."""
+    """Return the state of the file that ``setup=FILE`` names, and of the locations that are searched for it."""
     named = [text.partition("=")[2] for text in overrides if text.startswith("setup=")]
     if not named:
         return {}
@@ -74,7 +76,7 @@ def _looked(site: Site, overrides: Sequence[str]) -> Stamps:
 
 
 def keys(site: Site) -> list[str]:
-    """Every dotted key of the default configuration, for completion."""
+    """Return every dotted key of the default configuration, for completion."""
     return _leaves(composed(site, []))
 
 

@@ -74,7 +74,7 @@ def parse_overrides(overrides: list[str]) -> list[Any]:
 
 
 def compose_with_hydra(site: Site, overrides: list[str]) -> tuple[dict[str, Any], Environment]:
-    """The configuration for ``overrides`` and what its interpolations read; raises ConfigError.
+    """Return the configuration for ``overrides`` and the variables its interpolations read; raises ConfigError.
 
     What the chosen files give is kept for the next composition in this process while they are unchanged, as most of
     the time goes into reading and merging them; other values are then set in it as Hydra sets them.
@@ -105,7 +105,7 @@ def compose_with_hydra(site: Site, overrides: list[str]) -> tuple[dict[str, Any]
 
 
 def _composed_files(site: Site, chosen: list[str]) -> tuple[DictConfig, Environment]:
-    """What the files give that ``chosen`` picks, as an object of the caller's own, and what their choice read."""
+    """Compose the files that ``chosen`` selects; return a new object and the variables that the selection read."""
     now_s = time.time()
     states = stamps(configuration_files(site))
     compose_files = _compose_files if settled(states, now_s) else _compose_files.__wrapped__
@@ -168,7 +168,9 @@ def _check_files(folders: Sequence[Path], files: Sequence[Path]) -> None:
 
 
 def _plain_error(site: Site, overrides: list[str], error: Exception) -> ConfigError:
-    """One line for whatever Hydra could not compose: the first override that does not fit, or Hydra's own words."""
+    """Return a one-line error for what Hydra could not compose: the first override that does not fit, or Hydra's
+    message.
+    """
     names = groups(site)
     choices = [
         item for item in parse_overrides(overrides) if item.key_or_group in names and isinstance(item.value(), str)
@@ -199,7 +201,7 @@ def _below(node: dict[str, Any]) -> Iterator[str]:
 
 
 def _missing(config: dict[str, Any], key: str, names: list[str]) -> ConfigError | None:
-    """The error for the first part of ``key`` that ``config`` does not have; None where it has them all."""
+    """Return the error for the first part of ``key`` that ``config`` does not have; None if it has all parts."""
     if "/" in key and key not in names:
         return ConfigError(key, f"unknown group '{key}'; available: {', '.join(names)}{nearest(key, names)}")
     node: Any = config

@@ -25,7 +25,7 @@ MEASURE = "'kendama setup', 'kendama camera latency', 'kendama camera place' and
 
 
 def parted(overrides: Sequence[str]) -> tuple[str | None, list[str]]:
-    """The file that ``setup=FILE`` names, and the other overrides; None without one, or where it is null."""
+    """Split ``setup=FILE`` from the other overrides; the file is None if it is not named or null."""
     named = [text.partition("=")[2] for text in overrides if text.partition("=")[0] == KEY]
     others = [text for text in overrides if text.partition("=")[0] != KEY]
     name = named[-1].strip("'\"") if named else "null"
@@ -35,7 +35,7 @@ def parted(overrides: Sequence[str]) -> tuple[str | None, list[str]]:
 
 
 def find_setup(site: Site, name: str) -> Path:
-    """The file ``name``, below the folders of data where it is relative; raises ConfigError where there is none."""
+    """Return the file ``name``, below the data folders if it is relative; raises ConfigError if there is none."""
     path = Path(os.path.expanduser(name))
     found = next((one for root in site.data_roots if (one := root / path).is_file()), None)
     if found is None:
@@ -45,7 +45,7 @@ def find_setup(site: Site, name: str) -> Path:
 
 
 def read_setup(path: Path) -> LaboratorySetup:
-    """The setup in a file, in which whatever was not measured may be left out; raises ConfigError where it is none."""
+    """Read the setup in a file, in which unmeasured values may be absent; raises ConfigError if it is none."""
     try:
         content = load_yaml(path.read_text(encoding="utf-8"))
     except (OSError, ValueError) as error:
@@ -63,7 +63,9 @@ def read_setup(path: Path) -> LaboratorySetup:
 def with_setup(
     site: Site, overrides: list[str], compose: Callable[[Site, list[str]], tuple[dict[str, Any], Environment]]
 ) -> tuple[dict[str, Any], Environment]:
-    """What ``compose`` gives for all ``overrides`` but ``setup=FILE``, with what was measured in that file."""
+    """Return the result of ``compose`` for all ``overrides`` but ``setup=FILE``, with the measured values of that
+    file.
+    """
     name, others = parted(overrides)
     if name is None:
         return compose(site, others)
@@ -83,7 +85,7 @@ def applied(config: Mapping[str, Any], setup: LaboratorySetup, overrides: Sequen
 
 
 def measured_values(setup: LaboratorySetup, config: Mapping[str, Any]) -> dict[str, Any]:
-    """What ``setup`` says, by the dotted key of the configuration that it is for.
+    """Return the values of ``setup`` by the dotted key of the configuration that each is for.
 
     A +- in the configuration, from which worlds are drawn that a motion must stand, is the measurement's interval of
     95 %. Measured places of cameras are those of real ones: rendered ones stand where their rig has them.
@@ -112,7 +114,7 @@ def measured_values(setup: LaboratorySetup, config: Mapping[str, Any]) -> dict[s
 
 
 def _about(key: str, said: str) -> bool:
-    """Whether an override of ``said`` speaks of ``key``: of it, of a part of it, or of a group that it is in.
+    """Return True if an override of ``said`` names ``key``, a part of it, or a group that contains it.
 
     A choice of a whole node (``camera=device``) does not.
     """

@@ -24,14 +24,15 @@ class Site:
 
 
 def bundled_root() -> Path:
-    """The folder that holds the ``conf/``, ``pipelines/`` and ``data/`` that came with this installation."""
+    """Return the folder that holds the ``conf/``, ``pipelines/`` and ``data/`` that came with this installation."""
     package = Path(__file__).parents[1]
     in_wheel = package / "bundled"
     return in_wheel if in_wheel.is_dir() else package.parent
 
 
 def find_site(home: Path | None = None, config_dir: Path | None = None) -> Site:
-    """The site for the current folder, ``KENDAMA_HOME``, ``KENDAMA_CONFIG_DIR`` and the command line's options.
+    """Return the site for the current folder, ``KENDAMA_HOME``, ``KENDAMA_CONFIG_DIR`` and the command line's
+    options.
 
     ``config_dir`` may be a folder that holds ``conf/`` (and ``pipelines/``), or a ``conf`` folder itself. Raises
     UsageError where it does not exist.

@@ -48,7 +48,9 @@ def composed_each(site: Site, combinations: Sequence[Sequence[str]]) -> Iterator
 
 
 def expand_sweep(site: Site, overrides: Sequence[str]) -> list[list[str]]:
-    """Every combination of sweep overrides (lists, ``range()``, ``choice()``, ``glob()``), in the order given."""
+    """Return every combination of sweep overrides (lists, ``range()``, ``choice()``, ``glob()``), in the order
+    given.
+    """
     from hydra.core.override_parser.types import Glob, Override  # noqa: PLC0415 - as in compose
 
     from kendama_cli.config.hydra_compose import parse_overrides  # noqa: PLC0415
@@ -91,7 +93,7 @@ def _with_number(node: Any, path: Sequence[str], value: float) -> dict[str, Any]
 
 
 def _references(texts: Iterable[str]) -> frozenset[str]:
-    """What the interpolations in ``texts`` name; "" where that is not plain."""
+    """Return the keys that the interpolations in ``texts`` name; "" for a name that is not plain."""
     found: set[str] = set()
     for text in texts:
         names = REFERENCE.findall(text)
@@ -102,5 +104,5 @@ def _references(texts: Iterable[str]) -> frozenset[str]:
 
 
 def _may_mean(names: Collection[str], keys: Collection[str]) -> bool:
-    """Whether an interpolation of one of ``names`` may read one of ``keys``."""
+    """Return True if an interpolation of one of ``names`` may read one of ``keys``."""
     return any(not name or key == name or key.startswith(f"{name}.") for name in names for key in keys)

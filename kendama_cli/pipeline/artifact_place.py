@@ -1,4 +1,4 @@
-"""Where a stage's artifact and log lie, from RUN/STAGE as a person types it."""
+"""Location of a stage's artifact and log, from RUN/STAGE as a person types it."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ LOG = "log.mcap"
 
 
 def artifact_folder(home: Path, place: str) -> Path:
-    """The folder of the artifact at ``place``: RUN/STAGE, or STAGE of the newest run that has it.
+    """Return the folder of the artifact at ``place``: RUN/STAGE, or STAGE of the newest run that has it.
 
     Raises UsageError where there is no such run or stage, or where the stage gave nothing.
     """
@@ -30,7 +30,7 @@ def _found(home: Path, place: str) -> tuple[Mapping[str, Any], str]:
 
 
 def recorded_stage(record: Mapping[str, Any], stage: str) -> Mapping[str, Any]:
-    """What ``record`` tells of ``stage``; raises UsageError where the run has no such stage."""
+    """Return the entry of ``stage`` in ``record``; raises UsageError if the run has no such stage."""
     stages: dict[str, Mapping[str, Any]] = {str(made["name"]): made for made in record["stages"]}
     if stage not in stages:
         known = ", ".join(stages) or "none"
@@ -39,7 +39,7 @@ def recorded_stage(record: Mapping[str, Any], stage: str) -> Mapping[str, Any]:
 
 
 def stored_folder(record: Mapping[str, Any], stage: str) -> Path:
-    """Where the artifact of ``stage`` lies; raises UsageError where there is none, never was or no longer."""
+    """Return the folder of the artifact of ``stage``; raises UsageError if it was never stored or is no longer."""
     made = recorded_stage(record, stage)
     if made["artifact"] is None or not Path(made["artifact"]).is_dir():
         raise UsageError(
@@ -50,7 +50,7 @@ def stored_folder(record: Mapping[str, Any], stage: str) -> Path:
 
 
 def stored_log(record: Mapping[str, Any], stage: str) -> Path:
-    """The log of ``stage``, of one that moved or recorded and failed what it had logged until then.
+    """Return the log of ``stage``; if a stage that moves or records failed, return the log up to the failure.
 
     Raises UsageError where there is none.
     """
@@ -61,12 +61,12 @@ def stored_log(record: Mapping[str, Any], stage: str) -> Path:
 
 
 def broken_off_log(run_folder: Path, stage: str) -> Path:
-    """Where that log stands, beside the run."""
+    """Return the location of the log of a stage that failed, beside the run."""
     return run_folder / f"{stage}.mcap"
 
 
 def log_path(home: Path, place: str) -> Path:
-    """A log's file: ``place`` itself where there is such a file, else the log at RUN/STAGE."""
+    """Return a log's file: ``place`` itself if it is such a file, else the log at RUN/STAGE."""
     path = Path(place)
     if path.exists() or path.suffix == ".mcap":
         return path

@@ -40,7 +40,7 @@ class Pipeline:
     stages: tuple[StageSpec, ...]
 
     def stage(self, name: str, option: str) -> StageSpec:
-        """The stage called ``name``; raises UsageError naming ``option`` otherwise."""
+        """Return the stage called ``name``; raises UsageError naming ``option`` otherwise."""
         for spec in self.stages:
             if spec.name == name:
                 return spec
@@ -49,7 +49,7 @@ class Pipeline:
         raise UsageError(f"{option} {name}: pipeline '{self.name}' has no such stage; {known}")
 
     def giving(self, artifact: type) -> StageSpec:
-        """The first stage whose declaration says that it gives ``artifact``; raises UsageError where none does."""
+        """Return the first stage that declares ``artifact`` as its output; raises UsageError if none does."""
         for spec in self.stages:
             if resolve(spec.declaration.gives, f"stage '{spec.name}'") is artifact:
                 return spec
@@ -59,7 +59,7 @@ class Pipeline:
         )
 
     def until(self, name: str | None) -> Pipeline:
-        """The part of the pipeline that ``name`` needs, with itself; all of it for None."""
+        """Return the part of the pipeline that ends with ``name``: that stage and all it needs; the whole for None."""
         if name is None:
             return self
         wanted = {self.stage(name, "--until").name}
@@ -70,12 +70,12 @@ class Pipeline:
 
 
 def pipeline_names(folders: Sequence[Path]) -> list[str]:
-    """The names of all pipelines on the search path."""
+    """Return the names of all pipelines on the search path."""
     return sorted({file.stem for folder in folders for file in folder.glob("*.yaml") if file.is_file()})
 
 
 def load_pipeline(name: str, folders: Sequence[Path]) -> Pipeline:
-    """The pipeline ``name``, or the one in the YAML file that ``name`` points to.
+    """Return the pipeline ``name``, or the one in the YAML file that ``name`` points to.
 
     Raises UsageError where there is none, ConfigError where its declaration is wrong.
     """

@@ -1,4 +1,4 @@
-"""What the worker lends a running stage: log, random streams, checkpoints, progress."""
+"""Services that the worker provides to a running stage: log, random streams, checkpoints, progress."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ class WorkerContext:
         self._emitted_s = 0.0
 
     def rng(self, purpose: str) -> np.random.Generator:
-        """The random stream for ``purpose``; raises RuntimeError where the pipeline does not feed ``seed``."""
+        """Return the random stream for ``purpose``; raises RuntimeError if the pipeline does not feed ``seed``."""
         if self._seed is None:
             raise RuntimeError("a stage that draws random numbers must list 'seed' in its pipeline's config")
         if purpose not in self._streams:
@@ -54,7 +54,7 @@ class WorkerContext:
         return self._streams[purpose]
 
     def restore(self) -> State | None:
-        """The newest intact checkpoint, with the log and every random stream brought to where they were."""
+        """Return the newest intact checkpoint; set the log and every random stream back to their state at that time."""
         found = self._newest()
         if found is None:
             return None
@@ -86,7 +86,7 @@ class WorkerContext:
         self._checkpoints.discard_unless_saved()
 
     def _newest(self) -> Checkpoint | None:
-        """The newest checkpoint that is intact itself and whose log is, restored."""
+        """Restore and return the newest checkpoint that is intact and whose log is intact."""
         for found in self._checkpoints.intact():
             with contextlib.suppress(ValueError):  # the log lost what this one counts on: an older one counts on less
                 self.log.restore(found.log)

@@ -38,7 +38,7 @@ class Run:
 
     @property
     def overrides(self) -> list[str]:
-        """What was overridden in the configuration."""
+        """Return the overrides of the configuration."""
         return list(self.record["overrides"])
 
     @property
@@ -52,7 +52,7 @@ class Run:
         return [str(stage["name"]) for stage in self.record["stages"]]
 
     def metrics(self, stage: str) -> dict[str, Any]:
-        """What the stage measured, by name; units stand in the names.
+        """Return the stage's metrics by name; units stand in the names.
 
         Parameters
         ----------
@@ -67,7 +67,7 @@ class Run:
         return dict(recorded_stage(self.record, stage)["metrics"])
 
     def folder(self, stage: str) -> Path:
-        """Where the stage's artifact, metrics and log are stored.
+        """Return the folder that stores the stage's artifact, metrics and log.
 
         Parameters
         ----------
@@ -82,7 +82,7 @@ class Run:
         return stored_folder(self.record, stage)
 
     def artifact(self, stage: str) -> Any:
-        """What the stage gave: the frozen dataclass that its declaration names.
+        """Return the stage's artifact: the frozen dataclass that its declaration names.
 
         Parameters
         ----------
@@ -101,7 +101,8 @@ class Run:
         return load_artifact(resolve(declaration.gives, f"stage '{stage}'"), folder)
 
     def log(self, stage: str) -> LogFile:
-        """The stage's log; ``log(stage).table(topic)`` is a pandas DataFrame with ``t_s`` and a column per field.
+        """Return the stage's log; ``log(stage).table(topic)`` is a pandas DataFrame with ``t_s`` and a column per
+        field.
 
         Of a stage that moved or recorded and failed, what it had logged until then.
 

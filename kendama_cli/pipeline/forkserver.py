@@ -38,7 +38,7 @@ class _Stages:
         self._known: dict[str, tuple[Any, ReadyStage]] = {}
 
     def ready(self, request: Mapping[str, Any]) -> ReadyStage | None:
-        """The stage of ``request``; None where its worker has to make it."""
+        """Return the stage of ``request``; None if its worker has to make it."""
         config = {**request["parts"]["config"], "seed": None}  # with the digests of files that a stage may read at once
         name, asked = request["stage"], [request["declared"], request["settings"], request.get("places"), config]
         if name in self._known and self._known[name][0] == asked:

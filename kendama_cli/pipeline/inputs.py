@@ -182,7 +182,9 @@ def _find(
 
 
 def _file_or_bag(path: Path) -> Path | None:
-    """The file ``path``, or what stands for the ROS 2 bag in the folder ``path``; None for neither."""
+    """Return the file ``path``, or the file that represents the ROS 2 bag in the folder ``path``; None if it is
+    neither.
+    """
     return next((one for one in (path, path / BAG_FACTS) if one.is_file()), None)
 
 

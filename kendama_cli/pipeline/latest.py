@@ -1,4 +1,4 @@
-"""Which key each stage of a pipeline had last, so that a plan can say what has changed since; may be deleted."""
+"""Latest key of each stage of a pipeline, so that a plan can say what has changed since; may be deleted."""
 
 from __future__ import annotations
 

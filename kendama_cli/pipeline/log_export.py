@@ -17,7 +17,7 @@ EXPORTERS = "kendama.exporters"
 
 @dataclass(frozen=True)
 class ExportRequest:
-    """What ``kendama log export`` was asked for.
+    """Request of ``kendama log export``.
 
     ``place`` is a RUN, RUN/STAGE, STAGE or a log's FILE of the folder ``home``; ``output`` a file or folder, None for
     the exporter's own choice; ``topic`` the only one to export, None for all; ``fps`` the frames per second of formats

@@ -1,4 +1,4 @@
-"""How a stage of a run ended, for its record: cached, ran, or failed and why."""
+"""Outcomes of a run's stages for its record: cached, ran, or failed and why."""
 
 from __future__ import annotations
 
@@ -14,18 +14,18 @@ from kendama_cli.store import durable
 
 
 def cached(plan: StagePlan, record: RunRecord) -> StageOutcome:
-    """The result was there; ``record`` notes what it was made with."""
+    """Return the outcome of a stage whose result was stored; ``record`` notes what it was computed with."""
     record.cached_with[plan.spec.name] = {} if plan.result is None else plan.result.made_with
     return _with_result(plan, "cached", 0.0)
 
 
 def ran(plan: StagePlan, seconds: float) -> StageOutcome:
-    """A worker made the result."""
+    """Return the outcome of a stage whose result a worker computed."""
     return _with_result(plan, "ran", seconds)
 
 
 def failed(job: Job, code: int, seconds: float, printed: Path) -> StageOutcome:
-    """The worker ended with ``code`` and without a result; what it printed is in ``printed``."""
+    """Return the outcome of a stage whose worker ended with ``code`` and without a result; it printed ``printed``."""
     spec = job.plan.spec
     message = _failure(job.failed, code, printed)
     return StageOutcome(spec.name, spec.declaration.name, job.plan.key, "failed", seconds, None, {}, message)

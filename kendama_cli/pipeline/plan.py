@@ -1,4 +1,4 @@
-"""Which stages of a pipeline would run, and why: keys, what they are made of, and how they differ from last time."""
+"""Plan of a pipeline: the stages that would run and why, their keys, and the differences from last time."""
 
 from __future__ import annotations
 
@@ -105,7 +105,7 @@ class Planner:
         self.index.save()
 
     def kind(self, stage: str) -> Kind:
-        """What the stage does under these settings: compute, record, or move hardware that may be real."""
+        """Return the stage's kind under these settings: it computes, records, or moves hardware that may be real."""
         return self._kinds[stage]
 
     def is_cached(self, stage: str) -> bool:
@@ -114,7 +114,7 @@ class Planner:
         return kind == "records" or (kind == "computes" and not self._code[stage].unknown)
 
     def files(self, stage: str) -> dict[str, dict[str, str]]:
-        """Every input file of the stage by its path: its content's digest, and the file that named it."""
+        """Return every input file of the stage by its path: its content's digest, and the file that named it."""
         return {
             path: facts
             for value in self.settings[stage].values()
@@ -122,7 +122,7 @@ class Planner:
         }
 
     def parts(self, spec: StageSpec, inputs: Mapping[str, str]) -> dict[str, Any]:
-        """What the key of ``spec`` is made of, given the digests of its inputs by its own names for them."""
+        """Return the parts of the key of ``spec``, given the digests of its inputs by its own names for them."""
         recording = self.kind(spec.name) == "records"
         return {
             "stage": spec.declaration.run,
@@ -134,7 +134,7 @@ class Planner:
         }
 
     def plan(self, forced: frozenset[str] = frozenset()) -> list[StagePlan]:
-        """Every stage with its state, as if nothing else were going on."""
+        """Return every stage with its state, as if no other run were active."""
         plans: dict[str, StagePlan] = {}
         for spec in self.pipeline.stages:
             waiting = [needed for needed in spec.needs.values() if plans[needed].result is None]
@@ -149,7 +149,7 @@ class Planner:
         return list(plans.values())
 
     def look_up(self, spec: StageSpec, inputs: Mapping[str, str], *, forced: bool = False) -> StagePlan:
-        """The state of one stage whose inputs are known."""
+        """Return the state of one stage whose inputs are known."""
         parts = self.parts(spec, inputs)
         key = key_of(parts)
         if forced:
@@ -221,7 +221,7 @@ def check_armed(planner: Planner, *, armed: bool) -> None:
 
 
 def kind_of(spec: StageSpec, settings: Mapping[str, Any]) -> Kind:
-    """What a stage does under ``settings``; raises ConfigError where that is more than it declares."""
+    """Return the kind of a stage under ``settings``; raises ConfigError if that is more than it declares."""
     kind: Kind = "computes"
     for own, value in settings.items():
         for attribute, doing in (("live", "records"), ("moves", "moves")):
@@ -268,7 +268,7 @@ def _changed(old: Any, new: Any) -> str:
 
 
 def _files(value: Any) -> int:
-    """The number of input files that a value of the configuration is; 0 for another value."""
+    """Return the number of input files in a value of the configuration; 0 for another value."""
     several = value if isinstance(value, list) else [value]
     return len(several) if all(_is_file(one) for one in several) else 0
 

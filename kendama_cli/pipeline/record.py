@@ -38,7 +38,7 @@ LIBRARIES = (
 
 @dataclass(frozen=True)
 class StageOutcome:
-    """How one stage of a run ended: ``name`` is the pipeline's, ``stage`` the declaration's; ``artifact`` a folder."""
+    """Outcome of one stage of a run: ``name`` is the pipeline's, ``stage`` the declaration's; ``artifact`` a folder."""
 
     name: str
     stage: str
@@ -50,7 +50,7 @@ class StageOutcome:
     error: str | None = None
 
     def document(self) -> dict[str, Any]:
-        """The entry of ``run --json``."""
+        """Return the entry of ``run --json``."""
         entry = {
             "name": self.name,
             "stage": self.stage,
@@ -85,11 +85,11 @@ class RunRecord:
 
     @property
     def folder(self) -> Path:
-        """What is printed and logged stands here, beside the record; absent where nothing is."""
+        """Return the folder beside the record that holds its printed output and logs; absent if there are none."""
         return run_folder(self.home, self.run)
 
     def document(self) -> dict[str, Any]:
-        """The document that ``run --json`` prints."""
+        """Return the document that ``run --json`` prints."""
         document = {
             "run": self.run,
             "pipeline": self.pipeline,
@@ -166,7 +166,7 @@ class RunRecord:
 
 
 def next_number(home: Path) -> int:
-    """The number of the run that begins next; a clock that was set back does not make it older than another."""
+    """Return the number of the next run; if a clock was set back, the run still sorts after the others."""
     return max(map(run_number, durable.names(home / "runs")), default=0) + 1
 
 
@@ -178,14 +178,16 @@ def begin(
     *,
     number: int | None = None,
 ) -> RunRecord:
-    """A new record; ids sort by ``number``, by default the next. ``known_versions`` spares looking up what is there."""
+    """Return a new record; ids sort by ``number``, by default the next. ``known_versions`` saves looking versions
+    up.
+    """
     run = f"{next_number(home) if number is None else number:05d}-{os.urandom(3).hex()}"
     started = time.strftime("%Y-%m-%dT%H:%M:%S+00:00", time.gmtime())
     return RunRecord(home, run, pipeline, overrides, started, versions=known_versions or versions())
 
 
 def past_runs(home: Path) -> list[dict[str, Any]]:
-    """All readable records, oldest first, each with the ``folder`` beside it."""
+    """Return all readable records, oldest first, each with the ``folder`` beside it."""
     return [record for record, _ in each_run(home) if record is not None]
 
 
@@ -195,7 +197,7 @@ def each_run(home: Path) -> Iterator[tuple[dict[str, Any] | None, str]]:
 
 
 def read_run(home: Path, run: str) -> dict[str, Any] | None:
-    """The record of a run, with the ``folder`` beside it; None where it is damaged or cannot be read now."""
+    """Return the record of a run, with the ``folder`` beside it; None if it is damaged or cannot be read now."""
     try:
         record = durable.read_sealed(record_path(home, run))
     except FormatError:
@@ -211,12 +213,14 @@ def read_run(home: Path, run: str) -> dict[str, Any] | None:
 
 
 def unreadable_notice(home: Path, unreadable: int) -> str:
-    """What is said of runs whose record cannot be read, and what to do about it."""
+    """Return the notice on runs whose record cannot be read, with what to do about it."""
     return f"runs in {home} whose record cannot be read: {unreadable}; 'kendama cache verify' says which and why"
 
 
 def find_run(home: Path, run: str | None) -> dict[str, Any]:
-    """The record called ``run`` (its number or a unique beginning will do), or the newest; else UsageError."""
+    """Return the record called ``run`` (its number or a unique prefix will do), or the newest; raises UsageError if
+    none is.
+    """
     if run is None:
         known = (read_run(home, name) for name in reversed(run_names(home)))  # of many runs this reads one
         newest = next(filter(None, known), None)
@@ -283,7 +287,9 @@ def versions() -> dict[str, str]:
 
 @functools.cache
 def _versions() -> dict[str, str]:
-    """As they were when this process first asked: what is installed later it does not run."""
+    """Return the package versions as they were at this process's first request; it does not run what is installed
+    later.
+    """
     import importlib.metadata  # noqa: PLC0415 - slow to import, and a run with nothing to do needs none of it
     import platform  # noqa: PLC0415 - as above
 

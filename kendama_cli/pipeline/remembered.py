@@ -1,4 +1,4 @@
-"""What was made of the same objects before: the combinations of a sweep share most of their configuration."""
+"""Memory of results by the identity of their inputs: the combinations of a sweep share most of their configuration."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ class Remembered:
         self._made: dict[tuple[object, ...], tuple[tuple[object, ...], Any]] = {}
 
     def once(self, what: str, of: tuple[object, ...], make: Callable[[], T]) -> T:
-        """What ``make`` gives, called once for each ``what`` and objects ``of``."""
+        """Return the result of ``make``, called once for each ``what`` and objects ``of``."""
         name = (what, *map(id, of))
         if name not in self._made:
             self._made[name] = (of, make())  # kept with the objects, whose ids are theirs as long as they live

@@ -42,7 +42,7 @@ def section_log(record: Mapping[str, Any], name: str) -> Path:
 
 
 def _broken_off(record: Mapping[str, Any]) -> dict[str, Path]:
-    """What stages that failed had logged until then."""
+    """Return the logs of failed stages up to the failure, by stage."""
     failed = [str(stage["name"]) for stage in record["stages"] if stage["status"] == "failed"]
     logs = {name: broken_off_log(Path(record["folder"]), name) for name in failed if "folder" in record}
     return {name: path for name, path in logs.items() if path.exists()}

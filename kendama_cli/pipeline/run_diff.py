@@ -1,4 +1,4 @@
-"""What differs between two past runs: configuration, code, versions, artifacts, metrics."""
+"""Differences between two past runs: configuration, code, versions, artifacts, metrics."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ INTERVAL = ("_low", "_high")
 
 
 def run_differences(store: Store, before: Mapping[str, Any], after: Mapping[str, Any]) -> dict[str, Any]:
-    """The document of ``kendama diff``: of two records, what each has where they differ.
+    """Return the document of ``kendama diff``: the values of two records that differ.
 
     ``metrics`` holds every metric that differs, as ``[before, after]``; ``intervals`` those that have bounds, and
     whether the bounds overlap; ``artifacts`` says of every stage of either whether it gave the same bytes.
@@ -66,7 +66,7 @@ def _artifact(before: Mapping[str, Any] | None, after: Mapping[str, Any] | None)
 
 
 def _intervals(before: Mapping[str, Any], after: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
-    """The metrics that both have with bounds: value and bounds of each, and whether the bounds overlap."""
+    """Return the metrics that both have with bounds: value and bounds of each, and whether the bounds overlap."""
     found = {}
     for key in before:
         if before[key] == after.get(key, before[key]) or any(

@@ -1,4 +1,4 @@
-"""What is known of a past run by dotted keys, to choose and to sort by: its record, configuration and metrics."""
+"""Facts of a past run by dotted keys, to choose and to sort by: its record, configuration and metrics."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ class Condition:
     value: str
 
     def holds(self, facts: Mapping[str, Any]) -> bool:
-        """Whether the run has the fact and it passes; numbers are compared as numbers, anything else as text."""
+        """Return True if the run has the fact and it passes; numbers are compared as numbers, anything else as text."""
         if self.key not in facts:
             return False
         fact = facts[self.key]
@@ -51,7 +51,7 @@ class Condition:
 
 
 def condition(text: str) -> Condition:
-    """The condition that ``text`` is, such as ``learn.alpha>0.3``; raises UsageError where it is none."""
+    """Parse ``text``, such as ``learn.alpha>0.3``, as a condition; raises UsageError if it is none."""
     found = _TEST.match(text)
     if found is None:
         raise UsageError(
@@ -136,7 +136,7 @@ def stage_config(store: Store, stage: Mapping[str, Any]) -> Mapping[str, Any]:
 
 
 def stage_parts(store: Store, stage: Mapping[str, Any]) -> dict[str, Any]:
-    """What the key of a recorded ``stage`` was made of; nothing where its result is no longer stored."""
+    """Return the parts of the key of a recorded ``stage``; empty if its result is no longer stored."""
     if not stage["key"]:
         return {}
     result = durable.read_sealed(store.result_path(str(stage["name"]), str(stage["key"])))
@@ -144,7 +144,7 @@ def stage_parts(store: Store, stage: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def flat(name: str, value: Any) -> dict[str, Any]:
-    """The scalars of nested mappings by dotted keys; a list of scalars counts as one text."""
+    """Return the scalars of nested mappings by dotted keys; a list of scalars counts as one text."""
     if isinstance(value, Mapping):
         return {key: one for part, inner in value.items() for key, one in flat(f"{name}.{part}", inner).items()}
     if isinstance(value, list):

@@ -16,14 +16,14 @@ _TAG = re.compile(r"^[A-Za-z0-9][A-Za-z0-9_.-]{0,63}$")
 
 @dataclass(frozen=True)
 class RunTags:
-    """What somebody wrote on a run."""
+    """Tags and note that a user wrote on a run."""
 
     tags: tuple[str, ...] = ()
     note: str = ""
 
 
 def read_tags(home: Path, run: str) -> RunTags:
-    """The tags and note of ``run``; none where none were written."""
+    """Read the tags and note of ``run``; empty if there are none."""
     record = durable.read_sealed(_path(home, run))
     return RunTags() if record is None else RunTags(tuple(record["tags"]), str(record["note"]))
 

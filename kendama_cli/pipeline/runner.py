@@ -30,19 +30,19 @@ POLL_S = 0.1
 
 
 class Observer(Protocol):
-    """Who watches a run: a live view, plain lines, or nobody."""
+    """Observer of a run: a live view, plain lines, or nothing."""
 
     def stage_waits(self, name: str) -> None:
         """Another run on this home is computing the stage."""
 
     def stage_starts(self, name: str, key: str | None, reasons: tuple[str, ...]) -> None:
-        """A worker has started that computes ``key``, for the stage ``name``."""
+        """Note that a worker has started that computes ``key``, for the stage ``name``."""
 
     def stage_progress(self, name: str, done: int, total: int | None, figures: Mapping[str, Any]) -> None:
-        """The stage reports where its work stands."""
+        """Note the progress that the stage reports."""
 
     def stage_ends(self, outcome: StageOutcome) -> None:
-        """The stage ran, was cached, or failed."""
+        """Note that the stage ran, was cached, or failed."""
 
 
 class Runner:
@@ -209,20 +209,20 @@ def _startable(waiting: Mapping[str, StageSpec], plans: Mapping[str, StagePlan])
 
 
 def _given(plan: StagePlan) -> str:
-    """The digest of what a stage that has ended hands on."""
+    """Return the digest of the output of a stage that has ended."""
     assert plan.result is not None
     return plan.result.content_digest
 
 
 def _try_lock(home: Path, plan: StagePlan) -> Lock | None:
-    """The lock of what ``plan`` computes; None while another run holds it."""
+    """Return the lock of the result that ``plan`` computes; None while another run holds it."""
     path = durable.make_folder(home / "locks") / f"{plan.spec.name}-{plan.key}.lock"
     with durable.plain_disk_errors(path):
         return system().try_lock(path)
 
 
 def _request(planner: Planner, plan: StagePlan, plans: Mapping[str, StagePlan], *, fresh: bool) -> dict[str, Any]:
-    """What the worker of ``plan`` must know, as JSON values; ``plans`` has what it needs."""
+    """Return the request to the worker of ``plan`` as JSON values; ``plans`` holds the stages that it needs."""
     spec = plan.spec
     given = {own: plans[needed] for own, needed in spec.needs.items()}
     return {

@@ -12,7 +12,8 @@ from kendama_cli.schema.settings import chosen
 
 
 def code_targets(spec: StageSpec, settings: Mapping[str, Any], schemas: Mapping[str, Any]) -> list[str]:
-    """What a stage's result depends on: its run, artifact, messages, settings, and the blocks that these choose.
+    """Return the code that a stage's result depends on: run, artifact, messages, settings, and the blocks that
+    these choose.
 
     Not its chapter: what draws a result does not change it.
     """

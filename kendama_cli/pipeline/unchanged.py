@@ -32,7 +32,7 @@ Stamps = dict[str, list[int]]
 
 
 def stamp(path: str | Path) -> list[int]:
-    """The state of ``path``; the time of change shows even a write that put the time of modification back."""
+    """Return the state of ``path``; the time of change reveals even a write that restored the time of modification."""
     try:
         status = os.stat(path)
     except (OSError, ValueError):
@@ -41,24 +41,24 @@ def stamp(path: str | Path) -> list[int]:
 
 
 def stamps(paths: Iterable[str | Path]) -> Stamps:
-    """The state of each of ``paths``."""
+    """Return the state of each of ``paths``."""
     return {str(path): stamp(path) for path in paths}
 
 
 def settled(states: Stamps, at_s: float) -> bool:
-    """Whether none of ``states`` is so young that its file may have changed again before ``at_s`` unseen."""
+    """Return True if none of ``states`` is so recent that its file may have changed again unnoticed before ``at_s``."""
     youngest_ns = max((max(state[1:3]) for state in states.values() if state), default=0)
     return youngest_ns / 1e9 <= at_s - SETTLED_S
 
 
 def environment_now(names: Iterable[str]) -> dict[str, str | None]:
-    """The environment variables called ``names``; None for one that is not set."""
+    """Return the values of the environment variables ``names``; None for each that is not set."""
     return {name: os.environ.get(name) for name in names}
 
 
 @dataclasses.dataclass(frozen=True)
 class Question:
-    """What was asked: the command line, and all but files that its meaning depends on."""
+    """Key of a repeated command: the command line, and all but files that its meaning depends on."""
 
     arguments: list[str]
     folder: str
@@ -66,7 +66,7 @@ class Question:
     python: list[str]
 
     def path(self) -> Path:
-        """Where the answer would be; a home that is guessed wrongly has none."""
+        """Return the file of the answer; if the home folder is guessed wrongly, it does not exist."""
         name = durable.sha256(durable.canonical_json(dataclasses.asdict(self)))[:32]
         home = Path(os.path.expanduser(self._home())).absolute()
         return home / "index" / "unchanged" / f"{name}.json"
@@ -79,7 +79,7 @@ class Question:
 
 
 def question(arguments: Sequence[str]) -> Question:
-    """The question that ``arguments`` are, asked here and now."""
+    """Return the question for the command ``arguments``, here and now."""
     counts = ("HOME", "USERPROFILE")
     environment = {name: value for name, value in os.environ.items() if name.startswith("KENDAMA_") or name in counts}
     python = [sys.version, sys.executable, str(sys.flags), __version__, *sys.path]
@@ -124,7 +124,7 @@ def keep(
 
 
 def repeat(asked: Question) -> RunRecord | None:
-    """The finished record of a run that had nothing to do; None where that is not certain.
+    """Return the finished record of a run that had nothing to do; None if that is not certain.
 
     Raises StoreError where the record cannot be written.
     """

@@ -18,13 +18,15 @@ STANDARD_LIBRARY = os.path.dirname(os.__file__)
 
 
 def configuration_stamps(folders: Sequence[Path], pipeline: str) -> Stamps:
-    """The state of all that configuration and pipelines are read from: ``folders`` whole, whether they exist or not."""
+    """Return the state of all files that configuration and pipelines are read from: ``folders`` whole, existing or
+    not.
+    """
     named = [Path(pipeline)] if pipeline.endswith((".yaml", ".yml")) else []
     return stamps([*named, *(path for folder in folders for path in _tree(folder))])
 
 
 def input_stamps(planner: Planner, settings: Mapping[str, Any], roots: Sequence[Path]) -> Stamps | None:
-    """The state of input files, code and installed packages; None where a file has changed since it was read.
+    """Return the state of input files, code and installed packages; None if a file has changed since it was read.
 
     ``settings`` are those that the configuration gave, ``roots`` the folders in which their files were looked for.
     """

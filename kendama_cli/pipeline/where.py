@@ -34,7 +34,7 @@ def with_executor(overrides: Sequence[str], on: str | None) -> list[str]:
 
 
 def of_results(overrides: Sequence[str]) -> list[str]:
-    """Those of ``overrides`` that may change a result: a record and its name need no others."""
+    """Return the ``overrides`` that may change a result: a record and its name need no others."""
     return [text for text in overrides if text.partition("=")[0].partition(".")[0] not in WHERE]
 
 

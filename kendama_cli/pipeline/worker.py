@@ -94,7 +94,7 @@ def work(request: Mapping[str, Any], events: int, ready: ReadyStage | None = Non
 
 
 def make_stage(request: Mapping[str, Any]) -> ReadyStage:
-    """The stage that ``request`` names."""
+    """Build the stage that ``request`` names."""
     declaration = _declaration(request)
     stage_class = resolve(declaration.run, f"stage '{request['stage']}'")
     schemas, _ = node_schemas()

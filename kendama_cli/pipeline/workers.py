@@ -41,7 +41,7 @@ class Workers:
         self._lines: queue.SimpleQueue[tuple[str, bytes]] = queue.SimpleQueue()
 
     def __len__(self) -> int:
-        """How many there are."""
+        """Return the number of workers."""
         return len(self._jobs)
 
     def start(self, starter: Starter, plan: StagePlan, request: Mapping[str, Any], *, lock: Lock, output: Path) -> None:
@@ -54,7 +54,9 @@ class Workers:
         threading.Thread(target=_read, args=(name, process, self._lines), daemon=True).start()
 
     def events(self, timeout_s: float) -> Iterator[tuple[Job, dict[str, Any]]]:
-        """What the workers report within ``timeout_s``; the last event of each is ``ended``, with its exit code."""
+        """Yield what the workers report within ``timeout_s``; the last event of each is ``ended``, with its exit
+        code.
+        """
         try:
             name, line = self._lines.get(timeout=timeout_s)
             while True:

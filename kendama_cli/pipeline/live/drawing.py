@@ -29,7 +29,7 @@ Stamp = tuple[str, ...]
 
 
 def log_stamp(planner: Planner, stage: StageStatus) -> Stamp | None:
-    """What the log of ``stage`` is as of; None where there is none yet."""
+    """Return the stamp of the log of ``stage``; None if there is no log yet."""
     if stage.artifact is not None:
         return "whole", stage.artifact
     checkpoints = _checkpoints(planner, stage)
@@ -38,7 +38,7 @@ def log_stamp(planner: Planner, stage: StageStatus) -> Stamp | None:
 
 
 def read_log(planner: Planner, stage: StageStatus) -> StageLog | None:
-    """The log of ``stage`` as far as it is on the disk; None where nothing whole is there just now."""
+    """Read the log of ``stage`` as far as it is on the disk; return None if no whole log is there just now."""
     try:
         if stage.artifact is not None:
             return StageLog(Path(stage.artifact) / LOG)
@@ -87,7 +87,7 @@ class Drawn:
 
 @dataclass
 class _Known:
-    """What was read of a stage's log at ``stamp``."""
+    """Content that was read of a stage's log at ``stamp``."""
 
     stamp: Stamp | None = None
     motions: list[Performance] = field(default_factory=list)

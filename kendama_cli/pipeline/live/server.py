@@ -60,11 +60,11 @@ class LivePage:
         self._server.server_close()
 
     def is_watched(self) -> bool:
-        """Whether a browser has asked of late."""
+        """Return True if a browser has sent a request recently."""
         return time.monotonic() - self._asked_s < WATCHED_S
 
     def answer(self, asked: Asked) -> Answer:
-        """The page, its state, or what was drawn of a part."""
+        """Return the page, its state, or the drawing of a part."""
         self._asked_s = time.monotonic()
         if asked.part == "state":
             return self._state(asked.query.get("seen", ""))
@@ -84,7 +84,7 @@ class LivePage:
         return Answer(200, "application/json", json.dumps(document).encode())
 
     def _owed(self) -> bool:
-        """Whether the page has not yet asked for something that there is."""
+        """Return True if the page has not yet requested a part that exists."""
         drawn = {part: str(one.number) for part, one in self._drawing.pages.items() if one.number}
         state = "-".join(map(str, (self._status.version, *(one.number for one in self._drawing.pages.values()))))
         return any(self._taken.get(part) != number for part, number in {**drawn, "state": state}.items())

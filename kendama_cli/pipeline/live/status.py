@@ -1,4 +1,4 @@
-"""How far a run is: an observer that remembers what it is told, for other threads to read."""
+"""Progress of a run: an observer that stores the events it receives, for other threads to read."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ class RunStatus:
 
     @property
     def reached(self) -> str:
-        """How the run ended, by its record."""
+        """Return the end of the run as its record states it."""
         return self._record.outcome
 
     def stage_waits(self, name: str) -> None:
@@ -59,7 +59,7 @@ class RunStatus:
         self._tell(name, state="waits", note="another run is computing it")
 
     def stage_starts(self, name: str, key: str | None, reasons: tuple[str, ...]) -> None:
-        """A worker for the stage has started."""
+        """Note that a worker for the stage has started."""
         self._tell(
             name,
             state="runs",
@@ -69,11 +69,11 @@ class RunStatus:
         )
 
     def stage_progress(self, name: str, done: int, total: int | None, figures: Mapping[str, Any]) -> None:
-        """The stage reports where its work stands."""
+        """Note the progress that the stage reports."""
         self._tell(name, done=done, total=total, figures=figures)
 
     def stage_ends(self, outcome: StageOutcome) -> None:
-        """The stage ran, was cached, or failed."""
+        """Note that the stage ran, was cached, or failed."""
         metrics = {name: value for name, value in outcome.metrics.items() if name != "warnings"}
         self._tell(
             outcome.name,
@@ -85,13 +85,13 @@ class RunStatus:
         )
 
     def ends(self, outcome: str) -> None:
-        """The run has ended: done, failed or interrupted."""
+        """Note that the run has ended: done, failed or interrupted."""
         with self._lock:
             self._outcome = outcome
             self.version += 1
 
     def document(self) -> dict[str, Any]:
-        """All of it as JSON values, for the page."""
+        """Return the status as JSON values, for the page."""
         now_s = time.monotonic()
         with self._lock:
             return {
