@@ -31,7 +31,7 @@ class EvenSpline:
         self._pieces = [tuple(pieces[:, i]) for i in range(pieces.shape[1])]
 
     def at(self, parameter: float) -> CurvePoint:
-        """The curve at ``parameter``; beyond the ends the last pieces are continued."""
+        """Return the curve at ``parameter``; beyond the ends the last pieces are extended."""
         index = min(max(int((parameter - self.start) / self.step), 0), len(self._pieces) - 1)
         a, b, c, d = self._pieces[index]
         u = parameter - self.start - index * self.step

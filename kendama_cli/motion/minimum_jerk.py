@@ -33,6 +33,6 @@ def step_change(share: ArrayLike) -> Array:
 
 
 def step_integral(share: ArrayLike) -> Array:
-    """The integral of s from 0 to u (...), up to the step's end at u = 1."""
+    """Return the integral of s from 0 to u (...), up to the step's end at u = 1."""
     u = np.clip(np.asarray(share, dtype=np.float64), 0.0, 1.0)
     return np.asarray(u**4 * (2.5 - 3 * u + u**2))

@@ -1,4 +1,6 @@
-"""Where the cup's tie point is in a tracked body: from a motion that turns the body about it (pivot calibration)."""
+"""Position of the cup's tie point in a tracked body, from a motion that rotates the body about it (pivot
+calibration).
+"""
 
 from __future__ import annotations
 

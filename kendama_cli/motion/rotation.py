@@ -15,7 +15,7 @@ _SMALL = 1e-6
 
 
 def multiply(first: Array, second: Array) -> Array:
-    """The Hamilton product (..., 4): the rotation ``second``, then ``first``."""
+    """Return the Hamilton product (..., 4): the rotation ``second``, then ``first``."""
     w1, x1, y1, z1 = np.moveaxis(np.asarray(first), -1, 0)
     w2, x2, y2, z2 = np.moveaxis(np.asarray(second), -1, 0)
     made: Array = np.stack(
@@ -31,7 +31,7 @@ def multiply(first: Array, second: Array) -> Array:
 
 
 def inverse(rotation_wxyz: Array) -> Array:
-    """The inverse of unit quaternions (..., 4)."""
+    """Return the inverse of unit quaternions (..., 4)."""
     made: Array = np.asarray(rotation_wxyz) * np.array([1.0, -1.0, -1.0, -1.0])
     return made
 
@@ -64,7 +64,7 @@ def between(t_s: Array, rotation_wxyz: Array, at_s: Array) -> Array:
 
 
 def exponential(vector_rad: Array) -> Array:
-    """The rotation about ``vector_rad`` (..., 3) by its length, as a unit quaternion (..., 4)."""
+    """Return the rotation about ``vector_rad`` (..., 3) by its length, as a unit quaternion (..., 4)."""
     vector = np.asarray(vector_rad, dtype=np.float64)
     angle = np.linalg.norm(vector, axis=-1, keepdims=True)
     half = np.where(angle < _SMALL, 0.5 - angle**2 / 48, np.sin(angle / 2) / np.maximum(angle, _SMALL))
@@ -73,7 +73,7 @@ def exponential(vector_rad: Array) -> Array:
 
 
 def logarithm(rotation_wxyz: Array) -> Array:
-    """The rotation vector (..., 3) of unit quaternions (..., 4), at most pi long: q and -q give the same."""
+    """Return the rotation vector (..., 3) of unit quaternions (..., 4), at most pi long: q and -q give the same."""
     q = np.asarray(rotation_wxyz, dtype=np.float64)
     q = np.where(q[..., :1] < 0, -q, q)
     sine = np.linalg.norm(q[..., 1:], axis=-1, keepdims=True)
@@ -83,7 +83,8 @@ def logarithm(rotation_wxyz: Array) -> Array:
 
 
 def continuous_logarithm(rotation_wxyz: Array) -> Array:
-    """The rotation vectors (n, 3) of successive orientations (n, 4), each on the branch nearest to the one before.
+    """Return the rotation vectors (n, 3) of successive orientations (n, 4), each on the branch nearest the one
+    before.
 
     So neither a flip of the quaternion's sign nor a turn beyond pi makes a jump.
     """
@@ -107,7 +108,9 @@ def cross(a: Array, b: Array) -> Array:
 
 
 def quaternion_of(rotation: Array) -> Array:
-    """The unit quaternion (4,) with w >= 0 of a rotation matrix (3, 3), by its largest element (Shepperd 1978)."""
+    """Return the unit quaternion (4,) with w >= 0 of a rotation matrix (3, 3), by its largest element (Shepperd
+    1978).
+    """
     r = rotation
     squares = [
         1 + r[0, 0] + r[1, 1] + r[2, 2],
@@ -127,7 +130,9 @@ def quaternion_of(rotation: Array) -> Array:
 
 
 def matrix_of(rotation_wxyz: ArrayLike) -> Array:
-    """The rotation matrix (3, 3) of a quaternion (4,), or those (n, 3, 3) of (n, 4), which are normalised first."""
+    """Return the rotation matrix (3, 3) of a quaternion (4,), or (n, 3, 3) of (n, 4); quaternions are normalised
+    first.
+    """
     q = np.array(rotation_wxyz, dtype=np.float64)
     w, x, y, z = q.T / np.linalg.norm(q, axis=-1 if q.ndim > 1 else None)
     made = np.array(
@@ -141,10 +146,10 @@ def matrix_of(rotation_wxyz: ArrayLike) -> Array:
 
 
 def log_of(rotation: Array) -> Array:
-    """The rotation vector (3,) [rad] of a rotation matrix (3, 3), at most pi long."""
+    """Return the rotation vector (3,) [rad] of a rotation matrix (3, 3), at most pi long."""
     return logarithm(quaternion_of(rotation))
 
 
 def exp_of(vector_rad: ArrayLike) -> Array:
-    """The rotation matrix (3, 3) of a rotation vector (3,) [rad]: the inverse of ``log_of``."""
+    """Return the rotation matrix (3, 3) of a rotation vector (3,) [rad]: the inverse of ``log_of``."""
     return matrix_of(exponential(np.asarray(vector_rad, dtype=np.float64)))

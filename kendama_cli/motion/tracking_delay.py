@@ -1,4 +1,4 @@
-"""How far joints are behind what was sent to them: a delay of each, and what no delay explains."""
+"""Tracking delay of joints: the delay of each behind the sent motion, and the residual that no delay explains."""
 
 from __future__ import annotations
 
@@ -15,8 +15,9 @@ LEAST_RAD = 2e-3
 
 @dataclass(frozen=True)
 class Tracking:
-    """Of n joints, every array (n,): the delay [s] (nan for a joint that hardly moved), rms and largest of measured
-    less sent [rad], and the rms that is left when what was sent is taken that much later.
+    """Tracking of n joints, every array (n,): the delay [s] (nan for a joint that hardly moved), rms and maximum of
+    measured
+    minus sent [rad], and the residual rms if the sent motion is shifted by the delay.
     """
 
     delay_s: Array
@@ -26,7 +27,8 @@ class Tracking:
 
 
 def tracking(t_s: Array, sent_rad: Array, measured_rad: Array) -> Tracking:
-    """The delay d of each joint that minimises the mean square of measured(t) - sent(t - d), for d in [0, LONGEST_S].
+    """Return the delay d of each joint that minimises the mean square of measured(t) - sent(t - d), for d in [0,
+    LONGEST_S].
 
     ``t_s`` (k,) are the ends of control periods, the angles (k, n); a gap in time parts two motions, and no delay
     reaches over it. Whole periods are tried, and a parabola through the best and its neighbours tells the rest.
@@ -53,7 +55,7 @@ def tracking(t_s: Array, sent_rad: Array, measured_rad: Array) -> Tracking:
 
 
 def _lowest(squares: Array) -> tuple[float, float]:
-    """Where, in steps, and how low the curve (m,) is lowest."""
+    """Return the position, in steps, and the value of the minimum of the curve (m,)."""
     k = int(squares.argmin())
     if not 0 < k < len(squares) - 1 or not np.isfinite(squares[k + 1]):
         return float(k), float(squares[k])

@@ -117,7 +117,7 @@ def _hangs_on(joint: ET.Element, links: list[str], tree: UrdfTree) -> bool:
 
 
 def _hand(tree: UrdfTree, chains: dict[str, list[ET.Element]], held: Collection[str]) -> frozenset[str]:
-    """The names of turning joints that open and close a gripper or belong to a hand's fingers.
+    """Return the names of revolute joints that open and close a gripper or belong to a hand's fingers.
 
     Told by their names, by a joint that mimics them, or by two or more short branches alike at the end of an arm.
     """
@@ -155,7 +155,7 @@ def _hand(tree: UrdfTree, chains: dict[str, list[ET.Element]], held: Collection[
 
 
 def _holder(tree: UrdfTree, joint: ET.Element, moving: list[ET.Element]) -> str:
-    """The moving link that holds ``joint``, by whatever is fixed between."""
+    """Return the moving link that holds ``joint``, through any fixed links between."""
     link = end(joint, "parent")
     while link in tree.parents and tree.parents[link] not in moving:
         link = end(tree.parents[link], "parent")

@@ -47,11 +47,11 @@ class ArmMotion:
         self.acceleration_shares = change / arm.limits.acceleration_rad_s2
 
     def least_tau_scale(self) -> float:
-        """The fastest tau_scale within the arm's speed and acceleration limits."""
+        """Return the minimum tau_scale within the arm's velocity and acceleration limits."""
         return float(max(self.velocity_shares.max(), np.sqrt(self.acceleration_shares.max())))
 
     def limiting_joint(self) -> str:
-        """The joint, and its limit in words, that forbids a faster motion."""
+        """Return the joint, and its limit in words, that forbids a faster motion."""
         arm, limits = self.arm, self.arm.limits
         if self.velocity_shares.max() >= np.sqrt(self.acceleration_shares.max()):
             j, kind = int(self.velocity_shares.argmax()), "speed"
@@ -62,7 +62,7 @@ class ArmMotion:
         return f"joint '{arm.joint_names[j]}' with its {kind} limit of {limit}{arm.limit_doubt(kind)}"
 
     def joints(self, tau_scale: float, hold_s: float) -> JointTrajectory:
-        """The motion at ``tau_scale``, every SAMPLE_S, followed by ``hold_s`` of settling and rest."""
+        """Return the motion at ``tau_scale``, every SAMPLE_S, followed by ``hold_s`` of settling and rest."""
         moving = (self.lead_in_s + self.plan.duration_s) * tau_scale
         t_s: Array = SAMPLE_S * np.arange(int(np.ceil((moving + hold_s) / SAMPLE_S)) + 1, dtype=np.float64)
         inner = t_s / tau_scale
@@ -77,7 +77,7 @@ class ArmMotion:
         )
 
     def cup_reference_m(self, tau_scale: float, t_s: Array) -> Array:
-        """Where the tie point should be in the world (n, 3) at ``t_s`` (n,)."""
+        """Return the tie point's reference position in the world (n, 3) at ``t_s`` (n,)."""
         return self.home_m + self._path.at(np.minimum(np.asarray(t_s) / tau_scale, self._t_s[-1]))
 
 

@@ -1,4 +1,4 @@
-"""What an arm, its cup and the ball look like, and where the arm's links are: for logs, replays and films."""
+"""Appearance of an arm, its cup and the ball, and the poses of the arm's links: for logs, replays and videos."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ class ArmScene:
         self._names = [link.getName() for link in self._links]
 
     def shapes(self, game: GameSettings) -> SceneUpdate:
-        """The links as their URDF's collision shapes, or capsules from joint to joint where it has none.
+        """Return the links as their URDF's collision shapes, or as capsules from joint to joint if it has none.
 
         Beside them the pedestal, the handle, and the cup and ball of ``game`` in the frames ``cup`` and ``ball``.
         """
@@ -45,7 +45,7 @@ class ArmScene:
         return SceneUpdate((*self._pedestal(), *solids, *self._handle(game.cup), cup_solid(game.cup), ball))
 
     def frames(self, position_rad: Array) -> FrameTransforms:
-        """Where the links are in the world for the joint angles (n,)."""
+        """Return the poses of the links in the world for the joint angles (n,)."""
         self._body.skeleton.setPositions(position_rad)
         places = [link.getWorldTransform() for link in self._links]
         return FrameTransforms(
@@ -56,14 +56,14 @@ class ArmScene:
         )
 
     def _holder(self, link: Any) -> tuple[str, Any]:
-        """The drawn frame that ``link`` is fixed to, and the link's pose in it."""
+        """Return the drawn frame that ``link`` is fixed to, and the link's pose in it."""
         holder = link
         while holder.getName() not in self._names:
             holder = holder.getParentBodyNode()
         return holder.getName(), holder.getWorldTransform().inverse().multiply(link.getWorldTransform())
 
     def _capsules(self) -> list[Solid]:
-        """A tube from each joint's origin to the next one's, rounded at its ends, and a hub about each axis."""
+        """Return a tube from each joint's origin to the next one's, rounded at its ends, and a hub about each axis."""
         model = self._model
         places = model.joint_places_m(model.home_rad)
         solids = []
@@ -79,7 +79,7 @@ class ArmScene:
         return solids
 
     def _pedestal(self) -> list[Solid]:
-        """What the arm stands on, from the floor at z = 0; none where its base is on or below it."""
+        """Return the pedestal of the arm, from the floor at z = 0; empty if its base is on or below the floor."""
         root = np.array(self._links[0].getWorldTransform().translation())
         if root[2] < 0.02:
             return []
@@ -93,7 +93,7 @@ class ArmScene:
         ]
 
     def _handle(self, cup: CupSettings) -> list[Solid]:
-        """From the tip link to the cup's wall."""
+        """Return the handle from the tip link to the cup's wall."""
         model, tip = self._model, self._body.tip
         start = np.array(tip.getWorldTransform().translation())
         way = model.tool_place_m(model.home_rad) - start
@@ -105,7 +105,7 @@ class ArmScene:
 
 
 def cup_solid(cup: CupSettings) -> Solid:
-    """The cup as a turned mesh in the frame ``cup``, whose origin is the tie point and whose z its axis.
+    """Return the cup as a lathed mesh in the frame ``cup``: its origin is the tie point, its z the cup's axis.
 
     The profile goes up the outer wall, over the rim and down the inner wall.
     """
@@ -131,7 +131,7 @@ def _moving_links(body: Any) -> list[Any]:
 
 
 def _tube(link: Any, name: str, ends_m: tuple[Array, Array], radius_m: float, rgb: Rgb) -> list[Solid]:
-    """A capsule between two points of the world, fixed to ``link`` where that is now."""
+    """Return a capsule between two points of the world, fixed to ``link`` at its present pose."""
     ends = [_ball(link, name, place, radius_m, rgb) for place in ends_m]
     if float(np.linalg.norm(ends_m[1] - ends_m[0])) < SHORTEST_M:
         return ends[:1]
@@ -152,7 +152,7 @@ def _ball(link: Any, name: str, place_m: Array, radius_m: float, rgb: Rgb) -> So
 
 
 def _in_frame(link: Any, rotation: Array, place_m: Array) -> tuple[Array, Array]:
-    """A pose of the world as quaternion and place in the frame of ``link``."""
+    """Return a pose of the world as quaternion and position in the frame of ``link``."""
     frame = link.getWorldTransform()
     turn, origin = np.array(frame.rotation()), np.array(frame.translation())
     return quaternion_of(turn.T @ rotation), turn.T @ (place_m - origin)

@@ -62,7 +62,8 @@ class Body:
 
 
 def build_body(description: Description, robot: RobotSettings, tool: CupSettings | ProbeSettings) -> Body:
-    """The chain of ``description`` at the base pose of ``robot``, holding ``tool``; joints are held to their limits.
+    """Return the chain of ``description`` at the base pose of ``robot``, with ``tool``; joints are kept within
+    their limits.
 
     Its links have no rotors: DART knows none, and whoever moves it accounts for them (see RobotModel). Raises
     InputError where DART cannot build it.

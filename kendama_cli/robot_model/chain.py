@@ -67,7 +67,7 @@ class _Lump(NamedTuple):
 
 
 def _joined(one: _Lump, other: _Lump) -> _Lump:
-    """Two bodies that move as one."""
+    """Return two bodies that move as one, joined."""
     total = one.mass_kg + other.mass_kg
     middle = (one.mass_kg * one.center_m + other.mass_kg * other.center_m) / total
     inertia = np.zeros((3, 3))

@@ -57,7 +57,7 @@ class Chain(NamedTuple):
 
 
 class ToolGeometry(NamedTuple):
-    """What the tip link holds, in the posture of zeros and the root's frame."""
+    """Geometry of the tool on the tip link, in the posture of zeros and the root's frame."""
 
     tie_m: Array
     """(3,) the rope's tie point"""
@@ -67,7 +67,7 @@ class ToolGeometry(NamedTuple):
 
 
 class IkSettings(NamedTuple):
-    """Where a motion begins, and what each joint's way costs."""
+    """Start of a motion for inverse kinematics, and the cost of each joint's displacement."""
 
     home: Array
     """(n,)"""
@@ -87,7 +87,7 @@ class Curve(NamedTuple):
 
 
 class CollisionGeometry(NamedTuple):
-    """What must stay apart; heights are above the root."""
+    """Geometry of the parts that must not collide; heights are above the root."""
 
     radius_m: Array
     """(n + 2,) of the pedestal, every link, and the handle"""
@@ -137,7 +137,7 @@ def frames(chain: Chain, angles: Array, turns: Array, shifts: Array) -> None:
 
 @compiled
 def put(turn: Array, shift: Array, point: Array) -> Array:
-    """Where a link's frame carries ``point`` (3,)."""
+    """Return the position to which a link's frame maps ``point`` (3,)."""
     made = np.empty(3)
     for r in range(3):
         made[r] = turn[r, 0] * point[0] + turn[r, 1] * point[1] + turn[r, 2] * point[2] + shift[r]
@@ -198,7 +198,9 @@ def solved(square: Array, side: Array) -> Array:
 
 @compiled
 def least_step(jacobian: Array, change: Array, weights: Array) -> Array:
-    """The joint step with the least weighted sum of squares (see robot_model.inverse_kinematics.weighted_step)."""
+    """Return the joint step with the least weighted sum of squares (see
+    robot_model.inverse_kinematics.weighted_step).
+    """
     n = len(weights)
     spread = jacobian / weights
     square = np.zeros((TASK, TASK))
@@ -338,7 +340,7 @@ def peaks(chain: Chain, tool: ToolGeometry, curve: Curve) -> tuple[Array, Array,
 
 @compiled
 def apart(a: Array, b: Array, c: Array, d: Array) -> float:
-    """The distance between the segments a-b and c-d (Ericson, Real-Time Collision Detection, 5.1.9)."""
+    """Return the distance between the segments a-b and c-d (Ericson, Real-Time Collision Detection, 5.1.9)."""
     u, v, w = b - a, d - c, a - c
     uu, vv, uv, uw, vw = u @ u, v @ v, u @ v, u @ w, v @ w
     across = uu * vv - uv * uv
@@ -353,7 +355,7 @@ def apart(a: Array, b: Array, c: Array, d: Array) -> float:
 
 @compiled
 def tip_is_apart(points: Array, i: int, n: int, geometry: CollisionGeometry, tool: ToolGeometry) -> bool:
-    """Whether link ``i`` is far enough along the chain from the cup to be compared with it."""
+    """Return True if link ``i`` is far enough along the chain from the cup to be checked against it."""
     between = 0.0
     for j in range(i + 1, n + 2):
         way = points[j + 1] - points[j]
@@ -365,7 +367,7 @@ def tip_is_apart(points: Array, i: int, n: int, geometry: CollisionGeometry, too
 def clearance(
     chain: Chain, tool: ToolGeometry, geometry: CollisionGeometry, angles: Array, every: int
 ) -> tuple[float, int, int, int]:
-    """The least gap [m] along ``angles`` (k, n), which two parts have it, and at which sample.
+    """Return the minimum gap [m] along ``angles`` (k, n), the two parts that have it, and its sample.
 
     Parts: 0 the pedestal, 1..n the links, n + 1 the handle, n + 2 the cup, n + 3 the ball's swing, -1 the floor.
     Capsules reach from one joint's origin to the next. Two links are compared where the links between them are long

@@ -84,14 +84,14 @@ def link_poses(tree: UrdfTree, joint_names: tuple[str, ...], positions_rad: Arra
 
 
 def _origin(element: Any) -> tuple[Array, Array]:
-    """The rotation (3, 3) and place (3,) of the element's <origin>."""
+    """Return the rotation (3, 3) and position (3,) of the element's <origin>."""
     origin = element.find("origin")
     turn = Rotation.from_euler("xyz", numbers(origin, "rpy", (0.0, 0.0, 0.0))).as_matrix()
     return turn, np.array(numbers(origin, "xyz", (0.0, 0.0, 0.0)))
 
 
 def _inertia_gap(found: Any, link: Any) -> float:
-    """The largest difference of mass, mass times centre, and inertia about the link's origin, which all are linear."""
+    """Return the maximum difference of mass, mass times centre, and inertia about the link's origin; all are linear."""
     mass, center, moment = 0.0, np.zeros(3), np.zeros((3, 3))
     if link is not None:
         inertial = link.find("inertial")

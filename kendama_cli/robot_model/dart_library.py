@@ -23,7 +23,7 @@ __all__ = ["STOOD_IN", "awake_world", "dartpy"]
 
 
 def awake_world(step_s: float, gravity_m_s2: float) -> Any:
-    """An empty world with gravity along -z that never puts a body to sleep, as DART's does by default.
+    """Return an empty world with gravity along -z that never puts a body to sleep, as DART's does by default.
 
     Contacts are Bullet's, never FCL's, DART's default, which takes capsules for spheres and lets a fast ball tunnel.
     """

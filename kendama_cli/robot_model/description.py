@@ -58,11 +58,11 @@ class Description:
 
     @property
     def joint_names(self) -> tuple[str, ...]:
-        """From base to tip."""
+        """Return the names of the joints from base to tip."""
         return tuple(joint.get("name", "") for joint in self.joints)
 
     def urdf(self) -> str:
-        """The bare chain as a URDF: links with their inertia, the arm's joints turning, all others fixed."""
+        """Return the bare chain as a URDF: links with their inertia, the arm's joints revolute, all others fixed."""
         bare = ET.Element("robot", {"name": self.tree.name})
         bare.extend(_bare_link(name, link, self.massless) for name, link in self.tree.links.items())
         for joint in self.tree.joints:
@@ -70,14 +70,16 @@ class Description:
         return ET.tostring(bare, encoding="unicode")
 
     def lines(self) -> list[str]:
-        """The joints and the tip that were chosen, and what was assumed or is doubtful, a line each."""
+        """Return the chosen joints and tip, and the assumptions and doubts, a line each."""
         count = len(self.joints)
         chosen = f"{count} joint{'s' if count > 1 else ''} from '{self.tree.root}' to '{self.tip_link}': "
         return [chosen + named(self.joints), *self.assumed, *self.doubtful]
 
 
 def dart_name(link: str) -> str:
-    """The name of ``link`` in DART, which takes a root called 'world' for its own and drops the first joint's pose."""
+    """Return the name of ``link`` in DART, which takes a root called 'world' as its own and drops the first joint's
+    pose.
+    """
     return f"{link} of the robot" if link in RESERVED else link
 
 
@@ -177,7 +179,7 @@ def _stuck(chain: list[ET.Element], held: Collection[str]) -> list[str]:
 
 
 def _of(chain: list[ET.Element], held: Collection[str]) -> list[ET.Element]:
-    """The joints of the chain that the user holds already."""
+    """Return the joints of ``chain`` whose names are in ``held``."""
     return [joint for joint in chain if joint.get("name") in held]
 
 
@@ -220,7 +222,7 @@ def _limit(joint: ET.Element, word: str) -> str | None:
 
 
 def _of_file(joint: ET.Element, key: str) -> float:
-    """The limit of ``joint`` in the file; nan where there is none."""
+    """Return the limit of ``joint`` in the file; nan if there is none."""
     text = _limit(joint, LIMITS[key])
     if key in ("velocity_rad_s", "effort_nm"):
         value = number(text)
@@ -255,7 +257,7 @@ def _bad_numbers(tree: UrdfTree) -> list[str]:
 
 
 def _bare_link(name: str, link: ET.Element, massless: Collection[str]) -> ET.Element:
-    """The link with its inertia alone; a frame and a point mass get next to none, for DART gives 1 kg where none is."""
+    """Return the link with its inertia alone; a link without mass gets almost none, because DART's default is 1 kg."""
     bare = ET.Element("link", {"name": dart_name(name)})
     inertial = link.find("inertial")
     kept = ET.SubElement(bare, "inertial")
@@ -272,7 +274,7 @@ def _bare_link(name: str, link: ET.Element, massless: Collection[str]) -> ET.Ele
 
 
 def _bare_joint(joint: ET.Element, *, turning: bool) -> ET.Element:
-    """The joint as DART needs it; its limits come from the Description."""
+    """Return the joint as DART needs it; its limits come from the Description."""
     bare = ET.Element("joint", {"name": joint.get("name", ""), "type": "continuous" if turning else "fixed"})
     for side in ("parent", "child"):
         ET.SubElement(bare, side, {"link": dart_name(end(joint, side))})

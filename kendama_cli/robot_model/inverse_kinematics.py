@@ -16,7 +16,7 @@ LONGEST_STEP_RAD = 0.2
 
 
 def weighted_step(jacobian: Array, change: Array, weights: Array, damping: float = 1e-9) -> Array:
-    """The joint step (n,) that makes the task ``change`` (t,) with the least weighted sum of squares.
+    """Return the joint step (n,) that makes the task ``change`` (t,) with the minimum weighted sum of squares.
 
         dq = W^-1 J^T (J W^-1 J^T + damping trace/t)^-1 dx
 
@@ -31,7 +31,8 @@ def weighted_step(jacobian: Array, change: Array, weights: Array, damping: float
 
 
 def solve_cup(arm: RobotModel, cup_m: Array, start_rad: Array, about: Array = UPRIGHT) -> Array:
-    """The joint angles (n,), near ``start_rad``, that hold the cup's tie point at ``cup_m`` (3,), the cup upright.
+    """Return the joint angles (n,), near ``start_rad``, that hold the cup's tie point at ``cup_m`` (3,), the cup
+    upright.
 
     With ``about`` (2, 3) it points where RobotModel.cup_task says instead. The redundancy goes where
     ``arm.redundancy_weights`` make it cheapest. Raises StageError where the arm cannot reach.
@@ -52,7 +53,9 @@ def solve_cup(arm: RobotModel, cup_m: Array, start_rad: Array, about: Array = UP
 
 
 def across(axis: Array) -> Array:
-    """Two orthonormal directions (2, 3) across ``axis`` (3,), a unit vector that is their cross product."""
+    """Return two orthonormal directions (2, 3) perpendicular to ``axis`` (3,), a unit vector that is their cross
+    product.
+    """
     aside = np.cross(axis, np.eye(3)[int(np.abs(axis).argmin())])
     aside /= np.linalg.norm(aside)
     return np.array([aside, np.cross(axis, aside)])
@@ -73,7 +76,7 @@ class OutOfReachError(StageError):
 def follow_path(
     arm: RobotModel, cup_m: Array, start_rad: Array, t_s: Array | None = None, axes: Array | None = None
 ) -> Array:
-    """The joint angles (k, n) along the path ``cup_m`` (k, 3), each found from the one before.
+    """Return the joint angles (k, n) along the path ``cup_m`` (k, 3), each found from the one before.
 
     The cup is upright, or its axis points along ``axes`` (k, 3). Raises StageError where the arm cannot reach or,
     naming the joint and its limit, where a position limit stands in the way; the instant is named where ``t_s`` (k,)

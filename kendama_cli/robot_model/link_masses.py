@@ -55,7 +55,7 @@ def masses_of(tree: UrdfTree, joints: tuple[ET.Element, ...]) -> tuple[frozenset
 
 
 def _principal(inertial: ET.Element | None) -> tuple[list[float], str]:
-    """The moments of inertia about the three axes, and the first that is negative or no number, in words."""
+    """Return the moments of inertia about the three axes, and the first that is negative or not a number, in words."""
     inertia = None if inertial is None else inertial.find("inertia")
     texts = {name: "0" if inertia is None else inertia.get(name, "0") for name in INERTIA}
     values = {name: number(text) for name, text in texts.items()}

@@ -27,7 +27,7 @@ Pose = tuple[Array, Array]
 
 
 def link_shapes(path: str, holders: Mapping[str, tuple[str, Any]], rgb: tuple[float, float, float]) -> list[Solid]:
-    """The boxes, cylinders, spheres and STL meshes of the URDF at ``path``, in ``rgb``.
+    """Return the boxes, cylinders, spheres and STL meshes of the URDF at ``path``, in ``rgb``.
 
     ``holders`` names for every link the frame that it is drawn in and its pose (an Isometry3) there. Empty where the
     URDF has no shapes, or one that cannot be read (another format, another place): part of an arm misleads.
@@ -50,7 +50,9 @@ def link_shapes(path: str, holders: Mapping[str, tuple[str, Any]], rgb: tuple[fl
 
 
 def thinned(vertices_m: Array, triangles: NDArray[np.int64], most: int) -> tuple[Array, NDArray[np.int64]]:
-    """The mesh with at most ``most`` triangles: vertices in the same cell of an ever coarser grid become their mean."""
+    """Return the mesh with at most ``most`` triangles: vertices in the same cell of an ever coarser grid become
+    their mean.
+    """
     low, extent = vertices_m.min(axis=0), float(np.ptp(vertices_m, axis=0).max())
     cells, points, corners = 512.0, vertices_m, triangles
     while len(corners) > most:
@@ -106,7 +108,7 @@ def _solid(path: str, frame: str, collision: ET.Element, place: Pose, rgb: tuple
 
 
 def _mesh_file(path: str, name: str) -> Path:
-    """The file of a mesh, which ``package://`` names relative to a folder of that name above the URDF."""
+    """Return the file of a mesh, which ``package://`` names relative to a folder of that name above the URDF."""
     if name.startswith("package://"):
         package, _, inside = name.removeprefix("package://").partition("/")
         above = [folder for folder in Path(path).resolve().parents if folder.name == package]

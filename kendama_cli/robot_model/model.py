@@ -1,4 +1,4 @@
-"""What is believed about an arm with its tool: limits, friction, kinematics and dynamics at any joint angles."""
+"""Model of an arm with its tool: limits, friction, kinematics and dynamics at any joint angles."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ UPRIGHT = np.eye(3)[:2]
 
 
 class ToolPose(NamedTuple):
-    """Where the tool is in the world: the tie point (3,) [m] and a rotation (3, 3) whose z is the cup's axis."""
+    """Pose of the tool in the world: the tie point (3,) [m] and a rotation (3, 3) whose z is the cup's axis."""
 
     position_m: Array
     rotation: Array
@@ -88,22 +88,25 @@ class RobotModel:
         return build_body(self.description, self.settings, self._tool)
 
     def tool_pose(self, position_rad: Array) -> ToolPose:
-        """Where the tool is for the joint angles (n,)."""
+        """Return the pose of the tool for the joint angles (n,)."""
         place = self.posed(position_rad).cup.getWorldTransform()
         return ToolPose(np.array(place.translation()), np.array(place.rotation()))
 
     def tool_place_m(self, position_rad: Array) -> Array:
-        """The tie point in the world (3,) [m] for the joint angles (n,)."""
+        """Return the tie point in the world (3,) [m] for the joint angles (n,)."""
         return self.tool_pose(position_rad).position_m
 
     def tool_jacobian(self, position_rad: Array) -> Array:
-        """The Jacobian (6, n) of the tie point's velocity [m/s] and the tool's rate of turn [rad/s], in the world."""
+        """Return the Jacobian (6, n) of the tie point's velocity [m/s] and the tool's angular velocity [rad/s], in
+        the world.
+        """
         body = self.posed(position_rad)
         jacobian = body.skeleton.getWorldJacobian(body.cup)
         return np.vstack([jacobian[3:], jacobian[:3]])
 
     def cup_task(self, position_rad: Array, about: Array = UPRIGHT) -> tuple[Array, Array]:
-        """Where the cup is and points, and how the joints move it; how far it has spun about its axis does not matter.
+        """Return the position and axis of the cup, and their Jacobian; rotation of the cup about its axis does not
+        matter.
 
         ``about`` (2, 3) are the orthonormal directions to which the cup's axis shall be perpendicular: world x and y
         where it shall be upright. Returns the value (5,): tie point [m] and the turn about these that is missing
@@ -118,12 +121,14 @@ class RobotModel:
         return np.concatenate([pose.position_m, turn]), np.vstack([jacobian[:3], about @ jacobian[3:]])
 
     def base_pose(self) -> tuple[Array, Array]:
-        """The rotation (3, 3) and place (3,) [m] of the arm's root in the world."""
+        """Return the rotation (3, 3) and position (3,) [m] of the arm's root in the world."""
         place = self._skeleton.getBodyNode(0).getWorldTransform()
         return np.array(place.rotation()), np.array(place.translation())
 
     def joint_places_m(self, position_rad: Array) -> Array:
-        """The joints' origins and the tip link's (n + 1, 3) in the world [m] for the joint angles (n,)."""
+        """Return the positions (n + 1, 3) of the joints' origins and the tip link in the world [m] for the joint
+        angles (n,).
+        """
         body = self.posed(position_rad)
         places = [
             joint.getChildBodyNode().getWorldTransform().multiply(joint.getTransformFromChildBodyNode()).translation()
@@ -132,13 +137,15 @@ class RobotModel:
         return np.array([*places, body.tip.getWorldTransform().translation()])
 
     def tip_jacobian(self, position_rad: Array) -> Array:
-        """The Jacobian (6, n) of the tip link's velocity and rate of turn, in its own frame and at its origin."""
+        """Return the Jacobian (6, n) of the tip link's linear and angular velocity, in its own frame and at its
+        origin.
+        """
         body = self.posed(position_rad)
         jacobian = body.skeleton.getJacobian(body.tip)
         return np.vstack([jacobian[3:], jacobian[:3]])
 
     def rigid_effort_nm(self, position_rad: Array, velocity_rad_s: Array, acceleration_rad_s2: Array) -> Array:
-        """The torques H q'' + C q' + g (n,) [Nm] of a motion by inverse dynamics, without friction and rope.
+        """Return the torques H q'' + C q' + g (n,) [Nm] of a motion by inverse dynamics, without friction and rope.
 
         H is that of the links, with each joint's rotor on its diagonal.
         """
@@ -148,7 +155,7 @@ class RobotModel:
         return np.array(skeleton.getForces()) + self.rotor_inertia_kg_m2 * acceleration_rad_s2
 
     def posed(self, position_rad: Array, velocity_rad_s: Array | None = None) -> Body:
-        """The model's own body in that state (n,), until the next query; its pose is never read without being set."""
+        """Set the model's own body to the state (n,) and return it; its pose is never read without being set."""
         self._skeleton.setPositions(position_rad)
         if velocity_rad_s is not None:
             self._skeleton.setVelocities(velocity_rad_s)
@@ -156,7 +163,7 @@ class RobotModel:
 
 
 def _cross(one: Array, two: Array) -> Array:
-    """The cross product of two vectors (3,); numpy's own takes ten times as long."""
+    """Return the cross product of two vectors (3,); numpy's function takes ten times as long."""
     a, b, c = one.tolist()
     x, y, z = two.tolist()
     return np.array([b * z - c * y, c * x - a * z, a * y - b * x])

@@ -58,7 +58,7 @@ def read_xml(path: str) -> ET.Element:
 
 
 def _text(path: str) -> str:
-    """The characters of the file, in UTF-8, in the encoding that it declares, or byte for byte."""
+    """Read the characters of the file, in UTF-8, in the encoding that it declares, or byte for byte."""
     try:
         size = os.path.getsize(path)
         if size > MOST_BYTES:
@@ -83,7 +83,7 @@ def _text(path: str) -> str:
 
 
 def _lines_of(found: re.Match[str]) -> str:
-    """The line ends of what is dropped, so that those after it keep their numbers."""
+    """Return the line ends of the text that is dropped, so that the lines after it keep their numbers."""
     return "\n" * found.group().count("\n")
 
 
@@ -132,7 +132,7 @@ class UrdfTree:
         return next(link for link in self.links if link not in self.parents)
 
     def chain(self, link: str) -> list[ET.Element]:
-        """The joints from the root to ``link``; raises InputError for a ring."""
+        """Return the joints from the root to ``link``; raises InputError for a ring."""
         chain: list[ET.Element] = []
         while link in self.parents:
             joint = self.parents[link]
@@ -143,7 +143,7 @@ class UrdfTree:
         return chain
 
     def beyond(self, base_link: str) -> UrdfTree:
-        """The tree that hangs on ``base_link``; raises InputError where there is no such link."""
+        """Return the tree beyond ``base_link``; raises InputError if there is no such link."""
         if base_link not in self.links:
             known = ", ".join(sorted(self.links))
             raise InputError(self.path, f"has no link '{base_link}'", remedy=f"set robot.base_link to one of: {known}")
@@ -153,7 +153,7 @@ class UrdfTree:
         return UrdfTree(self.path, self.name, links, joints, {end(joint, "child"): joint for joint in joints})
 
     def joined(self) -> UrdfTree:
-        """The one tree of joints; links that no joint holds are left out. Raises InputError for two trees or a ring."""
+        """Return the one tree of joints without unjoined links; raises InputError for two trees or a ring."""
         for link in self.links:
             self.chain(link)
         roots = [link for link in self.links if link not in self.parents]
@@ -166,18 +166,18 @@ class UrdfTree:
 
 
 def end(joint: ET.Element, side: str) -> str:
-    """The name of the link on the ``parent`` or ``child`` side of ``joint``."""
+    """Return the name of the link on the ``parent`` or ``child`` side of ``joint``."""
     element = joint.find(side)
     return "" if element is None else element.get("link", "")
 
 
 def named(joints: Collection[ET.Element]) -> str:
-    """The names of ``joints``, in one line."""
+    """Return the names of ``joints``, in one line."""
     return ", ".join(joint.get("name", "") for joint in joints)
 
 
 def number(text: str | None) -> float | None:
-    """The number that ``text`` is, or None for what is none, or beyond MOST."""
+    """Return the number in ``text``; None if it is not a number or beyond MOST."""
     try:
         value = float(text or "")
     except ValueError:
@@ -186,7 +186,7 @@ def number(text: str | None) -> float | None:
 
 
 def numbers(element: ET.Element | None, name: str, default: tuple[float, ...]) -> tuple[float, ...]:
-    """The numbers of the attribute ``name``, or ``default`` where there is none; raises ValueError for others."""
+    """Return the numbers of the attribute ``name``, or ``default`` if there is none; raises ValueError for others."""
     text = None if element is None else element.get(name)
     return default if text is None else tuple(float(word) for word in text.split())
 

@@ -1,4 +1,4 @@
-"""Which demonstrations stand apart from the others, and which of them were recorded along other axes."""
+"""Outliers among demonstrations, and demonstrations that were recorded along other axes."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ BETTER = 4.0
 
 
 def apart(paths: Array, durations_s: Array) -> NDArray[np.bool_]:
-    """Which of the ``paths`` (N, n, c), at equal shares, or of their durations (N,) stand apart; (N,) of bool.
+    """Return a mask (N,) of the ``paths`` (N, n, c), at equal fractions, or of the durations (N,) that are outliers.
 
     Judged by the rms distance to the median path and by the logarithm of the duration against its median, each over
     1.4826 times the median of all N (the standard deviation of a normal distribution).
@@ -49,7 +49,8 @@ def _far(distance: Array, least: float) -> NDArray[np.bool_]:
 
 
 def axes_of(path: Array, others: Sequence[Array], names: Sequence[str]) -> str | None:
-    """How the axes of ``path`` (n, c) must be read to agree with ``others``, as text; None where they do or never can.
+    """Return the axes, as text, by which ``path`` (n, c) agrees with ``others``; None if it agrees as it is or
+    never can.
 
     Only where the others agree with each other.
     """
@@ -80,6 +81,6 @@ def axes_of(path: Array, others: Sequence[Array], names: Sequence[str]) -> str |
 
 
 def _alike(path: Array, other: Array) -> float:
-    """The correlation of two paths (n, c), from -1 to 1."""
+    """Return the correlation of two paths (n, c), from -1 to 1."""
     a, b = path - path.mean(axis=0), other - other.mean(axis=0)
     return float(np.vdot(a, b) / max(np.sqrt(np.vdot(a, a) * np.vdot(b, b)), 1e-12))

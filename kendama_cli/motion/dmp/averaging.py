@@ -1,4 +1,6 @@
-"""From demonstrations to one movement primitive: align, encode each, average the parameters, measure what was lost."""
+"""Encoding of demonstrations as one movement primitive: align, encode each, average the parameters, measure the
+loss.
+"""
 
 from __future__ import annotations
 
@@ -42,11 +44,12 @@ class Encoding:
         return len(self.trimmed)
 
     def plan(self, i: int) -> MotionPlan:
-        """The primitive of the i-th demonstration."""
+        """Return the primitive of the i-th demonstration."""
         return self.average([i])
 
     def average(self, members: Sequence[int] | None = None) -> MotionPlan:
-        """The primitive whose duration, goal, end rates and weights are the means over ``members`` (all by default).
+        """Return the primitive whose duration, goal, end rates and weights are the means over ``members`` (all by
+        default).
 
         End velocities are averaged as rates (dy/ds = velocity x duration), as the weights are: so the average
         primitive's path is the average of the paths at equal shares of their durations. ``variation`` keeps how the
@@ -75,7 +78,7 @@ class Encoding:
         )
 
     def deviation(self, plan: MotionPlan, i: int) -> Deviation:
-        """How far ``plan``, played at the i-th demonstration's duration, is from its samples."""
+        """Return the deviation of ``plan``, played at the i-th demonstration's duration, from its samples."""
         demonstration = self.trimmed[i]
         made = play(plan, demonstration.share * plan.duration_s * plan.tau_scale).position_m
         distance = np.linalg.norm(made - (demonstration.position_m - self.parameters.origin_m[i]), axis=1)
@@ -87,7 +90,7 @@ class Encoding:
 
 
 def prepare(demonstrations: Sequence[Demonstration], settings: EncodeSettings) -> tuple[TrimmedDemonstration, ...]:
-    """The motions of all ``demonstrations``, aligned; raises ValueError, naming the one that cannot be encoded."""
+    """Align the motions of all ``demonstrations``; raises ValueError that names the one that cannot be encoded."""
     trim = settings.trim == "rest"
     moving = [_moving(one, settings) for one in demonstrations]
     head, tail = (
@@ -103,13 +106,15 @@ def prepare(demonstrations: Sequence[Demonstration], settings: EncodeSettings) -
 
 
 def encode(trimmed: Sequence[TrimmedDemonstration], settings: EncodeSettings) -> Encoding:
-    """The demonstrations' primitives; goal, duration and weights are the paper's 22 parameters per coordinate."""
+    """Return the demonstrations' primitives; goal, duration and weights are the paper's 22 parameters per
+    coordinate.
+    """
     parameters, basis = fit_demonstrations(trimmed, settings)
     return Encoding(tuple(trimmed), parameters, basis)
 
 
 def encode_demonstrations(demonstrations: Sequence[Demonstration], settings: EncodeSettings) -> MotionPlan:
-    """The average primitive of all ``demonstrations``, each taken relative to its own start and duration.
+    """Return the average primitive of all ``demonstrations``, each relative to its own start and duration.
 
     Raises ValueError where a demonstration does not move or is too short.
     """

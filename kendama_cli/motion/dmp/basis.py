@@ -19,7 +19,10 @@ def phase(share: Array, decay: float) -> Array:
 
 @dataclass(frozen=True)
 class Basis:
-    """What a primitive shares with those it is averaged with: M ``functions``, K, alpha, ``width`` over spacing."""
+    """Properties that a primitive has in common with those it is averaged with: M ``functions``, K, alpha, ``width``
+    over
+    spacing.
+    """
 
     functions: int
     stiffness: float
@@ -42,7 +45,7 @@ class Basis:
         return widths_by_spacing(self.centers, self.width)
 
     def features(self, share: Array) -> Array:
-        """The features at shares s of the motion (n,); (n, m)."""
+        """Return the features (n, m) at fractions s of the motion (n,)."""
         return features(phase(share, self.decay), self.centers, self.widths)
 
 

@@ -37,7 +37,7 @@ class CommonFunctions:
 
     @cached_property
     def gram(self) -> GramSeries:
-        """What they make with each other over many even samples."""
+        """Return their Gram matrices over many even samples."""
         return gram_series(self.rows, self.ends)
 
     @property
@@ -51,7 +51,9 @@ class CommonFunctions:
 
 
 def common_functions(columns: ResponseColumns, free: Sequence[int], end_weight: float) -> CommonFunctions:
-    """Of the ``free`` columns; a miss of the goal counts as ``end_weight`` times the samples' own."""
+    """Return the functions of the ``free`` columns; a miss of the goal counts as ``end_weight`` times the samples'
+    own.
+    """
     rows, jerk = columns.rows[:, :, free], columns.jerk[:, :, free]
     miss = end_weight * columns.miss[:, :, free]
     thin = rows[:, ::6]  # the values at every other node

@@ -36,7 +36,7 @@ class CupPath:
         self.duration_s = self.lead_in_s + plan.duration_s * (1 + SETTLE_SHARE)
 
     def at(self, t_s: Array) -> Array:
-        """Where the tie point is (n, 3) at ``t_s`` (n,) [m]."""
+        """Return the positions (n, 3) of the tie point at ``t_s`` (n,) [m]."""
         path = self._in_space(play(self._plan, t_s - self.lead_in_s).position_m)
         early = t_s < self.lead_in_s
         if early.any():
@@ -44,7 +44,10 @@ class CupPath:
         return path
 
     def _lead_in(self, t_s: Array) -> Array:
-        """The quintic from rest to the primitive's first place, velocity and acceleration, with a short way back."""
+        """Return the quintic from rest to the primitive's first position, velocity and acceleration, with a short
+        displacement
+        back.
+        """
         first = play(self._plan, np.array([0.0]))
         total = self.lead_in_s
         place = self._in_space(first.position_m)[0]

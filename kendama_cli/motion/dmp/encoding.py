@@ -1,4 +1,4 @@
-"""From the samples of motions to the parameters of primitives over one basis.
+"""Regression of the parameters of primitives over one basis, from the samples of motions.
 
 ``lwr``    w_j = sum_i psi_j x f / sum_i psi_j x^2, each function by itself (the paper's), repeated on the residual
 ``ridge``  min |Phi w - f|^2 + lambda |w|^2, all functions together
@@ -53,7 +53,8 @@ def derivatives(demonstration: TrimmedDemonstration, smoothing_s: float) -> Deri
 
 
 def _local_cubic(position: Array, window: int, order: int, step: float) -> Array:
-    """The ``order``-th derivative of even samples (n, k); at the ends that of the first and last window's cubic.
+    """Return the ``order``-th derivative of even samples (n, k); at the ends, that of the first and last window's
+    cubic.
 
     By fast convolution, so that the effort grows with the samples and hardly with the window.
     """
@@ -112,7 +113,8 @@ SURE = 9.0
 
 @dataclass(frozen=True)
 class Parameters:
-    """What distinguishes N primitives of c coordinates over one basis of m functions, in their own time s = t / T.
+    """Parameters that distinguish N primitives of c coordinates over one basis of m functions, in their own time s
+    = t / T.
 
     ``origin_m`` (N, c) is where each starts relative to its first sample; positions are relative to that start.
     """
@@ -131,14 +133,16 @@ class Parameters:
     """(N, c, m)"""
 
     def vectors(self) -> Array:
-        """The columns of ``MotionPlan.variation``: log T, start rate, goal, goal rate, weights; (N, 1 + c (3 + m))."""
+        """Return the columns of ``MotionPlan.variation``: log T, start rate, goal, goal rate, weights; (N, 1 + c (3
+        + m)).
+        """
         n = len(self.duration_s)
         log_t = np.log(self.duration_s)[:, None]
         return np.hstack((log_t, self.start_rate, self.goal_m, self.goal_rate, self.weights.reshape(n, -1)))
 
 
 def fit_demonstrations(trimmed: Sequence[TrimmedDemonstration], settings: EncodeSettings) -> tuple[Parameters, Basis]:
-    """The parameters of all trimmed demonstrations, and the basis that is best for all of them together."""
+    """Fit the parameters of all trimmed demonstrations, and the basis that is best for all of them together."""
     bases = tuple(
         Basis(settings.functions, settings.stiffness, settings.phase_decay, width) for width in settings.width
     )
@@ -155,7 +159,7 @@ def fit_demonstrations(trimmed: Sequence[TrimmedDemonstration], settings: Encode
 
 
 def _ends_and_basis(trimmed: Sequence[TrimmedDemonstration], bases: tuple[Basis, ...]) -> tuple[list[Ends], Basis]:
-    """Whether each demonstration's ends move, and the basis with the least product of scores."""
+    """Return the kind of each demonstration's ends (moving or not), and the basis with the least product of scores."""
     found: dict[int, Ends] = {}
     totals = np.zeros(len(bases))
     thinned = [_thinned(one) for one in trimmed]
@@ -192,7 +196,9 @@ def _thinned(demonstration: TrimmedDemonstration) -> Array:
 
 @lru_cache(maxsize=128)
 def _cubic_weights(count: int) -> tuple[NDArray[np.int64], Array]:
-    """The four of ``count`` even samples about each of ``THINNED`` even shares, and Lagrange's weights; (n, 4) each."""
+    """Return the four of ``count`` even samples about each of ``THINNED`` even fractions, and Lagrange's weights;
+    (n, 4) each.
+    """
     at = np.linspace(0.0, count - 1.0, THINNED)
     begin = np.clip(at.astype(np.int64) - 1, 0, count - 4)
     u = at - begin
@@ -214,7 +220,7 @@ def _fit_positions(trimmed: Sequence[TrimmedDemonstration], ends: Sequence[Ends]
 
 
 def _alike(trimmed: Sequence[TrimmedDemonstration], marks: Sequence[Hashable]) -> list[list[int]]:
-    """The numbers of the demonstrations whose marks agree: even ones are solved in one go, each other by itself."""
+    """Group the numbers of demonstrations with equal marks: even ones are solved together, each other alone."""
     groups: dict[Hashable, list[int]] = {}
     for i, (demonstration, mark) in enumerate(zip(trimmed, marks, strict=True)):
         groups.setdefault((None if demonstration.even else i, mark), []).append(i)

@@ -43,10 +43,13 @@ class GramSeries:
 
 
 def gram_series(rows: Array, ends: Array) -> GramSeries:
-    """From the nodes' ``rows`` (W, 3 (n + 1), p), and value and five derivatives at 0 and 1: ``ends`` (6, W, 2, p)."""
+    """Return the series of the nodes' ``rows`` (W, 3 (n + 1), p), and of value and five derivatives at 0 and 1:
+    ``ends``
+    (6, W, 2, p).
+    """
 
     def change(a: int, b: int) -> Array:
-        """Of the products of derivatives a and b from 0 to 1, either way round."""
+        """Return the change of the products of derivatives a and b from 0 to 1, in both orders."""
         made = ends[a].transpose(0, 2, 1) @ (ends[b] * np.array([-1.0, 1.0])[:, None])
         return np.asarray(made + made.transpose(0, 2, 1))
 
@@ -64,7 +67,8 @@ def gram_series(rows: Array, ends: Array) -> GramSeries:
 
 
 def node_sums(position: Array, nodes: int) -> Array:
-    """What ``position`` (r, n) at even samples, no fewer than ``nodes``, is for each node's three numbers.
+    """Return the projections of ``position`` (r, n), at no fewer than ``nodes`` even samples, on each node's three
+    numbers.
 
     Times the rows (3 nodes, p) of functions it gives sum_i position_i q(s_i); (r, 3 nodes).
     """
@@ -78,7 +82,7 @@ def node_sums(position: Array, nodes: int) -> Array:
 
 @lru_cache(maxsize=128)
 def _cells(count: int, cells: int) -> tuple[Array, NDArray[np.int64]]:
-    """The six weights of each of ``count`` samples (6, count), and each cell's first sample (cells,)."""
+    """Return the six weights of each of ``count`` samples (6, count), and each cell's first sample (cells,)."""
     place = np.linspace(0.0, cells, count)
     begins = np.searchsorted(place, np.arange(cells))
     cell = np.minimum(place.astype(np.int64), cells - 1)

@@ -44,7 +44,7 @@ class Solution:
     """(steps + 1, k): r there."""
 
     def at(self, share: Array) -> State:
-        """The state at ``share`` (n,), each in [0, 1]."""
+        """Return the state at ``share`` (n,) of the motion, each in [0, 1]."""
         steps = len(self.nodes) - 1
         s = np.asarray(share, dtype=np.float64)
         node = np.clip(np.floor(s * steps).astype(np.int64), 0, steps - 1)
@@ -75,7 +75,9 @@ def solve(drive: Drive, start: Array, start_rate: Array, frequency: float, steps
 
 
 def settle(start: Array, start_rate: Array, frequency: float, since: Array) -> State:
-    """The exact free motion to zero: e = (e0 + (e0' + w e0) s) exp(-w s), s = ``since`` (n,); starts are (k,)."""
+    """Return the exact free motion to zero: e = (e0 + (e0' + w e0) s) exp(-w s), s = ``since`` (n,); starts are
+    (k,).
+    """
     s = np.asarray(since, dtype=np.float64)[:, None]
     slope = start_rate + frequency * start
     fade = np.exp(-frequency * s)
@@ -93,14 +95,16 @@ def recur(gain: float, push: Array, start: Array) -> Array:
 
 
 def _free(h: Array, w: float) -> tuple[Array, Array, Array]:
-    """One step without drive, sum (hA)^k / k! for k = 0 .. 4 with A = [[-w, 1], [0, -w]]: (y to y, u to y, u to u)."""
+    """Return one step without drive, sum (hA)^k / k! for k = 0 .. 4 with A = [[-w, 1], [0, -w]]: (y to y, u to y, u
+    to u).
+    """
     d = -w * h
     gain = 1 + d + d**2 / 2 + d**3 / 6 + d**4 / 24
     return gain, h * (1 + d + d**2 / 2 + d**3 / 6), gain
 
 
 def _forced(h: Array, w: float, begin: Array, middle: Array, end: Array) -> tuple[Array, Array]:
-    """One step from rest under the drive at its begin, middle and end: what it adds to y and to u.
+    """Return the effect on y and on u of one step from rest under the drive at its start, centre and end.
 
     With M = h A / 2: h/6 [(1 + 2M + 2M^2 + 2M^3) b0 + (4 + 4M + 2M^2) b1 + b2], b = (0, r). M^k has d^k on the
     diagonal, d = -w h / 2, and k d^(k-1) h / 2 above it.

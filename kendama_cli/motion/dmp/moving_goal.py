@@ -28,7 +28,8 @@ class GoalPath:
 
 
 def goal_path(share: Array, goal: Array, goal_rate: Array) -> GoalPath:
-    """The goal at ``share`` s (n,): g + g' (s - 1) up to s = 1, afterwards rolling out to g + g' ROLL_OUT / 2.
+    """Return the goal at fraction ``share`` s (n,): g + g' (s - 1) up to s = 1, then rolling out to g + g' ROLL_OUT
+    / 2.
 
     The rate then is g' (1 - u)^2 (1 + 2 u), u = (s - 1) / ROLL_OUT: it leaves g' and comes to rest without a jump
     of the acceleration. ``goal`` and ``goal_rate`` are (k,).

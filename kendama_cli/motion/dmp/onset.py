@@ -1,4 +1,4 @@
-"""Where a recorded motion begins and ends: found by speed, not by hand."""
+"""Start and end of a recorded motion, found by speed, not by hand."""
 
 from __future__ import annotations
 
@@ -35,16 +35,17 @@ class Moving:
     rest_m_s: float
 
     def still_at(self, t_s: float) -> bool:
-        """Whether the hand certainly rests at ``t_s``."""
+        """Return True if the motion certainly rests at ``t_s``."""
         return bool(np.interp(t_s, self.t_s, self.speed_m_s) < STILL_SHARE * self.rest_m_s)
 
     def fast_at(self, t_s: float) -> bool:
-        """Whether it certainly moves there; between samples the part's own ends count as rest."""
+        """Return True if it certainly moves at ``t_s``; between samples the part's own ends count as rest."""
         return bool(np.interp(t_s, self.t_s, self.speed_m_s) > self.rest_m_s * (1 + 1e-9))
 
 
 def moving_part(t_s: Array, position_m: Array, *, rest_speed_m_s: float, rest_fraction: float) -> Moving:
-    """The part of samples (n,), (n, k) between the first and the last time at which they are faster than rest.
+    """Return the part of samples (n,), (n, k) between the first and the last time at which they are faster than
+    rest.
 
     Rest is below ``rest_speed_m_s`` or below ``rest_fraction`` of the peak speed. The speed is smoothed over
     REST_WINDOW_SHARE of the part that is found with it. Raises ValueError where nothing moves.
@@ -57,7 +58,7 @@ def moving_part(t_s: Array, position_m: Array, *, rest_speed_m_s: float, rest_fr
 
 
 def is_even(t_s: Array) -> bool:
-    """Whether the samples come at equal steps."""
+    """Return True if the samples come at equal steps."""
     steps = t_s[1:] - t_s[:-1]
     return bool(steps.max() - steps.min() <= 1e-6 * (t_s[-1] - t_s[0]) / len(steps))
 
@@ -72,7 +73,7 @@ class SmoothSpeed:
         self._sums = np.vstack([0 * middle[:1], np.cumsum(steps * (middle[1:] + middle[:-1]) / 2, axis=0)])
 
     def over(self, window_s: float) -> Array:
-        """The mean place of the half window ahead less that of the half behind, over half a window; (n,) [m/s].
+        """Return the mean position of the next half window minus that of the last, over half a window; (n,) [m/s].
 
         At the ends the speed is that of the first and last whole window.
         """
@@ -84,7 +85,7 @@ class SmoothSpeed:
         return np.asarray(np.linalg.norm(ahead - 2 * here + behind, axis=1) / half_s**2)
 
     def moving(self, window_s: float, rest_speed_m_s: float, rest_fraction: float) -> Moving:
-        """The part that moves, judged by the speed over ``window_s``; raises ValueError where nothing does."""
+        """Return the part that moves, by the speed over ``window_s``; raises ValueError if nothing moves."""
         t_s, speed = self._t_s, self.over(window_s)
         peak = float(speed.max())
         if peak <= rest_speed_m_s:
@@ -102,6 +103,6 @@ class SmoothSpeed:
 
 
 def _crossing(t_s: Array, above: Array, inside: int, outside: int) -> float:
-    """The time between two samples at which ``above`` is zero."""
+    """Return the time between two samples at which ``above`` is zero."""
     share = above[inside] / (above[inside] - above[outside])
     return float(t_s[inside] + share * (t_s[outside] - t_s[inside]))

@@ -33,7 +33,7 @@ def plan_text(plan: MotionPlan, form: TextFormat) -> str:
 
 
 def plan_from_text(text: str, form: TextFormat) -> MotionPlan:
-    """The plan in ``text``; raises ValueError that names the line or the key that is wrong."""
+    """Parse the plan in ``text``; raises ValueError that names the line or the key that is wrong."""
     try:
         document = json.loads(text) if form == "json" else load_yaml(text)
     except json.JSONDecodeError as error:

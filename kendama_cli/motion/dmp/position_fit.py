@@ -59,14 +59,14 @@ RESOLUTION_M = 1e-7
 
 @dataclass(frozen=True)
 class Ends:
-    """Whether the motion may have a velocity at its start and at its end."""
+    """Freedom of a motion to have a velocity at its start and at its end."""
 
     start_moves: bool
     end_moves: bool
 
     @property
     def columns(self) -> list[int]:
-        """Which of the columns y0, y0', g, g' are free."""
+        """Return the numbers of the free columns among y0, y0', g, g'."""
         return [0, *([1] if self.start_moves else []), 2, *([3] if self.end_moves else [])]
 
 
@@ -94,14 +94,16 @@ class Operator:
 
 @dataclass(frozen=True)
 class Projection:
-    """What an operator sees of N swings: ``components`` (W, N, k, p), cross-validated variances ``score`` (W, L, N)."""
+    """Projection of N swings by an operator: ``components`` (W, N, k, p), cross-validated variances ``score`` (W,
+    L, N).
+    """
 
     components: Array
     score: Array
 
 
 def project(operator: Operator, position: Array) -> Projection:
-    """The swings ``position`` (N, k, n) at the operator's shares, with the score of every lambda [m^2]."""
+    """Project the swings ``position`` (N, k, n) at the operator's fractions, with the score of every lambda [m^2]."""
     count, axes, n = position.shape
     z = operator.see(position.reshape(-1, n)) @ operator.turn.transpose(0, 2, 1)
     z = z.reshape(len(z), count, axes, -1)
@@ -126,7 +128,7 @@ def solve_positions(operator: Operator, position: Array) -> Array:
 
 @lru_cache(maxsize=128)
 def even_operator(count: int, bases: tuple[Basis, ...], ends: Ends) -> Operator:
-    """The operator for ``count`` even samples."""
+    """Return the operator for ``count`` even samples."""
     common = _common(bases, ends)
     if count < DENSE * common.nodes:
         return operator(np.linspace(0.0, 1.0, count), bases, ends)
@@ -166,7 +168,9 @@ def _operator(n: int, see: Callable[[Array], Array], turn: Array, lift: Array, s
 def _by_normal_equations(
     common: CommonFunctions, n: int, products: Array, see: Callable[[Array], Array], free: list[int]
 ) -> Operator | None:
-    """From the functions' ``products`` (W, p, p) over n samples; None where the samples do not see them all."""
+    """Return the operator by the functions' ``products`` (W, p, p) over n samples; None if the samples do not
+    determine all.
+    """
     gram = products + n * common.miss
     # LEAST_COLUMN of each column's own size, as in ``_by_columns``
     size2 = (common.triangle * (gram @ common.triangle)).sum(axis=1)

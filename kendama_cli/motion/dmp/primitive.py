@@ -58,7 +58,7 @@ def forcing(plan: MotionPlan, share: Array) -> Array:
 
 
 def play(plan: MotionPlan, t_s: Array, *, steps: int = STEPS) -> DmpMotion:
-    """The motion at the instants ``t_s`` (n,) after its start, in any order and spacing.
+    """Return the motion at the times ``t_s`` (n,) after its start, in any order and spacing.
 
     Before the start the motion rests; at the start it takes the demonstration's own velocity; after
     ``tau_scale * duration_s`` it stays on its goal with f = 0. ``steps`` is the number of integration steps.

@@ -1,4 +1,4 @@
-"""From recorded samples to what the regression reads: the moving part, aligned with the others."""
+"""Samples for the regression: the moving part of a recording, aligned with the others."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ class TrimmedDemonstration:
 
     @property
     def even(self) -> bool:
-        """Whether the samples come at equal steps."""
+        """Return True if the samples come at equal steps."""
         return self.uneven_share is None
 
     @property
@@ -53,7 +53,7 @@ class TrimmedDemonstration:
 
 
 def cut(t_s: Array, position_m: Array, moving: Moving, head: float | None, tail: float | None) -> TrimmedDemonstration:
-    """The moving part with ``head`` and ``tail`` of its duration before and after it; None keeps all samples.
+    """Return the moving part with ``head`` and ``tail`` of its duration before and after it; None keeps all samples.
 
     Its ends lie where the motion does, between samples too: even samples come at even steps between them, others
     stay, beside the ends. Raises ValueError where fewer than 5 samples are left, and naming the sample before a gap
@@ -94,7 +94,7 @@ def cut(t_s: Array, position_m: Array, moving: Moving, head: float | None, tail:
 
 
 def between(t_s: Array, values: Array, at_s: Array) -> Array:
-    """The ``values`` (n, k) at ``t_s`` (n,) at other times (m,), by a cubic spline through them; (m, k)."""
+    """Interpolate the ``values`` (n, k) at ``t_s`` (n,) at other times (m,), by a cubic spline through them; (m, k)."""
     return np.asarray(CubicSpline(t_s, values, axis=0)(at_s))
 
 
@@ -110,7 +110,8 @@ def between_samples_m(position_m: Array) -> float:
 
 
 def common_margins(t_s: Sequence[Array], moving: Sequence[Moving], wanted: float) -> tuple[float, float]:
-    """The shares of rest that all demonstrations have before and after their motion, at most ``wanted`` each.
+    """Return the fractions of rest that all demonstrations have before and after their motion, at most ``wanted``
+    each.
 
     The same share for all: so their motions begin and end at the same shares and can be averaged.
     """

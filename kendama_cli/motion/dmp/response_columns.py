@@ -1,4 +1,4 @@
-"""What a unit of each free number adds to a motion: the responses of eq. 3, at even nodes, for several widths at once.
+"""Responses of eq. 3 to a unit of each free number, at even nodes, for several widths at once.
 
     y(s) = g + g' (s - 1) + e(s),   e = (y0 - g + g') a(s) + (y0' - g') b(s) + sum_j w_j B_j(s)
 
@@ -32,7 +32,7 @@ _DIFFERENCES = np.array([[1, -8, 0, 8, -1], np.array([-1, 16, -30, 16, -1]) / _S
 
 @dataclass(frozen=True)
 class ResponseColumns:
-    """Of y0, y0', g, g' and the m weights of each of W bases, at n + 1 even nodes of s = 0 .. 1."""
+    """Columns of y0, y0', g, g' and the m weights of each of W bases, at n + 1 even nodes of s = 0 .. 1."""
 
     rows: Array
     """(W, 3 (n + 1), 4 + m): of each node the value, and its first and second derivative over the cells between."""
@@ -45,7 +45,7 @@ class ResponseColumns:
 
 
 def response_columns(bases: Sequence[Basis]) -> ResponseColumns:
-    """Those of ``bases``, which differ in their widths only."""
+    """Return the columns of ``bases``, which differ in their widths only."""
     first, w = bases[0], bases[0].frequency
     cells = 2 * round(max(CELLS_PER_FUNCTION * first.functions, CELLS_PER_FREQUENCY * w) / 2)
     h, grid = 1.0 / cells, np.arange(cells + 1) / cells
@@ -130,7 +130,9 @@ def read_rows(rows: Array, share: Array) -> Array:
 
 
 def cell_rows(rows: Array) -> Array:
-    """The six rows of each cell, three of its begin and three of its end; a view (W, n, p, 6) of (W, 3 (n + 1), p)."""
+    """Return the six rows of each cell, three of its start and three of its end; a view (W, n, p, 6) of (W, 3 (n +
+    1), p).
+    """
     return np.lib.stride_tricks.sliding_window_view(rows, 6, axis=1)[:, ::3]
 
 

@@ -1,4 +1,4 @@
-"""How demonstrations become a movement primitive."""
+"""Settings of the encoding of demonstrations as a movement primitive."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How the cup turns in a demonstrated swing: encoded on the basis of the motion, and played with it.
+"""Rotation of the cup in a demonstrated swing: encoded on the basis of the motion, and played with it.
 
 Orientation is a rotation vector r from upright, q = exp(r); r is linear in its
 weights, so demonstrations are averaged as positions are: exact for turns about one axis, and for the tilts of a swing
@@ -29,7 +29,8 @@ UP = np.array([0.0, 0.0, 1.0])
 def encode_turns(
     demonstrations: Sequence[Demonstration], encoding: Encoding, settings: EncodeSettings
 ) -> tuple[TurnPlan, float] | None:
-    """The average turning of the ``demonstrations`` behind ``encoding``, and the rms angle that is lost [rad].
+    """Return the average rotation of the ``demonstrations`` behind ``encoding``, and the rms angle that is lost
+    [rad].
 
     None where one of them has no orientation.
     """
@@ -51,7 +52,9 @@ def encode_turns(
 
 
 def turns_of(plan: MotionPlan, t_s: Array) -> Array:
-    """The cup's rotation vectors from upright (n, 3) [rad] at ``t_s`` (n,) of ``plan``; zeros without a turn."""
+    """Return the cup's rotation vectors from upright (n, 3) [rad] at ``t_s`` (n,) of ``plan``; zeros without a
+    rotation.
+    """
     turn = plan.turn
     if turn is None:
         return np.zeros((len(t_s), 3))
@@ -70,12 +73,14 @@ def turns_of(plan: MotionPlan, t_s: Array) -> Array:
 
 
 def cup_axes(turns_rad: Array) -> Array:
-    """Where the cup's axis points (n, 3) when it is turned from upright by the rotation vectors (n, 3)."""
+    """Return the directions (n, 3) of the cup's axis when it is rotated from upright by the rotation vectors (n, 3)."""
     return rotated(exponential(turns_rad), UP)
 
 
 def tilt_only(turns_rad: Array) -> tuple[Array, Array]:
-    """The tilts [rad] of the cup's axis from upright (n,), and the turns about that axis which they leave out (n,)."""
+    """Return the tilts [rad] of the cup's axis from upright (n,), and the rotations about that axis that they omit
+    (n,).
+    """
     axis = cup_axes(turns_rad)
     across = np.cross(np.broadcast_to(UP, axis.shape), axis)
     sine = np.linalg.norm(across, axis=1)

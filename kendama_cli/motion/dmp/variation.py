@@ -1,4 +1,4 @@
-"""How demonstrations of one task differ: the average primitive as a distribution over parameters."""
+"""Variation of the demonstrations of one task: the average primitive as a distribution over parameters."""
 
 from __future__ import annotations
 
@@ -39,13 +39,13 @@ def with_parameters(plan: MotionPlan, values: Array) -> MotionPlan:
 
 
 def covariance(plan: MotionPlan) -> Array:
-    """The covariance of the parameters over the demonstrations that ``plan`` is the average of; zeros for one."""
+    """Return the covariance of the parameters over the demonstrations that ``plan`` averages; zeros for one."""
     made: Array = plan.variation.T @ plan.variation
     return made
 
 
 def sample_plan(plan: MotionPlan, rng: np.random.Generator, scale: float = 1.0) -> MotionPlan:
-    """A swing drawn from the normal distribution with ``plan`` as its mean and ``scale``^2 times its covariance.
+    """Sample a swing from the normal distribution with mean ``plan`` and ``scale``^2 times its covariance.
 
     The parameters vary together as they did over the demonstrations, so what is drawn is again a swing of their kind.
     """

@@ -18,7 +18,7 @@ MACHINES = ("x86_64", "aarch64")
 
 
 def stub_path(soname: str, machine: str) -> Path:
-    """The stand-in for ``soname`` on ``machine``; it exists for ``SONAMES`` and ``MACHINES``."""
+    """Return the stand-in for ``soname`` on ``machine``; it exists for ``SONAMES`` and ``MACHINES``."""
     return Path(__file__).with_name(f"{soname.partition('.')[0]}-{machine}.so")
 
 

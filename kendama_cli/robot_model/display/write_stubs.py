@@ -31,7 +31,7 @@ READ, WRITE, EXECUTE = 4, 2, 1
 
 
 def read_symbols() -> dict[str, list[str]]:
-    """The functions of each library, from ``symbols.txt``."""
+    """Return the functions of each library, from ``symbols.txt``."""
     found: dict[str, list[str]] = {}
     soname = ""
     for line in SYMBOLS.read_text(encoding="ascii").splitlines():
@@ -44,7 +44,7 @@ def read_symbols() -> dict[str, list[str]]:
 
 
 def stub(soname: str, functions: Iterable[str], machine: str) -> bytes:
-    """A shared object called ``soname`` in which each of ``functions`` returns 0."""
+    """Return a shared object called ``soname`` in which each of ``functions`` returns 0."""
     names = sorted(functions)
     strings = b"\0" + b"".join(name.encode() + b"\0" for name in [soname, *names])
     offset = {name: strings.index(b"\0" + name.encode() + b"\0") + 1 for name in [soname, *names]}
@@ -92,7 +92,7 @@ def stub(soname: str, functions: Iterable[str], machine: str) -> bytes:
 
 
 def imported_functions(paths: Iterable[Path]) -> dict[str, set[str]]:
-    """The functions of libGL and libX11 that 64-bit little-endian shared objects leave undefined, by soname."""
+    """Return the functions of libGL and libX11 that 64-bit little-endian shared objects leave undefined, by soname."""
     found: dict[str, set[str]] = {soname: set() for soname in SONAMES}
     for path in paths:
         for name in _undefined(path.read_bytes()):
@@ -128,7 +128,7 @@ def _undefined(data: bytes) -> list[str]:
 
 
 def _hash_table(names: list[str]) -> bytes:
-    """The System V hash table of symbols 1, 2, ... called ``names``."""
+    """Return the System V hash table of symbols 1, 2, ... called ``names``."""
     buckets = [0] * max(1, len(names) // 2)
     chains = [0] * (len(names) + 1)
     for number, name in enumerate(names, 1):

@@ -31,7 +31,9 @@ class Clearance:
 def collision_geometry_about(
     arm: RobotModel, game: GameSettings, heading_rad: float, root_height_m: float, swing_rad: float = 0.0
 ) -> CollisionGeometry:
-    """What must stay apart where the root stands so: capsules of ``link_radius_m``, floor, pedestal, cup and swing.
+    """Return the parts that must not collide with the root at this pose: capsules of ``link_radius_m``, floor,
+    pedestal,
+    cup and swing.
 
     The pedestal reaches from the floor to the first joint and is as wide as the widest link. The ball swings in the
     vertical plane that is turned by ``swing_rad`` from x.
@@ -47,7 +49,7 @@ def collision_geometry_about(
 
 
 def tool_of(arm: RobotModel, chain: Chain, game: GameSettings) -> ToolGeometry:
-    """The cup as ``arm`` holds it, with the ball in it."""
+    """Return the cup as ``arm`` holds it, with the ball in it."""
     axis = np.array(arm.settings.tool.cup_axis)
     return ToolGeometry(
         chain.tip_m + chain.tip_turn @ np.array(arm.settings.tool.handle_m),
@@ -59,7 +61,7 @@ def tool_of(arm: RobotModel, chain: Chain, game: GameSettings) -> ToolGeometry:
 def least_clearance(
     arm: RobotModel, game: GameSettings, joints: JointTrajectory, *, swing_rad: float | None = 0.0, floor_m: float = 0.0
 ) -> Clearance:
-    """The least gap along ``joints``, which two parts have it, and when.
+    """Return the minimum gap along ``joints``, the two parts that have it, and its time.
 
     The ball's swing in the vertical plane turned by ``swing_rad`` from x is such a part, but where that is None.
     The floor, or a table, is at the height ``floor_m`` in the world.

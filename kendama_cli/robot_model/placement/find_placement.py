@@ -37,7 +37,7 @@ WORKABLE = 1.0
 
 @dataclass(frozen=True)
 class PlacedMotion:
-    """What a motion needs of an arm so placed: shares of its limits, clearance, and how fast it may play."""
+    """Demand of a motion on an arm at a placement: ratios of its limits, clearance, and the fastest tau."""
 
     placement: Placement
     shares: LimitShares
@@ -48,7 +48,7 @@ class PlacedMotion:
 
 
 def current_placement(arm: RobotModel) -> Placement:
-    """Where ``arm`` stands and how it holds the cup."""
+    """Return the present placement of ``arm`` and its grip of the cup."""
     tool = arm.settings.tool
     return Placement(
         base_position_m=arm.settings.base_position_m,
@@ -70,7 +70,7 @@ def find_placement(
     effort: float,
     progress: Callable[[int, int, float], None],
 ) -> Placement:
-    """The placement of ``robot`` in which ``plan``, at its own tempo, needs the least share of the limits.
+    """Return the placement of ``robot`` in which ``plan``, at its own tau, needs the minimum ratio of the limits.
 
     With a ``line`` it also keeps that within reach, on which the swing-up is learned and the ball caught. ``effort``
     scales the time that is spent; the same call finds the same placement. ``progress`` is called with starts done,
@@ -93,7 +93,7 @@ def find_placement(
 def measured(
     robot: RobotSettings, game: GameSettings, plan: MotionPlan, lead_in_m_s2: float, slowest_tau: float = 0.0
 ) -> PlacedMotion:
-    """What ``plan`` needs of ``robot`` as it stands: at its own tempo, or as much slower as the limits ask for.
+    """Return the demand of ``plan`` on ``robot`` at its placement, at its own tau or slowed to the limits.
 
     No slower than ``slowest_tau``. Raises StageError where the arm cannot follow.
     """

@@ -1,4 +1,4 @@
-"""How much of its limits an arm needs for a motion, joint by joint."""
+"""Ratios of an arm's limits that a motion needs, joint by joint."""
 
 from __future__ import annotations
 
@@ -59,7 +59,9 @@ class LimitShares:
 
 
 def limit_shares(arm: RobotModel, joints: JointTrajectory) -> LimitShares:
-    """What ``joints`` needs of the limits of ``arm``: efforts by its inverse dynamics and its known friction."""
+    """Return the ratios of the limits of ``arm`` that ``joints`` needs: efforts by its inverse dynamics and known
+    friction.
+    """
     to_stop = arm.limits.to_stop_rad(joints.position_rad).min(axis=0)
     limits = (arm.limits.velocity_rad_s, arm.limits.acceleration_rad_s2, arm.limits.effort_nm)
     peaks = (
@@ -73,7 +75,9 @@ def limit_shares(arm: RobotModel, joints: JointTrajectory) -> LimitShares:
 
 
 def efforts_nm(arm: RobotModel, joints: JointTrajectory) -> Array:
-    """The torques (k, n) of ``joints``, about every ``SAMPLE_S``: docs/equations.md eq. 2 without the rope's pull."""
+    """Return the torques (k, n) of ``joints``, about every ``SAMPLE_S``: docs/equations.md eq. 2 without the rope's
+    tension.
+    """
     thin = thinning(joints.t_s, SAMPLE_S)
     speeds = joints.velocity_rad_s[::thin]
     samples = zip(joints.position_rad[::thin], speeds, joints.acceleration_rad_s2[::thin], strict=True)
@@ -82,7 +86,7 @@ def efforts_nm(arm: RobotModel, joints: JointTrajectory) -> Array:
 
 
 def require_within_limits(arm: RobotModel, joints: JointTrajectory) -> LimitShares:
-    """The shares of a motion within the limits; raises StageError, naming joint and limit, where it is not."""
+    """Return the ratios of a motion within the limits; raises StageError, with joint and limit, if it exceeds one."""
     shares = limit_shares(arm, joints)
     first = shares.leading[0]
     if first.share > 1.0:

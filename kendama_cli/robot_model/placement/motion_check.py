@@ -1,4 +1,4 @@
-"""Whether an arm may play a motion: limits, stops, gaps, table and workspace, with margins, along all of it."""
+"""Check of a motion before an arm plays it: limits, stops, gaps, table and workspace, with margins, along all of it."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ class CheckedLimit:
 def check_motion(
     arm: RobotModel, game: GameSettings, joints: JointTrajectory, safety: SafetySettings
 ) -> list[CheckedLimit]:
-    """Every limit of ``safety`` for ``joints``; the ball's swing, which a first try has not, is left out."""
+    """Check every limit of ``safety`` for ``joints``, but the ball's swing, which a first attempt does not have."""
     return [*_limits(arm, joints, safety), *check_places(arm, game, joints, safety)]
 
 
@@ -97,7 +97,7 @@ def _gap(arm: RobotModel, game: GameSettings, joints: JointTrajectory, safety: S
 def _surroundings(
     arm: RobotModel, game: GameSettings, joints: JointTrajectory, safety: SafetySettings
 ) -> Iterable[CheckedLimit]:
-    """The table beneath all but the pedestal and the link on it, and the box about the cup's tie point."""
+    """Check the table beneath all but the pedestal and its link, and the box about the cup's tie point."""
     thin = thinning(joints.t_s, EVERY_S)
     rows = np.unique(np.append(np.arange(0, len(joints.t_s), thin), len(joints.t_s) - 1))
     angles = joints.position_rad[rows]

@@ -1,4 +1,4 @@
-"""From motions of the cup to motions of the joints, with the cup upright throughout."""
+"""Joint motions for motions of the cup, with the cup upright throughout."""
 
 from __future__ import annotations
 
@@ -49,7 +49,8 @@ class CupLine:
         self.curve = EvenSpline(-LINE_STEP_M * count, LINE_STEP_M, self._table)
 
     def at(self, x_m: float, velocity_m_s: float, acceleration_m_s2: float) -> JointPoint:
-        """The joints with the cup at ``x_m`` from home, moving with the given velocity and acceleration along x.
+        """Return the joints with the cup at ``x_m`` from home, moving with the given velocity and acceleration along
+        x.
 
             q' = q_x v,   q'' = q_x a + q_xx v^2
 
@@ -63,12 +64,12 @@ class CupLine:
 
 
 def cup_line(robot: RobotSettings, game: GameSettings, half_width_m: float) -> CupLine:
-    """The line of +-``half_width_m`` along x for this arm; raises StageError where the arm cannot follow it."""
+    """Return the line of +-``half_width_m`` along x for this arm; raises StageError if the arm cannot follow it."""
     return CupLine(RobotModel(robot, game.cup, game.gravity_m_s2), half_width_m)
 
 
 def joint_trajectory(arm: RobotModel, t_s: Array, cup_m: Array) -> JointTrajectory:
-    """The arm's motion (n samples) for the tie point's motion ``cup_m`` (n, 3) relative to home, cup upright.
+    """Return the arm's motion (n samples) for the tie point's motion ``cup_m`` (n, 3) relative to home, cup upright.
 
     ``t_s`` (n,) rises strictly, and the motion must be smooth on that grid: velocities and accelerations are those of
     the cubic spline through the joint angles. Raises StageError where the arm cannot reach (see follow_path).

@@ -64,13 +64,13 @@ class Demand:
 
 
 def motion_demand(path_m: Array, step_s: float, weight: float = 1.0, swing_rad: float = 0.0) -> Demand:
-    """The demand of a motion sampled every ``step_s``."""
+    """Return the demand of a motion sampled every ``step_s``."""
     path = np.asarray(path_m, dtype=np.float64)
     return Demand(path, step_s, np.ones(len(path)), 0.0, weight, REST_SHARE, swing_rad)
 
 
 def line_demands(line: LineSettings, weight: float = 1.0, *, braking_m_s2: float | None = None) -> tuple[Demand, ...]:
-    """The demands of ``line``, both ways out of home: anywhere at its acceleration and at its speed.
+    """Return the demands of ``line`` in both directions from home: anywhere at its acceleration and at its velocity.
 
     Toward the ends the speed falls to what can still be braked within the line with ``braking_m_s2``, by default
     ``BRAKING_SHARE`` of the line's acceleration.
@@ -111,7 +111,7 @@ class _Try(NamedTuple):
 
 
 class PlacementProblem:
-    """What a placement of ``robot`` costs for ``demands``; candidates are points of the unit cube.
+    """Cost of a placement of ``robot`` for ``demands``; candidates are points of the unit cube.
 
     The cost is the largest share of a speed limit (or ``rest_fraction`` of the largest share of an acceleration or
     effort limit), and far more where the arm does not reach, meets a stop, itself, its pedestal, the floor or the
@@ -141,7 +141,7 @@ class PlacementProblem:
         self._joints = n
 
     def place_of(self, placement: Placement) -> Array:
-        """The candidate (d,) nearest to ``placement``."""
+        """Return the candidate (d,) nearest to ``placement``."""
         home = np.array(placement.home_rad)
         heading = placement.base_heading_rad
         if self._first:
@@ -159,7 +159,7 @@ class PlacementProblem:
         return np.clip(unit, 0.0, 1.0)
 
     def placement(self, place: Array) -> Placement:
-        """The candidate ``place`` (d,) as a placement in the world."""
+        """Return the candidate ``place`` (d,) as a placement in the world."""
         one = self._try(place)
         base = np.array([0.0, 0.0, TIE_HEIGHT_M]) - heading_turn(one.heading_rad) @ one.tie_m
         return Placement(
@@ -172,7 +172,9 @@ class PlacementProblem:
         )
 
     def unreached(self, place: Array) -> tuple[Demand, int, float] | None:
-        """Where the candidate misses a demand most: the demand, the sample and by how much [m]; None where nowhere."""
+        """Return the worst miss of a demand by the candidate: the demand, the sample and the distance [m]; None
+        without a miss.
+        """
         one = self._try(place)
         worst: tuple[Demand, int, float] | None = None
         for demand in self.demands:
@@ -184,7 +186,7 @@ class PlacementProblem:
         return worst
 
     def cost(self, place: Array) -> float:
-        """What the candidate ``place`` (d,) costs."""
+        """Return the cost of the candidate ``place`` (d,)."""
         one = self._try(place)
         turn = heading_turn(one.heading_rad)
         y = np.array([0.0, 1.0, 0.0])
@@ -236,7 +238,8 @@ def search(
     effort: float,
     progress: Callable[[int, int, float], None] = lambda done, total, cost: None,
 ) -> Minimum:
-    """The best candidate found: evolution leads on ``given`` and the best of many drawn evenly, in ever fewer rounds.
+    """Return the best candidate found: evolution starts from ``given`` and the best of many even samples, in ever fewer
+    rounds.
 
     ``effort`` scales the number of candidates looked at. ``progress`` is called with starts done, starts in all, and
     the least cost so far.
