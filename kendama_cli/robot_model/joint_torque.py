@@ -9,7 +9,7 @@ from kendama_cli.schema.arrays import Array
 
 @dataclass(frozen=True)
 class TaskState:
-    """What the law needs to know of an arm of n joints; velocities and forces are linear, then angular."""
+    """State of an arm of n joints for a task-space controller; velocities and forces are linear, then angular."""
 
     position_rad: Array
     """(n,)"""
@@ -31,7 +31,9 @@ class TaskState:
 
 @dataclass(frozen=True)
 class JointTorque:
-    """What a task-space controller asks of the joints (n,), beside what carries weight, Coriolis and friction."""
+    """Torque of the joints (n,) that a task-space controller commands, without weight, Coriolis and friction
+    compensation.
+    """
 
     torque_nm: Array
     velocity_rad_s: Array
