@@ -214,7 +214,7 @@ def compare(found: dict[Path, list[Sighting]], labels: Path) -> Comparison:
 
 
 def _alike(files: Sequence[Path]) -> list[Image]:
-    """Some of the images, for the background; raises InputError where they cannot be of one camera."""
+    """Group the numbers of demonstrations with equal marks: even ones are solved together, each other alone."""
     chosen = [files[i] for i in np.unique(np.linspace(0, len(files) - 1, min(len(files), 41)).round().astype(int))]
     images = list(_of_one_size(chosen))
     if len(images) < 5:

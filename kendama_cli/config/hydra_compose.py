@@ -218,7 +218,7 @@ def _missing(config: dict[str, Any], key: str, names: list[str]) -> ConfigError 
 
 @contextlib.contextmanager
 def recorded() -> Iterator[Environment]:
-    """Every environment variable that an interpolation reads meanwhile, as it was.
+    """Record every environment variable that an interpolation reads meanwhile, with its value.
 
     OmegaConf's own resolvers alone are there meanwhile: a clock (Hydra's ``now``) or a resolver that another library
     registered would give values that nothing could tell apart later.

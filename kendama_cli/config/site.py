@@ -76,17 +76,17 @@ def _existing(folders: list[Path]) -> tuple[Path, ...]:
 
 
 def configuration_files(site: Site) -> Iterator[Path]:
-    """Every YAML file on the search path, those in linked folders too, as Hydra follows links."""
+    """Return every YAML file on the search path, those in linked folders too, as Hydra follows links."""
     return (path for folder in site.conf_folders for path in _files(folder))
 
 
 def group_options(site: Site, group: str) -> list[str]:
-    """The names that a configuration group offers on the search path."""
+    """Return the names that a configuration group offers on the search path."""
     return sorted({file.stem for folder in site.conf_folders for file in (folder / group).glob("*.yaml")})
 
 
 def groups(site: Site) -> list[str]:
-    """The configuration groups on the search path, nested ones by their path (``learn/task``)."""
+    """Return the configuration groups on the search path, nested ones by their path (``learn/task``)."""
     found = ((folder, file.parent) for folder in site.conf_folders for file in _files(folder))
     return sorted({place.relative_to(folder).as_posix() for folder, place in found if place != folder})
 
@@ -98,7 +98,9 @@ def _files(folder: Path) -> Iterator[Path]:
 
 
 def _holds(inner: str, place: str) -> bool:
-    """Whether ``inner``, a folder in ``place``, is a link to a folder that holds it: it would be followed for ever."""
+    """Return True if ``inner``, a folder in ``place``, links to a folder that contains it: following it would never
+    end.
+    """
     if not os.path.islink(inner):
         return False
     return os.path.realpath(inner) in {os.path.realpath(one) for one in (Path(place), *Path(place).parents)}

@@ -25,7 +25,7 @@ class Recording:
 
 
 def play(robot: Robot, motion: JointTrajectory, seed: int) -> Recording:
-    """What ``robot`` did with ``motion``, which is sampled at its control period, from rest at its first posture.
+    """Return the motion at the times ``t_s`` (n,) after its start, in any order and spacing.
 
     Raises StageError, before anything moves, where the robot has other joints, HardwareError of the line.
     """
@@ -41,7 +41,7 @@ def play(robot: Robot, motion: JointTrajectory, seed: int) -> Recording:
 
 
 def recorded(exchanges: Sequence[Exchange]) -> Recording:
-    """What the sensors told in these control periods."""
+    """Record every environment variable that an interpolation reads meanwhile, with its value."""
     states = [exchange.state for exchange in exchanges]
     return Recording(
         np.array([exchange.t_s for exchange in exchanges]),

@@ -76,7 +76,7 @@ def turned_plan(plan: MotionPlan, angle_rad: float) -> MotionPlan:
 
 
 def scaled_plan(plan: MotionPlan, amplitude: float, tau_scale: float) -> MotionPlan:
-    """The primitive with its motion about the start made ``amplitude`` times as large, played at ``tau_scale``.
+    """Return the primitive with its motion about the start scaled by ``amplitude``, played at ``tau_scale``.
 
     The equations are linear in place, goal, weights and end velocities together, so the whole path scales.
     """
