@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 from filelock import FileLock
 
-KERNEL = "kendama_cli.simulation.dart.joint_kernel"
+KERNEL = "kendama_cli.simulation.dart.step_kernel"
 WITHOUT_KERNEL = (
     "cli",
     "config",

@@ -75,7 +75,7 @@ def test_where_the_law_is_of_another_kind_the_network_is_kept() -> None:
     model = choose_friction("abc", samples(other(one), one), samples(other(two), two), hidden=8, rng=rng)
     assert model.chosen == "network"
     assert (model.network_rms_nm < 0.3 * model.parametric_rms_nm).all()
-    assert np.array_equal(friction_torque(model, two), network_torque(model.network, two, model.max_rate_rad_s))
+    assert np.array_equal(friction_torque(model, two), network_torque(model.network, two, model.max_speed_rad_s))
 
 
 def test_a_few_blows_of_the_ball_change_nothing_to_speak_of() -> None:
@@ -100,7 +100,7 @@ def test_the_same_seed_gives_the_same_model() -> None:
 
 def test_beyond_the_speeds_it_has_seen_the_network_stays_as_it_is_there() -> None:
     model = choose_friction("abc", of_law(1), of_law(2), hidden=4, rng=np.random.default_rng(0))
-    edge, beyond = (network_torque(model.network, k * model.max_rate_rad_s, model.max_rate_rad_s) for k in (1.0, 5.0))
+    edge, beyond = (network_torque(model.network, k * model.max_speed_rad_s, model.max_speed_rad_s) for k in (1.0, 5.0))
     assert beyond == pytest.approx(edge, abs=1e-9)
 
 

@@ -11,7 +11,7 @@ from kendama_cli.errors import HardwareError
 from kendama_cli.motion import minimum_jerk
 from kendama_cli.robot_model.limits import JointLimits
 from kendama_cli.schema.arrays import Array
-from kendama_cli.simulation.dart import joint_kernel as kernel
+from kendama_cli.simulation.dart import drive_kernel
 from kendama_cli.simulation.dart.drive import limit_rows
 
 ABSURD_RAD = 1e3
@@ -35,7 +35,7 @@ def nearest_command(last: JointCommand, wanted: JointCommand, limits: JointLimit
     """As ``limit_command``, of a command that is known not to be absurd."""
     begin, end = (np.array([one.position_rad, one.velocity_rad_s], dtype=np.float64) for one in (last, wanted))
     sent = np.empty_like(end)
-    kernel.nearest_state(*begin, *end, limit_rows(limits, period_s), period_s, *sent)  # type: ignore[call-arg]
+    drive_kernel.nearest_state(*begin, *end, limit_rows(limits, period_s), period_s, *sent)  # type: ignore[call-arg]
     top = limits.acceleration_rad_s2
     return JointCommand(sent[0], sent[1], np.clip(wanted.acceleration_rad_s2, -top, top))
 

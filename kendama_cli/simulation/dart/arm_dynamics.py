@@ -8,14 +8,14 @@ from kendama_cli.robot_model.chain import compiled_chain
 from kendama_cli.robot_model.model import HANDLE_RADIUS_M, RobotModel
 from kendama_cli.schema.arrays import Array
 from kendama_cli.settings.game import CupSettings, GameSettings, SideTie
-from kendama_cli.simulation.dart import joint_kernel as kernel
+from kendama_cli.simulation.dart import dynamics_kernel
 
 
 class ArmDynamics:
     """Inertia H (n, n), bias C q' + g (n,), screws (n, 6) and points of ``arm`` after ``observe``.
 
-    The arrays are those on which compiled code works (joint_kernel.move_chain): they change with every call. From
-    the constants ``links``, ``marks`` and ``radii`` compiled code finds the same for itself (joint_kernel.step_forces).
+    The arrays are those on which compiled code works (dynamics_kernel.move_chain): they change with every call. From
+    the constants ``links``, ``marks`` and ``radii`` compiled code finds the same for itself (step_kernel.step_forces).
     """
 
     def __init__(self, arm: RobotModel, game: GameSettings | None, *, links: bool) -> None:
@@ -39,14 +39,16 @@ class ArmDynamics:
         self.points, self.mark_speeds = np.zeros((n + len(self.marks), 3)), np.zeros_like(self.marks)
 
     def carry_rotors(self, velocity_rad_s: Array, acceleration_rad_s2: Array, force_nm: Array) -> Array:
-        """``force_nm`` (n,) with what DART's joints need beside it (joint_kernel.carry_rotors) after ``observe``."""
+        """``force_nm`` (n,) with what DART's joints need beside it (dynamics_kernel.carry_rotors) after ``observe``."""
         force = np.array(force_nm)
-        kernel.carry_rotors(self.screws, velocity_rad_s, acceleration_rad_s2, self.links[:, kernel.ROTOR], force)
+        dynamics_kernel.carry_rotors(
+            self.screws, velocity_rad_s, acceleration_rad_s2, self.links[:, dynamics_kernel.ROTOR], force
+        )
         return force
 
     def observe(self, position_rad: Array, velocity_rad_s: Array) -> None:
         """Take the arm's state (n,) from DART."""
-        kernel.move_chain(
+        dynamics_kernel.move_chain(
             position_rad, velocity_rad_s, self.links, self.marks, self._gravity_m_s2, self.inertia, self.bias,
             self.screws, self.points, self.mark_speeds,
         )  # fmt: skip

@@ -17,7 +17,7 @@ from kendama_cli.robot_model.cup import set_restitution
 from kendama_cli.robot_model.dart_library import dartpy
 from kendama_cli.schema.arrays import Array
 from kendama_cli.settings.game import BallSettings, CupSettings, GameSettings, SideTie
-from kendama_cli.simulation.dart import joint_kernel as kernel
+from kendama_cli.simulation.dart import rope_chain_kernel, rope_kernel
 from kendama_cli.simulation.dart.rope_chain import NO_CHAIN, RopeChain
 from kendama_cli.simulation.dart.world_errors import NO_ERRORS, WorldErrors
 from kendama_cli.simulation.dart.world_pair import STEP_S
@@ -85,7 +85,7 @@ class TetheredBall:
 
     ``position_m`` and ``velocity_m_s`` (3,) are the ball's, ``tie_m`` and ``tie_m_s`` (3,) those of the cup's place, in
     the world; ``tension_n`` is the rope's pull in the last step, 0 where it is slack. ``rope``, ``pulled`` and
-    ``force_n`` are the arrays on which compiled code works (joint_kernel.pull).
+    ``force_n`` are the arrays on which compiled code works (rope_kernel.pull).
     """
 
     def __init__(self, game: GameSettings, arm: Body, *, carried: bool = False) -> None:
@@ -95,9 +95,9 @@ class TetheredBall:
         self._cup, self._tie = arm.cup, arm.tie
         self._knot = np.array(game.cup.tie_m) if isinstance(game.cup.tie, SideTie) else None
         self.pulled = np.zeros(13)
-        self.pulled[kernel.SIDE] = 1.0
-        self._reaction = self.pulled[kernel.REACTION : kernel.PIVOT]
-        self._pivot_m = self.pulled[kernel.PIVOT : kernel.SIDE]
+        self.pulled[rope_kernel.SIDE] = 1.0
+        self._reaction = self.pulled[rope_kernel.REACTION : rope_kernel.PIVOT]
+        self._pivot_m = self.pulled[rope_kernel.PIVOT : rope_kernel.SIDE]
         self.force_n = np.zeros(3)
         self.pressing = PressingForce()
         self.perturb(NO_ERRORS)
@@ -108,7 +108,7 @@ class TetheredBall:
         over_tie_m = float(self._cup.getLocalCOM()[2])
         drag = (errors.drag_scale * one for one in self.game.drag)
         on_wall = [law.cup.side_m] if law.cup.side_m > 0.0 else []
-        self.rope = np.array([*kernel.rope_constants(law), *drag, over_tie_m, *on_wall])
+        self.rope = np.array([*rope_kernel.rope_constants(law), *drag, over_tie_m, *on_wall])
         self._tie_friction_m, self._tilt_rad = errors.tie_friction_m, errors.gravity_tilt_rad
         rope_kg = self.game.rope.mass_kg if errors.rope_kg is None else errors.rope_kg
         self.mass_kg, self.chain = errors.mass_scale * self.game.ball.mass_kg, NO_CHAIN
@@ -129,7 +129,7 @@ class TetheredBall:
         x, y, z = (self.tie_m if self._knot is None else _knot_m(self._cup, self._knot)).tolist()
         aside_m += length * math.sin(self._tilt_rad)
         self.skeleton.resetAccelerations()
-        self.pulled[: kernel.SIDE] = (0.0, 0.0, weight_n, weight_n, 0.0, 0.0, -weight_n, x, y, z)
+        self.pulled[: rope_kernel.SIDE] = (0.0, 0.0, weight_n, weight_n, 0.0, 0.0, -weight_n, x, y, z)
         self.put([x + aside_m, y, z - math.sqrt(length**2 - aside_m**2)], [0.0, 0.0, 0.0])
 
     def put(self, place_m: Sequence[float], velocity_m_s: Sequence[float]) -> None:
@@ -150,7 +150,7 @@ class TetheredBall:
         if self._knot is not None:
             over_tie = _with_knot(self._cup, self._knot, over_tie)
         state = (*ball, *cup, *over_tie, self.rope, *self.chain.arrays)
-        if not kernel.pull_chain(*state, self.pulled, self.force_n):
+        if not rope_chain_kernel.pull_chain(*state, self.pulled, self.force_n):
             self.abort(t_s)
         self.give()
 
@@ -197,7 +197,7 @@ class TetheredBall:
     @property
     def tension_n(self) -> float:
         """The rope's pull in the last step [N]."""
-        return float(self.pulled[kernel.TENSION])
+        return float(self.pulled[rope_kernel.TENSION])
 
     @property
     def rope_m(self) -> float:

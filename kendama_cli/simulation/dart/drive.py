@@ -6,7 +6,7 @@ import numpy as np
 
 from kendama_cli.robot_model.limits import JointLimits
 from kendama_cli.schema.arrays import Array
-from kendama_cli.simulation.dart import joint_kernel as kernel
+from kendama_cli.simulation.dart import drive_kernel
 
 
 class Drive:
@@ -23,7 +23,7 @@ class Drive:
     acceleration, so that from such a state the next one can always be reached by braking with A. Where the reference is
     not finite the joint brakes.
 
-    ``state`` and ``limits`` are the arrays on which the compiled law works (joint_kernel.follow).
+    ``state`` and ``limits`` are the arrays on which the compiled law works (drive_kernel.follow).
     """
 
     def __init__(self, limits: JointLimits, period_s: float) -> None:
@@ -34,14 +34,14 @@ class Drive:
 
     def reset(self, position_rad: Array, velocity_rad_s: Array | float = 0.0) -> None:
         """Begin at ``position_rad`` (n,), moving with ``velocity_rad_s``, or as near to that as the limits allow."""
-        lower, upper, fastest, top = self.limits[: kernel.TOP + 1]
+        lower, upper, fastest, top = self.limits[: drive_kernel.TOP + 1]
         place = np.clip(position_rad, lower, upper)
         # w(v) <= v^2 / 2 A + A T^2 / 8, so that there is room for these speeds
         spare = top * self._period_s**2 / 8
         down, up = (np.sqrt(2 * top * np.maximum(room - spare, 0.0)) for room in (place - lower, upper - place))
-        self.state[kernel.POSITION] = place
-        self.state[kernel.VELOCITY] = np.clip(velocity_rad_s, -np.minimum(down, fastest), np.minimum(up, fastest))
-        self.state[kernel.MEAN] = self.state[kernel.VELOCITY]
+        self.state[drive_kernel.POSITION] = place
+        self.state[drive_kernel.VELOCITY] = np.clip(velocity_rad_s, -np.minimum(down, fastest), np.minimum(up, fastest))
+        self.state[drive_kernel.MEAN] = self.state[drive_kernel.VELOCITY]
         self.limited = False
         """Whether the last sample was changed."""
 
@@ -52,22 +52,22 @@ class Drive:
         """
         change = np.empty(self.state.shape[1])
         reference = (position_rad, velocity_rad_s, acceleration_rad_s2)
-        self.limited = bool(kernel.follow(*reference, self.state, self.limits, self._period_s, change))
+        self.limited = bool(drive_kernel.follow(*reference, self.state, self.limits, self._period_s, change))
         return change
 
     @property
     def position_rad(self) -> Array:
         """Where the reference is now (n,)."""
-        return np.array(self.state[kernel.POSITION])
+        return np.array(self.state[drive_kernel.POSITION])
 
     @property
     def velocity_rad_s(self) -> Array:
         """How fast it is now (n,)."""
-        return np.array(self.state[kernel.VELOCITY])
+        return np.array(self.state[drive_kernel.VELOCITY])
 
 
 def limit_rows(limits: JointLimits, period_s: float) -> Array:
-    """The limits (6, n) as compiled code takes them (joint_kernel.LOWER and so on) for periods of ``period_s``."""
+    """The limits (6, n) as compiled code takes them (drive_kernel.LOWER and so on) for periods of ``period_s``."""
     lower, upper, fastest = limits.lower_rad, limits.upper_rad, limits.velocity_rad_s
     top = limits.acceleration_rad_s2
     brake = fastest**2 / (2 * top) + top * period_s**2 / 8 + fastest * period_s

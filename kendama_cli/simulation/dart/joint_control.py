@@ -15,7 +15,7 @@ from kendama_cli.robot_model.body import Body
 from kendama_cli.robot_model.joint_torque import JointTorque
 from kendama_cli.robot_model.model import RobotModel
 from kendama_cli.schema.arrays import Array
-from kendama_cli.simulation.dart import joint_kernel as kernel
+from kendama_cli.simulation.dart import step_kernel, stiction_kernel, torque_kernel
 from kendama_cli.simulation.dart.arm_dynamics import ArmDynamics
 from kendama_cli.simulation.dart.ball import TetheredBall
 from kendama_cli.simulation.dart.drive import Drive
@@ -26,9 +26,9 @@ class JointFriction:
     """The friction of n joints of a DART skeleton by the law of ``friction`` (ParametricFriction).
 
     Viscous friction is DART's damping, which enters its motion implicitly. ``constants`` (5, n) and ``unknown``
-    (2,) are the arrays on which the compiled law works (joint_kernel.efforts), which gives the level
+    (2,) are the arrays on which the compiled law works (torque_kernel.efforts), which gives the level
     Fc + Fs exp(-(v / vs)^2) of the dry friction: up to it DART's constraint holds a joint (``hold``), or compiled code
-    finds the torque (joint_kernel.joint_forces; then ``release``). The offset of ``friction`` is not used: nobody sets
+    finds the torque (step_kernel.joint_forces; then ``release``). The offset of ``friction`` is not used: nobody sets
     one.
     """
 
@@ -119,12 +119,12 @@ class JointControl:
         noise = noise_rad if isinstance(noise_rad, np.ndarray) else self._filled(noise_rad)
         added = added_nm if isinstance(added_nm, np.ndarray) else self._filled(added_nm)
         self.effort_nm = effort_nm = np.empty_like(self._none)
-        answer = kernel.command(
+        answer = torque_kernel.command(
             *reference, noise, added, *state, drive.state, drive.limits, self._gains[:3], friction.constants,
             friction.unknown, dynamics.inertia, dynamics.bias, effort_nm, friction.level_nm,
         )  # fmt: skip
-        drive.limited = answer == kernel.LIMITED
-        if answer & kernel.NOT_FINITE:
+        drive.limited = answer == torque_kernel.LIMITED
+        if answer & torque_kernel.NOT_FINITE:
             self._abort(effort_nm, "torque", REFERENCE_REMEDY, t_s)
         self._hold(state[1])
 
@@ -145,18 +145,18 @@ class JointControl:
         noise = noise_rad if isinstance(noise_rad, np.ndarray) else self._filled(noise_rad)
         added = added_nm if isinstance(added_nm, np.ndarray) else self._filled(added_nm)
         self.effort_nm = effort_nm = np.empty(len(self._none))
-        answer = kernel.step_forces(
+        answer = step_kernel.step_forces(
             *reference, noise, added, *state, ball.position_m, ball.velocity_m_s, ball.pressing.force_n,
             *self._constants, ball.rope, self._gains, self.friction.unknown, drive.state, effort_nm,
             self.friction.level_nm, ball.pulled, ball.force_n, self._force_nm,
             *ball.chain.arrays,
         )  # fmt: skip
-        drive.limited = bool(answer & kernel.LIMITED)
-        if answer > kernel.NEAR + kernel.LIMITED or answer & kernel.NOT_FINITE:
+        drive.limited = bool(answer & torque_kernel.LIMITED)
+        if answer > torque_kernel.NEAR + torque_kernel.LIMITED or answer & torque_kernel.NOT_FINITE:
             self._refuse(answer, ball, t_s)
         ball.give()
         self._skeleton.setForces(self._force_nm)
-        return not answer & kernel.NEAR
+        return not answer & torque_kernel.NEAR
 
     def give(self, command: JointTorque, state: tuple[Array, Array], t_s: float) -> None:
         """Have the motors give a commanded torque, and what carries weight, Coriolis and the known friction.
@@ -168,7 +168,7 @@ class JointControl:
         carried: Array = skeleton.getGravityForces() + coriolis_nm(skeleton, command.velocity_rad_s)
         friction = self.friction
         self.effort_nm = np.empty_like(self._none)
-        if not kernel.efforts(
+        if not torque_kernel.efforts(
             command.torque_nm, carried, velocity_rad_s, command.velocity_rad_s, friction.constants, friction.unknown,
             self.effort_nm, friction.level_nm,
         ):  # fmt: skip
@@ -198,19 +198,19 @@ class JointControl:
             return
         force_n, at_m = self.rope
         dynamics, friction, n = self._dynamics, self.friction, len(self._none)
-        viscous = friction.unknown[0] * friction.constants[kernel.VISCOUS]
+        viscous = friction.unknown[0] * friction.constants[torque_kernel.VISCOUS]
         load = self.effort_nm - dynamics.bias - viscous * velocity_rad_s
         load += dynamics.screws @ np.concatenate([cross(at_m, force_n), force_n])
         dry, change = np.empty(n), np.zeros(n)
-        kernel.accelerations(
+        stiction_kernel.accelerations(
             dynamics.inertia, viscous, velocity_rad_s, load, friction.level_nm, self._gains[2], dry, change
         )
         self._skeleton.setForces(dynamics.carry_rotors(velocity_rad_s, change, self.effort_nm))
 
     def _refuse(self, answer: int, ball: TetheredBall, t_s: float) -> Never:
-        if answer & kernel.GONE:
+        if answer & torque_kernel.GONE:
             ball.abort(t_s)
-        if answer & kernel.NOT_FINITE:
+        if answer & torque_kernel.NOT_FINITE:
             self._abort(self.effort_nm, "torque", REFERENCE_REMEDY, t_s)
         unknown = np.full_like(self._none, np.nan)
         self._abort(unknown, "friction", "check the masses of the robot's description", t_s)

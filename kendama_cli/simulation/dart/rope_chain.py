@@ -11,7 +11,7 @@ from kendama_cli.physics.rope import RopeLaw
 from kendama_cli.physics.rope_chain import cup_sections_m, laid, link_lengths_m, node_masses_kg
 from kendama_cli.schema.arrays import Array
 from kendama_cli.settings.game import GameSettings
-from kendama_cli.simulation.dart import joint_kernel as kernel
+from kendama_cli.simulation.dart import rope_chain_kernel
 from kendama_cli.simulation.dart.world_pair import STEP_S
 
 LINKS = 24
@@ -39,7 +39,7 @@ class RopeChain(NoChain):
     """A chain of LINKS links of ``rope_kg`` in all, as long as the rope of ``law``, to a ball of ``ball_kg``.
 
     The cup is ``carried`` where its speeds are those of the coming step. ``end_kg`` is what of the chain moves with the
-    ball; ``arrays`` are nodes, cup and numbers as joint_kernel.pull_chain takes them.
+    ball; ``arrays`` are nodes, cup and numbers as rope_chain_kernel.pull_chain takes them.
     """
 
     def __init__(self, game: GameSettings, law: RopeLaw, rope_kg: float, ball_kg: float, *, carried: bool) -> None:
@@ -52,22 +52,24 @@ class RopeChain(NoChain):
         self._profile, self.rope_kg = law.cup, rope_kg
         self._lengths_m = link_lengths_m(law.length_m, law.cup.used_m, LINKS)
         nodes, numbers = np.zeros((LINKS + 1, 8)), np.zeros(NUMBERS)
-        nodes[:, kernel.NODE_KG] = node_masses_kg(rope_kg, self._lengths_m)
-        nodes[1:, kernel.NODE_M] = self._lengths_m
-        self.end_kg = float(nodes[-1, kernel.NODE_KG])
-        nodes[-1, kernel.NODE_KG] += ball_kg
-        numbers[kernel.CHAIN_STEPS] = math.ceil(SUB_STEPS * math.sqrt(max(1.0, THEIR_KG / rope_kg)))
-        numbers[kernel.CHAIN_PERIOD] = STEP_S
-        numbers[kernel.CHAIN_GRAVITY] = game.gravity_m_s2
-        numbers[kernel.CHAIN_CARRIED] = carried
-        numbers[kernel.CHAIN_SLACK] = SLACK_WEIGHTS * rope_kg * game.gravity_m_s2
+        nodes[:, rope_chain_kernel.NODE_KG] = node_masses_kg(rope_kg, self._lengths_m)
+        nodes[1:, rope_chain_kernel.NODE_M] = self._lengths_m
+        self.end_kg = float(nodes[-1, rope_chain_kernel.NODE_KG])
+        nodes[-1, rope_chain_kernel.NODE_KG] += ball_kg
+        numbers[rope_chain_kernel.CHAIN_STEPS] = math.ceil(SUB_STEPS * math.sqrt(max(1.0, THEIR_KG / rope_kg)))
+        numbers[rope_chain_kernel.CHAIN_PERIOD] = STEP_S
+        numbers[rope_chain_kernel.CHAIN_GRAVITY] = game.gravity_m_s2
+        numbers[rope_chain_kernel.CHAIN_CARRIED] = carried
+        numbers[rope_chain_kernel.CHAIN_SLACK] = SLACK_WEIGHTS * rope_kg * game.gravity_m_s2
         self.arrays = nodes, cup_sections_m(game.cup), numbers
 
     def lay(self, tie: tuple[Array, Array], ball: tuple[Array, Array], axis: Array) -> None:
         """Lay it the shortest way from ``tie`` to ``ball``, places and velocities (3,), round the cup."""
         nodes, _, numbers = self.arrays
         (tie_m, tie_m_s), (ball_m, ball_m_s) = tie, ball
-        nodes[:, kernel.NODE : kernel.NODE_SPEED] = tie_m + laid(self._profile, self._lengths_m, ball_m - tie_m, axis)
+        nodes[:, rope_chain_kernel.NODE : rope_chain_kernel.NODE_SPEED] = tie_m + laid(
+            self._profile, self._lengths_m, ball_m - tie_m, axis
+        )
         share = np.append(0.0, np.cumsum(self._lengths_m) / sum(self._lengths_m))[:, None]
-        nodes[:, kernel.NODE_SPEED : kernel.NODE_KG] = (1.0 - share) * tie_m_s + share * ball_m_s
-        numbers[kernel.CHAIN_BEGUN] = 0.0
+        nodes[:, rope_chain_kernel.NODE_SPEED : rope_chain_kernel.NODE_KG] = (1.0 - share) * tie_m_s + share * ball_m_s
+        numbers[rope_chain_kernel.CHAIN_BEGUN] = 0.0

@@ -10,7 +10,7 @@ from kendama_cli.robot_model.joint_torque import JointTorque
 from kendama_cli.schema.arrays import Array
 from kendama_cli.simulation.dart.ball import TetheredBall
 from kendama_cli.simulation.dart.joint_control import JointControl
-from kendama_cli.simulation.dart.joint_kernel import PIVOT, REACTION, SIDE
+from kendama_cli.simulation.dart.rope_kernel import PIVOT, REACTION, SIDE
 from kendama_cli.simulation.dart.scene import Scene
 from kendama_cli.simulation.dart.world_pair import WorldPair
 from kendama_cli.simulation.dart.wrist import ContactSensor

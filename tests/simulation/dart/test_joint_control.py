@@ -10,7 +10,7 @@ from kendama_cli.artifacts.friction_model import ParametricFriction
 from kendama_cli.robot_model.dart_library import dartpy
 from kendama_cli.robot_model.friction import SIGN_RAD_S
 from kendama_cli.schema.arrays import Array
-from kendama_cli.simulation.dart import joint_kernel as kernel
+from kendama_cli.simulation.dart import stiction_kernel, torque_kernel
 from kendama_cli.simulation.dart.joint_control import JointFriction
 from kendama_cli.simulation.dart.world import STEP_S, ArmWorld
 from kendama_cli.simulation.dart.world_errors import WorldErrors
@@ -27,8 +27,8 @@ WAYS = ("constraint", "compiled")
 def uncompensated(friction: JointFriction, torque_nm: float, velocity_rad_s: Array) -> Array:
     """What the motors give for a controller that knows of no friction; the friction's level is set."""
     none, effort = np.zeros_like(velocity_rad_s), np.empty_like(velocity_rad_s)
-    viscous = friction.constants[kernel.VISCOUS] * velocity_rad_s  # what the controller would add at any speed
-    assert kernel.efforts(
+    viscous = friction.constants[torque_kernel.VISCOUS] * velocity_rad_s  # what the controller would add at any speed
+    assert torque_kernel.efforts(
         torque_nm - viscous,
         none,
         velocity_rad_s,
@@ -77,7 +77,7 @@ class Wheel:
         diagonal, found = np.array([self.inertia_kg_m2 + STEP_S * viscous]), np.empty(1)
         factor = 1.0 / np.sqrt(diagonal)[None]
         load = effort - viscous * speed
-        assert kernel.held(factor, diagonal, speed, load, self.friction.level_nm, STEP_S, found)
+        assert stiction_kernel.held(factor, diagonal, speed, load, self.friction.level_nm, STEP_S, found)
         return found
 
 
@@ -169,7 +169,7 @@ def test_the_motors_give_what_is_asked_with_the_law_of_the_known_friction_within
             wanted, speed, torque, added = size * rng.normal(size=(4, 7))
             torque *= arm.limits.effort_nm
             effort = np.empty(7)
-            kernel.efforts(
+            torque_kernel.efforts(
                 torque, added, speed, wanted, friction.constants, friction.unknown, effort, friction.level_nm
             )
             direction = np.tanh(wanted / SIGN_RAD_S)
@@ -194,7 +194,7 @@ def test_the_friction_of_coupled_joints_obeys_coulomb_s_law() -> None:
         load, found = rng.normal(0.0, 1.5, n), np.empty(n)
         factor = np.linalg.cholesky(matrix)
         np.fill_diagonal(factor, 1.0 / np.diag(factor))
-        assert kernel.held(factor, np.diag(matrix).copy(), speed, load, level, STEP_S, found)
+        assert stiction_kernel.held(factor, np.diag(matrix).copy(), speed, load, level, STEP_S, found)
         after = speed + STEP_S * np.linalg.solve(matrix, load + found)
         assert (np.abs(found) <= level).all()
         rounding = 1e-9 * (np.abs(after).max() + np.abs(speed).max() + STEP_S)

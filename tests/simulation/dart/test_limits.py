@@ -12,7 +12,7 @@ from numba import njit
 from kendama_cli.robot_model.limits import JointLimits
 from kendama_cli.schema.settings import build
 from kendama_cli.settings.robot import RobotSettings
-from kendama_cli.simulation.dart import joint_kernel as kernel
+from kendama_cli.simulation.dart import drive_kernel
 from kendama_cli.simulation.dart.drive import limit_rows
 from tests.extras import require_robot_descriptions
 from tests.shipped_conf import CONF, plain
@@ -75,10 +75,10 @@ def _worst(limits: Array, period: float, periods: int, seed: int, commands: bool
             place[i], speed[i], bend[i] = drawn
         before, last = state[0].copy(), state[1].copy()
         if commands:
-            kernel.nearest_state(before, last, place, speed, limits, period, q1, v1)
+            drive_kernel.nearest_state(before, last, place, speed, limits, period, q1, v1)
             state[0], state[1] = q1, v1
         else:
-            kernel.follow(place, speed, bend, state, limits, period, change)
+            drive_kernel.follow(place, speed, bend, state, limits, period, change)
         for i in range(n):
             q, v, m = state[0, i], state[1, i], (state[0, i] - before[i]) / period
             begin = (6.0 * m - 4.0 * last[i] - 2.0 * v) / period
