@@ -36,7 +36,7 @@ def excitation(
     period_s: float,
     rng: np.random.Generator,
 ) -> JointTrajectory:
-    """A motion of all joints at once, sampled every ``period_s``; its amplitudes and phases are drawn from ``rng``.
+    """Return a motion of all joints at once, sampled every ``period_s``; ``rng`` samples its amplitudes and phases.
 
     q = q0 + A w(t) sum_k c_k sin(k omega phi(t) + p_k),   phi' = s^((1 + cos(2 pi m t / T)) / 2)
 
@@ -107,7 +107,7 @@ def _motion(
 
 
 def _middle(arm: RobotModel, amplitude_rad: float) -> Array:
-    """The posture nearest to home about which every joint can move by ``amplitude_rad`` both ways."""
+    """Return the posture nearest to home about which every joint can move by ``amplitude_rad`` in both directions."""
     reach = MARGIN * amplitude_rad
     for name, low, high in zip(arm.joint_names, arm.limits.lower_rad, arm.limits.upper_rad, strict=True):
         if high - low < 2 * reach:
@@ -120,7 +120,7 @@ def _middle(arm: RobotModel, amplitude_rad: float) -> Array:
 
 
 def _overlap(arm: RobotModel, game: GameSettings, joints: JointTrajectory) -> str:
-    """The parts that overlap by more than at home, beyond the coarseness of their capsules; empty where none do."""
+    """Return the parts that overlap by more than at home, beyond the coarseness of their capsules; empty if none do."""
     rest = np.zeros((2, len(arm.home_rad)))
     home = JointTrajectory(arm.joint_names, np.array([0.0, 1.0]), np.tile(arm.home_rad, (2, 1)), rest, rest)
     allowed_m = min(least_clearance(arm, game, home, swing_rad=None).gap_m, 0.0) - CAPSULE_SLACK_M

@@ -42,7 +42,8 @@ def choose_friction(
     hidden: int,
     rng: np.random.Generator,
 ) -> FrictionModel:
-    """Both models fitted to ``train``; chosen is the one with the smaller rms on ``held_out``, over all joints.
+    """Return both models fitted to ``train``; chosen is the one with the smaller rms on ``held_out``, over all
+    joints.
 
     The joints' errors are weighed by the torque that is to be explained, so that a strong joint does not speak alone.
     """

@@ -1,4 +1,4 @@
-"""From what a robot's sensors told to the friction that its controller does not know."""
+"""Friction that a robot's controller does not know, from its sensors' readings."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ class Samples:
         self._bare = RobotModel(robot, weightless, game.gravity_m_s2)
 
     def of(self, recording: Recording, smoothing_s: float) -> FrictionSamples:
-        """The friction in every sample of ``recording`` that the settings do not hold, from equation (2),
+        """Return the friction in every sample of ``recording`` that the settings do not withhold, from equation (2),
 
             xi = tau + J^T w - (H q'' + C q' + g),
 
@@ -80,7 +80,7 @@ class Samples:
     def _torques(
         self, position_rad: Array, velocity_rad_s: Array, acceleration_rad_s2: Array, wrench: Array
     ) -> tuple[Array, Array]:
-        """What the rigid bodies need, and what the tool's wrench gives; (k, n) each."""
+        """Return the torque that the rigid bodies need, and that of the tool's wrench; (k, n) each."""
         arm = self._bare if wrench.any() else self._laden
         rigid, tool = np.empty_like(position_rad), np.empty_like(position_rad)
         for k, sample in enumerate(zip(position_rad, velocity_rad_s, acceleration_rad_s2, strict=True)):
@@ -100,7 +100,9 @@ class Samples:
 
 
 def _at_limits(arm: RobotModel, effort_nm: Array, velocity_rad_s: Array, window: int) -> Mask:
-    """Where, anywhere in the window around the sample, a motor gives or turns all it can; bool (k, n)."""
+    """Return a mask (k, n) of samples with a motor at its limit of torque or velocity anywhere in the window around
+    them.
+    """
     spent = (np.abs(effort_nm) > SPENT * arm.limits.effort_nm) | (
         np.abs(velocity_rad_s) > SPENT * arm.limits.velocity_rad_s
     )
@@ -108,7 +110,9 @@ def _at_limits(arm: RobotModel, effort_nm: Array, velocity_rad_s: Array, window:
 
 
 def _ahead_s(velocity_rad_s: Array, torque_nm: Array, change_nm_s: Array, kept: Mask, effort_nm: Array) -> float:
-    """By how much the efforts are ahead of the angles: least squares beside plain friction, over all joints at once."""
+    """Return the lead of the efforts over the angles [s]: least squares beside plain friction, over all joints at
+    once.
+    """
     along = square = 0.0
     for j, scale in enumerate(effort_nm):
         rows = kept[:, j]
@@ -122,7 +126,7 @@ def _ahead_s(velocity_rad_s: Array, torque_nm: Array, change_nm_s: Array, kept: 
 
 
 def _moving_on(velocity_rad_s: Array, window: int) -> Mask:
-    """Where the joint moves, and in the same direction, over a whole window around the sample; bool (k, n)."""
+    """Return a mask (k, n) of samples whose joint moves in one direction over the whole window around them."""
     signs = np.where(np.abs(velocity_rad_s) > STUCK_RAD_S, np.sign(velocity_rad_s), 0.0)
     runs = np.cumsum(np.vstack([np.zeros((1, velocity_rad_s.shape[1])), signs]), axis=0)
     steady = np.zeros(velocity_rad_s.shape, dtype=bool)

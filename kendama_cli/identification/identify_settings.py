@@ -1,4 +1,6 @@
-"""How the friction that an arm's controller does not know is excited, fitted and shown to be gone."""
+"""Settings to excite and fit the friction that an arm's controller does not know, and to show that it is
+compensated.
+"""
 
 from __future__ import annotations
 

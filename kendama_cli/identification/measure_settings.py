@@ -1,4 +1,4 @@
-"""How the toy is measured: by a swing that a robot begins, or from a track."""
+"""Settings to measure the kendama: by a swing that a robot starts, or from a track."""
 
 from __future__ import annotations
 

@@ -25,7 +25,8 @@ class Recording:
 
 
 def play(robot: Robot, motion: JointTrajectory, seed: int) -> Recording:
-    """Return the motion at the times ``t_s`` (n,) after its start, in any order and spacing.
+    """Play ``motion``, sampled at the control period of ``robot``, from rest at its first posture; return the
+    recording.
 
     Raises StageError, before anything moves, where the robot has other joints, HardwareError of the line.
     """
@@ -41,7 +42,7 @@ def play(robot: Robot, motion: JointTrajectory, seed: int) -> Recording:
 
 
 def recorded(exchanges: Sequence[Exchange]) -> Recording:
-    """Record every environment variable that an interpolation reads meanwhile, with its value."""
+    """Return the sensors' readings in these control periods."""
     states = [exchange.state for exchange in exchanges]
     return Recording(
         np.array([exchange.t_s for exchange in exchanges]),

@@ -34,12 +34,12 @@ class FreeSwing:
 
     @property
     def duration_s(self) -> float:
-        """How long it was seen."""
+        """Return the duration of the swing in the recording [s]."""
         return float(self.t_s[-1] - self.t_s[0])
 
 
 def swing_in_its_plane(t_s: Array, position_m: Array) -> FreeSwing:
-    """The swing of a track (n, 3) whose z points up, along the horizontal direction in which it moves most."""
+    """Return the swing of a track (n, 3) whose z points up, along the horizontal direction in which it moves most."""
     seen = np.isfinite(position_m).all(axis=1)
     times, places = np.asarray(t_s)[seen], np.asarray(position_m)[seen]
     level = places[:, :2] - places[:, :2].mean(axis=0)
@@ -172,7 +172,7 @@ def _fitted(swing: FreeSwing, values: Array, game: GameSettings) -> _Fit:
 
 
 def _below_the_edge(swing: FreeSwing) -> FreeSwing:
-    """The part of the swing in which it stays below MOST_RAD, from then on; raises StageError where there is none."""
+    """Return the part of the swing from where it stays below MOST_RAD; raises StageError if there is none."""
     if len(swing.t_s) < 50:
         raise StageError(f"the free swing has {len(swing.t_s)} samples; allowed: from 50, over {LEAST_S:g} s at least")
     centre, _ = _circle(swing.place_m)

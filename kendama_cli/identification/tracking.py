@@ -1,4 +1,4 @@
-"""How well the cup follows a circle at a given speed."""
+"""Tracking error of the cup on a circle at a given speed."""
 
 from __future__ import annotations
 
@@ -33,7 +33,8 @@ class Circle:
 
 
 def circle(arm: RobotModel, settings: IdentifySettings, period_s: float) -> Circle:
-    """The upright cup round a circle that touches home from above, slower than wanted where a limit asks for it.
+    """Return the upright cup's circle that touches home from above; it is slower than the reference if a limit
+    requires it.
 
     Raises StageError where the circle is outside the workspace.
     """
@@ -63,7 +64,7 @@ def _path(settings: IdentifySettings, speed_m_s: float, period_s: float) -> tupl
 
 
 class TrackedPath:
-    """Where the cup was meant to be, and where it was by the joints' readings, at full speed; places are (k, 3) [m]."""
+    """Reference positions of the cup and its positions by the joints' readings, at full speed; each (k, 3) [m]."""
 
     def __init__(self, arm: RobotModel, motion: JointTrajectory, recording: Recording) -> None:
         self.t_s = motion.t_s
@@ -73,10 +74,10 @@ class TrackedPath:
         self._curve = CubicSpline(self.t_s, self.wanted_m)
 
     def rms_m(self, delay_s: float) -> float:
-        """The root of the mean square distance from where the cup was meant to be ``delay_s`` before."""
+        """Return the root mean square distance from the reference position ``delay_s`` before."""
         miss = self.reached_m - self._curve(self.t_s - delay_s)
         return float(np.sqrt((miss[self._steady] ** 2).sum(axis=1).mean()))
 
     def delay_s(self) -> float:
-        """The delay of the drive: that for which ``rms_m`` is least."""
+        """Return the delay of the drive: the one that minimises ``rms_m``."""
         return float(minimize_scalar(self.rms_m, bounds=(-0.01, LONGEST_DELAY_S), method="bounded").x)

@@ -28,7 +28,7 @@ ROLLOUTS = 8
 
 
 def check_determinism(settings: LearnSettings) -> None:
-    """The same random numbers and readings give the same actions and the same policy."""
+    """Check that the same random numbers and readings give the same actions and the same policy."""
     one, other = (_Practice(begin_learner(settings), settings, SEED) for _ in range(2))
     for _ in range(ROLLOUTS):
         _law(one.rollout() == other.rollout(), "the same seed and readings give the same actions")
@@ -59,7 +59,7 @@ def check_holding(settings: LearnSettings) -> None:
 
 
 def check_count(settings: LearnSettings) -> None:
-    """Every rollout is counted once, by the counting rule, and reported as it went."""
+    """Check that every rollout is counted once, by the counting rule, and reported with its result."""
     practice = _Practice(begin_learner(settings), settings, SEED)
     count = practice.learner.count
     _law(count.rollouts == 0, "before the first rollout none is counted")
@@ -75,7 +75,7 @@ def check_count(settings: LearnSettings) -> None:
 
 
 def check_checkpoint(settings: LearnSettings) -> None:
-    """A learner that goes on from its saved state does what one does that was never interrupted."""
+    """Check that a learner that resumes from its saved state acts like one that was never interrupted."""
     whole = _Practice(begin_learner(settings), settings, SEED)
     for _ in range(ROLLOUTS):
         whole.rollout()
@@ -106,7 +106,7 @@ def check_freezing(settings: LearnSettings) -> None:
 
 
 def check_policy(settings: LearnSettings) -> None:
-    """A policy is sealed, passes its own verification, forgets the last rollout, and a learner can begin from it."""
+    """Check that a policy is sealed, passes its own verification, forgets the last rollout, and can start a learner."""
     practice = _frozen(settings)
     sealed = _stored(practice.learner.policy)
     _law(sealed.kind == settings.learner.kind, "a policy names the learner whose it is")
@@ -124,7 +124,7 @@ def check_policy(settings: LearnSettings) -> None:
 
 
 def check_meaning(settings: LearnSettings) -> None:
-    """What gives a policy its meaning does not depend on how it was learned."""
+    """Check that the settings that give a policy its meaning do not depend on how it was learned."""
     meaning = json.dumps(maker(settings).meaning(settings), sort_keys=True)
     again = json.dumps(maker(settings).meaning(settings), sort_keys=True)
     _law(meaning == again, "the meaning of a policy follows from the settings alone")
@@ -144,7 +144,7 @@ CHECKS: tuple[Callable[[LearnSettings], None], ...] = (
 
 
 def subject(configuration: Mapping[str, Any]) -> LearnSettings:
-    """The settings of the node ``learn``, which choose the learner."""
+    """Return the settings of the node ``learn``, which choose the learner."""
     settings: LearnSettings = configuration["learn"]
     return settings
 
@@ -165,13 +165,15 @@ class _Practice:
         self.outcome: Outcome = "timeout"
 
     def reading(self, step: int) -> SwingState:
-        """The ball on a circle, wider from rollout to rollout; the cup beneath it to and fro."""
+        """Return the state of a ball on a circle, wider from rollout to rollout, and of the cup moving to and fro
+        beneath it.
+        """
         phase = 0.11 * step + 0.7 * self.number
         angle = (0.5 + 0.3 * (self.number % 7)) * math.sin(phase)
         return SwingState(0.3 * math.cos(0.6 * phase), 0.9 * math.sin(phase), angle, 5.0 * math.cos(phase))
 
     def rollout(self, outcome: Outcome | None = None) -> list[float]:
-        """One rollout; the actions at every reading."""
+        """Run one rollout; return the actions at every reading."""
         learner = self.learner
         learner.begin_rollout(self.rng)
         self.number += 1
@@ -187,12 +189,12 @@ class _Practice:
 
     @staticmethod
     def acted(actor: Actor, practice: _Practice) -> list[float]:
-        """The actions of ``actor`` at the readings of the present rollout."""
+        """Return the actions of ``actor`` at the readings of the present rollout."""
         return [float(actor.act(practice.reading(step), 0.01 * step)) for step in range(practice.steps)]
 
 
 def _frozen(settings: LearnSettings) -> _Practice:
-    """A learner whose streak has frozen it."""
+    """Return a learner whose streak has frozen it."""
     practice = _Practice(begin_learner(settings), settings, SEED)
     for _ in range(20 * settings.count.learned_streak):
         if practice.learner.count.frozen(settings.count):

@@ -1,4 +1,4 @@
-"""When to decide: an action is held until the binned state changes, within a shortest and a longest time."""
+"""Times of decisions: an action is held until the binned state changes, within a minimum and a maximum time."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ ROUNDING_S = 1e-9
 
 
 def greedy_column(values: list[float], previous: int) -> int:
-    """The column of the largest value; ties keep the ``previous`` action, else the first of them."""
+    """Return the column of the maximum value; ties keep the ``previous`` action, else the first of them."""
     best = max(values)
     return previous if values[previous] == best else values.index(best)
 
@@ -50,7 +50,9 @@ class HeldAction:
         self.action = self.column = min(range(len(actions)), key=lambda action: abs(actions[action]))
 
     def due(self, state: SwingState, t_s: float) -> int | None:
-        """The row in which to choose anew at ``t_s`` (not before ``next_look_s``), or None to go on."""
+        """Return the row in which to choose anew at ``t_s`` (not before ``next_look_s``), or None to hold the
+        action.
+        """
         place = self._grid.place(state)
         if place == self._place and t_s - self._chosen_s < self._longest_s:
             return None
@@ -58,7 +60,7 @@ class HeldAction:
         return place % self._grid.n_states
 
     def mirrored(self, action: int) -> int:
-        """The column of ``action`` in the row that is due, or the action of a column: they mirror each other."""
+        """Return the column of ``action`` in the row that is due, or the action of a column: they mirror each other."""
         return self._last - action if self._place >= self._grid.n_states else action
 
     def hold(self, row: int, action: int, t_s: float) -> None:

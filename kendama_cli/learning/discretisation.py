@@ -44,7 +44,7 @@ class StateGrid:
         self.n_states = math.prod(self.shape)
 
     def cell(self, state: SwingState) -> tuple[int, ...]:
-        """The bin of each coordinate, in the order of ``shape``."""
+        """Return the bin of each coordinate, in the order of ``shape``."""
         place = self.place(state) % self.n_states
         bins = []
         for n in reversed(self.shape):
@@ -53,7 +53,7 @@ class StateGrid:
         return tuple(reversed(bins))
 
     def row(self, state: SwingState) -> int:
-        """The row of the table, 0..n_states-1, counted with the last coordinate fastest."""
+        """Return the row of the table, 0..n_states-1, counted with the last coordinate fastest."""
         return self.place(state) % self.n_states
 
     def place(self, state: SwingState) -> int:

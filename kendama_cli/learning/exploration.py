@@ -19,17 +19,17 @@ FOLLOWING_PER_S = 8.0
 
 
 class Explorer(Protocol):
-    """What one exploring rollout tries."""
+    """Actions of one exploring rollout."""
 
     def action(self, t_s: float, state: SwingState, greedy: int) -> int:
-        """The action to choose at ``t_s`` into the rollout, where the table itself would choose ``greedy``."""
+        """Return the action to choose at ``t_s`` into the rollout, where the table itself would choose ``greedy``."""
 
     def action_probabilities(self, greedy: int) -> list[float] | None:
-        """The probability of each action where the table would choose ``greedy``; None where it is certain."""
+        """Return the probability of each action if the table would choose ``greedy``; None if the action is certain."""
 
 
 def explores(after_failure: float, count: LearningCount, rng: Generator, *, in_a_row: int = 1) -> bool:
-    """Whether the next rollout explores.
+    """Return True if the next rollout explores.
 
     Until any rollout has succeeded there is nothing to be greedy about; from then on only a greedy rollout that
     failed gives reason to, with the probability ``after_failure``, and then ``in_a_row`` rollouts explore.
@@ -51,14 +51,14 @@ class DrawnHarmonic(NamedTuple):
 
 
 def drives_place(learn: LearnSettings) -> bool:
-    """Whether a harmonic drives the cup's place rather than its acceleration."""
+    """Return True if a harmonic drives the cup's position rather than its acceleration."""
     if learn.harmonic.drives == "auto":
         return not isinstance(learn.workspace, LimitedWorkspace)
     return learn.harmonic.drives == "position"
 
 
 def draw_harmonic(learn: LearnSettings, rng: Generator) -> DrawnHarmonic:
-    """A harmonic from the ranges of ``learn.harmonic``."""
+    """Sample a harmonic from the ranges of ``learn.harmonic``."""
     settings = learn.harmonic
     scale = learn.workspace.half_width_m if drives_place(learn) else learn.largest_action_m_s2
     frequency = rng.uniform(*settings.band_rad_s)
@@ -100,7 +100,7 @@ class Harmonic:
         self._bang_bang = learn.harmonic.bang_bang
 
     def action(self, t_s: float, state: SwingState, greedy: int) -> int:
-        """The action nearest to what the harmonic asks for at ``t_s``; the greedy one plays no part."""
+        """Return the action nearest to the harmonic's at ``t_s``; the greedy one has no effect."""
         w, amplitude, phase = self.drawn
         wanted = amplitude * math.cos(w * t_s + phase)
         if self._drives_place:
@@ -125,7 +125,7 @@ class EpsilonGreedy:
         self._rng = rng
 
     def action(self, t_s: float, state: SwingState, greedy: int) -> int:
-        """The greedy action or, now and then, a random one; time and state play no part."""
+        """Return the greedy action or, with the probability epsilon, a random one; time and state have no effect."""
         if self._rng.random() < self._epsilon:
             return int(self._rng.integers(self._n))
         return greedy
@@ -138,7 +138,7 @@ class EpsilonGreedy:
 
 
 def explorer(learn: LearnSettings, count: LearningCount, lucky: Sequence[DrawnHarmonic], rng: Generator) -> Explorer:
-    """A newly drawn explorer for the rollout after ``count``, of the kind that the settings name.
+    """Return a newly sampled explorer for the rollout after ``count``, of the kind that the settings name.
 
     ``lucky`` are the harmonics to vary.
     """

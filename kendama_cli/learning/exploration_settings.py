@@ -1,4 +1,4 @@
-"""When a rollout explores, and what it tries then."""
+"""Settings of exploration: the rollouts that explore, and their actions."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ class HarmonicSettings:
 
 @dataclass(frozen=True)
 class ExplorationSettings:
-    """What an exploring rollout of a table tries: until the first success, and later by chance after a failure.
+    """Settings of the exploring rollouts of a table: until the first success, and later at random after a failure.
 
     'harmonic': a harmonic of ``learn.harmonic`` drives the whole rollout, drawn anew, or one of those that ended with
     the largest rewards before, varied a little. 'epsilon_greedy': each action is random with probability

@@ -9,14 +9,16 @@ TURN_RAD_S = 0.5
 
 
 def swing_direction(rate_rad_s: float, before: int) -> int:
-    """Which way the ball swings at ``rate_rad_s``: 1 or -1; while it is slower than TURN_RAD_S, as ``before``."""
+    """Return the direction of the ball's swing at ``rate_rad_s``: 1 or -1; ``before`` while it is slower than
+    TURN_RAD_S.
+    """
     if abs(rate_rad_s) > TURN_RAD_S:
         return 1 if rate_rad_s > 0.0 else -1
     return before
 
 
 def count_half_swings(rates_rad_s: Iterable[float]) -> int:
-    """How many stretches there are in which the ball swings one way, the first and the last included.
+    """Return the number of stretches in which the ball swings in one direction, the first and the last included.
 
     A ball that swings out from rest, turns once and reaches the goal made two half-swings; one at rest made none.
     """

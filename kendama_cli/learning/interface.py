@@ -22,7 +22,7 @@ from kendama_cli.schema.arrays import Array
 
 @dataclass(frozen=True)
 class FinishedRollout:
-    """What the learner knows of a rollout at its end; ``index`` counts from 1, ``actions`` counts its decisions."""
+    """Data of a rollout for the learner at its end; ``index`` counts from 1, ``actions`` counts its decisions."""
 
     index: int
     explored: bool
@@ -36,7 +36,8 @@ class Actor(Protocol):
 
     @property
     def decides_on_bins(self) -> bool:
-        """Whether ``act`` changes its answer only where ``learn.decision`` and the bins of ``learn.grid`` ask for it.
+        """Return True if ``act`` changes its answer only when ``learn.decision`` and the bins of ``learn.grid``
+        require it.
 
         Compiled code then finds the next decision itself. Any other actor is asked at every reading that it wants.
         """
@@ -46,7 +47,7 @@ class Actor(Protocol):
         """``act`` changes nothing before this time into the rollout, so no reading is needed before it [s]."""
 
     def act(self, state: SwingState, t_s: float) -> float:
-        """The cup's acceleration [m/s^2] at ``t_s`` into the rollout, within ``learn.actions_m_s2``."""
+        """Return the cup's acceleration [m/s^2] at ``t_s`` into the rollout, within ``learn.actions_m_s2``."""
 
 
 class Policy(Actor, Protocol):
@@ -77,7 +78,7 @@ class Learner(Actor, Protocol):
 
     @property
     def policy(self) -> PolicyArtifact:
-        """What to act by if learning ended now, sealed."""
+        """Return the policy that would be used if learning ended now, sealed."""
 
     def begin_rollout(self, rng: Generator) -> None:
         """Begin a rollout, exploring or not; ``rng`` serves until it ends."""
@@ -96,7 +97,7 @@ class Learner(Actor, Protocol):
 
 @dataclass(frozen=True)
 class LearnerMaker:
-    """What makes the learners and policies of one kind; ``makes`` of its Variant names one of these.
+    """Maker of the learners and policies of one kind; ``makes`` of its Variant names one of these.
 
     ``begin`` gives a learner before its first rollout: from nothing, or from a verified policy that it is to go on
     from. ``resume`` gives the one that ``Learner.state`` described. ``policy`` gives what acts by an artifact, and

@@ -14,33 +14,33 @@ from kendama_cli.learning.settings import LearnSettings
 
 
 def begin_learner(settings: LearnSettings, policy: PolicyArtifact | None = None) -> Learner:
-    """A learner before its first rollout, from nothing or from ``policy``, which has been verified."""
+    """Return a learner before its first rollout, new or from ``policy``, which has been verified."""
     return maker(settings).begin(settings, policy)
 
 
 def resume_learner(settings: LearnSettings, state: Mapping[str, Any]) -> Learner:
-    """The learner whose ``state()`` is ``state``, between the same two rollouts."""
+    """Return the learner whose ``state()`` is ``state``, between the same two rollouts."""
     return maker(settings).resume(settings, state)
 
 
 def make_policy(artifact: PolicyArtifact, settings: LearnSettings) -> Policy:
-    """What acts by ``artifact``, which has been verified (``learning/verification.py``)."""
+    """Return the policy that acts by ``artifact``, which has been verified (``learning/verification.py``)."""
     return maker(settings).policy(artifact, settings)
 
 
 def parted_state(state: Mapping[str, Any], name: str) -> dict[str, Any]:
-    """A learner's state with its arrays at the top, as a checkpoint takes them: ``NAME/q`` beside ``NAME``."""
+    """Return a learner's state with its arrays at the top, as a checkpoint stores them: ``NAME/q`` beside ``NAME``."""
     arrays = {f"{name}/{key}": value for key, value in state.items() if isinstance(value, np.ndarray)}
     return {**arrays, name: {key: value for key, value in state.items() if not isinstance(value, np.ndarray)}}
 
 
 def joined_state(state: Mapping[str, Any], name: str) -> dict[str, Any]:
-    """The learner's state that ``parted_state`` parted, from all that a checkpoint holds."""
+    """Return the learner's state that ``parted_state`` split, from the content of a checkpoint."""
     arrays = {key.removeprefix(f"{name}/"): value for key, value in state.items() if key.startswith(f"{name}/")}
     return {**state[name], **arrays}
 
 
 def maker(settings: LearnSettings) -> LearnerMaker:
-    """What makes the learners of the kind that ``settings`` choose."""
+    """Return the maker of the kind of learner that ``settings`` choose."""
     made: LearnerMaker = LEARNERS.maker(settings.learner.kind)
     return made

@@ -62,7 +62,7 @@ class LuckyLearner(RolloutLearner):
     """Draws harmonics until one succeeds, and replays that one; or, as ``random``, draws for ever. See the module."""
 
     def __init__(self, settings: LearnSettings, policy: PolicyArtifact | None = None) -> None:
-        """From nothing, or from the harmonic of a ``policy``, which counts as one that succeeded."""
+        """Start from nothing, or from the harmonic of a ``policy``, which counts as one that succeeded."""
         self._settings = settings
         self.count = LearningCount(succeeded_ever=policy is not None)
         self._replayed = STILL if policy is None else _harmonic_of(policy)
@@ -74,7 +74,7 @@ class LuckyLearner(RolloutLearner):
 
     @classmethod
     def from_state(cls, settings: LearnSettings, state: Mapping[str, Any]) -> LuckyLearner:
-        """The learner that ``state()`` described, between the same two rollouts."""
+        """Return the learner that ``state()`` described, between the same two rollouts."""
         learner = cls(settings)
         learner.count = LearningCount(**state["count"])
         learner._replayed = DrawnHarmonic(*state["replayed"])
@@ -82,7 +82,7 @@ class LuckyLearner(RolloutLearner):
         return learner
 
     def state(self) -> dict[str, Any]:
-        """The learner between two rollouts, as JSON values."""
+        """Return the learner between two rollouts, as JSON values."""
         return {
             "count": dataclasses.asdict(self.count),
             "replayed": list(self._replayed),
@@ -133,7 +133,7 @@ def _harmonic_of(artifact: PolicyArtifact) -> DrawnHarmonic:
 
 
 def _meaning(settings: LearnSettings) -> Mapping[str, object]:
-    """The settings that give a harmonic its meaning: the task, and what it drives and how."""
+    """Return the settings that give a harmonic its meaning: the task, and the way that it drives the cup."""
     return {
         **task_meaning(settings),
         "drives_place": drives_place(settings),

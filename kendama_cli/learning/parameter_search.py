@@ -18,7 +18,7 @@ from kendama_cli.schema.arrays import Array
 
 @dataclass(frozen=True)
 class Generation:
-    """What the search stands at: the ``best`` parameters it knows (d,), and the ``proposals`` (n, d) to try next."""
+    """State of the search: the ``best`` parameters so far (d,), and the ``proposals`` (n, d) to try next."""
 
     best: Array
     proposals: Array
@@ -28,7 +28,7 @@ class ParameterSearch(Protocol):
     """A search for the parameters of least cost."""
 
     def after(self, costs: Sequence[Sequence[float]]) -> Generation:
-        """Where it stands after the ``costs`` of every complete generation, in order; each is of n rollouts."""
+        """Return the state after the ``costs`` of every complete generation, in order; each is of n rollouts."""
 
 
 class CmaSearch:
@@ -38,7 +38,7 @@ class CmaSearch:
         self._dimension, self._generation, self._seed = dimension, generation, seed
 
     def after(self, costs: Sequence[Sequence[float]]) -> Generation:
-        """The mean of the distribution is what is known to be best."""
+        """Return the state after ``costs``; its best is the mean of the distribution."""
         import cma  # noqa: PLC0415 - it brings pyplot: two seconds that only those pay who choose it
 
         rng = np.random.default_rng(self._seed)
@@ -69,7 +69,7 @@ class PowerSearch:
         self._elite, self._reward_cost = elite, reward_cost
 
     def after(self, costs: Sequence[Sequence[float]]) -> Generation:
-        """The mean of the exploration is what is known to be best."""
+        """Return the state after ``costs``; its best is the mean of the exploration."""
         rng = np.random.default_rng(self._seed)
         mean = np.zeros(self._shape[1])
         tried: list[Array] = []
@@ -98,7 +98,7 @@ class CrossEntropySearch:
         self._elite = max(2, round(generation / 3))
 
     def after(self, costs: Sequence[Sequence[float]]) -> Generation:
-        """The mean of the distribution is what is known to be best."""
+        """Return the state after ``costs``; its best is the mean of the distribution."""
         rng = np.random.default_rng(self._seed)
         mean, deviation = np.zeros(self._shape[1]), np.ones(self._shape[1])
         proposals = rng.standard_normal(self._shape)
@@ -116,7 +116,7 @@ class RandomSearch:
         self._shape, self._seed = (generation, dimension), seed
 
     def after(self, costs: Sequence[Sequence[float]]) -> Generation:
-        """The rollout of least cost is what is known to be best."""
+        """Return the state after ``costs``; its best is the rollout of minimum cost."""
         rng = np.random.default_rng(self._seed)
         tried = [rng.standard_normal(self._shape) for _ in range(len(costs) + 1)]
         if not costs:
@@ -134,7 +134,7 @@ def parameter_search(
     elite: int,
     reward_cost: float,
 ) -> ParameterSearch:
-    """The search of this ``kind`` for ``dimension`` parameters."""
+    """Return the search of this ``kind`` for ``dimension`` parameters."""
     if kind == "cma":
         return CmaSearch(dimension, generation, seed)
     if kind == "cross_entropy":

@@ -14,13 +14,13 @@ from kendama_cli.schema.arrays import Array
 
 
 def task_meaning(settings: LearnSettings) -> Mapping[str, object]:
-    """The settings that give a policy on bins its meaning: the task with its goal, bins, actions, decisions."""
+    """Return the settings that give a policy on bins its meaning: the task with its goal, bins, actions, decisions."""
     parts = {name: dataclasses.asdict(getattr(settings, name)) for name in ("grid", "decision", "goal")}
     return {**parts, "task": settings.task, "actions_m_s2": settings.actions_m_s2}
 
 
 def seal_table(q: Array, settings: LearnSettings, meaning: Mapping[str, object] | None = None) -> PolicyArtifact:
-    """The policy of the values ``q`` (rows, actions), of the learner that ``settings`` choose.
+    """Return the policy of the values ``q`` (rows, actions), of the learner that ``settings`` choose.
 
     Where the rows are not the states of ``learn.grid``, ``meaning`` says more than ``task_meaning``.
     """

@@ -71,7 +71,7 @@ class PumpLearner(RolloutLearner):
 
     @classmethod
     def from_state(cls, settings: LearnSettings, state: Mapping[str, Any]) -> PumpLearner:
-        """The learner that ``state()`` described, between the same two rollouts."""
+        """Return the learner that ``state()`` described, between the same two rollouts."""
         policy = PolicyArtifact.seal(
             "energy_pumping", task_meaning(settings), {"constants": np.array(state["constants"])}
         )
@@ -80,7 +80,7 @@ class PumpLearner(RolloutLearner):
         return learner
 
     def state(self) -> dict[str, Any]:
-        """The learner between two rollouts, as JSON values."""
+        """Return the learner between two rollouts, as JSON values."""
         return {"count": dataclasses.asdict(self.count), "constants": self.policy.array("constants").tolist()}
 
     def begin_rollout(self, rng: Generator) -> None:

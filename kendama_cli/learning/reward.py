@@ -35,7 +35,7 @@ class Flight:
         return cls(TautRope.of(game, rope_scale), game.cup.rim_m, game.gravity_m_s2)
 
     def landing(self, state: SwingState) -> Landing | None:
-        """The landing predicted from ``state``, or None where the ball does not rise over the rim.
+        """Return the landing predicted from ``state``; None if the ball does not rise over the rim.
 
         The ball starts where the taut rope, which goes round the cup, has it at that angle, with the velocity that it
         has there beside the cup's, and falls freely; the air, which moves the landing by millimetres, is left out.
@@ -96,7 +96,7 @@ class Goal:
         return in_window(self.window, state.angle_rad, state.rate_rad_s)
 
     def reached(self, state: SwingState) -> bool:
-        """Whether a plain state alone, as a robot observes it, says that the swing-up is done.
+        """Return True if a plain state alone, as a robot observes it, shows that the swing-up is done.
 
         It lies in the window and, unless that is enough, a catch is predicted to be within reach as if the rope were
         slack. Where the ball has to be caught, the taut rope must also have no pull at this angle and rate (with a cup

@@ -21,7 +21,7 @@ class Actor(Protocol):
         """``act`` changes nothing before this time into the rollout [s]."""
 
     def act(self, state: SwingState, t_s: float) -> float:
-        """The cup's acceleration [m/s^2] at ``t_s`` into the rollout."""
+        """Return the cup's acceleration [m/s^2] at ``t_s`` into the rollout."""
 
 
 class RewardedActor:
@@ -43,7 +43,7 @@ class RewardedActor:
         return self._actor.next_look_s
 
     def act(self, state: SwingState, t_s: float) -> float:
-        """The cup's acceleration [m/s^2] at ``t_s`` into the rollout."""
+        """Return the cup's acceleration [m/s^2] at ``t_s`` into the rollout."""
         before = self._actor.decisions
         acceleration = self._actor.act(state, t_s)
         if self._actor.decisions > before > 0:
@@ -51,7 +51,7 @@ class RewardedActor:
         return acceleration
 
     def reward(self, outcome: Outcome, state: SwingState, miss_m: float | None) -> float:
-        """The whole rollout's reward, ended by ``outcome`` at the last reading ``state``."""
+        """Return the whole rollout's reward, ended by ``outcome`` at the last reading ``state``."""
         if not self._actor.decisions:
             return 0.0
         return self._reward + step_reward(self._settings, state.x_m) + final_reward(self._settings, outcome, miss_m)

@@ -54,7 +54,7 @@ class ValueTable:
         return np.array(self._tables[0] if len(self._tables) == 1 else self._tables)
 
     def values(self, q: NDArray[np.float64], row: int) -> list[float]:
-        """The values of one row of ``q``, or of a mean of such tables."""
+        """Return the values of one row of ``q``, or of a mean of such tables."""
         found: list[float] = q[row].tolist()
         return found
 

@@ -33,7 +33,7 @@ def _check_rising(key: str, edges: Sequence[float]) -> None:
 
 @dataclass(frozen=True)
 class GridSettings:
-    """How the plain state falls into bins: n edges cut a line into n + 1 bins, n equal bins cut the circle."""
+    """Bins of the plain state: n edges cut a line into n + 1 bins, n equal bins cut the circle."""
 
     position: Literal["side", "distance", "mirrored"] = setting(
         "'side' bins the cup's position x, 'distance' bins |x| from the middle of the workspace, 'mirrored' bins |x| "
@@ -53,7 +53,9 @@ class GridSettings:
 
 @dataclass(frozen=True)
 class DecisionSettings:
-    """When a new action is chosen: as soon as the binned state has changed, within these limits."""
+    """Limits of the time of a decision: a new action is chosen as soon as the binned state has changed, within
+    these.
+    """
 
     min_s: float = setting("an action is held at least this long [s]", above=0)
     max_s: float = setting("a new action is chosen after this long even in the same binned state [s]", above=0)
@@ -152,10 +154,10 @@ class LearnSettings:
         return max(-self.actions_m_s2[0], self.actions_m_s2[-1])
 
     def with_workspace_scale(self, factor: float) -> LearnSettings:
-        """The same with a workspace ``factor`` times as wide: how a rope 1 / ``factor`` times as long, scaled to the
-        model's rope, meets it.
+        """Return the settings with a workspace ``factor`` times as wide.
 
-        The half width and the goal's landing limit are lengths, the largest speed goes with the root of one.
+        A rope 1 / ``factor`` times as long, scaled to the model's rope, meets the workspace so. The half width and the
+        goal's landing limit are lengths; the maximum speed goes with the root of a length.
         """
         workspace = replace(
             self.workspace,

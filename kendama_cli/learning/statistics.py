@@ -19,7 +19,7 @@ from kendama_cli.learning.task_settings import CountSettings
 
 @dataclass(frozen=True)
 class LearningCount:
-    """How far learning has come: rollouts so far, the present streak of greedy successes and where it began."""
+    """Progress of learning: rollouts so far, the present streak of greedy successes and its first rollout."""
 
     rollouts: int = 0
     streak: int = 0
@@ -34,7 +34,7 @@ class LearningCount:
     """Exploring rollouts since the last greedy one."""
 
     def after(self, *, explored: bool, success: bool, settings: CountSettings) -> LearningCount:
-        """The count after one more rollout."""
+        """Return the count after one more rollout."""
         count = replace(
             self,
             rollouts=self.rollouts + 1,
@@ -52,31 +52,31 @@ class LearningCount:
         return replace(count, streak=streak, streak_began=began, learned_at=learned_at, solved_after=solved_after)
 
     def frozen(self, settings: CountSettings) -> bool:
-        """Whether the next rollout validates the policy as it stands instead of teaching it."""
+        """Return True if the next rollout validates the policy as it is instead of training it."""
         return self.streak >= settings.learned_streak
 
     def to_solve(self, settings: CountSettings) -> int:
-        """How many more successes in a row prove the policy, or reach the cap; at least one."""
+        """Return the number of further successes in a row that count as solved, or reach the cap; at least one."""
         return max(1, min(settings.solved_streak - self.streak, settings.max_rollouts - self.rollouts))
 
     def finished(self, settings: CountSettings) -> bool:
-        """Whether there is nothing left to learn for: the streak is long enough to freeze, or the cap is reached."""
+        """Return True if learning is over: the streak is long enough to freeze, or the cap is reached."""
         return self.streak >= settings.solved_streak or self.rollouts >= settings.max_rollouts
 
     @property
     def learned(self) -> bool:
-        """Whether the streak of greedy successes has been reached."""
+        """Return True if the streak of greedy successes has been reached."""
         return self.learned_at is not None
 
     @property
     def solved(self) -> bool:
-        """Whether the present policy stood the proof."""
+        """Return True if the present policy counts as solved."""
         return self.solved_after is not None
 
     def rollouts_to_learned(self, settings: CountSettings) -> int:
-        """The counting rule's first figure; the cap where the streak was never reached."""
+        """Return the counting rule's first figure; the cap if the streak was never reached."""
         return settings.max_rollouts if self.learned_at is None else self.learned_at
 
     def rollouts_to_solved(self, settings: CountSettings) -> int:
-        """The counting rule's second figure; the cap where nothing was solved."""
+        """Return the counting rule's second figure; the cap if nothing was solved."""
         return settings.max_rollouts if self.solved_after is None else self.solved_after

@@ -140,7 +140,7 @@ class ValidationSettings:
 
 @dataclass(frozen=True)
 class CountSettings:
-    """When the swing-up counts as learned, and how long is tried (kendama_cli/learning/statistics.py)."""
+    """Rule by which the swing-up counts as learned, and limits of its rollouts (kendama_cli/learning/statistics.py)."""
 
     learned_streak: int = setting("greedy successes in a row that count as learned", above=0)
     max_rollouts: int = setting("rollouts after which learning has failed", above=0)

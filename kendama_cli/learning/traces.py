@@ -19,7 +19,7 @@ class TraceLaw(Protocol):
     """Whether the update is corrected for how the value of the state has changed since it was looked ahead to."""
 
     def marked(self, faded: float, alpha: float) -> float:
-        """The trace of the entry, ``faded`` just now."""
+        """Return the new trace of an entry that was chosen, from its trace ``faded`` just now."""
 
 
 class Replacing:
@@ -28,7 +28,7 @@ class Replacing:
     exact = False
 
     def marked(self, faded: float, alpha: float) -> float:
-        """1, however often the state occurred before."""
+        """Return 1, however often the state occurred before."""
         return 1.0
 
 
@@ -38,7 +38,7 @@ class Accumulating:
     exact = False
 
     def marked(self, faded: float, alpha: float) -> float:
-        """One more."""
+        """Return the trace plus one."""
         return faded + 1.0
 
 
@@ -48,7 +48,7 @@ class Dutch:
     exact = True
 
     def marked(self, faded: float, alpha: float) -> float:
-        """One more, less what this update itself will add."""
+        """Return the trace plus one, minus the amount that this update itself will add."""
         return faded + (1.0 - alpha * faded)
 
 

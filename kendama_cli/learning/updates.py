@@ -44,7 +44,7 @@ class Update(Protocol):
         """V from the table ``q`` for a transition that has a next row."""
 
     def goes_on(self, q: NDArray[np.float64], transition: Transition) -> bool:
-        """Whether earlier choices have a share in what comes after this transition."""
+        """Return True if earlier choices have a part in the value after this transition."""
 
 
 class Sarsa:
@@ -53,11 +53,11 @@ class Sarsa:
     tables = 1
 
     def ahead(self, q: NDArray[np.float64], transition: Transition) -> float:
-        """The value of the action chosen next."""
+        """Return the value of the action chosen next."""
         return float(q[transition.next_row, transition.next_column])
 
     def goes_on(self, q: NDArray[np.float64], transition: Transition) -> bool:
-        """On-policy: always."""
+        """Return True: the update is on-policy."""
         return True
 
 
@@ -71,7 +71,7 @@ class ExpectedSarsa(Sarsa):
     """V = sum_b pi(b | s') Q(s', b)."""
 
     def ahead(self, q: NDArray[np.float64], transition: Transition) -> float:
-        """The mean value of the next action."""
+        """Return the mean value of the next action."""
         if transition.action_probabilities is None:
             return super().ahead(q, transition)
         return float(np.dot(transition.action_probabilities, q[transition.next_row]))
@@ -83,11 +83,11 @@ class WatkinsQ:
     tables = 1
 
     def ahead(self, q: NDArray[np.float64], transition: Transition) -> float:
-        """The largest value in the next row."""
+        """Return the maximum value in the next row."""
         return float(q[transition.next_row].max())
 
     def goes_on(self, q: NDArray[np.float64], transition: Transition) -> bool:
-        """Only along greedy choices."""
+        """Return True along greedy choices only."""
         row = q[transition.next_row]
         return bool(row[transition.next_column] == row.max())
 

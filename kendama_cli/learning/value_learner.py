@@ -39,11 +39,11 @@ class Acting:
         self._best, self._best_streak = np.array(q), 0
 
     def by(self, q: NDArray[np.float64]) -> NDArray[np.float64]:
-        """What to act by where ``q`` are the latest values. Not to be written to."""
+        """Return the values to act by if ``q`` are the latest values; not to be written to."""
         return q if self._mean is None else self._mean
 
     def handed_over(self, q: NDArray[np.float64], count: LearningCount) -> NDArray[np.float64]:
-        """The present values, unless earlier ones had the longer streak of greedy successes while they were frozen."""
+        """Return the present values, unless frozen earlier ones had the longer streak of greedy successes."""
         return self._best if self._best_streak > count.streak else self.by(q)
 
     def ended(
@@ -57,7 +57,7 @@ class Acting:
             self._mean += (q - self._mean) / max(1, after.streak)
 
     def state(self) -> dict[str, Any]:
-        """All there is to save, between two rollouts."""
+        """Return the state to save, between two rollouts."""
         mean = {} if self._mean is None else {"mean": np.array(self._mean)}
         return {"best": np.array(self._best), "best_streak": self._best_streak, **mean}
 
@@ -80,7 +80,7 @@ class Values(Protocol):
         """A copy of all that was learned."""
 
     def values(self, q: NDArray[np.float64], row: int) -> list[float]:
-        """The values of the actions in ``row``, of ``q`` or of a mean of such."""
+        """Return the values of the actions in ``row``, of ``q`` or of a mean of such tables."""
 
     def begin(self) -> None:
         """Forget all traces."""
@@ -111,11 +111,11 @@ class ValueLearner(BinActor, abc.ABC):
 
     @abc.abstractmethod
     def _begin_values(self, q: NDArray[np.float64] | None) -> Values:
-        """The values at the start, or those of ``q``."""
+        """Return the values at the start, or those of ``q``."""
 
     @classmethod
     def from_state(cls, settings: LearnSettings, state: Mapping[str, Any]) -> Self:
-        """The learner that ``state()`` described, between the same two rollouts."""
+        """Return the learner that ``state()`` described, between the same two rollouts."""
         learner = cls(settings, q=state["q"])
         learner.count = LearningCount(**state["count"])
         learner._acting.restore(state)
@@ -123,7 +123,7 @@ class ValueLearner(BinActor, abc.ABC):
         return learner
 
     def state(self) -> dict[str, Any]:
-        """The learner between two rollouts: the values (both tables for double_sarsa) and JSON values."""
+        """Return the learner between two rollouts: the values (both tables for double_sarsa) and JSON values."""
         return {
             "q": self._values.tables,
             "count": dataclasses.asdict(self.count),
@@ -138,7 +138,7 @@ class ValueLearner(BinActor, abc.ABC):
 
     @property
     def explored(self) -> bool:
-        """Whether the present rollout explores, or the last one did."""
+        """Return True if the present rollout explores, or the last one did."""
         return self._explorer is not None
 
     @property
@@ -213,5 +213,5 @@ class ValueLearner(BinActor, abc.ABC):
 
 
 def _first(lucky: tuple[float, DrawnHarmonic]) -> float:
-    """The order of what is remembered: the best reward first, of equal ones the newest."""
+    """Return the sort key of stored rollouts: the best reward first, among equal ones the newest."""
     return -lucky[0]

@@ -1,4 +1,4 @@
-"""Whether a policy is what it says and fits what it is to be used for: asked before anything moves."""
+"""Verification of a policy before anything moves: it is intact and fits its use."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ def verify_policy(policy: PolicyArtifact, settings: LearnSettings, source: str) 
 
 
 def _task(meaning: str) -> str:
-    """The task that a policy's meaning names, as far as it does."""
+    """Return the task that a policy's meaning names, as far as it names one."""
     parsed = _parsed(meaning)
     return str(parsed.get("task", "unknown")) if isinstance(parsed, dict) else "unknown"
 
@@ -72,7 +72,9 @@ def _differences(have: Any, want: Any, key: str) -> Iterator[str]:
 
 
 def load_policy(path: str) -> PolicyArtifact:
-    """The policy whose structure is in ``path``; raises InputError where it is none (its seal is checked elsewhere)."""
+    """Load the policy whose structure is in ``path``; raises InputError if it is none (its seal is checked
+    elsewhere).
+    """
     remedy = "give the artifact.json that `kendama run --json` names for the stage learn or transfer"
     try:
         body = json.loads(Path(path).read_bytes())

@@ -48,7 +48,7 @@ class DurableAppendFile:
             file.seek(size)
 
     def reader(self) -> BinaryIO:
-        """The file's content, from its start."""
+        """Return the file's content, from its start."""
         return self.path.open("rb")
 
     def close(self) -> None:

@@ -48,11 +48,11 @@ class CheckpointFolder:
 
     @property
     def log_path(self) -> Path:
-        """Where the log grows that the checkpoints count on."""
+        """Return the location of the growing log that the checkpoints rely on."""
         return self.folder / LOG_PART
 
     def intact(self) -> Iterator[Checkpoint]:
-        """The intact checkpoints, newest first.
+        """Yield the intact checkpoints, newest first.
 
         Raises StoreError where one cannot be read now, FormatError where it is of another format.
         """
@@ -62,7 +62,7 @@ class CheckpointFolder:
                 yield found
 
     def files(self) -> list[Path]:
-        """The checkpoints' files, intact or not, oldest first."""
+        """Return the checkpoints' files, intact or not, oldest first."""
         return checkpoint_files(self.folder)
 
     def discard(self) -> None:
@@ -93,12 +93,12 @@ class CheckpointFolder:
 
 
 def checkpoint_files(folder: Path) -> list[Path]:
-    """The files of checkpoints in ``folder``, intact or not, oldest first."""
+    """Return the files of checkpoints in ``folder``, intact or not, oldest first."""
     return [path for path in durable.listed(folder) if path.suffix == ".ckpt" and path.stem.isdecimal()]
 
 
 def read_checkpoint(path: Path) -> Checkpoint | None:
-    """The checkpoint at ``path``; None where there is none or a byte of it is not as it was written.
+    """Return the checkpoint at ``path``; None if there is none or a byte of it has changed since it was written.
 
     Raises StoreError where it cannot be read now, FormatError where it is whole and of another format.
     """

@@ -1,4 +1,4 @@
-"""How artifacts become files, by the dataclass that their stage declares that it gives.
+"""Files of artifacts, by the dataclass that their stage declares as its output.
 
 ``artifact.json`` holds the structure and every scalar, ``arrays.npz`` the arrays by their path in it. No pickle, and
 no name of a type: who reads an artifact says what it must be.
@@ -40,7 +40,7 @@ def save_artifact(declared: type, artifact: Any, folder: Path, what: str = "a st
 
 
 def load_artifact(declared: Any, folder: Path) -> Any:
-    """The artifact of type ``declared`` (or one of a union of types) that ``save_artifact`` wrote.
+    """Return the artifact of type ``declared`` (or one of a union of types) that ``save_artifact`` wrote.
 
     Raises StoreError where there is none that can be read.
     """

@@ -59,7 +59,9 @@ def canonical_json(value: Any) -> bytes:
 
 
 def is_text(value: str) -> bool:
-    """Whether ``value`` can be kept as UTF-8; a file name that is not UTF-8 reaches Python as a string that cannot."""
+    """Return True if ``value`` can be stored as UTF-8; a file name in another encoding reaches Python as a string
+    that cannot.
+    """
     try:
         value.encode()
     except UnicodeEncodeError:
@@ -82,7 +84,7 @@ def file_sha256(path: Path) -> str:
 
 
 def read_file(path: Path) -> bytes | None:
-    """The content of ``path``, None where there is no such file; raises StoreError where it cannot be read now."""
+    """Return the content of ``path``; None if there is no such file. Raises StoreError if it cannot be read now."""
     with readable(path):
         try:
             return path.read_bytes()
@@ -91,7 +93,7 @@ def read_file(path: Path) -> bytes | None:
 
 
 def exists(path: Path) -> bool:
-    """Whether there is anything at ``path``; raises StoreError where that cannot be told now."""
+    """Return True if anything exists at ``path``; raises StoreError if that cannot be determined now."""
     with readable(path):
         try:
             os.lstat(path)
@@ -101,7 +103,7 @@ def exists(path: Path) -> bool:
 
 
 def listed(folder: Path) -> list[Path]:
-    """What ``folder`` holds, sorted; nothing where it is absent. Raises StoreError where it cannot be read now.
+    """Return the content of ``folder``, sorted; empty if it is absent. Raises StoreError if it cannot be read now.
 
     ``Path.glob`` passes over a folder that it may not read, as if nothing were in it.
     """
@@ -186,7 +188,7 @@ def copy_file(source: Path, target: Path) -> None:
 
 @contextlib.contextmanager
 def _replacing(path: Path, option: str = "--home") -> Iterator[IO[bytes]]:
-    """What is written meanwhile stands at ``path`` afterwards, durably; where that fails, ``path`` stays as it was."""
+    """Write to ``path`` durably: it holds what is written meanwhile; if that fails, it stays as it was."""
     make_folder(path.parent)
     scratch = path.parent / f"{SCRATCH}-{os.urandom(16).hex()}"
     with plain_disk_errors(path, option):
@@ -217,7 +219,9 @@ def write_index(path: Path, value: Mapping[str, Any]) -> None:
 
 
 def read_index(path: Path) -> dict[str, Any] | None:
-    """What ``write_index`` kept; None where there is nothing, or any byte is not as this version writes it."""
+    """Return the index that ``write_index`` stored; None if it is absent, or any byte is not as this version writes
+    it.
+    """
     try:
         data = path.read_bytes()
         body = data[len(_index_seal(b"")) :]
@@ -255,7 +259,7 @@ def write_sealed(path: Path, record: dict[str, Any]) -> None:
 
 
 def read_sealed(path: Path) -> dict[str, Any] | None:
-    """The record of ``write_sealed``; None where it is missing or any byte of it differs.
+    """Return the record of ``write_sealed``; None if it is missing or any byte of it differs.
 
     Raises StoreError where it cannot be read now, which is not to say that it is damaged, and FormatError where it is
     whole and of another format.
@@ -265,7 +269,7 @@ def read_sealed(path: Path) -> dict[str, Any] | None:
 
 
 def unsealed(data: bytes, place: str) -> dict[str, Any] | None:
-    """The record in what ``write_sealed`` wrote at ``place``; None where any byte differs.
+    """Return the record in the data that ``write_sealed`` wrote at ``place``; None if any byte differs.
 
     Raises FormatError where it is whole and of another format.
     """

@@ -1,4 +1,4 @@
-"""What a home holds that is damaged or that nothing needs: found by reading every byte, and deleted.
+"""Deletion of the parts of a home that are damaged or unused, found by reading every byte.
 
 Only what every one of three readings found damaged is deleted. A file that cannot be read now (a failing disk, a
 permission, too many open files) is not a damaged one: there the collection stops with one line and has deleted nothing.
@@ -123,7 +123,7 @@ def _records(store: Store) -> list[Path]:
 
 
 def _of_run(record: Path) -> list[Path]:
-    """What there is of a run: its record, and the folder beside it."""
+    """Return the paths of a run: its record, and the folder beside it."""
     return [path for path in (record, record.with_suffix("")) if durable.exists(path)]
 
 
@@ -164,7 +164,7 @@ def _drop_locks(folder: Path) -> None:
 
 
 def _damaged_prints(path: Path) -> Iterator[Damage]:
-    """What the workers of a run printed and the run's record, in ``path``, has the digest of."""
+    """Yield damaged output of the workers of a run whose digest stands in the run's record ``path``."""
     record, folder = durable.read_sealed(path) or {}, path.with_suffix("")
     for name, digest in record.get("printed", {}).items():
         if Path(name).name != name:
@@ -206,7 +206,7 @@ def _damaged_object(folder: Path) -> Iterator[Damage]:
 
 
 def _reread(read: Callable[[], T | None]) -> T | None:
-    """What the second or the third reading finds whole."""
+    """Return the result of the second or the third reading if it is intact."""
     return next((found for found in (read() for _ in range(READINGS - 1)) if found is not None), None)
 
 
@@ -216,7 +216,7 @@ def _artifact_files(store: Store, results: list[Path]) -> list[Path]:
 
 
 def _forgotten(store: Store, keep: int, results: list[Path]) -> list[Path]:
-    """What there is of all but the newest ``keep`` runs, and results that none of the others used."""
+    """Return the paths of all but the newest ``keep`` runs, and of results that no other run used."""
     paths = _records(store)
     newest = paths[max(0, len(paths) - keep) :]
     records = [durable.read_sealed(path) or {"stages": []} for path in newest]

@@ -1,4 +1,5 @@
-"""Where a home keeps its runs: the record of each is ``runs/RUN.json``, what it printed or logged is in ``runs/RUN/``.
+"""Location of a home's runs: the record of each is ``runs/RUN.json``, its printed output and logs are in
+``runs/RUN/``.
 
 A run that found everything done has no folder, which would take as much of the disk as its record.
 """
@@ -17,23 +18,23 @@ _BEFORE = "run.json"
 
 
 def record_path(home: Path, run: str) -> Path:
-    """The file of a run's record."""
+    """Return the file of a run's record."""
     return home / "runs" / f"{run}{_RECORD}"
 
 
 def run_folder(home: Path, run: str) -> Path:
-    """The folder of what stands beside a run's record; absent where nothing does."""
+    """Return the folder beside a run's record; absent if the run has no files."""
     return home / "runs" / run
 
 
 def run_number(run: str) -> int:
-    """The number that the name of a run begins with, by which runs are ordered."""
+    """Return the number at the start of a run's name, by which runs are ordered."""
     digits = run.partition("-")[0]
     return int(digits) if digits.isascii() and digits.isdecimal() else 0
 
 
 def run_names(home: Path) -> list[str]:
-    """The runs that have a record or a folder, oldest first.
+    """Return the runs that have a record or a folder, oldest first.
 
     Raises StoreError where that cannot be told now, FormatError where a record stands inside a folder, as until 0.2.
     """

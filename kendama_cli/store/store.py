@@ -28,7 +28,7 @@ ARTIFACT_FILES = ("artifact.json", "arrays.npz")
 
 @dataclass(frozen=True)
 class StoredResult:
-    """What a key gave: the artifact's folder and digests, its metrics, and what the key was made of."""
+    """Result of a key: the artifact's folder and digests, its metrics, and the parts of the key."""
 
     stage: str
     key: str
@@ -87,15 +87,15 @@ class Store:
             self._is_claimed = True
 
     def result_path(self, stage: str, key: str) -> Path:
-        """Where the result of ``key`` stands or would stand."""
+        """Return the path of the result of ``key``, present or not."""
         return self.results / stage / f"{key}.json"
 
     def checkpoint_folder(self, stage: str, key: str) -> Path:
-        """Where the unfinished work of ``key`` is kept."""
+        """Return the folder of the unfinished work of ``key``."""
         return self.checkpoints / stage / key
 
     def find(self, stage: str, key: str) -> StoredResult | None:
-        """The intact result of ``key``, from here or from the shared store; None where there is none.
+        """Return the intact result of ``key``, from here or from the shared store; None if there is none.
 
         What is damaged counts as absent. Raises StoreError where something of it cannot be read now.
         """
@@ -128,7 +128,7 @@ class Store:
 
     @contextlib.contextmanager
     def scratch_folder(self) -> Iterator[Path]:
-        """A folder on the store's own file system that is gone afterwards unless it was published."""
+        """Yield a folder on the store's own file system that is deleted afterwards unless it was published."""
         self.claim()
         folder = durable.make_folder(self.scratch) / os.urandom(16).hex()
         with durable.plain_disk_errors(folder):
@@ -170,7 +170,7 @@ class Store:
         return StoredResult(stage, key, target, content_digest(manifest), metrics, parts, record["made_with"])
 
     def entries(self) -> list[StoredResult]:
-        """Every intact result, by stage and then by age."""
+        """Return every intact result, by stage and then by age."""
         paths = sorted(self.result_files(), key=lambda item: (item.parent.name, _written_ns(item), item.name))
         found = (self.find(path.parent.name, path.stem) for path in paths)
         return [result for result in found if result is not None]
@@ -209,7 +209,7 @@ class Store:
         return durable.make_folder(self.home / "locks") / "home.lock"
 
     def object_folder(self, digest: str) -> Path:
-        """Where the artifact of this digest stands or would stand."""
+        """Return the folder of the artifact of this digest, present or not."""
         return self.objects / digest[:2] / digest
 
 
@@ -219,7 +219,7 @@ def _written_ns(path: Path) -> int:
 
 
 def read_manifest(folder: Path) -> dict[str, Any] | None:
-    """The manifest of an artifact's folder; None unless its digest is the folder's name.
+    """Return the manifest of an artifact's folder; None unless its digest is the folder's name.
 
     Raises StoreError where it cannot be read now, FormatError where it is whole and of another format.
     """
@@ -228,7 +228,7 @@ def read_manifest(folder: Path) -> dict[str, Any] | None:
 
 
 def manifest_in(data: bytes, digest: str, place: str) -> dict[str, Any] | None:
-    """The manifest that ``data`` is; None unless ``digest`` is its digest.
+    """Return the manifest in ``data``; None unless ``digest`` is its digest.
 
     Raises FormatError, naming ``place``, where it is whole and of another format.
     """
@@ -241,12 +241,12 @@ def manifest_in(data: bytes, digest: str, place: str) -> dict[str, Any] | None:
 
 
 def key_of(parts: Any) -> str:
-    """The key that is made of ``parts``."""
+    """Return the key of ``parts``."""
     return durable.sha256(durable.canonical_json(parts))[:40]
 
 
 def damaged_files(folder: Path, manifest: dict[str, Any]) -> list[tuple[str, str]]:
-    """Each file of an artifact that is missing or whose bytes differ from the manifest, with what is wrong.
+    """Return each file of an artifact that is missing or whose bytes differ from the manifest, with its fault.
 
     Raises StoreError where one cannot be read now.
     """
