@@ -17,7 +17,7 @@ MOST_RUNS = 50
 
 
 def in_bash(answer: Callable[[], object]) -> str:
-    """What ``answer`` prints for the word under bash's cursor, as bash wants it.
+    """Return the output of ``answer`` for the word under bash's cursor, as bash expects it.
 
     Bash cuts words at ``=``: ``capture=ii`` comes as three words, and only what follows the last ``=`` is replaced.
     """

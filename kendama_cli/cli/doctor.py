@@ -1,4 +1,4 @@
-"""What is installed, what is missing, and what each optional part would need."""
+"""Report of installed and missing packages, with the needs of each optional part."""
 
 from __future__ import annotations
 
@@ -148,7 +148,7 @@ def _library(name: str, problem: str) -> Part:
 
 
 def _display_libraries() -> list[Part]:
-    """Which of the libraries that DART's viewer alone wants are the system's; none on macOS and Windows."""
+    """Return the libraries of the system that DART's viewer alone needs; empty on macOS and Windows."""
     if sys.platform != "linux":
         return []
     probe = "from kendama_cli.robot_model.display import load_display_libraries as load; print(*load())"
@@ -161,7 +161,7 @@ GIT_S = 5.0
 
 
 def version_text() -> str:
-    """One line for kendama and its commit, one for Python, machine and libraries."""
+    """Return one line for kendama and its commit, one for Python, machine and libraries."""
     found = versions()
     commit = _checked_out(Path(__file__).parents[2]) or _installed_from()
     libraries = ", ".join(f"{name} {version}" for name, version in found.items() if name not in ("kendama", "machine"))
@@ -170,7 +170,9 @@ def version_text() -> str:
 
 
 def _checked_out(root: Path) -> str | None:
-    """The commit of the clone that the package is run from, and whether it was changed since; None outside of one."""
+    """Return the commit of the clone that the package runs from, and a mark if it was changed since; None outside
+    of a clone.
+    """
     if not (root / ".git").exists() or not (root / "pyproject.toml").is_file():
         return None
     command = ["git", "-C", str(root), "describe", "--always", "--abbrev=10", "--dirty=, changed since", "--exclude=*"]
@@ -182,7 +184,7 @@ def _checked_out(root: Path) -> str | None:
 
 
 def _installed_from() -> str | None:
-    """The commit that pip installed from a repository, as it noted it (PEP 610); None for any other origin."""
+    """Return the commit that pip installed from a repository, as it noted it (PEP 610); None for any other origin."""
     try:
         noted = importlib.metadata.distribution("kendama-cli").read_text("direct_url.json")
         origin = json.loads(noted or "{}")

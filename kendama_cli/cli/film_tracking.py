@@ -25,7 +25,7 @@ SPREAD_FRAMES = 41
 
 
 def checked_length(film: Film) -> int:
-    """How many frames a film has; what is wrong with them is told."""
+    """Return the number of frames of a video; report what is wrong with them."""
     times_s = film.times_s()
     for fault in film_faults(film, times_s):
         render.note(fault)
@@ -73,6 +73,6 @@ def _refuse_no_ball(film: Film, found: FilmTrack, detector: Detector) -> None:
 
 
 def _middle(film: Film, count: int) -> Sequence[Image]:
-    """The frames in the middle of a film that its ball is learned on from."""
+    """Return the frames in the centre of a video from which its ball is learned."""
     first = max(count - FRAMES, 0) // 2
     return [pixels for _, pixels in islice(film.frames(), first, first + FRAMES)]

@@ -87,7 +87,7 @@ def _refuse_repeated(files: Sequence[Path], calibrate: Sequence[Path]) -> None:
 
 
 def _flights(paths: Sequence[Path], *, spin: bool) -> tuple[list[RecordedFlight], list[Path]]:
-    """The flights of all files, and the files that have none; raises InputError where none has any."""
+    """Return the flights of all files, and the files without one; raises InputError if no file has any."""
     from kendama_cli.devices.recordings.flight_reader import read_tracks  # pandas
     from kendama_cli.vision.flight_search import DROP_M, FLIGHT_S, find_flights
 

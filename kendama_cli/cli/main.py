@@ -63,7 +63,7 @@ def main(arguments: list[str] | None = None) -> int:
 
 
 def _of_the_system(error: OSError | MemoryError) -> str:
-    """What the system refused, and what may be done."""
+    """Return the operation that the system refused, and the next step."""
     if isinstance(error, MemoryError):
         return "the memory is used up; end other programs, or ask for less at once"
     number, reason = error.errno or 0, error.strerror or str(error)

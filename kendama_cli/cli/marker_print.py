@@ -54,7 +54,7 @@ def _svg(black: NDArray[np.bool_], size_mm: float) -> bytes:
 
 
 def _pdf(black: NDArray[np.bool_], size_mm: float) -> bytes:
-    """One page of the marker's size (PDF 32000-1:2008): filled rectangles in millimetres."""
+    """Return one page of the marker's size (PDF 32000-1:2008): filled rectangles in millimetres."""
     places, cell, whole = _squares(black, size_mm)
     scale = POINTS_PER_INCH / MM_PER_INCH
     drawn = [f"{scale:.6f} 0 0 {scale:.6f} 0 0 cm"]

@@ -1,4 +1,4 @@
-"""What the commands for movement primitives do: find one, show it, write it, draw swings from its distribution."""
+"""Work of the commands for movement primitives: find one, show it, write it, sample swings from its distribution."""
 
 from __future__ import annotations
 
@@ -110,7 +110,7 @@ def _of_run(run: str | None, stage: str | None, home: Path | None) -> tuple[type
 
 
 def _gives(stage: str) -> type | None:
-    """The artifact that the stage's declaration names, where that is or carries a primitive."""
+    """Return the artifact that the stage's declaration names, if it is or holds a primitive."""
     declaration = find_stage(stage)
     if declaration is None:  # its package is gone
         return None

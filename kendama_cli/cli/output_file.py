@@ -36,7 +36,7 @@ def refuse_output(output: Path, what: str = "", *endings: str, option: str = "-o
 
 
 def _shown(folder: Path, output: Path) -> Path:
-    """A folder above ``output`` as its user would write it."""
+    """Return a folder above ``output`` as its user would write it."""
     here = Path.cwd()
     return folder.relative_to(here) if not output.is_absolute() and folder.is_relative_to(here) else folder
 

@@ -1,4 +1,4 @@
-"""What a command takes from a pipeline: the artifact of the stage whose declaration says that it gives one."""
+"""Artifact that a command takes from a pipeline: that of the stage that declares it as its output."""
 
 from __future__ import annotations
 

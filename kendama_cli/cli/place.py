@@ -25,7 +25,7 @@ from kendama_cli.store.durable import write_file
 
 @dataclass(frozen=True)
 class PlaceOptions:
-    """What ``kendama robot place`` was asked for."""
+    """Options of ``kendama robot place``."""
 
     output: Path | None
     line: bool

@@ -1,4 +1,4 @@
-"""How a run is watched: a live view on a terminal, plain lines elsewhere."""
+"""Views of a run: a live view on a terminal, plain lines elsewhere."""
 
 from __future__ import annotations
 
@@ -41,13 +41,13 @@ class PlainLines:
         self._say(f"{name}: waits for another run that is computing it")
 
     def stage_starts(self, name: str, key: str | None, reasons: tuple[str, ...]) -> None:
-        """A worker for the stage has started."""
+        """Print that a worker for the stage has started."""
         self._told_s[name] = time.monotonic()
         why = _why(reasons) or "goes on"
         self._say(f"{name}: {why if why == 'starting' else f'starts ({why})'}")
 
     def stage_progress(self, name: str, done: int, total: int | None, figures: Mapping[str, Any]) -> None:
-        """The stage reports where its work stands."""
+        """Print the progress that the stage reports."""
         now = time.monotonic()
         if now - self._told_s.get(name, 0.0) >= LINE_PERIOD_S:
             self._told_s[name] = now
@@ -56,7 +56,7 @@ class PlainLines:
             self._say(f"{name}: {done}{of}{', ' + shown if shown else ''}")
 
     def stage_ends(self, outcome: StageOutcome) -> None:
-        """The stage ran, was cached, or failed."""
+        """Print that the stage ran, was cached, or failed."""
         if outcome.status == "failed":
             self._say(f"{outcome.name}: failed: {outcome.error}")
         elif outcome.status == "ran":
@@ -104,17 +104,17 @@ class LiveView:
         self._progress.update(self._row(name), mark="…", shown="another run is computing it")
 
     def stage_starts(self, name: str, key: str | None, reasons: tuple[str, ...]) -> None:
-        """A worker for the stage has started."""
+        """Show that a worker for the stage has started."""
         self._progress.update(self._row(name), mark="▸", shown=_why(reasons))
 
     def stage_progress(self, name: str, done: int, total: int | None, figures: Mapping[str, Any]) -> None:
-        """The stage reports where its work stands."""
+        """Show the progress that the stage reports."""
         of = "" if total is None else f"/{total}"
         shown = f"{done}{of}  {render.figures(figures)}"
         self._progress.update(self._row(name), completed=done, total=total, shown=shown)
 
     def stage_ends(self, outcome: StageOutcome) -> None:
-        """The stage ran, was cached, or failed."""
+        """Show that the stage ran, was cached, or failed."""
         mark = {"ran": "✓", "cached": "=", "failed": "✗"}[outcome.status]
         # why it failed is told whole in the closing lines
         shown = render.figures(outcome.metrics, 4) if outcome.status == "ran" else outcome.status
@@ -132,7 +132,7 @@ class LiveView:
 
 
 def _why(reasons: tuple[str, ...]) -> str:
-    """The first reasons: another robot alone changes two dozen values, and ``kendama plan`` shows them all.
+    """Return the first reasons only: another robot changes two dozen values, and ``kendama plan`` shows them all.
 
     Of a stage that runs it is no news that it never ran.
     """
@@ -143,5 +143,5 @@ def _why(reasons: tuple[str, ...]) -> str:
 
 
 def observer() -> LiveView | PlainLines:
-    """The live view where standard error is a terminal, else plain lines."""
+    """Return the live view if standard error is a terminal, else plain lines."""
     return LiveView() if sys.stderr.isatty() else PlainLines()

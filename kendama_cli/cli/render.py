@@ -15,28 +15,28 @@ if TYPE_CHECKING:  # a run with nothing to do prints without planning
 
 
 def error(message: str) -> None:
-    """One line on standard error."""
+    """Print a line on standard error."""
     print(f"kendama: {' '.join(message.split())}", file=sys.stderr)
 
 
 def note(message: str) -> None:
-    """A line beside the result, on standard error."""
+    """Print a line beside the result, on standard error."""
     sys.stderr.write(f"{message}\n")  # in one piece: other threads write lines too
     sys.stderr.flush()
 
 
 def text(message: str) -> None:
-    """A result, on standard output; at once, for a program may wait for it."""
+    """Print a result on standard output at once, because a program may wait for it."""
     print(message, flush=True)
 
 
 def document(value: Any) -> None:
-    """One JSON document on standard output."""
+    """Print a JSON document on standard output."""
     print(json.dumps(value, indent=2, ensure_ascii=False))
 
 
 def documents(values: Iterable[Any]) -> None:
-    """One JSON list on standard output, as ``document`` prints it, of values that are never held together."""
+    """Print a JSON list on standard output, as ``document`` prints it, of values that are never held together."""
     before = "[\n"
     for value in values:
         sys.stdout.write(before + indent(json.dumps(value, indent=2, ensure_ascii=False), "  "))
@@ -45,7 +45,7 @@ def documents(values: Iterable[Any]) -> None:
 
 
 def line(value: Any) -> None:
-    """One JSON document in one line on standard output, at once: for a program that waits for it."""
+    """Print a JSON document in one line on standard output at once, for a program that waits for it."""
     print(json.dumps(value, ensure_ascii=False), flush=True)
 
 
@@ -60,7 +60,7 @@ def table(rows: Iterable[Sequence[str]], *, head: Sequence[str] = ()) -> None:
 
 
 def plan(stages: Sequence[StagePlan]) -> None:
-    """One line per stage: cached, or run with the reasons."""
+    """Print a line per stage: cached, or run with the reasons."""
     table(
         [
             (item.spec.name, "cached", "; ".join([(item.key or "")[:12], *item.reasons]))
@@ -72,7 +72,7 @@ def plan(stages: Sequence[StagePlan]) -> None:
 
 
 def plan_document(pipeline: str, overrides: Sequence[str], stages: Sequence[StagePlan]) -> dict[str, Any]:
-    """What ``plan --json`` prints."""
+    """Return the document that ``plan --json`` prints."""
     return {
         "pipeline": pipeline,
         "overrides": list(overrides),
@@ -89,7 +89,7 @@ def plan_document(pipeline: str, overrides: Sequence[str], stages: Sequence[Stag
 
 
 def figure(value: Any) -> str:
-    """A number as a person would write it."""
+    """Return a number as a person would write it."""
     if isinstance(value, bool) or value is None:
         return {True: "yes", False: "no", None: "-"}[value]
     return f"{value:.4g}" if isinstance(value, float) else str(value) or "-"

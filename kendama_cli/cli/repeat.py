@@ -29,7 +29,7 @@ def show_end(record: RunRecord, *, as_json: bool) -> None:
 
 
 def next_step(record: RunRecord) -> str:
-    """What to do after a run."""
+    """Return the next step to take after a run."""
     if record.outcome == "failed" and not record.is_recorded:
         return "nothing was computed, so it is not among the runs"
     if not record.is_recorded:

@@ -1,4 +1,4 @@
-"""What run, plan and config do: compose, plan, run, show."""
+"""Work of run, plan and config: compose, plan, run, show."""
 
 from __future__ import annotations
 
@@ -70,7 +70,9 @@ def run_pipeline(
 def show_plan(
     site: Site, pipeline: str, until: str | None, overrides: list[str], force: list[str], *, as_json: bool
 ) -> None:
-    """Which stages would run, and why; of those that would not, what they were made with in another version."""
+    """Show the stages that would run and why; for the others, versions that differ from those they were computed
+    with.
+    """
     planner, _ = _planned(site, pipeline, until, overrides)
     stages = [_with_versions(stage) for stage in planner.plan(check_forced(planner.pipeline, force))]
     if as_json:
@@ -87,7 +89,7 @@ def _with_versions(stage: StagePlan) -> StagePlan:
 
 
 def show_configuration(site: Site, overrides: list[str]) -> None:
-    """The resolved configuration, checked, as YAML."""
+    """Show the resolved configuration, checked, as YAML."""
     resolved = composed(site, overrides)
     build_settings(resolved)
     render.text(yaml.safe_dump(resolved, sort_keys=False, allow_unicode=True).rstrip())

@@ -60,7 +60,7 @@ def keep_toy(site: Site, run: str | None, output: Path) -> None:
 
 
 def show_setup(file: Path, *, as_json: bool) -> None:
-    """A row per measured value."""
+    """Show a row per measured value."""
     setup = read_setup(file)
     if as_json:
         render.document(dataclasses.asdict(setup))
@@ -88,7 +88,7 @@ def _rows(setup: LaboratorySetup) -> Iterator[Sequence[str]]:
 
 
 def place(value: Sequence[float], sigma: Sequence[float], source: str) -> MeasuredPlace:
-    """A measured place from arrays."""
+    """Return a measured place from arrays."""
     x, y, z = (round(float(one), 6) for one in value)
     sigma_x, sigma_y, sigma_z = (round(float(one), 7) for one in sigma)
     return MeasuredPlace((x, y, z), (sigma_x, sigma_y, sigma_z), source)

@@ -1,4 +1,4 @@
-"""How a sweep is watched: one bar for all its runs on a terminal, plain lines elsewhere; and what it came to."""
+"""Views of a sweep: one bar for all its runs on a terminal, plain lines elsewhere; and its results."""
 
 from __future__ import annotations
 
@@ -63,13 +63,13 @@ class SweepView:
             self._live.stop()
 
     def watch(self, job: SweepJob, record: RunRecord) -> Observer:
-        """What watches one run."""
+        """Return the observer of one run."""
         if not self._console.is_terminal:
             return PlainLines(f"[{self._number[id(job)]}/{len(self._number)} {' '.join(job.overrides)}] ")
         return _OneOfMany(self, " ".join(job.overrides), self._ends[id(job)])
 
     def ended(self, label: str, outcome: StageOutcome) -> None:
-        """A run came to its end: its last stage did, or one of its stages failed."""
+        """Note that a run has ended: its last stage did, or one of its stages failed."""
         with self._lock:
             self._done += 1
             if outcome.status == "failed":
@@ -98,13 +98,13 @@ class _OneOfMany:
         """Another run on this home is computing the stage."""
 
     def stage_starts(self, name: str, key: str | None, reasons: tuple[str, ...]) -> None:
-        """A worker for the stage has started."""
+        """Note that a worker for the stage has started."""
 
     def stage_progress(self, name: str, done: int, total: int | None, figures: Mapping[str, Any]) -> None:
-        """The stage reports where its work stands."""
+        """Note the progress that the stage reports."""
 
     def stage_ends(self, outcome: StageOutcome) -> None:
-        """The stage ran, was cached, or failed."""
+        """Note that the stage ran, was cached, or failed."""
         if outcome.status == "failed" or outcome.name == self._last:
             self._view.ended(self._label, outcome)
 
@@ -114,7 +114,8 @@ def _numbers(outcome: StageOutcome) -> dict[str, Any]:
 
 
 def show_sweep(records: Sequence[RunRecord]) -> None:
-    """What the runs came to: each of a few, else for each setting the mean over its seeds with a 95 % interval.
+    """Show the results of the runs: each of a few, else for each setting the mean over its seeds with a 95 %
+    interval.
 
     Runs that failed are always listed, with the reason.
     """
@@ -134,7 +135,7 @@ def show_sweep(records: Sequence[RunRecord]) -> None:
 
 
 def failure_lines(records: Sequence[RunRecord]) -> list[str]:
-    """A line for each run that did not end well, with the reason."""
+    """Return a line for each run that did not end well, with the reason."""
     return [
         f"{record.run} {record.outcome}  {' '.join(record.overrides)}  "
         + next((stage.error for stage in record.stages if stage.error is not None), record.outcome)

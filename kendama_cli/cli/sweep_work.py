@@ -1,4 +1,4 @@
-"""What sweep does: every combination of overrides, several at a time, and how each ended."""
+"""Work of sweep: run every combination of overrides, several at a time, and report the outcome of each."""
 
 from __future__ import annotations
 
@@ -70,7 +70,7 @@ class PlannedRuns:
 
 
 def plan_combinations(site: Site, declared: Pipeline, combinations: Sequence[Sequence[str]]) -> PlannedRuns:
-    """A run for each of ``combinations`` of overrides; raises UsageError where one would move hardware."""
+    """Return a run for each of ``combinations`` of overrides; raises UsageError if one would move hardware."""
     known = Remembered()
     configs = composed_each(site, [[*declared.overrides, *texts] for texts in combinations])
     settings = [build_settings(config, known) for config in configs]

@@ -24,8 +24,10 @@ PIXELS = ("frame", "u_px", "v_px", "sigma_px", "radius_px", "score", "streak_u_p
 
 @dataclass(frozen=True)
 class SightingMessage:
-    """Where one film shows the ball in one frame; its centre's standard deviation, the detector's score, and the way
-    that it moved within the exposure, not a number where the frame shows no streak."""
+    """Detection of the ball in one frame of a video: its centre, standard deviation and score, and its displacement
+    within
+    the exposure, not a number if the frame shows no streak.
+    """
 
     film: str
     frame: int
@@ -40,7 +42,7 @@ class SightingMessage:
 
 @dataclass(frozen=True)
 class PlaceMessage:
-    """Where the ball is [m], with its covariance (9,) [m^2], row by row."""
+    """Position of the ball [m], with its covariance (9,) [m^2], row by row."""
 
     x_m: float
     y_m: float
@@ -67,7 +69,7 @@ def write_track(output: Path, tracks: Sequence[FilmTrack], positions: FilmPositi
 
 
 def _table(first: FilmTrack, positions: FilmPositions | None) -> bytes:
-    """A row per moment: metres first where they are known, then the first film's pixels."""
+    """Return a row per frame: metres first if they are known, then the first video's pixels."""
     text = io.StringIO()
     rows = csv.writer(text, lineterminator="\n")
     head = (() if positions is None else METRES, PIXELS)
@@ -88,7 +90,9 @@ def _table(first: FilmTrack, positions: FilmPositions | None) -> bytes:
 
 
 def _log(tracks: Sequence[FilmTrack], positions: FilmPositions | None) -> bytes:
-    """All that was seen, by every film's own clock brought to the first's, and the places where they are known."""
+    """Return all detections, with every video's own clock converted to the first's, and the positions that are
+    known.
+    """
     log = McapLog(TOPICS, MemoryFile())
     offsets = [0.0, *(np.zeros(len(tracks) - 1) if positions is None else positions.offset_s)]
     ahead = zip(tracks, offsets, strict=True)

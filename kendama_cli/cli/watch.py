@@ -43,7 +43,7 @@ class OpenedWatch:
 
 @contextlib.contextmanager
 def with_page(view: Observer, opened: OpenedWatch | None, record: RunRecord, planner: Planner) -> Iterator[Observer]:
-    """An observer that tells ``view`` and, where one was ``opened``, the page, which is served meanwhile."""
+    """Yield an observer that reports to ``view`` and, if one was ``opened``, to the page, which is served meanwhile."""
     if opened is None:
         yield view
         return
@@ -76,7 +76,7 @@ class _Both:
             one.stage_waits(name)
 
     def stage_starts(self, name: str, key: str | None, reasons: tuple[str, ...]) -> None:
-        """A worker for the stage has started."""
+        """Report to both that a worker for the stage has started."""
         first, self._first = self._first, None
         if first is not None:
             first()
@@ -84,11 +84,11 @@ class _Both:
             one.stage_starts(name, key, reasons)
 
     def stage_progress(self, name: str, done: int, total: int | None, figures: Mapping[str, Any]) -> None:
-        """The stage reports where its work stands."""
+        """Report to both the progress of the stage."""
         for one in self._observers:
             one.stage_progress(name, done, total, figures)
 
     def stage_ends(self, outcome: StageOutcome) -> None:
-        """The stage ran, was cached, or failed."""
+        """Report to both that the stage ran, was cached, or failed."""
         for one in self._observers:
             one.stage_ends(outcome)

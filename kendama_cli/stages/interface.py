@@ -1,4 +1,4 @@
-"""What a stage is given and what it gives back.
+"""Inputs and result of a stage.
 
 A stage is a class whose constructor takes its settings by keyword (the names in the pipeline's ``config``) and whose
 ``run`` takes the artifacts of the stages it needs, computes, and gives one artifact with metrics. It reaches files,
@@ -30,15 +30,17 @@ class LogWriter(Protocol):
 
 
 class StageContext(Protocol):
-    """What the worker lends a stage while it runs."""
+    """Services of the worker to a running stage."""
 
     log: LogWriter
 
     def rng(self, purpose: str) -> np.random.Generator:
-        """The random stream for ``purpose``, derived from the top-level seed; its state travels with checkpoints."""
+        """Return the random stream for ``purpose``, derived from the top-level seed; its state travels with
+        checkpoints.
+        """
 
     def restore(self) -> State | None:
-        """The newest intact checkpoint of this very computation, or None; log and random streams are restored too."""
+        """Return the newest intact checkpoint of this computation, or None; log and random streams are restored too."""
 
     def checkpoint(self, state: Callable[[], State], *, force: bool = False) -> None:
         """Save what ``state()`` returns, durably on return; called often, it saves only when one is due (or forced)."""
@@ -49,7 +51,7 @@ class StageContext(Protocol):
 
 @dataclass(frozen=True)
 class Made:
-    """What a stage gives: an artifact of the dataclass that its declaration names, and its metrics.
+    """Result of a stage: an artifact of the dataclass that its declaration names, and its metrics.
 
     ``warnings`` are sentences about what is suspicious but possible; they stand in the closing lines of a run and in
     its report, and among the metrics as ``warnings``, one a line. A metric ``completed`` that is False says that the

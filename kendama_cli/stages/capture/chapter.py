@@ -12,7 +12,7 @@ from kendama_cli.schema.foxglove import FrameTransform
 
 
 def capture_figures(log: StageLog) -> list[Figure]:
-    """The demonstrations: path of the cup, and its coordinates over time."""
+    """Return the demonstrations: path of the cup, and its coordinates over time."""
     tracks = paths_by_child(log.table("/capture/cup", FrameTransform))
     if not tracks:
         return []

@@ -1,4 +1,4 @@
-"""What others can learn from in the log of capture: each demonstration, the cup's pose and the next one."""
+"""Episodes for other learners from the log of capture: each demonstration, the cup's pose and the next one."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ _POSE = ("cup.x_m", "cup.y_m", "cup.z_m", "cup.qw", "cup.qx", "cup.qy", "cup.qz"
 
 
 def episodes(log: StageLog, fps: int) -> Episodes | None:
-    """A person's hand that holds the cup: where it is, and as action where it is one frame later.
+    """Return the hand of a person that holds the cup: its pose, and as action its pose one frame later.
 
     Where no swing has an orientation, four constant columns would say that the cup was upright: they are left out.
     """

@@ -1,4 +1,4 @@
-"""What capture logs."""
+"""Messages that capture logs."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What capture adds to a run's replay in space."""
+"""Part of a run's replay in space by capture."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from kendama_cli.schema.foxglove import FrameTransform
 
 
 def replay(log: StageLog) -> list[Performance]:
-    """The first demonstration: the cup alone."""
+    """Return the first demonstration: the cup alone."""
     cups = log.table("/capture/cup", FrameTransform)
     if cups.empty:
         return []

@@ -18,7 +18,9 @@ from kendama_cli.stages.encode.messages import WeightsMessage
 
 
 def encode_figures(log: StageLog) -> list[Figure]:
-    """The paper's Fig. 4: demonstrated and reproduced path of the cup; each demonstration by itself; the weights."""
+    """Return the paper's Fig. 4: demonstrated and reproduced path of the cup; each demonstration by itself; the
+    weights.
+    """
     return [*_average_figures(log), *_own_figures(log), *weight_figures(log)]
 
 
@@ -96,7 +98,7 @@ MOST = 24
 
 
 def reproduction_figures(demonstrated: Mapping[str, Path2D], own: Mapping[str, Path2D]) -> list[Figure]:
-    """Each demonstration with what its own primitive makes of it, and the distance between them over time."""
+    """Return each demonstration with the reproduction by its own primitive, and the distance between them over time."""
     names = [name for name in demonstrated if name in own]
     if not names:
         return []
@@ -159,7 +161,7 @@ def _distances(demonstrated: Mapping[str, Path2D], own: Mapping[str, Path2D], na
 
 
 def weight_figures(log: StageLog) -> list[Figure]:
-    """The weights of every coordinate: of each demonstration, and of the primitive that is handed on."""
+    """Return the weights of every coordinate: of each demonstration, and of the primitive that is the result."""
     table = log.table("/encode/weights", WeightsMessage)
     if table.empty:
         return []

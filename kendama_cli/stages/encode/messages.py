@@ -1,4 +1,4 @@
-"""What encode logs."""
+"""Messages that encode logs."""
 
 from __future__ import annotations
 

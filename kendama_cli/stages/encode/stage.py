@@ -105,7 +105,7 @@ class Encode:
 def _with_turn(
     mean: MotionPlan, demonstrations: Sequence[Demonstration], encoding: Encoding, settings: EncodeSettings
 ) -> tuple[MotionPlan, dict[str, Metric]]:
-    """The average primitive with the cup's turn where all demonstrations have one, and what that is like."""
+    """Return the average primitive, with the cup's rotation if all demonstrations have one, and its metrics."""
     found = encode_turns(demonstrations, encoding, settings)
     if found is None:
         return mean, {}
@@ -120,7 +120,7 @@ def _with_turn(
 
 
 def _paths(encoding: Encoding) -> Array:
-    """What each demonstration's primitive plays at ``SHARES``; (N, n, c)."""
+    """Return the paths of each demonstration's primitive at ``SHARES``; (N, n, c)."""
     plans = [encoding.plan(i) for i in range(len(encoding))]
     return np.array([play(plan, SHARES * plan.duration_s).position_m for plan in plans])
 

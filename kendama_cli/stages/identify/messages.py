@@ -1,4 +1,4 @@
-"""What identify logs."""
+"""Messages that identify logs."""
 
 from __future__ import annotations
 

@@ -93,7 +93,7 @@ class _PlayedMotions:
         }
 
     def rng(self, name: str) -> np.random.Generator:
-        """A stream that belongs to ``name`` alone, so that a resumed run draws what the killed one drew."""
+        """Return a stream for ``name`` alone, so that a resumed run samples the same values as the killed one."""
         return random_stream(self._seed, name)
 
     def play(self, name: str, robot: Robot, motion: JointTrajectory) -> Recording:
@@ -131,7 +131,7 @@ class _PlayedMotions:
 
 
 def _log_friction(ctx: StageContext, samples: FrictionSamples, model: FrictionModel, period_s: float) -> None:
-    """The held-out samples that count, with what both models say of them."""
+    """Log the held-out samples that count, with the friction of both models."""
     parametric = parametric_torque(model.parametric, samples.velocity_rad_s)
     network = network_torque(model.network, samples.velocity_rad_s, model.max_speed_rad_s)
     every = max(1, round(LOG_PERIOD_S / period_s))

@@ -21,7 +21,7 @@ from kendama_cli.stages.learn.messages import QTableMessage, SwingStateMessage
 
 
 def swingup_figures(log: StageLog) -> list[Figure]:
-    """The paper's Fig. 5 and Fig. 6, and the learned table."""
+    """Return the paper's Fig. 5 and Fig. 6, and the learned table."""
     learning: list[Panel | None] = [
         reward_panel(log.table("/learn/rollout", RolloutMessage), "learn-reward", "rollout", _learned(log))
     ]
@@ -93,7 +93,10 @@ def _series(steps: pd.DataFrame) -> Panel | None:
 
 
 def _table(log: StageLog) -> Panel | None:
-    """The greedy action per state; only for a table whose grid the settings give (position, velocity, angle, rate)."""
+    """Return the greedy action per state, only for a table whose grid stands in the settings (position, velocity,
+    angle,
+    rate).
+    """
     tables = log.messages("/learn/table", QTableMessage).messages
     learning: Mapping[str, Any] = next(
         (value for value in log.settings.values() if isinstance(value, Mapping) and "grid" in value), {}

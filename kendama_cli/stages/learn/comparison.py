@@ -93,7 +93,7 @@ def _rewards(groups: Sequence[Group]) -> Panel | None:
 
 
 def _reward(log: StageLog) -> Array:
-    """The rewards of a run, and after its last one the reward that it goes on with; empty without rollouts."""
+    """Return the rewards of a run, and after its last one the reward that it keeps; empty without rollouts."""
     rollouts = log.table("/learn/rollout", RolloutMessage)
     if rollouts.empty:
         return np.empty(0)

@@ -1,4 +1,4 @@
-"""What learn logs."""
+"""Messages that learn logs."""
 
 from __future__ import annotations
 

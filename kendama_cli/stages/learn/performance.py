@@ -1,4 +1,4 @@
-"""What learn adds to a run's replay in space."""
+"""Part of a run's replay in space by learn."""
 
 from __future__ import annotations
 
@@ -7,6 +7,6 @@ from kendama_cli.report.source import StageLog
 
 
 def replay(log: StageLog) -> list[Performance]:
-    """The learned swing-up without noise: cup and ball, the cup carried on its line."""
+    """Return the learned swing-up without noise: cup and ball, with the cup on its line."""
     found = performance(log, "/learn", "Learned swing-up, simulated", "simulation")
     return [found] if found is not None else []

@@ -1,4 +1,4 @@
-"""How far the stage has come: all that a checkpoint holds beside the learner, and the metrics made of it."""
+"""Progress of the stage: the content of a checkpoint beside the learner, and the metrics computed from it."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ class LearnProgress:
 
     @classmethod
     def restored(cls, state: Mapping[str, Any]) -> LearnProgress:
-        """What ``saved`` gave, after its way through a checkpoint."""
+        """Return the progress that ``saved`` stored in a checkpoint."""
         return cls(**{**state, "successes": [Success(**one) for one in state["successes"]]})
 
     def saved(self) -> dict[str, Any]:
@@ -70,7 +70,7 @@ class LearnProgress:
         return len(self.successes) / self.evaluated
 
     def metrics(self) -> dict[str, Metric]:
-        """What the evaluation shows, see Learn.run."""
+        """Return the metrics of the evaluation, see Learn.run."""
         found = self.successes
         return {
             "frozen_caught_rate": self.caught / self.evaluated,

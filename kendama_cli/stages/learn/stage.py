@@ -74,7 +74,7 @@ class Learn:
         return Made(learner.policy, metrics, _warnings(self._settings, chance, solved=learner.count.solved))
 
     def _environments(self) -> tuple[SwingUpEnvironment, SwingUpEnvironment]:
-        """The environment that is learned in, and the one that validates: the same where nothing else is configured."""
+        """Return the environments for learning and for validation: the same one if nothing else is configured."""
         learning, engine = SwingUpEnvironment(self._settings, self._game), self._settings.validation.engine
         if engine is None or engine == self._settings.engine:
             return learning, learning
@@ -145,7 +145,7 @@ class Learn:
             )
 
     def _log_nominal(self, environment: SwingUpEnvironment, learner: Learner, ctx: StageContext) -> None:
-        """One rollout of the frozen policy without noise, and on through the flight to the cup."""
+        """Log one rollout of the frozen policy without noise, through the flight to the cup."""
         policy = make_policy(learner.policy, self._settings)
         policy.begin_rollout()
         every = max(1, round(LOG_PERIOD_S / self._settings.step_s))
@@ -174,7 +174,7 @@ class Learn:
 
 
 def _warnings(settings: LearnSettings, chance: float, *, solved: bool) -> tuple[str, ...]:
-    """What a reader of the figures must know first."""
+    """Return the warnings that a reader of the figures must know first."""
     told = []
     if chance > SOLVED_BY_CHANCE:
         told.append(

@@ -1,4 +1,4 @@
-"""What measure logs."""
+"""Messages that measure logs."""
 
 from __future__ import annotations
 

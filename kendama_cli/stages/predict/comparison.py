@@ -22,7 +22,7 @@ _TOLD = ("position_error_mm_p50", "position_error_mm_p95", "time_error_ms_p50", 
 
 
 def prediction_comparison(runs: Ensemble) -> list[Figure]:
-    """The errors of place and time over the time left, a line for each group."""
+    """Return the errors of position and time over the remaining time, a line for each group."""
     pooled = [_errors(group) for group in runs.groups]
     panels = [
         _panel(runs.groups, pooled, "position_error_mm", "Position of the catch"),
@@ -36,7 +36,7 @@ def prediction_comparison(runs: Ensemble) -> list[Figure]:
 
 
 def prediction_table(runs: Ensemble) -> str:
-    """The errors' quantiles, for each group."""
+    """Return the errors' quantiles, for each group."""
     rows = []
     for group in runs.groups:
         found = [group.figures(name) for name in _TOLD]

@@ -1,4 +1,4 @@
-"""What one flight of the study gives, how a checkpoint keeps it, and the artifact and metrics of all flights."""
+"""Result of one flight of the study, its form in a checkpoint, and the artifact and metrics of all flights."""
 
 from __future__ import annotations
 
@@ -16,7 +16,8 @@ from kendama_cli.vision.settings import PredictSettings
 
 @dataclass(frozen=True)
 class FlightFigures:
-    """What one flight gave: horizons and errors (h,), frames and sightings, and when its onset was declared [ms].
+    """Result of one flight: horizons and errors (h,), frames and detections, and the time of its declared onset
+    [ms].
 
     A negative ``onset_ms`` is a false alarm: free flight declared on a taut rope; nan where none was declared.
     """
@@ -30,12 +31,12 @@ class FlightFigures:
 
 
 def to_columns(flights: Sequence[FlightFigures]) -> dict[str, Array]:
-    """One array per field, flights along its first axis: what a checkpoint keeps."""
+    """Return one array per field, flights along its first axis, for a checkpoint."""
     return {field.name: np.array([getattr(one, field.name) for one in flights]) for field in fields(FlightFigures)}
 
 
 def from_columns(columns: Mapping[str, Any]) -> list[FlightFigures]:
-    """The flights of ``to_columns``."""
+    """Return the flights of ``to_columns``."""
     rows = zip(*(columns[field.name] for field in fields(FlightFigures)), strict=True)
     return [
         FlightFigures(horizon, position, time, int(frames), int(seen), float(onset))
@@ -44,7 +45,9 @@ def from_columns(columns: Mapping[str, Any]) -> list[FlightFigures]:
 
 
 def made_of(settings: PredictSettings, flights: Sequence[FlightFigures]) -> Made:
-    """The artifact, and the metrics at the stated part of the flight: over the flights that were predicted at all."""
+    """Return the artifact, and the metrics at the stated part of the flight, over the flights that were predicted
+    at all.
+    """
     study = PredictionStudy(
         seen_fraction=np.array(settings.observed_fractions),
         horizon_ms=np.array([one.horizon_ms for one in flights]),

@@ -1,4 +1,4 @@
-"""What predict logs."""
+"""Messages that predict logs."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ class CatchEstimateMessage:
 
 @dataclass(frozen=True)
 class PredictionErrorMessage:
-    """How far the prediction was from the true crossing, ``horizon_ms`` before it."""
+    """Deviation of the prediction from the true crossing, ``horizon_ms`` before it."""
 
     flight: int
     horizon_ms: float

@@ -40,7 +40,7 @@ class Predict:
         self._settings, self._camera, self._game, self._lighting = predict, camera, game, lighting
 
     def run(self, given: Mapping[str, Any], ctx: StageContext) -> Made:
-        """The study of ``predict.flights`` flights; nothing is needed from other stages."""
+        """Run the study of ``predict.flights`` flights; nothing is needed from other stages."""
         settings = self._settings
         study = FlightStudy(settings, self._camera, self._game, self._lighting, ctx=ctx)
         flights: list[FlightFigures] = []
@@ -192,7 +192,7 @@ class FlightStudy:
 
 
 def _timing(camera: CameraSettings, opened: Sequence[Camera], settings: PredictSettings) -> FrameTiming:
-    """When cameras that can show a known flight expose; raises ConfigError for any other."""
+    """Return the exposure times of cameras that can show a known flight; raises ConfigError for any other."""
     timing = camera.timing
     if camera.source != "rendered" or timing is None:
         for one in opened:

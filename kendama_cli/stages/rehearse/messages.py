@@ -1,4 +1,4 @@
-"""What rehearse logs."""
+"""Messages that rehearse logs."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the stage rehearse is asked."""
+"""Settings of the stage rehearse."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from kendama_cli.schema.settings import setting
 
 @dataclass(frozen=True)
 class RehearseSettings:
-    """How a motion is first tried on an arm."""
+    """Settings of the first attempts of a motion on an arm."""
 
     speed: float = setting("share of the motion's own speed; its tau is divided by it", above=0, at_most=1)
     max_tracking_error_rad: float = setting(

@@ -70,7 +70,9 @@ class Rehearse:
     def _ghost(
         self, settings: RobotSettings, period_s: float, joints: JointTrajectory, seed: int, ctx: StageContext
     ) -> Array:
-        """What the model's own arm does with the same commands (k, n); raises StageError where it cannot follow."""
+        """Return the joint angles (k, n) of the model's own arm under the same commands; raises StageError if it
+        cannot follow.
+        """
         with open_simulated(SimulatedHardware("simulated", period_s, None), settings, self._game) as twin:
             twin.reset(joints.position_rad[0], seed)
             exchanges = [twin.exchange(command) for command in _commands(joints)]
@@ -176,7 +178,7 @@ def _commands(joints: JointTrajectory) -> list[JointCommand]:
 
 
 def _worst(difference: Array) -> tuple[int, float]:
-    """The joint with the largest of ``difference`` (..., n), and how large it is."""
+    """Return the joint with the maximum of ``difference`` (..., n), and that maximum."""
     sizes = np.abs(difference).reshape(-1, difference.shape[-1]).max(axis=0)
     return int(sizes.argmax()), float(sizes.max())
 
