@@ -30,7 +30,6 @@ if TYPE_CHECKING:
     from kendama_cli.devices.camera.interface import too_old as too_old
     from kendama_cli.devices.hand.interface import HandDevice as HandDevice
     from kendama_cli.devices.hand.interface import HandSample as HandSample
-    from kendama_cli.devices.hand.live_figures import LiveFigures as LiveFigures
     from kendama_cli.devices.robot.interface import Exchange as Exchange
     from kendama_cli.devices.robot.interface import JointCommand as JointCommand
     from kendama_cli.devices.robot.interface import Robot as Robot
@@ -38,6 +37,7 @@ if TYPE_CHECKING:
     from kendama_cli.devices.robot.interface import TorqueExchange as TorqueExchange
     from kendama_cli.devices.robot.interface import TorqueInterface as TorqueInterface
     from kendama_cli.devices.robot.limiter import limit_command as limit_command
+    from kendama_cli.devices.streams.live_figures import LiveFigures as LiveFigures
     from kendama_cli.errors import ConfigError as ConfigError
     from kendama_cli.errors import HardwareError as HardwareError
     from kendama_cli.errors import InputError as InputError

@@ -29,7 +29,7 @@ DEFINED: dict[str, tuple[str, ...]] = {
     # interfaces: stages and devices
     "kendama_cli.stages.interface": ("LogWriter", "Made", "Stage", "StageContext"),
     "kendama_cli.devices.hand.interface": ("HandDevice", "HandSample"),
-    "kendama_cli.devices.hand.live_figures": ("LiveFigures",),
+    "kendama_cli.devices.streams.live_figures": ("LiveFigures",),
     "kendama_cli.devices.camera.interface": (
         "Camera",
         "Frame",

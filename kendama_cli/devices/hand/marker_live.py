@@ -11,9 +11,9 @@ from pathlib import Path
 import cv2
 
 from kendama_cli.devices.hand.file import RecordedHand
-from kendama_cli.devices.hand.live_figures import LiveFigures, Tell
 from kendama_cli.devices.hand.marker import FEWEST_SEEN, films_of
 from kendama_cli.devices.hand.settings import MarkerLiveCapture
+from kendama_cli.devices.streams.live_figures import LiveFigures, Tell
 from kendama_cli.errors import ConfigError, HardwareError
 
 SLOW_SHARE = 0.9

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from kendama_cli.devices.hand.interface import HandDevice
-from kendama_cli.devices.hand.live_figures import Tell, silent
 from kendama_cli.devices.hand.settings import HANDS, CaptureSettings
+from kendama_cli.devices.streams.live_figures import Tell, silent
 
 
 def open_hands(settings: CaptureSettings, tell: Tell = silent) -> Sequence[HandDevice]:

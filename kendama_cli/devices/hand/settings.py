@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Annotated, ClassVar, Literal, Protocol
 
 from kendama_cli.devices.hand.axes import HANDEDNESS, Axes, Handedness, determinant, mirror_problem, to_ours
-from kendama_cli.devices.hand.stream_server import StreamServer
+from kendama_cli.devices.streams.stream_server import StreamServer
 from kendama_cli.errors import ConfigError
 from kendama_cli.schema.registry import Registry
 from kendama_cli.schema.settings import setting

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from kendama_cli.devices.hand.openigtlink import TRANSFORM, MessageStream
-from kendama_cli.devices.hand.vrpn import COOKIE, VrpnStream, tracker_report
+from kendama_cli.devices.streams.openigtlink import TRANSFORM, MessageStream
+from kendama_cli.devices.streams.vrpn import COOKIE, VrpnStream, tracker_report
 from kendama_cli.errors import HardwareError
 from kendama_cli.motion.rotation import exponential, log_of
 

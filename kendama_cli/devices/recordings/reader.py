@@ -22,8 +22,8 @@ from kendama_cli.devices.recordings.recording_format import (
     text_of,
 )
 from kendama_cli.devices.recordings.rosbag import read_bag
-from kendama_cli.devices.recordings.stream_file import read_stream
 from kendama_cli.devices.recordings.table import read_motive, read_qualisys, read_table, read_trc, read_vicon
+from kendama_cli.devices.streams.stream_file import read_stream
 
 KNOWN = (
     "give a CSV with the columns t_s,x_m,y_m,z_m, a Qualisys TSV, a Motive or Vicon CSV, a TRC, a C3D, a ROS bag, or "

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from kendama_cli.devices.hand.open_hands import open_hands
-from kendama_cli.devices.hand.openigtlink import HEADER, TRANSFORM, crc64
-from kendama_cli.devices.hand.stream_server import USUAL_UNIT
-from kendama_cli.devices.hand.vrpn import COOKIE, POSE, POSE_TYPE, SENDER, TYPE, named
-from kendama_cli.devices.hand.vrpn import HEADER as VRPN_HEADER
+from kendama_cli.devices.streams.openigtlink import HEADER, TRANSFORM, crc64
+from kendama_cli.devices.streams.stream_server import USUAL_UNIT
+from kendama_cli.devices.streams.vrpn import COOKIE, POSE, POSE_TYPE, SENDER, TYPE, named
+from kendama_cli.devices.streams.vrpn import HEADER as VRPN_HEADER
 from kendama_cli.errors import ConfigError, HardwareError, InputError
 from kendama_cli.schema.units import METRES
 from tests.devices.hand.swing_server import SWING, replayed

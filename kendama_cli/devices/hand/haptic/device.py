@@ -20,7 +20,7 @@ from kendama_cli.devices.hand.haptic.way import DeviceWay
 from kendama_cli.devices.hand.interface import HandSample
 from kendama_cli.devices.hand.play.conditions import Conditions
 from kendama_cli.devices.hand.play.try_record import TryRecord
-from kendama_cli.devices.recordings.stream_file import StreamFile
+from kendama_cli.devices.streams.stream_file import StreamFile
 from kendama_cli.errors import ConfigError, HardwareError, KendamaError
 from kendama_cli.schema.arrays import Array
 from kendama_cli.schema.units import METRES

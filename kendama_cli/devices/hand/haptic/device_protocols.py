@@ -13,9 +13,9 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Protocol
 
-from kendama_cli.devices.hand import vrpn
 from kendama_cli.devices.hand.haptic.settings import HapticCapture
-from kendama_cli.devices.hand.openigtlink import TEXT_BEGINS, TRANSFORM, MessageStream, transform
+from kendama_cli.devices.streams import vrpn
+from kendama_cli.devices.streams.openigtlink import TEXT_BEGINS, TRANSFORM, MessageStream, transform
 from kendama_cli.schema.units import METRES
 
 Vector = tuple[float, float, float]

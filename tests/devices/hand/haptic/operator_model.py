@@ -17,7 +17,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from kendama_cli.devices.hand.haptic.haptic_line import HapticLine
-from kendama_cli.devices.hand.openigtlink import TRANSFORM, MessageStream, string, transform
+from kendama_cli.devices.streams.openigtlink import TRANSFORM, MessageStream, string, transform
 from kendama_cli.errors import HardwareError
 from tests.devices.hand.play.table_top import swing
 

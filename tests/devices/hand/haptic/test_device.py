@@ -12,7 +12,7 @@ import pytest
 from kendama_cli.devices.hand.body import read_bodies
 from kendama_cli.devices.hand.haptic.device import HapticHand, HapticLink, open_haptic
 from kendama_cli.devices.hand.haptic.settings import HapticCapture
-from kendama_cli.devices.hand.openigtlink import string, transform
+from kendama_cli.devices.streams.openigtlink import string, transform
 from kendama_cli.errors import ConfigError, HardwareError
 from kendama_cli.schema.settings import build
 from tests.devices.hand.haptic.operator_model import Operator

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from kendama_cli.devices.hand.live_figures import LiveFigures
+from kendama_cli.devices.streams.live_figures import LiveFigures
 
 
 def test_rate_gaps_and_delay_of_a_stream_are_those_that_it_has() -> None:

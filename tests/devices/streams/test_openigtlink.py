@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from kendama_cli.devices.hand.haptic.haptic_line import HapticLine
-from kendama_cli.devices.hand.openigtlink import EXTENDED, HEADER, TRANSFORM, MessageStream, crc64, string, transform
+from kendama_cli.devices.streams.openigtlink import EXTENDED, HEADER, TRANSFORM, MessageStream, crc64, string, transform
 from kendama_cli.errors import HardwareError
 
 
