@@ -20,7 +20,6 @@ from kendama_cli.cli.docs import docs
 from kendama_cli.cli.groups import open_group
 from kendama_cli.cli.motion import motion_app
 from kendama_cli.cli.options import Arm, ConfigDir, Force, Home, Json, On, Overrides, PipelineName, Until
-from kendama_cli.cli.play import play
 from kendama_cli.cli.robot import robot_app
 from kendama_cli.cli.runs import diff, runs_app
 from kendama_cli.cli.setup import setup_app
@@ -53,7 +52,6 @@ camera_app.command("blink")(camera_blink)
 camera_app.command("brightness")(camera_brightness)
 camera_app.command("latency")(camera_latency)
 camera_app.command("place")(camera_place)
-app.command()(play)
 app.command()(diff)
 app.command()(docs)
 USAGE = 2

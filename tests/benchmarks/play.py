@@ -15,9 +15,9 @@ from pathlib import Path
 
 import numpy as np
 
-from tests.devices.hand.play.chromium import CHROMIUM, Tab, browser
-from tests.devices.hand.play.served_game import Game
-from tests.devices.hand.play.table_top import hand
+from tests.chromium import CHROMIUM, Tab, browser
+from tests.plugins.teleoperation.play.served_game import Game
+from tests.plugins.teleoperation.play.table_top import hand
 
 RATE_HZ = 125.0
 

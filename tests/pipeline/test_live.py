@@ -27,7 +27,7 @@ from kendama_cli.schema.declaration import StageDeclaration
 from kendama_cli.store.checkpoint import CheckpointFolder
 from kendama_cli.store.store import Store
 from kendama_cli.system.listening import listen
-from tests.devices.hand.play.chromium import CHROMIUM, browser
+from tests.chromium import CHROMIUM, browser
 from tests.toy_project import ToyProject, artifact_bytes
 
 

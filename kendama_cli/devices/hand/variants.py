@@ -29,9 +29,3 @@ MOCAP = Variant(
     makes="kendama_cli.devices.hand.mocap:open_mocap",
     needs="a motion capture system that streams rigid bodies",
 )
-HAPTIC = Variant(
-    "haptic",
-    settings="kendama_cli.devices.hand.haptic.settings:HapticCapture",
-    makes="kendama_cli.devices.hand.haptic.device:open_haptic",
-    needs="a haptic device behind an OpenIGTLink server",
-)

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from kendama_cli.cli.main import main
-from tests.devices.hand.play.chromium import CHROMIUM, browser
+from tests.chromium import CHROMIUM, browser
 
 pytestmark = pytest.mark.skipif(
     CHROMIUM is None, reason="needs the program chromium (Debian: apt-get install chromium)"

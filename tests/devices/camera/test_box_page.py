@@ -16,8 +16,8 @@ from kendama_cli.devices.camera.drawn_boxes import DrawnBoxes
 from kendama_cli.devices.camera.film import Film
 from kendama_cli.devices.camera.film_stills import different, film_stills
 from kendama_cli.system.listening import listen
+from tests.chromium import CHROMIUM, browser
 from tests.cli.typed import refused
-from tests.devices.hand.play.chromium import CHROMIUM, browser
 from tests.vision.ball_films import pendulum, textured, write_film
 
 RADIUS_PX = 7.0

@@ -7,9 +7,9 @@ import time
 import numpy as np
 import pytest
 
-from kendama_cli.devices.hand.haptic.haptic_line import HapticLine
 from kendama_cli.devices.streams.openigtlink import EXTENDED, HEADER, TRANSFORM, MessageStream, crc64, string, transform
 from kendama_cli.errors import HardwareError
+from kendama_cli.plugins.teleoperation.haptic.haptic_line import HapticLine
 
 
 def test_the_checksum_is_that_of_ecma_182():

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from tests.devices.hand.play import chromium as chromium_module
-from tests.devices.hand.play.chromium import CHROMIUM, browser
+from tests import chromium as chromium_module
+from tests.chromium import CHROMIUM, browser
 from tests.report.replay.undrawn import undrawn_report
 
 pytestmark = pytest.mark.skipif(

@@ -1,0 +1,69 @@
+"""``kendama play``: a person plays in the browser, and what is kept are demonstrations."""
+
+from __future__ import annotations
+
+import re
+from functools import partial
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from kendama_cli.cli import render
+from kendama_cli.cli.options import ConfigDir, Home, Overrides
+from kendama_cli.config.site import find_site
+from kendama_cli.errors import MissingPartError, install_line
+
+LOOPBACK = ("127.0.0.1", "::1", "localhost")
+EVERYWHERE = ("0.0.0.0", "::")
+
+
+def play(
+    overrides: Overrides = None,
+    host: Annotated[str, typer.Option(help="Address to listen on; loopback unless you say otherwise.")] = "127.0.0.1",
+    port: Annotated[int, typer.Option(min=0, max=65535, help="TCP port; 0 takes a free one.")] = 0,
+    show: Annotated[bool, typer.Option("--show/--no-show", help="Open the page in the browser.")] = True,
+    home: Home = None,
+    config_dir: ConfigDir = None,
+) -> None:
+    """Play in the browser: swings are simulated, caught and kept, and 'kendama run capture=play' learns from them."""
+    import webbrowser
+
+    from kendama_cli.config.compose import composed
+    from kendama_cli.pipeline.nodes import build_settings
+    from kendama_cli.plugins.teleoperation.play.capture import doubt_of
+    from kendama_cli.system.listening import listen, own_address
+
+    listening = listen(host, port)  # before all that takes seconds to import
+    try:
+        from kendama_cli.plugins.teleoperation.play.server import Opened, PlayServer  # dartpy, starlette
+    except ModuleNotFoundError as error:
+        if (error.name or "").partition(".")[0] not in ("starlette", "uvicorn", "websockets"):
+            raise
+        message = f"'kendama play' needs {error.name}: {install_line('play')}"
+        raise MissingPartError(str(error.name), message) from None
+    asked = overrides or []
+    taker = [] if any(one.startswith("capture=") for one in asked) else ["capture=play"]
+    settings = build_settings(composed(find_site(home, config_dir), [*taker, *asked]))
+    folder = Path(settings["play"].folder).expanduser().absolute()
+    doubt = partial(doubt_of, settings["capture"])
+    server = PlayServer(settings["game"], settings["play"], folder, doubt=doubt, tell=render.note)
+
+    def ready(opened: Opened) -> None:
+        address = opened.address
+        if host in EVERYWHERE:
+            address = re.sub(r"//[^/]*:", f"//{own_address()}:", address, count=1)
+        render.text(address)
+        if host not in LOOPBACK:
+            render.note(
+                f"open to the network, unencrypted: whoever can reach port {opened.port} of this machine and has the "
+                f"address above can play, and see, rename and delete the tries of every player in {folder}"
+            )
+        render.note(f"tries are kept in {folder}; Ctrl-C ends the game")
+        if show and host in LOOPBACK:
+            webbrowser.open(address)
+
+    try:
+        server.serve(listening, host, ready)
+    except KeyboardInterrupt:  # the way to end it
+        render.note("ended; 'kendama run capture=play' goes on with what was kept")

@@ -1,0 +1,142 @@
+"""What a haptic device's server says, and how it is told a force: by OpenIGTLink, or as a VRPN force device.
+
+VRPN (vrpn_ForceDevice.h, vrpn_Phantom.C): the device is a tracker whose sensor 0 is the stylus, buttons (``Change``:
+a number and its state; ``States``: how many, and the state of each), and a force field, ``Force_Field``: 32-bit floats
+for where the stylus was, the force there [N], how it changes with the way from there (3 x 3) and how far from there it
+holds. The server keeps the last field until its last client has gone or the stylus has left the field.
+"""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from typing import Protocol
+
+from kendama_cli.devices.streams import vrpn
+from kendama_cli.devices.streams.openigtlink import TEXT_BEGINS, TRANSFORM, MessageStream, transform
+from kendama_cli.plugins.teleoperation.haptic.settings import HapticCapture
+from kendama_cli.schema.units import METRES
+
+Vector = tuple[float, float, float]
+BUTTON = struct.Struct(">ii")
+FORCE_FIELD = struct.Struct(">16f")
+FIELD_TYPE, ERROR_TYPE = "vrpn_ForceDevice Force_Field", "vrpn_ForceDevice Force_Error"
+FIELD_REACH_M = 0.1
+"""A stylus farther away feels nothing: more than it moves in some periods, in case that we stop unseen."""
+ERRORS = (
+    "a value is out of its range",
+    "its loop takes too long",
+    "too large a force, hot motors or amplifiers that are off",
+    "a fault without a name",
+)
+
+
+@dataclass(frozen=True)
+class Place:
+    """Where the stylus is, in the server's axes and unit."""
+
+    position: Vector
+
+
+@dataclass(frozen=True)
+class Grip:
+    """Whether the dead-man's switch is held."""
+
+    held: bool
+
+
+@dataclass(frozen=True)
+class Trouble:
+    """A fault that the device tells of itself."""
+
+    words: str
+
+
+Told = Place | Grip | Trouble
+
+
+class DeviceProtocol(Protocol):
+    """``name`` of the protocol, ``hello`` that a client says first, and ``pose``: which message has the place."""
+
+    name: str
+    hello: bytes
+    pose: str
+
+    def feed(self, data: bytes) -> Iterator[Told]:
+        """What these bytes say; raises ValueError for what is of another protocol, or damaged."""
+
+    def force(self, force_n: Vector, at: Vector) -> bytes:
+        """The message for a force on the stylus, in the server's axes; it was said to be at ``at``."""
+
+
+class OpenIgtlinkDevice:
+    """TRANSFORM and STRING."""
+
+    name, hello = "OpenIGTLink", b""
+
+    def __init__(self, settings: HapticCapture) -> None:
+        self._device, self._stream = settings.device, MessageStream()
+        self.pose = f"TRANSFORM '{settings.device}'"
+
+    def feed(self, data: bytes) -> Iterator[Told]:
+        """What these bytes say."""
+        for message in self._stream.feed(data):
+            kind, content = (message.kind, message.device), message.content
+            if kind == ("TRANSFORM", self._device) and len(content) == TRANSFORM.size:
+                x, y, z = TRANSFORM.unpack(content)[9:]
+                yield Place((x, y, z))
+            elif kind == ("STRING", f"{self._device}-grip") and len(content) >= TEXT_BEGINS:
+                yield Grip(content[TEXT_BEGINS:].strip(b"\0 ") == b"1")
+
+    def force(self, force_n: Vector, at: Vector) -> bytes:
+        """The force as a place."""
+        return transform(f"{self._device}-force", force_n)
+
+
+class VrpnDevice:
+    """A tracker with buttons and a force field."""
+
+    name = "VRPN"
+
+    def __init__(self, settings: HapticCapture) -> None:
+        self._device, self._button, self._stream = settings.device, settings.button, vrpn.VrpnStream()
+        self.pose = f"Pos_Quat of '{settings.device}'"
+        self.hello = vrpn.COOKIE + vrpn.named(vrpn.SENDER, 0, settings.device) + vrpn.named(vrpn.TYPE, 0, FIELD_TYPE)
+        self._reach = FIELD_REACH_M / METRES[settings.spoken_unit]
+
+    def feed(self, data: bytes) -> Iterator[Told]:
+        """What these bytes say."""
+        for message in self._stream.feed(data):
+            if message.sender != self._device:
+                continue
+            if (report := vrpn.tracker_report(message)) is not None:
+                if report.sensor == 0:
+                    yield Place(report.position)
+            elif message.kind == ERROR_TYPE:
+                (code,) = struct.unpack(">i", message.content)
+                if code < len(ERRORS):
+                    yield Trouble(ERRORS[max(code, 0)])
+            elif (state := self._state(message)) is not None:
+                yield Grip(state != 0)
+
+    def _state(self, message: vrpn.Message) -> int | None:
+        """Our button's, where the message tells it."""
+        if message.kind == "vrpn_Button Change" and len(message.content) == BUTTON.size:
+            number, state = BUTTON.unpack(message.content)
+            return int(state) if number == self._button else None
+        if message.kind == "vrpn_Button States":
+            states = struct.unpack(f">{len(message.content) // 4}i", message.content)[1:]
+            return states[self._button] if self._button < len(states) else None
+        return None
+
+    def force(self, force_n: Vector, at: Vector) -> bytes:
+        """A field that is the same everywhere within reach of ``at``."""
+        return vrpn.message_bytes(0, 0, FORCE_FIELD.pack(*at, *force_n, *[0.0] * 9, self._reach))
+
+
+DEVICES: Mapping[str, Callable[[HapticCapture], DeviceProtocol]] = {
+    "openigtlink": OpenIgtlinkDevice,
+    "vrpn": VrpnDevice,
+}
+"""By the value of ``capture.protocol``."""
