@@ -1,8 +1,9 @@
 """A person at a haptic device, as a process: a hand's impedance follows a planned swing, and gives to what it feels.
 
 ``python -m tests.plugins.teleoperation.haptic.operator_model SCALE [FAULT [PHANTOM]]`` prints its port. The hand is a
-mass of 1 kg on a spring of 400 N/m and a damper of 30 Ns/m about the plan; FAULT is nan, jump, frozen, silence or leave, half a
-second into it. It speaks OpenIGTLink itself; with PHANTOM, the program made of vrpn_phantom.cpp, that speaks VRPN.
+mass of 1 kg on a spring of 400 N/m and a damper of 30 Ns/m about the plan; FAULT is nan, jump, frozen, silence or
+leave, half a second into it. It speaks OpenIGTLink itself; with PHANTOM, the program made of vrpn_phantom.cpp, that
+speaks VRPN.
 """
 
 from __future__ import annotations
