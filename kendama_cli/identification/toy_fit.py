@@ -10,6 +10,7 @@ import numpy as np
 from kendama_cli.artifacts.toy_model import ToyModel
 from kendama_cli.errors import StageError
 from kendama_cli.physics.air import drag_over_speed
+from kendama_cli.physics.runge_kutta import runge_kutta
 from kendama_cli.schema.arrays import Array
 from kendama_cli.settings.game import GameSettings
 
@@ -106,7 +107,7 @@ def measure_toy(swing: FreeSwing, game: GameSettings) -> ToyFit:
 
 
 def played(values: Array, t_s: Array, game: GameSettings) -> Array:
-    """Places (n, 2, m) at ``t_s`` (n,) of pendulums with the parameters (7, m), by Runge and Kutta's method."""
+    """Return the places (n, 2, m) at ``t_s`` (n,) of pendulums with the parameters (7, m)."""
     untensioned, k1, k2, angle, rate, px, pz = values
     mass, gravity, rope = game.ball.mass_kg, game.gravity_m_s2, game.rope
     soft = mass / rope.stiffness_n_m
@@ -115,25 +116,22 @@ def played(values: Array, t_s: Array, game: GameSettings) -> Array:
     def stretched(phi: Array, turning: Array) -> Array:
         return np.asarray(untensioned + soft * (gravity * np.cos(phi) + untensioned * turning * turning))
 
-    def slope(phi: Array, turning: Array) -> tuple[Array, Array]:
+    def slope(state: Array) -> Array:
+        phi, turning = state
         length, sine = stretched(phi, turning), np.sin(phi)
         drag = drag_over_speed(k1, k2, length * np.abs(turning)) + lost * sine * sine / (length * length)
-        return turning, (6.0 * soft * gravity * turning * turning - gravity) * sine / length - drag * turning
+        bend = (6.0 * soft * gravity * turning * turning - gravity) * sine / length - drag * turning
+        return np.stack([turning, bend])
 
     places = np.empty((len(t_s), 2, values.shape[1]))
-    phi, turning, now = angle, rate, 0.0
+    state, now = np.stack([angle, rate]), 0.0
     for i, t in enumerate(t_s.tolist()):
         steps = math.ceil((t - now) / STEP_S)
-        h = (t - now) / steps if steps else 0.0
         for _ in range(steps):
-            a1, b1 = slope(phi, turning)
-            a2, b2 = slope(phi + 0.5 * h * a1, turning + 0.5 * h * b1)
-            a3, b3 = slope(phi + 0.5 * h * a2, turning + 0.5 * h * b2)
-            a4, b4 = slope(phi + h * a3, turning + h * b3)
-            phi = phi + h / 6 * (a1 + 2 * a2 + 2 * a3 + a4)
-            turning = turning + h / 6 * (b1 + 2 * b2 + 2 * b3 + b4)
+            state = runge_kutta(slope, state, (t - now) / steps)
         now = t
-        length = stretched(phi, turning)
+        phi = state[0]
+        length = stretched(*state)
         places[i] = px + length * np.sin(phi), pz - length * np.cos(phi)
     return places
 

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kendama_cli.errors import ConfigError
+from kendama_cli.physics.runge_kutta import runge_kutta
 from kendama_cli.physics.taut_rope import TautRope
 from kendama_cli.schema.arrays import Array
 from kendama_cli.settings.game import GameSettings
@@ -124,14 +125,9 @@ class _Swing:
             angle, rate = state.tolist()
             return np.array([rate, rope.acceleration_rad_s2(angle, rate, pull, g)])
 
-        states, h = [np.array([self.angle_rad, self.rate_rad_s])], -TAUT_STEP_S
+        states = [np.array([self.angle_rad, self.rate_rad_s])]
         for _ in range(n):
-            y = states[-1]
-            k1 = slope(y)
-            k2 = slope(y + h / 2 * k1)
-            k3 = slope(y + h / 2 * k2)
-            k4 = slope(y + h * k3)
-            states.append(y + h / 6 * (k1 + 2 * k2 + 2 * k3 + k4))
+            states.append(runge_kutta(slope, states[-1], -TAUT_STEP_S))
         balls = [rope.ball(*state.tolist()) for state in states[::-1]]
         t = np.arange(-n, 1, dtype=np.float64) * TAUT_STEP_S
         tie = _cup_after(self.cup_m, self.cup_velocity_m_s, self.cup_acceleration_m_s2, t)
