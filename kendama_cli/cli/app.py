@@ -167,7 +167,7 @@ def report(
         ),
     ] = None,
     output: Annotated[
-        Path | None, typer.Option("-o", "--output", metavar="FILE", help="Where to write the page.")
+        Path | None, typer.Option("-o", "--output", metavar="FILE", help="File to write the page to.")
     ] = None,
     export: Annotated[
         Path | None,

@@ -15,7 +15,8 @@ from kendama_cli.errors import KendamaError, MissingPartError, install_line
 
 def docs(
     output: Annotated[
-        Path | None, typer.Option("-o", "--output", metavar="DIR", help="Where to build [docs/ in the home folder].")
+        Path | None,
+        typer.Option("-o", "--output", metavar="DIR", help="Folder to build in [docs/ in the home folder]."),
     ] = None,
     show: Annotated[bool, typer.Option("--show/--no-show", help="Open the first page in the browser.")] = True,
     home: Home = None,

@@ -60,7 +60,7 @@ def motion_export(
 @motion_app.command("sample")
 def motion_sample(
     source: Source = None,
-    count: Annotated[int, typer.Option("-n", "--count", metavar="N", min=1, help="How many swings to draw.")] = 1,
+    count: Annotated[int, typer.Option("-n", "--count", metavar="N", min=1, help="Number of swings to sample.")] = 1,
     output: Annotated[
         Path, typer.Option("-o", "--output", metavar="FILE", help="FILE.yaml or .json; numbered where N > 1.")
     ] = Path("sample.yaml"),

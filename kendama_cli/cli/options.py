@@ -34,7 +34,7 @@ On = Annotated[
     typer.Option(
         "--on",
         metavar="EXECUTOR",
-        help="Where stages compute: local, dask or slurm [executor of the configuration].",
+        help="Executor of the stages: local, dask or slurm [executor of the configuration].",
         autocompletion=completion.executors,
     ),
 ]

@@ -21,7 +21,7 @@ KEY_FILE = "~/.config/kendama/robot.key"
 
 
 @robot_app.command("key")
-def robot_key(file: Annotated[str, typer.Argument(metavar="[FILE]", help="Where to write it.")] = KEY_FILE) -> None:
+def robot_key(file: Annotated[str, typer.Argument(metavar="[FILE]", help="File to write it to.")] = KEY_FILE) -> None:
     """Make the key that a robot and its commander share; give the robot's controller a copy of the file."""
     from kendama_cli.devices.robot.udp.key_file import make_key  # dartpy
 

@@ -31,10 +31,11 @@ def runs(
         ),
     ] = None,
     sort: Annotated[
-        str | None, typer.Option(metavar="KEY", help="By a key of the configuration or STAGE.METRIC, least first.")
+        str | None,
+        typer.Option(metavar="KEY", help="Key to sort by: of the configuration or STAGE.METRIC, smallest first."),
     ] = None,
     columns: Annotated[
-        str | None, typer.Option(metavar="KEY,...", help=f"What to show beside the run's id [{','.join(COLUMNS[1:])}].")
+        str | None, typer.Option(metavar="KEY,...", help=f"Columns beside the run's id [{','.join(COLUMNS[1:])}].")
     ] = None,
     as_json: Json = False,
     home: Home = None,
@@ -49,7 +50,7 @@ def tag(
     run: Annotated[str, typer.Argument(metavar="RUN", help="Id of a run.", autocompletion=completion.runs)],
     tags: Annotated[list[str] | None, typer.Argument(metavar="[TAG]...", help="Tags to add.")] = None,
     remove: Annotated[list[str] | None, typer.Option(metavar="TAG", help="Take this tag away.")] = None,
-    note: Annotated[str | None, typer.Option(metavar="TEXT", help="What to remember of this run.")] = None,
+    note: Annotated[str | None, typer.Option(metavar="TEXT", help="Note on this run.")] = None,
     home: Home = None,
 ) -> None:
     """Put tags and a note on a run."""

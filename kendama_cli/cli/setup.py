@@ -13,7 +13,7 @@ from kendama_cli.cli.options import Home, Json
 from kendama_cli.config.site import find_site
 
 setup_app = typer.Typer(
-    cls=open_group("setup"), help="What was measured of a laboratory, in one file: setup.yaml.", no_args_is_help=True
+    cls=open_group("setup"), help="Measured values of a laboratory, in one file: setup.yaml.", no_args_is_help=True
 )
 
 SetupFile = Annotated[

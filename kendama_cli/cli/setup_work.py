@@ -26,7 +26,7 @@ from kendama_cli.settings.setup import (
     MeasuredPlace,
 )
 
-NOTE = "# What was measured of a laboratory, each with its standard deviation: kendama run setup=FILE\n"
+NOTE = "# Measured values of a laboratory, each with its standard deviation: kendama run setup=FILE\n"
 SPEED_M_S = 3.0
 
 

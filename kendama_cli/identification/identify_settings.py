@@ -13,7 +13,7 @@ from kendama_cli.schema.settings import setting
 class IdentifySettings:
     """The exciting motions, the models, and the motion of the cup that shows what they are worth."""
 
-    amplitude_rad: float = setting("how far each joint leaves its home posture [rad]", above=0)
+    amplitude_rad: float = setting("maximum displacement of each joint from its home posture [rad]", above=0)
     limit_ratio: float = setting("share of the speed and acceleration limits that is used", above=0, at_most=1)
     harmonics: int = setting("sines of which each joint's motion is the sum", at_least=1, at_most=20)
     min_speed_rad_s: float = setting("each joint's tempo sweeps from about this speed to its fastest [rad/s]", above=0)

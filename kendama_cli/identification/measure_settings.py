@@ -18,7 +18,7 @@ class SwingMeasurement:
     half_width_m: float = setting("the cup stays within this distance of the middle [m]", above=0)
     max_speed_m_s: float = setting("largest speed of the cup [m/s]", above=0)
     swing_up_s: float = setting("longest time for that [s]", above=0)
-    duration_s: float = setting("how long the ball then swings freely [s]", above=0)
+    duration_s: float = setting("duration of the ball's free swing afterwards [s]", above=0)
     rate_hz: float = setting("rate of the samples that are kept [Hz]", above=0)
 
 

@@ -18,11 +18,11 @@ class HarmonicSettings:
         "range of A as a fraction of the largest action, or of the workspace's half width", above=0
     )
     drives: Literal["acceleration", "position", "auto"] = setting(
-        "what of the cup is the harmonic; 'auto': the acceleration where a limiter keeps the cup inside, else the "
+        "quantity of the cup that is harmonic; 'auto': the acceleration if a limiter keeps the cup inside, else the "
         "position"
     )
     phase: Literal["quarter", "any"] = setting("'quarter': +-pi/2, it starts from zero; 'any': uniform")
-    bang_bang: bool = setting("whether only the sign of the wanted acceleration is kept, at the largest action")
+    bang_bang: bool = setting("use only the sign of the desired acceleration, at the largest action")
 
     def __post_init__(self) -> None:
         for key in ("band_rad_s", "amplitude"):
@@ -40,7 +40,7 @@ class ExplorationSettings:
     epsilon / (1 + k / decay) in rollout k.
     """
 
-    kind: Literal["harmonic", "epsilon_greedy"] = setting("what an exploring rollout tries")
+    kind: Literal["harmonic", "epsilon_greedy"] = setting("actions of an exploring rollout")
     after_failure: float = setting(
         "probability that the rollout after a greedy failure explores", at_least=0, at_most=1
     )

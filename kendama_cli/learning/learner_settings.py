@@ -46,7 +46,7 @@ class PumpSettings:
     kind: Literal["energy_pumping"]
     height: float = setting("wanted height of the ball's turning point over the tie, in rope lengths")
     gain: float = setting("acceleration per missing energy [1/m]", above=0)
-    lead_rad: float = setting("by how much the pumping leads the ball's angle [rad]")
+    lead_rad: float = setting("lead of the pumping over the ball's angle [rad]")
     braking: float = setting("share of the gain with which too much energy is taken out", at_least=0)
     stiffness_per_s2: float = setting("pull of the cup to the middle [1/s^2]", at_least=0)
     damping_per_s: float = setting("damping of the cup [1/s]", at_least=0)

@@ -93,9 +93,9 @@ class LearnSettings:
     update: Literal["sarsa", "expected_sarsa", "q", "double_sarsa"] = setting(
         "the target that the value of a choice moves to"
     )
-    traces: Literal["replacing", "accumulating", "dutch"] = setting("what choosing an entry makes of its trace")
+    traces: Literal["replacing", "accumulating", "dutch"] = setting("change of an entry's trace when it is chosen")
     acting: Literal["latest", "streak_mean"] = setting(
-        "what is acted by: the 'latest' values, or the 'streak_mean' of those after each success in a row so far"
+        "values to act by: the 'latest', or the 'streak_mean' of those after each success in a row so far"
     )
     initial_q: float = setting("value of every entry of the table before learning")
     replay_passes: int = setting("times that a finished rollout is gone through again", at_least=0)

@@ -135,7 +135,7 @@ class ValidationSettings:
     """The rollouts that validate a learned policy, without learning, before it is frozen."""
 
     randomisation: RandomisationSettings
-    engine: EngineSettings | None = setting("what computes the dynamics of these rollouts; null: learn.engine")
+    engine: EngineSettings | None = setting("engine of the dynamics of these rollouts; null: learn.engine")
 
 
 @dataclass(frozen=True)

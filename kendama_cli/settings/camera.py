@@ -37,8 +37,8 @@ class CameraModelSettings:
         "camera axes in the world, unit quaternion, or null"
     )
     readout_s: float = setting(
-        "from the first line's exposure to the last's [s]: 0 of a global shutter, negative where the lowest line comes "
-        "first; virtual cameras take their sensor's",
+        "time from the first line's exposure to the last's [s]: 0 of a global shutter, negative if the lowest line is "
+        "first; virtual cameras use their sensor's",
         at_least=-0.1,
         at_most=0.1,
         absent=0.0,
@@ -90,7 +90,9 @@ class SensorSettings:
     """Conversion of light to numbers."""
 
     shutter: Literal["global", "rolling"] = setting("global exposes all rows at once, rolling one after the other")
-    readout_s: float = setting("from the first row's exposure to the last's with a rolling shutter [s]", at_least=0)
+    readout_s: float = setting(
+        "time from the first row's exposure to the last's with a rolling shutter [s]", at_least=0
+    )
     exposure_s: float = setting("exposure time of a row [s]", above=0, at_most=0.1)
     gain: float = setting("part of the full well that a white surface under irradiance 1 fills", above=0)
     full_well_e: float = setting("electrons at full scale; shot noise follows", above=0)
@@ -102,9 +104,9 @@ class SensorSettings:
     gain_drift: float = setting(
         "amplitude over the mean of the gain's slow drift, as of automatic exposure", at_least=0, at_most=0.9
     )
-    gain_drift_hz: float = setting("its frequency [Hz]", at_least=0, at_most=10)
+    gain_drift_hz: float = setting("frequency of that drift [Hz]", at_least=0, at_most=10)
     encoding: Literal["raw", "yuv420", "jpeg"] = setting(
-        "what the camera sends; yuv420 and jpeg halve the colours' resolution"
+        "pixel format that the camera sends; yuv420 and jpeg halve the colours' resolution"
     )
     jpeg_quality: int = setting("quality of encoding=jpeg", at_least=10, at_most=100)
 
@@ -125,7 +127,7 @@ class AppearanceSettings:
 
     ball_rgb: Triple = setting("reflectance of the ball", at_least=0, at_most=1)
     ball_pattern: Literal["plain", "two_tone", "striped", "wooden"] = setting(
-        "how the ball is painted: one colour, two halves, a band about its middle, or rings as of grain"
+        "paint of the ball: one colour, two halves, a band about its centre, or rings like grain"
     )
     ball_second_rgb: Triple = setting("reflectance of the ball's other colour", at_least=0, at_most=1)
     ball_spin_hz: float = setting("turns per second of a patterned ball", at_least=0, at_most=20)
@@ -192,7 +194,7 @@ class DeviceCamera(CameraRig):
     kind: Literal["device"] = setting("live images")
     indices: tuple[int, ...] = setting("OpenCV device index of every camera", at_least=0)
     rate_hz: float = setting("frames per second to ask for [Hz]", above=0)
-    latency_s: float = setting("from mid-exposure to the image's arrival [s]", at_least=0)
+    latency_s: float = setting("delay from mid-exposure to the image's arrival [s]", at_least=0)
 
 
 class CameraSettingsNode(Protocol):
@@ -230,8 +232,8 @@ CameraSettings = Annotated[CameraSettingsNode, CAMERAS]
 class LightSettings:
     """One lamp; it throws shadows."""
 
-    position_m: Triple = setting("where the lamp stands [m]")
-    irradiance: float = setting("what it gives a surface that faces it; 1 with gain 1 fills the sensor", at_least=0)
+    position_m: Triple = setting("position of the lamp [m]")
+    irradiance: float = setting("brightness of a surface that faces it; 1 with gain 1 fills the sensor", at_least=0)
 
 
 @dataclass(frozen=True)

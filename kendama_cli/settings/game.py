@@ -83,7 +83,7 @@ class HandleTie:
     """The rope is tied to the lower end of a round handle under the cup, on the axis."""
 
     kind: Literal["handle"]
-    length_m: float = setting("from the tie point up to the underside of the floor [m]", above=0)
+    length_m: float = setting("height of the underside of the floor over the tie point [m]", above=0)
     radius_m: float = setting("radius of the handle [m]", above=0)
 
 
@@ -92,8 +92,8 @@ class SideTie:
     """The rope is tied to the outside of the cup's wall."""
 
     kind: Literal["side"]
-    below_rim_m: float = setting("from the rim down to the tie [m]", above=0)
-    angle_deg: float = setting("where, about the axis from x of the cup's frame [deg]", at_least=-180, at_most=180)
+    below_rim_m: float = setting("depth of the tie below the rim [m]", above=0)
+    angle_deg: float = setting("angle about the axis, from x of the cup's frame [deg]", at_least=-180, at_most=180)
 
 
 @dataclass(frozen=True)
@@ -107,7 +107,7 @@ class CupSettings:
     mass_kg: float = setting("mass with handle [kg]", above=0)
     restitution: float = setting("coefficient of restitution between ball and cup", at_least=0, at_most=1)
     friction: float = setting("Coulomb friction coefficient between ball and cup", at_least=0)
-    tie: FloorTie | HandleTie | SideTie = setting("where the rope is tied to the cup")
+    tie: FloorTie | HandleTie | SideTie = setting("point at which the rope is tied to the cup")
 
     def __post_init__(self) -> None:
         if self.depth_m <= self.wall_m:
@@ -167,7 +167,7 @@ class GameSettings:
     rope: RopeSettings
     ball: BallSettings
     cup: CupSettings
-    air: QuadraticAir | LinearAir | MeasuredAir = setting("what slows the ball down")
+    air: QuadraticAir | LinearAir | MeasuredAir = setting("drag law of the ball")
     gravity_m_s2: float = setting("gravity, along -z of the world [m/s^2]", above=0)
 
     def __post_init__(self) -> None:

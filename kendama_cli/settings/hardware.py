@@ -36,7 +36,7 @@ class TwinHardware:
     )
     watchdog_s: float = setting("in real time: silence after which the moving robot stops for good [s]", above=0)
     silence_s: float = setting("in real time: an answer that takes longer is a broken line [s]", above=0)
-    imperfection: Imperfection = setting("how the twin differs from the model")
+    imperfection: Imperfection = setting("differences of the twin from the model")
 
 
 @dataclass(frozen=True)
@@ -47,7 +47,7 @@ class SimulatedHardware:
 
     kind: Literal["simulated"]
     control_period_s: float = setting("one position command per period; whole milliseconds [s]", above=0, at_most=0.02)
-    imperfection: Imperfection | None = setting("how it differs from the model; null: not at all")
+    imperfection: Imperfection | None = setting("differences from the model; null: none")
 
 
 @dataclass(frozen=True)

@@ -31,7 +31,7 @@ class StepSettings:
     """One step of the script: pose and force wanted at its end, reached smoothly from those of the step before."""
 
     name: str = setting("name in messages, logs and the report")
-    duration_s: float = setting("how long it takes [s]", above=0)
+    duration_s: float = setting("duration [s]", above=0)
     position_m: tuple[float, float, float] = setting("the tool in the world [m]")
     rotation_rad: tuple[float, float, float] = setting(
         "rotation vector in the world, from the tool's posture at home [rad]"

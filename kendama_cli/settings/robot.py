@@ -61,7 +61,7 @@ class RobotSettings:
     )
     tip_link: str | None = setting("link that holds the handle; null: the tool frame at the end of the longest chain")
     locked_joints: tuple[str, ...] = setting("joints on the way to the tip that are held where they are, as a lift is")
-    base_position_m: tuple[float, float, float] = setting("where the base link stands in the world [m]")
+    base_position_m: tuple[float, float, float] = setting("position of the base link in the world [m]")
     base_heading_rad: float = setting("turn of the base link about the world's z; the swing plane is x-z [rad]")
     home_rad: tuple[float, ...] | None = setting(
         "posture with the cup upright where a swing starts; null: the middle of the joints' ranges [rad]"
@@ -93,7 +93,7 @@ class RobotSettings:
         "speed vs over which Fs fades; null: 0.05 of the speed limit [rad/s]", above=0
     )
     redundancy_weights: tuple[float, ...] | None = setting(
-        "how unwillingly a joint moves where there are more than needed; null: inverse square of its speed limit",
+        "cost of a joint's motion if there are more joints than needed; null: inverse square of its velocity limit",
         above=0,
     )
     link_radius_m: tuple[float, ...] | None = setting(

@@ -16,18 +16,18 @@ SIGMAS_95 = 1.96
 class MeasuredNumber:
     """A number and how far it may be off."""
 
-    value: float = setting("what was measured")
-    sigma: float = setting("its standard deviation", at_least=0)
-    source: str = setting("how, and from what")
+    value: float = setting("measured value")
+    sigma: float = setting("standard deviation", at_least=0)
+    source: str = setting("method and data of the measurement")
 
 
 @dataclass(frozen=True)
 class MeasuredPlace:
     """A place [m], or an offset."""
 
-    value: Triple = setting("what was measured [m]")
+    value: Triple = setting("measured value [m]")
     sigma: Triple = setting("standard deviations [m]", at_least=0)
-    source: str = setting("how, and from what")
+    source: str = setting("method and data of the measurement")
 
 
 @dataclass(frozen=True)
@@ -37,8 +37,8 @@ class MeasuredDrag:
     linear_n_s_m: float = setting("k1 [N s/m]", at_least=0)
     quadratic_n_s2_m2: float = setting("k2 [N s^2/m^2]", at_least=0)
     at_3_m_s: float = setting("k1 + 3 k2 [N s/m]", above=0)
-    sigma_at_3_m_s: float = setting("its standard deviation [N s/m]", at_least=0)
-    source: str = setting("how, and from what")
+    sigma_at_3_m_s: float = setting("standard deviation [N s/m]", at_least=0)
+    source: str = setting("method and data of the measurement")
 
 
 @dataclass(frozen=True)
@@ -48,7 +48,7 @@ class PlacedCamera:
     camera: CameraModelSettings = setting("lens and pose")
     sigma_m: Triple = setting("standard deviations of the pose's place, along the world's axes [m]", at_least=0)
     sigma_rad: Triple = setting("standard deviations of its rotation, about the world's axes [rad]", at_least=0)
-    source: str = setting("how, and from what")
+    source: str = setting("method and data of the measurement")
 
 
 @dataclass(frozen=True)
@@ -56,8 +56,10 @@ class LaboratorySetup:
     """Everything that was measured; None for what was not."""
 
     rope_m: MeasuredNumber | None = setting("length of the rope [m]")
-    drag: MeasuredDrag | None = setting("what slows the ball down")
-    camera_delay_s: MeasuredNumber | None = setting("from mid-exposure to an image's arrival [s]")
-    marker_to_cup_m: MeasuredPlace | None = setting("from the printed marker's middle to the cup's tie point [m]")
-    body_to_cup_m: MeasuredPlace | None = setting("from the tracked body's origin to the cup's tie point [m]")
+    drag: MeasuredDrag | None = setting("air drag of ball and rope")
+    camera_delay_s: MeasuredNumber | None = setting("delay from mid-exposure to an image's arrival [s]")
+    marker_to_cup_m: MeasuredPlace | None = setting(
+        "offset of the cup's tie point from the printed marker's centre [m]"
+    )
+    body_to_cup_m: MeasuredPlace | None = setting("offset of the cup's tie point from the tracked body's origin [m]")
     cameras: tuple[PlacedCamera, ...] | None = setting("cameras in the robot's world")
