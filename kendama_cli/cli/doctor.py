@@ -116,7 +116,7 @@ def _named(declaration: Any) -> list[str]:
     """Return the ``module:name`` texts of a declaration."""
     fields = ("run", "gives", "chapter", "ensemble_chapter", "film", "replay", "episodes", "settings", "makes")
     named = (getattr(declaration, field, None) for field in fields)
-    return [one for one in named if isinstance(one, str)]
+    return [one for one in named if isinstance(one, str) and one]
 
 
 def _problems(targets: Mapping[str, Sequence[str]]) -> dict[str, str]:
