@@ -101,7 +101,7 @@ def run(
     force : sequence of str
         Stages to run although they are cached.
     arm : bool
-        Whether stages may move real hardware.
+        Permission for stages to move real hardware.
     home, config_dir : path, optional
         Store and runs; a folder with ``conf/`` and ``pipelines/``. As the options of the command line.
 
@@ -112,9 +112,9 @@ def run(
     Raises
     ------
     UsageError, ConfigError
-        Where what is asked for does not exist or does not fit.
+        If a name does not exist or a value does not fit.
     StageError
-        Where a stage failed, with its message; what was finished is kept, and ``runs()[-1]`` is the run.
+        If a stage failed, with its message; finished results are stored, and ``runs()[-1]`` is the run.
     """
     site = site_of(home, config_dir)
     declared = load_pipeline(pipeline, site.pipeline_folders).until(until)
@@ -132,7 +132,7 @@ def run(
 
 
 def runs(home: Path | str | None = None) -> list[Run]:
-    """All runs whose record can be read, oldest first.
+    """Return all runs whose record can be read, oldest first.
 
     Parameters
     ----------
@@ -146,19 +146,19 @@ def runs(home: Path | str | None = None) -> list[Run]:
     Raises
     ------
     FormatError
-        Where a record was written by another version of the format.
+        If a record was written by another version of the format.
     """
     site = site_of(home, None)
     return [Run(record, site.pipeline_folders) for record in past_runs(site.home)]
 
 
 def open_run(name: str | None = None, home: Path | str | None = None) -> Run:
-    """The run of this name (a unique beginning will do), or the newest.
+    """Return the run of this name (a unique prefix will do), or the newest.
 
     Parameters
     ----------
     name : str, optional
-        As ``kendama runs`` lists it.
+        Name as ``kendama runs`` lists it.
     home : path, optional
         The store; by default ``KENDAMA_HOME`` or ``.kendama``.
 
@@ -169,21 +169,21 @@ def open_run(name: str | None = None, home: Path | str | None = None) -> Run:
     Raises
     ------
     UsageError
-        Where there is none, or more than one.
+        If there is none, or more than one.
     """
     site = site_of(home, None)
     return Run(find_run(site.home, name), site.pipeline_folders)
 
 
 def environment(overrides: Sequence[str] = (), hold_s: float = 0.05) -> gymnasium.Env[Any, Any]:
-    """The swing-up as a Gymnasium environment (needs the extra ``gym``).
+    """Return the swing-up as a Gymnasium environment (needs the extra ``gym``).
 
     Parameters
     ----------
     overrides : sequence of str
-        As on the command line: ``["simulation/engine=dart", "learn/task=paper"]``; by default on the rail.
+        Overrides as on the command line: ``["simulation/engine=dart", "learn/task=paper"]``; by default on the rail.
     hold_s : float
-        How long an action is held [s].
+        Duration of an action [s].
 
     Returns
     -------
@@ -194,9 +194,9 @@ def environment(overrides: Sequence[str] = (), hold_s: float = 0.05) -> gymnasiu
     Raises
     ------
     ConfigError
-        Where either is not allowed.
+        If either is not allowed.
     ImportError
-        Where the extra ``gym`` is not installed.
+        If the extra ``gym`` is not installed.
     """
     from kendama_cli.gym import SwingUp  # noqa: PLC0415 - gymnasium is an extra
 
@@ -204,14 +204,15 @@ def environment(overrides: Sequence[str] = (), hold_s: float = 0.05) -> gymnasiu
 
 
 def estimator(rim_height_m: float, overrides: Sequence[str] = ()) -> CatchPoseEstimator:
-    """An estimator of where and when a flying ball falls through the plane of the rim, from images or positions.
+    """Return an estimator of the position and time at which a flying ball falls through the rim's plane, from
+    images or positions.
 
     Parameters
     ----------
     rim_height_m : float
         Height of the plane in the world [m].
     overrides : sequence of str
-        Of ``game`` and ``predict``: gravity, drag, and ``predict/motion=ballistic|process_noise|coloured``.
+        Overrides of ``game`` and ``predict``: gravity, drag, and ``predict/motion=ballistic|process_noise|coloured``.
 
     Returns
     -------
@@ -222,7 +223,7 @@ def estimator(rim_height_m: float, overrides: Sequence[str] = ()) -> CatchPoseEs
     Raises
     ------
     ConfigError
-        Where an override does not fit.
+        If an override does not fit.
     """
     chosen = configuration(overrides)
     game, predict = chosen["game"], chosen["predict"]

@@ -25,7 +25,8 @@ from kendama_cli.simulation.dart.carried_cup import Swing, carry_cup
 
 
 def configuration(overrides: Sequence[str] = (), config_dir: Path | str | None = None) -> Mapping[str, Any]:
-    """The settings of every node of the configuration, checked: frozen dataclasses by the node's name, and ``seed``.
+    """Return the checked settings of every node of the configuration: frozen dataclasses by the node's name, and
+    ``seed``.
 
     Parameters
     ----------
@@ -42,20 +43,20 @@ def configuration(overrides: Sequence[str] = (), config_dir: Path | str | None =
     Raises
     ------
     ConfigError
-        Naming the key that does not exist or does not fit.
+        If a key does not exist or its value does not fit; the message names it.
     """
     return build_settings(composed(site_of(None, config_dir), list(overrides)))
 
 
 def encode(demonstrations: Sequence[Demonstration], overrides: Sequence[str] = ()) -> MotionPlan:
-    """The average dynamic movement primitive of demonstrations (docs/equations.md eq. 3-5).
+    """Return the average dynamic movement primitive of demonstrations (docs/equations.md eq. 3-5).
 
     Parameters
     ----------
     demonstrations : sequence of Demonstration
         Each with ``t_s`` (n,) [s] and ``position_m`` (n, 3) [m]; x lies in the swing plane, z points up.
     overrides : sequence of str
-        Of the node ``encode``, as in ``["encode.functions=25"]``.
+        Overrides of the node ``encode``, as in ``["encode.functions=25"]``.
 
     Returns
     -------
@@ -65,15 +66,15 @@ def encode(demonstrations: Sequence[Demonstration], overrides: Sequence[str] = (
     Raises
     ------
     ValueError
-        Where a demonstration does not move or is too short.
+        If a demonstration does not move or is too short.
     ConfigError
-        Where an override does not fit.
+        If an override does not fit.
     """
     return encode_demonstrations(demonstrations, configuration(overrides)["encode"])
 
 
 def play(plan: MotionPlan, t_s: Any) -> DmpMotion:
-    """What a primitive plays at the instants ``t_s`` (n,) [s] after its start.
+    """Play a primitive: return its motion at the times ``t_s`` (n,) [s] after its start.
 
     Parameters
     ----------
@@ -91,7 +92,7 @@ def play(plan: MotionPlan, t_s: Any) -> DmpMotion:
 
 
 def policy(run: Run, stage: str = "learn") -> Policy:
-    """What acts by the policy that a run learned.
+    """Return the policy that a run learned, to act by.
 
     Parameters
     ----------
@@ -109,9 +110,9 @@ def policy(run: Run, stage: str = "learn") -> Policy:
     Raises
     ------
     UsageError, StoreError
-        Where the run has no such stage, or its artifact is damaged or gone.
+        If the run has no such stage, or its artifact is damaged or gone.
     StageError
-        Where that is not a policy that can be acted by.
+        If it is not a policy that can be used.
     """
     site = site_of(None, None)
     declared = load_pipeline(run.pipeline, (*run.pipeline_folders, *site.pipeline_folders))
@@ -130,7 +131,7 @@ def swing(
     aside_m: float = 0.0,
     after_s: float = 1.0,
 ) -> Swing:
-    """What the ball does when an upright cup is carried along a path, in DART and without an arm.
+    """Simulate the ball while an upright cup is moved along a path, in DART and without an arm.
 
     Parameters
     ----------
@@ -139,13 +140,13 @@ def swing(
     cup_m : array_like, shape (n, 3)
         The rope's tie point under the cup then [m]; x lies in the swing plane, z points up.
     overrides : sequence of str
-        Of the node ``game``, as in ``["game/air=linear"]``.
+        Overrides of the node ``game``, as in ``["game/air=linear"]``.
     rope_m : float, optional
         The rope's length [m]; by default ``game.rope.length_m``.
     aside_m : float
-        How far along x from rest the ball begins [m].
+        Displacement of the ball along x from rest at the start [m].
     after_s : float
-        How long the cup rests at the end of the path [s].
+        Duration of the cup's rest at the end of the path [s].
 
     Returns
     -------
@@ -155,11 +156,11 @@ def swing(
     Raises
     ------
     ValueError
-        Where the path is not finite, its shapes do not fit, or its times do not rise.
+        If the path is not finite, its shapes do not fit, or its times do not rise.
     ConfigError
-        Where an override does not fit.
+        If an override does not fit.
     SimulationError
-        Where the ball is flung away.
+        If the ball is flung away.
     """
     times, path = np.asarray(t_s, dtype=np.float64), np.asarray(cup_m, dtype=np.float64)
     if times.ndim != 1 or len(times) < 2 or path.shape != (len(times), 3):
@@ -171,5 +172,5 @@ def swing(
 
 
 def site_of(home: Path | str | None, config_dir: Path | str | None) -> Site:
-    """The folders that ``home`` and ``config_dir``, or the environment, name."""
+    """Return the folders that ``home`` and ``config_dir``, or the environment, name."""
     return find_site(None if home is None else Path(home), None if config_dir is None else Path(config_dir))

@@ -128,7 +128,7 @@ def plan(
     home: Home = None,
     config_dir: ConfigDir = None,
 ) -> None:
-    """Say which stages would run, and why."""
+    """Show the stages that would run, and why."""
     from kendama_cli.cli.run_work import show_plan
 
     show_plan(find_site(home, config_dir), pipeline, until, overrides or [], force or [], as_json=as_json)
@@ -230,7 +230,7 @@ def sweep(
 
 @app.command()
 def doctor(as_json: Json = False) -> int:
-    """Say what is installed, what is missing, and what each optional part would need."""
+    """Show installed and missing packages, and the needs of each optional part."""
     import dataclasses
 
     from kendama_cli.cli.doctor import examine  # tries every import

@@ -51,7 +51,7 @@ def _quietly(offer: Callable[[str], list[str]]) -> Callable[[str], list[str]]:
 
 @_quietly
 def pipelines(incomplete: str) -> list[str]:
-    """Names of pipelines."""
+    """Return the names of pipelines."""
     from kendama_cli.pipeline.catalogue import pipeline_names
 
     return pipeline_names(find_site().pipeline_folders)
@@ -59,7 +59,7 @@ def pipelines(incomplete: str) -> list[str]:
 
 @_quietly
 def stages(incomplete: str) -> list[str]:
-    """Names of the stages of all pipelines."""
+    """Return the names of the stages of all pipelines."""
     from kendama_cli.pipeline.catalogue import load_pipeline, pipeline_names
 
     folders = find_site().pipeline_folders
@@ -68,7 +68,7 @@ def stages(incomplete: str) -> list[str]:
 
 @_quietly
 def runs(incomplete: str) -> list[str]:
-    """Ids of past runs, newest first."""
+    """Return the ids of past runs, newest first."""
     from kendama_cli.store.runs import run_names
 
     return run_names(find_site().home)[::-1]
@@ -93,7 +93,7 @@ def executors(incomplete: str) -> list[str]:
 
 @_quietly
 def artifacts(incomplete: str) -> list[str]:
-    """STAGE of the newest run, then RUN/STAGE of the newest runs that begin so."""
+    """Return STAGE of the newest run, then RUN/STAGE of the newest runs that begin so."""
     from kendama_cli.pipeline.record import read_run
     from kendama_cli.store.runs import run_names
 
@@ -107,7 +107,7 @@ def artifacts(incomplete: str) -> list[str]:
 
 @_quietly
 def overrides(incomplete: str) -> list[str]:
-    """Groups, keys, and the options of a group after its ``=``."""
+    """Return groups, keys, and the options of a group after its ``=``."""
     from kendama_cli.config import compose
     from kendama_cli.config.site import group_options, groups
 

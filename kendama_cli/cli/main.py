@@ -75,7 +75,7 @@ def _of_the_system(error: OSError | MemoryError) -> str:
 
 
 def _discard_output() -> None:
-    """Have what is still unwritten go nowhere, so that Python does not complain at the end that it cannot write it."""
+    """Discard unwritten output, so that Python does not complain at the end that it cannot write it."""
     with contextlib.suppress(OSError, AttributeError, ValueError):  # closed, or none at all
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 

@@ -36,7 +36,7 @@ def print_marker(dictionary: str, number: int, size_mm: float, output: Path) -> 
 
 
 def _squares(black: NDArray[np.bool_], size_mm: float) -> tuple[list[tuple[float, float]], float, float]:
-    """Upper left corners of the black cells, a cell's side and the whole side with the white edge [mm]."""
+    """Return upper left corners of the black cells, a cell's side and the whole side with the white edge [mm]."""
     cell = size_mm / len(black)
     places = [((column + 1) * cell, (row + 1) * cell) for row, column in np.argwhere(black).tolist()]
     return places, cell, size_mm + 2 * cell

@@ -36,7 +36,7 @@ Stage = Annotated[
 
 @motion_app.command("show")
 def motion_show(source: Source = None, stage: Stage = None, as_json: Json = False, home: Home = None) -> None:
-    """Say what a primitive is: duration, start, goal, weights, and how its demonstrations differed."""
+    """Show a primitive: duration, start, goal, weights, and the deviations of its demonstrations."""
     from kendama_cli.cli.motion_work import show
 
     show(source, stage, home, as_json=as_json)

@@ -23,7 +23,7 @@ from kendama_cli.store.codecs import load_artifact
 
 
 def show(source: str | None, stage: str | None, home: Path | None, *, as_json: bool) -> None:
-    """Duration, start, goal, weights, and how the demonstrations differed."""
+    """Show duration, start, goal, weights, and the deviations of the demonstrations."""
     plan = _plan(source, stage, home)
     deviations = covariance(plan).diagonal() ** 0.5
     facts: dict[str, Any] = {

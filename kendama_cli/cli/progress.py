@@ -24,7 +24,7 @@ class PlainLines:
     """One line when a stage starts and ends, and one every few seconds between."""
 
     def __init__(self, prefix: str = "") -> None:
-        """``prefix`` tells runs of a sweep apart."""
+        """Store ``prefix``, which distinguishes the runs of a sweep."""
         self._prefix = prefix
         self._told_s: dict[str, float] = {}
 
@@ -34,10 +34,10 @@ class PlainLines:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        """Nothing to put back."""
+        """Leave the terminal as it is."""
 
     def stage_waits(self, name: str) -> None:
-        """Another run on this home is computing the stage."""
+        """Print that another run on this home is computing the stage."""
         self._say(f"{name}: waits for another run that is computing it")
 
     def stage_starts(self, name: str, key: str | None, reasons: tuple[str, ...]) -> None:
@@ -100,7 +100,7 @@ class LiveView:
         self._progress.stop()
 
     def stage_waits(self, name: str) -> None:
-        """Another run on this home is computing the stage."""
+        """Show that another run on this home is computing the stage."""
         self._progress.update(self._row(name), mark="…", shown="another run is computing it")
 
     def stage_starts(self, name: str, key: str | None, reasons: tuple[str, ...]) -> None:

@@ -50,7 +50,7 @@ def line(value: Any) -> None:
 
 
 def table(rows: Iterable[Sequence[str]], *, head: Sequence[str] = ()) -> None:
-    """Rows in aligned columns on standard output; the last column runs free."""
+    """Print rows in aligned columns on standard output; the last column is not padded."""
     lines = [*([head] if head else []), *rows]
     if not lines:
         return
@@ -96,7 +96,7 @@ def figure(value: Any) -> str:
 
 
 def figures(values: Mapping[str, Any], most: int | None = None) -> str:
-    """``name value`` pairs in one line, the first ``most`` of them."""
+    """Return ``name value`` pairs in one line, the first ``most`` of them."""
     return ", ".join(f"{name} {figure(value)}" for name, value in list(values.items())[:most])
 
 

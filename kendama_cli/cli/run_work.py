@@ -36,7 +36,8 @@ def run_pipeline(
     as_json: bool,
     watch: WatchOptions | None,
 ) -> int:
-    """Run, show how it ended, and remember for ``asked``, begun at ``began_s``, where there is nothing left to do.
+    """Run the pipeline and show its outcome; store it for ``asked``, started at ``began_s``, if nothing is left to
+    do.
 
     The exit code is 1 too where a stage kept what it had and did not come to its end: an arm that stopped, say.
     """

@@ -72,7 +72,7 @@ def diff(
     as_json: Json = False,
     home: Home = None,
 ) -> None:
-    """Say what differs between two runs: configuration, code, versions, artifacts, metrics."""
+    """Show the differences between two runs: configuration, code, versions, artifacts, metrics."""
     from kendama_cli.pipeline.record import find_run
     from kendama_cli.pipeline.run_diff import run_differences
     from kendama_cli.store.store import Store

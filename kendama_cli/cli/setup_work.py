@@ -46,7 +46,7 @@ def amended(output: Path, **measured: Any) -> LaboratorySetup:
 
 
 def keep_toy(site: Site, run: str | None, output: Path) -> None:
-    """Rope and drag of the run's stage ``measure``; raises UsageError where it has none."""
+    """Store rope and drag of the run's stage ``measure``; raises UsageError if it has none."""
     found = Run(find_run(site.home, run), site.pipeline_folders)
     if "measure" not in found.stages:
         raise UsageError(f"run {found.name} has no stage 'measure'; 'kendama run -p measurement' measures the toy")
@@ -99,7 +99,7 @@ def _millimetres(values: Sequence[float], times: float = 1.0) -> str:
 
 
 def _lists(value: Any) -> Any:
-    """Tuples as lists, which YAML can say."""
+    """Return tuples as lists, which YAML can represent."""
     if isinstance(value, dict):
         return {name: _lists(item) for name, item in value.items()}
     return [_lists(item) for item in value] if isinstance(value, list | tuple) else value

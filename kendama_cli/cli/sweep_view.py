@@ -30,7 +30,7 @@ class SweepView:
     """Watches the runs of a sweep, which end in threads of their own."""
 
     def __init__(self, jobs: Sequence[SweepJob], console: Console | None = None) -> None:
-        """On ``console`` where that is a terminal; by default standard error."""
+        """Draw on ``console`` if that is a terminal; by default standard error."""
         self._console = console or Console(file=sys.stderr)
         self._number = {id(job): i for i, job in enumerate(jobs, 1)}
         self._ends = {id(job): job.planner.pipeline.stages[-1].name for job in jobs}
@@ -95,7 +95,7 @@ class _OneOfMany:
         self._view, self._label, self._last = view, label, last
 
     def stage_waits(self, name: str) -> None:
-        """Another run on this home is computing the stage."""
+        """Note that another run on this home is computing the stage."""
 
     def stage_starts(self, name: str, key: str | None, reasons: tuple[str, ...]) -> None:
         """Note that a worker for the stage has started."""

@@ -113,7 +113,7 @@ log_app.command("predict")(log_predict)
 
 @log_app.command("info")
 def log_info(file: LogPlace, as_json: Json = False, home: Home = None) -> None:
-    """Say what an MCAP log holds."""
+    """Show the content of an MCAP log."""
     from kendama_cli.log.export import describe  # pandas
     from kendama_cli.pipeline.artifact_place import log_path
 

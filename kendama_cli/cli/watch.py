@@ -71,7 +71,7 @@ class _Both:
         self._first: Callable[[], None] | None = first
 
     def stage_waits(self, name: str) -> None:
-        """Another run on this home is computing the stage."""
+        """Report to both that another run on this home is computing the stage."""
         for one in self._observers:
             one.stage_waits(name)
 

@@ -39,14 +39,14 @@ class FurtherFolders(SearchPathPlugin):
     folders: tuple[Path, ...] = ()
 
     def manipulate_search_path(self, search_path: ConfigSearchPath) -> None:
-        """Called by Hydra while it is initialised."""
+        """Add the folders to Hydra's search path; Hydra calls it while it is initialised."""
         for folder in reversed(self.folders):
             search_path.append("kendama", f"file://{folder}", anchor=SearchPathQuery(provider="main"))
 
 
 @contextlib.contextmanager
 def further_folders(folders: Sequence[Path]) -> Iterator[None]:
-    """Have Hydra look into ``folders`` too, in this order, when it is initialised meanwhile."""
+    """Make Hydra search ``folders`` too, in this order, when it is initialised meanwhile."""
     Plugins.instance().register(FurtherFolders)
     FurtherFolders.folders = tuple(folders)
     try:
@@ -56,7 +56,7 @@ def further_folders(folders: Sequence[Path]) -> Iterator[None]:
 
 
 def parse_overrides(overrides: list[str]) -> list[Any]:
-    """``overrides`` by Hydra's grammar; raises ConfigError for one that is none."""
+    """Parse ``overrides`` by Hydra's grammar; raises ConfigError for one that does not fit it."""
     parsed = []
     for text in overrides:
         try:
@@ -193,7 +193,7 @@ def _plain_error(site: Site, overrides: list[str], error: Exception) -> ConfigEr
 
 
 def _below(node: dict[str, Any]) -> Iterator[str]:
-    """Dotted names of all values beneath the keys of ``node``."""
+    """Return the dotted names of all values beneath the keys of ``node``."""
     for name, value in node.items():
         if isinstance(value, dict):
             for inner in (*value, *_below(value)):

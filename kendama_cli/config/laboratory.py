@@ -75,7 +75,9 @@ def with_setup(
 
 
 def applied(config: Mapping[str, Any], setup: LaboratorySetup, overrides: Sequence[str]) -> dict[str, Any]:
-    """``config`` with what was measured; what ``overrides`` say themselves, and keys that it has not, stay."""
+    """Return ``config`` with the measured values; values that ``overrides`` set, and keys that it does not have,
+    stay.
+    """
     made: dict[str, Any] = copy.deepcopy(dict(config))
     said = [text.partition("=")[0].lstrip("+~").partition("@")[0].replace("/", ".") for text in overrides]
     for key, value in measured_values(setup, config).items():

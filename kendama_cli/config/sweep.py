@@ -18,7 +18,7 @@ REFERENCE = re.compile(r"\$\{([^{}]*)\}")
 
 
 def composed_each(site: Site, combinations: Sequence[Sequence[str]]) -> Iterator[dict[str, Any]]:
-    """``composed`` for each of many override lists that differ in few values, as a sweep's do.
+    """Return ``composed`` for each of many override lists that differ in few values, as a sweep's do.
 
     Composing costs a tenth of a second; so what remains of a list without its plain ``KEY=NUMBER`` overrides is
     composed once, and these are set in the result; what does not differ is one object in all. Values that others refer
@@ -79,7 +79,7 @@ def expand_sweep(site: Site, overrides: Sequence[str]) -> list[list[str]]:
 
 
 def _with_number(node: Any, path: Sequence[str], value: float) -> dict[str, Any] | None:
-    """``node`` with another number at ``path``, and all else the same objects.
+    """Return ``node`` with another number at ``path``, and all else the same objects.
 
     None where there is anything else than a number, so that composing tells what is wrong.
     """

@@ -61,7 +61,7 @@ def choose_friction(
 
 
 def _without_outliers(errors: Array, kept: Mask) -> Mask:
-    """``kept`` without what is farther off than OUTLIER median errors: the ball's blows, say."""
+    """Return ``kept`` without samples whose error is above OUTLIER median errors: the ball's impacts, for example."""
     middle = np.array([np.median(np.abs(errors[kept[:, j], j])) for j in range(errors.shape[1])])
     return kept & (np.abs(errors) <= OUTLIER * middle)
 
@@ -90,7 +90,7 @@ def fit_parametric(velocity_rad_s: Array, torque_nm: Array, kept: NDArray[np.boo
 
 
 def _fit_joint(velocity_rad_s: Array, torque_nm: Array) -> tuple[float, float, float, float, float]:
-    """Fc, Fs, vs, b and o of one joint."""
+    """Fit Fc, Fs, vs, b and o of one joint."""
     plain = np.column_stack([direction(velocity_rad_s), velocity_rad_s, np.ones(len(velocity_rad_s))])
     (coulomb, viscous, offset), least = _least_squares(plain, torque_nm)
     best = (coulomb, 0.0, WIDEST_RAD_S, viscous, offset)

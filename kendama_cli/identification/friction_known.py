@@ -11,7 +11,7 @@ from kendama_cli.settings.robot import RobotSettings
 
 
 def with_identified(robot: RobotSettings, friction: FrictionModel | None) -> RobotSettings:
-    """``robot`` whose joints have, and whose controller knows, the identified friction too; as it is without one.
+    """Return ``robot`` with the identified friction in its joints and its controller; unchanged without one.
 
     The parametric model serves, also where the network is better: simulated joints have Coulomb, Stribeck and viscous
     friction. No term becomes negative; where both have a Stribeck term, the stronger one's speed holds for the sum.

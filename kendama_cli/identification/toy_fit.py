@@ -59,7 +59,7 @@ class ToyFit:
 
 
 def measure_toy(swing: FreeSwing, game: GameSettings) -> ToyFit:
-    """Rope and drag of the pendulum
+    """Return the rope and drag of the pendulum
 
         phi'' = -(g / l) sin phi - 2 (l' / l) phi' - (k1 + k2 l |phi'|) phi' / m - Kd (l' / phi')^2 phi' / (m l^2),
 
@@ -182,7 +182,7 @@ def _below_the_edge(swing: FreeSwing) -> FreeSwing:
 
 
 def _circle(place_m: Array) -> tuple[Array, float]:
-    """Centre (2,) and radius of the circle through places (n, 2), by linear least squares."""
+    """Fit centre (2,) and radius of the circle through positions (n, 2), by linear least squares."""
     design = np.column_stack([2 * place_m, np.ones(len(place_m))])
     found = np.linalg.lstsq(design, (place_m**2).sum(axis=1), rcond=None)[0]
     return found[:2], float(math.sqrt(max(found[2] + found[:2] @ found[:2], 1e-9)))

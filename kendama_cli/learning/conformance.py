@@ -36,7 +36,7 @@ def check_determinism(settings: LearnSettings) -> None:
 
 
 def check_actions(settings: LearnSettings) -> None:
-    """Accelerations are finite and within the largest action, whatever is read."""
+    """Check that accelerations are finite and within the largest action, for any readings."""
     practice = _Practice(begin_learner(settings), settings, SEED)
     lowest, highest = settings.actions_m_s2[0], settings.actions_m_s2[-1]
     for _ in range(ROLLOUTS):
@@ -46,7 +46,7 @@ def check_actions(settings: LearnSettings) -> None:
 
 
 def check_holding(settings: LearnSettings) -> None:
-    """Before ``next_look_s`` the action stays what it is, whatever is read."""
+    """Check that the action stays the same before ``next_look_s``, for any readings."""
     practice = _Practice(begin_learner(settings), settings, SEED)
     for _ in range(ROLLOUTS):
         practice.rollout()
@@ -91,7 +91,7 @@ def check_checkpoint(settings: LearnSettings) -> None:
 
 
 def check_freezing(settings: LearnSettings) -> None:
-    """Frozen, a learner acts as its policy does and learns nothing; a failure ends that."""
+    """Check that a frozen learner acts like its policy and learns nothing, and that a failure ends that."""
     practice = _frozen(settings)
     for _ in range(2):
         before = practice.learner.policy
@@ -206,14 +206,14 @@ def _frozen(settings: LearnSettings) -> _Practice:
 
 
 def _through_a_file(state: Mapping[str, Any]) -> dict[str, Any]:
-    """``state`` as a checkpoint gives it back: arrays, and JSON values."""
+    """Return ``state`` as a checkpoint restores it: arrays, and JSON values."""
     arrays = {name: np.array(value) for name, value in state.items() if isinstance(value, np.ndarray)}
     plain = {name: value for name, value in state.items() if not isinstance(value, np.ndarray)}
     return {**json.loads(json.dumps(plain)), **arrays}
 
 
 def _stored(policy: PolicyArtifact) -> PolicyArtifact:
-    """``policy`` as a store gives it back."""
+    """Return ``policy`` as a store restores it."""
     arrays = tuple(NamedArray(entry.name, np.array(entry.values)) for entry in policy.arrays)
     _law(policy_digest(policy.kind, policy.meaning, arrays) == policy.digest, "a policy is sealed over all it holds")
     return PolicyArtifact(policy.kind, policy.meaning, arrays, policy.digest)

@@ -106,5 +106,5 @@ class BinActor:
         return self._acceleration_m_s2
 
     def _decide(self, held: HeldAction, row: int, state: SwingState, t_s: float) -> float:
-        """Have ``held`` hold an action and return the cup's acceleration [m/s^2] until the next decision."""
+        """Let ``held`` hold an action; return the cup's acceleration [m/s^2] until the next decision."""
         raise NotImplementedError

@@ -71,7 +71,7 @@ def draw_harmonic(learn: LearnSettings, rng: Generator) -> DrawnHarmonic:
 def vary_harmonic(
     settings: ExplorationSettings, drawn: DrawnHarmonic, rng: Generator, *, succeeded: bool
 ) -> DrawnHarmonic:
-    """``drawn`` with another frequency and amplitude near by.
+    """Return ``drawn`` with another frequency and amplitude near by.
 
     Until anything has ``succeeded``, now and then farther off: small steps alone stay at near misses.
     """
@@ -112,7 +112,7 @@ class Harmonic:
         return min(range(len(self._actions)), key=lambda action: abs(self._actions[action] - wanted))
 
     def action_probabilities(self, greedy: int) -> None:
-        """None: once it is drawn, a harmonic is deterministic."""
+        """Return None: once it is sampled, a harmonic is deterministic."""
         return
 
 
@@ -131,7 +131,7 @@ class EpsilonGreedy:
         return greedy
 
     def action_probabilities(self, greedy: int) -> list[float]:
-        """epsilon / n for each action, and 1 - epsilon more for the greedy one."""
+        """Return epsilon / n for each action, and 1 - epsilon more for the greedy one."""
         probabilities = [self._epsilon / self._n] * self._n
         probabilities[greedy] += 1.0 - self._epsilon
         return probabilities

@@ -90,8 +90,9 @@ class Learner(Actor, Protocol):
         """
 
     def state(self) -> dict[str, Any]:
-        """Between two rollouts all there is to save: arrays and JSON values by name. Going on from it is bit for bit
-        the same as going on.
+        """Return the state to save between two rollouts: arrays and JSON values by name.
+
+        A learner that resumes from it does bit for bit the same as one that was never interrupted.
         """
 
 

@@ -39,7 +39,7 @@ class HarmonicPolicy(BinActor):
     table = None
 
     def __init__(self, artifact: PolicyArtifact, settings: LearnSettings) -> None:
-        """Raises ValueError where the artifact does not hold one harmonic."""
+        """Check that the artifact holds one harmonic; raises ValueError if not."""
         super().__init__(settings)
         self.play(_harmonic_of(artifact))
 
@@ -97,7 +97,7 @@ class LuckyLearner(RolloutLearner):
         return _sealed(self._best if longer else self._replayed, self._settings)
 
     def begin_rollout(self, rng: Generator) -> None:
-        """Replay, or draw a harmonic from ``rng``."""
+        """Replay a harmonic, or sample one from ``rng``."""
         own = self._settings.learner
         if isinstance(own, LuckySettings):
             self._explored = explores(own.after_failure, self.count, rng)

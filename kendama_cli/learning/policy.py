@@ -31,7 +31,7 @@ class GreedyPolicy(BinActor):
     """Chooses the best action of a frozen table, at the times at which it was learned to be chosen."""
 
     def __init__(self, policy: PolicyArtifact, settings: LearnSettings) -> None:
-        """Raises ValueError where the table has not the shape that the settings need."""
+        """Check that the table has the shape that the settings need; raises ValueError if not."""
         super().__init__(settings)
         self.table = checked_table(policy.array("q"), settings)
         self._values = self.table.tolist()
@@ -47,7 +47,7 @@ class GreedyPolicy(BinActor):
 
 
 def checked_table(q: Array, settings: LearnSettings) -> Array:
-    """``q``; raises ValueError where it is not (states, actions) of ``settings``."""
+    """Return ``q``; raises ValueError if its shape is not (states, actions) of ``settings``."""
     wanted = StateGrid(settings.grid).n_states, len(settings.actions_m_s2)
     if q.shape != wanted:
         raise ValueError(f"the table has shape {q.shape}; the configuration 'learn' needs {wanted}")

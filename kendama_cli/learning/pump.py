@@ -32,7 +32,7 @@ class PumpPolicy(BinActor):
     table = None
 
     def __init__(self, artifact: PolicyArtifact, settings: LearnSettings) -> None:
-        """Raises ValueError where the artifact does not hold the law's constants."""
+        """Check that the artifact holds the law's constants; raises ValueError if not."""
         values = artifact.array("constants")
         names = [entry.name for entry in dataclasses.fields(PumpSettings) if entry.name != "kind"]
         if values.shape != (len(names),):
@@ -89,7 +89,7 @@ class PumpLearner(RolloutLearner):
         self._rollout = RewardedActor(self._actor, self._settings.reward)
 
     def end_rollout(self, outcome: Outcome, state: SwingState, miss_m: float | None = None) -> FinishedRollout:
-        """Count; ``state`` is the last reading."""
+        """Count the rollout; ``state`` is the last reading."""
         success, reward = outcome == "goal", self._rollout.reward(outcome, state, miss_m)
         self.count = self.count.after(explored=False, success=success, settings=self._settings.count)
         return FinishedRollout(self.count.rollouts, False, success, reward, self._rollout.decisions)

@@ -31,7 +31,7 @@ class Flight:
 
     @classmethod
     def of(cls, game: GameSettings, rope_scale: float = 1.0) -> Flight:
-        """That of the game, with a rope ``rope_scale`` times as long."""
+        """Return the flight of the game, with a rope ``rope_scale`` times as long."""
         return cls(TautRope.of(game, rope_scale), game.cup.rim_m, game.gravity_m_s2)
 
     def landing(self, state: SwingState) -> Landing | None:

@@ -32,7 +32,7 @@ class ValueTable:
         traces: TraceName = "replacing",
         update: UpdateName = "sarsa",
     ) -> None:
-        """``q`` is (states, actions), or one such table for each that the update has."""
+        """Store ``q``: (states, actions), or one such table for each that the update has."""
         self._update = UPDATES[update]
         single = np.asarray(q, dtype=np.float64)
         self._tables = np.array(single if single.ndim == 3 else [single] * self._update.tables)

@@ -41,7 +41,7 @@ class Update(Protocol):
     tables: int
 
     def ahead(self, q: NDArray[np.float64], transition: Transition) -> float:
-        """V from the table ``q`` for a transition that has a next row."""
+        """Return V from the table ``q`` for a transition that has a next row."""
 
     def goes_on(self, q: NDArray[np.float64], transition: Transition) -> bool:
         """Return True if earlier choices have a part in the value after this transition."""

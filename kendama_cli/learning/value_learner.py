@@ -62,7 +62,7 @@ class Acting:
         return {"best": np.array(self._best), "best_streak": self._best_streak, **mean}
 
     def restore(self, state: Mapping[str, Any]) -> None:
-        """Become what ``state()`` described."""
+        """Restore what ``state()`` described."""
         self._best, self._best_streak = np.asarray(state["best"]), int(state["best_streak"])
         if self._mean is not None:
             self._mean = np.array(state["mean"])

@@ -11,7 +11,8 @@ State = tuple[Array, Array]
 
 
 def cubic_between(first: State, last: State, *, steps: int, step_s: float) -> tuple[Array, Array, Array]:
-    """Places, speeds and accelerations (``steps``, n) at the end of every step from ``first`` to ``last``.
+    """Return positions, velocities and accelerations (``steps``, n) at the end of every step from ``first`` to
+    ``last``.
 
     q(t) = q0 + t (v0 + t (c + t d)), where c and d are such that q and q' are those of ``last`` after all steps.
     """

@@ -15,19 +15,19 @@ PEAK_RATE = 1.875
 
 
 def step(share: ArrayLike) -> Array:
-    """s at the shares u (...) of the step's duration."""
+    """Return s at the fractions u (...) of the step's duration."""
     u = np.clip(np.asarray(share, dtype=np.float64), 0.0, 1.0)
     return np.asarray(u**3 * (10 - 15 * u + 6 * u**2))
 
 
 def step_rate(share: ArrayLike) -> Array:
-    """ds/du (...)."""
+    """Return ds/du (...)."""
     u = np.clip(np.asarray(share, dtype=np.float64), 0.0, 1.0)
     return np.asarray(30 * u**2 * (1 - u) ** 2)
 
 
 def step_change(share: ArrayLike) -> Array:
-    """d2s/du2 (...)."""
+    """Return d2s/du2 (...)."""
     u = np.clip(np.asarray(share, dtype=np.float64), 0.0, 1.0)
     return np.asarray(60 * u * (1 - u) * (1 - 2 * u))
 

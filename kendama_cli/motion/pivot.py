@@ -27,7 +27,7 @@ class Pivot:
 
 
 def calibrate_pivot(position_m: Array, rotation_wxyz: Array) -> Pivot:
-    """Least squares of p + R o = c over samples (n, 3), (n, 4); outliers beyond 3 sigma are left out once.
+    """Solve p + R o = c by least squares over samples (n, 3), (n, 4); outliers beyond 3 sigma are left out once.
 
     Raises ValueError where the body is turned too little, or about one axis only: then o is not determined.
     """

@@ -100,7 +100,7 @@ def continuous_logarithm(rotation_wxyz: Array) -> Array:
 
 
 def cross(a: Array, b: Array) -> Array:
-    """a x b (..., 3) of vectors (..., 3): the numbers of ``np.cross``, whose care for axes takes ten times as long."""
+    """Return a x b (..., 3) of vectors (..., 3): the numbers of ``np.cross``, which takes ten times as long."""
     made = np.empty(np.broadcast_shapes(a.shape, b.shape))
     for i in range(3):
         made[..., i] = a[..., i - 2] * b[..., i - 1] - a[..., i - 1] * b[..., i - 2]

@@ -45,7 +45,7 @@ class FileIndex:
         self._names: dict[str, list[str]] = {}
 
     def facts(self, file: Path, kind: str, compute: Any) -> Any:
-        """``compute(file)``, remembered while the file stays the same."""
+        """Return ``compute(file)``, remembered while the file stays the same."""
         status = file.stat()
         stamp = [status.st_size, status.st_mtime_ns, status.st_ctime_ns, status.st_ino]
         self.read[str(file)] = stamp

@@ -32,7 +32,7 @@ class WorkerContext:
         topics: Mapping[str, type],
         emit: Callable[[Mapping[str, Any]], None],
     ) -> None:
-        """``topics`` are those of the stage's declaration, ``emit`` passes progress on.
+        """Open the services: ``topics`` are those of the stage's declaration, ``emit`` passes progress on.
 
         ``seed`` is None for a stage whose pipeline entry does not list it.
         """

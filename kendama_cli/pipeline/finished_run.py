@@ -62,7 +62,7 @@ class Run:
         Raises
         ------
         UsageError
-            Where the run has no such stage.
+            If the run has no such stage.
         """
         return dict(recorded_stage(self.record, stage)["metrics"])
 
@@ -77,7 +77,7 @@ class Run:
         Raises
         ------
         UsageError
-            Where the run has no such stage, or its artifact is not stored.
+            If the run has no such stage, or its artifact is not stored.
         """
         return stored_folder(self.record, stage)
 
@@ -92,9 +92,9 @@ class Run:
         Raises
         ------
         UsageError
-            Where the run has no such stage, or its artifact is not stored.
+            If the run has no such stage, or its artifact is not stored.
         StoreError
-            Where the artifact is damaged or gone.
+            If the artifact is damaged or gone.
         """
         folder = self.folder(stage)
         declaration = load_pipeline(self.pipeline, self.pipeline_folders).stage(stage, "stage").declaration
@@ -104,7 +104,7 @@ class Run:
         """Return the stage's log; ``log(stage).table(topic)`` is a pandas DataFrame with ``t_s`` and a column per
         field.
 
-        Of a stage that moved or recorded and failed, what it had logged until then.
+        If a stage that moves or records failed, the log holds what was logged until then.
 
         Parameters
         ----------
@@ -114,9 +114,9 @@ class Run:
         Raises
         ------
         UsageError
-            Where the run has no such stage, or its artifact is not stored.
+            If the run has no such stage, or its artifact is not stored.
         InputError
-            Where the log is damaged or gone.
+            If the log is damaged or gone.
         """
         return LogFile(stored_log(self.record, stage))
 
@@ -126,16 +126,16 @@ class Run:
         Parameters
         ----------
         output : path, optional
-            By default a file in the current folder.
+            File to write; by default one in the current folder.
 
         Returns
         -------
         Path
-            Where it is.
+            Path of the file.
 
         Raises
         ------
         InputError
-            Where a log is damaged or gone.
+            If a log is damaged or gone.
         """
         return write_report([self.record], None if output is None else Path(output))

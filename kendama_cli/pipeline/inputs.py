@@ -29,7 +29,7 @@ BAG_FACTS = "metadata.yaml"
 
 
 def resolve_files(settings: Any, key: str, roots: Sequence[Path]) -> Any:
-    """``settings`` with every ``file`` field as absolute paths of existing files, globs expanded and sorted.
+    """Return ``settings`` with every ``file`` field as absolute paths of existing files, globs expanded and sorted.
 
     A relative path is looked for below each of ``roots`` in turn, package://example-robot-data/... where that package
     is installed; MissingPartError says how to get it. Raises ConfigError that names the key, the value

@@ -10,7 +10,7 @@ from kendama_cli.store import durable
 
 
 def read_latest(home: Path, pipeline: str, stage: str) -> Any:
-    """``key`` and ``parts`` that were kept last; None where there are none."""
+    """Return the ``key`` and ``parts`` that were stored last; None if there are none."""
     return durable.read_index(_path(home, pipeline, stage))
 
 

@@ -29,7 +29,7 @@ class NodeSettings(dict[str, Any]):
 
 
 def node_schemas() -> tuple[dict[str, Any], KendamaError | None]:
-    """Schema by node; and, where a package's declaration cannot be read, the error that says so.
+    """Return the schema by node, and the error of a package whose declaration cannot be read.
 
     One broken package must not stop those who do not use it. Raises ConfigError where two bring one node.
     """
@@ -50,7 +50,8 @@ def node_schemas() -> tuple[dict[str, Any], KendamaError | None]:
 
 
 def build_settings(config: Mapping[str, Any], known: Remembered | None = None) -> NodeSettings:
-    """Settings by node, and ``seed``, from the composed configuration; raises ConfigError naming the key.
+    """Build the settings by node, and ``seed``, from the composed configuration; raises ConfigError that names the
+    key.
 
     Configurations of which ``known`` has seen a node already share that node's settings.
     """

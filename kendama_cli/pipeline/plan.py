@@ -198,7 +198,7 @@ class Planner:
 
 
 def made_since(planner: Planner, plan: StagePlan) -> StagePlan | None:
-    """``plan`` with the result that another run has made since it was looked up; None where none has.
+    """Return ``plan`` with the result that another run has computed since it was looked up; None if there is none.
 
     What was forced, or moves hardware, is to be made here whatever others have made.
     """
@@ -209,7 +209,7 @@ def made_since(planner: Planner, plan: StagePlan) -> StagePlan | None:
 
 
 def check_forced(pipeline: Pipeline, forced: list[str]) -> frozenset[str]:
-    """``forced`` as a set; raises UsageError for a stage that the pipeline does not have."""
+    """Return ``forced`` as a set; raises UsageError for a stage that the pipeline does not have."""
     return frozenset(pipeline.stage(name, "--force").name for name in forced)
 
 

@@ -144,7 +144,7 @@ class RunRecord:
         durable.write_sealed(record_path(self.home, self.run), {**self.document(), **beside})
 
     def _printed(self) -> dict[str, str]:
-        """Digests of what the workers of ended stages printed, which is on the disk then."""
+        """Return the digests of the printed output of ended stages' workers, which is on the disk then."""
         digests = {}
         for path in (self.folder / f"{stage.name}.txt" for stage in self.stages if stage.status != "cached"):
             data = durable.read_file(path)
@@ -281,7 +281,9 @@ def _host() -> str:
 
 
 def versions() -> dict[str, str]:
-    """Versions of Python, kendama and the libraries that results depend on, and the kinds of machine and processor."""
+    """Return the versions of Python, kendama and the libraries that results depend on, and the kinds of machine and
+    processor.
+    """
     return dict(_versions())
 
 

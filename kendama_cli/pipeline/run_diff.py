@@ -42,7 +42,7 @@ def run_differences(store: Store, before: Mapping[str, Any], after: Mapping[str,
 
 
 def _flat_all(configs: Mapping[str, Mapping[str, Any]]) -> dict[str, Any]:
-    """Settings by dotted keys; stages that read one node read the same."""
+    """Return the settings by dotted keys; stages that read one node read the same."""
     return {
         key: value
         for config in configs.values()

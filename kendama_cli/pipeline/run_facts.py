@@ -64,7 +64,7 @@ class FactReader:
     """Reads what is asked of many runs, and no more: a result's configuration only where a key may stand in it."""
 
     def __init__(self, store: Store, keys: Sequence[str] = ()) -> None:
-        """``keys`` are those that are asked for beside RECORDED."""
+        """Choose the facts to read: ``keys`` beside RECORDED."""
         self._store = store
         self._keys = [key for key in dict.fromkeys(keys) if key not in RECORDED]
         self._nodes: dict[tuple[object, ...], frozenset[str]] = {}

@@ -33,7 +33,7 @@ class Observer(Protocol):
     """Observer of a run: a live view, plain lines, or nothing."""
 
     def stage_waits(self, name: str) -> None:
-        """Another run on this home is computing the stage."""
+        """Note that another run on this home is computing the stage."""
 
     def stage_starts(self, name: str, key: str | None, reasons: tuple[str, ...]) -> None:
         """Note that a worker has started that computes ``key``, for the stage ``name``."""
@@ -60,7 +60,8 @@ class Runner:
         cluster: Starter | None = None,
         stop: threading.Event | None = None,
     ) -> None:
-        """``workers``: how many stages may compute at once, None for one per core; ``stop`` interrupts from outside.
+        """Set the limits: ``workers`` stages compute at once, None for one per core; ``stop`` interrupts from
+        outside.
 
         ``starter`` makes the worker processes, by default an interpreter each; a fork server serves one at a time.
         Stages that do nothing but compute go to ``cluster`` where there is one.

@@ -27,7 +27,7 @@ class SweepJob:
 
 
 def distinct(jobs: Sequence[SweepJob]) -> list[SweepJob]:
-    """``jobs`` without those whose stages would all have the same settings as an earlier one's."""
+    """Return ``jobs`` without those whose stages would all have the same settings as an earlier one's."""
     seen: dict[bytes, SweepJob] = {}
     for job in jobs:
         stages = job.planner.pipeline.stages

@@ -41,7 +41,7 @@ def input_stamps(planner: Planner, settings: Mapping[str, Any], roots: Sequence[
 
 
 def looked_at(pattern: str, roots: Sequence[Path]) -> Iterator[Path]:
-    """Files and folders whose state decides which files ``pattern`` means: every place up to the first absent one."""
+    """Return the files and folders whose state decides which files ``pattern`` matches, up to the first absent one."""
     expanded = Path(os.path.expanduser(pattern))
     if expanded.is_absolute():
         roots, expanded = [Path(expanded.anchor)], expanded.relative_to(expanded.anchor)
@@ -67,7 +67,7 @@ def _tree(folder: Path) -> Iterator[Path]:
 
 
 def _installed() -> Iterator[Path]:
-    """Folders of ``sys.path``, and the entry points of what is installed there."""
+    """Return the folders of ``sys.path``, and the entry points of the packages installed there."""
     for name in sys.path:
         folder = Path(name or ".")
         yield folder
@@ -76,7 +76,7 @@ def _installed() -> Iterator[Path]:
 
 
 def _modules() -> Iterator[str]:
-    """Files of the modules imported by now, but the standard library's."""
+    """Return the files of the modules imported by now, but the standard library's."""
     for module in list(sys.modules.values()):
         file = getattr(module, "__file__", None)
         if file is not None and (not file.startswith(STANDARD_LIBRARY) or "-packages" in file):

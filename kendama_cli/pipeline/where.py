@@ -27,7 +27,7 @@ class Cluster(Starter, Protocol):
 
 
 def with_executor(overrides: Sequence[str], on: str | None) -> list[str]:
-    """``overrides`` with the choice that ``--on`` is in place of theirs; before those that say more of it."""
+    """Return ``overrides`` with the choice of ``--on`` in place of theirs, before those that set its details."""
     if on is None:
         return list(overrides)
     return [f"executor={on}", *(text for text in overrides if text.partition("=")[0] != "executor")]

@@ -62,7 +62,7 @@ def main() -> int:
 
 
 def work(request: Mapping[str, Any], events: int, ready: ReadyStage | None = None) -> int:
-    """Be the worker for ``request`` that reports on the file descriptor ``events``; the exit code.
+    """Run ``request`` as its worker and report on the file descriptor ``events``; return the exit code.
 
     ``ready`` is the stage where it is constructed already.
     """
@@ -118,7 +118,7 @@ def make_stage(request: Mapping[str, Any]) -> ReadyStage:
 
 
 def run_stage(request: Mapping[str, Any], emit: Emit, ready: ReadyStage) -> dict[str, Any]:
-    """Carry out ``request``: feed the stage, keep what it made; the event that reports it."""
+    """Run the stage of ``request`` with its inputs and store its result; return the event that reports it."""
     given = _Given(
         {
             own: load_artifact(artifact_type(one["gives"], f"stage '{own}'"), Path(one["folder"]))

@@ -45,7 +45,9 @@ class Workers:
         return len(self._jobs)
 
     def start(self, starter: Starter, plan: StagePlan, request: Mapping[str, Any], *, lock: Lock, output: Path) -> None:
-        """Have a worker of ``starter`` carry out ``request``, holding ``lock``; what it prints goes to ``output``."""
+        """Start a worker of ``starter`` that runs ``request``, holding ``lock``; its printed output goes to
+        ``output``.
+        """
         with durable.plain_disk_errors(output), output.open("wb") as printed:
             share_with_group(output)
             process = starter.start(request, lock=lock, printed=printed.fileno())
@@ -67,7 +69,7 @@ class Workers:
             return
 
     def stop(self) -> None:
-        """End every worker: asked first, and killed where it does not end in time."""
+        """Stop every worker: ask it first, and kill it if it does not end in time."""
         for job in self._jobs.values():
             job.process.ask_to_end()
         deadline_s = time.monotonic() + GRACE_S

@@ -52,7 +52,7 @@ class Body:
     tool_in_tip: Any
 
     def put(self, position_rad: Array, velocity_rad_s: Array) -> None:
-        """Have the joints in ``position_rad`` (n,) with ``velocity_rad_s`` (n,), and no force act on them."""
+        """Set the joints to ``position_rad`` (n,) and ``velocity_rad_s`` (n,), without forces on them."""
         skeleton = self.skeleton
         skeleton.resetAccelerations()
         skeleton.resetGeneralizedForces()

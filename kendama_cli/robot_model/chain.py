@@ -12,7 +12,7 @@ from kendama_cli.schema.arrays import Array
 
 
 def compiled_chain(arm: RobotModel, *, with_tool: bool = False) -> Chain:
-    """Axes, places and inertias of ``arm``, without what its tip link holds unless it is asked for ``with_tool``."""
+    """Return axes, positions and inertias of ``arm``, without the tool on its tip link unless ``with_tool`` is set."""
     body = arm.new_body()
     skeleton = body.skeleton
     n = len(arm.joint_names)

@@ -118,7 +118,9 @@ def rotated_row(row: Vector, axis: Vector, cosine: float, sine: float) -> Vector
 
 @compiled
 def frames(chain: Chain, angles: Array, turns: Array, shifts: Array) -> None:
-    """Turns (n + 1, 3, 3) and shifts (n + 1, 3) of root and links for ``angles`` (n,), into the given arrays."""
+    """Compute rotations (n + 1, 3, 3) and positions (n + 1, 3) of root and links for ``angles`` (n,), into these
+    arrays.
+    """
     for r in range(3):  # number by number here and below: an array assigned to a row takes seconds to compile
         shifts[0, r] = 0.0
         for k in range(3):
@@ -146,13 +148,15 @@ def put(turn: Array, shift: Array, point: Array) -> Array:
 
 @compiled
 def cross(a: Array, b: Array) -> Array:
-    """a x b."""
+    """Return the cross product a x b."""
     return np.array([a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]])
 
 
 @compiled
 def task(chain: Chain, tool: ToolGeometry, turns: Array, shifts: Array, jacobian: Array) -> Array:
-    """Tie point and the turn about x and y that is missing to upright (5,); its Jacobian into ``jacobian`` (5, n)."""
+    """Return the tie point and the missing rotation about x and y to upright (5,); ``jacobian`` (5, n) gets the
+    Jacobian.
+    """
     n = len(chain.axes)
     tie = put(turns[n], shifts[n], tool.tie_m)
     up = turns[n, :, 0] * tool.axis[0] + turns[n, :, 1] * tool.axis[1] + turns[n, :, 2] * tool.axis[2]
@@ -172,7 +176,7 @@ def task(chain: Chain, tool: ToolGeometry, turns: Array, shifts: Array, jacobian
 
 @compiled
 def solved(square: Array, side: Array) -> Array:
-    """(A + damping)^-1 b for a symmetric A of which the lower triangle is given, by Cholesky's factors."""
+    """Return (A + damping)^-1 b for a symmetric A, given by its lower triangle, by Cholesky's factors."""
     size = len(side)
     found = side.copy()
     lift = 0.0
@@ -218,7 +222,7 @@ def least_step(jacobian: Array, change: Array, weights: Array) -> Array:
 
 @compiled
 def follow(chain: Chain, tool: ToolGeometry, ik: IkSettings, path_m: Array, whole: bool) -> tuple[Array, Array]:
-    """Angles (k, n) along ``path_m`` (k, 3) from the tie point at home, each found from the one before.
+    """Return the angles (k, n) along ``path_m`` (k, 3) from the tie point at home, each found from the one before.
 
     Also what the task misses there (k,): a place out of reach is left as near as the steps come; unless the ``whole``
     path is wanted, all after it is missed without end.
@@ -256,7 +260,7 @@ def follow(chain: Chain, tool: ToolGeometry, ik: IkSettings, path_m: Array, whol
 
 @compiled
 def times(turn: Array, inertia: Array, rate: Array) -> Array:
-    """(R I R^T) w: the inertia (3, 3) of a turned link times ``rate`` (3,)."""
+    """Return (R I R^T) w: the inertia (3, 3) of a rotated link times ``rate`` (3,)."""
     own, made = np.zeros(3), np.zeros(3)
     for r in range(3):
         for k in range(3):
@@ -270,7 +274,7 @@ def times(turn: Array, inertia: Array, rate: Array) -> Array:
 
 @compiled
 def efforts(chain: Chain, tool: ToolGeometry, angles: Array, speeds: Array, changes: Array) -> Array:
-    """Torques (n,) of the motion by Newton and Euler, with known friction (docs/equations.md eq. 2)."""
+    """Return the torques (n,) of the motion by Newton and Euler, with known friction (docs/equations.md eq. 2)."""
     n = len(angles)
     still = np.zeros(3)
     turns, shifts = np.empty((n + 1, 3, 3)), np.empty((n + 1, 3))
@@ -314,7 +318,7 @@ def efforts(chain: Chain, tool: ToolGeometry, angles: Array, speeds: Array, chan
 
 @compiled
 def peaks(chain: Chain, tool: ToolGeometry, curve: Curve) -> tuple[Array, Array, Array]:
-    """Largest speeds, accelerations and efforts (n,) of ``curve``.
+    """Return the maximum velocities, accelerations and efforts (n,) of ``curve``.
 
         q' = q_s v,   q'' = q_ss v^2 +- q_s a,   v = ds/dt, a = dv/dt
 

@@ -186,7 +186,7 @@ def _of(chain: list[ET.Element], held: Collection[str]) -> list[ET.Element]:
 def _limits(
     robot: RobotSettings, joints: tuple[ET.Element, ...]
 ) -> tuple[dict[str, tuple[float, ...]], dict[str, str], list[str]]:
-    """Limits by setting, where each is from, and what is said of those that neither file nor settings give."""
+    """Return the limits by setting, the source of each, and notes on those that neither file nor settings give."""
     limits: dict[str, tuple[float, ...]] = {}
     sources: dict[str, str] = {}
     for key, word in LIMITS.items():

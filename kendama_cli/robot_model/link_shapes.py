@@ -69,7 +69,9 @@ def thinned(vertices_m: Array, triangles: NDArray[np.int64], most: int) -> tuple
 
 
 def read_stl(path: Path) -> tuple[Array, NDArray[np.int64]] | None:
-    """Vertices (n, 3), joined where they are equal, and triangles (m, 3) of a binary STL file; None for any other."""
+    """Return the vertices (n, 3), joined where they are equal, and triangles (m, 3) of a binary STL file; None for
+    any other.
+    """
     try:
         if not path.is_file():  # a URDF may name a device, whose content has no end
             return None

@@ -84,7 +84,7 @@ class RobotModel:
         return f" (a placeholder? {doubt})" if doubt else ""
 
     def new_body(self) -> Body:
-        """New DART objects of this arm and its tool, for a world to move."""
+        """Return new DART objects of this arm and its tool, for a world to move."""
         return build_body(self.description, self.settings, self._tool)
 
     def tool_pose(self, position_rad: Array) -> ToolPose:

@@ -1,4 +1,4 @@
-"""What a user may have meant by a name that is not there: the name of today, or the one that is spelled nearest.
+"""Hints on a name that does not exist: its name of today, or the one that is spelled nearest.
 
 Standard library only, and the table of names that changed is read in errors alone.
 """

@@ -1,4 +1,4 @@
-"""What the arm does in a scene: its tool, the script that it plays, and which task-space controller plays it."""
+"""Settings of an arm in a scene: its tool, the script that it plays, and the task-space controller that plays it."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ CONTROLLERS = Registry("kendama.controllers", "controller")
 
 
 class ControllerSettingsNode(Protocol):
-    """What the settings of every task-space controller have beside fields of their own."""
+    """Settings that every task-space controller has beside fields of its own."""
 
     @property
     def kind(self) -> str:

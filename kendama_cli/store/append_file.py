@@ -32,7 +32,7 @@ class DurableAppendFile:
                 left = left[file.write(left) :]
 
     def sync(self) -> None:
-        """Have all that was written on the disk."""
+        """Flush all that was written to the disk."""
         if self._file is None or not self._unsynced:
             return
         with durable.plain_disk_errors(self.path):

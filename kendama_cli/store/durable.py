@@ -70,12 +70,12 @@ def is_text(value: str) -> bool:
 
 
 def sha256(data: bytes) -> str:
-    """Hexadecimal SHA-256."""
+    """Return the hexadecimal SHA-256."""
     return hashlib.sha256(data).hexdigest()
 
 
 def file_sha256(path: Path) -> str:
-    """Hexadecimal SHA-256 of a file's content."""
+    """Return the hexadecimal SHA-256 of a file's content."""
     digest = hashlib.sha256()
     with path.open("rb") as stream:
         while part := stream.read(PART_BYTES):
@@ -300,5 +300,5 @@ def _sealed(record: dict[str, Any]) -> bytes:
 
 
 def sync(path: Path) -> None:
-    """Have a file or folder on the disk."""
+    """Flush a file or folder to the disk."""
     system().sync(path)

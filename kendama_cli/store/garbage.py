@@ -227,7 +227,7 @@ def _forgotten(store: Store, keep: int, results: list[Path]) -> list[Path]:
 
 
 def _drop_cached(paths: list[Path]) -> None:
-    """Have the next reading come from the disk itself, where the system can be asked for that."""
+    """Make the next reading come from the disk itself, if the system supports that."""
     if not hasattr(os, "posix_fadvise"):
         return
     for path in paths:

@@ -58,7 +58,7 @@ class Shared(Protocol):
         """Bring the result of ``key`` into the home; False where there is none that is sound."""
 
     def share(self, store: Store, result: StoredResult) -> bool:
-        """Give a result to others; False where that cannot be done now."""
+        """Send a result to the other machines; return False if that is impossible now."""
 
     def verify(self, store: Store) -> tuple[int, list[SharedDamage]]:
         """Read every byte; return how many results and artifacts there are, and what is damaged.
@@ -71,7 +71,7 @@ class Store:
     """The store in one home folder; every method is safe beside other processes on the same home."""
 
     def __init__(self, home: Path, shared: Shared | None = None) -> None:
-        """``shared`` stands behind the home: what is missing here is looked for there."""
+        """Open the home, and ``shared`` behind it for results that are missing here."""
         self.home = home
         self.shared = shared
         self.objects = home / "objects"
@@ -81,7 +81,7 @@ class Store:
         self._is_claimed = False
 
     def claim(self) -> None:
-        """Have the home marked before anything is written; raises UsageError where it is somebody else's folder."""
+        """Mark the home before anything is written; raises UsageError if it is a folder of another program."""
         if not self._is_claimed:
             claim(self.home)
             self._is_claimed = True
@@ -105,7 +105,7 @@ class Store:
         return found
 
     def share(self, result: StoredResult) -> bool:
-        """Give a result to the shared store, where there is one; False where it cannot be given now."""
+        """Send a result to the shared store, if there is one; return False if that is impossible now."""
         return self.shared is None or self.shared.share(self, result)
 
     def _find_here(self, stage: str, key: str) -> StoredResult | None:
@@ -266,6 +266,6 @@ def damaged_files(folder: Path, manifest: dict[str, Any]) -> list[tuple[str, str
 
 
 def content_digest(manifest: dict[str, Any]) -> str:
-    """Digest of what later stages read of an artifact."""
+    """Return the digest of the parts of an artifact that later stages read."""
     files = {name: facts["sha256"] for name, facts in manifest["files"].items() if name in ARTIFACT_FILES}
     return durable.sha256(durable.canonical_json(files))

@@ -136,7 +136,7 @@ def _moving(demonstration: Demonstration, settings: EncodeSettings) -> Moving:
 
 
 def _variation(vectors: Array) -> Array:
-    """Rows V with V^T V the covariance of ``vectors`` (N, p); none for one vector."""
+    """Return rows V with V^T V the covariance of ``vectors`` (N, p); none for one vector."""
     n = len(vectors)
     made: Array = (vectors - vectors.mean(axis=0)) / np.sqrt(max(n - 1, 1))
     return made if n > 1 else made[:0]

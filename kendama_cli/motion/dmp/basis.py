@@ -10,7 +10,7 @@ from kendama_cli.schema.arrays import Array
 
 
 def phase(share: Array, decay: float) -> Array:
-    """x = exp(-alpha s), the solution of x' = -alpha x / tau with x(0) = 1 (docs/equations.md eq. 4).
+    """Return x = exp(-alpha s), the solution of x' = -alpha x / tau with x(0) = 1 (docs/equations.md eq. 4).
 
     ``share`` s = t / tau (n,) is the part of the motion that has passed, ``decay`` is alpha. Returns (n,).
     """
@@ -50,19 +50,23 @@ class Basis:
 
 
 def centers_equal_in_time(count: int, decay: float) -> Array:
-    """c_j = x(s_j) for ``count`` instants s_j spread evenly from the start to the end of the motion; (m,), falling."""
+    """Return c_j = x(s_j) for ``count`` times s_j spread evenly from the start to the end of the motion; (m,),
+    falling.
+    """
     return phase(np.linspace(0.0, 1.0, count), decay)
 
 
 def widths_by_spacing(centers: Array, factor: float) -> Array:
-    """s_j = ``factor`` times the distance of centre j to its neighbour (the last one's to the one before it); (m,)."""
+    """Return s_j = ``factor`` times the distance of centre j to its neighbour (the last one's to the one before
+    it); (m,).
+    """
     gaps = np.abs(np.diff(centers))
     made: Array = factor * np.append(gaps, gaps[-1])
     return made
 
 
 def activations(x: Array, centers: Array, widths: Array) -> Array:
-    """psi_j(x) = exp(-(x - c_j)^2 / (2 s_j^2)) (docs/equations.md eq. 5) for phases ``x`` (n,); returns (n, m).
+    """Return psi_j(x) = exp(-(x - c_j)^2 / (2 s_j^2)) (docs/equations.md eq. 5) for phases ``x`` (n,); (n, m).
 
     Several sets of ``widths`` (w, m) take ``x`` as (n, 1); returns (n, w, m).
     """
@@ -72,14 +76,16 @@ def activations(x: Array, centers: Array, widths: Array) -> Array:
 
 
 def features(x: Array, centers: Array, widths: Array) -> Array:
-    """x psi_j(x) / sum_k psi_k(x), f = features @ weights (docs/equations.md eq. 5); shapes as ``activations``."""
+    """Return x psi_j(x) / sum_k psi_k(x), f = features @ weights (docs/equations.md eq. 5); shapes as
+    ``activations``.
+    """
     psi = activations(x, centers, widths)
     made: Array = np.asarray(x)[..., None] * psi / psi.sum(axis=-1, keepdims=True)
     return made
 
 
 def feature_rates(x: Array, centers: Array, widths: Array, decay: float) -> Array:
-    """d features / ds, with dx/ds = -``decay`` x; shapes as ``activations``."""
+    """Return d features / ds, with dx/ds = -``decay`` x; shapes as ``activations``."""
     psi = activations(x, centers, widths)
     x = np.asarray(x)[..., None]
     total = psi.sum(axis=-1, keepdims=True)

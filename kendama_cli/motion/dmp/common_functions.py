@@ -46,7 +46,7 @@ class CommonFunctions:
         return int(self.rows.shape[1]) // 3
 
     def at(self, share: Array) -> Array:
-        """Q at ``share`` (n,), each in [0, 1]; (W, n, p)."""
+        """Return Q at fractions ``share`` (n,), each in [0, 1]; (W, n, p)."""
         return read_rows(self.rows, share)
 
 

@@ -39,7 +39,9 @@ class Derivatives:
 
 
 def derivatives(demonstration: TrimmedDemonstration, smoothing_s: float) -> Derivatives:
-    """Position and its derivatives by s, by local cubics (Savitzky-Golay) over ``smoothing_s`` of even samples."""
+    """Return the position and its derivatives by s, by local cubics (Savitzky-Golay) over ``smoothing_s`` of even
+    samples.
+    """
     n = len(demonstration.position_m)
     grid = np.linspace(0.0, 1.0, n)
     even = (
@@ -74,7 +76,7 @@ if TYPE_CHECKING:
 
 
 def target_force(motion: Derivatives, goal: Array, goal_rate: Array, basis: Basis) -> Array:
-    """f in the motion's own time; (n, c) for ``goal`` and ``goal_rate`` (c,)."""
+    """Return f in the motion's own time; (n, c) for ``goal`` and ``goal_rate`` (c,)."""
     path = goal_path(motion.share, goal, goal_rate)
     w = basis.frequency
     force: Array = motion.second + 2 * w * (motion.rate - path.rate) + w**2 * (motion.position - path.position)
@@ -82,7 +84,9 @@ def target_force(motion: Derivatives, goal: Array, goal_rate: Array, basis: Basi
 
 
 def locally_weighted(share: Array, force: Array, basis: Basis, *, passes: int) -> Array:
-    """Weights (m, c) by locally weighted regression, ``passes`` times on what is left of f (n, c); 1 is the paper's."""
+    """Return the weights (m, c) by locally weighted regression, ``passes`` times on the residual of f (n, c); 1 is
+    the paper's.
+    """
     x = phase(share, basis.decay)
     psi = activations(x, basis.centers, basis.widths)
     phi = basis.features(share)
@@ -95,7 +99,7 @@ def locally_weighted(share: Array, force: Array, basis: Basis, *, passes: int) -
 
 
 def ridge_on_force(share: Array, force: Array, basis: Basis, *, penalty: float) -> Array:
-    """Weights (m, c) that fit f (n, c) best; ``penalty`` is lambda over the mean energy of a feature."""
+    """Return the weights (m, c) that fit f (n, c) best; ``penalty`` is lambda over the mean energy of a feature."""
     phi = basis.features(share)
     count = phi.shape[1]
     weight = np.sqrt(penalty * float(np.sum(phi**2)) / count)
@@ -186,7 +190,9 @@ def _stride(demonstration: TrimmedDemonstration) -> int:
 
 
 def _thinned(demonstration: TrimmedDemonstration) -> Array:
-    """Even samples at ``THINNED`` even shares, the same for every length; others, and fewer, as they are, thinned."""
+    """Return even samples at ``THINNED`` even fractions, the same for every length; thin others, and fewer, as they
+    are.
+    """
     place = demonstration.position_m
     if not demonstration.even or len(place) <= THINNED:
         return place[:: _stride(demonstration)]
@@ -209,7 +215,7 @@ def _cubic_weights(count: int) -> tuple[NDArray[np.int64], Array]:
 
 
 def _fit_positions(trimmed: Sequence[TrimmedDemonstration], ends: Sequence[Ends], basis: Basis) -> Array:
-    """y0, y0', g, g' and weights of every demonstration; (N, 4 + m, c)."""
+    """Return y0, y0', g, g' and weights of every demonstration; (N, 4 + m, c)."""
     made: dict[int, Array] = {}
     for members in _alike(trimmed, [(len(one.position_m), mark) for one, mark in zip(trimmed, ends, strict=True)]):
         position = np.array([trimmed[i].position_m.T for i in members])
@@ -230,7 +236,7 @@ def _alike(trimmed: Sequence[TrimmedDemonstration], marks: Sequence[Hashable]) -
 def _operator(
     demonstration: TrimmedDemonstration, count: int, stride: int, bases: tuple[Basis, ...], ends: Ends
 ) -> Operator:
-    """For ``count`` samples: even ones, or every ``stride``-th where they are not."""
+    """Return the operator for ``count`` samples: for even ones, or else for every ``stride``-th."""
     if demonstration.even:
         return even_operator(count, bases, ends)
     return operator(demonstration.share[::stride], bases, ends)
@@ -243,7 +249,7 @@ class _ForceFit:
 
 
 def _fit_force(demonstration: TrimmedDemonstration, basis: Basis, settings: EncodeSettings) -> _ForceFit:
-    """y0, y0', g, g' from the local cubics at the ends, weights from f; (4 + m, c)."""
+    """Return y0, y0', g, g' from the local cubics at the ends, weights from f; (4 + m, c)."""
     from kendama_cli.motion.dmp.encoding import derivatives  # noqa: PLC0415 - scipy.signal, half a second to import
 
     motion = derivatives(demonstration, settings.smoothing_s)

@@ -36,7 +36,7 @@ class GramSeries:
     fifth: Array
 
     def at(self, count: int) -> Array:
-        """sum_i q_j q_k over ``count`` even samples; (W, p, p)."""
+        """Return sum_i q_j q_k over ``count`` even samples; (W, p, p)."""
         h = 1.0 / (count - 1)
         edges = self.values / 2 + h / 12 * self.first - h**3 / 720 * self.third + h**5 / 30240 * self.fifth
         return self.integral / h + edges

@@ -87,7 +87,7 @@ def settle(start: Array, start_rate: Array, frequency: float, since: Array) -> S
 
 
 def recur(gain: float, push: Array, start: Array) -> Array:
-    """z_{i+1} = gain z_i + push_i from z_0 = ``start`` (k,); returns (n + 1, k)."""
+    """Return z_{i+1} = gain z_i + push_i from z_0 = ``start`` (k,); (n + 1, k)."""
     right = np.vstack((start, push))
     # unit diagonal, -gain below it; scipy.signal's filter does the same and takes half a second to import
     band = np.array([[1.0], [-gain]]).repeat(len(right), axis=1)

@@ -22,7 +22,7 @@ _HEAD = """\
 
 
 def plan_text(plan: MotionPlan, form: TextFormat) -> str:
-    """``plan`` as text in ``form``."""
+    """Return ``plan`` as text in ``form``."""
     document: dict[str, Any] = {"format": FORMAT}
     document |= {field.name: _plain(getattr(plan, field.name)) for field in dataclasses.fields(plan)}
     if plan.turn is None:

@@ -113,14 +113,18 @@ def project(operator: Operator, position: Array) -> Projection:
 
 
 def _products(seen: Array, rows: Array) -> Array:
-    """``rows`` (r, n) times ``seen`` (W, n, p), so many rows at once that BLAS stays on one thread; (W, r, p)."""
+    """Return ``rows`` (r, n) times ``seen`` (W, n, p), so many rows at once that BLAS stays on one thread; (W, r,
+    p).
+    """
     at_once = max(1, ONE_THREAD // seen[0].size)
     parts = [rows[i : i + at_once] @ seen for i in range(0, len(rows), at_once)]
     return np.concatenate(parts, axis=1)
 
 
 def solve_positions(operator: Operator, position: Array) -> Array:
-    """y0, y0', g, g' and weights (N, k, 4 + m) of swings (N, k, n), each with its best lambda, on the first basis."""
+    """Return y0, y0', g, g' and weights (N, k, 4 + m) of swings (N, k, n), each with its best lambda, on the first
+    basis.
+    """
     found = project(operator, position)
     best = operator.shrink[0][found.score[0].argmin(axis=0)]
     return np.asarray((best[:, None] * found.components[0]) @ operator.lift[0].T)
@@ -202,7 +206,7 @@ def _columns(bases: tuple[Basis, ...]) -> ResponseColumns:
 
 
 def _by_columns(share: Array, basis: Basis, ends: Ends) -> tuple[Array, Array, Array, Array]:
-    """Q and R of the columns themselves: safe where samples are few or far between."""
+    """Return Q and R of the columns themselves: safe if samples are few or far between."""
     n, free = len(share), _free(basis, ends)
     columns = _columns((basis,))
     position, miss = read_rows(columns.rows, share)[0][:, free], columns.miss[0][:, free]
@@ -218,7 +222,7 @@ def _by_columns(share: Array, basis: Basis, ends: Ends) -> tuple[Array, Array, A
 
 
 def _tall_qr(rows: Array) -> tuple[Array, Array]:
-    """Q and R of a tall matrix, block by block: blocks are small enough for LAPACK to stay on one thread.
+    """Return Q and R of a tall matrix, block by block: blocks are small enough for LAPACK to stay on one thread.
 
     On a busy machine threads that wait for a core make a factorisation a hundred times slower.
     """

@@ -53,7 +53,7 @@ class DmpMotion:
 
 
 def forcing(plan: MotionPlan, share: Array) -> Array:
-    """f of eq. 5 at ``share`` s = t / tau (n,) in [0, 1]; returns (n, coordinates)."""
+    """Return f of eq. 5 at fraction ``share`` s = t / tau (n,) in [0, 1]; (n, coordinates)."""
     return features(phase(share, plan.phase_decay), plan.centers, plan.widths) @ plan.weights.T
 
 

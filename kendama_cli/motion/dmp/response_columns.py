@@ -86,7 +86,7 @@ def response_columns(bases: Sequence[Basis]) -> ResponseColumns:
 
 
 def _drive_derivatives(basis: Basis, widths: Array) -> Array:
-    """r'' and r''' of the features at 0 and 1, for ``widths`` (W, m), by differences of r'; (2, W, 2, m)."""
+    """Return r'' and r''' of the features at 0 and 1, for ``widths`` (W, m), by differences of r'; (2, W, 2, m)."""
     instants = np.array([[0.0], [1.0]]) + _STEP * np.arange(-2, 3)
     rates = feature_rates(phase(instants.reshape(-1, 1), basis.decay), basis.centers, widths, basis.decay)
     made = np.tensordot(_DIFFERENCES, rates.reshape(2, 5, *widths.shape), (1, 1))
@@ -94,7 +94,7 @@ def _drive_derivatives(basis: Basis, widths: Array) -> Array:
 
 
 def _at_ends(known: Sequence[Array], w: float, drive: Array) -> Array:
-    """``known`` value and three derivatives (W, 2, 4 + m), and two more from eq. 3 differentiated."""
+    """Return the ``known`` value and three derivatives (W, 2, 4 + m), and two more from eq. 3 differentiated."""
     made = list(known)
     for push in drive:
         further = -2 * w * made[-1] - w**2 * made[-2]
@@ -104,7 +104,7 @@ def _at_ends(known: Sequence[Array], w: float, drive: Array) -> Array:
 
 
 def _end_columns(share: Array, w: float) -> tuple[Array, Array, Array, Array]:
-    """Value and three derivatives of the columns of y0, y0', g and g'; each (n, 4)."""
+    """Return the value and three derivatives of the columns of y0, y0', g and g'; each (n, 4)."""
     unit, none = np.ones(1), np.zeros(1)
     place, speed = settle(unit, none, w, share), settle(none, unit, w, share)
     third = [-2 * w * one.second - w**2 * one.rate for one in (place, speed)]
@@ -118,7 +118,7 @@ def _end_columns(share: Array, w: float) -> tuple[Array, Array, Array, Array]:
 
 
 def read_rows(rows: Array, share: Array) -> Array:
-    """Functions from ``rows`` (W, 3 (n + 1), p) at ``share`` (k,), each in [0, 1]; (W, k, p).
+    """Return the functions from ``rows`` (W, 3 (n + 1), p) at fractions ``share`` (k,), each in [0, 1]; (W, k, p).
 
     Quintic Hermite interpolation between the nodes.
     """
@@ -137,7 +137,7 @@ def cell_rows(rows: Array) -> Array:
 
 
 def quintic(u: Array) -> Array:
-    """Hermite's six weights at u = 0 .. 1 (n,) of value, first and second derivative at 0, then at 1; (6, n)."""
+    """Return Hermite's six weights at u = 0 .. 1 (n,) of value, first and second derivative at 0, then at 1; (6, n)."""
     v, square, cube = 1 - u, u * u, u * u * u
     far, left = cube * (10 - 15 * u + 6 * square), v * v * v
     near = (1 - far, u * left * (1 + 3 * u), square * left / 2)

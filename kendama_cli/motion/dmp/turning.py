@@ -91,7 +91,7 @@ def tilt_only(turns_rad: Array) -> tuple[Array, Array]:
 
 
 def with_share_of_turn(plan: MotionPlan, share: float) -> MotionPlan:
-    """``plan`` with its turn made ``share`` times as large; without it for 0."""
+    """Return ``plan`` with its rotation scaled by ``share``; without it for 0."""
     if plan.turn is None or share == 0:
         return dataclasses.replace(plan, turn=None)
     values = {field.name: share * getattr(plan.turn, field.name) for field in dataclasses.fields(plan.turn)}

@@ -11,7 +11,7 @@ from kendama_cli.schema.arrays import Array
 
 
 def parameters(plan: MotionPlan) -> Array:
-    """log T, start rate, goal - start, goal rate (a rate is velocity x T) and weights; (1 + c (3 + m),)."""
+    """Return log T, start rate, goal - start, goal rate (a rate is velocity x T) and weights; (1 + c (3 + m),)."""
     return np.concatenate(
         (
             [np.log(plan.duration_s)],
@@ -24,7 +24,7 @@ def parameters(plan: MotionPlan) -> Array:
 
 
 def with_parameters(plan: MotionPlan, values: Array) -> MotionPlan:
-    """``plan`` with the parameters ``values``, in the order of ``parameters``."""
+    """Return ``plan`` with the parameters ``values``, in the order of ``parameters``."""
     c = len(plan.coordinates)
     duration = float(np.exp(values[0]))
     start_rate, way, goal_rate = values[1 : 1 + 3 * c].reshape(3, c)

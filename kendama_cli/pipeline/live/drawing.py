@@ -116,7 +116,7 @@ class Drawing:
             pause_s = max(LOOK_S, (time.monotonic() - began_s) / SHARE)
 
     def finish(self) -> None:
-        """Have ``follow`` return."""
+        """Make ``follow`` return."""
         self._over.set()
 
     def draw(self) -> None:
@@ -147,7 +147,7 @@ class Drawing:
             self.pages["replay"].renew(replay_page(motions))
 
     def _shown(self, stages: list[StageStatus]) -> list[str]:
-        """Whose chapters are shown: all that run and have a log; while none does, the last that has ended."""
+        """Return the stages whose chapters are shown: all that run and have a log, else the last that has ended."""
         read = [stage for stage in stages if self._known[stage.name].stamp is not None]
         running = [stage.name for stage in read if stage.state == "runs"]
         told = [stage.name for stage in read if self._declared[stage.name].chapter is not None]

@@ -55,7 +55,7 @@ class RunStatus:
         return self._record.outcome
 
     def stage_waits(self, name: str) -> None:
-        """Another run on this home is computing the stage."""
+        """Note that another run on this home is computing the stage."""
         self._tell(name, state="waits", note="another run is computing it")
 
     def stage_starts(self, name: str, key: str | None, reasons: tuple[str, ...]) -> None:

@@ -104,12 +104,12 @@ def imported_functions(paths: Iterable[Path]) -> dict[str, set[str]]:
 
 
 def shared_objects(folder: Path) -> list[Path]:
-    """DART's shared objects in ``folder``: the module, and what its wheel brings along."""
+    """Return DART's shared objects in ``folder``: the module, and the libraries of its wheel."""
     return [*sorted(folder.glob("dartpy*.so")), *sorted(folder.glob("dartpy.libs/*.so*"))]
 
 
 def _undefined(data: bytes) -> list[str]:
-    """Names of the dynamic symbols that an ELF file imports."""
+    """Return the names of the dynamic symbols that an ELF file imports."""
     (sections_at,) = struct.unpack_from("<Q", data, 40)
     size, count = struct.unpack_from("<HH", data, 58)
     sections = [struct.unpack_from("<IIQQQQIIQQ", data, sections_at + i * size) for i in range(count)]

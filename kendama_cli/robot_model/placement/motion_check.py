@@ -80,7 +80,7 @@ def _stops(arm: RobotModel, joints: JointTrajectory, safety: SafetySettings) -> 
 
 
 def _gap(arm: RobotModel, game: GameSettings, joints: JointTrajectory, safety: SafetySettings) -> CheckedLimit:
-    """Between two parts of the arm; what is beneath it is another limit."""
+    """Check the gap between two parts of the arm; the table beneath it is another limit."""
     still = np.zeros_like(joints.position_rad[:2])
     start = JointTrajectory(joints.joint_names, joints.t_s[:2], joints.position_rad[[0, 0]], still, still)
     at_start, nearest = (least_clearance(arm, game, one, swing_rad=None, floor_m=-FAR_M) for one in (start, joints))

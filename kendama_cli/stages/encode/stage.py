@@ -143,7 +143,7 @@ def _check_axes(demonstrations: Sequence[Demonstration], paths: Array) -> None:
 def _too_few_samples(
     demonstrations: Sequence[Demonstration], encoding: Encoding, own: Sequence[Deviation], functions: int
 ) -> tuple[str, ...]:
-    """Tell which motions have fewer samples than their primitive has numbers, and how far off it then is.
+    """Report motions with fewer samples than their primitive has numbers, and the error of each.
 
     Raises StageError where that is more than HIDES_M.
     """

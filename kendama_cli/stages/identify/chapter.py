@@ -20,7 +20,7 @@ _PLACE = ["x_m", "y_m", "z_m"]
 
 
 def identification_figures(log: StageLog) -> list[Figure]:
-    """Friction of every joint over its velocity; the cup on its circle, before and after."""
+    """Return the friction of every joint over its velocity; the cup on its circle, before and after."""
     friction = _friction(log)
     before, after = (_rms(log, when) for when in ("before", "after"))
     tracking = [_circle(log), _misses(log)]
@@ -97,7 +97,7 @@ def _friction(log: StageLog) -> Panel | None:
 
 
 def _paths(log: StageLog) -> dict[str, tuple[Array, Array]]:
-    """Time and places of the cup by name, the wanted ones as late as the drive makes them."""
+    """Return time and positions of the cup by name, with the references delayed as the drive delays them."""
     found = {}
     delay_ms = log.metrics.get("drive_delay_ms")
     late_s = delay_ms / 1e3 if isinstance(delay_ms, int | float) else 0.0

@@ -28,7 +28,7 @@ _STEPS = 60
 
 
 def learning_figures(runs: Ensemble) -> list[Figure]:
-    """Reward per rollout and rollouts to solved; then the frozen policies."""
+    """Return the reward per rollout and rollouts to solved; then the frozen policies."""
     groups = [group for group in runs.groups if len(group.figures("rollouts_to_solved"))]
     learning = [_rewards(groups), _learned(groups)]
     frozen = [_frozen(groups), _swings(groups), _times(groups)]
@@ -107,7 +107,9 @@ def _carried_on(reward: Array, n: int) -> Array:
 
 
 def _even_steps(matrix: Array) -> tuple[Array, Array]:
-    """Means of curves (k, rollouts) over steps (n,) that are even on a logarithmic axis: their middles, and (k, n)."""
+    """Return the means of curves (k, rollouts) over steps (n,) that are even on a logarithmic axis: their centres,
+    and (k, n).
+    """
     edges = np.unique(np.rint(np.geomspace(1, matrix.shape[1] + 1, _STEPS + 1)).astype(int))
     means = np.add.reduceat(matrix, edges[:-1] - 1, axis=1) / np.diff(edges)
     return np.sqrt(edges[:-1] * (edges[1:] - 1.0)), means

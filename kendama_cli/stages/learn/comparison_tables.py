@@ -15,7 +15,7 @@ _STATISTICS: tuple[tuple[str, Statistic], ...] = (("mean", np.mean), ("median", 
 
 
 def learning_tables(runs: Ensemble) -> str:
-    """Figures by group with bootstrap intervals, ratios to the first group, and the unsolved by seed."""
+    """Return the figures by group with bootstrap intervals, ratios to the first group, and the unsolved by seed."""
     groups = [group for group in runs.groups if len(group.figures("rollouts_to_solved"))]
     if not groups:
         return ""

@@ -43,7 +43,7 @@ class LearnProgress:
         return cls(**{**state, "successes": [Success(**one) for one in state["successes"]]})
 
     def saved(self) -> dict[str, Any]:
-        """JSON values."""
+        """Return the progress as JSON values."""
         return dataclasses.asdict(self)
 
     def learned_on(self, rollout: SimulatedRollout) -> None:

@@ -12,7 +12,7 @@ from kendama_cli.stages.measure.messages import FreeSwingMessage
 
 
 def figures(log: StageLog) -> list[Figure]:
-    """Angle over time, seen and fitted, and the distance between both."""
+    """Return the angle over time, measured and fitted, and the distance between both."""
     table = log.table("/measure/swing", FreeSwingMessage)
     if table.empty:
         return []

@@ -14,7 +14,7 @@ from kendama_cli.stages.predict.messages import CatchEstimateMessage, Prediction
 
 
 def prediction_figures(log: StageLog) -> list[Figure]:
-    """Camera images with the detection; the error against the horizon; one estimate as it settles."""
+    """Return the camera images with the detection; the error against the horizon; one estimate as it settles."""
     errors = log.table("/predict/error", PredictionErrorMessage)
     film = thumbnails(log, "/predict")
     study = [
@@ -50,7 +50,9 @@ def prediction_figures(log: StageLog) -> list[Figure]:
 
 
 def like_horizons(horizon_ms: pd.Series) -> pd.Series:
-    """Horizons at which errors are put together: those that flights share, else of groups of about 15 like ones."""
+    """Return horizons at which errors are combined: those that flights have in common, else of groups of about 15
+    like ones.
+    """
     horizon = horizon_ms.round(3)
     if 3 * horizon.nunique() < len(horizon):
         return horizon
@@ -60,7 +62,7 @@ def like_horizons(horizon_ms: pd.Series) -> pd.Series:
 
 
 def error_panel(errors: pd.DataFrame, column: str, title: str) -> Panel | None:
-    """Quantile bands of |error| over the horizon."""
+    """Return the quantile bands of |error| over the horizon."""
     if errors.empty:
         return None
     errors = errors[np.isfinite(errors[column].to_numpy(np.float64))]
@@ -89,7 +91,7 @@ def error_panel(errors: pd.DataFrame, column: str, title: str) -> Panel | None:
 
 
 def _convergence(estimates: pd.DataFrame) -> Panel | None:
-    """Distance from the last estimate, and the stated sigma, over the time left, for the longest flight."""
+    """Return the distance from the last estimate, and the stated sigma, over the time left, for the longest flight."""
     if estimates.empty:
         return None
     flight = estimates["flight"].value_counts(sort=False).sort_index().idxmax()

@@ -157,7 +157,7 @@ class FlightStudy:
         return self._staged
 
     def _compare(self, number: int, fraction: float, pose: CatchPose | None) -> Array:
-        """Errors [mm, ms] of ``pose`` after ``fraction`` of the flight; nan without a prediction."""
+        """Return the errors [mm, ms] of ``pose`` after ``fraction`` of the flight; nan without a prediction."""
         if pose is None:
             return np.full(2, np.nan)
         staged = self._staged

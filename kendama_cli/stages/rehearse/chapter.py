@@ -16,7 +16,7 @@ from kendama_cli.schema.foxglove import JointStates
 
 
 def rehearsal_figures(log: StageLog) -> list[Figure]:
-    """Angles as sent and as measured; how far the arm was behind, and from its twin."""
+    """Return the angles as sent and as measured, the arm's tracking error, and its deviation from its twin."""
     sent, measured, ghost = (log.table(f"/rehearse/{name}", JointStates) for name in ("sent", "measured", "ghost"))
     if len(sent) < 2:
         return []

@@ -47,7 +47,8 @@ class Rehearse:
         self._hardware, self._robot, self._game = hardware, robot, game
 
     def run(self, given: Mapping[str, Any], ctx: StageContext) -> Made:
-        """Check, let the twin play, bring the arm slowly to the start, play; what was measured is kept in any case.
+        """Check, let the twin play, bring the arm slowly to the start, play; the measurements are stored in any
+        case.
 
         Raises StageError, and moves nothing, where the check or the twin says no, or the arm has other joints;
         HardwareError where the arm fails before it has played anything. An arm that fails later is halted; the
