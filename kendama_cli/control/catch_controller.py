@@ -23,7 +23,7 @@ UPRIGHT_AFTER_S = 0.4
 class TiltPlan:
     """Tilt and lift from the goal to the end of the game, in steps of ``period_s``.
 
-    Both are cubics that are planned anew at every call: the tilt reaches the wanted one at the catch and rests there,
+    Both are cubics that are planned anew at every call: the tilt reaches the desired one at the catch and rests there,
     the lift comes back to 0 there with the speed at which the cup gives, and is braked afterwards.
     """
 
@@ -64,10 +64,10 @@ class TiltPlan:
         return CupTilt(*self._lift, *self._tilt)
 
 
-def _planned(way: float, speed: float, wanted: float, *, span: tuple[float, float], limit: float, h: float) -> float:
+def _planned(way: float, speed: float, desired: float, *, span: tuple[float, float], limit: float, h: float) -> float:
     """Return the mean acceleration of the coming period ``h`` on the cubic over ``span``, from its start to its end."""
     plan = plan_interception(
-        way_m=way, velocity_m_s=speed, wanted_m_s=wanted, start_s=span[0], end_s=span[1], limit_m_s2=limit
+        way_m=way, velocity_m_s=speed, desired_m_s=desired, start_s=span[0], end_s=span[1], limit_m_s2=limit
     )
     return plan.acceleration_m_s2(span[0] + 0.5 * h)
 
@@ -95,7 +95,7 @@ class CatchController:
         tracked: bool,
     ) -> None:
         self._cart, self._geometry, self._catch = cart, geometry, catch
-        self._believed_sigma_m = max_sigma_m
+        self._max_sigma_m = max_sigma_m
         self._lag_s = cart.delay_s if tracked else cart.arm_lag_s  # as the swing-up has shown it
         landing = geometry.flight.landing(swing.last)
         ball = geometry.flight.rope.ball(swing.last.angle_rad, swing.last.rate_rad_s)
@@ -111,7 +111,7 @@ class CatchController:
     def follow(self, prediction: CatchPrediction) -> None:
         """Aim at what is predicted now, where that is certain enough."""
         pose = prediction.catch
-        if np.trace(pose.covariance_m2) > self._believed_sigma_m**2:
+        if np.trace(pose.covariance_m2) > self._max_sigma_m**2:
             return
         self.catch_s = pose.t_s
         self._target_m = self._geometry.along(pose.position_m - self._geometry.middle_m)
@@ -126,7 +126,7 @@ class CatchController:
             self._interception = plan_interception(
                 way_m=self._target_m - self._geometry.below_rim_lever_m * math.sin(self._tilt_rad) - cart.x_m,
                 velocity_m_s=cart.velocity_m_s,
-                wanted_m_s=catch.matching * self._speed_m_s,
+                desired_m_s=catch.matching * self._speed_m_s,
                 start_s=t_s,
                 end_s=end_s,
                 limit_m_s2=catch.acceleration_m_s2,

@@ -101,7 +101,7 @@ class Crossing:
     """Time and place (3,) at which the ball really fell through the rim plane."""
 
     t_s: float
-    place_m: Array
+    position_m: Array
 
 
 def find_crossing(path: Array, height_m: float, free_s: float) -> Crossing | None:
@@ -169,7 +169,7 @@ class Game:
         if self.crossing is None or not self.estimates:
             return None
         early = [one for one in self.estimates if one.rim.t_s - one.t_s >= horizon_s] or [self.estimates[0]]
-        return float(np.linalg.norm(early[-1].rim.position_m[:2] - self.crossing.place_m[:2]))
+        return float(np.linalg.norm(early[-1].rim.position_m[:2] - self.crossing.position_m[:2]))
 
 
 def finish_game(

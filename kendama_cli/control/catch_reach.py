@@ -45,9 +45,9 @@ def lacking_reach(
     of the centre of the cup, whose rim is at ``rim_m``, and the cup to be where it is sent. The text ends with the
     settings that would let it pass.
     """
-    arm, wanted_m = cup.arm, settings.uncertainty.min_reach_m
-    name, wanted = arm.settings.name, f"{settings.uncertainty.name} asks for {1e3 * wanted_m:.0f} mm"
-    if wanted_m == 0.0:
+    arm, asked_m = cup.arm, settings.uncertainty.min_reach_m
+    name, asked = arm.settings.name, f"{settings.uncertainty.name} asks for {1e3 * asked_m:.0f} mm"
+    if asked_m == 0.0:
         return None
     latency_s, lag_s = settings.sensor_model.latency_s, settings.uncertainty.lag_s[1]
     flies_s = flight_s[1] - flight_s[0]
@@ -55,28 +55,28 @@ def lacking_reach(
     lost = f"{ONSET_S:g} s of onset, {latency_s:g} s of latency and {lag_s:g} s of lag"
     if left_s <= 0:
         return (
-            f"the ball flies {flies_s:.2f} s, and {lost} leave {name} no time to go to it ({wanted}): lower "
+            f"the ball flies {flies_s:.2f} s, and {lost} leave {name} no time to go to it ({asked}): lower "
             f"adapt.sensor_model.latency_s, or {OTHERWISE}"
         )
-    if wanted_m > settings.correction.max_shift_m:
+    if asked_m > settings.correction.max_shift_m:
         most_m = settings.correction.max_shift_m
-        return f"adapt.correction.max_shift_m is {most_m:g} m ({wanted}): raise it, or {OTHERWISE}"
+        return f"adapt.correction.max_shift_m is {most_m:g} m ({asked}): raise it, or {OTHERWISE}"
     posture = cup.motion.position_rad[min(round(flight_s[1] / cup.period_s), len(cup.motion.t_s) - 1)]
     own_m_s2, joint = _acceleration_m_s2(arm, posture)
     used_m_s2 = min(own_m_s2, settings.correction.acceleration_m_s2)
     way_m = 0.5 * used_m_s2 * left_s**2
     flight = _Flight(cup, flight_s[1] - lag_s - left_s, flight_s[1] - lag_s, rim_m, mouth_m)
-    if way_m < wanted_m:
+    if way_m < asked_m:
         by = "adapt.correction.acceleration_m_s2" if used_m_s2 < own_m_s2 else f"joint '{joint}'"
         return (
-            f"{name} moves the cup {1e3 * way_m:.0f} mm while the ball flies ({wanted}): {used_m_s2:.1f} m/s^2 ({by}) "
+            f"{name} moves the cup {1e3 * way_m:.0f} mm while the ball flies ({asked}): {used_m_s2:.1f} m/s^2 ({by}) "
             f"in the {left_s:.2f} s that {lost} leave: raise that acceleration, {_passing(flight, way_m, settings)}"
         )
     for side in (1.0, -1.0):
-        if not _goes(flight, side * wanted_m, settings.correction):
+        if not _goes(flight, side * asked_m, settings.correction):
             return (
-                f"{name} cannot hold the cup {1e3 * side * wanted_m:+.0f} mm along x beside the catch and behind it "
-                f"({wanted}): place the arm otherwise (adapt.placement=search), {_passing(flight, wanted_m, settings)}"
+                f"{name} cannot hold the cup {1e3 * side * asked_m:+.0f} mm along x beside the catch and behind it "
+                f"({asked}): place the arm otherwise (adapt.placement=search), {_passing(flight, asked_m, settings)}"
             )
     return None
 
@@ -121,7 +121,7 @@ def _goes(flight: _Flight, beside_m: float, correction: CorrectionSettings) -> b
         if k < first:
             continue
         at = cup.arm.tool_pose(command.position_rad)
-        off_m = at.position_m - cup.sample(k).place_m
+        off_m = at.position_m - cup.sample(k).position_m
         off_m[:2] -= motion.shift_m
         if float(np.abs(off_m).max()) > UNREACHED_M:
             return False

@@ -67,7 +67,7 @@ STILL_M_S = 1e-12
 class PlannedCup:
     """Planned cup at one instant: tie point (3,), axis (3,), the frame across it (2, 3), the task's speed (5,)."""
 
-    place_m: Array
+    position_m: Array
     axis: Array
     across: Array
     task_speed: Array
@@ -98,7 +98,7 @@ class CupPlan:
         one, two = self.sample(index), self.sample(index + 1)
         part = t_s / self.period_s - index
         axis = one.axis + part * (two.axis - one.axis)
-        place = one.place_m + part * (two.place_m - one.place_m) + lever_m * axis
+        place = one.position_m + part * (two.position_m - one.position_m) + lever_m * axis
         return place, one.task_speed[:3] + part * (two.task_speed[:3] - one.task_speed[:3])
 
 
@@ -172,9 +172,9 @@ class CorrectedMotion:
             self._last = JointCommand(motion.position_rad[k], motion.velocity_rad_s[k], motion.acceleration_rad_s2[k])
         elif self._speed_m_s.any() or not self.over or self._last.velocity_rad_s.any():
             h, settings = self._plan.period_s, self._settings
-            wanted = bounded(self._acceleration_m_s2(self._pose), self._shift_m, self._speed_m_s, h, settings)
+            desired = bounded(self._acceleration_m_s2(self._pose), self._shift_m, self._speed_m_s, h, settings)
             stopping = shortened(-self._speed_m_s / h, settings.acceleration_m_s2)
-            for tried in (*(share * wanted for share in SHARES), stopping):
+            for tried in (*(share * desired for share in SHARES), stopping):
                 made = self._with_acceleration(tried, k)
                 if made[1]:
                     break
@@ -198,8 +198,8 @@ class CorrectedMotion:
         if start_s < self._catch_s - settings.freeze_before_catch_s:
             self._aim(pose, start_s)
         if start_s < self._catch_s:
-            wanted = np.array([plan.acceleration_m_s2(start_s + 0.5 * h) for plan in self._plans])
-            return shortened(wanted, settings.acceleration_m_s2)
+            desired = np.array([plan.acceleration_m_s2(start_s + 0.5 * h) for plan in self._plans])
+            return shortened(desired, settings.acceleration_m_s2)
         return shortened(-self._speed_m_s / h, settings.braking_m_s2)
 
     def _aim(self, pose: CatchPose, start_s: float) -> None:
@@ -215,12 +215,12 @@ class CorrectedMotion:
         cup_m, cup_m_s = self._plan.at(end_s, self._lever_m)
         aim_m = shortened((ball_m - cup_m)[:2], settings.max_shift_m)
         way_m = aim_m - self._shift_m
-        wanted_m_s = brakable(settings.matching * (ball_m_s - cup_m_s)[:2], aim_m, settings)
+        desired_m_s = brakable(settings.matching * (ball_m_s - cup_m_s)[:2], aim_m, settings)
         self._plans = [
             plan_interception(
                 way_m=float(way_m[axis]),
                 velocity_m_s=float(self._speed_m_s[axis]),
-                wanted_m_s=float(wanted_m_s[axis]),
+                desired_m_s=float(desired_m_s[axis]),
                 start_s=start_s,
                 end_s=end_s,
                 limit_m_s2=settings.acceleration_m_s2,
@@ -254,12 +254,12 @@ def _beside(plan: CupPlan, k: int, shift_m: Array, rate_m_s: Array, last: JointC
     cup, planned_rad_s = plan.sample(k), plan.motion.velocity_rad_s[k]
     near = last.position_rad + h * last.velocity_rad_s
     value, task = arm.cup_task(near, cup.across)
-    change = np.concatenate([cup.place_m - value[:3], value[3:]])
+    change = np.concatenate([cup.position_m - value[:3], value[3:]])
     change[:2] += shift_m
     most_rad = h * limits.velocity_rad_s  # a task that cannot be met asks for any step at all
     q = near + np.clip(weighted_step(task, change, arm.redundancy_weights), -most_rad, most_rad)
-    wanted = cup.task_speed + np.concatenate([rate_m_s, np.zeros(3)])
-    speed = planned_rad_s + weighted_step(task, wanted - task @ planned_rad_s, arm.redundancy_weights)
+    desired = cup.task_speed + np.concatenate([rate_m_s, np.zeros(3)])
+    speed = planned_rad_s + weighted_step(task, desired - task @ planned_rad_s, arm.redundancy_weights)
     bend = (speed - last.velocity_rad_s) / h
     inside = limits.allow(q, speed, bend)
     reached = float(np.abs(change).max()) < UNREACHED_M

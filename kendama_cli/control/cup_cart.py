@@ -80,7 +80,7 @@ class CupCart:
         tilting: TiltingArm | None = None,
     ) -> None:
         self.period_s = robot.period_s
-        self.tempo = time_scale(rope_scale)
+        self.time_scale = time_scale(rope_scale)
         """Times on this rope over times on the model's."""
         self._rope_scale = rope_scale
         self._rope = TautRope.of(game, rope_scale)

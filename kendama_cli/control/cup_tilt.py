@@ -50,8 +50,8 @@ class TiltingArm:
         except OutOfReachError:
             return None
         _, task = arm.cup_task(q, turns)
-        wanted = np.concatenate([velocity_m_s * along + tilt.lift_m_s * up, [tilt.tilt_rad_s, 0.0]])
-        speed = weighted_step(task, wanted, arm.redundancy_weights)
+        desired = np.concatenate([velocity_m_s * along + tilt.lift_m_s * up, [tilt.tilt_rad_s, 0.0]])
+        speed = weighted_step(task, desired, arm.redundancy_weights)
         change_rad_s2 = (speed - self._speed) / self._period_s
         if not arm.limits.allow(q, speed, change_rad_s2).all():
             return None

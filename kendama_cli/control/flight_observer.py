@@ -11,8 +11,7 @@ from numpy.typing import NDArray
 
 from kendama_cli.artifacts.catch_pose import CatchPose
 from kendama_cli.control.cup_cart import CartStep
-from kendama_cli.control.position_tracker import PositionTracker
-from kendama_cli.control.rope_angle import rope_angle_rad
+from kendama_cli.control.position_tracker import PositionTracker, rope_angle_rad
 from kendama_cli.control.settings import ObservationSettings
 from kendama_cli.devices.robot.interface import Exchange
 from kendama_cli.learning.state import SwingState

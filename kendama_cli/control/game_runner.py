@@ -78,7 +78,7 @@ class GameRunner:
         self._swing_limiter = BrakingLimiter(
             # by similarity a longer rope needs a wider and faster workspace; there is no more than the catch may use
             half_width_m=min(scale * workspace.half_width_m, widest_m),
-            max_speed_m_s=min(self._cart.tempo * workspace.max_speed_m_s, fastest_m_s),
+            max_speed_m_s=min(self._cart.time_scale * workspace.max_speed_m_s, fastest_m_s),
             braking_m_s2=braking,
             largest_m_s2=strongest,
             period_s=robot.period_s,

@@ -1,4 +1,4 @@
-"""Imitation on the robot: a planned motion fitted to the real rope, at several tempos, corrected by what is seen."""
+"""Imitation on the robot: a planned motion fitted to the real rope, at several tau, corrected by what is seen."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ class Played:
 class VisualImitation:
     """Visual feedback of an imitation: the observer of the ball, the arm's model, and the correction of the plan.
 
-    It begins at ``from_s``, at the tempo of the plan.
+    It begins at ``from_s``, at the tau of the plan.
     """
 
     watched: WatchedFlight
@@ -66,23 +66,23 @@ class VisualImitation:
 
 
 def play_motion(
-    robot: Robot, motion: JointTrajectory, *, tempo: float, seed: int, seen: VisualImitation | None = None
+    robot: Robot, motion: JointTrajectory, *, tau_scale: float, seed: int, seen: VisualImitation | None = None
 ) -> Played:
-    """Play ``motion`` with its time stretched by ``tempo``, from rest, and hold its end.
+    """Play ``motion`` with its time stretched by ``tau_scale``, from rest, and hold its end.
 
-    q(t / tempo), with velocities divided by tempo and accelerations by its square; where it is ``seen``, the cup goes
-    to where the flying ball is seen to come down. Raises StageError where the motion was made for other joints,
+    q(t / tau_scale), with velocities divided by tau_scale and accelerations by its square; if it is ``seen``, the cup
+    goes to where the flying ball is seen to come down. Raises StageError if the motion was made for other joints,
     HardwareError of the line.
     """
     require_same_joints(robot, motion)
     exchanges = [robot.reset(motion.position_rad[0], seed)]
-    played = stretched(motion, tempo, robot.period_s)
+    played = stretched(motion, tau_scale, robot.period_s)
     if seen is None:
         for row in zip(played.position_rad, played.velocity_rad_s, played.acceleration_rad_s2, strict=True):
             exchanges.append(robot.exchange(JointCommand(*row)))
         return Played(tuple(exchanges), played)
     plan = CupPlan(seen.arm, _from_rest(played, motion.position_rad[0]), robot.period_s)
-    corrected = CorrectedMotion(plan, seen.correction, seen.rim_m, tempo * seen.from_s)
+    corrected = CorrectedMotion(plan, seen.correction, seen.rim_m, tau_scale * seen.from_s)
     seen.watched.begin(exchanges[0], seed)
     for _ in played.t_s:
         exchanges.append(robot.exchange(corrected.next()))
@@ -105,18 +105,18 @@ def _from_rest(played: JointTrajectory, start_rad: Array) -> JointTrajectory:
     )
 
 
-def stretched(motion: JointTrajectory, tempo: float, period_s: float) -> JointTrajectory:
-    """Return ``motion`` with its time stretched by ``tempo``, at the end of every control period, and its end held."""
+def stretched(motion: JointTrajectory, tau_scale: float, period_s: float) -> JointTrajectory:
+    """Return ``motion`` stretched in time by ``tau_scale``, at the end of every control period, and its end held."""
     planned_s = motion.t_s - motion.t_s[0]
-    ends_s = np.arange(1, round((planned_s[-1] * tempo + SETTLE_S) / period_s) + 1) * period_s
-    t_s = ends_s / tempo
+    ends_s = np.arange(1, round((planned_s[-1] * tau_scale + SETTLE_S) / period_s) + 1) * period_s
+    t_s = ends_s / tau_scale
     moving = (t_s <= planned_s[-1])[:, None]
     position, velocity, acceleration = (
         columns_at(t_s, planned_s, values)
         for values in (motion.position_rad, motion.velocity_rad_s, motion.acceleration_rad_s2)
     )
-    velocity = np.where(moving, velocity / tempo, 0.0)
-    acceleration = np.where(moving, acceleration / tempo**2, 0.0)
+    velocity = np.where(moving, velocity / tau_scale, 0.0)
+    acceleration = np.where(moving, acceleration / tau_scale**2, 0.0)
     return JointTrajectory(motion.joint_names, ends_s, position, velocity, acceleration)
 
 
@@ -129,7 +129,7 @@ def require_same_joints(robot: Robot, motion: JointTrajectory) -> None:
         )
 
 
-def tempos(step: float, tries: int) -> tuple[float, ...]:
+def tau_scales_to_try(step: float, tries: int) -> tuple[float, ...]:
     """Return 1 first, then ever farther on both sides: 1 + step, 1 - step, 1 + 2 step, ..."""
     return tuple(1.0 + step * ((k + 1) // 2) * (1 if k % 2 else -1) for k in range(tries))
 

@@ -23,12 +23,12 @@ class InterceptionPlan:
 
 
 def plan_interception(
-    *, way_m: float, velocity_m_s: float, wanted_m_s: float, start_s: float, end_s: float, limit_m_s2: float
+    *, way_m: float, velocity_m_s: float, desired_m_s: float, start_s: float, end_s: float, limit_m_s2: float
 ) -> InterceptionPlan:
-    """Cover ``way_m`` until ``end_s`` with the least integral of a^2, at ``wanted_m_s`` as far as the limit allows.
+    """Cover ``way_m`` until ``end_s`` with the least integral of a^2, at ``desired_m_s`` as far as the limit allows.
 
     From (x, v) to (x + d, w) in T that is a cubic with a0 = 6 d / T^2 - (4 v + 2 w) / T at its beginning and
-    aT = -6 d / T^2 + (2 v + 4 w) / T at its end. w is moved from the wanted speed only as far as |a0| <= limit and,
+    aT = -6 d / T^2 + (2 v + 4 w) / T at its end. w is moved from the desired speed only as far as |a0| <= limit and,
     if both are possible, |aT| <= limit need.
     """
     v, time = velocity_m_s, end_s - start_s
@@ -38,7 +38,7 @@ def plan_interception(
     late_low, late_high = 0.25 * even - 0.5 * v - 0.5 * half, 0.25 * even - 0.5 * v + 0.5 * half
     if max(low, late_low) <= min(high, late_high):
         low, high = max(low, late_low), min(high, late_high)
-    speed = min(max(wanted_m_s, low), high)
+    speed = min(max(desired_m_s, low), high)
     first = (even - 4.0 * v - 2.0 * speed) / time
     last = (-even + 2.0 * v + 4.0 * speed) / time
     return InterceptionPlan(start_s, end_s, first, min(max(last, -limit_m_s2), limit_m_s2), speed)

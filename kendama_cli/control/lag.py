@@ -17,9 +17,9 @@ class Lag:
     def __init__(self) -> None:
         self._behind = self._moved = 0.0
 
-    def observe(self, wanted: Array | float, speed: Array | float, read: Array | float) -> None:
-        """Take the reading ``read`` (n,) of the reference ``wanted`` (n,), whose velocity is ``speed`` (n,)."""
-        self._behind += float(np.vdot(speed, wanted - read))
+    def observe(self, reference: Array | float, speed: Array | float, read: Array | float) -> None:
+        """Take the reading ``read`` (n,) of ``reference`` (n,), whose velocity is ``speed`` (n,)."""
+        self._behind += float(np.vdot(speed, reference - read))
         self._moved += float(np.vdot(speed, speed))
 
     @property

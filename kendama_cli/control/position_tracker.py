@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
 
 from kendama_cli.devices.camera.ball_tracker import catch_pose_estimator
+from kendama_cli.physics.taut_rope import rope_angle
 from kendama_cli.schema.arrays import Array
 from kendama_cli.settings.game import GameSettings
 from kendama_cli.vision.onset import FreeFlightFound, FreeFlightOnset
@@ -59,3 +61,9 @@ class PositionTracker:
             if t >= self.found.since_s:
                 self.estimator.update_position(t, place, self._covariance_m2)
         self._waiting = []
+
+
+def rope_angle_rad(ball_from_tie_m: Array) -> float:
+    """The angle of the line from the tie point to the ball (3,) from straight down, in [0, pi]."""
+    x, y, z = (float(value) for value in ball_from_tie_m)
+    return rope_angle(math.hypot(x, y), z)

@@ -67,14 +67,14 @@ class Surroundings:
             allowed_m = shift_m
         return correction, ()
 
-    def playable(self, joints: JointTrajectory, tempos: Sequence[float]) -> tuple[float, ...]:
-        """Return those of ``tempos``, stretches of time, at which ``joints`` keep to the limits that are safe.
+    def playable(self, joints: JointTrajectory, tau_scales: Sequence[float]) -> tuple[float, ...]:
+        """Return those of ``tau_scales``, stretches of time, at which ``joints`` keep to the limits that are safe.
 
-        Speeds and accelerations alone grow with the tempo: v / tempo and a / tempo^2 over their limits.
+        Speeds and accelerations alone grow with it: v / tau_scale and a / tau_scale^2 over their limits.
         """
         shares, most = limit_shares(self.arm, joints), self.safety.limit_ratio
         least = max(shares.velocity.max() / most, math.sqrt(shares.acceleration.max() / most))
-        return tuple(tempo for tempo in tempos if tempo >= min(least, 1.0))
+        return tuple(tau_scale for tau_scale in tau_scales if tau_scale >= min(least, 1.0))
 
     def _beside(self, joints: JointTrajectory, shift_m: float, from_s: float) -> Iterator[CheckedLimit]:
         """Yield the limits of places along ``joints`` with the cup ``shift_m`` to each side."""

@@ -73,11 +73,9 @@ class TransferSettings:
         above=0,
     )
     baseline: bool = setting("whether the same robot also learns from an empty table, to compare with")
-    imitation_attempts: int = setting(
-        "plays of the imitation motion at most; after a miss its tempo is varied", above=0
-    )
+    imitation_attempts: int = setting("plays of the imitation motion at most; after a miss its tau is varied", above=0)
     imitation_repeats: int = setting(
-        "further plays at the tempo that caught: imitation_caught_rate is theirs", at_least=0
+        "further plays at the tau that caught: imitation_caught_rate is theirs", at_least=0
     )
     imitation_tau_step: float = setting("step of that variation, as a fraction of tau", above=0, below=0.1)
     games: int = setting("full games: swing-up, flight, catch", above=0)

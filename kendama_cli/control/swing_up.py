@@ -69,7 +69,7 @@ def swing_up(
     while not goal.reached(step.state):
         if step.t_s >= rollout_s:
             return SwingUpRollout("timeout", tuple(steps))
-        step = cart.step(actor.act(cart.predict_state(step.state), step.t_s / cart.tempo), limiter)
+        step = cart.step(actor.act(cart.predict_state(step.state), step.t_s / cart.time_scale), limiter)
         steps.append(step)
         observe(step)
     return SwingUpRollout("goal", tuple(steps))

@@ -11,8 +11,7 @@ import numpy as np
 from kendama_cli.adaptation.settings import CorrectionSettings, SensorModelSettings
 from kendama_cli.artifacts.motion_plan import JointTrajectory
 from kendama_cli.control.corrected_motion import CorrectedMotion, CupPlan
-from kendama_cli.control.position_tracker import PositionTracker
-from kendama_cli.control.rope_angle import rope_angle_rad
+from kendama_cli.control.position_tracker import PositionTracker, rope_angle_rad
 from kendama_cli.motion.hermite import cubic_between
 from kendama_cli.robot_model.model import RobotModel
 from kendama_cli.schema.arrays import Array

@@ -100,7 +100,7 @@ def test_every_command_keeps_to_the_joints_limits_and_goes_no_farther_than_allow
     assert np.abs(np.diff(places, axis=0) - H * (speeds[1:] + speeds[:-1]) / 2).max() < 1e-4
     # the place is bounded, and not the aim alone: 10 um is a last period of braking that is not whole
     beside = np.array([swing().arm.tool_place_m(one.position_rad) for one in commands])
-    beside -= np.array([swing().cup.sample(k).place_m for k in range(len(commands))])
+    beside -= np.array([swing().cup.sample(k).position_m for k in range(len(commands))])
     assert np.linalg.norm(beside[:, :2], axis=1).max() < 0.2 + 1e-3
     assert motion.max_shift_m <= 0.2 + 2e-5
     assert 0.1 < motion.catch_shift_m <= motion.max_shift_m
@@ -115,7 +115,7 @@ def test_the_cup_brakes_in_time_for_a_ball_that_flies_fast_to_the_side(
     fast = dataclasses.replace(ball(beside_m), velocity_m_s=np.array([*1.5 * np.sign(beside_m), -2.0]))
     motion, commands = played(fast, max_shift_m=most_m)
     shift = np.array([swing().arm.tool_place_m(one.position_rad) for one in commands])[:, :2]
-    shift -= np.array([swing().cup.sample(k).place_m[:2] for k in range(len(commands))])
+    shift -= np.array([swing().cup.sample(k).position_m[:2] for k in range(len(commands))])
     assert np.linalg.norm(shift, axis=1).max() < most_m + 1e-3
     assert not commands[-1].velocity_rad_s.any()
     if np.hypot(*beside_m) < most_m - 0.02:
@@ -148,4 +148,4 @@ def test_a_ball_out_of_reach_is_followed_no_farther_than_the_arm_can() -> None:
 def test_a_plan_holds_its_last_posture() -> None:
     plan: CupPlan = swing().cup
     last = len(plan.motion.t_s) - 1
-    assert plan.at(1e3, 0.0)[0] == pytest.approx(plan.sample(last).place_m)
+    assert plan.at(1e3, 0.0)[0] == pytest.approx(plan.sample(last).position_m)

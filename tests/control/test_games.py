@@ -12,7 +12,7 @@ from kendama_cli.control.catch_game import find_crossing
 from kendama_cli.control.catch_geometry import make_catch_geometry
 from kendama_cli.control.flight_observer import MarkerObserver
 from kendama_cli.control.game_runner import GameRunner
-from kendama_cli.control.imitation import tempos
+from kendama_cli.control.imitation import tau_scales_to_try
 from kendama_cli.control.position_tracker import PositionTracker
 from kendama_cli.control.settings import TransferSettings
 from kendama_cli.devices.robot.udp.remote import UdpRobot
@@ -141,7 +141,7 @@ def test_the_crossing_is_the_first_fall_through_the_height() -> None:
     found = find_crossing(path, 0.5, 0.0)
     assert found is not None
     assert found.t_s == pytest.approx(3.5)
-    assert found.place_m == pytest.approx([0.35, 0.0, 0.5])
+    assert found.position_m == pytest.approx([0.35, 0.0, 0.5])
     assert find_crossing(path[:3], 0.5, 0.0) is None
     assert find_crossing(path, 0.5, 4.0) is None, "what was before free flight does not count"
 
@@ -157,9 +157,9 @@ def test_the_crossing_of_a_noisy_flight_is_known_better_than_one_reading() -> No
         noisy = flight + np.column_stack([np.zeros(len(t)), rng.normal(0.0, 0.002, (len(t), 3))])
         found = find_crossing(noisy, 0.95, 0.0)
         assert found is not None
-        misses.append(np.linalg.norm(found.place_m[:2] - wanted[:2]))
+        misses.append(np.linalg.norm(found.position_m[:2] - wanted[:2]))
     assert np.sqrt(np.mean(np.square(misses))) < 0.002, "measured 1.0 mm; a single reading is 2.8 mm off"
 
 
 def test_tempos_go_outward_from_the_planned_one() -> None:
-    assert tempos(0.01, 5) == pytest.approx((1.0, 1.01, 0.99, 1.02, 0.98))
+    assert tau_scales_to_try(0.01, 5) == pytest.approx((1.0, 1.01, 0.99, 1.02, 0.98))

@@ -32,7 +32,7 @@ def played(*, seen: bool) -> tuple[Played, ObservationLog]:
     eyes = MarkerObserver(tracker, TRANSFER.observation, rim_m=rim_m, catch_m=rim_m).without_goal()
     robot = SimulatedRobot(pa10(), game, imperfection=AIRY, control_period_s=TWIN.control_period_s)
     watching = VisualImitation(WatchedFlight(eyes), made.arm, ADAPT.correction, game.cup.rim_m, 0.0)
-    return play_motion(robot, made.joints, tempo=1.0, seed=10000, seen=watching if seen else None), eyes.observed
+    return play_motion(robot, made.joints, tau_scale=1.0, seed=10000, seen=watching if seen else None), eyes.observed
 
 
 def test_what_three_times_the_air_spoils_is_caught_when_the_ball_is_tracked() -> None:

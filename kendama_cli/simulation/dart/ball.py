@@ -12,6 +12,7 @@ from kendama_cli.errors import SimulationError
 from kendama_cli.physics.rim_crossing import is_inside
 from kendama_cli.physics.rope import RopeLaw
 from kendama_cli.physics.taut_rope import stretch_m
+from kendama_cli.robot_model.arm_motion import SAMPLE_S as STEP_S
 from kendama_cli.robot_model.body import Body
 from kendama_cli.robot_model.cup import set_restitution
 from kendama_cli.robot_model.dart_library import dartpy
@@ -20,7 +21,6 @@ from kendama_cli.settings.game import BallSettings, CupSettings, GameSettings, S
 from kendama_cli.simulation.dart import rope_chain_kernel, rope_kernel
 from kendama_cli.simulation.dart.rope_chain import NO_CHAIN, RopeChain
 from kendama_cli.simulation.dart.world_errors import NO_ERRORS, WorldErrors
-from kendama_cli.simulation.dart.world_pair import STEP_S
 
 NOTHING: Array = np.zeros(3)
 

@@ -6,8 +6,8 @@ import math
 from dataclasses import dataclass
 
 from kendama_cli.physics.rim_crossing import SLACK_S, at_rim_m, falls, is_caught, over_rim, planned_descent
+from kendama_cli.robot_model.arm_motion import SAMPLE_S as STEP_S
 from kendama_cli.simulation.dart.ball import TetheredBall
-from kendama_cli.simulation.dart.world_pair import STEP_S
 
 
 @dataclass(frozen=True)

@@ -9,10 +9,10 @@ import numpy as np
 from kendama_cli.errors import ConfigError
 from kendama_cli.physics.rope import RopeLaw
 from kendama_cli.physics.rope_chain import cup_sections_m, laid, link_lengths_m, node_masses_kg
+from kendama_cli.robot_model.arm_motion import SAMPLE_S as STEP_S
 from kendama_cli.schema.arrays import Array
 from kendama_cli.settings.game import GameSettings
 from kendama_cli.simulation.dart import rope_chain_kernel
-from kendama_cli.simulation.dart.world_pair import STEP_S
 
 LINKS = 24
 SUB_STEPS, THEIR_KG = 50, 5e-5

@@ -21,10 +21,9 @@ from kendama_cli.simulation.dart.arm_dynamics import ArmDynamics
 from kendama_cli.simulation.dart.ball import TetheredBall
 from kendama_cli.simulation.dart.joint_control import JointControl
 from kendama_cli.simulation.dart.scene import Scene, check_clear
-from kendama_cli.simulation.dart.stepper import Stepper
+from kendama_cli.simulation.dart.stepper import STEP_S, Stepper, WorldPair
 from kendama_cli.simulation.dart.task_state import task_state
 from kendama_cli.simulation.dart.world_errors import WorldErrors
-from kendama_cli.simulation.dart.world_pair import STEP_S, WorldPair
 from kendama_cli.simulation.dart.wrist import ContactSensor, wrist_wrench
 
 SHORTEST_M = 1e-3

@@ -193,14 +193,14 @@ def _catch(log: StageLog) -> Panel | None:
 
 
 def _tracking(log: StageLog) -> Panel | None:
-    wanted, driven = log.table("/adapt/reference", FrameTransform), log.table("/adapt/cup", FrameTransform)
-    if len(wanted) < 2 or len(driven) < 2:
+    reference, driven = log.table("/adapt/reference", FrameTransform), log.table("/adapt/cup", FrameTransform)
+    if len(reference) < 2 or len(driven) < 2:
         return None
-    wanted = wanted.iloc[:: max(1, len(wanted) // 800)]
-    t = wanted["t_s"].to_numpy(np.float64)
+    reference = reference.iloc[:: max(1, len(reference) // 800)]
+    t = reference["t_s"].to_numpy(np.float64)
     error = [
         np.interp(t, driven["t_s"].to_numpy(np.float64), driven[axis].to_numpy(np.float64))
-        - wanted[axis].to_numpy(np.float64)
+        - reference[axis].to_numpy(np.float64)
         for axis in ("x_m", "y_m", "z_m")
     ]
     with drawing(

@@ -12,7 +12,7 @@ from kendama_cli.artifacts.policy import PolicyArtifact
 from kendama_cli.control.camera_solids import camera_solids
 from kendama_cli.control.flight_observer import WatchedFlight
 from kendama_cli.control.game_runner import GameRunner
-from kendama_cli.control.imitation import VisualImitation, fitted, play_motion, tempos
+from kendama_cli.control.imitation import VisualImitation, fitted, play_motion, tau_scales_to_try
 from kendama_cli.control.reachable import Surroundings, follow_from_s
 from kendama_cli.control.scene_history import cup_rotation_wxyz
 from kendama_cli.control.settings import TransferSettings
@@ -107,37 +107,37 @@ class TransferSession:
             self._finish(messages, swing.duration_s, phase=phase, rollouts=finished.index, streak=learner.count.streak)
 
     def imitate(self, motion: CatchMotion, around: Surroundings) -> None:
-        """Play the imitation motion, fitted to the rope, until it catches; at slightly other tempos after a miss.
+        """Play the imitation motion, fitted to the rope, until it catches; at slightly other tau after a miss.
 
-        Then play it again at the tempo that caught, to tell how often it does.
+        Then play it again at the tau that caught, to tell how often it does.
         """
         progress, settings = self._progress, self._settings
         tried = progress.imitation
-        wanted = tempos(settings.imitation_tau_step, settings.imitation_attempts)
-        if len(tried) == len(wanted) and not any(tried):
+        tau_scales = tau_scales_to_try(settings.imitation_tau_step, settings.imitation_attempts)
+        if len(tried) == len(tau_scales) and not any(tried):
             return
         if any(tried) and len(progress.repeats) >= settings.imitation_repeats:
             return
         game, seed = around.game, int(progress.rng("rope", 0).integers(2**63))
         fit = fitted(self._runner.robot, motion, around, seed=seed)
         progress.rope_fit = RopeFitFigures(fit.rope_scale, fit.resized)
-        wanted = around.playable(fit.joints, wanted)
+        tau_scales = around.playable(fit.joints, tau_scales)
         seen = None
         if around.adapt.catch == "visual":
             watched = WatchedFlight(self._runner.observer.without_goal())
             seen = VisualImitation(watched, self._arm, fit.correction, game.cup.rim_m, follow_from_s(motion))
-        while not any(tried) and len(tried) < len(wanted):
-            tempo = wanted[len(tried)]
-            self._imitate_once(fit.joints, tempo, "imitation", tried, seen)
+        while not any(tried) and len(tried) < len(tau_scales):
+            tau_scale = tau_scales[len(tried)]
+            self._imitate_once(fit.joints, tau_scale, "imitation", tried, seen)
         while any(tried) and len(progress.repeats) < settings.imitation_repeats:
-            self._imitate_once(fit.joints, wanted[tried.index(True)], "repeat", progress.repeats, seen)
+            self._imitate_once(fit.joints, tau_scales[tried.index(True)], "repeat", progress.repeats, seen)
 
     def _imitate_once(
-        self, joints: JointTrajectory, tempo: float, phase: str, results: list[bool], seen: VisualImitation | None
+        self, joints: JointTrajectory, tau_scale: float, phase: str, results: list[bool], seen: VisualImitation | None
     ) -> None:
         """Play once and append to ``results`` whether it caught."""
         seed = int(self._progress.rng(phase, len(results)).integers(2**63))
-        played = play_motion(self._runner.robot, joints, tempo=tempo, seed=seed, seen=seen)
+        played = play_motion(self._runner.robot, joints, tau_scale=tau_scale, seed=seed, seen=seen)
         timed = trace.timed(played.exchanges, self._progress.clock_s)
         messages = [*self._scene(timed, under="/transfer/imitation"), *self._exchanges(timed)]
         results.append(played.caught(self._arm, self._runner.game))

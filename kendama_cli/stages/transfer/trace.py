@@ -149,7 +149,7 @@ def _game(game: Game, index: int, start_s: float, horizon_s: float) -> GameMessa
         latency_frames=math.nan if observed.latency_frames is None else observed.latency_frames,
         blow_n=math.nan if catch is None else catch.blow_n,
         crossing_s=math.nan if crossing is None else start_s + crossing.t_s,
-        crossing_m=() if crossing is None else crossing.place_m,
+        crossing_m=() if crossing is None else crossing.position_m,
     )
 
 

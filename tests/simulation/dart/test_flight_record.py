@@ -11,7 +11,7 @@ import pytest
 from kendama_cli.schema.settings import build
 from kendama_cli.settings.game import GameSettings
 from kendama_cli.simulation.dart.flight_record import FlightRecord
-from kendama_cli.simulation.dart.world_pair import STEP_S
+from kendama_cli.simulation.dart.stepper import STEP_S
 from tests.shipped_conf import plain
 
 GAME = build(GameSettings, plain("game", "kendama"), "game")
