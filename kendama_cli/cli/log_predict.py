@@ -36,18 +36,15 @@ def log_predict(
             "[the other flights of FILE..., each flight's own left out].",
         ),
     ] = None,
-    spin: Annotated[
-        bool, typer.Option("--spin", help="Balls spin in the air (Magnus): estimate each flight's spin too.")
-    ] = False,
     as_json: Json = False,
 ) -> None:
     """Predict the end of every free flight in a recording from its first part, and say how far off that is."""
     from kendama_cli.vision.flight_trial import try_flights  # scipy and cv2
 
     _refuse_repeated(files, calibrate or [])
-    flights, without = _flights(files, spin=spin)
-    others = _flights(calibrate, spin=spin)[0] if calibrate else None
-    document = _document(files, flights, try_flights(flights, SEEN, others, spin=spin))
+    flights, without = _flights(files)
+    others = _flights(calibrate)[0] if calibrate else None
+    document = _document(files, flights, try_flights(flights, SEEN, others))
     for path in without:
         render.note(f"{path}: no free flight; left out")
     if as_json:
@@ -86,7 +83,7 @@ def _refuse_repeated(files: Sequence[Path], calibrate: Sequence[Path]) -> None:
         raise UsageError(f"{path}: it is {what}, so its flights would count twice; leave out one of the two")
 
 
-def _flights(paths: Sequence[Path], *, spin: bool) -> tuple[list[RecordedFlight], list[Path]]:
+def _flights(paths: Sequence[Path]) -> tuple[list[RecordedFlight], list[Path]]:
     """Return the flights of all files, and the files without one; raises InputError if no file has any."""
     from kendama_cli.devices.recordings.flight_reader import read_tracks  # pandas
     from kendama_cli.vision.flight_search import DROP_M, FLIGHT_S, find_flights
@@ -94,7 +91,7 @@ def _flights(paths: Sequence[Path], *, spin: bool) -> tuple[list[RecordedFlight]
     found, without, tracks = [], [], 0
     for path in paths:
         recorded = read_tracks(path)
-        flights = find_flights(recorded, spin=spin)
+        flights = find_flights(recorded)
         tracks += len(recorded)
         found += flights
         if not flights:
@@ -135,7 +132,6 @@ def _document(paths: Sequence[Path], flights: list[RecordedFlight], trial: Trial
         "tilt_x_rad": float(model.tilt_rad[0]),
         "tilt_y_rad": float(model.tilt_rad[1]),
         "drag_per_s": model.drag_per_s,
-        **{name: value for name in ("drag_per_m", "spin_sigma_per_s") if (value := getattr(model, name))},
         "sigma_m": model.sigma_m,
         **{f"wobble_{name}": value for name, value in vars(model.motion).items() if name != "kind"},
     }

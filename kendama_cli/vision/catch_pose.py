@@ -37,12 +37,10 @@ class CatchPoseEstimator:
         cup_velocity_m_s: ArrayLike = (0.0, 0.0, 0.0),
         max_sigma_m: float = 0.25,
         motion: MotionSettings = BALLISTIC,
-        spin_sigma_per_s: float = 0.0,
     ) -> None:
         """``gravity_m_s2`` is a magnitude along -z or a vector (3,); no pose is given above ``max_sigma_m``.
 
-        The drags are those of FreeFlight: k1 / m and k2 / m. With ``spin_sigma_per_s`` each flight's spin is estimated,
-        normal about none, which needs a ``motion`` with noise.
+        The drags are those of FreeFlight: k1 / m and k2 / m.
         """
         vector = np.asarray(gravity_m_s2, dtype=np.float64)
         self.flight = FreeFlight(
@@ -51,7 +49,7 @@ class CatchPoseEstimator:
         self.rim_height_m = rim_height_m
         self.cup_velocity_m_s = np.asarray(cup_velocity_m_s, dtype=np.float64)
         self.max_sigma_m = max_sigma_m
-        self._motion, self._spin_sigma_per_s = motion, spin_sigma_per_s
+        self._motion = motion
         self.reset()
 
     def reset(self) -> None:
@@ -59,7 +57,7 @@ class CatchPoseEstimator:
         self._fit: BallisticFit | WobblingFit = (
             BallisticFit(self.flight)
             if isinstance(self._motion, BallisticMotion)
-            else WobblingFit(self.flight, self._motion, self._spin_sigma_per_s)
+            else WobblingFit(self.flight, self._motion)
         )
 
     @property

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -12,7 +11,6 @@ from numpy.typing import NDArray
 from scipy.optimize import minimize
 
 from kendama_cli.schema.arrays import Array
-from kendama_cli.vision.air_path import AirPath, fit_air
 from kendama_cli.vision.catch_pose import BALLISTIC, CatchPoseEstimator
 from kendama_cli.vision.flight_search import GRAVITY_M_S2, RecordedFlight
 from kendama_cli.vision.free_flight import FreeFlight
@@ -45,10 +43,6 @@ class FlightModel:
     motion: MotionSettings
     flights: int
     """How many flights this was learned from."""
-    drag_per_m: float = 0.0
-    """Drag with the square of the speed: of fast balls, in place of the linear one."""
-    spin_sigma_per_s: float = 0.0
-    """Standard deviation of a flight's spin along an axis; 0 where it is not in the model."""
 
     @property
     def tilt_rad(self) -> Array:
@@ -61,10 +55,8 @@ class FlightModel:
             self.gravity_m_s2,
             self.drag_per_s,
             height_m,
-            drag_per_m=self.drag_per_m,
             max_sigma_m=1.0,
             motion=self.motion,
-            spin_sigma_per_s=self.spin_sigma_per_s,
         )
 
 
@@ -72,7 +64,7 @@ NOMINAL = FlightModel(np.array([0.0, 0.0, -GRAVITY_M_S2]), 0.0, 1e-3, BALLISTIC,
 """What is believed without any flight: upright standard gravity and a round ball."""
 
 
-def fit_flight_model(flights: Sequence[RecordedFlight], *, spin: bool = False) -> FlightModel:
+def fit_flight_model(flights: Sequence[RecordedFlight]) -> FlightModel:
     """The model under which ``flights`` are most likely; NOMINAL without any.
 
     Along each axis a flight is z(s) = z0 + a(s) v0 + b(s) g + noise, with z0 and v0 unknown, g common to all flights
@@ -84,20 +76,11 @@ def fit_flight_model(flights: Sequence[RecordedFlight], *, spin: bool = False) -
     drag k, sigma, q, w and the length maximise the likelihood restricted to what z0, v0 and g cannot explain
     (Patterson and Thompson 1971), times wide log-normal priors. Along z the covariance is c^2 K with c of its own
     (profiled out), for drag that grows with the speed is not all in k; K is how the ball strays sideways.
-
-    Where the search found flights by drag alone (balls so fast), k is that of the square of the speed: a = s, b = s^2
-    / 2, and k Q(s) is added to what was seen, Q being the second integral of |z'| z' along the flight (AirPath). With
-    ``spin`` too; then each flight has one of its own (``fit_air``), which is taken out first.
     """
     if not flights:
         return NOMINAL
-    spin_sigma_per_s = 0.0
-    if spin:
-        air = fit_air([(one.t_s, one.position_m) for one in flights], NOMINAL.gravity_m_s2, GRAVITY_SIGMA_M_S2)
-        spin_sigma_per_s = air.spin_sigma_per_s
-        flights = [_spinless(one, turned) for one, turned in zip(flights, air.spin_per_s, strict=True)]
     chosen = np.unique(np.linspace(0, len(flights) - 1, MOST_FLIGHTS).round().astype(int))
-    thin = _thinned([flights[i] for i in chosen], fast=spin or any(one.drag_per_m for one in flights))
+    thin = _thinned([flights[i] for i in chosen])
     medians = np.log([median for median, _ in PRIORS.values()])
     spreads = np.array([spread for _, spread in PRIORS.values()])
 
@@ -115,17 +98,11 @@ def fit_flight_model(flights: Sequence[RecordedFlight], *, spin: bool = False) -
     drag, sigma_m, intensity, wobble_m, length_s = (float(value) for value in values)
     sigma_m = max(sigma_m, LEAST_SIGMA_M)
     motion = ColouredMotion("coloured", wobble_m, length_s, intensity)
-    k1, k2 = (0.0, drag) if thin.fast else (drag, 0.0)
-    gravity_m_s2 = _pooled_gravity(flights, k1, k2) if len(flights) > 1 else _Likelihood(thin, values).gravity_m_s2
-    return FlightModel(gravity_m_s2, k1, sigma_m, motion, len(flights), k2, spin_sigma_per_s)
+    gravity_m_s2 = _pooled_gravity(flights, drag) if len(flights) > 1 else _Likelihood(thin, values).gravity_m_s2
+    return FlightModel(gravity_m_s2, drag, sigma_m, motion, len(flights))
 
 
-def _spinless(flight: RecordedFlight, spin_per_s: Array) -> RecordedFlight:
-    moved = AirPath.of_flight(flight.t_s, flight.position_m).spin_ms @ spin_per_s
-    return dataclasses.replace(flight, position_m=flight.position_m - moved)
-
-
-def _pooled_gravity(flights: Sequence[RecordedFlight], drag_per_s: float, drag_per_m: float) -> Array:
+def _pooled_gravity(flights: Sequence[RecordedFlight], drag_per_s: float) -> Array:
     """The gravity (3,) that all ``flights`` (two at least) agree on, each with its start and velocity by least squares.
 
     Weighed against standard gravity by how far the flights differ, which is more than their noise: a wobble that lasts
@@ -137,12 +114,9 @@ def _pooled_gravity(flights: Sequence[RecordedFlight], drag_per_s: float, drag_p
     for i, one in enumerate(flights):
         fall = flight.gravity_gain_s2(one.t_s)
         free = np.linalg.qr(np.column_stack([np.ones_like(one.t_s), flight.velocity_gain_s(one.t_s)]))[0]
-        places = one.position_m
-        if drag_per_m:
-            places = places + drag_per_m * AirPath.of_flight(one.t_s, places).drag_m2
         seen = fall - free @ (free.T @ fall)
         weight[i] = seen @ seen
-        off[i] = seen @ (places - fall[:, None] * standard) / weight[i]
+        off[i] = seen @ (one.position_m - fall[:, None] * standard) / weight[i]
     mean = weight @ off / weight.sum()
     spread = weight @ (off - mean) ** 2 / (len(flights) - 1)
     return np.asarray(standard + mean / (1.0 + spread / weight.sum() / GRAVITY_SIGMA_M_S2**2))
@@ -154,14 +128,11 @@ class _Thinned:
 
     t_s: Array
     position_m: Array
-    drag_m2: Array
     there: NDArray[np.bool_]
-    fast: bool
 
 
-def _thinned(flights: Sequence[RecordedFlight], *, fast: bool) -> _Thinned:
+def _thinned(flights: Sequence[RecordedFlight]) -> _Thinned:
     t_s, places = np.zeros((len(flights), THINNED)), np.zeros((len(flights), THINNED, 3))
-    drag = np.zeros_like(places)
     there = np.zeros((len(flights), THINNED), dtype=np.bool_)
     for i, flight in enumerate(flights):
         kept = np.unique(np.linspace(0, len(flight.t_s) - 1, THINNED).round().astype(int))
@@ -170,9 +141,7 @@ def _thinned(flights: Sequence[RecordedFlight], *, fast: bool) -> _Thinned:
             flight.position_m[kept],
             1,
         )
-        if fast:
-            drag[i, : len(kept)] = AirPath.of_flight(flight.t_s, flight.position_m).drag_m2[kept]
-    return _Thinned(t_s, places, drag, there, fast)
+    return _Thinned(t_s, places, there)
 
 
 class _Likelihood:
@@ -181,12 +150,10 @@ class _Likelihood:
     def __init__(self, flights: _Thinned, values: Array) -> None:
         drag, sigma_m, intensity, wobble_m, length_s = (float(value) for value in values)
         sigma_m = max(sigma_m, LEAST_SIGMA_M)
-        flight = FreeFlight(np.array([0.0, 0.0, -GRAVITY_M_S2]), 0.0 if flights.fast else drag)
+        flight = FreeFlight(np.array([0.0, 0.0, -GRAVITY_M_S2]), drag)
         s, there = flights.t_s, flights.there
         b = flight.gravity_gain_s2(s)[..., None]
         fallen = flights.position_m - b * flight.gravity_m_s2
-        if flights.fast:
-            fallen = fallen + drag * flights.drag_m2
         known = np.concatenate([np.ones_like(b), flight.velocity_gain_s(s)[..., None], b, fallen], axis=2)
         low, high = np.minimum(s[:, :, None], s[:, None]), np.maximum(s[:, :, None], s[:, None])
         d = (math.sqrt(3) / length_s) * (high - low)

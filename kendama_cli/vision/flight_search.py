@@ -11,19 +11,12 @@ import scipy.constants
 from numpy.typing import NDArray
 
 from kendama_cli.schema.arrays import Array
-from kendama_cli.vision.air_path import AirPath
 
 GRAVITY_M_S2 = scipy.constants.g
 """Standard gravity: a recording does not say where it was made, and the search bears a few percent of error."""
 DOWN_M_S2 = np.array([0.0, 0.0, -GRAVITY_M_S2])
 NEAR_M_S2 = 2.5
-"""How far an acceleration may be from that of gravity and drag (scale, tilt, wobble, spin) and count as free fall."""
-DRAGS_PER_M = (0.03, 0.06, 0.09, 0.12, 0.15, 0.18, 0.21)
-"""Drag that the search tries beside none: a table-tennis ball's is 0.12, a juggling ball's 0.01."""
-MORE_WITH_DRAG = 1.1
-"""Drag is believed in where by it the flights are so much longer in all: slow balls give the same with any."""
-SPIN_PER_S, SPUN_M_S = 3.0, 1.5
-"""Most spin that the search looks for, and the speed from which on it does: slower balls feel none."""
+"""How far an acceleration may be from that of gravity and drag (scale, tilt, wobble) and count as free fall."""
 SURE_M_S2 = 0.4
 """The window is made so long that noise disturbs the acceleration by no more (standard deviation)."""
 WINDOW_S = (0.12, 0.30)
@@ -48,96 +41,36 @@ class RecordedTrack:
 
 @dataclass(frozen=True)
 class RecordedFlight:
-    """Samples of one free flight, in a frame whose z points up: ``t_s`` (n,) from 0 and ``position_m`` (n, 3); and the
-    drag without which it would not have been found, 0 for slow balls."""
+    """Samples of one free flight, in a frame whose z points up: ``t_s`` (n,) from 0 and ``position_m`` (n, 3)."""
 
     name: str
     begin_s: float
     t_s: Array
     position_m: Array
-    drag_per_m: float = 0.0
 
 
-def find_flights(tracks: Sequence[RecordedTrack], *, spin: bool = False) -> list[RecordedFlight]:
-    """All free flights of ``tracks`` that end on the way down, in order of time.
+def find_flights(tracks: Sequence[RecordedTrack]) -> list[RecordedFlight]:
+    """Return all free flights of ``tracks`` that end on the way down, in order of time.
 
     A parabola over a sliding window gives the acceleration; a flight is a stretch in which it is gravity's, made
     longer at both ends as long as the samples there are where the flight predicts them. Which axis points up follows
-    from the falling itself. Of fast balls the drag is taken out of the track before: of DRAGS_PER_M that with which
-    most of it flies. With ``spin`` stretches count too in which a constant spin explains what is left across the way.
+    from the falling itself.
     """
     pieces = [piece for track in tracks for piece in _pieces(track)]
-    paths = [AirPath.of_track(piece.t_s, piece.position_m) for piece in pieces]
-    best = _flights_under(pieces, paths, 0.0, spin=spin)
-    needed_s = MORE_WITH_DRAG * _length_s(best)
-    for drag_per_m in DRAGS_PER_M:
-        found = _flights_under(pieces, paths, drag_per_m, spin=spin)
-        if _length_s(found) > needed_s:
-            best, needed_s = found, _length_s(found)
-    return best
-
-
-def _length_s(flights: Sequence[RecordedFlight]) -> float:
-    return sum(float(flight.t_s[-1]) for flight in flights)
-
-
-def _flights_under(
-    pieces: Sequence[RecordedTrack], paths: Sequence[AirPath], drag_per_m: float, *, spin: bool
-) -> list[RecordedFlight]:
-    """The flights where drag is as given."""
-    undragged = [
-        RecordedTrack(piece.name, piece.t_s, piece.position_m + drag_per_m * path.drag_m2)
-        for piece, path in zip(pieces, paths, strict=True)
-    ]
-    falls = [_acceleration(piece) for piece in undragged]
+    falls = [_acceleration(piece) for piece in pieces]
     turn = _upright(falls)
     if turn is None:
         return []
     found = []
-    for piece, straight, fall in zip(pieces, undragged, falls, strict=True):
+    for piece, fall in zip(pieces, falls, strict=True):
         points = piece.position_m @ turn.T
-        upright = RecordedTrack(piece.name, piece.t_s, straight.position_m @ turn.T)
-        spans = _spans(piece.t_s, upright.position_m, np.linalg.norm(fall @ turn.T - DOWN_M_S2, axis=1) < NEAR_M_S2)
-        for first, last in _longest([*spans, *(_spun(upright, fall @ turn.T) if spin else ())]):
+        free = np.linalg.norm(fall @ turn.T - DOWN_M_S2, axis=1) < NEAR_M_S2
+        for first, last in _spans(piece.t_s, points, free):
             t, flight = piece.t_s[first:last], points[first:last]
             if len(t) < 8 or t[-1] - t[0] < FLIGHT_S or flight[-1, 2] > flight[:, 2].max() - DROP_M:
                 continue
-            found.append(RecordedFlight(piece.name, float(t[0]), t - t[0], flight, drag_per_m))
+            found.append(RecordedFlight(piece.name, float(t[0]), t - t[0], flight))
     return sorted(found, key=lambda flight: flight.begin_s)
-
-
-def _spun(piece: RecordedTrack, fall: Array) -> list[tuple[int, int]]:
-    """Stretches in which what the acceleration differs by from gravity's is s x v, with one spin s each.
-
-    Across the way s is (v x r) / |v|^2 of the rest r; its median over a stretch straightens the track.
-    """
-    rest = fall - DOWN_M_S2
-    v = np.gradient(piece.position_m, piece.t_s, axis=0)
-    speed = np.maximum(np.linalg.norm(v, axis=1), 1e-3)
-    across = np.cross(v, rest) / (speed**2)[:, None]
-    along = np.abs((rest * v).sum(axis=1)) / speed
-    fits = (speed > SPUN_M_S) & (along < NEAR_M_S2) & (np.linalg.norm(across, axis=1) < SPIN_PER_S)
-    turning = AirPath.along(piece.t_s, v).spin_ms
-    found: list[tuple[int, int]] = []
-    for begin, end in _runs(fits):
-        if piece.t_s[end - 1] - piece.t_s[begin] < CORE_S:
-            continue
-        straight = RecordedTrack(
-            piece.name, piece.t_s, piece.position_m - turning @ np.median(across[begin:end], axis=0)
-        )
-        free = np.linalg.norm(_acceleration(straight) - DOWN_M_S2, axis=1) < NEAR_M_S2
-        free[:begin], free[end:] = False, False
-        found += _spans(piece.t_s, straight.position_m, free)
-    return found
-
-
-def _longest(spans: Sequence[tuple[int, int]]) -> list[tuple[int, int]]:
-    """The spans (first, last) in order, of those that overlap only the longest."""
-    kept: list[tuple[int, int]] = []
-    for first, last in sorted(spans, key=lambda span: span[0] - span[1]):
-        if all(last <= other[0] or first >= other[1] for other in kept):
-            kept.append((first, last))
-    return sorted(kept)
 
 
 def _pieces(track: RecordedTrack) -> list[RecordedTrack]:

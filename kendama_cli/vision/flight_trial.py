@@ -33,24 +33,22 @@ def try_flights(
     flights: Sequence[RecordedFlight],
     observed_fractions: Sequence[float],
     calibration: Sequence[RecordedFlight] | None = None,
-    *,
-    spin: bool = False,
 ) -> Trial:
     """Predict where and when every flight falls through its last height.
 
     Gravity, drag, noise and wobble are learned from ``calibration``; without it, from the other flights, the one that
-    is predicted (or, of many, its group) left out. With ``spin`` every flight has one, which is estimated too.
+    is predicted (or, of many, its group) left out.
     """
     fractions = np.array(observed_fractions)
     errors = np.full((len(flights), len(fractions), 2), np.nan)
     if calibration is None and len(flights) == 1:
         calibration = ()  # no other flight to learn from
-    model = fit_flight_model(flights if calibration is None else calibration, spin=spin)
+    model = fit_flight_model(flights if calibration is None else calibration)
     folds = min(len(flights), MOST_FOLDS) if calibration is None else 1
     for fold in range(folds):
         left_out = range(fold, len(flights), folds)
         others = [flight for i, flight in enumerate(flights) if i not in left_out]
-        held = model if calibration is not None else fit_flight_model(others, spin=spin)
+        held = model if calibration is not None else fit_flight_model(others)
         for i in left_out:
             errors[i] = predict_end(flights[i], held, fractions)
     return Trial(fractions, errors[:, :, 0], errors[:, :, 1], model)

@@ -27,38 +27,25 @@ class Transition(NamedTuple):
     velocity: Array
 
 
-def crossing(vector: Array) -> Array:
-    """The matrix (3, 3) of x -> ``vector`` x x."""
-    x, y, z = vector.tolist()
-    return np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-
-
 @dataclass(frozen=True)
 class FreeFlight:
-    """The motion z'' = g - (k1 + k2 |z'|) z' + s x z' of a ball on a slack rope (docs/equations.md eq. 1), both k over
-    its mass; s is what its spin does in the air (Magnus), along the axis of spin.
+    """Motion z'' = g - (k1 + k2 |z'|) z' of a ball on a slack rope (docs/equations.md eq. 1), both k over its mass.
 
-    Without k2 and s it is linear in the first place and velocity: with a(s) = (1 - exp(-k1 s)) / k1 and b(s) =
+    Without k2 it is linear in the first place and velocity: with a(s) = (1 - exp(-k1 s)) / k1 and b(s) =
     (s - a(s)) / k1 the place after s seconds is z0 + a(s) z0' + b(s) g and the velocity z0' exp(-k1 s) + a(s) g.
-    With them, the motion is integrated by Runge and Kutta's method of the fourth order.
+    With it, the motion is integrated by Runge and Kutta's method of the fourth order.
     """
 
     gravity_m_s2: Array
     """(3,)"""
     drag_per_s: float
     drag_per_m: float = 0.0
-    spin_per_s: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "gravity_m_s2", array("gravity_m_s2", self.gravity_m_s2, (3,)))
         for name in ("drag_per_s", "drag_per_m"):
             if getattr(self, name) < 0:
                 raise ValueError(f"{name} must not be negative, it is {getattr(self, name)!r}")
-
-    @property
-    def _bent(self) -> bool:
-        """Whether the motion is not linear in the first place and velocity with a solution of its own."""
-        return self.drag_per_m > 0.0 or any(self.spin_per_s)
 
     def velocity_gain_s(self, s: ArrayLike) -> Array:
         """a(s) [s] of the linear part, shape of ``s``."""
@@ -85,7 +72,7 @@ class FreeFlight:
 
     def moved(self, start_m: Array, velocity_m_s: Array, s: ArrayLike) -> tuple[Array, Array]:
         """Position and velocity (..., 3) after ``s`` (...) seconds, which may be negative."""
-        if self._bent:
+        if self.drag_per_m > 0:
             times = np.asarray(s, dtype=np.float64)
             flown = [self._flown(start_m, velocity_m_s, float(t)) for t in times.ravel()]
             both = np.array(flown).reshape(*times.shape, 2, 3)
@@ -96,32 +83,24 @@ class FreeFlight:
         return np.asarray(start_m + a * velocity_m_s + b * self.gravity_m_s2), np.asarray(velocity)
 
     def transition(self, velocity_m_s: Array, s: float) -> Transition:
-        """The derivatives of place and velocity after ``s`` seconds by the first velocity (3,).
+        """Return the derivatives of place and velocity after ``s`` seconds by the first velocity (3,).
 
-        With k2 or spin, to their first order: dv(s)/dv0 = 1 - int S dt with S = (k1 + k2 |v|) 1 + k2 v v^T / |v| - s x.
+        With k2, to its first order: dv(s)/dv0 = 1 - int S dt with S = (k1 + k2 |v|) 1 + k2 v v^T / |v|.
         """
-        if not self._bent:
+        if self.drag_per_m == 0:
             a = float(self.velocity_gain_s(s))
             return Transition(a * np.eye(3), (1.0 - self.drag_per_s * a) * np.eye(3))
         speeds = velocity_m_s + (s * NODES)[:, None] * self.gravity_m_s2
         size = np.sqrt((speeds * speeds).sum(axis=1)) + STILL_M_S
         drag, turned = drag_over_speed(self.drag_per_s, self.drag_per_m, size), self.drag_per_m / size
-        spin = crossing(np.array(self.spin_per_s))
 
         def integrated(weights: Array) -> Array:
-            along = float(weights @ drag) * np.eye(3) + (speeds.T * (weights * turned)) @ speeds
-            return np.asarray(along - float(weights.sum()) * spin)
+            return np.asarray(float(weights @ drag) * np.eye(3) + (speeds.T * (weights * turned)) @ speeds)
 
         return Transition(
             s * np.eye(3) - s * s * integrated(WEIGHTS * (1.0 - NODES)),
             np.eye(3) - s * integrated(WEIGHTS),
         )
-
-    def transition_by_spin(self, velocity_m_s: Array, s: float) -> Transition:
-        """The derivatives of place and velocity after ``s`` seconds by the spin [1/s], to its first order."""
-        away = crossing(velocity_m_s * s + self.gravity_m_s2 * (s * s / 2))
-        moved = crossing(velocity_m_s * (s * s / 2) + self.gravity_m_s2 * (s**3 / 6))
-        return Transition(-moved, -away)
 
     def descent_s(self, start_m: Array, velocity_m_s: Array, height_m: float) -> float | None:
         """When the ball falls through ``height_m``: the later root of z(s), counted from the start; None if never.
@@ -136,7 +115,7 @@ class FreeFlight:
         if discriminant <= 0:
             return None
         s = (rise + math.sqrt(discriminant)) / g
-        for _ in range(20 if self.drag_per_s > 0 or self._bent else 0):
+        for _ in range(20 if self.drag_per_s > 0 or self.drag_per_m > 0 else 0):
             place, speed = self.moved(start_m, velocity_m_s, s)
             rate = float(speed[2])
             if rate >= 0:  # with drag the apex stays below the plane
@@ -151,17 +130,12 @@ class FreeFlight:
         """Position and velocity (3,) after ``s`` seconds; in plain numbers, which is sooner for one moment."""
         k1, k2 = self.drag_per_s, self.drag_per_m
         gx, gy, gz = self.gravity_m_s2.tolist()
-        sx, sy, sz = self.spin_per_s
         vx, vy, vz = (float(value) for value in velocity_m_s)
         x, y, z = (float(value) for value in start_m)
 
         def slope(ux: float, uy: float, uz: float) -> tuple[float, float, float]:
             drag = drag_over_speed(k1, k2, math.sqrt(ux * ux + uy * uy + uz * uz))
-            return (
-                gx - drag * ux + sy * uz - sz * uy,
-                gy - drag * uy + sz * ux - sx * uz,
-                gz - drag * uz + sx * uy - sy * ux,
-            )
+            return gx - drag * ux, gy - drag * uy, gz - drag * uz
 
         steps = max(1, math.ceil(abs(s) / STEP_S))
         h = s / steps

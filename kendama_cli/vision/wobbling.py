@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import math
 
 import numpy as np
@@ -25,20 +24,17 @@ class WobblingFit:
 
         w'' = -lambda^2 w - 2 lambda w' + white noise,  var(w) = sigma^2,
 
-    beside the process noise, which is least squares with that residual covariance (generalised least squares). With
-    ``spin_sigma_per_s`` the flight's constant spin is the last part of x, normal about none.
+    beside the process noise, which is least squares with that residual covariance (generalised least squares).
     Begins with the plain fit's state as soon as that is known, and takes the sights that led to it once more.
     """
 
-    def __init__(
-        self, flight: FreeFlight, motion: ProcessNoiseMotion | ColouredMotion, spin_sigma_per_s: float = 0.0
-    ) -> None:
-        self._flight, self._motion, self._spin_sigma_per_s = flight, motion, spin_sigma_per_s
+    def __init__(self, flight: FreeFlight, motion: ProcessNoiseMotion | ColouredMotion) -> None:
+        self.flight, self._motion = flight, motion
         self._plain = BallisticFit(flight)
         self._waiting: list[tuple[float, SightRows]] = []
         self.count = 0
-        self._coloured, self._spins = isinstance(motion, ColouredMotion), spin_sigma_per_s > 0
-        self._size = 6 + 6 * self._coloured + 3 * self._spins
+        self._coloured = isinstance(motion, ColouredMotion)
+        self._size = 6 + 6 * self._coloured
         self._mean: Array | None = None
         self._covariance = np.zeros((self._size, self._size))
         self._square = 0.0
@@ -49,11 +45,6 @@ class WobblingFit:
         """Mean square of the innovations, each over its standard deviation."""
         freedom = self.count - UNKNOWNS
         return self._square / freedom if self._mean is not None and freedom >= MIN_FREEDOM else 1.0
-
-    @property
-    def flight(self) -> FreeFlight:
-        """The flight with the spin that is believed in."""
-        return self._flight if self._mean is None or not self._spins else _spinning(self._flight, self._mean)
 
     def add(self, t_s: float, sight: SightRows) -> None:
         """Take one sight; stamps may go back by the few milliseconds that cameras are apart, no farther."""
@@ -69,8 +60,7 @@ class WobblingFit:
         if known is None or not self._plain.within(WIDE_POSITION_M / 4, WIDE_VELOCITY_M_S / 4):
             return
         self._mean = np.concatenate([*known, np.zeros(self._size - UNKNOWNS)])
-        unseen = [self._spin_sigma_per_s**2] if self._spins else []
-        wide = np.repeat([WIDE_POSITION_M**2, WIDE_VELOCITY_M_S**2, *_still(self._motion), *unseen], 3)
+        wide = np.repeat([WIDE_POSITION_M**2, WIDE_VELOCITY_M_S**2, *_still(self._motion)], 3)
         self._covariance, self.reference_s = np.diag(wide), first_s
         for one in self._waiting:
             self._take(*one)
@@ -142,8 +132,6 @@ class WobblingFit:
         ahead[:3, 3:6], ahead[3:6, 3:6] = flown.position_s, flown.velocity
         if self._coloured:
             ahead[6:12, 6:12] = _per_axis(wobble)
-        if self._spins:
-            ahead[:3, -3:], ahead[3:6, -3:] = self._flight.transition_by_spin(self._mean[3:6], s)
         covariance = ahead @ self._covariance @ ahead.T
         if s > 0:
             q, added = self._motion.intensity_m2_s3, np.zeros((self._size // 3,) * 2)
@@ -175,11 +163,6 @@ def _per_axis(block: Array) -> Array:
     whole = np.zeros((k, 3, k, 3))
     whole[:, _AXES, :, _AXES] = block
     return whole.reshape(3 * k, 3 * k)
-
-
-def _spinning(flight: FreeFlight, mean: Array) -> FreeFlight:
-    x, y, z = mean.ravel()[-3:].tolist()
-    return dataclasses.replace(flight, spin_per_s=(x, y, z))
 
 
 def _still(motion: ProcessNoiseMotion | ColouredMotion) -> list[float]:

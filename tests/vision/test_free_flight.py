@@ -20,6 +20,28 @@ def test_closed_form_agrees_with_integration_of_the_equation(drag_per_s):
     assert np.abs(flight.velocity_m_s(VELOCITY, ends) - found.y[3:].T).max() < 1e-10
 
 
+def test_a_flight_with_quadratic_drag_is_what_an_independent_integration_gives():
+    k2, ends = 0.12, np.linspace(0.0, 0.6, 7)
+    found = solve_ivp(
+        lambda _, y: np.concatenate([y[3:], G - k2 * np.linalg.norm(y[3:]) * y[3:]]),
+        (0, 0.6), np.concatenate([START, 4 * VELOCITY]), t_eval=ends, rtol=1e-12, atol=1e-13,
+    )  # fmt: skip
+    flight = FreeFlight(G, 0.0, k2)
+    assert np.abs(flight.position_m(START, 4 * VELOCITY, ends) - found.y[:3].T).max() < 1e-6
+    assert np.abs(flight.velocity_m_s(4 * VELOCITY, ends) - found.y[3:].T).max() < 1e-5
+
+
+def test_how_a_flight_changes_with_its_velocity_is_right_to_first_order_of_the_air():
+    """Over a step of a filter; what is left is the air's second order, (k |v| s)^2 of the derivative."""
+    flight, velocity, s = FreeFlight(G, 0.0, 0.12), np.array([6.0, 0.4, 2.0]), 0.02
+    changes = flight.transition(velocity, s)
+    for axis in range(3):
+        step = 1e-4 * np.eye(3)[axis]
+        after, before = flight.moved(START, velocity + step, s), flight.moved(START, velocity, s)
+        assert np.abs(changes.position_s[:, axis] - (after[0] - before[0]) / 1e-4).max() < 1e-3 * s
+        assert np.abs(changes.velocity[:, axis] - (after[1] - before[1]) / 1e-4).max() < 1e-3
+
+
 @pytest.mark.parametrize("drag_per_s", [0.0, 0.04, 2.0])
 def test_descent_is_on_the_plane_and_downward(drag_per_s):
     flight = FreeFlight(G, drag_per_s)
