@@ -92,11 +92,9 @@ if TYPE_CHECKING:
     from kendama_cli.stages.interface import Stage as Stage
     from kendama_cli.stages.interface import StageContext as StageContext
     from kendama_cli.vision.camera_model import CameraModel as CameraModel
-    from kendama_cli.vision.interface import BackgroundDetector as BackgroundDetector
     from kendama_cli.vision.interface import Detector as Detector
     from kendama_cli.vision.interface import SearchHint as SearchHint
     from kendama_cli.vision.interface import Sighting as Sighting
-    from kendama_cli.vision.interface import Streak as Streak
 
 __all__ = list(HOMES)
 

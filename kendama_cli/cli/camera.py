@@ -102,9 +102,7 @@ Teach = Annotated[
 ]
 DetectorName = Annotated[
     str | None,
-    typer.Option(
-        "--detector", metavar="NAME", help="trained, motion, colour, network, ... [trained with --train, else motion]"
-    ),
+    typer.Option("--detector", metavar="NAME", help="trained, colour, network, ... [trained, by --train or --box]"),
 ]
 DetectorSettingsOption = Annotated[
     list[str] | None,
@@ -175,15 +173,6 @@ def camera_detect(
     detect_balls(images, output, options, score, as_json=as_json)
 
 
-SelfTraining = Annotated[
-    bool,
-    typer.Option(
-        "--self-training/--no-self-training",
-        help="Where boxes teach the ball, learn on from the film: what moves like it, and what stands about it.",
-    ),
-]
-
-
 @camera_app.command("track")
 def camera_track(
     videos: Annotated[list[Path], typer.Argument(metavar="VIDEO...", help="A film per camera.")],
@@ -215,7 +204,6 @@ def camera_track(
     overlay: Annotated[
         Path | None, typer.Option(metavar="FILM", help="The first film with the track drawn in (.webm).")
     ] = None,
-    self_training: SelfTraining = True,
     seed: Seed = 0,
     as_json: Json = False,
     home: Home = None,
@@ -230,7 +218,7 @@ def camera_track(
         videos,
         output,
         seeing,
-        TrackOptions(calibration, ball_mm, tuple(box or ()), same_clock, overlay, self_training),
+        TrackOptions(calibration, ball_mm, tuple(box or ()), same_clock, overlay),
         as_json=as_json,
     )
 

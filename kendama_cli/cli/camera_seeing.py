@@ -5,9 +5,8 @@ from __future__ import annotations
 import csv
 import dataclasses
 import io
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from functools import partial
 from itertools import islice
 from pathlib import Path
 
@@ -22,16 +21,11 @@ from kendama_cli.devices.camera.pixels import read_image
 from kendama_cli.errors import InputError, UsageError
 from kendama_cli.pipeline.nodes import build_settings
 from kendama_cli.vision.ball_box import FEWEST_BOXES, BallBox, TaughtImage
-from kendama_cli.vision.camera_shift import STANDING_PX, CameraShift, camera_shift
-from kendama_cli.vision.interface import Detector, Image, Sighting
+from kendama_cli.vision.interface import Detector, Sighting
 from kendama_cli.vision.make_detector import make_detector
-from kendama_cli.vision.motion_detector import MotionDetector
-from kendama_cli.vision.self_training import trained_on_film
 from kendama_cli.vision.settings import DetectorSettings, NetworkDetectorSettings, TaughtDetectorSettings
 from kendama_cli.vision.taught_detector import TaughtDetector
 from kendama_cli.vision.teaching import TaughtBall, teach
-
-ALIKE_SIZES = "images of one size from a camera that stands still"
 
 
 @dataclass(frozen=True)
@@ -49,12 +43,10 @@ class SeeingOptions:
 
 @dataclass(frozen=True)
 class Seeing:
-    """A detector and the score from which its sightings count; where boxes taught the ball, the detector that frames
-    in a row of the film to be tracked make of it."""
+    """A detector and the score from which its sightings count."""
 
     detector: Detector
     threshold: float
-    trained_on: Callable[[Sequence[Image]], Detector] | None = None
 
 
 def teach_ball(folder: Path, output: Path, seed: int) -> None:
@@ -77,15 +69,30 @@ def taught(source: Path, images: Sequence[TaughtImage], seed: int) -> TaughtBall
         raise InputError(str(source), str(wrong), remedy="draw each box close about the ball") from None
 
 
+def detector_name(options: SeeingOptions, *, boxes: bool) -> str:
+    """Return the name of the detector that is asked for; ``boxes``: some are given beside ``options.teach``.
+
+    Raises UsageError where neither boxes nor a name are given, or both.
+    """
+    if options.teach is None and not boxes:
+        if options.detector is None:
+            raise UsageError(
+                "nobody has shown the ball: draw boxes about it by 'kendama camera train FILM' and add --train FOLDER "
+                "('track' takes --box FRAME:X,Y,W,H too, 3 to 10 of them), or name a detector, as --detector colour"
+            )
+        return options.detector
+    if options.detector not in (None, "trained"):
+        raise UsageError(f"--detector {options.detector}: boxes teach the detector 'trained'; leave out one of the two")
+    return "trained"
+
+
 def open_seeing(options: SeeingOptions, shown: Sequence[TaughtImage] = ()) -> Seeing:
     """The detector that the options ask for; ``shown`` are images with boxes beside those of ``options.teach``.
 
     Raises UsageError where name and boxes contradict each other, InputError where they teach nothing.
     """
+    name = detector_name(options, boxes=bool(shown))
     by_boxes = options.teach is not None or bool(shown)
-    name = options.detector or ("trained" if by_boxes else "motion")
-    if by_boxes and name != "trained":
-        raise UsageError(f"--detector {name}: boxes teach the detector 'trained'; leave out one of the two")
     predict = build_settings(composed(options.site, [f"predict/detector={name}", *options.overrides]))["predict"]
     settings: DetectorSettings = predict.detector
     if isinstance(settings, TaughtDetectorSettings):
@@ -95,29 +102,9 @@ def open_seeing(options: SeeingOptions, shown: Sequence[TaughtImage] = ()) -> Se
         if options.teach is not None:
             images += [read_labelled(one) for one in labelled(options.teach)]
         ball = taught(options.teach or Path("--box"), images, options.seed)
-        made = partial(TaughtDetector, settings)
-
-        def trained_on(frames: Sequence[Image]) -> Detector:
-            return trained_on_film(images, ball, frames, made, threshold=settings.score_min, seed=options.seed)
-
-        return Seeing(made(ball), settings.score_min, trained_on)
+        return Seeing(TaughtDetector(settings, ball), settings.score_min)
     threshold = settings.score_min if isinstance(settings, TaughtDetectorSettings | NetworkDetectorSettings) else 0.5
     return Seeing(make_detector(settings), threshold)
-
-
-def tell_shift(source: str, shift: CameraShift, *, by_motion: bool, calibrated: bool = False) -> None:
-    """Tell of a camera that did not stand still, where that matters."""
-    if shift.stood:
-        return
-    parts = []
-    if calibrated:
-        parts.append("its calibration holds for one place of it, so that metres get larger standard deviations")
-    if by_motion:
-        parts.append("the detector 'motion' needs one that stands still: put it on a tripod, or teach with --train")
-    render.note(
-        f"{source}: the camera moved: the scene is off by up to {shift.largest_px:.0f} px, by more than "
-        f"{STANDING_PX:g} px in {shift.moved_part:.0%} of the images looked at; {'; '.join(parts)}"
-    )
 
 
 def detect_balls(
@@ -130,10 +117,6 @@ def detect_balls(
         for _ in scored_boxes(files, score):
             pass  # what is wrong with a file of boxes is told before the work
     seeing = open_seeing(options)
-    if isinstance(seeing.detector, MotionDetector):
-        images = _alike(files)
-        tell_shift(str(files[0].parent), camera_shift(images), by_motion=True)
-        seeing.detector.learn(images)
     found: dict[Path, list[Sighting]] = {}
     for file in files:
         candidates = islice(seeing.detector.candidates(read_image(file)), options.balls)
@@ -211,31 +194,3 @@ def compare(found: dict[Path, list[Sighting]], labels: Path) -> Comparison:
         hits / sightings if sightings else None,
         float(np.median(errors)) if errors else None,
     )
-
-
-def _alike(files: Sequence[Path]) -> list[Image]:
-    """Group the numbers of demonstrations with equal marks: even ones are solved together, each other alone."""
-    chosen = [files[i] for i in np.unique(np.linspace(0, len(files) - 1, min(len(files), 41)).round().astype(int))]
-    images = list(_of_one_size(chosen))
-    if len(images) < 5:
-        raise InputError(
-            str(files[0].parent),
-            f"{len(images)} images are too few to know the background by",
-            remedy=f"give 5 or more {ALIKE_SIZES}, or teach the ball with --train",
-        )
-    return images
-
-
-def _of_one_size(files: Sequence[Path]) -> Iterator[Image]:
-    shape: tuple[int, ...] | None = None
-    for file in files:
-        pixels = read_image(file)
-        if shape is not None and pixels.shape != shape:
-            size = f"{pixels.shape[1]} x {pixels.shape[0]} px after {shape[1]} x {shape[0]} px"
-            raise InputError(
-                str(file),
-                f"it has {size}",
-                remedy=f"the detector 'motion' needs {ALIKE_SIZES}; teach the ball with --train",
-            )
-        shape = pixels.shape
-        yield pixels

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from kendama_cli.cli import render
-from kendama_cli.cli.camera_seeing import SeeingOptions, open_seeing
+from kendama_cli.cli.camera_seeing import SeeingOptions, detector_name, open_seeing
 from kendama_cli.cli.film_tracking import checked_length, tracked
 from kendama_cli.cli.output_file import refuse_output
 from kendama_cli.cli.track_output import refuse_track, write_track
@@ -22,8 +22,7 @@ from kendama_cli.errors import InputError, UsageError
 from kendama_cli.vision.ball_box import BallBox, TaughtImage
 from kendama_cli.vision.ball_film import FilmTrack
 from kendama_cli.vision.camera_model import CameraModel
-from kendama_cli.vision.film_agreement import agreed_positions
-from kendama_cli.vision.film_positions import FilmPositions, from_one
+from kendama_cli.vision.film_positions import FilmPositions, clock_offsets, from_one, from_several
 
 
 @dataclass(frozen=True)
@@ -35,7 +34,6 @@ class TrackOptions:
     boxes: tuple[str, ...]
     same_clock: bool
     overlay: Path | None
-    self_training: bool
 
 
 def track_films(
@@ -51,12 +49,10 @@ def track_films(
     boxes = [_box(text) for text in options.boxes]
     films = [Film(path) for path in paths]
     cameras = _cameras(films, options)
+    detector_name(seeing, boxes=bool(boxes))  # told before films are read
     lengths = [checked_length(film) for film in films]
     opened = open_seeing(seeing, _shown(films[0], lengths[0], boxes))
-    tracks = [
-        tracked(film, frames, opened, calibrated=bool(cameras), self_training=options.self_training)
-        for film, frames in zip(films, lengths, strict=True)
-    ]
+    tracks = [tracked(film, frames, opened) for film, frames in zip(films, lengths, strict=True)]
     tracks = [one.exposed(camera) for one, camera in zip(tracks, cameras, strict=True)] if cameras else tracks
     positions = _positions(paths, tracks, cameras, options)
     write_track(output, tracks, positions)
@@ -68,6 +64,8 @@ def track_films(
         return
     unit = "pixels: give --calibration for metres" if positions is None else "metres and pixels"
     render.text(f"{output}: {document['rows']} rows, in {unit}")
+    if document["misfit_sigmas"] is not None:
+        render.text(f"the films' rays usually miss each other by {document['misfit_sigmas']:.1f} sigma (1: they agree)")
     for name, offset in document["offset_s"].items():
         render.text(f"{name}: its clock is {1e3 * offset:.1f} ms ahead of that of {films[0].name}")
 
@@ -166,7 +164,8 @@ def _positions(
         assert options.ball_mm is not None
         return from_one(tracks[0], cameras[0], options.ball_mm / 2e3)
     try:
-        return agreed_positions(tracks, cameras, same_clock=options.same_clock)
+        same = np.zeros(len(tracks) - 1) if options.same_clock else clock_offsets(tracks, cameras)
+        return from_several(tracks, cameras, same)
     except ValueError as wrong:
         raise InputError(", ".join(map(str, paths)), str(wrong), remedy="look at one film with --overlay") from None
 
@@ -180,4 +179,5 @@ def _document(output: Path, tracks: Sequence[FilmTrack], positions: FilmPosition
         "rows": rows,
         "seen": {one.name: len(one.t_s) for one in tracks},
         "offset_s": offsets,
+        "misfit_sigmas": None if positions is None else positions.misfit_sigmas,
     }

@@ -19,15 +19,12 @@ from kendama_cli.vision.ball_film import FilmTrack
 from kendama_cli.vision.film_positions import FilmPositions
 
 METRES = ("x_m", "y_m", "z_m", "sigma_x_m", "sigma_y_m", "sigma_z_m")
-PIXELS = ("frame", "u_px", "v_px", "sigma_px", "radius_px", "score", "streak_u_px", "streak_v_px")
+PIXELS = ("frame", "u_px", "v_px", "sigma_px", "radius_px", "score")
 
 
 @dataclass(frozen=True)
 class SightingMessage:
-    """Detection of the ball in one frame of a video: its centre, standard deviation and score, and its displacement
-    within
-    the exposure, not a number if the frame shows no streak.
-    """
+    """Place of the ball in one frame of a video, with its centre's standard deviation and the detector's score."""
 
     film: str
     frame: int
@@ -36,8 +33,6 @@ class SightingMessage:
     sigma_px: float
     radius_px: float
     score: float
-    streak_u_px: float
-    streak_v_px: float
 
 
 @dataclass(frozen=True)
@@ -83,8 +78,8 @@ def _table(first: FilmTrack, positions: FilmPositions | None) -> bytes:
             sigma = np.sqrt(np.diagonal(positions.covariance_m2[at]))
             metres = [f"{value:.6f}" for value in (*positions.position_m[at], *sigma)]
         seen = _sighting(first, i)
-        pixels = (seen.u_px, seen.v_px, seen.sigma_px, seen.radius_px, seen.score, seen.streak_u_px, seen.streak_v_px)
-        cells = ("" if np.isnan(value) else f"{value:.3f}" for value in pixels)
+        pixels = (seen.u_px, seen.v_px, seen.sigma_px, seen.radius_px, seen.score)
+        cells = (f"{value:.3f}" for value in pixels)
         rows.writerow((f"{t_s:.6f}", *metres, seen.frame, *cells))
     return text.getvalue().encode()
 
@@ -121,5 +116,4 @@ def _sighting(track: FilmTrack, i: int) -> SightingMessage:
     u_px, v_px = (float(value) for value in track.centre_px[i])
     sigma_px = float(np.sqrt(np.trace(track.covariance_px2[i]) / 2))
     radius_px, score = float(track.radius_px[i]), float(track.score[i])
-    right_px, down_px = (float(value) for value in track.streak_px[i])
-    return SightingMessage(track.name, int(track.frame[i]), u_px, v_px, sigma_px, radius_px, score, right_px, down_px)
+    return SightingMessage(track.name, int(track.frame[i]), u_px, v_px, sigma_px, radius_px, score)

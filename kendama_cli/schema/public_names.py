@@ -52,7 +52,7 @@ DEFINED: dict[str, tuple[str, ...]] = {
     "kendama_cli.robot_model.joint_torque": ("JointTorque", "TaskState"),
     "kendama_cli.robot_model.limits": ("JointLimits",),
     # interfaces: seeing and learning
-    "kendama_cli.vision.interface": ("BackgroundDetector", "Detector", "SearchHint", "Sighting", "Streak"),
+    "kendama_cli.vision.interface": ("Detector", "SearchHint", "Sighting"),
     "kendama_cli.learning.interface": ("FinishedRollout", "Learner", "LearnerMaker", "Policy"),
     "kendama_cli.learning.decision": ("HeldAction",),
     "kendama_cli.learning.discretisation": ("StateGrid",),

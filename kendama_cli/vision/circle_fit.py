@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import cv2
 import numpy as np
@@ -17,18 +15,8 @@ DIRECTIONS = 48
 STEP_PX = 0.5
 CUTOFFS_PX = (1.5, 1.0, 0.6, 0.4)
 """Outline points farther than this from the circle are left out, pass by pass; noise and blur stay within 0.3 px."""
-SIZED_CUTOFFS_PX = (2.0, *CUTOFFS_PX)
-SIZED_RAYS, SIZED_LAST = 48.0, 8.0
-"""As many rays a known radius counts for while outliers are left out, and in the last pass: blur makes circles look
-smaller by up to 0.5 px."""
-SIZED_PART, SIZED_OUTLINE = 0.1, 0.4
-"""A known radius is right to this part; so much of the outline is enough where the radius is known."""
 MIN_CONTRAST = 12.0
 """Grey levels between ball and surroundings along one direction; below, that direction shows no outline."""
-EDGE_PX = 4.0
-"""A blurred edge is no wider."""
-TURNED = 0.1
-"""What falls by this part of its height further in is another colour's."""
 RIM = 6
 """Samples at a ray's end that show the surroundings."""
 CENTRED_PX = 0.4
@@ -43,24 +31,16 @@ DESIGN = np.column_stack([RAYS, np.ones(DIRECTIONS)])
 
 @dataclass(frozen=True)
 class Disc:
-    """A rough place of the ball: ``centre`` (2,) and ``radius`` [px], known to a few per cent if ``is_sized``."""
+    """A rough place of the ball: ``centre`` (2,) and ``radius`` [px]."""
 
     centre: Array
     radius: float
-    is_sized: bool = False
-
-
-Pixels = Image | NDArray[np.float32]
-"""An image, or its signed difference from another."""
-Outline = Callable[[Array, Array, NDArray[np.bool_]], tuple[Array, NDArray[np.bool_]]]
-"""From steps (s,) along the rays, the image there (n, s, 3) and which rays (n,) lie in the image to the outline's
-distance on each and where it was found."""
 
 
 class CircleFit:
     """Fits circles to outlines of which at least the part ``min_outline`` must be found.
 
-    The outline is sought on rays from the disc's centre, by ``outline``. Rays that end at the image's border, on an
+    The outline is sought on rays from the disc's centre. Rays that end at the image's border, on an
     occluder or off the circle are left out, and the covariance sigma^2 (J^T J)^-1 of the circle's fit grows with every
     ray that is missing; it is at least ``sigma_floor_px``'s.
     """
@@ -68,61 +48,58 @@ class CircleFit:
     def __init__(self, *, min_radius_px: float, min_outline: float, sigma_floor_px: float) -> None:
         self._min_radius_px, self._min_outline, self._sigma_floor_px = min_radius_px, min_outline, sigma_floor_px
 
-    def circle(self, pixels: Pixels, disc: Disc, outline: Outline) -> Sighting | None:
+    def circle(self, pixels: Image, disc: Disc) -> Sighting | None:
         """The circle about ``disc`` in ``pixels`` (h, w, 3), or None; its score is the part of the outline found.
 
         It is fitted again from its own centre until rays and outline meet at right angles.
         """
         for _ in range(ROUNDS):
-            steps, profile, usable = profile_along_rays(pixels, disc)
-            if usable.sum() < self._least(disc):
+            steps, profile, usable = _profile_along_rays(pixels, disc)
+            if usable.sum() < self._least:
                 return None
-            found = self._fit(disc, *outline(steps, profile, usable))
+            found = self._fit(disc, *_through_contrast(steps, profile, usable))
             if found is None:
                 return None
             moved = float(np.hypot(*(found.centre_px - disc.centre)))
             differs = abs(found.radius_px - disc.radius)
-            if disc.is_sized and differs > SIZED_PART * disc.radius:
-                return None
             if moved < CENTRED_PX and differs < 0.25 * found.radius_px:
                 return found if found.radius_px >= self._min_radius_px else None
-            disc = Disc(found.centre_px, disc.radius if disc.is_sized else found.radius_px, disc.is_sized)
+            disc = Disc(found.centre_px, found.radius_px)
         return None
 
-    def _least(self, disc: Disc) -> float:
+    @property
+    def _least(self) -> float:
         """The least number of rays that must meet the outline."""
-        return max(5.0, (SIZED_OUTLINE if disc.is_sized else self._min_outline) * DIRECTIONS)
+        return max(5.0, self._min_outline * DIRECTIONS)
 
     def _fit(self, disc: Disc, reach: Array, usable: NDArray[np.bool_]) -> Sighting | None:
         """The circle through outline points at distance ``reach`` (n,) from the disc's centre, outliers left out.
 
         About the rays' common centre the distance is linear in the circle's three unknowns:
-        reach = radius + direction . shift. A radius that is known is one more equation.
+        reach = radius + direction . shift.
         """
-        least = self._least(disc)
+        least = self._least
         seen = reach[usable]
         if len(seen) < least:
             return None
         # what hides the ball makes rays shorter, never longer; half a disc still has the whole disc's outer circle
         most = int(0.7 * len(seen))
-        circle = np.array([0.0, 0.0, disc.radius if disc.is_sized else np.partition(seen, most)[most]])
-        cutoffs = SIZED_CUTOFFS_PX if disc.is_sized else CUTOFFS_PX
-        for cutoff in cutoffs:
+        circle = np.array([0.0, 0.0, np.partition(seen, most)[most]])
+        for cutoff in CUTOFFS_PX:
             kept = usable & (np.abs(reach - DESIGN @ circle) < cutoff)
             count = int(kept.sum())
             if count < least:
                 return None
             weighted = DESIGN * kept[:, None]
-            rays = 0.0 if not disc.is_sized else SIZED_LAST if cutoff == cutoffs[-1] else SIZED_RAYS
-            inverse = np.linalg.inv(weighted.T @ DESIGN + np.diag([0.0, 0.0, rays]))
-            circle = inverse @ (reach @ weighted + [0.0, 0.0, rays * disc.radius])
+            inverse = np.linalg.inv(weighted.T @ DESIGN)
+            circle = inverse @ (reach @ weighted)
         left = (reach - DESIGN @ circle)[kept]
         variance = float(left @ left) / max(count - 3, 1)
         covariance = inverse[:2, :2] * variance + np.eye(2) * self._sigma_floor_px**2
         return Sighting(disc.centre + circle[:2], np.asarray(covariance), float(circle[2]), count / DIRECTIONS)
 
 
-def profile_along_rays(pixels: Pixels, disc: Disc) -> tuple[Array, Array, NDArray[np.bool_]]:
+def _profile_along_rays(pixels: Image, disc: Disc) -> tuple[Array, Array, NDArray[np.bool_]]:
     """What lies along every direction from the disc's centre: steps, the image there, which rays are inside it."""
     height, width = pixels.shape[:2]
     radius = max(disc.radius, 1.0)
@@ -139,8 +116,8 @@ def profile_along_rays(pixels: Pixels, disc: Disc) -> tuple[Array, Array, NDArra
     return steps, np.asarray(cv2.remap(crop, columns, rows, cv2.INTER_LINEAR), dtype=np.float32), usable
 
 
-def through_contrast(steps: Array, profile: Array, usable: NDArray[np.bool_]) -> tuple[Array, NDArray[np.bool_]]:
-    """An Outline of a ball of one colour.
+def _through_contrast(steps: Array, profile: Array, usable: NDArray[np.bool_]) -> tuple[Array, NDArray[np.bool_]]:
+    """Return the distance of the outline of a ball of one colour on each ray, and where one was found.
 
     It lies where the image, projected on the line in colour space from surroundings to ball, falls through half of
     that ray's own contrast, so that shading does not shift it.
@@ -155,59 +132,14 @@ def through_contrast(steps: Array, profile: Array, usable: NDArray[np.bool_]) ->
     contrast /= length
     low, high, signal = low @ contrast, high @ contrast, profile @ contrast
     # each ray falls through the middle between its own two ends
-    return _falls(steps, signal, (low + high) / 2, usable & (high - low > MIN_CONTRAST), last=False)
+    return _falls(steps, signal, (low + high) / 2, usable & (high - low > MIN_CONTRAST))
 
 
-class Edges(NamedTuple):
-    """The outermost edge on each ray (n,): its distance, whether one was found, the ``contrast`` of its colour, and how
-    much of that colour lies at each step of the ray (n, s), the ``signal``."""
-
-    reach: Array
-    found: NDArray[np.bool_]
-    contrast: Array
-    signal: Array
-
-
-def outermost(least: float) -> Outline:
-    """An Outline in the signed difference from a background, of a ball of any colours: the outermost colour's edge."""
-
-    def found(steps: Array, profile: Array, usable: NDArray[np.bool_]) -> tuple[Array, NDArray[np.bool_]]:
-        edges = outermost_edges(steps, profile, usable, least, EDGE_PX)
-        return edges.reach, edges.found
-
-    return found
-
-
-def outermost_edges(steps: Array, profile: Array, usable: NDArray[np.bool_], least: float, within_px: float) -> Edges:
-    """The edges of the outermost colour in the signed difference ``profile`` (n, s, 3) from a background.
-
-    From outside inward, an edge lies where the difference first reaches half of that colour's own, which is the most
-    that it comes to within ``within_px`` before it turns to another colour; below ``least`` nothing differs. Where a
-    part of the ball looks like what is behind it, the edge is not there.
-    """
-    differs = np.abs(profile).max(axis=2) > least
-    n, count = differs.shape
-    every, last = np.arange(n), count - 1 - differs[:, ::-1].argmax(axis=1)
-    colour = profile[every, np.maximum(last - 1, 0)]
-    colour /= np.maximum(np.linalg.norm(colour, axis=1), 1e-9)[:, None]
-    signal = (profile @ colour[:, :, None])[:, :, 0]
-    inward = np.maximum(last[:, None] - np.arange(round(within_px / STEP_PX) + 1), 0)
-    reached = signal[every[:, None], inward]
-    so_far = np.maximum.accumulate(reached, axis=1)
-    turned = np.logical_or.accumulate(reached < so_far - np.maximum(least / 2, TURNED * so_far), axis=1)
-    top = np.where(turned, -np.inf, reached).max(axis=1)
-    some = usable & (top > least) & (last < count - 1)
-    reach, found = _falls(steps, signal, top / 2, some, last=True)
-    return Edges(reach, found, top, signal)
-
-
-def _falls(
-    steps: Array, signal: Array, level: Array, usable: NDArray[np.bool_], *, last: bool
-) -> tuple[Array, NDArray[np.bool_]]:
-    """Where each ray's ``signal`` (n, s) falls through its ``level`` (n,), first or last, and whether it does."""
+def _falls(steps: Array, signal: Array, level: Array, usable: NDArray[np.bool_]) -> tuple[Array, NDArray[np.bool_]]:
+    """Where each ray's ``signal`` (n, s) first falls through its ``level`` (n,), and whether it does."""
     above = signal > level[:, None]
     falls = above[:, :-1] & ~above[:, 1:]
-    at = falls.shape[1] - 1 - falls[:, ::-1].argmax(axis=1) if last else falls.argmax(axis=1)
+    at = falls.argmax(axis=1)
     every = np.arange(len(signal))
     found = usable & falls[every, at]
     before, after = signal[every, at], signal[every, at + 1]

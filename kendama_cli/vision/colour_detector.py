@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 
 from kendama_cli.schema.arrays import Array
-from kendama_cli.vision.circle_fit import CircleFit, Disc, through_contrast
+from kendama_cli.vision.circle_fit import CircleFit, Disc
 from kendama_cli.vision.colour import ColourModel, HsvThresholds
 from kendama_cli.vision.interface import Image, SearchHint, Sighting
 from kendama_cli.vision.settings import ColourDetectorSettings
@@ -37,7 +37,7 @@ class ColourDetector:
         corner = np.array(origin_px, dtype=np.float64)
         near = None if hint is None else np.asarray(hint.centre_px, dtype=np.float64) - corner
         for disc in self._patches(pixels, near):
-            found = self._fit.circle(pixels, disc, through_contrast)
+            found = self._fit.circle(pixels, disc)
             if found is not None:
                 yield Sighting(found.centre_px + corner, found.covariance_px2, found.radius_px, found.score)
 

@@ -20,6 +20,8 @@ GAP_FRAMES = 3.0
 RADIUS_SIGMA = 0.5
 """Standard deviation of a radius that was seen [px], where a detector says none."""
 FEWEST = 8
+MEDIAN_CHI_SQUARE = 0.455
+"""Of one degree of freedom."""
 
 
 @dataclass(frozen=True)
@@ -34,6 +36,11 @@ class FilmPositions:
     offset_s: Array
     chi_square: Array | None = None
 
+    @property
+    def misfit_sigmas(self) -> float | None:
+        """Typical distance of the films' rays from each other over its standard deviation; None for one film."""
+        return None if self.chi_square is None else float(np.sqrt(np.median(self.chi_square) / MEDIAN_CHI_SQUARE))
+
 
 def clock_offsets(tracks: Sequence[FilmTrack], cameras: Sequence[CameraModel]) -> Array:
     """By how much each further film's clock is ahead of the first's (films - 1,) [s]: where the rays meet best.
@@ -47,8 +54,8 @@ def clock_offsets(tracks: Sequence[FilmTrack], cameras: Sequence[CameraModel]) -
 def from_several(tracks: Sequence[FilmTrack], cameras: Sequence[CameraModel], offset_s: Array) -> FilmPositions:
     """Triangulate the first film's sightings with the others', interpolated to the same moments.
 
-    ``offset_s`` (films - 1,) are those of ``clock_offsets``, or 0. Raises ValueError where the films never see the ball
-    at one moment.
+    ``offset_s`` (films - 1,) are those of ``clock_offsets``, or 0. Raises ValueError where the films see the ball
+    together at too few moments.
     """
     (first, model), *others = _all_seen(tracks, cameras)
     times, places, covariances, left = [], [], [], []
@@ -64,8 +71,8 @@ def from_several(tracks: Sequence[FilmTrack], cameras: Sequence[CameraModel], of
             places.append(point.position_m)
             covariances.append(point.covariance_m2)
             left.append(point.chi_square)
-    if not times:
-        raise ValueError("no two films show the ball at one moment; are their clocks apart by more than 2 s?")
+    if len(times) < FEWEST:
+        raise ValueError(f"the films show the ball together at {len(times)} moments; {FEWEST} are the least")
     return FilmPositions(np.array(times), np.array(places), np.array(covariances), offset_s, chi_square=np.array(left))
 
 

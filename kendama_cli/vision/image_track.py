@@ -18,9 +18,7 @@ NEAR_RADII = 0.7
 """A candidate belongs to a motion when it lies within so many ball radii of it."""
 MOST_RADII_A_FRAME = 5.0
 """A ball is at most so many radii from its place one frame before: 6 m/s at 30 frames a second, 20 mm of radius,
-come to 10; what is faster is followed through its neighbours, or leaves streaks."""
-STREAKS_A_FRAME = 4.0
-"""A ball is at most so many of its streaks from its place one frame before: the shutter is open that long."""
+come to 10; what is faster is followed through its neighbours."""
 LEAST_SUPPORT = 1.2
 """Score of all candidates on a motion; one alone, sure as it may be, is not enough."""
 SOLITARY = 0.9
@@ -96,7 +94,7 @@ def _follow(candidates: Sequence[Sequence[Sighting]], threshold: float) -> list[
 
 def _support(one: Sighting, window: Sequence[tuple[int, Array, Array]]) -> float:
     """The best sum of scores over motions through ``one`` and candidates of one frame before or after each."""
-    near, reach = NEAR_RADII * one.radius_px, _reach_px(one)
+    near, reach = NEAR_RADII * one.radius_px, MOST_RADII_A_FRAME * 2 * one.radius_px
     close = [(k, rows - one.centre_px) for k, rows, _ in window if abs(k) <= THROUGH_FRAMES]
     if len(close) < 2:
         return 0.0
@@ -117,9 +115,3 @@ def _support(one: Sighting, window: Sequence[tuple[int, Array, Array]]) -> float
         on = np.hypot(off[..., 0], off[..., 1]) <= near
         total += np.where(on, scores, 0.0).max(axis=1)
     return float(total.max())
-
-
-def _reach_px(one: Sighting) -> float:
-    """How far a ball may be from its place one frame before or after."""
-    streak = 0.0 if one.streak is None else STREAKS_A_FRAME * float(np.hypot(*one.streak.way_px))
-    return max(MOST_RADII_A_FRAME * 2 * one.radius_px, streak)

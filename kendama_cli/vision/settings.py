@@ -51,23 +51,6 @@ class TaughtDetectorSettings:
 
 
 @dataclass(frozen=True)
-class MotionDetectorSettings:
-    """A ball that moves before a camera that stands still; nothing is taught."""
-
-    kind: Literal["motion"]
-    min_radius_px: float = setting("smallest ball [px]", at_least=1.5)
-    max_radius_px: float = setting("largest ball [px]", at_least=2)
-    contrast_min: float = setting("least difference from the background [grey levels]", above=0, at_most=255)
-    gamma: float = setting("images hold light^(1/gamma): 2.2 of most cameras, 1 of raw ones", at_least=1, at_most=3)
-    memory: int = setting("frames that the background is the median of", at_least=5, at_most=101)
-    candidates: int = setting("most candidates in an image", at_least=1, at_most=20)
-
-    def __post_init__(self) -> None:
-        if self.max_radius_px <= self.min_radius_px:
-            raise ConfigError("max_radius_px", f"'max_radius_px' is {self.max_radius_px}; allowed: above min_radius_px")
-
-
-@dataclass(frozen=True)
 class NetworkDetectorSettings:
     """A ball that a neural network finds; the network is an ONNX file that OpenCV can run."""
 

@@ -42,14 +42,11 @@ class BallTracker:
         make_detector: Callable[[], Detector],
         estimator: CatchPoseEstimator,
         onset: FreeFlightOnset | None = None,
-        *,
-        ball_radius_m: float | None = None,
     ) -> None:
-        """``ball_radius_m``, where it is known, helps to see balls of which a part looks like what is behind them."""
         self.cameras = {camera.name: camera for camera in cameras}
         self.estimator = estimator
         self.onset = onset
-        self.search = BallSearch(self.cameras, make_detector, self._trusted_m, ball_radius_m)
+        self.search = BallSearch(self.cameras, make_detector, self._trusted_m)
         self.reset()
 
     def reset(self) -> None:

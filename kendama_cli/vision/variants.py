@@ -15,11 +15,6 @@ TAUGHT = Variant(
     settings="kendama_cli.vision.settings:TaughtDetectorSettings",
     makes="kendama_cli.devices.camera.taught_file:taught_detector",
 )
-MOTION = Variant(
-    "motion",
-    settings="kendama_cli.vision.settings:MotionDetectorSettings",
-    makes="kendama_cli.vision.motion_detector:MotionDetector",
-)
 NETWORK = Variant(
     "network",
     settings="kendama_cli.vision.settings:NetworkDetectorSettings",

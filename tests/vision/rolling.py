@@ -79,7 +79,6 @@ def filmed(
             FilmTrack(
                 camera.name, np.arange(n, dtype=float), frame_s + ahead, centre + rng.normal(0, sigma_px, (n, 2)),
                 np.tile(sigma_px**2 * np.eye(2), (n, 1, 1)), radius + rng.normal(0, 0.12, n), np.ones(n),
-                np.full((n, 2), np.nan),
             )
         )  # fmt: skip
     return films

@@ -40,7 +40,6 @@ def swing(off_m=OFF_M, tie_speed_m_s=0.0):
             np.tile(0.01 * np.eye(2), (len(t_s), 1, 1)),
             radius + 0.1 * rng.standard_normal(len(t_s)),
             np.ones(len(t_s)),
-            np.full((len(t_s), 2), np.nan),
         ),
         depth,
     )

@@ -86,19 +86,6 @@ def test_the_first_search_may_begin_at_an_expected_place():
     assert region == whole(640, 480)
 
 
-def test_the_size_of_a_ball_whose_place_is_known_is_hinted():
-    """0.035 m of radius at 1.535 m of depth are 13.7 px of a focal length of 600."""
-    detector = Script()
-    estimator = CatchPoseEstimator(9.81, 0.0, 0.07)
-    made = BallTracker(CAMERAS, lambda: detector, estimator, ball_radius_m=0.035)
-    made.search.expect([0.1, 0.0, 0.3], 40.0)
-    for step in range(2):
-        detector.answer = sighting(CAMERAS[0].project([0.1, 0.0, 0.3])[0])
-        made.search.detect("left", 0.01 * step, BLACK, (0, 0))
-        assert detector.hints[-1].is_sized
-        assert detector.hints[-1].radius_px == pytest.approx(13.68, abs=0.01)
-
-
 def test_sphere_centre_is_where_the_middle_of_the_sphere_projects():
     """The disc of a large sphere off the axis, traced by its tangent cone, is corrected to within a tenth."""
     camera, radius = stereo(distortion=(0, 0, 0, 0, 0))[0], 0.08
@@ -145,28 +132,3 @@ def test_a_rope_that_was_slack_for_a_moment_only_is_noticed():
     first = found.index(True)
     assert not all(found[first : first + 48])
     assert np.mean(predicted) < 0.5
-
-
-def test_a_detector_that_must_know_the_background_is_given_a_flights_first_images_whole():
-    class Learner(Script):
-        def __init__(self):
-            super().__init__()
-            self.learned = []
-
-        def learn(self, images):
-            self.learned.append(len(images))
-
-    made = [Learner() for _ in CAMERAS]
-    left = iter(made)
-    follower = BallTracker(CAMERAS, lambda: next(left), CatchPoseEstimator(9.81, 0.0, 0.07))
-    whole_image = np.zeros((480, 640, 3), dtype=np.uint8)
-    for step in range(9):
-        asked = follower.search.region("left", 0.01 * step)
-        assert (asked == Region(0, 0, 640, 480)) == (step < 7)
-        made[0].answer = sighting([200.0 + 5 * step, 200.0])
-        follower.search.detect("left", 0.01 * step, whole_image, (0, 0))
-    assert made[0].learned == [1, 7]
-    assert made[1].learned == [], "each camera has a detector of its own"
-    follower.reset()
-    follower.search.detect("left", 1.0, whole_image, (0, 0))
-    assert made[0].learned == [1, 7, 8], "a new flight begins with what was behind the one before"

@@ -39,4 +39,4 @@ def ball_tracker(
     estimator = catch_pose_estimator(settings.motion, game, rim_height_m, gravity_m_s2)
     test = FreeFlightOnset(settings.onset, estimator.flight, game.cup.outer_radius_m) if onset else None
     make = partial(make_detector, settings.detector)
-    return BallTracker(models, make, estimator, test, ball_radius_m=game.ball.radius_m)
+    return BallTracker(models, make, estimator, test)

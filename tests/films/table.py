@@ -1,0 +1,58 @@
+"""Table of the corpus: labelled frames of each film by five taught frames and by two nulls.
+
+    python -m tests.films.table FOLDER [NAME ...]
+
+A row has the frames that are right of those with a ball, those claimed of those without, and those of a ball that are
+said to be 'not found'. A film without a ball is searched for that of the film of the same whiteboard.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+from kendama_cli.vision.ball_box import BallBox, TaughtImage
+from kendama_cli.vision.ball_film import film_track
+from kendama_cli.vision.settings import TaughtDetectorSettings
+from kendama_cli.vision.taught_detector import TaughtDetector
+from kendama_cli.vision.teaching import teach
+from tests.films.corpus import CorpusFilm, Label, Places, films, roundest_moving_blob, share_right, taught_apart
+from tests.films.corpus import template_matching as matched
+from tests.shipped_conf import plain
+
+RATE_HZ, ANOTHER = 30.0, "whiteboard"
+
+
+def searched(film: CorpusFilm, others: list[CorpusFilm]) -> Iterator[tuple[str, Places, list[Label]]]:
+    """Yield each detector's name, its places in the film, and the labels that it was not taught by."""
+    images = film.frames()
+    shown, held_out = taught_apart(film.labels)
+    source = images
+    if not shown:
+        other = next(one for one in others if one.name == ANOTHER)
+        source, (shown, _) = other.frames(), taught_apart(other.labels)
+    boxes: dict[int, list[BallBox]] = {}
+    for one in shown:
+        boxes.setdefault(one.frame, []).append(BallBox(one.x_px, one.y_px, 2 * one.radius_px, 2 * one.radius_px))
+    settings = TaughtDetectorSettings(**plain("predict/detector", "trained"))
+    ball = teach([TaughtImage(source[frame], tuple(own)) for frame, own in boxes.items()], 0)
+    frames = ((k / RATE_HZ, image) for k, image in enumerate(images))
+    track = film_track(film.name, frames, TaughtDetector(settings, ball), settings.score_min)
+    pairs = zip(track.frame, track.centre_px, strict=True)
+    yield "trained", {int(frame): (float(u), float(v)) for frame, (u, v) in pairs}, held_out
+    if source is images:
+        yield "template", matched(images, shown[len(shown) // 2]), held_out
+    yield "moving blob", roundest_moving_blob(images), held_out
+
+
+if __name__ == "__main__":
+    folder, *names = sys.argv[1:]
+    corpus = films(Path(folder))
+    for each in corpus:
+        if each.name in (names or [each.name]) and each.path.exists():
+            for name, found, labels in searched(each, corpus):
+                right, of, false, empty = share_right(found, labels)
+                missed = len({one.frame for one in labels if one.radius_px} - set(found))
+                row = f"{right}/{of} | {false}/{empty} | {missed}/{of}"
+                print(f"| {each.name} | {name} | {row} |", flush=True)
