@@ -17,9 +17,11 @@ from google.protobuf.message_factory import GetMessageClass
 
 from kendama_cli.log.container import ChannelContent
 from kendama_cli.schema.messages import codec
+from kendama_cli.schema.renames import renamed
 
 M = TypeVar("M")
 
+MIGRATE = "type 'kendama cache migrate', which rewrites the logs of a home by today's names"
 _MESSAGE_TYPES = {10, 11}
 _SPECIAL_COLUMNS: dict[str, tuple[str, ...]] = {
     "foxglove.FrameTransform": ("parent", "child", "x_m", "y_m", "z_m", "qw", "qx", "qy", "qz"),
@@ -61,9 +63,12 @@ def check_schema(channel: ChannelContent, kind: type) -> None:
         ours, theirs = (_fields(wanted.schema, data) for data in (wanted.descriptor_set, channel.schema_data))
         if ours != theirs:
             listed = ", ".join(name for name, *_ in theirs) or "none"
+            message = wanted.schema.rpartition(".")[2]
+            renames = [(renamed("field", message, name) or name, *rest) for name, *rest in theirs] == ours
+            remedy = MIGRATE if renames else "run the stage again ('kendama cross-check' for its log)"
             raise UndecodableError(
                 f"the fields of {channel.schema_name} on topic '{channel.topic}' are not those of {kind.__name__} but "
-                f"{listed}; it was logged by another version: run the stage again ('kendama cross-check' for its log)"
+                f"{listed}; it was logged by another version: {remedy}"
             )
     elif channel.schema_name != wanted.schema:
         raise UndecodableError(

@@ -20,6 +20,7 @@ from kendama_cli.pipeline.stage_code import stage_code
 from kendama_cli.schema.declaration import KINDS, Kind
 from kendama_cli.schema.hints import nearest
 from kendama_cli.store import durable
+from kendama_cli.store.home import check_names
 from kendama_cli.store.store import Store, StoredResult, key_of
 
 WHERE = ("executor", "store")
@@ -60,6 +61,7 @@ class Planner:
 
         Planners of one command share by ``known`` what is found of the same settings.
         """
+        check_names(store.home)
         known = known or Remembered()
         self.store = store
         self.pipeline = pipeline

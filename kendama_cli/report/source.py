@@ -10,8 +10,9 @@ import numpy as np
 import pandas as pd
 
 from kendama_cli.errors import InputError
-from kendama_cli.log.decode import columns_of
+from kendama_cli.log.decode import MIGRATE, columns_of
 from kendama_cli.log.reader import LogFile, TypedMessages
+from kendama_cli.schema.renames import SINCE, renamed_anywhere
 
 M = TypeVar("M")
 
@@ -39,13 +40,13 @@ class StageLog:
 
         Raises InputError where the topic holds messages of another type.
         """
-        if topic not in self._file.topics:
+        if self._is_absent(topic):
             return pd.DataFrame(columns=list(columns_of(kind)))
         return self._file.table(topic, kind)
 
     def messages(self, topic: str, kind: type[M]) -> TypedMessages[M]:
         """Return the messages of ``topic`` as ``kind``; none where the log has none."""
-        if topic not in self._file.topics:
+        if self._is_absent(topic):
             return TypedMessages(np.empty(0), ())
         return self._file.messages(topic, kind)
 
@@ -71,6 +72,13 @@ class StageLog:
         if not isinstance(found, Mapping):
             raise self._missing((name,))
         return found
+
+    def _is_absent(self, topic: str) -> bool:
+        """Return True for a topic without messages; raises InputError where they stand under an older name."""
+        for one in self._file.topics if topic not in self._file.topics else ():
+            if renamed_anywhere("topic", one) == topic:
+                raise InputError(str(self.path), f"its topic '{one}' is '{topic}' since {SINCE}", remedy=MIGRATE)
+        return topic not in self._file.topics
 
     def _missing(self, names: tuple[str, ...]) -> InputError:
         problem = f"has no setting '{'.'.join(names)}'"

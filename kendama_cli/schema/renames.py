@@ -6,6 +6,7 @@ table, ``kendama cache migrate`` a home. Where a name stands is said in new name
 
 from __future__ import annotations
 
+import contextlib
 import re
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
@@ -177,8 +178,27 @@ def new_override(text: str) -> str:
     # a group's choice and a key are told apart by slashes alone
     key = new_key(written.replace("/", "."))
     shown = key.replace(".", "/") if "/" in written else key
-    words = [new_value(key, word) for word in value.split(",")]
-    return f"{sign}{shown}{package or ''}{equals}{','.join(map(str, words))}"
+    if value[:1] in ("[", "{"):
+        from kendama_cli.schema.renamed_yaml import renamed_yaml  # noqa: PLC0415 - which reads this table
+
+        with contextlib.suppress(ValueError):  # Hydra's grammar has more than YAML: as it is written
+            value = renamed_yaml(value, key)[0]
+    else:
+        value = ",".join(str(new_value(key, word)) for word in value.split(","))
+    return f"{sign}{shown}{package or ''}{equals}{value}"
+
+
+def renamed_anywhere(kind: Kind, old: str) -> str:
+    """Return the new name of ``old`` where names of its kind are unique; ``old`` itself where it did not change."""
+    return next((one.new for one in RENAMES if (one.kind, one.old) == (kind, old)), old)
+
+
+def new_metrics(stage: str, metrics: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the metrics of a stage, by its declaration's name, as they are called today."""
+    return {
+        renamed("metric", stage, name) or name: new_value(f"{stage}.{name}", value) if isinstance(value, str) else value
+        for name, value in metrics.items()
+    }
 
 
 def new_fact(key: str) -> str:

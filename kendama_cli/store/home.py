@@ -13,6 +13,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from kendama_cli.errors import FormatError, StoreError, UsageError
+from kendama_cli.schema.renames import SINCE
 from kendama_cli.store import durable
 
 MARK = "kendama-home.json"
@@ -93,7 +94,17 @@ def _is_plain_json(path: Path) -> bool:
 
 def _mark(home: Path) -> None:
     durable.make_folder(home)
-    durable.write_sealed(home / MARK, {"home": "kendama"})
+    durable.write_sealed(home / MARK, {"home": "kendama", "names": SINCE})
+
+
+def check_names(home: Path) -> None:
+    """Raise UsageError where what ``home`` holds was written by a version with other names of settings."""
+    mark = durable.read_sealed(home / MARK)
+    if mark is not None and mark.get("names") != SINCE:
+        raise UsageError(
+            f"{home} has the names of settings and metrics from before {SINCE}; type 'kendama cache migrate' once, "
+            "which keeps every recording and run"
+        )
 
 
 def _has_records(home: Path) -> bool:

@@ -10,7 +10,7 @@ from pathlib import Path
 
 from kendama_cli.errors import FormatError
 from kendama_cli.store import durable
-from kendama_cli.store.home import RUN
+from kendama_cli.store.home import RUN, check_names
 
 _RECORD = ".json"
 _BEFORE = "run.json"
@@ -36,8 +36,10 @@ def run_number(run: str) -> int:
 def run_names(home: Path) -> list[str]:
     """Return the runs that have a record or a folder, oldest first.
 
-    Raises StoreError where that cannot be told now, FormatError where a record stands inside a folder, as until 0.2.
+    Raises StoreError where that cannot be told now, FormatError where a record stands inside a folder, as until 0.2,
+    and UsageError where the records have the names of an older version.
     """
+    check_names(home)
     names = [name for name in durable.names(home / "runs") if RUN.fullmatch(name.removesuffix(_RECORD))]
     recorded = {name.removesuffix(_RECORD) for name in names if name.endswith(_RECORD)}
     others = {name for name in names if not name.endswith(_RECORD)} - recorded

@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 from kendama_cli.errors import UsageError
+from kendama_cli.schema.renames import SINCE
 from kendama_cli.store import durable
 from kendama_cli.store.garbage import collect_garbage, verify
 from kendama_cli.store.home import MARK, claim
@@ -146,7 +147,7 @@ def test_a_home_without_a_mark_is_known_by_its_records_and_gets_one(toy: ToyProj
         if path.name != kept:
             shutil.rmtree(path) if path.is_dir() else path.unlink()
     toy.kendama("cache", "gc")
-    assert durable.read_sealed(toy.home / MARK) == {"home": "kendama"}
+    assert durable.read_sealed(toy.home / MARK) == {"home": "kendama", "names": SINCE}
     toy.run_json()
 
 

@@ -1,0 +1,75 @@
+"""YAML by the names of today: each name is replaced where it stands, so comments, order, spaces and quotes stay."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import yaml
+
+from kendama_cli.schema.plain_yaml import load_yaml
+from kendama_cli.schema.renames import new_key, new_override, renamed
+
+_INTERPOLATION = re.compile(r"\$\{([\w.]+)\}")
+
+
+@dataclass(frozen=True)
+class _Edit:
+    """One name in the text, from ``start`` to ``end``, and the one that takes its place."""
+
+    start: int
+    end: int
+    new: str
+
+
+def renamed_yaml(text: str, key: str) -> tuple[str, list[tuple[str, str]]]:
+    """Return YAML whose values stand at the dotted ``key`` by the names of today, and each old name with its new one.
+
+    Raises ValueError, in one line, for anything but plain YAML.
+    """
+    load_yaml(text)
+    edits = sorted(_edits(yaml.compose(text, Loader=yaml.SafeLoader), key), key=lambda edit: edit.start)
+    made, at = "", 0
+    for edit in edits:
+        made, at = made + text[at : edit.start] + edit.new, edit.end
+    return made + text[at:], [(text[edit.start : edit.end], edit.new) for edit in edits]
+
+
+def _edits(node: yaml.Node | None, key: str) -> Iterator[_Edit]:
+    if isinstance(node, yaml.MappingNode):
+        for name, value in node.value:
+            yield from _pair(name, value, key)
+    elif isinstance(node, yaml.SequenceNode):
+        for one in node.value:
+            yield from _edits(one, key)
+    elif isinstance(node, yaml.ScalarNode):
+        yield from _scalar(node, key)
+
+
+def _pair(name: yaml.Node, value: yaml.Node, key: str) -> Iterator[_Edit]:
+    """Yield the edits of one key and what it holds; a key may have dots, and in a list of defaults slashes."""
+    written = str(name.value)
+    word = written.removeprefix("override ").removeprefix("/")
+    absolute = word != written.removeprefix("override ")
+    before = "" if absolute or not key else f"{key}."
+    new = new_key(before + word.replace("/", ".")).removeprefix(before)
+    if new != word.replace("/", "."):
+        yield _replaced(name, written.replace(word, new.replace(".", "/") if "/" in word else new))
+    yield from _edits(value, before + new if new not in ("defaults", "overrides") else key)
+
+
+def _scalar(node: yaml.ScalarNode, key: str) -> Iterator[_Edit]:
+    text = str(node.value)
+    new = renamed("value", key, text)
+    if new is None:
+        new = _INTERPOLATION.sub(lambda found: f"${{{new_key(found.group(1))}}}", text)
+        new = new_override(new) if "=" in new else new
+    if new != text:
+        yield _replaced(node, new)
+
+
+def _replaced(node: yaml.Node, new: str) -> _Edit:
+    quote = getattr(node, "style", None)
+    quote = quote if quote in ("'", '"') else ""
+    return _Edit(node.start_mark.index + len(quote), node.end_mark.index - len(quote), new)
