@@ -15,7 +15,6 @@ import typer
 from kendama_cli.cli import completion, render
 from kendama_cli.cli.camera import camera_app
 from kendama_cli.cli.camera_setup import camera_blink, camera_brightness, camera_latency, camera_place
-from kendama_cli.cli.capture import capture_app
 from kendama_cli.cli.docs import docs
 from kendama_cli.cli.groups import open_group
 from kendama_cli.cli.motion import motion_app
@@ -42,7 +41,6 @@ app = typer.Typer(
 )
 app.add_typer(cache_app, name="cache")
 app.add_typer(camera_app, name="camera")
-app.add_typer(capture_app, name="capture")
 app.add_typer(log_app, name="log")
 app.add_typer(motion_app, name="motion")
 app.add_typer(robot_app, name="robot")

@@ -10,22 +10,3 @@ from kendama_cli.schema.registry import Variant
 FILE = Variant(
     "file", settings="kendama_cli.devices.hand.settings:FileCapture", makes="kendama_cli.devices.hand.file:open_files"
 )
-BODY = Variant(
-    "body", settings="kendama_cli.devices.hand.settings:BodyCapture", makes="kendama_cli.devices.hand.body:open_bodies"
-)
-MARKER = Variant(
-    "marker",
-    settings="kendama_cli.devices.hand.settings:MarkerCapture",
-    makes="kendama_cli.devices.hand.marker:open_marker",
-)
-MARKER_LIVE = Variant(
-    "marker_live",
-    settings="kendama_cli.devices.hand.settings:MarkerLiveCapture",
-    makes="kendama_cli.devices.hand.marker_live:open_marker_live",
-)
-MOCAP = Variant(
-    "mocap",
-    settings="kendama_cli.devices.hand.settings:MocapCapture",
-    makes="kendama_cli.devices.hand.mocap:open_mocap",
-    needs="a motion capture system that streams rigid bodies",
-)

@@ -10,8 +10,8 @@ from kendama_cli.devices.camera.file import FileCameraBlock
 from kendama_cli.devices.camera.film import Film, read_avi
 from kendama_cli.devices.camera.film_check import film_faults
 from kendama_cli.devices.camera.views import read_views
-from kendama_cli.devices.hand.marker import _frames as marker_frames
 from kendama_cli.errors import InputError
+from kendama_cli.plugins.marker.films import _frames as marker_frames
 from kendama_cli.vision.camera_model import CameraModel
 from tests.vision.ball_films import RATE_HZ, pendulum, textured, write_film
 

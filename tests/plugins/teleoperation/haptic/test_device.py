@@ -9,13 +9,13 @@ import sys
 import numpy as np
 import pytest
 
-from kendama_cli.devices.hand.body import read_bodies
 from kendama_cli.devices.streams.openigtlink import string, transform
 from kendama_cli.errors import ConfigError, HardwareError
+from kendama_cli.plugins.mocap.body import read_bodies
 from kendama_cli.plugins.teleoperation.haptic.device import HapticHand, HapticLink, open_haptic
 from kendama_cli.plugins.teleoperation.haptic.settings import HapticCapture
 from kendama_cli.schema.settings import build
-from tests.devices.hand.swing_server import replayed
+from tests.devices.streams.swing_server import replayed
 from tests.plugins.teleoperation.haptic.operator_model import Operator
 from tests.plugins.teleoperation.play.table_top import swing
 from tests.shipped_conf import CONF, plain

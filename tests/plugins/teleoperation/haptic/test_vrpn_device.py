@@ -15,7 +15,7 @@ from kendama_cli.errors import ConfigError, HardwareError
 from kendama_cli.plugins.teleoperation.haptic.device import HapticHand, HapticLink
 from kendama_cli.plugins.teleoperation.haptic.device_protocols import Grip, Place, Told, Trouble, VrpnDevice
 from kendama_cli.plugins.teleoperation.haptic.settings import HapticCapture
-from tests.devices.hand.swing_server import replayed
+from tests.devices.streams.swing_server import replayed
 from tests.plugins.teleoperation.haptic.test_device import operator, settings
 from tests.stalls import without_stall
 

@@ -11,10 +11,10 @@ from pathlib import Path
 import cv2
 
 from kendama_cli.devices.hand.file import RecordedHand
-from kendama_cli.devices.hand.marker import FEWEST_SEEN, films_of
-from kendama_cli.devices.hand.settings import MarkerLiveCapture
 from kendama_cli.devices.streams.live_figures import LiveFigures, Tell
 from kendama_cli.errors import ConfigError, HardwareError
+from kendama_cli.plugins.marker.films import FEWEST_SEEN, films_of
+from kendama_cli.plugins.marker.settings import MarkerLiveCapture
 
 SLOW_SHARE = 0.9
 """A camera that gives fewer of the frames that it says has wrong times: it is slow in the dark, say."""

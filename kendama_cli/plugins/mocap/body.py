@@ -15,13 +15,13 @@ from kendama_cli.devices.hand.axes import determinant, mirror_problem, to_ours
 from kendama_cli.devices.hand.file import RecordedHand, hands_of
 from kendama_cli.devices.hand.recording import Recording, unit_rotations
 from kendama_cli.devices.hand.segments import checked_swings
-from kendama_cli.devices.hand.settings import BodyCapture, BodySettings
 from kendama_cli.devices.hand.tidy import tidied
 from kendama_cli.devices.recordings.body_track import BodyTrack
 from kendama_cli.devices.recordings.reader import read_bodies
 from kendama_cli.devices.recordings.recording_format import name_of
 from kendama_cli.errors import InputError
 from kendama_cli.motion.rotation import mapped, rotated
+from kendama_cli.plugins.mocap.settings import BodyCapture, BodySettings
 from kendama_cli.schema.arrays import Array
 
 REST_S = 0.15

@@ -11,10 +11,10 @@ from mcap.writer import Writer as McapWriter
 from scipy.spatial.transform import Rotation
 
 from kendama_cli.devices.hand.open_hands import open_hands
-from kendama_cli.devices.hand.settings import BodyCapture
 from kendama_cli.errors import ConfigError, InputError
 from kendama_cli.pipeline.code import FileIndex
 from kendama_cli.pipeline.inputs import file_contents, resolve_files
+from kendama_cli.plugins.mocap.settings import BodyCapture
 from kendama_cli.schema.settings import build
 
 ROOT = Path(__file__).parents[3]

@@ -11,10 +11,10 @@ import pytest
 import yaml
 
 from kendama_cli.devices.hand.open_hands import open_hands
-from kendama_cli.devices.hand.settings import MocapCapture
 from kendama_cli.errors import ConfigError, HardwareError, InputError
+from kendama_cli.plugins.mocap.settings import MocapCapture
 from kendama_cli.schema.settings import build
-from tests.devices.hand.swing_server import ROOT, SWING, at_its_pace, free_port
+from tests.devices.streams.swing_server import ROOT, SWING, at_its_pace, free_port
 from tests.stalls import without_stall
 
 pytestmark = pytest.mark.realtime

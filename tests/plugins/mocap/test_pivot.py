@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from kendama_cli.motion.pivot import calibrate_pivot
+from kendama_cli.plugins.mocap.pivot import calibrate_pivot
 
 OFFSET, PLACE = np.array([0.02, -0.01, 0.15]), np.array([0.3, 0.1, 1.0])
 

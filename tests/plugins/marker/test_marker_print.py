@@ -8,9 +8,9 @@ import cv2
 import numpy as np
 import pytest
 
-from kendama_cli.cli.marker_print import print_marker
 from kendama_cli.errors import UsageError
-from kendama_cli.vision.marker import DICTIONARIES, MarkerDetector
+from kendama_cli.plugins.marker.detection import DICTIONARIES, MarkerDetector
+from kendama_cli.plugins.marker.marker_print import print_marker
 
 
 @pytest.mark.parametrize("dictionary", DICTIONARIES)

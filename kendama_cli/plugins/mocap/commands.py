@@ -33,9 +33,9 @@ def capture_pivot(
     import numpy as np
 
     from kendama_cli.cli.setup_work import amended, place
-    from kendama_cli.devices.hand.body import named_body
     from kendama_cli.devices.recordings.reader import read_bodies
-    from kendama_cli.motion.pivot import calibrate_pivot
+    from kendama_cli.plugins.mocap.body import named_body
+    from kendama_cli.plugins.mocap.pivot import calibrate_pivot
 
     track = named_body(str(path), {one.name: one for one in read_bodies(str(path))}, body, "body")
     if track.rotation_wxyz is None:

@@ -6,8 +6,8 @@ import pytest
 from kendama_cli.devices.hand.open_hands import open_hands
 from kendama_cli.devices.hand.tidy import even_times
 from kendama_cli.errors import InputError
-from tests.devices.hand.swing_server import SWING
-from tests.devices.hand.test_body import settings
+from tests.devices.streams.swing_server import SWING
+from tests.plugins.mocap.test_body import settings
 
 PERIOD_S = 0.01
 SENT_S = PERIOD_S * np.arange(250)

@@ -11,10 +11,10 @@ import pytest
 import yaml
 
 from kendama_cli.devices.hand.open_hands import open_hands
-from kendama_cli.devices.hand.settings import MarkerCapture, MarkerLiveCapture
 from kendama_cli.errors import ConfigError, HardwareError, InputError
+from kendama_cli.plugins.marker.settings import MarkerCapture, MarkerLiveCapture
 from kendama_cli.schema.settings import build
-from tests.devices.hand.marker_film import FIELD_DEG, write_film
+from tests.plugins.marker.marker_film import FIELD_DEG, write_film
 
 CONF = Path(__file__).parents[3] / "conf" / "capture"
 RATE_HZ = 30.0
@@ -119,7 +119,7 @@ def test_a_camera_that_is_not_there(tmp_path):
 def test_a_camera_that_is_slower_than_it_says_is_told_and_its_true_rate_taken(film, tmp_path, monkeypatch):
     """A film of 30 frames a second whose frames come 25 times a second by the clock, which is read twice for each."""
     reads = itertools.count()
-    monkeypatch.setattr("kendama_cli.devices.hand.marker_live.time.monotonic", lambda: next(reads) / 2 / 25)
+    monkeypatch.setattr("kendama_cli.plugins.marker.live.time.monotonic", lambda: next(reads) / 2 / 25)
     own = {"device": str(film), "record": str(tmp_path / "a.avi"), "seconds": 120.0, "max_gap_s": 0.2}
     (hand,) = open_hands(settings(None, "marker_live", **own))
     assert any("gave 25.0 frames a second where it says 30: the former are taken" in one for one in hand.warnings)

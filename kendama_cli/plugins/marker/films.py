@@ -15,14 +15,14 @@ from kendama_cli.devices.camera.film import Film
 from kendama_cli.devices.hand.file import RecordedHand, hands_of
 from kendama_cli.devices.hand.recording import Recording
 from kendama_cli.devices.hand.segments import checked_swings
-from kendama_cli.devices.hand.settings import MarkerCapture, MarkerSettings
 from kendama_cli.errors import ConfigError, InputError
 from kendama_cli.motion.rotation import exponential, inverse, log_of, multiply, rotated
+from kendama_cli.plugins.marker.detection import MarkerDetector
+from kendama_cli.plugins.marker.pose import PoseCandidate, marker_poses
+from kendama_cli.plugins.marker.pose_track import PoseTrack, smooth
+from kendama_cli.plugins.marker.settings import MarkerCapture, MarkerSettings
 from kendama_cli.schema.arrays import Array
 from kendama_cli.vision.camera_model import CameraModel
-from kendama_cli.vision.marker import MarkerDetector
-from kendama_cli.vision.marker_pose import PoseCandidate, marker_poses
-from kendama_cli.vision.pose_track import PoseTrack, smooth
 
 LEVEL = np.array([(1.0, 0.0, 0.0), (0.0, 0.0, -1.0), (0.0, 1.0, 0.0)])
 """World to camera of a level one that looks along y: x right, z up."""

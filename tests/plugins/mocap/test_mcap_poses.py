@@ -13,7 +13,7 @@ from kendama_cli.devices.hand.file import open_files
 from kendama_cli.devices.hand.open_hands import open_hands
 from kendama_cli.errors import InputError, MissingPartError
 from tests.devices.hand.files import file_settings, swing
-from tests.devices.hand.test_body import settings
+from tests.plugins.mocap.test_body import settings
 
 T, P = swing()
 TURNS = Rotation.from_rotvec(0.4 * np.sin(np.pi * T / T[-1])[:, None] ** 2 * [0.0, 1.0, 0.0])

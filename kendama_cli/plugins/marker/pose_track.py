@@ -15,8 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from kendama_cli.plugins.marker.pose import PoseCandidate
 from kendama_cli.schema.arrays import Array
-from kendama_cli.vision.marker_pose import PoseCandidate
 
 CORNER_PX = 0.25
 """What corners are uncertain by at least; of blurred ones the reprojection tells more."""

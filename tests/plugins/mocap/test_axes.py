@@ -10,11 +10,11 @@ from scipy.spatial.transform import Rotation
 
 from kendama_cli.devices.hand.file import open_files
 from kendama_cli.devices.hand.open_hands import open_hands
-from kendama_cli.devices.hand.settings import MocapCapture
 from kendama_cli.errors import ConfigError, InputError
+from kendama_cli.plugins.mocap.settings import MocapCapture
 from kendama_cli.schema.settings import build
 from tests.devices.hand.files import CONF, file_settings, swing, write
-from tests.devices.hand.test_body import motive, settings
+from tests.plugins.mocap.test_body import motive, settings
 
 T, P = swing()
 TURNS = Rotation.from_rotvec(np.sin(np.pi * T / T[-1])[:, None] ** 2 * [0.3, -0.5, 0.2])

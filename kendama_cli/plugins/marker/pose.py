@@ -1,8 +1,8 @@
 """The pose of a square marker from its four corners: both solutions of the planar ambiguity, each with covariance.
 
 Four coplanar points seen from afar fit nearly as well with the plane tilted the other way; which is right is told by
-time (``kendama_cli.vision.pose_track``), never by one image. (T. Collins, A. Bartoli, "Infinitesimal plane-based pose
-estimation", IJCV 109, 2014: IPPE; both are refined to the least error of reprojection.)
+time (``pose_track.py``), never by one image. (T. Collins, A. Bartoli, "Infinitesimal plane-based pose estimation",
+IJCV 109, 2014: IPPE; both are refined to the least error of reprojection.)
 """
 
 from __future__ import annotations

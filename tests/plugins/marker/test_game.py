@@ -11,9 +11,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from tests.devices.hand.marker_film import FIELD_DEG, write_film
+from tests.plugins.marker.marker_film import FIELD_DEG, write_film
 
-DEMONSTRATIONS = Path(__file__).resolve().parents[1] / "data" / "demonstrations"
+DEMONSTRATIONS = Path(__file__).resolve().parents[3] / "data" / "demonstrations"
 OVERRIDES = [
     *("capture=marker", "capture.path=films/*.avi", f"capture.field_of_view_deg={FIELD_DEG:.3f}"),
     *(

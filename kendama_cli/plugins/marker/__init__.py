@@ -1,0 +1,1 @@
+"""Swings of a cup with a printed square marker on its handle."""

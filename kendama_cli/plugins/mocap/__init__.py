@@ -1,0 +1,1 @@
+"""Swings that a motion capture system recorded, or streams now."""
