@@ -58,6 +58,8 @@ if TYPE_CHECKING:
     from kendama_cli.learning.statistics import LearningCount as LearningCount
     from kendama_cli.motion.dmp.primitive import DmpMotion as DmpMotion
     from kendama_cli.motion.dmp.primitive import play as play
+    from kendama_cli.pipeline.log_export import ExportRequest as ExportRequest
+    from kendama_cli.pipeline.where import Cluster as Cluster
     from kendama_cli.report.figure import Figure as Figure
     from kendama_cli.report.figure import Panel as Panel
     from kendama_cli.report.figure import figure as figure
@@ -87,10 +89,15 @@ if TYPE_CHECKING:
     from kendama_cli.settings.camera import FrameTiming as FrameTiming
     from kendama_cli.settings.game import GameSettings as GameSettings
     from kendama_cli.settings.robot import RobotSettings as RobotSettings
+    from kendama_cli.settings.store import StoreSettings as StoreSettings
     from kendama_cli.stages.interface import LogWriter as LogWriter
     from kendama_cli.stages.interface import Made as Made
     from kendama_cli.stages.interface import Stage as Stage
     from kendama_cli.stages.interface import StageContext as StageContext
+    from kendama_cli.store.store import Shared as Shared
+    from kendama_cli.store.store import SharedDamage as SharedDamage
+    from kendama_cli.store.store import Store as Store
+    from kendama_cli.store.store import StoredResult as StoredResult
     from kendama_cli.vision.camera_model import CameraModel as CameraModel
     from kendama_cli.vision.interface import Detector as Detector
     from kendama_cli.vision.interface import SearchHint as SearchHint

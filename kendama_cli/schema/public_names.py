@@ -51,6 +51,11 @@ DEFINED: dict[str, tuple[str, ...]] = {
     "kendama_cli.devices.robot.limiter": ("limit_command",),
     "kendama_cli.robot_model.joint_torque": ("JointTorque", "TaskState"),
     "kendama_cli.robot_model.limits": ("JointLimits",),
+    # interfaces: machines, stores and exports
+    "kendama_cli.pipeline.where": ("Cluster",),
+    "kendama_cli.store.store": ("Shared", "SharedDamage", "Store", "StoredResult"),
+    "kendama_cli.settings.store": ("StoreSettings",),
+    "kendama_cli.pipeline.log_export": ("ExportRequest",),
     # interfaces: seeing and learning
     "kendama_cli.vision.interface": ("Detector", "SearchHint", "Sighting"),
     "kendama_cli.learning.interface": ("FinishedRollout", "Learner", "LearnerMaker", "Policy"),

@@ -66,6 +66,11 @@ def test_its_stage_runs_in_a_pipeline_on_its_own_hand_and_is_cached_and_planned(
     assert stages["capture"]["metrics"]["n_demonstrations"] == 2
     assert stages["tempo"]["metrics"]["peak_speed_m_s"] > 0
     assert {stage["status"] for stage in json.loads(again.stdout)["stages"]} == {"cached"}
+    shown = kendama(laboratory, "log", "peaks")
+    assert [line.split(":")[0] for line in shown.stdout.splitlines()] == [f"tau x {x}" for x in (0.8, 1.0, 1.2, 1.4)]
+    assert "peaks" in kendama(laboratory, "log", "--help").stdout
+    assert kendama(laboratory, "log", "export", "tempo", "--format", "peaks").stdout == "peaks.txt\n"
+    assert len((laboratory / "peaks.txt").read_text().split()) == 4
     planned = kendama(laboratory, "plan", "-p", "tempo", "capture=bench", "tempo.allowed_m_s=0.9")
     assert "config tempo.allowed_m_s 1.2 -> 0.9" in planned.stdout
     wrong = kendama(laboratory, "plan", "-p", "tempo", "capture=bench", "tempo.allowed_m_s=-1")
