@@ -19,6 +19,7 @@ from kendama_cli.simulation.dart import step_kernel, stiction_kernel, torque_ker
 from kendama_cli.simulation.dart.arm_dynamics import ArmDynamics
 from kendama_cli.simulation.dart.ball import TetheredBall
 from kendama_cli.simulation.dart.drive import Drive
+from kendama_cli.simulation.dart.step_kernel import StepArrays
 from kendama_cli.simulation.dart.task_state import coriolis_nm
 
 
@@ -91,15 +92,38 @@ class JointControl:
         self.drive = Drive(arm.limits, step_s)
         stiffness = arm.settings.stiffness_1_s2
         self._gains = np.array([stiffness, 2.0 * math.sqrt(stiffness), step_s, arm.gravity_m_s2])
-        self._constants = dynamics.links, dynamics.marks, self.drive.limits, self.friction.constants, dynamics.radii
         self._none, self._force_nm = np.zeros(len(arm.joint_names)), np.zeros(len(arm.joint_names))
         self.effort_nm = self._none
         self.rope: tuple[Array, Array] | None = None
+        self._arrays: StepArrays
 
     def reset(self, position_rad: Array, velocity_rad_s: Array) -> None:
         """Begin at ``position_rad`` with ``velocity_rad_s``, the motors giving nothing."""
         self.drive.reset(position_rad, velocity_rad_s)
         self.effort_nm = np.zeros_like(self._none)
+
+    def take(self, ball: TetheredBall) -> None:
+        """Work from now on with ``ball``, its rope and errors as they are now."""
+        dynamics, friction, drive = self._dynamics, self.friction, self.drive
+        nodes, solid, chain = ball.chain.arrays
+        self._arrays = StepArrays(
+            links=dynamics.links,
+            marks=dynamics.marks,
+            limits=drive.limits,
+            joints=friction.constants,
+            radii=dynamics.radii,
+            gains=self._gains,
+            unknown=friction.unknown,
+            rope=ball.rope,
+            state=drive.state,
+            level=friction.level_nm,
+            pulled=ball.pulled,
+            ball_force=ball.force_n,
+            force=self._force_nm,
+            nodes=nodes,
+            solid=solid,
+            chain=chain,
+        )
 
     def follow(
         self,
@@ -146,10 +170,8 @@ class JointControl:
         added = added_nm if isinstance(added_nm, np.ndarray) else self._filled(added_nm)
         self.effort_nm = effort_nm = np.empty(len(self._none))
         answer = step_kernel.step_forces(
-            *reference, noise, added, *state, ball.position_m, ball.velocity_m_s, ball.pressing.force_n,
-            *self._constants, ball.rope, self._gains, self.friction.unknown, drive.state, effort_nm,
-            self.friction.level_nm, ball.pulled, ball.force_n, self._force_nm,
-            *ball.chain.arrays,
+            *reference, noise, added, *state, ball.position_m, ball.velocity_m_s, ball.pressing.force_n, effort_nm,
+            *self._arrays,
         )  # fmt: skip
         drive.limited = bool(answer & torque_kernel.LIMITED)
         if answer > torque_kernel.NEAR + torque_kernel.LIMITED or answer & torque_kernel.NOT_FINITE:

@@ -87,7 +87,10 @@ class Stepper:
         self._worlds.renew()
         self._control.enforce_limits(enforce=True)
         self._apart = False
-        self._control.rope = None if self._ball is None else (np.zeros(3), np.zeros(3))
+        self._control.rope = None
+        if self._ball is not None:
+            self._control.rope = np.zeros(3), np.zeros(3)
+            self._control.take(self._ball)
         self._scene.reset()
         if self._sensor is not None:
             self._sensor.reset()
