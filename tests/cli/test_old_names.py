@@ -11,24 +11,23 @@ from tests.cli.typed import refused
     ("words", "line"),
     [
         (
-            ("plan", "learn.count.max_rollouts=3"),
-            "unknown key 'learn.count.max_rollouts'; since 0.3 it is called 'learn.count.max_rollouts'",
+            ("plan", "learn.count.cap=3"),
+            "unknown key 'learn.count.cap'; since 0.3 it is called 'learn.count.max_rollouts'",
         ),
         (
-            ("plan", "adapt.sensor_model.onset.min_tension_m_s2=3"),
-            "'adapt.sensor_model.onset.min_tension_m_s2'; since 0.3 it is called "
-            "'adapt.sensor_model.onset.min_tension_m_s2'",
+            ("plan", "adapt.eyes.onset.pull_m_s2=3"),
+            "'adapt.eyes.onset.pull_m_s2'; since 0.3 it is called 'adapt.sensor_model.onset.min_tension_m_s2'",
         ),
         (
-            ("plan", "adapt.catch=visual"),
+            ("plan", "adapt.catch=seen"),
             "'adapt.catch' is 'seen'; allowed: visual, open_loop; since 0.3 it is called 'visual'",
         ),
-        (("plan", "learn/learner=random_replay"), "since 0.3 it is called 'random_replay'"),
+        (("plan", "learn/learner=lucky"), "since 0.3 it is called 'random_replay'"),
         (("plan", "safety=usual"), "'safety' is 'usual'; allowed: default; since 0.3 it is called 'default'"),
         (("plan", "-p", "toy"), "; since 0.3 it is called 'measurement'"),
-        (("sweep", "transfer=until_solved", "seed=1,2"), "; since 0.3 it is called 'until_solved'"),
-        (("sweep", "adapt.catch=visual,open"), "; since 0.3 it is called 'visual'"),
-        (("sweep", "learn.count.max_rollouts=1,2"), "; since 0.3 it is called 'learn.count.max_rollouts'"),
+        (("sweep", "transfer=proof", "seed=1,2"), "; since 0.3 it is called 'until_solved'"),
+        (("sweep", "adapt.catch=seen,open"), "; since 0.3 it is called 'visual'"),
+        (("sweep", "learn.count.cap=1,2"), "; since 0.3 it is called 'learn.count.max_rollouts'"),
         (("camera", "teach", "x"), "No such command 'teach'; since 0.3 it is called 'train'"),
         (("camera", "track", "x", "--teach", "y"), "No such option: --teach; since 0.3 it is called '--train'"),
         (("report", "--film", "a.mp4"), "No such option: --film; since 0.3 it is called '--video'"),

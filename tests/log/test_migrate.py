@@ -17,7 +17,7 @@ from kendama_cli.stages.adapt.messages import AdaptPerturbationMessage, AdaptRep
 
 FIELDS = [field.name for field in dataclasses.fields(AdaptPerturbationMessage)]
 DRAWN = dataclasses.make_dataclass(
-    "AdaptPerturbationMessage",
+    "AdaptDrawMessage",
     [
         (one.name.replace("fraction", "share"), {"int": int}.get(str(one.type), float))
         for one in dataclasses.fields(AdaptPerturbationMessage)
@@ -33,7 +33,7 @@ class _Repeat:
     caught: bool
     miss_m: float
     shift_m: float = 0.0
-    max_shift_m: float = 0.0
+    largest_shift_m: float = 0.0
 
 
 REPEAT = type("AdaptRepeatMessage", (_Repeat,), {"__module__": "kendama_cli.stages.adapt.messages"})
@@ -43,12 +43,12 @@ VALUES = [float(number) for number in range(1, len(FIELDS))]
 
 @pytest.fixture
 def old(tmp_path) -> Path:
-    log = McapLog({"/adapt/perturbation": DRAWN, "/adapt/repeat": REPEAT}, MemoryFile())
+    log = McapLog({"/adapt/drawn": DRAWN, "/adapt/repeat": REPEAT}, MemoryFile())
     for index in range(3):
-        log.write("/adapt/perturbation", 0.5 * index, DRAWN(index, *VALUES))
+        log.write("/adapt/drawn", 0.5 * index, DRAWN(index, *VALUES))
         log.write("/adapt/repeat", 0.5 * index, REPEAT(index, True, 0.01, 0.02, 0.03))
     settings = {"adapt": {"catch": "open", "eyes": {"rate_hz": 60.0}}}
-    metrics = {"failure_reason": "nothing", "goal_shift_mm": 3.0, "catch": "open", "caught": True}
+    metrics = {"in_the_way": "nothing", "shift_mm": 3.0, "catch": "open", "caught": True}
     log.finish(tmp_path / "old.mcap", stage="adapt", settings=settings, metrics=metrics)
     return tmp_path / "old.mcap"
 
@@ -92,8 +92,8 @@ def test_a_rewritten_log_has_the_bytes_of_one_that_was_written_today(old, tmp_pa
 def test_a_report_of_an_old_log_is_refused_with_the_command_that_rewrites_it(old):
     log = StageLog(old)
     with pytest.raises(
-        InputError, match=r"its topic '/adapt/perturbation' is '/adapt/perturbation' since 0\.3; type 'kendama c"
+        InputError, match=r"its topic '/adapt/drawn' is '/adapt/perturbation' since 0\.3; type 'kendama c"
     ):
         log.table("/adapt/perturbation", AdaptPerturbationMessage)
-    with pytest.raises(InputError, match=r"max_shift_m; it was logged by another version: type 'kendama cache mig"):
+    with pytest.raises(InputError, match=r"largest_shift_m; it was logged by another version: type 'kendama cache mig"):
         log.messages("/adapt/repeat", AdaptRepeatMessage)
