@@ -52,11 +52,6 @@ class VisualCatch:
         self._on_the_way: deque[tuple[float, Array, Array]] = deque()
 
     @property
-    def free_s(self) -> float | None:
-        """Time at which free flight was detected."""
-        return None if self._tracker.found is None else self._tracker.found.declared_s
-
-    @property
     def shifts_m(self) -> tuple[float, float]:
         """Distances of the cup from its plan: at the catch, and the largest."""
         return self._motion.catch_shift_m, self._motion.max_shift_m
