@@ -144,3 +144,11 @@ def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
         if not folder.exists():
             subprocess.run([*build, str(Path(__file__).resolve().parents[1])], check=True, capture_output=True)
     return next(folder.glob("*.whl"))
+
+
+@pytest.fixture
+def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """Return the folder that a command is typed in; its home is beneath it."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("KENDAMA_HOME", str(tmp_path / "store"))
+    return tmp_path

@@ -14,7 +14,6 @@ import typer
 
 from kendama_cli.cli import completion, render
 from kendama_cli.cli.camera import camera_app
-from kendama_cli.cli.camera_setup import camera_blink, camera_brightness, camera_latency, camera_place
 from kendama_cli.cli.docs import docs
 from kendama_cli.cli.groups import open_group
 from kendama_cli.cli.motion import motion_app
@@ -46,10 +45,6 @@ app.add_typer(motion_app, name="motion")
 app.add_typer(robot_app, name="robot")
 app.add_typer(runs_app, name="runs")
 app.add_typer(setup_app, name="setup")
-camera_app.command("blink")(camera_blink)
-camera_app.command("brightness")(camera_brightness)
-camera_app.command("latency")(camera_latency)
-camera_app.command("place")(camera_place)
 app.command()(diff)
 app.command()(docs)
 USAGE = 2

@@ -1,4 +1,4 @@
-"""The commands about cameras: a board to print, a calibration with it, what the ball looks like, what cameras see."""
+"""Commands about cameras: the appearance of the ball, and the view of cameras."""
 
 from __future__ import annotations
 
@@ -14,53 +14,6 @@ from kendama_cli.config.site import find_site
 camera_app = typer.Typer(
     cls=open_group("camera"), help="Calibrate cameras, and check what they see.", no_args_is_help=True
 )
-
-Squares = Annotated[str, typer.Option("--board", metavar="COLUMNSxROWS", help="Squares of the ChArUco board.")]
-SquareMm = Annotated[float, typer.Option(metavar="MM", help="Side of a square, as measured on the print.")]
-MarkerMm = Annotated[float, typer.Option(metavar="MM", help="Side of a marker.")]
-
-
-@camera_app.command("board")
-def camera_board(
-    output: Annotated[Path, typer.Option("-o", "--output", metavar="FILE", help="The picture to print.")] = Path(
-        "board.png"
-    ),
-    squares: Squares = "7x5",
-    square_mm: SquareMm = 30.0,
-    marker_mm: MarkerMm = 22.0,
-) -> None:
-    """Make a ChArUco board to print: at 300 dpi it has the size that the options say."""
-    from kendama_cli.cli.camera_work import board_of, draw_board  # OpenCV
-
-    draw_board(board_of(squares, square_mm, marker_mm), output)
-
-
-@camera_app.command("calibrate")
-def camera_calibrate(
-    paths: Annotated[
-        list[Path],
-        typer.Argument(metavar="PATH...", help="Per camera a folder of images, or a video; its name is the camera's."),
-    ],
-    output: Annotated[
-        Path, typer.Option("-o", "--output", metavar="FILE", help="The calibration; a picture of it goes beside it.")
-    ] = Path("calibration.yaml"),
-    squares: Squares = "7x5",
-    square_mm: SquareMm = 30.0,
-    marker_mm: MarkerMm = 22.0,
-    board_at: Annotated[
-        str, typer.Option(metavar="X,Y,Z", help="The world's place [m] of the board's middle in the first view.")
-    ] = "0,0,0",
-    as_json: Json = False,
-) -> None:
-    """Calibrate one or several cameras from views of a ChArUco board.
-
-    Views of one name (or one place in their videos) were taken at one moment. In the first view of the first camera the
-    board lies print up, its rows along the world's x.
-    """
-    from kendama_cli.cli.camera_work import CalibrationRequest, board_of, calibrate_cameras  # OpenCV
-
-    request = CalibrationRequest(board_of(squares, square_mm, marker_mm), tuple(paths), board_at)
-    calibrate_cameras(request, output, as_json=as_json)
 
 
 @camera_app.command("colour")

@@ -1,4 +1,4 @@
-"""kendama camera: a board to print, a calibration from its views, and a check of what cameras see."""
+"""kendama camera: a check of what cameras see, and a colour learned by a click."""
 
 import json
 
@@ -8,55 +8,25 @@ import pytest
 import yaml
 
 from tests.cli.typed import kendama, refused
-from tests.devices.camera.board_views import BOARD, pair, poses, view
 from tests.devices.camera.test_recorded_and_live import images
 
-
-@pytest.fixture(scope="module")
-def folders(tmp_path_factory):
-    """Views of both cameras, one of them without a board."""
-    home = tmp_path_factory.mktemp("views")
-    for model in pair():
-        folder = home / model.name
-        folder.mkdir()
-        for i, pose in enumerate(poses(7, seed=10010)):
-            cv2.imwrite(str(folder / f"{i}.png"), view(model, pose, seed=i))
-        cv2.imwrite(str(folder / "nothing.png"), np.full((480, 640, 3), 90, dtype=np.uint8))
-    return home
+RECORDED = ("camera", "check", "camera=file", "camera.paths=[times.csv]")
 
 
-def test_a_printed_board_is_found_again_at_its_size(here, capsys):
-    code, out, _ = kendama(capsys, "camera", "board", "-o", "board.png", "--square-mm", "30", "--marker-mm", "22")
-    assert code == 0
-    assert "300 dpi" in out
-    picture = cv2.imread("board.png")
-    assert picture.shape[1] == pytest.approx((7 * 30 + 30) / 25.4 * 300, abs=8)
-    assert picture.shape[0] == pytest.approx((5 * 30 + 30) / 25.4 * 300, abs=8)
-
-
-def test_calibrate_writes_a_file_that_the_cameras_take_and_a_picture(folders, here, capsys):
-    code, out, err = kendama(
-        capsys, "camera", "calibrate", str(folders / "left"), str(folders / "right"), "--board-at", "0.1,0,-0.5",
-        "-o", "calibration.yaml", "--json",
-    )  # fmt: skip
-    assert code == 0, err
-    shown = json.loads(out)
-    assert [one["name"] for one in shown["cameras"]] == ["left", "right"]
-    assert set(shown["reprojection"]["left"]["views_px"]) == {str(i) for i in range(7)}
-    assert shown["reprojection"]["left"]["rms_px"] < 0.3
-    assert "left, nothing: the board is not seen" in err
-    assert cv2.imread(shown["picture"]).shape == (480, 1280, 3)
-    for one, true in zip(yaml.safe_load((here / "calibration.yaml").read_text())["cameras"], pair(), strict=True):
-        assert np.abs(np.array(one["position_m"]) - (0.1, 0, -0.5) - true.position_in_world_m).max() < 0.006
-    code, out, err = kendama(
-        capsys, "camera", "check", "camera.calibration=calibration.yaml", "--seconds", "0.05", "--json"
+def one_camera():
+    """The shipped left camera at the size of the test's images."""
+    return (
+        "camera.cameras=[{name: left, width_px: 64, height_px: 48, focal_px: [60, 60], center_px: [31.5, 23.5], "
+        "distortion: [0, 0, 0, 0, 0], position_m: [0, -1.5, 0.2], look_at_m: [0, 0, 0.2], rotation_wxyz: null}]"
     )
-    assert code == 0, err
-    assert set(json.loads(out)["cameras"]) == {"left", "right"}
-    content = (here / "calibration.yaml").read_text()
-    (here / "other.yaml").write_text(content.replace("name: left", "name: window"))
-    line = refused(capsys, "camera", "check", "camera.calibration=other.yaml")
-    assert "it calibrates the cameras window, right, but 'camera.cameras' names 'left'; calibrate all cameras" in line
+
+
+def disc(path, colour=(30, 40, 200), grey=120):
+    """A ball of radius 9 px at (40, 30) before noise."""
+    rng = np.random.default_rng(10000)
+    pixels = np.full((64, 96, 3), grey, dtype=np.uint8)
+    cv2.circle(pixels, (40, 30), 9, colour, -1)
+    cv2.imwrite(str(path), np.clip(pixels + rng.normal(0, 4, pixels.shape), 0, 255).astype(np.uint8))
 
 
 @pytest.mark.parametrize(
@@ -74,34 +44,6 @@ def test_a_file_that_is_no_calibration_is_refused(here, capsys, content, message
     assert any(part in line for part in message.split("|"))
 
 
-@pytest.mark.parametrize(
-    ("words", "message"),
-    [
-        (["gone"], "gone: no such file or folder; give a folder of images, or a video"),
-        (["empty"], "empty: it holds no image; images end in .png"),
-        (["empty/../video.mp4"], "OpenCV cannot read it as a film; convert it"),
-        (["two"], "two/b.png: its image 'b' is 32 x 24 px after 64 x 48 px; calibrate images of one size at a time"),
-        (["broken"], "broken/a.png: it is not an image that OpenCV can read; remove or convert it"),
-        (["two/a.png"], "two/a.png: camera 'two': the board is seen in 0 images, at least 4 are needed"),
-        (["one/left", "other/left"], "other/left: two cameras would be called 'left'; rename a folder or video"),
-        (["two", "--board", "7by5"], "--board 7by5: allowed are COLUMNSxROWS of 3 to 22 squares each, such as 7x5"),
-        (["two", "--marker-mm", "40"], "--marker-mm 40: a marker must lie within its square of 30 mm"),
-        (["two", "--board-at", "1,2"], "--board-at 1,2: give three numbers in metres, such as 0,0,-0.55"),
-    ],
-)
-def test_what_cannot_be_calibrated_is_told_in_one_line(here, capsys, words, message):
-    for folder in ("empty", "two", "broken", "one/left", "other/left"):
-        (here / folder).mkdir(parents=True)
-    for folder in ("one/left", "other/left"):
-        cv2.imwrite(str(here / folder / "a.png"), np.zeros((48, 64, 3), dtype=np.uint8))
-    cv2.imwrite(str(here / "two" / "a.png"), np.zeros((48, 64, 3), dtype=np.uint8))
-    cv2.imwrite(str(here / "two" / "b.png"), np.zeros((24, 32, 3), dtype=np.uint8))
-    (here / "broken" / "a.png").write_bytes(b"no image")
-    (here / "video.mp4").write_bytes(np.random.default_rng(0).bytes(3000))
-    assert message in refused(capsys, "camera", "calibrate", *words)
-    assert not (here / "calibration.yaml").exists()
-
-
 def test_check_tells_rate_and_sightings_of_virtual_cameras_and_draws_them(here, capsys):
     code, out, err = kendama(capsys, "camera", "check", "--seconds", "0.1", "-o", "seen.png", "--json")
     assert code == 0, err
@@ -117,17 +59,6 @@ def test_check_tells_rate_and_sightings_of_virtual_cameras_and_draws_them(here, 
     assert cv2.imread("seen.png").shape == (480, 1280, 3)
 
 
-RECORDED = ("camera", "check", "camera=file", "camera.paths=[times.csv]")
-
-
-def one_camera():
-    """The shipped left camera at the size of the test's images."""
-    return (
-        "camera.cameras=[{name: left, width_px: 64, height_px: 48, focal_px: [60, 60], center_px: [31.5, 23.5], "
-        "distortion: [0, 0, 0, 0, 0], position_m: [0, -1.5, 0.2], look_at_m: [0, 0, 0.2], rotation_wxyz: null}]"
-    )
-
-
 def test_check_counts_missed_and_doubled_frames_of_a_recording(here, capsys):
     rows = ["file,t_s", *(f"{min(i, 5):03d}.png,{i / 50}" for i in range(10) if i != 3)]
     images(here, n=10, rows=rows)
@@ -139,14 +70,6 @@ def test_check_counts_missed_and_doubled_frames_of_a_recording(here, capsys):
     assert (shown["frames"], shown["missed"], shown["doubled"]) == (9, 1, 4)
     assert shown["rate_hz"] == pytest.approx(50)
     assert shown["seen"] == 0
-
-
-def disc(path, colour=(30, 40, 200), grey=120):
-    """A ball of radius 9 px at (40, 30) before noise."""
-    rng = np.random.default_rng(10000)
-    pixels = np.full((64, 96, 3), grey, dtype=np.uint8)
-    cv2.circle(pixels, (40, 30), 9, colour, -1)
-    cv2.imwrite(str(path), np.clip(pixels + rng.normal(0, 4, pixels.shape), 0, 255).astype(np.uint8))
 
 
 def test_a_colour_is_learned_from_a_click_and_the_detector_goes_by_it(here, capsys):
@@ -192,10 +115,6 @@ def test_check_refuses_a_picture_of_another_kind_and_a_recording_without_frames_
 def test_a_missing_device_is_one_line(here, capsys):
     line = refused(capsys, "camera", "check", "camera=device", "camera.indices=[97,98]")
     assert "no camera answers at index 97" in line
-
-
-def test_the_tests_board_is_the_commands_default():
-    assert (BOARD.columns, BOARD.rows, BOARD.square_m, BOARD.marker_m) == (7, 5, 0.030, 0.022)
 
 
 @pytest.mark.parametrize(

@@ -1,13 +1,10 @@
-"""From a camera's settings, or a calibration file, to its model; and from models to such a file."""
+"""Model of a camera, from its settings or a calibration file."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from kendama_cli.errors import ConfigError, InputError
 from kendama_cli.motion.rotation import matrix_of
@@ -15,14 +12,13 @@ from kendama_cli.schema.arrays import Array, NotUnitError, unit_quaternions
 from kendama_cli.schema.plain_yaml import load_yaml
 from kendama_cli.schema.settings import build
 from kendama_cli.settings.camera import CameraModelSettings, CameraSettings
-from kendama_cli.vision.calibration import Board, CalibratedCamera
 from kendama_cli.vision.camera_model import CameraModel, looking_at
 
 MAKE_ONE = "make one with 'kendama camera calibrate'"
 
 
 def camera_models(settings: CameraSettings) -> list[CameraModel]:
-    """All cameras of the settings, with the values of ``settings.calibration`` where one is given.
+    """Return all cameras of the settings, with the values of ``settings.calibration`` where one is given.
 
     Raises ConfigError where settings contradict each other, InputError where the file is no calibration of these
     cameras.
@@ -47,7 +43,7 @@ def camera_models(settings: CameraSettings) -> list[CameraModel]:
 
 
 def read_calibration(path: str) -> list[CameraModelSettings]:
-    """The cameras of a calibration file; raises InputError where it is none."""
+    """Return the cameras of a calibration file; raises InputError where it is none."""
     try:
         content = load_yaml(Path(path).read_text(encoding="utf-8"))
     except (OSError, ValueError) as error:
@@ -65,52 +61,8 @@ def read_calibration(path: str) -> list[CameraModelSettings]:
     return made
 
 
-def calibration_document(board: Board, cameras: Sequence[CalibratedCamera]) -> dict[str, Any]:
-    """What a calibration file holds: the cameras as settings, then how well they fit."""
-    return {
-        "cameras": [
-            {
-                "name": one.model.name,
-                "width_px": one.model.width_px,
-                "height_px": one.model.height_px,
-                "focal_px": _plain(one.model.focal_px, 4),
-                "center_px": _plain(one.model.center_px, 4),
-                "lens": one.model.lens,
-                "distortion": _plain(one.model.distortion, 7),
-                "position_m": _plain(one.model.position_in_world_m, 6),
-                "look_at_m": None,
-                "rotation_wxyz": _plain(
-                    Rotation.from_matrix(one.model.world_to_camera.T).as_quat(canonical=True, scalar_first=True), 9
-                ),
-            }
-            for one in cameras
-        ],
-        "board": {
-            "columns": board.columns,
-            "rows": board.rows,
-            "square_mm": board.square_m * 1e3,
-            "marker_mm": board.marker_m * 1e3,
-        },
-        "reprojection": {
-            one.model.name: {
-                "rms_px": round(one.rms_px, 4),
-                "focal_sigma_px": _plain(one.sigma_px[:2], 4),
-                "center_sigma_px": _plain(one.sigma_px[2:], 4),
-                "views_px": {
-                    view.name: round(float(error), 4) for view, error in zip(one.views, one.errors_px, strict=True)
-                },
-            }
-            for one in cameras
-        },
-    }
-
-
-def _plain(values: Array, digits: int) -> list[float]:
-    return [round(float(value), digits) for value in values]
-
-
 def camera_model(settings: CameraModelSettings) -> CameraModel:
-    """The calibrated model; raises ConfigError where the pose cannot be."""
+    """Return the calibrated model; raises ConfigError where the pose cannot be."""
     if settings.rotation_wxyz is not None:
         rotation = _camera_axes(settings.rotation_wxyz).T
     else:

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from kendama_cli.vision.hand_eye import HandPose, PlacedCameras, place_cameras
-from tests.devices.camera.board_views import BOARD
-from tests.vision.board_on_hand import IN_HAND, Told, calibrated, cameras, told
+from kendama_cli.plugins.calibration.hand_eye import HandPose, PlacedCameras, place_cameras
+from tests.plugins.calibration.board_on_hand import IN_HAND, Told, calibrated, cameras, told
+from tests.plugins.calibration.board_views import BOARD
 
 
 def placed(given: Told) -> PlacedCameras:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from kendama_cli.vision.latency import Blinks, measure_delay, random_switches
+from kendama_cli.plugins.calibration.latency import Blinks, measure_delay, random_switches
 
 DELAY_S = 0.037
 

@@ -8,10 +8,10 @@ import cv2
 import numpy as np
 import pytest
 
+from kendama_cli.plugins.calibration.calibration import BoardView, CalibratedCamera, calibrate
 from kendama_cli.schema.arrays import Array
-from kendama_cli.vision.calibration import BoardView, CalibratedCamera, calibrate
 from kendama_cli.vision.camera_model import CameraModel, looking_at
-from tests.devices.camera.board_views import BOARD
+from tests.plugins.calibration.board_views import BOARD
 
 SIZE = (640, 480)
 CORNERS_M = BOARD.corners_m - np.array([BOARD.columns, BOARD.rows, 0]) * BOARD.square_m / 2

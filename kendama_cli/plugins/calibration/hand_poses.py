@@ -7,12 +7,12 @@ from pathlib import Path
 
 import numpy as np
 
-from kendama_cli.devices.camera.csv_rows import csv_rows
 from kendama_cli.errors import InputError
 from kendama_cli.motion.rotation import matrix_of
+from kendama_cli.plugins.calibration.csv_rows import csv_rows
+from kendama_cli.plugins.calibration.hand_eye import HandPose
 from kendama_cli.robot_model.model import RobotModel
 from kendama_cli.schema.arrays import NotUnitError, unit_quaternions
-from kendama_cli.vision.hand_eye import HandPose
 
 PLACE = ("x_m", "y_m", "z_m")
 TURN = ("qw", "qx", "qy", "qz")

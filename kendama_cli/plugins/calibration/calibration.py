@@ -9,11 +9,11 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from kendama_cli.plugins.calibration.bundle import Bundle, Seen, adjust
+from kendama_cli.plugins.calibration.checks import check_moments, rms
+from kendama_cli.plugins.calibration.intrinsics import Intrinsics, intrinsics
 from kendama_cli.schema.arrays import Array
-from kendama_cli.vision.bundle import Bundle, Seen, adjust
-from kendama_cli.vision.calibration_checks import check_moments, rms
 from kendama_cli.vision.camera_model import CameraModel
-from kendama_cli.vision.intrinsics import Intrinsics, intrinsics
 
 MIN_CORNERS = 6
 

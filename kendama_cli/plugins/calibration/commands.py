@@ -1,4 +1,4 @@
-"""The commands that measure cameras for a setup.yaml: their delay, and where they stand."""
+"""Commands that calibrate cameras, and measure their delay and their place for a setup.yaml."""
 
 from __future__ import annotations
 
@@ -7,15 +7,58 @@ from typing import Annotated
 
 import typer
 
-from kendama_cli.cli.camera import MarkerMm, SquareMm, Squares
 from kendama_cli.cli.options import ConfigDir, Home, Json, Overrides
 from kendama_cli.cli.setup import SetupFile
 from kendama_cli.config.site import find_site
 
+Squares = Annotated[str, typer.Option("--board", metavar="COLUMNSxROWS", help="Squares of the ChArUco board.")]
+SquareMm = Annotated[float, typer.Option(metavar="MM", help="Side of a square, as measured on the print.")]
+MarkerMm = Annotated[float, typer.Option(metavar="MM", help="Side of a marker.")]
 RegionOption = Annotated[
     str | None,
     typer.Option("--region", metavar="X,Y,W,H", help="Where the light is in the image [px]; else all of it."),
 ]
+
+
+def camera_board(
+    output: Annotated[Path, typer.Option("-o", "--output", metavar="FILE", help="The picture to print.")] = Path(
+        "board.png"
+    ),
+    squares: Squares = "7x5",
+    square_mm: SquareMm = 30.0,
+    marker_mm: MarkerMm = 22.0,
+) -> None:
+    """Make a ChArUco board to print: at 300 dpi it has the size that the options say."""
+    from kendama_cli.plugins.calibration.boards import board_of, draw_board  # OpenCV
+
+    draw_board(board_of(squares, square_mm, marker_mm), output)
+
+
+def camera_calibrate(
+    paths: Annotated[
+        list[Path],
+        typer.Argument(metavar="PATH...", help="Per camera a folder of images, or a video; its name is the camera's."),
+    ],
+    output: Annotated[
+        Path, typer.Option("-o", "--output", metavar="FILE", help="The calibration; a picture of it goes beside it.")
+    ] = Path("calibration.yaml"),
+    squares: Squares = "7x5",
+    square_mm: SquareMm = 30.0,
+    marker_mm: MarkerMm = 22.0,
+    board_at: Annotated[
+        str, typer.Option(metavar="X,Y,Z", help="The world's place [m] of the board's middle in the first view.")
+    ] = "0,0,0",
+    as_json: Json = False,
+) -> None:
+    """Calibrate one or several cameras from views of a ChArUco board.
+
+    Views of one name (or one place in their videos) were taken at one moment. In the first view of the first camera the
+    board lies print up, its rows along the world's x.
+    """
+    from kendama_cli.plugins.calibration.boards import CalibrationRequest, board_of, calibrate_cameras  # OpenCV
+
+    request = CalibrationRequest(board_of(squares, square_mm, marker_mm), tuple(paths), board_at)
+    calibrate_cameras(request, output, as_json=as_json)
 
 
 def camera_blink(
@@ -24,7 +67,7 @@ def camera_blink(
     ] = Path("blink.html"),
 ) -> None:
     """Write a page that blinks at random and then offers when it did: a light for 'camera latency'."""
-    from kendama_cli.cli.camera_setup_work import write_page
+    from kendama_cli.plugins.calibration.setup import write_page
 
     write_page(output)
 
@@ -40,7 +83,7 @@ def camera_brightness(
     config_dir: ConfigDir = None,
 ) -> None:
     """Look through the first configured live camera, and write how bright each image is and when it came."""
-    from kendama_cli.cli.camera_setup_work import record_brightness
+    from kendama_cli.plugins.calibration.setup import record_brightness
 
     record_brightness(find_site(home, config_dir), overrides or [], output, seconds, region)
 
@@ -60,7 +103,7 @@ def camera_latency(
     as_json: Json = False,
 ) -> None:
     """Measure a camera's delay, from mid-exposure to an image's stamp, by a light whose switching is known."""
-    from kendama_cli.cli.camera_setup_work import measure_latency
+    from kendama_cli.plugins.calibration.setup import measure_latency
 
     measure_latency(film, blinks, stamps, region, output, as_json=as_json)
 
@@ -86,8 +129,8 @@ def camera_place(
     config_dir: ConfigDir = None,
 ) -> None:
     """Find where calibrated cameras stand in a robot's world, from a board that its hand turns before them."""
-    from kendama_cli.cli.camera_setup_work import PlaceRequest, place_in_robot
-    from kendama_cli.cli.camera_work import board_of
+    from kendama_cli.plugins.calibration.boards import board_of
+    from kendama_cli.plugins.calibration.setup import PlaceRequest, place_in_robot
 
     request = PlaceRequest(tuple(paths), calibration, poses, robot, board_of(squares, square_mm, marker_mm))
     place_in_robot(find_site(home, config_dir), request, output, as_json=as_json)

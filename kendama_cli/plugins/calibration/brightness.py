@@ -10,11 +10,11 @@ from pathlib import Path
 
 import numpy as np
 
-from kendama_cli.devices.camera.csv_rows import csv_rows
 from kendama_cli.devices.camera.film import Film
 from kendama_cli.devices.camera.interface import StaleFrame
 from kendama_cli.devices.camera.opening import open_cameras
 from kendama_cli.errors import ConfigError, InputError, UsageError
+from kendama_cli.plugins.calibration.csv_rows import csv_rows
 from kendama_cli.schema.arrays import Array
 from kendama_cli.settings.camera import CameraSettings, DeviceCamera
 from kendama_cli.vision.interface import Image

@@ -9,8 +9,8 @@ from typing import Protocol
 import cv2
 import numpy as np
 
+from kendama_cli.plugins.calibration.checks import check_views
 from kendama_cli.schema.arrays import Array
-from kendama_cli.vision.calibration_checks import check_views
 from kendama_cli.vision.radial_lens import RadialLens
 
 MIN_VIEWS = 4

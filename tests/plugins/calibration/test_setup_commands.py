@@ -13,16 +13,16 @@ import yaml
 from scipy.spatial.transform import Rotation
 
 from kendama_cli.config.laboratory import read_setup
-from kendama_cli.devices.camera.calibration import calibration_document
+from kendama_cli.plugins.calibration.calibration import CalibratedCamera
+from kendama_cli.plugins.calibration.calibration_file import calibration_document
 from kendama_cli.robot_model.model import RobotModel
 from kendama_cli.settings.game import GameSettings
 from kendama_cli.settings.robot import RobotSettings
-from kendama_cli.vision.calibration import CalibratedCamera
 from tests.cli.typed import kendama, refused
-from tests.devices.camera.board_views import BOARD, camera, view
+from tests.plugins.calibration.board_on_hand import board_pose, calibrated, cameras, hands
+from tests.plugins.calibration.board_views import BOARD, camera, view
+from tests.plugins.calibration.test_latency import DELAY_S, film
 from tests.shipped_conf import configured
-from tests.vision.board_on_hand import board_pose, calibrated, cameras, hands
-from tests.vision.test_latency import DELAY_S, film
 
 
 def write_rows(path: Path, head: list[str], rows) -> None:

@@ -8,10 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from kendama_cli.vision.calibration import BoardView
+from kendama_cli.plugins.calibration.calibration import BoardView
+from kendama_cli.plugins.calibration.hand_eye import HandPose
 from kendama_cli.vision.camera_model import CameraModel
-from kendama_cli.vision.hand_eye import HandPose
-from tests.devices.camera.board_views import BOARD, camera
+from tests.plugins.calibration.board_views import BOARD, camera
 
 MIDDLE_M = np.array([0.6, 0.1, 0.9])
 """Where the hand turns the board, in the robot's world."""

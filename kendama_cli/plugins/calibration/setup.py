@@ -17,21 +17,21 @@ from kendama_cli.cli.output_file import refuse_output, write_output
 from kendama_cli.cli.setup_work import amended, refuse_setup
 from kendama_cli.config.compose import composed
 from kendama_cli.config.site import Site
-from kendama_cli.devices.camera import brightness
 from kendama_cli.devices.camera.calibration import camera_model, read_calibration
-from kendama_cli.devices.camera.hand_poses import matching, read_hand_poses
 from kendama_cli.devices.camera.views import cameras_of, read_views
 from kendama_cli.errors import InputError, UsageError
 from kendama_cli.pipeline.inputs import resolve_files
 from kendama_cli.pipeline.nodes import build_settings
+from kendama_cli.plugins.calibration import brightness
+from kendama_cli.plugins.calibration.calibration import Board, BoardView, find_board
+from kendama_cli.plugins.calibration.hand_eye import PlacedCameras, place_cameras
+from kendama_cli.plugins.calibration.hand_poses import matching, read_hand_poses
+from kendama_cli.plugins.calibration.latency import Blinks, measure_delay
 from kendama_cli.robot_model.model import RobotModel
 from kendama_cli.schema.arrays import Array
 from kendama_cli.settings.camera import CameraModelSettings
 from kendama_cli.settings.setup import SIGMAS_95, MeasuredNumber, PlacedCamera
-from kendama_cli.vision.calibration import Board, BoardView, find_board
 from kendama_cli.vision.camera_model import CameraModel
-from kendama_cli.vision.hand_eye import PlacedCameras, place_cameras
-from kendama_cli.vision.latency import Blinks, measure_delay
 from kendama_cli.vision.region import Region
 
 
@@ -49,7 +49,7 @@ class PlaceRequest:
 def write_page(output: Path) -> None:
     """Write the page that blinks."""
     refuse_output(output, "a page is HTML", ".html")
-    write_output(output, files("kendama_cli.devices.camera").joinpath("page/blink.html").read_bytes())
+    write_output(output, files(__package__).joinpath("blink.html").read_bytes())
     render.text(f"{output}: open it on a screen before the camera; at its end it offers blinks.csv")
 
 
