@@ -56,10 +56,13 @@ if TYPE_CHECKING:
     from kendama_cli.learning.settings import LearnSettings as LearnSettings
     from kendama_cli.learning.state import SwingState as SwingState
     from kendama_cli.learning.statistics import LearningCount as LearningCount
+    from kendama_cli.log.episode import Episode as Episode
+    from kendama_cli.log.episode import Episodes as Episodes
     from kendama_cli.motion.dmp.primitive import DmpMotion as DmpMotion
     from kendama_cli.motion.dmp.primitive import play as play
     from kendama_cli.pipeline.log_export import ExportRequest as ExportRequest
     from kendama_cli.pipeline.where import Cluster as Cluster
+    from kendama_cli.report.chapters import EnsembleChapter as EnsembleChapter
     from kendama_cli.report.figure import Figure as Figure
     from kendama_cli.report.figure import Panel as Panel
     from kendama_cli.report.figure import figure as figure

@@ -80,7 +80,10 @@ DEFINED: dict[str, tuple[str, ...]] = {
         "Solid",
     ),
     "kendama_cli.robot_model.arm_scene": ("ArmScene",),
+    # what others learn from
+    "kendama_cli.log.episode": ("Episode", "Episodes"),
     # chapters of reports
+    "kendama_cli.report.chapters": ("EnsembleChapter",),
     "kendama_cli.report.source": ("StageLog",),
     "kendama_cli.report.figure": ("Figure", "Panel", "figure"),
     "kendama_cli.report.plot": ("Drawing", "drawing", "legend_above"),
