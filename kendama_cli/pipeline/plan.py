@@ -63,8 +63,7 @@ class Planner:
         """
         check_names(store.home)
         known = known or Remembered()
-        self.store = store
-        self.pipeline = pipeline
+        self.store, self.pipeline = store, pipeline
         self.index = known.once("index", (), lambda: FileIndex(store.home / "index" / "files.json"))
         self.settings: dict[str, dict[str, Any]] = {}
         for spec in pipeline.stages:

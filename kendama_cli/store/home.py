@@ -13,7 +13,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from kendama_cli.errors import FormatError, StoreError, UsageError
-from kendama_cli.schema.renames import SINCE
+from kendama_cli.schema.renames import SINCE, new_value
 from kendama_cli.store import durable
 
 MARK = "kendama-home.json"
@@ -94,17 +94,28 @@ def _is_plain_json(path: Path) -> bool:
 
 def _mark(home: Path) -> None:
     durable.make_folder(home)
-    durable.write_sealed(home / MARK, {"home": "kendama", "names": SINCE})
+    names = {} if _has_old_names(home) else {"names": SINCE}
+    durable.write_sealed(home / MARK, {"home": "kendama", **names})
 
 
 def check_names(home: Path) -> None:
     """Raise UsageError where what ``home`` holds was written by a version with other names of settings."""
     mark = durable.read_sealed(home / MARK)
-    if mark is not None and mark.get("names") != SINCE:
+    if mark.get("names") != SINCE if mark is not None else _has_old_names(home):
         raise UsageError(
             f"{home} has the names of settings and metrics from before {SINCE}; type 'kendama cache migrate' once, "
             "which keeps every recording and run"
         )
+
+
+def _has_old_names(home: Path) -> bool:
+    """Return True if a key of the first results in ``home`` has a name that changed; 0.2 did not mark its homes."""
+    for path in itertools.islice(home.glob("results/*/*.json"), LOOKED_AT):
+        with contextlib.suppress(FormatError):
+            config = (durable.read_sealed(path) or {}).get("parts", {}).get("config", {})
+            if any(new_value(node, value) != value for node, value in config.items()):
+                return True
+    return False
 
 
 def _has_records(home: Path) -> bool:

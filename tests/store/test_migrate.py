@@ -16,6 +16,7 @@ from kendama_cli.cli.main import main
 from kendama_cli.log.reader import LogFile
 from kendama_cli.store import durable
 from kendama_cli.store.codecs import load_artifact, pack_arrays
+from kendama_cli.store.home import MARK
 from kendama_cli.store.migrate import migrate_home
 from kendama_cli.store.store import Store, StoredResult
 
@@ -53,6 +54,14 @@ def test_a_home_of_old_names_is_refused_with_the_command_that_rewrites_it(old, c
     code, _, err = told(capsys, *words)
     assert code == 2
     assert f"{old} has the names of settings and metrics from before 0.3; type 'kendama cache migrate' once" in err
+
+
+def test_a_home_without_a_mark_is_known_by_the_names_in_its_keys(old, capsys):
+    (old / MARK).unlink()
+    assert "type 'kendama cache migrate' once" in told(capsys, "runs")[2]
+    assert told(capsys, "cache", "migrate")[1] == f"{old}: 4 results (1 recordings) and 3 runs rewritten\n"
+    (old / MARK).unlink()
+    assert told(capsys, "runs")[0] == 0
 
 
 def test_all_of_it_is_rewritten_once_and_every_byte_is_whole(old, capsys):
