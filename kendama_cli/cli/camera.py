@@ -109,6 +109,15 @@ def camera_detect(
     detect_balls(images, output, options, score, as_json=as_json)
 
 
+SelfTraining = Annotated[
+    bool,
+    typer.Option(
+        "--self-training/--no-self-training",
+        help="Learn on from the video if boxes teach the ball: from moving sightings and their surroundings.",
+    ),
+]
+
+
 @camera_app.command("track")
 def camera_track(
     videos: Annotated[list[Path], typer.Argument(metavar="VIDEO...", help="A film per camera.")],
@@ -140,6 +149,7 @@ def camera_track(
     overlay: Annotated[
         Path | None, typer.Option(metavar="FILM", help="The first film with the track drawn in (.webm).")
     ] = None,
+    self_training: SelfTraining = True,
     seed: Seed = 0,
     as_json: Json = False,
     home: Home = None,
@@ -154,7 +164,7 @@ def camera_track(
         videos,
         output,
         seeing,
-        TrackOptions(calibration, ball_mm, tuple(box or ()), same_clock, overlay),
+        TrackOptions(calibration, ball_mm, tuple(box or ()), same_clock, overlay, self_training),
         as_json=as_json,
     )
 

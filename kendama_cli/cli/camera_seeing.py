@@ -5,8 +5,9 @@ from __future__ import annotations
 import csv
 import dataclasses
 import io
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from functools import partial
 from itertools import islice
 from pathlib import Path
 
@@ -21,8 +22,9 @@ from kendama_cli.devices.camera.pixels import read_image
 from kendama_cli.errors import InputError, UsageError
 from kendama_cli.pipeline.nodes import build_settings
 from kendama_cli.vision.ball_box import FEWEST_BOXES, BallBox, TaughtImage
-from kendama_cli.vision.interface import Detector, Sighting
+from kendama_cli.vision.interface import Detector, Image, Sighting
 from kendama_cli.vision.make_detector import make_detector
+from kendama_cli.vision.self_training import trained_on_film
 from kendama_cli.vision.settings import DetectorSettings, NetworkDetectorSettings, TaughtDetectorSettings
 from kendama_cli.vision.taught_detector import TaughtDetector
 from kendama_cli.vision.teaching import TaughtBall, teach
@@ -47,6 +49,8 @@ class Seeing:
 
     detector: Detector
     threshold: float
+    trained_on: Callable[[Sequence[Image]], Detector] | None = None
+    """makes a detector that learns on from frames in a row of the film, where boxes taught the ball"""
 
 
 def teach_ball(folder: Path, output: Path, seed: int) -> None:
@@ -102,7 +106,12 @@ def open_seeing(options: SeeingOptions, shown: Sequence[TaughtImage] = ()) -> Se
         if options.teach is not None:
             images += [read_labelled(one) for one in labelled(options.teach)]
         ball = taught(options.teach or Path("--box"), images, options.seed)
-        return Seeing(TaughtDetector(settings, ball), settings.score_min)
+        made = partial(TaughtDetector, settings)
+
+        def trained_on(frames: Sequence[Image]) -> Detector:
+            return trained_on_film(images, ball, frames, made, threshold=settings.score_min, seed=options.seed)
+
+        return Seeing(made(ball), settings.score_min, trained_on)
     threshold = settings.score_min if isinstance(settings, TaughtDetectorSettings | NetworkDetectorSettings) else 0.5
     return Seeing(make_detector(settings), threshold)
 

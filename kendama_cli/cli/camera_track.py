@@ -34,6 +34,7 @@ class TrackOptions:
     boxes: tuple[str, ...]
     same_clock: bool
     overlay: Path | None
+    self_training: bool
 
 
 def track_films(
@@ -52,7 +53,10 @@ def track_films(
     detector_name(seeing, boxes=bool(boxes))  # told before films are read
     lengths = [checked_length(film) for film in films]
     opened = open_seeing(seeing, _shown(films[0], lengths[0], boxes))
-    tracks = [tracked(film, frames, opened) for film, frames in zip(films, lengths, strict=True)]
+    tracks = [
+        tracked(film, frames, opened, self_training=options.self_training)
+        for film, frames in zip(films, lengths, strict=True)
+    ]
     tracks = [one.exposed(camera) for one, camera in zip(tracks, cameras, strict=True)] if cameras else tracks
     positions = _positions(paths, tracks, cameras, options)
     write_track(output, tracks, positions)
