@@ -51,16 +51,8 @@ class StageOutcome:
 
     def document(self) -> dict[str, Any]:
         """Return the entry of ``run --json``."""
-        entry = {
-            "name": self.name,
-            "stage": self.stage,
-            "key": self.key,
-            "status": self.status,
-            "seconds": round(self.seconds, 3),
-            "artifact": self.artifact,
-            "metrics": self.metrics,
-        }
-        return entry if self.error is None else {**entry, "error": self.error}
+        entry = {**vars(self), "seconds": round(self.seconds, 3)}
+        return {name: value for name, value in entry.items() if name != "error" or value is not None}
 
 
 @dataclass

@@ -11,7 +11,7 @@ from typing import Any, BinaryIO
 from kendama_cli.log.writer import McapLog
 from kendama_cli.schema.messages import kind_of
 
-STAGES = ("capture", "encode", "identify", "adapt", "learn", "predict", "transfer", "interact", "rehearse")
+STAGES = ("capture", "encode", "identify", "adapt", "learn", "predict", "transfer", "rehearse")
 
 
 def all_topics() -> dict[str, type]:
