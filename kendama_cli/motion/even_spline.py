@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TypeVar
 
 import numpy as np
 from scipy.interpolate import CubicSpline
 
 from kendama_cli.schema.arrays import Array
+
+Numbers = TypeVar("Numbers", float, Array)
 
 
 @dataclass(frozen=True)
@@ -32,7 +35,17 @@ class EvenSpline:
 
     def at(self, parameter: float) -> CurvePoint:
         """Return the curve at ``parameter``; beyond the ends the last pieces are extended."""
-        index = min(max(int((parameter - self.start) / self.step), 0), len(self._pieces) - 1)
+        index, u = piece_at(parameter, self.start, self.step, len(self._pieces))
         a, b, c, d = self._pieces[index]
-        u = parameter - self.start - index * self.step
-        return CurvePoint(((a * u + b) * u + c) * u + d, (3 * a * u + 2 * b) * u + c, 6 * a * u + 2 * b)
+        return CurvePoint(*cubic(a, b, c, d, u))
+
+
+def piece_at(parameter: float, start: float, step: float, pieces: int) -> tuple[int, float]:
+    """Return which of the even ``pieces`` holds ``parameter``, and how far into it; the end ones go on for ever."""
+    index = min(max(int((parameter - start) / step), 0), pieces - 1)
+    return index, parameter - start - index * step
+
+
+def cubic(a: Numbers, b: Numbers, c: Numbers, d: Numbers, u: float) -> tuple[Numbers, Numbers, Numbers]:
+    """Return a u^3 + b u^2 + c u + d and its first two derivatives by u: numbers or arrays."""
+    return ((a * u + b) * u + c) * u + d, (3 * a * u + 2 * b) * u + c, 6 * a * u + 2 * b

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from kendama_cli.motion.even_spline import cubic, piece_at
 from kendama_cli.system.compiled import Array, compiled
 
 
@@ -20,11 +21,9 @@ def references(  # noqa: PLR0917 - plain numbers and arrays, as compiled code ta
         cup[0] += cup[1] * period_s + 0.5 * acceleration_m_s2 * period_s * period_s
         cup[1] += acceleration_m_s2 * period_s
         x, v = cup
-        k = min(max(int((x - first_m) / knot_m), 0), pieces.shape[1] - 1)
-        u = x - first_m - k * knot_m
+        k, u = piece_at(x, first_m, knot_m, pieces.shape[1])
         for i in range(out.shape[2]):
             a, b, c, d = pieces[0, k, i], pieces[1, k, i], pieces[2, k, i], pieces[3, k, i]
-            slope, bend = (3 * a * u + 2 * b) * u + c, 6 * a * u + 2 * b
-            out[instant, 0, i] = ((a * u + b) * u + c) * u + d
+            out[instant, 0, i], slope, bend = cubic(a, b, c, d, u)
             out[instant, 1, i] = slope * v
             out[instant, 2, i] = slope * acceleration_m_s2 + bend * v * v
