@@ -13,7 +13,7 @@ class ObservationSettings:
     """Settings of the observation: the policy's state from tracked cup and ball, and the flight."""
 
     samples_n: int = setting("readings from which position, angle and their rates are fitted", at_least=2)
-    source: Literal["cameras", "tracking"] = setting("what observes the flight: images, or the robot's own tracking")
+    source: Literal["cameras", "tracking"] = setting("observer of the flight: images, or the robot's own tracking")
     observe_from_deg: float = setting(
         "the test for free flight runs while the rope rises beyond this angle [deg]", at_least=0, below=180
     )
@@ -72,7 +72,7 @@ class TransferSettings:
         "(never fewer than learn.count.learned_streak)",
         above=0,
     )
-    baseline: bool = setting("whether the same robot also learns from an empty table, to compare with")
+    baseline: bool = setting("let the same robot also learn from an empty table, to compare with")
     imitation_attempts: int = setting("plays of the imitation motion at most; after a miss its tau is varied", above=0)
     imitation_repeats: int = setting(
         "further plays at the tau that caught: imitation_caught_rate is theirs", at_least=0
@@ -80,5 +80,5 @@ class TransferSettings:
     imitation_tau_step: float = setting("step of that variation, as a fraction of tau", above=0, below=0.1)
     games: int = setting("full games: swing-up, flight, catch", above=0)
     log_period_s: float = setting("steps, joints and transforms are logged this often [s]", above=0)
-    observation: ObservationSettings = setting("how ball and cup are observed")
-    catch: CatchSettings = setting("how the ball is caught")
+    observation: ObservationSettings = setting("observation of ball and cup")
+    catch: CatchSettings = setting("method of the catch")

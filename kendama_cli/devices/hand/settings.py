@@ -61,7 +61,7 @@ class PlausibleSettings:
     max_acceleration_m_s2: float = setting("largest acceleration over 10 ms that a hand reaches [m/s^2]", above=0)
     min_duration_s: float = setting("shortest swing [s]", above=0)
     axes: Literal["refuse", "warn", "off"] = setting(
-        "what to do where the hand's path is a swing along other axes than the declared ones, or under gravity turned"
+        "reaction to a path that is a swing along other axes than the declared ones, or under gravity turned"
     )
 
 

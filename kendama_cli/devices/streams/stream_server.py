@@ -18,9 +18,11 @@ USUAL_UNIT: Mapping[str, LengthUnit] = {"openigtlink": "mm", "vrpn": "m"}
 class StreamServer:
     """A server that streams poses, by OpenIGTLink or VRPN."""
 
-    protocol: Literal["openigtlink", "vrpn"] = setting("what the server speaks")
+    protocol: Literal["openigtlink", "vrpn"] = setting("protocol of the server")
     host: str = setting("address of the server")
-    port: int | None = setting("its TCP port; null: the usual one, 18944 or 3883 (VRPN)", at_least=1, at_most=65535)
+    port: int | None = setting(
+        "TCP port of the server; null: the usual one, 18944 or 3883 (VRPN)", at_least=1, at_most=65535
+    )
     unit: LengthUnit | None = setting("unit of the places that it sends; null: the usual one, mm or m (VRPN)")
 
     @property

@@ -1,4 +1,4 @@
-"""How bright each image of a camera is, with its stamp: live, from a film with stamps, or from a table of both."""
+"""Brightness of each image of a camera, with its stamp: live, from a film with stamps, or from a table of both."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ class Brightness:
 
 
 def watch(settings: CameraSettings, seconds: float, region: Region | None) -> Brightness:
-    """The first live camera, for so long; stamps are of arrival, on the machine's clock (Unix time).
+    """Watch the first live camera for ``seconds``; stamps are of arrival, on the machine's clock (Unix time).
 
     Raises ConfigError for a camera that is not live, MissingPartError where it is not there, StaleFrame.
     """
@@ -62,7 +62,9 @@ def watch(settings: CameraSettings, seconds: float, region: Region | None) -> Br
 
 
 def of_film(film: Path, stamps: Path, region: Region | None) -> Brightness:
-    """The frames of a film, whose stamps are the column ``t_s`` of a table; raises InputError where they differ."""
+    """Read the frames of a film, with stamps from a table's column ``t_s``; raises InputError where the counts
+    differ.
+    """
     stamp_s = read_column(stamps, "t_s")
     levels = np.array([_level(pixels, region) for _, pixels in Film(film).frames()])
     if len(levels) != len(stamp_s):
@@ -75,12 +77,12 @@ def of_film(film: Path, stamps: Path, region: Region | None) -> Brightness:
 
 
 def of_table(table: Path) -> Brightness:
-    """The columns ``t_s`` and ``brightness``; raises InputError for a file without them."""
+    """Read the columns ``t_s`` and ``brightness``; raises InputError for a file without them."""
     return Brightness(read_column(table, "t_s"), read_column(table, "brightness"))
 
 
 def read_column(path: Path, name: str) -> Array:
-    """One column of numbers; raises InputError where there is none, or a value is no number."""
+    """Read one column of numbers; raises InputError if it is missing or a value is no number."""
     remedy, values = f"give CSV with a column {name}", []
     for number, row in enumerate(csv_rows(path, remedy), start=2):
         try:

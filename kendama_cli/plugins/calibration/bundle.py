@@ -37,7 +37,7 @@ class Seen:
 
 @dataclass(frozen=True)
 class Bundle:
-    """What the corners are explained by: C cameras, M moments."""
+    """Parameters that explain the corners: C cameras, M views."""
 
     lenses: Array
     """(C, 8): fx, fy, cx, cy and four of the distortion; a radial lens's k3 is left at 0 (``calibration.FLAGS``)"""
@@ -52,7 +52,9 @@ class Bundle:
 
 
 def adjust(seen: Sequence[Seen], lenses: Array, cameras: Array, boards: Mapping[int, Array]) -> Bundle:
-    """The bundle near ``lenses`` (C, 8), ``cameras`` (C, 4, 4) and ``boards`` (4, 4) to the first camera, by moment."""
+    """Return the bundle near ``lenses`` (C, 8), ``cameras`` (C, 4, 4) and ``boards`` (4, 4) to the first camera, by
+    moment.
+    """
     moments = {moment: i for i, moment in enumerate(sorted(boards))}
     others, first_board = len(lenses) - 1, len(lenses) * LENS + (len(lenses) - 1) * POSE
     start = np.concatenate(

@@ -35,7 +35,7 @@ class Board:
         return board
 
     def picture(self, pixels_per_square: int) -> NDArray[np.uint8]:
-        """The board to print, grey, with half a square of white about it."""
+        """Draw the board to print, grey, with half a square of white about it."""
         margin = pixels_per_square // 2
         size = (self.columns * pixels_per_square + 2 * margin, self.rows * pixels_per_square + 2 * margin)
         return np.asarray(self.opencv().generateImage(size, marginSize=margin), dtype=np.uint8)
@@ -144,7 +144,7 @@ def _together(
     fits: Mapping[str, Intrinsics],
     cameras: Array,
 ) -> tuple[Bundle, dict[str, list[Array]]]:
-    """All cameras adjusted together, from what each is by itself, and what every view of each then leaves over."""
+    """Adjust all cameras together, starting from each alone; return them and the residuals of every view."""
     seen, boards, owners = [], dict[int, Array](), []
     moments: dict[str, int] = {}
     for k, (name, fit) in enumerate(fits.items()):
@@ -166,7 +166,9 @@ def _to_other(
     views: Mapping[str, Sequence[BoardView]],
     fits: Mapping[str, Intrinsics],
 ) -> Array:
-    """The map (4, 4) from the first camera's axes to the other's, from the corners that both see at one moment."""
+    """Return the map (4, 4) from the first camera's axes to the other's, from the corners that both see at one
+    moment.
+    """
     a, b = pair
     one, two = fits[a].lens, fits[b].lens
     other = {view.name: view for view in views[b]}
@@ -192,7 +194,7 @@ def _to_other(
 
 
 def _board_to_world(board: Board, centre_m: Array) -> Array:
-    """The map (4, 4) of the board's axes into the world's, where it lies with its print upwards."""
+    """Return the map (4, 4) of the board's axes into the world's, where it lies with its print upwards."""
     axes = np.diag([1.0, -1.0, -1.0])
     middle = np.array([board.columns, board.rows, 0.0]) * board.square_m / 2
     return _pose(axes, centre_m - axes @ middle)

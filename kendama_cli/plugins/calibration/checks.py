@@ -1,4 +1,4 @@
-"""What views of a calibration board that are not what they should be leave over, and how that is told."""
+"""Checks of a calibration board's views by their residuals, and the messages about those that fail."""
 
 from __future__ import annotations
 
@@ -26,11 +26,11 @@ class Named(Protocol):
 
     @property
     def name(self) -> str:
-        """What views of one moment share."""
+        """Return the name that views taken at one time share."""
 
 
 def rms(residuals_px: Array) -> float:
-    """The root mean square length of residuals (n, 2)."""
+    """Return the root mean square length of residuals (n, 2)."""
     return float(np.sqrt((residuals_px**2).sum(axis=1).mean()))
 
 

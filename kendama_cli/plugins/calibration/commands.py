@@ -16,7 +16,7 @@ SquareMm = Annotated[float, typer.Option(metavar="MM", help="Side of a square, a
 MarkerMm = Annotated[float, typer.Option(metavar="MM", help="Side of a marker.")]
 RegionOption = Annotated[
     str | None,
-    typer.Option("--region", metavar="X,Y,W,H", help="Where the light is in the image [px]; else all of it."),
+    typer.Option("--region", metavar="X,Y,W,H", help="Part of the image with the light [px]; else all of it."),
 ]
 
 
@@ -77,7 +77,7 @@ def camera_brightness(
     output: Annotated[
         Path, typer.Option("-o", "--output", metavar="FILE", help="A row per image: t_s,brightness.")
     ] = Path("brightness.csv"),
-    seconds: Annotated[float, typer.Option(metavar="N", min=1.0, help="How long to look.")] = 35.0,
+    seconds: Annotated[float, typer.Option(metavar="N", min=1.0, help="Duration of the recording.")] = 35.0,
     region: RegionOption = None,
     home: Home = None,
     config_dir: ConfigDir = None,
@@ -92,9 +92,11 @@ def camera_latency(
     film: Annotated[
         Path, typer.Argument(metavar="FILM|CSV", help="A film of the light, or what 'camera brightness' wrote.")
     ],
-    blinks: Annotated[Path, typer.Argument(metavar="BLINKS", help="When the light switched: CSV with t_s; off first.")],
+    blinks: Annotated[
+        Path, typer.Argument(metavar="BLINKS", help="Times at which the light switched: CSV with t_s; off first.")
+    ],
     stamps: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Of a film: when each frame came, CSV with t_s, on one clock.")
+        Path | None, typer.Option(metavar="FILE", help="Times of a film's frames: CSV with t_s, on one clock.")
     ] = None,
     region: RegionOption = None,
     output: Annotated[
@@ -113,7 +115,8 @@ def camera_place(
         list[Path], typer.Argument(metavar="PATH...", help="Per camera a folder of images of a board on the hand.")
     ],
     calibration: Annotated[
-        Path, typer.Option(metavar="FILE", help="Of 'camera calibrate'; its cameras are called like the folders.")
+        Path,
+        typer.Option(metavar="FILE", help="Calibration by 'camera calibrate'; camera names must match folder names."),
     ],
     poses: Annotated[Path, typer.Option(metavar="FILE", help="CSV: view (an image's name), then the hand's pose.")],
     robot: Annotated[

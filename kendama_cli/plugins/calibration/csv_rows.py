@@ -9,7 +9,9 @@ from kendama_cli.errors import InputError
 
 
 def csv_rows(path: Path, remedy: str) -> list[dict[str, str]]:
-    """The rows below the head of a CSV file; raises InputError, which ends in ``remedy``, where it cannot be read."""
+    """Read the rows below the header of a CSV file; raises InputError, which ends in ``remedy``, if it cannot be
+    read.
+    """
     try:
         with path.open(newline="", encoding="utf-8") as stream:
             return list(csv.DictReader(stream))

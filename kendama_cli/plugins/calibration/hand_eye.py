@@ -1,4 +1,4 @@
-"""Where cameras stand in a robot's world, from a board on its hand: robot-world/hand-eye calibration.
+"""Robot-world/hand-eye calibration: poses of cameras in a robot's world, from a board on its hand.
 
 For pose i of the hand G_i (hand in the robot's world) a camera sees the board at C_i (board in the cameras' world).
 With Z (the cameras' world in the robot's) and X (the board in the hand): Z C_i = G_i X. The start is linear, rotations
@@ -188,7 +188,7 @@ def _jackknife(fit: Any, sights: Sequence[_Sight], centre_m: Array) -> Array:
 
 
 def _place_and_turn(before: Array, after: Array, centre_m: Array) -> Array:
-    """How far ``centre_m``, in the cameras' world, moves, and by which rotation vector it turns."""
+    """Return the displacement of ``centre_m``, in the cameras' world, and the rotation vector of its turn."""
     one, other = _matrix(before[:6]), _matrix(after[:6])
     shift = (other[:3, :3] - one[:3, :3]) @ centre_m + other[:3, 3] - one[:3, 3]
     return np.concatenate([shift, Rotation.from_matrix(other[:3, :3] @ one[:3, :3].T).as_rotvec()])
@@ -200,7 +200,7 @@ def _moved(camera: CameraModel, placed: Array) -> CameraModel:
 
 
 def _world(camera: CameraModel) -> Array:
-    """The camera's axes and place in the cameras' world (4, 4)."""
+    """Return the camera's axes and place in the cameras' world (4, 4)."""
     return _pose(camera.world_to_camera.T, camera.position_in_world_m)
 
 

@@ -19,7 +19,7 @@ TURN = ("qw", "qx", "qy", "qz")
 
 
 def read_hand_poses(path: Path, arm: RobotModel | None) -> dict[str, HandPose]:
-    """The hand in the robot's world, by the column ``view``: the name of an image, without its ending.
+    """Read the hand's poses in the robot's world, by the column ``view``: the name of an image, without its ending.
 
     The other columns are the joints' angles [rad], by the joints' names, where there is an ``arm``; else x_m, y_m, z_m,
     qw, qx, qy, qz. Raises InputError for a file that has them not.

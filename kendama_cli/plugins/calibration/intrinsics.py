@@ -52,7 +52,9 @@ class Intrinsics:
 
 
 def intrinsics(name: str, views: Sequence[View], corners_m: Sequence[Array], size: tuple[int, int]) -> Intrinsics:
-    """The lens of camera ``name`` by its ``views`` of the corners (n_i, 3); ValueError where they do not tell it."""
+    """Fit the lens of camera ``name`` to its ``views`` of the corners (n_i, 3); ValueError if they do not determine
+    it.
+    """
     if len(views) < MIN_VIEWS:
         raise ValueError(
             f"camera '{name}': the board is seen in {len(views)} images, at least {MIN_VIEWS} are needed; check the "
@@ -77,7 +79,7 @@ def intrinsics(name: str, views: Sequence[View], corners_m: Sequence[Array], siz
 
 
 def _radial(name: str, seen_px: Sequence[Array], corners_m: Sequence[Array], size: tuple[int, int]) -> Intrinsics:
-    """By OpenCV."""
+    """Fit a lens with radial distortion by OpenCV."""
     points = [one.astype(np.float32) for one in corners_m]
     pixels = [one.astype(np.float32)[:, None] for one in seen_px]
     try:

@@ -35,7 +35,7 @@ class Blinks:
 
 @dataclass(frozen=True)
 class Delay:
-    """From the middle of the exposure to the stamp [s]; ``low_s`` to ``high_s`` holds it with 95 %.
+    """Time from the centre of the exposure to the stamp [s]; ``low_s`` to ``high_s`` is its 95 % interval.
 
     ``width_s`` is over how long an image's stamps and exposure are spread, ``explained`` the share of the brightness's
     variance that the light explains, ``frames`` and ``switches`` how much was used.
@@ -51,12 +51,12 @@ class Delay:
 
     @property
     def sigma_s(self) -> float:
-        """Of a normal error the interval of 95 % is 3.92 standard deviations wide."""
+        """Standard deviation [s]: the 95 % interval of a normal error is 3.92 of them wide."""
         return (self.high_s - self.low_s) / 3.92
 
 
 def measure_delay(blinks: Blinks, stamp_s: Array, brightness: Array, *, seed: int = 0) -> Delay:
-    """The delay D that explains the brightness (n,) of images with the stamps (n,) best.
+    """Return the delay D that explains the brightness (n,) of images with the stamps (n,) best.
 
     An image whose exposure of width W has its middle at s - D is as bright as
 

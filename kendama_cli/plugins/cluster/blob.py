@@ -23,25 +23,25 @@ class Remote(Protocol):
     """As the configuration names it."""
 
     def read(self, name: str) -> bytes | None:
-        """A small blob; None where there is none."""
+        """Return a small blob; None where there is none."""
 
     def fetch(self, name: str, target: Path) -> bool:
         """Copy a blob to the new file ``target``; False where there is none."""
 
     def opened(self, name: str, scratch: Path) -> IO[bytes] | None:
-        """A blob to read, which the caller closes; a large one is copied to the new file ``scratch`` first.
+        """Open a blob to read, which the caller closes; a large one is copied to the new file ``scratch`` first.
 
         None where there is none.
         """
 
     def size(self, name: str) -> int | None:
-        """The bytes of a blob; None where there is none."""
+        """Return the size of a blob [bytes]; None if there is none."""
 
     def write(self, name: str, source: Path) -> None:
         """Make the content of ``source`` the blob: at once, whatever another writer does."""
 
     def put(self, name: str, data: bytes) -> None:
-        """As ``write``, for what is small."""
+        """Write a small blob, as ``write`` does."""
 
     def names(self, prefix: str) -> Iterator[str]:
-        """Every blob whose name begins with the folder ``prefix``."""
+        """Return every blob whose name begins with the folder ``prefix``."""

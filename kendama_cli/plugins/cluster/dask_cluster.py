@@ -44,7 +44,7 @@ UNWATCHED = {"distributed.worker.profile.enabled": False, "distributed.admin.tic
 def connected(
     executor: DaskExecutor | SlurmExecutor, shared: StoreSettings, store: Store, tell: Callable[[str], None]
 ) -> Iterator[DaskCluster]:
-    """The cluster that ``executor`` names, until the end; raises ClusterError where it cannot be reached."""
+    """Connect to the cluster that ``executor`` names, until the end; raises ClusterError if it cannot be reached."""
     _silence()
     with contextlib.ExitStack() as held:
         client, threads = held.enter_context(_opened(executor, store.home))
@@ -60,7 +60,9 @@ def connected(
 
 
 def _silence() -> None:
-    """What goes wrong is told in our own line; Dask would print a traceback for each task that it loses."""
+    """Silence Dask's log, which would print a traceback for each task that it loses: errors are told in our own
+    line.
+    """
     for name in ("distributed", "tornado", "asyncio", *logging.root.manager.loggerDict):
         if name.partition(".")[0] in ("distributed", "tornado", "asyncio"):
             logging.getLogger(name).setLevel(logging.CRITICAL + 1)
@@ -86,7 +88,7 @@ def _opened(executor: DaskExecutor | SlurmExecutor, home: Path) -> Iterator[tupl
 
 
 def _workers_here(count: int) -> distributed.LocalCluster:
-    """A scheduler and workers of this machine: on loopback, and behind certificates of their own."""
+    """Start a scheduler and workers on this machine: on loopback, and behind certificates of their own."""
     with dask.config.set(UNWATCHED):
         return distributed.LocalCluster(
             n_workers=count,
@@ -119,7 +121,7 @@ def _client(executor: DaskExecutor, address: str) -> distributed.Client:
 
 
 def _file(address: str, name: str, given: str | None) -> str | None:
-    """The certificate or key that a setting names; raises ClusterError where there is no such file."""
+    """Return the certificate or key that a setting names; raises ClusterError where there is no such file."""
     if given is None:
         return None
     path = os.path.expanduser(given)
@@ -269,11 +271,11 @@ class _Task:
         self._future.cancel()
 
     def kill(self) -> None:
-        """As ``ask_to_end``."""
+        """Ask the task to end, as ``ask_to_end`` does."""
         self.ask_to_end()
 
     def wait(self, timeout: float | None = None) -> int:
-        """Its exit code; the artifact is in the home then, where the shared store has it."""
+        """Return its exit code; the artifact is in the home then, if the shared store has it."""
         if self._code == 0 and self._store.shared is not None:
             self._store.shared.fetch(self._store, self._stage, self._key, again=True)
         self._future.release()

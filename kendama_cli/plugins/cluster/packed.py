@@ -76,7 +76,7 @@ def _copied(source: IO[bytes], target: Path) -> str:
 
 
 def packed_bytes(manifest: dict[str, Any]) -> int:
-    """The size of the pack of an artifact."""
+    """Return the size of the pack of an artifact."""
     data = durable.canonical_json(manifest)
     sizes = [len(data), *(int(facts["size"]) for facts in manifest["files"].values())]
     blocks = sum(1 + -(-size // tarfile.BLOCKSIZE) for size in sizes) + 2  # a header each, and two at the end

@@ -17,7 +17,7 @@ from kendama_cli.store.home import claim
 
 
 def open_remote(settings: StoreSettings) -> Remote | None:
-    """What ``settings`` name; None where they name nothing. Raises MissingPartError where a library is missing."""
+    """Open what ``settings`` name; None if they name nothing. Raises MissingPartError if a library is missing."""
     if settings.remote is None:
         return None
     if "://" not in settings.remote:

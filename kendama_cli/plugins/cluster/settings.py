@@ -44,16 +44,16 @@ class SlurmExecutor:
     """Jobs of a Slurm cluster, each a Dask worker that ends with the command."""
 
     kind: Literal["slurm"]
-    partition: str | None = setting("where the jobs run (sbatch -p); null: Slurm's default")
-    account: str | None = setting("who is charged (sbatch -A); null: Slurm's default")
-    time: str = setting("how long a job may run (sbatch -t); work that it cuts short goes on in another")
-    memory: str = setting("of each job, such as 4GiB")
-    cores: int = setting("of each job; so many stages compute in it at once", at_least=1)
-    jobs: int = setting("how many jobs", at_least=1)
+    partition: str | None = setting("partition of the jobs (sbatch -p); null: Slurm's default")
+    account: str | None = setting("account that is charged (sbatch -A); null: Slurm's default")
+    time: str = setting("time limit of a job (sbatch -t); work that it cuts short resumes in another")
+    memory: str = setting("memory of each job, such as 4GiB")
+    cores: int = setting("cores of each job; so many stages compute in it at once", at_least=1)
+    jobs: int = setting("number of jobs", at_least=1)
     interface: str | None = setting("network interface that the jobs reach this machine by; null: the usual one")
     options: tuple[str, ...] = setting("further options of sbatch, such as --qos=long")
     workers_home: str = setting("folder on each node in which its own home is")
-    connect_s: float = setting("how long the first job is waited for before that is told [s]", above=0)
+    connect_s: float = setting("time to wait for the first job before that is reported [s]", above=0)
 
     def __post_init__(self) -> None:
         if not re.fullmatch(r"(\d+-)?\d+(:\d\d){0,2}", self.time):

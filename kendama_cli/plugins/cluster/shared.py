@@ -49,7 +49,7 @@ class SharedStore:
 
     @property
     def is_offline(self) -> bool:
-        """Whether it was out of reach a moment ago."""
+        """Return True if the store was out of reach a moment ago."""
         return time.monotonic() < self._offline_until_s
 
     def fetch(self, store: Store, stage: str, key: str, *, again: bool = False) -> bool:
@@ -121,7 +121,7 @@ class SharedStore:
 
 
 def open_shared(settings: StoreSettings, tell: Callable[[str], None]) -> SharedStore | None:
-    """The shared store that ``settings`` name; None where they name none."""
+    """Open the shared store that ``settings`` name; None if they name none."""
     remote = open_remote(settings)
     return None if remote is None else SharedStore(remote, tell)
 
@@ -224,7 +224,7 @@ def _file_name(digest: str) -> str:
 
 
 def _checked(data: bytes, name: str, stage: str, key: str) -> dict[str, Any] | SharedDamage:
-    """The record of a result; or what is wrong with it, where it is not one of ``key``."""
+    """Return the record of a result, or a sentence about the error if it is not one of ``key``."""
     record = durable.unsealed(data, name)
     if record is None:
         return SharedDamage(name, "the result's bytes are not those written")

@@ -13,7 +13,8 @@ from kendama_cli.store.store import Store
 
 
 def placed_files(files: Mapping[str, Mapping[str, str]], store: Store) -> dict[str, str]:
-    """Where each of the sender's ``files`` is on this machine, by its path there; none that are at the same place.
+    """Place the sender's ``files`` on this machine; return their paths here by those there, empty if they are the
+    same.
 
     Files that belong together stand in one folder as they did there. Raises RemoteError where one is nowhere.
     """

@@ -41,7 +41,7 @@ PLAIN_PATH = re.compile(r"[\w./+@=:,-]+")
 
 @contextlib.contextmanager
 def slurm_jobs(executor: SlurmExecutor, home: Path) -> Iterator[dask_jobqueue.SLURMCluster]:
-    """A cluster of ``executor.jobs`` jobs, each replaced where it ends, all ended at the end.
+    """Start a cluster of ``executor.jobs`` jobs, each replaced where it ends, all ended at the end.
 
     The nodes must see ``home``: what the jobs print and the certificates of this command stand there meanwhile. Raises
     ClusterError where Slurm is not here, or refuses.

@@ -1,4 +1,4 @@
-"""What a Dask worker does for one stage: takes the inputs from the shared store, computes, gives the result to it.
+"""Task of a Dask worker for one stage: take the inputs from the shared store, compute, store the result there.
 
 The stage itself computes in a process of its own, as on every machine; the Dask worker only watches it. Requests and
 answers are JSON texts: nothing of ours is pickled.
@@ -76,12 +76,12 @@ def compute(text: str) -> str:
 
 
 def what_runs_here() -> dict[str, str]:
-    """What a worker must have in common with who sends it work."""
+    """Return the versions that a worker must have in common with who sends it work."""
     return {"kendama": __version__, "Python": ".".join(platform.python_version_tuple()[:2])}
 
 
 def carry_out(request: Mapping[str, Any], tell: Progress, is_wanted: Callable[[], bool]) -> dict[str, Any]:
-    """The event by which the stage of ``request`` ended, with what it printed."""
+    """Run the stage of ``request``; return the event by which it ended, with what it printed."""
     try:
         home = durable.make_folder(Path(request["workers_home"]).expanduser() / platform.node())
         remote = _remote(json.dumps(request["store"]))
@@ -99,7 +99,7 @@ def carry_out(request: Mapping[str, Any], tell: Progress, is_wanted: Callable[[]
 
 @functools.cache
 def _remote(settings: str) -> Remote:
-    """The shared store that ``settings`` name, as JSON: tasks use one client of a bucket, and its connections."""
+    """Open the shared store that ``settings`` name, as JSON: tasks use one client of a bucket, and its connections."""
     remote = open_remote(build(StoreSettings, json.loads(settings)))
     assert remote is not None
     return remote
@@ -171,7 +171,7 @@ def _at_home(request: Mapping[str, Any], store: Store) -> dict[str, Any]:
 
 
 def _run(request: Mapping[str, Any], lock: Lock, tell: Progress, is_wanted: Callable[[], bool]) -> dict[str, Any]:
-    """The event by which the stage's process ended; it holds the lock even where this one is killed."""
+    """Run the stage in a process that holds the lock even if this one is killed; return the event by which it ended."""
     try:
         starter = _starters.get_nowait()
     except queue.Empty:

@@ -16,7 +16,7 @@ OVERRIDES = ("simulation/engine=rail",)
 
 @dataclass(frozen=True)
 class Place:
-    """What a learner reached over its seeds; unsolved ones count as the cap."""
+    """Result of a learner over its seeds; unsolved ones count as the cap."""
 
     learner: str
     seeds: int
@@ -30,7 +30,7 @@ class Place:
 
 
 def place_of(learner: str, metrics: Sequence[Mapping[str, Any]]) -> Place:
-    """A learner's place by the metrics of its runs of the stage ``learn``."""
+    """Return a learner's place by the metrics of its runs of the stage ``learn``."""
     needed = np.array([float(one["rollouts_to_solved"]) for one in metrics])
     caught = [float(one["frozen_caught_rate"]) for one in metrics]
     return Place(
@@ -45,5 +45,5 @@ def place_of(learner: str, metrics: Sequence[Mapping[str, Any]]) -> Place:
 
 
 def ranked(places: Iterable[Place]) -> list[Place]:
-    """The best first: fewer rollouts to solved, then more balls caught by the frozen policies."""
+    """Sort, best first: fewer rollouts to solved, then more balls caught by the frozen policies."""
     return sorted(places, key=lambda one: (one.rollouts_to_solved, -one.caught_rate, one.learner))

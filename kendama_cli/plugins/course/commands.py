@@ -12,7 +12,7 @@ from kendama_cli.config.site import find_site
 
 course_app = typer.Typer(help="Eight exercises, graded, and a board for learners of your own.", no_args_is_help=True)
 
-Number = Annotated[int, typer.Argument(metavar="N", help="Which exercise, as 'kendama course list' numbers them.")]
+Number = Annotated[int, typer.Argument(metavar="N", help="Number of the exercise in 'kendama course list'.")]
 
 
 @course_app.command("list")
@@ -27,7 +27,7 @@ def course_list(as_json: Json = False) -> None:
 def course_start(
     number: Number,
     output: Annotated[
-        Path | None, typer.Option("-o", "--output", metavar="DIR", help="Where to write it [kendama-course].")
+        Path | None, typer.Option("-o", "--output", metavar="DIR", help="Folder to write it to [kendama-course].")
     ] = None,
     solutions: Annotated[
         Path | None,
@@ -47,7 +47,7 @@ def course_check(
         Path | None, typer.Argument(metavar="[NOTEBOOK]", help="The notebook [kendama-course/N-*.ipynb].")
     ] = None,
     timeout_s: Annotated[
-        float, typer.Option("--timeout", metavar="SECONDS", min=1.0, help="How long the notebook may take.")
+        float, typer.Option("--timeout", metavar="SECONDS", min=1.0, help="Time limit of the notebook.")
     ] = 900.0,
     as_json: Json = False,
 ) -> int:
@@ -60,11 +60,11 @@ def course_check(
 @course_app.command("board")
 def course_board(
     learners: Annotated[
-        list[str] | None, typer.Argument(metavar="[LEARNER]...", help="Which learners [all that are installed].")
+        list[str] | None, typer.Argument(metavar="[LEARNER]...", help="Names of learners [all that are installed].")
     ] = None,
-    seeds: Annotated[int, typer.Option(metavar="N", min=1, help="How many seeds each learner has.")] = 10,
+    seeds: Annotated[int, typer.Option(metavar="N", min=1, help="Number of seeds of each learner.")] = 10,
     first_seed: Annotated[int, typer.Option(metavar="SEED", min=0, help="The first of them.")] = 500,
-    task: Annotated[str, typer.Option(metavar="TASK", help="What has to be learned (learn/task).")] = "hard",
+    task: Annotated[str, typer.Option(metavar="TASK", help="Task to be learned (learn/task).")] = "hard",
     as_json: Json = False,
     home: Home = None,
 ) -> int:

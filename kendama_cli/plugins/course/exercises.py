@@ -1,4 +1,4 @@
-"""What list, start and check of the course do."""
+"""Commands list, start and check of the course."""
 
 from __future__ import annotations
 
@@ -94,7 +94,7 @@ def _exercise(number: int) -> Exercise:
 
 
 def _graded(exercise: Exercise, notebook: Path, timeout_s: float) -> dict[str, Any]:
-    """What kendama_cli/plugins/course/grading.py found; what the cells print goes to standard error."""
+    """Run kendama_cli/plugins/course/grading.py and return its result; cells print to standard error."""
     if not notebook.is_file():
         raise UsageError(f"{notebook}: no such notebook; 'kendama course start {exercise.number}' writes it")
     with tempfile.TemporaryDirectory() as scratch:

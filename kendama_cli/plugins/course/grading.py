@@ -43,14 +43,14 @@ class Graded:
 
 
 def checks_of(number: int) -> Mapping[int, Check]:
-    """The checks of exercise ``number`` by task."""
+    """Return the checks of exercise ``number`` by task."""
     module = importlib.import_module(f"kendama_cli.plugins.course.checks.exercise_{number}")
     found: Mapping[int, Check] = module.CHECKS
     return found
 
 
 def run_cells(cells: Sequence[Cell]) -> tuple[dict[str, Any], list[tuple[int, str]]]:
-    """The names that the cells define, and which cells failed."""
+    """Run the cells; return the names that they define, and those that failed."""
     names: dict[str, Any] = {"__name__": "__main__", "display": print}
     failures = []
     for number, cell in enumerate(cells, 1):
@@ -66,7 +66,7 @@ def run_cells(cells: Sequence[Cell]) -> tuple[dict[str, Any], list[tuple[int, st
 
 
 def grade(exercise: Exercise, names: Mapping[str, Any], folder: Path) -> tuple[Grade, ...]:
-    """Every task of the exercise, graded by what the cells defined."""
+    """Grade every task of the exercise by what the cells defined."""
     work = Work(names, folder)
     return tuple(_graded(task, title, checks_of(exercise.number)[task], work) for task, title in exercise.tasks.items())
 

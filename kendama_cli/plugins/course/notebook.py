@@ -32,7 +32,7 @@ class Cell:
 
     @property
     def task(self) -> int | None:
-        """Which task a student answers here; None in every other cell."""
+        """Return the number of the task that a student answers here; None in every other cell."""
         found = TASK.match(self.text) if self.code else None
         return int(found.group(1)) if found else None
 
@@ -50,18 +50,18 @@ class Exercise:
 
     @property
     def cells(self) -> list[Cell]:
-        """Those of its notebook, in order."""
+        """Return the cells of its notebook, in order."""
         return parted(self.path.read_text())
 
 
 def find_exercises() -> list[Exercise]:
-    """The exercises, by their number."""
+    """Find the exercises, by their number."""
     folder = bundled_root() / "examples" / "course" / "exercises"
     return sorted((_exercise(path) for path in folder.glob("[0-9]-*.md")), key=lambda one: one.number)
 
 
 def parted(text: str) -> list[Cell]:
-    """The cells of a Markdown page."""
+    """Split a Markdown page into cells."""
     cells, place = [], 0
     for block in BLOCK.finditer(text):
         cells += [Cell(False, text[place : block.start()].strip()), Cell(True, block.group(1).rstrip())]
@@ -71,7 +71,7 @@ def parted(text: str) -> list[Cell]:
 
 
 def solved(cells: Sequence[Cell], solutions: str) -> list[Cell]:
-    """The cells with each task's answered by the cell of the page ``solutions`` that begins with the same ``# Task N``.
+    """Replace each task's cell by the cell of the page ``solutions`` that begins with the same ``# Task N``.
 
     Raises UsageError where a task has no solution.
     """
@@ -83,7 +83,7 @@ def solved(cells: Sequence[Cell], solutions: str) -> list[Cell]:
 
 
 def as_notebook(cells: Sequence[Cell]) -> str:
-    """The cells as a Jupyter notebook, format 4.5."""
+    """Return the cells as a Jupyter notebook, format 4.5."""
     made: list[dict[str, Any]] = [
         {
             "cell_type": "code" if cell.code else "markdown",
@@ -100,7 +100,7 @@ def as_notebook(cells: Sequence[Cell]) -> str:
 
 
 def read_notebook(path: Path) -> list[Cell]:
-    """The cells of the notebook at ``path``; raises UsageError where it is none."""
+    """Read the cells of the notebook at ``path``; raises UsageError for any other file."""
     try:
         document: Any = json.loads(path.read_text())
         return [Cell(cell["cell_type"] == "code", "".join(cell["source"])) for cell in document["cells"]]
@@ -111,7 +111,7 @@ def read_notebook(path: Path) -> list[Cell]:
 
 
 def without_magics(cell: Cell) -> Cell:
-    """The cell as plain Python: lines that only Jupyter understands (``%...``, ``!...``) are left out."""
+    """Return the cell as plain Python: lines that only Jupyter understands (``%...``, ``!...``) are left out."""
     lines = ["" if line.lstrip().startswith(("%", "!")) else line for line in cell.text.splitlines()]
     return replace(cell, text="\n".join(lines))
 

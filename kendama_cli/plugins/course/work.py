@@ -1,4 +1,4 @@
-"""What a student's notebook left behind, as the checks ask for it."""
+"""Names that a student's notebook defined, as the checks ask for them."""
 
 from __future__ import annotations
 
@@ -23,14 +23,14 @@ class Work:
         self.folder = folder
 
     def value(self, name: str) -> Any:
-        """What ``name`` stands for; WrongAnswerError where it is not there, or still to be filled in."""
+        """Return the value of ``name``; WrongAnswerError if it is missing, or still to be filled in."""
         found = self._names.get(name)
         if found is None or found is ...:
             raise WrongAnswerError(f"'{name}' is not filled in yet")
         return found
 
     def number(self, name: str) -> float:
-        """A finite number."""
+        """Return a finite number."""
         try:
             found = float(self.value(name))
         except (TypeError, ValueError):
@@ -40,14 +40,14 @@ class Work:
         return found
 
     def choice(self, name: str, *allowed: str) -> str:
-        """One of the words ``allowed``."""
+        """Return one of the words ``allowed``."""
         found = self.value(name)
         if found not in allowed:
             raise WrongAnswerError(f"'{name}' is {found!r}; allowed: {', '.join(map(repr, allowed))}")
         return str(found)
 
     def function(self, name: str) -> Callable[..., Any]:
-        """A function of the student's, whose errors and missing answers are told as WrongAnswerError."""
+        """Return a function of the student's, whose errors and missing answers become WrongAnswerError."""
         found = self.value(name)
         if not callable(found):
             raise WrongAnswerError(f"'{name}' is {found!r}; it has to be a function")

@@ -23,7 +23,7 @@ TOLD_RAD = 3e-7
 
 
 class ActiveControl(Protocol):
-    """What pylibfranka gives for a motion that is controlled from here."""
+    """Handle of pylibfranka for a motion that is controlled from here."""
 
     def readOnce(self) -> tuple[Any, Any]:  # noqa: N802 (theirs)
         """Wait for the next state."""
@@ -49,7 +49,7 @@ class ControlLoop:
         self.periods = self._lost = 0
 
     def run(self, active: ActiveControl, first: Wanted, reply_s: float) -> None:
-        """From the first command until the arm has stood for REST_S without one; raises what ``active`` does.
+        """Run from the first command until the arm has stood for REST_S without one; raises what ``active`` does.
 
         What answers a state is made before that comes, and all else after it is answered: a state whose answer takes a
         millisecond is lost. So a command acts one cycle after the state that its sender saw last.
@@ -87,7 +87,7 @@ class ControlLoop:
             still = still + 1 if fresh is None and stands else 0
 
     def _bridged(self, limiter: RateLimiter, sent: LimiterState, state: Any, since_s: float) -> bool:
-        """Whether an answer came too late and the arm went on by itself: the limiter then goes on from there.
+        """Return True if an answer came too late and the arm went on by itself: the limiter then goes on from there.
 
         An arm goes on with the acceleration it had, so what it tells is known but for the last change of that. One that
         tells something else has only not taken the newest command in yet; to go on from there would be a step back.
@@ -122,7 +122,7 @@ class ControlLoop:
 
 
 def between(at: Wanted, wanted: Wanted, share: float, period_s: float) -> Array:
-    """The cubic (n,) with position and speed of both ends, ``share`` of the period after its begin."""
+    """Return the cubic (n,) with position and velocity of both ends, at the fraction ``share`` of the period."""
     s, rest = share, 1.0 - share
     begin = rest * rest * ((1 + 2 * s) * at.position_rad + s * period_s * at.velocity_rad_s)
     end = s * s * ((1 + 2 * rest) * wanted.position_rad - rest * period_s * wanted.velocity_rad_s)

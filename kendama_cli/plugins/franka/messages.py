@@ -1,4 +1,4 @@
-"""What the pipe to the process that moves an arm carries: one message of those here as JSON, never a pickle."""
+"""Messages of the pipe to the process that moves an arm: one dataclass of these as JSON, never a pickle."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ class Recover:
 
 @dataclass(frozen=True)
 class Wanted:
-    """Where the joints are to be at the end of a control period, and how fast (n,)."""
+    """Desired joint positions at the end of a control period, and velocities (n,)."""
 
     position_rad: Array
     velocity_rad_s: Array
@@ -39,7 +39,7 @@ class Wanted:
 
 @dataclass(frozen=True)
 class Stands:
-    """Where the joints of an arm are that is opened, or has recovered (n,)."""
+    """Joint positions (n,) of an arm that is opened, or has recovered."""
 
     position_rad: Array
 
@@ -71,13 +71,13 @@ _KINDS: dict[str, type] = {kind.__name__: kind for kind in typing.get_args(Messa
 
 
 def encode(message: Message) -> bytes:
-    """The bytes of one message: the name of its class and its fields; numbers survive to the last bit."""
+    """Encode one message: the name of its class and its fields; numbers survive to the last bit."""
     fields = {field.name: _plain(getattr(message, field.name)) for field in dataclasses.fields(message)}
     return json.dumps([type(message).__name__, fields]).encode()
 
 
 def decode(data: bytes) -> Message:
-    """The message of ``data``; raises HardwareError for bytes that are none."""
+    """Decode the message in ``data``; raises HardwareError for other bytes."""
     try:
         name, fields = json.loads(data)
         message: Message = _built(_KINDS[name], fields)

@@ -106,7 +106,7 @@ def _teller(pipe: Connection[Any, Any]) -> Callable[[Done], None]:
 
 
 def _only(kind: type[Heard], said: Message) -> Heard:
-    """The message; raises HardwareError where it is of another kind."""
+    """Return the message; raises HardwareError if it is of another kind."""
     if not isinstance(said, kind):
         raise HardwareError(f"the process that moves the arm was told {type(said).__name__} out of turn")
     return said
@@ -117,7 +117,7 @@ def _say(pipe: Connection[Any, Any], message: Message) -> None:
 
 
 def failure(host: str, told: str) -> str:
-    """One line for what the library tells in several: the names of the errors where it has some."""
+    """Return one line for an error of the library in several: the names of the errors, if it has some."""
     names = re.findall(r"\w+(?:_\w+)+", " ".join(re.findall(r"\[(.*?)\]", told)))
     what = f"a reflex stopped it ({', '.join(dict.fromkeys(names))})" if names else " ".join(told.split())
     again = "look why, then 'kendama robot recover hardware=franka --arm', and run again"

@@ -1,4 +1,4 @@
-"""What a joint position command may do from one millisecond to the next: speed, acceleration, jerk, room to stop."""
+"""Limits of a joint position command from one millisecond to the next: velocity, acceleration, jerk, room to stop."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ class RateLimits:
 
 @dataclass(frozen=True)
 class LimiterState:
-    """What was sent last with its speed and acceleration, and the reference and its speed then (n,)."""
+    """Last position sent with its velocity and acceleration, and the reference and its velocity then (n,)."""
 
     position_rad: Array
     velocity_rad_s: Array
@@ -68,21 +68,21 @@ class RateLimiter:
 
     @property
     def position_rad(self) -> Array:
-        """What was sent last (n,)."""
+        """Return the position of the last command (n,)."""
         return self.state.position_rad
 
     @property
     def velocity_rad_s(self) -> Array:
-        """Its speed (n,)."""
+        """Return the velocity of the last command (n,)."""
         return self.state.velocity_rad_s
 
     @property
     def acceleration_rad_s2(self) -> Array:
-        """Its acceleration (n,)."""
+        """Return the acceleration of the last command (n,)."""
         return self.state.acceleration_rad_s2
 
     def follow(self, reference_rad: Array) -> Array:
-        """What to send for the next reference (n,)."""
+        """Return the command (n,) for the next reference (n,)."""
         limits, step_s, last = self._limits, self._step_s, self.state
         speed = last.velocity_rad_s
         rate, behind = (reference_rad - last.reference_rad) / step_s, last.reference_rad - last.position_rad
@@ -106,7 +106,7 @@ class RateLimiter:
         self.state = dataclasses.replace(self.state, reference_rad=np.array(reference_rad, dtype=np.float64))
 
     def coasted(self, steps: int) -> LimiterState:
-        """The state after ``steps`` steps more with the acceleration that was sent last, and the same reference."""
+        """Return the state after ``steps`` more steps with the last acceleration and the same reference."""
         last = self.state
         change = last.acceleration_rad_s2 * self._step_s
         way = (steps * last.velocity_rad_s + steps * (steps + 1) / 2 * change) * self._step_s

@@ -46,7 +46,7 @@ _SETTLED_RAD = 0.005
 
 @contextmanager
 def open_franka(hardware: FrankaHardware, robot: RobotSettings, task: Task) -> Iterator[FrankaRobot]:
-    """The arm at ``hardware.host``; raises ConfigError, MissingPartError without the library, HardwareError."""
+    """Open the arm at ``hardware.host``; raises ConfigError, MissingPartError without the library, HardwareError."""
     if importlib.util.find_spec(LIBRARY) is None:
         raise MissingPartError(LIBRARY, f"hardware=franka needs {LIBRARY}: {install_line('franka')}")
     with closing(FrankaRobot(hardware, arm_of(robot, task))) as made:
@@ -164,7 +164,7 @@ class FrankaRobot:
             raise
 
     def exchange(self, command: JointCommand) -> Exchange:
-        """One control period; raises HardwareError when the arm or the line has failed, or after ``halt``."""
+        """Play one control period; raises HardwareError when the arm or the line has failed, or after ``halt``."""
         try:
             check_command(command, self.limits)
         except HardwareError as error:
@@ -231,7 +231,7 @@ class FrankaRobot:
 
 
 def tighter(limits: JointLimits, hardware: FrankaHardware) -> JointLimits:
-    """The limits of the description and of the arm at once."""
+    """Return the tighter of the description's and the arm's limits, joint by joint."""
     return JointLimits(
         np.maximum(limits.lower_rad, hardware.lower_rad),
         np.minimum(limits.upper_rad, hardware.upper_rad),

@@ -17,7 +17,7 @@ class FrankaHardware:
 
     kind: Literal["franka"]
     host: str = setting("name or address of the arm's controller")
-    realtime: Literal["enforce", "ignore"] = setting("whether this machine must have a real-time kernel")
+    realtime: Literal["enforce", "ignore"] = setting("check for a real-time kernel on this machine")
     control_period_s: float = setting("one command per period; whole milliseconds [s]", above=0, at_most=0.02)
     lower_rad: tuple[float, ...] = setting("the arm's own least angles [rad]")
     upper_rad: tuple[float, ...] = setting("the arm's own largest angles [rad]")
@@ -28,10 +28,10 @@ class FrankaHardware:
     stop_rad_s: tuple[float, ...] = setting("less than that braking allows, near a stop [rad/s]", at_least=0)
     collision_nm: float = setting("a joint pushed harder than this stops the arm [Nm]", above=0)
     collision_n: float = setting("a hand pushed harder than this stops the arm [N], or turned [Nm]", above=0)
-    approach_rad_s: float = setting("how fast a joint goes to the start of a motion, at most [rad/s]", above=0)
+    approach_rad_s: float = setting("maximum velocity of a joint on its way to the start of a motion [rad/s]", above=0)
     reply_s: float = setting("so long after an answer the next command is waited for, then the arm brakes [s]", above=0)
     silence_s: float = setting("so long without a state is a broken line [s]", above=0)
-    wait_s: float = setting("how long the arm is waited for at the beginning, and to recover [s]", above=0)
+    wait_s: float = setting("time to wait for the arm at the start, and to recover [s]", above=0)
 
     def __post_init__(self) -> None:
         for field in fields(self):

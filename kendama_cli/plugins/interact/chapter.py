@@ -26,7 +26,7 @@ _ROUND = np.linspace(0.0, 2 * math.pi, 48, endpoint=False)
 
 
 def interaction_figures(log: StageLog) -> list[Figure]:
-    """The scene with the tool's path, and the contact; then friction, deviation and efforts."""
+    """Return the scene with the tool's path, and the contact; then friction, deviation and efforts."""
     contact = log.table("/interact/contact", ContactMessage)
     first = [_scene(log), _force(contact)]
     second = [_friction(log), _deviation(log), _efforts(log.table("/interact/joints", JointStates))]
@@ -87,7 +87,7 @@ def _scene(log: StageLog) -> Panel | None:
 
 
 def _outline(body: Mapping[str, Any]) -> Array:
-    """The outline (n, 2) in x and z of a body as the settings in the log have it."""
+    """Return the outline (n, 2) in x and z of a body as the settings in the log have it."""
     size, shape = body["size_m"], body["shape"]
     ring = np.column_stack([np.cos(_ROUND), np.sin(_ROUND)])
     if shape == "sphere":

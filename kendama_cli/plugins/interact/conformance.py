@@ -34,7 +34,7 @@ def check_rest(make: MakeController) -> None:
 
 
 def check_pull(make: MakeController) -> None:
-    """The tool is pulled toward its reference in every direction, and its axis is turned toward it."""
+    """Check that the tool is pulled toward its reference in every direction, and its axis is turned toward it."""
     state = bench_state()
     here = resting_at(state)
     for axis in np.vstack([np.eye(3), -np.eye(3)]):
@@ -46,7 +46,7 @@ def check_pull(make: MakeController) -> None:
 
 
 def check_damping(make: MakeController) -> None:
-    """Where the reference rests, motion of the tool only loses energy."""
+    """Check that motion of the tool only loses energy where the reference rests."""
     state = bench_state()
     rng = np.random.default_rng(4)
     for _ in range(50):
@@ -57,7 +57,7 @@ def check_damping(make: MakeController) -> None:
 
 
 def check_force(make: MakeController) -> None:
-    """A wanted force, where that force is measured, is what the tool exerts."""
+    """Check that the tool exerts a desired force, where that force is measured."""
     state = bench_state()
     pressing = dataclasses.replace(resting_at(state), force_n=10.0 * DOWN, force_axis=DOWN, force_share=1.0)
     felt = dataclasses.replace(state, contact_n=10.0 * DOWN)
@@ -92,7 +92,7 @@ def test_the_controller_keeps_the_law(law: Callable[[MakeController], None], con
 
 
 def bench_state() -> TaskState:
-    """A seven-jointed arm at rest, made up: any full Jacobian and any positive inertia will do."""
+    """Return a seven-jointed arm at rest, made up: any full Jacobian and any positive inertia will do."""
     rng = np.random.default_rng(3)
     n = 7
     root = rng.normal(0.0, 0.3, (n, n))
@@ -109,7 +109,7 @@ def bench_state() -> TaskState:
 
 
 def resting_at(state: TaskState) -> TaskReference:
-    """The reference that is where the tool is, at rest, with no force wanted."""
+    """Return a reference at the tool's pose, at rest, with no force desired."""
     none = np.zeros(3)
     return TaskReference(state.tool_m, state.tool_rotation, np.zeros(6), np.zeros(6), none, none, 0.0)
 
@@ -121,7 +121,7 @@ def _reset(make: MakeController, state: TaskState) -> TaskController:
 
 
 def _tool_force(make: MakeController, state: TaskState, reference: TaskReference) -> np.ndarray:
-    """The force and torque on the tool (6,) that the torques stand for: the F of J^T F nearest to them."""
+    """Return the force and torque on the tool (6,) that the torques stand for: the F of J^T F nearest to them."""
     command = _reset(make, state).command(state, reference, PERIOD_S)
     found: np.ndarray = np.linalg.lstsq(state.jacobian.T, command.torque_nm, rcond=None)[0]
     return found

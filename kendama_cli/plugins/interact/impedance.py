@@ -13,7 +13,7 @@ from kendama_cli.schema.arrays import Array
 
 
 def impedance_of(settings: TaskSpaceGains, reach_m: float) -> Impedance:
-    """The law with the gains of ``settings``."""
+    """Return the law with the gains of ``settings``."""
     stiffness = np.array([*settings.stiffness_n_m, *[settings.stiffness_nm_rad] * 3])
     return Impedance(stiffness, settings.damping_ratio, settings.posture_1_s2, reach_m, settings.spin == "free")
 

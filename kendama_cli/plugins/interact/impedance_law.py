@@ -33,7 +33,7 @@ LEAST_SINE = 1e-9
 
 @dataclass(frozen=True)
 class TaskReference:
-    """What the tool shall do now."""
+    """Reference of the tool now: pose, velocity and force."""
 
     position_m: Array
     """(3,) in the world"""
@@ -52,7 +52,7 @@ class TaskReference:
 
 
 def pose_error(reference: TaskReference, state: TaskState, *, spin_free: bool) -> Array:
-    """What is missing to the wanted pose (6,): a distance [m] and a turn [rad], in the world.
+    """Return the error of the pose (6,): a displacement [m] and a rotation [rad] to the desired one, in the world.
 
     The turn is the quaternion's log; with ``spin_free`` the least one that brings the tool's z where it shall point.
     """
@@ -98,7 +98,7 @@ class Impedance:
     """whether the turn about the tool's own z is left to the posture, as a round tool does not need it"""
 
     def command(self, state: TaskState, reference: TaskReference, posture_rad: Array, push_n: Array) -> JointTorque:
-        """The torque now; ``push_n`` (3,) is f_wanted."""
+        """Return the torque now; ``push_n`` (3,) is f_wanted."""
         # the task's coordinates: the world's x, y, z, and turns about the tool's own x, y, and z where it is held
         rows = np.zeros((5 if self.spin_free else 6, 6))
         rows[:3, :3] = np.eye(3)

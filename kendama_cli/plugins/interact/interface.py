@@ -1,4 +1,4 @@
-"""What every task-space controller offers."""
+"""Interface of every task-space controller."""
 
 from __future__ import annotations
 
@@ -16,4 +16,4 @@ class TaskController(Protocol):
         """Forget what happened; ``posture_rad`` (n,) is kept to where the tool leaves the joints free."""
 
     def command(self, state: TaskState, reference: TaskReference, period_s: float) -> JointTorque:
-        """The torques for the coming control period."""
+        """Return the torques for the coming control period."""

@@ -1,4 +1,4 @@
-"""What interact logs."""
+"""Messages that interact logs."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from kendama_cli.schema.foxglove import FrameTransform, JointStates
 
 @dataclass(frozen=True)
 class ContactMessage:
-    """What the tool exerts in step ``step`` on ``body`` (empty: on nothing), along the wanted force and across it."""
+    """Force of the tool in step ``step`` on ``body`` (empty: on nothing), along the desired force and across it."""
 
     step: str
     body: str

@@ -7,6 +7,6 @@ from kendama_cli.settings.interact import CONTROLLERS, ControllerSettings
 
 
 def make_controller(settings: ControllerSettings) -> TaskController:
-    """The controller of the kind that ``settings`` choose."""
+    """Return the controller of the kind that ``settings`` choose."""
     made: TaskController = CONTROLLERS.maker(settings.kind)(settings)
     return made

@@ -32,4 +32,4 @@ class ForceControl(TaskSpaceGains):
 
     kind: Literal["force"] = setting("a force where one is wanted, springs elsewhere")
     integral_1_s: float = setting("integral gain of the force's error, over time [1/s]", at_least=0)
-    reach_m: float = setting("how far along a wanted force the tool may be from its reference, freely [m]", above=0)
+    reach_m: float = setting("distance along a desired force at which the tool is free of its reference [m]", above=0)

@@ -103,7 +103,7 @@ class Interact:
 
 
 class _Played:
-    """What was played so far."""
+    """Record of the motion so far."""
 
     def __init__(self, limits: JointLimits) -> None:
         self._limits = limits

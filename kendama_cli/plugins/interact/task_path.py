@@ -16,7 +16,8 @@ NO_AXIS = np.zeros(3)
 
 
 class TaskPath:
-    """From rest at ``start_m``, ``start_rotation`` through the steps; each goes along s = 10 r^3 - 15 r^4 + 6 r^5.
+    """Path from rest at ``start_m``, ``start_rotation`` through the steps; each goes along s = 10 r^3 - 15 r^4 + 6
+    r^5.
 
     (Flash and Hogan 1985: least jerk.) Position goes straight, orientation about one axis, force with the same s.
     """
@@ -33,16 +34,16 @@ class TaskPath:
         self.duration_s = float(self._ends_s[-1])
 
     def step_at(self, t_s: float) -> int:
-        """The number of the step that is going on at ``t_s``; the last one after the end."""
+        """Return the number of the step at ``t_s``; the last one after the end."""
         return min(int(np.searchsorted(self._ends_s, t_s, side="right")), len(self._script) - 1)
 
     def settled(self, index: int) -> bool:
-        """Whether the wanted force stays what it is throughout the step, and is not zero."""
+        """Return True if the desired force is constant throughout the step, and not zero."""
         before, after = self._forces[index], self._forces[index + 1]
         return bool(np.array_equal(before, after) and after.any())
 
     def at(self, t_s: float) -> TaskReference:
-        """The reference at ``t_s``; after the end it rests."""
+        """Return the reference at ``t_s``; after the end it rests."""
         index = self.step_at(t_s)
         duration_s = self._script[index].duration_s
         r = min((t_s - float(self._ends_s[index])) / duration_s + 1.0, 1.0)

@@ -68,7 +68,8 @@ class RsiLink:
         self._thread.start()
 
     def _beginning(self) -> Telegram:
-        """The first telegram of RSI; raises MissingPartError where none comes, HardwareError where it is too late.
+        """Wait for the first telegram of RSI; raises MissingPartError if none comes, HardwareError if it is too
+        late.
 
         Corrections count from where RSI began. One that runs already may have been corrected by a commander that has
         gone: it is left unanswered until it ends, and the next is waited for. A controller that neither ends nor counts
@@ -97,7 +98,9 @@ class RsiLink:
         return first
 
     def move(self, wanted: JointCommand) -> tuple[JointCommand, Telegram, Telegram]:
-        """What was sent last (or braking since), what ``wanted`` answered, and the newest; raises HardwareError."""
+        """Return the last command (or braking since), the answer to ``wanted``, and the newest state; raises
+        HardwareError.
+        """
         with self._changed:
             self._wanted, self._sent_at = wanted, None
             self._changed.notify_all()
@@ -108,13 +111,13 @@ class RsiLink:
             return self._carried_out, self._answered, self._newest
 
     def _is_over(self) -> bool:
-        """Whether the cycle after the one that the command was sent in has come, or none will."""
+        """Return True if the cycle after the one that the command was sent in has come, or none will."""
         sent_at, newest = self._sent_at, self._newest.ipoc
         return self.failure is not None or (sent_at is not None and ahead_ms(newest, sent_at) > 0)
 
     @property
     def newest(self) -> Telegram:
-        """What the controller said last."""
+        """Return the controller's last telegram."""
         return self._newest
 
     def fail(self, problem: str) -> HardwareError:

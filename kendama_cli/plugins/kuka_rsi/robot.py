@@ -25,7 +25,7 @@ _SETTLE_S = 2.0
 
 @contextmanager
 def open_rsi(hardware: RsiHardware, robot: RobotSettings, task: Task) -> Iterator[RsiRobot]:
-    """The arm, from the first telegram on; raises ConfigError, MissingPartError where none comes, HardwareError."""
+    """Open the arm at its first telegram; raises ConfigError, MissingPartError if none comes, HardwareError."""
     with closing(RsiRobot(hardware, arm_of(robot, task))) as made:
         yield made
 
@@ -66,11 +66,11 @@ class RsiRobot:
 
     @property
     def late(self) -> int:
-        """How many answers the controller has found late."""
+        """Return the number of answers that the controller found late."""
         return self._link.late
 
     def exchange(self, command: JointCommand) -> Exchange:
-        """One cycle of the controller; raises HardwareError when it or the line has failed, or after ``halt``."""
+        """Play one cycle of the controller; raises HardwareError when it or the line has failed, or after ``halt``."""
         try:
             check_command(command, self.limits)
         except HardwareError as error:

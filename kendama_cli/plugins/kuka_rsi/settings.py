@@ -27,11 +27,11 @@ class RsiHardware:
     offset_deg: tuple[float, ...] | None = setting(
         "the controller's angles where the description's are 0; null: 0 [deg]"
     )
-    max_correction_deg: float = setting("how far an axis may go from where RSI began [deg]", above=0)
-    approach_rad_s: float = setting("how fast a joint goes to the start of a motion, at most [rad/s]", above=0)
+    max_correction_deg: float = setting("maximum displacement of an axis from the start of RSI [deg]", above=0)
+    approach_rad_s: float = setting("maximum velocity of a joint on its way to the start of a motion [rad/s]", above=0)
     reply_s: float = setting("an answer leaves so soon after the telegram, with a new command or without [s]", above=0)
     silence_s: float = setting("so long without a telegram is a stopped controller [s]", above=0)
-    wait_s: float = setting("how long the first telegram is waited for [s]", above=0)
+    wait_s: float = setting("time to wait for the first telegram [s]", above=0)
 
     def __post_init__(self) -> None:
         for name in ("signs", "offset_deg"):

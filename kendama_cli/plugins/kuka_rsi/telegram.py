@@ -35,7 +35,7 @@ def ahead_ms(later: int, earlier: int) -> int:
 
 
 def read_telegram(data: bytes) -> Telegram:
-    """What the controller says in ``data``; raises TelegramError that names what is missing or wrong."""
+    """Read the controller's telegram in ``data``; raises TelegramError that names what is missing or wrong."""
     if len(data) > LARGEST_BYTES or b"<!" in data:  # no document type, so no entities
         raise TelegramError(f"a telegram of {len(data)} bytes came that is none of RSI's")
     try:
@@ -60,6 +60,8 @@ def read_telegram(data: bytes) -> Telegram:
 
 
 def write_answer(sentype: str, correction_deg: Array, ipoc: int) -> bytes:
-    """The answer to the telegram of time stamp ``ipoc``: how far each axis is to be from where RSI began (6,) [deg]."""
+    """Write the answer to the telegram of time stamp ``ipoc``: each axis's correction from the start of RSI (6,)
+    [deg].
+    """
     values = " ".join(f'{axis}="{value:.7f}"' for axis, value in zip(AXES, correction_deg.tolist(), strict=True))
     return f'<Sen Type="{sentype}"><AKorr {values}/><IPOC>{ipoc}</IPOC></Sen>'.encode()

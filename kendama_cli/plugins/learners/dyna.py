@@ -44,7 +44,7 @@ class TransitionModel:
         self._pairs: list[int] = []
 
     def state(self) -> dict[str, NDArray[Any]]:
-        """All there is to save: what the pairs that were chosen led to, in the order of their first choice."""
+        """Return the state to save: the outcomes of the pairs that were chosen, in the order of their first choice."""
         pairs = np.array(self._pairs, dtype=np.int64)
         return {
             "model_pairs": pairs,
@@ -94,13 +94,13 @@ class DynaLearner(SarsaLearner):
 
     @classmethod
     def from_state(cls, settings: LearnSettings, state: Mapping[str, Any]) -> Self:
-        """The learner that ``state()`` described, between the same two rollouts."""
+        """Rebuild the learner that ``state()`` described, between the same two rollouts."""
         learner = super().from_state(settings, state)
         learner._model.restore(dict(state))
         return learner
 
     def state(self) -> dict[str, Any]:
-        """The learner between two rollouts: table, model and JSON values."""
+        """Return the learner between two rollouts: table, model and JSON values."""
         return {**super().state(), **self._model.state()}
 
     def begin_rollout(self, rng: Generator) -> None:

@@ -70,7 +70,7 @@ class ModelBasedLearner(RolloutLearner):
     """Fits a model to the rollouts so far, and plays what a search finds in it. See the module."""
 
     def __init__(self, settings: LearnSettings, policy: PolicyArtifact | None = None) -> None:
-        """From nothing, or from the swing of a ``policy``, which is played until it fails."""
+        """Start from nothing, or from the swing of a ``policy``, which is played until it fails."""
         assert isinstance(settings.learner, ModelBasedSettings)
         self._settings, self._own = settings, settings.learner
         self.count = LearningCount(succeeded_ever=policy is not None)
@@ -86,7 +86,7 @@ class ModelBasedLearner(RolloutLearner):
 
     @classmethod
     def from_state(cls, settings: LearnSettings, state: Mapping[str, Any]) -> ModelBasedLearner:
-        """The learner that ``state()`` described, between the same two rollouts."""
+        """Rebuild the learner that ``state()`` described, between the same two rollouts."""
         learner = cls(settings)
         learner.count = LearningCount(**state["count"])
         learner._greedy, learner._best = np.array(state["greedy"]), np.array(state["best"])
@@ -97,7 +97,7 @@ class ModelBasedLearner(RolloutLearner):
         return learner
 
     def state(self) -> dict[str, Any]:
-        """The learner between two rollouts: the model's normal equations, and JSON values."""
+        """Return the learner between two rollouts: the model's normal equations, and JSON values."""
         return {
             "count": dataclasses.asdict(self.count),
             "greedy": self._greedy.tolist(),

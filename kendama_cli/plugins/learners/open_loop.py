@@ -80,7 +80,7 @@ class OpenLoopPolicy:
         self.play(self._swing)
 
     def act(self, state: SwingState, t_s: float) -> float:
-        """The cup's acceleration [m/s^2] at ``t_s`` into the rollout."""
+        """Return the cup's acceleration [m/s^2] at ``t_s`` into the rollout."""
         self.highest_rad = max(self.highest_rad, abs(state.angle_rad))
         if t_s >= self.next_look_s:
             asked = wanted(self._numbers, t_s, state.x_m, state.velocity_m_s, self._period_s)
@@ -94,7 +94,7 @@ class OpenLoopLearner(RolloutLearner):
     """Tries generations of swings, and replays the centre of the search once it is good. See the module."""
 
     def __init__(self, settings: LearnSettings, policy: PolicyArtifact | None = None) -> None:
-        """From the middle of the settings' ranges, or from the swing of a ``policy``, which is replayed first."""
+        """Start from the centre of the settings' ranges, or from the swing of a ``policy``, which is replayed first."""
         assert isinstance(settings.learner, OpenLoopSettings)
         self._settings, self._own = settings, settings.learner
         self.count = LearningCount(succeeded_ever=policy is not None)
@@ -114,7 +114,7 @@ class OpenLoopLearner(RolloutLearner):
 
     @classmethod
     def from_state(cls, settings: LearnSettings, state: Mapping[str, Any]) -> OpenLoopLearner:
-        """The learner that ``state()`` described, between the same two rollouts."""
+        """Rebuild the learner that ``state()`` described, between the same two rollouts."""
         learner = cls(settings)
         learner.count = LearningCount(**state["count"])
         learner._centre, learner._greedy, learner._best = (np.array(state[key]) for key in ("centre", "greedy", "best"))
@@ -125,7 +125,7 @@ class OpenLoopLearner(RolloutLearner):
         return learner
 
     def state(self) -> dict[str, Any]:
-        """The learner between two rollouts, as JSON values."""
+        """Return the learner between two rollouts, as JSON values."""
         return {
             "count": dataclasses.asdict(self.count),
             "centre": self._centre.tolist(),
@@ -171,7 +171,7 @@ class OpenLoopLearner(RolloutLearner):
         return FinishedRollout(self.count.rollouts, self._explored, success, reward, self._rollout.decisions)
 
     def _cost(self, reward: float, outcome: Outcome) -> float:
-        """The reward that is missing, less up to half of what a near miss brings for a ball that swung high."""
+        """Return the reward lost, less up to half of a near miss's for a ball that swung high."""
         wanted = self._settings.reward
         swung = min(1.0, (1.0 - math.cos(self._actor.highest_rad)) / 2.0)
         return wanted.goal - reward - (0.5 * wanted.missed * swung if outcome in ("timeout", "outside") else 0.0)
@@ -216,12 +216,12 @@ def _ranges(settings: LearnSettings) -> tuple[Array, Array]:
 
 
 def sealed_swing(swing: Array, settings: LearnSettings) -> PolicyArtifact:
-    """The policy that plays ``swing`` (3,), of the learner that ``settings`` choose."""
+    """Return the policy that plays ``swing`` (3,), of the learner that ``settings`` choose."""
     return PolicyArtifact.seal(settings.learner.kind, task_meaning(settings), {"swing": np.array(swing)})
 
 
 def swing_of(artifact: PolicyArtifact) -> Array:
-    """The swing (3,) of a policy; raises ValueError where the artifact does not hold one."""
+    """Return the swing (3,) of a policy; raises ValueError where the artifact does not hold one."""
     values: Array = artifact.array("swing")
     if values.shape != (PARAMETERS,):
         raise ValueError(f"the swing has shape {values.shape}; allowed: ({PARAMETERS},), frequency, chirp, amplitude")

@@ -20,7 +20,7 @@ class DynaSettings:
         "learning rate of an imagined transition, as a share of that of a real one", above=0, at_most=1
     )
     backup: Literal["q", "sarsa"] = setting(
-        "what an imagined transition leads to: the best action there (Dyna-Q), or the one chosen then (Dyna-SARSA)"
+        "action after an imagined transition: the best one (Dyna-Q), or the one chosen then (Dyna-SARSA)"
     )
     outcomes: int = setting("so many of the last transitions of each pair of state and action are remembered", above=0)
 
@@ -51,7 +51,7 @@ class OpenLoopSettings:
         "share of a generation that has to succeed before the search's centre is replayed", above=0, at_most=1
     )
     restart_after: int = setting("generations in a row without a success after which the search begins anew", above=0)
-    frequency_rad_s: tuple[float, float] = setting("where the search begins: the first frequency, mean -+ deviation")
+    frequency_rad_s: tuple[float, float] = setting("start of the search: the first frequency, mean -+ deviation")
     chirp_rad_s2: tuple[float, float] = setting("the same of the frequency's change [rad/s^2]")
     amplitude: tuple[float, float] = setting("the same of the amplitude, in half widths of the workspace")
 
@@ -70,7 +70,7 @@ class ModelBasedSettings:
     candidates: int = setting("swings drawn and tried in the model, from the best of which a search begins", above=0)
     population: int = setting("swings tried in the model before the search takes its next step", at_least=4)
     generations: int = setting("such steps of one search", above=0)
-    frequency_rad_s: tuple[float, float] = setting("where swings are drawn from and searched: the first frequency")
+    frequency_rad_s: tuple[float, float] = setting("range of sampled and searched swings: the first frequency")
     chirp_rad_s2: tuple[float, float] = setting("the same of the frequency's change [rad/s^2]")
     amplitude: tuple[float, float] = setting("the same of the amplitude, in half widths of the workspace")
 

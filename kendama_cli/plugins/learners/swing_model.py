@@ -27,7 +27,7 @@ BEND = np.diff(np.eye(NODES), 2, axis=0)
 
 
 class SwingModel:
-    """What rollouts have shown so far, as the normal equations of the fit: ``gram`` (n, n) and ``moment`` (n,)."""
+    """Data of the rollouts so far, as the normal equations of the fit: ``gram`` (n, n) and ``moment`` (n,)."""
 
     def __init__(self, angle_noise_rad: float, rate_noise_rad_s: float) -> None:
         """With the standard deviations of the readings, which weigh the angle against the rate."""
@@ -62,7 +62,7 @@ class SwingModel:
         self.equations += 2 * n - 2
 
     def fitted(self) -> tuple[Array, Array]:
-        """The weights' mean (4, nodes), and L with L L' their covariance."""
+        """Return the weights' mean (4, nodes), and L with L L' their covariance."""
         n = PARTS * NODES
         scale = np.repeat([1.0, 0.05, 0.3, 1.0], NODES)  # how far a weight may be from the line through its neighbours
         bend = np.kron(np.eye(PARTS), BEND.T @ BEND) / np.outer(scale, scale)

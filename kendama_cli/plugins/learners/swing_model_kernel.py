@@ -16,7 +16,7 @@ from kendama_cli.system.compiled import Array, compiled
 
 
 class Cup(NamedTuple):
-    """How the cup follows a swing: its limits, and how it is played."""
+    """Cup that follows a swing: its limits, and the way it is played."""
 
     limiter: BrakingLimiter
     lowest_m_s2: float
@@ -28,7 +28,7 @@ class Cup(NamedTuple):
 
 
 class Window(NamedTuple):
-    """When the ball is let go, and where it may come down."""
+    """Times at which the ball may be released, and positions at which it may come down."""
 
     goal: GoalWindow
     gravity_m_s2: float
@@ -39,7 +39,7 @@ class Window(NamedTuple):
 
 @compiled
 def place_of(angle: float, nodes: int) -> tuple[int, float, float]:
-    """The node below |angle|, the share of the way to the next one, and the angle's sign."""
+    """Return the node below |angle|, the fraction of the interval to the next one, and the angle's sign."""
     turned = angle - 2.0 * math.pi * math.floor(angle / (2.0 * math.pi) + 0.5)
     side = -1.0 if turned < 0.0 else 1.0
     place = abs(turned) / math.pi * (nodes - 1)
@@ -71,7 +71,7 @@ def add_features(into: Array, angle: float, rate: float, cup: float, by: float) 
 
 @compiled
 def _landing(x: float, v: float, rate: float, at: Array, window: Window) -> float:
-    """The cost of a release on the right: how much of the cup's reach the landing takes."""
+    """Return the cost of a release on the right: the fraction of the cup's reach that the landing takes."""
     time = fall_s(at[4] - window.rim_m, rate * at[6], window.gravity_m_s2)
     if time == -math.inf:
         return 0.4
@@ -119,7 +119,8 @@ def _cost(  # noqa: PLR0917
 def costs(  # noqa: PLR0917 - plain arrays, as compiled code takes them
     swings: Array, starts: Array, weights: Array, toy: Array, cup: Cup, window: Window
 ) -> Array:
-    """The cost of each swing (n,): the mean over the models ``weights`` (m, 4, nodes), each with its ``starts`` (m, 3).
+    """Return the cost of each swing (n,): the mean over the models ``weights`` (m, 4, nodes), each from ``starts``
+    (m, 3).
 
     A start is the ball's angle, the cup's place, and a factor on all accelerations.
     """

@@ -48,7 +48,7 @@ class SwingPlanner:
         self._middle, self._spread = ranges.mean(axis=1), 0.5 * (ranges[:, 1] - ranges[:, 0])
 
     def drawn(self, rng: Generator) -> Array:
-        """A swing (3,) from the ranges, to see what happens."""
+        """Sample a swing (3,) from the ranges, to explore."""
         return np.asarray(self._draws(1, 1.0, rng)[0])
 
     def _draws(self, n: int, width: float, rng: Generator) -> Array:
@@ -56,7 +56,9 @@ class SwingPlanner:
         return swings
 
     def found(self, model: SwingModel, near: Array | None, rng: Generator) -> Array:
-        """The best swing of searches about the best of many that are drawn, and about ``near``, if there is one."""
+        """Return the best swing of searches about the best of many that are sampled, and about ``near``, if there
+        is one.
+        """
         own = self._own
         mean, root = model.fitted()
         weights = mean + np.einsum("pnk,mk->mpn", root, rng.standard_normal((own.models, root.shape[2])))
@@ -115,7 +117,10 @@ def _window(settings: LearnSettings) -> kernel.Window:
 
 
 def _toy(settings: LearnSettings) -> Array:
-    """By the angle, (ANGLES, 7): the rope's direction, its pull per rate^2, the ball's place and way per rate."""
+    """Return the kendama by its angle (ANGLES, 7).
+
+    Columns: the rope's direction, its tension per rate^2, the ball's position and path per rate.
+    """
     assert isinstance(settings.learner, ModelBasedSettings)
     rope, rows = TautRope.of(settings.learner.game), []
     for angle in np.linspace(0.0, math.pi, ANGLES).tolist():

@@ -57,7 +57,7 @@ class Tiles:
         self.n = own.tilings * one
 
     def active(self, state: SwingState) -> NDArray[np.int64]:
-        """The tile of each tiling (tilings,)."""
+        """Return the active tile of each tiling (tilings,)."""
         numbers = np.array(state)
         if self._mirrored and state.x_m < 0.0:
             numbers = -numbers
@@ -98,16 +98,16 @@ class TileValues:
         self._marked, self._traces = np.empty(64, dtype=np.int64), np.empty(64)
 
     def forget_visits(self) -> None:
-        """A new rollout counts its visits anew."""
+        """Forget the visits of the last rollout."""
         self._visits = []
 
     def visit(self, active: NDArray[np.int64]) -> int:
-        """The row of a transition that begins where these tiles are active."""
+        """Return the row of a transition that begins where these tiles are active."""
         self._visits.append(active)
         return len(self._visits) - 1
 
     def values(self, q: NDArray[np.float64], row: int) -> list[float]:
-        """The values of the actions at a visit, by the weights ``q``."""
+        """Return the values of the actions at a visit, by the weights ``q``."""
         found: list[float] = q[self._visits[row]].sum(axis=0).tolist()
         return found
 
@@ -133,7 +133,7 @@ class TileValues:
         return error
 
     def _longer(self, entry: int) -> int:
-        """One more trace, of ``entry``; gives how many there are."""
+        """Add one more trace, of ``entry``; return how many there are."""
         n = len(self._places)
         if n > len(self._marked):
             self._marked, self._traces = np.resize(self._marked, 2 * n), np.resize(self._traces, 2 * n)
@@ -210,7 +210,7 @@ def _begin(settings: LearnSettings, policy: PolicyArtifact | None) -> TileCoding
 
 
 def _meaning(settings: LearnSettings) -> dict[str, object]:
-    """The task, and how the state falls into tiles."""
+    """Return the task and the tiling of its state."""
     tiles = {key: getattr(settings.learner, key) for key in TileCodingSettings.__dataclass_fields__ if key != "kind"}
     workspace = [settings.workspace.half_width_m, settings.workspace.max_speed_m_s]
     return {**task_meaning(settings), "tiles": tiles, "tiled_workspace": workspace}

@@ -40,14 +40,14 @@ def export_episodes(request: ExportRequest) -> list[Path]:
 
 
 def _is_run(home: Path, place: str) -> bool:
-    """Whether ``place`` names a whole run: no file, no RUN/STAGE, and no stage of a run there is."""
+    """Return True if ``place`` names a whole run: no file, no RUN/STAGE, and no stage of a run there is."""
     if "/" in place or place.endswith(".mcap") or Path(place).exists():
         return False
     return not any(made["name"] == place for record in past_runs(home) for made in record["stages"])
 
 
 def _logs(home: Path, run: str) -> Iterator[tuple[str, Path]]:
-    """Of each stage of ``run`` whose log is kept and offers episodes."""
+    """Yield the name and log of each stage of ``run`` whose log is stored and offers episodes."""
     for made in find_run(home, run)["stages"]:
         if made["artifact"] is not None and _offers(str(made["stage"])):
             yield str(made["name"]), Path(made["artifact"]) / LOG
@@ -59,7 +59,7 @@ def _offers(stage: str) -> bool:
 
 
 def _write(path: Path, target: Path, fps: int) -> bool:
-    """Whether the log at ``path`` had episodes, which stand in ``target`` then."""
+    """Write the log at ``path`` to ``target``; return True if it had episodes."""
     if not path.exists():
         raise InputError(str(path), "is not there", remedy="'kendama run' makes it again")
     log = StageLog(path)

@@ -15,7 +15,7 @@ def camera_marker(
     dictionary: Annotated[
         str, typer.Option(metavar="NAME", help="4x4_50, 5x5_100, apriltag_16h5 or apriltag_36h11.")
     ] = "4x4_50",
-    number: Annotated[int, typer.Option(metavar="N", help="Which of its markers.")] = 0,
+    number: Annotated[int, typer.Option(metavar="N", help="Number of the marker in the dictionary.")] = 0,
     size_mm: Annotated[float, typer.Option(metavar="MM", min=5.0, max=500.0, help="Side of the black square.")] = 40.0,
 ) -> None:
     """Make a marker to print and stick on the cup's handle: capture=marker follows it in films."""

@@ -52,12 +52,12 @@ class SeenMarker:
 
 
 def marker_count(dictionary: str) -> int:
-    """How many markers ``dictionary`` has."""
+    """Return the number of markers of ``dictionary``."""
     return len(cv2.aruco.getPredefinedDictionary(DICTIONARIES[dictionary]).bytesList)
 
 
 def black_cells(dictionary: str, number: int) -> NDArray[np.bool_]:
-    """Which cells (n, n) of the marker are black; the outermost are its border, and all black."""
+    """Return the black cells (n, n) of the marker; the outermost are its border, and all black."""
     marker = cv2.aruco.getPredefinedDictionary(DICTIONARIES[dictionary])
     return np.asarray(cv2.aruco.generateImageMarker(marker, number, marker.markerSize + 2) == 0)
 
@@ -76,7 +76,9 @@ class MarkerDetector:
         self._number, self._cells = number, printed.markerSize + 2
 
     def find(self, image: NDArray[np.uint8], expected: SeenMarker | None = None) -> SeenMarker | None:
-        """The marker in ``image`` (grey or BGR): first near ``expected``, enlarged where it is small, then anywhere."""
+        """Find the marker in ``image`` (grey or BGR): first near ``expected``, enlarged if it is small, then
+        anywhere.
+        """
         grey: Image = image if image.ndim == 2 else cv2.cvtColor(image, cv2.COLOR_BGR2GRAY)
         if expected is not None:
             reach = REGION_SIDES * max(expected.side_px, 16.0)
@@ -115,7 +117,7 @@ class MarkerDetector:
 
 
 def along_sides(grey: Image, corners_px: Array, cells: int) -> Array:
-    """The corners (4, 2) where lines through the sides meet, each fitted to where the black border turns white.
+    """Return the intersections (4, 2) of lines through the sides, each fitted to the edge of the black border.
 
     A corner that is blurred is rounded off, and a marker of 16 px looks smaller, so farther away, by 3 %; the middle
     of a blurred edge stays in its place. ``cells`` are the marker's cells a side, its border included.
@@ -145,7 +147,9 @@ def along_sides(grey: Image, corners_px: Array, cells: int) -> Array:
 
 
 def _edge(grey: Image, points_px: Array, normal: Array, reach: float) -> Array:
-    """How far (n,) [px] along ``normal`` from each point the image turns from black to white, within ``reach``."""
+    """Return the distances (n,) [px] along ``normal`` from each point to the edge from black to white, within
+    ``reach``.
+    """
     steps = np.arange(-reach, reach + PROFILE_STEP_PX / 2, PROFILE_STEP_PX)
     places = (points_px[:, None, :] + steps[None, :, None] * normal).astype(np.float32)
     profile = cv2.remap(grey, places[..., 0], places[..., 1], cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)

@@ -31,12 +31,12 @@ DOUBTFUL_SHARE = 0.9
 
 
 def open_marker(settings: MarkerCapture) -> Sequence[RecordedHand]:
-    """A hand for every swing in the films; raises InputError for one in which the marker cannot be followed."""
+    """Open a demonstrator for every swing in the films; raises InputError if the marker of one cannot be followed."""
     return films_of((settings.path,) if isinstance(settings.path, str) else settings.path or (), settings)
 
 
 def films_of(paths: Sequence[str], settings: MarkerSettings) -> Sequence[RecordedHand]:
-    """A hand for every swing in the films."""
+    """Return a demonstrator for every swing in the films."""
     recordings: list[Recording] = []
     for path in paths:
         recordings += checked_swings(_followed(path, settings), settings.plausible, math.inf, settings.segments)
@@ -44,7 +44,7 @@ def films_of(paths: Sequence[str], settings: MarkerSettings) -> Sequence[Recorde
 
 
 def _followed(path: str, settings: MarkerSettings) -> Recording:
-    """The cup's motion in the film ``path``."""
+    """Follow the cup's motion in the film ``path``."""
     camera: CameraModel | None = None
     detector = MarkerDetector(settings.dictionary, settings.number)
     stamps: list[float] = []

@@ -21,7 +21,7 @@ SLOW_SHARE = 0.9
 
 
 def open_marker_live(settings: MarkerLiveCapture, tell: Tell) -> Sequence[RecordedHand]:
-    """A hand for every swing in the film; ``tell`` is told of the images as they come.
+    """Open a demonstrator for every swing in the film; ``tell`` reports the images as they come.
 
     Raises HardwareError for a camera that is not there or goes away at once.
     """

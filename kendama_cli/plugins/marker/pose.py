@@ -34,7 +34,9 @@ class PoseCandidate:
 
 
 def marker_poses(corners_px: Array, side_m: float, camera: CameraModel) -> list[PoseCandidate]:
-    """One or two candidates for corners (4, 2), best first; none where the corners are no square in front of it."""
+    """Return one or two candidates for corners (4, 2), best first; none if they are no square in front of the
+    camera.
+    """
     points, lens = side_m * CORNERS, camera.optics
     try:
         count, turns, places, _ = cv2.solvePnPGeneric(

@@ -1,4 +1,4 @@
-"""From candidates per frame to one smooth motion: which solution, by time; then a smoother over gaps.
+"""Smooth motion from candidates per frame: the solution that fits over time, then a smoother over gaps.
 
 Choosing is a shortest path (Viterbi) through the candidates: each costs its reprojection, each step the turn it asks
 for. Smoothing is a Kalman filter of constant acceleration (white jerk) and Rauch, Tung and Striebel's pass back (AIAA
@@ -34,7 +34,7 @@ OUTLIER = 25.0
 
 @dataclass(frozen=True)
 class _Seen:
-    """What was measured at some of the instants: ``values`` (k, 3) with covariances ``noise`` (k, 3, 3)."""
+    """Measurements at some of the instants: ``values`` (k, 3) with covariances ``noise`` (k, 3, 3)."""
 
     t_s: Array
     seen: NDArray[np.bool_]
@@ -59,7 +59,7 @@ class PoseTrack:
 
 
 def choose(t_s: Array, frames: Sequence[Sequence[PoseCandidate]]) -> list[int | None]:
-    """Which candidate of each frame; None where it has none."""
+    """Choose a candidate of each frame; None for a frame that has none."""
     known = [i for i, candidates in enumerate(frames) if candidates]
     if not known:
         return [None] * len(frames)
@@ -83,7 +83,9 @@ def choose(t_s: Array, frames: Sequence[Sequence[PoseCandidate]]) -> list[int | 
 
 
 def smooth(t_s: Array, frames: Sequence[Sequence[PoseCandidate]]) -> PoseTrack:
-    """The motion at ``t_s`` (n,) through the candidates of the frames (n,); raises ValueError where none has any."""
+    """Return the motion at ``t_s`` (n,) through the candidates of the frames (n,); raises ValueError if none has
+    any.
+    """
     chosen = choose(t_s, frames)
     seen = np.array([one is not None for one in chosen])
     if not seen.any():

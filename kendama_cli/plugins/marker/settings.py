@@ -16,7 +16,7 @@ class MarkerSettings:
 
     plausible: PlausibleSettings
     dictionary: Literal["4x4_50", "5x5_100", "apriltag_16h5", "apriltag_36h11"] = setting("the marker's family")
-    number: int = setting("its number", at_least=0)
+    number: int = setting("number of the marker", at_least=0)
     size_m: float = setting("side of its black square, as measured on the print: all lengths rest on it [m]", above=0)
     marker_to_cup_m: tuple[float, float, float] = setting(
         "the cup's tie point in the marker's axes: x right, y up on the print, z out of it [m]"
@@ -66,5 +66,5 @@ class MarkerLiveCapture(MarkerSettings):
 
     kind: Literal["marker_live"] = setting("a printed marker before a camera")
     device: int | str = setting("the camera, a number or an address")
-    record: str = setting("where its film is kept; it is never overwritten")
-    seconds: float = setting("how long it is recorded [s]", above=0)
+    record: str = setting("file of its video; it is never overwritten")
+    seconds: float = setting("duration of the recording [s]", above=0)

@@ -36,7 +36,7 @@ CAUGHT_SHARE = 0.5
 
 
 def open_bodies(settings: BodyCapture) -> Sequence[RecordedHand]:
-    """A hand for every swing of the body in every file; raises InputError for a file that does not hold it."""
+    """Open a demonstrator for every swing of the body in every file; raises InputError for a file that lacks it."""
     recordings: list[Recording] = []
     for path in (settings.path,) if isinstance(settings.path, str) else settings.path or ():
         tracks = {one.name: one for one in read_bodies(path)}
@@ -51,7 +51,7 @@ def open_bodies(settings: BodyCapture) -> Sequence[RecordedHand]:
 
 
 def recording_of(path: str, body: BodyTrack, ball: BodyTrack | None, settings: BodySettings) -> Recording:
-    """The cup's motion behind ``body`` in our axes; raises InputError where it is not seen for too long."""
+    """Return the cup's motion by ``body`` in our axes; raises InputError if it is not seen for too long."""
     seen = np.isfinite(body.position_m).all(axis=1)
     if body.rotation_wxyz is not None:
         seen &= np.isfinite(body.rotation_wxyz).all(axis=1)
@@ -95,12 +95,12 @@ def recording_of(path: str, body: BodyTrack, ball: BodyTrack | None, settings: B
 
 
 def _at(ball: BodyTrack, t_s: Array) -> Array:
-    """The ball's places (n, 3) at ``t_s`` (n,); NaN where it was not seen."""
+    """Return the ball's positions (n, 3) at ``t_s`` (n,); NaN where it was not seen."""
     return np.asarray(ball.position_m[np.searchsorted(ball.t_s, t_s)])
 
 
 def named_body(path: str, tracks: dict[str, BodyTrack], name: str | None, key: str) -> BodyTrack:
-    """The track that ``capture.<key>`` names, by its child frame alone where that will do, or the only one.
+    """Return the track that ``capture.<key>`` names (its child frame alone will do if unique), or the only one.
 
     Raises InputError with those that are there.
     """
@@ -147,7 +147,7 @@ def check_gravity(recording: Recording) -> None:
 
 
 def without_misses(swings: list[Recording]) -> list[Recording]:
-    """The swings that ended in a catch where the ball tells so; all of them, with a warning, where none did."""
+    """Return the swings that ended in a catch, if the ball shows it; all of them, with a warning, if none did."""
     judged = [(swing, _caught(swing)) for swing in swings]
     missed = [swing.name for swing, caught in judged if caught is False]
     kept = [swing for swing, caught in judged if caught is not False]
@@ -162,7 +162,7 @@ def without_misses(swings: list[Recording]) -> list[Recording]:
 
 
 def _hanging(recording: Recording) -> Array | None:
-    """From the cup to the ball (3,) where both rest at the start; None where they do not, or the ball is held."""
+    """Return the vector (3,) from the cup to the ball at rest at the start; None if they move, or the ball is held."""
     if recording.ball_m is None:
         return None
     first = recording.t_s <= REST_S
@@ -177,7 +177,7 @@ def _hanging(recording: Recording) -> Array | None:
 
 
 def _caught(recording: Recording) -> bool | None:
-    """Whether the ball ended in the cup; None where the recording does not tell."""
+    """Return True if the ball ended in the cup, False if not; None if the recording does not show it."""
     hang = _hanging(recording)
     if hang is None or recording.ball_m is None:
         return None

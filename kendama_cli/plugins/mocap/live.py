@@ -30,7 +30,8 @@ CLOCK_APART_S = 1.0
 
 
 def open_mocap(settings: MocapCapture, tell: Tell) -> Sequence[RecordedHand]:
-    """A hand for every swing in the stream of ``settings.seconds``; ``tell`` is told of the poses as they come.
+    """Open a demonstrator for every swing in the stream of ``settings.seconds``; ``tell`` reports poses as they
+    come.
 
     Raises HardwareError where the server is not there, goes away or does not have the body, ConfigError for a unit that
     cannot be; what came is kept.
@@ -48,7 +49,7 @@ def open_mocap(settings: MocapCapture, tell: Tell) -> Sequence[RecordedHand]:
 
 
 class _Stream:
-    """What came: the body's stamps and when they came, what else is streamed, and how it ended."""
+    """Stream so far: the body's stamps and arrival times, what else is streamed, and how it ended."""
 
     def __init__(self, clock: Callable[[], float] = time.time) -> None:
         self._clock = clock
@@ -117,7 +118,7 @@ class _Stream:
         return warnings
 
     def shortage(self, settings: MocapCapture) -> str:
-        """Why too few poses came, one sentence."""
+        """Return the reason for too few poses, one sentence."""
         if self.not_rising > len(self.stamps_s):
             why = (
                 f"the stamps of '{settings.body}' stand still ({self.not_rising} poses do not rise): the tracker is "

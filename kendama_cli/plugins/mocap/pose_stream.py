@@ -28,7 +28,7 @@ class StreamedPose:
 
 @dataclass(frozen=True)
 class Protocol:
-    """What a protocol is called, what a client says first, and what makes poses of the bytes that come."""
+    """Protocol of a stream: its name, a client's first message, and the parser of poses."""
 
     name: str
     hello: bytes
@@ -36,7 +36,7 @@ class Protocol:
 
 
 def streamed_poses(protocol: Protocol, host: str, port: int) -> Iterator[StreamedPose]:
-    """Every pose that comes, of any body.
+    """Yield every pose that comes, of any body.
 
     Ends where the server closes the line; raises HardwareError where it is not there, silent for 3 s, or speaks
     something else.
@@ -59,7 +59,7 @@ def streamed_poses(protocol: Protocol, host: str, port: int) -> Iterator[Streame
 
 
 def _received(line: socket.socket, where: str) -> bytes:
-    """What has come; empty where the line was closed. Raises HardwareError after a silence."""
+    """Return the bytes that have come; empty if the line was closed. Raises HardwareError after a silence."""
     try:
         return line.recv(1 << 16)
     except TimeoutError:

@@ -17,9 +17,9 @@ class BodySettings:
     """A tracked body on the cup: its axes, where the cup is in it, and what its swings can be."""
 
     plausible: PlausibleSettings
-    axes: Axes = setting("which axis of the file is our x, y and z (up): [x, -z, y] for y up")
+    axes: Axes = setting("axes of the file that are our x, y and z (up): [x, -z, y] for y up")
     body_to_cup_m: tuple[float, float, float] = setting(
-        "from the body's origin to the cup's tie point, in the body's axes (kendama capture pivot) [m]"
+        "vector from the body's origin to the cup's tie point, in the body's axes (kendama capture pivot) [m]"
     )
     upright: Literal["start", "given"] = setting(
         "start: the cup is upright where the recording begins; given: the body's own axes are the cup's"
@@ -61,8 +61,8 @@ class MocapCapture(StreamServer, BodySettings):
     body: str = setting(
         "name of the rigid body on the cup: of its transform, or of its VRPN tracker (TRACKER:1 for its sensor 1)"
     )
-    seconds: float = setting("how long it is recorded [s]", above=0)
-    record: str = setting("where the stream is kept as it comes; it is never overwritten")
+    seconds: float = setting("duration of the recording [s]", above=0)
+    record: str = setting("file of the raw stream; it is never overwritten")
 
     def __post_init__(self) -> None:
         super().__post_init__()

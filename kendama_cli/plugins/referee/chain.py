@@ -41,7 +41,8 @@ def mujoco() -> Any:
 
 
 def chain_model(game: GameSettings, body: SampledBody, step_s: float) -> Any:
-    """A model of cup, chain and ball: the cup on a free joint, then a hinge about y for every link and for the ball.
+    """Build a model of cup, chain and ball: the cup on a free joint, then a hinge about y for every link and the
+    ball.
 
     The chain is as long as the rope that the ball's weight stretches; it collides with the cup without friction, the
     ball with the game's. Raises ConfigError for a tie at the cup's side.
@@ -118,7 +119,7 @@ def _log_restitution(ratio: float) -> float:
 
 
 def _add_ball(mj: Any, holder: Any, below_m: float, game: GameSettings, body: SampledBody) -> None:
-    """The ball at the end of the last link, on a slide that stretches as the rope does."""
+    """Add the ball at the end of the last link, on a slide that stretches as the rope does."""
     spring, damper = 1.0 / CONTACT_S**2, 2.0 * damping_ratio(body.restitution) / CONTACT_S
     ball = holder.add_body(name="ball", pos=[0.0, 0.0, below_m])
     ball.add_joint(
@@ -144,7 +145,7 @@ def _add_ball(mj: Any, holder: Any, below_m: float, game: GameSettings, body: Sa
 
 
 def _add_cup(mj: Any, carried: Any, game: GameSettings) -> None:
-    """The staves and floor of the cup as DART has them, and its handle."""
+    """Add the staves and floor of the cup as DART has them, and its handle."""
     cup = game.cup
     solid = {"contype": 1, "conaffinity": 0, "condim": 1, "mass": 0.0}
     width, out = cup.outer_radius_m * math.tan(math.pi / cup.staves), cup.radius_m + cup.wall_m / 2

@@ -15,7 +15,7 @@ _BEFORE_S = 0.9
 
 
 def figures(log: StageLog) -> list[Figure]:
-    """Both sides of every game, and the last second of the one on which they differ most."""
+    """Return both sides of every game, and the last second of the one on which they differ most."""
     games = list(log.messages("/referee/game", RefereeMessage).messages)
     if not games:
         return []
@@ -58,7 +58,7 @@ def _misses(games: list[RefereeMessage]) -> Panel:
 
 
 def most_apart(games: list[RefereeMessage]) -> RefereeMessage:
-    """The game in which the two misses differ most."""
+    """Return the game in which the two misses differ most."""
     return max(games, key=lambda one: float(np.nan_to_num(abs(one.ours_miss_m - one.referee_miss_m), nan=-1.0)))
 
 

@@ -18,7 +18,7 @@ EVERY_S = 0.001
 
 
 def swing_slack_s(game: GameSettings, rope_m: float, track: CupTrack, ball_m: Array, since_s: float = 0.0) -> float:
-    """The longest time for which the rope of ``rope_m`` was slack before the flight, as in RolloutResult.
+    """Return the longest time for which the rope of ``rope_m`` was slack before the flight, as in RolloutResult.
 
     ``ball_m`` (n, 3) is the ball's way at the times of ``track``. The flight is the slack time in which the ball first
     comes down through the rim's plane after ``since_s``, or the last one where it never does.
@@ -59,7 +59,7 @@ class CupTrack:
             raise InputError("replay", problem, remedy="run the stage again with --force")
 
     def carried(self, step_s: float) -> Carried:
-        """The way every ``step_s``, by cubic splines through the samples."""
+        """Return the path every ``step_s``, by cubic splines through the samples."""
         n = int((self.t_s[-1] - self.t_s[0]) / step_s)
         t_s = self.t_s[0] + step_s * np.arange(n + 1)
         place = CubicSpline(self.t_s, self.place_m, bc_type=FROM_REST)
@@ -93,7 +93,7 @@ class Carried:
 
 
 def _upright_to(axis: Array) -> Rotation:
-    """The smallest rotations that take z to ``axis`` (n, 3)."""
+    """Return the smallest rotations that take z to ``axis`` (n, 3)."""
     across = np.cross([0.0, 0.0, 1.0], axis)
     size = np.linalg.norm(across, axis=1)
     angle = np.arctan2(size, axis[:, 2])

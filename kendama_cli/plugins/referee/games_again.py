@@ -74,7 +74,7 @@ def referee(home: Path, run: str | None, *, rope_kg: float | None, as_json: bool
 
 
 def logged_games(record: Mapping[str, Any]) -> Iterator[LoggedGame]:
-    """The games in the logs of a run's stages, in order."""
+    """Yield the games in the logs of a run's stages, in order."""
     for stage in record["stages"]:
         if stage["artifact"] is None:
             continue
@@ -88,7 +88,7 @@ def logged_games(record: Mapping[str, Any]) -> Iterator[LoggedGame]:
 
 
 def played_again(game: LoggedGame, rope_kg: float | None = None) -> RefereeMessage:
-    """One game under the referee's physics, with a rope of ``rope_kg``, beside our own.
+    """Play one game again under the second physics, with a rope of ``rope_kg``, beside our own.
 
     None: as the game's rope was, or CHAIN_KG where that had no mass.
     """
@@ -119,7 +119,7 @@ def played_again(game: LoggedGame, rope_kg: float | None = None) -> RefereeMessa
 
 
 def summary(seen: list[RefereeMessage]) -> dict[str, Any]:
-    """What ``--json`` prints; games whose rope hung slack in the swing are told apart: there its mass decides."""
+    """Return the output of ``--json``; games whose rope hung slack in the swing are apart: there its mass decides."""
     games = [
         {
             "stage": one.stage,
@@ -147,7 +147,7 @@ def _agreement_mm(seen: list[RefereeMessage]) -> float | None:
 
 
 def write_log(path: Path, seen: list[RefereeMessage], settings: GameSettings, document: Mapping[str, Any]) -> None:
-    """The log beside the run, from which the report makes its section."""
+    """Write the log beside the run, from which the report makes its section."""
     log = McapLog(TOPICS, MemoryFile())
     for number, one in enumerate(seen):
         log.write("/referee/game", float(number), one)

@@ -1,4 +1,4 @@
-"""What the referee logs; standard library only."""
+"""Messages that the referee logs; standard library only."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the referee adds to a run's replay in space: the game in which the two misses differ most, under both."""
+"""Scene of the referee in a run's replay: the game in which the two misses differ most, under both."""
 
 from __future__ import annotations
 

@@ -23,7 +23,8 @@ KEPT_S = 0.01
 
 @dataclass(frozen=True)
 class Replay:
-    """What the referee saw: ``miss_m`` as in RolloutResult, None where the ball never came down through the rim.
+    """Game under the second physics: ``miss_m`` as in RolloutResult, None if the ball never came down through the
+    rim.
 
     ``t_s`` (n,) and ``ball_m`` (n, 3) are the ball's path.
     """
@@ -91,6 +92,6 @@ def _replayed(
 
 
 def _inside(game: GameSettings, data: object, ball: int) -> bool:
-    """Whether the ball's centre is in the cup, below the rim."""
+    """Return True if the ball's centre is in the cup, below the rim."""
     turn, apart = data.xmat[1].reshape(3, 3), data.xpos[ball] - data.xpos[1]  # type: ignore[attr-defined]
     return is_inside(turn.T @ apart, game.cup)

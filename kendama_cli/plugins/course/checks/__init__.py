@@ -1,1 +1,1 @@
-"""What grades the exercises: ``exercise_N.CHECKS`` has one function for each task, by the task's number."""
+"""Checks that grade the exercises: ``exercise_N.CHECKS`` has one function for each task, by the task's number."""

@@ -28,7 +28,7 @@ def velocity(work: Work) -> None:
 
 
 def moving(work: Work) -> None:
-    """A motion with rest before and after it, whose ends are known."""
+    """Check against a motion with rest before and after it, whose ends are known."""
     t_s = np.arange(0.0, 2.0, 0.01)
     for begins_s, takes_s in ((0.40, 0.8), (0.73, 1.0)):
         share = np.clip((t_s - begins_s) / takes_s, 0.0, 1.0)
@@ -42,7 +42,7 @@ def moving(work: Work) -> None:
 
 
 def noise(work: Work) -> None:
-    """The formula, held to what noise really does."""
+    """Check the formula against measured noise."""
     rng = np.random.default_rng(11)
     for sigma_m, step_s in ((0.0005, 0.01), (0.002, 0.025)):
         y = rng.normal(0.0, sigma_m, 200_000)
@@ -84,7 +84,7 @@ def _runge_kutta(t_s: Array, strength: float, pace: float, rope_m: float) -> Arr
 
 
 def whole_swings(work: Work) -> None:
-    """The same figures from the student's own swings."""
+    """Check that the figures are those of the student's own swings."""
     played = [swing(one.t_s, one.position_m) for one in work.value("swings")]
     highest = max(float((one.ball_m - one.cup_m)[:, 2].max()) for one in played)
     hint = "the ball's height over the cup's tie point: (ball_m - cup_m)[:, 2], its maximum over all swings"

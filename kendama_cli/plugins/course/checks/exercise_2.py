@@ -17,7 +17,7 @@ def _basis() -> tuple[Array, Array]:
 
 
 def _swing(seed: int) -> tuple[Array, Array]:
-    """A smooth way that begins and ends at rest."""
+    """Return a smooth path that starts and ends at rest."""
     rng = np.random.default_rng(seed)
     t_s = np.linspace(0.0, rng.uniform(1.2, 2.2), 240)
     share = t_s / t_s[-1]
@@ -49,7 +49,7 @@ def force(work: Work) -> None:
 
 
 def fit(work: Work) -> None:
-    """The residual can hardly be smaller, and the weights stay small."""
+    """Check that the residual can hardly be smaller, and the weights stay small."""
     for seed in (1, 2):
         t_s, y = _swing(seed)
         f = np.asarray(work.function("force")(t_s, y), dtype=np.float64)
@@ -79,7 +79,7 @@ def play(work: Work) -> None:
 
 
 def average(work: Work) -> None:
-    """Of all swings, with the student's own fit."""
+    """Check the average of all swings, with the student's own fit."""
     parts = [work.function("trimmed")(one) for one in work.value("swings")]
     own = work.function("fit")
     weights = np.mean([np.asarray(own(t, y - y[0]), dtype=np.float64) for t, y in parts], axis=0)

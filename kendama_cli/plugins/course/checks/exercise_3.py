@@ -16,7 +16,7 @@ LEAST_SHARE = 0.75
 
 
 def miss_m(work: Work) -> None:
-    """The same miss as the library's, at two taus."""
+    """Check that the miss is the library's, at two taus."""
     plan = work.value("plan")
     for tau in (0.965, 1.145):
         t_s = np.arange(0.0, tau * plan.duration_s, 0.002)

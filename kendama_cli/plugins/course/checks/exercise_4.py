@@ -13,7 +13,7 @@ ROWS, COLUMNS, LARGEST_M_S2, HOLD_S = 324, 5, 8.0, 0.05
 
 
 def row(work: Work) -> None:
-    """Every digit, at places beside its edges."""
+    """Check every digit, at positions beside its edges."""
     own, rng = work.function("row"), np.random.default_rng(4)
     for _ in range(200):
         x, v, angle, rate = rng.uniform([-0.4, -2, -math.pi, -9], [0.4, 2, math.pi, 9])
@@ -29,7 +29,7 @@ def row(work: Work) -> None:
 
 
 def update(work: Work) -> None:
-    """A short rollout with a repeated pair, against the equations."""
+    """Check a short rollout with a repeated pair against the equations."""
     own, rng = work.function("update"), np.random.default_rng(5)
     q, e = rng.normal(0.0, 1.0, (ROWS, COLUMNS)), np.zeros((ROWS, COLUMNS))
     wanted_q, wanted_e = q.copy(), e.copy()
@@ -116,7 +116,7 @@ def lucky(work: Work) -> None:
 
 
 def _arranged(own: Any, pattern: str) -> Any:
-    """What ``own`` gives where the rollouts end as ``pattern`` says, and with success after it."""
+    """Return the result of ``own`` for rollouts that end as ``pattern`` says, and with success after it."""
     space = getattr(own, "__wrapped__", own)
     return _with_driven(space, iter(pattern))
 
@@ -132,7 +132,7 @@ def _with_driven(own: Any, ends: Any) -> Any:
 
 
 def _globals(own: Any) -> dict[str, Any]:
-    """The names among which the student's function looks for ``driven``."""
+    """Return the names among which the student's function looks for ``driven``."""
     cell = next((one.cell_contents for one in own.__closure__ or () if callable(one.cell_contents)), own)
     names: dict[str, Any] = cell.__globals__
     require("driven" in names, "the cell that defines driven() is gone; lucky() plays its rollouts by it")
@@ -152,7 +152,7 @@ def _counted(pattern: str, cap: int) -> int:
 
 
 def verdict(work: Work) -> None:
-    """The interval of their own lists, and what it allows to say."""
+    """Check the interval of the student's own lists, and the conclusion that it allows."""
     table, null = (np.asarray(work.value(name), dtype=np.float64) for name in ("table_rollouts", "null_rollouts"))
     require(len(table) >= 5 and len(null) >= 5, "compare at least five seeds of each")
     rng = np.random.default_rng(7)

@@ -13,7 +13,7 @@ GRAVITY_M_S2, ROPE_M = 9.81, 0.40
 
 
 def what_breaks(work: Work) -> None:
-    """The shares are those of the same rollouts."""
+    """Check that the fractions are those of the same rollouts."""
     shares, bodies = work.value("shares"), work.value("BODIES")
     if not isinstance(shares, dict) or set(shares) != set(bodies):
         raise WrongAnswerError(f"'shares' has to be a dictionary with the keys {', '.join(bodies)}")
@@ -63,7 +63,7 @@ def ahead(work: Work) -> None:
 
 
 def believed(work: Work) -> None:
-    """The same rollouts again, and what follows of them."""
+    """Check the fractions by the same rollouts, and the conclusion from them."""
     found = array_of("'believed'", work.value("believed"), (5,))
     rollout, nominal, in_time = (work.value(name) for name in ("rollout", "nominal", "in_time"))
     body = {"delay_s": 0.06}

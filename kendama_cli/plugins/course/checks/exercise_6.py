@@ -31,7 +31,7 @@ def _cameras() -> list[CameraModel]:
 
 
 def project(work: Work) -> None:
-    """The library's camera."""
+    """Check against the library's camera."""
     for camera in _cameras():
         for point in ([0.0, 0.0, 1.2], [0.2, -0.1, 1.4]):
             found = work.function("project")(camera, np.array(point))
@@ -72,7 +72,7 @@ def fit_flight(work: Work) -> None:
 
 
 def crossing(work: Work) -> None:
-    """The later of both solutions."""
+    """Check that the time is the later of both solutions."""
     for seed in (3, 4):
         _, _, p0, v0 = _flight(seed)
         for height in (1.0, 1.22):
@@ -91,7 +91,7 @@ def _bound(t_s: Array, sigma_m: float, p0: Array, v0: Array, height_m: float) ->
 
 
 def bound(work: Work) -> None:
-    """The formula, at two flights and lengths of sight."""
+    """Check the formula, at two flights and durations of sight."""
     for seed, seen in ((5, 12), (6, 24)):
         t_s, _, p0, v0 = _flight(seed)
         wanted = _bound(t_s[:seen], 0.002, p0, v0, 1.0)

@@ -36,7 +36,7 @@ def landing(work: Work) -> None:
 
 
 def meet(work: Work) -> None:
-    """The cup arrives."""
+    """Check that the cup arrives."""
     own = work.function("meet")
     for x, v, target, left in ((0.0, 0.0, 0.1, 0.3), (-0.1, 0.7, 0.05, 0.2)):
         a = float(own(x, v, target, left))
@@ -67,7 +67,7 @@ def _same_shares(work: Work, name: str, law: str, conditions: list[dict[str, Any
 
 
 def noise(work: Work) -> None:
-    """The same shares, and that hasty is worse where it matters."""
+    """Check that the fractions are the same, and that hasty is worse where it matters."""
     levels = [{"noise_m": value} for value in work.value("NOISE_M")]
     patient, hasty = (
         _same_shares(work, f"{law}_shares", own, levels) for law, own in (("patient", "act"), ("hasty", "hasty"))
@@ -80,7 +80,7 @@ def noise(work: Work) -> None:
 
 
 def latency(work: Work) -> None:
-    """The same shares, and that time stamps are worth something."""
+    """Check that the fractions are the same, and that time stamps are worth something."""
     levels = [{"late": value} for value in work.value("LATE_STEPS")]
     honest, naive = (
         _same_shares(work, f"{law}_shares", own, levels) for law, own in (("honest", "act"), ("naive", "naive"))
@@ -93,7 +93,7 @@ def latency(work: Work) -> None:
 
 
 def weakest(work: Work) -> None:
-    """The same shares, and the least of them."""
+    """Check that the fractions are the same, and their minimum."""
     ways, broken = work.value("WAYS"), work.value("broken")
     if not isinstance(broken, dict) or set(broken) != set(ways):
         raise WrongAnswerError(f"'broken' has to be a dictionary with the keys {', '.join(ways)}")

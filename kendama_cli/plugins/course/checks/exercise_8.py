@@ -15,7 +15,7 @@ FIRST_SEED = 40_000
 
 
 def plugged_in(work: Work) -> None:
-    """The entry point is found, and what it names can be imported."""
+    """Check that the entry point is found, and that its object can be imported."""
     points = [one for one in importlib.metadata.entry_points(group="kendama.learners") if one.name == "mine"]
     hint = "run 'pip install -e my-learner' in the notebook's folder, with the Python that kendama lives in"
     require(bool(points), f"no learner 'mine' is installed; {hint}")

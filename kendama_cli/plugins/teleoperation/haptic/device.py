@@ -94,7 +94,7 @@ class HapticLink:
             raise
 
     def stop(self, why: str) -> None:
-        """No force any more, whatever comes."""
+        """Stop every force, whatever comes."""
         self._stopped = self._stopped or why
         try:
             self.feel(np.zeros(3))
@@ -183,12 +183,12 @@ class HapticHand:
         self._link.feel(force_n)
 
     def close(self) -> None:
-        """No force between two swings."""
+        """Stop the force between two swings."""
         self._link.feel(np.zeros(3))
 
 
 def swing(link: HapticLink) -> Array | None:
-    """The samples of a try (n, columns) from grip to catch or release; None where it is hardly a swing."""
+    """Return the samples of a try (n, columns) from grip to catch or release; None if it is hardly a swing."""
     own, period = link.settings, Period(link.clock, link.late_s)
     until_s = link.clock() + own.wait_s
     while not link.gripped or link.device_m is None:
@@ -242,7 +242,7 @@ class MovedCup:
         self._speed_m_s, self._per_kg, self._steps = np.zeros(3), STEP_S / game.cup.mass_kg, 0
 
     def free_m(self) -> Array:
-        """How far it would move in the next step without the coupling."""
+        """Return the displacement in the next step without the coupling."""
         return np.asarray((self._speed_m_s + self._per_kg * self.world.force_n) * STEP_S)
 
     def step(self, force_n: Array, record: TryRecord) -> None:
@@ -256,7 +256,7 @@ class MovedCup:
 
 
 def open_haptic(settings: HapticCapture) -> Sequence[HapticHand]:
-    """A hand for every swing that is asked for, all at one device.
+    """Open a demonstrator for every swing that is asked for, all at one device.
 
     Raises HardwareError where none answers, ConfigError where the folder to keep them in holds swings already.
     """

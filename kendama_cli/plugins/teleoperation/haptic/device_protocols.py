@@ -1,4 +1,4 @@
-"""What a haptic device's server says, and how it is told a force: by OpenIGTLink, or as a VRPN force device.
+"""Messages of a haptic device's server and forces for it: by OpenIGTLink, or as a VRPN force device.
 
 VRPN (vrpn_ForceDevice.h, vrpn_Phantom.C): the device is a tracker whose sensor 0 is the stylus, buttons (``Change``:
 a number and its state; ``States``: how many, and the state of each), and a force field, ``Force_Field``: 32-bit floats
@@ -34,14 +34,14 @@ ERRORS = (
 
 @dataclass(frozen=True)
 class Place:
-    """Where the stylus is, in the server's axes and unit."""
+    """Position of the stylus, in the server's axes and unit."""
 
     position: Vector
 
 
 @dataclass(frozen=True)
 class Grip:
-    """Whether the dead-man's switch is held."""
+    """State of the dead-man's switch."""
 
     held: bool
 
@@ -64,10 +64,10 @@ class DeviceProtocol(Protocol):
     pose: str
 
     def feed(self, data: bytes) -> Iterator[Told]:
-        """What these bytes say; raises ValueError for what is of another protocol, or damaged."""
+        """Parse bytes into messages; raises ValueError if they are of another protocol, or damaged."""
 
     def force(self, force_n: Vector, at: Vector) -> bytes:
-        """The message for a force on the stylus, in the server's axes; it was said to be at ``at``."""
+        """Return the message for a force on the stylus, in the server's axes, at the stylus's last position ``at``."""
 
 
 class OpenIgtlinkDevice:
@@ -80,7 +80,7 @@ class OpenIgtlinkDevice:
         self.pose = f"TRANSFORM '{settings.device}'"
 
     def feed(self, data: bytes) -> Iterator[Told]:
-        """What these bytes say."""
+        """Yield the messages in these bytes."""
         for message in self._stream.feed(data):
             kind, content = (message.kind, message.device), message.content
             if kind == ("TRANSFORM", self._device) and len(content) == TRANSFORM.size:
@@ -90,7 +90,7 @@ class OpenIgtlinkDevice:
                 yield Grip(content[TEXT_BEGINS:].strip(b"\0 ") == b"1")
 
     def force(self, force_n: Vector, at: Vector) -> bytes:
-        """The force as a place."""
+        """Return the force as a position."""
         return transform(f"{self._device}-force", force_n)
 
 
@@ -106,7 +106,7 @@ class VrpnDevice:
         self._reach = FIELD_REACH_M / METRES[settings.spoken_unit]
 
     def feed(self, data: bytes) -> Iterator[Told]:
-        """What these bytes say."""
+        """Yield the messages in these bytes."""
         for message in self._stream.feed(data):
             if message.sender != self._device:
                 continue
@@ -131,7 +131,7 @@ class VrpnDevice:
         return None
 
     def force(self, force_n: Vector, at: Vector) -> bytes:
-        """A field that is the same everywhere within reach of ``at``."""
+        """Return a field that is the same everywhere within reach of ``at``."""
         return vrpn.message_bytes(0, 0, FORCE_FIELD.pack(*at, *force_n, *[0.0] * 9, self._reach))
 
 

@@ -32,7 +32,7 @@ class HapticLine(Generic[Said]):
             raise HardwareError(f"{_CLOSED} ({error.strerror})") from None
 
     def receive(self) -> Iterator[Said]:
-        """Every whole message that has come; raises HardwareError for what is none, or damaged."""
+        """Yield every whole message that has come; raises HardwareError for a foreign or damaged one."""
         try:
             data = self._socket.recv(65536)
             if not data:

@@ -64,7 +64,7 @@ class Lateness:
             raise HardwareError(f"the haptic link stutters: {self.words()}")
 
     def words(self) -> str:
-        """How late it was lately, and whose fault that is; nothing where it was in time."""
+        """Return a sentence about recent lateness and its cause; empty if it was in time."""
         if not self._gaps:
             return ""
         gaps_s, stalled_s = [gap_s for _, gap_s, _ in self._gaps], sum(ours_s for _, _, ours_s in self._gaps)

@@ -33,21 +33,21 @@ class HapticCapture(StreamServer):
 
     kind: Literal["haptic"] = setting("a haptic device")
     game: GameSettings = setting("the game that is felt")
-    coupling: CouplingSettings = setting("what joins the stylus to the cup")
+    coupling: CouplingSettings = setting("coupling of the stylus to the cup")
     device: str = setting(
         "name of the stylus' TRANSFORM there (its STRING is NAME-grip, our force goes to NAME-force), or of the "
         "VRPN device"
     )
     button: int = setting("VRPN: number of the button that is the dead-man's switch", at_least=0)
     axes: Axes | None = setting(
-        "which axis of the device is our x, y and z (up); null: the usual one, [x, y, z] or [x, -z, y] (VRPN)"
+        "axes of the device that are our x, y and z (up); null: the usual ones, [x, y, z] or [x, -z, y] (VRPN)"
     )
     scale: float = setting("metres of the virtual hand per metre of the stylus", above=0)
     felt_fraction: float = setting("share of the force, scaled as the way is, that the stylus gives the hand", above=0)
     watchdog_s: float = setting("a longer silence of the device stops the force for good [s]", above=0.002)
     max_speed_m_s: float = setting("a virtual hand that moves faster is a fault of the device [m/s]", above=0)
     caught_s: float = setting("a ball that lies in the cup for this long is caught [s]", above=0)
-    wait_s: float = setting("how long to wait for a hand to grip the stylus [s]", above=0)
+    wait_s: float = setting("time to wait for a hand to grip the stylus [s]", above=0)
     swings: int = setting("number of demonstrations to record", at_least=1)
     record: str = setting("folder in which every swing is kept as it was made; nothing there is overwritten")
 

@@ -1,4 +1,4 @@
-"""Where the stylus is at any time, between the places that are heard of and a little after them."""
+"""Path of the stylus over time, between the positions received and a little after them."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ class DeviceWay:
             del times_s[:old], self._places_m[:old]
 
     def at(self, t_s: float) -> Array:
-        """The place (3,) then; after the newest the way goes on evenly, for PREDICTED_S at most."""
+        """Return the position (3,) then; after the newest it moves on evenly, for PREDICTED_S at most."""
         after_s = min(t_s - self._times_s[-1], PREDICTED_S)
         if after_s <= 0 or len(self._times_s) == 1:
             return self._between(t_s)

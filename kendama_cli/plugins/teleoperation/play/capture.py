@@ -14,7 +14,7 @@ from kendama_cli.plugins.teleoperation.play.tries import Try, read_try
 
 
 def open_tries(settings: PlayCapture) -> Sequence[RecordedHand]:
-    """A hand for every try that ``take`` asks for; one that is no swing is left out, with a warning at the first hand.
+    """Open a demonstrator for every try that ``take`` asks for; a try without a swing is left out, with a warning.
 
     Files of the path that are no tries are left out. Raises InputError where none is left.
     """

@@ -1,4 +1,4 @@
-"""How a player eases the game, and what the swing becomes in the robot's game."""
+"""Conditions by which a player eases the game, and the map of the swing to the robot's game."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ class Conditions:
     cup_scale: float = 1.0
 
     def within(self, ease: EaseSettings) -> Conditions:
-        """The nearest conditions that ``ease`` allows."""
+        """Return the nearest conditions that ``ease`` allows."""
         shortest, longest = ease.rope_scale
         return Conditions(
             min(max(self.gravity_share, ease.min_gravity_fraction), 1.0),
@@ -28,7 +28,7 @@ class Conditions:
         )
 
     def game(self, robots: GameSettings) -> GameSettings:
-        """The game that is simulated for the player."""
+        """Return the game that is simulated for the player."""
         return dataclasses.replace(
             robots,
             gravity_m_s2=robots.gravity_m_s2 * self.gravity_share,
@@ -38,7 +38,7 @@ class Conditions:
 
     @property
     def time_scale(self) -> float:
-        """What the player's times are multiplied by in the robot's game: sqrt(gravity_share / rope_scale).
+        """Return the factor of the player's times in the robot's game: sqrt(gravity_share / rope_scale).
 
         A pendulum whose lengths are multiplied by k and whose gravity by c moves alike in times multiplied by
         sqrt(k / c); here k = 1 / rope_scale and c = 1 / gravity_share. Exact but for air and the rope's stretch.

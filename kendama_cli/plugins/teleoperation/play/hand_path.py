@@ -1,4 +1,4 @@
-"""From the hand's samples to the way of the cup, in steps of the simulation."""
+"""Path of the cup from the hand's samples, in steps of the simulation."""
 
 from __future__ import annotations
 
@@ -48,7 +48,8 @@ class HandPath:
         return self._t_s
 
     def follow(self, samples: Sequence[tuple[float, Array]]) -> Array:
-        """The cup's places (n, m) in the steps up to the last of ``samples``: times [s] that do not fall, places (m,).
+        """Return the cup's positions (n, m) up to the last of ``samples``: times [s] that do not fall, positions
+        (m,).
 
         A sample that is older than the last one counts as one of its time.
         """
@@ -65,7 +66,7 @@ class HandPath:
         return np.column_stack([np.convolve(column, self._weights, "valid") for column in known.T])
 
     def moment(self) -> PathMoment:
-        """The present moment, to which ``go_back`` can return."""
+        """Return the present state, to which ``go_back`` can return."""
         return PathMoment(self._t_s, self._last, self._steps, self._recent)
 
     def go_back(self, to: PathMoment) -> None:

@@ -1,4 +1,4 @@
-"""What the page may say, checked word by word: it comes from a browser, and anybody can write to a socket."""
+"""Messages of the page, checked word by word: it is a browser, and anybody can write to a socket."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ ACTIONS = ("rename", "choose", "delete", "show")
 
 
 def parse(text: str | bytes) -> Hand | Ease | About:
-    """The message in ``text``; raises UsageError that says what is wrong with it."""
+    """Parse the message in ``text``; raises UsageError with its error."""
     try:
         data = json.loads(text)
     except (ValueError, RecursionError):

@@ -88,12 +88,12 @@ class Player:
             await self._line.close(BYE, reason)
 
     async def leave(self, reason: str) -> None:
-        """The hand has gone; what was recorded is kept. Idempotent."""
+        """End the try of a hand that has gone; what was recorded is kept. Idempotent."""
         self._table.stop(reason)
         await asyncio.to_thread(self._write)
 
     def end(self) -> None:
-        """The server ends; what was recorded is kept. Idempotent."""
+        """End with the server; what was recorded is kept. Idempotent."""
         self._table.stop("the game was ended")
         self._write()
 

@@ -39,7 +39,7 @@ WRONG_TOKEN = "this address has expired or is not complete: open the one that 'k
 
 @dataclass(frozen=True)
 class Opened:
-    """Where the server listens: ``address`` is the page's, with the token."""
+    """Open server: ``address`` is the page's, with the token."""
 
     address: str
     port: int
@@ -162,5 +162,5 @@ def _read(name: str) -> bytes:
 
 
 def _reason(error: UsageError) -> str:
-    """A close frame holds 123 bytes."""
+    """Cut the error's text to fit a close frame, which holds 123 bytes."""
     return str(error).encode()[:120].decode(errors="ignore")

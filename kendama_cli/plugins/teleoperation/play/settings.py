@@ -18,12 +18,12 @@ class PlayCapture(FileCapture):
     path: str | tuple[str, ...] | None = setting(
         "tries that were kept; a file, glob or list of them", file=True, made_by="'kendama play' keeps tries there"
     )
-    take: Literal["chosen", "caught", "all"] = setting("which tries: those chosen on the page, all caught, or all")
+    take: Literal["chosen", "caught", "all"] = setting("tries to take: those chosen on the page, all caught, or all")
 
 
 @dataclass(frozen=True)
 class EaseSettings:
-    """How far a player may ease the game."""
+    """Limits to which a player may ease the game."""
 
     min_gravity_fraction: float = setting("least gravity, as a share of the game's", above=0, at_most=1)
     rope_scale: tuple[float, float] = setting("shortest and longest rope, as shares of the game's", above=0)
@@ -32,7 +32,7 @@ class EaseSettings:
 
 @dataclass(frozen=True)
 class ReachSettings:
-    """Where the cup can be dragged to, from where it begins."""
+    """Region that the cup can be dragged to, from its start."""
 
     lateral_m: float = setting("to either side [m]", above=0)
     down_m: float = setting("down [m]", above=0)
@@ -42,7 +42,7 @@ class ReachSettings:
 
 @dataclass(frozen=True)
 class PlaySettings:
-    """What ``kendama play`` simulates and keeps."""
+    """Simulation and files of ``kendama play``."""
 
     ease: EaseSettings
     reach: ReachSettings

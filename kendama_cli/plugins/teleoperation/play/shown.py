@@ -1,4 +1,4 @@
-"""What the page is told, as plain data: where everything is, what the table is like, which tries there are."""
+"""Data for the page: positions, the table and the tries."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ SHOW_EVERY = 2
 
 
 def state(table: PlayTable, t_s: float) -> dict[str, Any]:
-    """Where cup and ball are after the hand's sample of its time ``t_s``."""
+    """Return the positions of cup and ball after the hand's sample of its time ``t_s``."""
     x, _, z, tilt = table.world.place.tolist()
     ball = table.world.ball
     return {
@@ -38,7 +38,7 @@ def state(table: PlayTable, t_s: float) -> dict[str, Any]:
 
 
 def table(player: str, folder: Path, own: PlayTable, robots: GameSettings, settings: PlaySettings) -> dict[str, Any]:
-    """The table of ``player``, how far it may be eased, and where tries are kept."""
+    """Return the table of ``player``, the limits of its ease, and the folder of its tries."""
     ease, now = settings.ease, own.conditions
     return {
         "type": "table",
@@ -58,7 +58,7 @@ def table(player: str, folder: Path, own: PlayTable, robots: GameSettings, setti
 
 
 def tries(folder: TryFolder) -> dict[str, Any]:
-    """All tries of a player, the oldest first."""
+    """Return all tries of a player, the oldest first."""
     kept = [
         {
             "name": one.name,
@@ -75,14 +75,14 @@ def tries(folder: TryFolder) -> dict[str, Any]:
 
 
 def unwritten(player: str, one: Try, samples: Array, problem: str) -> dict[str, Any]:
-    """A try that could not be kept, to be saved from the page: the whole file that it would have been."""
+    """Return a try that could not be written, to be saved from the page: the content of its file."""
     name = f"{player}-{one.began[:19].replace(':', '-')}.csv"
     line = f"this try ({one.outcome}) could not be kept: {problem}"
     return {"type": "unwritten", "name": name, "line": line, "text": head(one) + rows_of(samples)}
 
 
 def replay(name: str, samples: Array, robots: GameSettings) -> dict[str, Any]:
-    """A kept try (n, columns) to be drawn again, in the robot's game as it was kept."""
+    """Return a stored try (n, columns) to be drawn again, in the robot's game as it was stored."""
     seen = samples[::SHOW_EVERY]
     tilt_rad = 2 * np.arctan2(seen[:, 6], seen[:, 4])
     columns = (seen[:, 1], seen[:, 3], tilt_rad, seen[:, 8], seen[:, 10])

@@ -41,7 +41,9 @@ Keep = Callable[[str, Conditions, Array, str], None]
 
 @dataclass(frozen=True)
 class HandSample:
-    """Where the hand was at ``t_s`` of its own clock, from where it took the cup: aside, up [m], tilt [rad]."""
+    """Position of the hand at ``t_s`` of its own clock, relative to the grip of the cup: lateral, up [m], tilt
+    [rad].
+    """
 
     t_s: float
     aside_m: float
@@ -139,7 +141,7 @@ class PlayTable:
             self._moments.append(self._moment())
 
     def stop(self, reason: str) -> None:
-        """The hand has gone: what was recorded of a try is kept, and the ball hangs still again."""
+        """Stop when the hand has gone: what was recorded of a try is kept, and the ball hangs still again."""
         if self.phase in ("playing", "settling"):
             interrupted = self.phase == "playing"
             self._end("interrupted" if interrupted else "missed", reason if interrupted else "")
@@ -175,7 +177,7 @@ class PlayTable:
         self.steps = to.steps
 
     def _silence_s(self, samples: Sequence[HandSample]) -> float:
-        """The longest time between two samples, from the last one on, of the hand's time as it is simulated."""
+        """Return the longest time [s] between two samples, from the last one on, in the simulated time of the hand."""
         times = np.maximum.accumulate([self._first.t_s + self._path.t_s, *(one.t_s for one in samples)])
         return float(np.diff(times).max())
 

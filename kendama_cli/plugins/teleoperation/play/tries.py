@@ -29,7 +29,7 @@ MOST_FACTS, LONGEST_LINE = 9, 1000
 
 @dataclass(frozen=True)
 class Try:
-    """What is known of one try: its name, which is its file's, and the lines at the head of that file.
+    """Facts of one try: its name, which is its file's, and the lines at the head of that file.
 
     ``conditions`` are in words; ``chosen`` says whether ``capture=play`` takes it, ``note`` why the try was interrupted
     or why a caught one cannot be chosen.
@@ -92,7 +92,7 @@ class TryFolder:
             self._check_room(len(list(self.path.glob("*.csv"))))
 
     def tries(self) -> list[Try]:
-        """All of them, the oldest first."""
+        """Return all tries, the oldest first."""
         found = [read_try(file) for file in self.path.glob("*.csv")]
         return sorted((one for one in found if one is not None), key=lambda one: (one.began, one.name))
 
@@ -138,7 +138,7 @@ class TryFolder:
         self._file(name).unlink()
 
     def samples(self, name: str) -> Array:
-        """The samples (n, columns) of a try; raises UsageError where there is none, or where it cannot be read."""
+        """Read the samples (n, columns) of a try; raises UsageError if it is missing or cannot be read."""
         try:
             samples = np.loadtxt(_rows(self._file(name))[1:], delimiter=",", ndmin=2)
             if samples.shape[1:] == (len(COLUMNS),) and len(samples) > 0:
@@ -152,7 +152,7 @@ class TryFolder:
             raise UsageError(f"{self.path} holds {tries} tries, as many as it may: delete some to keep more")
 
     def _file(self, name: str) -> Path:
-        """The file of a try, found by its name among those that are there: no path is made of what a page says."""
+        """Find the file of a try by its name in the folder's list: no path is made of what a page says."""
         for file in self.path.glob("*.csv"):
             if file.stem == name and read_try(file) is not None:
                 return file
@@ -170,7 +170,7 @@ class TryFolder:
 
 
 def head(one: Try) -> str:
-    """The lines before a try's header row."""
+    """Return the lines before a try's header row."""
     facts = {
         "origin": "person",
         "outcome": one.outcome,
@@ -184,13 +184,13 @@ def head(one: Try) -> str:
 
 
 def rows_of(samples: Array) -> str:
-    """The header row and ``samples`` (n, columns) as text."""
+    """Return the header row and ``samples`` (n, columns) as text."""
     rows = [",".join(COLUMNS), *(",".join(f"{value:.5f}" for value in row) for row in samples.tolist())]
     return "\n".join(rows) + "\n"
 
 
 def read_try(file: Path) -> Try | None:
-    """What the head of ``file`` tells; None for a file that is no try."""
+    """Read the head of ``file``; None for a file that is no try."""
     try:
         if not file.is_file():  # a pipe would be waited for
             return None
@@ -207,7 +207,7 @@ def read_try(file: Path) -> Try | None:
 
 
 def _rows(file: Path) -> list[str]:
-    """The lines of a try's file below its head."""
+    """Return the lines of a try's file below its head."""
     lines = file.read_text(encoding="utf-8", errors="replace").splitlines(keepends=True)
     return [line for line in lines if not line.startswith("#")]
 

@@ -1,4 +1,4 @@
-"""What is recorded of a try while it goes on, and which part of it is a demonstration."""
+"""Record of a try while it goes on, and the part of it that is a demonstration."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ LEAST_S, LEAST_WAY_M = 0.3, 0.05
 
 @dataclass(frozen=True)
 class RecordMoment:
-    """What a TryRecord knows at one moment while nothing is caught yet."""
+    """State of a TryRecord at one moment while nothing is caught yet."""
 
     rows: int
     in_cup_since_s: float | None
@@ -64,7 +64,7 @@ class TryRecord:
             self.caught = True
 
     def moment(self) -> RecordMoment:
-        """The present moment, to which ``go_back`` can return."""
+        """Return the present state, to which ``go_back`` can return."""
         found = (self._in_cup_since_s, self._rest, self._rest_before_highest, float(self._highest_m))
         return RecordMoment(len(self._rows), *found)
 
@@ -75,7 +75,7 @@ class TryRecord:
         self._rest_before_highest, self._highest_m = to.rest_before_highest, to.highest_m
 
     def samples(self, conditions: Conditions) -> Array | None:
-        """The demonstration (n, columns of a try's file) in the robot's game; None where it is hardly a swing."""
+        """Return the demonstration (n, columns of a try's file) in the robot's game; None if it is hardly a swing."""
         rows = np.array(self._rows[self._rest_before_highest :])
         if len(rows) < 2 or rows[-1, 0] - rows[0, 0] < LEAST_S or np.ptp(rows[:, 1:4], axis=0).max() < LEAST_WAY_M:
             return None
