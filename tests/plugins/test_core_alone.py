@@ -87,6 +87,11 @@ def test_what_is_missing_is_told_in_one_line_with_the_part_that_has_it(core: Pat
         (("cache", "push", "--remote", "/mnt/shared"), "cluster"),
         (("log", "export", "1", "--format", "lerobot"), "lerobot"),
         (("course", "list"), "course"),
+        (("play", "--no-show"), "teleoperation"),
+        (("plan", "capture=haptic"), "teleoperation"),
+        (("plan", "capture=mocap"), "mocap"),
+        (("camera", "marker"), "marker"),
+        (("plan", "capture=marker_live"), "marker"),
         (("cross-check",), "referee"),
         (("run", "-p", "press"), "interact"),
     ):
