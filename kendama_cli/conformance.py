@@ -22,6 +22,7 @@ from kendama_cli.config.site import find_site
 from kendama_cli.errors import ConfigError, InputError, KendamaError, MissingPartError, UsageError
 from kendama_cli.pipeline.inputs import resolve_files
 from kendama_cli.pipeline.nodes import build_settings
+from kendama_cli.schema.parts import comes_with
 from kendama_cli.schema.registry import declared
 
 SUITES = "kendama.suites"
@@ -53,7 +54,7 @@ def pytest_configure(config: pytest.Config) -> None:
     """Compose the configuration once, before any test; raises pytest.UsageError, a line without a traceback."""
     try:
         if suites := config.getoption("--suite"):
-            config.args = [_file_of(name) for name in suites]
+            config.args = [suite_file(name) for name in suites]
         site = find_site(None, None)
         settings = build_settings(composed(site, config.getoption("--override")))
         config.stash[_FOUND] = {
@@ -64,9 +65,11 @@ def pytest_configure(config: pytest.Config) -> None:
         raise pytest.UsageError(str(error)) from None
 
 
-def _file_of(suite: str) -> str:
-    """Return the file of a suite; raises UsageError for one that no package declares."""
+def suite_file(suite: str) -> str:
+    """Return the file of a suite; raises MissingPartError for one of a part that is not here, UsageError for others."""
     known = declared(SUITES)
+    if line := suite not in known and comes_with(f"--suite {suite}", SUITES, suite):
+        raise MissingPartError(suite, line)
     if suite not in known:
         raise UsageError(f"--suite is '{suite}'; allowed: {', '.join(sorted(known))}")
     spec = importlib.util.find_spec(known[suite].partition(":")[0])

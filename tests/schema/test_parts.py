@@ -8,7 +8,8 @@ from typing import Any
 
 import pytest
 
-from kendama_cli.errors import ConfigError, MissingPartError
+from kendama_cli.conformance import suite_file
+from kendama_cli.errors import ConfigError, MissingPartError, UsageError
 from kendama_cli.pipeline.catalogue import load_pipeline
 from kendama_cli.pipeline.log_export import exporter
 from kendama_cli.pipeline.nodes import build_settings
@@ -23,6 +24,7 @@ BROUGHT = {
     "kendama.exporters": ["stone"],
     "kendama.settings": ["hourglass"],
     "kendama.stages": ["nap"],
+    "kendama.suites": ["hourglass"],
 }
 
 
@@ -79,3 +81,11 @@ def test_a_node_of_a_part_is_left_out_until_something_needs_it() -> None:
     assert str(told.value) == missing("node 'hourglass'")
     with pytest.raises(ConfigError, match="unknown key 'sundial'"):
         build_settings({"seed": 3, "sundial": {}})
+
+
+def test_a_suite_of_a_part_is_told_and_an_unknown_one_refused() -> None:
+    with pytest.raises(MissingPartError) as told:
+        suite_file("hourglass")
+    assert str(told.value) == missing("--suite hourglass")
+    with pytest.raises(UsageError, match=r"--suite is 'robo'; allowed: camera, controller, demonstrator, "):
+        suite_file("robo")
