@@ -13,12 +13,13 @@ from types import CodeType, FunctionType, ModuleType
 from typing import Any, TypeVar
 
 import numba
+import numpy as np
 from numba import boolean, float64, int64, types
 from numba.core import caching
 
 __all__ = [
     "NONE", "PAIR", "READ", "READ_2D", "WRITE", "WRITE_2D", "Array", "boolean", "compiled", "compiled_as", "float64",
-    "int64",
+    "int64", "records",
 ]  # fmt: skip
 
 F = TypeVar("F", bound=Callable[..., Any])
@@ -55,6 +56,11 @@ def compiled_as(signature: Any) -> Callable[[F], F]:
     It is for whatever arrays come: others would be compiled anew, in seconds, for every mixture of them.
     """
     return lambda function: _compile(function, signature)
+
+
+def records(array: Array) -> Array:
+    """Return ``array`` of records so that a function can read their fields where numba compiles nothing, too."""
+    return array.view(np.recarray) if _numba.config.DISABLE_JIT else array
 
 
 def _compile(function: Any, signature: Any) -> Any:

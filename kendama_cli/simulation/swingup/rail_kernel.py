@@ -22,7 +22,7 @@ from kendama_cli.physics.free_fall import landing
 from kendama_cli.physics.rim_crossing import falls_in
 from kendama_cli.physics.rope import CupProfile, RopeLaw, pivot, tension_n
 from kendama_cli.physics.taut_rope import Ball, TautRope, ball_on, rope_angle, rope_rate
-from kendama_cli.system.compiled import Array, compiled
+from kendama_cli.system.compiled import Array, compiled, records
 
 Record = Any
 """An array of one record of the type ``RULES``: the record alone takes ten times as long to hand over."""
@@ -362,7 +362,7 @@ def hold_each(  # noqa: PLR0917 - plain arrays, as compiled code takes them
 
 def packed(p: Physics, w: Limits, aim: Aim, bins: Bins, longest_s: float) -> tuple[Record, Array]:
     """All constants as ``hold`` takes them: one record of the type ``RULES``, and the bins' edges in one array."""
-    packed_rules = np.zeros(1, RULES)
+    packed_rules = records(np.zeros(1, RULES))
     rules = packed_rules[0]
     rules["physics"], rules["limits"], rules["aim"] = tuple(p), tuple(w), tuple(aim)
     grid = rules["grid"]
