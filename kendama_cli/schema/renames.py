@@ -112,7 +112,10 @@ FrictionModel: fastest_rad_s max_speed_rad_s
 """Of a message in logs, or of an artifact."""
 PIPELINES = "pipelines: toy measurement"
 GROUPS = "entry points: kendama.hands kendama.demonstrators"
-OBJECTS = ""
+OBJECTS = """
+kendama_cli: kendama_cli.stages.interact.stage:Interact kendama_cli.plugins.interact.stage:Interact
+kendama_cli: kendama_cli.artifacts.interaction:InteractionResult kendama_cli.plugins.interact.artifact:InteractionResult
+"""
 """``module:name`` of a stage's class or artifact, which stands in the key of what was recorded."""
 
 

@@ -12,12 +12,25 @@ from kendama_cli.log.messages import ReplayMessage
 from kendama_cli.pipeline.nodes import node_schemas
 from kendama_cli.schema.declaration import find_stage, stage_names
 from kendama_cli.schema.registry import declared
-from kendama_cli.schema.renames import RENAMES, new_fact, new_key, new_override, new_value
+from kendama_cli.schema.renames import RENAMES, new_fact, new_key, new_override, new_value, renamed_anywhere
 from kendama_cli.schema.settings import variants
 from tests.shipped_conf import CONF
 
 SCHEMAS, _ = node_schemas()
 DECLARATIONS = {name: find_stage(name) for name in stage_names()}
+DECLARED_BY_0_2 = {
+    "adapt": ("stages.adapt.stage:Adapt", "artifacts.motion_plan:CatchMotion"),
+    "capture": ("stages.capture.stage:Capture", "artifacts.demonstration:DemonstrationSet"),
+    "encode": ("stages.encode.stage:Encode", "artifacts.motion_plan:MotionPlan"),
+    "identify": ("stages.identify.stage:Identify", "artifacts.friction_model:FrictionModel"),
+    "interact": ("stages.interact.stage:Interact", "artifacts.interaction:InteractionResult"),
+    "learn": ("stages.learn.stage:Learn", "artifacts.policy:PolicyArtifact"),
+    "measure": ("stages.measure.stage:Measure", "artifacts.toy_model:ToyModel"),
+    "predict": ("stages.predict.stage:Predict", "artifacts.prediction:PredictionStudy"),
+    "rehearse": ("stages.rehearse.stage:Rehearse", "artifacts.rehearsal:Rehearsal"),
+    "transfer": ("stages.transfer.stage:Transfer", "artifacts.transfer_result:TransferResult"),
+}
+"""The class and the artifact of each stage, below kendama_cli, which stand in the keys of what it recorded."""
 MESSAGES = {kind.__name__ for one in DECLARATIONS.values() if one for kind in one.topics.values()}
 
 
@@ -73,6 +86,14 @@ def test_a_new_value_is_one_that_is_shipped_or_allowed_and_the_old_one_is_not(on
         names = {str(choice) for hint in _hints(SCHEMAS[node], path) for choice in typing.get_args(hint)}
     assert one.new in names
     assert one.old not in names
+
+
+@pytest.mark.parametrize("name", DECLARED_BY_0_2)
+def test_what_a_stage_of_0_2_recorded_has_the_class_and_the_artifact_of_today(name):
+    stage = DECLARATIONS[name]
+    assert stage is not None
+    names = [renamed_anywhere("object", f"kendama_cli.{one}") for one in DECLARED_BY_0_2[name]]
+    assert names == [stage.run, stage.gives]
 
 
 def test_a_key_is_renamed_part_by_part_whatever_of_it_is_new_already():
