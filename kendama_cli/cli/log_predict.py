@@ -14,7 +14,7 @@ from kendama_cli.errors import InputError, UsageError
 
 if TYPE_CHECKING:
     from kendama_cli.vision.flight_search import RecordedFlight
-    from kendama_cli.vision.flight_trial import Trial
+    from kendama_cli.vision.flight_trial import FlightTrial
 
 SEEN = (0.3, 0.5, 0.7, 0.9)
 
@@ -110,7 +110,7 @@ def _flights(paths: Sequence[Path]) -> tuple[list[RecordedFlight], list[Path]]:
     return found, without
 
 
-def _document(paths: Sequence[Path], flights: list[RecordedFlight], trial: Trial) -> dict[str, Any]:
+def _document(paths: Sequence[Path], flights: list[RecordedFlight], trial: FlightTrial) -> dict[str, Any]:
     import numpy as np
 
     document: dict[str, Any] = {"files": [str(path) for path in paths], "flights": len(flights)}

@@ -20,7 +20,7 @@ from kendama_cli.control.open_observer import CameraSetup, check_cameras, open_o
 from kendama_cli.control.scene_history import SceneHistory, SceneRecordingRobot, joint_places
 from kendama_cli.control.settings import TransferSettings
 from kendama_cli.control.swing_state import SwingStateEstimator
-from kendama_cli.control.swing_up import Actor, SwingUpRollout, swing_up
+from kendama_cli.control.swing_up import SwingUpActor, SwingUpRollout, swing_up
 from kendama_cli.devices.robot.interface import Robot
 from kendama_cli.learning.reward import Goal
 from kendama_cli.learning.settings import LearnSettings
@@ -86,7 +86,7 @@ class GameRunner:
         self._goal = Goal(goal_here(learn.goal, settings.catch), geometry.flight)
 
     def swing_up(
-        self, actor: Actor, *, seed: int, observe: Callable[[CartStep], None] = lambda step: None
+        self, actor: SwingUpActor, *, seed: int, observe: Callable[[CartStep], None] = lambda step: None
     ) -> SwingUpRollout:
         """Swing up once from rest, with ``observe`` after every control period; raises HardwareError of the line."""
         return swing_up(
@@ -99,7 +99,7 @@ class GameRunner:
             observe=observe,
         )
 
-    def play(self, actor: Actor, *, seed: int, pictured: bool = False) -> Game:
+    def play(self, actor: SwingUpActor, *, seed: int, pictured: bool = False) -> Game:
         """Play one full game from rest, with whole images of it if ``pictured``; raises HardwareError of the line."""
         observer = self.observer
         observer.begin(seed, pictured=pictured)

@@ -13,7 +13,7 @@ from kendama_cli.learning.state import SwingState
 from kendama_cli.motion.braking import BrakingLimiter
 
 
-class Actor(Protocol):
+class SwingUpActor(Protocol):
     """Learner or frozen policy."""
 
     def act(self, state: SwingState, t_s: float) -> float:
@@ -50,7 +50,7 @@ class SwingUpRollout:
 
 def swing_up(
     cart: CupCart,
-    actor: Actor,
+    actor: SwingUpActor,
     goal: Goal,
     limiter: BrakingLimiter,
     *,

@@ -13,7 +13,7 @@ import gymnasium
 from gymnasium.envs.registration import WrapperSpec
 
 from kendama_cli.gym.free_cup import Catch as Catch
-from kendama_cli.gym.free_cup import Game as Game
+from kendama_cli.gym.free_cup import GameEnv as GameEnv
 from kendama_cli.gym.swing_up import SwingUp as SwingUp
 from kendama_cli.gym.swing_up_goal import SwingUpGoal as SwingUpGoal
 from kendama_cli.gym.swing_up_vector import SwingUpVector as SwingUpVector
@@ -37,4 +37,4 @@ if SWING_UP not in gymnasium.registry:
         additional_wrappers=(WrapperSpec("GoalReward", "kendama_cli.gym.swing_up_goal:GoalReward", {}),),
     )
     gymnasium.register(CATCH, entry_point="kendama_cli.gym.free_cup:Catch", max_episode_steps=_PER_SECOND)
-    gymnasium.register(GAME, entry_point="kendama_cli.gym.free_cup:Game", max_episode_steps=5 * _PER_SECOND)
+    gymnasium.register(GAME, entry_point="kendama_cli.gym.free_cup:GameEnv", max_episode_steps=5 * _PER_SECOND)

@@ -33,7 +33,7 @@ NEAR_M = 0.3
 
 
 class FreeCup(PaintedEnv[Observation]):
-    """Base of Catch and Game.
+    """Base of Catch and GameEnv.
 
     Observation, float32 (7,): cup position x [m] and velocity [m/s], ball beside the tie point along x and z [m], its
     velocity relative to the cup along x and z [m/s], time left [s]. Action, held for ``hold_s``: which of
@@ -163,7 +163,7 @@ class Catch(FreeCup):
         return near and abs(landing.acceleration_m_s2) <= goal.catch_acceleration_m_s2
 
 
-class Game(FreeCup):
+class GameEnv(FreeCup):
     """The whole game by one agent: swing the ball up from hanging, let it go, catch it. Only the catch is rewarded."""
 
     longest_s = 5.0

@@ -10,7 +10,7 @@ from scipy.signal import savgol_filter
 
 from kendama_cli.errors import HardwareError, StageError
 from kendama_cli.identification.friction_choice import FrictionSamples, Mask
-from kendama_cli.identification.recording import Recording
+from kendama_cli.identification.recording import JointRecording
 from kendama_cli.robot_model.friction import parametric_torque
 from kendama_cli.robot_model.model import RobotModel
 from kendama_cli.schema.arrays import Array
@@ -36,7 +36,7 @@ class Samples:
         weightless = dataclasses.replace(game.cup, mass_kg=WEIGHTLESS_KG)
         self._bare = RobotModel(robot, weightless, game.gravity_m_s2)
 
-    def of(self, recording: Recording, smoothing_s: float) -> FrictionSamples:
+    def of(self, recording: JointRecording, smoothing_s: float) -> FrictionSamples:
         """Return the friction in every sample of ``recording`` that the settings do not withhold, from equation (2),
 
             xi = tau + J^T w - (H q'' + C q' + g),

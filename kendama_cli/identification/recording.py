@@ -14,7 +14,7 @@ from kendama_cli.schema.arrays import Array
 
 
 @dataclass(frozen=True)
-class Recording:
+class JointRecording:
     """k control periods of n joints: time (k,), angles, speeds and efforts (k, n), wrist wrenches (k, 6)."""
 
     t_s: Array
@@ -24,7 +24,7 @@ class Recording:
     wrist_wrench: Array
 
 
-def play(robot: Robot, motion: JointTrajectory, seed: int) -> Recording:
+def play(robot: Robot, motion: JointTrajectory, seed: int) -> JointRecording:
     """Play ``motion``, sampled at the control period of ``robot``, from rest at its first posture; return the
     recording.
 
@@ -41,10 +41,10 @@ def play(robot: Robot, motion: JointTrajectory, seed: int) -> Recording:
     return recorded(exchanges)
 
 
-def recorded(exchanges: Sequence[Exchange]) -> Recording:
+def recorded(exchanges: Sequence[Exchange]) -> JointRecording:
     """Return the sensors' readings in these control periods."""
     states = [exchange.state for exchange in exchanges]
-    return Recording(
+    return JointRecording(
         np.array([exchange.t_s for exchange in exchanges]),
         np.array([state.position_rad for state in states]),
         np.array([state.velocity_rad_s for state in states]),

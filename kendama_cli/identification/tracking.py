@@ -11,7 +11,7 @@ from scipy.optimize import minimize_scalar
 from kendama_cli.artifacts.motion_plan import JointTrajectory
 from kendama_cli.errors import StageError
 from kendama_cli.identification.identify_settings import IdentifySettings
-from kendama_cli.identification.recording import Recording
+from kendama_cli.identification.recording import JointRecording
 from kendama_cli.motion import minimum_jerk
 from kendama_cli.robot_model.model import RobotModel
 from kendama_cli.robot_model.placement.limit_shares import limit_shares
@@ -66,7 +66,7 @@ def _path(settings: IdentifySettings, speed_m_s: float, period_s: float) -> tupl
 class TrackedPath:
     """Reference positions of the cup and its positions by the joints' readings, at full speed; each (k, 3) [m]."""
 
-    def __init__(self, arm: RobotModel, motion: JointTrajectory, recording: Recording) -> None:
+    def __init__(self, arm: RobotModel, motion: JointTrajectory, recording: JointRecording) -> None:
         self.t_s = motion.t_s
         self.wanted_m = np.array([arm.tool_place_m(row) for row in motion.position_rad])
         self.reached_m = np.array([arm.tool_place_m(row) for row in recording.position_rad])

@@ -9,7 +9,7 @@ from kendama_cli.learning.state import SwingState
 from kendama_cli.learning.task_settings import RewardSettings
 
 
-class Actor(Protocol):
+class CountingActor(Protocol):
     """Acts in one rollout and counts how often it decided."""
 
     @property
@@ -27,7 +27,7 @@ class Actor(Protocol):
 class RewardedActor:
     """One rollout of ``actor``: each decision but the first is rewarded for the cup's place that it finds."""
 
-    def __init__(self, actor: Actor, settings: RewardSettings) -> None:
+    def __init__(self, actor: CountingActor, settings: RewardSettings) -> None:
         self._actor = actor
         self._settings = settings
         self._reward = 0.0

@@ -77,14 +77,14 @@ class SprungBody(_MovingBody):
     damping_ratio: float = setting("damping of that support, 1 being critical", above=0)
 
 
-Body = StaticBody | FreeBody | SprungBody
+SceneBody = StaticBody | FreeBody | SprungBody
 
 
 @dataclass(frozen=True)
 class SceneSettings:
     """The bodies around the arm; none where the arm stands alone."""
 
-    bodies: tuple[Body, ...] = setting("the bodies, in any order")
+    bodies: tuple[SceneBody, ...] = setting("the bodies, in any order")
 
     def __post_init__(self) -> None:
         for name, count in Counter(body.name for body in self.bodies).items():

@@ -17,7 +17,7 @@ MOST_FOLDS = 6
 
 
 @dataclass(frozen=True)
-class Trial:
+class FlightTrial:
     """Errors (n, h) of n flights' predicted ends after h parts of them: lateral place [mm], time [ms]; nan: no answer.
 
     ``model`` is the one learned from all flights that any prediction was calibrated on.
@@ -33,7 +33,7 @@ def try_flights(
     flights: Sequence[RecordedFlight],
     observed_fractions: Sequence[float],
     calibration: Sequence[RecordedFlight] | None = None,
-) -> Trial:
+) -> FlightTrial:
     """Predict where and when every flight falls through its last height.
 
     Gravity, drag, noise and wobble are learned from ``calibration``; without it, from the other flights, the one that
@@ -51,7 +51,7 @@ def try_flights(
         held = model if calibration is not None else fit_flight_model(others)
         for i in left_out:
             errors[i] = predict_end(flights[i], held, fractions)
-    return Trial(fractions, errors[:, :, 0], errors[:, :, 1], model)
+    return FlightTrial(fractions, errors[:, :, 0], errors[:, :, 1], model)
 
 
 def predict_end(flight: RecordedFlight, model: FlightModel, fractions: Array) -> Array:

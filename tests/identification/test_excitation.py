@@ -13,7 +13,7 @@ from kendama_cli.errors import StageError
 from kendama_cli.identification import excitation as exciting
 from kendama_cli.identification.excitation import excitation
 from kendama_cli.identification.identify_settings import IdentifySettings
-from kendama_cli.identification.recording import Recording
+from kendama_cli.identification.recording import JointRecording
 from kendama_cli.identification.tracking import RAMP_S, TrackedPath, circle
 from kendama_cli.robot_model.model import RobotModel
 from kendama_cli.schema.settings import build
@@ -110,7 +110,7 @@ def test_a_delay_is_told_apart_from_a_miss(arm: RobotModel) -> None:
     joints = circle(arm, SHIPPED, PERIOD_S).joints
     late = np.vstack([np.tile(joints.position_rad[0], (5, 1)), joints.position_rad[:-5]])
     rest = np.zeros_like(late)
-    path = TrackedPath(arm, joints, Recording(joints.t_s, late, rest, rest, np.zeros((len(late), 6))))
+    path = TrackedPath(arm, joints, JointRecording(joints.t_s, late, rest, rest, np.zeros((len(late), 6))))
     assert path.delay_s() == pytest.approx(5 * PERIOD_S, abs=1e-5)
     assert path.rms_m(path.delay_s()) < 1e-5
     assert path.rms_m(0.0) == pytest.approx(0.02, rel=0.02)  # 20 ms at 1 m/s

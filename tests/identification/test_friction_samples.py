@@ -18,7 +18,7 @@ from kendama_cli.identification.excitation import excitation
 from kendama_cli.identification.friction_choice import fit_parametric
 from kendama_cli.identification.friction_samples import Samples
 from kendama_cli.identification.identify_settings import IdentifySettings
-from kendama_cli.identification.recording import Recording, play
+from kendama_cli.identification.recording import JointRecording, play
 from kendama_cli.robot_model.friction import parametric_torque
 from kendama_cli.robot_model.model import RobotModel
 from kendama_cli.schema.arrays import Array
@@ -39,7 +39,7 @@ GAME = kendama_game()
 
 def recorded(
     robot: RobotSettings, duration_s: float = 12.0, game: GameSettings = GAME, **imperfection: float
-) -> Recording:
+) -> JointRecording:
     arm = RobotModel(robot, game.cup, game.gravity_m_s2)
     body = SimulatedRobot(
         robot, game, imperfection=dataclasses.replace(PERFECT, **imperfection), control_period_s=0.004
@@ -51,17 +51,17 @@ def recorded(
     )
 
 
-def found(robot: RobotSettings, recording: Recording, game: GameSettings = GAME) -> ParametricFriction:
+def found(robot: RobotSettings, recording: JointRecording, game: GameSettings = GAME) -> ParametricFriction:
     samples = Samples(robot, game).of(recording, SHIPPED.smoothing_s)
     return fit_parametric(samples.velocity_rad_s, samples.torque_nm, samples.kept)
 
 
 @pytest.fixture(scope="module")
-def worn() -> Recording:
+def worn() -> JointRecording:
     return recorded(pa10(), joint_friction_nm=0.5)
 
 
-def test_unknown_coulomb_friction_is_found_beside_the_known_one_and_the_swinging_ball(worn: Recording) -> None:
+def test_unknown_coulomb_friction_is_found_beside_the_known_one_and_the_swinging_ball(worn: JointRecording) -> None:
     friction = found(pa10(), worn)
     assert friction.coulomb_nm == pytest.approx(np.full(7, 0.5), abs=0.05)
     assert friction.offset_nm == pytest.approx(np.zeros(7), abs=0.02)
@@ -92,7 +92,7 @@ def test_a_robot_without_a_sensor_at_the_wrist_counts_the_tool_as_its_own() -> N
     assert found(pa10(), blind, light).coulomb_nm == pytest.approx(np.full(7, 0.5), abs=0.06)
 
 
-def test_efforts_that_come_late_by_a_few_milliseconds_do_no_harm(worn: Recording) -> None:
+def test_efforts_that_come_late_by_a_few_milliseconds_do_no_harm(worn: JointRecording) -> None:
     def late(values: Array) -> Array:
         return np.vstack([values[:1], values[:-1]])  # by one period of 4 ms
 
@@ -100,20 +100,20 @@ def test_efforts_that_come_late_by_a_few_milliseconds_do_no_harm(worn: Recording
     assert found(pa10(), shifted).coulomb_nm == pytest.approx(np.full(7, 0.5), abs=0.06)
 
 
-def test_a_robot_that_tells_no_efforts_is_refused(worn: Recording) -> None:
+def test_a_robot_that_tells_no_efforts_is_refused(worn: JointRecording) -> None:
     mute = dataclasses.replace(worn, effort_nm=np.zeros_like(worn.effort_nm))
     with pytest.raises(HardwareError, match=r"tells no effort: every reading is 0 Nm.*leave the stage 'identify' out"):
         Samples(pa10(), GAME).of(mute, SHIPPED.smoothing_s)
 
 
-def test_a_joint_that_hardly_moves_is_named(worn: Recording) -> None:
+def test_a_joint_that_hardly_moves_is_named(worn: JointRecording) -> None:
     angles = worn.position_rad.copy()
     angles[:, 4] = angles[0, 4]
     with pytest.raises(StageError, match=r"joint 'e2' moved too little .*: 0 samples .* raise identify.duration_s"):
         Samples(pa10(), GAME).of(dataclasses.replace(worn, position_rad=angles), SHIPPED.smoothing_s)
 
 
-def test_a_motion_shorter_than_two_windows_is_refused(worn: Recording) -> None:
+def test_a_motion_shorter_than_two_windows_is_refused(worn: JointRecording) -> None:
     with pytest.raises(StageError, match=r"has 3001 samples; needed: more than 3002, two windows of 6.0 s: lower"):
         Samples(pa10(), GAME).of(worn, 6.0)
 

@@ -11,7 +11,7 @@ from kendama_cli.errors import ConfigError
 from kendama_cli.motion.rotation import matrix_of
 from kendama_cli.robot_model.dart_library import dartpy
 from kendama_cli.schema.arrays import Array
-from kendama_cli.settings.scene import Body, SceneSettings, SprungBody, StaticBody
+from kendama_cli.settings.scene import SceneBody, SceneSettings, SprungBody, StaticBody
 
 CLEARANCE_M = 0.001
 """What stands on a body may touch it: only what is deeper inside than this overlaps."""
@@ -56,7 +56,7 @@ class Scene:
             skeleton.setForces(-stiffness * skeleton.getPositions() - damping * skeleton.getVelocities() - weight)
 
 
-def depth_m(body: Body, point_m: Array) -> float:
+def depth_m(body: SceneBody, point_m: Array) -> float:
     """How deep the point (3,) of the world is inside ``body``, by the nearest face; negative outside [m]."""
     own = matrix_of(body.rotation_wxyz).T @ (point_m - np.array(body.position_m))
     if body.shape == "plane":
@@ -101,7 +101,7 @@ def _check_stiffness(key: str, body: SprungBody, step_s: float) -> None:
         )
 
 
-def _make(skeleton: Any, body: Body) -> Any:
+def _make(skeleton: Any, body: SceneBody) -> Any:
     if isinstance(body, StaticBody):
         joint, made = skeleton.createWeldJointAndBodyNodePair()
     elif isinstance(body, SprungBody):
@@ -126,7 +126,7 @@ def _make(skeleton: Any, body: Body) -> Any:
     return made
 
 
-def _shape(body: Body) -> Any:
+def _shape(body: SceneBody) -> Any:
     if body.shape == "plane":
         return dartpy.dynamics.PlaneShape(np.array([0.0, 0.0, 1.0]), 0.0)
     if body.shape == "sphere":

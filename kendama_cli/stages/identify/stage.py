@@ -18,7 +18,7 @@ from kendama_cli.identification.excitation import excitation
 from kendama_cli.identification.friction_choice import FrictionSamples, choose_friction
 from kendama_cli.identification.friction_samples import Samples
 from kendama_cli.identification.identify_settings import IdentifySettings
-from kendama_cli.identification.recording import Recording, play, recorded
+from kendama_cli.identification.recording import JointRecording, play, recorded
 from kendama_cli.identification.tracking import TrackedPath, circle
 from kendama_cli.log.messages import WrenchMessage
 from kendama_cli.robot_model.friction import network_torque, parametric_torque
@@ -88,7 +88,7 @@ class _PlayedMotions:
         self._seed = int(saved["seed"]) if saved else int(ctx.rng("identify").integers(2**62))
         names = dict.fromkeys(key.partition(".")[0] for key in saved if "." in key)
         self._done = {
-            name: Recording(**{field.name: saved[f"{name}.{field.name}"] for field in fields(Recording)})
+            name: JointRecording(**{field.name: saved[f"{name}.{field.name}"] for field in fields(JointRecording)})
             for name in names
         }
 
@@ -96,7 +96,7 @@ class _PlayedMotions:
         """Return a stream for ``name`` alone, so that a resumed run samples the same values as the killed one."""
         return random_stream(self._seed, name)
 
-    def play(self, name: str, robot: Robot, motion: JointTrajectory) -> Recording:
+    def play(self, name: str, robot: Robot, motion: JointTrajectory) -> JointRecording:
         if name not in self._done:
             start_s = sum(float(one.t_s[-1]) for one in self._done.values())
             seed = int(self.rng(f"{name} body").integers(2**63))
@@ -110,7 +110,7 @@ class _PlayedMotions:
         self._ctx.progress(len(self._done), 4)
         return self._done[name]
 
-    def _log(self, recording: Recording, start_s: float, joint_names: tuple[str, ...], every: int) -> None:
+    def _log(self, recording: JointRecording, start_s: float, joint_names: tuple[str, ...], every: int) -> None:
         for k in range(0, len(recording.t_s), every):
             t_s = start_s + float(recording.t_s[k])
             joints = JointStates(
@@ -126,7 +126,7 @@ class _PlayedMotions:
         return {"seed": self._seed} | {
             f"{name}.{field.name}": getattr(recording, field.name)
             for name, recording in self._done.items()
-            for field in fields(Recording)
+            for field in fields(JointRecording)
         }
 
 
