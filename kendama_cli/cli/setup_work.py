@@ -10,7 +10,7 @@ from typing import Any
 
 import yaml
 
-from kendama_cli.artifacts.toy_model import ToyModel
+from kendama_cli.artifacts.kendama_model import KendamaModel
 from kendama_cli.cli import render
 from kendama_cli.cli.output_file import refuse_output, write_output
 from kendama_cli.config.laboratory import read_setup
@@ -50,7 +50,7 @@ def keep_toy(site: Site, run: str | None, output: Path) -> None:
     found = Run(find_run(site.home, run), site.pipeline_folders)
     if "measure" not in found.stages:
         raise UsageError(f"run {found.name} has no stage 'measure'; 'kendama run -p measurement' measures the toy")
-    toy: ToyModel = found.artifact("measure")
+    toy: KendamaModel = found.artifact("measure")
     source = f"run {found.name}, a free swing of {toy.duration_s:.0f} s"
     value, sigma = toy.drag_n_s_m(SPEED_M_S)
     rope = MeasuredNumber(round(toy.rope_m, 6), round(toy.rope_sigma_m, 7), source)

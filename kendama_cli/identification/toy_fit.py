@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from kendama_cli.artifacts.toy_model import ToyModel
+from kendama_cli.artifacts.kendama_model import KendamaModel
 from kendama_cli.errors import StageError
 from kendama_cli.physics.air import drag_over_speed
 from kendama_cli.physics.runge_kutta import runge_kutta
@@ -52,7 +52,7 @@ def swing_in_its_plane(t_s: Array, position_m: Array) -> FreeSwing:
 class ToyFit:
     """The toy, and its free swing about the fitted pivot: times (n,), places (n, 2) as seen and as fitted."""
 
-    toy: ToyModel
+    toy: KendamaModel
     t_s: Array
     seen_m: Array
     fitted_m: Array
@@ -92,7 +92,7 @@ def measure_toy(swing: FreeSwing, game: GameSettings) -> ToyFit:
         values = fit.values
     mass = game.ball.mass_kg
     covariance = fit.covariance
-    toy = ToyModel(
+    toy = KendamaModel(
         rope_m=float(values[0]),
         rope_sigma_m=math.sqrt(covariance[0, 0]),
         linear_n_s_m=mass * float(values[1]),

@@ -113,6 +113,7 @@ FrictionModel: fastest_rad_s max_speed_rad_s
 PIPELINES = "pipelines: toy measurement"
 GROUPS = "entry points: kendama.hands kendama.demonstrators"
 OBJECTS = """
+kendama_cli: kendama_cli.artifacts.toy_model:ToyModel kendama_cli.artifacts.kendama_model:KendamaModel
 kendama_cli: kendama_cli.stages.interact.stage:Interact kendama_cli.plugins.interact.stage:Interact
 kendama_cli: kendama_cli.artifacts.interaction:InteractionResult kendama_cli.plugins.interact.artifact:InteractionResult
 """

@@ -12,11 +12,11 @@ import pytest
 
 from kendama_cli.artifacts.demonstration import Demonstration, DemonstrationSet
 from kendama_cli.artifacts.friction_model import FrictionModel, NetworkFriction, ParametricFriction
+from kendama_cli.artifacts.kendama_model import KendamaModel
 from kendama_cli.artifacts.motion_plan import CatchMotion, JointTrajectory, MotionPlan
 from kendama_cli.artifacts.policy import PolicyArtifact
 from kendama_cli.artifacts.prediction import PredictionStudy
 from kendama_cli.artifacts.rehearsal import Rehearsal
-from kendama_cli.artifacts.toy_model import ToyModel
 from kendama_cli.artifacts.transfer_result import TransferResult
 from kendama_cli.errors import StageError, StoreError
 from kendama_cli.plugins.interact.artifact import InteractionResult
@@ -62,7 +62,7 @@ EXAMPLES: list[Any] = [
         ("press",), ("table",), np.arange(3.0), np.zeros(3), *(RNG.normal(size=(3, 3)) for _ in range(4))
     ),
     Rehearsal(("a", "b"), 0.3, np.arange(5.0), *(RNG.normal(size=(5, 2)) for _ in range(3)), stopped=""),
-    ToyModel(0.4, 1e-4, 1e-4, 4e-4, np.array([[1e-10, -2e-11], [-2e-11, 1e-11]]), 1.1, 32.0, 0.002),
+    KendamaModel(0.4, 1e-4, 1e-4, 4e-4, np.array([[1e-10, -2e-11], [-2e-11, 1e-11]]), 1.1, 32.0, 0.002),
     TransferResult(policy=POLICY, rollouts=4, imitation_caught=None, games=3, caught=2),
 ]
 

@@ -16,8 +16,8 @@ from kendama_cli.adaptation.search_record import MOUTH_SHARE, Bounds, CatchSearc
 from kendama_cli.adaptation.settings import AdaptSettings
 from kendama_cli.adaptation.tilt import playable_tilt
 from kendama_cli.adaptation.trial import MotionVariation, Trial
+from kendama_cli.artifacts.kendama_model import KendamaModel
 from kendama_cli.artifacts.motion_plan import MotionPlan
-from kendama_cli.artifacts.toy_model import ToyModel
 from kendama_cli.errors import StageError
 from kendama_cli.identification.friction_known import with_identified
 from kendama_cli.motion.dmp.heading import scaled_plan, swing_heading_rad, turned_plan
@@ -52,7 +52,7 @@ class Adapt:
         """
         settings, game, plan = self._settings, self._game, given["encode"]
         plan = scaled_plan(plan, settings.swing_scale, plan.tau_scale)
-        measured: ToyModel | None = given.get("measure")
+        measured: KendamaModel | None = given.get("measure")
         if measured is not None:
             game, settings = measured.applied(game), _narrowed(settings, measured)
         robot = _placed(with_identified(self._robot, given.get("identify")), game, plan, settings, ctx)
@@ -78,7 +78,7 @@ class Adapt:
         return dataclasses.replace(made, warnings=(*warnings, *made.warnings))
 
 
-def _narrowed(settings: AdaptSettings, measured: ToyModel) -> AdaptSettings:
+def _narrowed(settings: AdaptSettings, measured: KendamaModel) -> AdaptSettings:
     """Return ``settings`` with a rope that is no less certain than it was ``measured``."""
     declared = settings.uncertainty
     known_m = min(declared.rope_m, SIGMAS_95 * measured.rope_sigma_m)

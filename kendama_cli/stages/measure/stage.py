@@ -30,7 +30,7 @@ SPEED_M_S = 3.0
 
 
 class Measure:
-    """Takes nothing but the hardware, or a track; gives the ToyModel."""
+    """Takes nothing but the hardware, or a track; gives the KendamaModel."""
 
     def __init__(
         self,

@@ -12,7 +12,7 @@ from kendama_cli.settings.game import GameSettings, MeasuredAir
 
 
 @dataclass(frozen=True)
-class ToyModel:
+class KendamaModel:
     """Length of the rope and drag -(k1 + k2 |v|) v of ball and string, with their standard deviations.
 
     ``drag_covariance`` (2, 2) is that of k1 and k2, which a swing tells apart badly: their sum at the swing's speeds is
