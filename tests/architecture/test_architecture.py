@@ -67,6 +67,18 @@ def test_the_core_names_no_plug_in() -> None:
     assert [name for name in named if not name.startswith("plugins/")] == []
 
 
+WITH_PARTS = {"architecture/laws_probe.py", "benchmarks/play.py"}
+"""They hold copies of a law in core and parts together, or time a part."""
+
+
+def test_the_cores_tests_import_no_plug_in() -> None:
+    plugged = ("from kendama_cli.plugins", "import kendama_cli.plugins", "from tests.plugins")
+    tests = {file.relative_to(ROOT / "tests").as_posix(): file for file in (ROOT / "tests").rglob("*.py")}
+    lines = {name: file.read_text().splitlines() for name, file in tests.items() if not name.startswith("plugins/")}
+    found = {name for name, text in lines.items() if any(line.lstrip().startswith(plugged) for line in text)}
+    assert found == WITH_PARTS
+
+
 def test_numerics_know_no_clock_no_global_seed_and_no_files() -> None:
     for folder in ("motion", "learning", "vision"):
         for file in (PACKAGE / folder).rglob("*.py"):

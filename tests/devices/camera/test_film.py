@@ -11,7 +11,6 @@ from kendama_cli.devices.camera.film import Film, read_avi
 from kendama_cli.devices.camera.film_check import film_faults
 from kendama_cli.devices.camera.views import read_views
 from kendama_cli.errors import InputError
-from kendama_cli.plugins.marker.films import _frames as marker_frames
 from kendama_cli.vision.camera_model import CameraModel
 from tests.vision.ball_films import RATE_HZ, pendulum, textured, write_film
 
@@ -163,11 +162,10 @@ def test_a_trimmed_film_is_read_as_far_as_it_is_shown_and_is_not_damaged(mp4):
     assert len(list(read_views([mp4]))) == shown
 
 
-def test_a_recorded_camera_and_a_filmed_marker_take_a_trimmed_film_for_a_whole_one(mp4):
+def test_a_recorded_camera_takes_a_trimmed_film_for_a_whole_one(mp4):
     trimmed(mp4, 8)
     model = CameraModel(
         "film", 320, 240, np.full(2, 300.0), np.array([159.5, 119.5]), np.zeros(5), np.eye(3), np.zeros(3)
     )
     camera = FileCameraBlock(model, str(mp4), clock=lambda: 100.0)
     assert camera.latest(max_age_s=1000.0).t_s < 12 / RATE_HZ
-    assert len(list(marker_frames(str(mp4), None))) == Film(mp4).count()
