@@ -54,7 +54,7 @@ LONGEST_FIRST = (
     "config/test_compose.py",
     "api/test_examples.py",
     "plugin/test_documented_parts.py",
-    "cli/test_camera_seeing.py",
+    "plugins/films/test_detect.py",
     "game/test_games.py",
     "game/test_state_prediction.py",
     "stages/test_interact.py",

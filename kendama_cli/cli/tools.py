@@ -10,7 +10,6 @@ import typer
 
 from kendama_cli.cli import completion, render
 from kendama_cli.cli.groups import open_group
-from kendama_cli.cli.log_predict import log_predict
 from kendama_cli.cli.options import ConfigDir, Home, Json
 from kendama_cli.cli.output_file import refuse_output, write_output
 from kendama_cli.cli.shared_store import RemotePlace
@@ -106,9 +105,6 @@ def cache_gc(
     for path in done.left:
         render.text(f"left {path}: it is, holds or is reached through something that kendama did not make")
     render.text(f"{len(done.deleted)} {'would be ' if dry_run else ''}deleted")
-
-
-log_app.command("predict")(log_predict)
 
 
 @cache_app.command("migrate")

@@ -10,13 +10,3 @@ COLOUR = Variant(
     settings="kendama_cli.vision.settings:ColourDetectorSettings",
     makes="kendama_cli.devices.camera.colour_file:colour_detector",
 )
-TAUGHT = Variant(
-    "trained",
-    settings="kendama_cli.vision.settings:TaughtDetectorSettings",
-    makes="kendama_cli.devices.camera.taught_file:taught_detector",
-)
-NETWORK = Variant(
-    "network",
-    settings="kendama_cli.vision.settings:NetworkDetectorSettings",
-    makes="kendama_cli.devices.camera.network_file:network_detector",
-)

@@ -12,11 +12,11 @@ import sys
 from collections.abc import Iterator
 from pathlib import Path
 
-from kendama_cli.vision.ball_box import BallBox, TaughtImage
-from kendama_cli.vision.ball_film import film_track
-from kendama_cli.vision.settings import TaughtDetectorSettings
-from kendama_cli.vision.taught_detector import TaughtDetector
-from kendama_cli.vision.teaching import teach
+from kendama_cli.plugins.films.ball_box import BallBox, TrainedImage
+from kendama_cli.plugins.films.ball_film import film_track
+from kendama_cli.plugins.films.settings import TrainedDetectorSettings
+from kendama_cli.plugins.films.trained_detector import TrainedDetector
+from kendama_cli.plugins.films.training import teach
 from tests.films.corpus import CorpusFilm, Label, Places, films, roundest_moving_blob, share_right, taught_apart
 from tests.films.corpus import template_matching as matched
 from tests.shipped_conf import plain
@@ -35,10 +35,10 @@ def searched(film: CorpusFilm, others: list[CorpusFilm]) -> Iterator[tuple[str, 
     boxes: dict[int, list[BallBox]] = {}
     for one in shown:
         boxes.setdefault(one.frame, []).append(BallBox(one.x_px, one.y_px, 2 * one.radius_px, 2 * one.radius_px))
-    settings = TaughtDetectorSettings(**plain("predict/detector", "trained"))
-    ball = teach([TaughtImage(source[frame], tuple(own)) for frame, own in boxes.items()], 0)
+    settings = TrainedDetectorSettings(**plain("predict/detector", "trained"))
+    ball = teach([TrainedImage(source[frame], tuple(own)) for frame, own in boxes.items()], 0)
     frames = ((k / RATE_HZ, image) for k, image in enumerate(images))
-    track = film_track(film.name, frames, TaughtDetector(settings, ball), settings.score_min)
+    track = film_track(film.name, frames, TrainedDetector(settings, ball), settings.score_min)
     pairs = zip(track.frame, track.centre_px, strict=True)
     yield "trained", {int(frame): (float(u), float(v)) for frame, (u, v) in pairs}, held_out
     if source is images:

@@ -27,10 +27,10 @@ MB = 1 << 20
 ZEROS = bytes(MB)
 READERS = {
     "log": "from kendama_cli.log.reader import LogFile as read",
-    "taught": "from kendama_cli.vision.teaching import TaughtBall\n"
-    "read = lambda path: TaughtBall.from_bytes(path.read_bytes())",
+    "taught": "from kendama_cli.plugins.films.training import TrainedBall\n"
+    "read = lambda path: TrainedBall.from_bytes(path.read_bytes())",
     "policy": "from kendama_cli.learning.verification import load_policy\nread = lambda path: load_policy(str(path))",
-    "image": "from kendama_cli.devices.camera.boxes import read_image as read",
+    "image": "from kendama_cli.plugins.films.boxes import read_image as read",
     "film": "from kendama_cli.devices.camera.film import Film as read",
     "picture": "import numpy as np\nfrom kendama_cli.rendering.background import _picture\n"
     "read = lambda path: _picture(path, np.zeros((2, 2)), np.zeros((2, 2)))",

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from kendama_cli.plugins.films.ball_film import FilmTrack
 from kendama_cli.schema.arrays import Array
-from kendama_cli.vision.ball_film import FilmTrack
 from kendama_cli.vision.camera_model import CameraModel
 from kendama_cli.vision.free_flight import FreeFlight
 

@@ -34,6 +34,8 @@ from kendama_cli.settings.setup import SIGMAS_95, MeasuredNumber, PlacedCamera
 from kendama_cli.vision.camera_model import CameraModel
 from kendama_cli.vision.region import Region
 
+PAGE = "docs/plugins/calibration.md"
+
 
 @dataclass(frozen=True)
 class PlaceRequest:
@@ -82,7 +84,7 @@ def measure_latency(
     try:
         found = measure_delay(switched, seen.stamp_s, seen.level)
     except ValueError as wrong:
-        raise InputError(str(film), str(wrong), remedy="docs/cameras.md says how to film the light") from None
+        raise InputError(str(film), str(wrong), remedy=f"{PAGE} says how to film the light") from None
     if output is not None:
         source = f"{film.name}: {found.frames} images, {found.switches} switches"
         amended(output, camera_delay_s=MeasuredNumber(round(found.delay_s, 6), round(found.sigma_s, 7), source))
@@ -114,7 +116,7 @@ def place_in_robot(site: Site, request: PlaceRequest, output: Path, *, as_json: 
     try:
         made = place_cameras(request.board, models, views, hands)
     except ValueError as wrong:
-        raise InputError(str(request.poses), str(wrong), remedy="docs/cameras.md says how to hold the board") from None
+        raise InputError(str(request.poses), str(wrong), remedy=f"{PAGE} says how to hold the board") from None
     source = f"{made.views} images, {made.rms_px:.2f} px left"
     placed = tuple(
         PlacedCamera(_settings(one), _triple(made.sigma_m), _triple(made.sigma_rad), source) for one in made.cameras

@@ -1,0 +1,206 @@
+"""Teaching a ball, and finding it in images: the work of ``camera train`` and ``camera detect``."""
+
+from __future__ import annotations
+
+import csv
+import dataclasses
+import io
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from functools import partial
+from itertools import islice
+from pathlib import Path
+
+import numpy as np
+
+from kendama_cli.cli import render
+from kendama_cli.cli.output_file import refuse_output, write_output
+from kendama_cli.config.compose import composed
+from kendama_cli.config.site import Site
+from kendama_cli.devices.camera.pixels import read_image
+from kendama_cli.errors import InputError, UsageError
+from kendama_cli.pipeline.nodes import build_settings
+from kendama_cli.plugins.films.ball_box import FEWEST_BOXES, BallBox, TrainedImage
+from kendama_cli.plugins.films.boxes import image_files, labelled, read_boxes, read_labelled
+from kendama_cli.plugins.films.self_training import trained_on_film
+from kendama_cli.plugins.films.settings import NetworkDetectorSettings, TrainedDetectorSettings
+from kendama_cli.plugins.films.trained_detector import TrainedDetector
+from kendama_cli.plugins.films.training import TrainedBall, teach
+from kendama_cli.vision.interface import Detector, Image, Sighting
+from kendama_cli.vision.make_detector import make_detector
+from kendama_cli.vision.settings import DetectorSettings
+
+
+@dataclass(frozen=True)
+class SeeingOptions:
+    """How the ball is to be found: a detector by name and overrides of its settings, or taught by a folder of images
+    with boxes; and how many balls an image shows at most."""
+
+    site: Site
+    detector: str | None
+    teach: Path | None
+    seed: int
+    overrides: tuple[str, ...] = ()
+    balls: int = 1
+
+
+@dataclass(frozen=True)
+class Seeing:
+    """A detector and the score from which its sightings count."""
+
+    detector: Detector
+    threshold: float
+    trained_on: Callable[[Sequence[Image]], Detector] | None = None
+    """makes a detector that learns on from frames in a row of the film, where boxes taught the ball"""
+
+
+def train_ball(folder: Path, output: Path, seed: int) -> None:
+    """Learn the ball from a folder of images with boxes, and write it."""
+    refuse_output(output, "a taught ball is a NumPy archive", ".npz")
+    ball = taught(folder, [read_labelled(one) for one in labelled(folder)], seed)
+    write_output(output, ball.to_bytes())
+    render.text(f"{output}; use it with predict/detector=trained predict.detector.ball={output}")
+
+
+def taught(source: Path, images: Sequence[TrainedImage], seed: int) -> TrainedBall:
+    """The ball that ``images`` show; raises InputError, naming ``source``, where they teach none."""
+    boxes = sum(len(image.boxes) for image in images)
+    if 0 < boxes < FEWEST_BOXES:
+        number = "1 box teaches" if boxes == 1 else f"{boxes} boxes teach"
+        render.note(f"{number} the ball: with 3 to 10 it is found more often, and a wrong one is noticed")
+    try:
+        return teach(images, seed)
+    except ValueError as wrong:
+        raise InputError(str(source), str(wrong), remedy="draw each box close about the ball") from None
+
+
+def detector_name(options: SeeingOptions, *, boxes: bool) -> str:
+    """Return the name of the detector that is asked for; ``boxes``: some are given beside ``options.teach``.
+
+    Raises UsageError where neither boxes nor a name are given, or both.
+    """
+    if options.teach is None and not boxes:
+        if options.detector is None:
+            raise UsageError(
+                "nobody has shown the ball: draw boxes about it by 'kendama camera train FILM' and add --train FOLDER "
+                "('track' takes --box FRAME:X,Y,W,H too, 3 to 10 of them), or name a detector, as --detector colour"
+            )
+        return options.detector
+    if options.detector not in (None, "trained"):
+        raise UsageError(f"--detector {options.detector}: boxes teach the detector 'trained'; leave out one of the two")
+    return "trained"
+
+
+def open_seeing(options: SeeingOptions, shown: Sequence[TrainedImage] = ()) -> Seeing:
+    """The detector that the options ask for; ``shown`` are images with boxes beside those of ``options.teach``.
+
+    Raises UsageError where name and boxes contradict each other, InputError where they teach nothing.
+    """
+    name = detector_name(options, boxes=bool(shown))
+    by_boxes = options.teach is not None or bool(shown)
+    predict = build_settings(composed(options.site, [f"predict/detector={name}", *options.overrides]))["predict"]
+    settings: DetectorSettings = predict.detector
+    if isinstance(settings, TrainedDetectorSettings):
+        settings = dataclasses.replace(settings, balls=max(settings.balls, options.balls))
+    if isinstance(settings, TrainedDetectorSettings) and by_boxes:
+        images = list(shown)
+        if options.teach is not None:
+            images += [read_labelled(one) for one in labelled(options.teach)]
+        ball = taught(options.teach or Path("--box"), images, options.seed)
+        made = partial(TrainedDetector, settings)
+
+        def trained_on(frames: Sequence[Image]) -> Detector:
+            return trained_on_film(images, ball, frames, made, threshold=settings.score_min, seed=options.seed)
+
+        return Seeing(made(ball), settings.score_min, trained_on)
+    threshold = settings.score_min if isinstance(settings, TrainedDetectorSettings | NetworkDetectorSettings) else 0.5
+    return Seeing(make_detector(settings), threshold)
+
+
+def detect_balls(
+    paths: Sequence[Path], output: Path, options: SeeingOptions, score: Path | None, *, as_json: bool
+) -> None:
+    """Find the ball in every image, write what is above the detector's threshold, and compare with boxes if asked."""
+    refuse_output(output, "sightings are a CSV", ".csv")
+    files = image_files(paths)
+    if score is not None:
+        for _ in scored_boxes(files, score):
+            pass  # what is wrong with a file of boxes is told before the work
+    seeing = open_seeing(options)
+    found: dict[Path, list[Sighting]] = {}
+    for file in files:
+        candidates = islice(seeing.detector.candidates(read_image(file)), options.balls)
+        found[file] = [one for one in candidates if one.score >= seeing.threshold]
+    text = io.StringIO()
+    rows = csv.writer(text, lineterminator="\n")
+    rows.writerow(("file", "u_px", "v_px", "radius_px", "score"))
+    for file, sightings in found.items():
+        for one in sightings:
+            u, v = one.centre_px
+            rows.writerow((str(file), f"{u:.2f}", f"{v:.2f}", f"{one.radius_px:.2f}", f"{one.score:.4f}"))
+    write_output(output, text.getvalue().encode())
+    seen = sum(bool(sightings) for sightings in found.values())
+    figures = {"images": len(files), "seen": seen, "output": str(output)}
+    scored = None if score is None else dataclasses.asdict(compare(found, score))
+    if as_json:
+        render.document(figures | ({} if scored is None else scored))
+        return
+    render.text(f"{output}: the ball is seen in {seen} of {len(files)} images")
+    if scored is not None:
+        render.table([(name, render.figure(value)) for name, value in scored.items()])
+
+
+def scored_boxes(images: Sequence[Path], labels: Path) -> Iterator[tuple[Path, Sequence[BallBox]]]:
+    """Each image that has a file of boxes in ``labels``, with them; raises InputError where none has."""
+    files = {path.stem: path for path in sorted(labels.rglob("*.txt"))} if labels.is_dir() else {}
+    if not files:
+        raise InputError(str(labels), "it holds no file of boxes", remedy="give the folder labels/ of the images")
+    known = [image for image in images if image.stem in files]
+    if not known:
+        raise InputError(
+            str(labels), "no file of boxes in it has an image's name", remedy="give labels of these images"
+        )
+    for image in known:
+        pixels = read_image(image)
+        yield image, read_boxes(files[image.stem], pixels.shape[1], pixels.shape[0])
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """Sightings against boxes: a hit has its centre in a box."""
+
+    boxes: int
+    sightings: int
+    hits: int
+    recall: float | None
+    precision: float | None
+    error_radii_p50: float | None
+
+
+def compare(found: dict[Path, list[Sighting]], labels: Path) -> Comparison:
+    """Compare sightings with the boxes in ``labels``, a folder as of ``labelled`` or of text files alone."""
+    boxes = hits = sightings = 0
+    errors = []
+    for file, shown in scored_boxes(list(found), labels):
+        left, seen = list(shown), found[file]
+        boxes += len(left)
+        sightings += len(seen)
+        for one in seen:
+            off = [one.centre_px - (box.u_px, box.v_px) for box in left]
+            inside = [
+                i
+                for i, (box, (u, v)) in enumerate(zip(left, off, strict=True))
+                if abs(u) <= box.width_px / 2 and abs(v) <= box.height_px / 2
+            ]
+            if inside:
+                hits += 1
+                errors.append(float(np.hypot(*off[inside[0]])) / left[inside[0]].radius_px)
+                left.pop(inside[0])
+    return Comparison(
+        boxes,
+        sightings,
+        hits,
+        hits / boxes if boxes else None,
+        hits / sightings if sightings else None,
+        float(np.median(errors)) if errors else None,
+    )

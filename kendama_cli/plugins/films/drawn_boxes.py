@@ -1,0 +1,159 @@
+"""The boxes that somebody draws about the ball in the stills of one film, checked while they are drawn."""
+
+from __future__ import annotations
+
+import math
+import threading
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from kendama_cli.devices.camera.film import Film
+from kendama_cli.plugins.films.ball_box import FEWEST_BOXES, LEAST_CONTRAST, LEAST_SIDE_PX, BallBox, TrainedImage
+from kendama_cli.plugins.films.box_likeness import odd_images
+from kendama_cli.plugins.films.boxes import read_boxes, write_labelled
+from kendama_cli.plugins.films.film_stills import Stills
+
+Drawn = tuple[BallBox, ...]
+
+
+class DrawnBoxes:
+    """Boxes by frame: one about the ball, none where it is said that there is no ball.
+
+    A box on a plain surface is known at once; whether all boxes show one ball is computed by ``compare``, which runs in
+    a thread of its own and after every change begins anew.
+    """
+
+    def __init__(self, stills: Stills, drawn: Mapping[int, Drawn]) -> None:
+        self.stills = stills
+        self._drawn: dict[int, Drawn] = {frame: boxes for frame, boxes in drawn.items() if frame in stills.jpeg}
+        self._plain = {frame: said for frame, boxes in self._drawn.items() if (said := self._plainness(frame, boxes))}
+        self._odd: dict[int, str] = {}
+        self._version, self._compared = 1, 0
+        self._changed = threading.Condition()
+
+    def put(self, frame: int, sides_px: Sequence[float] | None) -> None:
+        """Take what is in a frame: left, top, width, height [px], nothing for no ball, None to take it back.
+
+        Raises ValueError for what is no box in the image.
+        """
+        if frame not in self.stills.jpeg:
+            raise ValueError(f"frame {frame} is not among the stills")
+        boxes = None if sides_px is None else (self._box(sides_px),) if sides_px else ()
+        plain = None if not boxes else self._plainness(frame, boxes)
+        with self._changed:
+            self._drawn.pop(frame, None)
+            self._plain.pop(frame, None)
+            if boxes is not None:
+                self._drawn[frame] = boxes
+            if plain is not None:
+                self._plain[frame] = plain
+            self._odd.pop(frame, None)
+            self._version += 1
+            self._changed.notify_all()
+
+    def compare(self) -> None:
+        """Compare the boxes with each other after every change, for ever."""
+        while True:
+            with self._changed:
+                self._changed.wait_for(lambda: self._compared != self._version)
+                version, drawn = self._version, self._sound()
+            shown = [TrainedImage(self.stills.pixels(frame), boxes) for frame, boxes in drawn.items()]
+            odd = odd_images(shown) if len(shown) >= FEWEST_BOXES else {}
+            frames = list(drawn)
+            with self._changed:
+                if version == self._version:
+                    self._compared = version
+                    self._odd = {
+                        frames[number]: f"It shows something else than the other boxes: {share:.0%} of this image "
+                        "looks more like them."
+                        for number, share in odd.items()
+                    }
+
+    def document(self) -> dict[str, Any]:
+        """All that the page shows."""
+        with self._changed:
+            return {
+                "width": self.stills.width_px,
+                "height": self.stills.height_px,
+                "count": self.stills.frames,
+                "stills": list(self.stills.jpeg),
+                "offered": sorted({*self.stills.offered, *self._drawn}),
+                "boxes": {frame: _sides(boxes) for frame, boxes in self._drawn.items()},
+                "warnings": {**self._odd, **self._plain},
+                "comparing": self._compared != self._version,
+                "least": FEWEST_BOXES,
+            }
+
+    def missing(self) -> str | None:
+        """Why these boxes do not yet teach the ball; None where they do."""
+        with self._changed:
+            boxed = sum(bool(boxes) for boxes in self._drawn.values())
+            if boxed < FEWEST_BOXES:
+                return f"{boxed} boxes are drawn: {FEWEST_BOXES} are the least"
+            if self._plain or self._odd:
+                frames = ", ".join(map(str, sorted({*self._plain, *self._odd})))
+                return f"the boxes in frames {frames} show no ball, or another one: draw them anew or remove them"
+            return "the boxes are still being compared" if self._compared != self._version else None
+
+    def write(self, film: Film, folder: Path) -> tuple[int, int]:
+        """Write the frames, as the film has them, with their boxes; the number of images and of boxes.
+
+        What was drawn into this folder before and has been taken back is removed.
+        """
+        with self._changed:
+            drawn = dict(self._drawn)
+        for number, (_, pixels) in enumerate(film.frames()):
+            if number in drawn:
+                write_labelled(folder, _name(film, number), TrainedImage(pixels, drawn[number]))
+        for number in drawn_before(film, folder):
+            if number not in drawn:
+                (folder / "images" / f"{_name(film, number)}.png").unlink(missing_ok=True)
+                (folder / "labels" / f"{_name(film, number)}.txt").unlink()
+        return len(drawn), sum(len(boxes) for boxes in drawn.values())
+
+    def _sound(self) -> dict[int, Drawn]:
+        return {frame: boxes for frame, boxes in self._drawn.items() if boxes and frame not in self._plain}
+
+    def _box(self, sides_px: Sequence[float]) -> BallBox:
+        left, top, width, height = sides_px
+        right, bottom = min(left + width, self.stills.width_px), min(top + height, self.stills.height_px)
+        left, top = max(left, 0.0), max(top, 0.0)
+        if not (all(map(math.isfinite, sides_px)) and min(right - left, bottom - top) >= LEAST_SIDE_PX):
+            raise ValueError(f"a box needs {LEAST_SIDE_PX:g} px of the image on each side")
+        return BallBox((left + right) / 2 - 0.5, (top + bottom) / 2 - 0.5, right - left, bottom - top)
+
+    def _plainness(self, frame: int, boxes: Drawn) -> str | None:
+        least = min((box.contrast(self.stills.pixels(frame)) for box in boxes), default=math.inf)
+        if least >= LEAST_CONTRAST:
+            return None
+        return (
+            f"Bare wall? Nothing is to be seen in the box: contrast {least:.1f} of 255, a ball has {LEAST_CONTRAST:g}."
+        )
+
+
+def drawn_before(film: Film, folder: Path) -> dict[int, Drawn]:
+    """What ``write`` wrote of this film into the folder; raises InputError for a file that holds no boxes."""
+    found = {}
+    for label in sorted((folder / "labels").glob("*.txt")):
+        stem, _, number = label.stem.rpartition("-")
+        if stem == film.name and number.isdecimal():
+            found[int(number)] = read_boxes(label, film.width_px, film.height_px)
+    return found
+
+
+def _name(film: Film, frame: int) -> str:
+    return f"{film.name}-{frame:06d}"
+
+
+def _sides(boxes: Drawn) -> list[float]:
+    return [
+        value
+        for box in boxes[:1]
+        for value in (
+            box.u_px + 0.5 - box.width_px / 2,
+            box.v_px + 0.5 - box.height_px / 2,
+            box.width_px,
+            box.height_px,
+        )
+    ]
