@@ -1,4 +1,4 @@
-"""What follows the ball in images, put together once: the path that is studied is the path that plays."""
+"""Trackers of the ball in images, put together once: the path that is studied is the path that plays."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from kendama_cli.vision.tracker import BallTracker
 def catch_pose_estimator(
     motion: MotionSettings, game: GameSettings, rim_height_m: float, gravity_m_s2: float | Array | None = None
 ) -> CatchPoseEstimator:
-    """The one estimator, of the ball's way down through ``rim_height_m``.
+    """Make the one estimator, of the ball's way down through ``rim_height_m``.
 
     ``gravity_m_s2`` is its size or (3,) in the frame that the ball is observed in; None: straight down, as in ``game``.
     """
@@ -31,7 +31,7 @@ def catch_pose_estimator(
 def ball_tracker(
     settings: PredictSettings, game: GameSettings, models: Sequence[CameraModel], *, rim_height_m: float, onset: bool
 ) -> BallTracker:
-    """The tracker that ``settings`` describe for these cameras, predicting the way down through ``rim_height_m``.
+    """Make the tracker of ``settings`` for these cameras, predicting the way down through ``rim_height_m``.
 
     Without ``onset`` every sighting counts as free flight. Raises InputError where a learned colour cannot be read.
     """

@@ -31,8 +31,10 @@ SILENCE_S = 2.0
 
 @dataclass
 class CameraRecord:
-    """What one camera showed: stamps, ages on arrival, times to detect, sightings; ``shown`` is its last image with the
-    ball in it, or its first, and what was seen there."""
+    """Record of one camera: stamps, ages on arrival, times to detect, detections.
+
+    ``shown`` is its last image with the ball in it, or its first, and the detection there.
+    """
 
     stamps_s: list[float] = field(default_factory=list)
     ages_s: list[float] = field(default_factory=list)
@@ -79,7 +81,7 @@ def check_cameras(
 
 
 def figures(record: CameraRecord) -> dict[str, Any]:
-    """The figures of one camera: frames, rate, missed and doubled frames, delays, and the share of sightings."""
+    """Return the figures of one camera: frames, rate, missed and doubled frames, delays, fraction of detections."""
     stamps = np.array(record.stamps_s)
     steps = np.diff(stamps)
     usual = float(np.median(steps)) if len(steps) else None
@@ -124,7 +126,7 @@ class _Flights:
         self._end_s = 0.0
 
     def scene(self, t_s: float) -> ScenePose:
-        """All poses."""
+        """Return all poses."""
         while max(t_s, 0.0) >= self._end_s:
             lead_s = 0.15
             drawn = draw_release(self._rng, self._release, self._game, lead_s + 0.05)
@@ -136,7 +138,7 @@ class _Flights:
 
 
 def _raise_unless_coming(stale: StaleFrame) -> None:
-    """A recording may begin later than another one."""
+    """Raise ``stale`` if a frame ever came: a recording may start later than another one."""
     if np.isfinite(stale.age_s):
         raise stale
 

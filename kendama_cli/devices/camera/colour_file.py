@@ -13,7 +13,7 @@ REMEDY = "learn the colour again, or set predict.detector.colour=null to go by i
 
 
 def colour_detector(settings: ColourDetectorSettings) -> ColourDetector:
-    """The detector with the learned colour where ``settings`` name one, else with their thresholds."""
+    """Make the detector with the learned colour if ``settings`` name one, else with their thresholds."""
     return ColourDetector(settings, None if settings.colour is None else read_colour(settings.colour))
 
 

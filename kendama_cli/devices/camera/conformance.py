@@ -39,7 +39,7 @@ class Opened:
 
     @contextmanager
     def cameras(self) -> Iterator[tuple[list[Camera], _Clock, float]]:
-        """The cameras, their clock, and the time between two frames [s]."""
+        """Open the cameras; return them, their clock, and the time between two frames [s]."""
         given = self._configuration
         settings = given["camera"]
         rngs = [np.random.default_rng(number) for number, _ in enumerate(settings.cameras)]
@@ -53,7 +53,7 @@ class Opened:
 
 
 def check_frames(opened: Opened) -> None:
-    """Every camera shows whole images and regions of interest in the order of time, and refuses what is too old."""
+    """Check that every camera shows whole images and regions in the order of time, and refuses what is too old."""
     with opened.cameras() as (cameras, clock, period_s):
         for camera in cameras:
             check_camera(camera, clock, clock.wait, period_s)

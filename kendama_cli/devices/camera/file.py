@@ -76,7 +76,7 @@ class FileCameraBlock:
         return self._region.frame(t_s, pixels)
 
     def restart(self) -> None:
-        """A recording plays forward only."""
+        """Raise: a recording plays forward only."""
 
     def close(self) -> None:
         self._source.close()

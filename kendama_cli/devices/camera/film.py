@@ -89,7 +89,7 @@ class Film:
         return len(self.times_s())
 
     def _grabbed(self) -> Iterator[tuple[float, cv2.VideoCapture]]:
-        """The time of each frame, and the capture that can decode it."""
+        """Yield the time of each frame, and the capture that can decode it."""
         capture = open_film(self.path)
         if self.is_mirrored:
             capture.set(cv2.CAP_PROP_ORIENTATION_AUTO, 0)  # it takes a mirror for another turn
@@ -109,7 +109,7 @@ class Film:
 
 
 def _unreadable(path: Path) -> InputError:
-    """Why a file is no film, as far as that is seen: an MP4 has its index, often at its end, in the box 'moov'."""
+    """Return an error that says why a file is no film, as far as is seen: an MP4 has its index in the box 'moov'."""
     boxes = top_boxes(path)
     if boxes[:1] == [b"ftyp"] and b"moov" not in boxes:
         return InputError(

@@ -1,4 +1,4 @@
-"""What is wrong with a film's frames and their times, to be told before work on it begins."""
+"""Faults of a film's frames and their times, reported before work on it begins."""
 
 from __future__ import annotations
 

@@ -41,14 +41,14 @@ class ObservedImage:
 
 @dataclass(frozen=True)
 class Moment:
-    """What the tracker was given for one time of exposure, and the catching pose as known after it."""
+    """Input of the tracker for one time of exposure, and its estimate of the catch pose after it."""
 
     t_s: float
     pose: CatchPose | None
 
 
 def raise_stale(stale: StaleFrame) -> None:
-    """What a loop does about a camera without a young frame, unless it is given something else."""
+    """Raise ``stale``: the reaction of a loop to a camera without a young frame, unless it is given another."""
     raise stale
 
 
@@ -81,19 +81,19 @@ class ImageLoop:
         self._waiting: dict[float, dict[str, ObservedImage]] = {}
 
     def restart(self) -> None:
-        """The clock was set back: forget everything, as a new rollout begins."""
+        """Forget everything, as a new rollout begins: the clock was set back."""
         for camera in self.cameras:
             camera.restart()
         self.begin(-np.inf)
 
     def begin(self, after_s: float) -> None:
-        """A new flight, of which only frames after ``after_s`` count."""
+        """Begin a new flight, of which only frames after ``after_s`` count."""
         self.tracker.reset()
         self._waiting.clear()
         self._newest_s = dict.fromkeys(self._newest_s, after_s)
 
     def take(self) -> list[ObservedImage]:
-        """Every camera's frame, where it is a new one, with the ball found in it."""
+        """Take every camera's frame, if it is a new one, with the ball found in it."""
         return [image for camera in self.cameras if (image := self._take(camera)) is not None]
 
     def feed(self, images: Sequence[ObservedImage], now_s: float, tie_m: Callable[[float], Array]) -> list[Moment]:

@@ -1,4 +1,4 @@
-"""What every camera offers, rendered, recorded or live."""
+"""Interface of every camera, rendered, recorded or live."""
 
 from __future__ import annotations
 
@@ -48,13 +48,13 @@ class Camera(Protocol):
 
     @property
     def next_s(self) -> float | None:
-        """When the next frame comes, on the camera's clock; None where none comes, or nobody knows (live cameras)."""
+        """Return the time of the next frame, on the camera's clock; None if none comes, or unknown (live cameras)."""
 
     def latest(self, *, max_age_s: float) -> Frame:
-        """The newest frame; raises StaleFrame where it is older than ``max_age_s``, or where there is none."""
+        """Return the newest frame; raises StaleFrame if it is older than ``max_age_s``, or if there is none."""
 
     def set_region_of_interest(self, region: Region | None) -> None:
-        """From the next frame on only ``region`` is wanted (None: the whole image); a frame may still show more."""
+        """Ask for ``region`` alone from the next frame on (None: the whole image); a frame may still show more."""
 
     def restart(self) -> None:
         """Forget the newest frame where the clock was set back (a simulated scene begins anew); live cameras go on."""
@@ -65,7 +65,7 @@ class Camera(Protocol):
 
 @dataclass(frozen=True)
 class SceneSource:
-    """What rendered cameras show: the scene, its light, a noise stream per camera, and the meshes of its links."""
+    """Source of rendered images: the scene, its light, a noise stream per camera, and the meshes of its links."""
 
     scene: Scene
     game: GameSettings
@@ -75,7 +75,7 @@ class SceneSource:
 
 
 class OpenCameras(Protocol):
-    """What a variant's ``makes`` names."""
+    """Function that a variant's ``makes`` names."""
 
     def __call__(
         self,
@@ -84,7 +84,7 @@ class OpenCameras(Protocol):
         clock: Callable[[], float],
         scene: SceneSource | None,
     ) -> Sequence[Camera]:
-        """One camera per model, in order, their frames stamped by ``clock`` [s]; ``scene`` is for rendered ones.
+        """Open one camera per model, in order, with frames stamped by ``clock`` [s]; ``scene`` is for rendered ones.
 
         Raises ConfigError, InputError or MissingPartError, and then holds nothing open.
         """
@@ -98,18 +98,18 @@ class RegionOfInterest:
         self._region = self._image
 
     def set(self, region: Region | None) -> None:
-        """From now on ``region``, as far as it lies in the image (None, or nothing of it: the whole image)."""
+        """Set ``region``, as far as it lies in the image (None, or nothing of it: the whole image)."""
         part = self._image if region is None else region.within(self._image)
         self._region = self._image if part.empty else part
 
     def frame(self, t_s: float, pixels: NDArray[np.uint8]) -> Frame:
-        """The region of interest of the whole image ``pixels`` (h, w, 3)."""
+        """Cut the region of interest from the whole image ``pixels`` (h, w, 3)."""
         r = self._region
         return Frame(t_s, pixels[r.top : r.bottom, r.left : r.right], (r.left, r.top))
 
 
 def too_old(camera: str, age_s: float, max_age_s: float) -> StaleFrame:
-    """The error for a newest frame of ``age_s`` where ``max_age_s`` is allowed."""
+    """Return the error for a newest frame of ``age_s`` if ``max_age_s`` is allowed."""
     return StaleFrame(
         camera,
         age_s,

@@ -10,7 +10,7 @@ from kendama_cli.settings.camera import CAMERAS, CameraSettings
 
 
 def open_cameras(settings: CameraSettings, clock: Callable[[], float], scene: SceneSource | None) -> list[Camera]:
-    """All cameras, calibrated, on one ``clock`` [s]; only rendered ones need a ``scene``.
+    """Open all cameras, calibrated, on one ``clock`` [s]; only rendered ones need a ``scene``.
 
     Raises ConfigError where the settings contradict each other, InputError where a file cannot be used, and
     MissingPartError where a device is not there.

@@ -22,23 +22,23 @@ class StagedFlight:
 
     @property
     def crossing_s(self) -> float:
-        """When the ball crosses the rim plane, on the scene's clock."""
+        """Return the time at which the ball crosses the rim plane, on the scene's clock."""
         return self.release_s + self.release.crossing_s
 
     def seen_until_s(self, fraction: float) -> float:
-        """When ``fraction`` of the free flight has passed."""
+        """Return the time at which ``fraction`` of the free flight has passed."""
         return self.release_s + fraction * self.release.crossing_s
 
     def tie_m(self, t_s: float) -> Array:
-        """The cup's tie point (3,), as the arm knows it."""
+        """Return the cup's tie point (3,), as the arm knows it."""
         return self.release.tie_m(t_s - self.release_s)
 
     def ball_m(self, t_s: float) -> Array:
-        """The ball's centre (3,)."""
+        """Return the ball's centre (3,)."""
         return self.release.ball_m(t_s - self.release_s)
 
     def scene(self, t_s: float) -> ScenePose:
-        """All poses."""
+        """Return all poses."""
         ball, tie = self.ball_m(t_s), self.tie_m(t_s)
         wrist = tie + WRIST_FROM_CUP_M
         elbow = (SHOULDER_M + wrist) / 2 + ELBOW_OFF_MIDDLE_M

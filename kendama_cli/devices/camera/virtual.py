@@ -89,7 +89,7 @@ class VirtualCameraBlock:
 
     @property
     def next_s(self) -> float:
-        """When the exposure that is going on will have ended."""
+        """Return the time at which the present exposure ends."""
         index = self._newest_index() + 1
         return max(index, 0) / self._settings.rate_hz + self._offset_s + self._busy_s / 2
 
@@ -125,7 +125,7 @@ class VirtualCameraBlock:
         return Frame(t_s, pixels, (region.left, region.top))
 
     def _shot(self, t_s: float) -> Shot:
-        """The scene from the first row's opening to the last row's closing about ``t_s``."""
+        """Return the scene from the first row's opening to the last row's closing about ``t_s``."""
         exposure_s, half = self._settings.sensor.exposure_s, self._busy_s / 2
         moving = self._sampler.moving(self._scene, t_s - half, t_s + half)
         moments = len(moving.ball_m) - 1

@@ -58,7 +58,7 @@ def parity(columns: Sequence[int | str | None]) -> int | None:
 
 
 def _axis_of(name: str) -> int | None:
-    """The axis 0, 1 or 2 that a column's name speaks of."""
+    """Return the axis 0, 1 or 2 in a column's name."""
     words = [word.lower() for word in re.split(r"[^A-Za-z]+|(?<=[a-z])(?=[A-Z])", name) if word]
     alone = [word for word in words if word in ("x", "y", "z")]
     short = [word[-1] for word in words if len(word) == 2 and word[-1] in "xyz"]

@@ -59,7 +59,7 @@ def check_poses(opened: OpenHands) -> None:
 
 
 def check_close(opened: OpenHands) -> None:
-    """A force may be rendered to any hand, and closing twice is as good as once."""
+    """Check that a force may be rendered to any hand, and that closing twice is as good as once."""
     hands = opened()
     for hand in hands:
         hand.render_force(np.array([0.0, 0.0, -0.1]))

@@ -1,4 +1,4 @@
-"""Whether a recorded motion is one that a hand can make: no frozen samples, no jumps, from rest.
+"""Checks that a hand can make a recorded motion: no frozen samples, no jumps, from rest.
 
 What no hand does is refused, what a good recording hardly ever shows is told.
 """
@@ -86,7 +86,7 @@ def check_frozen(recording: Recording) -> None:
 
 
 def doubts_of_continuity(recording: Recording) -> list[str]:
-    """What is suspicious but possible, one sentence each."""
+    """Return suspicious but possible findings, one sentence each."""
     t_s, place_m = recording.t_s, recording.position_m
     doubts = []
     frozen = [one for one in _frozen(recording) if one[2] >= FROZEN_DOUBT_M]

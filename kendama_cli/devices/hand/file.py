@@ -42,7 +42,7 @@ class RecordedHand:
         self._recording = recording
 
     def samples(self) -> Iterator[HandSample]:
-        """Every sample of the recording."""
+        """Yield every sample of the recording."""
         recording = self._recording
         turns = [UPRIGHT] * len(recording.t_s) if recording.rotation_wxyz is None else recording.rotation_wxyz
         for t_s, position_m, rotation in zip(recording.t_s, recording.position_m, turns, strict=True):
@@ -56,12 +56,12 @@ class RecordedHand:
 
 
 def open_files(settings: FileCapture) -> Sequence[RecordedHand]:
-    """A hand for every recording that the settings name, in their order; raises as ``recordings_of``."""
+    """Open a demonstrator for every recording that the settings name, in their order; raises as ``recordings_of``."""
     return hands_of(recordings_of(settings))
 
 
 def recordings_of(settings: FileCapture) -> list[Recording]:
-    """Every recording that the settings name, checked, in their order.
+    """Read every recording that the settings name, checked, in their order.
 
     Raises InputError for a file that cannot be read or does not hold a plausible swing.
     """
@@ -75,7 +75,7 @@ def recordings_of(settings: FileCapture) -> list[Recording]:
 
 
 def _signed(recording: Recording, settings: FileCapture) -> Recording:
-    """The recording with its axes turned round as ``capture.sign`` says; raises InputError where that mirrors turns."""
+    """Flip the recording's axes by ``capture.sign``; raises InputError if that mirrors rotations."""
     signs, columns = np.array([settings.sign.x, settings.sign.y, settings.sign.z], dtype=np.float64), settings.columns
     made = replace(recording, position_m=signs * recording.position_m)
     if recording.rotation_wxyz is None:
@@ -98,7 +98,7 @@ def _signed(recording: Recording, settings: FileCapture) -> Recording:
 
 
 def hands_of(recordings: Sequence[Recording]) -> tuple[RecordedHand, ...]:
-    """A hand for every recording; names that repeat are numbered."""
+    """Make a demonstrator for every recording; names that repeat are numbered."""
     names = Counter(recording.name for recording in recordings)
     seen: Counter[str] = Counter()
     hands = []
@@ -129,7 +129,7 @@ def _read(path: str, settings: FileCapture) -> Sequence[Recording]:
 
 
 def read_mcap(path: str, settings: FileCapture) -> list[Recording]:
-    """The recordings in the MCAP file ``path``, one per child frame of the topic.
+    """Read the recordings in the MCAP file ``path``, one per child frame of the topic.
 
     Raises InputError for a file that is cut short or damaged (every byte is checked), and for one without the topic.
     """

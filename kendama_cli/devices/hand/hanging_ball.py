@@ -93,5 +93,5 @@ class _Path:
         self._grid, self._share = grid, way / max(float(way[-1]), 1e-9)
 
     def share(self, t_s: Array) -> Array:
-        """How much of the whole way lies behind at ``t_s`` (k,)."""
+        """Return the fraction of the whole path that is covered at ``t_s`` (k,)."""
         return np.asarray(np.interp(t_s, self._grid, self._share))

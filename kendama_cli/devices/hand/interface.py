@@ -1,4 +1,4 @@
-"""What every source of a hand's motion offers: a file that is replayed, motion capture, a haptic device."""
+"""Interface of every demonstrator: a file that is replayed, motion capture, a haptic device."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ class HandDevice(Protocol):
     rate_hz: float
 
     def samples(self) -> Iterator[HandSample]:
-        """The swing from its first sample to its last, in the order of time; raises InputError or HardwareError."""
+        """Yield the swing from first to last sample, in the order of time; raises InputError or HardwareError."""
 
     def render_force(self, force_n: Array) -> None:
         """Let the hand feel ``force_n`` (3,); devices without force feedback ignore it."""

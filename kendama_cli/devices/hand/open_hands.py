@@ -10,7 +10,7 @@ from kendama_cli.devices.streams.live_figures import Tell, silent
 
 
 def open_hands(settings: CaptureSettings, tell: Tell = silent) -> Sequence[HandDevice]:
-    """One device per demonstration, in order; raises InputError or MissingPartError where there is none.
+    """Open one device per demonstration, in order; raises InputError or MissingPartError if there is none.
 
     ``tell`` is told how a stream comes while it is recorded, of hands whose settings say that they ``stream``.
     """

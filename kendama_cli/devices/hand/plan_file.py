@@ -23,7 +23,7 @@ def text_format(path: str | Path) -> TextFormat:
 
 
 def read_plan(path: str) -> MotionPlan:
-    """The primitive in the JSON or YAML file ``path``; raises InputError that names the line or key."""
+    """Read the primitive in the JSON or YAML file ``path``; raises InputError that names the line or key."""
     form = text_format(path)
     try:
         text = Path(path).read_text(encoding="utf-8")

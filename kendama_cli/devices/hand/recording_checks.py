@@ -19,7 +19,7 @@ def check_samples(recording: Recording, gap_factor: float) -> None:
 
 
 def check_swing(recording: Recording, plausible: PlausibleSettings) -> list[str]:
-    """What is suspicious in the motion but possible.
+    """Check the motion; return suspicious but possible findings.
 
     Raises InputError for what cannot be a swing of a hand, with the sample, the value and the remedy.
     """

@@ -31,7 +31,7 @@ SWING_RISE = 0.5
 def checked_swings(
     recording: Recording, plausible: PlausibleSettings, gap_factor: float, segments: str
 ) -> list[Recording]:
-    """The checked swings in one recording, each with the warnings about it; the first also with what was left out.
+    """Return the checked swings in one recording, each with its warnings; the first also lists what was left out.
 
     Raises InputError where samples are missing, or a part is no swing that a hand can make.
     """
@@ -46,7 +46,7 @@ def checked_swings(
 
 
 def cut_apart(recording: Recording) -> tuple[list[Recording], list[str]]:
-    """The swings in ``recording``, in order, and what was left out, one sentence each; itself where it is one swing."""
+    """Split ``recording`` into swings, in order, and sentences on what was left out; itself if it is one swing."""
     t_s, place_m = recording.t_s, recording.position_m
     try:
         whole = SmoothSpeed(t_s, place_m).moving(REST_WINDOW_S, REST_SPEED_M_S, REST_SHARE)
@@ -110,7 +110,7 @@ def _is_swing(recording: Recording, piece: tuple[int, int]) -> bool:
 
 
 def _rises(recording: Recording, piece: tuple[int, int]) -> float:
-    """The share of ropes and tempos with which a ball rises over the cup."""
+    """Return the fraction of ropes and time scales with which a ball rises over the cup."""
     part = slice(max(piece[0] - 2, 0), piece[1] + 3)
     t_s = recording.t_s[part]
     if len(t_s) < MIN_SAMPLES or t_s[-1] - t_s[0] < LEAST_S:
@@ -120,7 +120,7 @@ def _rises(recording: Recording, piece: tuple[int, int]) -> float:
 
 
 def _part(recording: Recording, piece: tuple[int, int], number: int, count: int) -> Recording:
-    """The samples of ``piece`` with what of the rest around it is not another's."""
+    """Return the samples of ``piece`` with those around it that belong to no other."""
     t_s = recording.t_s
     first = int(np.searchsorted(t_s, t_s[piece[0]] - MARGIN_S))
     last = int(np.searchsorted(t_s, t_s[piece[1]] + MARGIN_S, side="right"))

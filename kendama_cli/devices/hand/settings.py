@@ -1,4 +1,4 @@
-"""Where demonstrations of the hand come from."""
+"""Sources of the hand's demonstrations."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ HANDS = Registry("kendama.demonstrators", "demonstrator")
 
 @dataclass(frozen=True)
 class ColumnSettings:
-    """Which column holds what: a number (counted from ``column_base``) or a name of the header row."""
+    """Columns of the quantities: a number (counted from ``column_base``) or a name of the header row."""
 
     time: int | str | None = setting("column of the time stamps; null where rate_hz tells the time")
     x: int | str | None = setting("column of x, which lies in the swing plane")
@@ -30,7 +30,7 @@ class ColumnSettings:
 
 @dataclass(frozen=True)
 class RotationSettings:
-    """Which columns hold the orientation's unit quaternion, as ``ColumnSettings``; all null: only places are there."""
+    """Columns of the orientation's unit quaternion, as ``ColumnSettings``; all null: only positions are there."""
 
     w: int | str | None = setting("column of its real part")
     x: int | str | None = setting("column of its part along x, whose sign is that of the place")
@@ -52,7 +52,7 @@ class SignSettings:
 
 @dataclass(frozen=True)
 class PlausibleSettings:
-    """What a swing of the hand can be; outside, units or rate are taken to be wrong."""
+    """Ranges of a hand's swing; outside, units or rate are taken to be wrong."""
 
     min_extent_m: float = setting("smallest extent of a swing along its widest axis [m]", above=0)
     max_extent_m: float = setting("largest extent of a swing along any axis [m]", above=0)
@@ -120,7 +120,7 @@ class FileCapture:
 
 
 class CaptureSettingsNode(Protocol):
-    """What the settings of every hand have beside fields of their own."""
+    """Settings that every hand has beside fields of its own."""
 
     @property
     def kind(self) -> str:

@@ -51,7 +51,7 @@ def check_axes(recording: Recording, strictness: str) -> list[str]:
 
 
 def _doubt(t_s: Array, place_m: Array) -> tuple[str, bool]:
-    """A sentence about the axes, empty where nothing is to be said, and whether it is certain."""
+    """Return a sentence about the axes, empty if there is no doubt, and True if it is certain."""
     (own,) = rise_of(t_s, place_m, DIRECTIONS[:1])
     if own.rising <= DOUBTFUL_RISE and own.caught <= DOUBTFUL_CATCH:
         others = rise_of(t_s, place_m, DIRECTIONS[1:])

@@ -34,7 +34,7 @@ class Rows:
 
 
 def read_text(path: str, content: bytes, settings: FileCapture) -> Recording:
-    """The recording in the text ``content`` of the file ``path``; raises InputError naming line, column and value."""
+    """Read the recording in the text ``content`` of file ``path``; raises InputError naming line, column and value."""
     text = text_of(path, content, remedy=REMEDY)
     rows = _rows(path, text, settings)
     _check_units(path, rows, settings)
@@ -64,7 +64,7 @@ def read_text(path: str, content: bytes, settings: FileCapture) -> Recording:
 
 
 def _seconds(path: str, rows: Rows, settings: FileCapture) -> Array:
-    """The samples' times from the first on (n,): of numbers in the declared unit, of dates or of clocks."""
+    """Return the samples' times from the first on (n,): of numbers in the declared unit, of dates or of clocks."""
     column = settings.columns.time
     if column is None:
         return np.arange(len(rows.data)) / float(settings.rate_hz or np.nan)
@@ -78,7 +78,7 @@ def _seconds(path: str, rows: Rows, settings: FileCapture) -> Array:
 
 
 def _rotation(path: str, rows: Rows, settings: FileCapture, place: Callable[[int], str]) -> Array | None:
-    """The unit quaternions (n, 4) of the named columns; None where none are named."""
+    """Return the unit quaternions (n, 4) of the named columns; None if none are named."""
     named = settings.rotation
     if named.w is None:
         return None
@@ -155,7 +155,7 @@ def _check_units(path: str, rows: Rows, settings: FileCapture) -> None:
 
 
 def _index(path: str, header: Sequence[Row], key: str, column: int | str, base: int) -> int:
-    """The position of ``column`` in a row's cells: a name's in the last row of the header that has it."""
+    """Return the index of ``column`` in a row's cells: a name's in the last row of the header that has it."""
     if isinstance(column, int):
         return column - base
     if not header:
@@ -178,7 +178,7 @@ def _index(path: str, header: Sequence[Row], key: str, column: int | str, base: 
 
 
 def _numbers(path: str, rows: Rows, key: str, column: int | str, settings: FileCapture) -> Array:
-    """The values of one column (n,); raises InputError at the first cell that is missing, empty or not finite."""
+    """Return the values of one column (n,); raises InputError at the first missing, empty or not finite cell."""
     index = _index(path, rows.header, key, column, settings.column_base)
     label = f"column {column}" if isinstance(column, str) else f"column {column} (counted from {settings.column_base})"
     values = np.empty(len(rows.data))

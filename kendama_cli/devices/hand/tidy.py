@@ -85,7 +85,7 @@ def _held_once(recording: Recording) -> Recording:
 def _ticks(
     t_s: Array, begins: NDArray[np.int64], fast: NDArray[np.bool_], steps_s: Array
 ) -> tuple[NDArray[np.int64], Array, float]:
-    """The row of each of the tracker's ticks, their times, and the period between them [s]."""
+    """Return the row of each of the tracker's ticks, their times, and the period between them [s]."""
     period_s = float(steps_s[steps_s <= LONG_HOLD * np.median(steps_s)].mean())
     number = np.concatenate([[0], np.cumsum(np.maximum(np.rint(np.diff(t_s[begins]) / period_s), 1))])
     for _ in range(3):
@@ -101,7 +101,7 @@ def _ticks(
 
 
 def _evened(recording: Recording) -> Recording:
-    """The steady rate's times where stamps stray from it, if the motion is smoother so: else they are right."""
+    """Replace stamps that stray by the steady rate's times, if the motion is smoother so: else they are right."""
     stamps_s, place_m = recording.t_s, recording.position_m
     even_s = even_times(stamps_s)
     if even_s is None:
@@ -117,7 +117,7 @@ def _evened(recording: Recording) -> Recording:
 
 
 def _roughness(t_s: Array, place_m: Array) -> float:
-    """The mean change of velocity from step to step [m/s], infinite where two samples have one time."""
+    """Return the mean change of velocity from step to step [m/s], infinite if two samples have one time."""
     steps_s = np.diff(t_s)[:, None]
     if steps_s.min() <= 0:
         return float("inf")
@@ -183,7 +183,7 @@ def _line(numbers: NDArray[Any], stamps_s: Array, used: NDArray[np.bool_]) -> Ar
 
 
 def _robust_line(numbers: NDArray[Any], stamps_s: Array) -> Array:
-    """The line of least absolute distances, by iterated weights; a fifth of stamps that are late does not move it."""
+    """Fit the line of least absolute distances, by iterated weights; a fifth of late stamps does not move it."""
     weights = np.ones(len(stamps_s))
     for _ in range(30):
         period_s, begin_s = np.polyfit(numbers, stamps_s, 1, w=weights)

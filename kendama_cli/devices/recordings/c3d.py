@@ -30,7 +30,7 @@ class _Parameter:
 
 
 def read_c3d(path: str, content: bytes) -> list[BodyTrack]:
-    """A track in metres per point; raises InputError for a file that is cut short or contradicts itself."""
+    """Read a track in metres per point; raises InputError for a file that is cut short or contradicts itself."""
     try:
         return _C3d(path, content).tracks()
     except (struct.error, IndexError, ValueError) as wrong:
@@ -48,7 +48,7 @@ class _C3d:
         self._parameters = self._read_parameters(begin + 4, begin + C3D_BLOCK_BYTES * content[begin + 2])
 
     def tracks(self) -> list[BodyTrack]:
-        """The points over time."""
+        """Return the points over time."""
         count, analog, first, last = struct.unpack_from(f"{self._order}4H", self._content, 2)
         begin = (struct.unpack_from(f"{self._order}H", self._content, 16)[0] - 1) * C3D_BLOCK_BYTES
         scale, rate_hz = self._floats(self._content[12:16])[0], self._floats(self._content[20:24])[0]
@@ -89,7 +89,7 @@ class _C3d:
         return np.ascontiguousarray(halves).view("<f4")[:, 0].astype(np.float64) / 4
 
     def _read_parameters(self, at: int, end: int) -> dict[tuple[str, str], _Parameter]:
-        """All parameters by group and name; a group has a negative number, its parameters the same, positive."""
+        """Read all parameters by group and name; a group has a negative number, its parameters the same, positive."""
         content = self._content
         groups: dict[int, str] = {}
         found: list[tuple[int, str, _Parameter]] = []

@@ -35,12 +35,12 @@ HOLDS_POSES = frozenset(
 
 
 def ros_2_name(schema: str) -> str:
-    """A schema's name as ROS 2 writes it, with ``/msg/``: a bag of ROS 1 that became an MCAP is without."""
+    """Return a schema's name as ROS 2 writes it, with ``/msg/``: a bag of ROS 1 that became an MCAP is without."""
     return schema.replace("/", "/msg/") if schema.count("/") == 1 else schema
 
 
 def pose_topics(channels: list[dict[str, Any]]) -> list[str]:
-    """The topics among ``LogFile.describe``'s channels that have messages with poses, sorted."""
+    """Return the topics among ``LogFile.describe``'s channels that have messages with poses, sorted."""
     return sorted(
         {
             one["topic"]
@@ -51,18 +51,18 @@ def pose_topics(channels: list[dict[str, Any]]) -> list[str]:
 
 
 def listed(channels: list[dict[str, Any]]) -> str:
-    """What an error says of a file: its topics with schema and number of messages."""
+    """List a file's topics for an error, with schema and number of messages."""
     filled = [one for one in channels if one["messages"]]
     return ", ".join(f"{one['topic']} ({one['schema']}, {one['messages']})" for one in filled) or "no messages"
 
 
 def read_pose_tracks(path: str, topics: Collection[str]) -> list[PoseTrack]:
-    """The tracks on ``topics``; raises InputError for a file or a message that is damaged."""
+    """Read the tracks on ``topics``; raises InputError for a file or a message that is damaged."""
     return _gathered(path, topics).tracks()
 
 
 def read_mcap_bodies(path: str) -> list[BodyTrack]:
-    """A body per topic and child frame; raises InputError for a damaged file, and for one without poses."""
+    """Read a body per topic and child frame; raises InputError for a damaged file, and for one without poses."""
     channels = LogFile(path, topics=()).describe()["channels"]
     topics = pose_topics(channels)
     if not topics:

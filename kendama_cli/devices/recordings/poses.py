@@ -40,7 +40,7 @@ def _ros_transform(one: Any) -> Pose:
 
 
 def _of_foxglove(frame: str, child: str, message: Any, place: Any, turn: Any) -> Pose:
-    """A sender that leaves a rotation out means none."""
+    """Return the pose in a message of Foxglove; a sender that leaves a rotation out means none."""
     stamp = message.timestamp
     stamp_ns = stamp.seconds * 10**9 + stamp.nanos
     rotation = UPRIGHT_WXYZ if turn is None else (turn.w, turn.x, turn.y, turn.z)
@@ -89,7 +89,7 @@ class PoseTrack:
     rotations: list[tuple[float, float, float, float] | None] = field(default_factory=list)
 
     def t_ns(self) -> NDArray[np.int64]:
-        """The senders' stamps (n,), or the times of the log where no message has one."""
+        """Senders' stamps (n,), or the times of the log if no message has one."""
         return np.array(self.stamp_ns if any(self.stamp_ns) else self.log_ns, dtype=np.int64)
 
     def rotation_wxyz(self) -> Array | None:
@@ -105,7 +105,7 @@ class PoseTracks:
         self._tracks: dict[tuple[str, str, str], PoseTrack] = {}
 
     def add(self, topic: str, number: int, log_ns: int, poses: Sequence[Pose]) -> None:
-        """The poses of message ``number`` of ``topic``."""
+        """Add the poses of message ``number`` of ``topic``."""
         for one in poses:
             key = (topic, one.frame, one.child)
             track = self._tracks.setdefault(key, PoseTrack(*key))
@@ -116,11 +116,11 @@ class PoseTracks:
             track.rotations.append(one.rotation_wxyz)
 
     def tracks(self) -> list[PoseTrack]:
-        """All of them, the first to come first."""
+        """Return all tracks, the first to come first."""
         return list(self._tracks.values())
 
     def bodies(self) -> list[BodyTrack]:
-        """A body per track, in the order of time, called by topic and child, and by its frame where it has several."""
+        """Return a body per track, in the order of time, named by topic and child, and frame if it has several."""
         called = [f"{one.topic} {one.child}".strip() for one in self.tracks()]
         return [
             _body(f"{name} in {one.frame}" if called.count(name) > 1 else name, one)

@@ -33,7 +33,7 @@ class RecordingFormat:
 
 
 def _is_c3d(head: bytes) -> bool:
-    """The address of its parameters, then the key (C3D user guide, header section)."""
+    """Return True if ``head`` has the address of its parameters, then the key (C3D user guide, header section)."""
     block = head[:C3D_BLOCK_BYTES]
     return len(block) == C3D_BLOCK_BYTES and block[1] == C3D_KEY and 2 <= block[0] <= 20 and b"\0" in block
 
@@ -58,7 +58,7 @@ FORMATS = (MCAP, BAG, C3D, QUALISYS, TRC, VICON, MOTIVE, STREAM, TABLE)
 
 
 def format_of(path: Path, *, remedy: str, folder_remedy: str | None = None) -> RecordingFormat:
-    """What kind of recording the file (or the folder of a ROS 2 bag) is.
+    """Return the format of a recording in a file (or the folder of a ROS 2 bag).
 
     Raises InputError with ``remedy`` where it cannot be read or is empty, with ``folder_remedy`` for another folder.
     """
@@ -83,7 +83,7 @@ def format_of(path: Path, *, remedy: str, folder_remedy: str | None = None) -> R
 
 
 def name_of(path: str) -> str:
-    """The name of the recording: of its file without the ending, or of a bag's folder."""
+    """Return the name of the recording: of its file without the ending, or of a bag's folder."""
     file = Path(path)
     return file.parent.name if file.name == "metadata.yaml" else file.stem
 

@@ -17,7 +17,7 @@ MOST_BYTES = 700 << 20
 
 
 def read_bag(path: Path) -> list[BodyTrack]:
-    """A track per topic, and per child frame of transforms, by the messages' own stamps.
+    """Read a track per topic, and per child frame of transforms, by the messages' own stamps.
 
     Raises MissingPartError without ``rosbags``, InputError for what is no bag or holds no poses.
     """
@@ -47,7 +47,7 @@ def read_bag(path: Path) -> list[BodyTrack]:
 
 
 def ros_types(path: Path, version: int = 2) -> Any:
-    """The store of the message types of ROS 1 or 2; raises MissingPartError without ``rosbags``."""
+    """Return the store of the message types of ROS 1 or 2; raises MissingPartError without ``rosbags``."""
     typesys = _rosbags(path, "rosbags.typesys")
     return typesys.get_typestore(typesys.Stores.ROS2_HUMBLE if version == 2 else typesys.Stores.ROS1_NOETIC)
 

@@ -182,12 +182,12 @@ def read_qualisys(path: str, text: str) -> list[BodyTrack]:
 
 
 def _marker(table: Array) -> tuple[Array, None]:
-    """The places (n, 3); 0.000 on all axes means not seen."""
+    """Return the positions (n, 3); 0.000 on all axes means not seen."""
     return np.where((table == 0).all(axis=1, keepdims=True), np.nan, METRES["mm"] * table), None
 
 
 def _body(table: Array) -> tuple[Array, Array]:
-    """The places (n, 3) and rotations (n, 4); a body that was not seen has zeros throughout, or no residual."""
+    """Return the positions (n, 3) and rotations (n, 4); a body not seen has zeros throughout, or no residual."""
     matrix = table[:, 7:].reshape(-1, 3, 3).transpose(0, 2, 1)
     seen = np.isfinite(table).all(axis=1) & (np.abs(np.linalg.det(np.nan_to_num(matrix)) - 1) < 0.05)
     turned = [exponential(log_of(one)) if fine else np.full(4, np.nan) for one, fine in zip(matrix, seen, strict=True)]

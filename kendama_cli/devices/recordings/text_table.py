@@ -61,7 +61,7 @@ def _cells(line: str, mark: str | None) -> tuple[str, ...]:
 
 
 def _delimiter(lines: Sequence[str]) -> str | None:
-    """The mark that leaves the most cells numbers, and of those that leave as many, the most cells."""
+    """Return the delimiter that makes the most cells numbers, and of equal ones the most cells."""
     judged = [line for line in lines if line.strip()][-JUDGED:]
 
     def worth(mark: str | None) -> tuple[float, int]:

@@ -43,15 +43,15 @@ class CompensatedRobot:
         return self._robot.exchange(dataclasses.replace(command, effort_nm=effort))
 
     def reset(self, position_rad: Array, seed: int) -> Exchange:
-        """As the robot does."""
+        """Reset the robot."""
         return self._robot.reset(position_rad, seed)
 
     def halt(self) -> None:
-        """As the robot does."""
+        """Halt the robot."""
         self._robot.halt()
 
     def close(self) -> None:
-        """As the robot does."""
+        """Close the robot."""
         self._robot.close()
 
 

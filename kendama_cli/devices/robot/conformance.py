@@ -51,7 +51,7 @@ def check_time(opened: OpenRobot) -> None:
 
 
 def check_rest(opened: OpenRobot) -> None:
-    """A robot that is commanded to stay stays, and reports its state in the right shapes."""
+    """Check that a robot that is commanded to stay stays, and reports its state in the right shapes."""
     with opened() as robot:
         rest = _rest(robot)
         last = robot.reset(rest.position_rad, 1)
@@ -93,7 +93,7 @@ def check_limits(opened: OpenRobot) -> None:
 
 
 def check_absurd(opened: OpenRobot) -> None:
-    """A command that nobody can mean is refused, not clipped, and the robot has halted for good."""
+    """Check that an absurd command is refused, not clipped, and the robot has halted for good."""
     for absurd in (np.nan, np.inf, -1e300):
         for field in ("position_rad", "velocity_rad_s", "acceleration_rad_s2", "effort_nm"):
             with opened() as robot:
@@ -107,7 +107,7 @@ def check_absurd(opened: OpenRobot) -> None:
 
 
 def check_feedforward(opened: OpenRobot) -> None:
-    """A torque that is said to be added reaches the motors: at rest the arm gives way to it."""
+    """Check that an added torque reaches the motors: at rest the arm gives way to it."""
     with opened() as robot:
         rest = _rest(robot)
         pushed = dataclasses.replace(rest, effort_nm=0.02 * robot.limits.effort_nm)
@@ -121,7 +121,7 @@ def check_feedforward(opened: OpenRobot) -> None:
 
 
 def check_reset(opened: OpenRobot) -> None:
-    """The same seed and commands give the same rollout, bit for bit in lockstep, whatever happened before."""
+    """Check that the same seed and commands give the same rollout, bit for bit in lockstep, whatever came before."""
     with opened() as robot:
         first = _short_rollout(robot, seed=3)
         _short_rollout(robot, seed=4)
@@ -150,7 +150,7 @@ def check_halt(opened: OpenRobot) -> None:
 
 
 def check_torque(opened: OpenRobot) -> None:
-    """Where torque commands are offered: none keeps the arm at rest, one moves its joint, and limits are kept."""
+    """Check torque commands, if offered: none keeps the arm at rest, one moves its joint, and limits are kept."""
     with opened() as robot:
         rest = _rest(robot)
         robot.reset(rest.position_rad, 1)

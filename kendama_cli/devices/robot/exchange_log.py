@@ -1,4 +1,4 @@
-"""What an arm was really sent and what it measured, for the log: also of a motion that a fault breaks off."""
+"""Log of an arm's real commands and measurements, also of a motion that a fault breaks off."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from kendama_cli.schema.arrays import Array
 
 
 def exchange_message(joint_names: Sequence[str], exchange: Exchange) -> JointExchangeMessage:
-    """One control period for the log."""
+    """Return one control period for the log."""
     sent, state = exchange.sent, exchange.state
     return JointExchangeMessage(
         joints=joint_names,
@@ -39,24 +39,24 @@ class RememberingRobot:
         return self._robot.missed
 
     def exchange(self, command: JointCommand) -> Exchange:
-        """One control period; raises HardwareError as the robot does."""
+        """Play one control period; raises HardwareError as the robot does."""
         self.played.append(self._robot.exchange(command))
         return self.played[-1]
 
     def reset(self, position_rad: Array, seed: int) -> Exchange:
-        """As the robot does."""
+        """Reset the robot."""
         self.forget()
         self.played.append(self._robot.reset(position_rad, seed))
         return self.played[-1]
 
     def forget(self) -> None:
-        """What was played is logged."""
+        """Forget the periods played, which are logged."""
         self.played = []
 
     def halt(self) -> None:
-        """As the robot does."""
+        """Halt the robot."""
         self._robot.halt()
 
     def close(self) -> None:
-        """As the robot does."""
+        """Close the robot."""
         self._robot.close()

@@ -1,4 +1,4 @@
-"""What every robot offers, simulated, remote or real."""
+"""Interface of every robot, simulated, remote or real."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ class JointCommand:
 
 @dataclass(frozen=True)
 class RobotState:
-    """What the robot's sensors tell; arrays are (n,).
+    """Measurements of the robot's sensors; arrays are (n,).
 
     ``ball_in_world_m`` and ``cup_in_world_m`` (3,) come from the robot's own tracking (a twin's noisy marker, a real
     laboratory's motion capture); ``cup_in_world_m`` is the rope's tie point. ``caught`` is the cup's ball sensor.
@@ -54,7 +54,7 @@ class RobotState:
 
 @dataclass(frozen=True)
 class SceneState:
-    """Where everything truly is: what light would show. It is for virtual cameras and for nobody else.
+    """True state of the scene, as light would show it. It is for virtual cameras and for nobody else.
 
     ``position_rad`` (n,) are the true joint angles, ``cup_m`` (3,) is the tie point, ``cup_rotation`` (3, 3) has the
     cup's axes as its columns, ``ball_m`` (3,) is the ball's centre; all in the world frame.
@@ -86,7 +86,7 @@ class Exchange:
 
 @dataclass(frozen=True)
 class BodyPose:
-    """Where one movable body of the scene truly is: centre (3,) [m] and rotation (3, 3), in the world."""
+    """True pose of one movable body of the scene: centre (3,) [m] and rotation (3, 3), in the world."""
 
     name: str
     position_m: Array
@@ -95,7 +95,7 @@ class BodyPose:
 
 @dataclass(frozen=True)
 class ContactTruth:
-    """What only a simulated robot knows: the body that the tool touches, or "", and where the movable ones are."""
+    """Truth that only a simulated robot knows: the body that the tool touches, or "", and the movable bodies' poses."""
 
     touched: str
     bodies: tuple[BodyPose, ...]
@@ -177,7 +177,7 @@ class RecoverableRobot(Protocol):
 
 
 def torque_interface(robot: Robot, wanted_by: str) -> TorqueInterface:
-    """The torque interface of ``robot``; raises HardwareError where it has none."""
+    """Return the torque interface of ``robot``; raises HardwareError if it has none."""
     if robot.torque is None:
         raise HardwareError(
             f"{wanted_by} needs a robot that takes torque commands, and this one takes none: choose "

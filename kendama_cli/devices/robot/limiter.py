@@ -1,4 +1,4 @@
-"""What a robot's own drive controller does to a command: it never passes the limits."""
+"""Limiter of a robot's own drive controller: a command never passes the limits."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ ABSURD_FACTOR = 1e5
 
 
 def limit_command(last: JointCommand, wanted: JointCommand, limits: JointLimits, period_s: float) -> JointCommand:
-    """The command nearest to ``wanted`` that can follow ``last`` in one control period within all limits.
+    """Return the command nearest to ``wanted`` that can follow ``last`` in one control period within all limits.
 
     The reference between two commands is the cubic with their positions and velocities. Where that keeps to the limits
     of position, speed and acceleration and leaves room to brake (see Drive), ``wanted`` passes unchanged. Otherwise its
@@ -32,7 +32,7 @@ def limit_command(last: JointCommand, wanted: JointCommand, limits: JointLimits,
 
 
 def nearest_command(last: JointCommand, wanted: JointCommand, limits: JointLimits, period_s: float) -> JointCommand:
-    """As ``limit_command``, of a command that is known not to be absurd."""
+    """Return the same as ``limit_command``, for a command that is known not to be absurd."""
     begin, end = (np.array([one.position_rad, one.velocity_rad_s], dtype=np.float64) for one in (last, wanted))
     sent = np.empty_like(end)
     drive_kernel.nearest_state(*begin, *end, limit_rows(limits, period_s), period_s, *sent)  # type: ignore[call-arg]

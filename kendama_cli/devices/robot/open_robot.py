@@ -14,7 +14,7 @@ from kendama_cli.settings.robot import RobotSettings
 
 @contextmanager
 def open_robot(hardware: HardwareSettings, robot: RobotSettings, task: Task) -> Iterator[Robot]:
-    """The robot of the kind that ``hardware`` chooses, closed in the end.
+    """Open the robot of the kind that ``hardware`` chooses, closed in the end.
 
     That a robot which may be real is armed has been checked before a stage begins (``kendama run --arm``, asked for by
     the settings' ``moves``). Raises ConfigError where the settings do not declare it, and what opening raises.

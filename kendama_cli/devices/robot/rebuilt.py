@@ -36,7 +36,7 @@ class RebuiltRobot:
         return self._robot.torque
 
     def exchange(self, command: JointCommand) -> Exchange:
-        """One control period; raises HardwareError after ``halt``, SimulationError for what is not finite."""
+        """Play one control period; raises HardwareError after ``halt``, SimulationError for what is not finite."""
         return self._robot.exchange(command)
 
     def reset(self, position_rad: Array, seed: int) -> Exchange:
@@ -57,7 +57,7 @@ class RebuiltRobot:
 
 
 def rebuilt_robot(hardware: SimulatedHardware | TwinHardware, robot: RobotSettings, task: Task) -> RebuiltRobot:
-    """The simulated robot that the settings describe."""
+    """Make the simulated robot that the settings describe."""
     return RebuiltRobot(
         lambda: SimulatedRobot(
             robot, task, imperfection=hardware.imperfection, control_period_s=hardware.control_period_s
@@ -67,6 +67,6 @@ def rebuilt_robot(hardware: SimulatedHardware | TwinHardware, robot: RobotSettin
 
 @contextmanager
 def open_simulated(hardware: SimulatedHardware, robot: RobotSettings, task: Task) -> Iterator[RebuiltRobot]:
-    """The simulated robot in this process."""
+    """Open the simulated robot in this process."""
     with closing(rebuilt_robot(hardware, robot, task)) as made:
         yield made

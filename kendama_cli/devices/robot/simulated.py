@@ -50,7 +50,7 @@ class ImperfectTracking:
         self._waiting: list[Array] = []
 
     def told(self, places_m: Array) -> Array:
-        """What is told (k, 3) when the markers are at ``places_m`` (k, 3)."""
+        """Return the tracked positions (k, 3) of markers at ``places_m`` (k, 3)."""
         made, rng = self._errors, self._rng
         if made.ball_noise_m > 0:
             places_m = places_m + rng.normal(0.0, made.ball_noise_m, places_m.shape)
@@ -76,14 +76,14 @@ def true_scene(world: ArmWorld) -> SceneState:
 
 
 def true_contact(world: ArmWorld, moving: Sequence[str]) -> ContactTruth:
-    """What the probe touches, and where the scene's ``moving`` bodies are."""
+    """Return the body that the probe touches, and the poses of the scene's ``moving`` bodies."""
     places = [(name, world.scene.bodies[name].getWorldTransform()) for name in moving]
     poses = [BodyPose(name, np.array(one.translation()), np.array(one.rotation())) for name, one in places]
     return ContactTruth(world.sensor.touched, tuple(poses))
 
 
 def path_between(last: JointCommand, sent: JointCommand, *, steps: int, step_s: float) -> list[Reference]:
-    """The reference at the end of every step: the cubic through both commands, the added torque on a line."""
+    """Return the reference at the end of every step: the cubic through both commands, the added torque on a line."""
     path = cubic_between(
         (last.position_rad, last.velocity_rad_s), (sent.position_rad, sent.velocity_rad_s), steps=steps, step_s=step_s
     )
@@ -177,7 +177,7 @@ class SimulatedRobot:
         return SimulatedTorque(self)
 
     def exchange_torque(self, command: JointTorque) -> TorqueExchange:
-        """One step under ``command``, clipped to the motors' limits; raises HardwareError as ``exchange`` does."""
+        """Play one step under ``command``, clipped to the motors' limits; raises HardwareError as ``exchange`` does."""
         self._accept(command)
         most = self.limits.effort_nm
         sent = JointTorque(np.clip(command.torque_nm, -most, most), command.velocity_rad_s)
@@ -187,7 +187,7 @@ class SimulatedRobot:
         )
 
     def brake_torque(self) -> TorqueExchange:
-        """One step in which every joint slows down at its acceleration limit: tau = -H min(|q'| / h, a)."""
+        """Play one step in which every joint slows down at its acceleration limit: tau = -H min(|q'| / h, a)."""
         speed, top = np.array(self._world.velocity_rad_s), self.limits.acceleration_rad_s2
         slower = np.clip(speed / STEP_S, -top, top)
         inertia = self._world.body.skeleton.getMassMatrix()  # its links carry rotors, as what they press on feels
@@ -242,7 +242,7 @@ class SimulatedRobot:
 
 
 def _drawn(made: Imperfection, rng: np.random.Generator) -> WorldErrors:
-    """The world of one reset."""
+    """Sample the world of one reset."""
     return WorldErrors(
         rope_scale=made.rope_scale * (1 + made.rope_scale_spread * rng.uniform(-1, 1)),
         ball_start_m=made.ball_start_m * rng.uniform(-1, 1),
@@ -266,9 +266,9 @@ class SimulatedTorque:
         self._robot = robot
 
     def exchange(self, command: JointTorque) -> TorqueExchange:
-        """One step; raises HardwareError after ``halt``, SimulationError where the motion is not finite."""
+        """Play one step; raises HardwareError after ``halt``, SimulationError if the motion is not finite."""
         return self._robot.exchange_torque(command)
 
     def brake(self) -> TorqueExchange:
-        """One step of braking; raises as ``exchange``."""
+        """Play one step of braking; raises as ``exchange``."""
         return self._robot.brake_torque()

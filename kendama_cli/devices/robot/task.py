@@ -1,4 +1,4 @@
-"""What a robot is opened for: a game with cup, rope and ball, or an interaction of its probe with a scene."""
+"""Task that a robot is opened for: a game with cup, rope and ball, or an interaction of its probe with a scene."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is told of a stream while it comes: its rate, its gaps, its delay."""
+"""Figures of a stream while it comes: its rate, its gaps, its delay."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ class LiveFigures:
         self._began_s, self._gaps, self._longest_s = math.nan, 0, 0.0
 
     def add(self, arrival_s: float, stamp_s: float | None = None) -> None:
-        """One pose or image: when it came, and when its sender says that it was; None for one that does not."""
+        """Add one pose or image: its arrival, and its sender's stamp; None if it has none."""
         if math.isnan(self._began_s):
             self._began_s = arrival_s
         self._came.append((arrival_s, arrival_s if stamp_s is None else stamp_s))

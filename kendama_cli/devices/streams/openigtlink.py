@@ -43,7 +43,7 @@ class MessageStream:
         self._pending = bytearray()
 
     def feed(self, data: bytes) -> Iterator[Message]:
-        """The messages that ``data`` completes; raises ValueError for what is no OpenIGTLink, or damaged."""
+        """Yield the messages that ``data`` completes; raises ValueError for what is no OpenIGTLink, or damaged."""
         self._pending += data
         while len(self._pending) >= HEADER.size:
             version, kind, device, stamp, size, checksum = HEADER.unpack_from(self._pending)
@@ -73,12 +73,12 @@ def _content(body: bytes) -> bytes:
 
 
 def transform(device: str, place: tuple[float, float, float]) -> bytes:
-    """A TRANSFORM of version 1 that is not turned."""
+    """Return a TRANSFORM of version 1 without rotation."""
     return _message("TRANSFORM", device, TRANSFORM.pack(1, 0, 0, 0, 1, 0, 0, 0, 1, *place))
 
 
 def string(device: str, text: str) -> bytes:
-    """A STRING of version 1, in ASCII."""
+    """Return a STRING of version 1, in ASCII."""
     return _message("STRING", device, struct.pack(">HH", ASCII, len(text)) + text.encode("ascii"))
 
 

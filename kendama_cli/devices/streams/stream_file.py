@@ -35,13 +35,13 @@ class StreamFile:
         self._file.close()
 
     def write(self, row: tuple[float, ...]) -> None:
-        """One pose (8 numbers), durable against the end of this process."""
+        """Write one pose (8 numbers), durable against the end of this process."""
         self._file.write(",".join(f"{value:.7g}" if i else f"{value:.6f}" for i, value in enumerate(row)) + "\n")
         self.count += 1
 
 
 def read_stream(path: str, text: str) -> BodyTrack:
-    """The body in the file; a row that was cut short at the end is left out."""
+    """Read the body in the file; a row that was cut short at the end is left out."""
     lines = text.splitlines()
     head = lines.index(STREAM_HEADER)
     rows = [row for row in filled_rows(text, "comma", head + 2) if len(row.cells) == 8]

@@ -55,7 +55,7 @@ class VrpnStream:
         self._names: dict[tuple[int, int], str] = {}
 
     def feed(self, data: bytes) -> Iterator[Message]:
-        """The messages that ``data`` completes; raises ValueError for what is no VRPN of version 7, or damaged."""
+        """Yield the messages that ``data`` completes; raises ValueError for what is not VRPN 7, or damaged."""
         self._pending += data
         if not self._greeted:
             if not MAJOR.startswith(self._pending[: len(MAJOR)]):
@@ -81,7 +81,7 @@ class VrpnStream:
 
 
 def tracker_report(message: Message) -> TrackerReport | None:
-    """The pose that a tracker reports, None for another message; raises ValueError for one of another length."""
+    """Return a tracker's pose, None for another message; raises ValueError for one of another length."""
     if message.kind != POSE_TYPE:
         return None
     if len(message.content) != POSE.size:
@@ -91,11 +91,11 @@ def tracker_report(message: Message) -> TrackerReport | None:
 
 
 def named(kind: int, number: int, name: str) -> bytes:
-    """The message that names our sender or type of this number."""
+    """Return the message that names our sender or type of this number."""
     text = name.encode() + b"\0"
     return message_bytes(number, kind, NAME.pack(len(text)) + text)
 
 
 def message_bytes(sender: int, kind: int, content: bytes) -> bytes:
-    """A message without a time."""
+    """Return a message without a time."""
     return HEADER.pack(HEADER.size + len(content), 0, 0, sender, kind, 0) + content + bytes(-len(content) % ALIGN)

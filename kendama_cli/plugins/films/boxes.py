@@ -32,7 +32,7 @@ class LabelledImage:
 
 
 def image_files(paths: Sequence[Path]) -> list[Path]:
-    """The images among ``paths`` and in folders among them (a folder's own, or those of its ``images/``).
+    """Find the images among ``paths`` and in folders among them (a folder's own, or those of its ``images/``).
 
     Raises InputError for a path that is not there, is no image, or is a folder without one.
     """
@@ -54,7 +54,7 @@ def image_files(paths: Sequence[Path]) -> list[Path]:
 
 
 def labelled(folder: Path) -> list[LabelledImage]:
-    """The images of a folder with their boxes: ``images/`` and ``labels/`` in it, or both kinds of files side by side.
+    """Find the images of a folder with their boxes: in ``images/`` and ``labels/``, or side by side.
 
     Raises InputError where there is no image, or not one file of boxes.
     """
@@ -77,7 +77,7 @@ def labelled(folder: Path) -> list[LabelledImage]:
 
 
 def read_boxes(label: Path, width_px: int, height_px: int) -> tuple[BallBox, ...]:
-    """The boxes of one image of that size; raises InputError for a line that is no box within the image."""
+    """Read the boxes of one image of that size; raises InputError for a line that is no box within the image."""
     if not label.is_file():
         return ()
     boxes = []
@@ -114,7 +114,7 @@ def _box(label: str, number: int, line: str) -> tuple[float, float, float, float
 
 
 def read_labelled(one: LabelledImage) -> TrainedImage:
-    """The image with its boxes."""
+    """Read the image with its boxes."""
     pixels = read_image(one.image)
     return TrainedImage(pixels, read_boxes(one.label, pixels.shape[1], pixels.shape[0]))
 

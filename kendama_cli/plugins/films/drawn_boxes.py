@@ -71,7 +71,7 @@ class DrawnBoxes:
                     }
 
     def document(self) -> dict[str, Any]:
-        """All that the page shows."""
+        """Return the page's whole content."""
         with self._changed:
             return {
                 "width": self.stills.width_px,
@@ -86,7 +86,7 @@ class DrawnBoxes:
             }
 
     def missing(self) -> str | None:
-        """Why these boxes do not yet teach the ball; None where they do."""
+        """Return the reason for which these boxes do not yet train a detector; None if they do."""
         with self._changed:
             boxed = sum(bool(boxes) for boxes in self._drawn.values())
             if boxed < FEWEST_BOXES:
@@ -133,7 +133,7 @@ class DrawnBoxes:
 
 
 def drawn_before(film: Film, folder: Path) -> dict[int, Drawn]:
-    """What ``write`` wrote of this film into the folder; raises InputError for a file that holds no boxes."""
+    """Read the boxes that ``write`` wrote of this film into the folder; raises InputError for a file without them."""
     found = {}
     for label in sorted((folder / "labels").glob("*.txt")):
         stem, _, number = label.stem.rpartition("-")

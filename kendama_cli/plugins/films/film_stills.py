@@ -31,7 +31,7 @@ class Stills:
     offered: tuple[int, ...]
 
     def pixels(self, frame: int) -> Image:
-        """The still as it is shown."""
+        """Return the still as it is shown."""
         return np.asarray(cv2.imdecode(np.frombuffer(self.jpeg[frame], dtype=np.uint8), cv2.IMREAD_COLOR), np.uint8)
 
 
@@ -60,8 +60,10 @@ def film_stills(film: Film, also: Collection[int] = ()) -> Stills:
 
 
 def different(values: Array, count: int) -> list[int]:
-    """Of each of ``count`` equal parts of ``values`` (n, d) the row farthest from the nearest one chosen before; of the
-    first part the one farthest from the median."""
+    """Choose from each of ``count`` equal parts of ``values`` (n, d) the row farthest from those chosen before.
+
+    The first part's is the row farthest from the median.
+    """
     chosen: list[int] = []
     for part in np.array_split(np.arange(len(values)), min(count, len(values))):
         before = values[chosen] if chosen else np.median(values, axis=0, keepdims=True)

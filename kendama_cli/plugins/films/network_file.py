@@ -17,7 +17,7 @@ REMEDY = "examples/train_network.py makes one; docs/plugins/films.md says what f
 
 
 def network_detector(settings: NetworkDetectorSettings) -> NetworkDetector:
-    """The detector of the network that ``settings`` name; raises InputError for a file that holds none that fits."""
+    """Make the detector of the network that ``settings`` name; raises InputError for a file without one that fits."""
     try:
         content = Path(settings.model).read_bytes()
     except OSError as wrong:

@@ -13,7 +13,7 @@ REMEDY = "teach the ball with 'kendama camera train'"
 
 
 def trained_detector(settings: TrainedDetectorSettings) -> TrainedDetector:
-    """The detector of the ball that ``settings`` name; raises InputError for a file that holds none."""
+    """Make the detector of the ball that ``settings`` name; raises InputError for a file that holds none."""
     try:
         ball = TrainedBall.from_bytes(Path(settings.ball).read_bytes())
     except OSError as wrong:

@@ -44,12 +44,12 @@ class CommandedRobot:
         self._watchdog_s, self._stopped_s = watchdog_s, 0.0
 
     def period_s(self, command: Command | None) -> float:
-        """How long the robot moves under ``command`` [s]."""
+        """Return the time for which the robot moves under ``command`` [s]."""
         torque = self.robot.torque if isinstance(command, JointTorque) else None
         return self.robot.period_s if torque is None else torque.period_s
 
     def take(self, data: bytes, sender: Address) -> Command | None:
-        """The command to carry out, if that is what came; everything else is answered here, or ignored."""
+        """Return the command to carry out, if ``data`` is one; everything else is answered here, or ignored."""
         session = self.session
         datagram = session.authentic(data)
         if datagram is None:
@@ -67,7 +67,7 @@ class CommandedRobot:
         return None
 
     def _next(self, datagram: Datagram, place: Place) -> Command | None:
-        """The command to carry out, if ``datagram``, which is new, brings one."""
+        """Return the command to carry out, if ``datagram``, which is new, brings one."""
         session = self.session
         try:
             if place is Place.SKIPPING:

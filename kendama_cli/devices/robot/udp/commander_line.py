@@ -79,7 +79,7 @@ class Peer:
         return "nothing listens there" if has_socket(self._address) is False else None
 
     def seen_to_live(self) -> bool:
-        """Whether the process is known to be there, though perhaps suspended or busy."""
+        """Return True if the process is known to be there, though perhaps suspended or busy."""
         if self._exit_reason is not None:
             return self._exit_reason() is None
         return has_socket(self._address) is True
@@ -122,7 +122,7 @@ class CommanderLine:
             raise
 
     def ask(self, kind: Kind, payload: bytes, wanted: Kind, *, hold_s: float = 0.0, at_most_s: float = 0.0) -> bytes:
-        """The payload that answers; with ``hold_s`` another datagram goes out after so long, else the same again."""
+        """Return the payload that answers; with ``hold_s`` another datagram goes out after that time, else the same."""
         if self.failure is not None:
             raise HardwareError(self.failure)
         waited_s, wait_s, listened_s = 0.0, hold_s or _AGAIN_S, 0.0
@@ -157,7 +157,7 @@ class CommanderLine:
         self._peer.close()
 
     def _challenge(self) -> bytes:
-        """The robot's nonce; the number of the session to begin is kept."""
+        """Ask for the robot's nonce; the number of the session to begin is stored."""
         hello = self._greeting.pack(Datagram(Kind.HELLO, 0, 0, self._nonce))
         waited_s, held_s, wait_s = 0.0, 0.0, _AGAIN_S
         while True:
@@ -176,7 +176,7 @@ class CommanderLine:
             wait_s = min(2 * wait_s, _LONGEST_S)
 
     def _await(self, wanted: Kind, wait_s: float) -> bytes | Kind | None:
-        """The payload that answers the last datagram, WORKING where that is said, None where neither came in time.
+        """Return the payload that answers the last datagram, WORKING if the robot says so, None if neither came.
 
         What has come is read even when the time is over: it may be over because this process was stopped.
         """
@@ -199,7 +199,7 @@ class CommanderLine:
         return working
 
     def _believed(self, data: bytes, wanted: Kind) -> Datagram | None:
-        """What the robot says to the last datagram; None for what is not its, which is counted, or comes late."""
+        """Return the robot's answer to the last datagram; None for a foreign or late one, which is counted."""
         for seal in (self._seal, self._greeting):
             with suppress(ForeignDatagramError):
                 answer = seal.unpack(data)
@@ -211,7 +211,7 @@ class CommanderLine:
         return None
 
     def _challenged(self, answer: Datagram, wanted: Kind) -> Datagram | None:
-        """The challenge that is waited for; raises HardwareError where the robot, asked, has another session open."""
+        """Return the awaited challenge; raises HardwareError if the robot, asked, has another session open."""
         asked, nonce = answer.payload[:NONCE_BYTES], answer.payload[NONCE_BYTES:]
         if wanted is Kind.CHALLENGE and asked == self._nonce and len(nonce) == NONCE_BYTES:
             self._number = answer.session

@@ -21,7 +21,7 @@ class DatagramLine:
             line.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, _BUFFER_BYTES)
 
     def receive(self, timeout_s: float) -> tuple[bytes, Address] | None:
-        """The next datagram's bytes, one more at most than any may have, with its sender; None where none comes."""
+        """Return the next datagram's bytes, one more at most than any may have, with its sender; None if none comes."""
         self._line.settimeout(timeout_s)
         try:
             data, sender = self._line.recvfrom(LARGEST_BYTES + 1)

@@ -14,7 +14,7 @@ _LARGEST = 4096
 
 
 def read_key(path: str) -> bytes:
-    """The key in ``path`` (~ is the home folder); raises InputError where it is none, or others may read it."""
+    """Read the key in ``path`` (~ is the home folder); raises InputError if it is none, or others may read it."""
     file = Path(path).expanduser()
     try:
         with file.open("rb") as stream:
@@ -44,7 +44,7 @@ def read_key(path: str) -> bytes:
 
 
 def make_key(path: str) -> Path:
-    """A new key in ``path``, for its owner alone; raises InputError where a file is there, or none can be made."""
+    """Write a new key to ``path``, for its owner alone; raises InputError if a file is there, or none can be made."""
     file = Path(path).expanduser()
     if file.exists():
         raise InputError(str(file), "there is a file already", remedy="a key is never replaced; choose another")

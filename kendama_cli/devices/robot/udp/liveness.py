@@ -1,4 +1,4 @@
-"""Whether whoever is at the other end of a line still lives, as far as this machine can know."""
+"""Tests that the process at the other end of a line still lives, as far as this machine can know."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ Address = tuple[str, int]
 
 
 def has_socket(address: Address) -> bool | None:
-    """Whether a process of this machine has the UDP socket ``address``; None where that is another machine's.
+    """Return True if a process of this machine has the UDP socket ``address``; None if that is another machine's.
 
     A socket ends with its process, and not while that is only stopped: what cannot be bound is held by somebody.
     """

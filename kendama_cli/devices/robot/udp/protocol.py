@@ -1,4 +1,4 @@
-"""What robot and commander say to each other: kinds of datagrams, and one fixed little-endian layout for each.
+"""Datagrams between robot and commander: their kinds, and one fixed little-endian layout for each.
 
 docs/protocol.md describes all of it for whoever writes the robot's end. The commander sends HELLO and OPEN (see
 seal.py), then RESET, COMMAND and HALT under counters that rise by one, or TORQUE in place of COMMAND; the robot
@@ -35,7 +35,7 @@ _LIMITS = ("lower_rad", "upper_rad", "velocity_rad_s", "acceleration_rad_s2", "e
 
 
 class Kind(IntEnum):
-    """What a datagram is for."""
+    """Kind of a datagram."""
 
     HELLO = 1
     CHALLENGE = 2
@@ -67,7 +67,7 @@ class Datagram:
 
 @dataclass(frozen=True)
 class Welcome:
-    """What a robot reports about itself: joints, limits, control period, and how it keeps time.
+    """Robot's account of itself: joints, limits, control period, and its way of keeping time.
 
     ``watchdog_s`` is the silence after which a moving robot stops and stays stopped, ``torque_period_s`` the period of
     torque commands, 0 where it takes none.
@@ -91,7 +91,7 @@ class Report:
 
 
 def pack_welcome(welcome: Welcome) -> bytes:
-    """The payload of WELCOME; raises ValueError for a joint name that does not fit."""
+    """Pack the payload of WELCOME; raises ValueError for a joint name that does not fit."""
     n = len(welcome.joint_names)
     parts = [_WELCOME.pack(n, welcome.realtime, welcome.period_s, welcome.watchdog_s, welcome.torque_period_s)]
     for name in welcome.joint_names:
@@ -104,7 +104,7 @@ def pack_welcome(welcome: Welcome) -> bytes:
 
 
 def unpack_welcome(payload: bytes) -> Welcome:
-    """The robot's own account of itself; raises DatagramError where the layout does not fit."""
+    """Unpack the robot's account of itself; raises DatagramError if the layout does not fit."""
     if len(payload) < _WELCOME.size:
         raise DatagramError(f"malformed WELCOME of {len(payload)} bytes")
     n, realtime, period_s, watchdog_s, torque_period_s = _WELCOME.unpack_from(payload)
@@ -150,7 +150,7 @@ def _check_limits(names: tuple[str, ...], values: Array) -> None:
 
 
 def pack_reset(position_rad: Array, seed: int) -> bytes:
-    """The payload of RESET: where to bring the joints, and the seed of a simulated robot's noise."""
+    """Pack the payload of RESET: the joints' start positions, and the seed of a simulated robot's noise."""
     return _RESET.pack(seed) + as_bytes(position_rad)
 
 
@@ -161,18 +161,18 @@ def unpack_reset(payload: bytes, n: int) -> tuple[Array, int]:
 
 
 def pack_command(command: JointCommand) -> bytes:
-    """The payload of COMMAND."""
+    """Pack the payload of COMMAND."""
     return as_bytes(command.position_rad, command.velocity_rad_s, command.acceleration_rad_s2, command.effort_nm)
 
 
 def unpack_command(payload: bytes, n: int) -> JointCommand:
-    """The wanted state of n joints; raises DatagramError where the layout or a value does not fit."""
+    """Unpack the desired state of n joints; raises DatagramError if the layout or a value does not fit."""
     expect("COMMAND", payload, 32 * n)
     return JointCommand(*finite("COMMAND", floats(payload)).reshape(4, n))
 
 
 def pack_report(report: Report) -> bytes:
-    """The payload of STATE."""
+    """Pack the payload of STATE."""
     sent, state = report.exchange.sent, report.exchange.state
     counts = report.missed & MOST, report.ignored & MOST  # of 32 bits: they begin anew at 0
     return _STATE.pack(report.exchange.t_s, *counts, state.caught) + as_bytes(
@@ -191,7 +191,7 @@ def pack_report(report: Report) -> bytes:
 
 
 def unpack_report(payload: bytes, n: int) -> Report:
-    """The answered control period of n joints; raises DatagramError where the layout or a value does not fit."""
+    """Unpack the answered control period of n joints; raises DatagramError if the layout or a value does not fit."""
     expect("STATE", payload, _STATE.size + 8 * (8 * n + 27))
     t_s, missed, ignored, caught = _STATE.unpack_from(payload)
     values = floats(payload, _STATE.size)
@@ -204,17 +204,17 @@ def unpack_report(payload: bytes, n: int) -> Report:
 
 
 def pack_reason(reason: str) -> bytes:
-    """The payload of STOPPED: why the robot stands still."""
+    """Pack the payload of STOPPED: the reason why the robot stands still."""
     return reason.encode()[:_REASON_BYTES]
 
 
 def unpack_reason(payload: bytes) -> str:
-    """Why the robot stands still."""
+    """Unpack the reason why the robot stands still."""
     return payload.decode(errors="replace")
 
 
 def _scene_values(scene: SceneState | None, n: int) -> Array:
-    """The scene as (n + 15,) numbers; nan where the robot knows none."""
+    """Return the scene as (n + 15,) numbers; nan if the robot knows none."""
     if scene is None:
         return np.full(n + 15, np.nan)
     return np.concatenate([scene.position_rad, scene.cup_m, scene.cup_rotation.ravel(), scene.ball_m])
@@ -227,12 +227,12 @@ def _scene(values: Array, n: int) -> SceneState | None:
 
 
 def as_bytes(*arrays: Array) -> bytes:
-    """The arrays one after the other, little-endian doubles."""
+    """Join the arrays one after the other, little-endian doubles."""
     return np.concatenate(arrays).astype("<f8", copy=False).tobytes()
 
 
 def floats(payload: bytes, offset: int = 0) -> Array:
-    """The doubles from byte ``offset`` on."""
+    """Return the doubles from byte ``offset`` on."""
     return np.frombuffer(payload, "<f8", offset=offset).astype(np.float64, copy=False)
 
 

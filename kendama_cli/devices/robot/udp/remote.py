@@ -86,7 +86,7 @@ class UdpRobot:
 
     @property
     def ignored(self) -> int:
-        """How many datagrams of others came to either end so far, and were ignored."""
+        """Number of others' datagrams that came to either end so far, and were ignored."""
         return self._line.ignored + self._ignored_there
 
     def exchange(self, command: JointCommand) -> Exchange:
@@ -140,7 +140,7 @@ class LimitedRobot(UdpRobot):
         self._last = JointCommand(still, still, still)
 
     def exchange(self, command: JointCommand) -> Exchange:
-        """As UdpRobot.exchange, of the nearest command within the limits; an absurd one halts the robot."""
+        """Command the nearest within the limits, as UdpRobot.exchange; an absurd command halts the robot."""
         most = self.limits.effort_nm
         try:
             sent = limit_command(self._last, command, self.limits, self.period_s)
@@ -150,7 +150,7 @@ class LimitedRobot(UdpRobot):
         return super().exchange(self._last)
 
     def reset(self, position_rad: Array, seed: int) -> Exchange:
-        """As UdpRobot.reset; a place outside of the limits halts the robot."""
+        """Reset as UdpRobot.reset does; a position outside of the limits halts the robot."""
         lower, upper = self.limits.lower_rad, self.limits.upper_rad
         if np.shape(position_rad) != lower.shape or not (self.limits.to_stop_rad(position_rad) >= 0).all():
             raise self._line.fail(
@@ -161,7 +161,7 @@ class LimitedRobot(UdpRobot):
         return super().reset(position_rad, seed)
 
     def exchange_torque(self, command: JointTorque) -> TorqueExchange:
-        """As UdpRobot.exchange_torque, within the largest torques."""
+        """Command as UdpRobot.exchange_torque does, within the largest torques."""
         most = self.limits.effort_nm
         try:
             check_values("torque_nm", command.torque_nm, ABSURD_FACTOR * most)

@@ -1,4 +1,4 @@
-"""Who may speak on the line: datagrams under a key, and the session that both ends derive from a secret.
+"""Authentication of the line: datagrams under a key, and the session that both ends derive from a secret.
 
 Every datagram is a header (magic, version, kind, session, counter), a payload, and a tag: BLAKE2s of 16 bytes over all
 before it, keyed by 32 bytes (RFC 7693). A session begins so:
@@ -44,13 +44,13 @@ class Seal:
         self._keyed = blake2s(key=key, digest_size=TAG_BYTES)
 
     def pack(self, datagram: Datagram) -> bytes:
-        """The bytes of ``datagram``."""
+        """Pack ``datagram`` into bytes."""
         kind, session, counter = int(datagram.kind), datagram.session, datagram.counter
         bare = _HEADER.pack(MAGIC, VERSION, kind, session, counter) + datagram.payload
         return bare + self._tag(bare)
 
     def unpack(self, data: bytes) -> Datagram:
-        """The datagram in ``data``; raises ForeignDatagramError, before any other work is done, where it is none."""
+        """Unpack the datagram in ``data``; raises ForeignDatagramError for other bytes before any other work."""
         header = read_header(data)
         if header is None or not compare_digest(self._tag(data[:-TAG_BYTES]), data[-TAG_BYTES:]):
             raise ForeignDatagramError
@@ -73,12 +73,12 @@ def read_header(data: bytes) -> tuple[Kind, int, int] | None:
 
 
 def session_seal(secret: bytes, commander_nonce: bytes, robot_nonce: bytes) -> Seal:
-    """What seals the session that these nonces began."""
+    """Return the seal of the session that these nonces began."""
     return Seal(blake2s(_PURPOSE + commander_nonce + robot_nonce, key=secret, digest_size=KEY_BYTES).digest())
 
 
 def session_number(robot_nonce: bytes) -> int:
-    """The number of the session that begins with ``robot_nonce``: its first eight bytes."""
+    """Return the number of the session that begins with ``robot_nonce``: its first eight bytes."""
     return int.from_bytes(robot_nonce[:8], "little")
 
 

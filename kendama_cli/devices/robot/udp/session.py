@@ -27,7 +27,7 @@ _LOOK_S = 0.5
 
 
 class Place(Enum):
-    """Where a datagram stands in the order of its session."""
+    """Position of a datagram in the order of its session."""
 
     NEXT = "next"
     REPEATED = "the newest one again"
@@ -56,7 +56,7 @@ class Session:
         self._looked_s, self._lives = float("-inf"), True
 
     def authentic(self, data: bytes) -> Datagram | None:
-        """What the commander says, or who wants to be it; None for all else, which is counted and costs no work."""
+        """Return a datagram of the commander, or of who wants to be it; None for all others, which are only counted."""
         header = read_header(data)
         try:
             if header is not None:
@@ -73,7 +73,7 @@ class Session:
         return None
 
     def challenge(self, hello: Datagram, *, moving: bool) -> bytes:
-        """The answer to ``hello``: what the next OPEN must be made with, and the session that is open."""
+        """Return the answer to ``hello``: the nonce for the next OPEN, and the session that is open."""
         number = self.number if self._is_held(moving) else 0
         return self._greeting.pack(Datagram(Kind.CHALLENGE, number, 0, hello.payload[:NONCE_BYTES] + self._nonce))
 
@@ -90,7 +90,7 @@ class Session:
         return True
 
     def place(self, datagram: Datagram, sender: Address) -> Place:
-        """Where ``datagram`` stands; the next one is taken, counting those before it that are missing."""
+        """Return the place of ``datagram``; the next one is taken, and those missing before it are counted."""
         ahead = datagram.counter - self.counter
         if ahead < 0:
             self.ignored += 1
@@ -106,11 +106,11 @@ class Session:
         return Place.NEXT
 
     def pack(self, kind: Kind, counter: int, payload: bytes) -> bytes:
-        """An answer of this session."""
+        """Pack an answer of this session."""
         return self._seal.pack(Datagram(kind, self.number, counter, payload))
 
     def _is_held(self, moving: bool) -> bool:
-        """Whether a commander has the session that does not show to be gone."""
+        """Return True if a commander has the session and does not show to be gone."""
         if self.stopped is not None or not self.senders:
             return False
         now_s = time.monotonic()

@@ -26,18 +26,18 @@ class TorqueReport:
 
 
 def pack_torque(command: JointTorque) -> bytes:
-    """The payload of TORQUE."""
+    """Pack the payload of TORQUE."""
     return as_bytes(command.torque_nm, command.velocity_rad_s)
 
 
 def unpack_torque(payload: bytes, n: int) -> JointTorque:
-    """The wanted torque of n joints; raises DatagramError where the layout or a value does not fit."""
+    """Unpack the desired torque of n joints; raises DatagramError if the layout or a value does not fit."""
     expect("TORQUE", payload, 16 * n)
     return JointTorque(*finite("TORQUE", floats(payload)).reshape(2, n))
 
 
 def pack_torque_report(report: TorqueReport) -> bytes:
-    """The payload of TORQUE_STATE; raises DatagramError where the scene does not fit into it."""
+    """Pack the payload of TORQUE_STATE; raises DatagramError if the scene does not fit into it."""
     exchange, state = report.exchange, report.exchange.state
     truth = exchange.truth or ContactTruth("", ())
     if len(truth.bodies) > _MOST_BODIES:
@@ -60,7 +60,7 @@ def pack_torque_report(report: TorqueReport) -> bytes:
 
 
 def unpack_torque_report(payload: bytes, n: int) -> TorqueReport:
-    """The answered period of n joints; raises DatagramError where the layout or a value does not fit."""
+    """Unpack the answered period of n joints; raises DatagramError if the layout or a value does not fit."""
     if len(payload) < _STATE.size:
         raise DatagramError(f"malformed TORQUE_STATE of {len(payload)} bytes")
     t_s, missed, ignored, caught, truthful, bodies, touched = _STATE.unpack_from(payload)

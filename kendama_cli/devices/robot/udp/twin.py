@@ -90,12 +90,12 @@ class RobotServer:
 
     @property
     def stopped(self) -> str | None:
-        """Why the robot stands until a new session begins; None while one is open."""
+        """Reason why the robot stands until a new session begins; None while one is open."""
         return self._commanded.session.stopped
 
     @property
     def ignored(self) -> int:
-        """How many datagrams were no commander's, or came again."""
+        """Number of datagrams that were no commander's, or came again."""
         return self._commanded.session.ignored
 
     def serve(self) -> None:

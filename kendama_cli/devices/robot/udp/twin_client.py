@@ -37,7 +37,7 @@ _END_S = 5.0
 
 @contextmanager
 def open_twin(hardware: TwinHardware, robot: RobotSettings, task: Task) -> Iterator[UdpRobot]:
-    """A twin in a process of its own, which ends with this context; raises HardwareError where it does not come up."""
+    """Start a twin in a process of its own, which ends with this context; raises HardwareError if it does not start."""
     with _twin_process(hardware, robot, task) as process:
         client = UdpRobot(
             *process.address, process.secret, silence_s=hardware.silence_s, exit_reason=process.exit_reason
@@ -89,7 +89,7 @@ class _Twin:
             process.wait()
 
     def exit_reason(self) -> str | None:
-        """How the process ended, or None while it lives."""
+        """Return the reason why the process ended, or None while it lives."""
         try:
             code = self._process.wait(timeout=0.05)
         except subprocess.TimeoutExpired:
@@ -119,7 +119,7 @@ def _twin_process(hardware: TwinHardware, robot: RobotSettings, task: Task) -> I
 
 
 def settings_document(robot: RobotSettings, task: Task, hardware: TwinHardware) -> str:
-    """The one JSON line that says what a twin process simulates."""
+    """Return the one JSON line with the simulation of a twin process."""
     kind = "interaction" if isinstance(task, InteractionTask) else "game"
     parts: dict[str, Any] = {"robot": robot, kind: task, "hardware": hardware}
     return json.dumps({name: dataclasses.asdict(part) for name, part in parts.items()})
