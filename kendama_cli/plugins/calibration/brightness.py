@@ -62,9 +62,7 @@ def watch(settings: CameraSettings, seconds: float, region: Region | None) -> Br
 
 
 def of_film(film: Path, stamps: Path, region: Region | None) -> Brightness:
-    """Read the frames of a film, with stamps from a table's column ``t_s``; raises InputError where the counts
-    differ.
-    """
+    """Read the frames of a film, with stamps from a table's column ``t_s``; raises InputError if the counts differ."""
     stamp_s = read_column(stamps, "t_s")
     levels = np.array([_level(pixels, region) for _, pixels in Film(film).frames()])
     if len(levels) != len(stamp_s):

@@ -52,9 +52,7 @@ class Bundle:
 
 
 def adjust(seen: Sequence[Seen], lenses: Array, cameras: Array, boards: Mapping[int, Array]) -> Bundle:
-    """Return the bundle near ``lenses`` (C, 8), ``cameras`` (C, 4, 4) and ``boards`` (4, 4) to the first camera, by
-    moment.
-    """
+    """Fit the bundle near ``lenses`` (C, 8), ``cameras`` (C, 4, 4), ``boards`` (4, 4) to the first camera, by view."""
     moments = {moment: i for i, moment in enumerate(sorted(boards))}
     others, first_board = len(lenses) - 1, len(lenses) * LENS + (len(lenses) - 1) * POSE
     start = np.concatenate(

@@ -166,9 +166,7 @@ def _to_other(
     views: Mapping[str, Sequence[BoardView]],
     fits: Mapping[str, Intrinsics],
 ) -> Array:
-    """Return the map (4, 4) from the first camera's axes to the other's, from the corners that both see at one
-    moment.
-    """
+    """Return the map (4, 4) from the first camera's axes to the other's, by corners that both see at one time."""
     a, b = pair
     one, two = fits[a].lens, fits[b].lens
     other = {view.name: view for view in views[b]}

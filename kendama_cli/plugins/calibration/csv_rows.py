@@ -9,9 +9,7 @@ from kendama_cli.errors import InputError
 
 
 def csv_rows(path: Path, remedy: str) -> list[dict[str, str]]:
-    """Read the rows below the header of a CSV file; raises InputError, which ends in ``remedy``, if it cannot be
-    read.
-    """
+    """Read the rows below the header of a CSV file; raises InputError, ending in ``remedy``, if it cannot be read."""
     try:
         with path.open(newline="", encoding="utf-8") as stream:
             return list(csv.DictReader(stream))

@@ -52,9 +52,7 @@ class Intrinsics:
 
 
 def intrinsics(name: str, views: Sequence[View], corners_m: Sequence[Array], size: tuple[int, int]) -> Intrinsics:
-    """Fit the lens of camera ``name`` to its ``views`` of the corners (n_i, 3); ValueError if they do not determine
-    it.
-    """
+    """Fit the lens of camera ``name`` to its ``views`` of the corners (n_i, 3); ValueError if they do not suffice."""
     if len(views) < MIN_VIEWS:
         raise ValueError(
             f"camera '{name}': the board is seen in {len(views)} images, at least {MIN_VIEWS} are needed; check the "

@@ -60,9 +60,7 @@ def connected(
 
 
 def _silence() -> None:
-    """Silence Dask's log, which would print a traceback for each task that it loses: errors are told in our own
-    line.
-    """
+    """Silence Dask's log, which prints a traceback for each task that it loses: errors are told in our own line."""
     for name in ("distributed", "tornado", "asyncio", *logging.root.manager.loggerDict):
         if name.partition(".")[0] in ("distributed", "tornado", "asyncio"):
             logging.getLogger(name).setLevel(logging.CRITICAL + 1)

@@ -13,8 +13,7 @@ from kendama_cli.store.store import Store
 
 
 def placed_files(files: Mapping[str, Mapping[str, str]], store: Store) -> dict[str, str]:
-    """Place the sender's ``files`` on this machine; return their paths here by those there, empty if they are the
-    same.
+    """Place the sender's ``files`` on this machine; return their paths here by those there, empty if the same.
 
     Files that belong together stand in one folder as they did there. Raises RemoteError where one is nowhere.
     """

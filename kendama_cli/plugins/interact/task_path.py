@@ -16,8 +16,7 @@ NO_AXIS = np.zeros(3)
 
 
 class TaskPath:
-    """Path from rest at ``start_m``, ``start_rotation`` through the steps; each goes along s = 10 r^3 - 15 r^4 + 6
-    r^5.
+    """Path from rest at ``start_m``, ``start_rotation`` through steps that go along s = 10 r^3 - 15 r^4 + 6 r^5.
 
     (Flash and Hogan 1985: least jerk.) Position goes straight, orientation about one axis, force with the same s.
     """

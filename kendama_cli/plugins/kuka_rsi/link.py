@@ -68,8 +68,7 @@ class RsiLink:
         self._thread.start()
 
     def _beginning(self) -> Telegram:
-        """Wait for the first telegram of RSI; raises MissingPartError if none comes, HardwareError if it is too
-        late.
+        """Wait for the first telegram of RSI; raises MissingPartError if none comes, HardwareError if too late.
 
         Corrections count from where RSI began. One that runs already may have been corrected by a commander that has
         gone: it is left unanswered until it ends, and the next is waited for. A controller that neither ends nor counts
@@ -98,9 +97,7 @@ class RsiLink:
         return first
 
     def move(self, wanted: JointCommand) -> tuple[JointCommand, Telegram, Telegram]:
-        """Return the last command (or braking since), the answer to ``wanted``, and the newest state; raises
-        HardwareError.
-        """
+        """Return the last command (or braking since), the answer to ``wanted``, newest state; raises HardwareError."""
         with self._changed:
             self._wanted, self._sent_at = wanted, None
             self._changed.notify_all()

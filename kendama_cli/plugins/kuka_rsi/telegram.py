@@ -60,8 +60,6 @@ def read_telegram(data: bytes) -> Telegram:
 
 
 def write_answer(sentype: str, correction_deg: Array, ipoc: int) -> bytes:
-    """Write the answer to the telegram of time stamp ``ipoc``: each axis's correction from the start of RSI (6,)
-    [deg].
-    """
+    """Write the answer to the telegram of time stamp ``ipoc``: each axis's displacement since RSI began (6,) [deg]."""
     values = " ".join(f'{axis}="{value:.7f}"' for axis, value in zip(AXES, correction_deg.tolist(), strict=True))
     return f'<Sen Type="{sentype}"><AKorr {values}/><IPOC>{ipoc}</IPOC></Sen>'.encode()

@@ -119,8 +119,7 @@ def _cost(  # noqa: PLR0917
 def costs(  # noqa: PLR0917 - plain arrays, as compiled code takes them
     swings: Array, starts: Array, weights: Array, toy: Array, cup: Cup, window: Window
 ) -> Array:
-    """Return the cost of each swing (n,): the mean over the models ``weights`` (m, 4, nodes), each from ``starts``
-    (m, 3).
+    """Return each swing's cost (n,): the mean over models ``weights`` (m, 4, nodes), each from ``starts`` (m, 3).
 
     A start is the ball's angle, the cup's place, and a factor on all accelerations.
     """

@@ -56,9 +56,7 @@ class SwingPlanner:
         return swings
 
     def found(self, model: SwingModel, near: Array | None, rng: Generator) -> Array:
-        """Return the best swing of searches about the best of many that are sampled, and about ``near``, if there
-        is one.
-        """
+        """Return the best swing of searches about the best of many that are sampled, and about ``near`` if given."""
         own = self._own
         mean, root = model.fitted()
         weights = mean + np.einsum("pnk,mk->mpn", root, rng.standard_normal((own.models, root.shape[2])))

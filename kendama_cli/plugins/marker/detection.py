@@ -76,9 +76,7 @@ class MarkerDetector:
         self._number, self._cells = number, printed.markerSize + 2
 
     def find(self, image: NDArray[np.uint8], expected: SeenMarker | None = None) -> SeenMarker | None:
-        """Find the marker in ``image`` (grey or BGR): first near ``expected``, enlarged if it is small, then
-        anywhere.
-        """
+        """Find the marker in ``image`` (grey or BGR): first near ``expected``, enlarged if small, then anywhere."""
         grey: Image = image if image.ndim == 2 else cv2.cvtColor(image, cv2.COLOR_BGR2GRAY)
         if expected is not None:
             reach = REGION_SIDES * max(expected.side_px, 16.0)
@@ -147,9 +145,7 @@ def along_sides(grey: Image, corners_px: Array, cells: int) -> Array:
 
 
 def _edge(grey: Image, points_px: Array, normal: Array, reach: float) -> Array:
-    """Return the distances (n,) [px] along ``normal`` from each point to the edge from black to white, within
-    ``reach``.
-    """
+    """Return the distances (n,) [px] along ``normal`` to the edge from black to white, within ``reach``."""
     steps = np.arange(-reach, reach + PROFILE_STEP_PX / 2, PROFILE_STEP_PX)
     places = (points_px[:, None, :] + steps[None, :, None] * normal).astype(np.float32)
     profile = cv2.remap(grey, places[..., 0], places[..., 1], cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)

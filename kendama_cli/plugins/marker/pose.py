@@ -34,9 +34,7 @@ class PoseCandidate:
 
 
 def marker_poses(corners_px: Array, side_m: float, camera: CameraModel) -> list[PoseCandidate]:
-    """Return one or two candidates for corners (4, 2), best first; none if they are no square in front of the
-    camera.
-    """
+    """Return one or two candidates for corners (4, 2), best first; none if they are no square before the camera."""
     points, lens = side_m * CORNERS, camera.optics
     try:
         count, turns, places, _ = cv2.solvePnPGeneric(

@@ -83,9 +83,7 @@ def choose(t_s: Array, frames: Sequence[Sequence[PoseCandidate]]) -> list[int | 
 
 
 def smooth(t_s: Array, frames: Sequence[Sequence[PoseCandidate]]) -> PoseTrack:
-    """Return the motion at ``t_s`` (n,) through the candidates of the frames (n,); raises ValueError if none has
-    any.
-    """
+    """Return the motion at ``t_s`` (n,) through candidates of the frames (n,); raises ValueError if none has any."""
     chosen = choose(t_s, frames)
     seen = np.array([one is not None for one in chosen])
     if not seen.any():

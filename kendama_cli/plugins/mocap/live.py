@@ -30,8 +30,7 @@ CLOCK_APART_S = 1.0
 
 
 def open_mocap(settings: MocapCapture, tell: Tell) -> Sequence[RecordedHand]:
-    """Open a demonstrator for every swing in the stream of ``settings.seconds``; ``tell`` reports poses as they
-    come.
+    """Open a demonstrator for every swing in the stream of ``settings.seconds``; ``tell`` reports poses on arrival.
 
     Raises HardwareError where the server is not there, goes away or does not have the body, ConfigError for a unit that
     cannot be; what came is kept.

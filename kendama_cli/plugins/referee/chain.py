@@ -41,8 +41,7 @@ def mujoco() -> Any:
 
 
 def chain_model(game: GameSettings, body: SampledBody, step_s: float) -> Any:
-    """Build a model of cup, chain and ball: the cup on a free joint, then a hinge about y for every link and the
-    ball.
+    """Build a model of cup, chain and ball: the cup on a free joint, a hinge about y for every link and the ball.
 
     The chain is as long as the rope that the ball's weight stretches; it collides with the cup without friction, the
     ball with the game's. Raises ConfigError for a tie at the cup's side.

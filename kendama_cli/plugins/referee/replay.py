@@ -23,8 +23,7 @@ KEPT_S = 0.01
 
 @dataclass(frozen=True)
 class Replay:
-    """Game under the second physics: ``miss_m`` as in RolloutResult, None if the ball never came down through the
-    rim.
+    """Game under the second physics: ``miss_m`` as in RolloutResult, None if the ball never fell through the rim.
 
     ``t_s`` (n,) and ``ball_m`` (n, 3) are the ball's path.
     """

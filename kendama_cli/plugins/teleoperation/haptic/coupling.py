@@ -46,8 +46,7 @@ class Coupling:
         self._device_m: Array = np.zeros(shape)
 
     def force(self, device_m: Array, cup_m: Array, free_m: Array, *, held: bool = False) -> Array:
-        """Return the force on the cup until the next call [N]; the hand feels the opposite, or ``held`` what it felt
-        before.
+        """Return the force on the cup until the next call [N]; the hand feels the opposite, or ``held`` as before.
 
         ``free_m`` is how far the cup would move until then without this force.
         """

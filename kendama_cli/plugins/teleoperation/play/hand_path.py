@@ -48,8 +48,7 @@ class HandPath:
         return self._t_s
 
     def follow(self, samples: Sequence[tuple[float, Array]]) -> Array:
-        """Return the cup's positions (n, m) up to the last of ``samples``: times [s] that do not fall, positions
-        (m,).
+        """Return the cup's positions (n, m) up to the last of ``samples``: times [s] not falling, positions (m,).
 
         A sample that is older than the last one counts as one of its time.
         """

@@ -41,9 +41,7 @@ Keep = Callable[[str, Conditions, Array, str], None]
 
 @dataclass(frozen=True)
 class HandSample:
-    """Position of the hand at ``t_s`` of its own clock, relative to the grip of the cup: lateral, up [m], tilt
-    [rad].
-    """
+    """Position of the hand at ``t_s`` of its own clock, relative to the cup's grip: lateral, up [m], tilt [rad]."""
 
     t_s: float
     aside_m: float
