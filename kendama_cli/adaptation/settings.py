@@ -19,7 +19,7 @@ class UncertaintySettings:
     stands for calibration, compliance and vibration, which unlike noise do not average out.
     """
 
-    name: str = setting("what reports call it")
+    name: str = setting("name in reports")
     rope_m: float = setting("+- error of the rope's length [m]", at_least=0)
     ball_start_m: float = setting("+- offset of the ball's start along x [m]", at_least=0)
     mass_fraction: float = setting("+- error of the ball's mass, as a share of it", at_least=0, below=1)
@@ -52,12 +52,12 @@ class SensorModelSettings:
     sigma_m: tuple[float, float, float] = setting(
         "their standard deviations along x, y and z of the world [m]", above=0
     )
-    latency_s: float = setting("from the middle of the exposure to the command that knows of it [s]", at_least=0)
+    latency_s: float = setting("time from the centre of the exposure to the command that uses it [s]", at_least=0)
     observe_from_deg: float = setting(
         "the test for free flight runs while the rope rises beyond this angle [deg]", at_least=0, below=180
     )
-    onset: OnsetSettings = setting("when the rope lets go")
-    motion: MotionSettings = setting("how far the ball is believed to follow gravity and drag")
+    onset: OnsetSettings = setting("time at which the rope goes slack")
+    motion: MotionSettings = setting("confidence that the ball follows gravity and drag")
 
 
 @dataclass(frozen=True)
@@ -142,7 +142,7 @@ class AdaptSettings:
         at_least=0,
         at_most=1,
     )
-    hold_s: float = setting("how long the cup is held after the motion [s]", above=0)
+    hold_s: float = setting("time for which the cup is held after the motion [s]", above=0)
     lead_in_m_s2: float = setting("acceleration that brings the cup to a motion that begins moving [m/s^2]", above=0)
 
     def __post_init__(self) -> None:

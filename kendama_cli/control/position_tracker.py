@@ -64,6 +64,6 @@ class PositionTracker:
 
 
 def rope_angle_rad(ball_from_tie_m: Array) -> float:
-    """The angle of the line from the tie point to the ball (3,) from straight down, in [0, pi]."""
+    """Return the angle of the line from the tie point to the ball (3,) from straight down, in [0, pi]."""
     x, y, z = (float(value) for value in ball_from_tie_m)
     return rope_angle(math.hypot(x, y), z)

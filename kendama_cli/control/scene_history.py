@@ -123,16 +123,16 @@ class SceneRecordingRobot:
         return self._recorded(self._robot.exchange(command))
 
     def reset(self, position_rad: Array, seed: int) -> Exchange:
-        """As the robot does."""
+        """Reset the robot."""
         self._history.clear()
         return self._recorded(self._robot.reset(position_rad, seed))
 
     def halt(self) -> None:
-        """As the robot does."""
+        """Halt the robot."""
         self._robot.halt()
 
     def close(self) -> None:
-        """As the robot does."""
+        """Close the robot."""
         self._robot.close()
 
     def _recorded(self, exchange: Exchange) -> Exchange:

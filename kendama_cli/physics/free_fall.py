@@ -9,7 +9,7 @@ from kendama_cli.physics.taut_rope import Ball
 
 
 class Landing(NamedTuple):
-    """Where the ball comes down through the rim plane, when, and the constant acceleration that takes the cup there.
+    """Landing of the ball in the rim plane: position, time, and the constant acceleration that takes the cup there.
 
     Without a landing ``time_s`` is 0 or less.
     """

@@ -37,7 +37,7 @@ class CupProfile(NamedTuple):
         return cls(r, floor, rim, handle, (handle, at_floor, at_floor + rim - floor))
 
     def way_m(self, x_m: float, y_m: float, z_m: float) -> float:
-        """The rope's way from the tie of an upright cup, on the wall toward +x, to a ball at this place."""
+        """Return the path length from the tie of an upright cup, on the wall toward +x, to a ball at this position."""
         if self.side_m > 0.0:
             way = side_way(self.radius_m, self.rim_m, self.side_m, (x_m, y_m, z_m))
             return way.used_m + math.dist(way[:3], (x_m, y_m, z_m))

@@ -29,13 +29,13 @@ def link_lengths_m(rope_m: float, edges_m: Sequence[float], links: int) -> list[
 
 
 def node_masses_kg(rope_kg: float, lengths_m: Sequence[float]) -> Array:
-    """What the ends (n + 1,) of n links carry: half of each link beside them."""
+    """Return the masses at the ends (n + 1,) of n links: half of each link beside them."""
     half = 0.5 * rope_kg / sum(lengths_m) * np.asarray(lengths_m)
     return np.asarray(np.append(0.0, half) + np.append(half, 0.0))
 
 
 def cup_sections_m(cup: CupSettings) -> Array:
-    """The rectangles (k, 4) whose turn about the axis is the cup: least and largest distance, least and largest height.
+    """Return the rectangles (k, 4) whose rotation about the axis is the cup: min. and max. distance and height.
 
     Floor, wall, and the handle where there is one.
     """

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class SampledBody:
-    """What another physics must know of a game beside its settings.
+    """Parameters of a game that another physics needs beside its settings.
 
     ``drag`` are k1 [N s/m] and k2 [N s^2/m^2] of the ball in air, ``restitution`` the part of its speed that the ball
     keeps at the cup.

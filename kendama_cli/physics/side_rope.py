@@ -19,7 +19,7 @@ class Way(NamedTuple):
 
 
 def side_way(radius_m: float, rim_m: float, tie_m: float, ball: tuple[float, float, float]) -> Way:
-    """The shortest way from (r, 0, ``tie_m``) round a solid cylinder between the heights 0 and ``rim_m`` to ``ball``.
+    """Return the shortest path from (r, 0, ``tie_m``) round a solid cylinder of heights 0 to ``rim_m`` to ``ball``.
 
     With rho and phi the ball's distance from the axis and its angle from the tie, and z its height:
 
@@ -71,7 +71,7 @@ def _beside(
 
 
 def _edge_angle(radius_m: float, down_m: float, ball: tuple[float, float, float]) -> float:
-    """Where the shortest way by ``down_m`` along the wall to an edge, and straight on, goes over that edge.
+    """Return the angle at which the shortest path by ``down_m`` along the wall, and straight on, crosses the edge.
 
     Newton's method between two samples beside the best one, for nearer places may be farther: there may be two minima.
     """

@@ -58,7 +58,7 @@ class TautRope(NamedTuple):
 
     @classmethod
     def hanging(cls, game: GameSettings, rope_scale: float = 1.0) -> TautRope:
-        """The rope, ``rope_scale`` times as long, as the ball stretches it that hangs on it at rest."""
+        """Return the rope, ``rope_scale`` times as long, as stretched by the ball that hangs on it at rest."""
         weight_n = game.ball.mass_kg * game.gravity_m_s2
         return cls.round(_on_axis(game), game.rope.length_m * rope_scale + stretch_m(weight_n, game.rope.stiffness_n_m))
 
@@ -71,7 +71,7 @@ class TautRope(NamedTuple):
         return ball_on(self, math.remainder(angle_rad, 2.0 * math.pi), rate_rad_s)
 
     def tension_m_s2(self, angle_rad: float, rate_rad_s: float, cup_m_s2: float, gravity_m_s2: float) -> float:
-        """The rope's pull over the ball's mass on that way; negative where the rope would go slack.
+        """Return the rope's tension over the ball's mass on that path; negative if the rope would go slack.
 
         Along n, from the last point that the rope touches to the ball: f / m = (g - a).n + v^2 / (l - used).
         """
@@ -153,7 +153,7 @@ def ball_on(rope: TautRope, angle_rad: float, rate_rad_s: float) -> Ball:
 
 
 def _on_axis(game: GameSettings) -> CupProfile:
-    """The cup round which a rope stays in the plane of the swing."""
+    """Return the cup round which a rope stays in the plane of the swing; raises ConfigError for a tie at the side."""
     if isinstance(game.cup.tie, SideTie):
         raise ConfigError(
             "game.cup.tie.kind",

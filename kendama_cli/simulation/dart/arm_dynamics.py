@@ -1,4 +1,4 @@
-"""Where a simulated arm is and what moves it, by compiled code, from the positions and velocities that DART gives."""
+"""Dynamics of a simulated arm by compiled code, from the positions and velocities that DART gives."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ class ArmDynamics:
 
 
 def _radii(arm: RobotModel, game: GameSettings, *, links: bool) -> Array:
-    """What the ball's centre may come near to: capsules of links and handle where there are any, and the cup."""
+    """Return the radii at which the ball's centre touches: the capsules of links and handle, if any, and the cup."""
     cup: CupSettings = game.cup
     # staves are longer than the arc between them
     around_m = float(np.hypot(cup.outer_radius_m / np.cos(np.pi / cup.staves), cup.rim_m / 2))

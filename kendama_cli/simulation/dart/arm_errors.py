@@ -1,4 +1,4 @@
-"""What an arm does otherwise than it is told: it lags, and its cup is not quite where it should be."""
+"""Errors of an arm: it lags behind its commands, and its cup is not quite in position."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ ONSET_S = 0.3
 
 @dataclass(frozen=True)
 class ArmErrors:
-    """How one arm differs from its model: a lag of first order, and a slow error of the cup along the world's x.
+    """Errors of one arm against its model: a lag of first order, and a slow error of the cup along the world's x.
 
     e(t) = cup_error_m sin(2 pi cup_error_hz t + cup_error_phase_rad),   grown from nothing within ONSET_S
     """
@@ -35,7 +35,7 @@ class ArmErrors:
 
 
 class ErringArm:
-    """What the drive follows in the place of the samples of ``joints``, or of what is commanded in their place.
+    """Reference of an erring drive in the place of the samples of ``joints``, or of commands in their place.
 
     The cup's error is carried to the joints along ``joints``: dq = J^+ e, the cup's tilt as it is. It is no command,
     so that the drive's limits do not bound it; the angles are misread by as much as makes the arm err by dq.
@@ -49,18 +49,18 @@ class ErringArm:
         self._misread = _misread(arm, joints, errors) if errors.cup_error_m > 0 else None
 
     def follows(self, position: Array, velocity: Array, acceleration: Array) -> tuple[Array, Array, Array]:
-        """The reference (n,) of places, speeds and accelerations at the next sample."""
+        """Return the reference (n,) of positions, velocities and accelerations at the next sample."""
         position, velocity, acceleration, _ = self._delay.delayed((position, velocity, acceleration, self._none))
         return position, velocity, acceleration
 
     def misreads(self, step: int) -> Array:
-        """What is added to the angles (n,) that the drive's controller reads before the sample ``step``."""
+        """Return the reading error (n,) of the angles for the drive's controller before the sample ``step``."""
         misread: Array = self._none if self._misread is None else self._misread[step - 1]
         return misread
 
 
 def _misread(arm: RobotModel, joints: JointTrajectory, errors: ArmErrors) -> Array:
-    """The readings' errors (n, joints) with which computed torque goes by dq beside its reference.
+    """Return the reading errors (n, joints) by which computed torque deviates by dq from its reference.
 
     dq'' + Kd dq' + Kp (dq + m) = 0,   m = -dq - (Kd dq' + dq'') / Kp,   Kd = 2 sqrt Kp
     """

@@ -42,11 +42,11 @@ class PressingForce:
         self._before_m_s: Array | None = None
 
     def before(self, velocity_m_s: Array, given_n: Array) -> None:
-        """The ball's velocity before a step, and what rope and air give it in that step (3,)."""
+        """Store the ball's velocity before a step, and the force of rope and air in that step (3,)."""
         self._before_m_s, self._given_n = velocity_m_s, given_n
 
     def after(self, velocity_m_s: Array, mass_kg: float, weight_n: Array) -> None:
-        """The velocity after that step of a ball of ``mass_kg``, on which gravity acts with ``weight_n`` (3,)."""
+        """Infer the force from the velocity after that step of a ball of ``mass_kg`` and weight ``weight_n`` (3,)."""
         if self._before_m_s is None:
             return
         now_n = self._given_n + weight_n - mass_kg / STEP_S * (velocity_m_s - self._before_m_s)
@@ -59,7 +59,7 @@ RUBS_FULLY_M_S = 0.02
 
 
 def make_ball(ball: BallSettings, cup: CupSettings) -> Any:
-    """A skeleton of one sphere on a translational joint, its three positions being those of the centre in the world.
+    """Make a skeleton of one sphere on a translational joint, whose three positions are its centre in the world.
 
     DART multiplies the restitution of both bodies and takes the smaller friction: the ball has 1 and the cup's own.
     """
@@ -76,7 +76,7 @@ def make_ball(ball: BallSettings, cup: CupSettings) -> Any:
 
 
 def _inertia(mass_kg: float, radius_m: float) -> Any:
-    """That of a solid sphere."""
+    """Return the inertia of a solid sphere."""
     return dartpy.dynamics.Inertia(mass_kg, np.zeros(3), np.eye(3) * 0.4 * mass_kg * radius_m**2)
 
 
@@ -89,7 +89,7 @@ class TetheredBall:
     """
 
     def __init__(self, game: GameSettings, arm: Body, *, carried: bool = False) -> None:
-        """The cup is ``carried`` where its speed is set before ``pull``, and not by the step after it."""
+        """Tie the ball to ``arm``; the cup is ``carried`` if its velocity is set before ``pull``, not by the step."""
         self.skeleton = make_ball(game.ball, game.cup)
         self.game, self._carried = game, carried
         self._cup, self._tie = arm.cup, arm.tie
@@ -161,7 +161,7 @@ class TetheredBall:
         self.skeleton.setForces(given_n)
 
     def is_in_cup(self) -> bool:
-        """Whether the ball's centre is inside the cup, below the rim: what a sensor in the cup would say."""
+        """Return True if the ball's centre is inside the cup, below the rim, as a sensor in the cup would say."""
         x, y, z = (self.position_m - self.tie_m).tolist()
         if x * x + y * y + z * z > (2 * self.game.cup.rim_m) ** 2:
             return False
@@ -230,7 +230,7 @@ class TetheredBall:
 
 
 def _knot_m(cup: Any, knot: Array) -> Array:
-    """Where in the world the cup's place ``knot`` (3,) is (3,)."""
+    """Return the position in the world (3,) of the cup's point ``knot`` (3,)."""
     place = cup.getWorldTransform()
     return np.asarray(place.translation() + place.rotation() @ knot)
 

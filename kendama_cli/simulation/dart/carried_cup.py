@@ -1,4 +1,4 @@
-"""What the ball does when the cup is carried along a path: without an arm, in DART."""
+"""Motion of the ball when the cup is carried along a path: without an arm, in DART."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ class Swing:
 def carry_cup(
     game: GameSettings, t_s: Array, cup_m: Array, *, rope_m: float | None, aside_m: float, after_s: float
 ) -> Swing:
-    """The ball under an upright cup at ``cup_m`` (n, 3) at the instants ``t_s`` (n,), then at rest for ``after_s``.
+    """Simulate the ball under an upright cup at ``cup_m`` (n, 3) at ``t_s`` (n,), then at rest for ``after_s``.
 
     It hangs still at first, ``aside_m`` along x from rest, on the game's rope or on one of ``rope_m``. Raises
     SimulationError where the ball is flung away.

@@ -57,17 +57,17 @@ class Drive:
 
     @property
     def position_rad(self) -> Array:
-        """Where the reference is now (n,)."""
+        """Present position of the reference (n,)."""
         return np.array(self.state[drive_kernel.POSITION])
 
     @property
     def velocity_rad_s(self) -> Array:
-        """How fast it is now (n,)."""
+        """Present velocity of the reference (n,)."""
         return np.array(self.state[drive_kernel.VELOCITY])
 
 
 def limit_rows(limits: JointLimits, period_s: float) -> Array:
-    """The limits (6, n) as compiled code takes them (drive_kernel.LOWER and so on) for periods of ``period_s``."""
+    """Return the limits (6, n) for compiled code (drive_kernel.LOWER and so on) for periods of ``period_s``."""
     lower, upper, fastest = limits.lower_rad, limits.upper_rad, limits.velocity_rad_s
     top = limits.acceleration_rad_s2
     brake = fastest**2 / (2 * top) + top * period_s**2 / 8 + fastest * period_s

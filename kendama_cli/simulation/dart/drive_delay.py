@@ -23,7 +23,7 @@ class Backlash:
         self.gap_rad: Array = np.zeros_like(self._link)
 
     def follows(self, position: Array, velocity: Array, acceleration: Array) -> tuple[Array, Array, Array]:
-        """The links' places, speeds and accelerations (n,) for those of the motors."""
+        """Return the links' positions, velocities and accelerations (n,) for those of the motors."""
         link = np.clip(self._link, position - self._half_rad, position + self._half_rad)
         pushed = link != self._link
         self._link = link
@@ -44,7 +44,7 @@ class DriveDelay:
         self._last = start
 
     def delayed(self, reference: Reference) -> Reference:
-        """What the drive follows in the step for which ``reference`` was commanded."""
+        """Return the drive's reference in the step for which ``reference`` was commanded."""
         self._waiting.append(reference)
         target = self._waiting.pop(0)
         if self._share < 1.0:

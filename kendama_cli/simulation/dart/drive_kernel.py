@@ -33,7 +33,7 @@ BISECTIONS = 40
 
 @compiled_as(float64(float64, float64, float64))
 def clipped(value: float, low: float, high: float) -> float:
-    """As numpy's clip, which lets pass what is no number."""
+    """Clip as numpy does, which passes NaN."""
     raised = low if value < low else value
     return high if raised > high else raised
 
@@ -67,7 +67,7 @@ def _way_to_rest(velocity: float, top: float, period: float) -> float:
 
 @compiled_as(float64(float64, float64, float64, float64))
 def _fastest(velocity: float, room: float, top: float, period: float) -> float:
-    """The highest speed at the end of a period of constant acceleration after which ``room`` is enough to come to rest.
+    """Return the maximum velocity after a period of constant acceleration from which ``room`` suffices to stop.
 
     Where ``room`` was enough for ``velocity``, this is never less than braking with ``top`` reaches.
     """
@@ -79,7 +79,7 @@ def _fastest(velocity: float, room: float, top: float, period: float) -> float:
 
 @compiled_as(PAIR(float64, float64, READ_2D, float64, int64))
 def _speeds(position: float, velocity: float, limits: Array, period: float, i: int) -> tuple[float, float]:
-    """The least and the highest speed of joint ``i`` one period later that leave it room to brake."""
+    """Return the minimum and maximum velocity of joint ``i`` one period later that leave it room to brake."""
     fastest, top = limits[FASTEST, i], limits[TOP, i]
     up = min(_fastest(velocity, limits[UPPER, i] - position, top, period), fastest)
     return -min(_fastest(-velocity, position - limits[LOWER, i], top, period), fastest), up
@@ -89,7 +89,7 @@ def _speeds(position: float, velocity: float, limits: Array, period: float, i: i
 def _keeps_stops(  # noqa: PLR0917
     q0: float, v0: float, q1: float, v1: float, limits: Array, period: float, i: int
 ) -> bool:
-    """Whether the cubic between both states stays between the stops and ends with room to brake."""
+    """Return True if the cubic between both states stays between the stops and ends with room to brake."""
     top, lower, upper = limits[TOP, i], limits[LOWER, i], limits[UPPER, i]
     if q1 + _way_to_rest(v1, top, period) > upper or q1 - _way_to_rest(-v1, top, period) < lower:
         return False
@@ -111,7 +111,7 @@ def _keeps_stops(  # noqa: PLR0917
 def _within(  # noqa: PLR0917
     q0: float, v0: float, q1: float, v1: float, limits: Array, period: float, i: int
 ) -> bool:
-    """Whether the cubic from place ``q0`` and speed ``v0`` to ``q1`` and ``v1`` keeps joint ``i`` to all its limits.
+    """Return True if the cubic from ``q0``, ``v0`` to ``q1``, ``v1`` keeps joint ``i`` to all its limits.
 
         a(0) = (6 m - 4 v0 - 2 v1) / T,   a(T) = (4 v1 + 2 v0 - 6 m) / T,   m = (q1 - q0) / T
 

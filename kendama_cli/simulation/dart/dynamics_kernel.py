@@ -27,7 +27,7 @@ def move_chain(  # noqa: PLR0912, PLR0915, PLR0917
     points: Array,
     mark_speeds: Array,
 ) -> None:
-    """Where the arm is and what moves it: ``inertia`` H (n, n), ``bias`` C q' + g (n,), and its places in the world.
+    """Compute the arm's dynamics and points: ``inertia`` H (n, n), ``bias`` C q' + g (n,), positions in the world.
 
     By products of exponentials, composite bodies and Newton and Euler, all in the world and about its origin, where a
     joint's motion is the screw (a, o x a) of its axis a through o (R. Featherstone, Rigid Body Dynamics Algorithms,

@@ -74,5 +74,5 @@ class FlightRecord:
 
     @property
     def caught(self) -> bool:
-        """Whether the ball is in the cup, and that descent led it there."""
+        """Return True if the ball is in the cup and that descent led it there."""
         return is_caught(self._ball.is_in_cup(), self.miss_m, self._ball.game.cup.radius_m)

@@ -50,7 +50,7 @@ class HandWorld:
         self.reset(np.zeros(PLACE))
 
     def reset(self, place: Array) -> None:
-        """The cup at rest at ``place`` (4,), the ball hanging still under it, the clock at 0."""
+        """Put the cup at rest at ``place`` (4,), the ball hanging still under it, the clock at 0."""
         # a new world: a solver would start from what it found before
         self._world = awake_world(STEP_S, self.game.gravity_m_s2)
         self._world.addSkeleton(self._skeleton)
@@ -79,7 +79,7 @@ class HandWorld:
         self.force_n = ball.drag_n - given
 
     def moment(self) -> HandMoment:
-        """The present moment, to which ``go_back`` can return."""
+        """Return the present state, to which ``go_back`` can return."""
         speeds = self._skeleton.getVelocities()
         return HandMoment(self.place, speeds, self.ball.position_m, self.ball.velocity_m_s, self.force_n, self._steps)
 
@@ -93,7 +93,7 @@ class HandWorld:
 
 
 def _moved_body() -> tuple[Any, tuple[Any, ...], Any]:
-    """A skeleton of three slides and a hinge about y, one after the other: (skeleton, joints, last body)."""
+    """Make a skeleton of three slides and a hinge about y, one after the other: (skeleton, joints, last body)."""
     skeleton = dartpy.dynamics.Skeleton("hand")
     slide, body = skeleton.createPrismaticJointAndBodyNodePair()
     joints = [slide]

@@ -79,7 +79,7 @@ TORQUE_REMEDY = "lower interact.controller.stiffness_n_m, or check the script"
 
 
 class JointControl:
-    """What sets the forces on the joints of ``body`` for a step of ``step_s``; every array is (n,).
+    """Controller of the forces on the joints of ``body`` for a step of ``step_s``; every array is (n,).
 
     ``effort_nm`` is what the motors gave last; ``drive`` holds references to the joints' limits. ``rope``
     is the force on the arm of a game [N] in the last step, and where in the world it acts [m].
@@ -161,9 +161,9 @@ class JointControl:
         state: tuple[Array, Array],
         t_s: float,
     ) -> bool:
-        """The same with friction and the rope's pull set by compiled code, which sets the forces on ``ball`` too.
+        """Follow as ``follow`` does, with friction and rope tension by compiled code, which also forces ``ball``.
 
-        Whether nothing can touch in the coming step, nor a joint come to its limits. Raises SimulationError.
+        Return True if nothing can touch in the coming step, nor a joint come to its limits. Raises SimulationError.
         """
         drive = self.drive
         noise = noise_rad if isinstance(noise_rad, np.ndarray) else self._filled(noise_rad)

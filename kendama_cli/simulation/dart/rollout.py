@@ -49,7 +49,7 @@ class Trace:
 
 
 class Correction(Protocol):
-    """What commands otherwise than planned, by what it sees: anew after every ``steps`` steps."""
+    """Correction of the planned commands by observations, renewed after every ``steps`` steps."""
 
     steps: int
 
@@ -162,6 +162,6 @@ def _trace(samples: Sequence[tuple[float | Array, ...]], descent: Descent | None
 
 
 def _sample(world: ArmWorld) -> tuple[float | Array, ...]:
-    """One row of a Trace."""
+    """Return one row of a Trace."""
     joint_state = (world.position_rad, world.velocity_rad_s, world.effort_nm)
     return (world.t_s, world.ball.tie_m, world.ball.position_m, world.tool_rotation[:, 2], *joint_state)

@@ -57,7 +57,7 @@ class Scene:
 
 
 def depth_m(body: SceneBody, point_m: Array) -> float:
-    """How deep the point (3,) of the world is inside ``body``, by the nearest face; negative outside [m]."""
+    """Return the depth of the point (3,) of the world inside ``body``, by the nearest face; negative outside [m]."""
     own = matrix_of(body.rotation_wxyz).T @ (point_m - np.array(body.position_m))
     if body.shape == "plane":
         return -float(own[2])

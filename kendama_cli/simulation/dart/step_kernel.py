@@ -25,7 +25,7 @@ axis 1 m over it, and a tie on the wall."""
 
 @compiled_as(float64(READ, READ, READ))
 def _distance(point: Array, start: Array, end: Array) -> float:
-    """From ``point`` to the segment between ``start`` and ``end``, all (3,)."""
+    """Return the distance from ``point`` to the segment between ``start`` and ``end``, all (3,)."""
     along = square = 0.0
     for r in range(3):
         along += (point[r] - start[r]) * (end[r] - start[r])
@@ -39,13 +39,13 @@ def _distance(point: Array, start: Array, end: Array) -> float:
 
 @compiled_as(float64(READ))
 def _margin(ball_m_s: Array) -> float:
-    """What cannot be crossed within the next step."""
+    """Return the distance that cannot be crossed within the next step."""
     return NEAR_M + NEAR_S * float(abs(ball_m_s[0]) + abs(ball_m_s[1]) + abs(ball_m_s[2]))
 
 
 @compiled_as(boolean(READ, READ, READ_2D, READ))
 def _is_by_cup(ball_m: Array, ball_m_s: Array, points: Array, radii: Array) -> bool:
-    """Whether ball and cup may touch within the next step."""
+    """Return True if ball and cup may touch within the next step."""
     cup = radii.size - 1
     return bool(_distance(ball_m, points[cup], points[cup]) < radii[cup] + _margin(ball_m_s))
 
@@ -60,7 +60,7 @@ def _is_near(  # noqa: PLR0917
     radii: Array,
     limits: Array,
 ) -> bool:
-    """Whether ball and arm may touch within the next step, or a joint come to a stop or its top speed.
+    """Return True if ball and arm may touch within the next step, or a joint reach a stop or its top velocity.
 
     ``radii`` are those of the capsules between one of the ``points`` of the arm and the next, and last of the ball that
     holds the cup about the last point; the ball's own is in each. Negative: there is no such part.
@@ -109,7 +109,7 @@ def joint_forces(  # noqa: PLR0917
     period: float,
     force: Array,
 ) -> int:
-    """The ``force`` on the joints in the coming step: of the motors, of dry friction, and the rope's.
+    """Compute the ``force`` on the joints in the coming step: of the motors, of dry friction, and the rope's.
 
         (H + T B) (v' - v) = T (effort + friction + J^T F + J^T D - C v - g - B v)
 

@@ -103,7 +103,7 @@ class Stepper:
         state: tuple[Array, Array],
         t_s: float,
     ) -> None:
-        """One step from ``state``, angles and speeds (n,) of the joints, at ``t_s``; raises SimulationError."""
+        """Step once from ``state``, angles and velocities (n,) of the joints, at ``t_s``; raises SimulationError."""
         ball, control = self._ball, self._control
         if ball is None or not self._alone:
             control.follow(reference, noise_rad, added_nm, state, t_s)
@@ -122,7 +122,7 @@ class Stepper:
         self.world.step()
 
     def give(self, command: JointTorque, state: tuple[Array, Array], t_s: float) -> None:
-        """One step under a commanded torque from ``state`` at ``t_s``; raises SimulationError."""
+        """Step once under a commanded torque from ``state`` at ``t_s``; raises SimulationError."""
         self._control.give(command, state, t_s)
         self._step_held(t_s)
 
@@ -132,7 +132,7 @@ class Stepper:
         return self._worlds.apart if self._apart else self._worlds.touching
 
     def _step_held(self, t_s: float) -> None:
-        """The step in which DART looks after contacts, friction and stops."""
+        """Step once with contacts, friction and stops left to DART."""
         self._held = True
         if self._apart:
             self._apart = False

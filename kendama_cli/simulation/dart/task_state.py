@@ -1,4 +1,4 @@
-"""What a task-space controller knows of the arm in a world, and the torques that depend on its motion."""
+"""State of the arm for a task-space controller, and the torques that depend on its motion."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from kendama_cli.schema.arrays import Array
 
 
 def task_state(arm: RobotModel, position_rad: Array, velocity_rad_s: Array, felt_n: Array) -> TaskState:
-    """The arm in that state (n,), with ``felt_n`` (3,), the contact's force as the wrist's sensor reads it."""
+    """Return the arm in that state (n,), with ``felt_n`` (3,), the contact's force as the wrist's sensor reads it."""
     body = arm.posed(position_rad, velocity_rad_s)
     tool, skeleton = body.cup, body.skeleton
     jacobian, rate = skeleton.getWorldJacobian(tool), skeleton.getJacobianClassicDeriv(tool)

@@ -32,7 +32,7 @@ def computed_torque(  # noqa: PLR0917
     bias: Array,
     torque: Array,
 ) -> int:
-    """The ``torque`` that ArmWorld's law commands without friction, from ``inertia`` H and ``bias`` C q' + g.
+    """Compute the ``torque`` that ArmWorld's law commands without friction, by ``inertia`` H and ``bias`` C q' + g.
 
     ``gains`` are Kp, Kd and the period; errors are those before the drive moves on. A reference that is not finite lets
     the drive brake, and its joint's answer is not finite.
@@ -67,7 +67,7 @@ def efforts(  # noqa: PLR0917
     effort: Array,
     level: Array,
 ) -> bool:
-    """What the motors give for ``torque``, and what friction may take; False where the first is not finite.
+    """Compute the motors' efforts for ``torque``, and friction's limit; return False if ``torque`` is not finite.
 
     ``effort`` is the torque with the compensation of the known friction for the speeds ``wanted_rad_s`` and what is
     ``added``, within the motors' limits; ``level`` the dry friction of every joint. ``unknown`` is the factor on all

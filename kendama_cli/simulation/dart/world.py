@@ -58,7 +58,7 @@ def attach_links(body: Body, arm: RobotModel, cup: CupSettings) -> None:
 
 
 def _attach_capsule(link: Any, start_m: Array, end_m: Array, radius_m: float) -> None:
-    """A capsule between two points of the world, fixed to ``link`` where that is now."""
+    """Attach a capsule between two points of the world to ``link`` at its present pose."""
     way = end_m - start_m
     length = float(np.linalg.norm(way))
     if length < SHORTEST_M:
@@ -124,7 +124,7 @@ class ArmWorld:
         self._start_m = errors.ball_start_m
 
     def reset(self, position_rad: Array, velocity_rad_s: Array | None = None) -> None:
-        """The arm in ``position_rad`` (n,), at rest where no ``velocity_rad_s`` (n,) is given, the clock at 0.
+        """Put the arm in ``position_rad`` (n,), with ``velocity_rad_s`` (n,) or at rest, the clock at 0.
 
         The ball hangs still, the scene is as it began, and nothing of the time before is left in DART.
         """
@@ -175,28 +175,28 @@ class ArmWorld:
         self._observe()
 
     def state(self) -> TaskState:
-        """What a task-space controller with the probe knows of the arm and its contact."""
+        """Return the state of the arm and its contact for a task-space controller with the probe."""
         return task_state(self.arm, self.position_rad, self.velocity_rad_s, self.sensor.felt_n)
 
     def wrist_wrench(self) -> Array:
-        """What a sensor between the tip link and the tool feels after the last step: (6,), force [N], torque [Nm]."""
+        """Return the wrench between tip link and tool after the last step: (6,), force [N], torque [Nm]."""
         if self._ball is not None:
             self._ball.react()
         return wrist_wrench(self.body, self._stepper.world)
 
     @property
     def limited(self) -> bool:
-        """Whether the drive had to change the last reference to keep to the joints' limits."""
+        """Return True if the drive had to change the last reference to keep to the joints' limits."""
         return self._control.drive.limited
 
     @property
     def effort_nm(self) -> Array:
-        """What the motors gave in the last step (n,)."""
+        """Motors' torques in the last step (n,)."""
         return self._control.effort_nm
 
     @property
     def tool_m(self) -> Array:
-        """Where the tool's tie point, or the probe's centre, is in the world (3,)."""
+        """Return the position in the world (3,) of the tool's tie point, or of the probe's centre."""
         return np.array(self.body.tie.getCOM())
 
     @property
@@ -212,7 +212,7 @@ class ArmWorld:
 
     @property
     def sensor(self) -> ContactSensor:
-        """What feels the probe's contacts; there is none beside a cup."""
+        """Sensor of the probe's contacts; there is none beside a cup."""
         assert self._sensor is not None
         return self._sensor
 

@@ -1,4 +1,4 @@
-"""How a world of DART may differ from what its controller believes."""
+"""Errors of a world of DART against its controller's beliefs."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class WorldErrors:
-    """How one world differs from what its controller believes (see settings.robot.Imperfection).
+    """Errors of one world against its controller's beliefs (see settings.robot.Imperfection).
 
     The rope is ``rope_scale`` times as long as the game's, and ``ball_start_m`` is how far the ball hangs aside.
     ``rope_kg`` is the mass of its chain of links, None as in the game (0: a spring without mass).

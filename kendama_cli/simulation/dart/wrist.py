@@ -1,4 +1,4 @@
-"""What a sensor at the wrist feels: the wrench between the tip link and the tool, and the force of a contact."""
+"""Measurements of a sensor at the wrist: the wrench between tip link and tool, and the force of a contact."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from kendama_cli.schema.arrays import Array
 
 
 def wrist_wrench(body: Body, world: Any) -> Array:
-    """What the tool exerts on the tip link after the last step, in that link's frame at its origin.
+    """Return the tool's wrench on the tip link after the last step, in that link's frame at its origin.
 
     (6,), force [N], then torque [Nm]: the weight of the tool at rest, its inertia in motion, and what touches it. Other
     forces on the tool must be set on its bodies before; all of them are cleared.

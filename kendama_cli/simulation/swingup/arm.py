@@ -74,7 +74,7 @@ class ArmSwing:
 
     @property
     def reference(self) -> tuple[float, float]:
-        """Where the cup is commanded to be and how fast, x [m] and v [m/s]."""
+        """Return the commanded position and velocity of the cup, x [m] and v [m/s]."""
         x_m, velocity_m_s = self._cup.tolist()
         return x_m, velocity_m_s
 
@@ -85,11 +85,11 @@ class ArmSwing:
 
     @property
     def in_cup(self) -> bool:
-        """Whether the ball lies in the cup."""
+        """Return True if the ball lies in the cup."""
         return self._world.ball.is_in_cup()
 
     def take_on(self, rope_scale: float, drag_scale: float) -> None:
-        """From the next ``start`` on the rope is so many times as long, and the air's drag so many times as large."""
+        """Take on a rope so many times as long and an air drag so many times as large, from the next ``start`` on."""
         self._world.perturb(WorldErrors(rope_scale=rope_scale, drag_scale=drag_scale))
         self._stretched = TautRope.hanging(self._game, rope_scale)
 
@@ -108,7 +108,7 @@ class ArmSwing:
 
 
 def _reach_m(settings: LearnSettings) -> float:
-    """How far out the reference may come: with a limiter to the edge, without one as far as it takes to stop there."""
+    """Return the reach of the reference: with a limiter to the edge, without one as far as it takes to stop there."""
     workspace = settings.workspace
     if workspace.kind == "limit":
         return workspace.half_width_m + MARGIN_M

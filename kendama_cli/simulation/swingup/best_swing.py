@@ -1,4 +1,4 @@
-"""How soon, and in how few half-swings, a search finds that the nominal swing can succeed: a yardstick, not a bound.
+"""Search for the soonest success of the nominal swing, in time and half-swings: a yardstick, not a bound.
 
 Time-optimal control of a bounded acceleration is bang-bang but for arcs on the bounds (Pontryagin et al. 1962), which
 here the workspace's limiter makes. So the search only ever tries the two extreme actions. It spreads in layers of
@@ -58,7 +58,7 @@ class BestSwing:
 
 @functools.lru_cache(maxsize=16)
 def best_swing(settings: LearnSettings, game: GameSettings) -> BestSwing:
-    """The best swing for the limits, goal and longest duration in ``settings``, on a rope without mass.
+    """Search the best swing for the limits, goal and longest duration in ``settings``, on a rope without mass.
 
     Raises ConfigError where no swing within ``learn.rollout_s`` reaches the goal.
     """
@@ -92,7 +92,7 @@ class _Search:
         self._gravity = game.gravity_m_s2
 
     def spread(self, fineness: float) -> tuple[Ints, int] | None:
-        """Which extreme the soonest swing commands in each step, and the fewest half-swings of any; None without."""
+        """Return the soonest swing's extreme action in each step, and the fewest half-swings; None without a swing."""
         steps = max(1, round(fineness * LAYER_S / self._step_s))
         swings, tallies = self._start[None].copy(), np.zeros((1, kernel.TALLY))
         history: list[tuple[Ints, Ints]] = []
@@ -123,7 +123,7 @@ class _Search:
         return None if best is None else (best, int(fewest))
 
     def refined(self, commanded: Ints, fewest: int) -> BestSwing:
-        """The swing of ``commanded`` with its switches moved to where it reaches the goal soonest."""
+        """Move the switches of the swing ``commanded`` to where it reaches the goal soonest."""
         switches, first = np.flatnonzero(np.diff(commanded)) + 1, int(commanded[0])
         steps = len(commanded)
         while True:
@@ -189,7 +189,7 @@ class _Search:
 
 
 def _without_empty(switches: Ints) -> Ints:
-    """Two switches at one time are none."""
+    """Remove pairs of switches at one time, which are none."""
     kept: list[int] = []
     for switch in switches.tolist():
         if kept and kept[-1] == switch:

@@ -1,4 +1,4 @@
-"""What chance reaches: the share of random harmonics that succeed, which every task is to be read beside."""
+"""Random baseline: the fraction of random harmonics that succeed, which every task is to be read beside."""
 
 from __future__ import annotations
 

@@ -30,7 +30,7 @@ class CompiledRollouts:
         self._packed = self._rules.packed()
 
     def roll_out(self, actor: Actor, noise: RolloutNoise) -> SimulatedRollout:
-        """One rollout, as SwingUpEnvironment.roll_out."""
+        """Play one rollout, as SwingUpEnvironment.roll_out."""
         swing, nominal, (rules, edges) = self.swing, self._rules, self._packed
         swing.take_on(noise.rope_scale, noise.drag_scale)
         if (noise.workspace_scale, noise.rope_scale, noise.drag_scale) != (1.0, 1.0, 1.0):
@@ -74,7 +74,7 @@ class CompiledRollouts:
         return SimulatedRollout(outcome, duration_s, float(tally[0]), int(tally[1]), final, catch)
 
     def _catch(self, rules: Rules) -> Catch:
-        """The flight, as SwingUpEnvironment.fly."""
+        """Play the flight, as SwingUpEnvironment.fly."""
         s, physics, aim = self.swing.numbers, rules.physics, rules.aim
         steps = kernel.fly(s, kernel.LONGEST_FLIGHT, aim.catch_acceleration_m_s2, physics, rules.catch)
         caught = kernel.is_caught(s, aim.mouth_m, physics, rules.catch)
@@ -82,6 +82,6 @@ class CompiledRollouts:
         return Catch(miss_m=abs(self.swing.across_m), duration_s=steps * physics.step_s, caught=bool(caught))
 
     def state(self) -> SwingState:
-        """The true plain state now."""
+        """Return the true plain state now."""
         self.swing.read()
         return state_of(self.swing)

@@ -27,7 +27,7 @@ class SwingEngine(Protocol):
 
     @property
     def reference(self) -> tuple[float, float]:
-        """Where the cup is commanded to be and how fast, x [m] and v [m/s]: what a limiter keeps inside."""
+        """Return the cup's commanded position and velocity, x [m] and v [m/s], which a limiter keeps inside."""
 
     @property
     def tension_n(self) -> float:
@@ -35,10 +35,10 @@ class SwingEngine(Protocol):
 
     @property
     def in_cup(self) -> bool | None:
-        """Whether the ball lies in the cup; None in an engine in which they do not touch."""
+        """State of the ball in the cup; None in an engine in which they do not touch."""
 
     def take_on(self, rope_scale: float, drag_scale: float) -> None:
-        """From the next ``start`` on the rope is so many times as long, and the air's drag so many times as large."""
+        """Take on a rope so many times as long and an air drag so many times as large, from the next ``start`` on."""
 
     def start(self, state: SwingState) -> None:
         """Begin at ``state`` with the rope stretched as by the hanging ball."""
@@ -51,12 +51,12 @@ class SwingEngine(Protocol):
 
 
 def rate(swing: SwingEngine) -> float:
-    """The ball's angular velocity about the tie point [rad/s]."""
+    """Return the ball's angular velocity about the tie point [rad/s]."""
     return rope_rate(Ball(swing.across_m, swing.above_m, swing.across_m_s, swing.above_m_s))
 
 
 def state_of(swing: SwingEngine) -> SwingState:
-    """The true plain state now."""
+    """Return the true plain state now."""
     angle = rope_angle(swing.across_m, swing.above_m)
     return SwingState(swing.x_m, swing.velocity_m_s, angle, rate(swing))
 

@@ -56,12 +56,12 @@ class SwingUpEnvironment:
         self._swing, self._compiled = (swing, None) if swing is not None else _opened(settings, game)
 
     def aimed(self, goal: GoalSettings) -> SwingUpEnvironment:
-        """The same engine for rollouts with another goal, not compiled ones."""
+        """Return an environment with the same engine for another goal, not compiled."""
         return SwingUpEnvironment(dataclasses.replace(self.settings, goal=goal), self.game, self._swing)
 
     @property
     def compiled(self) -> bool:
-        """Whether rollouts run in compiled code, a thousand a second."""
+        """Return True if rollouts run in compiled code, a thousand a second."""
         return self._compiled is not None
 
     def noise(self, rng: np.random.Generator, *, validation: bool = False) -> RolloutNoise:
@@ -74,7 +74,7 @@ class SwingUpEnvironment:
         return dataclasses.replace(noise, **lists)
 
     def noiseless(self) -> RolloutNoise:
-        """No noise: the nominal rollout."""
+        """Return the noise of the nominal rollout: none."""
         return no_noise(self.settings)
 
     def roll_out(self, actor: Actor, noise: RolloutNoise, on_step: StepCallback | None = None) -> SimulatedRollout:
@@ -94,7 +94,7 @@ class SwingUpEnvironment:
                 return cast(SimulatedRollout, end.value)
 
     def rolling(self, noise: RolloutNoise, on_step: StepCallback | None = None) -> Rolling:
-        """The same from inside out: yields each reading and its time, and is sent the answer.
+        """Play a rollout from inside out: yield each reading and its time, and be sent the answer.
 
         The answer is the wanted acceleration and the time before which no further reading is needed.
         """
@@ -150,16 +150,16 @@ class SwingUpEnvironment:
         return SimulatedRollout(outcome, duration_s, peak_m, half_swings, final, catch)
 
     def state(self) -> SwingState:
-        """The true plain state now."""
+        """Return the true plain state now."""
         return state_of(self._swing)
 
     def places(self) -> tuple[float, float, float]:
-        """The cup's x, and the ball beside its tie point along x and z, now [m]."""
+        """Return the present x of the cup, and the ball's x and z from its tie point [m]."""
         return self._swing.x_m, self._swing.across_m, self._swing.above_m
 
 
 def _opened(settings: LearnSettings, game: GameSettings) -> tuple[SwingEngine, CompiledRollouts | None]:
-    """The engine of ``settings.engine`` and, where it has them, its compiled rollouts."""
+    """Open the engine of ``settings.engine`` and its compiled rollouts, if it has them."""
     if isinstance(settings.engine, DartEngine):
         from kendama_cli.simulation.swingup.arm import ArmSwing  # noqa: PLC0415 - sweeps on the rail load no DART
 

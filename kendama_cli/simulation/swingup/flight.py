@@ -32,7 +32,7 @@ class Release:
         self._lowest = 0.0 if goal.window.nearest_rad >= 0.5 * math.pi else -math.inf
 
     def after(self, swing: SwingEngine) -> bool:
-        """Whether this step is the last one."""
+        """Return True if the swing-up ends with this step."""
         if swing.above_m < self._lowest:
             self._slack = 0
             return False

@@ -48,7 +48,7 @@ class FrozenRollouts:
     """
 
     def __init__(self, environment: SwingUpEnvironment) -> None:
-        """The processes make environments of their own, of the same settings."""
+        """Start processes that make environments of their own, of the same settings."""
         self._environment = environment
         self._coming: Iterator[WatchedRollout] = iter(())
         self._ahead = 0
@@ -64,7 +64,7 @@ class FrozenRollouts:
         self._open.close()
 
     def validate(self, learner: Learner, exploration: Generator, rng: Generator, *, at_most: int) -> SimulatedRollout:
-        """A rollout of a frozen ``learner``, which is left as if it had acted in it and has still to end it.
+        """Play a rollout of a frozen ``learner``, which is left as if it had acted in it and has still to end it.
 
         ``exploration`` is what the learner begins the rollout with, noise comes from ``rng``. ``at_most`` so many
         follow one another, this one included; after a failure none does, for it learns on.
@@ -81,7 +81,7 @@ class FrozenRollouts:
         return watched.rollout
 
     def evaluate(self, policy: PolicyArtifact, rng: Generator, *, at_most: int) -> SimulatedRollout:
-        """A rollout by ``policy``, on noise from ``rng``; ``at_most`` so many follow one another."""
+        """Play a rollout by ``policy``, on noise from ``rng``; ``at_most`` so many follow one another."""
         if self._environment.compiled:
             return self._environment.roll_out(_actor(policy, self._environment.settings), self._environment.noise(rng))
         return self._next(lambda: policy, rng, at_most, validation=False).rollout
@@ -116,7 +116,7 @@ def _watched(environment: SwingUpEnvironment, frozen: Frozen, noise: RolloutNois
 
 
 def _actor(frozen: Frozen, settings: LearnSettings) -> Actor:
-    """What ``frozen`` describes, in a new rollout."""
+    """Return the actor that ``frozen`` describes, in a new rollout."""
     if isinstance(frozen, PolicyArtifact):
         policy = make_policy(frozen, settings)
         policy.begin_rollout()

@@ -1,4 +1,4 @@
-"""What differs from rollout to rollout, drawn beforehand."""
+"""Noise that differs from rollout to rollout, sampled beforehand."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ FURTHEST_ERROR = 3.0
 
 
 def draw_noise(settings: LearnSettings, bodies: RandomisationSettings, rng: np.random.Generator) -> RolloutNoise:
-    """One rollout's noise at the levels of ``learn.noise``, on one of the ``bodies``."""
+    """Sample one rollout's noise at the levels of ``learn.noise``, on one of the ``bodies``."""
     levels, n = settings.noise, max(1, round(settings.rollout_s / settings.step_s))
     start = rng.standard_normal(2).tolist()
     readings = rng.standard_normal((2, n))
@@ -37,7 +37,7 @@ def draw_noise(settings: LearnSettings, bodies: RandomisationSettings, rng: np.r
 
 
 def no_noise(settings: LearnSettings) -> RolloutNoise:
-    """The nominal rollout."""
+    """Return the noise of the nominal rollout: none."""
     n = max(1, round(settings.rollout_s / settings.step_s))
     none = (0.0,) * n
     return RolloutNoise(0.0, 0.0, none, none, (1.0,) * n)

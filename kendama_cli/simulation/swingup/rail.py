@@ -24,12 +24,12 @@ from kendama_cli.simulation.swingup.workspace import catch_limiter, limiter, mou
 
 
 def without_rope_mass(game: GameSettings) -> GameSettings:
-    """The game as the rail can have it."""
+    """Return the game without the rope's mass, which the rail cannot have."""
     return dataclasses.replace(game, rope=dataclasses.replace(game.rope, mass_kg=0.0))
 
 
 def physics(game: GameSettings, step_s: float, rope_scale: float = 1.0, drag_scale: float = 1.0) -> kernel.Physics:
-    """The constants of the dynamics; the mass is inverted as DART inverts a matrix with it on the diagonal.
+    """Return the constants of the dynamics; the mass is inverted as DART inverts a matrix with it on the diagonal.
 
     Raises ConfigError for a rope with mass, which only the world of the whole arm has.
     """
@@ -77,7 +77,7 @@ class Rules:
 
     @classmethod
     def of(cls, settings: LearnSettings, game: GameSettings, rope_scale: float = 1.0, drag_scale: float = 1.0) -> Rules:
-        """The constants of ``settings`` as the compiled code takes them, on such a rope in such an air."""
+        """Pack the constants of ``settings`` for compiled code, on such a rope in such an air."""
         goal, grid, window = settings.goal, StateGrid(settings.grid).bins, Window.of(settings.goal)
         return cls(
             physics(game, settings.step_s, rope_scale, drag_scale),
@@ -98,11 +98,11 @@ class Rules:
         )
 
     def packed(self) -> tuple[kernel.Record, NDArray[np.float64]]:
-        """All of them as the compiled loop takes them."""
+        """Return all constants packed for the compiled loop."""
         return kernel.packed(self.physics, self.limits, self.aim, self.bins, self.longest_s)
 
     def packed_for_the_catch(self) -> kernel.Record:
-        """The same with the limits of the flight after the release."""
+        """Return all constants with the limits of the flight after the release."""
         return kernel.packed(self.physics, self.catch, self.aim, self.bins, self.longest_s)[0]
 
 
@@ -134,7 +134,7 @@ class CompiledRail:
         self.start(SwingState(0.0, 0.0, 0.0, 0.0))
 
     def take_on(self, rope_scale: float, drag_scale: float) -> None:
-        """From the next ``start`` on the rope is so many times as long, and the air's drag so many times as large."""
+        """Take on a rope so many times as long and an air drag so many times as large, from the next ``start`` on."""
         self._physics = physics(self._game, self._step_s, rope_scale, drag_scale)
         self._stretched = TautRope.hanging(self._game, rope_scale)
 

@@ -60,7 +60,7 @@ class Physics(NamedTuple):
 
 
 class Limits(NamedTuple):
-    """What the cup may do, and where a rollout ends."""
+    """Limits of the cup, and the bounds at which a rollout ends."""
 
     half_width_m: float
     max_speed_m_s: float
@@ -86,7 +86,7 @@ class Aim(NamedTuple):
 
 
 def _fields(of: type[NamedTuple]) -> np.dtype[np.void]:
-    """The type of a record with the fields of ``of``, numbers and truth values."""
+    """Return the type of a record with the fields of ``of``, numbers and truth values."""
     return np.dtype([(name, kind) for name, kind in get_type_hints(of).items()], align=True)
 
 
@@ -120,7 +120,7 @@ def _rope(p: Physics) -> RopeLaw:
 
 @compiled
 def _moved(s: Moment, command: float, p: Physics) -> Moment:
-    """One time step: v += h a, q += h v with the forces of the old state (semi-implicit Euler)."""
+    """Advance one time step: v += h a, q += h v with the forces of the old state (semi-implicit Euler)."""
     cup_x, ball_x, ball_z, cup_v, ball_vx, ball_vz, _, _ = s
     across, across_rate = ball_x - cup_x, ball_vx - cup_v
     push_x, _, push_z = drag_n(p.drag_n_s_m, p.drag_n_s2_m2, (cup_v + across_rate, 0.0, ball_vz))
@@ -262,7 +262,7 @@ def hold(  # noqa: PLR0917
 
 @compiled
 def fly(s: Array, at_most: int, largest_m_s2: float, p: Physics, w: Limits) -> int:
-    """The flight after the goal, rope and air included, the cup heading for the landing; the steps that it took."""
+    """Play the flight after the goal, the cup heading for the landing; return it and the number of its steps."""
     steps = 0
     while steps < at_most and abs(s[0]) <= w.edge_m:
         found = landing(s[0], s[3], _ball(s), p.rim_m, p.gravity_m_s2)
@@ -283,7 +283,7 @@ def is_caught(s: Array, mouth_m: float, p: Physics, w: Limits) -> bool:
 
 @compiled
 def play(swings: Array, commands: Array, steps: int, p: Physics) -> None:
-    """The bare dynamics of many swings (8, n), in place: hold each row of ``commands`` (m, n) for ``steps``."""
+    """Play the bare dynamics of many swings (8, n), in place: hold each row of ``commands`` (m, n) for ``steps``."""
     x, bx, bz, v, bvx, bvz, fx, fz = swings
     for row in commands:
         for _ in range(steps):
@@ -361,7 +361,7 @@ def hold_each(  # noqa: PLR0917 - plain arrays, as compiled code takes them
 
 
 def packed(p: Physics, w: Limits, aim: Aim, bins: Bins, longest_s: float) -> tuple[Record, Array]:
-    """All constants as ``hold`` takes them: one record of the type ``RULES``, and the bins' edges in one array."""
+    """Pack all constants for ``hold``: one record of the type ``RULES``, and the bins' edges in one array."""
     packed_rules = records(np.zeros(1, RULES))
     rules = packed_rules[0]
     rules["physics"], rules["limits"], rules["aim"] = tuple(p), tuple(w), tuple(aim)

@@ -1,4 +1,4 @@
-"""What goes into a rollout of the swing-up and what comes out of it."""
+"""Input and result of a rollout of the swing-up."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ class Catch:
 
 @dataclass(frozen=True)
 class SimulatedRollout:
-    """How a rollout went; ``final`` is the true state at the end of the swing-up, which took ``duration_s``.
+    """Result of a rollout; ``final`` is the true state at the end of the swing-up, which took ``duration_s``.
 
     ``half_swings`` is what count_half_swings gives for the ball's true rates. ``catch`` is the flight that followed,
     None where the ball was not released (or the goal not reached).
@@ -62,10 +62,10 @@ class SimulatedRollout:
 
     @property
     def success(self) -> bool:
-        """Whether the rollout did what the task asks for."""
+        """Return True if the rollout did the task."""
         return self.outcome == "goal"
 
     @property
     def caught(self) -> bool:
-        """Whether the ball came down into the cup."""
+        """Return True if the ball came down into the cup."""
         return self.catch is not None and self.catch.caught

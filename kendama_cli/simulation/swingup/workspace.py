@@ -39,5 +39,5 @@ def catch_limiter(settings: LearnSettings) -> BrakingLimiter:
 
 
 def mouth_m(game: GameSettings) -> float:
-    """How far from the cup's axis the ball's centre may come down [m]."""
+    """Return the maximum distance from the cup's axis at which the ball's centre may come down [m]."""
     return game.cup.radius_m - game.ball.radius_m
