@@ -1,4 +1,4 @@
-"""Whether an extra is installed that a test needs."""
+"""Test that an extra is installed that a test needs."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a fresh clone's workers compile before their first test is compiled by one of them, not by each.
+"""Compilation before a fresh clone's first test: by one worker, not by each.
 
 The drive's compiled code (15 s where numba has no cache of it) is the first worker's. Meanwhile the others import test
 modules that do not need it, each its share, for pytest's rewritten asserts are kept in files too.

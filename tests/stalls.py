@@ -1,4 +1,4 @@
-"""What goes at a peer's own pace cannot be judged while this machine stands still: it is tried again, or left out."""
+"""Stalls of this machine: a test at a peer's own pace is tried again then, or left out."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What every engine that uses a law makes of it, as JSON: run in a copy of the tree in which the law was changed."""
+"""Results of every engine that uses a law, as JSON: run in a copy of the tree in which the law was changed."""
 
 from __future__ import annotations
 

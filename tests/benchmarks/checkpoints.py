@@ -1,4 +1,4 @@
-"""What checkpointing costs: its share of a learning run's time.
+"""Cost of checkpointing: its fraction of a learning run's time.
 
 ``python -m tests.benchmarks.checkpoints`` learns in DART as the worker does, onto the disk of the present folder, and
 prints the time spent in saving over all time. The peer is the same run without saving.

@@ -1,4 +1,4 @@
-"""How long from the hand to the drawn ball, and whether every millisecond of several players is simulated in time.
+"""Time from the hand to the drawn ball, and simulation of every millisecond of several players in time.
 
 ``python -m tests.benchmarks.play [SECONDS [PLAYERS]]`` starts ``kendama play``, one Chromium and further players that
 only speak the page's language; all swing without end. Without Chromium the first line is left out.

@@ -1,4 +1,4 @@
-"""What the command costs where there is nothing to compute, against a bare interpreter in the same run.
+"""Cost of the command when there is nothing to compute, against a bare interpreter in the same run.
 
 ``python -m tests.benchmarks.startup`` prints name, median, unit and ratio. The commands take turns, so that a change
 in the machine's load meets them all; the demonstrations are read and encoded once before.

@@ -1,4 +1,4 @@
-"""What a URDF is read as, told by ``kendama robot describe``, before a run's first stage, and in its closing lines."""
+"""Reading of a URDF as ``kendama robot describe`` tells it, before a run's first stage, and in its closing lines."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a user of an older version types is refused in one line that has the name of today."""
+"""Names of an older version are refused in one line that has the name of today."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Where a command is to write: refused in one line before any film is read."""
+"""Output files of commands: an unusable one is refused in one line before any film is read."""
 
 import os
 from pathlib import Path

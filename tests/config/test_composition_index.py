@@ -1,4 +1,4 @@
-"""What was composed once is never given again where anything that it came from differs, nor where its file does."""
+"""Stored compositions are never given again where a source or its file differs."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""When to let go of the swing on a robot: its own cup's reach counts, not that of the weaker cup of learning."""
+"""Release of the swing on a robot: its own cup's reach counts, not that of the weaker cup of learning."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How a catch is declared."""
+"""Declaration of a catch."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a transfer tells of the proof that a table handed over stands on the hardware."""
+"""Report of a transfer: rollouts until a table handed over is solved on the hardware."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What virtual cameras are shown of the robot."""
+"""States of the robot for virtual cameras."""
 
 from __future__ import annotations
 

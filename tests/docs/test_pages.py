@@ -1,4 +1,4 @@
-"""What README and docs list is what is declared."""
+"""Lists in README and docs agree with the declarations."""
 
 from __future__ import annotations
 

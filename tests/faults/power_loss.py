@@ -1,4 +1,4 @@
-"""What a disk holds after the power went: what was synchronised for certain, and of the rest whatever.
+"""Content of a disk after a power loss: what was synchronised for certain, and of the rest whatever.
 
 A folder's names and a file's bytes are durable on their own, each by an fsync of it; a rename is all or nothing. That
 is what POSIX promises, and less than ext4, xfs or btrfs do.

@@ -1,4 +1,4 @@
-"""What a run does to its home, in small: checkpoints with a log, results, the run's record, garbage collection.
+"""Work of a run on its home, in small: checkpoints with a log, results, the run's record, garbage collection.
 
 ``work`` is the same whenever it is done, so that whatever happened on the way must end in the same files.
 """

@@ -26,7 +26,7 @@ CASES = [*((kind, ONCE) for kind in KINDS), ("ENOSPC", FROM_THEN_ON), ("EIO", FR
 
 @dataclass(frozen=True)
 class Ending:
-    """How a child ended: killed, done, refused (in one line), or with a traceback; what it told; calls that it made."""
+    """End of a child: killed, done, refused (in one line), or with a traceback; its output; calls that it made."""
 
     ending: str
     told: list[str]

@@ -29,7 +29,7 @@ Places = dict[int, tuple[float, float]]
 
 @dataclass(frozen=True)
 class Label:
-    """Where a frame shows the ball [px]; ``radius_px`` is 0 where it shows none."""
+    """Position of the ball in a frame [px]; ``radius_px`` is 0 if the frame does not show it."""
 
     frame: int
     x_px: float

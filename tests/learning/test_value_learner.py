@@ -1,4 +1,4 @@
-"""What is acted by while values are learned."""
+"""Actions while values are learned."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is computed again and what is not."""
+"""Stages that are computed again and those that are not."""
 
 from __future__ import annotations
 

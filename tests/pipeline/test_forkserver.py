@@ -1,4 +1,4 @@
-"""Which stages a sweep's workers share."""
+"""Stages that a sweep's workers share."""
 
 from __future__ import annotations
 

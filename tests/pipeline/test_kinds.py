@@ -1,4 +1,4 @@
-"""What a stage does in one run is for its settings to say, within what it declares; code counts where it is chosen."""
+"""Kind of a stage in one run: settings choose within its declaration; code counts where it is chosen."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the combinations of a sweep share stays as it was made: nobody who plans a run changes it."""
+"""Objects that the combinations of a sweep share stay as made: nobody who plans a run changes them."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is put into the store is found there, byte for byte, and damage is never served."""
+"""Artifacts put into the store are found there, byte for byte, and damage is never served."""
 
 from __future__ import annotations
 

@@ -18,7 +18,7 @@ NEAR = 1e-6
 
 @dataclass(frozen=True)
 class Hits:
-    """Where n rays meet a shape first: ``t`` (n,), and outward ``normals`` (n, 3), of no meaning at a miss."""
+    """First intersections of n rays with a shape: ``t`` (n,), outward ``normals`` (n, 3), of no meaning at a miss."""
 
     t: Array
     normals: Array

@@ -1,4 +1,4 @@
-"""What is behind the scene is kept for a camera that is opened again, and for no other."""
+"""Background of a scene: stored for a camera that is opened again, and for no other."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a sensor and the way to the computer make of light, and balls of two colours before pictures."""
+"""Response to light of a sensor and the path to the computer, and balls of two colours before pictures."""
 
 import dataclasses
 

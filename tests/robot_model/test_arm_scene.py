@@ -1,4 +1,4 @@
-"""What is drawn of an arm stands where the arm is, in every posture."""
+"""Drawing of an arm stands at the arm's pose, in every posture."""
 
 from __future__ import annotations
 

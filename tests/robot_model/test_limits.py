@@ -1,4 +1,4 @@
-"""What the limits of joints allow."""
+"""Motions that the limits of joints allow."""
 
 from __future__ import annotations
 

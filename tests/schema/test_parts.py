@@ -1,4 +1,4 @@
-"""What is missing is told with the part that brings it, wherever configuration or a pipeline names it."""
+"""Missing things are named with the part that brings them, wherever configuration or a pipeline names them."""
 
 from __future__ import annotations
 

@@ -22,7 +22,7 @@ SHAPES = Registry("toy.shapes", "shape")
 
 
 class Shape(Protocol):
-    """What a shape is asked for."""
+    """Interface of a shape."""
 
     def area_m2(self) -> float: ...
 

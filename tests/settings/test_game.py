@@ -1,4 +1,4 @@
-"""What of rope, cup and air is refused, and what they come to."""
+"""Values of rope, cup and air that are refused, and the results of the others."""
 
 from __future__ import annotations
 

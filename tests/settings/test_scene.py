@@ -1,4 +1,4 @@
-"""What a scene file may say, and the one line that tells what is wrong with it."""
+"""Content of a scene file, and the one line that tells what is wrong with it."""
 
 from __future__ import annotations
 

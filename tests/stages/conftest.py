@@ -1,4 +1,4 @@
-"""What the tests of the transfer stage hand to it."""
+"""Inputs of the transfer stage for its tests."""
 
 from __future__ import annotations
 

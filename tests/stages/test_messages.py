@@ -1,4 +1,4 @@
-"""What every stage says that it logs."""
+"""Declarations of every stage's log."""
 
 from __future__ import annotations
 

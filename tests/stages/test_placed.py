@@ -1,4 +1,4 @@
-"""Where the search for a placement is asked for, adapt plays there, and transfer hands the robot so placed on."""
+"""Placement by search: adapt plays there, and transfer hands the robot so placed on."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a table is worth on other bodies than the one it was learned on."""
+"""Success of a table on other bodies than the one it was learned on."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What does not fit is refused by the transfer stage before anything moves."""
+"""Inputs that do not fit are refused by the transfer stage before anything moves."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What was written in another format is refused in one line that names both, and neither misread nor deleted."""
+"""Results of another format are refused in one line that names both, and neither misread nor deleted."""
 
 from __future__ import annotations
 

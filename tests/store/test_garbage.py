@@ -1,4 +1,4 @@
-"""What cannot be read now is not deleted; what is damaged is, and whatever a killed collection left."""
+"""Garbage collection keeps what cannot be read now; it deletes damage, and whatever a killed collection left."""
 
 from __future__ import annotations
 

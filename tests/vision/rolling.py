@@ -1,4 +1,4 @@
-"""What a rolling shutter shows of a ball that moves: its place when its own row is exposed."""
+"""Image of a moving ball by a rolling shutter: its position when its own row is exposed."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass

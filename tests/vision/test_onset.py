@@ -1,4 +1,4 @@
-"""When free flight is declared: late enough to be right, early enough to be of use."""
+"""Declaration of free flight: late enough to be right, early enough to be of use."""
 
 import dataclasses
 

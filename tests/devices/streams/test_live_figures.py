@@ -1,4 +1,4 @@
-"""Who watches a stream is told its rate, its gaps and its delay."""
+"""Figures of a stream for who watches it: its rate, its gaps and its delay."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Which demonstrations stand apart, and which were recorded along other axes."""
+"""Demonstrations that stand apart, and those recorded along other axes."""
 
 from __future__ import annotations
 

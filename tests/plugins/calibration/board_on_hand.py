@@ -60,7 +60,7 @@ def board_pose(hand: HandPose) -> tuple[np.ndarray, np.ndarray]:
 
 @dataclass(frozen=True)
 class Told:
-    """What the calibration is given: corners by camera, and the hand's poses as the robot tells them."""
+    """Input of the calibration: corners by camera, and the hand's poses as the robot tells them."""
 
     views: dict[str, list[BoardView]]
     hands: dict[str, HandPose]

@@ -1,4 +1,4 @@
-"""What flights say of gravity, drag and wobble, and how well other flights are predicted with it."""
+"""Gravity, drag and wobble from flights, and the error of other flights predicted with them."""
 
 import numpy as np
 import pytest

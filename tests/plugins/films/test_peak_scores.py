@@ -1,4 +1,4 @@
-"""How probable an image's peaks are, given how many balls it shows at most."""
+"""Probabilities of an image's peaks, given the number of balls it shows at most."""
 
 from itertools import combinations
 

@@ -1,4 +1,4 @@
-"""What an arm is sent from millisecond to millisecond never does what makes it stop."""
+"""Commands to an arm from millisecond to millisecond never make it stop."""
 
 from __future__ import annotations
 

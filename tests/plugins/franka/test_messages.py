@@ -1,4 +1,4 @@
-"""What the pipe carries comes out as it went in, and bytes that are no message are one clear line."""
+"""Messages come out of the pipe as they went in, and bytes that are no message are one clear line."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""From films of a printed marker to ten games on the twin."""
+"""Path from films of a printed marker to ten games on the twin."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What maps places maps turns too: by matrices of the test's own."""
+"""Maps of positions map rotations too: by matrices of the test's own."""
 
 import dataclasses
 from itertools import permutations, product

@@ -1,4 +1,4 @@
-"""What a log becomes in the replay: the logged places, evenly sampled, and nothing besides."""
+"""Replay of a log: the logged positions, evenly sampled, and nothing besides."""
 
 from __future__ import annotations
 

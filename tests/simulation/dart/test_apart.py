@@ -1,4 +1,4 @@
-"""Where nothing can touch, DART looks for nothing: that must change nothing but the time it takes."""
+"""Steps in which nothing can touch and DART looks for nothing: that changes nothing but the time it takes."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is seen of the ball while a motion plays, on a ball whose pull is told."""
+"""Record of the ball's flight while a motion plays, on a ball whose tension is told."""
 
 from __future__ import annotations
 

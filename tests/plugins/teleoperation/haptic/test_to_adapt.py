@@ -1,4 +1,4 @@
-"""From a haptic device's swing to a caught ball."""
+"""Path from a haptic device's swing to a caught ball."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Where a stylus is between the places that are heard of, and after them."""
+"""Path of a stylus between the positions received, and after them."""
 
 import numpy as np
 import pytest

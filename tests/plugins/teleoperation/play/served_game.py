@@ -53,7 +53,7 @@ class Game:
 
 
 class Line:
-    """What one page says and hears; ``latest`` has the last message of every kind."""
+    """Messages from and to one page; ``latest`` has the last message of every kind."""
 
     def __init__(self, socket: ClientConnection) -> None:
         self.socket, self.latest = socket, dict[str, dict[str, Any]]()

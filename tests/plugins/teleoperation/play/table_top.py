@@ -36,7 +36,7 @@ def hand(scale: float = 1.0, rate_hz: float = 125.0, wait_s: float = 0.6, length
 
 
 class Kept(list[tuple[str, Conditions, Array]]):
-    """What the table keeps."""
+    """Tries that the table stored."""
 
     reasons: tuple[str, ...] = ()
 

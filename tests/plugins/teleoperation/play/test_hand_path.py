@@ -1,4 +1,4 @@
-"""From samples of the hand to the way of the cup."""
+"""Path of the cup from samples of the hand."""
 
 import itertools
 

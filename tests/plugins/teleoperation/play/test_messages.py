@@ -1,4 +1,4 @@
-"""What a socket may say."""
+"""Messages that a socket may send."""
 
 import pytest
 
