@@ -85,7 +85,7 @@ def test_a_bundled_demonstration_is_caught_and_the_log_tells_how(bundled: Motion
     assert metrics["success_rate_low"] == pytest.approx(0.2924, abs=1e-4)
     assert metrics["success_rate_high"] == 1.0
     topics = {topic for topic, _, _ in ctx.log.messages}
-    told = {"rollout", "candidate", "window", "repeat", "replay", "drawn"}
+    told = {"rollout", "candidate", "window", "repeat", "replay", "perturbation"}
     drawn = {"scene", "links", "joints", "cup", "ball", "reference"}
     assert topics == {f"/adapt/{name}" for name in told | drawn}
     ball = [message.position_m for topic, _, message in ctx.log.messages if topic == "/adapt/ball"]

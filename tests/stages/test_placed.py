@@ -110,9 +110,9 @@ def test_transfer_opens_the_robot_where_the_motion_was_made_for(
     assert opened == [placed(pa10(), elsewhere)]
 
 
-def test_only_given_and_search_are_known() -> None:
+def test_only_fixed_and_search_are_known() -> None:
     with pytest.raises(
-        ConfigError, match=r"'adapt\.placement' is 'serach'; allowed: given, search, did you mean 'search'"
+        ConfigError, match=r"'adapt\.placement' is 'serach'; allowed: fixed, search, did you mean 'search'"
     ):
         build(AdaptSettings, FILE | {"placement": "serach"}, "adapt")
 
