@@ -101,10 +101,10 @@ if TYPE_CHECKING:
     from kendama_cli.store.store import SharedDamage as SharedDamage
     from kendama_cli.store.store import Store as Store
     from kendama_cli.store.store import StoredResult as StoredResult
-    from kendama_cli.vision.camera_model import CameraModel as CameraModel
-    from kendama_cli.vision.interface import Detector as Detector
-    from kendama_cli.vision.interface import SearchHint as SearchHint
-    from kendama_cli.vision.interface import Sighting as Sighting
+    from kendama_cli.vision.cameras.camera_model import CameraModel as CameraModel
+    from kendama_cli.vision.detection.interface import Detector as Detector
+    from kendama_cli.vision.detection.interface import SearchHint as SearchHint
+    from kendama_cli.vision.detection.interface import Sighting as Sighting
 
 __all__ = list(HOMES)
 

@@ -15,7 +15,7 @@ from kendama_cli.errors import InputError, StageError, UsageError
 from kendama_cli.pipeline.inputs import resolve_files
 from kendama_cli.pipeline.nodes import build_settings
 from kendama_cli.rendering.pictures import as_png, check_picture
-from kendama_cli.vision.colour import learn_from_clicks
+from kendama_cli.vision.detection.colour import learn_from_clicks
 
 
 def learn_ball(clicks: Sequence[str], radius_px: float, output: Path) -> None:

@@ -14,7 +14,7 @@ from kendama_cli.robot_model.cup import cup_frame
 from kendama_cli.schema.arrays import Array
 from kendama_cli.schema.foxglove import Solid
 from kendama_cli.settings.camera import CameraSettings
-from kendama_cli.vision.camera_model import CameraModel
+from kendama_cli.vision.cameras.camera_model import CameraModel
 
 SEEN_M = 0.3
 """So far from the camera its field of view is drawn."""

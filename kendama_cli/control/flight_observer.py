@@ -15,8 +15,8 @@ from kendama_cli.control.position_tracker import PositionTracker, rope_angle_rad
 from kendama_cli.control.settings import ObservationSettings
 from kendama_cli.devices.robot.interface import Exchange
 from kendama_cli.learning.state import SwingState
-from kendama_cli.vision.catch_pose import CatchPoseEstimator
-from kendama_cli.vision.interface import Sighting
+from kendama_cli.vision.detection.interface import Sighting
+from kendama_cli.vision.prediction.catch_pose import CatchPoseEstimator
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,7 @@ from kendama_cli.devices.camera.ball_tracker import catch_pose_estimator
 from kendama_cli.physics.taut_rope import rope_angle
 from kendama_cli.schema.arrays import Array
 from kendama_cli.settings.game import GameSettings
-from kendama_cli.vision.onset import FreeFlightFound, FreeFlightOnset
+from kendama_cli.vision.prediction.onset import FreeFlightFound, FreeFlightOnset
 from kendama_cli.vision.settings import MotionSettings, OnsetSettings
 
 

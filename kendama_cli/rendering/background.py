@@ -14,7 +14,7 @@ from kendama_cli.errors import InputError
 from kendama_cli.rendering.tiles import Tiles
 from kendama_cli.schema.arrays import Array
 from kendama_cli.settings.camera import AppearanceSettings, LightingSettings
-from kendama_cli.vision.camera_model import CameraModel
+from kendama_cli.vision.cameras.camera_model import CameraModel
 
 FAR = 1e3
 """Where a ray meets neither wall nor table, its end lies this many focal lengths away."""

@@ -23,7 +23,7 @@ from kendama_cli.schema.arrays import Array
 from kendama_cli.schema.foxglove import Solid
 from kendama_cli.settings.camera import AppearanceSettings, LightingSettings, LightSettings
 from kendama_cli.settings.game import GameSettings
-from kendama_cli.vision.camera_model import CameraModel, looking_at
+from kendama_cli.vision.cameras.camera_model import CameraModel, looking_at
 
 WIDTH_PX, HEIGHT_PX, RATE_HZ = 1280, 720, 60.0
 SLOWER = 8.0

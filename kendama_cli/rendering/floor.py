@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from kendama_cli.schema.arrays import Array
 from kendama_cli.settings.camera import LightingSettings
-from kendama_cli.vision.camera_model import CameraModel
+from kendama_cli.vision.cameras.camera_model import CameraModel
 
 PAPER, GRID = np.array([0.905, 0.91, 0.885]), np.array([0.66, 0.67, 0.66])
 """Linear light of the page's own tint and of the lines on the floor."""

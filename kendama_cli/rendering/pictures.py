@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from kendama_cli.vision.interface import Sighting
+from kendama_cli.vision.detection.interface import Sighting
 
 GREEN, RED, WHITE, BLACK = (80, 200, 80), (60, 60, 230), (255, 255, 255), (0, 0, 0)
 

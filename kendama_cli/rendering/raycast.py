@@ -17,8 +17,8 @@ from kendama_cli.rendering.tracer import Tracer
 from kendama_cli.schema.arrays import Array
 from kendama_cli.settings.camera import AppearanceSettings, LightingSettings
 from kendama_cli.settings.game import GameSettings, HandleTie
-from kendama_cli.vision.camera_model import CameraModel
-from kendama_cli.vision.region import Region, whole
+from kendama_cli.vision.cameras.camera_model import CameraModel
+from kendama_cli.vision.cameras.region import Region, whole
 
 SPIN_AXIS = np.array([0.48, 0.6, 0.64])
 """A patterned ball turns about this, which is oblique to all axes of the world."""

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from kendama_cli.rendering import kernel_light
 from kendama_cli.schema.arrays import Array
 from kendama_cli.settings.camera import SensorSettings
-from kendama_cli.vision.region import Region
+from kendama_cli.vision.cameras.region import Region
 
 CODES = 2**16
 """Steps of the sensor's converter, before gamma makes 8 bits of them."""

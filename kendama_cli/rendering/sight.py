@@ -15,8 +15,8 @@ from kendama_cli.rendering.moving import Moving, Part, Shot
 from kendama_cli.rendering.tiles import Tiles
 from kendama_cli.rendering.tracer import Listed, Met, Tracer
 from kendama_cli.schema.arrays import Array
-from kendama_cli.vision.camera_model import CameraModel
-from kendama_cli.vision.region import Region
+from kendama_cli.vision.cameras.camera_model import CameraModel
+from kendama_cli.vision.cameras.region import Region
 
 MOMENTS = np.array([[15, 2, 1, 12], [4, 9, 10, 7], [8, 5, 6, 11], [3, 14, 13, 0]])
 """Order in time of a pixel's 4 x 4 samples: Duerer's magic square, so that time correlates with neither direction."""

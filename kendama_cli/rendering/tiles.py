@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from kendama_cli.rendering.kernel_rays import TILE, bundles_into_box
 from kendama_cli.rendering.moving import Part
 from kendama_cli.schema.arrays import Array
-from kendama_cli.vision.region import Region
+from kendama_cli.vision.cameras.region import Region
 
 
 class Tiles:

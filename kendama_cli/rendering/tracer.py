@@ -12,7 +12,7 @@ from kendama_cli.rendering import kernel_rays
 from kendama_cli.rendering.moving import Part
 from kendama_cli.rendering.tiles import Tiles, bundles_meeting
 from kendama_cli.schema.arrays import Array
-from kendama_cli.vision.region import Region
+from kendama_cli.vision.cameras.region import Region
 
 
 @dataclass(frozen=True)

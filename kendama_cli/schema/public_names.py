@@ -39,7 +39,7 @@ DEFINED: dict[str, tuple[str, ...]] = {
         "StaleFrame",
         "too_old",
     ),
-    "kendama_cli.vision.camera_model": ("CameraModel",),
+    "kendama_cli.vision.cameras.camera_model": ("CameraModel",),
     "kendama_cli.devices.robot.interface": (
         "Exchange",
         "JointCommand",
@@ -57,7 +57,7 @@ DEFINED: dict[str, tuple[str, ...]] = {
     "kendama_cli.settings.store": ("StoreSettings",),
     "kendama_cli.pipeline.log_export": ("ExportRequest",),
     # interfaces: seeing and learning
-    "kendama_cli.vision.interface": ("Detector", "SearchHint", "Sighting"),
+    "kendama_cli.vision.detection.interface": ("Detector", "SearchHint", "Sighting"),
     "kendama_cli.learning.interface": ("FinishedRollout", "Learner", "LearnerMaker", "Policy"),
     "kendama_cli.learning.decision": ("HeldAction",),
     "kendama_cli.learning.discretisation": ("StateGrid",),

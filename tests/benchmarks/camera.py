@@ -17,7 +17,7 @@ import numpy as np
 from kendama_cli.devices.camera.virtual import VirtualCameraBlock
 from kendama_cli.rendering.mesh import LinkMesh
 from kendama_cli.rendering.scene import ScenePose, hanging_rope
-from kendama_cli.vision.region import Region, around
+from kendama_cli.vision.cameras.region import Region, around
 from tests.vision.scenes import game, lighting, shipped_models, virtual
 
 JOINTS_M = np.array(

@@ -18,10 +18,10 @@ for variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"):
 import cv2  # noqa: E402
 import numpy as np  # noqa: E402
 
-from kendama_cli.vision.catch_pose import CatchPoseEstimator  # noqa: E402
-from kendama_cli.vision.region import around  # noqa: E402
+from kendama_cli.vision.cameras.region import around  # noqa: E402
+from kendama_cli.vision.cameras.triangulation import sight_rows  # noqa: E402
+from kendama_cli.vision.prediction.catch_pose import CatchPoseEstimator  # noqa: E402
 from kendama_cli.vision.settings import BallisticMotion, ColouredMotion, ProcessNoiseMotion  # noqa: E402
-from kendama_cli.vision.triangulation import sight_rows  # noqa: E402
 from tests.vision.scenes import first_found, stereo  # noqa: E402
 from tests.vision.seen_flight import DRAG, FLIGHT, RIM_M, SIGMA_PX, START, VELOCITY, stamps  # noqa: E402
 from tests.vision.studio import DETECTOR, Studio  # noqa: E402

@@ -22,7 +22,7 @@ from kendama_cli.learning.policy import GreedyPolicy
 from kendama_cli.schema.arrays import Array
 from kendama_cli.settings.camera import CameraSettings, VirtualCamera
 from kendama_cli.stages.learn.stage import Learn
-from kendama_cli.vision.region import Region
+from kendama_cli.vision.cameras.region import Region
 from tests.control.cart_robot import DIRECTION, MIDDLE_M, CartRobot
 from tests.control.observed_games import CAMERAS, GAME, LEARN, TRANSFER, configured, observed_runner
 from tests.memory_context import MemoryContext

@@ -32,7 +32,7 @@ from kendama_cli.schema.foxglove import FrameTransform
 from kendama_cli.stages.capture.messages import TOPICS
 from kendama_cli.store.append_file import DurableAppendFile
 from kendama_cli.store.codecs import save_artifact
-from kendama_cli.vision.colour import HUES, SATURATIONS, LearnedColour
+from kendama_cli.vision.detection.colour import HUES, SATURATIONS, LearnedColour
 
 
 @dataclass(frozen=True)

@@ -6,8 +6,8 @@ import numpy as np
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from kendama_cli.vision.camera_model import CameraModel, looking_at
-from kendama_cli.vision.triangulation import sight_rows, triangulate
+from kendama_cli.vision.cameras.camera_model import CameraModel, looking_at
+from kendama_cli.vision.cameras.triangulation import sight_rows, triangulate
 
 coordinate = st.floats(-0.3, 0.3)
 point = st.tuples(coordinate, coordinate, coordinate).map(np.array)

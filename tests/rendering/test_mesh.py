@@ -10,7 +10,7 @@ from kendama_cli.errors import ConfigError
 from kendama_cli.motion.rotation import exp_of
 from kendama_cli.rendering import tiles, tracer
 from kendama_cli.rendering.mesh import LinkMesh, unit_cylinder
-from kendama_cli.vision.region import Region, around
+from kendama_cli.vision.cameras.region import Region, around
 from tests.devices.camera.test_virtual import Clock, camera, light_of, posed, still
 from tests.vision.scenes import game, lighting, shipped_models, virtual
 

@@ -9,7 +9,7 @@ import pytest
 from kendama_cli.devices.camera.virtual import VirtualCameraBlock
 from kendama_cli.errors import InputError
 from kendama_cli.rendering.scene import ScenePose
-from kendama_cli.vision.region import Region
+from kendama_cli.vision.cameras.region import Region
 from tests.vision.scenes import game, lighting, shipped_models, virtual
 
 BALL_M = np.array([0.1, 0.0, 0.3])

@@ -16,7 +16,7 @@ import numpy as np
 from kendama_cli.devices.camera.virtual import VirtualCameraBlock
 from kendama_cli.errors import MissingPartError
 from kendama_cli.rendering.scene import ScenePose
-from kendama_cli.vision.region import Region
+from kendama_cli.vision.cameras.region import Region
 from tests.vision.scenes import game, lighting, shipped_models, virtual
 
 def image(arm_m):

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from kendama_cli.vision.flight_search import RecordedTrack
-from kendama_cli.vision.free_flight import FreeFlight
+from kendama_cli.vision.prediction.flight_search import RecordedTrack
+from kendama_cli.vision.prediction.free_flight import FreeFlight
 
 GRAVITY = np.array([0.0, 0.0, -9.81])
 

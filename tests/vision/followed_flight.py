@@ -2,11 +2,11 @@
 
 import numpy as np
 
-from kendama_cli.vision.catch_pose import CatchPoseEstimator
-from kendama_cli.vision.interface import Sighting
-from kendama_cli.vision.onset import FreeFlightOnset
-from kendama_cli.vision.release import draw_release
-from kendama_cli.vision.tracker import BallTracker, sphere_centre
+from kendama_cli.vision.detection.interface import Sighting
+from kendama_cli.vision.prediction.catch_pose import CatchPoseEstimator
+from kendama_cli.vision.prediction.onset import FreeFlightOnset
+from kendama_cli.vision.prediction.release import draw_release
+from kendama_cli.vision.prediction.tracker import BallTracker, sphere_centre
 from tests.vision.scenes import game, predict, stereo
 
 CAMERAS = stereo()

@@ -7,8 +7,8 @@ import numpy as np
 
 from kendama_cli.plugins.films.ball_film import FilmTrack
 from kendama_cli.schema.arrays import Array
-from kendama_cli.vision.camera_model import CameraModel
-from kendama_cli.vision.free_flight import FreeFlight
+from kendama_cli.vision.cameras.camera_model import CameraModel
+from kendama_cli.vision.prediction.free_flight import FreeFlight
 
 HELD_S, RADIUS_M = 0.5, 0.03
 FLIGHT = FreeFlight(np.array([0.0, 0.0, -9.81]), 0.0, 0.008)

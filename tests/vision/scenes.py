@@ -8,8 +8,8 @@ from kendama_cli.devices.camera.calibration import camera_model
 from kendama_cli.schema.settings import build
 from kendama_cli.settings.camera import LightingSettings, VirtualCamera
 from kendama_cli.settings.game import GameSettings
-from kendama_cli.vision.camera_model import CameraModel, looking_at
-from kendama_cli.vision.interface import Detector, SearchHint, Sighting
+from kendama_cli.vision.cameras.camera_model import CameraModel, looking_at
+from kendama_cli.vision.detection.interface import Detector, SearchHint, Sighting
 from kendama_cli.vision.settings import PredictSettings
 from tests.shipped_conf import plain
 

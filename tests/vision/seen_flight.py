@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from kendama_cli.vision.free_flight import FreeFlight
+from kendama_cli.vision.prediction.free_flight import FreeFlight
 
 RATE_HZ, SIGMA_PX, RIM_M, DRAG = 120.0, 0.2, 0.15, 0.04
 FLIGHT = FreeFlight(np.array([0.0, 0.0, -9.81]), DRAG)

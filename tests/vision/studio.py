@@ -4,7 +4,7 @@ import numpy as np
 
 from kendama_cli.devices.camera.virtual import VirtualCameraBlock
 from kendama_cli.rendering.scene import ScenePose, hanging_rope
-from kendama_cli.vision.colour_detector import ColourDetector
+from kendama_cli.vision.detection.colour_detector import ColourDetector
 from tests.vision.scenes import game, lighting, predict, shipped_models, virtual
 
 DETECTOR = ColourDetector(predict().detector)

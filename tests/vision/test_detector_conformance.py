@@ -7,8 +7,8 @@ import dataclasses
 import numpy as np
 import pytest
 
-from kendama_cli.vision.colour_detector import ColourDetector
-from kendama_cli.vision.conformance import CHECKS
+from kendama_cli.vision.detection.colour_detector import ColourDetector
+from kendama_cli.vision.detection.conformance import CHECKS
 from tests.vision.scenes import predict
 
 
@@ -43,7 +43,7 @@ class _Wrong:
             yield dataclasses.replace(one, **change)
 
     def _guess(self):
-        from kendama_cli.vision.interface import Sighting  # noqa: PLC0415
+        from kendama_cli.vision.detection.interface import Sighting  # noqa: PLC0415
 
         return Sighting(np.array([80.0, 60.0]), np.eye(2), 14.0, 0.9)
 

@@ -7,13 +7,13 @@ from functools import partial
 
 from kendama_cli.schema.arrays import Array
 from kendama_cli.settings.game import GameSettings
-from kendama_cli.vision.camera_model import CameraModel
-from kendama_cli.vision.catch_pose import CatchPoseEstimator
-from kendama_cli.vision.free_flight import tilted_gravity
-from kendama_cli.vision.make_detector import make_detector
-from kendama_cli.vision.onset import FreeFlightOnset
+from kendama_cli.vision.cameras.camera_model import CameraModel
+from kendama_cli.vision.detection.make_detector import make_detector
+from kendama_cli.vision.prediction.catch_pose import CatchPoseEstimator
+from kendama_cli.vision.prediction.free_flight import tilted_gravity
+from kendama_cli.vision.prediction.onset import FreeFlightOnset
+from kendama_cli.vision.prediction.tracker import BallTracker
 from kendama_cli.vision.settings import MotionSettings, PredictSettings
-from kendama_cli.vision.tracker import BallTracker
 
 
 def catch_pose_estimator(

@@ -12,7 +12,7 @@ from kendama_cli.schema.arrays import Array, NotUnitError, unit_quaternions
 from kendama_cli.schema.plain_yaml import load_yaml
 from kendama_cli.schema.settings import build
 from kendama_cli.settings.camera import CameraModelSettings, CameraSettings
-from kendama_cli.vision.camera_model import CameraModel, looking_at
+from kendama_cli.vision.cameras.camera_model import CameraModel, looking_at
 
 MAKE_ONE = "make one with 'kendama camera calibrate'"
 

@@ -18,8 +18,8 @@ from kendama_cli.devices.camera.staged_flight import StagedFlight
 from kendama_cli.rendering.scene import ScenePose
 from kendama_cli.settings.camera import CameraSettings, LightingSettings
 from kendama_cli.settings.game import GameSettings
-from kendama_cli.vision.interface import Sighting
-from kendama_cli.vision.release import draw_release
+from kendama_cli.vision.detection.interface import Sighting
+from kendama_cli.vision.prediction.release import draw_release
 from kendama_cli.vision.settings import PredictSettings
 
 POLL_S = 0.0005

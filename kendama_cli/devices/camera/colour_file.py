@@ -5,8 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 
 from kendama_cli.errors import InputError
-from kendama_cli.vision.colour import LearnedColour
-from kendama_cli.vision.colour_detector import ColourDetector
+from kendama_cli.vision.detection.colour import LearnedColour
+from kendama_cli.vision.detection.colour_detector import ColourDetector
 from kendama_cli.vision.settings import ColourDetectorSettings
 
 REMEDY = "learn the colour again, or set predict.detector.colour=null to go by its thresholds"

@@ -12,7 +12,7 @@ import numpy as np
 from kendama_cli.devices.camera.interface import Camera, Frame, SceneSource, StaleFrame
 from kendama_cli.devices.camera.opening import open_cameras
 from kendama_cli.rendering.scene import ScenePose, hanging_rope
-from kendama_cli.vision.region import Region, whole
+from kendama_cli.vision.cameras.region import Region, whole
 
 
 class _Clock:

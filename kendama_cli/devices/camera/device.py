@@ -14,8 +14,8 @@ from kendama_cli.devices.camera.interface import Frame, RegionOfInterest, SceneS
 from kendama_cli.devices.camera.settings_check import require_one_each
 from kendama_cli.errors import HardwareError, MissingPartError
 from kendama_cli.settings.camera import DeviceCamera
-from kendama_cli.vision.camera_model import CameraModel
-from kendama_cli.vision.region import Region
+from kendama_cli.vision.cameras.camera_model import CameraModel
+from kendama_cli.vision.cameras.region import Region
 
 
 def open_device(

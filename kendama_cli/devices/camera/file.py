@@ -17,8 +17,8 @@ from kendama_cli.devices.camera.settings_check import require_one_each
 from kendama_cli.errors import InputError
 from kendama_cli.schema.listed_file import listed_file
 from kendama_cli.settings.camera import FileCamera
-from kendama_cli.vision.camera_model import CameraModel
-from kendama_cli.vision.region import Region
+from kendama_cli.vision.cameras.camera_model import CameraModel
+from kendama_cli.vision.cameras.region import Region
 
 COLUMNS = ("file", "t_s")
 ESTIMATED = 2

@@ -17,7 +17,7 @@ from kendama_cli.devices.camera.mp4 import read_mp4, top_boxes
 from kendama_cli.devices.camera.pixels import open_film
 from kendama_cli.errors import InputError
 from kendama_cli.schema.arrays import Array
-from kendama_cli.vision.interface import Image
+from kendama_cli.vision.detection.interface import Image
 
 REMEDY = "convert it, e.g. to mp4 with H.264"
 SLOWEST_HZ, FASTEST_HZ = 1.0, 2000.0

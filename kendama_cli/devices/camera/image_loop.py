@@ -14,8 +14,8 @@ import numpy as np
 from kendama_cli.artifacts.catch_pose import CatchPose
 from kendama_cli.devices.camera.interface import Camera, Frame, StaleFrame
 from kendama_cli.schema.arrays import Array
-from kendama_cli.vision.interface import Sighting
-from kendama_cli.vision.tracker import BallTracker
+from kendama_cli.vision.detection.interface import Sighting
+from kendama_cli.vision.prediction.tracker import BallTracker
 
 SAME_STAMP_S = 1e-6
 """A frame whose stamp is no later than this after the newest one's is that one again."""

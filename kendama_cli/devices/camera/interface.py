@@ -14,8 +14,8 @@ from kendama_cli.rendering.mesh import LinkMesh
 from kendama_cli.rendering.scene import Scene
 from kendama_cli.settings.camera import CameraSettings, LightingSettings
 from kendama_cli.settings.game import GameSettings
-from kendama_cli.vision.camera_model import CameraModel
-from kendama_cli.vision.region import Region, whole
+from kendama_cli.vision.cameras.camera_model import CameraModel
+from kendama_cli.vision.cameras.region import Region, whole
 
 
 class StaleFrame(HardwareError):  # noqa: N818 - the name that callers know from the interface

@@ -10,7 +10,7 @@ import numpy as np
 
 from kendama_cli import MOST_PIXELS
 from kendama_cli.errors import InputError
-from kendama_cli.vision.interface import Image
+from kendama_cli.vision.detection.interface import Image
 
 SIZE = f"of at most {MOST_PIXELS // 1_000_000} million pixels"
 

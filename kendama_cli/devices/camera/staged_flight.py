@@ -6,7 +6,7 @@ import numpy as np
 
 from kendama_cli.rendering.scene import ScenePose, hanging_rope
 from kendama_cli.schema.arrays import Array
-from kendama_cli.vision.release import Release
+from kendama_cli.vision.prediction.release import Release
 
 SHOULDER_M = np.array([0.60, 0.55, -0.55])
 ELBOW_OFF_MIDDLE_M = np.array([0.05, 0.02, 0.22])

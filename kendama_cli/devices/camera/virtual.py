@@ -19,8 +19,8 @@ from kendama_cli.rendering.sensor import Sensor
 from kendama_cli.schema.arrays import Array
 from kendama_cli.settings.camera import LightingSettings, VirtualCamera
 from kendama_cli.settings.game import GameSettings
-from kendama_cli.vision.camera_model import CameraModel
-from kendama_cli.vision.region import Region, whole
+from kendama_cli.vision.cameras.camera_model import CameraModel
+from kendama_cli.vision.cameras.region import Region, whole
 
 FRAME_STEP = 0xD1342543DE82EF95
 """Odd, so that no two frames of one camera share a key for their noise."""

@@ -8,7 +8,7 @@ import numpy as np
 
 from kendama_cli.devices.recordings.reader import read_bodies
 from kendama_cli.errors import InputError
-from kendama_cli.vision.flight_search import RecordedTrack
+from kendama_cli.vision.prediction.flight_search import RecordedTrack
 
 
 def read_tracks(path: Path) -> list[RecordedTrack]:

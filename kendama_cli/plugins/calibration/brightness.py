@@ -17,8 +17,8 @@ from kendama_cli.errors import ConfigError, InputError, UsageError
 from kendama_cli.plugins.calibration.csv_rows import csv_rows
 from kendama_cli.schema.arrays import Array
 from kendama_cli.settings.camera import CameraSettings, DeviceCamera
-from kendama_cli.vision.interface import Image
-from kendama_cli.vision.region import Region, whole
+from kendama_cli.vision.cameras.region import Region, whole
+from kendama_cli.vision.detection.interface import Image
 
 POLL_S = 0.001
 SILENCE_S = 2.0

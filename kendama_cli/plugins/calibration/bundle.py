@@ -15,8 +15,8 @@ import numpy as np
 from scipy.optimize import least_squares
 
 from kendama_cli.schema.arrays import Array
-from kendama_cli.vision.radial_lens import FITTED as LENS
-from kendama_cli.vision.radial_lens import RadialLens
+from kendama_cli.vision.cameras.radial_lens import FITTED as LENS
+from kendama_cli.vision.cameras.radial_lens import RadialLens
 
 POSE = 6
 """A rotation vector and a shift."""

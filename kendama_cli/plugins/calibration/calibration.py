@@ -13,7 +13,7 @@ from kendama_cli.plugins.calibration.bundle import Bundle, Seen, adjust
 from kendama_cli.plugins.calibration.checks import check_moments, rms
 from kendama_cli.plugins.calibration.intrinsics import Intrinsics, intrinsics
 from kendama_cli.schema.arrays import Array
-from kendama_cli.vision.camera_model import CameraModel
+from kendama_cli.vision.cameras.camera_model import CameraModel
 
 MIN_CORNERS = 6
 

@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 from scipy.optimize import minimize
 
 from kendama_cli.schema.arrays import Array
-from kendama_cli.vision.catch_pose import BALLISTIC, CatchPoseEstimator
-from kendama_cli.vision.flight_search import GRAVITY_M_S2, RecordedFlight
-from kendama_cli.vision.free_flight import FreeFlight
+from kendama_cli.vision.prediction.catch_pose import BALLISTIC, CatchPoseEstimator
+from kendama_cli.vision.prediction.flight_search import GRAVITY_M_S2, RecordedFlight
+from kendama_cli.vision.prediction.free_flight import FreeFlight
 from kendama_cli.vision.settings import ColouredMotion, MotionSettings
 
 GRAVITY_SIGMA_M_S2 = 0.3

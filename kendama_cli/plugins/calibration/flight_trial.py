@@ -9,7 +9,7 @@ import numpy as np
 
 from kendama_cli.plugins.calibration.flight_calibration import FlightModel, fit_flight_model
 from kendama_cli.schema.arrays import Array
-from kendama_cli.vision.flight_search import RecordedFlight
+from kendama_cli.vision.prediction.flight_search import RecordedFlight
 
 END_S = 0.1
 """The end is where a parabola through so much of the flight puts it: one noisy sample is no truth."""

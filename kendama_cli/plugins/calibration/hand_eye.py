@@ -20,7 +20,7 @@ from scipy.spatial.transform import Rotation
 
 from kendama_cli.plugins.calibration.calibration import Board, BoardView
 from kendama_cli.schema.arrays import Array
-from kendama_cli.vision.camera_model import CameraModel
+from kendama_cli.vision.cameras.camera_model import CameraModel
 
 LEAST_POSES = 6
 LEAST_TURN_DEG = 15.0

@@ -11,7 +11,7 @@ import numpy as np
 
 from kendama_cli.plugins.calibration.checks import check_views
 from kendama_cli.schema.arrays import Array
-from kendama_cli.vision.radial_lens import RadialLens
+from kendama_cli.vision.cameras.radial_lens import RadialLens
 
 MIN_VIEWS = 4
 """Fewer leave the focal length and the board's distance to be mistaken for each other."""

@@ -14,7 +14,7 @@ from kendama_cli.errors import InputError, UsageError
 
 if TYPE_CHECKING:
     from kendama_cli.plugins.calibration.flight_trial import FlightTrial
-    from kendama_cli.vision.flight_search import RecordedFlight
+    from kendama_cli.vision.prediction.flight_search import RecordedFlight
 
 SEEN = (0.3, 0.5, 0.7, 0.9)
 
@@ -86,7 +86,7 @@ def _refuse_repeated(files: Sequence[Path], calibrate: Sequence[Path]) -> None:
 def _flights(paths: Sequence[Path]) -> tuple[list[RecordedFlight], list[Path]]:
     """Return the flights of all files, and the files without one; raises InputError if no file has any."""
     from kendama_cli.devices.recordings.flight_reader import read_tracks  # pandas
-    from kendama_cli.vision.flight_search import DROP_M, FLIGHT_S, find_flights
+    from kendama_cli.vision.prediction.flight_search import DROP_M, FLIGHT_S, find_flights
 
     found, without, tracks = [], [], 0
     for path in paths:

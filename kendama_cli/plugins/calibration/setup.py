@@ -31,8 +31,8 @@ from kendama_cli.robot_model.model import RobotModel
 from kendama_cli.schema.arrays import Array
 from kendama_cli.settings.camera import CameraModelSettings
 from kendama_cli.settings.setup import SIGMAS_95, MeasuredNumber, PlacedCamera
-from kendama_cli.vision.camera_model import CameraModel
-from kendama_cli.vision.region import Region
+from kendama_cli.vision.cameras.camera_model import CameraModel
+from kendama_cli.vision.cameras.region import Region
 
 PAGE = "docs/plugins/calibration.md"
 

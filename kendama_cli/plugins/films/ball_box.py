@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
-from kendama_cli.vision.interface import Image
+from kendama_cli.vision.detection.interface import Image
 
 LEAST_CONTRAST = 5.0
 """Of 255: boxes about the balls of three phone films have 16 and more, bare walls in them 1 to 4."""

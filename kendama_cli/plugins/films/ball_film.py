@@ -10,8 +10,8 @@ import numpy as np
 
 from kendama_cli.plugins.films.image_track import track
 from kendama_cli.schema.arrays import Array
-from kendama_cli.vision.camera_model import CameraModel
-from kendama_cli.vision.interface import Detector, Image, Sighting
+from kendama_cli.vision.cameras.camera_model import CameraModel
+from kendama_cli.vision.detection.interface import Detector, Image, Sighting
 
 CANDIDATES = 6
 

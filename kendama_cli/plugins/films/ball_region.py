@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from kendama_cli.plugins.films.ball_box import TrainedImage
 from kendama_cli.schema.arrays import Array
-from kendama_cli.vision.interface import Image, Sighting
+from kendama_cli.vision.detection.interface import Image, Sighting
 
 PATCH_RADIUS_PX = 10.0
 """Patches are scaled so that the ball as it was seen has this radius."""

@@ -26,8 +26,8 @@ from kendama_cli.plugins.films.self_training import trained_on_film
 from kendama_cli.plugins.films.settings import NetworkDetectorSettings, TrainedDetectorSettings
 from kendama_cli.plugins.films.trained_detector import TrainedDetector
 from kendama_cli.plugins.films.training import TrainedBall, teach
-from kendama_cli.vision.interface import Detector, Image, Sighting
-from kendama_cli.vision.make_detector import make_detector
+from kendama_cli.vision.detection.interface import Detector, Image, Sighting
+from kendama_cli.vision.detection.make_detector import make_detector
 from kendama_cli.vision.settings import DetectorSettings
 
 

@@ -11,9 +11,9 @@ from scipy.optimize import minimize_scalar
 
 from kendama_cli.plugins.films.ball_film import FilmTrack
 from kendama_cli.schema.arrays import Array
-from kendama_cli.vision.camera_model import CameraModel
-from kendama_cli.vision.tracker import sphere_centre
-from kendama_cli.vision.triangulation import SightRows, sight_rows, triangulate
+from kendama_cli.vision.cameras.camera_model import CameraModel
+from kendama_cli.vision.cameras.triangulation import SightRows, sight_rows, triangulate
+from kendama_cli.vision.prediction.tracker import sphere_centre
 
 LONGEST_OFFSET_S = 2.0
 GAP_FRAMES = 3.0

@@ -11,7 +11,7 @@ import numpy as np
 from kendama_cli.devices.camera.film import Film
 from kendama_cli.errors import InputError
 from kendama_cli.schema.arrays import Array
-from kendama_cli.vision.interface import Image
+from kendama_cli.vision.detection.interface import Image
 
 MOST = 240
 """Stills of one film that are kept."""

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from kendama_cli.schema.arrays import Array
-from kendama_cli.vision.interface import Sighting
+from kendama_cli.vision.detection.interface import Sighting
 
 HALF_FRAMES = 5
 """A candidate is judged with those of so many frames to either side."""

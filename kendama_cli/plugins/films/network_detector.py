@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from kendama_cli.errors import StageError
 from kendama_cli.plugins.films.settings import NetworkDetectorSettings
 from kendama_cli.schema.arrays import Array
-from kendama_cli.vision.interface import Image, SearchHint, Sighting
+from kendama_cli.vision.detection.interface import Image, SearchHint, Sighting
 
 LEAST_SCORE = 0.03
 """Weaker peaks are not worth a tracker's time."""

@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from kendama_cli.vision.interface import Image
+from kendama_cli.vision.detection.interface import Image
 
 Features = NDArray[np.float32]
 

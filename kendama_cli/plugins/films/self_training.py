@@ -14,7 +14,7 @@ from kendama_cli.plugins.films.ball_region import BallRegion, learn_region
 from kendama_cli.plugins.films.box_likeness import odd_images
 from kendama_cli.plugins.films.image_track import TrackedBall, track
 from kendama_cli.plugins.films.training import TrainedBall, teach
-from kendama_cli.vision.interface import Detector, Image, SearchHint, Sighting
+from kendama_cli.vision.detection.interface import Detector, Image, SearchHint, Sighting
 
 
 class RegionDetector:

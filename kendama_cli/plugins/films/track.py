@@ -22,7 +22,7 @@ from kendama_cli.plugins.films.film_positions import FilmPositions, clock_offset
 from kendama_cli.plugins.films.film_tracking import checked_length, tracked
 from kendama_cli.plugins.films.track_output import refuse_track, write_track
 from kendama_cli.plugins.films.track_overlay import draw_track
-from kendama_cli.vision.camera_model import CameraModel
+from kendama_cli.vision.cameras.camera_model import CameraModel
 
 
 @dataclass(frozen=True)

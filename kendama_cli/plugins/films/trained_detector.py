@@ -13,7 +13,7 @@ from kendama_cli.plugins.films.patch_features import BALL_PX, COUNT, feature_str
 from kendama_cli.plugins.films.settings import TrainedDetectorSettings
 from kendama_cli.plugins.films.training import TrainedBall
 from kendama_cli.schema.arrays import Array
-from kendama_cli.vision.interface import Image, SearchHint, Sighting
+from kendama_cli.vision.detection.interface import Image, SearchHint, Sighting
 
 TEMPERATURE = 3.0
 """A classifier that has seen a few boxes is too sure: its log odds are divided by this."""

@@ -22,7 +22,7 @@ from kendama_cli.plugins.marker.pose import PoseCandidate, marker_poses
 from kendama_cli.plugins.marker.pose_track import PoseTrack, smooth
 from kendama_cli.plugins.marker.settings import MarkerCapture, MarkerSettings
 from kendama_cli.schema.arrays import Array
-from kendama_cli.vision.camera_model import CameraModel
+from kendama_cli.vision.cameras.camera_model import CameraModel
 
 LEVEL = np.array([(1.0, 0.0, 0.0), (0.0, 0.0, -1.0), (0.0, 1.0, 0.0)])
 """World to camera of a level one that looks along y: x right, z up."""

@@ -13,7 +13,7 @@ import cv2
 import numpy as np
 
 from kendama_cli.schema.arrays import Array
-from kendama_cli.vision.camera_model import CameraModel
+from kendama_cli.vision.cameras.camera_model import CameraModel
 
 CORNERS = np.array([(-1, 1, 0), (1, 1, 0), (1, -1, 0), (-1, -1, 0)], dtype=np.float64) / 2
 """Of a marker of side 1, in the order of ``SeenMarker``: x right, y up, z out of the print, as IPPE_SQUARE wants it."""

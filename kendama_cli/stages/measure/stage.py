@@ -23,7 +23,7 @@ from kendama_cli.settings.robot import RobotSettings
 from kendama_cli.settings.setup import SIGMAS_95
 from kendama_cli.stages.interface import Made, Metric, StageContext
 from kendama_cli.stages.measure.messages import FreeSwingMessage
-from kendama_cli.vision.flight_search import RecordedTrack
+from kendama_cli.vision.prediction.flight_search import RecordedTrack
 
 SPEED_M_S = 3.0
 """The speed at which the drag is told: about what the ball has when it leaves the rope."""

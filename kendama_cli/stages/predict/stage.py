@@ -27,7 +27,7 @@ from kendama_cli.settings.game import GameSettings
 from kendama_cli.stages.interface import Made, StageContext
 from kendama_cli.stages.predict.figures import FlightFigures, from_columns, made_of, to_columns
 from kendama_cli.stages.predict.messages import CatchEstimateMessage, PredictionErrorMessage
-from kendama_cli.vision.release import draw_release
+from kendama_cli.vision.prediction.release import draw_release
 from kendama_cli.vision.settings import PredictSettings
 
 

@@ -7,7 +7,7 @@ import pytest
 
 from kendama_cli.devices.camera.colour_file import colour_detector, read_colour
 from kendama_cli.errors import InputError
-from kendama_cli.vision.colour import learn_from_clicks
+from kendama_cli.vision.detection.colour import learn_from_clicks
 from tests.vision.scenes import first_found, predict
 from tests.vision.studio import Studio
 

@@ -10,8 +10,8 @@ import pytest
 
 from kendama_cli.devices.camera.image_loop import ImageLoop
 from kendama_cli.devices.camera.interface import Camera, Frame, StaleFrame
-from kendama_cli.vision.camera_model import CameraModel, looking_at
-from kendama_cli.vision.tracker import BallTracker
+from kendama_cli.vision.cameras.camera_model import CameraModel, looking_at
+from kendama_cli.vision.prediction.tracker import BallTracker
 
 PERIOD_S = 0.01
 ROW_S = 1e-4

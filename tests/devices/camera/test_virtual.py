@@ -12,7 +12,7 @@ from kendama_cli.errors import ConfigError, HardwareError
 from kendama_cli.rendering.scene import ScenePose, hanging_rope
 from kendama_cli.schema.settings import build
 from kendama_cli.settings.camera import VirtualCamera
-from kendama_cli.vision.region import Region, around
+from kendama_cli.vision.cameras.region import Region, around
 from tests.vision.scenes import game, lighting, plain, shipped_models, virtual
 
 NOTHING = np.empty((0, 3))

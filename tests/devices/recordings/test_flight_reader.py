@@ -9,7 +9,7 @@ import pytest
 from kendama_cli.devices.recordings.flight_reader import read_tracks
 from kendama_cli.errors import InputError
 from kendama_cli.schema.foxglove import FrameTransform
-from kendama_cli.vision.flight_search import RecordedTrack, find_flights
+from kendama_cli.vision.prediction.flight_search import RecordedTrack, find_flights
 from tests.devices.recordings.flight_files import c3d_bytes, csv_text, motive_text, qualisys_text
 from tests.log.made_logs import memory_log
 from tests.vision.flights import session

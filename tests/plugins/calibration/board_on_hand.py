@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 
 from kendama_cli.plugins.calibration.calibration import BoardView
 from kendama_cli.plugins.calibration.hand_eye import HandPose
-from kendama_cli.vision.camera_model import CameraModel
+from kendama_cli.vision.cameras.camera_model import CameraModel
 from tests.plugins.calibration.board_views import BOARD, camera
 
 MIDDLE_M = np.array([0.6, 0.1, 0.9])

@@ -10,7 +10,7 @@ import pytest
 
 from kendama_cli.plugins.calibration.calibration import BoardView, CalibratedCamera, calibrate
 from kendama_cli.schema.arrays import Array
-from kendama_cli.vision.camera_model import CameraModel, looking_at
+from kendama_cli.vision.cameras.camera_model import CameraModel, looking_at
 from tests.plugins.calibration.board_views import BOARD
 
 SIZE = (640, 480)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from kendama_cli.plugins.films.image_track import track
-from kendama_cli.vision.interface import Sighting
+from kendama_cli.vision.detection.interface import Sighting
 
 RADIUS_PX = 10.0
 

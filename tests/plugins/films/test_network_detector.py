@@ -6,7 +6,7 @@ import pytest
 from kendama_cli.errors import InputError, StageError
 from kendama_cli.plugins.films.network_file import network_detector
 from kendama_cli.plugins.films.settings import NetworkDetectorSettings
-from kendama_cli.vision.conformance import CHECKS, disc_image
+from kendama_cli.vision.detection.conformance import CHECKS, disc_image
 from tests.plugins.films.onnx_file import disc_finder
 
 

@@ -10,7 +10,7 @@ from kendama_cli.plugins.films.self_training import trained_on_film
 from kendama_cli.plugins.films.settings import TrainedDetectorSettings
 from kendama_cli.plugins.films.trained_detector import TrainedDetector
 from kendama_cli.plugins.films.training import teach
-from kendama_cli.vision.interface import Sighting
+from kendama_cli.vision.detection.interface import Sighting
 from tests.plugins.films.ball_films import draw_ball, labelled_image, pendulum, textured
 
 STRIPED = (np.arange(160) // 6 % 2).astype(bool)

@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 
 from kendama_cli.plugins.marker.detection import DICTIONARIES
-from kendama_cli.vision.camera_model import CameraModel
+from kendama_cli.vision.cameras.camera_model import CameraModel
 
 WIDTH, HEIGHT, FOCAL = 640, 480, 600.0
 FIELD_DEG = float(np.degrees(2 * np.arctan(WIDTH / 2 / FOCAL)))

@@ -6,7 +6,7 @@ import numpy as np
 
 from kendama_cli.plugins.course.work import Work, WrongAnswerError, array_of, require, require_close
 from kendama_cli.schema.arrays import Array
-from kendama_cli.vision.camera_model import CameraModel, looking_at
+from kendama_cli.vision.cameras.camera_model import CameraModel, looking_at
 
 GRAVITY_M_S2 = 9.81
 DRAWN_WITHIN = 0.06

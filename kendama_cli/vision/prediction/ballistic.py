@@ -8,8 +8,8 @@ from typing import NamedTuple
 import numpy as np
 
 from kendama_cli.schema.arrays import Array
-from kendama_cli.vision.free_flight import FreeFlight
-from kendama_cli.vision.triangulation import NEAREST_DEPTH_M, SightRows
+from kendama_cli.vision.cameras.triangulation import NEAREST_DEPTH_M, SightRows
+from kendama_cli.vision.prediction.free_flight import FreeFlight
 
 UNKNOWNS = 6
 MIN_FREEDOM = 8

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from kendama_cli.vision.flight_search import RecordedTrack, find_flights
+from kendama_cli.vision.prediction.flight_search import RecordedTrack, find_flights
 from tests.vision.flights import session, throw
 
 

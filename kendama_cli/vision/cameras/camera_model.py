@@ -10,14 +10,14 @@ from numpy.typing import ArrayLike
 
 from kendama_cli.schema.arrays import Array, array
 from kendama_cli.settings.camera import LensKind
-from kendama_cli.vision.radial_lens import RadialLens, Straight
+from kendama_cli.vision.cameras.radial_lens import RadialLens, Straight
 
 
 @dataclass(frozen=True)
 class CameraModel:
     """A camera whose axes are x right, y down, z forward; pixel centres lie at whole numbers.
 
-    A world point p becomes c = R (p - o), of which the lens makes a pixel (``kendama_cli.vision.radial_lens``).
+    A world point p becomes c = R (p - o), of which the lens makes a pixel (``kendama_cli.vision.cameras.radial_lens``).
     """
 
     name: str

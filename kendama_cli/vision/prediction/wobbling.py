@@ -7,10 +7,10 @@ import math
 import numpy as np
 
 from kendama_cli.schema.arrays import Array
-from kendama_cli.vision.ballistic import MIN_FREEDOM, UNKNOWNS, BallisticFit, Moment
-from kendama_cli.vision.free_flight import FreeFlight
+from kendama_cli.vision.cameras.triangulation import NEAREST_DEPTH_M, SightRows
+from kendama_cli.vision.prediction.ballistic import MIN_FREEDOM, UNKNOWNS, BallisticFit, Moment
+from kendama_cli.vision.prediction.free_flight import FreeFlight
 from kendama_cli.vision.settings import ColouredMotion, ProcessNoiseMotion
-from kendama_cli.vision.triangulation import NEAREST_DEPTH_M, SightRows
 
 WIDE_POSITION_M, WIDE_VELOCITY_M_S = 1.0, 10.0
 """What is believed of the ball before it is seen: next to nothing."""

@@ -12,7 +12,7 @@ from kendama_cli.physics.runge_kutta import runge_kutta
 from kendama_cli.physics.taut_rope import TautRope
 from kendama_cli.schema.arrays import Array
 from kendama_cli.settings.game import GameSettings
-from kendama_cli.vision.free_flight import FreeFlight
+from kendama_cli.vision.prediction.free_flight import FreeFlight
 from kendama_cli.vision.settings import ReleaseSettings
 
 TAUT_STEP_S = 1e-3

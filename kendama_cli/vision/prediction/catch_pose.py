@@ -9,12 +9,12 @@ from numpy.typing import ArrayLike
 
 from kendama_cli.artifacts.catch_pose import CatchPose
 from kendama_cli.schema.arrays import Array
-from kendama_cli.vision.ballistic import BallisticFit
-from kendama_cli.vision.camera_model import CameraModel
-from kendama_cli.vision.free_flight import FreeFlight
+from kendama_cli.vision.cameras.camera_model import CameraModel
+from kendama_cli.vision.cameras.triangulation import SightRows, sight_rows
+from kendama_cli.vision.prediction.ballistic import BallisticFit
+from kendama_cli.vision.prediction.free_flight import FreeFlight
+from kendama_cli.vision.prediction.wobbling import WobblingFit
 from kendama_cli.vision.settings import BallisticMotion, MotionSettings
-from kendama_cli.vision.triangulation import SightRows, sight_rows
-from kendama_cli.vision.wobbling import WobblingFit
 
 BALLISTIC = BallisticMotion(kind="ballistic")
 

@@ -1,6 +1,6 @@
 import numpy as np
 
-from kendama_cli.vision.triangulation import sight_rows, triangulate
+from kendama_cli.vision.cameras.triangulation import sight_rows, triangulate
 from tests.vision.scenes import stereo
 
 POINT = np.array([0.12, 0.05, 0.31])

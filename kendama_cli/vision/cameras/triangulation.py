@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from kendama_cli.schema.arrays import Array
-from kendama_cli.vision.camera_model import CameraModel
+from kendama_cli.vision.cameras.camera_model import CameraModel
 
 NEAREST_DEPTH_M = 0.05
 

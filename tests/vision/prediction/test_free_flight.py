@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from kendama_cli.vision.free_flight import FreeFlight
+from kendama_cli.vision.prediction.free_flight import FreeFlight
 
 G = np.array([0.1, -0.05, -9.81])
 START, VELOCITY = np.array([0.1, 0.0, 0.3]), np.array([-0.8, 0.1, 1.6])

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from kendama_cli.vision.region import Region, around
-from kendama_cli.vision.tracker import sphere_centre
+from kendama_cli.vision.cameras.region import Region, around
+from kendama_cli.vision.prediction.tracker import sphere_centre
 from tests.vision.scenes import first_found, shipped_models
 from tests.vision.studio import DETECTOR, Studio
 

@@ -5,7 +5,7 @@ import pytest
 
 from kendama_cli.errors import ConfigError
 from kendama_cli.physics.rope import CupProfile
-from kendama_cli.vision.release import Release, draw_release
+from kendama_cli.vision.prediction.release import Release, draw_release
 from tests.vision.scenes import game, predict
 
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from kendama_cli.vision.catch_pose import CatchPoseEstimator
+from kendama_cli.vision.prediction.catch_pose import CatchPoseEstimator
 from kendama_cli.vision.settings import ColouredMotion, ProcessNoiseMotion
 from tests.vision.scenes import stereo
 from tests.vision.seen_flight import (

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from kendama_cli.vision.interface import Detector
+from kendama_cli.vision.detection.interface import Detector
 from kendama_cli.vision.settings import DETECTORS, DetectorSettings
 
 

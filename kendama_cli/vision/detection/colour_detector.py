@@ -8,9 +8,9 @@ import cv2
 import numpy as np
 
 from kendama_cli.schema.arrays import Array
-from kendama_cli.vision.circle_fit import CircleFit, Disc
-from kendama_cli.vision.colour import ColourModel, HsvThresholds
-from kendama_cli.vision.interface import Image, SearchHint, Sighting
+from kendama_cli.vision.detection.circle_fit import CircleFit, Disc
+from kendama_cli.vision.detection.colour import ColourModel, HsvThresholds
+from kendama_cli.vision.detection.interface import Image, SearchHint, Sighting
 from kendama_cli.vision.settings import ColourDetectorSettings
 
 COARSE_PIXELS = 120 * 120

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from kendama_cli.schema.arrays import Array, array
-from kendama_cli.vision.free_flight import FreeFlight
+from kendama_cli.vision.prediction.free_flight import FreeFlight
 from kendama_cli.vision.settings import OnsetSettings
 
 SLACKENING = 3.0

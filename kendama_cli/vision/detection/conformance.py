@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 
 from kendama_cli.schema.arrays import Array
-from kendama_cli.vision.interface import Detector, Image, SearchHint, Sighting
-from kendama_cli.vision.make_detector import make_detector
+from kendama_cli.vision.detection.interface import Detector, Image, SearchHint, Sighting
+from kendama_cli.vision.detection.make_detector import make_detector
 
 BALL_BGR, SURROUNDINGS_BGR = (25.0, 30.0, 190.0), (110.0, 112.0, 108.0)
 RADIUS_PX = 14.0

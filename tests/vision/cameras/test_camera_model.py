@@ -2,7 +2,7 @@ import cv2
 import numpy as np
 import pytest
 
-from kendama_cli.vision.camera_model import CameraModel, looking_at
+from kendama_cli.vision.cameras.camera_model import CameraModel, looking_at
 from tests.vision.scenes import shipped_models, stereo
 
 

@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from kendama_cli.schema.arrays import Array
-from kendama_cli.vision.camera_model import CameraModel
-from kendama_cli.vision.interface import Detector, SearchHint, Sighting
-from kendama_cli.vision.region import Region, around, whole
+from kendama_cli.vision.cameras.camera_model import CameraModel
+from kendama_cli.vision.cameras.region import Region, around, whole
+from kendama_cli.vision.detection.interface import Detector, SearchHint, Sighting
 
 MARGIN_PX = 10.0
 EXPECTED_PX = 20.0

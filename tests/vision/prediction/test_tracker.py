@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from kendama_cli.vision.ball_search import LOST_FRAMES
-from kendama_cli.vision.catch_pose import CatchPoseEstimator
-from kendama_cli.vision.region import Region, whole
-from kendama_cli.vision.release import draw_release
-from kendama_cli.vision.tracker import BallTracker, sphere_centre
+from kendama_cli.vision.cameras.region import Region, whole
+from kendama_cli.vision.detection.ball_search import LOST_FRAMES
+from kendama_cli.vision.prediction.catch_pose import CatchPoseEstimator
+from kendama_cli.vision.prediction.release import draw_release
+from kendama_cli.vision.prediction.tracker import BallTracker, sphere_centre
 from tests.vision.followed_flight import BLACK, CAMERAS, Script, fly, shown, sighting, tracker
 from tests.vision.scenes import game, predict, stereo
 

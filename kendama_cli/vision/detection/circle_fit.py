@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kendama_cli.schema.arrays import Array
-from kendama_cli.vision.interface import Image, Sighting
+from kendama_cli.vision.detection.interface import Image, Sighting
 
 DIRECTIONS = 48
 STEP_PX = 0.5

@@ -5,11 +5,11 @@ import dataclasses
 import numpy as np
 import pytest
 
-from kendama_cli.vision.catch_pose import CatchPoseEstimator
-from kendama_cli.vision.free_flight import FreeFlight
-from kendama_cli.vision.onset import FreeFlightOnset
-from kendama_cli.vision.release import draw_release
-from kendama_cli.vision.triangulation import sight_rows, triangulate
+from kendama_cli.vision.cameras.triangulation import sight_rows, triangulate
+from kendama_cli.vision.prediction.catch_pose import CatchPoseEstimator
+from kendama_cli.vision.prediction.free_flight import FreeFlight
+from kendama_cli.vision.prediction.onset import FreeFlightOnset
+from kendama_cli.vision.prediction.release import draw_release
 from tests.vision.scenes import game, predict, stereo
 
 FLIGHT = FreeFlight(np.array([0.0, 0.0, -9.81]), 0.04)

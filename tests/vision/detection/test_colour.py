@@ -4,8 +4,8 @@ import cv2
 import numpy as np
 import pytest
 
-from kendama_cli.vision.colour import HsvThresholds, LearnedColour, learn_colour, learn_from_clicks
-from kendama_cli.vision.colour_detector import ColourDetector
+from kendama_cli.vision.detection.colour import HsvThresholds, LearnedColour, learn_colour, learn_from_clicks
+from kendama_cli.vision.detection.colour_detector import ColourDetector
 from tests.vision.scenes import first_found, predict
 from tests.vision.studio import CUP, Studio
 

@@ -5,8 +5,8 @@ import dataclasses
 import numpy as np
 import pytest
 
-from kendama_cli.vision.catch_pose import CatchPoseEstimator, opening_against
-from kendama_cli.vision.free_flight import FreeFlight, tilted_gravity
+from kendama_cli.vision.prediction.catch_pose import CatchPoseEstimator, opening_against
+from kendama_cli.vision.prediction.free_flight import FreeFlight, tilted_gravity
 from tests.vision.scenes import stereo
 from tests.vision.seen_flight import (
     CROSSING_M,

@@ -12,7 +12,7 @@ import cv2
 import numpy as np
 
 from kendama_cli.schema.arrays import Array, array
-from kendama_cli.vision.interface import Image
+from kendama_cli.vision.detection.interface import Image
 from kendama_cli.vision.settings import ColourDetectorSettings
 
 HUES, SATURATIONS = 30, 16

@@ -9,12 +9,12 @@ from numpy.typing import ArrayLike
 
 from kendama_cli.artifacts.catch_pose import CatchPose
 from kendama_cli.schema.arrays import Array
-from kendama_cli.vision.ball_search import BallSearch
-from kendama_cli.vision.camera_model import CameraModel
-from kendama_cli.vision.catch_pose import CatchPoseEstimator
-from kendama_cli.vision.interface import Detector, Sighting
-from kendama_cli.vision.onset import FreeFlightFound, FreeFlightOnset
-from kendama_cli.vision.triangulation import SightRows, sight_rows, triangulate
+from kendama_cli.vision.cameras.camera_model import CameraModel
+from kendama_cli.vision.cameras.triangulation import SightRows, sight_rows, triangulate
+from kendama_cli.vision.detection.ball_search import BallSearch
+from kendama_cli.vision.detection.interface import Detector, Sighting
+from kendama_cli.vision.prediction.catch_pose import CatchPoseEstimator
+from kendama_cli.vision.prediction.onset import FreeFlightFound, FreeFlightOnset
 
 SAME_MOMENT_S = 1e-4
 TRUSTED_SIGMA_M = 0.02

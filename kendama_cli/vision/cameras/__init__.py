@@ -1,0 +1,1 @@
+"""Models of cameras: lenses, regions, and points in space from their pixels."""

@@ -1,0 +1,1 @@
+"""Prediction of a flying ball and of the place that catches it."""
