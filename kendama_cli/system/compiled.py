@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import builtins
 import dis
 import functools
 import hashlib
@@ -126,15 +127,18 @@ def _gather(value: Any, found: dict[Any, str]) -> None:
 
 def _globals(function: FunctionType) -> Iterator[tuple[str, Any]]:
     """Yield each global name that ``function`` reads and its value."""
-    waiting, known = [function.__code__], function.__globals__
-    while waiting:
-        code = waiting.pop()
-        waiting += [one for one in code.co_consts if isinstance(one, CodeType)]
-        for name in sorted({step.argval for step in dis.get_instructions(code) if step.opname == "LOAD_GLOBAL"}):
-            if name in known:
-                yield name, known[name]
-            elif name not in vars(sys.modules["builtins"]):
-                raise NameError(f"{function.__module__}.{function.__qualname__} stands above '{name}', which it uses")
+    known = function.__globals__
+    for name in _global_names(function.__code__):
+        if name in known:
+            yield name, known[name]
+        elif not hasattr(builtins, name):
+            raise NameError(f"{function.__module__}.{function.__qualname__} stands above '{name}', which it uses")
+
+
+@functools.cache
+def _global_names(code: CodeType) -> tuple[str, ...]:
+    inner = [name for one in code.co_consts if isinstance(one, CodeType) for name in _global_names(one)]
+    return *{step.argval: None for step in dis.get_instructions(code) if step.opname == "LOAD_GLOBAL"}, *inner
 
 
 def _is_our_function(value: Any) -> bool:
