@@ -90,5 +90,5 @@ def pytest_runtest_call() -> Iterator[None]:
 
 @pytest.fixture(scope="session")
 def configuration(pytestconfig: pytest.Config) -> Mapping[str, Any]:
-    """Settings by node, and whether a robot that may be real is ``armed``."""
+    """Return settings by node, and ``armed``: True if a robot that may be real is armed."""
     return pytestconfig.stash[_FOUND] | {"armed": bool(pytestconfig.getoption("--arm"))}

@@ -39,12 +39,12 @@ class ParametricFriction:
             raise ValueError(f"stribeck_rad_s must be positive, not {self.stribeck_rad_s.tolist()}")
 
     def dry_nm(self, velocity_rad_s: Array) -> Array:
-        """Fc + Fs exp(-(v / vs)^2), the size of the dry friction [Nm], at the velocities (..., n)."""
+        """Return Fc + Fs exp(-(v / vs)^2), the size of the dry friction [Nm], at the velocities (..., n)."""
         ratio = velocity_rad_s * (1.0 / self.stribeck_rad_s)
         return np.asarray(dry_friction(self.coulomb_nm, self.stribeck_nm, ratio))
 
     def torque_nm(self, velocity_rad_s: Array, direction: Array) -> Array:
-        """xi (..., n) [Nm]; ``direction`` (..., n) is the sign of v, or a smooth one where readings are noisy."""
+        """Return xi (..., n) [Nm]; ``direction`` (..., n) is the sign of v, or a smooth one if readings are noisy."""
         dry = self.dry_nm(velocity_rad_s) * direction
         return np.asarray(dry + self.viscous_nm_s * velocity_rad_s + self.offset_nm)
 

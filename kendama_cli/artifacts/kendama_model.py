@@ -32,13 +32,13 @@ class KendamaModel:
         object.__setattr__(self, "drag_covariance", array("drag_covariance", self.drag_covariance, (2, 2)))
 
     def drag_n_s_m(self, speed_m_s: float) -> tuple[float, float]:
-        """k1 + k2 v, and its standard deviation."""
+        """Return k1 + k2 v, and its standard deviation."""
         by = np.array([1.0, speed_m_s])
         value = self.linear_n_s_m + speed_m_s * self.quadratic_n_s2_m2
         return value, float(np.sqrt(by @ self.drag_covariance @ by))
 
     def applied(self, game: GameSettings) -> GameSettings:
-        """``game`` with the rope and the air that were measured; a coefficient below nothing counts as nothing."""
+        """Return ``game`` with the measured rope and air; a coefficient below nothing counts as nothing."""
         rope = dataclasses.replace(game.rope, length_m=self.rope_m)
         air = MeasuredAir("measured", max(self.linear_n_s_m, 0.0), max(self.quadratic_n_s2_m2, 0.0))
         return dataclasses.replace(game, rope=rope, air=air)

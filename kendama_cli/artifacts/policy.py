@@ -60,7 +60,7 @@ class PolicyArtifact:
 
 
 def policy_digest(kind: str, meaning: str, arrays: tuple[NamedArray, ...]) -> str:
-    """SHA-256 over kind, meaning, and the names, shapes and little-endian bytes of the arrays."""
+    """Return the SHA-256 over kind, meaning, and the names, shapes and little-endian bytes of the arrays."""
     seal = hashlib.sha256(json.dumps([kind, meaning]).encode())
     for entry in arrays:
         seal.update(json.dumps([entry.name, entry.values.shape]).encode())

@@ -54,7 +54,7 @@ class FreeCup(PaintedEnv[Observation]):
         normalised: bool = False,
         render_mode: str | None = None,
     ) -> None:
-        """``overrides`` as on the command line; raises ConfigError for what is not allowed."""
+        """Compose ``overrides`` as on the command line; raises ConfigError for what is not allowed."""
         self.settings, self._game = task(overrides)
         super().__init__(self._game, self.settings.workspace.half_width_m, render_mode)
         step_s = self.settings.step_s

@@ -31,7 +31,7 @@ class Painter:
         self._window: Any = None
 
     def __getstate__(self) -> dict[str, Any]:
-        """Without the window, which is this process's own."""
+        """Return the state without the window, which is this process's own."""
         return vars(self) | {"_window": None}
 
     def paint(self, x_m: float, across_m: float, above_m: float) -> Picture:

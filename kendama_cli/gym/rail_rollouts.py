@@ -96,7 +96,7 @@ class RailRollouts:
             self._swings[i] = self._rail.numbers
 
     def _errors_now(self) -> NDArray[np.float64]:
-        """Errors of angle and rate, and factors on the acceleration (3, n), of the holds that come next."""
+        """Return the errors of angle and rate, and factors on the acceleration (3, n), of the holds that come next."""
         held = np.minimum(self._taken // self._hold, self._errors.shape[2] - 1)
         return np.asarray(self._errors[:, np.arange(self._n), held])
 

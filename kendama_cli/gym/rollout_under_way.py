@@ -20,7 +20,7 @@ class RolloutUnderWay:
     """
 
     def __init__(self, settings: LearnSettings, game: GameSettings) -> None:
-        """Raises ConfigError as SwingUpEnvironment does."""
+        """Raise ConfigError as SwingUpEnvironment does."""
         self._settings, self._game = settings, game
         self._environment = SwingUpEnvironment(settings, game)
         self._noise: RolloutNoise | None = None

@@ -33,7 +33,7 @@ class Observed:
 
     @classmethod
     def swing(cls, settings: LearnSettings, *, normalised: bool) -> Observed:
-        """Cup x [m] and velocity [m/s], ball angle [rad] and angular velocity [rad/s], time left [s]."""
+        """Return the cup's x [m] and velocity [m/s], ball angle [rad] and angular velocity [rad/s], time left [s]."""
         workspace, left_s = settings.workspace, settings.rollout_s
         place, speed = workspace.half_width_m, workspace.max_speed_m_s
         largest = np.array([2.0 * place, 2.0 * speed, math.pi, LARGEST_RATE_RAD_S, left_s])
@@ -61,7 +61,7 @@ class Accelerations:
     """Actions as accelerations of the cup along x [m/s^2]."""
 
     def __init__(self, settings: LearnSettings, kind: ActionKind) -> None:
-        """Discrete: which of ``learn.actions_m_s2``; continuous: a share of the largest of them.
+        """Choose discrete actions (indices of ``learn.actions_m_s2``) or continuous ones (fractions of the largest).
 
         Raises ConfigError for another ``kind``.
         """

@@ -63,7 +63,7 @@ class Shaping:
     """
 
     def __init__(self, weight: float, gamma: float | None, game: GameSettings) -> None:
-        """Raises ConfigError for a ``weight`` that is no finite number, and for one without the agent's ``gamma``."""
+        """Raise ConfigError for a ``weight`` that is no finite number, and for one without the agent's ``gamma``."""
         if not isinstance(weight, (int, float)) or not math.isfinite(weight):
             raise ConfigError("shaping", f"'shaping' is {weight!r}; allowed: a finite number, 0 for none")
         if gamma is None and weight == 0.0:
@@ -77,7 +77,7 @@ class Shaping:
         self._swing_s2 = 0.5 * game.rope.length_m / game.gravity_m_s2
 
     def potential(self, angle_rad: Any, rate_rad_s: Any) -> Any:
-        """P, of numbers or of arrays."""
+        """Return the potential P, of numbers or of arrays."""
         return self._weight * np.minimum(1.0, 0.5 * (1.0 - np.cos(angle_rad) + self._swing_s2 * rate_rad_s**2))
 
     def reward(self, before: Any, after: Any) -> Any:
@@ -108,7 +108,7 @@ class SwingUp(PaintedEnv[Observation]):
         gamma: float | None = None,
         render_mode: str | None = None,
     ) -> None:
-        """``overrides`` are those of the command line, as in ``["learn/task=paper", "learn.rollout_s=3.0"]``.
+        """Compose ``overrides`` as on the command line: ``["learn/task=paper", "learn.rollout_s=3.0"]``.
 
         Raises ConfigError for what is not allowed.
         """

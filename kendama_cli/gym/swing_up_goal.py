@@ -69,7 +69,7 @@ class SwingUpGoal(PaintedEnv[GoalObservation]):
         tolerance: tuple[float, float] = (0.1, 0.5),
         render_mode: str | None = None,
     ) -> None:
-        """``tolerance`` is that of the angle [rad] and of the rate [rad/s]; for the rest see SwingUp.
+        """Set the ``tolerance`` of the angle [rad] and of the rate [rad/s]; for the rest see SwingUp.
 
         Raises ConfigError for what is not allowed.
         """

@@ -70,7 +70,7 @@ class _Reader:
     """Collects the records of one file into a Content."""
 
     def __init__(self, topics: Collection[str] | None, most_bytes: int) -> None:
-        """``most_bytes``: of one chunk; what is kept may have twice as many."""
+        """Limit one chunk to ``most_bytes``; the memory kept may have twice as many."""
         self.content = Content()
         self._most_bytes = most_bytes
         self._plain_bytes = self._kept_bytes = 0

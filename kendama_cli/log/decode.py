@@ -77,7 +77,7 @@ def check_schema(channel: ChannelContent, kind: type) -> None:
 
 
 def decode_as(channel: ChannelContent, kind: type[M]) -> tuple[list[int], list[M]]:
-    """Times [ns] and messages of ``channel`` in order of time; raises UndecodableError where they are no ``kind``."""
+    """Decode times [ns] and messages of ``channel`` in order of time; raises UndecodableError unless a ``kind``."""
     check_schema(channel, kind)
     of_any: type = kind  # mypy takes type[M] for unhashable
     made = codec(of_any).decode
@@ -188,7 +188,7 @@ _SPECIAL: dict[str, Callable[[list[Any]], pd.DataFrame]] = {
 
 
 def _flat_message(message: Any, prefix: str) -> dict[str, Any]:
-    """Field values by dotted name; a time stamp in seconds, an absent optional field left out."""
+    """Return field values by dotted name; a time stamp in seconds, an absent optional field left out."""
     if message.DESCRIPTOR.full_name in {"google.protobuf.Timestamp", "google.protobuf.Duration"}:
         return {f"{prefix.removesuffix('.')}_s": message.seconds + message.nanos * 1e-9}
     flat: dict[str, Any] = {}

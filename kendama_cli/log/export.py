@@ -106,7 +106,7 @@ def _write(table: pa.Table, target: Path) -> Path:
 
 
 def _text(value: Any) -> str | None:
-    """JSON of a list or dict, base64 of bytes, nothing for nothing."""
+    """Return the JSON of a list or dict, base64 of bytes, nothing for nothing."""
     if value is None or value is pd.NA or (isinstance(value, float) and math.isnan(value)):
         return None
     if isinstance(value, bytes):

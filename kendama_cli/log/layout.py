@@ -17,7 +17,7 @@ _IMAGES, _JOINTS = "foxglove.CompressedImage", "foxglove.JointStates"
 
 
 def layout(path: Path | str) -> dict[str, Any]:
-    """Foxglove's layout for the log ``path``, as its import takes it; raises InputError for a log that cannot be read.
+    """Return Foxglove's layout for the log ``path``, as its import takes it; raises InputError for a bad log.
 
     The scene stands to the left where frames are logged; to the right the images, over tabs of plots.
     """
@@ -71,7 +71,7 @@ class _Panels:
 
 
 def _split(direction: str, parts: list[Any]) -> Any:
-    """Parts beside (row) or under (column) each other, of equal size; Foxglove splits in two."""
+    """Arrange parts beside (row) or under (column) each other, of equal size; Foxglove splits in two."""
     if len(parts) == 1:
         return parts[0]
     share = round(100 / len(parts))
@@ -81,7 +81,7 @@ def _split(direction: str, parts: list[Any]) -> Any:
 
 
 def _lines(log: LogFile, topic: str, schema: str) -> list[str]:
-    """Message paths of what changes in a topic, as Foxglove writes them; none where there are no numbers."""
+    """Return Foxglove's message paths of the numbers that change in a topic; none if there are none."""
     if schema == _JOINTS:
         positions = [name for name in log.table(topic).columns if name.endswith(".position_rad")]
         return [f"{topic}.joints[{i}].position" for i in range(len(positions))][:MOST_LINES]

@@ -37,7 +37,7 @@ class TypedMessages(Generic[M]):
         return len(self.messages)
 
     def column(self, of: Callable[[M], object]) -> NDArray[Any]:
-        """``of`` each message, (n,): ``rollouts.column(lambda rollout: rollout.reward)``."""
+        """Return ``of`` each message, (n,): ``rollouts.column(lambda rollout: rollout.reward)``."""
         return np.array([of(message) for message in self.messages])
 
 
@@ -152,7 +152,7 @@ class LogFile:
         return TypedMessages(np.array(times_ns, dtype=np.int64) / 1e9, tuple(messages))
 
     def describe(self) -> dict[str, Any]:
-        """Plain facts: size, stage, metrics, time range, and per channel schema, encoding, count, times and bytes."""
+        """Return plain facts: size, stage, metrics, times; per channel schema, encoding, count, times and bytes."""
         span = self.time_range_s
         return {
             "path": str(self.path),
@@ -179,7 +179,7 @@ class LogFile:
 
 
 def logged_settings(kind: type[T], value: Any, node: str, path: Path) -> T:
-    """``value``, the settings of ``node`` in the log at ``path``; raises InputError for those of another version."""
+    """Return ``value``, the settings of ``node`` in the log at ``path``; raises InputError for another version's."""
     try:
         return build(kind, value, node)
     except ConfigError as wrong:

@@ -95,7 +95,7 @@ class McapLog:
 
 
 def canonical_json(value: Any) -> str:
-    """JSON with sorted keys and no spaces; numbers that are not finite become null, absolute paths their last part."""
+    """Return JSON with sorted keys and no spaces; not finite numbers become null, absolute paths their last part."""
     return json_text(_plain(value))
 
 

@@ -28,7 +28,7 @@ class CupProfile(NamedTuple):
 
     @classmethod
     def of(cls, cup: CupSettings) -> CupProfile:
-        """That of a cup."""
+        """Return the profile of a cup."""
         r, floor, rim = cup.outer_radius_m, cup.floor_m, cup.rim_m
         if isinstance(cup.tie, SideTie):
             return cls(r, 0.0, rim, r, (r, r, r + rim), cup.tie_m[2])
@@ -145,7 +145,7 @@ def rope_pull(  # noqa: PLR0917 - vectors one after another, as in the formula
 def _pull_from_side(
     law: RopeLaw, ball_m: Vector, ball_m_s: Vector, frame: tuple[Vector, Vector, Vector, Vector]
 ) -> RopePull:
-    """``rope_pull`` with the tie on the wall; ``frame`` is the axis, its rate, the side of the tie, and its rate."""
+    """Return ``rope_pull`` with the tie on the wall; ``frame``: the axis, its rate, the tie's side, its rate."""
     (axis, axis_rate, side, side_rate), cup = frame, law.cup
     aside, one, two = _cross(axis, side), _cross(axis_rate, side), _cross(axis, side_rate)
     aside_rate = one[0] + two[0], one[1] + two[1], one[2] + two[2]

@@ -16,7 +16,7 @@ SAME_M = 1e-6
 
 
 def link_lengths_m(rope_m: float, edges_m: Sequence[float], links: int) -> list[float]:
-    """So many ``links`` of a rope, with an end where it goes over each edge of the cup, ``edges_m`` along the rope.
+    """Split a rope into ``links``, with an end where it goes over each edge of the cup, ``edges_m`` along the rope.
 
     A taut rope lies over an edge always with the same place. A link across an edge would cut its corner.
     """
@@ -47,7 +47,7 @@ def cup_sections_m(cup: CupSettings) -> Array:
 
 
 def laid(profile: CupProfile, lengths_m: Sequence[float], ball_m: Array, axis: Array) -> Array:
-    """Places (n + 1, 3) from the tie of the ends of n links on the shortest way to ``ball_m`` (3,) round the cup.
+    """Lay the ends (n + 1, 3) of n links from the tie on the shortest way to ``ball_m`` (3,) round the cup.
 
     ``axis`` (3,) is the cup's. Where the way is shorter than the rope all links are, where it is longer the last one.
     """

@@ -104,7 +104,7 @@ def _edge_angle(radius_m: float, down_m: float, ball: tuple[float, float, float]
 
 
 def _over_end(radius_m: float, down_m: float, ball: tuple[float, float, float]) -> tuple[float, float, float]:
-    """Along the wall by ``down_m`` to the edge, across that end to the edge again, and on: last angle, used, left.
+    """Go along the wall by ``down_m`` to the edge, across to the edge again, and on: last angle, used, remaining.
 
     ``ball`` is its distance from the axis, its angle from the tie and how far it is on the wall's side of the end. A
     rope that would slip off the end gives an infinite length.

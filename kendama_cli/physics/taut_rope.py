@@ -53,7 +53,7 @@ class TautRope(NamedTuple):
 
     @classmethod
     def of(cls, game: GameSettings, rope_scale: float = 1.0) -> TautRope:
-        """That of the game, ``rope_scale`` times as long; raises ConfigError where it leaves the swing's plane."""
+        """Return the game's rope, ``rope_scale`` times as long; raises ConfigError if it leaves the swing's plane."""
         return cls.round(_on_axis(game), game.rope.length_m * rope_scale)
 
     @classmethod
@@ -83,7 +83,7 @@ class TautRope(NamedTuple):
         return -cup_m_s2 * n_x - gravity_m_s2 * n_z + speed2 / left
 
     def acceleration_rad_s2(self, angle_rad: float, rate_rad_s: float, cup_m_s2: float, gravity_m_s2: float) -> float:
-        """phi'' of the taut pendulum whose cup accelerates by ``cup_m_s2`` along x: the rope's pull has no part in it.
+        """Return phi'' of the taut pendulum whose cup accelerates by ``cup_m_s2`` along x: tension plays no part.
 
         Along the tangent t = d' u + d w of the ball's way:  t^2 phi'' = t.(g - a) - t.(P'') phi'^2, with
         P'' = (d'' - d) u + 2 d' w. Under the cup that is phi'' = -(g sin phi + a cos phi) / l.

@@ -93,7 +93,7 @@ class Background:
 
 
 def _picture(path: Path, x_m: Array, z_m: Array) -> Array:
-    """Linear reflectance (h, w, 3), red green blue, of a picture on the wall; mirrored on beyond its edges."""
+    """Return the linear reflectance (h, w, 3), RGB, of a picture on the wall; mirrored on beyond its edges."""
     try:
         picture = cv2.imread(str(path), cv2.IMREAD_COLOR_RGB)
     except cv2.error:  # beyond the limit that kendama_cli sets

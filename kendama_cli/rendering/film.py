@@ -53,7 +53,7 @@ def clock(catch_s: float | None, start_s: float, end_s: float) -> Iterator[tuple
 
 
 def _speed(from_catch_s: float) -> float:
-    """1 away from the catch, 1 / SLOWER around it, and a smooth step in between."""
+    """Return 1 away from the catch, 1 / SLOWER around it, and a smooth step in between."""
     away = max(-BEFORE_S - from_catch_s, from_catch_s - AFTER_S, 0.0) / EASE_S
     share = min(away, 1.0) ** 2 * (3 - 2 * min(away, 1.0))
     return (1 - share) / SLOWER + share
@@ -156,7 +156,7 @@ def _view(cup_m: Array, *, arm: bool) -> CameraModel:
 
 
 def _at(frames: Frames, t_s: float) -> tuple[Array, Array]:
-    """Places (k, 3) and rotations (k, 3, 3) at ``t_s``: on straight ways between the samples."""
+    """Interpolate positions (k, 3) and rotations (k, 3, 3) at ``t_s`` straight between the samples."""
     at = min(max((t_s - frames.start_s) * frames.rate_hz, 0.0), len(frames.poses) - 1.0)
     low = min(math.floor(at), len(frames.poses) - 2)
     mean = frames.poses[low] + (at - low) * (frames.poses[low + 1] - frames.poses[low])
@@ -185,7 +185,7 @@ def _linear(rgb: Rgb) -> Rgb:
 
 
 def _surface(solid: Solid) -> tuple[Array, NDArray[np.int64]]:
-    """Vertices (n, 3) and triangles (m, 3) of a solid in its own frame."""
+    """Return the vertices (n, 3) and triangles (m, 3) of a solid in its own frame."""
     if solid.kind == "mesh":
         return np.array([tuple(one) for one in solid.vertices_m]), np.array([tuple(one) for one in solid.triangles])
     size = np.array(tuple(solid.size_m))
@@ -207,7 +207,7 @@ def _surface(solid: Solid) -> tuple[Array, NDArray[np.int64]]:
 
 
 def _srgb() -> NDArray[np.uint8]:
-    """IEC 61966-2-1: linear light in 4096 steps -> what a screen is given."""
+    """Convert linear light in 4096 steps to a screen's values by IEC 61966-2-1."""
     light = np.linspace(0.0, 1.0, 4096)
     curved = np.where(light <= 0.0031308, 12.92 * light, 1.055 * light ** (1 / 2.4) - 0.055)
     return np.asarray(np.rint(255 * curved), dtype=np.uint8)

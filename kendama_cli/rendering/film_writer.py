@@ -60,7 +60,7 @@ def h264_film(path: Path, rate_hz: float, width_px: int, height_px: int) -> Iter
 
 @contextlib.contextmanager
 def _quiet() -> Iterator[None]:
-    """Nothing that a library writes to the standard error itself is seen."""
+    """Hide what a library writes to the standard error itself."""
     sys.stderr.flush()
     kept = os.dup(2)
     silent = os.open(os.devnull, os.O_WRONLY)

@@ -25,7 +25,7 @@ BYTES_MEAN, BYTES_SIGMA = 8 * 127.5, math.sqrt(8 * (256**2 - 1) / 12)
 
 @compiled
 def count_samples(tiles: Array, region: Array, level: Array, owner: Array, first: Array) -> None:
-    """Number of the ``first`` (m + 1,) of the samples that ``list_samples`` writes for each of m tiles, and of all."""
+    """Compute the ``first`` (m + 1,) of the samples that ``list_samples`` writes for each of m tiles, and of all."""
     across = (level.shape[1] + TILE - 1) // TILE
     count = 0
     for k in range(len(tiles)):
@@ -85,7 +85,7 @@ def list_samples(
 
 @compiled
 def mesh_normals(owner: Array, triangle: Array, tau: Array, part: int, into: Array, facets: Array, out: Array) -> None:
-    """Unit normals (n, 3) in the world of the samples on one mesh: n_world = into^T n, scaled."""
+    """Compute unit normals (n, 3) in the world of the samples on one mesh: n_world = into^T n, scaled."""
     for n in range(len(owner)):
         if owner[n] != part:
             continue
@@ -123,7 +123,7 @@ def touch(
 
 @compiled
 def face(owner: Array, normal: Array, start: Array, lamp: Array, cosine: Array, lit: Array) -> None:
-    """Lambert's cosine (n,) of each sample to a lamp, and which of them face it."""
+    """Compute Lambert's cosine (n,) of each sample to a lamp, and mark those that face it."""
     for n in range(len(owner)):
         lit[n] = 0
         if owner[n] == -1:
@@ -224,7 +224,7 @@ def digitise(
     light: Array, left: int, top: int, width: int, key: np.uint64, gain: float, full_well_e: float, read_e: float,
     levels: Array, out: Array,
 ) -> None:  # fmt: skip
-    """Electrons with shot and read noise, clipped at the full well, to 8 bits by the table ``levels``; as BGR.
+    """Convert electrons with shot and read noise, clipped at the full well, to 8 bits by the table ``levels``; BGR.
 
     The noise of a pixel hangs on ``key`` and the pixel's place alone: the sum of eight bytes of splitmix64, which is
     normal to 5 sigma but for a kurtosis of -0.15.
@@ -247,7 +247,7 @@ def digitise(
 
 @compiled
 def to_screen(tiles: Array, light: Array, levels: Array, out: Array) -> None:
-    """``tiles`` of light (h, w, 3), red green blue, to ``out`` as BGR by the table ``levels`` of light in [0, 1]."""
+    """Write ``tiles`` of light (h, w, 3), RGB, to ``out`` as BGR by the table ``levels`` of light in [0, 1]."""
     top_level = len(levels) - 1
     across = (light.shape[1] + TILE - 1) // TILE
     for tile in tiles:

@@ -94,7 +94,7 @@ def mark_edges(
 
 @compiled
 def pixels_of(tiles: Array, window: Array, width: int) -> Array:
-    """Flat indices (n,) of the pixels of ``tiles`` in ``window``."""
+    """Return the flat indices (n,) of the pixels of ``tiles`` in ``window``."""
     pixels = np.empty(len(tiles) * TILE * TILE, dtype=np.int64)
     across, count = (width + TILE - 1) // TILE, 0
     for tile in tiles:

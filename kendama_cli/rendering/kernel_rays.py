@@ -20,7 +20,7 @@ BEYOND = 1.0001
 
 @compiled
 def pose_at(into: Array, tau: float, pose: Array) -> None:
-    """``pose`` (3, 4) at ``tau``, straight between the moments."""
+    """Interpolate ``pose`` (3, 4) at ``tau``, straight between the moments."""
     k = min(max(int(tau), 0), len(into) - 2)
     f = tau - k
     for i in range(3):
@@ -54,7 +54,7 @@ def misses(ox: float, oy: float, oz: float, dx: float, dy: float, dz: float, cen
 
 @compiled
 def local_ray(start: Array, towards: Array, pose: Array, o: Array, d: Array) -> None:
-    """``start`` and ``towards`` of the world in a mesh's frame."""
+    """Transform ``start`` and ``towards`` from the world into a mesh's frame."""
     for i in range(3):
         o[i] = pose[i, 0] * start[0] + pose[i, 1] * start[1] + pose[i, 2] * start[2] + pose[i, 3]
         d[i] = pose[i, 0] * towards[0] + pose[i, 1] * towards[1] + pose[i, 2] * towards[2]
@@ -158,7 +158,7 @@ def rays_into_mesh(
 
 @compiled
 def bound_starts(first: Array, wanted: Array, starts: Array, middle: Array, reach: Array) -> None:
-    """``middle`` (m, 3) and ``reach`` (m,) of a ball about the wanted ``starts`` of each tile; reach -1 about none."""
+    """Compute a ball about the wanted ``starts`` of each tile: ``middle`` (m, 3), ``reach`` (m,), -1 about none."""
     low, high = np.empty(3), np.empty(3)
     for tile in range(len(first) - 1):
         low[:], high[:], reach[tile] = math.inf, -math.inf, -1.0

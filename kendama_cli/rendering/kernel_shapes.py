@@ -80,7 +80,7 @@ def sphere(o: Array, d: Array, centres: Array, tau: float, radius: float, normal
 
 @compiled
 def capsule(o: Array, d: Array, points: Array, piece: int, tau: float, radius: float, normal: Array) -> float:
-    """Piece ``piece`` of the rope (k, n, 3): a cylinder with round ends."""
+    """Intersect the piece ``piece`` of the rope (k, n, 3): a cylinder with round ends."""
     k, f = moment(len(points), tau)
     aa = ab = bb = da = oa = length2 = gap2 = dgap = 0.0
     for i in range(3):

@@ -80,7 +80,7 @@ class Surface:
 
 @cache
 def unit_cylinder(sides: int = 48) -> tuple[Array, NDArray[np.int64]]:
-    """Vertices and triangles of an open cylinder of radius 1 about z, from z = 0 to 1."""
+    """Return the vertices and triangles of an open cylinder of radius 1 about z, from z = 0 to 1."""
     angle = 2 * np.pi * np.arange(sides) / sides
     ring = np.column_stack([np.cos(angle), np.sin(angle), np.zeros(sides)])
     i, j = np.arange(sides), (np.arange(sides) + 1) % sides
@@ -90,7 +90,7 @@ def unit_cylinder(sides: int = 48) -> tuple[Array, NDArray[np.int64]]:
 
 @cache
 def unit_sphere(rings: int = 24) -> tuple[Array, NDArray[np.int64]]:
-    """Vertices and triangles of a sphere of radius 1 about the origin, of ``rings`` bands of 2 ``rings`` quads."""
+    """Return vertices and triangles of a unit sphere about the origin, of ``rings`` bands of 2 ``rings`` quads."""
     sides = 2 * rings
     polar, around = np.pi * np.arange(rings + 1) / rings, 2 * np.pi * np.arange(sides) / sides
     theta, phi = np.repeat(polar, sides), np.tile(around, rings + 1)

@@ -113,7 +113,7 @@ class SceneSampler:
 
 
 def _parts(placed: Sequence[tuple[Surface, Array]]) -> list[Part]:
-    """Parts from their affine maps [A | p] (k, 3, 4) into the world, all at once: calls cost more than sums here."""
+    """Make parts from their affine maps [A | p] (k, 3, 4) into the world, all at once: calls cost more than sums."""
     if not placed:
         return []
     maps = np.array([one for _, one in placed])
@@ -129,7 +129,7 @@ def _parts(placed: Sequence[tuple[Surface, Array]]) -> list[Part]:
 
 
 def _rod(a_m: Array, b_m: Array, radius_m: float) -> Array | None:
-    """Maps (k, 3, 4) of the unit cylinder onto the rod from ``a_m`` to ``b_m`` (k, 3); None where it has no length."""
+    """Return maps (k, 3, 4) of the unit cylinder onto the rod ``a_m`` to ``b_m`` (k, 3); None if it has no length."""
     along = b_m - a_m
     length = np.linalg.norm(along, axis=1, keepdims=True)
     if length.min() < 1e-9:

@@ -61,13 +61,13 @@ class Raycaster:
         self._kept, self._stale, self._strength = np.empty(0), np.empty(0, dtype=np.int64), np.empty(0)
 
     def render(self, shot: Shot, region: Region) -> Array:
-        """Mean light (h, w, 3) in ``region``, which must lie in the image."""
+        """Render the mean light (h, w, 3) in ``region``, which must lie in the image."""
         light = np.empty((region.bottom - region.top, region.right - region.left, 3))
         self._render(shot, region, self._tiles.inside(region), light)
         return light
 
     def renew(self, shot: Shot) -> tuple[Array, NDArray[np.int64]]:
-        """Mean light (h, w, 3) in the image, and the tiles in which it may differ from what this gave before.
+        """Render the mean light (h, w, 3) in the image, and the tiles in which it may differ from the last time.
 
         Only these are rendered, into the array that was given before.
         """
@@ -102,7 +102,7 @@ class Raycaster:
         return found
 
     def _irradiance(self, shot: Shot, samples: Samples) -> tuple[Array, Array]:
-        """Light (n,) on what each sample meets, and the normal (n, 3) there."""
+        """Return the light (n,) on the surface that each sample meets, and the normal (n, 3) there."""
         moving, sizes, owner, tau = shot.moving, self._sizes, samples.owner, samples.tau
         normals, starts = np.empty((len(tau), 3)), np.empty((len(tau), 3))
         kernel_shapes.meet(
@@ -142,7 +142,7 @@ class Raycaster:
             )
 
     def _concerned(self, region: Region) -> NDArray[np.int64]:
-        """Tiles of ``region`` in which a body may be seen or a shadow falls on the background."""
+        """Return the tiles of ``region`` in which a body may be seen or a shadow falls on the background."""
         found = np.zeros(self._tiles.count, dtype=np.bool_)
         found[self._sight.shown] = True
         kernel_light.shadowed(self._tiles.lit_inside(region), self._free, found)

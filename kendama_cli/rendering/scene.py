@@ -37,7 +37,8 @@ Scene = Callable[[float], ScenePose]
 
 
 def hanging_rope(tie_m: Array, ball_m: Array, length_m: float, n_points: int = 9) -> Array:
-    """Points (n, 3) of a rope of ``length_m`` from ``tie_m`` to ``ball_m``: straight if taut, else a parabola.
+    """Return points (n, 3) of a rope of ``length_m`` from ``tie_m`` to ``ball_m``: straight if taut, else a
+    parabola.
 
     The sag d of a shallow parabola over a chord c is c sqrt(3/8 (l/c - 1)) (from l = c + 8 d^2 / (3 c)); it is only
     appearance, and no pose depends on it.

@@ -32,7 +32,7 @@ class Sensor:
     def image(
         self, light: Callable[[Region], Array], region: Region, image: Region, *, t_s: float, key: np.uint64
     ) -> NDArray[np.uint8]:
-        """Pixels (h, w, 3) of ``region`` of ``image``, blue green red, at ``t_s``; ``key`` is the noise's.
+        """Return the pixels (h, w, 3) of ``region`` of ``image``, BGR, at ``t_s``; ``key`` is the noise's.
 
         ``light`` gives the light (h, w, 3) in a region, linear, red green blue.
         """

@@ -63,7 +63,7 @@ class Sight:
         self._depth = np.full(size, np.inf)
 
     def blur_px(self, part: Part, shot: Shot) -> int:
-        """Pixels to either side of a mesh's border, as seen at mid-exposure, that the border sweeps or shares."""
+        """Return the pixels to either side of a mesh's border at mid-exposure that the border sweeps or shares."""
         depth_m = float(self._model.depth_m(part.centre_m[None])[0]) - part.reach_m
         swept_m = part.travel_m * shot.spread_tau / (len(shot.moving.ball_m) - 1)
         return 1 + math.ceil(float(self._model.focal_px.max()) * swept_m / max(depth_m, 0.1) / 2)
@@ -90,7 +90,7 @@ class Sight:
         self.shown = np.unique(np.concatenate(shown))
 
     def samples(self, shot: Shot, region: Region) -> Samples:
-        """Rays of the pixels of ``region`` that show more than the background, and which meshes they meet."""
+        """Return the rays of pixels of ``region`` that show more than the background, and the meshes they meet."""
         corners = _corners(region)
         listed = Listed(self.shown, np.empty(len(self.shown) + 1, dtype=np.int64))
         kernel_light.count_samples(listed.tiles, corners, self.level, self._owner, listed.first)
@@ -120,7 +120,7 @@ class Sight:
 
 
 def ways(moving: Moving, sizes: Sizes) -> Iterator[tuple[int, Array, Array, float]]:
-    """Ball, cup and the rope's pieces: bit, the way (a, b) of a sphere that holds it, and the sphere's radius [m]."""
+    """Yield ball, cup and the rope's pieces: bit, path (a, b) of a sphere that holds it, the sphere's radius [m]."""
     yield BALL, moving.ball_m[0], moving.ball_m[-1], sizes.ball_m + _bend_m(moving.ball_m)
     half = (sizes.cup_floor_m + sizes.cup_depth_m) / 2
     middle, reach = moving.cup_m + moving.cup_rotation[:, :, 2] * half, math.hypot(sizes.cup_outer_m, half)

@@ -37,7 +37,7 @@ class Tiles:
         self._lit = _of_tiles(np.maximum, lit.max(axis=(0, 3), initial=0.0)).ravel() > 0
 
     def inside(self, window: Region) -> NDArray[np.int64]:
-        """Tiles that share a pixel with ``window``."""
+        """Return the tiles that share a pixel with ``window``."""
         rows = np.arange(window.top // TILE, -(-window.bottom // TILE))
         columns = np.arange(window.left // TILE, -(-window.right // TILE))
         return np.asarray((rows[:, None] * self._across + columns).ravel(), dtype=np.int64)
@@ -48,7 +48,7 @@ class Tiles:
         return tiles[self._lit[tiles]]
 
     def about(self, tiles: NDArray[np.int64], reach_px: int) -> NDArray[np.int64]:
-        """``tiles`` and all that have a pixel within ``reach_px`` of them."""
+        """Return ``tiles`` and all that have a pixel within ``reach_px`` of them."""
         marked, grown = np.zeros((self._down, self._across), dtype=np.uint8), -(-reach_px // TILE)
         marked.ravel()[tiles] = 1
         return np.flatnonzero(cv2.dilate(marked, np.ones((2 * grown + 1, 2 * grown + 1), dtype=np.uint8)))
@@ -74,7 +74,7 @@ class Tiles:
         return np.asarray(tiles[off <= reach_m + self._reach[tiles] + 1e-6])
 
     def showing_part(self, tiles: NDArray[np.int64], part: Part) -> NDArray[np.bool_]:
-        """In which (n,) of ``tiles`` a ray through one of their pixels can meet ``part``."""
+        """Mark those (n,) of ``tiles`` in which a ray through one of their pixels can meet ``part``."""
         far = float(np.linalg.norm(part.centre_m - self._origin)) + part.reach_m
         return bundles_meeting(part, self._origin[None], self._axis[tiles], far, self._chord[tiles] * far)
 

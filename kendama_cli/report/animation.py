@@ -161,7 +161,7 @@ def _ahead(
 
 
 def _frame(cup: Path2D, ball: Path2D, sizes: Geometry) -> tuple[float, float, float, float]:
-    """Pixels per metre, the world's left and top edge [m], and the picture's height [px]."""
+    """Return the pixels per metre, the world's left and top edge [m], and the picture's height [px]."""
     reach = sizes.cup.radius_m + 0.01
     xs = np.concatenate([cup.x_m - reach, cup.x_m + reach, ball.x_m - sizes.ball_m, ball.x_m + sizes.ball_m])
     zs = np.concatenate([cup.z_m, cup.z_m + sizes.cup.rim_m, ball.z_m - sizes.ball_m, ball.z_m + sizes.ball_m])

@@ -10,7 +10,7 @@ from importlib.resources import files
 
 @cache
 def save_script() -> str:
-    """Puts a button under each figure that saves it as SVG; the page's policy must allow it."""
+    """Return a script with a button under each figure that saves it as SVG; the page's policy must allow it."""
     text = files("kendama_cli.report").joinpath("save.js").read_text(encoding="utf-8")
     return f"'use strict';\n(() => {{\n{text}}})();\n"
 

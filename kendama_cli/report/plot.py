@@ -67,7 +67,7 @@ _taking: ContextVar[Callable[[str, Canvas], None] | None] = ContextVar("taking",
 
 @contextmanager
 def drawn_for_print(take: Callable[[str, Canvas], None]) -> Iterator[None]:
-    """Inside the block figures are as wide as a column, or as two, and ``take`` is given each one's name and canvas."""
+    """Make figures in the block as wide as one or two columns; ``take`` is given each one's name and canvas."""
     before = _taking.set(take)
     try:
         yield
@@ -83,7 +83,7 @@ class Drawing:
     svg: str = ""
 
     def axes(self, rows: int = 1, *, share_x: bool = False) -> list[Axes]:
-        """``rows`` axes under one another."""
+        """Return ``rows`` axes under one another."""
         grid = self.canvas.subplots(rows, 1, sharex=share_x, squeeze=False)
         return [row[0] for row in grid]
 
@@ -151,5 +151,5 @@ def _two_decimals(number: re.Match[str]) -> str:
 
 
 def halo() -> dict[str, Any]:
-    """Keyword arguments for text that must stay readable over lines."""
+    """Return keyword arguments for text that must stay readable over lines."""
     return {"bbox": {"facecolor": PAPER, "edgecolor": "none", "pad": 1.2}}

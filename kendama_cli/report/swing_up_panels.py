@@ -13,7 +13,7 @@ from kendama_cli.report.tracks import Geometry, Path2D, cup_outline_m, running_m
 
 
 def reward_panel(rollouts: pd.DataFrame, name: str, label: str, learned: float | None = None) -> Panel | None:
-    """Reward over rollouts with explored and greedy marks; a dashed line after ``learned`` rollouts."""
+    """Draw the reward over rollouts with explored and greedy marks; a dashed line after ``learned`` rollouts."""
     if rollouts.empty:
         return None
     explored = rollouts["explored"].to_numpy(bool)
@@ -57,7 +57,7 @@ def reward_panel(rollouts: pd.DataFrame, name: str, label: str, learned: float |
 
 
 def series_panel(steps: pd.DataFrame, name: str, title: str) -> Panel:
-    """Cup position, ball angle and action over time, from SwingState or TransferStep rows."""
+    """Draw cup position, ball angle and action over time, from SwingState or TransferStep rows."""
     steps = steps.iloc[:: max(1, len(steps) // 800)]
     t = steps["t_s"].to_numpy(np.float64) - float(steps["t_s"].iloc[0])
     angle_deg = np.degrees(np.unwrap(steps["angle_rad"].to_numpy(np.float64)))
@@ -75,7 +75,7 @@ def series_panel(steps: pd.DataFrame, name: str, title: str) -> Panel:
 
 
 def swing_panel(name: str, title: str, paths: tuple[Path2D, Path2D], sizes: Geometry, at_s: float | None) -> Panel:
-    """Cup and ball in the swing plane with a mark every 60 ms, and the cup's outline at ``at_s`` (else at the end)."""
+    """Draw cup and ball in the swing plane with a mark every 60 ms, and the cup's outline at ``at_s`` or the end."""
     cup, ball = paths
     with drawing(name, f"{title}: path of cup and ball in the swing plane", height_in=3.6) as made:
         axes = made.axes()[0]

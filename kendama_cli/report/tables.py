@@ -35,7 +35,7 @@ _FEW = 4
 
 
 def label_and_unit(name: str) -> tuple[str, str]:
-    """``position_error_mm_p50`` -> (``position error, median``, ``mm``)."""
+    """Split ``position_error_mm_p50`` into (``position error, median``, ``mm``)."""
     tail = ""
     for suffix, words in _TAILS.items():
         if name.endswith(suffix):

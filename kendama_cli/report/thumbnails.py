@@ -82,7 +82,7 @@ def _thumbnail(image: pd.Series, seen: pd.DataFrame, *, near: bool) -> str:
 
 
 def _cut(seen: pd.DataFrame, width: int, height: int) -> tuple[float, float, float]:
-    """Left, top and width [px] of the part of the image around the trail, in the image's proportions."""
+    """Return the left, top and width [px] of the part of the image around the trail, in the image's proportions."""
     u, v = seen["u_px"].to_numpy(np.float64), seen["v_px"].to_numpy(np.float64)
     wide = min(float(width), 1.5 * max(float(np.ptp(u)), float(np.ptp(v)) * width / height, width / 6))
     tall = wide * height / width

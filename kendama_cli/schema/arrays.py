@@ -11,7 +11,7 @@ Array = NDArray[np.float64]
 
 
 def array(name: str, value: ArrayLike, shape: tuple[int | None, ...], *, finite: bool = True) -> Array:
-    """``value`` as a read-only float64 array of ``shape`` (None: any length).
+    """Return ``value`` as a read-only float64 array of ``shape`` (None: any length).
 
     Raises ValueError that names the array where the shape differs or a value is not finite.
     """
@@ -46,7 +46,7 @@ def unit_quaternions(rotation_wxyz: ArrayLike) -> Array:
 
 
 def rising(name: str, value: ArrayLike) -> Array:
-    """``value`` as a read-only vector that strictly rises; raises ValueError otherwise."""
+    """Return ``value`` as a read-only vector that strictly rises; raises ValueError otherwise."""
     made = array(name, value, (None,))
     if (np.diff(made) <= 0).any():
         raise ValueError(f"{name} must rise strictly; it does not at index {int(np.argmax(np.diff(made) <= 0)) + 1}")

@@ -40,7 +40,7 @@ def artifact_type(target: str, what: str) -> type:
 
 
 def to_plain(declared: Any, value: Any) -> tuple[Any, dict[str, np.ndarray]]:
-    """``value`` as JSON data and the arrays that it names by their path; raises ValueError naming what does not fit."""
+    """Return ``value`` as JSON data and the arrays that it names by path; raises ValueError naming what is unfit."""
     arrays: dict[str, np.ndarray] = {}
     return _flatten(declared, value, "", arrays), arrays
 

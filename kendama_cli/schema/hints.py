@@ -12,7 +12,7 @@ from kendama_cli.errors import ConfigError
 
 
 def nearest(word: str, candidates: Iterable[str]) -> str:
-    """``, did you mean '...'?`` for the closest candidate, or an empty string."""
+    """Return ``, did you mean '...'?`` for the closest candidate, or an empty string."""
     close = difflib.get_close_matches(word, list(candidates), n=1, cutoff=0.6)
     return f", did you mean '{close[0]}'?" if close else ""
 

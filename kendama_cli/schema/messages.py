@@ -144,7 +144,7 @@ def _fields(kind: type) -> dict[str, tuple[type, bool]]:
 
 
 def _refusing(kind: type, encode: Callable[[Any, int], bytes]) -> Callable[[Any, int], bytes]:
-    """``encode`` with what protobuf refuses told in one line."""
+    """Return ``encode`` with protobuf's refusals told in one line."""
 
     def checked(message: Any, t_ns: int) -> bytes:
         try:

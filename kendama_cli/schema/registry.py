@@ -39,7 +39,7 @@ class Registry:
     """The variants of one kind of block, by the ``kind`` that configuration chooses."""
 
     def __init__(self, group: str, block: str) -> None:
-        """``group`` is the entry point group, ``block`` what one of its variants is called in messages."""
+        """Set the entry point ``group``, and ``block``, the name of one of its variants in messages."""
         self.group, self.block = group, block
 
     def kinds(self) -> list[str]:

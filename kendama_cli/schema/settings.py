@@ -79,7 +79,7 @@ def build(schema: type[T], data: Any, key: str = "") -> T:
 
 
 def build_value(annotation: Any, data: Any, key: str) -> Any:
-    """Like ``build`` for any annotation that a field may have.
+    """Build as ``build`` does, for any annotation that a field may have.
 
     A dataclass; a union of them told apart by ``kind``; a Registry, or ``Annotated[Protocol, REGISTRY]``, whose
     variants other packages add: it gives the dataclass for the ``kind`` in ``data``.

@@ -14,7 +14,7 @@ PORTABLE = "KENDAMA_PORTABLE"
 
 @functools.cache
 def system() -> System:
-    """Linux's own means on Linux, what Python offers everywhere elsewhere."""
+    """Return Linux's own means on Linux, what Python offers everywhere elsewhere."""
     if is_portable():
         from kendama_cli.system.portable import Portable  # noqa: PLC0415 - either is imported only where it is used
 

@@ -66,10 +66,10 @@ class System(Protocol):
         """Have a file, or the names in a folder, on the disk. Raises OSError."""
 
     def interpreters(self) -> Starter:
-        """Workers that are interpreters of their own: each costs its stage's imports, and shares nothing."""
+        """Start workers that are interpreters of their own: each costs its stage's imports, and shares nothing."""
 
     def sweep_starter(self) -> Starter:
-        """Workers for many runs one after the other, one at a time."""
+        """Start workers for many runs one after the other, one at a time."""
 
     def end_with_parent(self) -> None:
         """Raise SIGTERM in this process when its parent has ended or asks for it, so that nothing is left running."""

@@ -51,7 +51,7 @@ class Interpreters:
         return _Interpreter(process, process.stdin, process.stdout, ended_by_signal=self._ended_by_signal)
 
     def close(self) -> None:
-        """Nothing is kept between workers."""
+        """Do nothing: nothing is held between workers."""
 
 
 class _Interpreter:

@@ -81,7 +81,7 @@ class Linux:
             return True
 
     def sync(self, path: Path) -> None:
-        """fsync, which Linux takes of folders too."""
+        """Sync by fsync, which Linux takes of folders too."""
         handle = os.open(path, os.O_RDONLY | os.O_CLOEXEC)
         try:
             os.fsync(handle)
@@ -89,7 +89,7 @@ class Linux:
             os.close(handle)
 
     def interpreters(self) -> Starter:
-        """Interpreters that inherit the lock and are asked to end by SIGTERM."""
+        """Start interpreters that inherit the lock and are asked to end by SIGTERM."""
         from kendama_cli.system.interpreters import Interpreters  # noqa: PLC0415 - a run with nothing to do has none
 
         return Interpreters(ended_by_signal=True)

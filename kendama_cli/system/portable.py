@@ -70,7 +70,7 @@ class Portable:
 
     @contextlib.contextmanager
     def alone(self, path: Path) -> Iterator[None]:
-        """``path``, where no user's file beside it is locked; files of users that were killed are deleted."""
+        """Yield ``path``, if no user's file beside it is locked; files of users that were killed are deleted."""
         gate = _file_lock(path)
         # one that begins or ends at this moment holds the file for an instant only
         if not _taken(gate, PROBE_S):
@@ -113,7 +113,7 @@ class Portable:
         return not taken
 
     def sync(self, path: Path) -> None:
-        """fsync of a file; the names in a folder are left to the file system, which takes no fsync everywhere."""
+        """Sync a file by fsync; the names in a folder are left to the file system, which takes no fsync everywhere."""
         if path.is_dir():
             return
         handle = os.open(path, os.O_RDWR)  # Windows flushes only what may be written
@@ -123,13 +123,13 @@ class Portable:
             os.close(handle)
 
     def interpreters(self) -> Starter:
-        """Interpreters that end when their standard input does."""
+        """Start interpreters that end when their standard input does."""
         from kendama_cli.system.interpreters import Interpreters  # noqa: PLC0415 - a run with nothing to do has none
 
         return Interpreters(ended_by_signal=False)
 
     def sweep_starter(self) -> Starter:
-        """Interpreters too: a process cannot be forked everywhere."""
+        """Start interpreters too: a process cannot be forked everywhere."""
         return self.interpreters()
 
     def end_with_parent(self) -> None:

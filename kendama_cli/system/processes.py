@@ -41,7 +41,7 @@ def cores_shared_by(jobs: int) -> Iterator[None]:
 
 @contextlib.contextmanager
 def process_pool(begin: Callable[..., None], *given: Any) -> Iterator[ProcessPoolExecutor]:
-    """``processes()`` processes, each begun by ``begin(*given)``; what still waits at the end is not computed.
+    """Open ``processes()`` processes, each begun by ``begin(*given)``; what still waits at the end is not computed.
 
     They are interpreters of their own (threads and locks are not forked), and leave Ctrl-C to this process.
     """

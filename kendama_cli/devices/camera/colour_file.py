@@ -18,7 +18,7 @@ def colour_detector(settings: ColourDetectorSettings) -> ColourDetector:
 
 
 def read_colour(path: str) -> LearnedColour:
-    """Raises InputError for a file that is not there or holds no colour model."""
+    """Read the colour model; raises InputError for a file that is not there or holds none."""
     try:
         return LearnedColour.from_json(Path(path).read_text(encoding="utf-8"))
     except OSError as wrong:

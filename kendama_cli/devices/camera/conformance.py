@@ -60,7 +60,7 @@ def check_frames(opened: Opened) -> None:
 
 
 def check_models(opened: Opened) -> None:
-    """Cameras come in the order of the settings, each with its own calibration."""
+    """Check that cameras come in the order of the settings, each with its own calibration."""
     with opened.cameras() as (cameras, _, _):
         names = [camera.model.name for camera in cameras]
         wanted = [one.name for one in opened._configuration["camera"].cameras]
@@ -71,7 +71,7 @@ CHECKS = (check_models, check_frames)
 
 
 def subject(configuration: Mapping[str, Any]) -> Opened:
-    """Opens the cameras of ``camera``, before a ball that hangs still."""
+    """Open the cameras of ``camera``, before a ball that hangs still."""
     return Opened(configuration)
 
 
@@ -88,7 +88,7 @@ def _still(t_s: float) -> ScenePose:
 
 
 def _period_s(camera: Camera, clock: _Clock) -> float:
-    """Between the first two frames of a recording."""
+    """Return the time between the first two frames of a recording [s]."""
     first = camera.next_s or 0.0
     clock.wait(first - clock())
     camera.latest(max_age_s=np.inf)

@@ -21,7 +21,7 @@ from kendama_cli.vision.cameras.region import Region
 def open_device(
     settings: DeviceCamera, models: Sequence[CameraModel], clock: Callable[[], float], scene: SceneSource | None
 ) -> list[DeviceCameraBlock]:
-    """See OpenCameras; raises ConfigError where there is not one index per camera, MissingPartError for a device."""
+    """Open devices, see OpenCameras; raises ConfigError unless there is one index per camera, MissingPartError."""
     require_one_each("camera.indices", settings.indices, "an OpenCV device index", len(models))
     opened: list[DeviceCameraBlock] = []
     try:

@@ -28,7 +28,7 @@ ESTIMATED = 2
 def open_file(
     settings: FileCamera, models: Sequence[CameraModel], clock: Callable[[], float], scene: SceneSource | None
 ) -> list[FileCameraBlock]:
-    """See OpenCameras; raises ConfigError where there is not one path per camera, InputError for a file."""
+    """Open recordings, see OpenCameras; raises ConfigError unless there is one path per camera, InputError."""
     require_one_each("camera.paths", settings.paths, "a video, or the times.csv of an image folder", len(models))
     return [
         FileCameraBlock(model, path, clock=clock, rate_hz=settings.rate_hz)
@@ -158,7 +158,7 @@ class _Images:
         return t_s, read_image(image, where)
 
     def close(self) -> None:
-        """Nothing is held."""
+        """Do nothing: nothing is held."""
 
 
 def _reason(error: Exception) -> str:

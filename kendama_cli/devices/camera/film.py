@@ -85,7 +85,7 @@ class Film:
         return np.array([t_s for t_s, _ in self._grabbed()])
 
     def count(self) -> int:
-        """Number of frames that can be decoded."""
+        """Count the frames that can be decoded."""
         return len(self.times_s())
 
     def _grabbed(self) -> Iterator[tuple[float, cv2.VideoCapture]]:

@@ -18,8 +18,7 @@ FROM_VIDEO = 40
 
 
 def cameras_of(paths: Sequence[Path]) -> dict[str, list[Path]]:
-    """Sources by camera: a folder of images or the images of one folder make a camera of the folder's name, a video one
-    of the file's name.
+    """Group sources by camera: images of one folder make a camera of its name, a video one of the file's name.
 
     Raises InputError where a path is not there or holds no image, or two cameras would have one name.
     """

@@ -29,7 +29,7 @@ FRAME_STEP = 0xD1342543DE82EF95
 def open_virtual(
     settings: VirtualCamera, models: Sequence[CameraModel], clock: Callable[[], float], scene: SceneSource | None
 ) -> list[VirtualCameraBlock]:
-    """See OpenCameras; raises ConfigError where there is no ``scene``."""
+    """Open rendered cameras, see OpenCameras; raises ConfigError without a ``scene``."""
     if scene is None:
         raise ConfigError("camera.kind", "'camera.kind' is 'virtual', which shows a simulated scene only")
     return [
@@ -111,7 +111,7 @@ class VirtualCameraBlock:
         return self._frame
 
     def close(self) -> None:
-        """Nothing is held."""
+        """Do nothing: nothing is held."""
 
     def _expose(self, t_s: float, number: int) -> Frame:
         image = whole(self.model.width_px, self.model.height_px)
@@ -136,7 +136,7 @@ class VirtualCameraBlock:
 
 
 def _flicker(lighting: LightingSettings, t_s: Array, exposure_s: float) -> Array:
-    """Mean strength of the lamps over exposures about ``t_s`` (h,), 1 + depth sin(2 pi f t) averaged in closed form."""
+    """Return the lamps' mean strength over exposures about ``t_s`` (h,): 1 + depth sin(2 pi f t) averaged."""
     f = lighting.flicker_hz
     mean = np.sinc(f * exposure_s) * np.sin(2 * np.pi * f * t_s)
     return np.asarray(1.0 + lighting.flicker_depth * mean)

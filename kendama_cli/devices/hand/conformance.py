@@ -25,7 +25,7 @@ RATE_SHARE = 0.05
 
 
 def check_names(opened: OpenHands) -> None:
-    """There is at least one hand, and each has a name of its own, for a demonstration is called by it."""
+    """Check that there is at least one hand, each with a name of its own, which names its demonstration."""
     hands = opened()
     names = [hand.name for hand in hands]
     _close(hands)
@@ -34,7 +34,7 @@ def check_names(opened: OpenHands) -> None:
 
 
 def check_time(opened: OpenHands) -> None:
-    """Samples begin at time 0 and rise, at about the rate that the hand states."""
+    """Check that samples begin at time 0 and rise, at about the rate that the hand states."""
     for hand in opened():
         t_s = np.array([sample.t_s for sample in hand.samples()])
         hand.close()
@@ -46,7 +46,7 @@ def check_time(opened: OpenHands) -> None:
 
 
 def check_poses(opened: OpenHands) -> None:
-    """Positions are finite places in metres, rotations unit quaternions, and most of the swing is tracked."""
+    """Check that positions are finite, in metres, rotations unit quaternions, and most of the swing is tracked."""
     for hand in opened():
         samples = list(hand.samples())
         hand.close()
@@ -71,7 +71,7 @@ CHECKS = (check_names, check_time, check_poses, check_close)
 
 
 def subject(configuration: Mapping[str, Any], folder: Path) -> OpenHands:
-    """Opens the hands of ``capture``; what a live one records for the laws goes to ``folder``."""
+    """Open the hands of ``capture``; what a live one records for the laws goes to ``folder``."""
     capture = configuration["capture"]
     if not hasattr(capture, "record"):
         return lambda: open_hands(capture)

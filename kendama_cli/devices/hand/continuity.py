@@ -31,7 +31,7 @@ SHORT_S = 0.6
 
 
 def acceleration(t_s: Array, position_m: Array, lag_s: float) -> tuple[Array, int]:
-    """Divided second differences over ``lag_s`` on either side (n - 2 k,) [m/s^2], and k samples of lag."""
+    """Return the divided second differences over ``lag_s`` on either side (n - 2 k,) [m/s^2], and k samples of lag."""
     k = min(max(1, round(lag_s / step_s(t_s))), (len(t_s) - 1) // 2)
     before = (position_m[k:-k] - position_m[: -2 * k]) / (t_s[k:-k] - t_s[: -2 * k])[:, None]
     after = (position_m[2 * k :] - position_m[k:-k]) / (t_s[2 * k :] - t_s[k:-k])[:, None]
@@ -121,7 +121,7 @@ def doubts_of_continuity(recording: Recording) -> list[str]:
 
 
 def _frozen(recording: Recording) -> list[tuple[int, int, float]]:
-    """Stretches of one and the same place amid the motion: first and last sample, and how far the hand moved [m].
+    """Return stretches of one position amid the motion: first and last sample, and the hand's displacement [m].
 
     That is the lesser of the speeds before and after, times how long it stood. A hand that turns round stands for a
     sample or two too, but does not go on by a jump.

@@ -49,10 +49,10 @@ class RecordedHand:
             yield HandSample(float(t_s), position_m, rotation, tracked=True)
 
     def render_force(self, force_n: Array) -> None:
-        """Ignored: a recording feels nothing."""
+        """Ignore the force: a recording feels nothing."""
 
     def close(self) -> None:
-        """Nothing is held."""
+        """Do nothing: nothing is held."""
 
 
 def open_files(settings: FileCapture) -> Sequence[RecordedHand]:

@@ -43,7 +43,7 @@ class Rise:
 
 
 def rise_of(t_s: Array, hand_m: Array, upward: Array) -> list[Rise]:
-    """For each direction that may be up, ``upward`` (k, 3), what a ball does that hangs at rest at first.
+    """Simulate, for each direction that may be up, ``upward`` (k, 3), a ball that hangs at rest at first.
 
     ``t_s`` (n,) rises, ``hand_m`` (n, 3) is the cup.
     """

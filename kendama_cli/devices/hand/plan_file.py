@@ -15,7 +15,7 @@ REMEDY = "give a file that 'kendama motion export' wrote"
 
 
 def text_format(path: str | Path) -> TextFormat:
-    """JSON for ``.json``, YAML for ``.yaml`` and ``.yml``; raises InputError for any other ending."""
+    """Return JSON for ``.json``, YAML for ``.yaml`` and ``.yml``; raises InputError for any other ending."""
     ending = Path(path).suffix.lower()
     if ending not in TEXT_FORMATS:
         raise InputError(str(path), f"ends in '{ending}'", remedy="name it FILE.yaml, FILE.yml or FILE.json")

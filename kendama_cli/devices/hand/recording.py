@@ -55,7 +55,7 @@ class Recording:
 
 
 def unit_rotations(path: str, rotation_wxyz: Array, place: Callable[[int], str], *, from_start: bool) -> Array:
-    """Quaternions (n, 4) made exactly of unit length and, ``from_start``, relative to an upright cup at the start.
+    """Normalise quaternions (n, 4) exactly and, ``from_start``, relative to an upright cup at the start.
 
     Raises InputError at the first that is of another length, for then the columns are something else.
     """

@@ -80,7 +80,7 @@ def cut_apart(recording: Recording) -> tuple[list[Recording], list[str]]:
 
 
 def _stretches(t_s: Array, fast: NDArray[np.bool_]) -> list[tuple[int, int]]:
-    """First and last samples of the moving stretches that rests of SHORT_REST_S or longer separate."""
+    """Return the first and last samples of the moving stretches that rests of SHORT_REST_S or longer separate."""
     edges = np.flatnonzero(np.diff(np.concatenate([[False], fast, [False]]).astype(int)))
     found: list[tuple[int, int]] = []
     for first, after in zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True):
@@ -92,7 +92,7 @@ def _stretches(t_s: Array, fast: NDArray[np.bool_]) -> list[tuple[int, int]]:
 
 
 def _joined(recording: Recording, pieces: list[tuple[int, int]]) -> list[tuple[int, int]]:
-    """Neighbours put together unless the rest between them is long, or both are swings of their own."""
+    """Join neighbours unless the rest between them is long, or both are swings of their own."""
     t_s = recording.t_s
     joined = pieces[:1]
     for piece in pieces[1:]:

@@ -35,7 +35,7 @@ TURNED_RAD = math.radians(8)
 
 
 def check_axes(recording: Recording, strictness: str) -> list[str]:
-    """Doubts about the declared axes; raises InputError where ``strictness`` is ``refuse`` and they are certain."""
+    """Return doubts about the declared axes; raises InputError if ``strictness`` is ``refuse`` and they are certain."""
     if strictness == "off" or recording.t_s[-1] - recording.t_s[0] > LONGEST_S:
         return []
     doubt, certain = _doubt(recording.t_s, recording.position_m)

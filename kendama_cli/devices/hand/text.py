@@ -92,7 +92,7 @@ def _rotation(path: str, rows: Rows, settings: FileCapture, place: Callable[[int
 
 
 def _rows(path: str, text: str, settings: FileCapture) -> Rows:
-    """Header and data rows, without comments and blank lines before them; raises InputError where no data row is left.
+    """Split into header and data rows, without leading comments and blank lines; raises InputError without data.
 
     A comment before the data may hold the names, as numpy writes them, where no row of the header does.
     """

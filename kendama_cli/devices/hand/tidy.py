@@ -44,7 +44,7 @@ def tidied(recording: Recording, times: str) -> Recording:
 
 
 def _rows_once(recording: Recording) -> Recording:
-    """Rows that repeat an earlier one to the digit, time and all, are left out.
+    """Remove rows that repeat an earlier one to the digit, time and all.
 
     None are where rows of one time differ: then the stamps are coarse, and a hand at rest has the same place twice.
     """
@@ -58,7 +58,7 @@ def _rows_once(recording: Recording) -> Recording:
 
 
 def _held_once(recording: Recording) -> Recording:
-    """Places that a recorder wrote again, as its tracker had seen no other yet, at the steady rate of the tracker.
+    """Remove positions written again because the tracker had seen no other yet, at the tracker's steady rate.
 
     A new place is written late by up to one row, so that its stamps stray about ticks a + P k, which are found by
     numbering them and a line of least squares. Where the hand is slow, a place may stay: each tick has a sample.
@@ -129,7 +129,7 @@ def _told(recording: Recording, what: str) -> Recording:
 
 
 def even_times(stamps_s: Array) -> Array | None:
-    """Times (n,) at a steady rate, nearest to rising stamps (n,); None where they need none, or keep to no rate.
+    """Return times (n,) at a steady rate, nearest to rising stamps (n,); None if none are needed or no rate fits.
 
     Two poses that are heard of together look like a jump, for cameras see at a steady rate and only the stamp is late.
     The poses are numbered one after the other, or, as some may be missing, by their steps in periods; the times are

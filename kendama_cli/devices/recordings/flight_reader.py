@@ -25,7 +25,7 @@ def read_tracks(path: Path) -> list[RecordedTrack]:
 
 
 def _once(track: RecordedTrack) -> RecordedTrack:
-    """Without samples that repeat the one before to the digit, time and all."""
+    """Remove samples that repeat the one before to the digit, time and all."""
     table = np.column_stack([track.t_s, track.position_m])
     same = (table[1:] == table[:-1]) | (np.isnan(table[1:]) & np.isnan(table[:-1]))
     new = np.concatenate([[True], ~same.all(axis=1)])[: len(table)]

@@ -102,7 +102,7 @@ def _from_json(data: bytes, empty: Message) -> Message:
 
 
 def _stamped(value: Any) -> Any:
-    """Foxglove's JSON with its time stamps (sec, nsec) as protobuf's JSON has them."""
+    """Return Foxglove's JSON with its time stamps (sec, nsec) as protobuf's JSON has them."""
     if isinstance(value, list):
         return [_stamped(one) for one in value]
     if not isinstance(value, dict):

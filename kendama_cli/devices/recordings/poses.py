@@ -89,11 +89,11 @@ class PoseTrack:
     rotations: list[tuple[float, float, float, float] | None] = field(default_factory=list)
 
     def t_ns(self) -> NDArray[np.int64]:
-        """Senders' stamps (n,), or the times of the log if no message has one."""
+        """Return the senders' stamps (n,), or the times of the log if no message has one."""
         return np.array(self.stamp_ns if any(self.stamp_ns) else self.log_ns, dtype=np.int64)
 
     def rotation_wxyz(self) -> Array | None:
-        """(n, 4), None for points."""
+        """Return the rotations (n, 4), None for points."""
         known = [one for one in self.rotations if one is not None]
         return np.array(known, dtype=np.float64) if known else None
 

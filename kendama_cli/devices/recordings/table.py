@@ -90,7 +90,7 @@ def read_vicon(path: str, text: str) -> list[BodyTrack]:
 
 
 def _points(path: str, data: list[Row], names: list[str], timed: tuple[int, str], unit: LengthUnit) -> list[BodyTrack]:
-    """Tracks of the columns from the third on, three a name; ``timed`` is the column of their times, and its name."""
+    """Return the tracks of the columns from the third on, three a name; ``timed`` is their times' column and name."""
     labels = [timed[1], *(f"{name} {axis}" for name in names for axis in "XYZ")]
     values = numbers(path, data, [timed[0], *range(2, 2 + 3 * len(names))], labels)
     points = METRES[unit] * values[:, 1:].reshape(len(data), len(names), 3)

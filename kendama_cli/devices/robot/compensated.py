@@ -56,5 +56,5 @@ class CompensatedRobot:
 
 
 def compensated(robot: Robot, friction: FrictionModel | None) -> Robot:
-    """``robot``, compensated where there is a model."""
+    """Return ``robot``, compensated if there is a model."""
     return robot if friction is None else CompensatedRobot(robot, friction)

@@ -26,7 +26,7 @@ ROUNDING = 1e-9
 
 
 def check_description(opened: OpenRobot) -> None:
-    """Names, limits and period fit together."""
+    """Check that names, limits and period fit together."""
     with opened() as robot:
         limits, n = robot.limits, len(robot.joint_names)
         _law(n > 0 and len(set(robot.joint_names)) == n, "joint names are there and differ")
@@ -67,7 +67,7 @@ def check_rest(opened: OpenRobot) -> None:
 
 
 def check_limits(opened: OpenRobot) -> None:
-    """Whatever is commanded, what is sent keeps to the position, speed and acceleration limits."""
+    """Check that commands as sent keep to the position, velocity and acceleration limits, whatever was commanded."""
     with opened() as robot:
         limits, n = robot.limits, len(robot.joint_names)
         rng = np.random.default_rng(5)
@@ -137,7 +137,7 @@ def check_reset(opened: OpenRobot) -> None:
 
 
 def check_halt(opened: OpenRobot) -> None:
-    """Halting may be done twice, at any time; after it nothing is carried out."""
+    """Check that halting may be done twice, at any time; after it nothing is carried out."""
     with opened() as robot:
         rest = _rest(robot)
         robot.reset(rest.position_rad, 0)
@@ -195,7 +195,7 @@ CHECKS = (
 
 
 def subject(configuration: Mapping[str, Any]) -> OpenRobot:
-    """Opens the robot of ``hardware``; raises UsageError where it may be real and is not armed."""
+    """Open the robot of ``hardware``; raises UsageError if it may be real and is not armed."""
     hardware = configuration["hardware"]
     if hardware.moves and not configuration["armed"]:
         raise UsageError(f"robot '{hardware.kind}' may be real and would move; clear its surroundings and add --arm")

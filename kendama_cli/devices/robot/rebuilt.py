@@ -40,7 +40,7 @@ class RebuiltRobot:
         return self._robot.exchange(command)
 
     def reset(self, position_rad: Array, seed: int) -> Exchange:
-        """At rest in ``position_rad`` (n,); raises HardwareError after ``halt``."""
+        """Rest in ``position_rad`` (n,); raises HardwareError after ``halt``."""
         if not self._halted:
             self._robot.close()
             self._robot = self._build()

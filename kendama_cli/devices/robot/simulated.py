@@ -65,7 +65,7 @@ class ImperfectTracking:
 
 
 def true_scene(world: ArmWorld) -> SceneState:
-    """Joints, cup and ball of a game."""
+    """Return the true joints, cup and ball of a game."""
     place = world.body.cup.getWorldTransform()
     return SceneState(
         np.array(world.position_rad),
@@ -126,7 +126,7 @@ class SimulatedRobot:
         self.reset(arm.home_rad, 0)
 
     def reset(self, position_rad: Array, seed: int) -> Exchange:
-        """At rest in ``position_rad`` (n,), the ball hanging still, time 0; all noise is drawn from ``seed``."""
+        """Rest in ``position_rad`` (n,), the ball hanging still, time 0; all noise is sampled from ``seed``."""
         self._refuse_when_halted()
         self._rng = np.random.default_rng(seed)
         errors, latency_s, lag_s, self._joint_noise = WorldErrors(), 0.0, 0.0, 0.0

@@ -16,7 +16,7 @@ Tell = Callable[..., None]
 
 
 def silent(done: int, total: int | None, **figures: float | int | str) -> None:
-    """Tells nobody."""
+    """Tell nobody."""
 
 
 class LiveFigures:

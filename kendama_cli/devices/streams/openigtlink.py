@@ -100,7 +100,7 @@ TABLE = _table()
 
 
 def crc64(body: bytes) -> int:
-    """CRC-64 of ECMA-182 from 0, as OpenIGTLink takes it of a message's body."""
+    """Return the CRC-64 of ECMA-182 from 0, as OpenIGTLink takes it of a message's body."""
     value = 0
     for byte in body:
         value = TABLE[(value >> 56) ^ byte] ^ ((value << 8) & MASK)

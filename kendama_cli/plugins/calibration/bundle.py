@@ -95,7 +95,7 @@ def adjust(seen: Sequence[Seen], lenses: Array, cameras: Array, boards: Mapping[
 def _projected(
     one: Seen, values: Array, places: tuple[slice, slice | None, slice]
 ) -> tuple[Array, tuple[Array, Array | None, Array]]:
-    """Projected less seen pixels (n, 2), and their slopes (2 n, k) by the lens, the camera's and the board's pose."""
+    """Return projected less seen pixels (n, 2), and their slopes (2 n, k) by lens, camera's and board's pose."""
     lens, pose, board = places
     turn, shift, chain = values[board][:3], values[board][3:], np.eye(POSE)
     if pose is not None:

@@ -101,7 +101,7 @@ def calibrate(
     sizes: Mapping[str, tuple[int, int]],
     centre_m: Array,
 ) -> list[CalibratedCamera]:
-    """Models of all cameras: each one's intrinsics by itself, its pose to the first, then all adjusted together.
+    """Calibrate all cameras: each one's intrinsics by itself, its pose to the first, then all adjusted together.
 
     ``views`` and ``sizes`` (width, height) are by camera; views of one name were taken at one moment. The world: in the
     first view of the first camera the board's middle lies at ``centre_m``, its rows along x, z up out of its print.

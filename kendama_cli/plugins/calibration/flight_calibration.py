@@ -1,4 +1,4 @@
-"""What recorded flights reveal of gravity, drag, noise and wobble: the maximum of their restricted likelihood."""
+"""Gravity, drag, noise and wobble from recorded flights: the maximum of their restricted likelihood."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ PRIORS = {  # median and spread (natural log) of what is plausible before any fl
 
 @dataclass(frozen=True)
 class FlightModel:
-    """How balls fly in one laboratory's recordings: gravity vector (3,), drag, noise of a sample, wobble."""
+    """Flight of balls in one laboratory's recordings: gravity vector (3,), drag, noise of a sample, wobble."""
 
     gravity_m_s2: Array
     drag_per_s: float
@@ -50,7 +50,7 @@ class FlightModel:
         return np.asarray(np.arctan2(self.gravity_m_s2[:2], -self.gravity_m_s2[2]))
 
     def estimator(self, height_m: float) -> CatchPoseEstimator:
-        """An estimator of the crossing of ``height_m`` that believes in this model."""
+        """Make an estimator of the crossing of ``height_m`` that believes in this model."""
         return CatchPoseEstimator(
             self.gravity_m_s2,
             self.drag_per_s,
@@ -65,7 +65,7 @@ NOMINAL = FlightModel(np.array([0.0, 0.0, -GRAVITY_M_S2]), 0.0, 1e-3, BALLISTIC,
 
 
 def fit_flight_model(flights: Sequence[RecordedFlight]) -> FlightModel:
-    """The model under which ``flights`` are most likely; NOMINAL without any.
+    """Fit the model under which ``flights`` are most likely; NOMINAL without any.
 
     Along each axis a flight is z(s) = z0 + a(s) v0 + b(s) g + noise, with z0 and v0 unknown, g common to all flights
     and normal about standard gravity, and the noise of covariance
@@ -103,7 +103,7 @@ def fit_flight_model(flights: Sequence[RecordedFlight]) -> FlightModel:
 
 
 def _pooled_gravity(flights: Sequence[RecordedFlight], drag_per_s: float) -> Array:
-    """The gravity (3,) that all ``flights`` (two at least) agree on, each with its start and velocity by least squares.
+    """Fit the gravity (3,) of all ``flights`` (two at least), each with a start and velocity by least squares.
 
     Weighed against standard gravity by how far the flights differ, which is more than their noise: a wobble that lasts
     as long as a flight looks like gravity. So all flights count alike, not only those that the likelihood looks at.
@@ -180,7 +180,7 @@ class _Likelihood:
 
 
 def _whitened_squares(covariance: Array, known: Array) -> tuple[Array, float]:
-    """U^T C^-1 U (f, k, k) for C (f, n, n) and U (f, n, k), and the sum of log det C.
+    """Return U^T C^-1 U (f, k, k) for C (f, n, n) and U (f, n, k), and the sum of log det C.
 
     Gaussian elimination of all flights at once, column by column: matrices so small gain nothing from a library that
     wakes its threads for each.

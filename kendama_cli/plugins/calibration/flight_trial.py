@@ -55,7 +55,7 @@ def try_flights(
 
 
 def predict_end(flight: RecordedFlight, model: FlightModel, fractions: Array) -> Array:
-    """Lateral [mm] and time error [ms] (h, 2) of the predicted crossing of the flight's last height."""
+    """Return the lateral [mm] and time error [ms] (h, 2) of the predicted crossing of the flight's last height."""
     end_s = float(flight.t_s[-1])
     end = _end(flight)
     estimator = model.estimator(float(end[2]))

@@ -72,7 +72,7 @@ def place_cameras(
     views: Mapping[str, Sequence[BoardView]],
     hands: Mapping[str, HandPose],
 ) -> PlacedCameras:
-    """Cameras, calibrated in one world, placed in the robot's by views of a board on its hand.
+    """Place cameras, calibrated in one world, in the robot's by views of a board on its hand.
 
     ``views`` by camera and ``hands`` have the same names. Raises ValueError, in one line, for too few poses, for a hand
     that is turned about one axis only, and for poses that do not fit the images.
@@ -138,7 +138,7 @@ def _check_poses(hands: Sequence[Array]) -> None:
 
 
 def _linear_start(sights: Sequence[_Sight]) -> tuple[Array, Array]:
-    """Z and X by Shah's linear solution."""
+    """Solve for Z and X by Shah's linear solution."""
     seen = [_world(sight.camera) @ sight.board for sight in sights]
     rows = [
         np.hstack([np.kron(np.eye(3), one[:3, :3].T), -np.kron(sight.hand[:3, :3], np.eye(3))])
@@ -157,7 +157,7 @@ def _linear_start(sights: Sequence[_Sight]) -> tuple[Array, Array]:
 
 
 def _residuals(parameters: Array, sights: Sequence[_Sight]) -> Array:
-    """Projected less seen corners [px], two for each corner, image by image."""
+    """Return projected less seen corners [px], two for each corner, image by image."""
     from_robot, in_hand = np.linalg.inv(_matrix(parameters[:6])), _matrix(parameters[6:])
     left = []
     for sight in sights:
@@ -169,7 +169,7 @@ def _residuals(parameters: Array, sights: Sequence[_Sight]) -> Array:
 
 
 def _jackknife(fit: Any, sights: Sequence[_Sight], centre_m: Array) -> Array:
-    """Standard deviations (6,) of the cameras' place and rotation: the fit without each pose of the hand in turn.
+    """Return standard deviations (6,) of the cameras' pose: the fit without each pose of the hand in turn.
 
     One step of Gauss-Newton tells how it moves. Whole poses are left out, for a robot's error is the same in all
     corners of an image.

@@ -24,7 +24,7 @@ class Blinks:
     switch_s: Array
 
     def lit_s(self, t_s: Array) -> Array:
-        """For how long it was on until ``t_s``, since the first switch; at any shape."""
+        """Return the time for which it was on until ``t_s``, since the first switch; at any shape."""
         until = np.concatenate(
             [[0.0], np.cumsum(np.diff(self.switch_s) * (np.arange(len(self.switch_s) - 1) % 2 == 0))]
         )
@@ -111,7 +111,7 @@ def _share(blinks: Blinks, stamp_s: Array, delay_s: float, width_s: float) -> Ar
 
 
 def _errors(blinks: Blinks, stamp_s: Array, brightness: Array, delay_s: float, width_s: float) -> Array:
-    """Brightness less that of the line through the shares of light (n,)."""
+    """Return the brightness less that of the line through the fractions of light (n,)."""
     share = _share(blinks, stamp_s, delay_s, width_s)
     away, spread = share - share.mean(), brightness - brightness.mean()
     slope = max(float(away @ spread) / max(float(away @ away), 1e-12), 0.0)  # a light makes nothing darker
@@ -130,5 +130,5 @@ def _lowest(grid: Array, squares: Array) -> float:
 
 
 def random_switches(seed: int, count: int) -> Array:
-    """Times (count,) [s] from 0 on: a light that stays as it is for 60 to 240 ms, at random, repeats in no rhythm."""
+    """Sample times (count,) [s] from 0 on: a light that stays for 60 to 240 ms, at random, repeats in no rhythm."""
     return np.asarray(np.cumsum(np.random.default_rng(seed).uniform(0.06, 0.24, count)))

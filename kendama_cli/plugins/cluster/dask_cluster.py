@@ -193,10 +193,10 @@ class DaskCluster:
         return task
 
     def close(self) -> None:
-        """Nothing is kept between stages."""
+        """Do nothing: nothing is held between stages."""
 
     def give_up(self, message: str) -> None:
-        """Nobody will compute any more: every stage ends with ``message``, and none begins."""
+        """End every stage with ``message``, and begin none: nobody will compute any more."""
         self._given_up = ClusterError(str(self._client.scheduler.address), message)
         for task in list(self._tasks.values()):
             task.lose(self._given_up)
@@ -247,7 +247,7 @@ class _Task:
                 os.write(self._write, json.dumps(event).encode() + b"\n")
 
     def ended(self, future: distributed.Future) -> None:
-        """Called by Dask with the task's result, from a thread of its own."""
+        """Take the task's result, called by Dask from a thread of its own."""
         event = self._outcome(future)
         with contextlib.suppress(OSError):
             os.write(self._printed, event.pop("printed", "").encode(errors="replace"))
@@ -259,12 +259,12 @@ class _Task:
         self._close()
 
     def ask_to_end(self) -> None:
-        """Nobody here waits for it any more; where nobody else does, its worker interrupts it."""
+        """Stop waiting for it; if nobody else waits, its worker interrupts it."""
         self._future.cancel(reason="kendama was interrupted")
         self._close()
 
     def lose(self, reason: ClusterError) -> None:
-        """It ends as failed, by ``reason``."""
+        """End it as failed, by ``reason``."""
         self._lost = reason
         self._future.cancel()
 

@@ -109,7 +109,7 @@ class _Reached:
         self._place = place
 
     def __enter__(self) -> None:
-        """Nothing to prepare."""
+        """Do nothing: there is nothing to prepare."""
 
     def __exit__(self, kind: object, error: BaseException | None, trace: object) -> None:
         cause = error.__cause__ if isinstance(error, StoreError) else error

@@ -87,7 +87,7 @@ def _scheduler(executor: SlurmExecutor, folder: Path) -> dask_jobqueue.SLURMClus
 
 
 def _certificates(folder: Path) -> distributed.Security:
-    """Certificates for this command alone, in files of ``folder`` that nobody but this user may read."""
+    """Make certificates for this command alone, in files of ``folder`` that nobody but this user may read."""
     made = distributed.Security.temporary()
     paths = {}
     for name in ("ca_file", "worker_cert", "worker_key"):
@@ -119,9 +119,7 @@ def watched_jobs(
     tell: Callable[[str], None],
     give_up: Callable[[str], None],
 ) -> Iterator[None]:
-    """Meanwhile tell why no job begins, have those replaced that ended before they reached this machine, and give up
-    where all of them do.
-    """
+    """Watch the jobs: tell why none begins, replace those lost before they joined, give up if all end so."""
     ended = threading.Event()
     watch = Watch(cluster, executor, tell, give_up)
 
@@ -194,7 +192,7 @@ class Watch:
 
 
 def queued() -> dict[str, str] | None:
-    """This user's jobs that Slurm knows of, each with its state; None where it cannot be asked now."""
+    """List this user's jobs in Slurm, each with its state; None if it cannot be asked now."""
     name = getpass.getuser()
     code, told = _slurm("squeue", "--noheader", f"--user={name}", f"--name={JOB_NAME}", "--format=%i|%T|%r")
     if code != 0:

@@ -160,7 +160,7 @@ def _locked(store: Store, request: Mapping[str, Any], is_wanted: Callable[[], bo
 
 
 def _at_home(request: Mapping[str, Any], store: Store) -> dict[str, Any]:
-    """``request`` with inputs and files where they are on this machine."""
+    """Return ``request`` with the paths of inputs and files on this machine."""
     given = {}
     for own, one in request["given"].items():
         result = store.find(one["stage"], one["key"])

@@ -16,7 +16,7 @@ from kendama_cli.plugins.course.notebook import Exercise, as_notebook, find_exer
 
 
 def list_exercises(*, as_json: bool) -> None:
-    """Number, title, time and tasks of every exercise."""
+    """List number, title, time and tasks of every exercise."""
     found = find_exercises()
     if as_json:
         render.document(

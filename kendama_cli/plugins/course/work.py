@@ -65,7 +65,7 @@ class Work:
 
 
 def array_of(name: str, found: Any, shape: tuple[int, ...]) -> Array:
-    """``found`` as an array of this shape; WrongAnswerError where it is none or not finite."""
+    """Return ``found`` as an array of this shape; WrongAnswerError if it is none or not finite."""
     try:
         made = np.asarray(found, dtype=np.float64)
     except (TypeError, ValueError):
@@ -78,7 +78,7 @@ def array_of(name: str, found: Any, shape: tuple[int, ...]) -> Array:
 
 
 def require_close(name: str, found: Any, wanted: Any, within: float, hint: str) -> None:
-    """WrongAnswerError, with ``hint``, where ``found`` is farther than ``within`` from ``wanted`` anywhere."""
+    """Raise WrongAnswerError, with ``hint``, if ``found`` is farther than ``within`` from ``wanted`` anywhere."""
     goal = np.asarray(wanted, dtype=np.float64)
     made = array_of(name, found, goal.shape)
     apart = np.abs(made - goal)
@@ -89,6 +89,6 @@ def require_close(name: str, found: Any, wanted: Any, within: float, hint: str) 
 
 
 def require(held: bool, message: str) -> None:
-    """WrongAnswerError with ``message`` unless ``held``."""
+    """Raise WrongAnswerError with ``message`` unless ``held``."""
     if not held:
         raise WrongAnswerError(message)

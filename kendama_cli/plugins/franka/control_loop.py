@@ -43,7 +43,7 @@ class ControlLoop:
         tell: Callable[[Done], None],
         positions: Callable[[list[float]], Any],
     ) -> None:
-        """``cycles`` is the control period in milliseconds; ``positions`` makes the command that the arm takes."""
+        """Set the control period, ``cycles`` [ms]; ``positions`` makes the command that the arm takes."""
         self._limits, self._cycles = limits, cycles
         self._next_command, self._tell, self._positions = next_command, tell, positions
         self.periods = self._lost = 0

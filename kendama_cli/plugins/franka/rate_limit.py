@@ -102,7 +102,7 @@ class RateLimiter:
         return position
 
     def rebase(self, reference_rad: Array) -> None:
-        """Have been wanted at ``reference_rad`` (n,) in the step before, wherever the arm was sent."""
+        """Set the reference of the step before to ``reference_rad`` (n,), wherever the arm was sent."""
         self.state = dataclasses.replace(self.state, reference_rad=np.array(reference_rad, dtype=np.float64))
 
     def coasted(self, steps: int) -> LimiterState:

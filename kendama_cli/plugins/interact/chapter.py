@@ -129,7 +129,7 @@ def _force(contact: pd.DataFrame) -> Panel | None:
 
 
 def _steps(contact: pd.DataFrame) -> Iterator[tuple[float, float, str]]:
-    """Beginning, end and name of each step; two steps of one name side by side count as one."""
+    """Yield start, end and name of each step; two steps of one name side by side count as one."""
     t, names = contact["t_s"].to_numpy(np.float64), contact["step"].tolist()
     start = 0.0
     for i, name in enumerate(names):

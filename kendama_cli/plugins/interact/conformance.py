@@ -25,7 +25,7 @@ DOWN = np.array([0.0, 0.0, -1.0])
 
 
 def check_rest(make: MakeController) -> None:
-    """At rest where it shall be, with no force wanted, the tool is left alone: the robot carries its own weight."""
+    """Check that at its reference, with no force desired, the tool is left alone: the robot carries its own weight."""
     state = bench_state()
     command = _reset(make, state).command(state, resting_at(state), PERIOD_S)
     _law(command.torque_nm.shape == state.position_rad.shape, "there is one torque per joint")
@@ -66,7 +66,7 @@ def check_force(make: MakeController) -> None:
 
 
 def check_reset(make: MakeController) -> None:
-    """After a reset nothing of what happened before is left: the same states give the same torques, bit for bit."""
+    """Check that a reset leaves nothing of before: the same states give the same torques, bit for bit."""
     state = bench_state()
     pressing = dataclasses.replace(resting_at(state), force_n=10.0 * DOWN, force_axis=DOWN, force_share=1.0)
     felt = dataclasses.replace(state, contact_n=4.0 * DOWN)
@@ -82,7 +82,7 @@ CHECKS = (check_rest, check_pull, check_damping, check_force, check_reset)
 
 
 def subject(configuration: Mapping[str, Any]) -> MakeController:
-    """Makes the controller of ``interact.controller``."""
+    """Make the controller of ``interact.controller``."""
     return lambda: make_controller(configuration["interact"].controller)
 
 

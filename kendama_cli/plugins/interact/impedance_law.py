@@ -68,7 +68,7 @@ def pose_error(reference: TaskReference, state: TaskState, *, spin_free: bool) -
 
 
 def task_inertia(jacobian: Array, inertia: Array) -> tuple[Array, Array]:
-    """Lambda (m, m) and Jbar (n, m) of a Jacobian (m, n) and H (n, n)."""
+    """Return Lambda (m, m) and Jbar (n, m) of a Jacobian (m, n) and H (n, n)."""
     response = np.linalg.solve(inertia, jacobian.T)
     eased, ways = np.linalg.eigh(jacobian @ response)
     made = (ways / np.maximum(eased, LEAST_MOBILITY * eased.mean())) @ ways.T
@@ -76,7 +76,7 @@ def task_inertia(jacobian: Array, inertia: Array) -> tuple[Array, Array]:
 
 
 def modal_damping(inertia: Array, stiffness: Array, ratio: float) -> Array:
-    """D = 2 ratio Q sqrt(k) Q^T, where Lambda = Q Q^T and K = Q k Q^T: ``ratio`` of critical in every mode."""
+    """Return D = 2 ratio Q sqrt(k) Q^T, where Lambda = Q Q^T and K = Q k Q^T: ``ratio`` of critical in every mode."""
     # what scipy.linalg.eigh calls, whose checks take five times as long
     squares, modes, failed = dsygvd(stiffness, inertia, uplo="L")
     if failed:
@@ -118,7 +118,7 @@ class Impedance:
         return JointTorque(torque, velocity)
 
     def _springs(self, error: Array, axis: Array, share: float) -> Array:
-        """K e (6,), from which ``axis`` u (3,) is taken out to ``share`` s: (1 - s u u^T) K (1 - s u u^T) e.
+        """Return K e (6,), from which ``axis`` u (3,) is taken out to ``share`` s: (1 - s u u^T) K (1 - s u u^T) e.
 
         Beyond ``reach_m`` along it a spring acts all the same: a tool that meets nothing does not run away.
         """

@@ -187,7 +187,7 @@ def _in_time(telegram: Telegram | None, settings: RsiHardware) -> Telegram:
 
 
 def in_degrees(limits: JointLimits, to_deg: Array, offset_deg: Array) -> JointLimits:
-    """``limits`` as the controller counts: its angle is ``offset_deg`` + ``to_deg`` times the description's."""
+    """Return ``limits`` as the controller counts: its angle is ``offset_deg`` + ``to_deg`` times the description's."""
     lower, upper = np.sort([offset_deg + to_deg * limits.lower_rad, offset_deg + to_deg * limits.upper_rad], axis=0)
     size = np.abs(to_deg)
     speed, change = size * limits.velocity_rad_s, size * limits.acceleration_rad_s2

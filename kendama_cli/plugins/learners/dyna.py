@@ -72,7 +72,7 @@ class TransitionModel:
         self._seen[pair] += 1
 
     def imagined(self, n: int, rng: Generator) -> Iterator[Transition]:
-        """``n`` transitions: of a pair that was chosen before, what followed it once."""
+        """Yield ``n`` transitions: of a pair that was chosen before, what followed it once."""
         pairs = np.array(self._pairs)[rng.integers(len(self._pairs), size=n)]
         slots = (rng.random(n) * np.minimum(self._seen[pairs], self._outcomes)).astype(np.int64)
         led_to, rewards = self._led_to[pairs, slots].tolist(), self._rewards[pairs, slots].tolist()

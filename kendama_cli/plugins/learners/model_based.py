@@ -39,7 +39,7 @@ class SwingPolicy(BinActor):
     table = None
 
     def __init__(self, artifact: PolicyArtifact, settings: LearnSettings) -> None:
-        """Raises ValueError where the artifact does not hold one swing."""
+        """Raise ValueError if the artifact does not hold one swing."""
         super().__init__(settings)
         self.play(swing_of(artifact))
 

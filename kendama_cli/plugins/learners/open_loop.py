@@ -60,7 +60,7 @@ class OpenLoopPolicy:
     decides_on_bins = True  # every longest_s there is a decision, whatever the bins
 
     def __init__(self, artifact: PolicyArtifact, settings: LearnSettings) -> None:
-        """Raises ValueError where the artifact does not hold one swing."""
+        """Raise ValueError if the artifact does not hold one swing."""
         self._low, self._high = settings.actions_m_s2[0], settings.actions_m_s2[-1]
         self._period_s = settings.decision.max_s
         self.play(swing_of(artifact))
@@ -207,7 +207,7 @@ class OpenLoopLearner(RolloutLearner):
 
 
 def _ranges(settings: LearnSettings) -> tuple[Array, Array]:
-    """Middle and first standard deviation of the search."""
+    """Return the centre and the first standard deviation of the search."""
     own = settings.learner
     assert isinstance(own, OpenLoopSettings)
     ranges = np.array([own.frequency_rad_s, own.chirp_rad_s2, own.amplitude])

@@ -30,7 +30,7 @@ class SwingModel:
     """Data of the rollouts so far, as the normal equations of the fit: ``gram`` (n, n) and ``moment`` (n,)."""
 
     def __init__(self, angle_noise_rad: float, rate_noise_rad_s: float) -> None:
-        """With the standard deviations of the readings, which weigh the angle against the rate."""
+        """Set the standard deviations of the readings, which weigh the angle against the rate."""
         n = PARTS * NODES
         self._noise = angle_noise_rad, rate_noise_rad_s
         self.gram, self.moment = np.zeros((n, n)), np.zeros(n)
@@ -75,7 +75,7 @@ class SwingModel:
 
 
 def _integrals(t: Array, states: Array) -> tuple[Array, Array]:
-    """Single and double integrals of the model's terms up to each reading, along cubics through angles and rates.
+    """Return single and double integrals of the model's terms up to each reading, along cubics through them.
 
     The cup's acceleration between two readings is that of its velocity, which is known.
     """

@@ -49,7 +49,7 @@ def place_of(angle: float, nodes: int) -> tuple[int, float, float]:
 
 @compiled
 def acceleration(weights: Array, angle: float, rate: float, cup: float) -> float:
-    """phi'' of the model: ``weights`` (4, n) of 1, phi'^2 (odd in the angle), phi' and the cup's acceleration."""
+    """Return phi'' of the model: ``weights`` (4, n) of 1, phi'^2 (odd in the angle), phi', the cup's acceleration."""
     node, share, side = place_of(angle, weights.shape[1])
     total = 0.0
     for part in range(4):
@@ -85,7 +85,7 @@ def _landing(x: float, v: float, rate: float, at: Array, window: Window) -> floa
 def _cost(  # noqa: PLR0917
     swing: Array, start: Array, weights: Array, toy: Array, cup: Cup, window: Window
 ) -> float:
-    """-1 for a release after which the cup has nothing to do, -0.5 where it just gets there, above 0 without one."""
+    """Return -1 for a release that leaves the cup nothing to do, -0.5 if it just gets there, above 0 without one."""
     x, v, angle, rate, highest, h = start[1], 0.0, start[0], 0.0, 0.0, cup.limiter.period_s
     asked = 0.0
     for k in range(cup.steps):

@@ -182,7 +182,7 @@ class TilePolicy(BinActor):
     table = None
 
     def __init__(self, policy: PolicyArtifact, settings: LearnSettings) -> None:
-        """Raises ValueError where the weights have not the shape that the settings need."""
+        """Raise ValueError if the weights have not the shape that the settings need."""
         super().__init__(settings)
         self._tiles = Tiles(settings)
         self._weights = _checked(policy.array("q"), settings, self._tiles)

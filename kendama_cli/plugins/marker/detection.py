@@ -95,7 +95,7 @@ class MarkerDetector:
         return None
 
     def _found(self, grey: Image, enlarged: int, sharpened: float) -> Array | None:
-        """Corners (4, 2) in the pixels of ``grey``, looked for in it ``enlarged`` times as large and sharpened."""
+        """Find corners (4, 2) in the pixels of ``grey``, looked for ``enlarged`` times as large and sharpened."""
         seen = grey
         if enlarged > 1:
             seen = cv2.resize(grey, None, fx=enlarged, fy=enlarged, interpolation=cv2.INTER_CUBIC)

@@ -113,7 +113,7 @@ def _check_gaps(path: str, t_s: Array, seen: list[int], longest_s: float) -> Non
 
 
 def _frames(path: str, rate_hz: float | None) -> Iterator[tuple[float, NDArray[np.uint8]]]:
-    """Stamps and pictures; where no rate is declared, the film's own stamps (they may be uneven) or rate."""
+    """Yield stamps and images; without a declared rate, by the film's own stamps (they may be uneven) or rate."""
     if not Path(path).is_file():
         raise InputError(path, "no such file", remedy="set capture.path to a film, a glob or a list of them")
     film, count = Film(Path(path)), 0

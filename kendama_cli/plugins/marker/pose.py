@@ -62,7 +62,7 @@ def marker_poses(corners_px: Array, side_m: float, camera: CameraModel) -> list[
 
 
 def _covariance(turned_m: Array, place_m: Array, camera: CameraModel) -> Array:
-    """(J^T J)^-1 (6, 6) for corners with 1 px: of place and of a small turn w in the camera's frame.
+    """Return (J^T J)^-1 (6, 6) for corners with 1 px: of position and of a small rotation w in the camera's frame.
 
     A corner at p = place + v moves by dp = dplace + w x v.
     """

@@ -131,7 +131,7 @@ class _Run:
         self.states: list[tuple[Array, Array, Array, Array, Array]] = []
 
     def backward(self) -> tuple[Array, Array, NDArray[np.bool_]]:
-        """Smoothed values (n, 3), their standard deviations (n, 3), and which measurements were believed."""
+        """Return smoothed values (n, 3), their standard deviations (n, 3), and a mask of the measurements used."""
         _, _, mean, spread, _ = self.states[-1]
         made = [(mean[:3], np.sqrt(np.diag(spread)[:3]))]
         for (_, _, m, p, _), (m_ahead, p_ahead, _, _, step) in zip(
@@ -146,7 +146,7 @@ class _Run:
 
 
 def _filter(what: _Seen, order: int, density: float) -> _Run:
-    """Forward over all instants: ``order`` derivatives a coordinate, the highest a random walk of ``density``."""
+    """Filter forward: ``order`` derivatives a coordinate, the highest a random walk of ``density``."""
     run = _Run()
     size = 3 * order
     mean, spread = np.zeros(size), np.diag(np.repeat((1e2, 1e2, 1e3)[:order], 3))
@@ -176,7 +176,7 @@ def _filter(what: _Seen, order: int, density: float) -> _Run:
 
 
 def _model(dt_s: float, order: int, density: float) -> tuple[Array, Array]:
-    """Transition and process noise of white noise of ``density`` in the derivative after the last (Bar-Shalom)."""
+    """Return the transition and process noise of white noise of ``density`` in the next derivative (Bar-Shalom)."""
     powers = np.array([[dt_s ** (j - i) for j in range(order)] for i in range(order)])
     factorial = np.array([1.0, 1.0, 2.0, 6.0])
     one = np.array([[powers[i, j] / factorial[j - i] if j >= i else 0.0 for j in range(order)] for i in range(order)])

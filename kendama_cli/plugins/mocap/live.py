@@ -89,7 +89,7 @@ class _Stream:
         self.ended = f"the server closed the line after {kept.count} poses"
 
     def notes(self) -> list[str]:
-        """Rate, gaps and delay, and what is suspicious."""
+        """Return notes on rate, gaps, delay, and suspicious findings."""
         stamps, arrivals = np.array(self.stamps_s), np.array(self.arrivals_s)
         steps = np.diff(stamps)
         usual = float(np.median(steps))

@@ -32,7 +32,7 @@ RIGID = 0.9999
 
 
 def mujoco() -> Any:
-    """MuJoCo; raises MissingPartError without it."""
+    """Import MuJoCo; raises MissingPartError without it."""
     try:
         import mujoco as found  # noqa: PLC0415 - an extra
     except ImportError as error:
@@ -101,7 +101,7 @@ def chain_model(game: GameSettings, body: SampledBody, step_s: float) -> Any:
 
 
 def damping_ratio(restitution: float) -> float:
-    """That of a spring and damper which push, and never pull, a ball away with ``restitution`` of its speed.
+    """Return the ratio of a spring and damper that only push a ball away, with ``restitution`` of its velocity.
 
     Schwager and Poeschel 2007 (https://doi.org/10.1007/s10035-007-0065-z): the contact ends when its force does, not
     when the ball is where it was met.

@@ -14,7 +14,7 @@ from kendama_cli.report.tracks import Array
 
 
 def replay(log: StageLog) -> list[Performance]:
-    """Our game and the referee's, on the same way of the cup."""
+    """Return our game and the referee's, on the same path of the cup."""
     games = list(log.messages("/referee/game", RefereeMessage).messages)
     if not games:
         return []
@@ -27,7 +27,7 @@ def replay(log: StageLog) -> list[Performance]:
 
 
 def _poses(game: RefereeMessage, ball_m: Collection[float]) -> dict[str, tuple[Array, Array]]:
-    """Times (n,) and poses (n, 7) of cup and ball; of the turns that bring z to the cup's axis the shortest."""
+    """Return times (n,) and poses (n, 7) of cup and ball, by the shortest rotations of z to the cup's axis."""
     t_s, (x, y, z) = np.array(list(game.t_s)), _rows(game.cup_axis).T
     turns = np.column_stack([1 + z, -y, x, np.zeros_like(z)])
     turns /= np.linalg.norm(turns, axis=1, keepdims=True)

@@ -24,7 +24,7 @@ _MOST = 32767
 
 @cache
 def scripts() -> tuple[str, str]:
-    """three.js with its licence, and the player: both must be allowed by the page's policy."""
+    """Return three.js with its licence, and the player: both must be allowed by the page's policy."""
     here = files("kendama_cli.report.replay")
     names = ("three.min.js", "motion.js", "cameras.js", "player.js")
     three, *parts = (here.joinpath(name).read_text(encoding="utf-8") for name in names)
@@ -71,7 +71,7 @@ def replay(performances: Sequence[Performance], *, once: bool = False) -> str:
 
 
 def _placed(performances: Sequence[Performance]) -> list[Performance]:
-    """Motions without a place begin where the first that has one does; those with an arm come first."""
+    """Place motions without a position where the first that has one begins; those with an arm come first."""
     home = next((one.start_m for one in performances if one.placed), None)
     placed = [one if one.placed or home is None else one.moved(home - one.start_m) for one in performances]
     return sorted(placed, key=lambda one: one.links is None)

@@ -173,7 +173,7 @@ def _links(log: StageLog, topic: str, start_s: float, end_s: float) -> Frames | 
 
 
 def _sampled(poses: dict[str, tuple[Array, Array]]) -> Frames:
-    """Poses (n, 7) at times of their own, evenly: as often as the seldomest was logged, at most MOST_RATE_HZ."""
+    """Sample poses (n, 7) evenly: as often as the seldomest was logged, at most MOST_RATE_HZ."""
     start = max(float(t_s[0]) for t_s, _ in poses.values())
     end = min(float(t_s[-1]) for t_s, _ in poses.values())
     logged = min((len(t_s) - 1) / max(float(np.ptp(t_s)), 1e-6) for t_s, _ in poses.values())
@@ -183,5 +183,5 @@ def _sampled(poses: dict[str, tuple[Array, Array]]) -> Frames:
 
 
 def poses_between(t_s: Array, poses: Array, t: Array) -> Array:
-    """Poses at times ``t``: places on straight lines, rotations by their normalised mean."""
+    """Interpolate poses at times ``t``: positions on straight lines, rotations by their normalised mean."""
     return np.hstack([columns_at(t, t_s, poses[:, :3]), between(t_s, poses[:, 3:], t)])

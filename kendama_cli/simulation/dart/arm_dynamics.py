@@ -39,7 +39,7 @@ class ArmDynamics:
         self.points, self.mark_speeds = np.zeros((n + len(self.marks), 3)), np.zeros_like(self.marks)
 
     def carry_rotors(self, velocity_rad_s: Array, acceleration_rad_s2: Array, force_nm: Array) -> Array:
-        """``force_nm`` (n,) with what DART's joints need beside it (dynamics_kernel.carry_rotors) after ``observe``."""
+        """Return ``force_nm`` (n,) plus the rotors' part for DART (dynamics_kernel.carry_rotors) after ``observe``."""
         force = np.array(force_nm)
         dynamics_kernel.carry_rotors(
             self.screws, velocity_rad_s, acceleration_rad_s2, self.links[:, dynamics_kernel.ROTOR], force

@@ -70,7 +70,7 @@ def _misread(arm: RobotModel, joints: JointTrajectory, errors: ArmErrors) -> Arr
 
 
 def _joint_offsets(arm: RobotModel, joints: JointTrajectory, errors: ArmErrors) -> tuple[Array, Array, Array]:
-    """Joint offsets (n, joints) with their first two derivatives at every sample of ``joints``."""
+    """Return the joint offsets (n, joints) with their first two derivatives at every sample of ``joints``."""
     t_s = joints.t_s - joints.t_s[0]
     every = max(1, round(KNOT_S / float(t_s[1] - t_s[0])))
     knots = np.append(np.arange(0, len(t_s) - 1, every), len(t_s) - 1)

@@ -210,7 +210,7 @@ class TetheredBall:
         return np.asarray(self.force_n - self.pulled[:3])
 
     def _rubbing(self) -> Array:
-        """Coulomb friction of the rope where it turns about its tie, as a force (3,) across the rope on the ball."""
+        """Return the rope's Coulomb friction about its tie, as a force (3,) across the rope on the ball."""
         across = self.velocity_m_s - self.tie_m_s
         along = self.position_m - self.tie_m
         along = along / max(float(np.linalg.norm(along)), 1e-9)

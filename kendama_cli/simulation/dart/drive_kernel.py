@@ -40,7 +40,7 @@ def clipped(value: float, low: float, high: float) -> float:
 
 @compiled_as(float64(float64, float64, float64, float64, float64))
 def _catching_up(error: float, speed: float, acceleration: float, top: float, period: float) -> float:
-    """fhan (see Drive): the acceleration beyond the reference's own that takes ``error`` and ``speed`` to zero."""
+    """Return the acceleration beyond the reference's that takes ``error`` and ``speed`` to zero: fhan (see Drive)."""
     most = max(top - abs(acceleration), LEAST_MARGIN * top)
     d = most * period**2
     a0 = period * speed
@@ -55,7 +55,7 @@ def _catching_up(error: float, speed: float, acceleration: float, top: float, pe
 
 @compiled_as(float64(float64, float64, float64))
 def _way_to_rest(velocity: float, top: float, period: float) -> float:
-    """At least the way that a joint moves on until it rests, braking with ``top`` or less for whole periods.
+    """Return a bound on a joint's way until it rests, braking with ``top`` or less for whole periods.
 
     v^2 / 2 A + A T^2 / 8, where v > A T / 2: the last period brakes with less, and takes up to A T^2 / 8 more.
     """
@@ -153,7 +153,7 @@ def _hold_back(  # noqa: PLR0917
 def follow(  # noqa: PLR0917
     position: Array, velocity: Array, acceleration: Array, state: Array, limits: Array, period: float, change: Array
 ) -> bool:
-    """Drive.follow: moves ``state`` on, puts the change of its mean speed over the period into ``change``."""
+    """Follow as Drive.follow: move ``state`` on, put the change of its mean velocity in the period into ``change``."""
     limited = False
     for i in range(position.size):
         before, mean = state[POSITION, i], state[MEAN, i]
@@ -170,7 +170,7 @@ def follow(  # noqa: PLR0917
 def nearest_state(  # noqa: PLR0917
     q0: Array, v0: Array, wanted_rad: Array, wanted_rad_s: Array, limits: Array, period: float, q1: Array, v1: Array
 ) -> None:
-    """devices.robot.limiter.limit_command: places ``q1`` and speeds ``v1`` one period after ``q0`` and ``v0``."""
+    """Limit as devices.robot.limiter.limit_command: ``q1`` and ``v1`` one period after ``q0`` and ``v0``."""
     for i in range(q0.size):
         q, v = wanted_rad[i], wanted_rad_s[i]
         if not _within(q0[i], v0[i], q, v, limits, period, i):

@@ -84,7 +84,7 @@ class HandWorld:
         return HandMoment(self.place, speeds, self.ball.position_m, self.ball.velocity_m_s, self.force_n, self._steps)
 
     def go_back(self, to: HandMoment) -> None:
-        """Be as at that moment of this world; what follows then may differ in rounding from what followed before."""
+        """Restore that moment of this world; what follows may differ in rounding from what followed before."""
         self.place, self.force_n, self._steps = to.place, to.force_n, to.steps
         self.t_s = self._steps * STEP_S
         self._skeleton.setPositions(self.place)

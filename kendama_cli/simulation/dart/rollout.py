@@ -54,7 +54,7 @@ class Correction(Protocol):
     steps: int
 
     def coming(self, t_s: float, position_rad: Array, ball_m: Array) -> Sequence[tuple[Array, Array, Array]] | None:
-        """Places, speeds and accelerations (n,) for the ends of the coming steps; None: as planned.
+        """Return positions, velocities, accelerations (n,) for the ends of the coming steps; None: as planned.
 
         The first of them begins at ``t_s``. ``position_rad`` (n,) are the angles as they are read then, ``ball_m`` (3,)
         is where the ball is.

@@ -29,7 +29,7 @@ class NoChain:
     arrays = np.empty((0, 8)), np.empty((0, 4)), np.zeros(NUMBERS)
 
     def lay(self, tie: tuple[Array, Array], ball: tuple[Array, Array], axis: Array) -> None:
-        """There is nothing to lay."""
+        """Do nothing: there is nothing to lay."""
 
 
 NO_CHAIN = NoChain()

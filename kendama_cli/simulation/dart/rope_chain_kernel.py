@@ -107,7 +107,7 @@ def pull_chain(  # noqa: PLR0912, PLR0915, PLR0917
     pulled: Array,
     force: Array,
 ) -> bool:
-    """``pull``, or where there are ``nodes`` (n + 1, 8) that of a chain with mass, which moves on by a step.
+    """Return ``pull``, or with ``nodes`` (n + 1, 8) that of a chain with mass, which moves on by a step.
 
     The nodes are point masses, the first at the tie and the last the ball's centre; columns are NODE, NODE_SPEED, the
     mass, and the length of the link from the node before. Links do not push; the last one is the rope's spring and

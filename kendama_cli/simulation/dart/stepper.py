@@ -83,7 +83,7 @@ class Stepper:
         self._apart, self._held = False, True  # a description may have given the joints a friction for DART to find
 
     def reset(self) -> None:
-        """Scene and sensor as they began; nothing that is past stays, and DART looks after the joints' limits."""
+        """Reset scene and sensor; nothing that is past stays, and DART looks after the joints' limits."""
         self._worlds.renew()
         self._control.enforce_limits(enforce=True)
         self._apart = False

@@ -24,7 +24,7 @@ MOST_PIVOTS = 200
 
 @compiled_as(boolean(WRITE_2D, int64))
 def _factorise(square: Array, size: int) -> bool:
-    """Cholesky's factor of the first ``size`` rows of a symmetric matrix, of which the lower triangle is given.
+    """Factorise by Cholesky the first ``size`` rows of a symmetric matrix, given its lower triangle.
 
     It takes the matrix's place, with the inverse on its diagonal. False where there is none.
     """
@@ -61,7 +61,7 @@ def solve(factor: Array, side: Array, size: int) -> None:
 def held(  # noqa: PLR0912, PLR0917
     factor: Array, diagonal: Array, speed: Array, load: Array, level: Array, period: float, friction: Array
 ) -> bool:
-    """Coulomb's ``friction`` in a step, at most ``level`` at every joint; False where none was found.
+    """Solve for Coulomb's ``friction`` in a step, at most ``level`` at every joint; False if none was found.
 
         A (v' - v) = T (load + friction),   where v'_i = 0,  or  friction_i = -level_i sign(v'_i)
 
@@ -142,7 +142,7 @@ def accelerations(  # noqa: PLR0917
     friction: Array,
     change: Array,
 ) -> bool:
-    """Coulomb's ``friction`` (``held``) and the joints' ``change`` of speed under it, per second; False where none is.
+    """Solve for Coulomb's ``friction`` (``held``) and the joints' ``change`` of velocity per second; False if none.
 
     ``load`` is all that moves the joints but dry friction; ``viscous`` enters implicitly, as DART steps.
     """

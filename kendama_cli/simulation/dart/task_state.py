@@ -30,7 +30,7 @@ def task_state(arm: RobotModel, position_rad: Array, velocity_rad_s: Array, felt
 
 
 def coriolis_nm(skeleton: Any, velocity_rad_s: Array) -> Array:
-    """C(q, q') v (n,) for any v = ``velocity_rad_s``, C being that of Christoffel's symbols.
+    """Return C(q, q') v (n,) for any v = ``velocity_rad_s``, C being that of Christoffel's symbols.
 
     C(q, a) b is symmetric in a and b, and C(q, a) a is what DART knows: C(q, a) b is a quarter of its difference
     at a + b and a - b.

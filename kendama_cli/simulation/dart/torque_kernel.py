@@ -111,7 +111,7 @@ def command(  # noqa: PLR0917
     effort: Array,
     level: Array,
 ) -> int:
-    """``computed_torque`` and what the motors make of it (``efforts``)."""
+    """Compute ``computed_torque`` and what the motors make of it (``efforts``)."""
     torque = np.empty(effort.size)
     answer = computed_torque(
         position,

@@ -94,7 +94,7 @@ class ArmWorld:
         *,
         links: bool = False,
     ) -> None:
-        """With ``links`` the ball touches the arm's links and the handle as well as the cup."""
+        """Build the world; with ``links`` the ball touches the arm's links and the handle as well as the cup."""
         game = task if isinstance(task, GameSettings) else None
         self.arm = arm = RobotModel(
             robot, task.probe if isinstance(task, InteractSettings) else task.cup, task.gravity_m_s2

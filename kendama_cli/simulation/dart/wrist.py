@@ -46,7 +46,7 @@ class ContactSensor:
         self.reset()
 
     def reset(self) -> None:
-        """Nothing is felt."""
+        """Forget what was felt."""
         self.contact_n: Array = np.zeros(3)
         self.felt_n: Array = np.zeros(3)
         self.touched = ""

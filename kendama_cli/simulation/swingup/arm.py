@@ -94,7 +94,7 @@ class ArmSwing:
         self._stretched = TautRope.hanging(self._game, rope_scale)
 
     def check_finite(self, t_s: float) -> None:
-        """Nothing is left to check: ``step`` has raised SimulationError where arm or ball have left their domain."""
+        """Do nothing: ``step`` has raised SimulationError if arm or ball have left their domain."""
 
     def _read(self) -> None:
         ball = self._world.ball

@@ -47,7 +47,7 @@ class SwingEngine(Protocol):
         """Advance by one time step, the cup commanded to accelerate so along x."""
 
     def check_finite(self, t_s: float) -> None:
-        """Raises SimulationError where the numbers have left their domain by ``t_s``."""
+        """Raise SimulationError if the numbers have left their domain by ``t_s``."""
 
 
 def rate(swing: SwingEngine) -> float:

@@ -39,7 +39,7 @@ class SwingUpEnvironment:
     """
 
     def __init__(self, settings: LearnSettings, game: GameSettings, swing: SwingEngine | None = None) -> None:
-        """``swing`` takes the place of the engine that ``settings.engine`` names.
+        """Use ``swing`` in the place of the engine that ``settings.engine`` names.
 
         Raises ConfigError where the time step is too long for the rope.
         """

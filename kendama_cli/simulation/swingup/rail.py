@@ -181,7 +181,7 @@ class CompiledRail:
         return
 
     def check_finite(self, t_s: float) -> None:
-        """Raises SimulationError where the state is no longer finite, or far beyond any rope's stretch."""
+        """Raise SimulationError if the state is no longer finite, or far beyond any rope's stretch."""
         extent = abs(self.x_m) + abs(self.across_m) + abs(self.above_m)
         if not extent < 1e3 * self._physics.length_m:
             raise SimulationError(

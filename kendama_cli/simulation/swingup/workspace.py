@@ -11,7 +11,7 @@ from kendama_cli.settings.game import GameSettings
 
 
 def limiter(settings: LearnSettings) -> BrakingLimiter:
-    """Keeps place and speed within ``learn.workspace``; where leaving ends the rollout, the speed alone."""
+    """Keep position and velocity within ``learn.workspace``; if leaving ends the rollout, the velocity alone."""
     workspace = settings.workspace
     largest = max(settings.largest_action_m_s2, settings.goal.catch_acceleration_m_s2)
     limited = isinstance(workspace, LimitedWorkspace)
@@ -25,7 +25,7 @@ def limiter(settings: LearnSettings) -> BrakingLimiter:
 
 
 def catch_limiter(settings: LearnSettings) -> BrakingLimiter:
-    """Keeps place and speed within ``learn.workspace`` after the release, whatever leaving it means before."""
+    """Keep position and velocity within ``learn.workspace`` after the release, whatever leaving it means before."""
     workspace = settings.workspace
     limited = limiter(settings)
     weaker = min(settings.largest_action_m_s2, settings.goal.catch_acceleration_m_s2)

@@ -33,7 +33,7 @@ CAPTION = (
 
 
 def policy_search(log: StageLog) -> Panel | None:
-    """Costs and outcomes over the rollouts; None where the search was another."""
+    """Draw costs and outcomes over the rollouts; None if the search was another."""
     explored = log.table("/adapt/explored", AdaptExploredMessage)
     if explored.empty:
         return None
@@ -174,7 +174,7 @@ def _search(log: StageLog) -> Panel | None:
 
 
 def _unbroken(miss_mm: Array) -> list[slice]:
-    """Stretches of neighbouring rollouts whose ball came down in the same way: the miss has no gap and no jump."""
+    """Return stretches of neighbouring rollouts whose ball fell in the same way: no gap or jump of the miss."""
     joined = np.abs(np.diff(miss_mm)) < _JUMP_MM
     ends = np.flatnonzero(~joined) + 1
     return [slice(a, b) for a, b in zip([0, *ends.tolist()], [*ends.tolist(), len(miss_mm)], strict=True) if b - a > 1]

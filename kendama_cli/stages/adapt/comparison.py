@@ -25,7 +25,7 @@ _BEFORE_S, _AFTER_S = 0.9, 0.12
 
 
 def adaptation_comparison(runs: Ensemble) -> list[Figure]:
-    """Misses over tau, the chosen swings, and the misses of the repeats."""
+    """Draw misses over tau, the chosen swings, and the misses of the repeats."""
     panels = [_searches(runs.groups), _swings(runs.groups), _repeats(runs.groups)]
     return figure(
         lettered(
@@ -44,7 +44,7 @@ def adaptation_comparison(runs: Ensemble) -> list[Figure]:
 
 
 def adaptation_table(runs: Ensemble) -> str:
-    """Tau, the rollouts of the search and the share of repeats caught, for each group."""
+    """Return a table of tau, the search's rollouts and the fraction of repeats caught, for each group."""
     rows = []
     for group in runs.groups:
         tau, rollouts = group.figures("tau_scale"), group.figures("rollouts")
@@ -83,7 +83,7 @@ def _searches(groups: Sequence[Group]) -> Panel | None:
 
 
 def _search(log: StageLog) -> tuple[Array, Array]:
-    """Tau (n,) and the signed miss (n,) [mm] of the rollouts of the chosen size, nothing moved, in tau's order."""
+    """Return tau (n,) and signed miss (n,) [mm] of the rollouts of the chosen size, nothing moved, in tau's order."""
     rollouts = log.table("/adapt/rollout", AdaptRolloutMessage)
     if rollouts.empty:
         return np.empty(0), np.empty(0)

@@ -28,7 +28,7 @@ _PARTS = (("swung_up", "swung up"), ("predicted", "catch predicted"), ("caught",
 
 
 def transfer_figures(log: StageLog) -> list[Figure]:
-    """Rollouts on the robot; the games; one game in detail; the imitated swing; sent against measured."""
+    """Draw rollouts on the robot; the games; one game in detail; the imitated swing; sent against measured."""
     own = sent_and_measured(log, *shown_game(log)[1:])
     return [*_learning(log), *_all_games(log), *_one_game(log), *_imitated(log), *own]
 

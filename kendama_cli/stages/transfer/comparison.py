@@ -42,7 +42,7 @@ _TWIN: tuple[tuple[str, float | None, Callable[[float], str]], ...] = (
 
 
 def transfer_sweep_figures(runs: Ensemble) -> list[Figure]:
-    """Further rollouts of every seed, from the table and from scratch, for each group."""
+    """Draw further rollouts of every seed, from the table and from scratch, for each group."""
     groups = [group for group in runs.groups if len(group.figures("rollouts"))]
     compared = any(len(group.figures("rollouts_from_scratch")) for group in groups)
     caption = "Further rollouts needed on the robot, a mark for each seed and a bar for their mean: from the table"
@@ -174,7 +174,7 @@ def _further(groups: Sequence[Group]) -> Panel | None:
 
 
 def _spread(values: Array) -> Array:
-    """Small shifts that keep equal marks apart: the k-th of equal values lies k steps to one side."""
+    """Return small shifts that keep equal marks apart: the k-th of equal values lies k steps to one side."""
     seen: dict[float, int] = {}
     shifts = []
     for value in values.tolist():

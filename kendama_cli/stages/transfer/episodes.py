@@ -19,7 +19,7 @@ _SCENE = ("cup", "ball")
 
 
 def episodes(log: StageLog, fps: int) -> Episodes | None:
-    """Measured angles and speeds, where cup and ball were, and as action the angles commanded one frame later."""
+    """Return measured angles, velocities, cup and ball; the action is the angles commanded one frame later."""
     games = log.messages("/transfer/game", GameMessage)
     exchanges = log.messages("/transfer/exchange", JointExchangeMessage)
     if not len(games) or not len(exchanges):
@@ -47,7 +47,7 @@ def episodes(log: StageLog, fps: int) -> Episodes | None:
 
 
 def _scene(log: StageLog) -> tuple[Array, Array]:
-    """Times (n,) and places (n, 6) of cup and ball."""
+    """Return the times (n,) and positions (n, 6) of cup and ball."""
     paths = [log.table(f"/transfer/{body}", FrameTransform) for body in _SCENE]
     return paths[0]["t_s"].to_numpy(np.float64), np.hstack(
         [path[["x_m", "y_m", "z_m"]].to_numpy(np.float64) for path in paths]

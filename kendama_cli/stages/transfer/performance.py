@@ -62,7 +62,7 @@ def _expected(log: StageLog, game: int) -> list[Expected]:
 
 
 def shown_game(log: StageLog) -> tuple[int, float, float]:
-    """Number, begin and end of the game to show: the last that was caught, of those with images if there are any.
+    """Return number, start and end of the game to show: the last caught, of those with images if there are any.
 
     Where none was caught, the last game; where there were no games, the last stretch.
     """

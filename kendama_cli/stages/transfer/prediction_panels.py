@@ -37,7 +37,7 @@ def ahead(log: StageLog, game: int, cup: Path2D, start_s: float) -> list[Ahead]:
 
 
 def error_over_time_panel(log: StageLog) -> Panel | None:
-    """Error and stated uncertainty of every estimate of the games over the time left to the crossing."""
+    """Draw the error and stated uncertainty of every estimate of the games over the time left to the crossing."""
     estimates, games = log.table("/transfer/estimate", GameEstimateMessage), log.table("/transfer/game", GameMessage)
     if estimates.empty or games.empty:
         return None

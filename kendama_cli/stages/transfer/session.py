@@ -54,7 +54,7 @@ class TransferSession:
         arm: RobotModel,
         kept: RememberingRobot,
     ) -> None:
-        """``kept`` is the robot below the runner's; it remembers what is not logged yet."""
+        """Take ``kept``, the robot below the runner's, which remembers what is not logged yet."""
         self._runner, self._arm, self._kept = runner, arm, kept
         self._drawn = ArmScene(arm)
         self._progress = progress

@@ -155,7 +155,7 @@ def pack_reset(position_rad: Array, seed: int) -> bytes:
 
 
 def unpack_reset(payload: bytes, n: int) -> tuple[Array, int]:
-    """Joint positions (n,) and seed; raises DatagramError where the layout or a value does not fit."""
+    """Unpack joint positions (n,) and seed; raises DatagramError if the layout or a value does not fit."""
     expect("RESET", payload, _RESET.size + 8 * n)
     return finite("RESET", floats(payload, _RESET.size)), int(_RESET.unpack_from(payload)[0])
 
@@ -237,7 +237,7 @@ def floats(payload: bytes, offset: int = 0) -> Array:
 
 
 def finite(what: str, values: Array) -> Array:
-    """``values``; raises DatagramError where one is not finite."""
+    """Return ``values``; raises DatagramError if one is not finite."""
     if not np.isfinite(values).all():
         raise DatagramError(f"{what} holds a value that is not finite")
     return values

@@ -31,7 +31,7 @@ _PERIODS_TO_WAIT = 3
 
 @contextmanager
 def open_command(hardware: CommandHardware, robot: RobotSettings, task: Task) -> Iterator[UdpRobot]:
-    """Whatever robot listens there; raises InputError of the key, HardwareError where none answers."""
+    """Connect to the robot that listens there; raises InputError of the key, HardwareError if none answers."""
     secret = read_key(hardware.key_file)
     with closing(LimitedRobot(hardware.host, hardware.port, secret, silence_s=hardware.silence_s)) as client:
         yield client

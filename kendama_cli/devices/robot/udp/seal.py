@@ -64,7 +64,7 @@ class Seal:
 
 
 def read_header(data: bytes) -> tuple[Kind, int, int] | None:
-    """Kind, session and counter that ``data`` claims to have; None where it is not of this protocol."""
+    """Read kind, session and counter that ``data`` claims; None if it is not of this protocol."""
     if len(data) < _HEADER.size + TAG_BYTES:
         return None
     magic, version, kind, session, counter = _HEADER.unpack_from(data)
@@ -83,7 +83,7 @@ def session_number(robot_nonce: bytes) -> int:
 
 
 def fresh_nonce() -> bytes:
-    """Random bytes; as the number of a session they are not 0, which stands for none."""
+    """Return random bytes; as the number of a session they are not 0, which stands for none."""
     while session_number(nonce := secrets.token_bytes(NONCE_BYTES)) == 0:
         pass
     return nonce

@@ -12,7 +12,7 @@ GRAVITY_M_S2 = 9.81
 
 
 def velocity(work: Work) -> None:
-    """Central differences are exact on parabolas, at uneven times too where they weigh them."""
+    """Check that central differences are exact on parabolas, at uneven times too if they weigh them."""
     t_s = np.linspace(0.0, 1.0, 41)
     y = 0.3 - 0.5 * t_s + 2.0 * t_s**2
     found = array_of("velocity(t_s, y)", work.function("velocity")(t_s, y), t_s.shape)
@@ -53,7 +53,7 @@ def noise(work: Work) -> None:
 
 
 def ball_angle(work: Work) -> None:
-    """Against a fine Runge-Kutta solution, and a cup at rest must leave the ball at rest."""
+    """Check against a fine Runge-Kutta solution, and that a cup at rest leaves the ball at rest."""
     angle = work.function("ball_angle")
     t_s = np.arange(0.0, 3.0, 0.001)
     still = array_of("ball_angle with a cup at rest", angle(t_s, 0.0 * t_s, 0.40), t_s.shape)

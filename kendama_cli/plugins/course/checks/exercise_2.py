@@ -26,7 +26,7 @@ def _swing(seed: int) -> tuple[Array, Array]:
 
 
 def features(work: Work) -> None:
-    """Held to the library's own."""
+    """Check against the library's own."""
     s = np.linspace(0.0, 1.0, 57)
     hint = "entry (i, j) is x_i psi_j(x_i) / sum_k psi_k(x_i) with x = exp(-ALPHA s); each row sums to x"
     wanted = reference_features(np.exp(-DECAY * s), *_basis())
@@ -34,7 +34,7 @@ def features(work: Work) -> None:
 
 
 def force(work: Work) -> None:
-    """On a motion whose derivatives are known."""
+    """Check on a motion whose derivatives are known."""
     t_s = np.linspace(0.0, 1.7, 400)
     s = t_s / t_s[-1]
     y, rate, second = (
@@ -62,7 +62,7 @@ def fit(work: Work) -> None:
 
 
 def play(work: Work) -> None:
-    """It reproduces, scales in time, and goes to another goal."""
+    """Check that it reproduces, scales in time, and goes to another goal."""
     own, t_and_y = work.function("play"), _swing(3)
     t_s, y = t_and_y
     w = array_of("fit(t_s, y_m)", work.function("fit")(t_s, y), (FUNCTIONS,))

@@ -26,7 +26,7 @@ def miss_m(work: Work) -> None:
 
 
 def windows(work: Work) -> None:
-    """On curves whose windows are known."""
+    """Check on curves whose windows are known."""
     own = work.function("windows")
     taus = np.linspace(0.8, 1.2, 21)
     for misses, wanted in (
@@ -46,7 +46,7 @@ def windows(work: Work) -> None:
 
 
 def search(work: Work) -> None:
-    """Few calls, none repeated, and a zero in the end."""
+    """Check for few calls, none repeated, and a zero in the end."""
     own = work.function("search")
     for shift in (0.0, 0.013):
         asked: list[float] = []
@@ -67,7 +67,7 @@ def search(work: Work) -> None:
 
 
 def robust(work: Work) -> None:
-    """Their tau, in worlds that they have not tried."""
+    """Check the student's tau, in perturbed simulations that they have not tried."""
     tau, tried = work.number("robust_tau"), work.function("tried")
     own = float(np.mean([bool(tried(tau, seed)) for seed in range(SEEDS)]))
     hint = f"the mean of tried(robust_tau, seed) over the seeds 0 to {SEEDS - 1}"
@@ -83,7 +83,7 @@ def robust(work: Work) -> None:
 
 
 def wilson(work: Work) -> None:
-    """Held to the formula, and to the cases in which a normal interval fails."""
+    """Check against the formula, and on the cases in which a normal interval fails."""
     for k, n in ((30, 30), (0, 10), (7, 12)):
         z2, p = 1.96**2, k / n
         half = 1.96 * math.sqrt(p * (1 - p) / n + z2 / (4 * n * n))

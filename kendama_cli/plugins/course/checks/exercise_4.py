@@ -55,7 +55,7 @@ def update(work: Work) -> None:
 
 
 def harmonic(work: Work) -> None:
-    """Frequencies, amplitudes and signs of many draws."""
+    """Check frequencies, amplitudes and signs of many samples."""
     own, rng = work.function("harmonic"), np.random.default_rng(6)
     t_s = np.arange(0.0, 12.0, 0.01)
     largest, paces, signs = [], [], set()
@@ -80,7 +80,7 @@ def harmonic(work: Work) -> None:
 
 
 def learn(work: Work) -> None:
-    """Ties, and that the whole learns on seeds of ours."""
+    """Check ties, and that the whole learns on seeds of ours."""
     own = work.function("greedy")
     for values, before, wanted in (
         ([0.0, 1.0, 3.0, 2.0, 0.0], 1, 2),
@@ -98,7 +98,7 @@ def learn(work: Work) -> None:
 
 
 def lucky(work: Work) -> None:
-    """Counted on rollouts whose outcome is arranged, then on real ones."""
+    """Check the count on rollouts whose outcome is arranged, then on real ones."""
     own = work.function("lucky")
     for pattern, wanted in (
         ("0010" + "1" * 10, None),

@@ -29,7 +29,7 @@ def what_breaks(work: Work) -> None:
 
 
 def to_model(work: Work) -> None:
-    """Similar worlds: lengths with k, times with sqrt k."""
+    """Check similar worlds: lengths with k, times with sqrt k."""
     own = work.function("to_model")
     for k in (0.25, 0.7, 1.5):
         seen = np.array([0.1, -0.6, 2.0, 3.0])
@@ -41,7 +41,7 @@ def to_model(work: Work) -> None:
 
 
 def ahead(work: Work) -> None:
-    """Against a fine integration."""
+    """Check against a fine integration."""
     own, rng = work.function("ahead"), np.random.default_rng(3)
     for _ in range(6):
         state = rng.uniform([-0.2, -1.0, -2.0, -6.0], [0.2, 1.0, 2.0, 6.0])

@@ -40,7 +40,7 @@ def project(work: Work) -> None:
 
 
 def triangulate(work: Work) -> None:
-    """Exact pixels give the place back; three cameras too."""
+    """Check that exact pixels give the position back; three cameras too."""
     for count in (2, 3):
         cameras, place = _cameras()[:count], np.array([0.12, 0.07, 1.31])
         pixels = [camera.project(place)[0] for camera in cameras]
@@ -57,7 +57,7 @@ def _flight(seed: int) -> tuple[Array, Array, Array, Array]:
 
 
 def fit_flight(work: Work) -> None:
-    """Exact on an exact flight, least squares on a noisy one."""
+    """Check for an exact result on an exact flight, least squares on a noisy one."""
     for seed in (1, 2):
         t_s, places, p0, v0 = _flight(seed)
         found = array_of("fit_flight(...)", work.function("fit_flight")(t_s, places), (2, 3))
@@ -102,7 +102,7 @@ def bound(work: Work) -> None:
 
 
 def ratios(work: Work) -> None:
-    """About one, but never exactly: it was drawn."""
+    """Check for about one, but never exactly: it was sampled."""
     for name in ("ratio_t", "ratio_x"):
         found = work.number(name)
         if abs(found - 1.0) > DRAWN_WITHIN:

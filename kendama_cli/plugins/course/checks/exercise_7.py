@@ -17,7 +17,7 @@ LEAST_SHARE = 0.75
 
 
 def landing(work: Work) -> None:
-    """Exact flights, a flight that stays below the rim, and too few readings."""
+    """Check exact flights, a flight that stays below the rim, and too few readings."""
     rim, own = work.number("RIM_M"), work.function("landing")
     for x0, vx, z0, vz in ((-0.3, 1.1, 0.25, 0.6), (0.2, -0.4, 0.3, -0.2)):
         t = 0.04 + 0.02 * np.arange(6)
@@ -48,7 +48,7 @@ def meet(work: Work) -> None:
 
 
 def act(work: Work) -> None:
-    """It catches balls that nobody has tried."""
+    """Check that it catches balls that nobody has tried."""
     found = work.function("share")(work.function("act"), seeds=FRESH)
     require(
         found >= LEAST_SHARE,
@@ -106,7 +106,7 @@ def weakest(work: Work) -> None:
 
 
 def known_since(work: Work) -> None:
-    """On estimates whose answer is known."""
+    """Check on estimates whose answer is known."""
     own = work.function("known_since")
     games = pd.DataFrame(
         {"index": [0, 1], "crossing_s": [2.0, 9.0], "crossing_m": [[0.10, 0.0, 1.3], [-0.2, 0.0, 1.3]]}

@@ -28,7 +28,7 @@ def plugged_in(work: Work) -> None:
 
 
 def conforming(work: Work) -> None:
-    """Our suite for learners."""
+    """Check by our suite for learners."""
     plugged_in(work)
     words = ["-m", "pytest", "-q", "-p", "kendama_cli.conformance", "-p", "no:cacheprovider", "-p", "no:xdist"]
     suite = ["--suite", "learner", "--override", "learn/learner=mine"]
@@ -46,7 +46,7 @@ def conforming(work: Work) -> None:
 
 
 def ahead_of_chance(work: Work) -> None:
-    """Above the null model on seeds that were not named."""
+    """Check for a result above the baseline on seeds that were not named."""
     plugged_in(work)
     words = [
         "course",

@@ -121,7 +121,7 @@ class VrpnDevice:
                 yield Grip(state != 0)
 
     def _state(self, message: vrpn.Message) -> int | None:
-        """Our button's, where the message tells it."""
+        """Return the state of our button, if the message has it."""
         if message.kind == "vrpn_Button Change" and len(message.content) == BUTTON.size:
             number, state = BUTTON.unpack(message.content)
             return int(state) if number == self._button else None

@@ -16,7 +16,7 @@ class HapticLine(Generic[Said]):
     """A connected socket that sends and receives whole messages without ever waiting."""
 
     def __init__(self, connected: socket.socket, feed: Callable[[bytes], Iterator[Said]]) -> None:
-        """``feed`` makes messages of the bytes that come; it raises ValueError for what is none."""
+        """Parse incoming bytes by ``feed``, which raises ValueError for foreign ones."""
         connected.setblocking(False)
         if connected.family in (socket.AF_INET, socket.AF_INET6):
             connected.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)

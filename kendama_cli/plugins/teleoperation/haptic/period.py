@@ -49,7 +49,7 @@ class Lateness:
         self._gaps: deque[tuple[float, float, float]] = deque()
 
     def look(self, now_s: float, *, heard: bool) -> None:
-        """Once a period, in which a place was ``heard`` of or none was; raises HardwareError for such a link."""
+        """Look once a period, in which a position was ``heard`` of or none; raises HardwareError for such a link."""
         self._stalled_s += max(0.0, now_s - self._looked_s - 2 * STEP_S)
         self._looked_s = now_s
         if not heard:  # the link's own watchdog looks at silence that goes on

@@ -46,7 +46,7 @@ class Conditions:
         return math.sqrt(self.gravity_share / self.rope_scale)
 
     def words(self) -> str:
-        """For the head of a try's file and for the page."""
+        """Return words for the head of a try's file and for the page."""
         named = {"gravity": self.gravity_share, "rope": self.rope_scale, "cup": self.cup_scale}
         played = ", ".join(f"{name} x {value:.2f}" for name, value in named.items() if value != 1.0) or "the real game"
         if self.gravity_share == self.rope_scale == 1.0:

@@ -34,7 +34,7 @@ class HandPath:
     """
 
     def __init__(self, smoothing_s: float, start: Array) -> None:
-        """``start`` (m,) is where the hand is at time 0 and was before."""
+        """Start at ``start`` (m,), the hand's position at time 0 and before."""
         box = np.ones(round(smoothing_s / STEP_S) + 1)
         self._weights = np.convolve(box, box) / len(box) ** 2
         self.delay_s = (len(box) - 1) * STEP_S

@@ -81,7 +81,7 @@ class Player:
             await asyncio.sleep(took_s if took_s > LONG_S else 0)
 
     async def replaced(self) -> None:
-        """Another window plays under this name."""
+        """End, for another window plays under this name."""
         reason = f"'{self.name}' plays in another window now"
         await self.leave(reason)
         if self._line.application_state is WebSocketState.CONNECTED:

@@ -57,7 +57,7 @@ class PlayServer:
         doubt: Callable[[Path], str | None],
         tell: Callable[[str], None],
     ) -> None:
-        """Raises UsageError where tries cannot be kept in ``folder``.
+        """Raise UsageError if tries cannot be stored in ``folder``.
 
         ``doubt`` says why ``capture=play`` would not take a file, ``tell`` takes lines for whoever started the server:
         who comes, catches and leaves, and what went wrong.

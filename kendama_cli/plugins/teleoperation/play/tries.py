@@ -80,7 +80,7 @@ class TryFolder:
     """
 
     def __init__(self, folder: Path, player: str, most: int, doubt: Callable[[Path], str | None]) -> None:
-        """Raises UsageError for a player without a letter or digit."""
+        """Raise UsageError for a player without a letter or digit."""
         self.player = plain_name(player)
         self.path = folder / self.player
         self._most, self._doubt = most, doubt
@@ -159,7 +159,7 @@ class TryFolder:
         raise UsageError(f"there is no try '{name[:LONGEST_NAME]}' of {self.player}: it may have been deleted")
 
     def _write(self, one: Try, rows: str) -> None:
-        """Under a name of its own first: a file of a try is whole or is not there."""
+        """Write under a name of its own first: a file of a try is whole or is not there."""
         partial = self.path / f".{one.name}.{os.getpid()}"
         try:
             _write_whole(partial, (head(one) + rows).encode())
