@@ -55,7 +55,8 @@ def _brought(name: str, target: str, group: TyperGroup) -> Any:
     try:
         found = resolve(target, f"command '{name}'")
     except KendamaError as error:
-        outer.command(name, context_settings={"allow_extra_args": True, "ignore_unknown_options": True})(_broken(error))
+        loose = {"allow_extra_args": True, "ignore_unknown_options": True}
+        outer.command(name, help=str(error), context_settings=loose)(_broken(error))
         return get_command(outer)
     if isinstance(found, typer.Typer):
         outer.add_typer(found, name=name)
@@ -71,5 +72,4 @@ def _broken(error: KendamaError) -> Any:
     def command(context: typer.Context) -> None:
         raise error
 
-    command.__doc__ = str(error)
     return command

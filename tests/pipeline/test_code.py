@@ -221,7 +221,7 @@ def test_nothing_of_ours_reads_docstrings_or_imports_by_name_where_the_digest_do
         "__init__.py",
         "extension.py",
         "cli/doctor.py",
-        "course/grading.py",
+        "plugins/course/grading.py",
         "pipeline/code_syntax.py",
     )
     libraries = ("plugins/franka/process.py", "devices/recordings/rosbag.py")
