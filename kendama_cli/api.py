@@ -63,7 +63,7 @@ __all__ = [
 
 
 class _Silent:
-    """Watches a run and says nothing."""
+    """Watcher of a run that says nothing."""
 
     def stage_waits(self, name: str) -> None: ...
 

@@ -27,7 +27,7 @@ RUNS_LISTED = 8
 
 
 class SweepView:
-    """Watches the runs of a sweep, which end in threads of their own."""
+    """Watcher of the runs of a sweep, which end in threads of their own."""
 
     def __init__(self, jobs: Sequence[SweepJob], console: Console | None = None) -> None:
         """Draw on ``console`` if that is a terminal; by default standard error."""
@@ -89,7 +89,7 @@ class SweepView:
 
 
 class _OneOfMany:
-    """Tells the view of a run's end, and nothing else."""
+    """Watcher that tells the view of a run's end, and nothing else."""
 
     def __init__(self, view: SweepView, label: str, last: str) -> None:
         self._view, self._label, self._last = view, label, last

@@ -64,7 +64,7 @@ def _open(served: contextlib.ExitStack, page: LivePage, show: bool) -> None:
 
 
 class _Both:
-    """Tells a view and the page's status; calls ``first`` when the first stage has to be computed."""
+    """Watcher that tells a view and the page's status; calls ``first`` when the first stage has to be computed."""
 
     def __init__(self, view: Observer, status: Observer, first: Callable[[], None]) -> None:
         self._observers = (view, status)

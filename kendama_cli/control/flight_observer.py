@@ -76,7 +76,7 @@ class ObservationLog:
 
 
 class FlightObserver(Protocol):
-    """Observes one game, control period by control period."""
+    """Observer of one game, control period by control period."""
 
     observed: ObservationLog
     tracked: bool

@@ -24,7 +24,7 @@ _FINE = 4
 
 
 class Painter:
-    """Draws the game; as a window where that is asked for (``render_mode="human"``)."""
+    """Painter of the game, in a window if that is asked for (``render_mode="human"``)."""
 
     def __init__(self, game: GameSettings, half_width_m: float) -> None:
         self._game, self._half_width_m = game, half_width_m

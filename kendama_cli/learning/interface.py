@@ -32,7 +32,7 @@ class FinishedRollout:
 
 
 class Actor(Protocol):
-    """Chooses the cup's acceleration from readings: a learner, a policy, or a script."""
+    """Choice of the cup's acceleration from readings: a learner, a policy, or a script."""
 
     @property
     def decides_on_bins(self) -> bool:

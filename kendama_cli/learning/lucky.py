@@ -34,7 +34,7 @@ STILL = DrawnHarmonic(0.0, 0.0, 0.0)
 
 
 class HarmonicPolicy(BinActor):
-    """Replays one harmonic, its action held by ``learn.decision`` on the bins of ``learn.grid``."""
+    """Policy of one harmonic, its action held by ``learn.decision`` on the bins of ``learn.grid``."""
 
     table = None
 

@@ -28,7 +28,7 @@ def seal_table(q: Array, settings: LearnSettings, meaning: Mapping[str, object] 
 
 
 class GreedyPolicy(BinActor):
-    """Chooses the best action of a frozen table, at the times at which it was learned to be chosen."""
+    """Policy of the best action of a frozen table, at the times at which it was learned to be chosen."""
 
     def __init__(self, policy: PolicyArtifact, settings: LearnSettings) -> None:
         """Check that the table has the shape that the settings need; raises ValueError if not."""

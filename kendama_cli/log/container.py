@@ -1,4 +1,4 @@
-"""Reads the MCAP container: every record checked, messages by topic; knows nothing of what is inside a message."""
+"""Reader of the MCAP container: every record checked, messages by topic; it knows nothing of their content."""
 
 from __future__ import annotations
 
@@ -67,7 +67,7 @@ class Content:
 
 
 class _Reader:
-    """Collects the records of one file into a Content."""
+    """Collector of the records of one file into a Content."""
 
     def __init__(self, topics: Collection[str] | None, most_bytes: int) -> None:
         """Limit one chunk to ``most_bytes``; the memory kept may have twice as many."""

@@ -1,4 +1,4 @@
-"""Turns a channel's messages into a flat table, by the schema embedded in the file: protobuf or JSON."""
+"""Decoder of a channel's messages into a flat table, by the schema embedded in the file: protobuf or JSON."""
 
 from __future__ import annotations
 

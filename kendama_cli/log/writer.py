@@ -1,4 +1,4 @@
-"""Writes a stage's log: typed messages, streamed to disk, one deterministic MCAP file at the end."""
+"""Writer of a stage's log: typed messages, streamed to disk, one deterministic MCAP file at the end."""
 
 from __future__ import annotations
 

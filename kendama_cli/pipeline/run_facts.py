@@ -61,7 +61,7 @@ def condition(text: str) -> Condition:
 
 
 class FactReader:
-    """Reads what is asked of many runs, and no more: a result's configuration only where a key may stand in it."""
+    """Reader of facts of many runs, and no more: a result's configuration only where a key may stand in it."""
 
     def __init__(self, store: Store, keys: Sequence[str] = ()) -> None:
         """Choose the facts to read: ``keys`` beside RECORDED."""

@@ -1,4 +1,4 @@
-"""Runs a pipeline: looks up what is there, starts one worker process for each stage that is not, keeps the record.
+"""Runner of a pipeline: looks up what is there, starts one worker process for each other stage, keeps the record.
 
 Stages that do not wait for each other run side by side. A lock per key lets two runs on one home compute a shared
 stage once; where locks are inherited, the worker holds it too, so it outlives a killed parent.

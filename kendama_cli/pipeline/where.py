@@ -20,7 +20,7 @@ Tell = Callable[[str], None]
 
 
 class Cluster(Starter, Protocol):
-    """Starts the workers of stages on other machines, many at once."""
+    """Starter of the workers of stages on other machines, many at once."""
 
     at_once: int
     """So many runs of a sweep keep it busy."""

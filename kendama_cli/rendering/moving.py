@@ -65,7 +65,7 @@ class Shot:
 
 
 class SceneSampler:
-    """Asks a scene for its poses, and sees its robot as meshes: links that were given once, and rods between joints."""
+    """Sampler of a scene's poses, and of its robot as meshes: links given once, and rods between joints."""
 
     def __init__(self, appearance: AppearanceSettings, links: Sequence[LinkMesh]) -> None:
         self._radius_m, self._arm_rgb = appearance.arm_radius_m, appearance.arm_rgb

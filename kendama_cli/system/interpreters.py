@@ -26,7 +26,7 @@ def one_thread() -> dict[str, str]:
 
 
 class Interpreters:
-    """Starts each worker as an interpreter; the request is the first line of its standard input."""
+    """Starter of workers as interpreters; the request is the first line of a worker's standard input."""
 
     def __init__(self, *, ended_by_signal: bool) -> None:
         """Set how workers end: by a signal, or by closing their standard input."""

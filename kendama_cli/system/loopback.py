@@ -45,7 +45,7 @@ NOT_FOUND = Answer(404, "text/plain", b"not found\n")
 
 
 class LoopbackServer(ThreadingHTTPServer):
-    """Serves what ``answer`` gives on a socket that listens already; every request must carry the token.
+    """Server of ``answer``'s results on a socket that listens already; every request must carry the token.
 
     ``policy`` is the Content-Security-Policy of all answers; ``stranger`` is told to who does not know the token;
     ``free`` are first parts of paths that are given without it.

@@ -120,7 +120,7 @@ def _unreadable(path: Path) -> InputError:
 
 @dataclass(frozen=True)
 class AviFacts:
-    """Frames a second that the header says (0: none), and frames whose chunks follow each other from the first on.
+    """Frame rate in the header (0: none), and number of frames whose chunks follow each other from the first on.
 
     ``damaged_byte`` is the place of the first chunk that is none. A file that is cut off is not damaged by that.
     """

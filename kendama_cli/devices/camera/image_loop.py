@@ -53,7 +53,7 @@ def raise_stale(stale: StaleFrame) -> None:
 
 
 class ImageLoop:
-    """Takes every frame of every camera once, finds the ball in it, and feeds the tracker moment by moment.
+    """Loop that takes every camera's frame once, finds the ball in it, and feeds the tracker state by state.
 
     A moment is what the cameras exposed together; it waits for all of them until it is late, or until free flight has
     been found: from then on each sighting counts by itself. ``now_s`` is the clock of the frames' stamps, which are

@@ -1,4 +1,4 @@
-"""Opens the hands that the configuration names."""
+"""Opening of the hands that the configuration names."""
 
 from __future__ import annotations
 

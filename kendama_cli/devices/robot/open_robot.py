@@ -1,4 +1,4 @@
-"""Opens the robot that the configuration names and closes it again, whatever happens in between."""
+"""Opening and closing of the robot that the configuration names, whatever happens in between."""
 
 from __future__ import annotations
 

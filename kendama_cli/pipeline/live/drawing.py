@@ -1,4 +1,4 @@
-"""Draws what the logs of a run have by now, in a thread of its own that takes little of the machine."""
+"""Drawing of a run's logs so far, in a thread of its own that takes little of the machine."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Serves the page of a run that goes on, on loopback, to whoever knows the token; nothing it does stops the run."""
+"""Server of the page of a run that goes on, on loopback, for who knows the token; it never stops the run."""
 
 from __future__ import annotations
 

@@ -103,7 +103,7 @@ class FolderRemote:
 
 
 class _Reached:
-    """Turns what the file system refuses into an OfflineError."""
+    """Context that turns the file system's refusals into an OfflineError."""
 
     def __init__(self, place: str) -> None:
         self._place = place

@@ -1,4 +1,4 @@
-"""Runs a notebook's cells and grades its tasks: ``python -m kendama_cli.plugins.course.grading NOTEBOOK N RESULT``.
+"""Grader of a notebook's cells: ``python -m kendama_cli.plugins.course.grading NOTEBOOK N RESULT``.
 
 The cells run in the order in which they stand, in one namespace that nothing was in before, so that what is graded is
 what the notebook says and not what was once typed in it. A cell that fails does not end this: the tasks that do not

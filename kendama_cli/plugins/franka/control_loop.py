@@ -33,7 +33,7 @@ class ActiveControl(Protocol):
 
 
 class ControlLoop:
-    """Controls the arm for as long as commands come; ``next_command`` waits at most so long, or gives None."""
+    """Control of the arm as long as commands come; ``next_command`` waits at most so long, or gives None."""
 
     def __init__(
         self,

@@ -48,7 +48,7 @@ class LimiterState:
 
 
 class RateLimiter:
-    """Follows a reference in steps of ``step_s`` as far as the limits let it.
+    """Limiter that follows a reference in steps of ``step_s`` as far as the limits let it.
 
     With the reference r and what is sent q, v, a of step k:
 

@@ -59,7 +59,7 @@ BRAKING_S = 2.0
 
 
 class ArmPipe:
-    """Starts the process and speaks with it; the first failure stays, and is what every later call raises."""
+    """Process of the arm and the pipe to it; the first failure stays, and every later call raises it."""
 
     def __init__(self, hardware: FrankaHardware) -> None:
         self._host = hardware.host

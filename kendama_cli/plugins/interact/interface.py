@@ -10,7 +10,7 @@ from kendama_cli.schema.arrays import Array
 
 
 class TaskController(Protocol):
-    """Turns a wanted pose and force of the tool into joint torques; one call of ``command`` is one control period."""
+    """Controller from the tool's desired pose and force to torques; a call of ``command`` is one control period."""
 
     def reset(self, posture_rad: Array) -> None:
         """Forget what happened; ``posture_rad`` (n,) is kept to where the tool leaves the joints free."""

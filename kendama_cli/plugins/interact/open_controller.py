@@ -1,4 +1,4 @@
-"""Makes the task-space controller that the configuration names."""
+"""Making of the task-space controller that the configuration names."""
 
 from __future__ import annotations
 

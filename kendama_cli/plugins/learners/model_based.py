@@ -34,7 +34,7 @@ from kendama_cli.schema.arrays import Array
 
 
 class SwingPolicy(BinActor):
-    """Plays one swing, its acceleration held by ``learn.decision`` on the bins of ``learn.grid``."""
+    """Policy of one swing, its acceleration held by ``learn.decision`` on the bins of ``learn.grid``."""
 
     table = None
 
@@ -67,7 +67,7 @@ class SwingPolicy(BinActor):
 
 
 class ModelBasedLearner(RolloutLearner):
-    """Fits a model to the rollouts so far, and plays what a search finds in it. See the module."""
+    """Learner that fits a model to the rollouts so far, and plays what a search finds in it. See the module."""
 
     def __init__(self, settings: LearnSettings, policy: PolicyArtifact | None = None) -> None:
         """Start from nothing, or from the swing of a ``policy``, which is played until it fails."""

@@ -54,7 +54,7 @@ def wanted(swing: tuple[float, float, float], t_s: float, x_m: float, velocity_m
 
 
 class OpenLoopPolicy:
-    """Plays one swing; the readings of the ball play no part."""
+    """Policy of one swing; the readings of the ball play no part."""
 
     table = None
     decides_on_bins = True  # every longest_s there is a decision, whatever the bins

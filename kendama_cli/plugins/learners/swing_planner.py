@@ -31,7 +31,7 @@ NEAR = 0.2
 
 
 class SwingPlanner:
-    """Finds the swing (w, c, A) of least cost in a model, averaged over what the model may be and how a rollout begins.
+    """Search for the swing (w, c, A) of least cost, averaged over a model's uncertainty and a rollout's start.
 
     What a release is worth follows from the toy as the settings have it: the pull of a taut rope, and the landing of a
     ball that flies freely. Only the way there is learned.

@@ -177,7 +177,7 @@ class TileCodingLearner(ValueLearner):
 
 
 class TilePolicy(BinActor):
-    """Chooses the action of the largest value, at the times at which a table would be asked."""
+    """Policy of the action of the largest value, at the times at which a table would be asked."""
 
     table = None
 

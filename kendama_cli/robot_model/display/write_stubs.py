@@ -1,4 +1,4 @@
-"""Writes the stand-ins for libGL and libX11 from ``symbols.txt``: the same bytes everywhere, without a compiler.
+"""Stand-ins for libGL and libX11 from ``symbols.txt``: the same bytes everywhere, without a compiler.
 
 ``python -m kendama_cli.robot_model.display.write_stubs`` writes them; with ``--list FOLDER`` it first reads which
 functions the shared objects in FOLDER (site-packages, or an unpacked wheel of DART) import, and adds them to the list.

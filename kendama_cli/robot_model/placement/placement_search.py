@@ -87,7 +87,7 @@ def line_demands(line: LineSettings, weight: float = 1.0, *, braking_m_s2: float
 
 
 class Round(NamedTuple):
-    """So many starts are led on by evolution for so long, from a cloud of this standard deviation in the unit cube."""
+    """Round of evolution: its number of starts, the cloud's standard deviation in the unit cube, and its duration."""
 
     starts: int
     spread: float

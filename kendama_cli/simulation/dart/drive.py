@@ -10,7 +10,7 @@ from kendama_cli.simulation.dart import drive_kernel
 
 
 class Drive:
-    """Follows a sampled reference of n joints within their limits of position, velocity and acceleration.
+    """Drive that follows a reference of n joints within their limits of position, velocity and acceleration.
 
     A sample passes unchanged where the cubic from the last one to it keeps to all limits and ends with room to brake.
     Otherwise the joint moves with constant acceleration for one period, chosen by the discrete time-optimal law

@@ -62,7 +62,7 @@ class WorldPair:
 
 
 class Stepper:
-    """Steps one of ``worlds`` under what ``control`` gives.
+    """Stepper of one of ``worlds`` under what ``control`` gives.
 
     Where only a ball is beside the arm, compiled code finds the joints' friction, and the world is the one without
     contacts while nothing can touch in the coming step and no joint comes to its limits. Beside a scene, on which the

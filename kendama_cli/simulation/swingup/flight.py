@@ -21,7 +21,7 @@ SETTLING_S = 0.3
 
 
 class Release:
-    """Watches one rollout: told every step, it says when the swing-up is over, by the true state and rope."""
+    """Watcher of one rollout: told every step, it says when the swing-up is over, by the true state and rope."""
 
     def __init__(self, settings: LearnSettings, goal: Goal) -> None:
         wanted = settings.goal

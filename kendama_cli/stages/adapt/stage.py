@@ -36,7 +36,7 @@ from kendama_cli.stages.interface import Made, StageContext, State
 
 
 class Adapt:
-    """Takes the MotionPlan of ``encode``; returns the CatchMotion of the arm in DART."""
+    """Stage from the MotionPlan of ``encode`` to the CatchMotion of the arm in DART."""
 
     def __init__(self, *, adapt: AdaptSettings, robot: RobotSettings, game: GameSettings) -> None:
         self._settings, self._robot, self._game = adapt, robot, game

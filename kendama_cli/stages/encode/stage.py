@@ -37,7 +37,7 @@ SHARES = np.linspace(0.0, 1.0, 101)
 
 
 class Encode:
-    """Takes the DemonstrationSet of ``capture``; gives the MotionPlan of the average primitive.
+    """Stage from the DemonstrationSet of ``capture`` to the MotionPlan of the average primitive.
 
     With ``encode.plan`` it takes nothing and gives the primitive of that file.
     """

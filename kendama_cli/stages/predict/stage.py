@@ -32,7 +32,7 @@ from kendama_cli.vision.settings import PredictSettings
 
 
 class Predict:
-    """Measures how well the crossing of the rim plane is predicted from images, against flights known exactly."""
+    """Stage that measures how well images predict the rim's crossing, against flights known exactly."""
 
     def __init__(
         self, *, predict: PredictSettings, camera: CameraSettings, game: GameSettings, lighting: LightingSettings

@@ -32,7 +32,7 @@ SAME_RAD = 1e-3
 
 
 class Rehearse:
-    """Takes the CatchMotion of ``adapt``; gives a Rehearsal."""
+    """Stage from the CatchMotion of ``adapt`` to a Rehearsal."""
 
     def __init__(
         self,

@@ -34,9 +34,10 @@ from kendama_cli.vision.settings import PredictSettings
 
 
 class Transfer:
-    """Takes the PolicyArtifact of ``learn`` and, where they are there, the CatchMotion of ``adapt`` and the
-    FrictionModel of ``identify``; returns a TransferResult. ``adapt`` and ``safety`` are needed with a
-    CatchMotion: they say how that was made, and what its visual catch has to keep to.
+    """Stage from the PolicyArtifact of ``learn`` to a TransferResult.
+
+    It also takes, if there, the CatchMotion of ``adapt`` and the FrictionModel of ``identify``. ``adapt`` and
+    ``safety`` are needed with a CatchMotion: they say how that was made, and what its visual catch has to keep to.
     """
 
     def __init__(

@@ -46,7 +46,7 @@ class Opened:
 
 
 class PlayServer:
-    """Serves the page to whoever knows the token; a name plays in one window at a time."""
+    """Server of the page for who knows the token; a name plays in one window at a time."""
 
     def __init__(
         self,

@@ -76,7 +76,7 @@ class Allowance:
 
 
 class PlayTable:
-    """Simulates what the hand's samples ask for, in steps of STEP_S of the hand's own time.
+    """Simulation that the hand's samples ask for, in steps of STEP_S of the hand's own time.
 
     ``phase`` is ready (the ball hangs, nothing moves), playing (the hand holds the cup), settling (it has let go, the
     ball may still come to lie in the cup) or over (the try has ended, the world goes on until the hand lets go or takes
