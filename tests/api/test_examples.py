@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from tests import warm_command
-from tests.plugins.films.ball_films import write_labelled
+from tests.vision.ball_films import write_labelled
 
 ROOT = Path(__file__).resolve().parents[2]
 EXPECTED = {

@@ -64,11 +64,12 @@ def test_a_library_lives_in_its_own_folders_only(library: str, folders: set[str]
 def test_the_core_names_no_plug_in() -> None:
     """No text does either: parts come by entry points, as a stranger's do."""
     named = [file.relative_to(PACKAGE).as_posix() for file in FILES if "kendama_cli.plugins" in file.read_text()]
-    assert [name for name in named if not name.startswith("plugins/")] == []
+    names_in_records = "schema/renames.py"  # what homes of older versions hold, and what it is called today
+    assert [name for name in named if not name.startswith("plugins/") and name != names_in_records] == []
 
 
-WITH_PARTS = {"architecture/laws_probe.py", "benchmarks/play.py"}
-"""They hold copies of a law in core and parts together, or time a part."""
+WITH_PARTS = {"architecture/laws_probe.py", "benchmarks/play.py", "films/table.py"}
+"""They hold laws of core and parts together, or time or judge a part."""
 
 
 def test_the_cores_tests_import_no_plug_in() -> None:

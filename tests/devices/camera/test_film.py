@@ -12,7 +12,7 @@ from kendama_cli.devices.camera.film_check import film_faults
 from kendama_cli.devices.camera.views import read_views
 from kendama_cli.errors import InputError
 from kendama_cli.vision.cameras.camera_model import CameraModel
-from tests.plugins.films.ball_films import RATE_HZ, pendulum, textured, write_film
+from tests.vision.ball_films import RATE_HZ, pendulum, textured, write_film
 
 FRAMES = 24
 

@@ -7,7 +7,7 @@ from kendama_cli.plugins.films.ball_box import BallBox, TrainedImage
 from kendama_cli.plugins.films.ball_region import BallRegion, learn_region
 from kendama_cli.plugins.films.self_training import RegionDetector
 from kendama_cli.vision.detection.interface import Sighting
-from tests.plugins.films.ball_films import draw_ball, labelled_image, textured
+from tests.vision.ball_films import draw_ball, labelled_image, textured
 
 FRAMES = 16
 

@@ -18,7 +18,7 @@ from kendama_cli.plugins.films.film_stills import different, film_stills
 from kendama_cli.system.listening import listen
 from tests.chromium import CHROMIUM, browser
 from tests.cli.typed import refused
-from tests.plugins.films.ball_films import pendulum, textured, write_film
+from tests.vision.ball_films import pendulum, textured, write_film
 
 RADIUS_PX = 7.0
 WALL = (20.0, 180.0, 70.0, 230.0)

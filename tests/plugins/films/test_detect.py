@@ -16,8 +16,8 @@ from kendama_cli.log.reader import LogFile
 from kendama_cli.plugins.films.track_output import PlaceMessage, SightingMessage
 from kendama_cli.vision.detection.conformance import disc_image
 from tests.cli.typed import kendama, refused
-from tests.plugins.films.ball_films import RATE_HZ, WIDTH, draw_ball, pendulum, textured, write_film, write_labelled
 from tests.plugins.films.onnx_file import disc_finder
+from tests.vision.ball_films import RATE_HZ, WIDTH, draw_ball, pendulum, textured, write_film, write_labelled
 
 
 def rows(path):

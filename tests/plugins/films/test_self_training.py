@@ -11,7 +11,7 @@ from kendama_cli.plugins.films.settings import TrainedDetectorSettings
 from kendama_cli.plugins.films.trained_detector import TrainedDetector
 from kendama_cli.plugins.films.training import teach
 from kendama_cli.vision.detection.interface import Sighting
-from tests.plugins.films.ball_films import draw_ball, labelled_image, pendulum, textured
+from tests.vision.ball_films import draw_ball, labelled_image, pendulum, textured
 
 STRIPED = (np.arange(160) // 6 % 2).astype(bool)
 FRAMES = [np.tile(np.where(STRIPED, 250, number).astype(np.uint8)[:, None], (120, 1, 3)) for number in range(40)]

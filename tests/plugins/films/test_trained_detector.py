@@ -13,7 +13,7 @@ from kendama_cli.plugins.films.settings import TrainedDetectorSettings
 from kendama_cli.plugins.films.trained_detector import TrainedDetector
 from kendama_cli.plugins.films.training import TrainedBall, teach
 from kendama_cli.vision.detection.interface import SearchHint
-from tests.plugins.films.ball_films import draw_ball, labelled_image, textured
+from tests.vision.ball_films import draw_ball, labelled_image, textured
 
 SETTINGS = TrainedDetectorSettings("trained", "", 1, 0.5, 6)
 

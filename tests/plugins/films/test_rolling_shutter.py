@@ -7,9 +7,9 @@ import pytest
 
 from kendama_cli.plugins.films.film_positions import clock_offsets, from_several
 from kendama_cli.vision.cameras.camera_model import looking_at
+from tests.plugins.films.rolling import filmed, seen_px, throws
 from tests.vision import followed_flight
 from tests.vision.followed_flight import flight, sighting, tracker
-from tests.vision.rolling import filmed, seen_px, throws
 
 
 def cameras(readout_s):
