@@ -125,7 +125,7 @@ def test_the_laws_notice_a_policy_that_remembers_the_last_rollout(monkeypatch):
             self.rollouts += 1
 
         def act(self, state: SwingState, t_s: float) -> float:
-            return super().act(state, t_s) * (0.9 if self.rollouts > 2 else 1.0)
+            return super().act(state, t_s) * (0.9 if self.rollouts > 1 else 1.0)
 
     broken = dataclasses.replace(SARSA, policy=Remembering)
     monkeypatch.setattr(type(LEARNERS), "maker", lambda registry, kind: broken)
