@@ -2,22 +2,20 @@
 
 from __future__ import annotations
 
-import importlib
 import io
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, BinaryIO
 
 from kendama_cli.log.writer import McapLog
+from kendama_cli.schema.declaration import find_stage, stage_names
 from kendama_cli.schema.messages import kind_of
-
-STAGES = ("capture", "encode", "identify", "adapt", "learn", "predict", "transfer", "rehearse")
 
 
 def all_topics() -> dict[str, type]:
-    """What the built-in stages declare, together."""
-    modules = [importlib.import_module(f"kendama_cli.stages.{name}.messages") for name in STAGES]
-    return {topic: kind for module in modules for topic, kind in module.TOPICS.items()}
+    """Return what the installed stages declare, together; those of parts too."""
+    stages = [stage for name in stage_names() if (stage := find_stage(name)) is not None]
+    return {topic: kind for stage in stages for topic, kind in stage.topics.items()}
 
 
 class MemoryFile:
