@@ -11,7 +11,7 @@ environment = gymnasium.make("kendama_cli.gym:kendama/Catch-v0")
 
 
 def law(observation: np.ndarray) -> np.ndarray:
-    """The constant acceleration with which the cup meets a freely falling ball, as a share of the largest."""
+    """Return the constant acceleration with which the cup meets a freely falling ball, as a fraction of the largest."""
     _, _, across_m, above_m, across_m_s, above_m_s, _ = observation
     root = above_m_s**2 + 2.0 * GRAVITY_M_S2 * (above_m - RIM_M)
     fall_s = (above_m_s + math.sqrt(max(root, 0.0))) / GRAVITY_M_S2
@@ -20,7 +20,7 @@ def law(observation: np.ndarray) -> np.ndarray:
 
 
 def caught(acts_by_law: bool) -> int:
-    """Of 50 balls."""
+    """Count the catches of 50 balls."""
     successes = 0
     for seed in range(50):
         observation, info = environment.reset(seed=seed)

@@ -26,12 +26,12 @@ LEARNERS: dict[str, tuple[type[BaseAlgorithm], str, dict[str, Any]]] = {
 
 
 def environment(actions: str) -> gymnasium.Env:
-    """The game for one agent."""
+    """Make the game for one agent."""
     return gymnasium.make("kendama/Catch-v0", actions=actions, normalised=True)
 
 
 def caught(learner: BaseAlgorithm, actions: str) -> float:
-    """The share of 200 episodes that the policy catches."""
+    """Return the fraction of 200 episodes that the policy catches."""
     judged, successes = environment(actions), 0
     for episode in range(200):
         observation, _ = judged.reset(seed=1_000_000 + episode)

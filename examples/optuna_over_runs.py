@@ -17,7 +17,7 @@ SEARCHED, JUDGED = range(10_000, 10_005), range(20_000, 20_010)
 
 
 def rollouts(overrides: list[str], seeds: range) -> float:
-    """The mean number of rollouts to a solved policy; one that is never solved counts as the cap of 1000."""
+    """Return the mean number of rollouts to a solved policy; one that is never solved counts as the cap of 1000."""
     chosen = ["simulation/engine=rail", *overrides]
     runs = [kendama.run("swingup", [*chosen, f"seed={seed}"], until="learn", home=home) for seed in seeds]
     metrics = [run.metrics("learn") for run in runs]
@@ -25,7 +25,7 @@ def rollouts(overrides: list[str], seeds: range) -> float:
 
 
 def objective(trial: optuna.Trial) -> float:
-    """What Optuna makes small."""
+    """Return the number that Optuna minimises."""
     return rollouts(
         settings(
             {
@@ -38,7 +38,7 @@ def objective(trial: optuna.Trial) -> float:
 
 
 def settings(params: dict[str, float]) -> list[str]:
-    """The overrides of one trial."""
+    """Return the overrides of one trial."""
     return [f"learn.{name}={value:.3f}" for name, value in params.items()]
 
 

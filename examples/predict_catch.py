@@ -1,4 +1,4 @@
-"""Where and when a thrown ball comes down, from noisy positions as motion capture gives them."""
+"""Landing of a thrown ball, in space and time, from noisy positions as motion capture gives them."""
 
 import numpy as np
 

@@ -12,12 +12,12 @@ environment = gymnasium.make("kendama_cli.gym:kendama/SwingUpGoal-v1")
 
 
 def energy(angle_rad: float, rate_rad_s: float) -> float:
-    """Of the ball over hanging still, in weights times rope lengths."""
+    """Return the ball's energy over hanging still, in weights times rope lengths."""
     return 1.0 - math.cos(angle_rad) + 0.5 * ROPE_M / GRAVITY_M_S2 * rate_rad_s**2
 
 
 def pump(observation: dict[str, np.ndarray]) -> np.ndarray:
-    """The share of the largest acceleration that brings the ball's energy to the goal's, and the cup to the middle."""
+    """Return the fraction of the largest acceleration that brings ball to the goal's energy and cup to the centre."""
     x_m, velocity_m_s, angle_rad, rate_rad_s, _ = observation["observation"].tolist()
     missing = energy(*observation["desired_goal"].tolist()) - energy(angle_rad, rate_rad_s)
     push = -GAIN * missing * math.cos(angle_rad) * math.copysign(1.0, rate_rad_s)
@@ -25,7 +25,7 @@ def pump(observation: dict[str, np.ndarray]) -> np.ndarray:
 
 
 def reached(by_pump: bool) -> int:
-    """Of so many goals, one an episode."""
+    """Count the goals reached, one an episode."""
     successes = 0
     for seed in range(FIRST_SEED, FIRST_SEED + EPISODES):
         environment.action_space.seed(seed)

@@ -46,7 +46,7 @@ def network() -> nn.Module:
 
 
 def patch(pixels: np.ndarray, boxes: np.ndarray, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
-    """A varied part of an image and the heat map that is wanted for it."""
+    """Return a varied part of an image and the heat map that is desired for it."""
     height, width = pixels.shape[:2]
     at = rng.uniform([0, 0], [width, height])
     if len(boxes) and rng.random() < 0.6:

@@ -19,7 +19,7 @@ HEADER = struct.Struct("<4sHHQQ")
 
 
 def read_key(path: str) -> bytes:
-    """The 32 bytes of a key file."""
+    """Read the 32 bytes of a key file."""
     return bytes.fromhex(Path(path).expanduser().read_text())
 
 
@@ -29,7 +29,7 @@ def tag(key: bytes, data: bytes) -> bytes:
 
 
 class Heard(enum.Enum):
-    """What ``poll`` has heard; to a RESET and a COMMAND ``answer`` is due."""
+    """Datagram that ``poll`` has heard; to a RESET and a COMMAND ``answer`` is due."""
 
     NOTHING, RESET, COMMAND, STOP = range(4)
 
@@ -46,7 +46,7 @@ class Command:
 
 @dataclass
 class State:
-    """What was really sent to the motors, and what the sensors say; cup and ball in the world, NaN if not tracked."""
+    """Commands as sent to the motors, and the sensors' readings; cup and ball in the world, NaN if not tracked."""
 
     t_s: float
     sent: Command
@@ -61,7 +61,7 @@ class State:
 
 @dataclass
 class Description:
-    """What the robot is; limits are n numbers each: lower, upper, speed, acceleration, effort."""
+    """Description of the robot; limits are n numbers each: lower, upper, velocity, acceleration, effort."""
 
     joint_names: tuple[str, ...]
     limits: tuple[tuple[float, ...], ...]

@@ -122,7 +122,7 @@ def swing_of(policy):
 
 
 def meaning(settings):
-    """What must be the same wherever the swing is played: the task, its actions, and when they may change."""
+    """Return the settings that must match wherever the swing is played: the task, its actions, and their times."""
     return task_meaning(settings)
 
 

@@ -1,4 +1,4 @@
-"""Its settings; their values stand in conf/learn/learner/mine.yaml."""
+"""Settings of the learner; their values stand in conf/learn/learner/mine.yaml."""
 
 from dataclasses import dataclass
 from typing import Literal
