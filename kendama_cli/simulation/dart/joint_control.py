@@ -92,8 +92,8 @@ class JointControl:
         self.drive = Drive(arm.limits, step_s)
         stiffness = arm.settings.stiffness_1_s2
         self._gains = np.array([stiffness, 2.0 * math.sqrt(stiffness), step_s, arm.gravity_m_s2])
-        self._none, self._force_nm = np.zeros(len(arm.joint_names)), np.zeros(len(arm.joint_names))
-        self.effort_nm = self._none
+        self.effort_nm = self._none = np.zeros(len(arm.joint_names))
+        self._force_nm = np.zeros_like(self._none)
         self.rope: tuple[Array, Array] | None = None
         self._arrays: StepArrays
 
@@ -104,26 +104,7 @@ class JointControl:
 
     def take(self, ball: TetheredBall) -> None:
         """Work from now on with ``ball``, its rope and errors as they are now."""
-        dynamics, friction, drive = self._dynamics, self.friction, self.drive
-        nodes, solid, chain = ball.chain.arrays
-        self._arrays = StepArrays(
-            links=dynamics.links,
-            marks=dynamics.marks,
-            limits=drive.limits,
-            joints=friction.constants,
-            radii=dynamics.radii,
-            gains=self._gains,
-            unknown=friction.unknown,
-            rope=ball.rope,
-            state=drive.state,
-            level=friction.level_nm,
-            pulled=ball.pulled,
-            ball_force=ball.force_n,
-            force=self._force_nm,
-            nodes=nodes,
-            solid=solid,
-            chain=chain,
-        )
+        self._arrays = _arrays(self._dynamics, self.friction, self.drive, ball, self._gains, self._force_nm)
 
     def follow(
         self,
@@ -234,18 +215,40 @@ class JointControl:
             ball.abort(t_s)
         if answer & torque_kernel.NOT_FINITE:
             self._abort(self.effort_nm, "torque", REFERENCE_REMEDY, t_s)
-        unknown = np.full_like(self._none, np.nan)
-        self._abort(unknown, "friction", "check the masses of the robot's description", t_s)
+        self._abort(np.full_like(self._none, np.nan), "friction", "check the masses of the robot's description", t_s)
 
     def _filled(self, value: float) -> Array:
         return np.full_like(self._none, value) if value else self._none
 
     def _abort(self, values: Array, what: str, remedy: str, t_s: float) -> Never:
-        bad = int(np.argmin(np.isfinite(values)))
-        name = self._arm.joint_names[bad]
+        name = self._arm.joint_names[bad := int(np.argmin(np.isfinite(values)))]
         raise SimulationError(
             name,
             t_s,
             f"the {what} of joint '{name}' of {self._arm.settings.name} is {values[bad]} at {t_s:.3f} s; the "
             f"simulation stops: {remedy}",
         )
+
+
+def _arrays(  # noqa: PLR0917 - the owners of the arrays, one after another
+    dynamics: ArmDynamics, friction: JointFriction, drive: Drive, ball: TetheredBall, gains: Array, force_nm: Array
+) -> StepArrays:
+    nodes, solid, chain = ball.chain.arrays
+    return StepArrays(
+        links=dynamics.links,
+        marks=dynamics.marks,
+        limits=drive.limits,
+        joints=friction.constants,
+        radii=dynamics.radii,
+        gains=gains,
+        unknown=friction.unknown,
+        rope=ball.rope,
+        state=drive.state,
+        level=friction.level_nm,
+        pulled=ball.pulled,
+        ball_force=ball.force_n,
+        force=force_nm,
+        nodes=nodes,
+        solid=solid,
+        chain=chain,
+    )
