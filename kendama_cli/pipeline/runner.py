@@ -60,8 +60,7 @@ class Runner:
         cluster: Starter | None = None,
         stop: threading.Event | None = None,
     ) -> None:
-        """Set the limits: ``workers`` stages compute at once, None for one per core; ``stop`` interrupts from
-        outside.
+        """Set the limits: ``workers`` stages compute at once, None for one per core; ``stop`` interrupts.
 
         ``starter`` makes the worker processes, by default an interpreter each; a fork server serves one at a time.
         Stages that do nothing but compute go to ``cluster`` where there is one.

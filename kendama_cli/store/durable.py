@@ -22,8 +22,6 @@ from kendama_cli.system.group import share_with_group
 
 SCRATCH = ".scratch"
 """Prefix of names that are not finished; whoever finds one without its writer may delete it."""
-
-
 FORMAT = 1
 """Of sealed records: results and runs. 0 stands for those without a number, as 0.1 wrote them."""
 SEALED = re.compile(
@@ -59,9 +57,7 @@ def canonical_json(value: Any) -> bytes:
 
 
 def is_text(value: str) -> bool:
-    """Return True if ``value`` can be stored as UTF-8; a file name in another encoding reaches Python as a string
-    that cannot.
-    """
+    """Return True if ``value`` can be stored as UTF-8; a file name in another encoding cannot."""
     try:
         value.encode()
     except UnicodeEncodeError:
