@@ -58,7 +58,7 @@ def _rows_once(recording: Recording) -> Recording:
 
 
 def _held_once(recording: Recording) -> Recording:
-    """Remove positions written again because the tracker had seen no other yet, at the tracker's steady rate.
+    """Keep once the positions that a recorder wrote again, without a newer one, at the tracker's steady rate.
 
     A new place is written late by up to one row, so that its stamps stray about ticks a + P k, which are found by
     numbering them and a line of least squares. Where the hand is slow, a place may stay: each tick has a sample.

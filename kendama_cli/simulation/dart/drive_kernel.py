@@ -55,7 +55,7 @@ def _catching_up(error: float, speed: float, acceleration: float, top: float, pe
 
 @compiled_as(float64(float64, float64, float64))
 def _way_to_rest(velocity: float, top: float, period: float) -> float:
-    """Return a bound on a joint's way until it rests, braking with ``top`` or less for whole periods.
+    """Return an upper bound of a joint's way until it rests, braking with ``top`` or less for whole periods.
 
     v^2 / 2 A + A T^2 / 8, where v > A T / 2: the last period brakes with less, and takes up to A T^2 / 8 more.
     """

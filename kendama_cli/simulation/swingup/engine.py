@@ -35,7 +35,7 @@ class SwingEngine(Protocol):
 
     @property
     def in_cup(self) -> bool | None:
-        """State of the ball in the cup; None in an engine in which they do not touch."""
+        """True if the ball lies in the cup; None in an engine in which they do not touch."""
 
     def take_on(self, rope_scale: float, drag_scale: float) -> None:
         """Take on a rope so many times as long and an air drag so many times as large, from the next ``start`` on."""

@@ -262,7 +262,7 @@ def hold(  # noqa: PLR0917
 
 @compiled
 def fly(s: Array, at_most: int, largest_m_s2: float, p: Physics, w: Limits) -> int:
-    """Play the flight after the goal, the cup heading for the landing; return it and the number of its steps."""
+    """Play the flight after the goal, the cup heading for the landing; return the number of its steps."""
     steps = 0
     while steps < at_most and abs(s[0]) <= w.edge_m:
         found = landing(s[0], s[3], _ball(s), p.rim_m, p.gravity_m_s2)
