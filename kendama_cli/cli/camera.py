@@ -35,7 +35,7 @@ def camera_colour(
 @camera_app.command("check")
 def camera_check(
     overrides: Overrides = None,
-    seconds: Annotated[float, typer.Option(metavar="N", min=0.05, help="How long to look.")] = 2.0,
+    seconds: Annotated[float, typer.Option(metavar="N", min=0.05, help="Duration of the look.")] = 2.0,
     output: Annotated[
         Path | None, typer.Option("-o", "--output", metavar="FILE", help="A picture of what was seen, as PNG.")
     ] = None,

@@ -13,7 +13,7 @@ DETECTORS = Registry("kendama.detectors", "detector")
 
 
 class DetectorSettingsNode(Protocol):
-    """What the settings of every detector have beside fields of their own."""
+    """Settings that every detector has beside fields of its own."""
 
     @property
     def kind(self) -> str:
@@ -86,8 +86,8 @@ MotionSettings = BallisticMotion | ProcessNoiseMotion | ColouredMotion
 class GravitySettings:
     """Gravity as the calibrated cameras see it; `kendama log predict` estimates the values of one's own flights."""
 
-    scale: float = setting("its magnitude over game.gravity_m_s2, for a wrong scale", above=0.8, below=1.2)
-    tilt_rad: tuple[float, float] = setting("its tilt towards +x and +y [rad]", above=-0.3, below=0.3)
+    scale: float = setting("magnitude over game.gravity_m_s2, for a wrong scale", above=0.8, below=1.2)
+    tilt_rad: tuple[float, float] = setting("tilt towards +x and +y [rad]", above=-0.3, below=0.3)
 
 
 @dataclass(frozen=True)
@@ -114,16 +114,14 @@ class PredictSettings:
         "parts of a flight after which the error is taken", above=0, below=1
     )
     stated_fraction: float = setting("the one of them that the metrics state", above=0, below=1)
-    onset_from: Literal["images", "truth"] = setting(
-        "what decides when the flight begins: the sequential test, or the truth"
-    )
+    onset_from: Literal["images", "truth"] = setting("start of the flight: by the sequential test, or the truth")
     image_every: int = setting("log every so many frames of the first flight as images; 0: none", at_least=0)
     jpeg_quality: int = setting("quality of logged images", at_least=1, at_most=100)
     release: ReleaseSettings = setting("the flights")
     gravity: GravitySettings = setting("the cameras' calibrated gravity")
-    motion: MotionSettings = setting("how far the ball is believed to follow gravity and drag")
-    detector: DetectorSettings = setting("how the ball is found")
-    onset: OnsetSettings = setting("how its free flight is noticed")
+    motion: MotionSettings = setting("model of the ball's deviation from gravity and drag")
+    detector: DetectorSettings = setting("detector of the ball")
+    onset: OnsetSettings = setting("test for free flight")
 
     def __post_init__(self) -> None:
         if list(self.observed_fractions) != sorted(set(self.observed_fractions)):

@@ -34,11 +34,11 @@ class BallBox:
 
     @property
     def radius_px(self) -> float:
-        """Of the ball: motion blur makes the box longer, never narrower."""
+        """Return the ball's radius: motion blur makes the box longer, never narrower."""
         return min(self.width_px, self.height_px) / 2
 
     def contrast(self, pixels: Image) -> float:
-        """How far a box stands out: sqrt(|m - m'|^2 + tr C), CIE Lab in 8 bits.
+        """Return the contrast of a box to its surroundings: sqrt(|m - m'|^2 + tr C), CIE Lab in 8 bits.
 
         m and C are mean and covariance of the colours in the ellipse within the box, m' the mean of those about it.
         Infinite where the box fills the image, so that there is nothing to compare.

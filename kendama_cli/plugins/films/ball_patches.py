@@ -27,8 +27,11 @@ ZOOM = 0.15
 def zoomed(
     crop: Image, free: NDArray[np.bool_], middle_px: tuple[float, float], rng: np.random.Generator
 ) -> tuple[Image, NDArray[np.bool_], float]:
-    """The crop (h, w, 3) larger or smaller about ``middle_px`` (column, row), where it then shows no ball (h, w), and
-    by which factor; ``free`` (h, w) says where the crop shows none. What lies beyond the crop is mirrored in."""
+    """Scale the crop (h, w, 3) about ``middle_px`` (column, row); return it, its ball-free mask (h, w), and the
+    factor.
+
+    ``free`` (h, w) is True where the crop shows no ball. What lies beyond the crop is mirrored in.
+    """
     factor = float(rng.uniform(1 - ZOOM, 1 + ZOOM))
     u, v = middle_px
     way = np.array([[factor, 0, (1 - factor) * u], [0, factor, (1 - factor) * v]])
@@ -39,7 +42,7 @@ def zoomed(
 
 
 def varied(crop: Image, rng: np.random.Generator) -> Image:
-    """The crop under other light, and mostly blurred along a line."""
+    """Vary the crop: other light, and mostly blurred along a line."""
     values = crop.astype(np.float32)
     if rng.random() < BLURRED:
         values = np.asarray(cv2.filter2D(values, -1, _any_line(rng)), dtype=np.float32)
@@ -47,7 +50,7 @@ def varied(crop: Image, rng: np.random.Generator) -> Image:
 
 
 def before(background: Image, crop: Image, half_boxes: NDArray[np.float64], rng: np.random.Generator) -> Image:
-    """The ball of the ``crop`` before a ``background`` of the same shape, mostly blurred by its own motion.
+    """Put the ball of the ``crop`` before a ``background`` of the same shape, mostly blurred by its own motion.
 
     ``half_boxes`` (h, w) is each pixel's distance from the box's middle, in half boxes.
     """
@@ -71,7 +74,7 @@ def _any_line(rng: np.random.Generator) -> Values:
 
 
 def _line(length_px: float, angle_rad: float) -> Values:
-    """A kernel that blurs along a line."""
+    """Return a kernel that blurs along a line."""
     half = int(np.ceil(length_px / 2))
     kernel = np.zeros((2 * half + 1, 2 * half + 1), dtype=np.float32)
     for way in np.linspace(-length_px / 2, length_px / 2, 8 * half + 4):
@@ -110,7 +113,7 @@ class Patches:
 
 
 def all_patches(images: Sequence[TrainedImage], rng: np.random.Generator) -> list[Patches]:
-    """The patches of each of ``images`` at each of the SCALES."""
+    """Return the patches of each of ``images`` at each of the SCALES."""
     radius_px = median_radius_px(images)
     most_px = MOST_PATCHES * (radius_px * min(SCALES) / BALL_PX) ** 2
     images = [_part(image, most_px, rng) for image in images]
@@ -122,8 +125,7 @@ def all_patches(images: Sequence[TrainedImage], rng: np.random.Generator) -> lis
 
 
 def _part(image: TrainedImage, most_px: float, rng: np.random.Generator) -> TrainedImage:
-    """A rectangle of the image with all of its boxes, of the image's shape and ``most_px`` pixels where the boxes allow
-    it; the image itself where it has no more."""
+    """Cut a rectangle with all boxes, of the image's shape and ``most_px`` pixels if they allow it; all if smaller."""
     size = np.array(image.pixels.shape[1::-1])
     smaller = np.ceil(size * min(np.sqrt(most_px / size.prod()), 1.0)).astype(int)
     if (smaller >= size).all():
@@ -140,7 +142,7 @@ def _part(image: TrainedImage, most_px: float, rng: np.random.Generator) -> Trai
 
 
 def median_radius_px(images: Sequence[TrainedImage]) -> float:
-    """Of the balls in the boxes."""
+    """Return the median radius of the balls in the boxes."""
     return float(np.median([box.radius_px for image in images for box in image.boxes]))
 
 
@@ -181,7 +183,7 @@ def _viewed(columns: NDArray[np.float64], rows: NDArray[np.float64], box: BallBo
 
 
 def _collect(view: _View, views: Sequence[_View], rng: np.random.Generator) -> Patches:
-    """The patches of one image at one scale; ``views`` are all images at that scale."""
+    """Collect the patches of one image at one scale; ``views`` are all images at that scale."""
     features, outside = patch_features(view.pixels), view.outside
     uncopied: list[Features] = []
     balls: list[Features] = []
@@ -228,7 +230,7 @@ def _copies(
 
 
 def _background(views: Sequence[_View], height: int, width: int, rng: np.random.Generator) -> Image | None:
-    """A part (height, width, 3) of one of the images that shows no ball; None where none is found."""
+    """Sample a part (height, width, 3) of one of the images that shows no ball; None if none is found."""
     for _ in range(TRIES):
         view = views[int(rng.integers(len(views)))]
         down, right = view.outside.shape[0] - height, view.outside.shape[1] - width

@@ -1,4 +1,4 @@
-"""Where in a film's images a ball begins and ends, by its colours: region competition (Zhu and Yuille 1996).
+"""Region of a ball in a film's images, by its colours: region competition (Zhu and Yuille 1996).
 
 A classifier of patches says where about a ball is; half of a ball of two colours looks as good to it as the whole. A
 pixel belongs to the ball where its colour is likelier the ball's than that of what is about the ball in the same image.
@@ -82,8 +82,9 @@ class BallRegion:
     """a pixel's mean log odds within the ball's disc"""
 
     def placed(self, pixels: Image, sighting: Sighting) -> Sighting:
-        """The ``sighting`` moved to the disc that the ball's colours fill in ``pixels`` (h, w, 3), with its radius; its
-        score is less where they hardly fill it."""
+        """Move ``sighting`` to the disc that the ball's colours fill in ``pixels`` (h, w, 3); a poor fill scores
+        less.
+        """
         colours, middle, radius = _colours(pixels, sighting.centre_px, self.seen_px), self.offset, self.radius
         for _ in range(2):
             odds = _log_odds(colours, self.inside, self._about(colours, middle, radius))
@@ -105,9 +106,12 @@ class BallRegion:
 
 
 def learn_region(images: Sequence[TrainedImage], seen: Sequence[tuple[Image, Sighting]]) -> BallRegion | None:
-    """The region of the ball that the boxes of ``images`` taught in images of a film, each ``seen`` with the ball's
-    centre to within a radius and its radius to within a third; None where nothing is seen, or the ball's colours are
-    those about it."""
+    """Learn the ball's region from the boxes of ``images`` and the images ``seen`` of a film.
+
+    Each of ``seen`` has the ball's centre to within a radius and its radius to within a third. None if nothing is
+    seen, or
+    the ball's colours are those about it.
+    """
     if not seen:
         return None
     seen_px = float(np.median([sighting.radius_px for _, sighting in seen]))
@@ -140,7 +144,7 @@ def learn_region(images: Sequence[TrainedImage], seen: Sequence[tuple[Image, Sig
 
 
 def _boxed(image: TrainedImage, number: int) -> Array:
-    """The shares of the colours within a box's ellipse."""
+    """Return the fractions of the colours within a box's ellipse."""
     box = image.boxes[number]
     colours = _colours(image.pixels, np.array([box.u_px, box.v_px]), box.radius_px)
     ellipse = np.hypot(_COLUMNS * box.radius_px / (box.width_px / 2), _ROWS * box.radius_px / (box.height_px / 2))
@@ -148,7 +152,7 @@ def _boxed(image: TrainedImage, number: int) -> Array:
 
 
 def _colours(pixels: Image, centre_px: Array, radius_px: float) -> Bins:
-    """The colours' bins (2 HALF_PX + 1, the same) about a centre (2,), scaled by the radius there."""
+    """Return the colours' bins (2 HALF_PX + 1, the same) about a centre (2,), scaled by the radius there."""
     scale = PATCH_RADIUS_PX / radius_px
     reach = int(np.ceil(HALF_PX / scale)) + 3
     left, top = (np.floor(centre_px).astype(int) - reach).tolist()
@@ -169,7 +173,7 @@ def _colours(pixels: Image, centre_px: Array, radius_px: float) -> Bins:
 
 
 def _shares(colours: Bins) -> Array:
-    """The share of each colour (BINS^3,), each counted in the neighbouring bins too; zeros of no pixels."""
+    """Return the fraction of each colour (BINS^3,), counted in the neighbouring bins too; zeros without pixels."""
     counts = np.bincount(colours.ravel(), minlength=BINS**3).astype(np.float64).reshape(BINS, BINS, BINS)
     for axis in range(3):
         wide = np.pad(counts, [(1, 1) if one == axis else (0, 0) for one in range(3)])
@@ -197,18 +201,18 @@ def _near(away: Array) -> NDArray[np.bool_]:
 
 
 def _moved(odds: Array, middle: Array) -> Array:
-    """The patch moved so that ``middle`` comes to its middle."""
+    """Move the patch so that ``middle`` comes to its centre."""
     way = np.array([[1, 0, -middle[0]], [0, 1, -middle[1]]])
     return np.asarray(cv2.warpAffine(odds, way, odds.shape[::-1], borderMode=cv2.BORDER_REPLICATE), dtype=np.float64)
 
 
 def _mean(odds: Array, middle: Array, radius: float) -> float:
-    """A pixel's mean log odds within a disc."""
+    """Return a pixel's mean log odds within a disc."""
     return float(odds[_away(middle) < radius].mean())
 
 
 def _shifted(odds: Array, start: Array, radius: float, usual: Array | None) -> Array:
-    """The middle (2,) of the disc with the highest mean log odds, within REACH radii of ``start``."""
+    """Return the centre (2,) of the disc with the highest mean log odds, within REACH radii of ``start``."""
     half = int(radius) + 2
     rows, columns = np.mgrid[-half : half + 1, -half : half + 1]
     disc = np.clip(radius + 0.5 - np.hypot(rows, columns), 0, 1)
@@ -228,7 +232,7 @@ def _shifted(odds: Array, start: Array, radius: float, usual: Array | None) -> A
 
 
 def _sized(odds: Sequence[Array], middles: Sequence[Array], radius: float) -> float:
-    """The radius of which the discs together have the most log odds, a step from ``radius`` at most."""
+    """Return the radius of which the discs together have the most log odds, a step from ``radius`` at most."""
 
     def total(tried: float) -> float:
         return sum(
@@ -241,7 +245,7 @@ def _sized(odds: Sequence[Array], middles: Sequence[Array], radius: float) -> fl
 
 
 def _radius(odds: Array, middle: Array, usual: float) -> float:
-    """The radius of which the disc about ``middle`` has the most log odds, less what one far from the usual loses."""
+    """Return the radius of which the disc about ``middle`` has the most log odds, less a loss far from the usual."""
     tried = usual * RADII
     away = _away(middle)
     reach = away < tried[-1] + 1

@@ -1,4 +1,4 @@
-"""Whether the boxes of taught images show one thing, and one that the images do not show all over."""
+"""Test that the boxes of training images show one thing, and one that the images do not show all over."""
 
 from __future__ import annotations
 
@@ -24,8 +24,12 @@ LEAST_SHARE = 1e-4
 
 @dataclass(frozen=True)
 class BoxLikeness:
-    """What the boxes of all other images taught, looked for in one image: the part of it that looks more like them than
-    its own box and all copies of that do (the least of all scales), and than its own box as it is does."""
+    """Similarity of one image to the boxes of all others.
+
+    It is the part of the image that looks more like them than its own box and all copies of that do (the least of
+    all
+    scales), and than its own box as it is does.
+    """
 
     image: int
     share: float
@@ -33,7 +37,7 @@ class BoxLikeness:
 
 
 def compared(images: Sequence[TrainedImage], patches: Sequence[Patches], rng: np.random.Generator) -> list[BoxLikeness]:
-    """Each of ``images`` with boxes against what the boxes of the others teach, nothing for under FEWEST_BOXES."""
+    """Compare each of ``images`` that has boxes with those of the others; nothing for under FEWEST_BOXES."""
     boxed = [number for number, image in enumerate(images) if image.boxes]
     if len(boxed) < FEWEST_BOXES:
         return []
@@ -55,15 +59,17 @@ def compared(images: Sequence[TrainedImage], patches: Sequence[Patches], rng: np
 
 
 def odd_boxes(likeness: Sequence[BoxLikeness]) -> dict[int, float]:
-    """The images whose box shows something else than the others, with the share that says so."""
+    """Return the images whose box shows something else than the others, with the fraction that says so."""
     return {one.image: one.share for one in likeness if one.share > ODD_SHARE}
 
 
 def unlike_share(likeness: Sequence[BoxLikeness]) -> float:
-    """The geometric mean over the images of the part that looks more like the other boxes than the own box does; above
-    UNLIKE_SHARE the boxes have nothing in common that tells them from the rest. 0 where nothing was compared.
+    """Return the geometric mean over the images of the part that looks more like the other boxes than the own box
+    does.
 
-    Of boxes anywhere each part is uniform in 0..1, and the mean is that of Fisher's test of them all together.
+    Above UNLIKE_SHARE the boxes have nothing in common that tells them from the rest; 0 if nothing was compared. Of
+    boxes
+    anywhere each part is uniform in 0..1, and the mean is that of Fisher's test of them all together.
     """
     if not likeness:
         return 0.0
@@ -71,8 +77,12 @@ def unlike_share(likeness: Sequence[BoxLikeness]) -> float:
 
 
 def odd_images(images: Sequence[TrainedImage], seed: int = 0) -> dict[int, float]:
-    """The images whose box ``teach`` would refuse for showing something else, with the part of each that looks more
-    like the other boxes than its own does; all of them where the boxes have nothing in common."""
+    """Return the images whose box training would refuse for showing something else.
+
+    Each has the part that looks more like the other boxes than its own does; all of them if the boxes have nothing
+    in
+    common.
+    """
     rng = np.random.default_rng(seed)
     likeness = compared(images, all_patches(images, rng), rng)
     odd = odd_boxes(likeness)

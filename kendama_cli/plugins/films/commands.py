@@ -24,7 +24,7 @@ DetectorSettingsOption = Annotated[
         "--override", metavar="KEY=VALUE", help="A setting of the detector, such as predict.detector.model=ball.onnx."
     ),
 ]
-Seed = Annotated[int, typer.Option(metavar="N", min=0, help="Of what is drawn while the ball is learned.")]
+Seed = Annotated[int, typer.Option(metavar="N", min=0, help="Seed of the training.")]
 
 
 def camera_train(
@@ -40,7 +40,7 @@ def camera_train(
             "-o",
             "--output",
             metavar="PATH",
-            help="Of a film: the folder for images and boxes [FILM-boxes]; of a folder: the taught ball [ball.npz].",
+            help="For a video, the folder of images and boxes [FILM-boxes]; for a folder, the trained ball [ball.npz].",
         ),
     ] = None,
     port: Annotated[int, typer.Option(min=0, max=65535, help="TCP port of the page; 0 takes a free one.")] = 0,
@@ -106,7 +106,8 @@ def camera_track(
         ),
     ] = Path("throws.csv"),
     calibration: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Of 'camera calibrate'; its cameras are called like the films.")
+        Path | None,
+        typer.Option(metavar="FILE", help="Calibration by 'camera calibrate'; camera names must match video names."),
     ] = None,
     ball_mm: Annotated[
         float | None, typer.Option(metavar="MM", min=1.0, help="The ball's diameter: one camera sees depth by it.")

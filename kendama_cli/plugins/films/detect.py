@@ -33,8 +33,10 @@ from kendama_cli.vision.settings import DetectorSettings
 
 @dataclass(frozen=True)
 class SeeingOptions:
-    """How the ball is to be found: a detector by name and overrides of its settings, or taught by a folder of images
-    with boxes; and how many balls an image shows at most."""
+    """Options of a detector: its name and overrides of its settings, or a folder of images with boxes to train it.
+
+    Also the maximum number of balls an image shows.
+    """
 
     site: Site
     detector: str | None
@@ -63,7 +65,7 @@ def train_ball(folder: Path, output: Path, seed: int) -> None:
 
 
 def taught(source: Path, images: Sequence[TrainedImage], seed: int) -> TrainedBall:
-    """The ball that ``images`` show; raises InputError, naming ``source``, where they teach none."""
+    """Train on ``images``; raises InputError, naming ``source``, if they train no detector."""
     boxes = sum(len(image.boxes) for image in images)
     if 0 < boxes < FEWEST_BOXES:
         number = "1 box teaches" if boxes == 1 else f"{boxes} boxes teach"
@@ -92,7 +94,7 @@ def detector_name(options: SeeingOptions, *, boxes: bool) -> str:
 
 
 def open_seeing(options: SeeingOptions, shown: Sequence[TrainedImage] = ()) -> Seeing:
-    """The detector that the options ask for; ``shown`` are images with boxes beside those of ``options.teach``.
+    """Open the detector of the options; ``shown`` are images with boxes beside those of ``options.teach``.
 
     Raises UsageError where name and boxes contradict each other, InputError where they teach nothing.
     """
@@ -151,7 +153,7 @@ def detect_balls(
 
 
 def scored_boxes(images: Sequence[Path], labels: Path) -> Iterator[tuple[Path, Sequence[BallBox]]]:
-    """Each image that has a file of boxes in ``labels``, with them; raises InputError where none has."""
+    """Yield each image that has a file of boxes in ``labels``, with them; raises InputError if none has."""
     files = {path.stem: path for path in sorted(labels.rglob("*.txt"))} if labels.is_dir() else {}
     if not files:
         raise InputError(str(labels), "it holds no file of boxes", remedy="give the folder labels/ of the images")

@@ -43,7 +43,7 @@ class FilmPositions:
 
 
 def clock_offsets(tracks: Sequence[FilmTrack], cameras: Sequence[CameraModel]) -> Array:
-    """By how much each further film's clock is ahead of the first's (films - 1,) [s]: where the rays meet best.
+    """Return the lead of each further film's clock over the first's (films - 1,) [s]: where the rays meet best.
 
     Raises ValueError where two films never show the ball at one moment.
     """
@@ -130,7 +130,7 @@ def _at(found: FilmTrack, t_s: float) -> tuple[Array, float, Array] | None:
 
 
 def _offset_s(first: FilmTrack, model: CameraModel, other: FilmTrack, camera: CameraModel) -> float:
-    """By how much ``other``'s clock is ahead: where the rays to the ball pass nearest to each other."""
+    """Return the lead of ``other``'s clock: where the rays to the ball pass nearest to each other."""
     period_s = float(np.median(np.diff(first.t_s)))
     grid = np.arange(-LONGEST_OFFSET_S, LONGEST_OFFSET_S + period_s, period_s)
     costs = np.array([_miss(first, model, other, camera, float(offset)) for offset in grid])

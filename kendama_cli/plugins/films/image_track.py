@@ -1,4 +1,4 @@
-"""Which of several candidates in each image is the ball: decided over time, not image by image."""
+"""Choice of the ball among several candidates in each image: over time, not image by image."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ class TrackedBall:
 
 
 def track(candidates: Sequence[Sequence[Sighting]], threshold: float) -> list[TrackedBall | None]:
-    """The ball in every frame, None where it is not seen, from the ``candidates`` of each frame of one camera.
+    """Return the ball in every frame, None if not seen, from the ``candidates`` of each frame of one camera.
 
     Track before detect: about each frame, parabolas u(t), v(t) (constant acceleration) through candidates of three
     frames are tried; a motion's support is the sum of the scores of the candidates within NEAR_RADII of it, one a
@@ -56,7 +56,7 @@ def track(candidates: Sequence[Sequence[Sighting]], threshold: float) -> list[Tr
 
 
 def _without(candidates: Sequence[Sequence[Sighting]], frames: Sequence[int]) -> list[list[Sighting]]:
-    """The ``candidates`` of each frame but those at whose place something is in STILL_PART of ``frames``."""
+    """Remove ``candidates`` at positions where something is in STILL_PART of ``frames``."""
     looked = frames[:: max(1, len(frames) // STILL_FRAMES)]
     number = np.array([k for k, frame in enumerate(looked) for _ in candidates[frame]], dtype=np.intp)
     places = np.array([one.centre_px for frame in looked for one in candidates[frame]]).reshape(-1, 2)
@@ -69,7 +69,7 @@ def _without(candidates: Sequence[Sequence[Sighting]], frames: Sequence[int]) ->
 
 
 def _follow(candidates: Sequence[Sequence[Sighting]], threshold: float) -> list[TrackedBall | None]:
-    """The candidate of each frame with the most support, None where none has enough; see track."""
+    """Return the candidate of each frame with the most support, None if none has enough; see track."""
     chosen: list[TrackedBall | None] = []
     for frame in range(len(candidates)):
         first, last = max(0, frame - HALF_FRAMES), min(len(candidates), frame + HALF_FRAMES + 1)
@@ -93,7 +93,7 @@ def _follow(candidates: Sequence[Sequence[Sighting]], threshold: float) -> list[
 
 
 def _support(one: Sighting, window: Sequence[tuple[int, Array, Array]]) -> float:
-    """The best sum of scores over motions through ``one`` and candidates of one frame before or after each."""
+    """Return the best sum of scores over motions through ``one`` and candidates of one frame before or after each."""
     near, reach = NEAR_RADII * one.radius_px, MOST_RADII_A_FRAME * 2 * one.radius_px
     close = [(k, rows - one.centre_px) for k, rows, _ in window if abs(k) <= THROUGH_FRAMES]
     if len(close) < 2:

@@ -36,14 +36,14 @@ class NetworkDetector:
         self.threshold = settings.score_min
 
     def fits(self, output: NDArray[np.float32]) -> bool:
-        """Whether an output of the network has the shape that the settings say."""
+        """Return True if an output of the network has the shape that the settings say."""
         number = self._settings.class_number
         if self._settings.output == "heatmap":
             return output.ndim == 4 and output.shape[0] == 1 and output.shape[1] > number and output.shape[2] > 1
         return output.ndim == 3 and output.shape[0] == 1 and min(output.shape[1:]) > 4 + number
 
     def output(self, pixels: Image) -> NDArray[np.float32]:
-        """What the network gives for ``pixels`` (h, w, 3), which must not be larger than its input."""
+        """Run the network on ``pixels`` (h, w, 3), which must not be larger than its input."""
         width, height = self._settings.input_px
         put = np.full((height, width, 3), GREY, dtype=np.uint8)
         put[: pixels.shape[0], : pixels.shape[1]] = pixels
@@ -80,12 +80,12 @@ class NetworkDetector:
             yield Sighting(one.centre_px + origin_px, one.covariance_px2, one.radius_px, one.score)
 
     def _sighting(self, at: Array, radius_px: float, score: float) -> Sighting:
-        """Of a place ``at`` (2,) in the input, in the image's own pixels."""
+        """Return the detection at ``at`` (2,) in the input, in the image's own pixels."""
         centre = (at + 0.5) / self._settings.scale - 0.5
         return Sighting(centre, np.eye(2) * (SIGMA_RADII * radius_px) ** 2, radius_px, float(np.clip(score, 0, 1)))
 
     def _peaks(self, maps: NDArray[np.float32], size: tuple[int, int]) -> Iterator[Sighting]:
-        """The highest places of a heat map (classes, h, w), which may be coarser than the input."""
+        """Yield the highest peaks of a heat map (classes, h, w), which may be coarser than the input."""
         heat = _probabilities(maps[self._settings.class_number]).copy()
         cell = np.array(self._settings.input_px) / (heat.shape[1], heat.shape[0])
         heat[int(np.ceil(size[0] / cell[1])) :] = 0
@@ -116,7 +116,7 @@ class NetworkDetector:
 
 
 def _probabilities(values: NDArray[np.float32]) -> NDArray[np.float32]:
-    """The values, where they can be probabilities; raises StageError otherwise."""
+    """Return the values, if they can be probabilities; raises StageError otherwise."""
     low, high = float(values.min()), float(values.max())
     if low < -ROUNDING or high > 1 + ROUNDING:
         raise StageError(

@@ -32,7 +32,7 @@ class PatchClassifier:
     biases: tuple[Values, ...]
 
     def log_odds(self, features: Values) -> Values:
-        """The log odds (n,) that patches with these ``features`` (n, features) show the ball."""
+        """Return the log odds (n,) that patches with these ``features`` (n, features) show the ball."""
         values = standardised(features, self.mean, self.spread)
         for weight, bias in zip(self.weights[:-1], self.biases[:-1], strict=True):
             values = values @ weight + bias
@@ -58,7 +58,7 @@ class Training:
         self._squares = [np.zeros_like(part) for part in parts]
 
     def learn(self, inputs: Values, is_ball: Values) -> None:
-        """One step on a batch of standardised inputs (n, features) and their truths (n,), 0 or 1."""
+        """Step once on a batch of standardised inputs (n, features) and their truths (n,), 0 or 1."""
         layers = [inputs]
         for weight, bias in zip(self._weights[:-1], self._biases[:-1], strict=True):
             sums = layers[-1] @ weight + bias
@@ -85,6 +85,6 @@ class Training:
             np.subtract(part, rate * mean / (1 - MOMENT**self._step) / size, out=part, casting="same_kind")
 
     def classifier(self) -> PatchClassifier:
-        """What was learned so far."""
+        """Return the classifier learned so far."""
         copies = [[part.copy() for part in parts] for parts in (self._weights, self._biases)]
         return PatchClassifier(self._mean, self._spread, tuple(copies[0]), tuple(copies[1]))

@@ -1,4 +1,4 @@
-"""What a patch looks like at the scale of the ball: colour, lightness and texture, as numbers for a classifier."""
+"""Features of a patch at the scale of the ball: colour, lightness and texture, as numbers for a classifier."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ COUNT = FIXED + RINGS + 3 * len(SPREADS_PX) + len(EDGES_PX)
 
 
 def scaled(pixels: Image, scale: float) -> Image:
-    """The image resized by ``scale``; a pixel's centre u comes to scale (u + 0.5) - 0.5."""
+    """Resize the image by ``scale``; a pixel's centre u comes to scale (u + 0.5) - 0.5."""
     height, width = pixels.shape[:2]
     size = max(round(width * scale), 1), max(round(height * scale), 1)
     way = cv2.INTER_AREA if scale < 1 else cv2.INTER_LINEAR
@@ -75,8 +75,7 @@ def patch_features(pixels: Image, every: int = 1) -> Features:
 
 
 def feature_strips(pixels: Image, every: int) -> Iterator[Features]:
-    """What patch_features gives for ``pixels`` and ``every``, a divisor of STRIP_PX, in parts (rows, w, COUNT) from the
-    top to the bottom."""
+    """Yield patch_features of ``pixels`` and ``every``, a divisor of STRIP_PX, in parts (rows, w, COUNT) downwards."""
     margin = -(-REACH_PX // every) * every
     for top in range(0, len(pixels), STRIP_PX):
         low, bottom = max(top - margin, 0), min(top + STRIP_PX, len(pixels))
@@ -85,7 +84,7 @@ def feature_strips(pixels: Image, every: int) -> Iterator[Features]:
 
 
 def turned(steps: int, *, mirrored: bool) -> NDArray[np.intp]:
-    """The order of features (COUNT,) of a patch turned by ``steps`` eighths of a turn, and mirrored before."""
+    """Return the order of features (COUNT,) of a patch rotated by ``steps`` eighths, and mirrored before."""
     order = list(range(FIXED))
     for ring in range(len(RINGS_PX)):
         first = FIXED + 3 * DIRECTIONS * ring

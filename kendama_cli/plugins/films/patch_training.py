@@ -18,7 +18,7 @@ HARD_LOG_ODDS = -2.0
 
 
 def trained(patches: Sequence[Patches], steps: int, rounds: int, rng: np.random.Generator) -> PatchClassifier:
-    """What ``steps`` steps of learning make of ``patches``, of which some must show the ball.
+    """Train a classifier by ``steps`` steps on ``patches``, of which some must show the ball.
 
     Between the ``rounds``, what the classifier takes for the ball elsewhere in these very images is added to what it
     learns as not the ball.
@@ -48,7 +48,7 @@ def trained(patches: Sequence[Patches], steps: int, rounds: int, rng: np.random.
 
 
 def _hard(classifier: PatchClassifier, patches: Sequence[Patches]) -> Values:
-    """The features of patches elsewhere that look most like the ball."""
+    """Return the features of patches elsewhere that look most like the ball."""
     found = []
     for one in patches:
         log_odds = classifier.log_odds(one.elsewhere)

@@ -54,14 +54,9 @@ def trained_on_film(
     threshold: float,
     seed: int = 0,
 ) -> Detector:
-    """A ``detector`` of the ``ball`` that ``images`` taught, or of what it becomes when ``frames`` in a row of a film
-    teach it too, with sightings placed by the ball's region in that film.
+    """Return a ``detector`` of the ``ball``, trained further by ``frames`` in a row of a film if they help.
 
-    Self-training in ROUNDS: the best supported sightings of a ball that moves are taught as boxes, and so is all else
-    in their frames as not the ball. The region places the boxes: a classifier learns the part of the ball on which it
-    looked, and looks there the more. Where hardly anything moves, what stands still in the film was taken for the ball:
-    the frames' median is taught as an image without one. Where nothing moves to the end it is the ``ball`` as it was,
-    for it may rest. Rounds are not compared by their support: what is wrongly taken for the ball may have much.
+    Detections are placed by the ball's region in that film.
     """
     learned = ball
     for number in range(ROUNDS + 1):
@@ -83,7 +78,7 @@ def trained_on_film(
 def _taught(
     images: Sequence[TrainedImage], shown: Sequence[TrainedImage], frames: Sequence[Image], seed: int
 ) -> TrainedBall:
-    """What ``images`` teach together with those of ``shown`` that teaching does not refuse."""
+    """Train on ``images`` together with those of ``shown`` that training does not refuse."""
     kept = [one for one in shown if all(box.contrast(one.pixels) >= LEAST_CONTRAST for box in one.boxes)]
     background = [_background(frames)]
     try:
@@ -95,7 +90,7 @@ def _taught(
 
 
 def _moving(tracked: Sequence[TrackedBall | None]) -> list[TrackedBall]:
-    """The sightings of a ball that moves."""
+    """Return the detections of a ball that moves."""
     found = []
     for one in tracked:
         if one is None:
@@ -108,7 +103,7 @@ def _moving(tracked: Sequence[TrackedBall | None]) -> list[TrackedBall]:
 
 
 def _shown(moving: Sequence[TrackedBall], frames: Sequence[Image], region: BallRegion | None) -> list[TrainedImage]:
-    """The frames with the best supported sightings, with boxes about them."""
+    """Return the frames with the best supported detections, with boxes about them."""
     chosen: list[TrackedBall] = []
     for least in SUPPORTS:
         chosen = []
@@ -128,6 +123,6 @@ def _box(sighting: Sighting) -> BallBox:
 
 
 def _background(frames: Sequence[Image]) -> TrainedImage:
-    """The median of some of the frames: what moves is not in it."""
+    """Return the median of some of the frames: what moves is not in it."""
     some = frames[:: max(len(frames) // BACKGROUND_FRAMES, 1)]
     return TrainedImage(np.median(np.array(some), axis=0).astype(np.uint8), ())

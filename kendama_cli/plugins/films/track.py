@@ -27,7 +27,7 @@ from kendama_cli.vision.cameras.camera_model import CameraModel
 
 @dataclass(frozen=True)
 class TrackOptions:
-    """What is known beside the films."""
+    """Options beside the films."""
 
     calibration: Path | None
     ball_mm: float | None
@@ -75,7 +75,7 @@ def track_films(
 
 
 def _cameras(films: Sequence[Film], options: TrackOptions) -> list[CameraModel]:
-    """The model of each film's camera, by name, or in the calibration's order; none without a calibration."""
+    """Return the model of each film's camera, by name, or in the calibration's order; none without a calibration."""
     names = [film.name for film in films]
     if len(set(names)) < len(names):
         raise UsageError(f"two films are called {', '.join(names)}: a film has its camera's name")
@@ -119,7 +119,7 @@ def _cameras(films: Sequence[Film], options: TrackOptions) -> list[CameraModel]:
 
 @dataclass(frozen=True)
 class _Box:
-    """What ``--box`` says, as it was written, and in numbers: a frame, and left, top, width and height [px]."""
+    """Box of ``--box``, as it was written, and in numbers: a frame, and left, top, width and height [px]."""
 
     text: str
     frame: int
@@ -130,7 +130,7 @@ class _Box:
 
 
 def _box(text: str) -> _Box:
-    """The box that ``text``, FRAME:X,Y,W,H, says; raises UsageError where it is none."""
+    """Parse the box in ``text``, FRAME:X,Y,W,H; raises UsageError for any other."""
     frame, _, place = text.partition(":")
     try:
         left, top, width, height = (float(part) for part in place.split(","))
@@ -143,7 +143,9 @@ def _box(text: str) -> _Box:
 
 
 def _shown(film: Film, frames: int, boxes: Sequence[_Box]) -> list[TrainedImage]:
-    """The frames that ``boxes`` point into, of a film that has so many; raises UsageError for what is not in it."""
+    """Return the frames that ``boxes`` point into, of a film that has so many; raises UsageError for a box not in
+    it.
+    """
     wanted: dict[int, list[BallBox]] = {}
     for box in boxes:
         if not 0 <= box.frame < frames:

@@ -102,7 +102,7 @@ class TrainedDetector:
         yield from found
 
     def _peaks(self, pixels: Image) -> Iterator[_Peak]:
-        """The highest peaks at each scale, in the coordinates of ``pixels``."""
+        """Yield the highest peaks at each scale, in the coordinates of ``pixels``."""
         if min(pixels.shape[:2]) < 2:
             return
         for scale in SCALES:

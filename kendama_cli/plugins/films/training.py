@@ -39,7 +39,7 @@ class TrainedBall:
         return np.asarray(each.mean(axis=0) - each.std(axis=0), dtype=np.float32)
 
     def to_bytes(self) -> bytes:
-        """The taught ball as an npz file; ``from_bytes`` takes it up again, exact to the last bit."""
+        """Return the trained ball as an npz file; ``from_bytes`` takes it up again, exact to the last bit."""
         content: dict[str, NDArray[np.generic]] = {"radius_px": np.array(self.radius_px)}
         for number, one in enumerate(self.classifiers):
             content |= {f"{number}_mean": one.mean, f"{number}_spread": one.spread}

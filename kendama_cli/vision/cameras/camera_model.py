@@ -69,11 +69,12 @@ class CameraModel:
 
     @property
     def row_s(self) -> float:
-        """How much later than the row above it a row is exposed."""
+        """Return the delay of a row's exposure after the row above it [s]."""
         return self.readout_s / self.height_px
 
     def exposed_s(self, frame_s: ArrayLike, pixels: ArrayLike) -> Array:
-        """When ``pixels`` (..., 2) of frames of the times ``frame_s`` (...) were exposed, which are the middle row's.
+        """Return the exposure times of ``pixels`` (..., 2) in frames of times ``frame_s`` (...), which are the
+        centre row's.
 
         Row v of h rows is exposed at frame_s + (v - (h - 1) / 2) row_s.
         """
@@ -98,7 +99,7 @@ class CameraModel:
         return self.optics.undistort(np.atleast_2d(np.asarray(pixels, dtype=np.float64)))
 
     def straight(self, u: float, v: float) -> Straight:
-        """One pixel with the distortion taken out, and the slope of the distortion there."""
+        """Undistort one pixel; return it with the slope of the distortion there."""
         return self.optics.straight(u, v)
 
     def rays(self, pixels: ArrayLike) -> Array:
@@ -107,7 +108,7 @@ class CameraModel:
         return np.asarray(np.column_stack([flat, np.ones(len(flat))]) @ self.world_to_camera)
 
     def size_px(self, place_m: ArrayLike, radius_m: float) -> float:
-        """The mean radius of the disc of a sphere of ``radius_m`` at the world's ``place_m`` (3,)."""
+        """Return the mean radius [px] of the disc of a sphere of ``radius_m`` at the world's ``place_m`` (3,)."""
         return self.optics.size_px(self.in_camera(place_m)[0], radius_m)
 
 

@@ -131,13 +131,13 @@ class RadialLens:
         return min(self.fx, self.fy)
 
     def posed(self, points_m: Array, turn: ArrayLike, shift: ArrayLike) -> tuple[Array, Array]:
-        """By OpenCV; behind the camera it goes on as if mirrored."""
+        """Project by OpenCV; behind the camera it goes on as if mirrored."""
         made = cv2.projectPoints(points_m, np.asarray(turn), np.asarray(shift), self.matrix, self.distortion)
         pixels, slopes = (np.asarray(one, dtype=np.float64) for one in made)
         return pixels.reshape(-1, 2), slopes[:, : 6 + FITTED]
 
     def place_slopes(self, points_m: Array) -> Array:
-        """Of the pinhole, without the distortion's small curvature."""
+        """Return the slopes of the pinhole, without the distortion's small curvature."""
         made = np.zeros((len(points_m), 2, 3))
         for slope, (x, y, z) in zip(made, points_m, strict=True):
             slope[0] = self.fx / z, 0.0, -self.fx * x / z**2
@@ -151,24 +151,28 @@ class RadialLens:
         return np.asarray(made[0], dtype=np.float64), np.asarray(made[1], dtype=np.float64)
 
     def sphere_centre(self, disc_px: Array, radius_px: float) -> Array:
-        """A sphere seen under the half angle alpha at the angle theta off the axis has its disc's centre at
+        """Return the centre of a sphere by its disc.
+
+        A sphere seen under the half angle alpha at the angle theta off the axis has its disc's centre at
         tan(theta) cos^2(theta) / (cos^2(theta) - sin^2(alpha)); for a small ball alpha / cos(theta) is radius / focal.
         """
         shrink = 1 - (radius_px / float(self.focal_px.mean())) ** 2
         return np.asarray(self.center_px + shrink * (disc_px - self.center_px))
 
     def size_px(self, place_m: Array, radius_m: float) -> float:
-        """As in the image's middle."""
+        """Return the radius as at the image's centre."""
         return float(self.focal_px.mean()) * radius_m / float(place_m[2])
 
     def depth_m(self, rays: Array, radius_px: Array, radius_m: float) -> Array:
-        """A sphere of radius R at the depth Z, seen along (x, y, 1), has a disc of the mean radius
-        r = f R / Z (1 + sqrt(1 + x^2 + y^2)) / 2: nearly an ellipse, longer away from the middle by the root.
+        """Return the depth of a sphere by its disc.
+
+        A sphere of radius R at the depth Z, seen along (x, y, 1), has a disc of the mean radius
+        r = f R / Z (1 + sqrt(1 + x^2 + y^2)) / 2: nearly an ellipse, longer away from the centre by the root.
         """
         longer = (1.0 + np.linalg.norm(rays, axis=1)) / 2
         return np.asarray(float(self.focal_px.mean()) * radius_m * longer / radius_px)
 
     def across_m2(self, seen: Sequence[Straight], depth_m: Array, covariance_px2: Array) -> Array:
-        """By the focal length."""
+        """Return the lateral covariance by the focal length."""
         del seen
         return np.asarray((depth_m**2 / float(self.focal_px.mean()) ** 2)[:, None, None] * covariance_px2)

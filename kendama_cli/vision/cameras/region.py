@@ -19,11 +19,11 @@ class Region:
 
     @property
     def empty(self) -> bool:
-        """Whether no pixel lies inside."""
+        """Return True if no pixel lies inside."""
         return self.right <= self.left or self.bottom <= self.top
 
     def within(self, other: Region) -> Region:
-        """The part of this region that lies in ``other``; it may be empty."""
+        """Return the part of this region that lies in ``other``; it may be empty."""
         return Region(
             max(self.left, other.left),
             max(self.top, other.top),
@@ -33,12 +33,12 @@ class Region:
 
 
 def around(centre_px: ArrayLike, half_px: ArrayLike) -> Region:
-    """The region of ``half_px`` (scalar or (2,)) to every side of ``centre_px`` (2,)."""
+    """Return the region of ``half_px`` (scalar or (2,)) to every side of ``centre_px`` (2,)."""
     low = np.floor(np.asarray(centre_px) - np.asarray(half_px)).astype(int)
     high = np.ceil(np.asarray(centre_px) + np.asarray(half_px)).astype(int) + 1
     return Region(int(low[0]), int(low[1]), int(high[0]), int(high[1]))
 
 
 def whole(width_px: int, height_px: int) -> Region:
-    """All of an image."""
+    """Return the region of a whole image."""
     return Region(0, 0, width_px, height_px)

@@ -28,7 +28,7 @@ class SightRows(NamedTuple):
 
 
 def sight_rows(camera: CameraModel, centre_px: Array, covariance_px2: Array) -> SightRows:
-    """What one pixel (2,) with covariance (2, 2) says of a point.
+    """Return the linear constraints of one pixel (2,) with covariance (2, 2) on a point.
 
     With (x, y) the undistorted pixel, r1, r2, r3 the rows of R and o the optical centre:
     (r1 - x r3) . (p - o) = 0 and (r2 - y r3) . (p - o) = 0, with the pixel's noise times the depth r3 . (p - o).
@@ -59,7 +59,7 @@ class Located:
 
 
 def triangulate(sights: Sequence[SightRows]) -> Located | None:
-    """The point that fits all ``sights`` best, by least squares weighted with the inverse depth.
+    """Fit the point to all ``sights``, by least squares weighted with the inverse depth.
 
     None with fewer than two sights, or where the point would lie behind a camera.
     """

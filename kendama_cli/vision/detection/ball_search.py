@@ -1,4 +1,4 @@
-"""Where in each camera's image the ball is searched, and what is found there."""
+"""Search of the ball in each camera's image: the region, and the detection there."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ LOST_FRAMES = 5
 
 @dataclass
 class _ImageTrack:
-    """What one camera saw last."""
+    """Last detections of one camera."""
 
     t_s: float
     centre_px: Array
@@ -33,7 +33,7 @@ class _ImageTrack:
 
 @dataclass
 class _Expected:
-    """Where the search begins."""
+    """Start of the search."""
 
     hint: SearchHint
     half_px: float
@@ -75,7 +75,9 @@ class BallSearch:
                 self._expected[name] = _Expected(hint, half_px, 0)
 
     def region(self, camera: str, t_s: float) -> Region:
-        """Where to search the ball at ``t_s``: about its predicted place; the whole image when it was lost."""
+        """Return the region to search at ``t_s``: about the predicted position; the whole image when the ball was
+        lost.
+        """
         model = self._cameras[camera]
         image = whole(model.width_px, model.height_px)
         hint, half_px = self._hint(camera, t_s)
@@ -101,7 +103,7 @@ class BallSearch:
         return sighting
 
     def _hint(self, camera: str, t_s: float) -> tuple[SearchHint | None, float]:
-        """Where the ball should be in the image, and how far from there at most [px]; None where nothing says."""
+        """Return the expected position in the image, and its maximum error [px]; None without a prediction."""
         track, expected = self._tracks.get(camera), self._expected.get(camera)
         if track is None:
             if expected is None or expected.missed >= LOST_FRAMES:

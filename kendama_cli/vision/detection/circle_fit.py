@@ -49,7 +49,8 @@ class CircleFit:
         self._min_radius_px, self._min_outline, self._sigma_floor_px = min_radius_px, min_outline, sigma_floor_px
 
     def circle(self, pixels: Image, disc: Disc) -> Sighting | None:
-        """The circle about ``disc`` in ``pixels`` (h, w, 3), or None; its score is the part of the outline found.
+        """Fit the circle about ``disc`` in ``pixels`` (h, w, 3), or None; its score is the fraction of the outline
+        found.
 
         It is fitted again from its own centre until rays and outline meet at right angles.
         """
@@ -73,7 +74,7 @@ class CircleFit:
         return max(5.0, self._min_outline * DIRECTIONS)
 
     def _fit(self, disc: Disc, reach: Array, usable: NDArray[np.bool_]) -> Sighting | None:
-        """The circle through outline points at distance ``reach`` (n,) from the disc's centre, outliers left out.
+        """Fit the circle to outline points at ``reach`` (n,) from the disc's centre, outliers left out.
 
         About the rays' common centre the distance is linear in the circle's three unknowns:
         reach = radius + direction . shift.
@@ -100,7 +101,7 @@ class CircleFit:
 
 
 def _profile_along_rays(pixels: Image, disc: Disc) -> tuple[Array, Array, NDArray[np.bool_]]:
-    """What lies along every direction from the disc's centre: steps, the image there, which rays are inside it."""
+    """Sample rays from the disc's centre: steps, the image there, and a mask of the rays inside it."""
     height, width = pixels.shape[:2]
     radius = max(disc.radius, 1.0)
     steps = np.arange(0.5 * radius, 1.35 * radius + 3.0 + STEP_PX, STEP_PX)
@@ -136,7 +137,7 @@ def _through_contrast(steps: Array, profile: Array, usable: NDArray[np.bool_]) -
 
 
 def _falls(steps: Array, signal: Array, level: Array, usable: NDArray[np.bool_]) -> tuple[Array, NDArray[np.bool_]]:
-    """Where each ray's ``signal`` (n, s) first falls through its ``level`` (n,), and whether it does."""
+    """Return the steps at which each ray's ``signal`` (n, s) first falls through its ``level`` (n,), and if it does."""
     above = signal > level[:, None]
     falls = above[:, :-1] & ~above[:, 1:]
     at = falls.argmax(axis=1)

@@ -1,4 +1,4 @@
-"""What colour the ball has: thresholds set by hand, or a table learned from pixels that were pointed at."""
+"""Colour of the ball: thresholds set by hand, or a table learned from pixels that were pointed at."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ DARK_PART = 0.25
 
 
 class ColourModel(Protocol):
-    """Which pixels may be the ball's."""
+    """Model of the pixels that may be the ball's."""
 
     def mask(self, pixels: Image) -> Image:
         """255 where ``pixels`` (h, w, 3) blue, green, red have the ball's colour, 0 elsewhere."""
@@ -76,7 +76,7 @@ class LearnedColour:
         return _bytes(found)
 
     def to_json(self) -> str:
-        """The model as text; ``from_json`` takes it up again, exact to the last bit."""
+        """Return the model as text; ``from_json`` takes it up again, exact to the last bit."""
         return json.dumps({"value_min": self.value_min, "log_odds": self.log_odds.tolist()})
 
     @staticmethod

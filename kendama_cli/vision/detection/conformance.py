@@ -34,7 +34,7 @@ def disc_image(*centres_px: tuple[float, float], width: int = 160, height: int =
 
 
 def check_finds(detector: Detector) -> None:
-    """The ball is found where it is, with its size and a covariance that a filter can use."""
+    """Check that the ball is found at its position, with its size and a covariance that a filter can use."""
     found = _first(detector, disc_image((70.3, 52.6)))
     _law(found is not None, "a clear ball is found")
     assert found is not None
@@ -51,13 +51,13 @@ def check_finds(detector: Detector) -> None:
 
 
 def check_not_seen(detector: Detector) -> None:
-    """Where there is no ball there is no confident candidate."""
+    """Check that an image without a ball gives no confident candidate."""
     scores = [one.score for one in detector.candidates(disc_image())]
     _law(all(score < 0.5 for score in scores), f"no ball is seen with confidence where there is none (scores {scores})")
 
 
 def check_origin(detector: Detector) -> None:
-    """A part of an image gives the whole image's coordinates."""
+    """Check that a part of an image gives the whole image's coordinates."""
     image = disc_image((70.3, 52.6))
     part = _first(detector, np.ascontiguousarray(image[20:100, 30:120]), (30, 20))
     _law(part is not None, "a ball is found in a part of the image")
@@ -66,7 +66,7 @@ def check_origin(detector: Detector) -> None:
 
 
 def check_hint(detector: Detector) -> None:
-    """Of two balls the one that is expected comes first."""
+    """Check that of two balls the expected one comes first."""
     image = disc_image((40.0, 60.0), (115.0, 60.0))
     for u in (40.0, 115.0):
         found = _first(detector, image, hint=SearchHint(np.array([u + 3.0, 58.0]), RADIUS_PX))
@@ -77,7 +77,7 @@ def check_hint(detector: Detector) -> None:
 
 
 def check_repeats(detector: Detector) -> None:
-    """An image gives the same candidates whenever it is shown, whatever came between, and stays as it is."""
+    """Check that an image gives the same candidates whenever it is shown, whatever came between, and stays as it is."""
     image = disc_image((70.3, 52.6))
     before = image.copy()
     first = _values(detector, image)

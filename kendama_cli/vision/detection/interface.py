@@ -1,4 +1,4 @@
-"""What finds the ball in an image: candidates with place, size, score and covariance."""
+"""Interface of detectors of the ball in an image: candidates with position, size, score and covariance."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ class Sighting:
 
 @dataclass(frozen=True)
 class SearchHint:
-    """What is known of where the ball is: its expected centre (2,) [px] and radius [px], in the whole image."""
+    """Expected centre (2,) [px] and radius [px] of the ball, in the whole image."""
 
     centre_px: Array
     radius_px: float
@@ -40,7 +40,7 @@ class Detector(Protocol):
     def candidates(
         self, pixels: Image, origin_px: tuple[int, int] = (0, 0), hint: SearchHint | None = None
     ) -> Iterator[Sighting]:
-        """What may be the ball in ``pixels`` (h, w, 3) blue, green, red, the most likely first; nothing for "not seen".
+        """Yield candidates for the ball in ``pixels`` (h, w, 3) BGR, the most likely first; none for "not seen".
 
         ``origin_px`` is the column and row of ``pixels[0, 0]`` in the whole image, in which centres and ``hint`` count.
         Candidates are computed as they are asked for.

@@ -7,6 +7,6 @@ from kendama_cli.vision.settings import DETECTORS, DetectorSettings
 
 
 def make_detector(settings: DetectorSettings) -> Detector:
-    """The detector of the kind that ``settings`` choose; raises InputError where a file of its own cannot be read."""
+    """Make the detector that ``settings`` choose; raises InputError if a file of its own cannot be read."""
     made: Detector = DETECTORS.maker(settings.kind)(settings)
     return made

@@ -78,7 +78,7 @@ class BallisticFit:
         return self.flight.moved(start, velocity, t_s - self._start_s)
 
     def moment(self, t_s: float) -> Moment | None:
-        """The ball at ``t_s``, with the covariance of its position, scaled up where the residuals are too large."""
+        """Return the ball at ``t_s``, with its position's covariance, scaled up if the residuals are too large."""
         known = self.state(t_s)
         if known is None or self._state is None:
             return None
@@ -89,7 +89,7 @@ class BallisticFit:
         return Moment(*known, covariance * max(1.0, self._ratio))
 
     def within(self, position_m: float, velocity_m_s: float) -> bool:
-        """Whether the first position and velocity are known to these standard deviations along every axis."""
+        """Return True if the first position and velocity are known to these standard deviations along every axis."""
         self._solve()
         sigma = np.sqrt(self._covariance.diagonal())
         return self._state is not None and bool((sigma[:3] < position_m).all() and (sigma[3:] < velocity_m_s).all())

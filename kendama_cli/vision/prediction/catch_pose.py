@@ -1,4 +1,4 @@
-"""From observations of a flying ball to where, when and how to hold the cup."""
+"""Estimate of the catch pose, its position, time and rotation, from observations of a flying ball."""
 
 from __future__ import annotations
 
@@ -117,7 +117,7 @@ class CatchPoseEstimator:
         return None if moment is None else moment.covariance_m2
 
     def catch(self, rim_height_m: float | None = None) -> CatchPose | None:
-        """Where and when the ball falls through the rim plane.
+        """Return the position and time at which the ball falls through the rim plane.
 
         Parameters
         ----------
@@ -156,7 +156,7 @@ class CatchPoseEstimator:
         )
 
     def _crossing_s(self, height_m: float) -> float | None:
-        """When the ball falls through ``height_m``; a wobble on top of the flight needs a second look or two."""
+        """Return the time at which the ball falls through ``height_m``; a wobble needs a second look or two."""
         crossing_s = self._fit.reference_s
         for _ in range(1 if isinstance(self._fit, BallisticFit) else 4):
             known = self._fit.state(crossing_s)
@@ -170,7 +170,7 @@ class CatchPoseEstimator:
 
 
 def opening_against(velocity_m_s: ArrayLike) -> Array:
-    """The smallest rotation wxyz (4,) that turns the cup's axis (0, 0, 1) against ``velocity_m_s`` (3,).
+    """Return the smallest rotation wxyz (4,) that turns the cup's axis (0, 0, 1) against ``velocity_m_s`` (3,).
 
     A velocity of zero, or straight up, leaves the cup upright: there is nothing to turn it by.
     """

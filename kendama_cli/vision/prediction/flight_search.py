@@ -74,7 +74,7 @@ def find_flights(tracks: Sequence[RecordedTrack]) -> list[RecordedFlight]:
 
 
 def _pieces(track: RecordedTrack) -> list[RecordedTrack]:
-    """The stretches without a gap, unseen samples left out."""
+    """Return the stretches without a gap, unseen samples left out."""
     seen = np.isfinite(track.position_m).all(axis=1)
     t, points = track.t_s[seen], track.position_m[seen]
     cuts = np.flatnonzero(np.diff(t) > GAP_S) + 1
@@ -104,7 +104,7 @@ def _acceleration(piece: RecordedTrack) -> Array:
 
 
 def _upright(falls: Sequence[Array]) -> Array | None:
-    """The rotation (3, 3), of quarter turns, to a frame whose z points up; None where nothing falls."""
+    """Return the rotation (3, 3), of quarter turns, to a frame whose z points up; None if nothing falls."""
     falling = [fall[np.abs(np.linalg.norm(fall, axis=1) - GRAVITY_M_S2) < NEAR_M_S2] for fall in falls]
     together = np.concatenate([np.empty((0, 3)), *falling])
     counts = [int((sign * together[:, axis] > 0.95 * GRAVITY_M_S2).sum()) for axis in range(3) for sign in (-1, 1)]
@@ -121,7 +121,7 @@ def _runs(mask: NDArray[np.bool_]) -> list[tuple[int, int]]:
 
 
 def _spans(t: Array, points: Array, free: NDArray[np.bool_]) -> list[tuple[int, int]]:
-    """The stretches of free fall, made longer where they go on; what then overlaps is one."""
+    """Return the stretches of free fall, extended where they go on; those that then overlap are one."""
     spans: list[tuple[int, int]] = []
     for begin, end in _runs(free):
         if t[end - 1] - t[begin] < CORE_S:

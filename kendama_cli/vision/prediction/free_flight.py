@@ -21,7 +21,7 @@ STILL_M_S = 1e-9
 
 
 class Transition(NamedTuple):
-    """How place and velocity after a time change with the first velocity: (3, 3) each."""
+    """Derivatives of position and velocity after a time by the first velocity: (3, 3) each."""
 
     position_s: Array
     velocity: Array
@@ -103,7 +103,7 @@ class FreeFlight:
         )
 
     def descent_s(self, start_m: Array, velocity_m_s: Array, height_m: float) -> float | None:
-        """When the ball falls through ``height_m``: the later root of z(s), counted from the start; None if never.
+        """Return the time at which the ball falls through ``height_m``: the later root of z(s); None if never.
 
         Newton's method from the root without drag; the root may be negative, when the ball is already below.
         """
@@ -154,6 +154,6 @@ class FreeFlight:
 
 
 def tilted_gravity(magnitude_m_s2: float, tilt_rad: ArrayLike) -> Array:
-    """The gravity vector (3,) of a frame whose vertical is tilted: ``tilt_rad`` (2,) is how far towards +x and +y."""
+    """Return the gravity vector (3,) of a frame whose vertical tilts by ``tilt_rad`` (2,) towards +x and +y."""
     x, y = np.tan(np.asarray(tilt_rad, dtype=np.float64))
     return np.asarray(magnitude_m_s2 / math.sqrt(x * x + y * y + 1) * np.array([x, y, -1.0]))

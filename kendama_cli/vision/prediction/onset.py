@@ -1,4 +1,4 @@
-"""When the rope lets go: a sequential test for free flight."""
+"""Sequential test for free flight: the time at which the rope goes slack."""
 
 from __future__ import annotations
 

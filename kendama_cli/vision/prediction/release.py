@@ -39,27 +39,27 @@ class Release:
     taut_cup_m: Array
 
     def ball_m(self, t_s: float) -> Array:
-        """The ball's centre (3,)."""
+        """Return the ball's centre (3,)."""
         if t_s < 0:
             return _interpolate(t_s, self.taut_s, self.taut_ball_m)
         return self.flight.position_m(self.start_m, self.velocity_m_s, t_s)
 
     def tie_m(self, t_s: float) -> Array:
-        """The rope's tie point (3,): the cup."""
+        """Return the rope's tie point (3,): the cup."""
         if t_s < 0:
             return _interpolate(t_s, self.taut_s, self.taut_cup_m)
         return _cup_after(self.cup_m, self.cup_velocity_m_s, self.cup_acceleration_m_s2, np.array(t_s))
 
     @property
     def crossing_m(self) -> Array:
-        """Where the ball's centre crosses the rim plane (3,)."""
+        """Return the position (3,) at which the ball's centre crosses the rim plane."""
         return self.flight.position_m(self.start_m, self.velocity_m_s, self.crossing_s)
 
 
 def draw_release(
     rng: np.random.Generator, settings: ReleaseSettings, game: GameSettings, taut_duration_s: float
 ) -> Release:
-    """One release of the kind that ends a swing-up, the cup at rest height with its tie point at z = 0.
+    """Sample one release that ends a swing-up, the cup at rest height with its tie point at z = 0.
 
     Drawn uniformly, and again until all hold: ball angle 100..150 deg and rate 2..7 rad/s at the release, the cup
     pulled sideways at 2..8 m/s^2 (the rope's pull on the ball then is at least 6 m/s^2) and then pushed the other

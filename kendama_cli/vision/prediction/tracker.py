@@ -1,4 +1,4 @@
-"""From sightings to the catching pose: what is refused, the onset of free flight, the estimator."""
+"""Tracker from detections to the catch pose: refusals, the onset of free flight, the estimator."""
 
 from __future__ import annotations
 
@@ -100,12 +100,12 @@ class BallTracker:
         return self.estimator.catch()
 
     def _has_come_apart(self, t_s: float) -> bool:
-        """Whether so much was seen that the ball should be known, but the residuals say that no flight fits it."""
+        """Return True if enough was seen to know the ball, but the residuals say that no flight fits it."""
         long = self.estimator.n_observations >= ENOUGH_OBSERVATIONS
         return long and self.estimator.residual_ratio > LARGE_RATIO and self._sigma_m(t_s) > TRUSTED_SIGMA_M
 
     def _is_new(self, camera: str, t_s: float, seen: Sighting) -> bool:
-        """Whether this is not an image that was taken before, under its own stamp or another."""
+        """Return True if this image was not taken before, under its own stamp or another."""
         before_s, centre = self._newest.get(camera, (-np.inf, np.full(2, np.inf)))
         if t_s == before_s or float(np.abs(seen.centre_px - centre).max()) < SAME_PX:
             return False
@@ -113,7 +113,7 @@ class BallTracker:
         return True
 
     def _is_near(self, camera: str, t_s: float, seen: Sighting) -> bool:
-        """Whether a trusted prediction, where there is one, agrees."""
+        """Return True if a trusted prediction, if there is one, agrees."""
         model, sigma_m = self.cameras[camera], self._sigma_m(t_s)
         state = self.estimator.state_at(t_s)
         if state is None or sigma_m > TRUSTED_SIGMA_M:
@@ -129,7 +129,7 @@ class BallTracker:
         return float("inf") if covariance is None else float(np.sqrt(max(np.trace(covariance), 0.0)))
 
     def _trusted_m(self, t_s: float) -> Array | None:
-        """Where the ball is estimated to be (3,), where that estimate is good enough to search by."""
+        """Return the estimated position of the ball (3,), if the estimate is good enough to search by."""
         state = self.estimator.state_at(t_s)
         return state[:3] if state is not None and self._sigma_m(t_s) < TRUSTED_SIGMA_M else None
 
@@ -152,5 +152,5 @@ class BallTracker:
 
 
 def sphere_centre(camera: CameraModel, disc_px: ArrayLike, radius_px: float) -> Array:
-    """The image (2,) of a sphere's centre, from the centre (2,) of its disc."""
+    """Return the sphere's centre in the image (2,) by the centre of its disc."""
     return camera.optics.sphere_centre(np.asarray(disc_px, dtype=np.float64), radius_px)

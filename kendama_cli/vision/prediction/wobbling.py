@@ -75,7 +75,7 @@ class WobblingFit:
         return (place + mean[2], velocity + mean[3]) if self._coloured else (place, velocity)
 
     def moment(self, t_s: float) -> Moment | None:
-        """The ball at ``t_s``, with the covariance of its position, scaled up where the innovations are too large."""
+        """Return the ball at ``t_s``, with its position's covariance, scaled up if the innovations are too large."""
         known = self.state(t_s)
         if known is None:
             return None
@@ -113,7 +113,7 @@ class WobblingFit:
         self._covariance = (covariance + covariance.T) / 2
 
     def _mean_over(self, s: float) -> Array:
-        """The mean after ``s`` seconds, a row for each of p, v, w, w' (2 or 4, 3)."""
+        """Return the mean after ``s`` seconds, a row for each of p, v, w, w' (2 or 4, 3)."""
         if self._mean is None:
             raise ValueError("nothing is known yet")
         mean = self._mean.reshape(-1, 3)
@@ -124,7 +124,7 @@ class WobblingFit:
         return ahead
 
     def _covariance_over(self, s: float) -> Array:
-        """The covariance after ``s`` seconds; backward, nothing is forgotten."""
+        """Return the covariance after ``s`` seconds; backward, nothing is forgotten."""
         if self._mean is None:
             raise ValueError("nothing is known yet")
         wobble, flown = self._wobble(s), self.flight.transition(self._mean[3:6], s)
@@ -144,7 +144,7 @@ class WobblingFit:
         return covariance
 
     def _wobble(self, s: float) -> Array:
-        """How w and w' go on along one axis over ``s`` seconds, (2, 2) or empty; backward they stay."""
+        """Return the transition of w and w' along one axis over ``s`` seconds, (2, 2) or empty; backward they stay."""
         if not isinstance(self._motion, ColouredMotion):
             return np.zeros((0, 0))
         if s <= 0:
@@ -158,7 +158,7 @@ _AXES = np.arange(3)
 
 
 def _per_axis(block: Array) -> Array:
-    """The same ``block`` (k, k) for x, y and z: (3 k, 3 k)."""
+    """Repeat ``block`` (k, k) for x, y and z: (3 k, 3 k)."""
     k = len(block)
     whole = np.zeros((k, 3, k, 3))
     whole[:, _AXES, :, _AXES] = block
