@@ -57,7 +57,7 @@ def nodes() -> str:
 
 
 def _stage(stage: StageDeclaration, settings: _Settings) -> Iterator[str]:
-    yield from (f"## Stage {stage.name}", "", stage.lead, "", f"Gives `{stage.gives.partition(':')[2]}`.", "")
+    yield from (f"## Stage {stage.name}", "", stage.lead, "", f"Gives `{stage.returns.partition(':')[2]}`.", "")
     if stage.headline:
         yield from _table(("metric", "what it tells"), [(f"`{one.metric}`", one.words) for one in stage.headline])
     if stage.topics:

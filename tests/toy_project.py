@@ -27,7 +27,7 @@ STAGE = StageDeclaration(
     title="Rolled numbers",
     lead="Numbers are drawn one after the other.",
     run="toy.roll.stage:Roll",
-    gives="toy.roll.artifact:Rolls",
+    returns="toy.roll.artifact:Rolls",
     settings={"toy": ToySettings},
     topics=TOPICS,
     chapter="toy.roll.chapter:figures",
@@ -180,7 +180,7 @@ class Total:
 
 
 STAGE = StageDeclaration(
-    name="toy_total", title="Total", lead="", run="toy.total:Total", gives="toy.total:Sum", settings={}, topics={},
+    name="toy_total", title="Total", lead="", run="toy.total:Total", returns="toy.total:Sum", settings={}, topics={},
 )
 '''
 

@@ -114,7 +114,7 @@ def _declared() -> list[Part]:
 
 def _named(declaration: Any) -> list[str]:
     """Return the ``module:name`` texts of a declaration."""
-    fields = ("run", "gives", "chapter", "ensemble_chapter", "film", "replay", "episodes", "settings", "makes")
+    fields = ("run", "returns", "chapter", "ensemble_chapter", "film", "replay", "episodes", "settings", "makes")
     named = (getattr(declaration, field, None) for field in fields)
     return [one for one in named if isinstance(one, str) and one]
 

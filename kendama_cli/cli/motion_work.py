@@ -114,5 +114,5 @@ def _gives(stage: str) -> type | None:
     declaration = find_stage(stage)
     if declaration is None:  # its package is gone
         return None
-    kind: type = resolve(declaration.gives, f"stage '{stage}'")
+    kind: type = resolve(declaration.returns, f"stage '{stage}'")
     return kind if holds_primitive(kind) else None

@@ -29,13 +29,13 @@ class PipelineResult:
     settings: dict[str, Any]
 
 
-def run_for(gives: type, site: Site, pipeline: str, overrides: list[str], *, as_json: bool) -> PipelineResult:
-    """Run what ``pipeline`` needs for its first stage that gives a ``gives``; a cached result is taken as it is.
+def run_for(kind: type, site: Site, pipeline: str, overrides: list[str], *, as_json: bool) -> PipelineResult:
+    """Run what ``pipeline`` needs for its first stage that returns a ``kind``; a cached result is taken as it is.
 
     Raises UsageError where no stage of it gives one, StageError where the run ends without it.
     """
     declared = load_pipeline(pipeline, site.pipeline_folders)
-    declared = declared.until(declared.giving(gives).name)
+    declared = declared.until(declared.giving(kind).name)
     config = composed(site, [*declared.overrides, *overrides])
     settings = build_settings(config)
     planner = Planner(open_store(site.home, settings, render.note), declared, settings, site.data_roots)
@@ -45,4 +45,4 @@ def run_for(gives: type, site: Site, pipeline: str, overrides: list[str], *, as_
     last = record.stages[-1]
     if record.outcome != "done" or last.artifact is None:
         raise StageError(last.error or f"{last.name} gave nothing")
-    return PipelineResult(load_artifact(gives, Path(last.artifact)), config, settings)
+    return PipelineResult(load_artifact(kind, Path(last.artifact)), config, settings)

@@ -51,9 +51,9 @@ class Pipeline:
     def giving(self, artifact: type) -> StageSpec:
         """Return the first stage that declares ``artifact`` as its output; raises UsageError if none does."""
         for spec in self.stages:
-            if resolve(spec.declaration.gives, f"stage '{spec.name}'") is artifact:
+            if resolve(spec.declaration.returns, f"stage '{spec.name}'") is artifact:
                 return spec
-        given = ", ".join(f"{spec.name} a {spec.declaration.gives.partition(':')[2]}" for spec in self.stages)
+        given = ", ".join(f"{spec.name} a {spec.declaration.returns.partition(':')[2]}" for spec in self.stages)
         raise UsageError(
             f"pipeline '{self.name}' has no stage that gives a {artifact.__name__} ({given}); name another with -p"
         )

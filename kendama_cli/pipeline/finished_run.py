@@ -98,7 +98,7 @@ class Run:
         """
         folder = self.folder(stage)
         declaration = load_pipeline(self.pipeline, self.pipeline_folders).stage(stage, "stage").declaration
-        return load_artifact(resolve(declaration.gives, f"stage '{stage}'"), folder)
+        return load_artifact(resolve(declaration.returns, f"stage '{stage}'"), folder)
 
     def log(self, stage: str) -> LogFile:
         """Return the stage's log; ``log(stage).table(topic)`` is a pandas DataFrame with ``t_s`` and a column per

@@ -127,7 +127,7 @@ class Planner:
         recording = self.kind(spec.name) == "records"
         return {
             "stage": spec.declaration.run,
-            "gives": spec.declaration.gives,
+            "returns": spec.declaration.returns,
             "config": {**self._config[spec.name], **({"seed": self.seed} if spec.seeded else {})},
             "inputs": dict(inputs),
             # another version of the code is no reason to have a person swing again
@@ -193,7 +193,9 @@ class Planner:
             ]
         reasons += [f"code {file} changed" for file, _, _ in _differences(before["code"], parts["code"])]
         reasons += [
-            f"{part} {before[part]} -> {parts[part]}" for part in ("stage", "gives") if before.get(part) != parts[part]
+            f"{part} {before.get(part)} -> {parts[part]}"
+            for part in ("stage", "returns")
+            if before.get(part) != parts[part]
         ]
         return reasons or (["did not finish last time"] if inputs_known else [])
 

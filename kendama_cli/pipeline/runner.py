@@ -237,7 +237,7 @@ def _request(planner: Planner, plan: StagePlan, plans: Mapping[str, StagePlan], 
         "given": {
             own: {
                 "folder": str(one.result.artifact),
-                "gives": one.spec.declaration.gives,
+                "returns": one.spec.declaration.returns,
                 "stage": one.spec.name,
                 "key": one.key,
             }

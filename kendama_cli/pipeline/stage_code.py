@@ -24,7 +24,7 @@ def code_targets(spec: StageSpec, settings: Mapping[str, Any], schemas: Mapping[
         for variant in _chosen(spec, settings, schemas)
         for target in (variant.makes, variant.settings, *variant.packages)
     ]
-    return [declaration.run, declaration.gives, *declaration.packages, *(kind.__module__ for kind in types), *blocks]
+    return [declaration.run, declaration.returns, *declaration.packages, *(kind.__module__ for kind in types), *blocks]
 
 
 def _chosen(spec: StageSpec, settings: Mapping[str, Any], schemas: Mapping[str, Any]) -> list[Variant]:

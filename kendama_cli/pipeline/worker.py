@@ -50,7 +50,7 @@ class ReadyStage:
     declaration: StageDeclaration
     stage: Any
     settings: dict[str, Any]
-    gives: type
+    returns: type
 
 
 def main() -> int:
@@ -113,15 +113,15 @@ def make_stage(request: Mapping[str, Any]) -> ReadyStage:
     places = request.get("places", {})  # where files are on this machine; the log tells where they were named
     stage = stage_class(**{own: at_places(value, places) for own, value in settings.items()})
     # what cannot be kept need not be made
-    gives = artifact_type(declaration.gives, f"stage '{request['stage']}'")
-    return ReadyStage(declaration, stage, settings, gives)
+    returns = artifact_type(declaration.returns, f"stage '{request['stage']}'")
+    return ReadyStage(declaration, stage, settings, returns)
 
 
 def run_stage(request: Mapping[str, Any], emit: Emit, ready: ReadyStage) -> dict[str, Any]:
     """Run the stage of ``request`` with its inputs and store its result; return the event that reports it."""
     given = _Given(
         {
-            own: load_artifact(artifact_type(one["gives"], f"stage '{own}'"), Path(one["folder"]))
+            own: load_artifact(artifact_type(one["returns"], f"stage '{own}'"), Path(one["folder"]))
             for own, one in request["given"].items()
         }
     )
@@ -168,7 +168,7 @@ def _finish(
     if made.warnings:
         metrics["warnings"] = "\n".join(made.warnings)
     with store.scratch_folder() as folder, plain_disk_errors(folder):
-        save_artifact(ready.gives, made.artifact, folder, f"stage '{request['stage']}'")
+        save_artifact(ready.returns, made.artifact, folder, f"stage '{request['stage']}'")
         (folder / "metrics.json").write_bytes(canonical_json(metrics) + b"\n")
         settings = _plain_settings(ready.settings)
         context.log.finish(folder / LOG, stage=request["stage"], settings=settings, metrics=metrics)

@@ -31,10 +31,10 @@ def artifact_type(target: str, what: str) -> type:
     """
     found = resolve(target, what)
     if not _is_record(found):
-        raise StageError(f"{what} declares that it gives {target}, which is no frozen dataclass; make it one")
+        raise StageError(f"{what} declares that it returns {target}, which is no frozen dataclass; make it one")
     problem = _undeclarable(found, "", set())
     if problem:
-        raise StageError(f"{what} declares that it gives {target}, {problem}")
+        raise StageError(f"{what} declares that it returns {target}, {problem}")
     assert isinstance(found, type)
     return found
 

@@ -41,7 +41,7 @@ class Headline:
 class StageDeclaration:
     """One stage; it stands as ``STAGE`` in the ``__init__`` of the stage's folder, an entry point names it.
 
-    ``run``, ``gives``, ``chapter``, ``ensemble_chapter``, ``film``, ``replay`` and ``episodes`` are ``module:name``:
+    ``run``, ``returns``, ``chapter``, ``ensemble_chapter``, ``film``, ``replay`` and ``episodes`` are ``module:name``:
     the stage's class; its artifact's frozen dataclass; what draws its chapter of a run's report (``StageLog ->
     list[Figure]``); the ``EnsembleChapter`` of a comparison's; what draws the moving picture at the head of the page
     (``StageLog -> str | None``); what its log adds to the replay in space there (``StageLog -> list[Performance]``);
@@ -62,7 +62,7 @@ class StageDeclaration:
     title: str
     lead: str
     run: str
-    gives: str
+    returns: str
     settings: Mapping[str, Any]
     topics: Mapping[str, type]
     kind: Kind = "computes"

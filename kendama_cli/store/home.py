@@ -13,7 +13,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from kendama_cli.errors import FormatError, StoreError, UsageError
-from kendama_cli.schema.renames import SINCE, new_value
+from kendama_cli.schema.renames import SINCE
 from kendama_cli.store import durable
 
 MARK = "kendama-home.json"
@@ -43,6 +43,8 @@ _MADE: dict[str, str | None] = {
 }
 """Patterns of names below a home, and of a folder those of the names directly in it; None stands for a file."""
 PLACES = ("results", "runs", "objects", "checkpoints", "scratch", "inputs", "slurm", "locks", "index")
+OLD_RETURNS = "gives"
+"""The part of a key that names the artifact of a stage, until 0.3."""
 LOOKED_AT = 20
 """So many records of each kind are read before a folder is called somebody else's."""
 
@@ -109,11 +111,10 @@ def check_names(home: Path) -> None:
 
 
 def _has_old_names(home: Path) -> bool:
-    """Return True if a key of the first results in ``home`` has a name that changed; 0.2 did not mark its homes."""
+    """Return True if a key of the first results in ``home`` has the parts of 0.2, which did not mark its homes."""
     for path in itertools.islice(home.glob("results/*/*.json"), LOOKED_AT):
         with contextlib.suppress(FormatError):
-            config = (durable.read_sealed(path) or {}).get("parts", {}).get("config", {})
-            if any(new_value(node, value) != value for node, value in config.items()):
+            if OLD_RETURNS in (durable.read_sealed(path) or {}).get("parts", {}):
                 return True
     return False
 

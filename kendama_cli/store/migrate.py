@@ -21,7 +21,7 @@ from kendama_cli.schema.renames import SINCE, new_metrics, new_override, new_val
 from kendama_cli.schema.unpacking import unpacked_arrays
 from kendama_cli.store import durable
 from kendama_cli.store.codecs import pack_arrays
-from kendama_cli.store.home import MARK, RUN
+from kendama_cli.store.home import MARK, OLD_RETURNS, RUN
 from kendama_cli.store.store import ARTIFACT_FILES, MANIFEST, Store, StoredResult, content_digest, key_of, read_manifest
 
 LOG = "log.mcap"
@@ -62,12 +62,17 @@ def migrate_home(store: Store) -> Migration:
 def new_parts(parts: Mapping[str, Any], contents: Mapping[str, str]) -> dict[str, Any]:
     """Return what a key is made of by the names of today; ``contents`` are digests of inputs, old to new."""
     return {
-        **parts,
+        **{name: value for name, value in parts.items() if name != OLD_RETURNS},
         "stage": renamed_anywhere("object", str(parts["stage"])),
-        "gives": renamed_anywhere("object", str(parts["gives"])),
+        "returns": _returned(parts),
         "config": {node: new_value(node, value) for node, value in parts["config"].items()},
         "inputs": {name: contents.get(digest, digest) for name, digest in parts["inputs"].items()},
     }
+
+
+def _returned(parts: Mapping[str, Any]) -> str:
+    """Return the artifact that ``parts`` name, as it is called today."""
+    return renamed_anywhere("object", str(parts["returns"] if "returns" in parts else parts[OLD_RETURNS]))
 
 
 def _migrated(store: Store, result: StoredResult, contents: Mapping[str, str]) -> StoredResult | None:
@@ -110,7 +115,7 @@ def _new_files(result: StoredResult) -> dict[str, bytes]:
     if not body_path.exists():
         return {}
     before = json.loads(body_path.read_bytes())
-    kind = renamed_anywhere("object", str(result.parts["gives"])).rpartition(":")[2]
+    kind = _returned(result.parts).rpartition(":")[2]
     arrays = {name: renamed("field", kind, name) for name in before} if isinstance(before, dict) else {}
     new = {name: value for name, value in arrays.items() if value is not None}
     held = unpacked_arrays(packed.read_bytes()) if packed.exists() else {}

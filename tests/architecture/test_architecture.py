@@ -170,7 +170,7 @@ def test_every_declared_target_is_there() -> None:
     for name in declaration.stage_names():
         stage = declaration.find_stage(name)
         assert stage is not None
-        for target in (stage.run, stage.gives, stage.chapter, stage.ensemble_chapter, stage.film):
+        for target in (stage.run, stage.returns, stage.chapter, stage.ensemble_chapter, stage.film):
             assert target is None or registry.resolve(target, name) is not None
         assert stage.run.startswith((f"kendama_cli.stages.{name}.", "kendama_cli.plugins."))
 

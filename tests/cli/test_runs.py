@@ -150,7 +150,7 @@ def test_runs_without_the_key_come_last() -> None:
 def test_what_is_read_of_a_run_is_what_its_result_and_record_say(tmp_path: Path) -> None:
     words = 'x, "parts": {"stage": ", "config": {"learn": {"alpha": 9}}'
     config = {"learn": {"alpha": 0.5, "words": words, "none": None, "list": [1, 2]}, "seed": 3}
-    parts = {"stage": "a:B", "gives": "c:D", "config": config, "inputs": {}, "code": {}}
+    parts = {"stage": "a:B", "returns": "c:D", "config": config, "inputs": {}, "code": {}}
     metrics = {"parts": 1, "config": words, "rate.mean": 0.25, "by": {"cup": {"mm": 4}}}
     stage = {"name": "learn", "key": "0" * 40, "metrics": metrics}
     store = Store(tmp_path)

@@ -18,7 +18,7 @@ BUILT_IN = [name for name in stage_names() if (ROOT / "kendama_cli" / "stages" /
 def test_the_readmes_table_has_every_stage_with_what_it_gives() -> None:
     rows = dict(re.findall(r"^\| `(\w+)` \| .* \| `(\w+)` \|$", README, re.M))
     declarations = {name: find_stage(name) for name in BUILT_IN}
-    assert rows == {name: one.gives.partition(":")[2] for name, one in declarations.items() if one is not None}
+    assert rows == {name: one.returns.partition(":")[2] for name, one in declarations.items() if one is not None}
 
 
 def test_the_logs_page_has_every_topic_with_its_schema_and_the_page_of_a_part_that_parts() -> None:

@@ -60,7 +60,7 @@ def test_an_artifact_of_fields_that_cannot_be_kept_is_refused_before_the_stage_r
     artifact.write_text(artifact.read_text().replace("names: tuple[str, ...]", "names: list[str]"))
     document = toy.run_json(f"toy.count_file={toy.folder}/count", expect=1)
     assert (
-        "stage 'roll' declares that it gives toy.roll.artifact:Rolls, whose field 'names' is declared list[str]"
+        "stage 'roll' declares that it returns toy.roll.artifact:Rolls, whose field 'names' is declared list[str]"
         in (document["stages"][0]["error"])
     )
     assert not (toy.folder / "count").exists()

@@ -93,7 +93,7 @@ def test_what_a_stage_of_0_2_recorded_has_the_class_and_the_artifact_of_today(na
     stage = DECLARATIONS[name]
     assert stage is not None
     names = [renamed_anywhere("object", f"kendama_cli.{one}") for one in DECLARED_BY_0_2[name]]
-    assert names == [stage.run, stage.gives]
+    assert names == [stage.run, stage.returns]
 
 
 def test_a_key_is_renamed_part_by_part_whatever_of_it_is_new_already():

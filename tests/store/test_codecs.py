@@ -76,7 +76,7 @@ def same(one: Any, other: Any) -> bool:
 
 
 def test_what_every_stage_of_the_core_gives_has_an_example() -> None:
-    targets = {stage.gives for name in stage_names() if (stage := find_stage(name))}
+    targets = {stage.returns for name in stage_names() if (stage := find_stage(name))}
     declared = {target.partition(":")[2] for target in targets if not target.startswith("kendama_cli.plugins.")}
     assert {type(example).__name__ for example in EXAMPLES} == declared
 

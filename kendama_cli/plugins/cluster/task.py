@@ -166,7 +166,7 @@ def _at_home(request: Mapping[str, Any], store: Store) -> dict[str, Any]:
         result = store.find(one["stage"], one["key"])
         if result is None:
             raise StageError(f"the shared store does not have the input '{own}' of stage '{request['stage']}'")
-        given[own] = {"folder": str(result.artifact), "gives": one["gives"]}
+        given[own] = {"folder": str(result.artifact), "returns": one["returns"]}
     return {**request, "given": given, "home": str(store.home), "places": placed_files(request["files"], store)}
 
 

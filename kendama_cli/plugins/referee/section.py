@@ -13,7 +13,7 @@ SECTION = StageDeclaration(
         "MuJoCo: what it says of the catches that our own simulation claims."
     ),
     run="",
-    gives="",
+    returns="",
     settings={},
     topics=TOPICS,
     chapter="kendama_cli.plugins.referee.chapter:figures",

@@ -13,7 +13,7 @@ STAGE = StageDeclaration(
         "Every coordinate becomes a dynamic movement primitive; its parameters are averaged over the demonstrations."
     ),
     run="kendama_cli.stages.encode.stage:Encode",
-    gives="kendama_cli.artifacts.motion_plan:MotionPlan",
+    returns="kendama_cli.artifacts.motion_plan:MotionPlan",
     settings={"encode": EncodeSettings},
     topics=TOPICS,
     chapter="kendama_cli.stages.encode.chapter:encode_figures",

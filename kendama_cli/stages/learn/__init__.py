@@ -14,7 +14,7 @@ STAGE = StageDeclaration(
         "ball up, to release it and to catch it."
     ),
     run="kendama_cli.stages.learn.stage:Learn",
-    gives="kendama_cli.artifacts.policy:PolicyArtifact",
+    returns="kendama_cli.artifacts.policy:PolicyArtifact",
     settings={"learn": LearnSettings},
     topics=TOPICS,
     chapter="kendama_cli.stages.learn.chapter:swingup_figures",
