@@ -71,6 +71,8 @@ for name, targets in json.loads(sys.argv[1]).items():
     print("probed", name, problem, sep="\\t", flush=True)
 """
 """Imports modules and says of each what is wrong: in a process that a broken native library may take down."""
+LACKS_EXTRA = "MissingPartError: "
+"""Opening of the problem of a part that asks for an extra by itself: it is optional, as the extra is."""
 
 
 def examine() -> list[Part]:
@@ -101,11 +103,16 @@ def _declared() -> list[Part]:
                     outer[f"{group} {name}"] = f"needs {needs}"
             except KendamaError as error:
                 broken[f"{group} {name}"] = str(error)
-    broken |= {key: problem for key, problem in _problems(targets).items() if problem}
+    for key, problem in _problems(targets).items():
+        if problem.startswith(LACKS_EXTRA):
+            outer[key] = problem.removeprefix(LACKS_EXTRA)
+            del targets[key]
+        elif problem:
+            broken[key] = problem
     lines = []
     for group in groups():
-        own = {key: key.split(" ", 1)[1] for key in {**targets, **broken} if key.startswith(f"{group} ")}
-        names = ", ".join(name for key, name in own.items() if key not in broken)
+        own = {key: key.split(" ", 1)[1] for key in {**targets, **broken, **outer} if key.startswith(f"{group} ")}
+        names = ", ".join(name for key, name in own.items() if key in targets and key not in broken)
         lines += [Part(group, "ok", names)] if names else []
         lines += [Part(name, "missing", broken[key]) for key, name in own.items() if key in broken]
         lines += [Part(name, "optional", outer[key]) for key, name in own.items() if key in outer and key not in broken]

@@ -124,6 +124,15 @@ def test_doctor_lists_what_packages_declare_and_what_of_it_is_broken(toy: ToyPro
 
 
 @pytest.mark.slow  # imports everything
+def test_a_part_that_asks_for_its_extra_is_optional(toy: ToyProject) -> None:
+    (toy.folder / "lib/toy/roll/stage.py").write_text(
+        "from kendama_cli.errors import MissingPartError\nraise MissingPartError('dice', 'dice: pip install dice')\n"
+    )
+    parts = json.loads(toy.kendama("doctor", "--json").stdout)
+    assert {"name": "toy_roll", "state": "optional", "detail": "dice: pip install dice"} in parts
+
+
+@pytest.mark.slow  # imports everything
 def test_doctor_imports_what_it_lists(toy: ToyProject) -> None:
     (toy.folder / "lib/filelock.py").write_text("raise ImportError('built for another Python')\n")
     (toy.folder / "lib/cma.py").write_text(
