@@ -94,9 +94,9 @@ if TYPE_CHECKING:
     from kendama_cli.settings.robot import RobotSettings as RobotSettings
     from kendama_cli.settings.store import StoreSettings as StoreSettings
     from kendama_cli.stages.interface import LogWriter as LogWriter
-    from kendama_cli.stages.interface import Made as Made
     from kendama_cli.stages.interface import Stage as Stage
     from kendama_cli.stages.interface import StageContext as StageContext
+    from kendama_cli.stages.interface import StageResult as StageResult
     from kendama_cli.store.store import Shared as Shared
     from kendama_cli.store.store import SharedDamage as SharedDamage
     from kendama_cli.store.store import Store as Store

@@ -73,7 +73,7 @@ import time
 import numpy as np
 
 from kendama_cli.errors import StageError
-from kendama_cli.stages.interface import Made
+from kendama_cli.stages.interface import StageResult
 from toy.numbers import SCALE
 from toy.roll.artifact import Fair, Loaded, Rolls
 from toy.roll.messages import NumberMessage
@@ -104,7 +104,7 @@ class Roll:
         die = Fair("fair") if SCALE == 1.0 else Loaded("loaded", 6)
         counts = {"below": sum(value < 0 for value in values), "above": sum(value >= 0 for value in values)}
         rolls = Rolls(np.array([values]), tuple(map(str, range(len(values)))), die, counts, max(values))
-        return Made([1] if self.toy.gives_list else rolls, {
+        return StageResult([1] if self.toy.gives_list else rolls, {
             "n": len(values), "sum": sum(values), "seen_nan": float("nan"),
             "blas_threads": int(os.environ["OPENBLAS_NUM_THREADS"]),
         })
@@ -159,7 +159,7 @@ TOTAL = '''
 from dataclasses import dataclass
 
 from kendama_cli.schema.declaration import StageDeclaration
-from kendama_cli.stages.interface import Made
+from kendama_cli.stages.interface import StageResult
 
 
 @dataclass(frozen=True)
@@ -176,7 +176,7 @@ class Total:
         assert rolls.die.kind in ("fair", "loaded") and rolls.largest == rolls.values.max()
         assert sum(rolls.counts.values()) == len(rolls.names) == rolls.values.size
         total = float(rolls.values.sum())
-        return Made(Sum(total), {"total": total})
+        return StageResult(Sum(total), {"total": total})
 
 
 STAGE = StageDeclaration(

@@ -192,11 +192,8 @@ class Planner:
                 if before["inputs"].get(own) != parts["inputs"].get(own)
             ]
         reasons += [f"code {file} changed" for file, _, _ in _differences(before["code"], parts["code"])]
-        reasons += [
-            f"{part} {before.get(part)} -> {parts[part]}"
-            for part in ("stage", "returns")
-            if before.get(part) != parts[part]
-        ]
+        named = ((part, before.get(part), parts[part]) for part in ("stage", "returns"))
+        reasons += [f"{part} {old} -> {new}" for part, old, new in named if old != new]
         return reasons or (["did not finish last time"] if inputs_known else [])
 
 

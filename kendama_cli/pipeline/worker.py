@@ -32,7 +32,7 @@ from kendama_cli.schema.artifacts import artifact_type
 from kendama_cli.schema.declaration import StageDeclaration, find_stage
 from kendama_cli.schema.registry import resolve
 from kendama_cli.schema.settings import build_value
-from kendama_cli.stages.interface import Made
+from kendama_cli.stages.interface import StageResult
 from kendama_cli.store.checkpoint import CheckpointFolder
 from kendama_cli.store.codecs import load_artifact, save_artifact
 from kendama_cli.store.durable import canonical_json, plain_disk_errors
@@ -157,9 +157,9 @@ def _finish(
     request: Mapping[str, Any], store: Store, context: WorkerContext, ready: ReadyStage, made: Any
 ) -> dict[str, Any]:
     """Keep what the stage made; the event that reports it."""
-    if not isinstance(made, Made):
+    if not isinstance(made, StageResult):
         raise StageError(
-            f"stage '{request['stage']}' gave a {type(made).__name__}; a stage gives Made(artifact, metrics)"
+            f"stage '{request['stage']}' gave a {type(made).__name__}; a stage gives StageResult(artifact, metrics)"
         )
     metrics = {key: _plain(value) for key, value in made.metrics.items()}
     for key, value in metrics.items():

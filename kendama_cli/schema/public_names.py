@@ -27,7 +27,7 @@ DEFINED: dict[str, tuple[str, ...]] = {
         "UsageError",
     ),
     # interfaces: stages and devices
-    "kendama_cli.stages.interface": ("LogWriter", "Made", "Stage", "StageContext"),
+    "kendama_cli.stages.interface": ("LogWriter", "Stage", "StageContext", "StageResult"),
     "kendama_cli.devices.hand.interface": ("HandDevice", "HandSample"),
     "kendama_cli.devices.streams.live_figures": ("LiveFigures",),
     "kendama_cli.devices.camera.interface": (

@@ -50,7 +50,7 @@ class StageContext(Protocol):
 
 
 @dataclass(frozen=True)
-class Made:
+class StageResult:
     """Result of a stage: an artifact of the dataclass that its declaration names, and its metrics.
 
     ``warnings`` are sentences about what is suspicious but possible; they stand in the closing lines of a run and in
@@ -70,5 +70,5 @@ class Stage(Protocol):
     that a result depends on. A sweep calls it in the process from which its workers are forked.
     """
 
-    def run(self, given: Mapping[str, Any], ctx: StageContext) -> Made:
+    def run(self, given: Mapping[str, Any], ctx: StageContext) -> StageResult:
         """Compute from ``given`` (artifacts by the names in the pipeline's ``needs``)."""

@@ -18,7 +18,7 @@ from kendama_cli.motion.dmp.heading import scaled_plan
 from kendama_cli.robot_model.arm_motion import ArmMotion
 from kendama_cli.schema.settings import build
 from kendama_cli.stages.adapt.stage import Adapt
-from kendama_cli.stages.interface import Made
+from kendama_cli.stages.interface import StageResult
 from tests.memory_context import MemoryContext
 from tests.motion.swings import settings as encode_settings
 from tests.shipped_conf import plain
@@ -51,7 +51,7 @@ def recorded(recordings: Path) -> tuple[Any, Any]:
     return np.arange(350) * 0.01, np.column_stack([-rows[:, 1], 0 * rows[:, 1], rows[:, 3]]) / 1000
 
 
-def _run(plan: MotionPlan, settings: AdaptSettings = QUICK, ctx: MemoryContext | None = None) -> Made:
+def _run(plan: MotionPlan, settings: AdaptSettings = QUICK, ctx: MemoryContext | None = None) -> StageResult:
     return Adapt(adapt=settings, robot=pa10(), game=kendama_game()).run({"encode": plan}, ctx or MemoryContext(1))
 
 

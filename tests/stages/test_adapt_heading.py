@@ -15,7 +15,7 @@ from kendama_cli.motion.dmp.averaging import encode_demonstrations
 from kendama_cli.schema.settings import build
 from kendama_cli.settings.placement import turned
 from kendama_cli.stages.adapt.stage import Adapt
-from kendama_cli.stages.interface import Made
+from kendama_cli.stages.interface import StageResult
 from tests.memory_context import MemoryContext
 from tests.motion.swings import settings as encode_settings
 from tests.simulation.dart.bench_robot import ROOT, adapt_values, kendama_game, pa10
@@ -25,7 +25,7 @@ QUICK = dataclasses.replace(SHIPPED, tau_range=(0.92, 1.04), amplitudes=(), max_
 
 
 @functools.cache
-def adapted(heading_deg: float, *, mirrored: bool = False, base_deg: float = 0.0) -> tuple[Made, MemoryContext]:
+def adapted(heading_deg: float, *, mirrored: bool = False, base_deg: float = 0.0) -> tuple[StageResult, MemoryContext]:
     """The bundled swing number 4, turned about z after it was mirrored, by an arm whose base is turned."""
     rows = np.loadtxt(ROOT / "data/demonstrations/swing-04.csv", delimiter=",", skiprows=3)
     x, y, z = (rows[:, 1:4] - rows[0, 1:4]).T

@@ -15,7 +15,7 @@ from kendama_cli.settings.game import GameSettings
 from kendama_cli.settings.hardware import TwinHardware
 from kendama_cli.settings.robot import RobotSettings
 from kendama_cli.stages.identify.stage import Identify
-from kendama_cli.stages.interface import Made
+from kendama_cli.stages.interface import StageResult
 from tests.memory_context import MemoryContext
 from tests.simulation.dart.bench_robot import kendama_game, pa10
 
@@ -33,7 +33,7 @@ def run(
     robot: RobotSettings | None = None,
     ctx: MemoryContext | None = None,
     game: GameSettings | None = None,
-) -> Made:
+) -> StageResult:
     stage = Identify(identify=settings, hardware=hardware, robot=robot or pa10(), game=game or kendama_game())
     return stage.run({}, ctx or MemoryContext(seed=3))
 
@@ -44,11 +44,13 @@ def context() -> MemoryContext:
 
 
 @pytest.fixture(scope="module")
-def made(context: MemoryContext) -> Made:
+def made(context: MemoryContext) -> StageResult:
     return run(ctx=context)
 
 
-def test_half_a_newton_metre_that_nobody_modelled_is_found_and_the_cup_follows_within_a_millimetre(made: Made) -> None:
+def test_half_a_newton_metre_that_nobody_modelled_is_found_and_the_cup_follows_within_a_millimetre(
+    made: StageResult,
+) -> None:
     model = made.artifact
     assert isinstance(model, FrictionModel)
     assert model.parametric.coulomb_nm == pytest.approx(np.full(7, 0.5), abs=0.06)
@@ -60,7 +62,7 @@ def test_half_a_newton_metre_that_nobody_modelled_is_found_and_the_cup_follows_w
     assert {f"{name}_rms_nm" for name in model.joint_names} <= set(made.metrics)
 
 
-def test_the_log_tells_of_the_motion_the_friction_and_the_circle(context: MemoryContext, made: Made) -> None:
+def test_the_log_tells_of_the_motion_the_friction_and_the_circle(context: MemoryContext, made: StageResult) -> None:
     topics = {topic for topic, _, _ in context.log.messages}
     assert topics == {f"/identify/{name}" for name in ("joints", "wrench", "friction")} | {
         f"/identify/tracking/{name}" for name in ("reference", "before", "after")
@@ -70,7 +72,9 @@ def test_the_log_tells_of_the_motion_the_friction_and_the_circle(context: Memory
 
 
 @pytest.mark.slow
-def test_a_killed_and_resumed_identification_ends_as_an_uninterrupted_one(context: MemoryContext, made: Made) -> None:
+def test_a_killed_and_resumed_identification_ends_as_an_uninterrupted_one(
+    context: MemoryContext, made: StageResult
+) -> None:
     killed = MemoryContext(seed=3, stop_after=2)
     with pytest.raises(KeyboardInterrupt):
         run(ctx=killed)

@@ -8,7 +8,7 @@ import pytest
 from kendama_cli.artifacts.policy import policy_digest
 from kendama_cli.learning.task_settings import DartEngine
 from kendama_cli.simulation.swingup.arm import ArmSwing
-from kendama_cli.stages.interface import Made
+from kendama_cli.stages.interface import StageResult
 from kendama_cli.stages.learn.stage import Learn
 from kendama_cli.system.processes import PROCESSES
 from tests.learning.settings_files import game_settings, learn_settings
@@ -18,12 +18,12 @@ IN_DART = "simulation/validation=dart"
 QUICK = {"count__evaluation_rollouts": 20}
 
 
-def learn(ctx: MemoryContext, name: str = "easy", **replaced: object) -> Made:
+def learn(ctx: MemoryContext, name: str = "easy", **replaced: object) -> StageResult:
     return Learn(learn=learn_settings(name, **{**QUICK, **replaced}), game=game_settings()).run({}, ctx)
 
 
 @pytest.fixture(scope="module")
-def whole() -> tuple[Made, MemoryContext]:
+def whole() -> tuple[StageResult, MemoryContext]:
     """One uninterrupted run."""
     ctx = MemoryContext(seed=3)
     return learn(ctx), ctx
@@ -177,7 +177,7 @@ def test_what_is_learned_on_the_rail_may_be_validated_with_the_whole_arm(monkeyp
 def test_a_validation_side_by_side_that_is_killed_in_its_midst_ends_as_an_uninterrupted_one(monkeypatch):
     settings = learn_settings("easy", IN_DART, count__solved_streak=18, count__evaluation_rollouts=1)
 
-    def learned(processes: str, ctx: MemoryContext) -> Made:
+    def learned(processes: str, ctx: MemoryContext) -> StageResult:
         monkeypatch.setenv(PROCESSES, processes)
         return Learn(learn=settings, game=game_settings()).run({}, ctx)
 

@@ -24,7 +24,7 @@ from kendama_cli.schema.settings import build, build_value
 from kendama_cli.settings.game import GameSettings
 from kendama_cli.settings.hardware import HardwareSettings, SimulatedHardware
 from kendama_cli.settings.safety import SafetySettings
-from kendama_cli.stages.interface import Made
+from kendama_cli.stages.interface import StageResult
 from kendama_cli.stages.rehearse import stage as rehearse_stage
 from kendama_cli.stages.rehearse.settings import RehearseSettings
 from kendama_cli.stages.rehearse.stage import Rehearse
@@ -61,7 +61,7 @@ def catch_motion(joints: JointTrajectory) -> CatchMotion:
 
 def rehearsed(
     joints: JointTrajectory, settings: RehearseSettings = FULL, safety: SafetySettings = SAFETY
-) -> tuple[Made, MemoryContext]:
+) -> tuple[StageResult, MemoryContext]:
     ctx = MemoryContext(seed=0)
     stage = Rehearse(rehearse=settings, safety=safety, hardware=DIRECT, robot=pa10(), game=GAME)
     return stage.run({"adapt": catch_motion(joints)}, ctx), ctx

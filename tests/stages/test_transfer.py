@@ -15,12 +15,12 @@ from kendama_cli.artifacts.policy import PolicyArtifact
 from kendama_cli.devices.robot.exchange_log import RememberingRobot
 from kendama_cli.devices.robot.interface import Exchange, JointCommand
 from kendama_cli.errors import HardwareError
-from kendama_cli.stages.interface import Made
+from kendama_cli.stages.interface import StageResult
 from tests.memory_context import MemoryContext
 from tests.stages.transfer_setup import FULL, GAME, SHORT, TWIN, stage
 
 
-def same(one: Made, ctx: MemoryContext, other: Made, other_ctx: MemoryContext) -> bool:
+def same(one: StageResult, ctx: MemoryContext, other: StageResult, other_ctx: MemoryContext) -> bool:
     return (
         one.artifact.policy.digest == other.artifact.policy.digest
         and dict(one.metrics) == dict(other.metrics)
@@ -33,7 +33,7 @@ def log_bytes(ctx: MemoryContext) -> bytes:
 
 
 @pytest.fixture(scope="module")
-def uninterrupted(policy: PolicyArtifact, still: CatchMotion) -> tuple[Made, MemoryContext]:
+def uninterrupted(policy: PolicyArtifact, still: CatchMotion) -> tuple[StageResult, MemoryContext]:
     ctx = MemoryContext(3)
     return stage().run({"learn": policy, "adapt": still}, ctx), ctx
 
@@ -47,7 +47,7 @@ def twins() -> list[int]:
     return found
 
 
-def test_the_stage_reports_what_was_asked_for(uninterrupted: tuple[Made, MemoryContext]) -> None:
+def test_the_stage_reports_what_was_asked_for(uninterrupted: tuple[StageResult, MemoryContext]) -> None:
     made, _ = uninterrupted
     for name in (
         "rollouts",
@@ -70,7 +70,7 @@ def test_the_stage_reports_what_was_asked_for(uninterrupted: tuple[Made, MemoryC
     assert made.artifact.policy.meaning
 
 
-def test_times_do_not_go_back_on_any_topic(uninterrupted: tuple[Made, MemoryContext]) -> None:
+def test_times_do_not_go_back_on_any_topic(uninterrupted: tuple[StageResult, MemoryContext]) -> None:
     _, ctx = uninterrupted
     last: dict[str, float] = {}
     for topic, t_s, _ in ctx.log.messages:
@@ -97,7 +97,7 @@ def test_times_do_not_go_back_on_any_topic(uninterrupted: tuple[Made, MemoryCont
     assert {solid.name for solid in scene.solids} >= {"link", "handle", "cup", "ball", "camera", "view"}
 
 
-def test_the_log_says_how_each_game_was_seen_and_how_it_ended(uninterrupted: tuple[Made, MemoryContext]) -> None:
+def test_the_log_says_how_each_game_was_seen_and_how_it_ended(uninterrupted: tuple[StageResult, MemoryContext]) -> None:
     made, ctx = uninterrupted
     games = [message for topic, _, message in ctx.log.messages if topic == "/transfer/game"]
     assert [game.index for game in games] == [0, 1]
@@ -130,13 +130,13 @@ def test_without_cameras_the_marker_is_followed_and_without_a_motion_none_is_pla
     assert not any(topic == "/transfer/detection" for topic, _, _ in ctx.log.messages)
 
 
-def test_no_twin_is_left_behind(uninterrupted: tuple[Made, MemoryContext]) -> None:
+def test_no_twin_is_left_behind(uninterrupted: tuple[StageResult, MemoryContext]) -> None:
     assert not twins()
 
 
 @pytest.mark.slow
 def test_killed_time_and_again_and_resumed_equals_uninterrupted(
-    policy: PolicyArtifact, still: CatchMotion, uninterrupted: tuple[Made, MemoryContext]
+    policy: PolicyArtifact, still: CatchMotion, uninterrupted: tuple[StageResult, MemoryContext]
 ) -> None:
     killed: MemoryContext | None = None
     points = [1, 4, 5, 7, 9]
@@ -171,7 +171,7 @@ class KillsTheTwin(MemoryContext):
 
 
 def test_what_was_learned_before_the_twin_died_is_kept_and_gone_on_from(
-    policy: PolicyArtifact, still: CatchMotion, uninterrupted: tuple[Made, MemoryContext]
+    policy: PolicyArtifact, still: CatchMotion, uninterrupted: tuple[StageResult, MemoryContext]
 ) -> None:
     periods = 100
     with pytest.MonkeyPatch.context() as patch:

@@ -28,7 +28,7 @@ from kendama_cli.settings.interact import InteractionTask, InteractSettings
 from kendama_cli.settings.robot import RobotSettings
 from kendama_cli.settings.scene import SceneSettings
 from kendama_cli.simulation.dart.task_state import task_state
-from kendama_cli.stages.interface import Made, Metric, StageContext
+from kendama_cli.stages.interface import Metric, StageContext, StageResult
 
 PROGRESS_STEPS = 500
 
@@ -44,7 +44,7 @@ class Interact:
         self._robot = robot
         self._hardware = hardware
 
-    def run(self, given: Mapping[str, Any], ctx: StageContext) -> Made:
+    def run(self, given: Mapping[str, Any], ctx: StageContext) -> StageResult:
         """Play the script, and compare what the sensor felt that the tool exerted with what was wanted.
 
         ``force_error_*`` are along the wanted force over the steps throughout which it stays what it is, ``friction``
@@ -86,7 +86,7 @@ class Interact:
                     force_n = float(np.linalg.norm(arm.state.contact_n))
                     ctx.progress(k + 1, total, t_s=round(exchange.t_s, 1), force_n=round(force_n, 1))
         result = played.result(tuple(step.name for step in settings.script))
-        return Made(result, played.metrics(path))
+        return StageResult(result, played.metrics(path))
 
     def _check_reached(self, arm: ProbeState, reference: TaskReference, step: int) -> None:
         missing = reference.position_m - arm.state.tool_m

@@ -21,7 +21,7 @@ from kendama_cli.robot_model.placement.find_placement import current_placement
 from kendama_cli.simulation.dart.rollout import RolloutResult
 from kendama_cli.stages.adapt.logged import log_chosen, log_windows
 from kendama_cli.stages.adapt.trials import Trials, attempt_of
-from kendama_cli.stages.interface import Made, Metric, StageContext
+from kendama_cli.stages.interface import Metric, StageContext, StageResult
 
 NOT_REPEATED = (
     "no rollout of the search was caught, so none was repeated: there is no success_rate, and 'caught' is one "
@@ -39,7 +39,7 @@ def conclude(
     arm: RobotModel,
     heading_rad: float,
     ctx: StageContext,
-) -> Made:
+) -> StageResult:
     """Return the best motion that ``method`` found, or the nearest to a catch; log it and the search's windows.
 
     ``arm`` stands where the swing goes along ``heading_rad``. Raises StageError if everything that catches lacks the
@@ -88,7 +88,7 @@ def conclude(
     plan = turned_plan(family.plan(variation), heading_rad)
     flight_s = None if result.flight_s is None else result.flight_s[0]
     motion = CatchMotion(plan, joints, current_placement(arm), result.caught, rate["success_rate"], flight_s)
-    return Made(motion, metrics, () if search.simulations.confirmed else (NOT_REPEATED,))
+    return StageResult(motion, metrics, () if search.simulations.confirmed else (NOT_REPEATED,))
 
 
 def _of_search(

@@ -32,7 +32,7 @@ from kendama_cli.settings.setup import SIGMAS_95
 from kendama_cli.simulation.dart.world import ArmWorld
 from kendama_cli.stages.adapt.conclusion import conclude
 from kendama_cli.stages.adapt.trials import Trials
-from kendama_cli.stages.interface import Made, StageContext, State
+from kendama_cli.stages.interface import StageContext, StageResult, State
 
 
 class Adapt:
@@ -41,7 +41,7 @@ class Adapt:
     def __init__(self, *, adapt: AdaptSettings, robot: RobotSettings, game: GameSettings) -> None:
         self._settings, self._robot, self._game = adapt, robot, game
 
-    def run(self, given: Mapping[str, Any], ctx: StageContext) -> Made:
+    def run(self, given: Mapping[str, Any], ctx: StageContext) -> StageResult:
         """Search tau, then goal and size, in the closed loop; evaluate the result by perturbed repeats.
 
         The search is made in the primitive's own plane: base and primitive are turned about the vertical until it

@@ -13,7 +13,7 @@ from kendama_cli.devices.hand.open_hands import open_hands
 from kendama_cli.devices.hand.settings import CaptureSettings
 from kendama_cli.motion.sampling import step_s
 from kendama_cli.schema.foxglove import FrameTransform
-from kendama_cli.stages.interface import Made, StageContext
+from kendama_cli.stages.interface import StageContext, StageResult
 
 UPRIGHT = np.array([1.0, 0.0, 0.0, 0.0])
 
@@ -24,7 +24,7 @@ class Capture:
     def __init__(self, *, capture: CaptureSettings) -> None:
         self._settings = capture
 
-    def run(self, given: Mapping[str, Any], ctx: StageContext) -> Made:
+    def run(self, given: Mapping[str, Any], ctx: StageContext) -> StageResult:
         """Record every swing; metrics: the median rate, the mean duration, the largest speed of all.
 
         Raises InputError for a recording that cannot be used, MissingPartError for a device that is not there.
@@ -38,7 +38,7 @@ class Capture:
             ctx.progress(len(demonstrations), len(hands))
         origins = {getattr(hand, "origin", "") for hand in hands}
         rates = [1.0 / step_s(swing.t_s) for swing in demonstrations]
-        return Made(
+        return StageResult(
             DemonstrationSet(tuple(demonstrations)),
             {
                 "n_demonstrations": len(demonstrations),

@@ -22,7 +22,7 @@ from kendama_cli.motion.dmp.turning import encode_turns, tilt_only, turns_of
 from kendama_cli.schema.arrays import Array
 from kendama_cli.schema.foxglove import FrameTransform
 from kendama_cli.stages.encode.messages import WeightsMessage
-from kendama_cli.stages.interface import Made, Metric, StageContext
+from kendama_cli.stages.interface import Metric, StageContext, StageResult
 
 LOG_RATE_HZ = 100.0
 
@@ -45,7 +45,7 @@ class Encode:
     def __init__(self, *, encode: EncodeSettings) -> None:
         self._settings = encode
 
-    def run(self, given: Mapping[str, Any], ctx: StageContext) -> Made:
+    def run(self, given: Mapping[str, Any], ctx: StageContext) -> StageResult:
         """Encode every demonstration, average the parameters, and measure what was lost.
 
         ``rmse_mm`` (pooled over all samples) and ``max_error_mm`` (of the worst sample) are between each
@@ -93,7 +93,7 @@ class Encode:
             "averaged": len(encoding),
             **turned_metrics,
         }
-        return Made(mean, metrics, warnings)
+        return StageResult(mean, metrics, warnings)
 
     def _encoded(self, demonstrations: Sequence[Demonstration]) -> Encoding:
         try:
@@ -125,9 +125,9 @@ def _paths(encoding: Encoding) -> Array:
     return np.array([play(plan, SHARES * plan.duration_s).position_m for plan in plans])
 
 
-def _imported(plan: MotionPlan, ctx: StageContext) -> Made:
+def _imported(plan: MotionPlan, ctx: StageContext) -> StageResult:
     _log_plan(ctx, plan)
-    return Made(plan, {"n_parameters": plan.n_parameters, "duration_s": plan.duration_s})
+    return StageResult(plan, {"n_parameters": plan.n_parameters, "duration_s": plan.duration_s})
 
 
 def _check_axes(demonstrations: Sequence[Demonstration], paths: Array) -> None:

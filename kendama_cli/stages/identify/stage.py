@@ -30,7 +30,7 @@ from kendama_cli.settings.game import GameSettings
 from kendama_cli.settings.hardware import HardwareSettings
 from kendama_cli.settings.robot import RobotSettings
 from kendama_cli.stages.identify.messages import JointFrictionMessage
-from kendama_cli.stages.interface import Made, Metric, StageContext, State
+from kendama_cli.stages.interface import Metric, StageContext, StageResult, State
 
 LOG_PERIOD_S = 0.02
 
@@ -46,7 +46,7 @@ class Identify:
         self._robot = robot
         self._game = game
 
-    def run(self, given: Mapping[str, Any], ctx: StageContext) -> Made:
+    def run(self, given: Mapping[str, Any], ctx: StageContext) -> StageResult:
         """Move the arm in two ways, fit on one, compare on the other; track a circle without and with the better model.
 
         ``tracking_rms_mm_before`` and ``_after`` are given after the drive's own delay, ``drive_delay_ms``, has been
@@ -76,7 +76,7 @@ class Identify:
             }
         _log_friction(ctx, held_out, model, robot.period_s)
         _log_paths(ctx, tracked)
-        return Made(model, _metrics(model, tracked, circling.speed_m_s))
+        return StageResult(model, _metrics(model, tracked, circling.speed_m_s))
 
 
 class _PlayedMotions:

@@ -20,7 +20,7 @@ from kendama_cli.simulation.swingup.chance import random_success_rate
 from kendama_cli.simulation.swingup.engine import SwingEngine
 from kendama_cli.simulation.swingup.environment import SwingUpEnvironment
 from kendama_cli.simulation.swingup.frozen_rollouts import FrozenRollouts
-from kendama_cli.stages.interface import Made, Metric, StageContext
+from kendama_cli.stages.interface import Metric, StageContext, StageResult
 from kendama_cli.stages.learn.messages import QTableMessage, SwingStateMessage
 from kendama_cli.stages.learn.progress import LearnProgress
 
@@ -48,7 +48,7 @@ class Learn:
         learner.begin_rollout(rng)
         environment.roll_out(learner, environment.noise(rng))
 
-    def run(self, given: Mapping[str, Any], ctx: StageContext) -> Made:
+    def run(self, given: Mapping[str, Any], ctx: StageContext) -> StageResult:
         """Learn by the counting rule of kendama_cli/learning/statistics.py, then evaluate the frozen policy.
 
         ``rollouts_to_learned`` and ``rollouts_to_solved`` follow that rule, ``learned`` and ``solved`` say whether
@@ -71,7 +71,7 @@ class Learn:
                 self._evaluate(frozen, learner, progress, ctx)
         self._log_nominal(environment, learner, ctx)
         metrics = {**self._metrics(learner, progress, best), "random_success_rate": chance}
-        return Made(learner.policy, metrics, _warnings(self._settings, chance, solved=learner.count.solved))
+        return StageResult(learner.policy, metrics, _warnings(self._settings, chance, solved=learner.count.solved))
 
     def _environments(self) -> tuple[SwingUpEnvironment, SwingUpEnvironment]:
         """Return the environments for learning and for validation: the same one if nothing else is configured."""

@@ -21,7 +21,7 @@ from kendama_cli.settings.game import GameSettings
 from kendama_cli.settings.hardware import HardwareSettings
 from kendama_cli.settings.robot import RobotSettings
 from kendama_cli.settings.setup import SIGMAS_95
-from kendama_cli.stages.interface import Made, Metric, StageContext
+from kendama_cli.stages.interface import Metric, StageContext, StageResult
 from kendama_cli.stages.measure.messages import FreeSwingMessage
 from kendama_cli.vision.prediction.flight_search import RecordedTrack
 
@@ -42,14 +42,14 @@ class Measure:
     ) -> None:
         self._settings, self._hardware, self._robot, self._game = measure, hardware, robot, game
 
-    def run(self, given: Mapping[str, Any], ctx: StageContext) -> Made:
+    def run(self, given: Mapping[str, Any], ctx: StageContext) -> StageResult:
         """Swing and fit; raises StageError where the swing does not tell, and the errors of its source."""
         seed = int(ctx.rng("measure").integers(2**62))
         swing = self._swing(seed, ctx)
         fit = measure_toy(swing, self._game)
         for t_s, seen, fitted in zip(fit.t_s, fit.seen_m, fit.fitted_m, strict=True):
             ctx.log.write("/measure/swing", float(t_s), FreeSwingMessage(*seen.tolist(), *fitted.tolist()))
-        return Made(fit.toy, _metrics(fit))
+        return StageResult(fit.toy, _metrics(fit))
 
     def _swing(self, seed: int, ctx: StageContext) -> FreeSwing:
         settings = self._settings

@@ -10,7 +10,7 @@ import numpy as np
 
 from kendama_cli.artifacts.prediction import PredictionStudy
 from kendama_cli.schema.arrays import Array
-from kendama_cli.stages.interface import Made, Metric
+from kendama_cli.stages.interface import Metric, StageResult
 from kendama_cli.vision.settings import PredictSettings
 
 
@@ -44,7 +44,7 @@ def from_columns(columns: Mapping[str, Any]) -> list[FlightFigures]:
     ]
 
 
-def made_of(settings: PredictSettings, flights: Sequence[FlightFigures]) -> Made:
+def made_of(settings: PredictSettings, flights: Sequence[FlightFigures]) -> StageResult:
     """Return the artifact, and the metrics at the stated part of the flight, over the flights that were predicted
     at all.
     """
@@ -76,7 +76,7 @@ def made_of(settings: PredictSettings, flights: Sequence[FlightFigures]) -> Made
         metrics["onset_delay_ms_p50"] = _quantile(delay, 0.5)
         metrics["onset_delay_ms_p95"] = _quantile(delay, 0.95)
         metrics["onset_false_alarms"] = int((onset[declared] < 0).sum())
-    return Made(study, metrics)
+    return StageResult(study, metrics)
 
 
 def _quantile(values: Array, part: float) -> float | None:

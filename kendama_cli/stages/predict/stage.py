@@ -24,7 +24,7 @@ from kendama_cli.schema.arrays import Array
 from kendama_cli.schema.foxglove import CompressedImage, FrameTransform
 from kendama_cli.settings.camera import CameraSettings, FrameTiming, LightingSettings
 from kendama_cli.settings.game import GameSettings
-from kendama_cli.stages.interface import Made, StageContext
+from kendama_cli.stages.interface import StageContext, StageResult
 from kendama_cli.stages.predict.figures import FlightFigures, from_columns, made_of, to_columns
 from kendama_cli.stages.predict.messages import CatchEstimateMessage, PredictionErrorMessage
 from kendama_cli.vision.prediction.release import draw_release
@@ -39,7 +39,7 @@ class Predict:
     ) -> None:
         self._settings, self._camera, self._game, self._lighting = predict, camera, game, lighting
 
-    def run(self, given: Mapping[str, Any], ctx: StageContext) -> Made:
+    def run(self, given: Mapping[str, Any], ctx: StageContext) -> StageResult:
         """Run the study of ``predict.flights`` flights; nothing is needed from other stages."""
         settings = self._settings
         study = FlightStudy(settings, self._camera, self._game, self._lighting, ctx=ctx)

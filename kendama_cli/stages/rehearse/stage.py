@@ -23,7 +23,7 @@ from kendama_cli.settings.hardware import HardwareSettings, SimulatedHardware
 from kendama_cli.settings.placement import placed
 from kendama_cli.settings.robot import RobotSettings
 from kendama_cli.settings.safety import SafetySettings
-from kendama_cli.stages.interface import Made, StageContext
+from kendama_cli.stages.interface import StageContext, StageResult
 from kendama_cli.stages.rehearse.settings import RehearseSettings
 
 PROGRESS_STEPS = 50
@@ -46,7 +46,7 @@ class Rehearse:
         self._settings, self._safety = rehearse, safety
         self._hardware, self._robot, self._game = hardware, robot, game
 
-    def run(self, given: Mapping[str, Any], ctx: StageContext) -> Made:
+    def run(self, given: Mapping[str, Any], ctx: StageContext) -> StageResult:
         """Check, let the twin play, bring the arm slowly to the start, play; the measurements are stored in any
         case.
 
@@ -115,7 +115,7 @@ class Rehearse:
                 ctx.progress(k + 1, total, t_s=round(exchange.t_s, 2), behind_rad=round(behind, 4))
         return played, ""
 
-    def _made(self, joints: JointTrajectory, ghost: Array, played: list[Exchange], stopped: str) -> Made:
+    def _made(self, joints: JointTrajectory, ghost: Array, played: list[Exchange], stopped: str) -> StageResult:
         k = len(played)
         sent = np.array([one.sent.position_rad for one in played])
         measured = np.array([one.state.position_rad for one in played])
@@ -144,7 +144,7 @@ class Rehearse:
                 f"the arm was sent up to {away:.3f} rad beside what was commanded in joint '{joints.joint_names[j]}': "
                 "its own controller limited the motion, or periods were missed"
             )
-        return Made(result, metrics, tuple(warnings))
+        return StageResult(result, metrics, tuple(warnings))
 
 
 def _require_limits(robot: Robot, joints: JointTrajectory) -> None:

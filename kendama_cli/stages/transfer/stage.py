@@ -27,7 +27,7 @@ from kendama_cli.settings.game import GameSettings
 from kendama_cli.settings.hardware import HardwareSettings
 from kendama_cli.settings.robot import RobotSettings
 from kendama_cli.settings.safety import SafetySettings
-from kendama_cli.stages.interface import Made, Metric, StageContext
+from kendama_cli.stages.interface import Metric, StageContext, StageResult
 from kendama_cli.stages.transfer.progress import Progress
 from kendama_cli.stages.transfer.session import TransferSession
 from kendama_cli.vision.settings import PredictSettings
@@ -58,7 +58,7 @@ class Transfer:
         self._hardware = hardware
         self._setup = GameSetup(robot, game, learn, transfer, CameraSetup(camera, lighting, predict))
 
-    def run(self, given: Mapping[str, Any], ctx: StageContext) -> Made:
+    def run(self, given: Mapping[str, Any], ctx: StageContext) -> StageResult:
         """Evaluate, learn on, evaluate again, imitate, play; what was learned survives whatever goes wrong.
 
         Raises StageError before anything moves where the policy does not fit or the motion is unsafe, HardwareError
@@ -108,7 +108,7 @@ class Transfer:
             caught=sum(game.caught for game in progress.games),
         )
         metrics = transfer_metrics(result, progress, baseline=settings.baseline)
-        return Made(result, metrics, warnings=(*held, *_warnings(progress)))
+        return StageResult(result, metrics, warnings=(*held, *_warnings(progress)))
 
     def _around(self, arm: RobotModel, game: GameSettings) -> Surroundings:
         """Return what an imitated motion of ``arm`` is checked against; raises StageError where that was not given."""

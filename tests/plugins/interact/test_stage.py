@@ -13,7 +13,7 @@ from kendama_cli.errors import HardwareError, StageError
 from kendama_cli.plugins.interact.stage import Interact
 from kendama_cli.schema.settings import build
 from kendama_cli.settings.hardware import CommandHardware, SimulatedHardware, TwinHardware
-from kendama_cli.stages.interface import Made
+from kendama_cli.stages.interface import StageResult
 from tests import warm_command
 from tests.devices.robot.stand_in import ObedientRobot, key_file, served
 from tests.memory_context import MemoryContext
@@ -33,7 +33,7 @@ def _short(share=0.6, until="leave", **changed):
     return dataclasses.replace(settings, script=steps)
 
 
-def _play(*bodies, settings=None, hardware=DIRECT) -> tuple[Made, MemoryContext]:
+def _play(*bodies, settings=None, hardware=DIRECT) -> tuple[StageResult, MemoryContext]:
     ctx = MemoryContext(seed=0)
     stage = Interact(interact=settings or _short(), scene=scene(*bodies), robot=pa10(), hardware=hardware)
     return stage.run({}, ctx), ctx
