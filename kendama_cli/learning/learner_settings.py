@@ -16,7 +16,7 @@ class SarsaSettings:
 
 
 @dataclass(frozen=True)
-class LuckySettings:
+class RandomReplaySettings:
     """The null model: harmonics are drawn until one succeeds, and that one is replayed without a table."""
 
     kind: Literal["random_replay"]
@@ -33,7 +33,7 @@ class RandomSettings:
 
 
 @dataclass(frozen=True)
-class PumpSettings:
+class EnergyPumpingSettings:
     """A hand-written controller that pumps energy into the ball and keeps the cup near the middle; it learns nothing.
 
     With the energy E of the ball over hanging still (per mass, [J/kg]) and its wanted value E* = g l (1 + height),

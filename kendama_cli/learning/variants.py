@@ -10,18 +10,18 @@ SARSA = Variant(
     settings="kendama_cli.learning.learner_settings:SarsaSettings",
     makes="kendama_cli.learning.sarsa:SARSA",
 )
-LUCKY = Variant(
+RANDOM_REPLAY = Variant(
     "random_replay",
-    settings="kendama_cli.learning.learner_settings:LuckySettings",
-    makes="kendama_cli.learning.lucky:LUCKY",
+    settings="kendama_cli.learning.learner_settings:RandomReplaySettings",
+    makes="kendama_cli.learning.random_replay:RANDOM_REPLAY",
 )
 RANDOM = Variant(
     "random",
     settings="kendama_cli.learning.learner_settings:RandomSettings",
-    makes="kendama_cli.learning.lucky:RANDOM",
+    makes="kendama_cli.learning.random_replay:RANDOM",
 )
-PUMP = Variant(
+ENERGY_PUMPING = Variant(
     "energy_pumping",
-    settings="kendama_cli.learning.learner_settings:PumpSettings",
-    makes="kendama_cli.learning.pump:PUMP",
+    settings="kendama_cli.learning.learner_settings:EnergyPumpingSettings",
+    makes="kendama_cli.learning.energy_pumping:ENERGY_PUMPING",
 )

@@ -9,7 +9,7 @@ import pytest
 
 from kendama_cli.errors import ConfigError
 from kendama_cli.learning.learners import begin_learner
-from kendama_cli.learning.lucky import LuckyLearner
+from kendama_cli.learning.random_replay import RandomReplayLearner
 from kendama_cli.learning.sarsa import SarsaLearner
 from kendama_cli.learning.state import SwingState
 from kendama_cli.simulation.swingup.environment import SwingUpEnvironment
@@ -19,11 +19,11 @@ SEARCH = learn_settings("easy", "learn/learner=random_replay")
 LAST = SwingState(0.1, 0.0, 2.0, 3.0)
 
 
-def searching(name: str) -> LuckyLearner:
-    return LuckyLearner(learn_settings(name, "learn/learner=random_replay"))
+def searching(name: str) -> RandomReplayLearner:
+    return RandomReplayLearner(learn_settings(name, "learn/learner=random_replay"))
 
 
-def play(learner: LuckyLearner, results: str, rng: np.random.Generator) -> list[tuple[bool, list[float]]]:
+def play(learner: RandomReplayLearner, results: str, rng: np.random.Generator) -> list[tuple[bool, list[float]]]:
     """Rollouts that end with success (g) or failure (f): whether each explored, and its harmonic."""
     seen = []
     for result in results:
@@ -49,7 +49,7 @@ def test_its_first_rollout_is_the_first_exploring_one_of_a_table(name):
 
 
 def test_it_draws_until_a_success_and_then_replays_that_one():
-    seen = play(LuckyLearner(SEARCH), "fffggg", np.random.default_rng(0))
+    seen = play(RandomReplayLearner(SEARCH), "fffggg", np.random.default_rng(0))
     explored, harmonics = zip(*seen, strict=True)
     assert explored == (True, True, True, True, False, False)
     assert len({tuple(harmonic) for harmonic in harmonics[:4]}) == 4
@@ -57,7 +57,7 @@ def test_it_draws_until_a_success_and_then_replays_that_one():
 
 
 def test_after_a_failed_replay_it_draws_anew_and_keeps_what_succeeds():
-    learner = LuckyLearner(SEARCH)
+    learner = RandomReplayLearner(SEARCH)
     seen = play(learner, "gf" + "f" + "f" + "g" + "g", np.random.default_rng(0))
     assert [explored for explored, _ in seen] == [True, False, True, False, True, False]
     first, other = seen[0][1], seen[4][1]
@@ -71,12 +71,12 @@ def test_with_no_chance_of_drawing_anew_it_keeps_to_its_first_success():
         SEARCH,
         learner=dataclasses.replace(SEARCH.learner, after_failure=0.0),
     )
-    seen = play(LuckyLearner(keeping), "gffffg", np.random.default_rng(0))
+    seen = play(RandomReplayLearner(keeping), "gffffg", np.random.default_rng(0))
     assert [explored for explored, _ in seen] == [True] + [False] * 5
 
 
 def test_the_policy_is_the_harmonic_with_the_longest_streak_while_it_was_frozen():
-    learner, rng = LuckyLearner(SEARCH), np.random.default_rng(0)
+    learner, rng = RandomReplayLearner(SEARCH), np.random.default_rng(0)
     first = play(learner, "g" + "g" * 15, rng)[0][1]
     play(learner, "f" + "g" + "g" * 3, rng)
     assert learner.policy.array("harmonic").tolist() == first

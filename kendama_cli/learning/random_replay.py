@@ -20,7 +20,7 @@ from kendama_cli.artifacts.policy import PolicyArtifact
 from kendama_cli.learning.decision import BinActor, HeldAction
 from kendama_cli.learning.exploration import DrawnHarmonic, Harmonic, draw_harmonic, drives_place, explores
 from kendama_cli.learning.interface import FinishedRollout, LearnerMaker
-from kendama_cli.learning.learner_settings import LuckySettings
+from kendama_cli.learning.learner_settings import RandomReplaySettings
 from kendama_cli.learning.policy import task_meaning
 from kendama_cli.learning.reward import Outcome
 from kendama_cli.learning.rewarded_actor import RewardedActor, RolloutLearner
@@ -58,7 +58,7 @@ class HarmonicPolicy(BinActor):
         return self._settings.actions_m_s2[held.action]
 
 
-class LuckyLearner(RolloutLearner):
+class RandomReplayLearner(RolloutLearner):
     """Draws harmonics until one succeeds, and replays that one; or, as ``random``, draws for ever. See the module."""
 
     def __init__(self, settings: LearnSettings, policy: PolicyArtifact | None = None) -> None:
@@ -73,7 +73,7 @@ class LuckyLearner(RolloutLearner):
         self._explored = False
 
     @classmethod
-    def from_state(cls, settings: LearnSettings, state: Mapping[str, Any]) -> LuckyLearner:
+    def from_state(cls, settings: LearnSettings, state: Mapping[str, Any]) -> RandomReplayLearner:
         """Return the learner that ``state()`` described, between the same two rollouts."""
         learner = cls(settings)
         learner.count = LearningCount(**state["count"])
@@ -99,7 +99,7 @@ class LuckyLearner(RolloutLearner):
     def begin_rollout(self, rng: Generator) -> None:
         """Replay a harmonic, or sample one from ``rng``."""
         own = self._settings.learner
-        if isinstance(own, LuckySettings):
+        if isinstance(own, RandomReplaySettings):
             self._explored = explores(own.after_failure, self.count, rng)
             self._present = draw_harmonic(self._settings, rng) if self._explored else self._replayed
         else:
@@ -141,7 +141,9 @@ def _meaning(settings: LearnSettings) -> Mapping[str, object]:
     }
 
 
-LUCKY = LearnerMaker(begin=LuckyLearner, resume=LuckyLearner.from_state, policy=HarmonicPolicy, meaning=_meaning)
+RANDOM_REPLAY = LearnerMaker(
+    begin=RandomReplayLearner, resume=RandomReplayLearner.from_state, policy=HarmonicPolicy, meaning=_meaning
+)
 """The kind ``random_replay``."""
-RANDOM = LUCKY
+RANDOM = RANDOM_REPLAY
 """The kind ``random``."""

@@ -13,7 +13,7 @@ from numpy.random import Generator
 from kendama_cli.artifacts.policy import PolicyArtifact
 from kendama_cli.learning.decision import BinActor, HeldAction
 from kendama_cli.learning.interface import FinishedRollout, LearnerMaker
-from kendama_cli.learning.learner_settings import PumpSettings
+from kendama_cli.learning.learner_settings import EnergyPumpingSettings
 from kendama_cli.learning.policy import task_meaning
 from kendama_cli.learning.reward import Outcome
 from kendama_cli.learning.rewarded_actor import RewardedActor, RolloutLearner
@@ -26,18 +26,18 @@ ROPE_M = 0.4
 GRAVITY_M_S2 = 9.81
 
 
-class PumpPolicy(BinActor):
-    """The law of PumpSettings, its acceleration held by ``learn.decision`` on the bins of ``learn.grid``."""
+class EnergyPumpingPolicy(BinActor):
+    """The law of EnergyPumpingSettings, its acceleration held by ``learn.decision`` on the bins of ``learn.grid``."""
 
     table = None
 
     def __init__(self, artifact: PolicyArtifact, settings: LearnSettings) -> None:
         """Check that the artifact holds the law's constants; raises ValueError if not."""
         values = artifact.array("constants")
-        names = [entry.name for entry in dataclasses.fields(PumpSettings) if entry.name != "kind"]
+        names = [entry.name for entry in dataclasses.fields(EnergyPumpingSettings) if entry.name != "kind"]
         if values.shape != (len(names),):
             raise ValueError(f"the pump has constants of shape {values.shape}; allowed: ({len(names)},)")
-        self._law = PumpSettings("energy_pumping", *values.tolist())
+        self._law = EnergyPumpingSettings("energy_pumping", *values.tolist())
         super().__init__(settings)
 
     def begin_rollout(self) -> None:
@@ -59,18 +59,18 @@ class PumpPolicy(BinActor):
         return max(settings.actions_m_s2[0], min(settings.actions_m_s2[-1], wanted))
 
 
-class PumpLearner(RolloutLearner):
+class EnergyPumpingLearner(RolloutLearner):
     """Acts by the pump in every rollout, and counts."""
 
     def __init__(self, settings: LearnSettings, policy: PolicyArtifact | None = None) -> None:
         self._settings = settings
         self.count = LearningCount(succeeded_ever=True)
         self.policy = _sealed(settings) if policy is None else policy
-        self._actor = PumpPolicy(self.policy, settings)
+        self._actor = EnergyPumpingPolicy(self.policy, settings)
         self._rollout = RewardedActor(self._actor, settings.reward)
 
     @classmethod
-    def from_state(cls, settings: LearnSettings, state: Mapping[str, Any]) -> PumpLearner:
+    def from_state(cls, settings: LearnSettings, state: Mapping[str, Any]) -> EnergyPumpingLearner:
         """Return the learner that ``state()`` described, between the same two rollouts."""
         policy = PolicyArtifact.seal(
             "energy_pumping", task_meaning(settings), {"constants": np.array(state["constants"])}
@@ -97,10 +97,12 @@ class PumpLearner(RolloutLearner):
 
 def _sealed(settings: LearnSettings) -> PolicyArtifact:
     own = settings.learner
-    assert isinstance(own, PumpSettings)
+    assert isinstance(own, EnergyPumpingSettings)
     constants = [value for name, value in dataclasses.asdict(own).items() if name != "kind"]
     return PolicyArtifact.seal("energy_pumping", task_meaning(settings), {"constants": np.array(constants)})
 
 
-PUMP = LearnerMaker(begin=PumpLearner, resume=PumpLearner.from_state, policy=PumpPolicy, meaning=task_meaning)
+ENERGY_PUMPING = LearnerMaker(
+    begin=EnergyPumpingLearner, resume=EnergyPumpingLearner.from_state, policy=EnergyPumpingPolicy, meaning=task_meaning
+)
 """The kind ``energy_pumping``."""
