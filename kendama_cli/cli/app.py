@@ -26,7 +26,7 @@ from kendama_cli.config.site import find_site
 from kendama_cli.errors import UsageError
 
 if TYPE_CHECKING:
-    from kendama_cli.pipeline.unchanged import Question
+    from kendama_cli.pipeline.command_cache import CommandKey
 
 
 app = typer.Typer(
@@ -236,7 +236,7 @@ def doctor(as_json: Json = False) -> int:
     return 1 if any(part.state == "missing" for part in parts) else 0
 
 
-def run_command(arguments: list[str], asked: Question | None) -> int:
+def run_command(arguments: list[str], asked: CommandKey | None) -> int:
     """Parse and carry out the command line; its exit code. Raises UsageError for what typer does not take.
 
     ``asked`` is what ``run`` was asked, as it was before anything changed the environment.

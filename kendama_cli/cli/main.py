@@ -18,7 +18,7 @@ from kendama_cli.cli import render
 from kendama_cli.errors import KendamaError
 
 if TYPE_CHECKING:
-    from kendama_cli.pipeline.unchanged import Question
+    from kendama_cli.pipeline.command_cache import CommandKey
 
 INTERRUPTED = 130
 KEPT = "what was finished is kept, the same command goes on from there"
@@ -81,12 +81,12 @@ def _discard_output() -> None:
 
 
 def _carry_out(arguments: list[str]) -> int:
-    asked: Question | None = None
+    asked: CommandKey | None = None
     if "run" in arguments and "_KENDAMA_COMPLETE" not in os.environ:
         from kendama_cli.cli.repeat import repeat_run  # noqa: PLC0415 - the store, which few commands need
-        from kendama_cli.pipeline.unchanged import question  # noqa: PLC0415
+        from kendama_cli.pipeline.command_cache import command_key  # noqa: PLC0415
 
-        asked = question(arguments)
+        asked = command_key(arguments)
         repeated = repeat_run(asked)
         if repeated is not None:
             return repeated

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from kendama_cli.cli import render
+from kendama_cli.pipeline.command_cache import CommandKey, repeat
 from kendama_cli.pipeline.record import RunRecord, elsewhere_notice
-from kendama_cli.pipeline.unchanged import Question, repeat
 
 
-def repeat_run(asked: Question) -> int | None:
+def repeat_run(asked: CommandKey) -> int | None:
     """Repeat the run that ``asked`` is, and its exit code; None where it has to be planned."""
     record = repeat(asked)
     if record is None:

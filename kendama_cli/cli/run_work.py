@@ -13,11 +13,11 @@ from kendama_cli.cli.watch import WatchOptions, with_page
 from kendama_cli.config.compose import Composition, composed, composition
 from kendama_cli.config.site import Site
 from kendama_cli.pipeline.catalogue import load_pipeline
+from kendama_cli.pipeline.command_cache import CommandKey, keep
 from kendama_cli.pipeline.nodes import build_settings
 from kendama_cli.pipeline.plan import Planner, StagePlan, check_armed, check_forced
 from kendama_cli.pipeline.record import begin, version_differences
 from kendama_cli.pipeline.runner import Runner
-from kendama_cli.pipeline.unchanged import Question, keep
 from kendama_cli.pipeline.watched import configuration_stamps, input_stamps
 from kendama_cli.pipeline.where import of_results, open_cluster, open_store, with_executor
 
@@ -30,7 +30,7 @@ def run_pipeline(
     force: list[str],
     *,
     on: str | None,
-    asked: Question | None,
+    asked: CommandKey | None,
     began_s: float,
     arm: bool,
     as_json: bool,

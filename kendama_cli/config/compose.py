@@ -15,7 +15,7 @@ from typing import Any
 
 from kendama_cli.config.site import Site, configuration_files
 from kendama_cli.errors import ConfigError, StoreError
-from kendama_cli.pipeline.unchanged import Stamps, environment_now, settled, stamps
+from kendama_cli.pipeline.command_cache import Stamps, environment_now, settled, stamps
 from kendama_cli.store import durable
 from kendama_cli.store.home import claim
 

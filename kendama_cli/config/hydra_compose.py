@@ -24,7 +24,7 @@ from omegaconf.resolvers import oc
 
 from kendama_cli.config.site import Site, configuration_files, group_options, groups
 from kendama_cli.errors import ConfigError
-from kendama_cli.pipeline.unchanged import environment_now, settled, stamps
+from kendama_cli.pipeline.command_cache import environment_now, settled, stamps
 from kendama_cli.schema.hints import nearest, unknown_key
 from kendama_cli.schema.plain_yaml import TooMuchError, check_plain, check_yaml, load_yaml
 from kendama_cli.schema.renames import new_key, value_now_called

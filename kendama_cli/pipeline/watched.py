@@ -10,8 +10,8 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from kendama_cli.pipeline.command_cache import Stamps, stamps
 from kendama_cli.pipeline.plan import Planner
-from kendama_cli.pipeline.unchanged import Stamps, stamps
 from kendama_cli.schema.settings import input_files
 
 STANDARD_LIBRARY = os.path.dirname(os.__file__)

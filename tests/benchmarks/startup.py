@@ -12,7 +12,7 @@ import sys
 import tempfile
 import time
 
-from kendama_cli.pipeline.unchanged import SETTLED_S
+from kendama_cli.pipeline.command_cache import SETTLED_S
 
 ROUNDS = 21
 KENDAMA = (sys.executable, "-m", "kendama_cli.cli.main")

@@ -14,7 +14,7 @@ from kendama_cli.config.hydra_compose import compose_with_hydra
 from kendama_cli.config.site import Site, bundled_root, find_site
 from kendama_cli.config.sweep import composed_each, expand_sweep
 from kendama_cli.errors import ConfigError
-from kendama_cli.pipeline import unchanged
+from kendama_cli.pipeline import command_cache
 
 
 @pytest.fixture
@@ -125,7 +125,7 @@ def test_values_that_hydra_does_not_set_are_refused_in_files_that_were_composed_
 def test_a_changed_file_and_a_changed_variable_are_seen_by_the_same_process(
     site: Site, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(unchanged, "SETTLED_S", 0.0)  # else files as young as these are never kept
+    monkeypatch.setattr(command_cache, "SETTLED_S", 0.0)  # else files as young as these are never kept
     for name in ("learn", "picked"):
         (tmp_path / "conf" / name).mkdir(parents=True)
     chosen = "defaults: [sarsa, {/picked@_here_: '${oc.env:KENDAMA_TEST_PICKED}'}, _self_]\n"

@@ -15,7 +15,7 @@ from kendama_cli.config.compose import composed, composition
 from kendama_cli.config.site import Site, bundled_root, find_site
 from kendama_cli.config.sweep import composed_each, expand_sweep
 from kendama_cli.errors import ConfigError
-from kendama_cli.pipeline.unchanged import SETTLED_S
+from kendama_cli.pipeline.command_cache import SETTLED_S
 
 FIRST = "defaults: [_self_, {capture: file}, {store: home}, {executor: local}]\nseed: 0\n"
 
@@ -38,7 +38,7 @@ def written(path: Path, more: str) -> Path:
 @pytest.fixture
 def settled(monkeypatch: pytest.MonkeyPatch) -> None:
     """Files are old enough at once: these tests write none within a tick of the clock."""
-    monkeypatch.setattr("kendama_cli.pipeline.unchanged.SETTLED_S", -1.0)
+    monkeypatch.setattr("kendama_cli.pipeline.command_cache.SETTLED_S", -1.0)
 
 
 @pytest.fixture

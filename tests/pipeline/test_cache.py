@@ -11,8 +11,8 @@ from pathlib import Path
 
 import pytest
 
+from kendama_cli.pipeline.command_cache import SETTLED_S
 from kendama_cli.pipeline.plan import _changed
-from kendama_cli.pipeline.unchanged import SETTLED_S
 from kendama_cli.store.garbage import verify
 from kendama_cli.store.store import Store
 from tests.portable import portable_is_slow

@@ -15,8 +15,8 @@ from typing import Any
 
 import pytest
 
-from kendama_cli.pipeline.unchanged import SETTLED_S as SETTLED_S_AS_SHIPPED
-from kendama_cli.pipeline.unchanged import stamp
+from kendama_cli.pipeline.command_cache import SETTLED_S as SETTLED_S_AS_SHIPPED
+from kendama_cli.pipeline.command_cache import stamp
 from kendama_cli.pipeline.watched import looked_at
 from kendama_cli.store import durable
 from tests import warm_command
@@ -31,8 +31,8 @@ import atexit
 import os
 import sys
 from kendama_cli.cli import app
-from kendama_cli.pipeline import unchanged
-unchanged.SETTLED_S = float(os.environ.get("SETTLED_S", {SETTLED_S}))
+from kendama_cli.pipeline import command_cache
+command_cache.SETTLED_S = float(os.environ.get("SETTLED_S", {SETTLED_S}))
 way = ["quick"]
 run_command = app.run_command
 
@@ -255,7 +255,7 @@ def modules(toy: ToyProject, *arguments: str) -> set[str]:
 def test_a_run_with_nothing_to_do_imports_no_more_than_the_store_needs(idle: ToyProject) -> None:
     run_again = ("run", "-p", "toy", "--json")
     time.sleep(SETTLED_S_AS_SHIPPED - SETTLED_S)
-    assert modules(idle, *run_again) >= {"typer"}, "another interpreter asks another question"
+    assert modules(idle, *run_again) >= {"typer"}, "another interpreter has another key"
     found = modules(idle, *run_again)
     assert not found & {*HEAVY}
     # what it costs is what it imports: 91 modules here, 5 to 7 bare interpreters by ``tests.benchmarks.startup``; with

@@ -57,7 +57,7 @@ def environment_now(names: Iterable[str]) -> dict[str, str | None]:
 
 
 @dataclasses.dataclass(frozen=True)
-class Question:
+class CommandKey:
     """Key of a repeated command: the command line, and all but files that its meaning depends on."""
 
     arguments: list[str]
@@ -78,16 +78,16 @@ class Question:
         return self.environment.get("KENDAMA_HOME") or ".kendama"
 
 
-def question(arguments: Sequence[str]) -> Question:
-    """Return the question for the command ``arguments``, here and now."""
+def command_key(arguments: Sequence[str]) -> CommandKey:
+    """Return the key of the command ``arguments``, here and now."""
     counts = ("HOME", "USERPROFILE")
     environment = {name: value for name, value in os.environ.items() if name.startswith("KENDAMA_") or name in counts}
     python = [sys.version, sys.executable, str(sys.flags), __version__, *sys.path]
-    return Question(list(arguments), os.getcwd(), environment, python)
+    return CommandKey(list(arguments), os.getcwd(), environment, python)
 
 
 def keep(
-    asked: Question,
+    asked: CommandKey,
     record: RunRecord,
     parts: Mapping[str, Any],
     watched: Stamps,
@@ -108,7 +108,7 @@ def keep(
         for outcome in record.stages
     ]
     answer = {
-        "question": dataclasses.asdict(asked),
+        "command": dataclasses.asdict(asked),
         "stamps": watched,
         "read": dict(read),
         "home": str(record.home),
@@ -123,14 +123,14 @@ def keep(
         durable.write_index(asked.path(), answer)
 
 
-def repeat(asked: Question) -> RunRecord | None:
+def repeat(asked: CommandKey) -> RunRecord | None:
     """Return the finished record of a run that had nothing to do; None if that is not certain.
 
     Raises StoreError where the record cannot be written.
     """
     try:
         answer = durable.read_index(asked.path())
-        if answer is None or answer["question"] != dataclasses.asdict(asked):
+        if answer is None or answer.get("command") != dataclasses.asdict(asked):
             return None
         if environment_now(answer["read"]) != answer["read"]:
             return None
