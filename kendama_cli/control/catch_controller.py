@@ -67,7 +67,7 @@ class TiltPlan:
 def _planned(way: float, speed: float, desired: float, *, span: tuple[float, float], limit: float, h: float) -> float:
     """Return the mean acceleration of the coming period ``h`` on the cubic over ``span``, from its start to its end."""
     plan = plan_interception(
-        way_m=way, velocity_m_s=speed, desired_m_s=desired, start_s=span[0], end_s=span[1], limit_m_s2=limit
+        displacement_m=way, velocity_m_s=speed, desired_m_s=desired, start_s=span[0], end_s=span[1], limit_m_s2=limit
     )
     return plan.acceleration_m_s2(span[0] + 0.5 * h)
 
@@ -124,7 +124,7 @@ class CatchController:
         end_s = self.catch_s - self._lag_s
         if end_s - t_s > catch.freeze_before_catch_s:
             self._interception = plan_interception(
-                way_m=self._target_m - self._geometry.below_rim_lever_m * math.sin(self._tilt_rad) - cart.x_m,
+                displacement_m=self._target_m - self._geometry.below_rim_lever_m * math.sin(self._tilt_rad) - cart.x_m,
                 velocity_m_s=cart.velocity_m_s,
                 desired_m_s=catch.matching * self._speed_m_s,
                 start_s=t_s,

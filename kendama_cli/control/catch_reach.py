@@ -64,13 +64,13 @@ def lacking_reach(
     posture = cup.motion.position_rad[min(round(flight_s[1] / cup.period_s), len(cup.motion.t_s) - 1)]
     own_m_s2, joint = _acceleration_m_s2(arm, posture)
     used_m_s2 = min(own_m_s2, settings.correction.acceleration_m_s2)
-    way_m = 0.5 * used_m_s2 * left_s**2
+    reach_m = 0.5 * used_m_s2 * left_s**2
     flight = _Flight(cup, flight_s[1] - lag_s - left_s, flight_s[1] - lag_s, rim_m, mouth_m)
-    if way_m < asked_m:
+    if reach_m < asked_m:
         by = "adapt.correction.acceleration_m_s2" if used_m_s2 < own_m_s2 else f"joint '{joint}'"
         return (
-            f"{name} moves the cup {1e3 * way_m:.0f} mm while the ball flies ({asked}): {used_m_s2:.1f} m/s^2 ({by}) "
-            f"in the {left_s:.2f} s that {lost} leave: raise that acceleration, {_passing(flight, way_m, settings)}"
+            f"{name} moves the cup {1e3 * reach_m:.0f} mm while the ball flies ({asked}): {used_m_s2:.1f} m/s^2 ({by}) "
+            f"in the {left_s:.2f} s that {lost} leave: raise that acceleration, {_passing(flight, reach_m, settings)}"
         )
     for side in (1.0, -1.0):
         if not _goes(flight, side * asked_m, settings.correction):

@@ -52,8 +52,8 @@ def brakable(speed_m_s: Array, shift_m: Array, settings: CorrectionSettings) -> 
 
 
 def _stops_inside(shift_m: Array, speed_m_s: Array, settings: CorrectionSettings) -> bool:
-    way_m = speed_m_s * float(np.linalg.norm(speed_m_s)) / (2 * settings.braking_m_s2)
-    return float(np.linalg.norm(shift_m + way_m)) <= settings.max_shift_m + ROUNDING_M
+    displacement_m = speed_m_s * float(np.linalg.norm(speed_m_s)) / (2 * settings.braking_m_s2)
+    return float(np.linalg.norm(shift_m + displacement_m)) <= settings.max_shift_m + ROUNDING_M
 
 
 SHARES = (1.0, 0.6, 0.3, 0.0)
@@ -214,11 +214,11 @@ class CorrectedMotion:
         self._catch_s = end_s
         cup_m, cup_m_s = self._plan.at(end_s, self._lever_m)
         aim_m = shortened((ball_m - cup_m)[:2], settings.max_shift_m)
-        way_m = aim_m - self._shift_m
+        displacement_m = aim_m - self._shift_m
         desired_m_s = brakable(settings.matching * (ball_m_s - cup_m_s)[:2], aim_m, settings)
         self._plans = [
             plan_interception(
-                way_m=float(way_m[axis]),
+                displacement_m=float(displacement_m[axis]),
                 velocity_m_s=float(self._speed_m_s[axis]),
                 desired_m_s=float(desired_m_s[axis]),
                 start_s=start_s,

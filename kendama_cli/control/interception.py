@@ -23,16 +23,16 @@ class InterceptionPlan:
 
 
 def plan_interception(
-    *, way_m: float, velocity_m_s: float, desired_m_s: float, start_s: float, end_s: float, limit_m_s2: float
+    *, displacement_m: float, velocity_m_s: float, desired_m_s: float, start_s: float, end_s: float, limit_m_s2: float
 ) -> InterceptionPlan:
-    """Cover ``way_m`` until ``end_s`` with the least integral of a^2, at ``desired_m_s`` as far as the limit allows.
+    """Cover ``displacement_m`` until ``end_s`` with least integral of a^2, at ``desired_m_s`` as the limit allows.
 
     From (x, v) to (x + d, w) in T that is a cubic with a0 = 6 d / T^2 - (4 v + 2 w) / T at its beginning and
     aT = -6 d / T^2 + (2 v + 4 w) / T at its end. w is moved from the desired speed only as far as |a0| <= limit and,
     if both are possible, |aT| <= limit need.
     """
     v, time = velocity_m_s, end_s - start_s
-    even = 6.0 * way_m / time
+    even = 6.0 * displacement_m / time
     half = 0.5 * limit_m_s2 * time
     low, high = 0.5 * even - 2.0 * v - half, 0.5 * even - 2.0 * v + half
     late_low, late_high = 0.25 * even - 0.5 * v - 0.5 * half, 0.25 * even - 0.5 * v + 0.5 * half

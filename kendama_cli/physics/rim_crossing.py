@@ -127,7 +127,7 @@ class SampledWays:
         down = [
             int(k)
             for k in np.flatnonzero(falls(height[:-1], height[1:]))
-            if profile.way_m(over[k, 0], over[k, 1], over[k, 2] + game.cup.rim_m) <= TAUT_SHARE * rope_m
+            if profile.path_length_m(over[k, 0], over[k, 1], over[k, 2] + game.cup.rim_m) <= TAUT_SHARE * rope_m
         ]
         which = planned_descent([float(self.t_s[k + 1]) for k in down], since_s)
         return None if which is None else self._at_rim(over, height, down[which])

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from kendama_cli.physics.side_rope import side_way
+from kendama_cli.physics.side_rope import side_path
 from kendama_cli.settings.game import CupSettings, GameSettings, HandleTie, SideTie
 
 Vector = tuple[float, float, float]
@@ -36,10 +36,10 @@ class CupProfile(NamedTuple):
         at_floor = handle + math.hypot(r - handle, floor)
         return cls(r, floor, rim, handle, (handle, at_floor, at_floor + rim - floor))
 
-    def way_m(self, x_m: float, y_m: float, z_m: float) -> float:
+    def path_length_m(self, x_m: float, y_m: float, z_m: float) -> float:
         """Return the path length from the tie of an upright cup, on the wall toward +x, to a ball at this position."""
         if self.side_m > 0.0:
-            way = side_way(self.radius_m, self.rim_m, self.side_m, (x_m, y_m, z_m))
+            way = side_path(self.radius_m, self.rim_m, self.side_m, (x_m, y_m, z_m))
             return way.used_m + math.dist(way[:3], (x_m, y_m, z_m))
         across = math.hypot(x_m, y_m)
         out, up, used = pivot(self, across, z_m)
@@ -150,7 +150,7 @@ def _pull_from_side(
     aside, one, two = _cross(axis, side), _cross(axis_rate, side), _cross(axis, side_rate)
     aside_rate = one[0] + two[0], one[1] + two[1], one[2] + two[2]
     seen = _dot(ball_m, side), _dot(ball_m, aside), _dot(ball_m, axis)
-    x, y, z, used = side_way(cup.radius_m, cup.rim_m, cup.side_m, seen)
+    x, y, z, used = side_path(cup.radius_m, cup.rim_m, cup.side_m, seen)
     p = _combined((x, y, z), (side, aside, axis))
     w = _combined((x, y, z), (side_rate, aside_rate, axis_rate))
     free = ball_m[0] - p[0], ball_m[1] - p[1], ball_m[2] - p[2]

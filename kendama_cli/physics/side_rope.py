@@ -1,4 +1,4 @@
-"""The shortest way of a rope that is tied to the side of the cup: round the wall, over an edge, across an end."""
+"""Shortest path of a rope that is tied to the side of the cup: round the wall, over an edge, across an end."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ SAMPLES, MOST_STEPS = 6, 40
 SMALL_RAD = 1e-10
 
 
-class Way(NamedTuple):
+class RopePath(NamedTuple):
     """The last point that the rope touches, in the cup's frame, and the rope up to it."""
 
     x_m: float
@@ -18,7 +18,7 @@ class Way(NamedTuple):
     used_m: float
 
 
-def side_way(radius_m: float, rim_m: float, tie_m: float, ball: tuple[float, float, float]) -> Way:
+def side_path(radius_m: float, rim_m: float, tie_m: float, ball: tuple[float, float, float]) -> RopePath:
     """Return the shortest path from (r, 0, ``tie_m``) round a solid cylinder of heights 0 to ``rim_m`` to ``ball``.
 
     With rho and phi the ball's distance from the axis and its angle from the tie, and z its height:
@@ -36,7 +36,7 @@ def side_way(radius_m: float, rim_m: float, tie_m: float, ball: tuple[float, flo
     """
     x, y, z = ball
     if x >= radius_m:
-        return Way(radius_m, 0.0, tie_m, 0.0)
+        return RopePath(radius_m, 0.0, tie_m, 0.0)
     rho, phi = math.hypot(x, y), abs(math.atan2(y, x))
     out, up, used, left = _beside(radius_m, rim_m, tie_m, (rho, phi, z))
     across = math.hypot(x - radius_m, y)
@@ -47,7 +47,7 @@ def side_way(radius_m: float, rim_m: float, tie_m: float, ball: tuple[float, flo
             end, over, rest = _over_end(radius_m, down, (rho, phi, abs(z - edge)))
             if over + rest < used + left:
                 out, up, used, left = end, edge, over, rest
-    return Way(radius_m * math.cos(out), math.copysign(radius_m * math.sin(out), y), up, used)
+    return RopePath(radius_m * math.cos(out), math.copysign(radius_m * math.sin(out), y), up, used)
 
 
 def _beside(

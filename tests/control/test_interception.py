@@ -15,7 +15,7 @@ STEPS = 2000
 def driven(v: float, way: float, wanted: float, left: float, limit: float) -> tuple[float, float, float]:
     """Final place and speed of a cup that follows the approach exactly, and its peak acceleration."""
     plan = plan_interception(
-        way_m=way, velocity_m_s=v, desired_m_s=wanted, start_s=1.0, end_s=1.0 + left, limit_m_s2=limit
+        displacement_m=way, velocity_m_s=v, desired_m_s=wanted, start_s=1.0, end_s=1.0 + left, limit_m_s2=limit
     )
     h = left / STEPS
     t = 1.0 + h * (np.arange(STEPS) + 0.5)
@@ -42,6 +42,8 @@ def test_the_place_comes_before_the_speed(v: float, way: float, wanted: float) -
 
 @given(st.floats(-3, 3), st.floats(-2, 2), st.floats(-3, 3), st.floats(0.02, 1.0))
 def test_the_first_acceleration_never_exceeds_the_limit(v: float, way: float, wanted: float, left: float) -> None:
-    plan = plan_interception(way_m=way, velocity_m_s=v, desired_m_s=wanted, start_s=0.0, end_s=left, limit_m_s2=14.0)
+    plan = plan_interception(
+        displacement_m=way, velocity_m_s=v, desired_m_s=wanted, start_s=0.0, end_s=left, limit_m_s2=14.0
+    )
     assert abs(plan.first_m_s2) <= 14.0 + 1e-6
     assert abs(plan.last_m_s2) <= 14.0 + 1e-6

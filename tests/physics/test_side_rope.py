@@ -11,7 +11,7 @@ import pytest
 
 from kendama_cli.errors import ConfigError
 from kendama_cli.physics.rope import CupProfile, RopeLaw, rope_pull
-from kendama_cli.physics.side_rope import side_way
+from kendama_cli.physics.side_rope import side_path
 from kendama_cli.physics.taut_rope import TautRope
 from kendama_cli.schema.settings import build
 from kendama_cli.settings.game import GameSettings
@@ -22,8 +22,8 @@ R_M, RIM_M = GAME.cup.outer_radius_m, GAME.cup.rim_m
 Point = tuple[float, float, float]
 
 
-def way_m(tie_m: float, ball: Point) -> float:
-    way = side_way(R_M, RIM_M, tie_m, ball)
+def path_length_m(tie_m: float, ball: Point) -> float:
+    way = side_path(R_M, RIM_M, tie_m, ball)
     return way.used_m + math.dist(way[:3], ball)
 
 
@@ -83,12 +83,12 @@ BALLS: dict[str, tuple[float, Point]] = {
 def test_the_way_is_what_a_rope_tightens_to(name: str) -> None:
     """On 38 of 40 random places by 0.12 mm at most, what corners leave; on two a piece jumped from face to face."""
     tie_m, ball = BALLS[name]
-    assert way_m(tie_m, ball) == pytest.approx(shortest_m(tie_m, ball), abs=2e-4)
+    assert path_length_m(tie_m, ball) == pytest.approx(shortest_m(tie_m, ball), abs=2e-4)
 
 
 def test_the_places_show_every_kind_of_way() -> None:
     """So does a rope that is refused none of its ways: without one of them its place's would be longer."""
-    touched = {name: side_way(R_M, RIM_M, *place) for name, place in BALLS.items()}
+    touched = {name: side_path(R_M, RIM_M, *place) for name, place in BALLS.items()}
     assert touched["straight"].used_m == 0.0
     assert 0.0 < touched["round the wall"].z_m < RIM_M
     assert touched["down the wall, then straight"].z_m == 0.0
@@ -109,12 +109,12 @@ def test_round_the_wall_it_is_as_long_as_mujocos_tendon() -> None:
     data, rng, compared = mujoco.MjData(model), np.random.default_rng(0), 0
     while compared < 200:
         ball = (rng.uniform(-0.3, 0.04), rng.uniform(-0.3, 0.3), rng.uniform(-0.3, 0.3))
-        touched = side_way(R_M, RIM_M, 0.02, ball)
+        touched = side_path(R_M, RIM_M, 0.02, ball)
         if math.hypot(*ball[:2]) < 1.02 * R_M or not 1e-6 < touched.z_m < RIM_M - 1e-6:
             continue  # its cylinder has no ends
         data.mocap_pos[0] = ball
         mujoco.mj_forward(model, data)
-        assert data.ten_length[0] == pytest.approx(way_m(0.02, ball), abs=1e-7)
+        assert data.ten_length[0] == pytest.approx(path_length_m(0.02, ball), abs=1e-7)
         compared += 1
 
 
@@ -126,12 +126,12 @@ def test_the_way_grows_along_the_last_stretch_and_has_no_step() -> None:
         if math.hypot(*ball[:2]) < 1.05 * R_M and -0.01 < ball[2] < RIM_M + 0.01:
             continue
         tie_m = rng.uniform(0.01, RIM_M - 0.01)
-        touched = np.array(side_way(R_M, RIM_M, tie_m, tuple(ball.tolist()))[:3])
+        touched = np.array(side_path(R_M, RIM_M, tie_m, tuple(ball.tolist()))[:3])
         along = (ball - touched) / np.linalg.norm(ball - touched)
         for axis in np.eye(3):
-            ahead, behind = (way_m(tie_m, tuple((ball + sign * step * axis).tolist())) for sign in (1, -1))
+            ahead, behind = (path_length_m(tie_m, tuple((ball + sign * step * axis).tolist())) for sign in (1, -1))
             assert abs(ahead - behind) <= 2 * step * (1 + 1e-6)
-            here = way_m(tie_m, tuple(ball.tolist()))
+            here = path_length_m(tie_m, tuple(ball.tolist()))
             if abs(ahead + behind - 2 * here) < 1e-10:  # not where two ways are as long
                 assert (ahead - behind) / (2 * step) == pytest.approx(float(along @ axis), abs=2e-5)
         compared += 1
@@ -144,7 +144,7 @@ def test_a_ball_that_swings_round_the_wall_keeps_its_energy() -> None:
     place, speed = np.array([-0.05, 0.25, -0.2]), np.array([-3.5, 0.0, 1.0])
 
     def energy() -> float:
-        stretched = max(0.0, law.cup.way_m(*place.tolist()) - law.length_m)
+        stretched = max(0.0, law.cup.path_length_m(*place.tolist()) - law.length_m)
         return float(0.5 * mass * speed @ speed + mass * g * place[2] + 0.5 * law.stiffness_n_m * stretched**2)
 
     begun, touched = energy(), set()
@@ -168,7 +168,7 @@ def test_turning_the_cup_moves_the_tie_with_it() -> None:
     angle = spin * step
     side = (math.cos(angle), -math.sin(angle), 0.0)
     turn = np.array([[side[0], side[1], 0.0], [-side[1], side[0], 0.0], [0.0, 0.0, 1.0]])
-    rate = (law.cup.way_m(*(turn @ ball).tolist()) - law.cup.way_m(*ball)) / step
+    rate = (law.cup.path_length_m(*(turn @ ball).tolist()) - law.cup.path_length_m(*ball)) / step
     difference = np.linalg.norm(turned.force_n) - np.linalg.norm(still.force_n)
     assert difference == pytest.approx(rate, rel=1e-4)
 

@@ -29,7 +29,7 @@ def swing_slack_s(game: GameSettings, rope_m: float, track: CupTrack, ball_m: Ar
     up = np.sum(apart * axis, axis=1)
     across = np.linalg.norm(apart - up[:, None] * axis, axis=1)
     profile = CupProfile.of(game.cup)
-    taut = np.array([profile.way_m(x, 0.0, z) > rope_m for x, z in zip(across, up, strict=True)])
+    taut = np.array([profile.path_length_m(x, 0.0, z) > rope_m for x, z in zip(across, up, strict=True)])
     height = apart[:, 2] - game.cup.rim_m - game.ball.radius_m
     down = np.flatnonzero((height[:-1] > 0.0) & (height[1:] <= 0.0) & (t_s[1:] >= since_s))
     tight = np.flatnonzero(taut[: down[0] + 1] if len(down) else taut)

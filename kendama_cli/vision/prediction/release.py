@@ -90,7 +90,7 @@ def draw_release(
             continue
         t = np.arange(0.0, crossing_s, CHECKED_STEP_S)
         apart = flight.position_m(start, velocity, t) - _cup_after(cup, cup_velocity, follow, t)
-        if any(rope.cup.way_m(*row) > rope.length_m + 1e-9 for row in apart.tolist()):
+        if any(rope.cup.path_length_m(*row) > rope.length_m + 1e-9 for row in apart.tolist()):
             continue
         swing = _Swing(cup, cup_velocity, np.array([pull, 0.0, 0.0]), phi, rate, lateral)
         taut = swing.before(game, taut_duration_s)

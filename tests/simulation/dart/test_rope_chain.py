@@ -69,8 +69,8 @@ def test_links_are_laid_round_the_cup_and_share_the_mass() -> None:
     assert node_masses_kg(1e-3, lengths).sum() == pytest.approx(1e-3)
     for ball in ([0.05, 0.1, -0.2], [0.2, 0.0, 0.1], [0.0, -0.01, 0.2]):
         places = laid(profile, lengths, np.array(ball), np.array([0.0, 0.0, 1.0]))
-        ends = np.array([profile.way_m(*place) for place in places])
-        whole = profile.way_m(*ball)
+        ends = np.array([profile.path_length_m(*place) for place in places])
+        whole = profile.path_length_m(*ball)
         assert places[-1] == pytest.approx(ball)
         np.testing.assert_allclose(ends, np.append(0.0, np.cumsum(lengths)) * whole / 0.4, atol=1e-9)
 

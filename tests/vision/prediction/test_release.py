@@ -17,7 +17,7 @@ def releases() -> list[Release]:
 def _way_m(release, t_s):
     """The rope's way round the cup from its tie to the ball, in the plane of the swing."""
     x, _, z = release.ball_m(t_s) - release.tie_m(t_s)
-    return CupProfile.of(game().cup).way_m(x, 0.0, z)
+    return CupProfile.of(game().cup).path_length_m(x, 0.0, z)
 
 
 def test_the_rope_is_taut_before_the_release_and_slack_until_the_crossing(releases):
