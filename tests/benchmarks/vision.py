@@ -19,7 +19,7 @@ import cv2  # noqa: E402
 import numpy as np  # noqa: E402
 
 from kendama_cli.vision.cameras.region import around  # noqa: E402
-from kendama_cli.vision.cameras.triangulation import sight_rows  # noqa: E402
+from kendama_cli.vision.cameras.triangulation import ray_constraints  # noqa: E402
 from kendama_cli.vision.prediction.catch_pose import CatchPoseEstimator  # noqa: E402
 from kendama_cli.vision.settings import BallisticMotion, ColouredMotion, ProcessNoiseMotion  # noqa: E402
 from tests.vision.scenes import first_found, stereo  # noqa: E402
@@ -64,7 +64,7 @@ def batch(seen: list[tuple[float, Any, Any]]) -> None:
     rows: list[np.ndarray] = []
     right: list[np.ndarray] = []
     for number, (t_s, camera, pixel) in enumerate(seen):
-        sight = sight_rows(camera, pixel, NOISE_PX2)
+        sight = ray_constraints(camera, pixel, NOISE_PX2)
         a, b = FLIGHT.velocity_gain_s(t_s), FLIGHT.gravity_gain_s2(t_s)
         rows.append(np.hstack([sight.rows, a * sight.rows]))
         right.append(sight.right - b * sight.rows @ FLIGHT.gravity_m_s2)

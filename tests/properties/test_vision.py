@@ -7,7 +7,7 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from kendama_cli.vision.cameras.camera_model import CameraModel, looking_at
-from kendama_cli.vision.cameras.triangulation import sight_rows, triangulate
+from kendama_cli.vision.cameras.triangulation import ray_constraints, triangulate
 
 coordinate = st.floats(-0.3, 0.3)
 point = st.tuples(coordinate, coordinate, coordinate).map(np.array)
@@ -45,7 +45,7 @@ def test_what_is_projected_into_cameras_is_triangulated_from_them(models: list[C
     # farther than half the focal length from the middle the lens model itself may fold
     seen = [model.project(place[None])[0] for model in models]
     assume(all(np.abs(px - m.center_px).max() < 0.5 * m.focal_px.min() for px, m in zip(seen, models, strict=True)))
-    found = triangulate([sight_rows(model, px, np.eye(2)) for model, px in zip(models, seen, strict=True)])
+    found = triangulate([ray_constraints(model, px, np.eye(2)) for model, px in zip(models, seen, strict=True)])
     assert found is not None
     # undistortion stops at 1e-9 px or so; that is 1e-11 of the distance, widened by a shallow angle between the rays
     assert np.abs(found.position_m - place).max() < 1e-7
@@ -56,8 +56,8 @@ def test_a_noisier_pixel_widens_the_covariance_by_its_square(
     models: list[CameraModel], place: np.ndarray, scale: float
 ) -> None:
     seen = [model.project(place[None])[0] for model in models]
-    once = triangulate([sight_rows(m, px, np.eye(2)) for m, px in zip(models, seen, strict=True)])
-    more = triangulate([sight_rows(m, px, scale**2 * np.eye(2)) for m, px in zip(models, seen, strict=True)])
+    once = triangulate([ray_constraints(m, px, np.eye(2)) for m, px in zip(models, seen, strict=True)])
+    more = triangulate([ray_constraints(m, px, scale**2 * np.eye(2)) for m, px in zip(models, seen, strict=True)])
     assert once is not None
     assert more is not None
     np.testing.assert_allclose(more.covariance_m2, scale**2 * once.covariance_m2, rtol=1e-6)

@@ -12,7 +12,7 @@ from scipy.optimize import minimize_scalar
 from kendama_cli.plugins.films.ball_film import FilmTrack
 from kendama_cli.schema.arrays import Array
 from kendama_cli.vision.cameras.camera_model import CameraModel
-from kendama_cli.vision.cameras.triangulation import SightRows, sight_rows, triangulate
+from kendama_cli.vision.cameras.triangulation import RayConstraints, ray_constraints, triangulate
 from kendama_cli.vision.prediction.tracker import sphere_centre
 
 LONGEST_OFFSET_S = 2.0
@@ -108,8 +108,8 @@ def _all_seen(tracks: Sequence[FilmTrack], cameras: Sequence[CameraModel]) -> li
     return seen
 
 
-def _sight(camera: CameraModel, centre_px: Array, radius_px: float, covariance_px2: Array) -> SightRows:
-    return sight_rows(camera, sphere_centre(camera, centre_px, float(radius_px)), covariance_px2)
+def _sight(camera: CameraModel, centre_px: Array, radius_px: float, covariance_px2: Array) -> RayConstraints:
+    return ray_constraints(camera, sphere_centre(camera, centre_px, float(radius_px)), covariance_px2)
 
 
 def _at(found: FilmTrack, t_s: float) -> tuple[Array, float, Array] | None:

@@ -15,7 +15,7 @@ from kendama_cli.vision.cameras.camera_model import CameraModel
 NEAREST_DEPTH_M = 0.05
 
 
-class SightRows(NamedTuple):
+class RayConstraints(NamedTuple):
     """Equations ``rows`` p = ``right`` (k of them) for a point p (3,), whitened but for its depth.
 
     Each has the noise of unit variance times the depth ``depth_row`` . p + ``depth_right``.
@@ -27,7 +27,7 @@ class SightRows(NamedTuple):
     depth_right: float
 
 
-def sight_rows(camera: CameraModel, centre_px: Array, covariance_px2: Array) -> SightRows:
+def ray_constraints(camera: CameraModel, centre_px: Array, covariance_px2: Array) -> RayConstraints:
     """Return the linear constraints of one pixel (2,) with covariance (2, 2) on a point.
 
     With (x, y) the undistorted pixel, r1, r2, r3 the rows of R and o the optical centre:
@@ -45,7 +45,7 @@ def sight_rows(camera: CameraModel, centre_px: Array, covariance_px2: Array) -> 
     whiten = np.array([[a, b, -a * at.x - b * at.y], [c, d, -c * at.x - d * at.y]])
     rows = whiten @ camera.world_to_camera
     forward, origin = camera.world_to_camera[2], camera.position_in_world_m
-    return SightRows(rows, rows @ origin, forward, -float(forward @ origin))
+    return RayConstraints(rows, rows @ origin, forward, -float(forward @ origin))
 
 
 @dataclass(frozen=True)
@@ -58,7 +58,7 @@ class Located:
     chi_square: float
 
 
-def triangulate(sights: Sequence[SightRows]) -> Located | None:
+def triangulate(sights: Sequence[RayConstraints]) -> Located | None:
     """Fit the point to all ``sights``, by least squares weighted with the inverse depth.
 
     None with fewer than two sights, or where the point would lie behind a camera.

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from kendama_cli.schema.arrays import Array
-from kendama_cli.vision.cameras.triangulation import NEAREST_DEPTH_M, SightRows
+from kendama_cli.vision.cameras.triangulation import NEAREST_DEPTH_M, RayConstraints
 from kendama_cli.vision.prediction.free_flight import FreeFlight
 
 UNKNOWNS = 6
@@ -20,7 +20,7 @@ begin. Ten times as much put cameras that expose in turn 6 to 76 mm off, where t
 MOST_EARLY_SIGHTS = 200
 
 
-class Moment(NamedTuple):
+class BallState(NamedTuple):
     """The ball at one time: position and velocity (3,), and the covariance (3, 3) of the position."""
 
     position_m: Array
@@ -32,7 +32,7 @@ class BallisticFit:
     """Position and velocity at the first observation, by weighted linear least squares.
 
     ``FreeFlight`` gives every later position and how it changes with the six unknowns x, exactly linear without
-    quadratic drag and very nearly so with it; ``SightRows`` makes every pixel linear in the position: J x = y,
+    quadratic drag and very nearly so with it; ``RayConstraints`` makes every pixel linear in the position: J x = y,
     whitened. Only the sum of A^T A with A = (J, y - J x0) is kept, 7x7: information, vector and square at once, about
     a fixed reference x0 near the solution so that nothing cancels.
     """
@@ -41,7 +41,7 @@ class BallisticFit:
         self.flight = flight
         self.count = 0
         self._start_s = 0.0
-        self._early: list[tuple[float, SightRows]] | None = []
+        self._early: list[tuple[float, RayConstraints]] | None = []
         self._sums = np.zeros((UNKNOWNS + 1, UNKNOWNS + 1))
         self._reference = np.zeros(UNKNOWNS)
         self._state: Array | None = None
@@ -55,7 +55,7 @@ class BallisticFit:
         self._solve()
         return self._ratio
 
-    def add(self, t_s: float, sight: SightRows) -> None:
+    def add(self, t_s: float, sight: RayConstraints) -> None:
         """Take one sight; order and rate are free."""
         if self.count == 0:
             self._start_s = t_s
@@ -77,7 +77,7 @@ class BallisticFit:
             return start, velocity
         return self.flight.moved(start, velocity, t_s - self._start_s)
 
-    def moment(self, t_s: float) -> Moment | None:
+    def ball_state(self, t_s: float) -> BallState | None:
         """Return the ball at ``t_s``, with its position's covariance, scaled up if the residuals are too large."""
         known = self.state(t_s)
         if known is None or self._state is None:
@@ -86,7 +86,7 @@ class BallisticFit:
         p = self._covariance
         moved = p[:3, 3:] @ ahead.T
         covariance = p[:3, :3] + moved + moved.T + ahead @ p[3:, 3:] @ ahead.T
-        return Moment(*known, covariance * max(1.0, self._ratio))
+        return BallState(*known, covariance * max(1.0, self._ratio))
 
     def within(self, position_m: float, velocity_m_s: float) -> bool:
         """Return True if the first position and velocity are known to these standard deviations along every axis."""
@@ -99,7 +99,7 @@ class BallisticFit:
         """The time of the first observation."""
         return self._start_s
 
-    def _accumulate(self, s: float, sight: SightRows, *, weighted: bool) -> None:
+    def _accumulate(self, s: float, sight: RayConstraints, *, weighted: bool) -> None:
         """Add one sight to the sums, weighted with the inverse depth of the reference."""
         reference = self._reference
         place = self.flight.moved(reference[:3], reference[3:], s)[0]

@@ -10,10 +10,10 @@ from numpy.typing import ArrayLike
 from kendama_cli.artifacts.catch_pose import CatchPose
 from kendama_cli.schema.arrays import Array
 from kendama_cli.vision.cameras.camera_model import CameraModel
-from kendama_cli.vision.cameras.triangulation import SightRows, sight_rows
+from kendama_cli.vision.cameras.triangulation import RayConstraints, ray_constraints
 from kendama_cli.vision.prediction.ballistic import BallisticFit
 from kendama_cli.vision.prediction.free_flight import FreeFlight
-from kendama_cli.vision.prediction.wobbling import WobblingFit
+from kendama_cli.vision.prediction.kalman_flight import KalmanFlightFit
 from kendama_cli.vision.settings import BallisticMotion, MotionSettings
 
 BALLISTIC = BallisticMotion(kind="ballistic")
@@ -54,10 +54,10 @@ class CatchPoseEstimator:
 
     def reset(self) -> None:
         """Forget every observation: the next one begins a new flight."""
-        self._fit: BallisticFit | WobblingFit = (
+        self._fit: BallisticFit | KalmanFlightFit = (
             BallisticFit(self.flight)
             if isinstance(self._motion, BallisticMotion)
-            else WobblingFit(self.flight, self._motion)
+            else KalmanFlightFit(self.flight, self._motion)
         )
 
     @property
@@ -84,9 +84,9 @@ class CatchPoseEstimator:
         covariance_px2 : array_like, shape (2, 2)
             Its covariance [px^2].
         """
-        self._fit.add(t_s, sight_rows(camera, np.asarray(centre_px), np.asarray(covariance_px2)))
+        self._fit.add(t_s, ray_constraints(camera, np.asarray(centre_px), np.asarray(covariance_px2)))
 
-    def update_sight(self, t_s: float, sight: SightRows) -> None:
+    def update_sight(self, t_s: float, sight: RayConstraints) -> None:
         """Take what one image says, where its equations are already at hand."""
         self._fit.add(t_s, sight)
 
@@ -104,7 +104,7 @@ class CatchPoseEstimator:
         """
         factor = np.linalg.cholesky(np.asarray(covariance_m2, dtype=np.float64))
         whiten = np.asarray(np.linalg.inv(factor), dtype=np.float64)
-        self._fit.add(t_s, SightRows(whiten, whiten @ np.asarray(position_m, dtype=np.float64), np.zeros(3), 1.0))
+        self._fit.add(t_s, RayConstraints(whiten, whiten @ np.asarray(position_m, dtype=np.float64), np.zeros(3), 1.0))
 
     def state_at(self, t_s: float) -> Array | None:
         """Position and velocity (6,) of the ball at ``t_s``, or None as long as they are not known."""
@@ -113,8 +113,8 @@ class CatchPoseEstimator:
 
     def position_covariance_at(self, t_s: float) -> Array | None:
         """Covariance (3, 3) [m^2] of the ball's position at ``t_s``, or None as long as it is not known."""
-        moment = self._fit.moment(t_s)
-        return None if moment is None else moment.covariance_m2
+        ball = self._fit.ball_state(t_s)
+        return None if ball is None else ball.covariance_m2
 
     def catch(self, rim_height_m: float | None = None) -> CatchPose | None:
         """Return the position and time at which the ball falls through the rim plane.
@@ -136,10 +136,10 @@ class CatchPoseEstimator:
         """
         height = self.rim_height_m if rim_height_m is None else rim_height_m
         crossing_s = self._crossing_s(height)
-        moment = None if crossing_s is None else self._fit.moment(crossing_s)
-        if crossing_s is None or moment is None:
+        ball = None if crossing_s is None else self._fit.ball_state(crossing_s)
+        if crossing_s is None or ball is None:
             return None
-        speed, spread = moment.velocity_m_s, moment.covariance_m2
+        speed, spread = ball.velocity_m_s, ball.covariance_m2
         sweep = np.eye(3)
         sweep[:, 2] -= speed / speed[2]
         covariance = sweep @ spread @ sweep.T
@@ -147,7 +147,7 @@ class CatchPoseEstimator:
             return None
         return CatchPose(
             t_s=crossing_s,
-            position_m=moment.position_m,
+            position_m=ball.position_m,
             velocity_m_s=speed,
             covariance_m2=(covariance + covariance.T) / 2,
             time_sigma_s=math.sqrt(max(float(spread[2, 2]), 0.0)) / abs(float(speed[2])),

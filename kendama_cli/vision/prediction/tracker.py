@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 from kendama_cli.artifacts.catch_pose import CatchPose
 from kendama_cli.schema.arrays import Array
 from kendama_cli.vision.cameras.camera_model import CameraModel
-from kendama_cli.vision.cameras.triangulation import SightRows, sight_rows, triangulate
+from kendama_cli.vision.cameras.triangulation import RayConstraints, ray_constraints, triangulate
 from kendama_cli.vision.detection.ball_search import BallSearch
 from kendama_cli.vision.detection.interface import Detector, Sighting
 from kendama_cli.vision.prediction.catch_pose import CatchPoseEstimator
@@ -61,7 +61,7 @@ class BallTracker:
         self._tested_s = -np.inf
         self._newest: dict[str, tuple[float, Array]] = {}
         self.search.forget()
-        self._waiting: list[tuple[float, SightRows]] = []
+        self._waiting: list[tuple[float, RayConstraints]] = []
         self.estimator.reset()
         if self.onset is not None:
             self.onset.reset()
@@ -133,7 +133,7 @@ class BallTracker:
         state = self.estimator.state_at(t_s)
         return state[:3] if state is not None and self._sigma_m(t_s) < TRUSTED_SIGMA_M else None
 
-    def _test(self, t_s: float, rows: Sequence[SightRows], tie_m: ArrayLike) -> None:
+    def _test(self, t_s: float, rows: Sequence[RayConstraints], tie_m: ArrayLike) -> None:
         point = triangulate(rows)
         if point is None or self.onset is None or t_s <= self._tested_s:  # a late image: kept, but no more tested
             return
@@ -146,9 +146,9 @@ class BallTracker:
                 self.estimator.update_sight(t, row)
         self._waiting = []
 
-    def _rows(self, camera: str, seen: Sighting) -> SightRows:
+    def _rows(self, camera: str, seen: Sighting) -> RayConstraints:
         model = self.cameras[camera]
-        return sight_rows(model, sphere_centre(model, seen.centre_px, seen.radius_px), seen.covariance_px2)
+        return ray_constraints(model, sphere_centre(model, seen.centre_px, seen.radius_px), seen.covariance_px2)
 
 
 def sphere_centre(camera: CameraModel, disc_px: ArrayLike, radius_px: float) -> Array:

@@ -1,6 +1,6 @@
 import numpy as np
 
-from kendama_cli.vision.cameras.triangulation import sight_rows, triangulate
+from kendama_cli.vision.cameras.triangulation import ray_constraints, triangulate
 from tests.vision.scenes import stereo
 
 POINT = np.array([0.12, 0.05, 0.31])
@@ -9,7 +9,7 @@ SIGMA_PX = 0.2
 
 def sights(rng, sigma_px):
     return [
-        sight_rows(camera, camera.project(POINT)[0] + sigma_px * rng.standard_normal(2), SIGMA_PX**2 * np.eye(2))
+        ray_constraints(camera, camera.project(POINT)[0] + sigma_px * rng.standard_normal(2), SIGMA_PX**2 * np.eye(2))
         for camera in stereo()
     ]
 
@@ -36,7 +36,7 @@ def test_one_camera_alone_knows_no_point():
 def test_rays_that_meet_behind_the_cameras_give_no_point():
     left, right = stereo()
     crossed = [
-        sight_rows(left, left.project(POINT)[0] - [250.0, 0.0], 0.04 * np.eye(2)),
-        sight_rows(right, right.project(POINT)[0] + [250.0, 0.0], 0.04 * np.eye(2)),
+        ray_constraints(left, left.project(POINT)[0] - [250.0, 0.0], 0.04 * np.eye(2)),
+        ray_constraints(right, right.project(POINT)[0] + [250.0, 0.0], 0.04 * np.eye(2)),
     ]
     assert triangulate(crossed) is None

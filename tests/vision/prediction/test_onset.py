@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from kendama_cli.vision.cameras.triangulation import sight_rows, triangulate
+from kendama_cli.vision.cameras.triangulation import ray_constraints, triangulate
 from kendama_cli.vision.prediction.catch_pose import CatchPoseEstimator
 from kendama_cli.vision.prediction.free_flight import FreeFlight
 from kendama_cli.vision.prediction.onset import FreeFlightOnset
@@ -86,7 +86,7 @@ def test_abrupt_or_gradual_the_time_of_the_catch_is_known_from_half_of_the_fligh
             if t < 0 and ramp_s:
                 ball = np.array([np.interp(t, times, places[:, axis]) for axis in range(3)])
             pixels = [camera.project(ball)[0] + 0.2 * rng.standard_normal(2) for camera in cameras]
-            kept += [(t, sight_rows(camera, pixel, noise)) for camera, pixel in zip(cameras, pixels, strict=True)]
+            kept += [(t, ray_constraints(camera, pixel, noise)) for camera, pixel in zip(cameras, pixels, strict=True)]
             if found is None:
                 point = triangulate([sight for _, sight in kept[-2:]])
                 found = onset.update(t, point.position_m, point.covariance_m2, release.tie_m(t))

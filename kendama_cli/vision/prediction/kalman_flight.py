@@ -7,8 +7,8 @@ import math
 import numpy as np
 
 from kendama_cli.schema.arrays import Array
-from kendama_cli.vision.cameras.triangulation import NEAREST_DEPTH_M, SightRows
-from kendama_cli.vision.prediction.ballistic import MIN_FREEDOM, UNKNOWNS, BallisticFit, Moment
+from kendama_cli.vision.cameras.triangulation import NEAREST_DEPTH_M, RayConstraints
+from kendama_cli.vision.prediction.ballistic import MIN_FREEDOM, UNKNOWNS, BallisticFit, BallState
 from kendama_cli.vision.prediction.free_flight import FreeFlight
 from kendama_cli.vision.settings import ColouredMotion, ProcessNoiseMotion
 
@@ -16,7 +16,7 @@ WIDE_POSITION_M, WIDE_VELOCITY_M_S = 1.0, 10.0
 """What is believed of the ball before it is seen: next to nothing."""
 
 
-class WobblingFit:
+class KalmanFlightFit:
     """The ball's state from sights in order of time, each at the same cost.
 
     ``process_noise``: x = (p, v) with v' = g - drag + white noise of intensity q. ``coloured``: x = (p, v, w, w') where
@@ -31,7 +31,7 @@ class WobblingFit:
     def __init__(self, flight: FreeFlight, motion: ProcessNoiseMotion | ColouredMotion) -> None:
         self.flight, self._motion = flight, motion
         self._plain = BallisticFit(flight)
-        self._waiting: list[tuple[float, SightRows]] = []
+        self._waiting: list[tuple[float, RayConstraints]] = []
         self.count = 0
         self._coloured = isinstance(motion, ColouredMotion)
         self._size = 6 + 6 * self._coloured
@@ -46,7 +46,7 @@ class WobblingFit:
         freedom = self.count - UNKNOWNS
         return self._square / freedom if self._mean is not None and freedom >= MIN_FREEDOM else 1.0
 
-    def add(self, t_s: float, sight: SightRows) -> None:
+    def add(self, t_s: float, sight: RayConstraints) -> None:
         """Take one sight; stamps may go back by the few milliseconds that cameras are apart, no farther."""
         self.count += len(sight.right)
         if self._mean is not None:
@@ -74,7 +74,7 @@ class WobblingFit:
         place, velocity = mean[0], mean[1]
         return (place + mean[2], velocity + mean[3]) if self._coloured else (place, velocity)
 
-    def moment(self, t_s: float) -> Moment | None:
+    def ball_state(self, t_s: float) -> BallState | None:
         """Return the ball at ``t_s``, with its position's covariance, scaled up if the innovations are too large."""
         known = self.state(t_s)
         if known is None:
@@ -83,9 +83,9 @@ class WobblingFit:
         place = p[:3, :3]
         if self._coloured:
             place = place + p[6:9, 6:9] + p[:3, 6:9] + p[6:9, :3]
-        return Moment(*known, place * max(1.0, self.residual_ratio))
+        return BallState(*known, place * max(1.0, self.residual_ratio))
 
-    def _take(self, t_s: float, sight: SightRows) -> None:
+    def _take(self, t_s: float, sight: RayConstraints) -> None:
         if self._mean is None:
             return
         late = min(t_s - self.reference_s, 0.0)
