@@ -68,7 +68,7 @@ def test_a_run_gives_metrics_artifacts_and_logs(toy: ToyProject) -> None:
     toy.run_json()
     (run,) = kendama.runs(toy.home)
     again = kendama.open_run(run.name[:15], toy.home)
-    assert (again.name, again.outcome, again.pipeline) == (run.name, "done", "measurement")
+    assert (again.name, again.outcome, again.pipeline) == (run.name, "done", "toy")
     assert run.stages == ["roll", "total"]
     assert run.metrics("roll")["n"] == len(run.log("roll").table(run.log("roll").topics[0]))
     with pytest.raises(UsageError, match="has no stage 'rol'; it has roll, total, did you mean 'roll'"):

@@ -13,7 +13,7 @@ from kendama_cli.report.page import make_report
 from tests.log.made_logs import FieldLog
 from tests.report.synthetic_interaction import write_interaction
 from tests.report.synthetic_rehearsal import write_rehearsal
-from tests.report.synthetic_robot import write_prediction, write_transfer
+from tests.report.synthetic_robot import exchange_at, write_prediction, write_transfer
 from tests.report.synthetic_swing import (
     GAME,
     WRENCH,
@@ -38,6 +38,7 @@ def write_run(folder: Path) -> tuple[dict[str, Any], dict[str, Path]]:
         "transfer": write_transfer,
         "rehearse": write_rehearsal,
         "interact": write_interaction,
+        "measure": _measure,
     }
     logs = {}
     for number, (name, write) in enumerate(writers.items()):
@@ -57,6 +58,17 @@ def _capture(log: FieldLog, rng: np.random.Generator) -> tuple[dict[str, Any], d
         write_frames(log, "/capture/cup", f"swing-{number:02d}", t, cup)
     metrics = {"n_demonstrations": 10, "sample_rate_hz": 100.0, "duration_s": 2.5, "peak_speed_m_s": 1.234}
     return {"settings": {"kind": "file", "path": ["data/a.csv"], "rate_hz": 100.0}}, metrics
+
+
+def _measure(log: FieldLog, rng: np.random.Generator) -> tuple[dict[str, Any], dict[str, Any]]:
+    for t_s in np.arange(0, 10, 0.05).tolist():
+        angle = np.exp(-0.05 * t_s) * np.cos(5.0 * t_s)
+        fitted, seen = 0.4 * np.array([np.sin(angle), -np.cos(angle)]), rng.normal(0.0, 1e-3, 2)
+        x, z = (fitted + seen).tolist()
+        fields = {"x_m": x, "z_m": z, "fitted_x_m": float(fitted[0]), "fitted_z_m": float(fitted[1])}
+        log.write("/measure/swing", t_s, fields)
+        log.write("/measure/exchange", t_s, exchange_at(t_s))
+    return {"settings": {"rope_m": 0.4}, "game": GAME}, {"rope_m": 0.4, "fit_rms_mm": 1.4}
 
 
 def _encode(log: FieldLog, rng: np.random.Generator) -> tuple[dict[str, Any], dict[str, Any]]:

@@ -150,7 +150,7 @@ def test_a_size_that_the_arm_can_play_is_searched_where_it_cannot_play_the_motio
     scale = float(least.acceleration_shares.max()) / 0.92**2
     robot = dataclasses.replace(free, acceleration_rad_s2=tuple(scale * np.array(free.acceleration_rad_s2)))
     with pytest.raises(
-        StageError, match=r"would have to be 1\.\d\d times slower for pa10.* make it smaller \(adapt\.size\)"
+        StageError, match=r"would have to be 1\.\d\d times slower for pa10.* make it smaller \(adapt\.swing_scale\)"
     ):
         Adapt(adapt=QUICK, robot=robot, game=kendama_game()).run({"encode": large}, MemoryContext(1))
     settings = dataclasses.replace(QUICK, amplitudes=(1.1, 0.8))
