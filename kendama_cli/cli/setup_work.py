@@ -49,12 +49,12 @@ def keep_toy(site: Site, run: str | None, output: Path) -> None:
     """Store rope and drag of the run's stage ``measure``; raises UsageError if it has none."""
     found = Run(find_run(site.home, run), site.pipeline_folders)
     if "measure" not in found.stages:
-        raise UsageError(f"run {found.name} has no stage 'measure'; 'kendama run -p measurement' measures the toy")
-    toy: KendamaModel = found.artifact("measure")
-    source = f"run {found.name}, a free swing of {toy.duration_s:.0f} s"
-    value, sigma = toy.drag_n_s_m(SPEED_M_S)
-    rope = MeasuredNumber(round(toy.rope_m, 6), round(toy.rope_sigma_m, 7), source)
-    drag = MeasuredDrag(max(toy.linear_n_s_m, 0.0), max(toy.quadratic_n_s2_m2, 0.0), value, sigma, source)
+        raise UsageError(f"run {found.name} has no stage 'measure'; 'kendama run -p measurement' measures the kendama")
+    kendama: KendamaModel = found.artifact("measure")
+    source = f"run {found.name}, a free swing of {kendama.duration_s:.0f} s"
+    value, sigma = kendama.drag_n_s_m(SPEED_M_S)
+    rope = MeasuredNumber(round(kendama.rope_m, 6), round(kendama.rope_sigma_m, 7), source)
+    drag = MeasuredDrag(max(kendama.linear_n_s_m, 0.0), max(kendama.quadratic_n_s2_m2, 0.0), value, sigma, source)
     amended(output, rope_m=rope, drag=drag)
     show_setup(output, as_json=False)
 

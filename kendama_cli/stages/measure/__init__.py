@@ -8,7 +8,7 @@ from kendama_cli.stages.measure.messages import TOPICS
 
 STAGE = StageDeclaration(
     name="measure",
-    title="The toy",
+    title="The kendama",
     lead=("The ball swings freely under a cup at rest: its period tells the rope, its dying away the drag of the air."),
     run="kendama_cli.stages.measure.stage:Measure",
     returns="kendama_cli.artifacts.kendama_model:KendamaModel",

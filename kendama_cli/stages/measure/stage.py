@@ -1,4 +1,4 @@
-"""Measure: rope and drag of the toy, from a free swing."""
+"""Measure: rope and drag of the kendama, from a free swing."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ from kendama_cli.devices.robot.exchange_log import RememberingRobot, exchange_me
 from kendama_cli.devices.robot.open_robot import open_robot
 from kendama_cli.errors import ConfigError, InputError
 from kendama_cli.identification.free_swing import free_swing
+from kendama_cli.identification.kendama_fit import FreeSwing, KendamaFit, measure_kendama, swing_in_its_plane
 from kendama_cli.identification.measure_settings import SwingMeasurement, TrackMeasurement
-from kendama_cli.identification.toy_fit import FreeSwing, ToyFit, measure_toy, swing_in_its_plane
 from kendama_cli.robot_model.placement.placement import cup_line
 from kendama_cli.settings.game import GameSettings
 from kendama_cli.settings.hardware import HardwareSettings
@@ -46,10 +46,10 @@ class Measure:
         """Swing and fit; raises StageError where the swing does not tell, and the errors of its source."""
         seed = int(ctx.rng("measure").integers(2**62))
         swing = self._swing(seed, ctx)
-        fit = measure_toy(swing, self._game)
+        fit = measure_kendama(swing, self._game)
         for t_s, seen, fitted in zip(fit.t_s, fit.seen_m, fit.fitted_m, strict=True):
             ctx.log.write("/measure/swing", float(t_s), FreeSwingMessage(*seen.tolist(), *fitted.tolist()))
-        return StageResult(fit.toy, _metrics(fit))
+        return StageResult(fit.kendama, _metrics(fit))
 
     def _swing(self, seed: int, ctx: StageContext) -> FreeSwing:
         settings = self._settings
@@ -80,20 +80,20 @@ def _extent_m(track: RecordedTrack) -> float:
     return float(np.ptp(track.position_m[np.isfinite(track.position_m).all(axis=1)], axis=0).max(initial=0.0))
 
 
-def _metrics(fit: ToyFit) -> dict[str, Metric]:
-    toy = fit.toy
-    drag, sigma = toy.drag_n_s_m(SPEED_M_S)
-    sigmas = np.sqrt(toy.drag_covariance.diagonal())
+def _metrics(fit: KendamaFit) -> dict[str, Metric]:
+    kendama = fit.kendama
+    drag, sigma = kendama.drag_n_s_m(SPEED_M_S)
+    sigmas = np.sqrt(kendama.drag_covariance.diagonal())
     return {
-        "rope_mm": 1e3 * toy.rope_m,
-        "rope_mm_half_interval": SIGMAS_95 * 1e3 * toy.rope_sigma_m,
-        "linear_n_s_m": toy.linear_n_s_m,
+        "rope_mm": 1e3 * kendama.rope_m,
+        "rope_mm_half_interval": SIGMAS_95 * 1e3 * kendama.rope_sigma_m,
+        "linear_n_s_m": kendama.linear_n_s_m,
         "linear_half_interval": SIGMAS_95 * float(sigmas[0]),
-        "quadratic_n_s2_m2": toy.quadratic_n_s2_m2,
+        "quadratic_n_s2_m2": kendama.quadratic_n_s2_m2,
         "quadratic_half_interval": SIGMAS_95 * float(sigmas[1]),
         "drag_n_s_m_at_3": drag,
         "drag_at_3_half_interval": SIGMAS_95 * sigma,
-        "amplitude_deg": math.degrees(toy.amplitude_rad),
-        "duration_s": toy.duration_s,
-        "rms_mm": 1e3 * toy.rms_m,
+        "amplitude_deg": math.degrees(kendama.amplitude_rad),
+        "duration_s": kendama.duration_s,
+        "rms_mm": 1e3 * kendama.rms_m,
     }

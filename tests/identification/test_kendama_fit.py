@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from kendama_cli.errors import StageError
-from kendama_cli.identification.toy_fit import FreeSwing, measure_toy, swing_in_its_plane
+from kendama_cli.identification.kendama_fit import FreeSwing, measure_kendama, swing_in_its_plane
 from kendama_cli.learning.state import SwingState
 from kendama_cli.schema.settings import build
 from kendama_cli.settings.game import GameSettings, MeasuredAir
@@ -37,20 +37,20 @@ def swung(angle_deg: float, duration_s: float, seed: int) -> FreeSwing:
 
 def test_rope_and_drag_are_found_from_thirty_seconds_at_sixty_degrees() -> None:
     """To reach: drag at 3 m/s within 5 %, the rope within 0.5 mm."""
-    toy = measure_toy(swung(64.0, 32.0, 10000), GAME).toy
-    drag, sigma = toy.drag_n_s_m(3.0)
+    kendama = measure_kendama(swung(64.0, 32.0, 10000), GAME).kendama
+    drag, sigma = kendama.drag_n_s_m(3.0)
     assert drag == pytest.approx(3.0 * K2, rel=0.05)
-    assert toy.rope_m == pytest.approx(ROPE_M, abs=0.5e-3)
+    assert kendama.rope_m == pytest.approx(ROPE_M, abs=0.5e-3)
     assert 0.0 < sigma < 0.05 * drag
-    applied = toy.applied(GAME)
-    assert applied.rope.length_m == toy.rope_m
-    assert applied.drag[1] == pytest.approx(max(toy.quadratic_n_s2_m2, 0.0))
+    applied = kendama.applied(GAME)
+    assert applied.rope.length_m == kendama.rope_m
+    assert applied.drag[1] == pytest.approx(max(kendama.quadratic_n_s2_m2, 0.0))
 
 
 def test_a_swing_that_is_too_small_or_too_short_is_refused() -> None:
     with pytest.raises(StageError, match=r"too small .*: it begins with (29|30|31) deg; allowed: from 60"):
-        measure_toy(swung(30.0, 35.0, 0), GAME)
+        measure_kendama(swung(30.0, 35.0, 0), GAME)
     with pytest.raises(StageError, match=r"too short to tell the drag: 20\.\d s; allowed: from 30 s"):
-        measure_toy(swung(70.0, 20.1, 0), GAME)
+        measure_kendama(swung(70.0, 20.1, 0), GAME)
     with pytest.raises(StageError, match="has 3 samples; allowed: from 50"):
-        measure_toy(FreeSwing(np.arange(3.0), np.zeros((3, 2))), GAME)
+        measure_kendama(FreeSwing(np.arange(3.0), np.zeros((3, 2))), GAME)

@@ -49,16 +49,16 @@ def swing_in_its_plane(t_s: Array, position_m: Array) -> FreeSwing:
 
 
 @dataclass(frozen=True)
-class ToyFit:
-    """The toy, and its free swing about the fitted pivot: times (n,), places (n, 2) as seen and as fitted."""
+class KendamaFit:
+    """The kendama, and its free swing about the fitted pivot: times (n,), places (n, 2) as seen and as fitted."""
 
-    toy: KendamaModel
+    kendama: KendamaModel
     t_s: Array
     seen_m: Array
     fitted_m: Array
 
 
-def measure_toy(swing: FreeSwing, game: GameSettings) -> ToyFit:
+def measure_kendama(swing: FreeSwing, game: GameSettings) -> KendamaFit:
     """Return the rope and drag of the pendulum
 
         phi'' = -(g / l) sin phi - 2 (l' / l) phi' - (k1 + k2 l |phi'|) phi' / m - Kd (l' / phi')^2 phi' / (m l^2),
@@ -92,7 +92,7 @@ def measure_toy(swing: FreeSwing, game: GameSettings) -> ToyFit:
         values = fit.values
     mass = game.ball.mass_kg
     covariance = fit.covariance
-    toy = KendamaModel(
+    kendama = KendamaModel(
         rope_m=float(values[0]),
         rope_sigma_m=math.sqrt(covariance[0, 0]),
         linear_n_s_m=mass * float(values[1]),
@@ -103,7 +103,7 @@ def measure_toy(swing: FreeSwing, game: GameSettings) -> ToyFit:
         rms_m=fit.rms_m,
     )
     pivot, fitted = values[5:], played(values[:, None], swing.t_s, game)[:, :, 0]
-    return ToyFit(toy, swing.t_s, swing.place_m - pivot, fitted - pivot)
+    return KendamaFit(kendama, swing.t_s, swing.place_m - pivot, fitted - pivot)
 
 
 def played(values: Array, t_s: Array, game: GameSettings) -> Array:
